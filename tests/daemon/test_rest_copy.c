@@ -10,13 +10,8 @@
 
 static void build(Run *run, const char *text, bool publishes)
 {
-    char path[SCRATCH_PATH];
-    Status status = {0};
-    const BuildOptions options = {.isa = "auto", .may_load = true, .publishes = publishes};
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    if (!scene_read(scratch_path(&scratch, "x.cfg", path), &run->scene, &status) ||
-        !world_build(&run->world, &run->scene, &options, &status))
-        fail_msg("%s", status.text);
+    run_create_with(run, text,
+                    &(BuildOptions){.isa = "auto", .may_load = true, .publishes = publishes});
 }
 
 static int live_nodes(const Body *body)

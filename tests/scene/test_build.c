@@ -1,6 +1,6 @@
 // Worlds built from scene files: the meshes asked for, and refusals that name the scene's line.
 #include "expect.h"
-#include "scratch.h"
+#include "world_run.h"
 
 #include "scene/build.h"
 #include "scene/memory.h"
@@ -9,26 +9,10 @@
 #include <string.h>
 
 #ifdef PLIANT_WITH_SURFACE
-static Scratch scratch;
-
-// Builds a scene text; returns what was wrong, "" if nothing, without the folder's name in front.
+// Builds a scene text; returns what was wrong, "" if nothing.
 static const char *build_text(const char *text, World *world)
 {
-    static char said[512];
-    char path[SCRATCH_PATH];
-    Scene scene;
-    Status status = {0};
-    const BuildOptions options = {.isa = "auto", .may_load = true};
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    assert_true(scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status));
-    bool ok = world_build(world, &scene, &options, &status);
-    assert_int_equal(ok, status.code == STATUS_OK);
-    scene_destroy(&scene);
-    size_t folder = strlen(scratch.folder) + 1;
-    bool own = strncmp(status.text, scratch.folder, folder - 1) == 0;
-    snprintf(said, sizeof said, "%s", status.text + (own ? folder : 0));
-    assert_null(strchr(said, '\n'));
-    return said;
+    return try_world(world, text, &(BuildOptions){.isa = "auto", .may_load = true});
 }
 
 static void expect_part(const char *text, const char *start, const char *part)
@@ -332,19 +316,6 @@ static void tools_and_loads_reach_the_simulation(void **unused)
     world_destroy(&world);
 }
 
-static int begin(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -362,7 +333,7 @@ int main(void)
         cmocka_unit_test(settling_ends_before_the_first_tick),
         cmocka_unit_test(tools_and_loads_reach_the_simulation),
     };
-    return cmocka_run_group_tests(tests, begin, end);
+    return cmocka_run_group_tests(tests, run_begin, run_end);
 }
 #else
 // Without a model of bodies there is no world to build.

@@ -6,19 +6,8 @@
 
 static const char *refusal_of(const char *text)
 {
-    static char said[512];
-    char path[SCRATCH_PATH];
-    Scene scene;
     World world;
-    Status status = {0};
-    const BuildOptions options = {.isa = "auto"};
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    assert_true(scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status));
-    assert_false(world_build(&world, &scene, &options, &status));
-    assert_int_equal(status.code, STATUS_INVALID);
-    scene_destroy(&scene);
-    snprintf(said, sizeof said, "%s", status.text + strlen(scratch.folder) + 1);
-    return said;
+    return try_world(&world, text, &(BuildOptions){.isa = "auto"});
 }
 
 static void a_body_that_no_machine_holds_is_refused_before_it_is_made(void **unused)

@@ -1,7 +1,7 @@
 // Prepared models: runs from them have the same bits, and files that are damaged, inconsistent or
 // made for something else are refused.
 #include "expect.h"
-#include "scratch.h"
+#include "world_run.h"
 
 #include "scene/build.h"
 #include "scene/prepared.h"
@@ -11,31 +11,6 @@
 
 #if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_SURFACE)
 #include <hdf5.h>
-
-static Scratch scratch;
-
-static void read_scene(const char *text, Scene *scene)
-{
-    char path[SCRATCH_PATH];
-    Status status = {0};
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    bool ok = scene_read(scratch_path(&scratch, "x.cfg", path), scene, &status);
-    assert_string_equal(status.text, "");
-    assert_true(ok);
-}
-
-static const char *without_folder(const Status *status)
-{
-    static char said[512];
-    char *folder;
-    snprintf(said, sizeof said, "%s", status->text);
-    while ((folder = strstr(said, scratch.folder)) != NULL) {
-        size_t length = strlen(scratch.folder) + 1;
-        memmove(folder, folder + length, strlen(folder + length) + 1);
-    }
-    assert_null(strchr(said, '\n'));
-    return said;
-}
 
 static void prepare(const char *text, const char *name)
 {
@@ -514,14 +489,7 @@ static int begin(void **unused)
 {
     (void)unused;
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
+    return run_begin(unused);
 }
 
 int main(void)
@@ -544,7 +512,7 @@ int main(void)
         cmocka_unit_test(files_that_cannot_be_written_are_named),
         cmocka_unit_test(layout_is_as_documented),
     };
-    return cmocka_run_group_tests(tests, begin, end);
+    return cmocka_run_group_tests(tests, begin, run_end);
 }
 #else
 // Without HDF5 or without bodies there is nothing to prepare.

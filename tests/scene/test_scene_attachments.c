@@ -3,53 +3,17 @@
 
 static void expect_refused(const char *attachment, const char *why)
 {
-    char text[4096], path[SCRATCH_PATH];
-    snprintf(
-        text, sizeof text,
-        "bodies = ( " BALL(
-            "one", "[0, 0, 0]",
-            "fixed = ( { sphere = [0, 0, -0.05]; radius = 0.03; } );") ",\n"
-                                                                       "  " BALL(
-                                                                           "two", "[0.3, 0, 0]",
-                                                                           "") ",\n"
-                                                                               "  " BALL(
-                                                                                   "other",
-                                                                                   "[0.1, 0, 0]",
-                                                                                   "time_step = "
-                                                                                   "1e-4;") " );\n"
-                                                                                            "tools "
-                                                                                            "= ( { "
-                                                                                            "id = "
-                                                                                            "3; "
-                                                                                            "kind "
-                                                                                            "= "
-                                                                                            "\"gras"
-                                                                                            "per\";"
-                                                                                            " capsu"
-                                                                                            "les = "
-                                                                                            "( { "
-                                                                                            "radius"
-                                                                                            " = "
-                                                                                            "0.01; "
-                                                                                            "} ); "
-                                                                                            "} );\n"
-                                                                                            "attach"
-                                                                                            "ments "
-                                                                                            "= "
-                                                                                            "(\n%s "
-                                                                                            ");",
-        attachment);
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    Scene scene;
+    static const char ONE[] =
+        BALL("one", "[0, 0, 0]", "fixed = ( { sphere = [0, 0, -0.05]; radius = 0.03; } );");
+    static const char TWO[] = BALL("two", "[0.3, 0, 0]", "");
+    static const char OTHER[] = BALL("other", "[0.1, 0, 0]", "time_step = 1e-4;");
+    static const char TOOLS[] =
+        "tools = ( { id = 3; kind = \"grasper\"; capsules = ( { radius = 0.01; } ); } );\n";
+    char text[4096];
     World world;
-    Status status = {0};
-    const BuildOptions options = {.isa = "auto"};
-    if (scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status)) {
-        bool built = world_build(&world, &scene, &options, &status);
-        scene_destroy(&scene);
-        assert_false(built);
-    }
-    const char *said = strstr(status.text, "x.cfg:");
+    snprintf(text, sizeof text, "bodies = ( %s,\n  %s,\n  %s );\n%sattachments = (\n%s );", ONE,
+             TWO, OTHER, TOOLS, attachment);
+    const char *said = strstr(try_world(&world, text, &(BuildOptions){.isa = "auto"}), "x.cfg:");
     assert_non_null(said);
     assert_string_equal(said, why);
 }
@@ -84,21 +48,14 @@ static void wrong_attachments_are_named_by_their_line(void **state)
 static void attachment_far_from_the_other_body_is_refused(void **state)
 {
     (void)state;
-    char path[SCRATCH_PATH];
     const char *text = "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BALL(
         "two", "[0.3, 0, 0]",
         "") " );\n"
             "attachments = ( { body = \"two\"; sphere = [0.25, 0, 0]; radius = 0.02;\n"
             "  to_body = \"one\"; } );";
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    Scene scene;
     World world;
-    Status status = {0};
-    const BuildOptions options = {.isa = "auto"};
-    assert_true(scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status));
-    assert_false(world_build(&world, &scene, &options, &status));
-    scene_destroy(&scene);
-    const char *said = strstr(status.text, "x.cfg:7: attachments: a node at (");
+    const char *said = strstr(try_world(&world, text, &(BuildOptions){.isa = "auto"}),
+                              "x.cfg:7: attachments: a node at (");
     assert_non_null(said);
     assert_non_null(strstr(said, " m from body one, at most "));
 }

@@ -1,7 +1,7 @@
 // Lattices in prepared files: read back as they were made, and refused when they were made from
 // something else, are damaged or do not fit.
 #include "expect.h"
-#include "scratch.h"
+#include "world_run.h"
 
 #include "scene/body_voxels.h"
 #include "scene/prepared.h"
@@ -11,30 +11,6 @@
 
 #ifdef PLIANT_WITH_HDF5
 #include <hdf5.h>
-
-static Scratch scratch;
-
-static void read_scene(const char *text, Scene *scene)
-{
-    char path[SCRATCH_PATH];
-    Status status = {0};
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    if (!scene_read(scratch_path(&scratch, "x.cfg", path), scene, &status))
-        fail_msg("%s", status.text);
-}
-
-static const char *without_folder(const Status *status)
-{
-    static char said[512];
-    char *folder;
-    snprintf(said, sizeof said, "%s", status->text);
-    while ((folder = strstr(said, scratch.folder)) != NULL) {
-        size_t length = strlen(scratch.folder) + 1;
-        memmove(folder, folder + length, strlen(folder + length) + 1);
-    }
-    assert_null(strchr(said, '\n'));
-    return said;
-}
 
 // Prepares a.h5; returns what was printed, for the caller to free.
 static char *prepare(const char *text)
@@ -347,14 +323,7 @@ static int begin(void **unused)
 {
     (void)unused;
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
+    return run_begin(unused);
 }
 
 int main(void)
@@ -373,7 +342,7 @@ int main(void)
         cmocka_unit_test(numbers_that_do_not_fit_are_refused_behind_a_right_seal),
         cmocka_unit_test(sources_that_cannot_be_read_are_named),
     };
-    return cmocka_run_group_tests(tests, begin, end);
+    return cmocka_run_group_tests(tests, begin, run_end);
 }
 #else
 int main(void)

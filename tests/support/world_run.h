@@ -16,17 +16,59 @@ typedef struct Run {
     World world;
 } Run;
 
-static inline void run_create(Run *run, const char *text)
+// What a status says, without the folder's name.
+static inline const char *without_folder(const Status *status)
+{
+    static char said[512];
+    char *folder;
+    snprintf(said, sizeof said, "%s", status->text);
+    while ((folder = strstr(said, scratch.folder)) != NULL) {
+        const size_t length = strlen(scratch.folder) + 1;
+        memmove(folder, folder + length, strlen(folder + length) + 1);
+    }
+    assert_null(strchr(said, '\n'));
+    return said;
+}
+
+// Reads a scene; fails the test where it is refused.
+static inline void read_scene(const char *text, Scene *scene)
 {
     char path[SCRATCH_PATH];
     Status status = {0};
-    const BuildOptions options = {.isa = "auto", .may_load = true};
     scratch_write(&scratch, "x.cfg", text, strlen(text));
-    bool ok = scene_read(scratch_path(&scratch, "x.cfg", path), &run->scene, &status) &&
-              world_build(&run->world, &run->scene, &options, &status);
+    if (!scene_read(scratch_path(&scratch, "x.cfg", path), scene, &status))
+        fail_msg("%s", status.text);
+}
+
+// Reads and builds a scene; returns what was wrong, without the folder's name, or "".
+static inline const char *try_world(World *world, const char *text, const BuildOptions *options)
+{
+    char path[SCRATCH_PATH];
+    Scene scene;
+    Status status = {0};
+    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    bool ok = scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status);
+    if (ok) {
+        ok = world_build(world, &scene, options, &status);
+        scene_destroy(&scene);
+    }
+    assert_int_equal(ok, status.code == STATUS_OK);
     if (!ok)
-        print_error("%s\n", status.text);
-    assert_true(ok);
+        assert_int_equal(status.code, STATUS_INVALID);
+    return without_folder(&status);
+}
+
+static inline void run_create_with(Run *run, const char *text, const BuildOptions *options)
+{
+    Status status = {0};
+    read_scene(text, &run->scene);
+    if (!world_build(&run->world, &run->scene, options, &status))
+        fail_msg("%s", status.text);
+}
+
+static inline void run_create(Run *run, const char *text)
+{
+    run_create_with(run, text, &(BuildOptions){.isa = "auto", .may_load = true});
 }
 
 static inline void run_destroy(Run *run)
