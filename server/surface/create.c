@@ -349,19 +349,9 @@ static void choose_integrator(SurfaceOptions *options, const SpringNetwork *netw
         options->body.precision = PRECISION_DOUBLE;
 }
 
-bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked, Arena *arena,
-                    StateList *state, Status *status)
+// False with `status`: a combination of options that the equations do not support.
+static bool options_fit(const SurfaceOptions *options, Status *status)
 {
-    SurfaceOptions chosen = *asked;
-    const SurfaceOptions *options = &chosen;
-    const char *name = options->body.name;
-    const SpringKernels *kernels =
-        // Refuse combinations of options that the equations do not support.
-        kernels_find(options->body.precision,
-                     options->body.isa == NULL ? "auto" : options->body.isa);
-    if (kernels == NULL)
-        return status_fail(status, STATUS_INVALID,
-                           "isa %s is not a level that this machine can run", options->body.isa);
     bool per_node = options->shape.wanted && options->shape.per_node;
     double frame_weight = per_node ? options->shape.stiffness : options->shape.angular_frequency;
     if (options->shape.wanted && options->shape.frame == SHAPE_BODY && !(frame_weight > 0.0))
@@ -377,6 +367,48 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
         return status_fail(status, STATUS_INVALID,
                            "cuttable needs adjust = \"continuum\", whose masses and springs belong "
                            "to faces: a cut then keeps their sums");
+    return true;
+}
+
+// The fields that bodies with levels and without share.
+static void start_model(SurfaceModel *model, const SurfaceOptions *options,
+                        const SpringNetwork *network, int nodes)
+{
+    const bool implicit = options->body.integrator == INTEGRATOR_IMPLICIT;
+    model->basis.precision = options->body.precision;
+    model->basis.displaced = options->body.precision == PRECISION_SINGLE;
+    model->prestressed = options->prestress > 0.0;
+    model->team = nodes < SHARED_LEAST && !surface_changes(options) ? NULL : options->body.team;
+    model->damping_time = implicit ? network->asked_damping_time : network->damping_time;
+    model->damped = model->damping_time > 0.0;
+}
+
+static Body start_body(SurfaceModel *model, const SurfaceOptions *options,
+                       const SpringNetwork *network)
+{
+    Body body = body_of_options(&options->body, surface_ops(options), model);
+    body.mass = network->total_mass;
+    body.finest_level = options->start_level;
+    body.lambda = network->lambda;
+    body.damping = network->damping;
+    body.contact_lambda = network->contact_lambda;
+    body.theta = options->body.integrator == INTEGRATOR_IMPLICIT ? implicit_theta(options) : 0.0;
+    return body;
+}
+
+bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked, Arena *arena,
+                    StateList *state, Status *status)
+{
+    SurfaceOptions chosen = *asked;
+    const SurfaceOptions *options = &chosen;
+    const char *name = options->body.name;
+    const SpringKernels *kernels = kernels_find(
+        options->body.precision, options->body.isa == NULL ? "auto" : options->body.isa);
+    if (kernels == NULL)
+        return status_fail(status, STATUS_INVALID,
+                           "isa %s is not a level that this machine can run", options->body.isa);
+    if (!options_fit(options, status))
+        return false;
 
     WingedMesh winged;
     winged_create(&winged, mesh);
@@ -400,23 +432,11 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
 
     SurfaceModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
     model->kernels = implicit ? kernels_find(PRECISION_DOUBLE, kernels->level) : kernels;
-    model->basis.precision = options->body.precision;
-    model->basis.displaced = options->body.precision == PRECISION_SINGLE;
-    model->prestressed = options->prestress > 0.0;
-    model->team = mesh->node_count < SHARED_LEAST && !changes ? NULL : options->body.team;
-    model->damping_time = implicit ? network.asked_damping_time : network.damping_time;
-    model->damped = model->damping_time > 0.0;
+    start_model(model, options, &network, mesh->node_count);
     model->basis.longest_edge = longest_edge(mesh, &winged);
-    // All fields that the two kinds of bodies share; the rest follows below.
-    *body = body_of_options(&options->body, surface_ops(options), model);
-    body->mass = network.total_mass;
+    *body = start_body(model, options, &network);
     body->spring_count = winged.edge_count;
     body->element_count = mesh->triangle_count;
-    body->finest_level = options->start_level;
-    body->lambda = network.lambda;
-    body->damping = network.damping;
-    body->contact_lambda = network.contact_lambda;
-    body->theta = implicit ? implicit_theta(options) : 0.0;
     if (changes)
         detail_create(body, model, mesh, &winged, &network, options, arena, state);
     else

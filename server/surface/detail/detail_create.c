@@ -333,13 +333,36 @@ static void start_at_level(SurfaceModel *model, int level)
     }
 }
 
-static void create_roots(LeafSet *set, const WingedMesh *winged, const char *name, Arena *arena)
+static void create_set(LeafSet *set, const SurfaceOptions *options, const WingedMesh *winged,
+                       Arena *arena)
 {
-    int nodes = winged->node_count, faces = winged->face_count;
+    const char *name = options->body.name;
+    const int nodes = winged->node_count, faces = winged->face_count;
+    set->levels = *options->hierarchy;
+    // With one level there is nothing to adjust; the continuum rule keeps cut masses exact.
+    set->constrained = set->levels.finest == 0 || options->adjust == ADJUST_CONTINUUM;
+    const Level *finest = &set->levels.level[set->levels.finest];
+    set->node_count = finest->node_count;
+    set->place_count = finest->face_count;
+    // Faces and edges of all levels are numbered through.
+    for (int l = 0; l <= set->levels.finest; l++) {
+        set->face_base[l + 1] = set->face_base[l] + set->levels.level[l].face_count;
+        set->edge_base[l + 1] = set->edge_base[l] + set->levels.level[l].edge_count;
+    }
     set->root_ring_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "ring start");
     set->root_ring = ALLOCATE(ARENA_TOPOLOGY, 3 * faces, int, "rings");
     memcpy(set->root_ring_start, winged->node_face_start, (size_t)(nodes + 1) * sizeof(int));
     memcpy(set->root_ring, winged->node_face, 3 * (size_t)faces * sizeof(int));
+}
+
+static double mean_edge(const TriMesh *mesh, const WingedMesh *winged)
+{
+    double length = 0.0;
+    for (int e = 0; e < winged->edge_count; e++) {
+        const int *end = winged->edge[e].node;
+        length += vec3_length(vec3_sub(mesh->position[end[0]], mesh->position[end[1]]));
+    }
+    return length / winged->edge_count;
 }
 
 static void create_rules(Detail *detail, const TriMesh *mesh, const SpringNetwork *network,
@@ -364,56 +387,20 @@ static void create_rules(Detail *detail, const TriMesh *mesh, const SpringNetwor
     detail->pack.least_damping = network->damping;
 }
 
-void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const WingedMesh *winged,
-                   const SpringNetwork *network, const SurfaceOptions *options, Arena *arena,
-                   StateList *state)
+// Gives each node, on or off, a slot in a window.
+static void create_windows(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena)
 {
-    const char *name = options->body.name;
-    Detail *detail = model->detail = ALLOCATE(ARENA_TOPOLOGY, 1, Detail, "detail");
-    DetailPack *pack = &detail->pack;
-    LeafSet *set = &detail->set;
-    detail->state = state;
-    detail->options = *options;
-    set->levels = *options->hierarchy;
-    detail->options.hierarchy = &set->levels;
-    // With one level there is nothing to adjust; the continuum rule keeps cut masses exact.
-    if (set->levels.finest == 0)
-        detail->options.adjust = ADJUST_CONTINUUM;
-    set->constrained = detail->options.adjust == ADJUST_CONTINUUM;
-    const Level *finest = &set->levels.level[set->levels.finest];
-    set->node_count = finest->node_count;
-    set->place_count = finest->face_count;
-    // Faces and edges of all levels are numbered through.
-    for (int l = 0; l <= set->levels.finest; l++) {
-        set->face_base[l + 1] = set->face_base[l] + set->levels.level[l].face_count;
-        set->edge_base[l + 1] = set->edge_base[l] + set->levels.level[l].edge_count;
-    }
-    detail_folds_create(&detail->folds, set, name, arena);
-    double length = 0.0;
-    for (int e = 0; e < winged->edge_count; e++) {
-        const int *end = winged->edge[e].node;
-        length += vec3_length(vec3_sub(mesh->position[end[0]], mesh->position[end[1]]));
-    }
-    detail->adapt.edge_length = length / winged->edge_count;
-    create_roots(set, winged, name, arena);
-    // A cut adds copies: everything below is sized with them.
-    if (options->body.cuttable) {
-        detail_cut_create(detail, options, arena, state);
-        set->node_count += set->cut->copy_capacity;
-        if (options->tear_stretch > 0.0)
-            detail_tear_create(detail, options, arena, state);
-    }
-    create_rules(detail, mesh, network, name, arena);
-
+    DetailPack *pack = &model->detail->pack;
+    const int nodes = model->detail->set.node_count;
     // Small bodies are packed as one window: that is fast enough.
-    pack->width = set->node_count <= 4 * WINDOW_MOST ? WINDOW_MOST : WINDOW_LEAST;
+    pack->width = nodes <= 4 * WINDOW_MOST ? WINDOW_MOST : WINDOW_LEAST;
     pack->window_chunks = pack->width / LANES + 1;
-    pack->window_count = (set->node_count + pack->width - 1) / pack->width;
+    pack->window_count = (nodes + pack->width - 1) / pack->width;
     pack->spare_slot = pack->window_count * pack->width;
-    model->node_count = set->node_count;
+    model->node_count = nodes;
     model->basis.count = (pack->spare_slot + pack->window_count + LANES - 1) / LANES * LANES;
     model->lane_count = pack->window_count * pack->window_chunks * LANES;
-    model->slot = ALLOCATE(ARENA_TOPOLOGY, set->node_count, int, "slot of node");
+    model->slot = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "slot of node");
     model->node = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot");
     model->lane = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "lane of slot");
     pack->of_slot = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot, if on");
@@ -422,6 +409,49 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     RootKey *root = order_roots(mesh);
     order_slots(model, root, mesh->triangle_count);
     free(root);
+}
+
+static BodySurface describe_surface(const DetailFaces *faces)
+{
+    return (BodySurface){
+        .node_count = faces->set->node_count,
+        .face_count = faces->set->place_count,
+        .node_used = faces->set->node_count,
+        .face_used = faces->set->place_count,
+        .face = (const int(*)[3])faces->face,
+        .face_area = faces->face_area,
+        .finest_area = faces->finest_area,
+        .face_neighbor = (const int(*)[3])faces->face_neighbor,
+        .node_face_start = faces->node_face_start,
+        .node_face_end = faces->node_face_end,
+        .node_face = faces->node_face,
+        .node_area = faces->node_area,
+    };
+}
+
+void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const WingedMesh *winged,
+                   const SpringNetwork *network, const SurfaceOptions *options, Arena *arena,
+                   StateList *state)
+{
+    const char *name = options->body.name;
+    Detail *detail = model->detail = ALLOCATE(ARENA_TOPOLOGY, 1, Detail, "detail");
+    LeafSet *set = &detail->set;
+    create_set(set, options, winged, arena);
+    detail->state = state;
+    detail->options = *options;
+    detail->options.hierarchy = &set->levels;
+    detail->options.adjust = set->constrained ? ADJUST_CONTINUUM : ADJUST_CHOI2005;
+    detail->adapt.edge_length = mean_edge(mesh, winged);
+    detail_folds_create(&detail->folds, set, name, arena);
+    // A cut adds copies: everything below is sized with them.
+    if (options->body.cuttable) {
+        detail_cut_create(detail, options, arena, state);
+        set->node_count += set->cut->copy_capacity;
+        if (options->tear_stretch > 0.0)
+            detail_tear_create(detail, options, arena, state);
+    }
+    create_rules(detail, mesh, network, name, arena);
+    create_windows(model, mesh, name, arena);
 
     // Tables first, then the state, then the level at which it starts.
     model_create_places(model, mesh, name, arena, state);
@@ -437,18 +467,5 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     detail->is_sound = true;
     detail_rebuild(body);
     body->state_capacity = body->mesh.node_capacity;
-    body->surface = (BodySurface){
-        .node_count = set->node_count,
-        .face_count = set->place_count,
-        .node_used = set->node_count,
-        .face_used = set->place_count,
-        .face = (const int(*)[3])detail->faces.face,
-        .face_area = detail->faces.face_area,
-        .finest_area = detail->faces.finest_area,
-        .face_neighbor = (const int(*)[3])detail->faces.face_neighbor,
-        .node_face_start = detail->faces.node_face_start,
-        .node_face_end = detail->faces.node_face_end,
-        .node_face = detail->faces.node_face,
-        .node_area = detail->faces.node_area,
-    };
+    body->surface = describe_surface(&detail->faces);
 }
