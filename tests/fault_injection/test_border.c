@@ -242,8 +242,10 @@ static void no_claim_ends_a_daemon_by_its_numbers(void **state)
     static const int64_t HELD[] = {INT64_C(1) << 62, INT64_MAX, INT64_MIN, -2};
     Rig rig = begin("", "");
     for (int k = 0; k < 4; k++) {
+        // A daemon that is late asks twice, and then is answered twice.
+        const int64_t before = refused(rig.near, "out_of_range");
         lie(rig.near, HELD[k]);
-        wait_until(rig.near, refused(rig.near, "out_of_range") == k + 1);
+        wait_until(rig.near, refused(rig.near, "out_of_range") > before);
     }
     expect_unmoved(&rig);
 }
