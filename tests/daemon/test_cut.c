@@ -25,32 +25,11 @@ static const char SCENE[] =
     "            capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.005; } ); },\n"
     "          { id = 2; kind = \"blade\"; edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.06]); } );\n";
 
-typedef struct Fixture {
-    Process daemon;
-    Client *client;
-} Fixture;
-
 static int start_daemon(void **state)
 {
-    static Fixture fixture;
     const char *path = scratch("cut.cfg");
     write_text(path, SCENE);
-    fixture.client = client_create();
-    daemon_start(&fixture.daemon, "%s", path);
-    client_wait_for_daemon(fixture.client);
-    *state = &fixture;
-    return 0;
-}
-
-static int stop_daemon(void **state)
-{
-    Fixture *fixture = *state;
-    process_signal(&fixture->daemon, SIGTERM);
-    process_wait(&fixture->daemon);
-    client_destroy(fixture->client);
-    if (fixture->daemon.code != 0)
-        print_error("exit %d: %s\n", fixture->daemon.code, fixture->daemon.err);
-    return fixture->daemon.code;
+    return fixture_start(state, "%s", path);
 }
 
 // A sweep in the plane x = `x`, along y, through all z of the bodies.
@@ -607,6 +586,6 @@ int main(int argc, char **argv)
     cutter = argv[2];
     prober = argv[3];
     watcher = argv[4];
-    int failed = cmocka_run_group_tests(tests, start_daemon, stop_daemon);
+    int failed = cmocka_run_group_tests(tests, start_daemon, fixture_end);
     return harness_end(cmocka_run_group_tests(alone, NULL, NULL) + failed);
 }

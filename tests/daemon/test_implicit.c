@@ -36,15 +36,8 @@ static void a_stiff_body_is_implicit_and_answers_a_tool(void **state)
     daemon_start(&daemon, "%s", write_auto("stiff.cfg", STIFF, LIVE, PROBE_TOOL));
     client_wait_for_daemon(client);
     assert_string_equal(client->status.integrator, "implicit");
-    const double end = client_now() + 30.0;
-    const double *const place[] = {AWAY, PRESS};
-    for (int k = 0; k < 2; k++)
-        while ((k == 0 ? client->contact.pose_utime == 0 : !(client->contact.depth > 1e-5)) &&
-               client_now() < end) {
-            pliant_tool_pose_t pose = make_pose(client, place[k]);
-            send_pose(client, &pose);
-            client_listen(client, 2);
-        }
+    hold_pose_until(client, AWAY, client->contact.pose_utime != 0);
+    hold_pose_until(client, PRESS, client->contact.depth > 1e-5);
     assert_true(client->contact.contact);
     expect_at_least(client->contact.force[2], 1e-9); // up, out of the top
     expect_at_most(client->contact.force[2], 5.0);   // max_force

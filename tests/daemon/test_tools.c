@@ -9,44 +9,10 @@ static const char HEAD[] = "publish = { nodes_hz = 20.0; contact_hz = 1000.0; st
 // The ball of 5 mm pressed 3 mm into the top of the sphere at z = 0.05 m, and away from it.
 static const double PRESS[3] = {0.0, 0.0, 0.052}, AWAY[3] = {0.0, 0.0, 0.2};
 
-typedef struct Fixture {
-    Process daemon;
-    Client *client;
-} Fixture;
-
 static int start_daemon(void **state)
 {
-    static Fixture fixture;
-    fixture.client = client_create();
-    daemon_start(&fixture.daemon, "%s", write_scene("tools.cfg", HEAD, PROBE_TOOL));
-    client_wait_for_daemon(fixture.client);
-    *state = &fixture;
-    return 0;
+    return fixture_start(state, "%s", write_scene("tools.cfg", HEAD, PROBE_TOOL));
 }
-
-static int stop_daemon(void **state)
-{
-    Fixture *fixture = *state;
-    process_signal(&fixture->daemon, SIGTERM);
-    process_wait(&fixture->daemon);
-    client_destroy(fixture->client);
-    if (fixture->daemon.code != 0)
-        print_error("exit %d: %s\n", fixture->daemon.code, fixture->daemon.err);
-    return fixture->daemon.code;
-}
-
-// Sends the pose again and again until the condition holds.
-#define hold_pose_until(client, position, condition)                                               \
-    do {                                                                                           \
-        double limit_ = client_now() + 30.0;                                                       \
-        while (!(condition) && client_now() < limit_) {                                            \
-            pliant_tool_pose_t pose_ = make_pose((client), (position));                            \
-            send_pose((client), &pose_);                                                           \
-            client_listen((client), 2);                                                            \
-        }                                                                                          \
-        if (!(condition))                                                                          \
-            fail_msg("held the tool in vain for: %s", #condition);                                 \
-    } while (0)
 
 static void a_pressed_tool_feels_a_force_away_from_the_body(void **state)
 {
@@ -159,5 +125,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(poses_of_tools_that_are_not_there_are_refused),
     };
     harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, start_daemon, stop_daemon));
+    return harness_end(cmocka_run_group_tests(tests, start_daemon, fixture_end));
 }

@@ -47,19 +47,6 @@ static const char *write_block(const char *name, const char *head)
     return write_voxels(name, head, BLOCK, HELD);
 }
 
-// Sends the pose again and again until the condition holds.
-#define hold_pose_until(client, position, condition)                                               \
-    do {                                                                                           \
-        double limit_ = client_now() + 30.0;                                                       \
-        while (!(condition) && client_now() < limit_) {                                            \
-            pliant_tool_pose_t pose_ = make_pose((client), (position));                            \
-            send_pose((client), &pose_);                                                           \
-            client_listen((client), 2);                                                            \
-        }                                                                                          \
-        if (!(condition))                                                                          \
-            fail_msg("held the tool in vain for: %s", #condition);                                 \
-    } while (0)
-
 typedef struct BodySeen {
     int count, nodes, springs, elements, pieces;
     char model[32], integrator[32];

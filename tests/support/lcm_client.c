@@ -6,6 +6,7 @@
 #include "pliant_reply_t.h"
 #include "pliant_status_t.h"
 
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -225,6 +226,32 @@ void client_wait_for_daemon(Client *client)
     wait_until(client, client->status.count > 0);
 }
 
+int fixture_start(void **state, const char *format, ...)
+{
+    static Fixture fixture;
+    char arguments[2048];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(arguments, sizeof arguments, format, list);
+    va_end(list);
+    fixture.client = client_create();
+    daemon_start(&fixture.daemon, "%s", arguments);
+    client_wait_for_daemon(fixture.client);
+    *state = &fixture;
+    return 0;
+}
+
+int fixture_end(void **state)
+{
+    Fixture *fixture = *state;
+    process_signal(&fixture->daemon, SIGTERM);
+    process_wait(&fixture->daemon);
+    client_destroy(fixture->client);
+    if (fixture->daemon.code != 0)
+        print_error("exit %d: %s\n", fixture->daemon.code, fixture->daemon.err);
+    return fixture->daemon.code;
+}
+
 // --- what goes out ---
 
 void send_bytes(Client *client, const char *channel, const void *data, size_t size)
@@ -381,6 +408,13 @@ const Reply *apply_load(Client *client, const double center[3], double radius,
     const pliant_load_t m = make_load(client, center, radius, force, duration, body);
     send_until_answered(client, NULL, &(Request){m.id, publish_load, &m}, 1.0, false);
     return find_reply(client, m.id);
+}
+
+const Reply *answer_to(Client *client, int32_t id,
+                       void (*publish)(Client *client, const void *message), const void *message)
+{
+    send_until_answered(client, NULL, &(Request){id, publish, message}, 1.0, false);
+    return find_reply(client, id);
 }
 
 int insist(Client *client, Client *also, int kind, int64_t value, const char *argument)

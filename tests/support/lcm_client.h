@@ -91,6 +91,18 @@ double client_now(void); // [s]
 // The daemon is up when its first status has come.
 void client_wait_for_daemon(Client *client);
 
+// A server that a group of tests shares, and the client that it answers.
+typedef struct Fixture {
+    Process daemon;
+    Client *client;
+} Fixture;
+
+// For the setup of a group: starts the server with these arguments and waits until it is up; *state
+// is the fixture, of which there is one.
+int fixture_start(void **state, const char *format, ...) __attribute__((format(printf, 2, 3)));
+// For the teardown: ends the server by SIGTERM and returns its exit code.
+int fixture_end(void **state);
+
 // Requests return their id; poses their sequence.
 int32_t send_command(Client *client, int kind, int64_t value, const char *argument);
 // Sends the commands from id `first` on again that have no answer yet: on a busy machine datagrams
@@ -102,6 +114,20 @@ int32_t send_load(Client *client, const double center[3], double radius, const d
 // A pose of tool 1 at `position`, upright.
 pliant_tool_pose_t make_pose(Client *client, const double position[3]);
 int64_t send_pose(Client *client, const pliant_tool_pose_t *pose);
+// Sends a pose of tool 1 there again and again until the condition holds; fails the test after a
+// minute.
+#define hold_pose_until(client, position, condition)                                               \
+    do {                                                                                           \
+        const double limit_ = client_now() + 60.0;                                                 \
+        while (!(condition) && client_now() < limit_) {                                            \
+            const pliant_tool_pose_t pose_ = make_pose((client), (position));                      \
+            send_pose((client), &pose_);                                                           \
+            client_listen((client), 2);                                                            \
+        }                                                                                          \
+        if (!(condition))                                                                          \
+            fail_msg("kept the tool there in vain for: %s", #condition);                           \
+    } while (0)
+
 void send_bytes(Client *client, const char *channel, const void *data, size_t size);
 
 // The newest reply to a request, or NULL; and how many came.
@@ -112,6 +138,9 @@ int count_replies(const Client *client, int32_t id);
 const Reply *command(Client *client, int kind, int64_t value, const char *argument);
 const Reply *apply_load(Client *client, const double center[3], double radius,
                         const double force[3], double duration, const char *body);
+// Any request, likewise: `publish` sends the message.
+const Reply *answer_to(Client *client, int32_t id,
+                       void (*publish)(Client *client, const void *message), const void *message);
 // A command each 50 ms until a reply is `ok`, as a client does that counts on loss; returns how
 // often it was sent. The reply is that to client->next_id. `also` (may be NULL) is listened to
 // meanwhile.
