@@ -3,11 +3,10 @@
 #include "base/arguments.h"
 
 #include "base/log.h"
-#include "scene/mesh_report.h"
-#include "io/mesh_import.h"
-#include "io/off.h"
-#include "scene/prepared.h"
 #include "scene/proposal.h"
+#include "io/mesh_import.h"
+#include "io/mesh_formats.h"
+#include "scene/prepared.h"
 #include "io/units.h"
 
 #include <errno.h>

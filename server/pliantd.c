@@ -6,7 +6,7 @@
 #include "base/log.h"
 #include "base/output.h"
 #include "io/checkpoint.h"
-#include "scene/plausible.h"
+#include "scene/build.h"
 #include "run/explain.h"
 #include "run/live.h"
 #include "run/offline.h"

@@ -1,9 +1,9 @@
 // Writes a gnuplot script that contains its own data, and runs it.
-#include "study/plot.h"
+#include "study/report.h"
 
 #include "study/case.h"
 #include "study/field.h"
-#include "study/pareto.h"
+#include "study/advice.h"
 
 #include <errno.h>
 #include <math.h>

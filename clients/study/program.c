@@ -7,7 +7,6 @@
 #include "study/case.h"
 #include "study/ranks.h"
 #include "study/report.h"
-#include "study/table.h"
 
 #include <stdlib.h>
 #include <string.h>

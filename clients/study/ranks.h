@@ -5,7 +5,7 @@
 #define PLIANT_STUDY_RANKS_H
 
 #include "study/reference.h"
-#include "study/schedule.h"
+#include "study/run.h"
 
 // Called first and last by main. A code other than STATUS_OK ends the other ranks, which may be
 // waiting for this one.

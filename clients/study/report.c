@@ -4,10 +4,7 @@
 #include "base/output.h"
 #include "io/data_file.h"
 #include "study/advice.h"
-#include "study/plot.h"
-#include "study/save.h"
 #include "study/scene_keys.h"
-#include "study/table.h"
 
 #include <errno.h>
 #include <string.h>

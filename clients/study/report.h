@@ -5,6 +5,8 @@
 #include "study/progress.h"
 #include "study/study.h"
 
+#include <stdio.h>
+
 enum { REPORT_PATH = 4096 };
 
 // Print progress on stderr.
@@ -21,5 +23,46 @@ bool report_make_folder(const Scene *scene, const char *wanted, char folder[REPO
 // context: complete.
 bool report_all(const StudyResult *result, const Scene *scene, const StudyOptions *options,
                 const char *folder, Status *status);
+
+// Saves a study: every field of every run and reference.
+
+// First bytes of the tables: only files that begin so are replaced.
+#define STUDY_RUNS_MARK       "name\tintegrator\t"
+#define STUDY_REFERENCES_MARK "of\tlevel\t"
+
+// Writes a header line and a row per run, columns separated by tabs, "-" for missing values. After
+// the fields of field.h follow the costs of all repeats, cpu_1 to cpu_N.
+bool study_save_runs(const StudyResult *result, const char *path, Status *status);
+// Writes a row per reference: the total one, then those in time, with the mesh in front.
+bool study_save_references(const StudyResult *result, const char *path, Status *status);
+// Writes both as one HDF5 file, format "pliant-study": /runs/<field> and /references/<field> with a
+// row each, /runs/cpu_s [runs][repeats]. `scene_text`: of the scene file. Sets STATUS_FAILED also
+// if HDF5 is not built in.
+bool study_save_hdf(const StudyResult *result, const char *scene_text, const char *path,
+                    Status *status);
+
+// Draws the curves of a study with gnuplot, if installed.
+
+typedef enum PlotResult { PLOT_DRAWN, PLOT_NO_GNUPLOT, PLOT_FAILED } PlotResult;
+
+// Writes folder/study.gp. It contains its data and draws, into its own folder, time.png and
+// time.svg (error in time over cost, by integrator, on the scene's own mesh), total.png and
+// total.svg (total error over cost, by detail, with the Pareto front). `error`: the limit that is
+// drawn, as a fraction.
+bool plot_write(const StudyResult *result, const char *folder, double error, Status *status);
+// Runs `program` (found by name, "gnuplot") on it. A failed picture is no failure of the study;
+// `status` has the reason.
+PlotResult plot_draw(const char *program, const char *folder, Status *status);
+
+// The terminal output of a study: inputs, the references and their reliability, a row per case, and
+// the reasons for missing cases.
+
+// Prints everything but the advice.
+void table_print(const StudyResult *result, FILE *out);
+// Prints the cases alone, before any has run.
+void table_print_cases(const StudyCase *cases, int count, FILE *out);
+
+// Formats a fraction as "0.123 %"; "-" for NAN. At most 24 characters.
+const char *table_percent(double fraction, char *text);
 
 #endif

@@ -1,5 +1,5 @@
 // Runs and references as tables: tab-separated text, and HDF5.
-#include "study/save.h"
+#include "study/report.h"
 
 #include "base/check.h"
 #include "base/output.h"

@@ -1,13 +1,13 @@
 // Error against run time: a scene is run offline in many ways, each compared with a reference that
 // is finer in every respect. This header has the types that the study's parts share: cases,
 // measurements and references. case.h makes the grid, reference.h the references, run.h runs;
-// table.h, plot.h and advice.h present the result.
+// report.h and advice.h present the result.
 // The result of a case is plain data of fixed size, so that other processes and machines can
 // compute and send it.
 #ifndef PLIANT_STUDY_STUDY_H
 #define PLIANT_STUDY_STUDY_H
 
-#include "base/precision.h"
+#include "base/isa.h"
 #include "dynamics/integrator.h"
 #include "scene/scene.h"
 

@@ -1,8 +1,8 @@
 // Prints the table of a study. Columns are as wide as their content.
-#include "study/table.h"
+#include "study/report.h"
 
 #include "study/field.h"
-#include "study/pareto.h"
+#include "study/advice.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,8 +2,6 @@
 #ifndef PLIANT_BASE_ISA_H
 #define PLIANT_BASE_ISA_H
 
-#include "base/precision.h"
-
 #include <stddef.h>
 
 typedef enum IsaLevel { ISA_BASE, ISA_V3, ISA_V4, ISA_COUNT } IsaLevel;
@@ -39,5 +37,9 @@ const char *const *isa_available(void);
         [PRECISION_SINGLE] = {&name##_kernels_single_base},                                        \
     }
 #endif
+
+// The precisions in which the kernels of bodies compute and store their numbers.
+
+typedef enum Precision { PRECISION_DOUBLE, PRECISION_SINGLE, PRECISION_COUNT } Precision;
 
 #endif

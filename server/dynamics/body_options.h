@@ -2,7 +2,7 @@
 #ifndef PLIANT_DYNAMICS_BODY_OPTIONS_H
 #define PLIANT_DYNAMICS_BODY_OPTIONS_H
 
-#include "base/precision.h"
+#include "base/isa.h"
 #include "base/team.h"
 #include "dynamics/body.h"
 #include "dynamics/fixed.h"

@@ -1,6 +1,6 @@
 // Private to the dynamics module: the data of a contact of one tool with one body. contact.c moves
-// the proxy, contact_find.c finds candidates, contact_side.c remembers sides, contact_follow.c
-// follows changes of faces, contact_force.c is the law.
+// the proxy, contact_find.c finds candidates and follows changes of faces, contact_side.c remembers
+// sides, contact_force.c is the law.
 #ifndef PLIANT_DYNAMICS_CONTACT_DATA_H
 #define PLIANT_DYNAMICS_CONTACT_DATA_H
 

@@ -5,7 +5,6 @@
 #define PLIANT_DYNAMICS_KERNEL_H
 
 #include "base/isa.h"
-#include "base/precision.h"
 #include "dynamics/rows.h"
 
 #include <stdbool.h>

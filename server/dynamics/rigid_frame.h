@@ -5,7 +5,7 @@
 #define PLIANT_DYNAMICS_RIGID_FRAME_H
 
 #include "base/arena.h"
-#include "base/precision.h"
+#include "base/isa.h"
 #include "base/state.h"
 
 #include <stdbool.h>

@@ -5,13 +5,13 @@
 // The base frame of bodies fixed to the world is constant; that of floating bodies follows them
 // every few ticks, so that u stays as small as the deformation, and single precision keeps its
 // accuracy far from the origin. In single precision a floating frame also has a velocity, to which
-// those of its rows are relative: it falls in their place (rows_fall.c). Step thread: no
+// those of its rows are relative: it falls in their place (rows_fall). Step thread: no
 // allocation.
 #ifndef PLIANT_DYNAMICS_ROWS_H
 #define PLIANT_DYNAMICS_ROWS_H
 
 #include "base/arena.h"
-#include "base/precision.h"
+#include "base/isa.h"
 #include "base/state.h"
 #include "base/vec.h"
 #include "dynamics/integrator.h"

@@ -2,7 +2,7 @@
 // scales of its stiffness and damping. No allocation: safe for the step thread.
 #include "dynamics/sim_data.h"
 
-#include "dynamics/stability.h"
+#include "dynamics/integrator.h"
 
 #include <string.h>
 

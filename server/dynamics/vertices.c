@@ -1,7 +1,11 @@
 #include "dynamics/vertices.h"
 
+#include "base/check.h"
+#include "base/compare.h"
+
 #include <math.h>
 #include <stdatomic.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define ALLOCATE(use, count, type, label)                                                          \
@@ -438,4 +442,32 @@ void vertices_explain(const Vertices *vertices, int lanes, const int *element_at
             vertices->rows.fall != NULL ? "follows the body, and falls in its place"
             : vertices->rows.floating   ? "follows the body"
                                         : "still");
+}
+
+// --- vertices by id ------------------------------------------------------------------------------
+
+VertexId *vertex_ids_sort(const int *id, int count)
+{
+    VertexId *sorted = calloc((size_t)count + 1, sizeof *sorted);
+    ASSERT(sorted != NULL);
+    for (int i = 0; i < count; i++)
+        sorted[i] = (VertexId){id[i], i};
+    qsort(sorted, (size_t)count, sizeof *sorted, compare_ints);
+    return sorted;
+}
+
+int vertex_ids_find(const VertexId *sorted, int count, int id)
+{
+    const VertexId key = {id, 0};
+    const VertexId *found = bsearch(&key, sorted, (size_t)count, sizeof *sorted, compare_ints);
+    return found != NULL ? found->vertex : -1;
+}
+
+int vertex_ids_find_fixed(const VertexId *sorted, int count, int id, Status *status)
+{
+    int vertex = vertex_ids_find(sorted, count, id);
+    if (vertex < 0)
+        status_fail(status, STATUS_INVALID,
+                    "fixed: node %d is not a vertex of the body (%d vertices)", id, count);
+    return vertex;
 }

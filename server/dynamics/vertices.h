@@ -9,11 +9,23 @@
 #ifndef PLIANT_DYNAMICS_VERTICES_H
 #define PLIANT_DYNAMICS_VERTICES_H
 
+#include "base/status.h"
 #include "dynamics/body_options.h"
 #include "dynamics/body_parameters.h"
-#include "dynamics/rows.h"
-#include "dynamics/vertex_ids.h"
 #include "dynamics/kernel.h"
+#include "dynamics/rows.h"
+
+// Look-up of vertices by id, for files and scenes that refer to them. Load time only.
+typedef struct VertexId {
+    int id, vertex; // id first, for compare_ints
+} VertexId;
+
+// Returns [count] entries in ascending order of id; malloc'ed, the caller frees.
+VertexId *vertex_ids_sort(const int *id, int count);
+// Returns the vertex of an id; -1: none.
+int vertex_ids_find(const VertexId *sorted, int count, int id);
+// Returns the vertex that a scene fixes by its id; -1 with a status: the body has none of this id.
+int vertex_ids_find_fixed(const VertexId *sorted, int count, int id, Status *status);
 
 typedef struct Vertices {
     // --- constant after creation, except for bodies that are cut ---

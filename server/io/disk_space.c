@@ -1,4 +1,4 @@
-#include "io/disk_space.h"
+#include "io/recording_parts.h"
 
 #include <errno.h>
 #include <fcntl.h>

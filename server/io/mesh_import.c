@@ -2,10 +2,7 @@
 // time only; never writes, never opens other files that the mesh file names.
 #include "io/mesh_import.h"
 
-#include "io/obj.h"
-#include "io/off.h"
-#include "io/ply.h"
-#include "io/stl.h"
+#include "io/mesh_formats.h"
 
 #include <errno.h>
 #include <fcntl.h>

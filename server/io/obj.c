@@ -1,5 +1,5 @@
 // Wavefront OBJ: v, vt and f lines; all other keywords are ignored. Load time only.
-#include "io/obj.h"
+#include "io/mesh_formats.h"
 
 #include <limits.h>
 #include <math.h>

@@ -1,6 +1,6 @@
 // Geomview's OFF: counts, then one vertex per line, then one face per line. Ignores normals,
 // colours and texture coordinates that follow on a line.
-#include "io/off.h"
+#include "io/mesh_formats.h"
 
 #include <limits.h>
 #include <math.h>

@@ -2,7 +2,7 @@
 // element per line in ASCII files. Reads x, y and z of vertices and the list vertex_indices (or
 // vertex_index) of faces; skips all else by its type. Allocates nothing that the header only
 // announces: data that ends too early is an error at its end.
-#include "io/ply.h"
+#include "io/mesh_formats.h"
 
 #include <limits.h>
 #include <math.h>

@@ -1,5 +1,5 @@
 // STL, ASCII and binary. Ignores normals: the order of corners defines the outside. Load time only.
-#include "io/stl.h"
+#include "io/mesh_formats.h"
 
 #include <stdint.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 // Chooses the voxels of a body and covers them with cells. Load time only.
-#include "io/volume_lattice.h"
+#include "io/volume_import.h"
 
 #include "base/check.h"
 #include "geometry/mesh.h"

@@ -9,7 +9,6 @@
 #define PLIANT_PLANE_KERNEL_H
 
 #include "base/isa.h"
-#include "base/precision.h"
 #include "dynamics/rows.h"
 #include "plane/shape.h"
 

@@ -1,6 +1,6 @@
 // Shared by the bus's files: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames
-// and contacts), bus_mesh.c (meshes), bus_rest.c (rest positions), bus_tell.c (replies, events,
-// status), bus_claim.c (ownership of the prefix). Bus thread only.
+// and contacts), bus_mesh.c (meshes and rest positions), bus_tell.c (replies, events, status),
+// bus_claim.c (ownership of the prefix). Bus thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
@@ -135,8 +135,6 @@ void bus_restart_meshes(Bus *bus);
 bool bus_follow_mesh(Bus *bus, int body, int64_t now_ns, bool at_once);
 // Sends the chunks of the delta that are due, or all if `now`; returns true when none is left.
 bool bus_send_delta(Bus *bus, int body, int64_t now_ns, bool now);
-
-// bus_rest.c
 void bus_create_rest_stream(Bus *bus, int body, Arena *arena);
 // Returns the number of chunks that follow a whole mesh; 0: rest positions are not published.
 int bus_rest_chunks(const BodyStream *stream);

@@ -10,7 +10,6 @@
 #include "io/checkpoint.h"
 #include "run/gate.h"
 #include "run/mesh_copy.h"
-#include "run/rest_copy.h"
 
 #include <stdatomic.h>
 

@@ -4,7 +4,6 @@
 #include "base/log.h"
 #include "scene/body_mesh.h"
 #include "io/volume_import.h"
-#include "io/volume_lattice.h"
 #include "geometry/voxelise.h"
 
 // Prefixes the file name to the error of a function that does not know it.

@@ -17,4 +17,14 @@ typedef struct BuildOptions {
 // outlives the world.
 bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status);
 
+// Hashes everything that determines the motion: rate, gravity, meshes, materials, tools and loads.
+// Excludes publishing, network settings and how the start was settled.
+uint64_t physics_hash(const Scene *scene, const World *world);
+
+// Warns of scenes that can be simulated but are probably mistakes: lengths in millimetres read as
+// metres, a body that nothing fixes. Logs one warning for each unusual number of a scene, with the
+// line of the scene file, the number and its likely cause, and one for each key without effect.
+// Returns the number of warnings.
+int plausible_warn(World *world, const Scene *scene);
+
 #endif

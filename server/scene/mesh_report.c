@@ -1,9 +1,8 @@
-#include "scene/mesh_report.h"
+#include "scene/proposal.h"
 
-#include "dynamics/stability.h"
+#include "dynamics/integrator.h"
 #include "scene/body_mesh.h"
 #include "io/mesh_import.h"
-#include "scene/proposal.h"
 #include "io/units.h"
 #include "geometry/mesh_quality.h"
 

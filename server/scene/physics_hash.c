@@ -1,5 +1,5 @@
 // Hashes the physics of a scene: the rows of its tables say which keys count.
-#include "scene/physics_hash.h"
+#include "scene/build.h"
 
 #include "base/check.h"
 #include "base/fnv.h"

@@ -1,7 +1,6 @@
-#include "scene/plausible.h"
+#include "scene/build.h"
 
 #include "base/log.h"
-#include "dynamics/cost.h"
 #include "dynamics/outline.h"
 
 #include <math.h>

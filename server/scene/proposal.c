@@ -1,7 +1,6 @@
 #include "scene/proposal.h"
 
 #include "base/check.h"
-#include "dynamics/cost.h"
 #include "dynamics/outline.h"
 #include "scene/build.h"
 #include "io/mesh_import.h"

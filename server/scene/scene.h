@@ -4,7 +4,7 @@
 
 #include "base/status.h"
 #include "dynamics/sim.h"
-#include "scene/voxel_source.h"
+#include "scene/body_voxels.h"
 #include "geometry/mesh.h"
 #include "surface/surface.h"
 #include "voxel/voxel.h"

@@ -5,7 +5,7 @@
 #include "base/check.h"
 #include "base/compare.h"
 #include "base/log.h"
-#include "dynamics/stability.h"
+#include "dynamics/integrator.h"
 #include "geometry/winged_edge.h"
 #include "surface/detail/detail_create.h"
 #include "surface/implicit.h"

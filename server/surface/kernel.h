@@ -11,7 +11,7 @@
 #ifndef PLIANT_SURFACE_KERNEL_H
 #define PLIANT_SURFACE_KERNEL_H
 
-#include "base/precision.h"
+#include "base/isa.h"
 #include "dynamics/integrator.h"
 #include "dynamics/rows.h"
 

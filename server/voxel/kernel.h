@@ -10,7 +10,6 @@
 #define PLIANT_VOXEL_KERNEL_H
 
 #include "base/isa.h"
-#include "base/precision.h"
 #include "dynamics/rows.h"
 #include "voxel/element.h"
 

@@ -2,7 +2,7 @@
 #ifndef PLIANT_VOXEL_MAKING_H
 #define PLIANT_VOXEL_MAKING_H
 
-#include "dynamics/vertex_ids.h"
+#include "dynamics/vertices.h"
 #include "voxel/kernel.h"
 #include "voxel/lattice_mesh.h"
 #include "voxel/voxel.h"

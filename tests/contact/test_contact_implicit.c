@@ -18,7 +18,7 @@ static BenchOptions stiff_options(double theta)
 }
 
 // With bounds a lambda and b_c a lambda of one capsule, the step is the longest stable one times
-// 0.9 (stability.h).
+// 0.9 (integrator.h).
 static void stiffness_is_what_the_step_allows(void **unused)
 {
     (void)unused;

@@ -1,7 +1,7 @@
 // The time step of a body whose bounds change with its topology, and what can be set on it.
 #include "expect.h"
 #include "dynamics/sim_data.h"
-#include "dynamics/stability.h"
+#include "dynamics/integrator.h"
 #include "toy_body.h"
 
 #include <string.h>
@@ -25,7 +25,7 @@ static ToySceneOptions options_with(double time_step, bool unsafe)
                              .may_load = true};
 }
 
-// Of symplectic Euler, as stability.h states it: times 4 where anything is split; the ball adds
+// Of symplectic Euler, as integrator.h states it: times 4 where anything is split; the ball adds
 // its contact, a = 0.5 of the coarse body's stiffness, 1.65 times since it has no damping
 // (contact_create.c).
 static double limit_of(bool split, bool touched, double stiffness_scale, double damping_scale)

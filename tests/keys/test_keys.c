@@ -5,7 +5,6 @@
 
 #include "scene/build.h"
 #include "base/fnv.h"
-#include "scene/physics_hash.h"
 #include "scene/scene_parts.h"
 #include "geometry/generator.h"
 #include "run/explain.h"

@@ -31,7 +31,7 @@ static const char *valgrind, *own_pliantd, *build_folder, *source_folder;
     "duration = 9.0; } );"
 #define CONTACT_FILES "dynamics/contact", "dynamics/tool.c", "geometry/distance.c"
 #define OUTSIDE_FILES "surface/loads.c"
-#define FOLLOW_FILES  "dynamics/follow.c", "dynamics/time_step.c", "dynamics/stability.c"
+#define FOLLOW_FILES  "dynamics/follow.c", "dynamics/time_step.c", "dynamics/integrator.c"
 
 static const Feature PLAIN = {.name = "nothing"};
 

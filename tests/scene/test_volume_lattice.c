@@ -5,7 +5,7 @@
 
 #include "base/log.h"
 #include "scene/body_voxels.h"
-#include "io/volume_lattice.h"
+#include "io/volume_import.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_STABILITY_FREE_FALL_H
 #define PLIANT_TESTS_STABILITY_FREE_FALL_H
 
-#include "base/precision.h"
+#include "base/isa.h"
 #include "dynamics/sim.h"
 #include "random_scene.h"
 

@@ -5,7 +5,7 @@
 
 #include "study/pool.h"
 #include "study/reference.h"
-#include "study/schedule.h"
+#include "study/run.h"
 
 #include <signal.h>
 #include <stdlib.h>

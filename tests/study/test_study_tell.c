@@ -4,11 +4,9 @@
 #include "study_sample.h"
 
 #include "study/field.h"
-#include "study/pareto.h"
-#include "study/plot.h"
+#include "study/advice.h"
+#include "study/report.h"
 #include "study/progress.h"
-#include "study/save.h"
-#include "study/table.h"
 
 #include <sys/stat.h>
 

@@ -6,11 +6,9 @@
 #include "study/advice.h"
 #include "study/case.h"
 #include "study/errors.h"
-#include "study/pareto.h"
 #include "study/reference.h"
 #include "study/run.h"
 #include "study/scene_keys.h"
-#include "study/schedule.h"
 
 // A stiff sheet in a frame, pressed in its middle: it neither buckles nor folds, so that finer
 // meshes come nearer to each other.

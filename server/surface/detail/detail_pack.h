@@ -3,7 +3,7 @@
 #ifndef PLIANT_SURFACE_DETAIL_PACK_H
 #define PLIANT_SURFACE_DETAIL_PACK_H
 
-#include "base/precision.h"
+#include "base/isa.h"
 
 #include <stdbool.h>
 

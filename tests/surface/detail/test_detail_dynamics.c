@@ -2,7 +2,7 @@
 // mass kept through every change, without a start of its own, in patches as in whole.
 #include "detail_bench.h"
 
-#include "dynamics/stability.h"
+#include "dynamics/integrator.h"
 #include "expect.h"
 #include "fixture.h"
 #include "geometry/butterfly.h"
