@@ -4,11 +4,12 @@
 #include <stddef.h>
 #include <string.h>
 
-static const char *const names[ISA_COUNT] = {"baseline", "x86-64-v3", "x86-64-v4"};
+// Best first.
+static const char *const names[ISA_COUNT + 1] = {"x86-64-v4", "x86-64-v3", "baseline", NULL};
 
 const char *isa_name(IsaLevel level)
 {
-    return names[level];
+    return names[ISA_COUNT - 1 - level];
 }
 
 IsaLevel isa_best(void)
@@ -33,17 +34,12 @@ IsaLevel isa_find(const char *name)
     if (strcmp(name, "auto") == 0)
         return isa_best();
     for (int level = 0; level <= (int)isa_best(); level++)
-        if (strcmp(name, names[level]) == 0)
+        if (strcmp(name, isa_name((IsaLevel)level)) == 0)
             return (IsaLevel)level;
     return ISA_COUNT;
 }
 
 const char *const *isa_available(void)
 {
-    static const char *available[ISA_COUNT + 1];
-    int count = 0;
-    for (int level = (int)isa_best(); level >= 0; level--)
-        available[count++] = names[level];
-    available[count] = NULL;
-    return available;
+    return &names[ISA_COUNT - 1 - isa_best()];
 }

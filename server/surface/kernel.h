@@ -112,8 +112,6 @@ typedef struct SpringKernels {
     DriftKernel *drift;
 } SpringKernels;
 
-// Returns the levels that this machine can run, best first, NULL at the end.
-const SpringKernels *const *kernels_available(Precision precision);
 // Finds a level by name, the best one for "auto"; NULL if unknown or not runnable on this machine.
 const SpringKernels *kernels_find(Precision precision, const char *level);
 

@@ -2,6 +2,7 @@
 // same bits at all levels, and the numbers of a plain evaluation.
 #include "expect.h"
 #include "random.h"
+#include "base/isa.h"
 #include "surface/kernel.h"
 
 #include <stdlib.h>
@@ -308,14 +309,14 @@ static void each_variant(const Problem *p, Visit *visit)
 
 static void check_levels(const Problem *p, StageRule rule, int damped, int shape, int external)
 {
-    const SpringKernels *const *levels = kernels_available(PRECISION_DOUBLE);
+    const char *const *isa = isa_available();
     Result first, other;
-    run(levels[0], p, rule, damped, shape, external, &first);
-    for (int k = 1; levels[k] != NULL; k++) {
-        run(levels[k], p, rule, damped, shape, external, &other);
+    run(kernels_find(PRECISION_DOUBLE, isa[0]), p, rule, damped, shape, external, &first);
+    for (int k = 1; isa[k] != NULL; k++) {
+        run(kernels_find(PRECISION_DOUBLE, isa[k]), p, rule, damped, shape, external, &other);
         if (memcmp(&first, &other, sizeof first) != 0)
-            print_error("%s against %s: rule %d damped %d shape %d external %d\n", levels[k]->level,
-                        levels[0]->level, rule, damped, shape, external);
+            print_error("%s against %s: rule %d damped %d shape %d external %d\n", isa[k], isa[0],
+                        rule, damped, shape, external);
         assert_memory_equal(first.next, other.next, sizeof first.next);
         assert_memory_equal(first.sum, other.sum, sizeof first.sum);
         assert_int_equal(first.bad, other.bad);
@@ -325,7 +326,7 @@ static void check_levels(const Problem *p, StageRule rule, int damped, int shape
 static void check_plain(const Problem *p, StageRule rule, int damped, int shape, int external)
 {
     Result result;
-    run(kernels_available(PRECISION_DOUBLE)[0], p, rule, damped, shape, external, &result);
+    run(kernels_find(PRECISION_DOUBLE, "auto"), p, rule, damped, shape, external, &result);
     assert_false(result.bad);
     for (int i = 0; i < p->node_count; i++)
         check_node(p, &result, i, rule, damped, shape, external);
@@ -376,10 +377,9 @@ static void coincident_nodes_pull_nowhere(void **state)
 
 static void check_bad(const Problem *p, StageRule rule, int damped, int shape, int external)
 {
-    const SpringKernels *const *levels = kernels_available(PRECISION_DOUBLE);
-    for (int k = 0; levels[k] != NULL; k++) {
+    for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
         Result result;
-        run(levels[k], p, rule, damped, shape, external, &result);
+        run(kernels_find(PRECISION_DOUBLE, *isa), p, rule, damped, shape, external, &result);
         bool spreads = false; // into the sum, and with it into the last stage's result
         for (int at = 0; at < 6; at++) {
             double sum = result.sum[20 / LANES * 6 * LANES + at * LANES + 20 % LANES];
@@ -418,7 +418,7 @@ static void padding_nodes_stay_at_the_origin(void **state)
     for (int shape = 0; shape < SHAPE_VARIANTS; shape++)
         for (int rule = 0; rule < RULES; rule++) {
             Result result;
-            run(kernels_available(PRECISION_DOUBLE)[0], p, rules[rule], 1, shape, 1, &result);
+            run(kernels_find(PRECISION_DOUBLE, "auto"), p, rules[rule], 1, shape, 1, &result);
             for (int s = 21; s < 32; s++)
                 for (int c = 0; c < ROW; c++)
                     assert_true(result.next[s * ROW + c] == 0.0);
@@ -429,16 +429,16 @@ static void padding_nodes_stay_at_the_origin(void **state)
 static void levels_are_found_by_name(void **state)
 {
     (void)state;
-    const SpringKernels *const *levels = kernels_available(PRECISION_DOUBLE);
-    assert_non_null(levels[0]);
-    assert_ptr_equal(kernels_find(PRECISION_DOUBLE, "auto"), levels[0]);
+    const char *const *isa = isa_available();
     int count = 0;
-    for (; levels[count] != NULL; count++)
-        assert_ptr_equal(kernels_find(PRECISION_DOUBLE, levels[count]->level), levels[count]);
-    assert_string_equal(levels[count - 1]->level, "baseline");
+    assert_non_null(isa[0]);
+    assert_string_equal(kernels_find(PRECISION_DOUBLE, "auto")->level, isa[0]);
+    for (; isa[count] != NULL; count++)
+        assert_string_equal(kernels_find(PRECISION_DOUBLE, isa[count])->level, isa[count]);
+    assert_string_equal(isa[count - 1], "baseline");
     assert_null(kernels_find(PRECISION_DOUBLE, "x86-64-v9"));
     assert_null(kernels_find(PRECISION_DOUBLE, ""));
-    print_message("%d levels, the best is %s\n", count, levels[0]->level);
+    print_message("%d levels, the best is %s\n", count, isa[0]);
 }
 
 int main(void)
