@@ -69,24 +69,24 @@ static void write_ball(char text[2048], const char *head, const char *keys)
              head, keys, LOAD);
 }
 
-#define HELD  "fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, 0.27]); } ); "
+#define FIXED "fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, 0.27]); } ); "
 #define ADAPT "levels = 2; shape = {}; adapt = { force = 0.005; }; "
 
 static const struct {
     const char *head, *keys;
     bool changes;
 } BALLS[] = {
-    {"", HELD "shape = {};", false},
-    {"precision = \"double\";", HELD "shape = {};", false},
+    {"", FIXED "shape = {};", false},
+    {"precision = \"double\";", FIXED "shape = {};", false},
     {"", "shape = { frame = \"body\"; };", false}, // flies
-    {"", HELD "levels = 1; start_level = 1; shape = {};", false},
-    {"", HELD "levels = 0; integrator = \"implicit\"; shape = {};", false},
-    {"", HELD ADAPT, true},
-    {"precision = \"double\";", HELD ADAPT, true},
+    {"", FIXED "levels = 1; start_level = 1; shape = {};", false},
+    {"", FIXED "levels = 0; integrator = \"implicit\"; shape = {};", false},
+    {"", FIXED ADAPT, true},
+    {"precision = \"double\";", FIXED ADAPT, true},
     {"", "levels = 2; shape = { frame = \"body\"; }; adapt = { force = 0.005; };", true},
-    {"", HELD ADAPT "adjust = \"choi2005\";", true},
-    {"", HELD ADAPT "cuttable = true;", true},
-    {"", HELD "levels = 1; shape = {}; cuttable = true; prestress = 0.05;", true},
+    {"", FIXED ADAPT "adjust = \"choi2005\";", true},
+    {"", FIXED ADAPT "cuttable = true;", true},
+    {"", FIXED "levels = 1; shape = {}; cuttable = true; prestress = 0.05;", true},
 };
 enum { BALL_COUNT = sizeof BALLS / sizeof *BALLS };
 
@@ -211,8 +211,8 @@ static void nodes_of_voxel_bodies_rest_in_their_lattice(void **unused)
 static void midpoints_have_the_mean_texture_of_their_parents(void **unused)
 {
     (void)unused;
-    static const char *const KEYS[] = {HELD ADAPT, HELD ADAPT "cuttable = true;",
-                                       HELD "levels = 2; start_level = 2; shape = {};"};
+    static const char *const KEYS[] = {FIXED ADAPT, FIXED ADAPT "cuttable = true;",
+                                       FIXED "levels = 2; start_level = 2; shape = {};"};
     for (int k = 0; k < 3; k++) {
         char text[2048];
         Run run;

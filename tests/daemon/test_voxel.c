@@ -39,12 +39,12 @@ static const char *write_voxels(const char *file, const char *head, const char *
                                           .tail = PROBE_TOOL});
 }
 
-static const char HELD[] = "levels = 0;\n"
-                           "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0249]); } );";
+static const char FIXED[] = "levels = 0;\n"
+                            "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0249]); } );";
 
 static const char *write_block(const char *name, const char *head)
 {
-    return write_voxels(name, head, BLOCK, HELD);
+    return write_voxels(name, head, BLOCK, FIXED);
 }
 
 typedef struct BodySeen {
@@ -189,7 +189,7 @@ static void what_is_published_is_recorded(void **state)
     (void)state;
     static const char SKIN[] = "skin = { mesh = \"skin.obj\"; scale = 0.001; };\n  ";
     char keys[512];
-    snprintf(keys, sizeof keys, "%s%s", SKIN, HELD);
+    snprintf(keys, sizeof keys, "%s%s", SKIN, FIXED);
     write_skin(scratch("skin.obj"));
     static const char ALL[] =
         "start = \"paused\";  publish = { nodes_hz = 1000.0; nodes = \"all\"; };";
@@ -197,8 +197,8 @@ static void what_is_published_is_recorded(void **state)
         const char *head, *keys;
         int nodes, triangles;
     } cases[] = {
-        {PAUSED, HELD, SURFACE_NODES, TRIANGLES},
-        {ALL, HELD, ALL_NODES, TRIANGLES},
+        {PAUSED, FIXED, SURFACE_NODES, TRIANGLES},
+        {ALL, FIXED, ALL_NODES, TRIANGLES},
         {PAUSED, keys, 8, 12},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {

@@ -199,12 +199,12 @@ static void frames_of_many_packets_come_whole_or_not_at_all(void **state)
                                    .body = SMALL_SHAPE});
     Scenery s;
     begin(&s, path);
-    // Pieces of what never becomes whole wait for 30 s unless told otherwise, and when 4 MB of them
+    // Pieces of what never becomes whole wait for 30 s unless set otherwise, and when 4 MB of them
     // wait the kernel takes no others: then next to nothing arrives.
     hosts_enter(HOST_CLIENT);
     FILE *setting = fopen("/proc/sys/net/ipv4/ipfrag_time", "w"); // of this network
-    bool told = setting != NULL && fputs("1", setting) >= 0;
-    told = setting != NULL && fclose(setting) == 0 && told;
+    bool set = setting != NULL && fputs("1", setting) >= 0;
+    set = setting != NULL && fclose(setting) == 0 && set;
     hosts_enter(HOST_SERVER);
     shown_destroy(s.shown); // what came before the loss
     hosts_fault(&(LinkFaults){.loss = 0.05});
@@ -221,7 +221,7 @@ static void frames_of_many_packets_come_whole_or_not_at_all(void **state)
     figure(
         "frames of 21 packets at 5 %% loss, ipfrag_time %s: %lld of %lld shown (1 in 3 expected), "
         "the mesh of 95 packets after %.1f s",
-        told ? "1 s" : "as it is", (long long)(s.shown->count - before),
+        set ? "1 s" : "as it is", (long long)(s.shown->count - before),
         (long long)(s.truth->count - all), waited);
     end(&s);
 }

@@ -24,8 +24,8 @@ static const char *valgrind, *own_pliantd, *build_folder, *source_folder;
 // ---------------------------------------------------------------------------------------------
 // Scenes
 
-#define BALL "{ from = [0.0, 0.0, 0.1]; to = [0.0, 0.0, 0.1]; radius = 0.11; }"
-#define HELD "fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.05]); } );"
+#define BALL  "{ from = [0.0, 0.0, 0.1]; to = [0.0, 0.0, 0.1]; radius = 0.11; }"
+#define FIXED "fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.05]); } );"
 #define LOAD                                                                                       \
     "loads = ( { center = [0.0, 0.0, 0.1]; radius = 0.03; force = [0.0, 0.0, -0.5]; start = 0.0; " \
     "duration = 9.0; } );"
@@ -119,7 +119,7 @@ static const char *write_feature_scene(bool voxel, const Feature *what, const ch
                        "size = 0.0166; };"
              : finer ? ICO_SPHERE(2562, 0.1)
                      : ICO_SPHERE(642, 0.1));
-    snprintf(keys, sizeof keys, HELD " %s %s %s",
+    snprintf(keys, sizeof keys, FIXED " %s %s %s",
              voxel && strstr(body, "levels") == NULL ? "levels = 0;" : "", body, also);
     return write_body_scene(
         "feature.cfg",

@@ -57,24 +57,24 @@ static double along(const double k[6], Vec3 n)
 
 StiffnessVerdict stiffness_judge(Sim *sim, StateList *state)
 {
-    const ToolWrench told = *sim_wrench(sim, 0);
+    const ToolWrench reported = *sim_wrench(sim, 0);
     double measured[6], difference[6], least, most;
     StiffnessVerdict verdict;
-    assert_true(told.contact);
-    measure(sim, state, told.position, measured);
+    assert_true(reported.contact);
+    measure(sim, state, reported.position, measured);
     for (int e = 0; e < 6; e++)
-        difference[e] = told.stiffness[e] - measured[e];
-    stiffness_eigenvalues(told.stiffness, &verdict.told_least, &verdict.told_most);
+        difference[e] = reported.stiffness[e] - measured[e];
+    stiffness_eigenvalues(reported.stiffness, &verdict.reported_least, &verdict.reported_most);
     stiffness_eigenvalues(measured, &least, &most);
     verdict.error = norm(difference) / norm(measured);
-    verdict.normal = along(told.stiffness, told.normal) / along(measured, told.normal);
+    verdict.normal = along(reported.stiffness, reported.normal) / along(measured, reported.normal);
     stiffness_eigenvalues(difference, &least, &verdict.short_by);
     verdict.short_by = fmin(0.0, least) / most;
-    printf(
-        "told %.3g to %.3g N/m, damping %.3g, error %.2f, along the normal %.2f, short by %.2f\n",
-        verdict.told_least, verdict.told_most, told.damping, verdict.error, verdict.normal,
-        verdict.short_by);
-    expect_at_least(verdict.told_least, -1e-7 * verdict.told_most); // an arc cosine
-    expect_at_least(told.damping, 0.0);
+    printf("reported %.3g to %.3g N/m, damping %.3g, error %.2f, along the normal %.2f, short by "
+           "%.2f\n",
+           verdict.reported_least, verdict.reported_most, reported.damping, verdict.error,
+           verdict.normal, verdict.short_by);
+    expect_at_least(verdict.reported_least, -1e-7 * verdict.reported_most); // an arc cosine
+    expect_at_least(reported.damping, 0.0);
     return verdict;
 }

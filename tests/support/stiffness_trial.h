@@ -7,9 +7,9 @@
 
 // Reported against measured stiffness.
 typedef struct StiffnessVerdict {
-    double told_least, told_most; // eigenvalues [N/m]
-    double error;                 // Frobenius norm of the difference over that of the measured
-    double normal;                // reported over measured, along the force
+    double reported_least, reported_most; // eigenvalues [N/m]
+    double error;    // Frobenius norm of the difference over that of the measured
+    double normal;   // reported over measured, along the force
     double short_by; // most negative eigenvalue of reported - measured, over the largest measured;
                      // or 0
 } StiffnessVerdict;
