@@ -1,4 +1,4 @@
-// Numbers in a client's arguments: one outside its range ends the program with a sentence.
+// Values in a client's arguments: a wrong one ends the program with a sentence.
 #ifndef PLIANT_CLIENTS_ARGUMENTS_H
 #define PLIANT_CLIENTS_ARGUMENTS_H
 
@@ -18,6 +18,15 @@ static inline void argument_integer(struct argp_state *state, const char *name, 
 {
     if (!client_parse_integer(text, low, high, number))
         argp_error(state, "--%s '%s' outside [%ld, %ld]", name, text, low, high);
+}
+
+// The name of a body.
+static inline void argument_body(struct argp_state *state, const char *name, const char *text,
+                                 const char **body)
+{
+    if (!client_name_valid(text, 31))
+        argp_error(state, "--%s '%s': 1 to 31 letters, digits, '_' or '-'", name, text);
+    *body = text;
 }
 
 #endif

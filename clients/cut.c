@@ -183,9 +183,7 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         options->file = argument;
         return 0;
     case 'b':
-        if (!client_name_valid(argument, 31))
-            argp_error(state, "--body '%s': 1 to 31 letters, digits, '_' or '-'", argument);
-        options->body = argument;
+        argument_body(state, "body", argument, &options->body);
         return 0;
     case 'r':
         argument_number(state, "rate", argument, 0.01, 10000.0, &options->rate_hz);

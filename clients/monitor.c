@@ -1,6 +1,7 @@
 // pliant-monitor: shows the state of a running daemon, in place on a terminal and line by line
 // elsewhere, and records the motion of a body. One thread; only listens, except for one DESCRIBE
 // when it needs a mesh.
+#include "arguments.h"
 #include "client.h"
 #include "curve.h"
 #include "output.h"
@@ -58,13 +59,10 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         options->once = true;
         return 0;
     case 'd':
-        if (!client_parse_number(argument, 0.01, 1e7, &options->duration))
-            argp_error(state, "--duration '%s' outside [0.01, 1e7] s", argument);
+        argument_number(state, "duration", argument, 0.01, 1e7, &options->duration);
         return 0;
     case 'n':
-        if (!client_name_valid(argument, 31))
-            argp_error(state, "--nodes '%s': 1 to 31 letters, digits, '_' or '-'", argument);
-        options->body = argument;
+        argument_body(state, "nodes", argument, &options->body);
         return 0;
     case 'w':
         options->write = argument;

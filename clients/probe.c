@@ -224,9 +224,7 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         argument_number(state, "clearance", argument, 0.0, 10.0, &options->clearance);
         return 0;
     case 'b':
-        if (!client_name_valid(argument, 31))
-            argp_error(state, "--body '%s': 1 to 31 letters, digits, '_' or '-'", argument);
-        options->body = argument;
+        argument_body(state, "body", argument, &options->body);
         return 0;
     case 'S':
         argument_number(state, "step", argument, 0.01, 100.0, &options->step);

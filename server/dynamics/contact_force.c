@@ -405,6 +405,31 @@ static bool is_nearer_way_out(const FaceDistance *face, const FaceDistance *than
            (face->distance == than->distance && face->phi > than->phi);
 }
 
+// Pushes out of the walls that the capsule crossed, of which the locally nearest faces push: that
+// needs all distances first.
+static void push_crossed(Contact *contact, const ToolPlacement *at, int shape, double reach)
+{
+    const Capsule *capsule = &contact->tool->capsule[shape];
+    const bool sphere = contact_is_sphere(capsule);
+    const signed char *sides = contact->side[shape];
+    FaceDistance face;
+    Vec3 p, q;
+    contact_axis(capsule, at, &p, &q);
+    for (int i = 0; i < contact->candidate_count; i++) {
+        int side = sides[contact->candidate[i].face];
+        measure_face(contact, &contact->candidate[i], p, q, sphere, side == 0 ? 1 : side, &face);
+        contact->distance[i] = face.distance;
+    }
+    for (int i = 0; i < contact->candidate_count; i++) {
+        int side = sides[contact->candidate[i].face];
+        if (side == 0 || contact->distance[i] >= reach)
+            continue;
+        measure_face(contact, &contact->candidate[i], p, q, sphere, side, &face);
+        if (face.phi < 0.0 && is_locally_nearest(contact, i))
+            push_face(contact, at, i, &face, side, capsule->radius);
+    }
+}
+
 static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shape)
 {
     const Capsule *capsule = &contact->tool->capsule[shape];
@@ -432,7 +457,7 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
             way_out = face.phi < 0.0 ? i : -1;
         }
         if (!solid && face.phi < 0.0 && face.distance < crossed_reach)
-            crossed = true; // needs all distances: below
+            crossed = true;
         else if (solid && face.phi >= 0.0 && face.phi < CONTACT_SOLID_REACH * capsule->radius)
             push_solid(contact, at, i, &face, side, capsule->radius);
         else if (face.phi >= 0.0 && face.phi < reach)
@@ -441,22 +466,8 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
     if (way_out >= 0 && out.distance < crossed_reach)
         push_face(contact, at, way_out, &out,
                   contact->side[shape][contact->candidate[way_out].face], capsule->radius);
-    if (!crossed)
-        return;
-    // Crossed walls: all distances first, then the locally nearest faces push.
-    for (int i = 0; i < contact->candidate_count; i++) {
-        int side = contact->side[shape][contact->candidate[i].face];
-        measure_face(contact, &contact->candidate[i], p, q, sphere, side == 0 ? 1 : side, &face);
-        contact->distance[i] = face.distance;
-    }
-    for (int i = 0; i < contact->candidate_count; i++) {
-        int side = contact->side[shape][contact->candidate[i].face];
-        if (side == 0 || contact->distance[i] >= crossed_reach)
-            continue;
-        measure_face(contact, &contact->candidate[i], p, q, sphere, side, &face);
-        if (face.phi < 0.0 && is_locally_nearest(contact, i))
-            push_face(contact, at, i, &face, side, capsule->radius);
-    }
+    if (crossed)
+        push_crossed(contact, at, shape, crossed_reach);
 }
 
 // Adds bristle friction (README.md, "Friction"): one tangential spring per capsule with a Coulomb
