@@ -6,7 +6,6 @@
 
 // Nodes to prefetch ahead: slots are scattered, and the tick's tables have displaced them from the
 // near cache.
-// places out of the near cache.
 enum { AHEAD = 32 };
 
 // Four numbers at a time, as in rows; the fourth is unused. Passed by address: by value they would

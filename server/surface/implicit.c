@@ -102,7 +102,8 @@ void implicit_evaluate(void *self, const Stage *stage, double h)
             *detail->adapt.felt_count = 0; // only contact forces of the last evaluation count
         }
     }
-    model_clear_touched(model);
+    if (model->touched_count > 0)
+        model_clear_touched(model);
     model->base = next;
     model->present = ahead != NULL ? ahead : next;
 }

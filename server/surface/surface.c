@@ -95,7 +95,8 @@ static void fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringP
 static void end_pass(SurfaceModel *model, const SpringPass *pass)
 {
     const double *g = model->parameters->gravity;
-    model_clear_touched(model);
+    if (model->touched_count > 0)
+        model_clear_touched(model);
     rows_advance(&model->basis, &pass->stage, pass->h, (Vec3){g[0], g[1], g[2]});
     model->present = pass->next;
     model->next_stage = 1 - model->next_stage;
