@@ -2,12 +2,35 @@
 #ifndef PLIANT_STUDY_REPORT_H
 #define PLIANT_STUDY_REPORT_H
 
-#include "study/progress.h"
 #include "study/study.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 
 enum { REPORT_PATH = 4096 };
+
+// Progress of a study on stderr: on a terminal one line that is rewritten, else a line per tenth.
+
+typedef struct Progress {
+    FILE *out;
+    bool terminal;
+    int columns;    // of the terminal
+    double begin_s; // clock at the start
+    int told;       // last tenth that was printed; -1: none
+    int width;      // of the line on the terminal
+} Progress;
+
+// `now_s`: a monotonic clock [s].
+void progress_begin(Progress *progress, FILE *out, bool terminal, int columns, double now_s);
+// `done` of `count` cases are finished; `name` is being computed.
+void progress_tell(Progress *progress, int done, int count, const char *name, double now_s);
+// Removes the line before other output.
+void progress_end(Progress *progress);
+
+// Estimates the remaining seconds from the mean of the cases done; negative: unknown.
+double progress_left(double elapsed_s, int done, int count);
+// Formats "1:02:03" or "2:03"; "?" for a negative time. `text` of 32 characters.
+const char *progress_clock(double seconds, char *text);
 
 // Print progress on stderr.
 void report_begin(Progress *progress);

@@ -39,7 +39,6 @@ const char *const *isa_available(void);
 #endif
 
 // The precisions in which the kernels of bodies compute and store their numbers.
-
 typedef enum Precision { PRECISION_DOUBLE, PRECISION_SINGLE, PRECISION_COUNT } Precision;
 
 #endif

@@ -11,7 +11,7 @@
 
 #include "base/status.h"
 #include "dynamics/body_options.h"
-#include "dynamics/body_parameters.h"
+#include "dynamics/body.h"
 #include "dynamics/kernel.h"
 #include "dynamics/rows.h"
 

@@ -4,6 +4,7 @@
 
 #include "base/status.h"
 #include "base/vec.h"
+#include "geometry/mesh.h"
 
 enum {
     LATTICE_MATERIALS = 255,      // most labels in one lattice
@@ -55,5 +56,17 @@ bool lattice_box(Lattice *lattice, const int count[3], double size, Status *stat
 bool lattice_ball(Lattice *lattice, double radius, double size, Status *status);
 // The plane case: one layer of cells with the middle plane z = 0, by the same rule in x and y.
 bool lattice_disc(Lattice *lattice, double radius, double size, Status *status);
+
+// Conversion of closed triangle meshes to lattices.
+
+// Fills a lattice with the cells of edge `size` [m] whose centre lies inside the closed mesh, by
+// the parity of crossings along a line in x. Void margins are cropped. The lattice axes are the
+// world's; before cropping, the boxes of mesh and lattice have the same middle. The orientation of
+// triangles has no effect: a shell within a shell is a cavity, and the overlap of two parts is
+// void. Rows exactly through an edge or a corner are decided as if moved by an infinitesimal step
+// in y and z, so that parts with common faces divide the cells between them without gap or overlap.
+// False with a status: a mesh with borders, nothing inside, or too many cells (with the size that
+// would fit).
+bool voxelise(Lattice *lattice, const TriMesh *mesh, double size, Status *status);
 
 #endif

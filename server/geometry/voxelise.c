@@ -4,7 +4,7 @@
 // infinitesimal e in y, e^2 in z, and their centres e^3 in x (Edelsbrunner and Mücke 1990,
 // simulation of simplicity). Then no row meets an edge, each crossing of a closed surface belongs
 // to exactly one triangle, and the number of crossings of a row is even. Load time only.
-#include "geometry/voxelise.h"
+#include "geometry/lattice.h"
 
 #include "base/check.h"
 #include "geometry/half_edge.h"

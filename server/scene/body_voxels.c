@@ -4,7 +4,7 @@
 #include "base/log.h"
 #include "scene/body_mesh.h"
 #include "io/volume_import.h"
-#include "geometry/voxelise.h"
+#include "geometry/lattice.h"
 
 // Prefixes the file name to the error of a function that does not know it.
 static bool fail_file(const VoxelSource *source, const Status *said, Status *status)

@@ -15,7 +15,7 @@
 
 #include "base/team.h"
 #include "dynamics/rows.h"
-#include "dynamics/body_parameters.h"
+#include "dynamics/body.h"
 #include "surface/kernel.h"
 #include "surface/surface.h"
 

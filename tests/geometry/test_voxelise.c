@@ -4,7 +4,7 @@
 #include "random.h"
 
 #include "geometry/generator.h"
-#include "geometry/voxelise.h"
+#include "geometry/lattice.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -6,7 +6,6 @@
 #include "study/field.h"
 #include "study/advice.h"
 #include "study/report.h"
-#include "study/progress.h"
 
 #include <sys/stat.h>
 
