@@ -14,28 +14,28 @@ bool blade_add(BladePath *path, const double end[2][3], bool lifted)
         return false;
     if (path->count == path->capacity) {
         int capacity = path->capacity ? 2 * path->capacity : 64;
-        BladePlace *grown = realloc(path->place, sizeof *grown * (size_t)capacity);
+        BladePosition *grown = realloc(path->position, sizeof *grown * (size_t)capacity);
         if (!grown)
             return false;
-        path->place = grown;
+        path->position = grown;
         path->capacity = capacity;
     }
-    BladePlace *place = &path->place[path->count++];
-    memcpy(place->end, end, sizeof place->end);
-    place->lifted = lifted;
+    BladePosition *position = &path->position[path->count++];
+    memcpy(position->end, end, sizeof position->end);
+    position->lifted = lifted;
     return true;
 }
 
 void blade_destroy(BladePath *path)
 {
-    free(path->place);
+    free(path->position);
     *path = (BladePath){0};
 }
 
 int blade_next_sweep(const BladePath *path, int at)
 {
     for (int i = at + 1; i + 1 < path->count; i++)
-        if (!path->place[i + 1].lifted)
+        if (!path->position[i + 1].lifted)
             return i;
     return -1;
 }
@@ -193,11 +193,11 @@ int blade_track(const BladePath *path, int first, double speed, Track *track)
     double q[4] = {1.0, 0.0, 0.0, 0.0}, along[3] = {0.0, 0.0, 1.0}, time = 0.0;
     *track = (Track){0};
     int i = first;
-    for (; i < path->count && (i == first || !path->place[i].lifted); i++) {
-        const BladePlace *place = &path->place[i];
+    for (; i < path->count && (i == first || !path->position[i].lifted); i++) {
+        const BladePosition *position = &path->position[i];
         double now[3], way = 0.0;
         for (int k = 0; k < 3; k++)
-            now[k] = place->end[1][k] - place->end[0][k];
+            now[k] = position->end[1][k] - position->end[0][k];
         if (make_unit(now)) {
             turn_to(along, now, q);
             memcpy(along, now, sizeof along);
@@ -205,12 +205,12 @@ int blade_track(const BladePath *path, int first, double speed, Track *track)
         for (int end = 0; end < 2 && i > first; end++) {
             double d[3];
             for (int k = 0; k < 3; k++)
-                d[k] = place->end[end][k] - place[-1].end[end][k];
+                d[k] = position->end[end][k] - position[-1].end[end][k];
             way = fmax(way, length_of(d));
         }
         // Poses less than a microsecond apart are one (track_add).
         time += i > first ? fmax(way / speed, 2e-6) : 0.0;
-        track_add(track, time, place->end[0], q);
+        track_add(track, time, position->end[0], q);
     }
     track_finish(track);
     return i;

@@ -8,13 +8,13 @@
 enum { BLADE_EDGES_MAX = 1000000 };
 
 // One position of the edge; between two of them it sweeps a quadrilateral.
-typedef struct BladePlace {
+typedef struct BladePosition {
     double end[2][3]; // world [m]
     bool lifted;      // nothing is swept between the previous position and this one
-} BladePlace;
+} BladePosition;
 
 typedef struct BladePath {
-    BladePlace *place; // [count]; owned
+    BladePosition *position; // [count]; owned
     int count, capacity;
 } BladePath;
 
@@ -27,12 +27,12 @@ bool blade_read(BladePath *path, const char *file, ClientError *error);
 // Appends a stroke through the plane at `point` with this normal (not zero): a square of side
 // `size` [m] around the point.
 void blade_plane(BladePath *path, const double point[3], const double normal[3], double size);
-// Returns the sweep after position `at`, or -1: a sweep goes from place [i] to [i + 1].
+// Returns the sweep after position `at`, or -1: a sweep goes from position [i] to [i + 1].
 int blade_next_sweep(const BladePath *path, int at);
 int blade_sweeps(const BladePath *path);
-// Makes the poses of a tool whose edge extends from its origin along its z axis, from place `first`
-// until the blade is lifted, with no end faster than `speed` [m/s]. Returns the place after the
-// last.
+// Makes the poses of a tool whose edge extends from its origin along its z axis, from position
+// `first` until the blade is lifted, with no end faster than `speed` [m/s]. Returns the position
+// after the last.
 int blade_track(const BladePath *path, int first, double speed, Track *track);
 void blade_destroy(BladePath *path);
 

@@ -283,7 +283,7 @@ static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *us
 static void send_sweep(Cut *cut, Pending *pending)
 {
     char channel[CLIENT_CHANNEL_MAX], body[CLIENT_CHANNEL_MAX] = "";
-    const BladePlace *place = &cut->options.path.place[pending->place];
+    const BladePosition *place = &cut->options.path.position[pending->place];
     if (cut->options.body != NULL)
         snprintf(body, sizeof body, "%s", cut->options.body);
     pliant_cut_t message = {

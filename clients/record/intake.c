@@ -99,7 +99,7 @@ static void take_event(Intake *intake, const void *data, size_t size)
 // --- meshes --------------------------------------------------------------------------------------
 
 // True if no live triangle uses a free node.
-static bool mesh_is_sound(const MeshFrame *mesh)
+static bool mesh_is_valid(const MeshFrame *mesh)
 {
     for (int t = 0; t < mesh->triangle_count; t++) {
         const int32_t *corner = mesh->triangle + 3 * (size_t)t;
@@ -315,7 +315,7 @@ static void take_mesh(Intake *intake, int index, bool is_delta, const void *data
         return; // a repeat
     // Numbers only grow, except that 1 follows INT32_MAX, and one number means one mesh.
     const bool old = mesh->topology < body->told && body->told - mesh->topology <= INT32_MAX / 2;
-    if (same || old || !mesh_is_sound(mesh)) {
+    if (same || old || !mesh_is_valid(mesh)) {
         body->mesh_refused++;
         return;
     }

@@ -18,7 +18,7 @@ typedef struct Live {
     Writer writer;
     int64_t start_ns, begun_ns; // of the first file; 0: none yet
     int64_t heard_ns;           // first message of the current daemon; 0: none yet
-    int64_t asked_ns, told_ns;
+    int64_t asked_ns, reported_ns;
     int64_t mesh_chunks, mesh_ns; // chunks received, and arrival of the last one
     bool warned, hinted;
     int restarts;
@@ -125,12 +125,12 @@ static void hint(Live *live)
                 CLIENT_RECEIVE_BYTES);
 }
 
-static void tell_missing(Live *live, int64_t now_ns)
+static void report_missing(Live *live, int64_t now_ns)
 {
     const RecordingCounts now = intake_counts(&live->intake), *told = &live->told;
     bool more = now.lost > told->lost || now.dropped > told->dropped ||
                 now.without_mesh > told->without_mesh || now.refused > told->refused;
-    if (!more || !live->intake.open || now_ns - live->told_ns < SECOND_NS)
+    if (!more || !live->intake.open || now_ns - live->reported_ns < SECOND_NS)
         return;
     fprintf(stderr,
             "pliant-record: missing so far: %lld frames lost on the way, %lld dropped because the "
@@ -138,11 +138,11 @@ static void tell_missing(Live *live, int64_t now_ns)
             (long long)now.lost, (long long)now.dropped, (long long)now.without_mesh,
             (long long)now.refused);
     live->told = now;
-    live->told_ns = now_ns;
+    live->reported_ns = now_ns;
     hint(live);
 }
 
-static void tell_restart(Live *live)
+static void report_restart(Live *live)
 {
     if (live->restarts == live->intake.restarts)
         return;
@@ -200,11 +200,11 @@ static bool receive(Live *live, ClientError *error)
         if (writer_failed(&live->writer))
             return true; // it says why
         now = client_now_ns();
-        tell_restart(live);
+        report_restart(live);
         if (!begin(live, now, error))
             return false;
         ask(live, now);
-        tell_missing(live, now);
+        report_missing(live, now);
         if (live->client.broken)
             return client_fail(error, "the LCM connection failed");
         if (!waited)

@@ -15,7 +15,7 @@ static bool has_faces(const Body *body, int node)
     return body->surface.node_face_end[node] > body->surface.node_face_start[node];
 }
 
-static Vec3 place(const Body *body, int node)
+static Vec3 position_of(const Body *body, int node)
 {
     Vec3 x;
     body->ops->read_nodes(body->model, &node, 1, &x, NULL);
@@ -27,7 +27,7 @@ double press_extent(const Body *body, double *thickness)
     Box box = box_empty();
     for (int i = 0; i < body->surface.node_used; i++)
         if (has_faces(body, i))
-            box_add(&box, place(body, i));
+            box_add(&box, position_of(body, i));
     const double extent = fmax(0.0, box_extent(&box));
     *thickness = extent;
     for (int k = 0; k < 3; k++)
@@ -44,7 +44,7 @@ static int find_middles(const Body *body, Vec3 *middle, Vec3 *held)
     for (int i = 0; i < body->surface.node_used; i++) {
         if (!has_faces(body, i))
             continue;
-        Vec3 x = place(body, i);
+        Vec3 x = position_of(body, i);
         *middle = vec3_add(*middle, x);
         count++;
         if (!body->ops->is_fixed(body->model, i))
@@ -88,7 +88,7 @@ bool press_find_site(const Body *body, bool plane, PressSite *site)
     for (int i = 0; i < body->surface.node_used; i++) {
         if (!has_faces(body, i) || body->ops->is_fixed(body->model, i))
             continue;
-        Vec3 arm = vec3_sub(place(body, i), middle);
+        Vec3 arm = vec3_sub(position_of(body, i), middle);
         double along = vec3_dot(arm, away);
         double beside = vec3_length(vec3_sub(arm, vec3_scale(along, away)));
         if (along - beside <= best)
@@ -98,7 +98,7 @@ bool press_find_site(const Body *body, bool plane, PressSite *site)
     }
     if (node < 0)
         return false;
-    site->point = place(body, node);
+    site->point = position_of(body, node);
     if (plane) { // faces of a plane body have no usable normal
         site->inward = vec3_sub(middle, site->point);
         site->inward.z = site->point.z = 0.0;

@@ -161,14 +161,14 @@ static void parse_arguments(int argc, char **argv, StudyArguments *arguments)
 
 // --- the study -----------------------------------------------------------------------------------
 
-static void tell_reference(void *user, int done, int count, const char *what)
+static void print_reference(void *user, int done, int count, const char *what)
 {
     char words[128];
     snprintf(words, sizeof words, "reference: %.110s", what);
     report_progress(user, done, count, words);
 }
 
-static void tell_case(void *user, int done, int count, const StudyRun *run)
+static void print_case(void *user, int done, int count, const StudyRun *run)
 {
     report_progress(user, done, count, run->what.name);
 }
@@ -179,14 +179,15 @@ static bool measure(StudyContext *context, const StudyCase *cases, int count, St
 {
     Progress progress;
     report_begin(&progress);
-    bool ok = ranks_make_references(context, cases, count, ranks_is_first() ? tell_reference : NULL,
-                                    &progress, result, status);
+    bool ok =
+        ranks_make_references(context, cases, count, ranks_is_first() ? print_reference : NULL,
+                              &progress, result, status);
     progress_end(&progress);
     if (!ok)
         return false;
     report_begin(&progress);
     ok = ranks_run_all(context, cases, count, context->options.jobs,
-                       ranks_is_first() ? tell_case : NULL, &progress, result, status);
+                       ranks_is_first() ? print_case : NULL, &progress, result, status);
     progress_end(&progress);
     return ok;
 }

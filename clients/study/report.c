@@ -36,7 +36,7 @@ void report_begin(Progress *progress)
 
 void report_progress(Progress *progress, int done, int count, const char *what)
 {
-    progress_tell(progress, done, count, what, now_s());
+    progress_print(progress, done, count, what, now_s());
 }
 
 // --- files ---------------------------------------------------------------------------------------
@@ -215,7 +215,7 @@ static void draw_bar(char *bar, int done, int count)
     bar[BAR] = '\0';
 }
 
-void progress_tell(Progress *progress, int done, int count, const char *name, double now_s)
+void progress_print(Progress *progress, int done, int count, const char *name, double now_s)
 {
     char elapsed[32], left[32], bar[BAR + 1], line[LINE];
     double elapsed_s = now_s - progress->begin_s;

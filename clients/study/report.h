@@ -23,7 +23,7 @@ typedef struct Progress {
 // `now_s`: a monotonic clock [s].
 void progress_begin(Progress *progress, FILE *out, bool terminal, int columns, double now_s);
 // `done` of `count` cases are finished; `name` is being computed.
-void progress_tell(Progress *progress, int done, int count, const char *name, double now_s);
+void progress_print(Progress *progress, int done, int count, const char *name, double now_s);
 // Removes the line before other output.
 void progress_end(Progress *progress);
 

@@ -98,7 +98,7 @@ void scene_keys_print(const SceneKeys *keys, FILE *out)
 enum { DEPTH_MAX = 64, NAME_MAX_LENGTH = 64 };
 
 // Location of a group of settings.
-typedef enum Place { PLACE_TOP, PLACE_BODY_LIST, PLACE_BODY, PLACE_OTHER } Place;
+typedef enum Scope { SCOPE_TOP, SCOPE_BODY_LIST, SCOPE_BODY, SCOPE_OTHER } Scope;
 
 typedef struct Editor {
     const char *path, *text;
@@ -204,34 +204,34 @@ static bool names_a_file(const char *name)
 
 // --- settings ------------------------------------------------------------------------------------
 
-// Returns the keys to set in a group at `place`, or NULL.
-static const SceneKeyList *wanted(const Editor *e, Place place)
+// Returns the keys to set in a group at `scope`, or NULL.
+static const SceneKeyList *wanted(const Editor *e, Scope scope)
 {
-    if (place == PLACE_TOP)
+    if (scope == SCOPE_TOP)
         return &e->keys->top;
-    return place == PLACE_BODY && e->body < e->keys->body_count ? &e->keys->body[e->body] : NULL;
+    return scope == SCOPE_BODY && e->body < e->keys->body_count ? &e->keys->body[e->body] : NULL;
 }
 
-static bool edit_settings(Editor *e, Place place, char end, int depth);
+static bool edit_settings(Editor *e, Scope scope, char end, int depth);
 
 // Copies a list or an array: values up to `end`, separated by commas.
-static bool edit_list(Editor *e, Place place, char end, int depth);
+static bool edit_list(Editor *e, Scope scope, char end, int depth);
 
-static bool edit_value(Editor *e, Place place, int depth)
+static bool edit_value(Editor *e, Scope scope, int depth)
 {
     if (depth > DEPTH_MAX)
         return fail(e, "groups lie too deep in each other");
     switch (*here(e)) {
     case '{':
         e->at++;
-        return edit_settings(e, place == PLACE_BODY_LIST ? PLACE_BODY : PLACE_OTHER, '}',
+        return edit_settings(e, scope == SCOPE_BODY_LIST ? SCOPE_BODY : SCOPE_OTHER, '}',
                              depth + 1);
     case '(':
         e->at++;
-        return edit_list(e, place, ')', depth + 1);
+        return edit_list(e, scope, ')', depth + 1);
     case '[':
         e->at++;
-        return edit_list(e, PLACE_OTHER, ']', depth + 1);
+        return edit_list(e, SCOPE_OTHER, ']', depth + 1);
     case '"':
         // Adjacent strings are one.
         while (*here(e) == '"')
@@ -246,7 +246,7 @@ static bool edit_value(Editor *e, Place place, int depth)
     }
 }
 
-static bool edit_list(Editor *e, Place place, char end, int depth)
+static bool edit_list(Editor *e, Scope scope, char end, int depth)
 {
     for (;;) {
         if (!skip_space(e))
@@ -257,7 +257,7 @@ static bool edit_list(Editor *e, Place place, char end, int depth)
         }
         if (*here(e) == ',')
             e->at++;
-        else if (!edit_value(e, place, depth))
+        else if (!edit_value(e, scope, depth))
             return false;
     }
 }
@@ -277,7 +277,7 @@ static bool read_name(Editor *e, char name[NAME_MAX_LENGTH])
 }
 
 // Copies one setting with its terminator. `key`: its new value, or NULL.
-static bool edit_setting(Editor *e, Place place, const char *name, const SceneKey *key,
+static bool edit_setting(Editor *e, Scope scope, const char *name, const SceneKey *key,
                          size_t name_begin, int depth)
 {
     if (!skip_space(e))
@@ -289,8 +289,8 @@ static bool edit_setting(Editor *e, Place place, const char *name, const SceneKe
         return false;
     size_t begin = e->at;
     bool was_muted = e->muted;
-    Place inside =
-        place == PLACE_TOP && strcmp(name, "bodies") == 0 ? PLACE_BODY_LIST : PLACE_OTHER;
+    Scope inside =
+        scope == SCOPE_TOP && strcmp(name, "bodies") == 0 ? SCOPE_BODY_LIST : SCOPE_OTHER;
     // Relative names would be wrong in another folder.
     if (*here(e) == '"' && names_a_file(name))
         absolute_path(e, begin, begin + 2 + strcspn(here(e) + 1, "\""));
@@ -321,10 +321,10 @@ static void add_missing(Editor *e, const SceneKeyList *list, const bool *found)
             fprintf(e->out, "  %s = %s;\n", list->key[i].name, list->key[i].value);
 }
 
-static bool edit_settings(Editor *e, Place place, char end, int depth)
+static bool edit_settings(Editor *e, Scope scope, char end, int depth)
 {
     static const SceneKeyList none = {0};
-    const SceneKeyList *list = wanted(e, place) != NULL ? wanted(e, place) : &none;
+    const SceneKeyList *list = wanted(e, scope) != NULL ? wanted(e, scope) : &none;
     bool found[SCENE_KEYS] = {false};
     for (;;) {
         char name[NAME_MAX_LENGTH];
@@ -341,11 +341,11 @@ static bool edit_settings(Editor *e, Place place, char end, int depth)
                 key = &list->key[i];
                 found[i] = true;
             }
-        if (!edit_setting(e, place, name, key, begin, depth))
+        if (!edit_setting(e, scope, name, key, begin, depth))
             return false;
     }
     add_missing(e, list, found);
-    e->body += place == PLACE_BODY;
+    e->body += scope == SCOPE_BODY;
     e->at += end != '\0';
     return true;
 }
@@ -397,7 +397,7 @@ bool scene_keys_set(const SceneKeys *keys, const char *from, const char *to, Sta
                      .keys = keys,
                      .folder = folder_of(from),
                      .status = status};
-    bool ok = edit_settings(&editor, PLACE_TOP, '\0', 0);
+    bool ok = edit_settings(&editor, SCOPE_TOP, '\0', 0);
     ok = fclose(out) == 0 && ok;
     free(editor.folder);
     free(text);

@@ -138,7 +138,7 @@ static void push(BoardPage *page, Parcel *text)
     page->outbox[(page->first + page->waiting++) % OUTBOX_MAX] = parcel_hold(text);
 }
 
-void board_tell_all(Board *board, Parcel *text)
+void board_send_all(Board *board, Parcel *text)
 {
     pthread_mutex_lock(&board->lock);
     for (int i = 0; i < BOARD_PAGES; i++) {
@@ -150,7 +150,7 @@ void board_tell_all(Board *board, Parcel *text)
     parcel_drop(text);
 }
 
-bool board_tell(Board *board, int32_t sender, Parcel *text)
+bool board_send(Board *board, int32_t sender, Parcel *text)
 {
     bool found = false;
     pthread_mutex_lock(&board->lock);

@@ -91,8 +91,8 @@ void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *
 void board_set_contact(Board *board, const pliant_contact_t *contact);
 void board_set_pose(Board *board, const pliant_tool_pose_t *pose);
 // To every page, or to the page of that sender (returns false if there is none).
-void board_tell_all(Board *board, Parcel *text);
-bool board_tell(Board *board, int32_t sender, Parcel *text);
+void board_send_all(Board *board, Parcel *text);
+bool board_send(Board *board, int32_t sender, Parcel *text);
 int board_pages(Board *board);
 // Ends board_next_round of every page.
 void board_stop(Board *board);

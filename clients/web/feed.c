@@ -118,7 +118,7 @@ static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *us
     }
     if (reply.sender != feed->client->sender) {
         requests_answered(feed->requests, reply.sender, reply.id);
-        board_tell(feed->board, reply.sender, text_reply(&reply));
+        board_send(feed->board, reply.sender, text_reply(&reply));
     } else if (reply.id == feed->describe_id) {
         feed->describe_id = 0;
         if (reply.ok)
@@ -137,7 +137,7 @@ static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *us
         feed->wrong_types++;
         return;
     }
-    board_tell_all(feed->board, text_event(&event));
+    board_send_all(feed->board, text_event(&event));
     pliant_event_t_decode_cleanup(&event);
 }
 
@@ -231,7 +231,7 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Cl
 
 // --- the loop ---
 
-static void tell_link(Feed *feed)
+static void publish_link(Feed *feed)
 {
     double age = feed->status ? seconds_since(feed->status_ns) : 0.0;
     bool linked = feed->status && age <= SILENCE_S;
@@ -267,7 +267,7 @@ void feed_run(Feed *feed)
 {
     const int64_t turn_ns = 20000000;
     while (client_wait(feed->client, client_now_ns() + turn_ns, NULL)) {
-        tell_link(feed);
+        publish_link(feed);
         follow_daemon(feed);
         ask_for_missing(feed);
         requests_repeat(feed->requests, feed->board, client_now_ns());

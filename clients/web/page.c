@@ -20,7 +20,7 @@ static const int64_t BURST_NS = 500000000; // of frames at once
 static const int LOOK_MS = 100;
 
 typedef struct Page {
-    const PageRoom *room;
+    const PageSite *shared;
     PageEnd end;
     BoardPage *slot;
     pthread_t writer;
@@ -68,11 +68,11 @@ static bool send_round(Page *page)
 static void *write_rounds(void *user)
 {
     Page *page = user;
-    const PageRoom *room = page->room;
-    const int64_t period_ns = (int64_t)(1e9 / room->hello.rate_hz);
-    bool ok = send_once(page, text_hello(&room->hello));
+    const PageSite *shared = page->shared;
+    const int64_t period_ns = (int64_t)(1e9 / shared->hello.rate_hz);
+    bool ok = send_once(page, text_hello(&shared->hello));
     int64_t due_ns = client_now_ns();
-    while (ok && board_next_round(room->board, page->slot, due_ns, &page->round)) {
+    while (ok && board_next_round(shared->board, page->slot, due_ns, &page->round)) {
         due_ns = client_now_ns() + period_ns;
         ok = send_round(page);
     }
@@ -85,7 +85,7 @@ static void *write_rounds(void *user)
 // `id`: of the request, or 0.
 static void refuse(Page *page, int32_t id, const char *why)
 {
-    board_tell(page->room->board, page->slot->sender, text_error(id, why));
+    board_send(page->shared->board, page->slot->sender, text_error(id, why));
 }
 
 // Remembers a tool to withdraw when the page closes. Returns false if it drives too many tools.
@@ -109,11 +109,11 @@ static bool hold(Page *page, const pliant_tool_pose_t *pose)
 static void publish_pose(Page *page, pliant_tool_pose_t *pose)
 {
     char channel[CLIENT_CHANNEL_MAX];
-    requests_channel(page->room->requests, "TOOL_POSE", channel);
+    requests_channel(page->shared->requests, "TOOL_POSE", channel);
     pose->utime = client_utime();
     pose->sender = page->slot->sender;
     pose->sequence = (int32_t)page->sequence++;
-    pliant_tool_pose_t_publish(page->room->client->lcm, channel, pose);
+    pliant_tool_pose_t_publish(page->shared->client->lcm, channel, pose);
 }
 
 static void move_tool(Page *page, const Ask *ask)
@@ -137,13 +137,13 @@ static void take_text(Page *page, const char *data, size_t size)
         refuse(page, 0, why.text);
         return;
     }
-    if (page->room->hello.read_only && ask.kind != ASK_DRAWN) {
+    if (page->shared->hello.read_only && ask.kind != ASK_DRAWN) {
         refuse(page, ask.id, "this server only shows (--read-only)");
         return;
     }
     switch (ask.kind) {
     case ASK_DRAWN:
-        board_drawn(page->room->board, page->slot, ask.round);
+        board_drawn(page->shared->board, page->slot, ask.round);
         break;
     case ASK_TOOL:
         move_tool(page, &ask);
@@ -151,7 +151,7 @@ static void take_text(Page *page, const char *data, size_t size)
     case ASK_CUT:
     case ASK_LOAD:
     case ASK_COMMAND:
-        if (!requests_send(page->room->requests, page->slot->sender, &ask))
+        if (!requests_send(page->shared->requests, page->slot->sender, &ask))
             refuse(page, ask.id, "too many requests wait for an answer");
         break;
     }
@@ -205,7 +205,7 @@ static bool page_lives(Page *page)
 {
     int64_t now = client_now_ns();
     const WebSocket *socket = &page->socket;
-    if (board_stopped(page->room->board, page->slot)) {
+    if (board_stopped(page->shared->board, page->slot)) {
         page->stopped_ns = page->stopped_ns ? page->stopped_ns : now;
         return now - page->stopped_ns < FAREWELL_NS;
     }
@@ -248,10 +248,10 @@ static void leave(Page *page, int reason)
         page->held[k].active = false;
         publish_pose(page, &page->held[k]);
     }
-    requests_forget(page->room->requests, page->slot->sender);
+    requests_forget(page->shared->requests, page->slot->sender);
     if (reason != WEBSOCKET_GOING_AWAY) // else the writer sends it, unless it waits for the page
         websocket_send_close(&page->socket, reason);
-    board_stop_page(page->room->board, page->slot);
+    board_stop_page(page->shared->board, page->slot);
     shutdown(page->socket.fd, SHUT_RDWR); // ends a blocked writer
 }
 
@@ -261,22 +261,22 @@ static void *run_page(void *user)
     PageEnd end = page->end;
     leave(page, read_frames(page));
     pthread_join(page->writer, NULL);
-    board_remove_page(page->room->board, page->slot);
+    board_remove_page(page->shared->board, page->slot);
     websocket_destroy(&page->socket);
     free(page);
     end.call(end.site, end.connection);
     return NULL;
 }
 
-bool page_open(const PageRoom *room, int fd, const void *read, size_t size, PageEnd end)
+bool page_open(const PageSite *shared, int fd, const void *read, size_t size, PageEnd end)
 {
     Page *page = calloc(1, sizeof *page);
-    BoardPage *slot = page ? board_add_page(room->board) : NULL;
+    BoardPage *slot = page ? board_add_page(shared->board) : NULL;
     if (!slot) {
         free(page);
         return false;
     }
-    page->room = room;
+    page->shared = shared;
     page->end = end;
     page->slot = slot;
     page->opened_ns = client_now_ns();
@@ -288,11 +288,11 @@ bool page_open(const PageRoom *room, int fd, const void *read, size_t size, Page
             pthread_detach(reader);
             return true;
         }
-        board_stop_page(room->board, slot);
+        board_stop_page(shared->board, slot);
         shutdown(fd, SHUT_RDWR);
         pthread_join(page->writer, NULL);
     }
-    board_remove_page(room->board, slot);
+    board_remove_page(shared->board, slot);
     websocket_destroy(&page->socket);
     free(page);
     return false;

@@ -9,12 +9,12 @@
 #include "texts.h"
 
 // Shared by all pages; constant while pages are open.
-typedef struct PageRoom {
+typedef struct PageSite {
     Client *client; // for publishing only, which any thread may do
     Board *board;
     Requests *requests;
     HelloText hello;
-} PageRoom;
+} PageSite;
 
 // Called as the last act of a page, by its own thread: the socket may be closed.
 typedef struct PageEnd {
@@ -25,6 +25,6 @@ typedef struct PageEnd {
 // Takes over an upgraded connection, of which `size` bytes have been read already, until the page
 // or the board ends it; its tools are withdrawn then. Returns false if there are too many pages or
 // memory runs out.
-bool page_open(const PageRoom *room, int fd, const void *read, size_t size, PageEnd end);
+bool page_open(const PageSite *shared, int fd, const void *read, size_t size, PageEnd end);
 
 #endif

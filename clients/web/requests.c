@@ -85,7 +85,7 @@ static void publish(const Requests *requests, const Request *request)
 
 bool requests_send(Requests *requests, int32_t sender, const Ask *ask)
 {
-    Request *free_place = NULL;
+    Request *free_slot = NULL;
     const int64_t now = client_now_ns();
     Request request = {.used = true,
                        .sender = sender,
@@ -94,18 +94,18 @@ bool requests_send(Requests *requests, int32_t sender, const Ask *ask)
                        .utime = client_utime(),
                        .again_ns = now + PATIENCE_NS};
     pthread_mutex_lock(&requests->lock);
-    for (int k = 0; k < REQUESTS_MAX && !free_place; k++) {
+    for (int k = 0; k < REQUESTS_MAX && !free_slot; k++) {
         if (!requests->request[k].used)
-            free_place = &requests->request[k];
+            free_slot = &requests->request[k];
     }
     request.daemon = requests->daemon;
     request.waits = requests->daemon == 0 || now >= requests->sure_until_ns;
-    if (free_place)
-        *free_place = request;
+    if (free_slot)
+        *free_slot = request;
     pthread_mutex_unlock(&requests->lock);
-    if (free_place && !request.waits)
+    if (free_slot && !request.waits)
         publish(requests, &request);
-    return free_place != NULL;
+    return free_slot != NULL;
 }
 
 void requests_answered(Requests *requests, int32_t sender, int32_t id)
@@ -136,7 +136,7 @@ static void tell(Board *board, const Request *request, const char *format)
     char what[32], text[192];
     snprintf(what, sizeof what, "%s %d", names[request->ask.kind], (int)request->ask.id);
     snprintf(text, sizeof text, format, what);
-    board_tell(board, request->sender, text_error(request->ask.id, text));
+    board_send(board, request->sender, text_error(request->ask.id, text));
 }
 
 void requests_follow(Requests *requests)

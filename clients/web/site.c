@@ -232,7 +232,7 @@ static void on_upgrade(void *user, Connection *connection, void *visitor, const 
     pthread_mutex_lock(&site->lock);
     site->pages++;
     pthread_mutex_unlock(&site->lock);
-    if (page_open(&site->room, fd, read, size, (PageEnd){on_page_end, site, upgraded}))
+    if (page_open(&site->shared, fd, read, size, (PageEnd){on_page_end, site, upgraded}))
         return;
     on_page_end(site, upgraded);
 }
@@ -248,7 +248,7 @@ static Result serve_live(Site *site, Connection *connection)
         strcmp(version, "13") != 0 ||
         !websocket_answer(header(connection, "Sec-WebSocket-Key"), accept))
         return answer_text(connection, 426, wanted, "/live is a WebSocket\n");
-    if (board_pages(site->room.board) >= BOARD_PAGES)
+    if (board_pages(site->shared.board) >= BOARD_PAGES)
         return answer_text(connection, 503, NULL, "as many pages as there may be are open\n");
     Response *response = MHD_create_response_for_upgrade(on_upgrade, site);
     if (!response)
@@ -422,7 +422,7 @@ bool site_start(Site *site, ClientError *error)
 void site_stop(Site *site)
 {
     if (site->serving) {
-        board_stop(site->room.board); // pages are informed and end within a second
+        board_stop(site->shared.board); // pages are informed and end within a second
         pthread_mutex_lock(&site->lock);
         while (site->pages > 0)
             pthread_cond_wait(&site->page_ended, &site->lock);

@@ -23,7 +23,7 @@ typedef struct Site {
     int port;          // 0: any; site_start sets it
     char folder[4096]; // of the page; "" for none
     Door door;
-    PageRoom room;
+    PageSite shared;
     Texture texture[SITE_TEXTURES];
     int textures;
     // own

@@ -14,12 +14,12 @@ void visitors_init(Visitors *visitors)
 
 static bool counts(const Visitor *visitor)
 {
-    return visitor->fd >= 0 && !visitor->page && !visitor->told_off;
+    return visitor->fd >= 0 && !visitor->page && !visitor->shut;
 }
 
-static void tell_off(Visitor *visitor)
+static void shut_down(Visitor *visitor)
 {
-    visitor->told_off = true;
+    visitor->shut = true;
     shutdown(visitor->fd, SHUT_RDWR); // the web server closes it
 }
 
@@ -75,7 +75,7 @@ Visitor *visitors_add(Visitors *visitors, int fd, const struct sockaddr *address
     *added = (Visitor){.fd = fd, .since_ns = now_ns};
     read_address(address, added->address);
     if (count >= VISITORS_KEPT)
-        tell_off(find_surplus(visitors));
+        shut_down(find_surplus(visitors));
     return added;
 }
 
@@ -89,6 +89,6 @@ void visitors_sweep(Visitors *visitors, int64_t now_ns)
     for (int k = 0; k < VISITORS_MAX; k++) {
         Visitor *visitor = &visitors->visitor[k];
         if (counts(visitor) && !visitor->asked && now_ns - visitor->since_ns > VISITORS_HEADER_NS)
-            tell_off(visitor);
+            shut_down(visitor);
     }
 }

@@ -15,9 +15,9 @@ typedef struct Visitor {
     int fd;                    // -1: a free slot
     unsigned char address[16]; // IPv6, or IPv4 in its last four bytes
     int64_t since_ns;
-    bool asked;    // its request has arrived
-    bool page;     // it has become one
-    bool told_off; // shut down; the web server closes it
+    bool asked; // its request has arrived
+    bool page;  // it has become one
+    bool shut;  // shut down; the web server closes it
 } Visitor;
 
 typedef struct Visitors {

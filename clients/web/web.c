@@ -115,7 +115,7 @@ static error_t parse_option(int key, char *argument, struct argp_state *state)
         take_host(state, argument, &site->door);
         return 0;
     case KEY_READ_ONLY:
-        site->room.hello.read_only = true;
+        site->shared.hello.read_only = true;
         return 0;
     case 'r':
         argument_number(state, "rate", argument, 0.1, 1000.0, &options->rate_hz);
@@ -155,7 +155,7 @@ static bool has_page(const char *folder)
 // FOLDER/release/bin), else the installed one; "" for none.
 static bool find_page(const Options *options, Site *site, ClientError *error)
 {
-    static const char *const places[] = {"../../web", "../web", "../share/pliant/web"};
+    static const char *const folders[] = {"../../web", "../web", "../share/pliant/web"};
     if (options->page) {
         if (!has_page(options->page))
             return client_fail(error, "--page %s: no index.html there", options->page);
@@ -169,10 +169,10 @@ static bool find_page(const Options *options, Site *site, ClientError *error)
         program[length] = '\0';
         slash = strrchr(program, '/');
     }
-    for (size_t k = 0; slash && k < sizeof places / sizeof *places; k++) {
+    for (size_t k = 0; slash && k < sizeof folders / sizeof *folders; k++) {
         *slash = '\0';
         char path[sizeof site->folder];
-        if (snprintf(path, sizeof path, "%s/%s", program, places[k]) < (int)sizeof path &&
+        if (snprintf(path, sizeof path, "%s/%s", program, folders[k]) < (int)sizeof path &&
             has_page(path)) {
             strcpy(site->folder, path);
             return true;
@@ -215,7 +215,7 @@ static void tell(const Site *site)
            site->door.token[0] ? "?token=" : "", site->door.token);
     if (!site->folder[0])
         printf("the page is not built: run ./dev build, or give --page DIR\n");
-    if (site->room.hello.read_only)
+    if (site->shared.hello.read_only)
         printf("read-only: pages only show\n");
     fflush(stdout);
 }
@@ -228,13 +228,13 @@ static bool run(const Options *options, Client *client, Site *site, ClientError 
     const char *names[SITE_TEXTURES];
     for (int k = 0; k < site->textures; k++)
         names[k] = site->texture[k].body;
-    site->room.client = client;
-    site->room.board = &board;
-    site->room.requests = &requests;
-    site->room.hello.prefix = client->prefix;
-    site->room.hello.rate_hz = options->rate_hz;
-    site->room.hello.texture = names;
-    site->room.hello.textures = site->textures;
+    site->shared.client = client;
+    site->shared.board = &board;
+    site->shared.requests = &requests;
+    site->shared.hello.prefix = client->prefix;
+    site->shared.hello.rate_hz = options->rate_hz;
+    site->shared.hello.texture = names;
+    site->shared.hello.textures = site->textures;
     board_init(&board);
     requests_init(&requests, client, options->input_prefix);
     bool ok = feed_start(&feed, client, &board, &requests, error) && site_start(site, error);

@@ -153,7 +153,7 @@ Team *team_create(int threads)
     return team;
 }
 
-bool team_start(Team *team, int threads, TeamPlace *place, Status *status)
+bool team_start(Team *team, int threads, TeamPin *pin, Status *status)
 {
     while (team->running < team->threads && team->running < threads) {
         Share *share = &team->share[team->running];
@@ -162,8 +162,8 @@ bool team_start(Team *team, int threads, TeamPlace *place, Status *status)
             return status_fail(status, STATUS_FAILED, "cannot start a step worker: %s",
                                strerror(error));
         pthread_setname_np(share->thread, "pliant-worker");
-        if (place != NULL)
-            place(share->thread, share->number);
+        if (pin != NULL)
+            pin(share->thread, share->number);
         team->running++;
     }
     return true;

@@ -27,7 +27,7 @@ typedef struct Team Team;
 // Processes items first to last - 1. Called by several threads at a time, for disjoint items.
 typedef void TeamWork(void *context, int first, int last);
 // Called for each new worker, numbered from 1, to set its processor and priority.
-typedef void TeamPlace(pthread_t thread, int worker);
+typedef void TeamPin(pthread_t thread, int worker);
 
 // Creates a team for up to `threads` threads, at first without workers: the caller does all the
 // work. Load time; NULL when out of memory.
@@ -37,7 +37,7 @@ void team_destroy(Team *team);
 // Starts workers until `threads` in all share the loops, at most the number of team_create. They
 // inherit the floating-point modes of the calling thread. Not while team_run runs. False with
 // `status` if a worker did not start.
-bool team_start(Team *team, int threads, TeamPlace *place, Status *status);
+bool team_start(Team *team, int threads, TeamPin *pin, Status *status);
 // Returns the number of threads given to team_create, the caller included.
 int team_threads(const Team *team);
 // Returns the memory of any team in bytes, without the workers' stacks.

@@ -31,9 +31,9 @@ static bool is_free_node(const Body *body, int node)
 // Returns how many ids have none.
 static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
 {
-    size_t places = (size_t)body->state_capacity;
-    int *id = calloc(places + 1, sizeof *id), missing = 0;
-    Vec3 *x = calloc(places + 1, sizeof *x), *v = calloc(places + 1, sizeof *v);
+    size_t slots = (size_t)body->state_capacity;
+    int *id = calloc(slots + 1, sizeof *id), missing = 0;
+    Vec3 *x = calloc(slots + 1, sizeof *x), *v = calloc(slots + 1, sizeof *v);
     ASSERT(id != NULL && x != NULL && v != NULL);
     int count = body->ops->read_state(body->model, id, x, v);
     for (int k = 0; k < region->node_count; k++) {
@@ -174,7 +174,7 @@ static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 p
 {
     HoldState *hold = attachment->hold;
     if (!active) {
-        attachment_let_go(attachment);
+        attachment_release(attachment);
         hold->closed = hold->muted = 0;
         return;
     }
@@ -184,7 +184,7 @@ static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 p
         hold->muted |= hold->holding;
     } else if (hold->closed != 0 && grip < GRIP_OPENS) {
         hold->closed = 0;
-        attachment_let_go(attachment);
+        attachment_release(attachment);
     }
     if (hold->muted != 0 && hold->holding == 0 &&
         attachment_is_clear(attachment, position, orientation))
@@ -201,7 +201,7 @@ void attachment_begin_tick(Attachment *attachment, bool active, double grip, Vec
     else if (hold->holding == 0 && active)
         attachment_take(attachment, position, orientation);
     else if (hold->holding != 0 && !active)
-        attachment_let_go(attachment);
+        attachment_release(attachment);
 }
 
 bool attachment_is_holding(const Attachment *attachment)
@@ -222,10 +222,10 @@ typedef struct Spring {
 } Spring;
 
 // Returns the force on a held node and adds it to the sums.
-static Vec3 pull(Attachment *attachment, const Spring *spring, double mass, Vec3 place, Vec3 x,
+static Vec3 pull(Attachment *attachment, const Spring *spring, double mass, Vec3 local, Vec3 x,
                  Vec3 v, const ToolPlacement *at)
 {
-    Vec3 arm = quat_rotate(at->orientation, place);
+    Vec3 arm = quat_rotate(at->orientation, local);
     Vec3 target = vec3_add(at->position, arm);
     Vec3 velocity = vec3_add(at->linear, vec3_cross(at->angular, arm));
     Vec3 force = vec3_scale(mass * spring->stiffness, vec3_sub(target, x));
@@ -270,7 +270,7 @@ static void pull_points(Attachment *attachment, const Spring *spring, const Tool
             here = vec3_madd(here, point->weight[k], x[3 * i + k]);
             speed = vec3_madd(speed, point->weight[k], v[3 * i + k]);
         }
-        Vec3 force = pull(attachment, spring, face_mass(body, (int)point->face), point->place, here,
+        Vec3 force = pull(attachment, spring, face_mass(body, (int)point->face), point->local, here,
                           speed, at);
         for (int k = 0; k < 3; k++)
             f[3 * i + k] = vec3_scale(point->weight[k], force);
@@ -292,7 +292,7 @@ Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
         double mass = held->share * body->surface.node_mass[attachment->node[i]];
         attachment->f[i] = (Vec3){0.0, 0.0, 0.0};
         if (mass > 0.0)
-            attachment->f[i] = pull(attachment, &spring, mass, held->place, attachment->x[i],
+            attachment->f[i] = pull(attachment, &spring, mass, held->local, attachment->x[i],
                                     attachment->v[i], at);
     }
     if (attachment->hold->points > 0)
@@ -328,7 +328,7 @@ const ContactSums *attachment_sums(const Attachment *attachment)
 void attachment_clear(Attachment *attachment)
 {
     if (attachment->grasper)
-        attachment_let_go(attachment);
+        attachment_release(attachment);
     attachment->sums = (ContactSums){.about = attachment->sums.about};
 }
 
@@ -350,9 +350,9 @@ static bool is_used_face(const BodySurface *surface, int64_t face)
 }
 
 // True for positions within any possible distance of a tool and a body.
-static bool is_place(Vec3 place)
+static bool is_position(Vec3 local)
 {
-    return vec3_length(place) < 1e9;
+    return vec3_length(local) < 1e9;
 }
 
 bool attachment_check(const Attachment *attachment)
@@ -368,14 +368,14 @@ bool attachment_check(const Attachment *attachment)
         return false;
     for (int64_t i = 0; i < hold->count; i++) {
         const HeldNode *held = &attachment->held[i];
-        if (!is_used_node(surface, attachment->node[i]) || !is_place(held->place) ||
+        if (!is_used_node(surface, attachment->node[i]) || !is_position(held->local) ||
             !(held->share == 0.0 || held->share == 1.0) ||
             (i > 0 && attachment->node[i] <= attachment->node[i - 1]))
             return false;
     }
     for (int64_t i = 0; i < hold->points; i++) {
         const HeldPoint *point = &attachment->point[i];
-        if (!is_used_face(surface, point->face) || !is_place(point->place))
+        if (!is_used_face(surface, point->face) || !is_position(point->local))
             return false;
         for (int k = 0; k < 3; k++)
             if (!(point->weight[k] >= 0.0 && point->weight[k] <= 1.0))

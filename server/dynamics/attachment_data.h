@@ -7,7 +7,7 @@
 
 // A known node: held, or so near that nodes created between it and others may have to be held.
 typedef struct HeldNode {
-    Vec3 place;   // in the frame [m]
+    Vec3 local;   // in the frame [m]
     double share; // 1: held, or 0
 } HeldNode;
 
@@ -15,7 +15,7 @@ typedef struct HeldNode {
 typedef struct HeldPoint {
     int64_t face;
     double weight[3]; // barycentric
-    Vec3 place;       // in the frame [m]
+    Vec3 local;       // in the frame [m]
 } HeldPoint;
 
 // Plain data, part of the state.
@@ -80,12 +80,12 @@ bool attachment_find_region(const Body *body, const FixedRegion *region, int **n
 int attachment_region_capacity(const Body *body, int count);
 
 // True if a position in the frame is within the grasper's capsules.
-bool attachment_is_within(const Attachment *attachment, Vec3 place);
+bool attachment_is_within(const Attachment *attachment, Vec3 local);
 // Returns the current position of a point [m].
 Vec3 attachment_point(const Attachment *attachment, const HeldPoint *point);
 // Grasps the nodes within the capsules, or those of the region, and counts the grasp.
 void attachment_take(Attachment *attachment, Vec3 position, Quat orientation);
-void attachment_let_go(Attachment *attachment);
+void attachment_release(Attachment *attachment);
 // True if no part of the body is within the capsules.
 bool attachment_is_clear(Attachment *attachment, Vec3 position, Quat orientation);
 

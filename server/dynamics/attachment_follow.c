@@ -21,22 +21,22 @@ void attachment_remember(Attachment *attachment)
         attachment->before[i] = attachment_point(attachment, &attachment->point[i]);
 }
 
-static void give(Attachment *attachment, int node, Vec3 place, double share)
+static void give(Attachment *attachment, int node, Vec3 local, double share)
 {
     attachment_mark(attachment, node);
-    attachment->given[node] = (HeldNode){place, share};
+    attachment->given[node] = (HeldNode){local, share};
 }
 
 // Decides if a new node between known ones is held: by a grasper's capsules; elsewhere if both of
 // its parents are, like fixed nodes of the scene.
-static double judge(const Attachment *attachment, int node, Vec3 place, double both)
+static double judge(const Attachment *attachment, int node, Vec3 local, double both)
 {
     const Body *body = attachment->body;
     if (body->ops->is_fixed(body->model, node) || attachment->hold->points > 0)
         return 0.0;
     if (!attachment->grasper)
         return both;
-    return attachment_is_within(attachment, place) ? 1.0 : 0.0;
+    return attachment_is_within(attachment, local) ? 1.0 : 0.0;
 }
 
 // Updates the marked nodes after a change. If no held node would be left, the parents of removed
@@ -56,7 +56,7 @@ static void change_nodes(Attachment *attachment, int held, const TopologyChange 
             int parent = change->gone_parent[i][k];
             bool known = attachment_is_marked(attachment, parent);
             if (!attachment->body->ops->is_fixed(attachment->body->model, parent))
-                give(attachment, parent, known ? attachment->given[parent].place : went.place, 1.0);
+                give(attachment, parent, known ? attachment->given[parent].local : went.local, 1.0);
         }
     }
     for (int i = 0; i < change->born_count; i++) {
@@ -65,10 +65,10 @@ static void change_nodes(Attachment *attachment, int held, const TopologyChange 
         if (!attachment_is_marked(attachment, a) || !attachment_is_marked(attachment, b))
             continue;
         const HeldNode *from = &attachment->given[a], *to = &attachment->given[b];
-        Vec3 place = vec3_scale(0.5, vec3_add(from->place, to->place));
+        Vec3 local = vec3_scale(0.5, vec3_add(from->local, to->local));
         double both = fmin(from->share, to->share);
-        give(attachment, born->node, place,
-             a == b ? both : judge(attachment, born->node, place, both));
+        give(attachment, born->node, local,
+             a == b ? both : judge(attachment, born->node, local, both));
     }
 }
 
@@ -78,7 +78,7 @@ static void follow_nodes(Attachment *attachment, const TopologyChange *change)
     const int before = (int)hold->count;
     int held = 0;
     for (int i = 0; i < before; i++) {
-        give(attachment, attachment->node[i], attachment->held[i].place, attachment->held[i].share);
+        give(attachment, attachment->node[i], attachment->held[i].local, attachment->held[i].share);
         held += attachment->held[i].share > 0.0;
     }
     change_nodes(attachment, held, change);
@@ -155,7 +155,7 @@ static void prefer_nodes(Attachment *attachment)
     for (int pass = 0; pass < 2; pass++) {
         for (int64_t i = 0; i < hold->count; i++) {
             bool is_free = !body->ops->is_fixed(body->model, attachment->node[i]);
-            bool inside = is_free && attachment_is_within(attachment, attachment->held[i].place);
+            bool inside = is_free && attachment_is_within(attachment, attachment->held[i].local);
             within +=
                 inside && pass == 0 &&
                 body->surface.node_mass[attachment->node[i]] > 0.0; // else it is a hanging node
@@ -180,5 +180,5 @@ void attachment_topology_changed(Attachment *attachment, const TopologyChange *c
         prefer_nodes(attachment);
     }
     if (attachment->grasper && hold->count + hold->points == 0)
-        attachment_let_go(attachment);
+        attachment_release(attachment);
 }

@@ -8,16 +8,16 @@ enum {
     NODES_ENOUGH = 3
 }; // with fewer, points of faces are held: a single node cannot resist rotation
 
-static Vec3 place_of(Vec3 x, Vec3 position, Quat orientation)
+static Vec3 local_position(Vec3 x, Vec3 position, Quat orientation)
 {
     return quat_rotate(quat_conjugate(orientation), vec3_sub(x, position));
 }
 
-bool attachment_is_within(const Attachment *attachment, Vec3 place)
+bool attachment_is_within(const Attachment *attachment, Vec3 local)
 {
     for (int k = 0; k < attachment->tool->capsule_count; k++) {
         const Capsule *capsule = &attachment->tool->capsule[k];
-        if (distance_point_segment(place, capsule->from, capsule->to) <= capsule->radius)
+        if (distance_point_segment(local, capsule->from, capsule->to) <= capsule->radius)
             return true;
     }
     return false;
@@ -76,9 +76,9 @@ static int take_nodes(Attachment *attachment, Vec3 position, Quat orientation)
         int node = attachment->found[i];
         Vec3 x;
         body->ops->read_nodes(body->model, &node, 1, &x, NULL);
-        HeldNode held = {.place = place_of(x, position, orientation)};
+        HeldNode held = {.local = local_position(x, position, orientation)};
         bool is_free = !body->ops->is_fixed(body->model, node);
-        held.share = is_free && attachment_is_within(attachment, held.place) ? 1.0 : 0.0;
+        held.share = is_free && attachment_is_within(attachment, held.local) ? 1.0 : 0.0;
         if (attachment->changes || held.share > 0.0)
             within += add_node(attachment, node, &held);
     }
@@ -146,7 +146,7 @@ static int find_points(Attachment *attachment, Vec3 position, Quat orientation, 
             HeldPoint *point = &attachment->point[attachment->hold->points++];
             point->face = face;
             memcpy(point->weight, pair.weight, sizeof point->weight);
-            point->place = place_of(pair.on_triangle, position, orientation);
+            point->local = local_position(pair.on_triangle, position, orientation);
         }
     }
     collect_marked(attachment);
@@ -161,31 +161,31 @@ bool attachment_is_clear(Attachment *attachment, Vec3 position, Quat orientation
 void attachment_take(Attachment *attachment, Vec3 position, Quat orientation)
 {
     HoldState *hold = attachment->hold;
-    attachment_let_go(attachment);
+    attachment_release(attachment);
     if (!attachment->grasper) {
         for (int64_t i = 0; i < hold->count; i++) {
             Vec3 x;
             attachment->body->ops->read_nodes(attachment->body->model, &attachment->node[i], 1, &x,
                                               NULL);
-            attachment->held[i].place = place_of(x, position, orientation);
+            attachment->held[i].local = local_position(x, position, orientation);
         }
     } else if (take_nodes(attachment, position, orientation) < NODES_ENOUGH) {
         for (int64_t i = 0; i < hold->count; i++)
             attachment->held[i].share = 0.0;
         if (find_points(attachment, position, orientation, true) == 0)
-            attachment_let_go(attachment);
+            attachment_release(attachment);
     }
     hold->holding = hold->count + hold->points > 0;
     attachment->taken += hold->holding;
 }
 
-void attachment_let_go(Attachment *attachment)
+void attachment_release(Attachment *attachment)
 {
     HoldState *hold = attachment->hold;
     hold->holding = 0;
     if (!attachment->grasper) {
         for (int64_t i = 0; i < hold->count; i++)
-            attachment->held[i].place = (Vec3){0.0, 0.0, 0.0};
+            attachment->held[i].local = (Vec3){0.0, 0.0, 0.0};
         return;
     }
     memset(attachment->node, 0, (size_t)hold->count * sizeof *attachment->node);

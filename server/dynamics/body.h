@@ -111,9 +111,9 @@ typedef struct Body Body;
 
 // How much of the state before a tick is restored. The topology stays in any case.
 typedef enum RestoreMode {
-    RESTORE_PLACES, // positions, with zero velocity
-    RESTORE_SHAPE,  // the rest shape, with zero velocity
-    RESTORE_MOTION, // positions and velocities
+    RESTORE_POSITIONS, // positions, with zero velocity
+    RESTORE_SHAPE,     // the rest shape, with zero velocity
+    RESTORE_MOTION,    // positions and velocities
 } RestoreMode;
 
 typedef struct BodyOps {

@@ -218,7 +218,7 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
     contact->corners = ALLOCATE(contact->face_capacity, unsigned char, "nearest corners");
     contact->seen_side = ALLOCATE(contact->face_capacity, signed char, "seen sides");
     contact->has_side = ALLOCATE(contact->face_capacity, bool, "sides at all");
-    contact->teller = ALLOCATE(contact->face_capacity, int, "tellers");
+    contact->side_from = ALLOCATE(contact->face_capacity, int, "sides_from");
     contact->push = ALLOCATE(contact->push_capacity, Push, "pushes");
     contact->x = ALLOCATE(contact->ring_capacity, Vec3, "positions");
     contact->x_begin = ALLOCATE(contact->node_capacity, Vec3, "positions before");

@@ -111,7 +111,7 @@ struct Contact {
     unsigned char *corners; // bit mask of the corners that carry the nearest point, at the start
     signed char *seen_side; // when the tick began
     bool *has_side;         // false if the nearest point is on a free border
-    int *teller;            // the candidate whose side a candidate takes
+    int *side_from;         // the candidate whose side a candidate takes
     double *distance;       // in the current evaluation, unsigned
     Vec3 *plane_trial;      // planes only: bristles of the current evaluation
 

@@ -135,12 +135,12 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
         contact->gap_begin[shape][i] = contact->distance[i];
     }
     for (int i = 0; i < count; i++)
-        contact->teller[i] = nearest_around(contact, i);
+        contact->side_from[i] = nearest_around(contact, i);
 
     // First the faces that decide themselves: by the remembered, inherited or visible side.
     for (int i = 0; i < count; i++) {
         const Candidate *candidate = &contact->candidate[i];
-        if (contact->teller[i] != i)
+        if (contact->side_from[i] != i)
             continue;
         if (solid) {
             side[candidate->face] = 1;
@@ -156,8 +156,8 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
     }
     for (int i = 0; i < count; i++) {
         int root = i;
-        while (contact->teller[root] != root) // distances decrease, so it ends
-            root = contact->teller[root];
+        while (contact->side_from[root] != root) // distances decrease, so it ends
+            root = contact->side_from[root];
         if (root == i)
             continue;
         signed char *own = &side[contact->candidate[i].face];

@@ -50,7 +50,8 @@ static void create_body(Sim *sim, int b)
     Cutting *cutting = sim->cutting;
     int blades = cutting->blade_count;
     BodyCuts *cuts = arena_allocate(sim->arena, ARENA_STEP, 1, sizeof *cuts, "%s/cuts", body->name);
-    *cuts = (BodyCuts){.pieces = sim->pieces_at_load[b], .told_step = NEVER, .refused_step = NEVER};
+    *cuts =
+        (BodyCuts){.pieces = sim->pieces_at_load[b], .reported_step = NEVER, .refused_step = NEVER};
     state_add(sim->state, cuts, sizeof *cuts, "%s/cuts", body->name);
     cutting->cuts[b] = cuts;
     if (body->ops->cut == NULL || blades == 0)
@@ -99,7 +100,7 @@ void cutting_settled(Sim *sim)
         return;
     for (int b = 0; b < sim->body_count; b++)
         if (sim->cutting->cuts[b] != NULL)
-            sim->cutting->cuts[b]->told_step = sim->cutting->cuts[b]->refused_step = NEVER;
+            sim->cutting->cuts[b]->reported_step = sim->cutting->cuts[b]->refused_step = NEVER;
 }
 
 static bool edge_finite(const BladeEdge *edge)
@@ -120,7 +121,7 @@ bool cutting_check(const Sim *sim)
         if (cuts == NULL)
             continue;
         if (cuts->pieces < 0 || cuts->pieces > INT_MAX || cuts->torn < 0 || cuts->torn_nodes < 0 ||
-            !was(sim, cuts->told_step) || !was(sim, cuts->refused_step))
+            !was(sim, cuts->reported_step) || !was(sim, cuts->refused_step))
             return false;
         for (int k = 0; k < stroke_count(sim, b); k++) {
             const Stroke *stroke = &sim->cutting->stroke[b][k];
@@ -146,14 +147,14 @@ static void note_pieces(Sim *sim, int b, int pieces)
 {
     BodyCuts *cuts = sim->cutting->cuts[b];
     if (pieces > cuts->pieces)
-        sim_tell(sim, b, "piece", "body '%s' is in %d pieces now, %lld more", sim->body[b].name,
-                 pieces, (long long)(pieces - cuts->pieces));
+        sim_report(sim, b, "piece", "body '%s' is in %d pieces now, %lld more", sim->body[b].name,
+                   pieces, (long long)(pieces - cuts->pieces));
     if (pieces > 0)
         cuts->pieces = pieces;
 }
 
 // Reports a refusal at most a few times per second: a stroke may be refused a thousand times.
-static void tell_refusal(Sim *sim, int b, int tool, const CutOutcome *outcome)
+static void report_refusal(Sim *sim, int b, int tool, const CutOutcome *outcome)
 {
     BodyCuts *cuts = sim->cutting->cuts[b];
     if (!is_due(sim, cuts->refused_step, 1.0))
@@ -162,9 +163,9 @@ static void tell_refusal(Sim *sim, int b, int tool, const CutOutcome *outcome)
     char why[SIM_EVENT_TEXT];
     cut_describe(outcome, sim->body[b].name, why, sizeof why);
     if (tool >= 0)
-        sim_tell(sim, b, "cut_refused", "tool %d: %.140s", sim->tool[tool].id, why);
+        sim_report(sim, b, "cut_refused", "tool %d: %.140s", sim->tool[tool].id, why);
     else
-        sim_tell(sim, b, "cut_refused", "tearing: %.140s", why);
+        sim_report(sim, b, "cut_refused", "tearing: %.140s", why);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -254,7 +255,7 @@ static void sweep_blade(Sim *sim, int b, int blade, CutPhase phase, BladeEdge to
     stroke->nodes_added += outcome.nodes_added;
     if (!cut_refuses(outcome.verdict))
         return;
-    tell_refusal(sim, b, sim->cutting->blade_tool[blade], &outcome);
+    report_refusal(sim, b, sim->cutting->blade_tool[blade], &outcome);
     stroke->lifted = STROKE_BROKEN;
 }
 
@@ -276,8 +277,8 @@ static void end_stroke(Sim *sim, int b, int blade, bool left)
                           .pieces = (int)sim->cutting->cuts[b]->pieces};
         char text[SIM_EVENT_TEXT];
         cut_describe(&sum, sim->body[b].name, text, sizeof text);
-        sim_tell(sim, b, "cut", "tool %d, stroke ended: %.140s",
-                 sim->tool[sim->cutting->blade_tool[blade]].id, text);
+        sim_report(sim, b, "cut", "tool %d, stroke ended: %.140s",
+                   sim->tool[sim->cutting->blade_tool[blade]].id, text);
     }
     *stroke = (Stroke){0};
 }
@@ -324,17 +325,17 @@ void cutting_break_off(Sim *sim, int body)
 // Tearing
 
 // Reports tears at most a few times per second.
-static void tell_torn(Sim *sim, int b)
+static void report_torn(Sim *sim, int b)
 {
     enum { A_SECOND = 4 };
     BodyCuts *cuts = sim->cutting->cuts[b];
-    if (cuts->torn == 0 || !is_due(sim, cuts->told_step, 1.0 / A_SECOND))
+    if (cuts->torn == 0 || !is_due(sim, cuts->reported_step, 1.0 / A_SECOND))
         return;
-    sim_tell(sim, b, "tear", "body '%s': %lld links torn, %lld nodes added, %lld pieces",
-             sim->body[b].name, (long long)cuts->torn, (long long)cuts->torn_nodes,
-             (long long)cuts->pieces);
+    sim_report(sim, b, "tear", "body '%s': %lld links torn, %lld nodes added, %lld pieces",
+               sim->body[b].name, (long long)cuts->torn, (long long)cuts->torn_nodes,
+               (long long)cuts->pieces);
     cuts->torn = cuts->torn_nodes = 0;
-    cuts->told_step = sim->clock->step;
+    cuts->reported_step = sim->clock->step;
 }
 
 static bool tear_once(Sim *sim, int b, void *context, TopologyChange *change)
@@ -345,7 +346,7 @@ static bool tear_once(Sim *sim, int b, void *context, TopologyChange *change)
     CutOutcome outcome = {.verdict = CUT_MET_NOTHING};
     bool changed = body->ops->tear(body, sim->tick, &outcome, change);
     if (cut_refuses(outcome.verdict))
-        tell_refusal(sim, b, -1, &outcome);
+        report_refusal(sim, b, -1, &outcome);
     cuts->torn += outcome.separated; // also those not visible yet
     cuts->torn_nodes += outcome.nodes_added;
     if (outcome.verdict == CUT_DONE)
@@ -363,7 +364,7 @@ void cutting_stage(Sim *sim)
             stroke_body(sim, b, k);
         if (sim->body[b].ops->tear != NULL) {
             change_body(sim, b, tear_once, NULL);
-            tell_torn(sim, b);
+            report_torn(sim, b);
         }
     }
 }

@@ -5,7 +5,7 @@
 #include <stdio.h>
 
 // The newest are dropped if they are not taken.
-void sim_tell(Sim *sim, int body, const char *kind, const char *format, ...)
+void sim_report(Sim *sim, int body, const char *kind, const char *format, ...)
 {
     EventRing *at = sim->events;
     if (at->count == SIM_EVENTS)

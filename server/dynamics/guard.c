@@ -8,7 +8,7 @@
 
 // Beyond any useful wrench.
 #define FORCE_MOST     1e9  // [N], [N m]
-#define PLACE_MOST     1e12 // [m]
+#define POSITION_MOST  1e12 // [m]
 #define STIFFNESS_MOST 1e15 // [N/m], [N s/m]
 
 #define FAR 1e3 // longest edges of the coarsest level
@@ -88,7 +88,7 @@ bool guard_check(const Sim *sim)
     for (int b = 0; b < sim->body_count; b++) {
         const GuardBody *body = &guard->body[b];
         if (!can_be(sim, &body->bad) || !can_be(sim, &body->energy) || !was(sim, body->told) ||
-            body->untold < 0 || !was(sim, body->set) || body->set_key < 0 ||
+            body->unreported < 0 || !was(sim, body->set) || body->set_key < 0 ||
             body->set_key >= GUARD_KEYS || !was(sim, body->loaded) ||
             !vec3_finite(body->load_force) || body->cause < 0 || body->cause >= GUARD_CAUSE_COUNT)
             return false;
@@ -144,7 +144,7 @@ static RestoreMode choose_mode(Sim *sim, int b)
     bool often = guard_count(&at->bad, sim->clock->step + 1, sim->guard->window, GUARD_BAD_TICKS);
     if (row >= GUARD_BAD_TICKS || often)
         return RESTORE_SHAPE;
-    return row > 1 ? RESTORE_PLACES : RESTORE_MOTION;
+    return row > 1 ? RESTORE_POSITIONS : RESTORE_MOTION;
 }
 
 // A state that a change of topology spoilt before the forces were evaluated is not a good one.
@@ -155,7 +155,7 @@ static RestoreMode restore(Sim *sim, int b)
     RestoreMode mode = choose_mode(sim, b);
     ops->restore(body->model, mode);
     while (mode != RESTORE_SHAPE && ops->check != NULL && !ops->check(body->model)) {
-        mode = mode == RESTORE_MOTION ? RESTORE_PLACES : RESTORE_SHAPE;
+        mode = mode == RESTORE_MOTION ? RESTORE_POSITIONS : RESTORE_SHAPE;
         ops->restore(body->model, mode);
     }
     if (mode == RESTORE_SHAPE)
@@ -170,16 +170,16 @@ static void tell(Sim *sim, int b, RestoreMode mode, const char *what)
                                        "the state before the tick"};
     GuardBody *at = &sim->guard->body[b];
     const int64_t tick = sim->clock->step + 1;
-    at->untold++;
+    at->unreported++;
     if (at->told > 0 && tick - at->told < sim->guard->window)
         return;
-    if (at->untold > 1)
-        sim_tell(sim, b, "restored", "%s; restored to %s; %lld times since the last report", what,
-                 back[mode], (long long)at->untold);
+    if (at->unreported > 1)
+        sim_report(sim, b, "restored", "%s; restored to %s; %lld times since the last report", what,
+                   back[mode], (long long)at->unreported);
     else
-        sim_tell(sim, b, "restored", "%s; restored to %s", what, back[mode]);
+        sim_report(sim, b, "restored", "%s; restored to %s", what, back[mode]);
     at->told = tick;
-    at->untold = 0;
+    at->unreported = 0;
 }
 
 // A tool or load that was just withdrawn left a state with good numbers only.
@@ -234,7 +234,7 @@ static void mend_energy(Sim *sim, int b, EnergyVerdict verdict, double has, doub
     const bool again =
         guard_count(&at->energy, sim->clock->step + 1, looks > window ? looks : window, 2);
     const RestoreMode mode =
-        again || verdict == ENERGY_WRONG_SHAPE ? RESTORE_SHAPE : RESTORE_PLACES;
+        again || verdict == ENERGY_WRONG_SHAPE ? RESTORE_SHAPE : RESTORE_POSITIONS;
     body->ops->restore(body->model, mode);
     if (mode == RESTORE_SHAPE)
         at->energy = (Blame){0};
@@ -284,11 +284,11 @@ static bool is_within(Vec3 v, double most)
     return fabs(v.x) <= most && fabs(v.y) <= most && fabs(v.z) <= most; // false for NaN
 }
 
-static bool is_sound(const ToolWrench *wrench)
+static bool is_valid(const ToolWrench *wrench)
 {
-    bool ok = is_within(wrench->position, PLACE_MOST) && is_within(wrench->force, FORCE_MOST) &&
-              is_within(wrench->torque, FORCE_MOST) && is_within(wrench->point, PLACE_MOST) &&
-              is_within(wrench->normal, 2.0) && fabs(wrench->depth) <= PLACE_MOST &&
+    bool ok = is_within(wrench->position, POSITION_MOST) && is_within(wrench->force, FORCE_MOST) &&
+              is_within(wrench->torque, FORCE_MOST) && is_within(wrench->point, POSITION_MOST) &&
+              is_within(wrench->normal, 2.0) && fabs(wrench->depth) <= POSITION_MOST &&
               fabs(wrench->damping) <= STIFFNESS_MOST;
     for (int i = 0; i < 6; i++)
         ok = ok && fabs(wrench->stiffness[i]) <= STIFFNESS_MOST;
@@ -299,9 +299,9 @@ void guard_wrenches(Sim *sim)
 {
     for (int t = 0; t < sim->tool_count; t++) {
         ToolWrench *wrench = &sim->wrench[t];
-        if (is_sound(wrench))
+        if (is_valid(wrench))
             continue;
-        bool there = is_within(wrench->position, PLACE_MOST);
+        bool there = is_within(wrench->position, POSITION_MOST);
         *wrench = (ToolWrench){.position = there ? wrench->position : sim->motion[t].to_position};
         sim->guard->counts.wrenches++;
     }

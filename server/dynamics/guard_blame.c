@@ -175,7 +175,7 @@ static void withdraw_tool(Sim *sim, int b, int t)
     tool_motion_init(&sim->motion[t]);
     sim->guard->tool[t] = (GuardTool){.withdrawn = 1, .pose = sim->clock->step + 1};
     sim->guard->counts.tools++;
-    sim_tell(
+    sim_report(
         sim, b, "withdrawn",
         "tool %d: %d bad ticks within %g s; it comes back when its sender has made it inactive",
         sim->tool[t].id, GUARD_MOST_BLAME, GUARD_WINDOW);
@@ -186,8 +186,8 @@ static void withdraw_load(Sim *sim, int b, int index)
     char which[96];
     describe_load(sim, index, which, sizeof which);
     sim->guard->counts.loads++;
-    sim_tell(sim, b, "withdrawn", "%s: %d bad ticks within %g s", which, GUARD_MOST_BLAME,
-             GUARD_WINDOW);
+    sim_report(sim, b, "withdrawn", "%s: %d bad ticks within %g s", which, GUARD_MOST_BLAME,
+               GUARD_WINDOW);
     sim->loads.load[index].end_step = sim->clock->step;
     guard_note_loads(sim);
     loads_expire(&sim->loads, sim->body, sim->body_count, sim->clock->step);

@@ -9,13 +9,13 @@
 // Ticks count from 1 here, so that 0 means never. All plain data, part of the state, and 0 until a
 // tick is bad or a SET comes.
 typedef struct GuardBody {
-    Blame bad;       // bad ticks of the current window
-    int64_t told;    // tick of the newest report about it
-    int64_t untold;  // restores since that report
-    int64_t set;     // tick of the newest SET
-    int64_t set_key; // key of that SET
-    Blame energy;    // restores because of energy without a source
-    int64_t cause;   // GuardCause of the newest restore, during consecutive bad ticks
+    Blame bad;          // bad ticks of the current window
+    int64_t told;       // tick of the newest report about it
+    int64_t unreported; // restores since that report
+    int64_t set;        // tick of the newest SET
+    int64_t set_key;    // key of that SET
+    Blame energy;       // restores because of energy without a source
+    int64_t cause;      // GuardCause of the newest restore, during consecutive bad ticks
     int64_t loaded; // tick in which a load ended that left it excess energy, until that is gone; of
                     // several loads the strongest
     Vec3 load_force; // of that load [N]

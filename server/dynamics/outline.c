@@ -10,11 +10,11 @@ static double without_rounding(double x, double size)
 
 BodyOutline body_outline(const Body *body)
 {
-    const BodySurface *places = &body->surface; // more than there are nodes, where a body adapts
+    const BodySurface *surface = &body->surface; // more than there are nodes, where a body adapts
     BodyOutline outline = {.box = box_empty()};
     Box *box = &outline.box;
-    for (int i = 0; i < places->node_count; i++) {
-        if (places->node_face_end[i] <= places->node_face_start[i])
+    for (int i = 0; i < surface->node_count; i++) {
+        if (surface->node_face_end[i] <= surface->node_face_start[i])
             continue;
         Vec3 x;
         body->ops->read_nodes(body->model, &i, 1, &x, NULL);

@@ -3,13 +3,13 @@
 
 #include <string.h>
 
-Patch *patch_create(int place_count, const char *name, Arena *arena)
+Patch *patch_create(int slot_count, const char *name, Arena *arena)
 {
     Patch *patch = arena_allocate(arena, ARENA_CONTACT, 1, sizeof *patch, "%s/patch", name);
-    patch->place_count = place_count;
-    patch->local = arena_allocate(arena, ARENA_CONTACT, (size_t)place_count + 1,
+    patch->slot_count = slot_count;
+    patch->local = arena_allocate(arena, ARENA_CONTACT, (size_t)slot_count + 1,
                                   sizeof *patch->local, "%s/patch numbers", name);
-    memset(patch->local, 0xff, ((size_t)place_count + 1) * sizeof *patch->local); // -1
+    memset(patch->local, 0xff, ((size_t)slot_count + 1) * sizeof *patch->local); // -1
     return patch;
 }
 

@@ -61,12 +61,12 @@ typedef struct Patch {
     PatchTie tie[PATCH_TIES];
     PatchBlock block[PATCH_BLOCKS];
 
-    int place_count; // largest number of nodes
-    short *local;    // [place_count] -1: not in the patch; else the local number, or -2 - its tie
+    int slot_count; // largest number of nodes
+    short *local;   // [slot_count] -1: not in the patch; else the local number, or -2 - its tie
 } Patch;
 
 // Allocates a patch. Load time.
-Patch *patch_create(int place_count, const char *name, Arena *arena);
+Patch *patch_create(int slot_count, const char *name, Arena *arena);
 // Discards what was gathered and starts a request.
 void patch_begin(Patch *patch, const Region *region, double time, bool tensed);
 

@@ -10,7 +10,7 @@
 #include <string.h>
 
 RigidFrame *rigid_frame_create(const char *name, Precision precision, bool displaced,
-                               int slot_count, const double (*place)[3], const double *weight,
+                               int slot_count, const double (*rest)[3], const double *weight,
                                Arena *arena, StateList *state)
 {
     RigidFrame *frame = arena_allocate(arena, ARENA_STEP, 1, sizeof *frame, "%s/rigid frame", name);
@@ -19,7 +19,7 @@ RigidFrame *rigid_frame_create(const char *name, Precision precision, bool displ
     frame->whole[0][1] = slot_count;
     frame->run = frame->whole;
     frame->run_count = 1;
-    frame->place = place;
+    frame->rest = rest;
     frame->weight = weight;
     frame->rotation =
         arena_allocate(arena, ARENA_STEP, 4, sizeof(double), "%s/frame rotation", name);
@@ -43,7 +43,7 @@ void rigid_frame_weigh(RigidFrame *frame)
     {
         total += frame->weight[s];
         for (int c = 0; c < 3; c++)
-            center[c] += frame->weight[s] * frame->place[s][c];
+            center[c] += frame->weight[s] * frame->rest[s][c];
     }
     frame->total_weight = total;
     for (int c = 0; c < 3; c++)
@@ -57,14 +57,14 @@ static inline void read_row(const RigidFrame *frame, const void *rows, int slot,
     if (frame->precision == PRECISION_DOUBLE) {
         const double *row = (const double *)rows + (long)slot * ROW;
         for (int c = 0; c < 3; c++) {
-            x[c] = frame->displaced ? frame->place[slot][c] + row[c] : row[c];
+            x[c] = frame->displaced ? frame->rest[slot][c] + row[c] : row[c];
             v[c] = row[4 + c];
         }
         return;
     }
     const float *row = (const float *)rows + (long)slot * ROW;
     for (int c = 0; c < 3; c++) {
-        x[c] = frame->place[slot][c] + (double)row[c];
+        x[c] = frame->rest[slot][c] + (double)row[c];
         v[c] = (double)row[4 + c];
     }
 }
@@ -208,7 +208,7 @@ void rigid_frame_fit(RigidFrame *frame, const void *rows)
         double vx = q[0] - pose->velocity[0], vy = q[1] - pose->velocity[1],
                vz = q[2] - pose->velocity[2];
         for (int j = 0; j < 3; j++) {
-            double arm = w[s] * (frame->place[s][j] - pose->rest_center[j]);
+            double arm = w[s] * (frame->rest[s][j] - pose->rest_center[j]);
             a[0][j] += x * arm;
             a[1][j] += y * arm;
             a[2][j] += z * arm;
@@ -250,7 +250,7 @@ double rigid_frame_energy(const RigidFrame *frame, const void *rows)
         double x[3], v[3], arm[3];
         read_row(frame, rows, s, x, v);
         for (int c = 0; c < 3; c++)
-            arm[c] = frame->place[s][c] - pose->rest_center[c];
+            arm[c] = frame->rest[s][c] - pose->rest_center[c];
         for (int c = 0; c < 3; c++) {
             const double *r = pose->rotation[c];
             double u = x[c] - pose->center[c] - (r[0] * arm[0] + r[1] * arm[1] + r[2] * arm[2]);

@@ -23,10 +23,10 @@ typedef struct RigidFrame {
     int (*run)[2]; // [run_count] first slot and end of the slots that count; of a body without
     int run_count; // levels one run, all
     int whole[1][2];
-    Precision precision;      // of the rows
-    bool displaced;           // rows hold displacements from `place`, else positions
-    const double (*place)[3]; // [slot_count] rest positions [m]
-    const double *weight;     // [slot_count] any unit, k'_s [N/m] for the energy; 0 for padding
+    Precision precision;     // of the rows
+    bool displaced;          // rows hold displacements from `rest`, else positions
+    const double (*rest)[3]; // [slot_count] rest positions [m]
+    const double *weight;    // [slot_count] any unit, k'_s [N/m] for the energy; 0 for padding
     double total_weight;
     double *rotation; // quaternion w x y z; part of the state (start of the next fit)
     FramePose pose;   // valid after rigid_frame_fit
@@ -35,7 +35,7 @@ typedef struct RigidFrame {
 // Keeps positions and weights by reference; weights must sum to more than 0 (those of a body with
 // levels may be set later: rigid_frame_weigh).
 RigidFrame *rigid_frame_create(const char *name, Precision precision, bool displaced,
-                               int slot_count, const double (*place)[3], const double *weight,
+                               int slot_count, const double (*rest)[3], const double *weight,
                                Arena *arena, StateList *state);
 // Recomputes the rest centre after rest positions, weights or runs have changed.
 void rigid_frame_weigh(RigidFrame *frame);

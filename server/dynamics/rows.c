@@ -23,9 +23,9 @@ static inline __attribute__((always_inline)) void load(const void *row, bool sin
     }
 }
 
-static inline Vec3 place_of(const Rows *rows, int at)
+static inline Vec3 rest_of(const Rows *rows, int at)
 {
-    return (Vec3){rows->place[at][0], rows->place[at][1], rows->place[at][2]};
+    return (Vec3){rows->rest[at][0], rows->rest[at][1], rows->rest[at][2]};
 }
 
 void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *velocity)
@@ -33,7 +33,7 @@ void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *
     Vec3 p, v;
     load(row, rows->precision == PRECISION_SINGLE, at, &p, &v);
     if (rows->displaced) {
-        p = vec3_add(place_of(rows, at), p);
+        p = vec3_add(rest_of(rows, at), p);
         if (rows->turned) {
             p = quat_rotate(rows->frame->turn, p);
             v = quat_rotate(rows->frame->turn, v);
@@ -52,7 +52,7 @@ void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocit
     Vec3 p = position, v = velocity;
     if (rows->displaced) {
         p = rows_turn_in(rows, vec3_sub(position, rows_origin(rows)));
-        p = vec3_sub(p, place_of(rows, at));
+        p = vec3_sub(p, rest_of(rows, at));
         v = rows_turn_in(rows, vec3_sub(velocity, rows_velocity(rows)));
     }
     const double value[ROW] = {p.x, p.y, p.z, 0.0, v.x, v.y, v.z, 0.0};
@@ -81,13 +81,13 @@ Vec3 rows_local(const Rows *rows, const void *row, int at)
 {
     Vec3 p, v;
     load(row, rows->precision == PRECISION_SINGLE, at, &p, &v);
-    return rows->displaced ? vec3_add(place_of(rows, at), p) : p;
+    return rows->displaced ? vec3_add(rest_of(rows, at), p) : p;
 }
 
 Vec3 rows_rest(const Rows *rows, int at)
 {
-    Vec3 place = place_of(rows, at);
-    return vec3_add(rows->rest_origin, rows->turned ? quat_rotate(rows->rest_turn, place) : place);
+    Vec3 rest = rest_of(rows, at);
+    return vec3_add(rows->rest_origin, rows->turned ? quat_rotate(rows->rest_turn, rest) : rest);
 }
 
 static bool is_within(Vec3 v, double limit)
@@ -96,16 +96,16 @@ static bool is_within(Vec3 v, double limit)
 }
 
 // True if a frame is valid; one read from a file may be anything.
-static bool frame_is_sound(const BaseFrame *frame)
+static bool frame_is_valid(const BaseFrame *frame)
 {
     const Quat q = frame->turn;
     return vec3_finite(frame->origin) &&
            fabs(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z - 1.0) < 1e-6;
 }
 
-bool rows_are_sound(const Rows *rows, const void *row, double limit)
+bool rows_are_valid(const Rows *rows, const void *row, double limit)
 {
-    if (rows->displaced && !frame_is_sound(rows->frame))
+    if (rows->displaced && !frame_is_valid(rows->frame))
         return false;
     if (!is_within(rows_velocity(rows), SPEED_LIMIT))
         return false;
@@ -117,7 +117,7 @@ bool rows_are_sound(const Rows *rows, const void *row, double limit)
     return true;
 }
 
-// With the fit p = center + R (place - rest_center) in the rows' coordinates, the new frame is the
+// With the fit p = center + R (rest - rest_center) in the rows' coordinates, the new frame is the
 // one in which the fitted body does not move: p' = R^T (p - center) + rest_center. Rows are
 // transformed by R^T, and lose `speed`.
 static inline __attribute__((always_inline)) void
@@ -128,7 +128,7 @@ move_rows(const Rows *rows, void *row, bool single, Quat back, Vec3 center, Vec3
             continue;
         Vec3 u, v;
         load(row, single, s, &u, &v);
-        Vec3 arm = vec3_sub(place_of(rows, s), rest);
+        Vec3 arm = vec3_sub(rest_of(rows, s), rest);
         // R^T (arm + u - shift) - arm, the difference of rotations taken first: it is small.
         Vec3 away = vec3_sub(u, vec3_sub(center, rest));
         Vec3 moved = vec3_add(vec3_sub(quat_rotate(back, arm), arm), quat_rotate(back, away));
@@ -215,7 +215,7 @@ void rows_return_to_rest(Rows *rows, void *row)
                                    .turn = rows->turned ? rows->rest_turn : QUAT_NONE};
     for (int s = 0; s < rows->count; s++)
         for (int c = 0; c < ROW; c++) {
-            double value = !rows->displaced && c < 3 ? rows->place[s][c] : 0.0;
+            double value = !rows->displaced && c < 3 ? rows->rest[s][c] : 0.0;
             rows_put(rows, row, (long)s * ROW + c, value);
         }
 }

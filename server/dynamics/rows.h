@@ -1,7 +1,7 @@
 // Rows: the storage of node positions and velocities. A row is 8 numbers of type Real (float or
 // double): x y z 0 vx vy vz 0.
 // Rows contain positions in the world (surface bodies in double precision), or displacements u from
-// the rest position in a base frame: x = origin + turn (place + u), with velocities rotated alike.
+// the rest position in a base frame: x = origin + turn (rest + u), with velocities rotated alike.
 // The base frame of bodies fixed to the world is constant; that of floating bodies follows them
 // every few ticks, so that u stays as small as the deformation, and single precision keeps its
 // accuracy far from the origin. In single precision a floating frame also has a velocity, to which
@@ -49,18 +49,18 @@ typedef struct FrameFall {
 
 typedef struct Rows {
     Precision precision;
-    bool displaced;   // rows hold u, else positions in the world; always in single precision
-    bool floating;    // displaced only: nothing fixes the body, the frame follows it
-    bool turned;      // displaced only: the rows' axes may not be the world's; floating implies it
-    int count;        // rows
-    const int *owner; // [count] negative: a free row, which stays unchanged; NULL: all are used
-    double (*place)[3]; // [count] rest position, less rest_origin [m]
-    Vec3 rest_origin;   // zero unless displaced
-    Quat rest_turn;     // from the axes of `place` to the world's; of turned rows
-    BaseFrame *frame;   // displaced only; part of the state
-    FrameFall *fall;    // NULL: the frame moves in rows_follow only
-    RigidFrame *rigid;  // the best fit of the rest shape: that of floating ones is what the frame
-                        // follows
+    bool displaced;    // rows hold u, else positions in the world; always in single precision
+    bool floating;     // displaced only: nothing fixes the body, the frame follows it
+    bool turned;       // displaced only: the rows' axes may not be the world's; floating implies it
+    int count;         // rows
+    const int *owner;  // [count] negative: a free row, which stays unchanged; NULL: all are used
+    double (*rest)[3]; // [count] rest position, less rest_origin [m]
+    Vec3 rest_origin;  // zero unless displaced
+    Quat rest_turn;    // from the axes of `rest` to the world's; of turned rows
+    BaseFrame *frame;  // displaced only; part of the state
+    FrameFall *fall;   // NULL: the frame moves in rows_follow only
+    RigidFrame *rigid; // the best fit of the rest shape: that of floating ones is what the frame
+                       // follows
     double
         longest_edge; // at rest [m]: a frame that lags by more than a tenth of it is moved earlier
 } Rows;
@@ -105,7 +105,7 @@ Vec3 rows_local(const Rows *rows, const void *row, int at);
 Vec3 rows_rest(const Rows *rows, int at);
 // True if all numbers, the frame's included, are finite, coordinates within `limit` [m] and
 // velocities within SPEED_LIMIT.
-bool rows_are_sound(const Rows *rows, const void *row, double limit);
+bool rows_are_valid(const Rows *rows, const void *row, double limit);
 // Moves the base frame of a floating body, and `row` with it, if it is due; after a tick. Returns
 // true if it moved: forces in the rows' coordinates must be rotated again.
 bool rows_follow(Rows *rows, void *row);

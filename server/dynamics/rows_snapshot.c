@@ -65,13 +65,13 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
         // Slots are scattered: fetch ahead.
         __builtin_prefetch((const char *)row + soon * (long)(ROW * real));
         if (kind.displaced)
-            __builtin_prefetch(rows->place[soon]);
+            __builtin_prefetch(rows->rest[soon]);
         const void *own = (const char *)row + slot * (long)(ROW * real);
         Four x, v;
         load(own, kind.single, 0, &x);
         if (kind.displaced) {
-            const double *place = rows->place[slot];
-            x += (Four){place[0], place[1], place[2]};
+            const double *rest = rows->rest[slot];
+            x += (Four){rest[0], rest[1], rest[2]};
             if (kind.turned)
                 turn(column, &x);
             x += origin;

@@ -9,23 +9,24 @@
 #include <string.h>
 
 // Allocates for what the scene has, if that is known.
-static void create_room(Sim *sim)
+static void create_arrays(Sim *sim)
 {
     const SimCounts most = {SIM_BODIES, SIM_TOOLS, SIM_SCENE_LOADS, SIM_ATTACHMENTS};
-    const SimCounts room = sim->room = sim->options.counts.bodies > 0 ? sim->options.counts : most;
+    const SimCounts capacity = sim->capacity =
+        sim->options.counts.bodies > 0 ? sim->options.counts : most;
     Arena *arena = sim->arena;
     sim->body =
-        arena_allocate(arena, ARENA_STEP, (size_t)room.bodies, sizeof *sim->body, "sim/bodies");
-    if (room.tools > 0)
-        sim->tool =
-            arena_allocate(arena, ARENA_STEP, (size_t)room.tools, sizeof *sim->tool, "sim/tools");
-    if (room.loads > 0)
-        sim->scene_load = arena_allocate(arena, ARENA_STEP, (size_t)room.loads,
+        arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies, sizeof *sim->body, "sim/bodies");
+    if (capacity.tools > 0)
+        sim->tool = arena_allocate(arena, ARENA_STEP, (size_t)capacity.tools, sizeof *sim->tool,
+                                   "sim/tools");
+    if (capacity.loads > 0)
+        sim->scene_load = arena_allocate(arena, ARENA_STEP, (size_t)capacity.loads,
                                          sizeof *sim->scene_load, "sim/loads");
-    sim->group =
-        arena_allocate(arena, ARENA_STEP, (size_t)room.bodies, sizeof *sim->group, "sim/groups");
-    if (room.attachments > 0)
-        sim->scene_attachment = arena_allocate(arena, ARENA_CONTACT, (size_t)room.attachments,
+    sim->group = arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies, sizeof *sim->group,
+                                "sim/groups");
+    if (capacity.attachments > 0)
+        sim->scene_attachment = arena_allocate(arena, ARENA_CONTACT, (size_t)capacity.attachments,
                                                sizeof *sim->scene_attachment, "sim/attachments");
 }
 
@@ -36,7 +37,7 @@ Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
     sim->arena = arena;
     sim->state = state;
     sim->tick = 1.0 / options->rate_hz;
-    create_room(sim);
+    create_arrays(sim);
     sim->clock = arena_allocate(arena, ARENA_STEP, 1, sizeof *sim->clock, "sim/clock");
     state_add(state, sim->clock, sizeof *sim->clock, "sim/clock");
     sim->events = arena_allocate(arena, ARENA_OUTPUT, 1, sizeof *sim->events, "sim/events");
@@ -45,7 +46,7 @@ Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
 
 Body *sim_add_body(Sim *sim, const Body *body)
 {
-    ASSERT(sim->body_count < sim->room.bodies);
+    ASSERT(sim->body_count < sim->capacity.bodies);
     sim->body[sim->body_count] = *body;
     sim->group[sim->body_count] = (GroupMember){.first = sim->body_count, .next = -1};
     return &sim->body[sim->body_count++];
@@ -53,13 +54,13 @@ Body *sim_add_body(Sim *sim, const Body *body)
 
 void sim_add_tool(Sim *sim, const ToolOptions *options)
 {
-    ASSERT(sim->tool_count < sim->room.tools);
+    ASSERT(sim->tool_count < sim->capacity.tools);
     sim->tool[sim->tool_count++] = *options;
 }
 
 void sim_add_load(Sim *sim, const LoadOptions *options)
 {
-    ASSERT(sim->scene_load_count < sim->room.loads);
+    ASSERT(sim->scene_load_count < sim->capacity.loads);
     int at = sim->scene_load_count++; // kept sorted by start; equal starts in the given order
     for (; at > 0 && sim->scene_load[at - 1].start > options->start; at--)
         sim->scene_load[at] = sim->scene_load[at - 1];
@@ -84,7 +85,7 @@ static void join(Sim *sim, int a, int b)
 
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
 {
-    ASSERT(sim->scene_attachment_count < sim->room.attachments);
+    ASSERT(sim->scene_attachment_count < sim->capacity.attachments);
     SimAttachment *at = &sim->scene_attachment[sim->scene_attachment_count];
     Body *body = &sim->body[options->body];
     char name[56];

@@ -32,8 +32,8 @@ typedef struct Stroke {
 // A body that can be cut or torn; plain data, part of the state.
 typedef struct BodyCuts {
     int64_t pieces;
-    int64_t torn, torn_nodes;        // not reported yet
-    int64_t told_step, refused_step; // last reports of a tear and of a refusal
+    int64_t torn, torn_nodes;            // not reported yet
+    int64_t reported_step, refused_step; // last reports of a tear and of a refusal
 } BodyCuts;
 
 // One attachment of the scene: to a frame or to another body.
@@ -69,7 +69,7 @@ struct Sim {
     StateList *state;
     double tick; // [s]
     int body_count, tool_count, scene_load_count, contact_count;
-    SimCounts room;          // capacities of the scene's own arrays
+    SimCounts capacity;      // capacities of the scene's own arrays
     GroupMember *group;      // [room.bodies]
     ToolOptions *tool;       // [room.tools]
     LoadOptions *scene_load; // [room.loads] by start
@@ -187,7 +187,7 @@ void holding_add_forces(Sim *sim, int body, const Stage *stage, double substep_t
 
 // events.c
 // Appends an event. `kind` is a literal.
-void sim_tell(Sim *sim, int body, const char *kind, const char *format, ...)
+void sim_report(Sim *sim, int body, const char *kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
 // time_step_advice.c

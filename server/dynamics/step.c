@@ -251,7 +251,7 @@ static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)
 }
 
 // Sets the stiffness from the contacts of the last tick, if known.
-static void tell_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
+static void report_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
 {
     const ContactStiffness *stiffness = stiffness_get(sim->stiffness, contact);
     if (stiffness == NULL)
@@ -311,7 +311,7 @@ static void take_wrenches(Sim *sim)
     }
     for (int k = 0; k < sim->contact_count && sim->stiffness != NULL; k++)
         if (contact_is_near(sim->contact[k]) && contact_sums(sim->contact[k])->weight > 0.0)
-            tell_stiffness(sim, k, &sim->wrench[sim->contact_tool[k]]);
+            report_stiffness(sim, k, &sim->wrench[sim->contact_tool[k]]);
 }
 
 // Checks all results before they are published.

@@ -55,13 +55,13 @@ struct StiffnessEstimator {
     double first[3];
 };
 
-static int places_of(const Body *body)
+static int slots_of(const Body *body)
 {
     int surface = body->surface.node_count;
     return surface > body->state_capacity ? surface : body->state_capacity;
 }
 
-static bool can_tell(const Contact *contact)
+static bool is_measurable(const Contact *contact)
 {
     return contact->body->ops->gather_patch != NULL && !contact->is_plane &&
            contact->tool->kind != TOOL_STATIC;
@@ -69,11 +69,11 @@ static bool can_tell(const Contact *contact)
 
 StiffnessEstimator *stiffness_create(Contact *const *contact, int count, double tick, Arena *arena)
 {
-    int places = 0;
+    int slots = 0;
     for (int i = 0; i < count; i++)
-        if (can_tell(contact[i]) && places_of(contact[i]->body) > places)
-            places = places_of(contact[i]->body);
-    if (places == 0)
+        if (is_measurable(contact[i]) && slots_of(contact[i]->body) > slots)
+            slots = slots_of(contact[i]->body);
+    if (slots == 0)
         return NULL;
     StiffnessEstimator *all =
         arena_allocate(arena, ARENA_CONTACT, 1, sizeof *all, "stiffness/estimator");
@@ -81,11 +81,11 @@ StiffnessEstimator *stiffness_create(Contact *const *contact, int count, double 
     all->count = count;
     all->period = (int)fmax(1.0, ceil(1.0 / RATE / tick - 1e-9));
     all->budget = (int)fmin(1e6, ceil(SHARE * tick / BLOCK_TIME));
-    all->patch = patch_create(places, "stiffness", arena);
+    all->patch = patch_create(slots, "stiffness", arena);
     all->estimate = arena_allocate(arena, ARENA_CONTACT, (size_t)count, sizeof *all->estimate,
                                    "stiffness/estimates");
     for (int i = 0; i < count; i++) {
-        if (!can_tell(contact[i]))
+        if (!is_measurable(contact[i]))
             continue;
         Estimate *estimate = &all->estimate[i];
         estimate->node = arena_allocate(arena, ARENA_CONTACT, PATCH_NODES, sizeof *estimate->node,
@@ -304,7 +304,7 @@ static void warm_start(StiffnessEstimator *all)
     const Patch *patch = all->patch;
     memset(all->u, 0, (size_t)patch->node_count * sizeof *all->u);
     for (int i = 0; i < last->count; i++) {
-        int local = last->node[i] < patch->place_count ? patch->local[last->node[i]] : -1;
+        int local = last->node[i] < patch->slot_count ? patch->local[last->node[i]] : -1;
         if (local >= 0)
             all->u[local] = last->moved[i];
     }

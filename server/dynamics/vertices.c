@@ -319,8 +319,8 @@ bool vertices_check(const Vertices *vertices)
     const char *row = vertices_row(vertices);
     Rows spare = *rows;
     spare.count = 1;
-    return rows_are_sound(rows, row, vertices->position_limit) &&
-           rows_are_sound(&spare, row + (size_t)vertices->capacity * ROW * rows_real_size(rows),
+    return rows_are_valid(rows, row, vertices->position_limit) &&
+           rows_are_valid(&spare, row + (size_t)vertices->capacity * ROW * rows_real_size(rows),
                           vertices->position_limit);
 }
 

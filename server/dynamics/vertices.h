@@ -70,7 +70,7 @@ bool vertices_can_create(const BodyOptions *options, bool has_kernels, int count
 typedef Vec3 VertexPlace(const void *context, int vertex);
 bool vertices_mark_fixed(const BodyOptions *options, const VertexId *by_id, int count,
                          VertexPlace *place, const void *context, bool *fixed, Status *status);
-// Creates all other fields after count, capacity (0: count), kernels, damped, rows.place and
+// Creates all other fields after count, capacity (0: count), kernels, damped, rows.rest and
 // .rest_origin, .rest_turn, .longest_edge, mass and id are set. `by_id` is the order of the initial
 // state; `extent` [m]: size of the body at rest.
 void vertices_create(Vertices *vertices, const BodyOptions *options, const VertexId *by_id,

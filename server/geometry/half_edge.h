@@ -1,5 +1,5 @@
 // The three directed edges of every triangle, sorted so that those of one undirected edge are
-// neighbours: the common basis of mesh_validate and winged_create. Load time only, private to
+// neighbours: the common basis of mesh_check and winged_create. Load time only, private to
 // geometry.
 #ifndef PLIANT_GEOMETRY_HALF_EDGE_H
 #define PLIANT_GEOMETRY_HALF_EDGE_H

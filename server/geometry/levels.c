@@ -168,7 +168,7 @@ static bool check_edges(const Level *level, int l, Status *status)
                        l, both, sides);
 }
 
-bool levels_validate(Levels *levels, const TriMesh *mesh, Status *status)
+bool levels_check(Levels *levels, const TriMesh *mesh, Status *status)
 {
     set_coarsest(levels, mesh);
     for (int l = 0; l <= levels->finest; l++) {

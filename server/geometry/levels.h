@@ -28,7 +28,7 @@ typedef struct Levels {
     Vec3 *position; // [level[finest].node_count] rest positions by modified butterfly [m]
 } Levels;
 
-// Divides a valid mesh (mesh_validate) `finest` times. Nodes and faces of level 0 are those of the
+// Divides a valid mesh (mesh_check) `finest` times. Nodes and faces of level 0 are those of the
 // mesh. The edges of each level are sorted by their nodes, the smaller one first, as winged_create
 // numbers those of levels_mesh. The arena owns the arrays, named "name/...". False with `status`:
 // more than MESH_COUNT_MAX nodes or faces, `finest` out of range, or a face without area after
@@ -38,12 +38,12 @@ bool levels_create(Levels *levels, const TriMesh *mesh, int finest, const char *
 
 // Two functions read back levels that were divided before, from untrusted data. levels_reserve
 // allocates for a mesh of count = {nodes, edges, faces}. The caller fills the positions and, of
-// every level, edge, edge_face and face_edge. levels_validate takes the faces of level 0 from the
+// every level, edge, edge_face and face_edge. levels_check takes the faces of level 0 from the
 // mesh and derives all others; it is false with `status` unless all tables equal those of
 // levels_create for this mesh and all faces are fit for simulation. Rest positions may differ.
 bool levels_reserve(Levels *levels, const int count[3], int finest, const char *name, Arena *arena,
                     Status *status);
-bool levels_validate(Levels *levels, const TriMesh *mesh, Status *status);
+bool levels_check(Levels *levels, const TriMesh *mesh, Status *status);
 
 // Returns the face on the other side of an edge of `face`, or -1.
 static inline int levels_beyond(const Level *level, int edge, int face)

@@ -1,5 +1,5 @@
 // Triangle meshes: creation, placement, equal nodes, measures. Load time only; never on the step
-// thread. mesh_validate.c has the rules of a valid mesh.
+// thread. mesh_check.c has the rules of a valid mesh.
 #include "geometry/mesh.h"
 
 #include "base/check.h"

@@ -84,6 +84,6 @@ typedef struct MeshFault {
 // no triangle with a repeated node or without area, every node used, every edge in at most two
 // triangles with opposite directions, every node with a single fan of triangles. Otherwise false
 // with `fault`.
-bool mesh_validate(const TriMesh *mesh, MeshFault *fault);
+bool mesh_check(const TriMesh *mesh, MeshFault *fault);
 
 #endif

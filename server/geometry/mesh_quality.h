@@ -31,7 +31,7 @@ typedef struct MeshQuality {
 // Triangles with smaller angles are slivers: stiff, and of little use to the simulation.
 #define MESH_SHARP_ANGLE (20.0 / 180.0 * 3.14159265358979323846)
 
-// Measures a mesh that passes mesh_validate. `quality` owns its arrays.
+// Measures a mesh that passes mesh_check. `quality` owns its arrays.
 void mesh_quality_measure(const TriMesh *mesh, MeshQuality *quality);
 void mesh_quality_destroy(MeshQuality *quality);
 

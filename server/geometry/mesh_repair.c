@@ -242,7 +242,7 @@ static bool run(const MeshDraft *draft, bool ties_borders, TriMesh *mesh, MeshRe
             repair_fans(&repair);
         take_mesh(&repair, mesh);
         // Prove that the repairs left no fault.
-        ok = mesh_validate(mesh, fault);
+        ok = mesh_check(mesh, fault);
         if (!ok) {
             fault->triangle = -1;
             mesh_destroy(mesh);

@@ -32,7 +32,7 @@ typedef struct MeshRepairs {
 } MeshRepairs;
 
 // Creates `mesh`, owned by the caller, with nodes in the order of the source; it passes
-// mesh_validate. Nodes of closed surfaces that merely touch each other are not welded. On failure
+// mesh_check. Nodes of closed surfaces that merely touch each other are not welded. On failure
 // false with `fault` and no mesh; fault->triangle is then a polygon of the draft, fault->node a
 // node of the draft. Corners with nodes out of range are refused.
 bool mesh_repair(const MeshDraft *draft, TriMesh *mesh, MeshRepairs *repairs, MeshFault *fault);

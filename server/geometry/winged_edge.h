@@ -25,7 +25,7 @@ typedef struct WingedMesh {
     int *node_face;       // [3 face_count], ascending for each node
 } WingedMesh;
 
-// Builds the table of a mesh that passes mesh_validate. `winged` owns its arrays.
+// Builds the table of a mesh that passes mesh_check. `winged` owns its arrays.
 void winged_create(WingedMesh *winged, const TriMesh *mesh);
 void winged_destroy(WingedMesh *winged);
 

@@ -74,11 +74,11 @@ static RowNames name_rows(const Body *body)
 // Takes the rows of the current state; the caller destroys them.
 static void show(BodyRows *rows, const Body *body)
 {
-    BodyRows places;
-    create_rows(&places, body->state_capacity);
-    int count = body->ops->read_state(body->model, places.id, places.position, places.velocity);
-    checkpoint_rows_sort(rows, count, places.id, places.position, places.velocity);
-    checkpoint_rows_destroy(&places);
+    BodyRows slots;
+    create_rows(&slots, body->state_capacity);
+    int count = body->ops->read_state(body->model, slots.id, slots.position, slots.velocity);
+    checkpoint_rows_sort(rows, count, slots.id, slots.position, slots.velocity);
+    checkpoint_rows_destroy(&slots);
 }
 
 bool checkpoint_rows_shown(const Body *body, const BodyRows *rows)

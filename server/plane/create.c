@@ -64,11 +64,10 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
     rows->rest_origin = lattice_point(lattice, middle[0], middle[1], 0.5);
     rows->rest_turn = quat_unit((Quat){lattice->turn.w, 0.0, 0.0, lattice->turn.z});
     rows->longest_edge = lattice->size;
-    rows->place =
-        arena_allocate(arena, ARENA_STEP, most + 1, sizeof *rows->place, "%s/places", name);
+    rows->rest = arena_allocate(arena, ARENA_STEP, most + 1, sizeof *rows->rest, "%s/places", name);
     for (int v = 0; v < vertices->count; v++)
         for (int d = 0; d < 2; d++)
-            rows->place[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
+            rows->rest[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
     // A floating body follows its own fit in the plane: no rigid frame.
     vertices->damped = options->damping > 0.0;
     vertices_create(vertices, &options->body, making->by_id, making->fixed, (int)most,

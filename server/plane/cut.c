@@ -28,7 +28,7 @@ bool plane_cut_fill_mesh(PlaneCut *cut)
 }
 
 // Rebuilds everything that follows from the mesh, except velocities.
-static void make_anew(PlaneModel *model, Body *body, TopologyChange *change)
+static void rebuild(PlaneModel *model, Body *body, TopologyChange *change)
 {
     plane_cut_take_rows(model, change);
     plane_forms_fill(&model->cut->forms, model, &model->cut->layout,
@@ -44,7 +44,7 @@ void plane_cut_make(PlaneModel *model, Body *body)
 {
     plane_cut_fill_mesh(model->cut);
     TopologyChange none = {.born = model->cut->birth};
-    make_anew(model, body, &none);
+    rebuild(model, body, &none);
 }
 
 void plane_cut_count_pieces(PlaneCut *cut, CutOutcome *outcome)
@@ -88,7 +88,7 @@ bool plane_cut_break(Body *body, const int (*edge)[2], int count, CutOutcome *ou
         plane_cut_fill_mesh(cut);
         return false;
     }
-    make_anew(model, body, change);
+    rebuild(model, body, change);
     plane_cut_keep_momentum(model);
     *cut->wants = 1;
     outcome->separated += count;
@@ -199,7 +199,7 @@ bool plane_cut_reconstruct(Body *body, TopologyChange *change)
         plane_cut_fill_mesh(cut);
         return false;
     }
-    make_anew(model, body, change);
+    rebuild(model, body, change);
     plane_cut_keep_momentum(model);
     *cut->wants = 1;
     return true;

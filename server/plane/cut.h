@@ -51,7 +51,7 @@ typedef struct PlaneCut {
     double *felt; // [vertex_capacity] square of the largest external force in the last tick [N2];
                   // NULL without tear_force
 
-    bool is_sound; // plane_cut_restore succeeded, or was not called
+    bool is_valid; // plane_cut_restore succeeded, or was not called
 
     // --- derived from the state ---
     PlaneMesh mesh; // with vertices in its own order

@@ -35,7 +35,7 @@ static void places_of(const PlaneModel *model, int element, double at[PLANE_PLAC
         for (int d = 0; d < 2 && cut->vertex[element][p] >= 0; d++) {
             const int row = cut->vertex[element][p];
             at[p][d] =
-                rows->place[row][d] + rows_get(rows, model->vertices.present, (long)row * ROW + d);
+                rows->rest[row][d] + rows_get(rows, model->vertices.present, (long)row * ROW + d);
         }
     for (int k = 0; k < count; k++)
         if (cut->vertex[element][outline[k]] < 0)

@@ -112,7 +112,7 @@ void plane_cut_create(PlaneModel *model, const PlaneOptions *options, const bool
     PlaneCut *cut = ALLOCATE(ARENA_TOPOLOGY, 1, PlaneCut, "cuts");
     model->cut = cut;
     snprintf(cut->name, sizeof cut->name, "%s", name);
-    cut->is_sound = true;
+    cut->is_valid = true;
     take_layout(cut, options, arena);
     cut->points = (cut->layout.lattice_count[0] + 1) * (cut->layout.lattice_count[1] + 1);
     cut->tear_force = options->tear_force;

@@ -113,7 +113,7 @@ void plane_cut_place_row(PlaneModel *model, int v, int row)
 {
     const PlaneCut *cut = model->cut;
     for (int d = 0; d < 2; d++)
-        model->vertices.rows.place[row][d] =
+        model->vertices.rows.rest[row][d] =
             cut->forms.size * (cut->mesh.point[v][d] - 0.5 * cut->layout.lattice_count[d]);
 }
 
@@ -172,7 +172,7 @@ static PlaneMotion motion_of(const PlaneModel *model, const double *mass, const 
             continue;
         double x[2], u[2];
         for (int d = 0; d < 2; d++) {
-            x[d] = vertices->rows.place[v][d] +
+            x[d] = vertices->rows.rest[v][d] +
                    rows_get(&vertices->rows, present, (long)v * ROW + d) - about[d];
             u[d] = rows_get(&vertices->rows, present, (long)v * ROW + 4 + d);
         }
@@ -210,7 +210,7 @@ void plane_cut_keep_momentum(PlaneModel *model)
             continue;
         double x[2];
         for (int d = 0; d < 2; d++)
-            x[d] = vertices->rows.place[v][d] +
+            x[d] = vertices->rows.rest[v][d] +
                    rows_get(&vertices->rows, present, (long)v * ROW + d) - about[d];
         const double add[2] = {dv[0] - turn * x[1], dv[1] + turn * x[0]};
         for (int d = 0; d < 2; d++) {

@@ -96,7 +96,7 @@ static void put_edge(PlaneModel *model, int k, int a, int b)
     const Rows *rows = &model->vertices.rows;
     const int corner[2][3] = {{2 * a, 2 * b, 2 * b + 1}, {2 * a, 2 * b + 1, 2 * a + 1}};
     const double length =
-        hypot(rows->place[b][0] - rows->place[a][0], rows->place[b][1] - rows->place[a][1]);
+        hypot(rows->rest[b][0] - rows->rest[a][0], rows->rest[b][1] - rows->rest[a][1]);
     for (int t = 0; t < 2; t++) {
         const int f = 2 * k + t;
         memcpy(strip->face[f], corner[t], sizeof corner[t]);

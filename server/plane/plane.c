@@ -56,7 +56,7 @@ static void fit_plane(const PlaneModel *model, const void *row, PlaneFit *fit)
     for (int v = 0; v < model->vertices.count; v++) {
         mass += model->vertices.mass[v];
         for (int d = 0; d < 2; d++) {
-            fit->rest[d] += model->vertices.mass[v] * rows->place[v][d];
+            fit->rest[d] += model->vertices.mass[v] * rows->rest[v][d];
             fit->shift[d] += model->vertices.mass[v] * rows_get(rows, row, (long)v * ROW + d);
             if (rows->fall != NULL)
                 fit->speed[d] +=
@@ -70,7 +70,7 @@ static void fit_plane(const PlaneModel *model, const void *row, PlaneFit *fit)
     }
     // The best rotation in closed form.
     for (int v = 0; v < model->vertices.count; v++) {
-        double x = rows->place[v][0] - fit->rest[0], y = rows->place[v][1] - fit->rest[1];
+        double x = rows->rest[v][0] - fit->rest[0], y = rows->rest[v][1] - fit->rest[1];
         double rx = x + rows_get(rows, row, (long)v * ROW) - fit->shift[0];
         double ry = y + rows_get(rows, row, (long)v * ROW + 1) - fit->shift[1];
         p += model->vertices.mass[v] * (x * rx + y * ry);
@@ -91,7 +91,7 @@ static void move_frame(PlaneModel *model, void *row)
     fit_plane(model, row, &fit);
     const double c = fit.cosine, s = fit.sine, less = -2.0 * pow(sin(0.5 * atan2(s, c)), 2);
     for (int v = 0; v < model->vertices.count; v++) {
-        double x = rows->place[v][0] - fit.rest[0], y = rows->place[v][1] - fit.rest[1];
+        double x = rows->rest[v][0] - fit.rest[0], y = rows->rest[v][1] - fit.rest[1];
         double number[ROW];
         for (int k = 0; k < ROW; k++)
             number[k] = rows_get(rows, row, (long)v * ROW + k);
@@ -147,7 +147,7 @@ static bool plane_check(const void *self)
     const PlaneModel *model = self;
     const Rows *rows = &model->vertices.rows;
     const void *row = vertices_row(&model->vertices);
-    if (model->cut != NULL && !model->cut->is_sound)
+    if (model->cut != NULL && !model->cut->is_valid)
         return false;
     for (long v = 0; v < rows->count; v++)
         if (rows_get(rows, row, v * ROW + 2) != 0.0 || rows_get(rows, row, v * ROW + 6) != 0.0)
@@ -250,7 +250,7 @@ static double form_energy(const PlaneModel *model, const void *row, const PlaneF
     for (int i = 0; i < form->shape->count; i++)
         for (int d = 0; d < 2; d++) {
             int v = form->vertex[i];
-            x[i][d] = model->vertices.rows.place[v][d] +
+            x[i][d] = model->vertices.rows.rest[v][d] +
                       rows_get(&model->vertices.rows, row, (long)v * ROW + d);
             unused[i][d] = 0.0;
         }
@@ -278,7 +278,7 @@ static void plane_restored(Body *body)
 {
     PlaneModel *model = body->model;
     if (model->cut != NULL)
-        model->cut->is_sound = plane_cut_restore(body);
+        model->cut->is_valid = plane_cut_restore(body);
     vertices_restored(&model->vertices);
 }
 

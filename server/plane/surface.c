@@ -42,7 +42,7 @@ static void make_strip(TriMesh *strip, const PlaneModel *model, const PlaneMesh 
 {
     mesh_create(strip, model->node_count, 2 * mesh->edge_count);
     for (int n = 0; n < model->node_count; n++) {
-        const double *place = model->vertices.rows.place[model->node_vertex[n]];
+        const double *place = model->vertices.rows.rest[model->node_vertex[n]];
         strip->position[n] = vec3(place[0], place[1], n % 2 == 0 ? -model->half : model->half);
     }
     for (int e = 0; e < mesh->edge_count; e++) {

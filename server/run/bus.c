@@ -83,11 +83,11 @@ static void send_all(Bus *bus)
     if (bus->claim.yielded)
         return;
     int64_t now_ns = clock_now_ns();
-    bus_tell(bus, now_ns);
+    bus_report(bus, now_ns);
     bus_send_contacts(bus);
     bus_send_frames(bus, now_ns, false);
     bus_send_meshes(bus, now_ns);
-    bus_tell_status(bus, now_ns);
+    bus_report_status(bus, now_ns);
 }
 
 // Waits until the next chunk or status is due, a message arrives or the step thread wakes us. A
@@ -149,7 +149,7 @@ void bus_stop(Bus *bus)
 BusCounts bus_counts(const Bus *bus)
 {
     BusCounts counts = bus->counts;
-    counts.rejected = gate_refused(&bus->gate);
+    counts.refused = gate_refused(&bus->gate);
     memcpy(counts.reason, bus->gate.refused, sizeof counts.reason);
     return counts;
 }

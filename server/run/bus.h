@@ -12,7 +12,7 @@
 typedef struct Bus Bus;
 
 typedef struct BusCounts {
-    int64_t received, published, rejected, failed; // failed: publishing refused by the system
+    int64_t received, published, refused, failed; // failed: publishing refused by the system
     int64_t reason[REFUSAL_COUNT];
 } BusCounts;
 

@@ -130,7 +130,7 @@ bool bus_claim(Bus *bus, const char *url, Status *status)
 
 // --- while running ---
 
-void bus_hold_anew(Bus *bus, int64_t away_ns, int64_t now_ns)
+void bus_hold_again(Bus *bus, int64_t away_ns, int64_t now_ns)
 {
     if (away_ns > AWAY_MS * INT64_C(1000000))
         bus->claim.since_ns = now_ns;
@@ -162,9 +162,9 @@ static void meet_rival(Bus *bus, const pliant_claim_t *rival)
     double held = (double)rival->held * 1e-6, ours = (double)held_us(bus) * 1e-6;
     bool yields = must_yield(bus, rival);
     int64_t now_ns = clock_now_ns();
-    if (!yields && bus->claim.told_ns != 0 && now_ns - bus->claim.told_ns < 10000000000)
+    if (!yields && bus->claim.reported_ns != 0 && now_ns - bus->claim.reported_ns < 10000000000)
         return;
-    bus->claim.told_ns = now_ns;
+    bus->claim.reported_ns = now_ns;
     snprintf(event.kind, sizeof event.kind, "%s", yields ? "yielded" : "rival");
     snprintf(event.text, sizeof event.text,
              "another daemon publishes on %.64s too, for %.1f s; this one for %.1f s: %s",
@@ -225,9 +225,9 @@ static void on_status(const lcm_recv_buf_t *message, const char *channel, void *
         return;
     ask_rival(bus);
     int64_t now = clock_now_ns();
-    if (bus->foreign_told_ns != 0 && now - bus->foreign_told_ns < 10000000000)
+    if (bus->foreign_reported_ns != 0 && now - bus->foreign_reported_ns < 10000000000)
         return;
-    bus->foreign_told_ns = now;
+    bus->foreign_reported_ns = now;
     log_line(LOG_WARNING, "statuses on %s that are not ours: its clients mix both", channel);
 }
 

@@ -10,12 +10,13 @@
 #include <string.h>
 
 // Publishes at most one event per second for each reason; the counters count all.
-static void tell_refusal(Bus *bus, Refusal refusal, const char *why)
+static void report_refusal(Bus *bus, Refusal refusal, const char *why)
 {
     int64_t now = clock_now_ns();
-    if (bus->refusal_told_ns[refusal] != 0 && now - bus->refusal_told_ns[refusal] < 1000000000)
+    if (bus->refusal_reported_ns[refusal] != 0 &&
+        now - bus->refusal_reported_ns[refusal] < 1000000000)
         return;
-    bus->refusal_told_ns[refusal] = now;
+    bus->refusal_reported_ns[refusal] = now;
     EventOut event = {
         .step = bus->status != NULL ? bus->status->step : 0, .body = -1, .kind = "refused"};
     snprintf(event.text, sizeof event.text, "%s", why);
@@ -26,7 +27,7 @@ static void tell_refusal(Bus *bus, Refusal refusal, const char *why)
 void bus_refuse(Bus *bus, Refusal refusal, const char *why)
 {
     gate_count(&bus->gate, refusal);
-    tell_refusal(bus, refusal, why);
+    report_refusal(bus, refusal, why);
 }
 
 // `again`: a repeat of the request will be tried again.
@@ -110,7 +111,7 @@ void bus_look(Bus *bus, int64_t now_ns)
     bus->looked_ns = now_ns;
     if (away_ns > LOOKS_NS + (int64_t)(bus->scene->tool_timeout_s * 1e9))
         bus->stale_until_ns = now_ns + EMPTIED_NS;
-    bus_hold_anew(bus, away_ns, now_ns);
+    bus_hold_again(bus, away_ns, now_ns);
 }
 
 // True for a request older than this daemon: a repeat of one that another daemon did not answer,
@@ -157,7 +158,7 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
         }
         break;
     case PASSAGE_REFUSED:
-        tell_refusal(bus, result.refusal, result.why);
+        report_refusal(bus, result.refusal, result.why);
         if (result.known && input_is_request(&result.input))
             answer_refusal(bus, &result, false);
         break;

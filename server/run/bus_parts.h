@@ -1,5 +1,5 @@
 // Shared by the bus's files: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames
-// and contacts), bus_mesh.c (meshes and rest positions), bus_tell.c (replies, events, status),
+// and contacts), bus_mesh.c (meshes and rest positions), bus_report.c (replies, events, status),
 // bus_claim.c (ownership of the prefix). Bus thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
@@ -52,7 +52,7 @@ typedef struct Subscription {
 typedef struct BusClaim {
     int64_t daemon, question; // random; question 0: none is open
     int64_t since_ns;         // we have held the prefix, always able to answer, since
-    int64_t asked_ns, told_ns;
+    int64_t asked_ns, reported_ns;
     bool asked;   // a client has requested a status
     bool yielded; // to another daemon: we publish nothing more
 } BusClaim;
@@ -76,12 +76,12 @@ struct Bus {
     int64_t looked_ns;      // last iteration of the thread
     int64_t stale_until_ns; // poses that arrive before this time may be older than they seem
     int64_t born_ns;        // start of the thread: earlier requests were not for us
-    int64_t refusal_told_ns[REFUSAL_COUNT];
-    int64_t foreign_told_ns;
+    int64_t refusal_reported_ns[REFUSAL_COUNT];
+    int64_t foreign_reported_ns;
 
     // out
     BodyStream *body;
-    int64_t next_mesh_ns, next_status_ns, status_told_ns;
+    int64_t next_mesh_ns, next_status_ns, status_reported_ns;
     char reply_channel[2 * CHANNEL_MAX], event_channel[2 * CHANNEL_MAX];
     char contact_channel[2 * CHANNEL_MAX], status_channel[2 * CHANNEL_MAX];
     char claim_channel[2 * CHANNEL_MAX];
@@ -114,7 +114,7 @@ bool bus_subscribe_to(Bus *bus, const char *channel, lcm_msg_handler_t handler, 
 bool bus_claim(Bus *bus, const char *url, Status *status);
 bool bus_subscribe_claims(Bus *bus, Status *status);
 // Restarts the hold on the prefix after a time in which this daemon could not answer.
-void bus_hold_anew(Bus *bus, int64_t away_ns, int64_t now_ns);
+void bus_hold_again(Bus *bus, int64_t away_ns, int64_t now_ns);
 
 // bus_out.c
 void bus_create_streams(Bus *bus, Arena *arena);
@@ -140,14 +140,14 @@ void bus_create_rest_stream(Bus *bus, int body, Arena *arena);
 int bus_rest_chunks(const BodyStream *stream);
 void bus_send_rest_chunk(Bus *bus, int body, int chunk);
 
-// bus_tell.c
+// bus_report.c
 void bus_send_answer(Bus *bus, const Answer *answer);
 void bus_send_event(Bus *bus, const EventOut *event);
 void bus_send_status(Bus *bus, bool fresh);
 // Publishes the answers and events that the other threads have left.
-void bus_tell(Bus *bus, int64_t now_ns);
+void bus_report(Bus *bus, int64_t now_ns);
 // Publishes the status if it is new, if the last one is old, or if a claim requests it.
-void bus_tell_status(Bus *bus, int64_t now_ns);
+void bus_report_status(Bus *bus, int64_t now_ns);
 
 // Counts the result of publishing.
 void bus_count_published(Bus *bus, int result);

@@ -111,14 +111,14 @@ static void check_recording(FilesThread *files)
 }
 
 // Reports dropped frames at most once per second.
-static void tell_lost(FilesThread *files, int64_t now_ns)
+static void report_lost(FilesThread *files, int64_t now_ns)
 {
     int64_t lost = atomic_load_explicit(&files->exchange->recorded_lost, memory_order_relaxed);
-    if (lost == files->lost_told || files->recording_failed ||
-        (files->lost_told > 0 && now_ns - files->lost_told_ns < 1000000000))
+    if (lost == files->lost_reported || files->recording_failed ||
+        (files->lost_reported > 0 && now_ns - files->lost_reported_ns < 1000000000))
         return;
-    files->lost_told = lost;
-    files->lost_told_ns = now_ns;
+    files->lost_reported = lost;
+    files->lost_reported_ns = now_ns;
     EventOut event = {.step = files->step, .body = -1, .kind = "recording"};
     snprintf(event.text, sizeof event.text, "%lld frames dropped so far: the disk is too slow",
              (long long)lost);
@@ -164,7 +164,7 @@ static void write_frames(FilesThread *files)
     int64_t now_ns = clock_now_ns();
     recording_flush_if_due(files->recorder->recording, now_ns);
     check_recording(files);
-    tell_lost(files, now_ns);
+    report_lost(files, now_ns);
 }
 
 // --- the thread ---

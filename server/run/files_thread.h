@@ -23,7 +23,7 @@ typedef struct FilesThread {
     int look_ms;            // pause between two iterations [ms]
     int64_t step;           // of the newest frame
     bool recording_failed, log_failed;
-    int64_t lost_told, lost_told_ns;
+    int64_t lost_reported, lost_reported_ns;
     // results
     int64_t checkpoints;
     Status status; // of the newest checkpoint, or of the log

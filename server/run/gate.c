@@ -108,7 +108,7 @@ void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_
         new_entry(gate, input);
     }
     if (refusal == ACCEPTED)
-        refusal = input_validate(input, gate->sim, result->why);
+        refusal = input_check(input, gate->sim, result->why);
     if (refusal == ACCEPTED && kind == INPUT_POSE)
         refusal = check_owner(gate, input, now_us, result->why);
     result->refusal = refusal;

@@ -9,16 +9,16 @@
 static const double scales[] = {1.0, 2.0, 4.0, 8.0};
 enum { LAST_SCALE = sizeof scales / sizeof *scales - 1 };
 
-// One decision per window, so that the effect of a stage shows in the times.
+// One decision per window, so that the effect of a reduction shows in the times.
 static const double WINDOW = 0.25; // [s] of ticks
 enum { LEAST_WINDOW = 20 };
 static const double LATE =
     0.05; // share of ticks that may be longer: the limits apply to the 95th percentile
 static const double BUSY = 0.9; // of the period: above, ticks end late
-// Below, time is left. Far from BUSY, since a stage back may add half of the cost or more.
-static const double ROOM = 0.5;
-// Windows with time left before a stage back; doubled each time that a stage back was reversed at
-// once, up to half a minute.
+// Below, time is left. Far from BUSY, since taking one back may add half of the cost or more.
+static const double SPARE = 0.5;
+// Windows with time left before one is taken back; doubled each time that this was
+// reversed at once, up to half a minute.
 enum { PATIENCE = 8, MOST_PATIENCE = 128 };
 
 void governor_init(Governor *governor, double rate_hz)
@@ -28,7 +28,7 @@ void governor_init(Governor *governor, double rate_hz)
     if (governor->window < LEAST_WINDOW)
         governor->window = LEAST_WINDOW;
     governor->busy_ns = (int64_t)(BUSY * 1e9 / rate_hz);
-    governor->room_ns = (int64_t)(ROOM * 1e9 / rate_hz);
+    governor->spare_ns = (int64_t)(SPARE * 1e9 / rate_hz);
     governor_restart(governor);
 }
 
@@ -40,7 +40,7 @@ void governor_forget(Governor *governor)
 void governor_restart(Governor *governor)
 {
     governor_forget(governor);
-    governor->stage = governor->calm = 0;
+    governor->reduction = governor->calm = 0;
     governor->patience = PATIENCE;
     governor->returned = MOST_PATIENCE;
     governor->spent = false;
@@ -48,9 +48,9 @@ void governor_restart(Governor *governor)
 
 GovernorSetting governor_setting(const Governor *governor)
 {
-    int lowered = governor->stage - LAST_SCALE;
+    int lowered = governor->reduction - LAST_SCALE;
     if (lowered <= 0)
-        return (GovernorSetting){.scale = scales[governor->stage], .level = LEVELS_MAX};
+        return (GovernorSetting){.scale = scales[governor->reduction], .level = LEVELS_MAX};
     return (GovernorSetting){.scale = scales[LAST_SCALE], .level = governor->top_level - lowered};
 }
 
@@ -60,15 +60,15 @@ static GovernorAct lower(Governor *governor, int finest_level)
     if (governor->returned <= PATIENCE && governor->patience < MOST_PATIENCE)
         governor->patience *= 2;
     governor->returned = MOST_PATIENCE;
-    if (governor->stage == LAST_SCALE)
+    if (governor->reduction == LAST_SCALE)
         governor->top_level = finest_level;
-    if (governor->stage >= LAST_SCALE &&
-        governor->stage - LAST_SCALE == governor->top_level) { // only level 0 is left
+    if (governor->reduction >= LAST_SCALE &&
+        governor->reduction - LAST_SCALE == governor->top_level) { // only level 0 is left
         bool again = governor->spent;
         governor->spent = true;
         return again ? GOVERNOR_RESTS : GOVERNOR_SPENT;
     }
-    governor->stage++;
+    governor->reduction++;
     governor->actions++;
     return GOVERNOR_LOWERS;
 }
@@ -78,7 +78,7 @@ static GovernorAct raise(Governor *governor)
     governor->calm = 0;
     governor->returned = 0;
     governor->spent = false;
-    governor->stage--;
+    governor->reduction--;
     governor->actions++;
     return GOVERNOR_RAISES;
 }
@@ -87,26 +87,26 @@ GovernorAct governor_tick(Governor *governor, int64_t ns, int finest_level)
 {
     governor->ticks++;
     governor->busy += ns > governor->busy_ns;
-    governor->tight += ns > governor->room_ns;
+    governor->tight += ns > governor->spare_ns;
     if (governor->ticks < governor->window)
         return GOVERNOR_RESTS;
     int may_be_late = (int)(LATE * governor->window);
-    bool busy = governor->busy > may_be_late, room = governor->tight <= may_be_late;
+    bool busy = governor->busy > may_be_late, spare = governor->tight <= may_be_late;
     governor_forget(governor);
 
     if (governor->returned < MOST_PATIENCE && ++governor->returned == MOST_PATIENCE)
-        governor->patience = PATIENCE; // the stage back lasted
+        governor->patience = PATIENCE; // taking it back lasted
     if (busy)
         return lower(governor, finest_level);
-    governor->calm = room ? governor->calm + 1 : 0;
-    return governor->stage > 0 && governor->calm >= governor->patience ? raise(governor)
-                                                                       : GOVERNOR_RESTS;
+    governor->calm = spare ? governor->calm + 1 : 0;
+    return governor->reduction > 0 && governor->calm >= governor->patience ? raise(governor)
+                                                                           : GOVERNOR_RESTS;
 }
 
 void governor_describe(const Governor *governor, GovernorAct act, char *text, size_t size)
 {
     GovernorSetting setting = governor_setting(governor);
-    double limit = 1e-6 * (double)(act == GOVERNOR_RAISES ? governor->room_ns : governor->busy_ns);
+    double limit = 1e-6 * (double)(act == GOVERNOR_RAISES ? governor->spare_ns : governor->busy_ns);
     const char *relation = act == GOVERNOR_RAISES ? "within" : "over";
     char what[64];
     if (act == GOVERNOR_SPENT)

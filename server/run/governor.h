@@ -1,6 +1,7 @@
 // Keeps ticks within their time budget in scenes whose bodies adapt their level of detail. When
-// ticks end late, it lowers the detail stage by stage until they end in time; when time is left, it
-// raises it again. A pure function of the measured times: the caller carries out the decision.
+// ticks end late, it lowers the detail in steps until they end in time; when time is
+// left, it raises it again. A pure function of the measured times: the caller carries out the
+// decision.
 #ifndef PLIANT_RUN_GOVERNOR_H
 #define PLIANT_RUN_GOVERNOR_H
 
@@ -10,35 +11,35 @@
 
 typedef enum GovernorAct {
     GOVERNOR_RESTS,
-    GOVERNOR_LOWERS, // a stage up: less detail
-    GOVERNOR_RAISES, // a stage down: more detail
-    GOVERNOR_SPENT,  // ticks end late, and no stage is left; reported once
+    GOVERNOR_LOWERS, // one reduction more: less detail
+    GOVERNOR_RAISES, // one reduction less: more detail
+    GOVERNOR_SPENT,  // ticks end late, and no reduction is left; reported once
 } GovernorAct;
 
 typedef struct Governor {
     // constant
     int window; // ticks per decision
-    int64_t busy_ns, room_ns;
+    int64_t busy_ns, spare_ns;
 
     int ticks, busy,
-        tight;     // ticks of the window so far: all, longer than busy_ns, longer than room_ns
-    int stage;     // 0: full detail
+        tight;     // ticks of the window so far: all, longer than busy_ns, longer than spare_ns
+    int reduction; // 0: full detail
     int top_level; // finest level in use when levels began to be lowered
     int calm;      // consecutive windows with time left
-    int patience;  // such windows needed before a stage down
-    int returned;  // windows since the last stage down
+    int patience;  // such windows needed before one reduction less
+    int returned;  // windows since there was last one less
     bool spent;
-    int64_t actions; // changes of stage since the start
+    int64_t actions; // changes since the start
 } Governor;
 
-// The meaning of a stage: values of SET's adapt_scale and adapt_level.
+// The meaning of a reduction: values of SET's adapt_scale and adapt_level.
 typedef struct GovernorSetting {
     double scale; // factor on the thresholds of refinement
     int level;    // finest level allowed
 } GovernorSetting;
 
 void governor_init(Governor *governor, double rate_hz);
-// Returns to stage 0, as after a RESET of the scene.
+// Returns to reduction 0, as after a RESET of the scene.
 void governor_restart(Governor *governor);
 // Discards the current window, because the loop stood still.
 void governor_forget(Governor *governor);

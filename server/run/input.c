@@ -243,7 +243,7 @@ static bool all_within(const double *value, int count, double limit)
     return true;
 }
 
-static Refusal validate_pose(Input *input, Sim *sim, char *why)
+static Refusal check_pose(Input *input, Sim *sim, char *why)
 {
     // The tool must exist and be moved by poses.
     int tool = input->pose.tool;
@@ -294,7 +294,7 @@ static Refusal find_body(Input *input, Sim *sim, char *why)
     return REFUSE(REFUSED_BODY, "body '%.40s' is not in the scene", input->text);
 }
 
-static Refusal validate_cut(Input *input, Sim *sim, char *why)
+static Refusal check_cut(Input *input, Sim *sim, char *why)
 {
     if (!all_finite(&input->cut.before[0][0], 6) || !all_finite(&input->cut.after[0][0], 6))
         return REFUSE(REFUSED_NOT_FINITE, "cut holds a number that is not finite");
@@ -304,7 +304,7 @@ static Refusal validate_cut(Input *input, Sim *sim, char *why)
     return find_body(input, sim, why);
 }
 
-static Refusal validate_load(Input *input, Sim *sim, char *why)
+static Refusal check_load(Input *input, Sim *sim, char *why)
 {
     if (!all_finite(input->load.center, 3) || !all_finite(input->load.force, 3) ||
         !isfinite(input->load.radius) || !isfinite(input->load.duration))
@@ -355,7 +355,7 @@ static Refusal split_setting(Input *input, char *why)
     return ACCEPTED;
 }
 
-static Refusal validate_command(Input *input, Sim *sim, char *why)
+static Refusal check_command(Input *input, Sim *sim, char *why)
 {
     (void)sim;
     switch (input->command.kind) {
@@ -385,10 +385,10 @@ static Refusal validate_command(Input *input, Sim *sim, char *why)
 // --- all kinds ---
 
 static const InputType TYPES[INPUT_KINDS] = {
-    [INPUT_POSE] = {"TOOL_POSE", NULL, false, decode_pose, encode_pose, validate_pose},
-    [INPUT_CUT] = {"CUT", "cut", true, decode_cut, encode_cut, validate_cut},
-    [INPUT_LOAD] = {"LOAD", "load", true, decode_load, encode_load, validate_load},
-    [INPUT_COMMAND] = {"COMMAND", NULL, true, decode_command, encode_command, validate_command},
+    [INPUT_POSE] = {"TOOL_POSE", NULL, false, decode_pose, encode_pose, check_pose},
+    [INPUT_CUT] = {"CUT", "cut", true, decode_cut, encode_cut, check_cut},
+    [INPUT_LOAD] = {"LOAD", "load", true, decode_load, encode_load, check_load},
+    [INPUT_COMMAND] = {"COMMAND", NULL, true, decode_command, encode_command, check_command},
 };
 
 const char *input_channel(InputKind kind)
@@ -423,7 +423,7 @@ size_t input_encode(const Input *input, void *data)
     return (size_t)size;
 }
 
-Refusal input_validate(Input *input, Sim *sim, char *why)
+Refusal input_check(Input *input, Sim *sim, char *why)
 {
     return TYPES[input->kind].validate(input, sim, why);
 }

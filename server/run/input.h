@@ -90,7 +90,7 @@ const char *input_event(const Input *input);
 Refusal input_decode(InputKind kind, const void *data, size_t size, Input *input, char *why);
 // Validates numbers, names and ranges against the scene and sets `index`. Reads only constant
 // members of `sim`.
-Refusal input_validate(Input *input, Sim *sim, char *why);
+Refusal input_check(Input *input, Sim *sim, char *why);
 // Encodes an Input so that decoding returns the same Input. Returns the size, at most
 // INPUT_WIRE_MAX.
 size_t input_encode(const Input *input, void *data);

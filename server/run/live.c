@@ -108,7 +108,7 @@ static void collect(Live *live, LiveResult *result)
                            .late_ticks = live->loop.late_ticks,
                            .resets = sim_resets(live->world->sim),
                            .governor_actions = live->loop.governor.actions,
-                           .governor_stage = live->loop.governor.stage,
+                           .governor_stage = live->loop.governor.reduction,
                            .step = live->loop.step_total,
                            .wake = live->loop.wake_total,
                            .bus = bus_counts(live->bus),
@@ -149,9 +149,9 @@ static bool run(Live *live, Status *status)
         return false;
     bool whole = !with_files || files_thread_start(&live->files, status);
     if (whole && loop_start(&live->loop, status)) {
-        service_tell(&live->service, "READY=1\nSTATUS=started");
+        service_notify(&live->service, "READY=1\nSTATUS=started");
         wait_for_end(live);
-        service_tell(&live->service, "STOPPING=1\nSTATUS=ending");
+        service_notify(&live->service, "STOPPING=1\nSTATUS=ending");
         loop_join(&live->loop);
     } else {
         whole = false;
@@ -197,7 +197,7 @@ bool live_run(Live *live, LiveResult *result, Status *status)
     service_open(&live->service);
     bool whole = prepare(live, status) && run(live, status);
     if (!whole)
-        service_tell(&live->service, "STATUS=%s", status->text);
+        service_notify(&live->service, "STATUS=%s", status->text);
     service_close(&live->service);
     collect(live, result);
     finish(live);

@@ -158,7 +158,7 @@ void loop_push_status(Loop *loop)
                        .step = sim_steps(sim),
                        .late_ticks = loop->late_ticks,
                        .resets = sim_resets(sim),
-                       .governor_stage = loop->governor.stage,
+                       .governor_stage = loop->governor.reduction,
                        .governor_actions = loop->governor.actions,
                        .time = sim_time(sim)};
     // Averages since the last status: real-time factor, times per tick and per stage.
@@ -234,7 +234,7 @@ static void lift_blade(Loop *loop, const Input *input)
 // While the process or the machine was stopped, the hands moved on, and their positions are
 // unknown. A tool that moved there within a tick would tear at what it grasps. Tools are released,
 // as stale ones are, and earlier poses are discarded.
-static void let_go(Loop *loop)
+static void release_tools(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
     for (int i = 0; i < exchange->tool_count; i++) {
@@ -272,13 +272,13 @@ static void tick(Loop *loop, int64_t begin_ns)
     Sim *sim = loop->sim;
     // Inputs, then the step.
     if (loop->away_ns > 0)
-        let_go(loop);
+        release_tools(loop);
     take_poses(loop);
     int64_t taken_ns = clock_now_ns();
     sim_add_stage_ns(sim, STAGE_INPUTS, taken_ns - begin_ns);
     sim_step(sim);
     loop->ticks++;
-    requests_tell(loop);
+    requests_report(loop);
 
     // In lockstep only the last tick of a STEP is published, before its reply.
     int64_t stepped_ns = clock_now_ns();

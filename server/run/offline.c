@@ -207,7 +207,7 @@ bool offline_run(World *world, const Scene *scene, const OfflineOptions *options
         replay_report(&run->replay);
     result->applied = run->replay.applied;
     result->log_ended = options->input != NULL && !run->replay.waiting && !run->stopped;
-    result->rejected = gate_refused(&run->replay.gate);
+    result->refused = gate_refused(&run->replay.gate);
     free(run);
     return whole;
 }

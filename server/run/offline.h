@@ -22,9 +22,9 @@ typedef struct OfflineOptions {
 
 typedef struct OfflineResult {
     int64_t ticks;
-    int64_t applied, rejected; // inputs of the log
-    bool log_ended;            // the log was used up
-    int64_t recorded;          // frames
+    int64_t applied, refused; // inputs of the log
+    bool log_ended;           // the log was used up
+    int64_t recorded;         // frames
     Histogram step;
 } OfflineResult;
 

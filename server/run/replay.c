@@ -98,7 +98,7 @@ static void apply_waiting(Replay *replay)
         result.refusal =
             input_decode(replay->kind, event->data, event->size, &result.input, result.why);
         if (result.refusal == ACCEPTED)
-            result.refusal = input_validate(&result.input, replay->sim, result.why);
+            result.refusal = input_check(&result.input, replay->sim, result.why);
         result.passage = result.refusal == ACCEPTED ? PASSAGE_OPEN : PASSAGE_REFUSED;
         if (result.refusal != ACCEPTED)
             gate_count(&replay->gate, result.refusal);

@@ -9,14 +9,14 @@
 #include "run/input_log.h"
 
 // Receives what a live run would publish as an event; body -1: no body in particular.
-typedef void ReplayTell(void *user, int body, const char *kind, const char *text);
+typedef void ReplayReport(void *user, int body, const char *kind, const char *text);
 
 typedef struct ReplayOptions {
     InputLogReader *input; // opened, or NULL: there is no log
     bool to_its_end;       // the run ends with the log, even if the log has no end mark
     bool any_rate;         // accept an exact log of another tick rate, by its times
     bool quiet;            // no warnings about inputs that were refused or do not fit
-    ReplayTell *tell;      // or NULL
+    ReplayReport *tell;    // or NULL
     void *user;
 } ReplayOptions;
 

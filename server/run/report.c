@@ -46,7 +46,7 @@ static void print_messages(const LiveResult *result, FILE *out)
 {
     const BusCounts *bus = &result->bus;
     fprintf(out, "messages: in %lld, out %lld, rejected %lld\n", (long long)bus->received,
-            (long long)bus->published, (long long)bus->rejected);
+            (long long)bus->published, (long long)bus->refused);
     for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++)
         if (bus->reason[i] > 0)
             fprintf(out, "  rejected %s: %lld\n", refusal_name((Refusal)i),
@@ -100,7 +100,7 @@ void report_offline(World *world, const OfflineResult *result, FILE *out)
     print_team(world, out);
     print_refused(world, out);
     fprintf(out, "inputs: applied %lld, rejected %lld\n", (long long)result->applied,
-            (long long)result->rejected);
+            (long long)result->refused);
     if (result->log_ended)
         fprintf(out, "log: all of it\n");
     if (result->recorded > 0)

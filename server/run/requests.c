@@ -106,7 +106,7 @@ void requests_event(Loop *loop, int body, const char *kind, const char *format, 
     loop->handed_over = true;
 }
 
-void requests_tell(Loop *loop)
+void requests_report(Loop *loop)
 {
     SimEvent event;
     while (sim_take_event(loop->sim, &event))
@@ -196,7 +196,7 @@ static void enter(Loop *loop, RunState state, Answer *answer)
         realtime_resume();
     else if (loop->state != state && state == RUN_LOCKSTEP)
         realtime_pause();
-    if (loop->state != RUN_LOCKSTEP && state == RUN_LOCKSTEP && loop->governor.stage > 0)
+    if (loop->state != RUN_LOCKSTEP && state == RUN_LOCKSTEP && loop->governor.reduction > 0)
         requests_release(loop);
     governor_forget(&loop->governor);
     loop->state = state;
@@ -300,7 +300,7 @@ static bool take(Loop *loop, const Input *input, Answer *answer)
     }
     if (requests_execute(loop->sim, input, answer))
         requests_event(loop, input->index, input_event(input), "%s", answer->text);
-    requests_tell(loop);
+    requests_report(loop);
     return true;
 }
 

@@ -28,7 +28,7 @@ void requests_event(Loop *loop, int body, const char *kind, const char *format, 
     __attribute__((format(printf, 4, 5)));
 
 // Sends the bus the events of the simulation itself: strokes, tears, pieces.
-void requests_tell(Loop *loop);
+void requests_report(Loop *loop);
 
 // True for what requests_execute knows: cuts, loads, SET and RESET. Other commands are the loop's.
 bool requests_change_scene(const Input *input);

@@ -72,7 +72,7 @@ void service_close(Service *service)
     service->told = false;
 }
 
-void service_tell(const Service *service, const char *format, ...)
+void service_notify(const Service *service, const char *format, ...)
 {
     if (!service->told)
         return;
@@ -92,18 +92,19 @@ void service_tell(const Service *service, const char *format, ...)
 // --- while it runs ---
 
 // Reports "running: 1000 of 1000 ticks a second, 3 late since start".
-static void tell_line(const Service *service, const Exchange *exchange, const StatusOut *status,
-                      double rate_hz, int64_t now_ns)
+static void report_line(const Service *service, const Exchange *exchange, const StatusOut *status,
+                        double rate_hz, int64_t now_ns)
 {
     const int64_t step = atomic_load_explicit(&exchange->step, memory_order_relaxed);
     const int64_t late = atomic_load_explicit(&exchange->late, memory_order_relaxed);
     const double seconds = 1e-9 * (double)(now_ns - service->line_ns);
     if (status->state != RUN_RUNNING)
-        service_tell(service, "STATUS=%s after %lld ticks", loop_state_name(status->state),
-                     (long long)step);
+        service_notify(service, "STATUS=%s after %lld ticks", loop_state_name(status->state),
+                       (long long)step);
     else
-        service_tell(service, "STATUS=running: %.0f of %.0f ticks a second, %lld late since start",
-                     (double)(step - service->line_step) / seconds, rate_hz, (long long)late);
+        service_notify(service,
+                       "STATUS=running: %.0f of %.0f ticks a second, %lld late since start",
+                       (double)(step - service->line_step) / seconds, rate_hz, (long long)late);
 }
 
 // Wakes an idle step thread, which sleeps until a request comes; it goes back to sleep. A running
@@ -112,7 +113,7 @@ static void ping(Service *service, const Exchange *exchange)
 {
     const int64_t beat = atomic_load_explicit(&exchange->beat, memory_order_relaxed);
     if (beat != service->beat || atomic_load(&exchange->step_ended))
-        service_tell(service, "WATCHDOG=1");
+        service_notify(service, "WATCHDOG=1");
     else
         exchange_wake(exchange->step_fd);
     service->beat = beat;
@@ -129,7 +130,7 @@ void service_look(Service *service, Exchange *exchange, const StatusOut *status,
     }
     if (now_ns >= service->next_line_ns) {
         if (service->line_ns != 0 && status != NULL) // the first call starts the count
-            tell_line(service, exchange, status, rate_hz, now_ns);
+            report_line(service, exchange, status, rate_hz, now_ns);
         service->line_step = atomic_load_explicit(&exchange->step, memory_order_relaxed);
         service->line_ns = now_ns;
         service->next_line_ns = now_ns + LINE_SECONDS * INT64_C(1000000000);

@@ -29,7 +29,7 @@ void service_open(Service *service);
 void service_close(Service *service);
 
 // Sends "READY=1", "STATUS=..."; main thread.
-void service_tell(const Service *service, const char *format, ...)
+void service_notify(const Service *service, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 // Pings if the step thread has progressed since the last ping, and wakes a sleeping one so that it

@@ -70,7 +70,7 @@ static bool place_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
             return false;
     }
     MeshFault fault;
-    if (mesh_validate(mesh, &fault))
+    if (mesh_check(mesh, &fault))
         return true;
     return status_fail(status, STATUS_INVALID, "%s: %s",
                        source->kind == MESH_FILE ? source->file : "mesh", fault.text);

@@ -16,7 +16,7 @@ bool body_mesh_import(const char *file, double scale, Vec3 rotation, Vec3 transl
                       TriMesh *mesh, Status *status);
 
 // Generates the mesh, or imports and repairs it, places it, checks that it is fit for simulation
-// (mesh_validate) and, with levels > 0, subdivides it. The hierarchy belongs to the arena. Returns
+// (mesh_check) and, with levels > 0, subdivides it. The hierarchy belongs to the arena. Returns
 // false with a `status` that names the mesh file and the fault; the mesh belongs to the caller in
 // any case.
 bool body_mesh_make(const SceneBody *body, TriMesh *mesh, Levels *levels, Arena *arena,

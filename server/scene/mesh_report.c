@@ -146,7 +146,7 @@ static bool print_mesh(const char *path, double scale, const Units *guess, const
     Proposals proposals;
     if (!body_mesh_check_extent(path, scale, mesh, status))
         return false;
-    if (!mesh_validate(mesh, &fault))
+    if (!mesh_check(mesh, &fault))
         return status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
     if (!proposal_judge(path, scale, &proposals, status))
         return false;

@@ -259,11 +259,10 @@ static bool read_body(const HdfFile *file, const SceneBody *body, TriMesh *mesh,
     if (divided)
         memcpy(mesh->position, to, (size_t)mesh->node_count * sizeof *to);
     MeshFault fault;
-    if (!mesh_validate(mesh, &fault))
+    if (!mesh_check(mesh, &fault))
         return hdf_fail(file, group, "%s", fault.text);
     Status said = {0};
-    return !divided || levels_validate(levels, mesh, &said) ||
-           hdf_fail(file, group, "%s", said.text);
+    return !divided || levels_check(levels, mesh, &said) || hdf_fail(file, group, "%s", said.text);
 }
 
 bool prepared_read(const Prepared *prepared, const SceneBody *body, TriMesh *mesh, Levels *levels,

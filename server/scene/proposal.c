@@ -389,7 +389,7 @@ static bool look_at_mesh(Proposals *all, Status *status)
     if (!mesh_import(path, &mesh, &import, status))
         return false;
     mesh_place(&mesh, all->subject.scale, vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0));
-    bool ok = mesh_validate(&mesh, &fault) ||
+    bool ok = mesh_check(&mesh, &fault) ||
               status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
     if (ok) {
         MeshQuality quality;

@@ -62,25 +62,25 @@ static const Option MESH_OPTIONS[] = {
 const OptionTable MESH_TABLE = OPTION_TABLE(
     "bodies.mesh", "A closed or open triangle mesh, from a file or a generator.", MESH_OPTIONS);
 
-typedef struct PlaceGroup {
+typedef struct Placement {
     Vec3 translation, rotation;
-} PlaceGroup;
+} Placement;
 
 static const Option PLACE_OPTIONS[] = {
-    {"translation", OPTION_VECTOR, offsetof(PlaceGroup, translation), "m", 0.0, POSITION_LIMIT,
+    {"translation", OPTION_VECTOR, offsetof(Placement, translation), "m", 0.0, POSITION_LIMIT,
      .about = "Applied last."},
-    {"rotation", OPTION_VECTOR, offsetof(PlaceGroup, rotation), "rad", 0.0, 100.0,
+    {"rotation", OPTION_VECTOR, offsetof(Placement, rotation), "rad", 0.0, 100.0,
      .about = "Rotation vector: axis times angle, about the mesh's origin; applied after `scale`."},
 };
-const OptionTable PLACE_TABLE =
+const OptionTable PLACEMENT_TABLE =
     TITLED_TABLE("`bodies.mesh.place`, `bodies.voxels.place`, `bodies.skin.place`",
                  "bodies.mesh.place", "A rigid motion of the mesh or voxels.", PLACE_OPTIONS);
 
-bool scene_read_place(const SceneReader *reader, const config_setting_t *group, const char *owner,
-                      Vec3 *rotation, Vec3 *translation)
+bool scene_read_placement(const SceneReader *reader, const config_setting_t *group,
+                          const char *owner, Vec3 *rotation, Vec3 *translation)
 {
-    PlaceGroup raw = {0};
-    OptionTable table = PLACE_TABLE;
+    Placement raw = {0};
+    OptionTable table = PLACEMENT_TABLE;
     table.path = owner;
     if (!option_read(&table, group, &reader->source, &raw))
         return false;
@@ -149,6 +149,6 @@ bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, M
         return false;
     if (file)
         mesh->file = scene_source_resolve(reader->folder, raw.file);
-    return scene_read_place(reader, raw.place, PLACE_TABLE.path, &mesh->rotation,
-                            &mesh->translation);
+    return scene_read_placement(reader, raw.place, PLACEMENT_TABLE.path, &mesh->rotation,
+                                &mesh->translation);
 }

@@ -37,7 +37,7 @@ enum { INTEGRATOR_AUTO = INTEGRATOR_COUNT };
     }
 
 extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
-extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACE_TABLE;
+extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACEMENT_TABLE;
 extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, ADAPT_TABLE;
 extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, LABEL_MATERIAL_TABLE, SKIN_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
@@ -110,8 +110,8 @@ bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody
 bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, SceneBody *body);
 bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, MeshSource *mesh);
 // Reads `place` of the group `owner`, "bodies.mesh.place".
-bool scene_read_place(const SceneReader *reader, const config_setting_t *group, const char *owner,
-                      Vec3 *rotation, Vec3 *translation);
+bool scene_read_placement(const SceneReader *reader, const config_setting_t *group,
+                          const char *owner, Vec3 *rotation, Vec3 *translation);
 bool scene_read_material(const SceneReader *reader, const config_setting_t *group,
                          SurfaceMaterial *material);
 bool scene_read_shape(const SceneReader *reader, const config_setting_t *group,

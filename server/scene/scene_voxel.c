@@ -144,8 +144,8 @@ static bool read_skin(const SceneReader *reader, const BodyGroup *raw, SceneBody
     body->skin.kind = MESH_FILE;
     body->skin.file = scene_source_resolve(reader->folder, skin.mesh);
     body->skin.scale = skin.scale;
-    return scene_read_place(reader, skin.place, "bodies.skin.place", &body->skin.rotation,
-                            &body->skin.translation);
+    return scene_read_placement(reader, skin.place, "bodies.skin.place", &body->skin.rotation,
+                                &body->skin.translation);
 }
 
 static bool choose_levels(const SceneReader *reader, const BodyGroup *raw, VoxelOptions *voxel)

@@ -182,7 +182,7 @@ bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
     bool plane = *dimensions == 2;
     if (voxels->kind == VOXELS_BOX && !choose_count(reader, &raw, plane, voxels))
         return false;
-    return scene_read_place(reader, raw.place, "bodies.voxels.place", &voxels->rotation,
-                            &voxels->translation) &&
+    return scene_read_placement(reader, raw.place, "bodies.voxels.place", &voxels->rotation,
+                                &voxels->translation) &&
            (!plane || check_place(reader, raw.place, voxels));
 }

@@ -51,7 +51,7 @@ void model_put_spring(SurfaceModel *model, long at, int slot, int other_slot, do
     model_put(model, springs->stiffness, at, stiffness);
     if (model->basis.precision == PRECISION_DOUBLE)
         return;
-    const double *own = model->basis.place[slot], *other = model->basis.place[other_slot];
+    const double *own = model->basis.rest[slot], *other = model->basis.rest[other_slot];
     double square = 0.0;
     long vector = at / LANES * 3 * LANES + at % LANES;
     for (int c = 0; c < 3; c++) {
@@ -175,7 +175,7 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
     if (weight != NULL)
         model->basis.rigid = rigid_frame_create(
             name, model->basis.precision, model->basis.displaced, model->basis.count,
-            (const double(*)[3])model->basis.place, weight, arena, state);
+            (const double(*)[3])model->basis.rest, weight, arena, state);
     if (nodes->rest == NULL)
         return;
     for (int i = 0; i < mesh->node_count; i++)
@@ -183,7 +183,7 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
             int s = model->slot[i];
             double center = single ? model->basis.rigid->pose.rest_center[c] : 0.0;
             model_put(model, nodes->rest, model_lane(s) + c * LANES,
-                      model->basis.place[s][c] - center);
+                      model->basis.rest[s][c] - center);
         }
 }
 
@@ -193,8 +193,8 @@ void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *n
                          StateList *state)
 {
     model->basis.owner = model->node;
-    model->basis.place = arena_allocate(arena, ARENA_STEP, (size_t)model->basis.count,
-                                        sizeof *model->basis.place, "%s/places", name);
+    model->basis.rest = arena_allocate(arena, ARENA_STEP, (size_t)model->basis.count,
+                                       sizeof *model->basis.rest, "%s/places", name);
     if (model->basis.precision == PRECISION_SINGLE) {
         Vec3 sum = {0.0, 0.0, 0.0};
         for (int i = 0; i < mesh->node_count; i++)
@@ -206,7 +206,7 @@ void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *n
     }
     for (int i = 0; i < mesh->node_count; i++) {
         Vec3 place = vec3_sub(mesh->position[i], model->basis.rest_origin);
-        double *to = model->basis.place[model->slot[i]];
+        double *to = model->basis.rest[model->slot[i]];
         to[0] = place.x, to[1] = place.y, to[2] = place.z;
     }
 }

@@ -109,10 +109,10 @@ static inline long model_lane(int slot)
 }
 
 // Returns the rest position of a slot relative to rest_origin [m].
-static inline Vec3 model_place(const SurfaceModel *model, int slot)
+static inline Vec3 model_rest(const SurfaceModel *model, int slot)
 {
-    return (Vec3){model->basis.place[slot][0], model->basis.place[slot][1],
-                  model->basis.place[slot][2]};
+    return (Vec3){model->basis.rest[slot][0], model->basis.rest[slot][1],
+                  model->basis.rest[slot][2]};
 }
 
 static inline int model_lane_of(const SurfaceModel *model, int slot)

@@ -149,8 +149,8 @@ static void surface_abandon(void *self)
 static bool surface_check(const void *self)
 {
     const SurfaceModel *model = self;
-    return (model->detail == NULL || model->detail->is_sound) &&
-           rows_are_sound(&model->basis, model->rows[model->current], model->position_limit);
+    return (model->detail == NULL || model->detail->is_valid) &&
+           rows_are_valid(&model->basis, model->rows[model->current], model->position_limit);
 }
 
 static void surface_restore(void *self, RestoreMode mode)
@@ -280,7 +280,7 @@ static void surface_measure(const void *self, BodyMeasure *measure)
             continue;
         Vec3 x, v;
         rows_read(&model->basis, rows, s, &x, &v);
-        Vec3 rest = vec3_add(model->basis.rest_origin, model_place(model, s));
+        Vec3 rest = vec3_add(model->basis.rest_origin, model_rest(model, s));
         Vec3 u = vec3_sub(x, rest);
         double mass = model->mass[model->node[s]], away = vec3_dot(u, u);
         kinetic += 0.5 * mass * vec3_dot(v, v);

@@ -93,7 +93,7 @@ static inline bool surface_changes(const SurfaceOptions *options)
     return options->adaptive || options->body.cuttable;
 }
 
-// Builds a body from a valid mesh (mesh_validate); with levels from the mesh of start_level
+// Builds a body from a valid mesh (mesh_check); with levels from the mesh of start_level
 // (levels_mesh). The hierarchy must outlive the body if surface_changes, otherwise only this call.
 // Initial rows are those of this mesh. Allocates from `arena` and adds its arrays to `state`.
 // Warnings (a clamped damping) go to the log. False with `status` if the options do not fit.

@@ -170,11 +170,11 @@ static void create_rows(Vertices *vertices, const VoxelMaking *making, Arena *ar
     rows->longest_edge = lattice->size;
     rows->rest_origin = lattice_point(lattice, middle[0], middle[1], middle[2]);
     rows->rest_turn = lattice->turn;
-    rows->place = arena_allocate(arena, ARENA_STEP, (size_t)making->capacity + 1,
-                                 sizeof *rows->place, "%s/places", making->options->body.name);
+    rows->rest = arena_allocate(arena, ARENA_STEP, (size_t)making->capacity + 1, sizeof *rows->rest,
+                                "%s/places", making->options->body.name);
     for (int i = 0; i < mesh->vertex_count; i++)
         for (int c = 0; c < 3; c++)
-            rows->place[i][c] = lattice->size * (mesh->point[i][c] - middle[c]);
+            rows->rest[i][c] = lattice->size * (mesh->point[i][c] - middle[c]);
 }
 
 static void create_vertices(VoxelModel *model, const VoxelMaking *making, const char *name,
@@ -213,7 +213,7 @@ static void create_frame(Vertices *vertices, const char *name, Arena *arena, Sta
     double *weight = ALLOCATE(ARENA_STEP, rows->count, double, "frame weights");
     memcpy(weight, vertices->mass, (size_t)vertices->count * sizeof *weight);
     rows->rigid = rigid_frame_create(name, rows->precision, true, rows->count,
-                                     (const double(*)[3])rows->place, weight, arena, state);
+                                     (const double(*)[3])rows->rest, weight, arena, state);
 }
 
 static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)

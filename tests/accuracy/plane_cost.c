@@ -109,8 +109,8 @@ static void push_out(const PlaneModel *model, void *rows, double dt)
             u[d] = rows_get(&model->vertices.rows, rows, (long)v * ROW + d);
             u[2 + d] = rows_get(&model->vertices.rows, rows, (long)v * ROW + 4 + d);
         }
-        double dx = model->vertices.rows.place[v][0] + u[0] - x0,
-               dy = model->vertices.rows.place[v][1] + u[1] - y0;
+        double dx = model->vertices.rows.rest[v][0] + u[0] - x0,
+               dy = model->vertices.rows.rest[v][1] + u[1] - y0;
         double square = dx * dx + dy * dy;
         if (square >= RADIUS * RADIUS || square == 0.0)
             continue;

@@ -128,7 +128,7 @@ static void collide(const VoxelModel *model, double h)
         double x[3], v[3], out[3];
         for (int c = 0; c < 3; c++) {
             double u = rows_get(&model->vertices.rows, rows, (long)i * ROW + c);
-            out[c] = x[c] = shift[c] + model->vertices.rows.place[i][c] + u;
+            out[c] = x[c] = shift[c] + model->vertices.rows.rest[i][c] + u;
             v[c] = rows_get(&model->vertices.rows, rows, (long)i * ROW + 4 + c);
         }
         push_out(out, v, h);
@@ -136,7 +136,7 @@ static void collide(const VoxelModel *model, double h)
             continue;
         for (int c = 0; c < 3; c++) {
             rows_put(&model->vertices.rows, rows, (long)i * ROW + c,
-                     out[c] - shift[c] - model->vertices.rows.place[i][c]);
+                     out[c] - shift[c] - model->vertices.rows.rest[i][c]);
             rows_put(&model->vertices.rows, rows, (long)i * ROW + 4 + c, v[c]);
         }
     }

@@ -36,7 +36,7 @@ static void sweeps_go_from_place_to_place_until_the_blade_is_lifted(void **unuse
     at = blade_next_sweep(&path, at);
     assert_int_equal(at, 4); // the lonely place is none
     assert_int_equal(blade_next_sweep(&path, at), -1);
-    expect_near(path.place[1].end[1][2], 1.0, 0.0);
+    expect_near(path.position[1].end[1][2], 1.0, 0.0);
     blade_destroy(&path);
 }
 
@@ -81,10 +81,10 @@ static void a_plane_is_swept_by_a_square_across_its_normal(void **unused)
             for (int end = 0; end < 2; end++) {
                 double across = 0.0, away = 0.0;
                 for (int k = 0; k < 3; k++) {
-                    double d = path.place[p].end[end][k] - point[k];
+                    double d = path.position[p].end[end][k] - point[k];
                     across += d * normals[n][k];
                     away += d * d;
-                    center[k] += 0.25 * path.place[p].end[end][k];
+                    center[k] += 0.25 * path.position[p].end[end][k];
                 }
                 expect_near(across, 0.0, 1e-15); // roundings of numbers below one
                 expect_near(sqrt(away), 0.5 * sqrt(0.5), 1e-15);

@@ -148,7 +148,7 @@ static void the_newest_256_events_wait_for_a_page_that_stalls(void **state)
     for (int k = 0; k < 1000; k++) {
         char text[32];
         snprintf(text, sizeof text, "event%d", k);
-        board_tell_all(&board, parcel(text));
+        board_send_all(&board, parcel(text));
     }
     assert_true(board_next_round(&board, page, 0, &round_));
     assert_int_equal(round_.parcels, OUTBOX_MAX);
@@ -158,7 +158,7 @@ static void the_newest_256_events_wait_for_a_page_that_stalls(void **state)
         parcel_drop(round_.parcel[k]);
     assert_int_equal(page->dropped, 744);
     // Those that wait when a page goes are let go too: the leak checker looks.
-    board_tell_all(&board, parcel("left"));
+    board_send_all(&board, parcel("left"));
     board_remove_page(&board, page);
 }
 
@@ -168,9 +168,9 @@ static void replies_go_to_the_page_that_asked(void **state)
     BoardPage *a = board_add_page(&board), *b = board_add_page(&board);
     char texts[256];
     assert_int_not_equal(a->sender, b->sender);
-    assert_true(board_tell(&board, b->sender, parcel("for b")));
-    assert_true(board_tell(&board, a->sender, parcel("for a")));
-    assert_false(board_tell(&board, 0, parcel("for nobody")));
+    assert_true(board_send(&board, b->sender, parcel("for b")));
+    assert_true(board_send(&board, a->sender, parcel("for a")));
+    assert_false(board_send(&board, 0, parcel("for nobody")));
     take(&board, a, &round_, texts, sizeof texts);
     assert_string_equal(texts, "for a ");
     take(&board, b, &round_, texts, sizeof texts);

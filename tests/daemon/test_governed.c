@@ -107,7 +107,7 @@ static void replay_input(Sim *sim, const Input *input)
     Answer answer = {0};
     size_t size = input_encode(input, data);
     assert_int_equal(input_decode(INPUT_COMMAND, data, size, &read, text), ACCEPTED);
-    assert_int_equal(input_validate(&read, sim, text), ACCEPTED);
+    assert_int_equal(input_check(&read, sim, text), ACCEPTED);
     assert_true(requests_execute(sim, &read, &answer));
 }
 
@@ -143,7 +143,7 @@ static void overrun_raises_thresholds_and_the_log_repeats_it(void **state)
     assert_int_equal(count_events(&live, "governor"), live.loop.governor.actions);
     const StatusOut *status = slot_take(&live.exchange.status);
     assert_non_null(status);
-    assert_int_equal(status->governor_stage, live.loop.governor.stage);
+    assert_int_equal(status->governor_stage, live.loop.governor.reduction);
     assert_int_equal(status->governor_actions, live.loop.governor.actions);
 
     create(&twin);
@@ -198,7 +198,7 @@ static void lockstep_begins_with_all_detail(void **state)
     assert_true(requests_take(&rig.loop));
     expect_near(rig.toy->parameter[BODY_ADAPT_SCALE], 1.0, 0.0);
     expect_near(rig.toy->parameter[BODY_ADAPT_LEVEL], LEVELS_MAX, 0.0);
-    assert_int_equal(rig.loop.governor.stage, 0);
+    assert_int_equal(rig.loop.governor.reduction, 0);
     int logged = 0;
     for (const AppliedInput *next; (next = ring_peek(&rig.exchange.applied)) != NULL; logged++)
         ring_pop(&rig.exchange.applied);
@@ -220,7 +220,7 @@ static void reset_restarts_the_governor(void **state)
     push_command(&rig, PLIANT_COMMAND_T_RESET, 0);
     assert_false(requests_take(&rig.loop));
     expect_near(rig.toy->parameter[BODY_ADAPT_SCALE], 1.0, 0.0);
-    assert_int_equal(rig.loop.governor.stage, 0);
+    assert_int_equal(rig.loop.governor.reduction, 0);
     close_loop(&rig);
     destroy(&rig);
 }

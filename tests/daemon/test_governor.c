@@ -110,7 +110,7 @@ static void vain_returns_become_rare(void **state)
         waited[k] = 1;
         while (run_window(&governor, FAST, 0, 2) == GOVERNOR_RESTS)
             waited[k]++;
-        assert_int_equal(governor.stage, 0);
+        assert_int_equal(governor.reduction, 0);
         assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
     }
     static const int expected[7] = {8, 16, 32, 64, 128, 128, 128}; // windows
@@ -137,10 +137,10 @@ static void governed_load_settles(void **state)
         governor_init(&governor, RATE);
         int moves = 0;
         for (int w = 0; w < 40; w++) {
-            int64_t ns = (int64_t)(0.8e6 * (double)(1 << heavy)) >> governor.stage;
+            int64_t ns = (int64_t)(0.8e6 * (double)(1 << heavy)) >> governor.reduction;
             moves += run_window(&governor, ns, 0, 2) != GOVERNOR_RESTS;
         }
-        assert_int_equal(governor.stage, heavy); // 0.8 ms: neither late nor with room
+        assert_int_equal(governor.reduction, heavy); // 0.8 ms: neither late nor with room
         assert_int_equal(moves, heavy);
     }
 }

@@ -65,12 +65,12 @@ static void a_setting_survives_being_logged_to_the_last_bit(void **state)
         size_t size = encode_command(PLIANT_COMMAND_T_SET, 0, settings[i], data);
         Input first, second;
         assert_int_equal(input_decode(INPUT_COMMAND, data, size, &first, why), ACCEPTED);
-        assert_int_equal(input_validate(&first, NULL, why), ACCEPTED);
+        assert_int_equal(input_check(&first, NULL, why), ACCEPTED);
         assert_string_equal(first.text, keys[i]);
         assert_int_equal(first.command.set_count, i == 0 ? 1 : 3);
         size = input_encode(&first, data);
         assert_int_equal(input_decode(INPUT_COMMAND, data, size, &second, why), ACCEPTED);
-        assert_int_equal(input_validate(&second, NULL, why), ACCEPTED);
+        assert_int_equal(input_check(&second, NULL, why), ACCEPTED);
         assert_string_equal(second.text, first.text);
         // The same doubles: 17 digits are enough.
         assert_memory_equal(second.command.set_value, first.command.set_value,
@@ -92,7 +92,7 @@ static void settings_that_are_no_key_and_number_are_refused(void **state)
         Input input;
         size_t size = encode_command(PLIANT_COMMAND_T_SET, 0, bad[i], data);
         assert_int_equal(input_decode(INPUT_COMMAND, data, size, &input, why), ACCEPTED);
-        if (input_validate(&input, NULL, why) == ACCEPTED)
+        if (input_check(&input, NULL, why) == ACCEPTED)
             fail_msg("accepted: '%s'", bad[i]);
     }
 }
@@ -118,7 +118,7 @@ static void no_length_and_no_single_corrupt_byte_is_read_out_of_bounds(void **st
             memcpy(data, whole, size);
             data[at] = (unsigned char)value;
             if (input_decode(INPUT_COMMAND, data, size, &input, why) == ACCEPTED)
-                input_validate(&input, NULL, why);
+                input_check(&input, NULL, why);
             free(data);
         }
     }

@@ -324,7 +324,7 @@ static void strokes_that_cannot_be_are_found(void **unused)
     stroke->cut.edge.end[1].y = (double)NAN;
     assert_false(sim_check(scene.sim));
     *stroke = good;
-    scene.sim->cutting->cuts[0]->told_step = INT64_MAX;
+    scene.sim->cutting->cuts[0]->reported_step = INT64_MAX;
     assert_false(sim_check(scene.sim));
     *scene.sim->cutting->cuts[0] = cuts;
     scene.sim->cutting->cuts[0]->pieces = -4;

@@ -152,7 +152,7 @@ static void letting_go_clears_what_was_known(void **state)
         pull(&scene, vec3(0, 0, 0), 0.0);
         for (int i = 0; i < grip->capacity; i++) {
             assert_int_equal(grip->node[i], 0);
-            assert_true(grip->held[i].share == 0.0 && vec3_length(grip->held[i].place) == 0.0);
+            assert_true(grip->held[i].share == 0.0 && vec3_length(grip->held[i].local) == 0.0);
         }
         for (int i = 0; i < HELD_POINTS; i++)
             assert_true(grip->point[i].face == 0 && grip->point[i].weight[0] == 0.0);

@@ -143,7 +143,7 @@ static void every_damage_is_found(void **state)
             s->parent[m][1] = s->id[m];
             break;
         }
-        assert_false(mesh_check(&d.mesh, &d.toy.base, d.position, why));
+        assert_false(mesh_agrees(&d.mesh, &d.toy.base, d.position, why));
         char list[128], *rest = list, *one;
         bool found = false;
         snprintf(list, sizeof list, "%s", said[damage]);
@@ -179,7 +179,7 @@ static void a_hanging_midpoint_is_a_crack(void **state)
     char why[MESH_CHECK_TEXT];
     expect_crack_free(&mesh, NULL, NULL);
     mesh.triangle = cracked;
-    assert_false(mesh_check(&mesh, NULL, NULL, why));
+    assert_false(mesh_agrees(&mesh, NULL, NULL, why));
     assert_non_null(strstr(why, "crack along the edge of level 0 between 5 and 8"));
 }
 
@@ -191,8 +191,8 @@ static void a_missing_face_of_level_0_needs_the_base_to_be_seen(void **state)
     mesh_toy_create(&toy, false, 1); // nowhere refined
     memset(toy.state.triangle[3], 0, sizeof toy.state.triangle[3]);
     BodyMesh mesh = mesh_toy_mesh(&toy);
-    assert_true(mesh_check(&mesh, NULL, NULL, why));
-    assert_false(mesh_check(&mesh, &toy.base, NULL, why));
+    assert_true(mesh_agrees(&mesh, NULL, NULL, why));
+    assert_false(mesh_agrees(&mesh, &toy.base, NULL, why));
     assert_non_null(strstr(why, "a whole face is missing"));
     mesh_toy_destroy(&toy);
 }

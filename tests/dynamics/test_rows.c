@@ -31,7 +31,7 @@ typedef struct Cloud {
     Arena arena;
     StateList state;
     BaseFrame frame;
-    double place[COUNT][3], weight[COUNT];
+    double rest[COUNT][3], weight[COUNT];
     int owner[COUNT];
     _Alignas(32) double row[COUNT * ROW]; // of floats, half of it
 } Cloud;
@@ -48,7 +48,7 @@ static void create_cloud(Cloud *c, Kind kind)
         Vec3 p = i == PADDING ? vec3(0.0, 0.0, 0.0) : vec3_scale(SIZE, random_vec3(&random));
         if (!kind.displaced && i != PADDING)
             p = vec3_add(p, origin);
-        c->place[i][0] = p.x, c->place[i][1] = p.y, c->place[i][2] = p.z;
+        c->rest[i][0] = p.x, c->rest[i][1] = p.y, c->rest[i][2] = p.z;
         c->weight[i] = i == PADDING ? 0.0 : random_between(&random, 0.5, 2.0);
         c->owner[i] = i == PADDING ? -1 : i;
     }
@@ -59,7 +59,7 @@ static void create_cloud(Cloud *c, Kind kind)
                      .rest_turn = QUAT_NONE,
                      .count = COUNT,
                      .owner = c->owner,
-                     .place = c->place,
+                     .rest = c->rest,
                      .longest_edge = 100.0 * SIZE};
     if (kind.displaced) {
         c->rows.rest_origin = origin;
@@ -67,7 +67,7 @@ static void create_cloud(Cloud *c, Kind kind)
     }
     c->rows.rigid =
         rigid_frame_create("cloud", kind.precision, kind.displaced, COUNT,
-                           (const double(*)[3])c->place, c->weight, &c->arena, &c->state);
+                           (const double(*)[3])c->rest, c->weight, &c->arena, &c->state);
     rows_return_to_rest(&c->rows, c->row);
     if (kind.floating) {
         c->frame.origin = vec3_add(origin, vec3(0.7, 0.2, -0.4));
@@ -84,7 +84,7 @@ static void destroy_cloud(Cloud *c)
 // Where a node is at rest in the world, as the scene placed it.
 static Vec3 rest_of(const Cloud *c, int i)
 {
-    return vec3_add(c->rows.rest_origin, vec3(c->place[i][0], c->place[i][1], c->place[i][2]));
+    return vec3_add(c->rows.rest_origin, vec3(c->rest[i][0], c->rest[i][1], c->rest[i][2]));
 }
 
 // Of one number of size `value` in a row; positions far from the origin cost double rounding too.
@@ -126,7 +126,7 @@ static void what_is_written_is_read(void **state)
     }
 }
 
-// x = origin + turn (place + u), written out by another way: rotation by Rodrigues' formula.
+// x = origin + turn (rest + u), written out by another way: rotation by Rodrigues' formula.
 static void displacements_are_in_the_coordinates_of_the_frame(void **state)
 {
     (void)state;
@@ -142,7 +142,7 @@ static void displacements_are_in_the_coordinates_of_the_frame(void **state)
         const Vec3 way = vec3(0.3, -1.2, 2.0); // of create_cloud
         const double angle = vec3_length(way);
         const Vec3 axis = vec3_scale(1.0 / angle, way);
-        const Vec3 from[2] = {vec3_add(vec3(c.place[5][0], c.place[5][1], c.place[5][2]), u), v};
+        const Vec3 from[2] = {vec3_add(vec3(c.rest[5][0], c.rest[5][1], c.rest[5][2]), u), v};
         Vec3 to[2], x[2];
         for (int i = 0; i < 2; i++) {
             to[i] = vec3_scale(cos(angle), from[i]);
@@ -340,7 +340,7 @@ static void a_frame_that_falls_takes_over_the_common_velocity(void **state)
     for (int i = 0; i < PADDING; i++) {
         Vec3 v;
         rows_read(&c.rows, c.row, i, &x, &v);
-        // Of 7 m/s, in double precision; what the rows keep they keep to a float's last place.
+        // Of 7 m/s, in double precision; what the rows keep they keep to a float's last rest.
         expect_same(v, before[i], 1e-14 + rounding(PRECISION_SINGLE, 4e-3));
         expect_at_most(vec3_length(rows_vector(&c.rows, c.row, i, 4)), 4e-3);
     }
@@ -348,7 +348,7 @@ static void a_frame_that_falls_takes_over_the_common_velocity(void **state)
     rows_read(&c.rows, c.row, 3, &x, &before[0]);
     assert_true(vec3_length(before[0]) == 0.0);
     c.rows.fall->velocity.y = (double)NAN;
-    assert_false(rows_are_sound(&c.rows, c.row, 100.0));
+    assert_false(rows_are_valid(&c.rows, c.row, 100.0));
     destroy_cloud(&c);
 }
 
@@ -377,7 +377,7 @@ static void bad_numbers_are_found_wherever_they_are(void **state)
     for (int k = 0; k < KIND_COUNT; k++) {
         Cloud c;
         create_cloud(&c, KINDS[k]);
-        assert_true(rows_are_sound(&c.rows, c.row, 100.0));
+        assert_true(rows_are_valid(&c.rows, c.row, 100.0));
         const double bad[] = {(double)NAN, (double)INFINITY, -1e16};
         for (int at = 0; at < COUNT * ROW; at += 3) {
             double good = rows_get(&c.rows, c.row, at);
@@ -385,16 +385,16 @@ static void bad_numbers_are_found_wherever_they_are(void **state)
                 // Velocities in double precision may be larger.
                 double value = b == 2 && KINDS[k].precision == PRECISION_DOUBLE ? -1e101 : bad[b];
                 rows_put(&c.rows, c.row, at, value);
-                assert_false(rows_are_sound(&c.rows, c.row, 100.0));
+                assert_false(rows_are_valid(&c.rows, c.row, 100.0));
             }
             rows_put(&c.rows, c.row, at, good);
         }
-        assert_true(rows_are_sound(&c.rows, c.row, 100.0));
+        assert_true(rows_are_valid(&c.rows, c.row, 100.0));
         rows_put(&c.rows, c.row, 2, 101.0);
-        assert_false(rows_are_sound(&c.rows, c.row, 100.0));
+        assert_false(rows_are_valid(&c.rows, c.row, 100.0));
         rows_put(&c.rows, c.row, 2, 0.0);
         rows_put(&c.rows, c.row, 6, 101.0); // a velocity
-        assert_true(rows_are_sound(&c.rows, c.row, 100.0));
+        assert_true(rows_are_valid(&c.rows, c.row, 100.0));
         destroy_cloud(&c);
     }
 }

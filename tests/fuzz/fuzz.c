@@ -51,11 +51,11 @@ const char *fuzz_write(const char *name, const void *data, size_t size)
     return path;
 }
 
-void fuzz_tell(const char *text)
+void fuzz_print(const char *text)
 {
     static int telling = -1;
     if (telling < 0)
-        telling = getenv("PLIANT_FUZZ_TELL") != NULL;
+        telling = getenv("PLIANT_FUZZ_PRINT") != NULL;
     if (telling)
         fprintf(stderr, "%s\n", text);
 }

@@ -20,8 +20,8 @@ _Noreturn void fuzz_failed(const char *what, const char *file, int line);
 const char *fuzz_path(const char *name);
 // Writes a file of that folder and returns its path.
 const char *fuzz_write(const char *name, const void *data, size_t size);
-// Prints what became of an input if PLIANT_FUZZ_TELL is set.
-void fuzz_tell(const char *text);
+// Prints what became of an input if PLIANT_FUZZ_PRINT is set.
+void fuzz_print(const char *text);
 
 // An input that is read piece by piece; what is beyond its end reads as zero.
 typedef struct Feed {

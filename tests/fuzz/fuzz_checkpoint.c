@@ -76,7 +76,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     uint64_t before = hash_motion(world);
     Status status = {0};
     bool ok = checkpoint_read(path, &world->world, &status);
-    fuzz_tell(ok ? "taken" : status.text);
+    fuzz_print(ok ? "taken" : status.text);
     MUST(ok == (status.code == STATUS_OK));
     if (!ok) {
         MUST(status.text[0] != '\0' && strchr(status.text, '\n') == NULL);

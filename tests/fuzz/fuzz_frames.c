@@ -52,7 +52,7 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
 {
     bool right = wire_check(TYPES[kind], data, size);
     FramesResult result;
-    fuzz_tell(right ? "right" : "wrong");
+    fuzz_print(right ? "right" : "wrong");
     receiver->now_ns += 1000000;
     switch (kind) {
     case 0:

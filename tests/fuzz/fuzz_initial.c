@@ -34,7 +34,7 @@ static void make_base(HdfBase *base)
 
 static void check_rows(bool ok, int count, Vec3 *position, Vec3 *velocity, const Status *status)
 {
-    fuzz_tell(ok ? "taken" : status->text);
+    fuzz_print(ok ? "taken" : status->text);
     MUST(ok == (status->code == STATUS_OK));
     MUST(strchr(status->text, '\n') == NULL);
     MUST(ok == (position != NULL) && ok == (velocity != NULL));

@@ -33,8 +33,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     char why[INPUT_WHY_MAX] = "";
     Refusal refusal = input_decode(kind, message, head + size, &input, why);
     if (refusal == ACCEPTED)
-        refusal = input_validate(&input, world->world.sim, why);
-    fuzz_tell(refusal == ACCEPTED ? "accepted" : why);
+        refusal = input_check(&input, world->world.sim, why);
+    fuzz_print(refusal == ACCEPTED ? "accepted" : why);
     MUST(refusal_name(refusal)[0] != '\0');
     MUST((refusal == ACCEPTED) == (why[0] == '\0'));
     MUST(memchr(why, 0, sizeof why) != NULL);
@@ -45,7 +45,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     Input read;
     size_t length = input_encode(&input, wire);
     MUST(input_decode(kind, wire, length, &read, why) == ACCEPTED);
-    MUST(input_validate(&read, world->world.sim, why) == ACCEPTED);
+    MUST(input_check(&read, world->world.sim, why) == ACCEPTED);
     MUST(input_encode(&read, again) == length && memcmp(wire, again, length) == 0);
     return 0;
 }

@@ -43,9 +43,9 @@ static void replay(const char *path)
             sim_step(world->world.sim);
         }
         fuzz_world_check(world);
-        fuzz_tell(replay.applied > 0 ? "applied" : "nothing applied");
+        fuzz_print(replay.applied > 0 ? "applied" : "nothing applied");
     }
-    fuzz_tell(status.text);
+    fuzz_print(status.text);
     input_log_close_reader(&reader);
     // What the gate took is the last of the world's arena.
     while (arena->count > blocks)

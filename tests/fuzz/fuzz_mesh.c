@@ -19,12 +19,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     Arena arena = {0};
     Status status = {0};
     bool ok = body_mesh_make(&body, &mesh, &levels, &arena, &status);
-    fuzz_tell(ok ? "taken" : status.text);
+    fuzz_print(ok ? "taken" : status.text);
     MUST(ok == (status.code == STATUS_OK));
     MUST(ok || (status.code == STATUS_INVALID && status.text[0] != '\0'));
     MUST(strchr(status.text, '\n') == NULL);
     MeshFault fault;
-    MUST(!ok || mesh_validate(&mesh, &fault));
+    MUST(!ok || mesh_check(&mesh, &fault));
     mesh_destroy(&mesh);
     arena_destroy(&arena);
     return 0;

@@ -25,7 +25,7 @@ static void on_dropped(Drop drop, const char *why, void *user)
 {
     (void)user;
     MUST(drop < DROP_COUNT && strlen(why) < RECEIVER_WHY_MAX);
-    fuzz_tell(why);
+    fuzz_print(why);
     dropped++;
 }
 
@@ -63,7 +63,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     receiver_deliver(data[0] & 2 ? all : near, packet, packet_size, from);
     MUST(handled + dropped <= 1);
     MUST(handled == 0 || from == 0 || (data[0] & 2) != 0);
-    fuzz_tell(handled > 0 ? "handled" : "not handled");
+    fuzz_print(handled > 0 ? "handled" : "not handled");
     free(copy);
     return 0;
 }

@@ -29,10 +29,10 @@ static void read_ask(const char *text, size_t size)
     Ask ask;
     ClientError error = {{0}};
     if (ask_parse(text, size, &ask, &error)) {
-        fuzz_tell("asked");
+        fuzz_print("asked");
         check_ask(&ask);
     } else {
-        fuzz_tell(error.text);
+        fuzz_print(error.text);
         MUST(error.text[0] != '\0');
     }
 }
@@ -73,7 +73,7 @@ static void take_frames(const char *data, size_t size)
     size_t end = socket.end;
     int taken;
     while ((taken = websocket_take(&socket, &frame)) == 1) {
-        fuzz_tell("frame");
+        fuzz_print("frame");
         MUST(frame.size <= WEBSOCKET_FRAME_MAX && socket.begin <= end);
         MUST(frame.data + frame.size == (char *)socket.buffer + socket.begin);
     }

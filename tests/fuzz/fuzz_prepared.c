@@ -28,10 +28,10 @@ static void read_mesh(const Prepared *prepared, const SceneBody *body)
     Arena arena = {0};
     MeshFault fault;
     bool ok = prepared_read(prepared, body, &mesh, &levels, &arena, &status);
-    fuzz_tell(ok ? "taken" : status.text);
+    fuzz_print(ok ? "taken" : status.text);
     MUST(ok == (status.code == STATUS_OK));
     MUST(strchr(status.text, '\n') == NULL);
-    MUST(!ok || mesh_validate(&mesh, &fault));
+    MUST(!ok || mesh_check(&mesh, &fault));
     mesh_destroy(&mesh);
     arena_destroy(&arena);
 }
@@ -41,7 +41,7 @@ static void read_voxels(const Prepared *prepared, const SceneBody *body)
     Status status = {0};
     Lattice lattice = {0};
     bool ok = prepared_read_voxels(prepared, body, &lattice, &status);
-    fuzz_tell(ok ? "taken" : status.text);
+    fuzz_print(ok ? "taken" : status.text);
     MUST(ok == (status.code == STATUS_OK));
     MUST(strchr(status.text, '\n') == NULL);
     MUST(!ok || lattice_solid(&lattice) > 0);
@@ -80,7 +80,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     bool ok = prepared_open(&prepared, path, &status);
     MUST(ok == (status.code == STATUS_OK));
     if (!ok) {
-        fuzz_tell(status.text);
+        fuzz_print(status.text);
         return 0;
     }
     for (int i = 0; i < world->scene.body_count; i++) {

@@ -61,7 +61,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                                    : hdf_base_edit(&base, "edited", &feed, false);
     Status status = {0};
     bool ok = recording_info_read(path, &info, &status);
-    fuzz_tell(ok ? "taken" : status.text);
+    fuzz_print(ok ? "taken" : status.text);
     MUST(ok == (status.code == STATUS_OK));
     MUST(strchr(status.text, '\n') == NULL);
     // Unchanged, all of it is there.

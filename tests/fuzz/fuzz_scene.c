@@ -87,10 +87,10 @@ static void run(Scene *scene)
         if (is_quick(world.sim))
             sim_step(world.sim);
         fuzz_world_check(&shown);
-        fuzz_tell("ran");
+        fuzz_print("ran");
         world_destroy(&world);
     } else {
-        fuzz_tell(status.text);
+        fuzz_print(status.text);
         MUST(status.code != STATUS_OK && status.text[0] != '\0');
         MUST(strchr(status.text, '\n') == NULL);
     }
@@ -108,7 +108,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     Scene scene;
     Status status = {0};
     bool ok = scene_read(fuzz_write("x.cfg", data, size), &scene, &status);
-    fuzz_tell(ok ? "read" : status.text);
+    fuzz_print(ok ? "read" : status.text);
     MUST(ok == (status.code == STATUS_OK));
     if (!ok) {
         MUST(status.code == STATUS_INVALID && strchr(status.text, '\n') == NULL);

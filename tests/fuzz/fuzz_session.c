@@ -132,7 +132,7 @@ static void apply(Session *session, const Input *input)
     } else if (command == 0 || command == PLIANT_COMMAND_T_SET ||
                command == PLIANT_COMMAND_T_RESET) {
         bool done = requests_execute(session->sim, input, &answer);
-        fuzz_tell(answer.text);
+        fuzz_print(answer.text);
         MUST(done == answer.ok);
         MUST(memchr(answer.text, 0, sizeof answer.text) != NULL && answer.text[0] != '\0');
     }
@@ -145,7 +145,7 @@ static void pass(Session *session, InputKind kind, const void *data, size_t size
     if (session->messages++ >= MESSAGES_MOST)
         return;
     gate_pass(&session->gate, kind, data, size, 2000 * sim_steps(session->sim), &result);
-    fuzz_tell(result.why[0] != '\0' ? result.why : "let in");
+    fuzz_print(result.why[0] != '\0' ? result.why : "let in");
     MUST((result.passage == PASSAGE_REFUSED) == (result.why[0] != '\0'));
     if (result.passage == PASSAGE_OPEN)
         apply(session, &result.input);

@@ -38,7 +38,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     LabelVolume volume;
     Status status = {0};
     bool ok = volume_import(path, &volume, &status);
-    fuzz_tell(ok ? "taken" : status.text);
+    fuzz_print(ok ? "taken" : status.text);
     MUST(ok == (status.code == STATUS_OK));
     MUST(ok || (status.code == STATUS_INVALID && strchr(status.text, '\n') == NULL));
     double cells = 1.0;
@@ -65,7 +65,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         MUST(lattice_solid(&lattice) > 0);
         lattice_destroy(&lattice);
     } else {
-        fuzz_tell(status.text);
+        fuzz_print(status.text);
         MUST(status.code == STATUS_INVALID && status.text[0] != '\0');
     }
     return 0;

@@ -74,7 +74,7 @@ static void make_disc(TriMesh *mesh, int sectors, int rings)
             }
     MeshFault fault;
     assert_ptr_equal(triangle, mesh->triangle + mesh->triangle_count);
-    assert_true(mesh_validate(mesh, &fault));
+    assert_true(mesh_check(mesh, &fault));
 }
 
 static void take_disc(Round *round, int sectors, int rings)

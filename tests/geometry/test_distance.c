@@ -146,7 +146,7 @@ static void make_case(uint64_t *random, int kind, Vec3 x[6])
     }
 }
 
-static void expect_pair_is_sound(const ClosestPair *pair, Vec3 p, Vec3 q, const Vec3 x[3])
+static void expect_pair_is_valid(const ClosestPair *pair, Vec3 p, Vec3 q, const Vec3 x[3])
 {
     Vec3 on_triangle = {0.0, 0.0, 0.0};
     double sum = 0.0;
@@ -174,7 +174,7 @@ static void point_and_triangle_match_the_exact_distance(void **state)
         make_case(&random, i, x);
         ClosestPair pair;
         distance_point_triangle(x[0], &x[1], &pair);
-        expect_pair_is_sound(&pair, x[0], x[0], &x[1]);
+        expect_pair_is_valid(&pair, x[0], x[0], &x[1]);
         expect_near(pair.distance, exact_distance(x, 1, &x[1], 3), TOLERANCE);
     }
 }
@@ -207,7 +207,7 @@ static void segment_and_triangle_match_the_exact_distance(void **state)
         double along, weight[3], least = HUGE_VAL;
         distance_segment_triangle_pairs(x[0], x[1], &x[2], pair);
         for (int k = 0; k < DISTANCE_PAIRS; k++) {
-            expect_pair_is_sound(&pair[k], x[0], x[1], &x[2]);
+            expect_pair_is_valid(&pair[k], x[0], x[1], &x[2]);
             least = fmin(least, pair[k].distance);
         }
         if (distance_segment_crosses(x[0], x[1], &x[2], &along, weight))

@@ -21,7 +21,7 @@ static Shape measure_closed(const TriMesh *mesh, int nodes)
     MeshFault fault;
     WingedMesh winged;
     Shape shape = {.least_valence = 1000000, .least_angle = PI};
-    assert_true(mesh_validate(mesh, &fault));
+    assert_true(mesh_check(mesh, &fault));
     winged_create(&winged, mesh);
     assert_int_equal(mesh->node_count, nodes);
     assert_int_equal(mesh->file_node_count, nodes);
@@ -203,7 +203,7 @@ static void sheet_is_flat_and_faces_up(void **state)
     WingedMesh winged;
     Status status = {0};
     assert_true(generate_sheet(&mesh, 7, 5, 0.6, 0.2, &status));
-    assert_true(mesh_validate(&mesh, &fault));
+    assert_true(mesh_check(&mesh, &fault));
     expect_near(mesh_area(&mesh), 0.6 * 0.2, 1e-16);
     for (int t = 0; t < mesh.triangle_count; t++) {
         const Vec3 *x = mesh.position;

@@ -42,7 +42,7 @@ static int edge_between(const WingedMesh *winged, const Level *level, int a, int
 static void expect_table(const Level *level, const TriMesh *mesh)
 {
     MeshFault fault;
-    assert_true(mesh_validate(mesh, &fault));
+    assert_true(mesh_check(mesh, &fault));
     WingedMesh winged;
     winged_create(&winged, mesh);
     assert_int_equal(winged.edge_count, level->edge_count);
@@ -351,7 +351,7 @@ static void faces_that_vanish_are_refused(void **state)
     Vec3 side = vec3_sub(mesh.position[c], mesh.position[a]);
     mesh.position[w] = vec3_madd(mesh.position[w], -8.0 / 3.0, side);
     MeshFault fault;
-    assert_true(mesh_validate(&mesh, &fault));
+    assert_true(mesh_check(&mesh, &fault));
     expect_refused(
         &mesh, 1,
         "the triangle of nodes 10, 18 and 17 is divided into one without area at level 1");
@@ -387,7 +387,7 @@ static void tables_that_come_back_are_the_same_hierarchy(void **state)
     assert_true(generate_sheet(&one.mesh, 5, 4, 1.0, 1.0, &status));
     divide(&one, 3);
     copy_tables(&one, &two);
-    assert_true(levels_validate(&two.levels, &two.mesh, &status));
+    assert_true(levels_check(&two.levels, &two.mesh, &status));
     assert_int_equal(one.arena.count, two.arena.count);
     for (int i = 0; i < one.arena.count; i++) {
         assert_string_equal(one.arena.block[i].name, two.arena.block[i].name);
@@ -424,7 +424,7 @@ static void any_other_number_in_a_table_is_refused(void **state)
                         continue;
                     entry[i] = others[k];
                     status = (Status){0};
-                    assert_false(levels_validate(&two.levels, &two.mesh, &status));
+                    assert_false(levels_check(&two.levels, &two.mesh, &status));
                     assert_int_equal(status.code, STATUS_INVALID);
                     entry[i] = right;
                     tried++;
@@ -445,10 +445,10 @@ static void positions_that_do_not_fit_are_refused(void **state)
     divide(&one, 1);
     copy_tables(&one, &two);
     two.levels.position[30].y = (double)NAN;
-    assert_false(levels_validate(&two.levels, &two.mesh, &status));
+    assert_false(levels_check(&two.levels, &two.mesh, &status));
     status = (Status){0};
     two.levels.position[30] = two.levels.position[one.levels.level[0].edge[30 - 20][0]];
-    assert_false(levels_validate(&two.levels, &two.mesh, &status));
+    assert_false(levels_check(&two.levels, &two.mesh, &status));
     assert_non_null(strstr(status.text, "without area at level 1"));
     arena_destroy(&two.arena);
     drop(&one);

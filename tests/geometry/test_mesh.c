@@ -91,7 +91,7 @@ static void volume_and_area_of_a_tetrahedron_wherever_it_is(void **state)
 static void expect_fault(TriMesh *mesh, const char *text, int node, int triangle)
 {
     MeshFault fault;
-    assert_false(mesh_validate(mesh, &fault));
+    assert_false(mesh_check(mesh, &fault));
     assert_string_equal(fault.text, text);
     assert_int_equal(fault.node, node);
     assert_int_equal(fault.triangle, triangle);
@@ -104,10 +104,10 @@ static void closed_and_open_meshes_are_valid(void **state)
     TriMesh mesh;
     MeshFault fault;
     make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
-    assert_true(mesh_validate(&mesh, &fault));
+    assert_true(mesh_check(&mesh, &fault));
     mesh.triangle_count = 1;
     mesh.node_count = 3; // one triangle alone
-    assert_true(mesh_validate(&mesh, &fault));
+    assert_true(mesh_check(&mesh, &fault));
     mesh_destroy(&mesh);
 }
 
@@ -120,7 +120,7 @@ static void tiny_and_huge_triangles_have_area(void **state)
         MeshFault fault;
         make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
         mesh_place(&mesh, scales[i], vec3(0, 0, 0), vec3(0, 0, 0));
-        assert_true(mesh_validate(&mesh, &fault));
+        assert_true(mesh_check(&mesh, &fault));
         mesh_destroy(&mesh);
     }
 }
@@ -243,11 +243,11 @@ static void fault_in_a_large_mesh_is_found(void **state)
     MeshFault fault;
     Status status = {0};
     assert_true(generate_ico_sphere(&mesh, 6, 1.0, &status)); // 81920 triangles
-    assert_true(mesh_validate(&mesh, &fault));
+    assert_true(mesh_check(&mesh, &fault));
     int swap = mesh.triangle[70000][0];
     mesh.triangle[70000][0] = mesh.triangle[70000][1];
     mesh.triangle[70000][1] = swap;
-    assert_false(mesh_validate(&mesh, &fault));
+    assert_false(mesh_check(&mesh, &fault));
     assert_non_null(strstr(fault.text, "70000"));
     mesh_destroy(&mesh);
 }
@@ -267,7 +267,7 @@ static void random_triangles_never_crash(void **state)
         for (int h = 0; h < 3 * mesh.triangle_count; h++)
             mesh.triangle[h / 3][h % 3] = random_below(&random, nodes + 1) - (i % 50 == 0);
         MeshFault fault;
-        if (mesh_validate(&mesh, &fault)) {
+        if (mesh_check(&mesh, &fault)) {
             WingedMesh winged;
             winged_create(&winged, &mesh);
             int corners = 0;

@@ -68,7 +68,7 @@ static void repair(MeshDraft *draft, Result *result)
     if (!mesh_repair(draft, &result->mesh, &result->repairs, &fault))
         fail_msg("refused: %s", fault.text);
     const TriMesh *mesh = &result->mesh;
-    assert_true(mesh_validate(mesh, &fault));
+    assert_true(mesh_check(mesh, &fault));
     assert_int_equal(mesh->file_node_count, draft->node_count);
     for (int i = 0; i < mesh->node_count; i++) {
         assert_true(i == 0 || mesh->file_index[i] > mesh->file_index[i - 1]);
@@ -670,7 +670,7 @@ static void any_set_of_faces_is_made_valid_or_refused_with_a_sentence(void **sta
         MeshFault fault;
         if (mesh_repair(&draft, &mesh, &repairs, &fault)) {
             made++;
-            assert_true(mesh_validate(&mesh, &fault));
+            assert_true(mesh_check(&mesh, &fault));
             for (int i = 0; i < mesh.node_count; i++)
                 assert_in_range(mesh_file_row(&mesh, i), 0, nodes - 1);
             for (int i = 0; i < nodes; i++)

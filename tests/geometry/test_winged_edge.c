@@ -72,7 +72,7 @@ static void expect_turning_order(const WingedMesh *winged, const TriMesh *mesh, 
 static void link_mesh(WingedMesh *winged, const TriMesh *mesh)
 {
     MeshFault fault;
-    assert_true(mesh_validate(mesh, &fault));
+    assert_true(mesh_check(mesh, &fault));
     winged_create(winged, mesh);
     expect_sound(winged, mesh);
     for (int i = 0; i < mesh->node_count; i++)

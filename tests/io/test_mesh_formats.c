@@ -227,7 +227,7 @@ static void expect_result(const Case *expected, MeshFormat format, const TriMesh
     MeshFault fault;
     MeshQuality quality;
     char repairs[512];
-    assert_true(mesh_validate(mesh, &fault));
+    assert_true(mesh_check(mesh, &fault));
     mesh_quality_measure(mesh, &quality);
     assert_int_equal(mesh->node_count, expected->nodes);
     assert_int_equal(mesh->triangle_count, expected->triangles);
@@ -317,7 +317,7 @@ static bool import_bytes(const char *bytes, size_t size)
     scratch_write(&scratch, "organ", bytes, size);
     bool read = mesh_import(scratch_path(&scratch, "organ", path), &mesh, &import, &status);
     if (read) {
-        assert_true(mesh_validate(&mesh, &fault));
+        assert_true(mesh_check(&mesh, &fault));
         mesh_destroy(&mesh);
     } else {
         assert_int_equal(strncmp(status.text, path, strlen(path)), 0);

@@ -537,7 +537,7 @@ static void changed_bytes_do_not_crash(void **state)
                 write_bytes(copy, sizes[f]);
                 if (mesh_import(path, &mesh, &import, &status)) {
                     MeshFault fault;
-                    assert_true(mesh_validate(&mesh, &fault));
+                    assert_true(mesh_check(&mesh, &fault));
                     mesh_destroy(&mesh);
                 }
             }

@@ -247,17 +247,17 @@ const KeyRow KEY_ROWS[] = {
     {IN(MESH_TABLE, "place", S, STATE, SOURCE, NULL,
         SPHERE("subdivisions = 2; place = { translation = [0, 0.01, 0]; };"))},
 
-    {IN(PLACE_TABLE, "translation", S, STATE, SOURCE, NULL,
+    {IN(PLACEMENT_TABLE, "translation", S, STATE, SOURCE, NULL,
         SPHERE("subdivisions = 2; place = { translation = [0, 0.01, 0]; };"))},
-    {IN(PLACE_TABLE, "rotation", S, STATE, SOURCE, NULL,
+    {IN(PLACEMENT_TABLE, "rotation", S, STATE, SOURCE, NULL,
         SPHERE("subdivisions = 2; place = { rotation = [0, 0, 0.3]; };"))},
-    {IN(PLACE_TABLE, "translation", V, STATE, SOURCE, NULL,
+    {IN(PLACEMENT_TABLE, "translation", V, STATE, SOURCE, NULL,
         BOX("count = 6; place = { translation = [0, 0.01, 0]; };"))},
-    {IN(PLACE_TABLE, "rotation", V, STATE, SOURCE, NULL,
+    {IN(PLACEMENT_TABLE, "rotation", V, STATE, SOURCE, NULL,
         BOX("count = 6; place = { rotation = [0, 0, 0.3]; };"))},
-    {IN(PLACE_TABLE, "translation", P, STATE, SOURCE, NULL,
+    {IN(PLACEMENT_TABLE, "translation", P, STATE, SOURCE, NULL,
         DISC("radius = 0.05; size = 0.01; place = { translation = [0, 0.01, 0]; };"))},
-    {IN(PLACE_TABLE, "rotation", P, STATE, SOURCE, NULL,
+    {IN(PLACEMENT_TABLE, "rotation", P, STATE, SOURCE, NULL,
         DISC("radius = 0.05; size = 0.01; place = { rotation = [0, 0, 0.3]; };"))},
 
 #define MATERIAL(base, changed)                                                                    \

@@ -41,7 +41,7 @@ static void reference_forces(const PlaneModel *model, double (*force)[2])
         for (int i = 0; i < form->shape->count; i++)
             for (int d = 0; d < 2; d++) {
                 long at = (long)form->vertex[i] * ROW + d;
-                x[i][d] = model->vertices.rows.place[form->vertex[i]][d] +
+                x[i][d] = model->vertices.rows.rest[form->vertex[i]][d] +
                           rows_get(&model->vertices.rows, model->vertices.row[0], at);
                 v[i][d] = rows_get(&model->vertices.rows, model->vertices.row[0], at + 4);
             }

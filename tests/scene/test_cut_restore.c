@@ -44,7 +44,7 @@ static void go_on(Sim *sim, int step)
     sim_step(sim);
 }
 
-static bool is_sound(Sim *sim)
+static bool is_valid(Sim *sim)
 {
     bool sound = sim_check(sim);
     for (int b = 0; b < sim_body_count(sim); b++) {
@@ -99,7 +99,7 @@ static void a_cut_scene_goes_on_from_its_state_bit_for_bit(void **unused)
             expect_state(state, end);
         state_copy_in(state, image);
         sim_restored(sim);
-        assert_true(is_sound(sim));
+        assert_true(is_valid(sim));
         expect_state(state, image);
     }
     assert_true(sim_pieces(sim, 0) >= 1);
@@ -141,7 +141,7 @@ static void damaged_states_are_refused_or_can_be_stepped_on(void **unused)
     for (int i = 0; i < trials; i++) {
         damage(state, &random);
         sim_restored(sim);
-        if (is_sound(sim)) {
+        if (is_valid(sim)) {
             for (int k = 0; k < 2; k++)
                 go_on(sim, 41 + k);
             cut_at(sim, 0.0083);
@@ -151,7 +151,7 @@ static void damaged_states_are_refused_or_can_be_stepped_on(void **unused)
         }
         state_copy_in(state, image);
         sim_restored(sim);
-        assert_true(is_sound(sim));
+        assert_true(is_valid(sim));
         expect_state(state, image);
     }
     print_message("%d of %d refused\n", refused, trials);

@@ -148,7 +148,7 @@ static const OptionTable *table_of(RandomScene *scene, const OptionTable *table,
         if (strcmp(scene_table(i)->path, path) == 0)
             found[count++] = scene_table(i);
     if (count == 0 && strcmp(key, "place") == 0)
-        return &PLACE_TABLE;
+        return &PLACEMENT_TABLE;
     return count > 0 ? found[below(scene, count)] : NULL;
 }
 

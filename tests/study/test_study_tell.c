@@ -428,7 +428,7 @@ static void without_a_terminal_a_line_a_tenth(void **unused)
     FILE *out = fmemopen(said, sizeof said, "w");
     progress_begin(&progress, out, false, 80, 100.0);
     for (int done = 0; done <= 1000; done++)
-        progress_tell(&progress, done, 1000, "a case", 100.0 + done);
+        progress_print(&progress, done, 1000, "a case", 100.0 + done);
     progress_end(&progress);
     fclose(out);
     int lines = 0;
@@ -446,10 +446,10 @@ static void on_a_terminal_one_line_is_written_over(void **unused)
     memset(said, 0, sizeof said);
     FILE *out = fmemopen(said, sizeof said, "w");
     progress_begin(&progress, out, true, 60, 0.0);
-    progress_tell(&progress, 1, 4, "a case with a name that is far too long for the line", 1.0);
+    progress_print(&progress, 1, 4, "a case with a name that is far too long for the line", 1.0);
     size_t first = strlen(said);
     assert_int_equal(first, 1 + 59); // never the last column, where some terminals wrap
-    progress_tell(&progress, 2, 4, "b", 2.0);
+    progress_print(&progress, 2, 4, "b", 2.0);
     assert_int_equal(strlen(said), 2 * first); // the rest of the longer line is overwritten
     assert_null(strchr(said, '\n'));
     progress_end(&progress);

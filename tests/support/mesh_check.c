@@ -302,8 +302,8 @@ static bool check_base(Check *check, const TriMesh *base)
            fault(check, "%d borders, but level 0 has %d: a whole face is missing", found, borders);
 }
 
-bool mesh_check(const BodyMesh *mesh, const TriMesh *base, const Vec3 *position,
-                char why[MESH_CHECK_TEXT])
+bool mesh_agrees(const BodyMesh *mesh, const TriMesh *base, const Vec3 *position,
+                 char why[MESH_CHECK_TEXT])
 {
     Check check = {.mesh = mesh, .position = position, .why = why};
     why[0] = '\0';

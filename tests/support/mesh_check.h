@@ -16,13 +16,13 @@ enum { MESH_CHECK_TEXT = 200 };
 // `base`: the mesh of level 0, whose borders must be the very borders found; NULL: any will do.
 // `position` [node_count] by slot: finite, and no triangle without area; NULL: not looked at.
 // False with the first fault in `why`. Bodies that have been cut are not meant.
-bool mesh_check(const BodyMesh *mesh, const TriMesh *base, const Vec3 *position,
-                char why[MESH_CHECK_TEXT]);
+bool mesh_agrees(const BodyMesh *mesh, const TriMesh *base, const Vec3 *position,
+                 char why[MESH_CHECK_TEXT]);
 // Fails the cmocka test with the fault.
 #define expect_crack_free(mesh, base, position)                                                    \
     do {                                                                                           \
         char why_[MESH_CHECK_TEXT];                                                                \
-        if (!mesh_check((mesh), (base), (position), why_))                                         \
+        if (!mesh_agrees((mesh), (base), (position), why_))                                        \
             fail_msg("topology %d: %s", (mesh)->topology, why_);                                   \
     } while (0)
 

@@ -480,7 +480,7 @@ static void step_with_hanging_nodes_is_that_of_a_dense_solution(void **unused)
         for (int i = 0; i < nodes; i++) {
             if (detail->set.status[i] == NODE_OFF)
                 continue;
-            rest[i] = model_place(model, model->slot[i]);
+            rest[i] = model_rest(model, model->slot[i]);
             rows_read(&model->basis, model->rows[model->current], model->slot[i], &x[i], &v[i]);
         }
         Vec3 *change = solve_dense(&bench, rest, x, v, theta, h);

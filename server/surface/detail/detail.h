@@ -34,7 +34,7 @@ typedef struct Detail {
     DetailFolds folds;    // angles at rest
     DetailAdapt adapt;    // progress of the sweep over the criteria
     DetailFrames *frames; // NULL: not cuttable, or virtual nodes follow no frame
-    bool is_sound;        // detail_check succeeded, or was not called
+    bool is_valid;        // detail_check succeeded, or was not called
 } Detail;
 
 // --- detail_pack.c: builds the kernel's tables from the bits ---
@@ -50,7 +50,7 @@ Vec3 detail_velocity(const SurfaceModel *model, int node);
 // Changes the velocity of the nodes that carry a node by an impulse [N s].
 void detail_push(SurfaceModel *model, int node, Vec3 impulse);
 // Sets the rest position that a node's status requires.
-void detail_set_place(SurfaceModel *model, int node);
+void detail_set_rest(SurfaceModel *model, int node);
 // The same for a node that no longer hangs; its displacement stays.
 void detail_release(SurfaceModel *model, int node);
 void detail_give_birth(SurfaceModel *model, int node);

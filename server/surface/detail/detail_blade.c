@@ -24,7 +24,7 @@ static Vec3 turn_out(const SurfaceModel *model, int node, Vec3 v)
 }
 
 // Returns the rest position of a node of the uncut mesh when it does not hang.
-static Vec3 true_place(const SurfaceModel *model, int node)
+static Vec3 true_rest(const SurfaceModel *model, int node)
 {
     return vec3_sub(model->detail->set.levels.position[node], model->basis.rest_origin);
 }
@@ -43,13 +43,13 @@ static Vec3 position_of(SurfaceModel *model, int node)
         rows_read(&model->basis, model->rows[model->current], model->slot[node], &x, NULL);
         if (set->status[node] == NODE_HANGING)
             x = vec3_add(x, turn_out(model, node,
-                                     vec3_sub(true_place(model, node),
-                                              model_place(model, model->slot[node]))));
+                                     vec3_sub(true_rest(model, node),
+                                              model_rest(model, model->slot[node]))));
     } else {
         int parent[2];
         levels_parents(&set->levels, node, parent);
-        Vec3 a = true_place(model, parent[0]), b = true_place(model, parent[1]);
-        Vec3 step = vec3_sub(true_place(model, node), vec3_scale(0.5, vec3_add(a, b)));
+        Vec3 a = true_rest(model, parent[0]), b = true_rest(model, parent[1]);
+        Vec3 step = vec3_sub(true_rest(model, node), vec3_scale(0.5, vec3_add(a, b)));
         a = position_of(model, parent[0]), b = position_of(model, parent[1]);
         x = vec3_add(vec3_scale(0.5, vec3_add(a, b)), turn_out(model, node, step));
     }
@@ -94,7 +94,7 @@ static void look_at_sides(SurfaceModel *model, const Box *world)
     const void *rows = model->rows[model->current];
     for (int r = 0; r < model->run_count; r++)
         for (int s = model->run[r][0]; s < model->run[r][1]; s++) {
-            const double *place = model->basis.place[s];
+            const double *place = model->basis.rest[s];
             if (model->node[s] < 0)
                 continue;
             if (model->basis.precision == PRECISION_SINGLE) {
@@ -172,7 +172,7 @@ static void move_node(SurfaceModel *model, int node, Vec3 by)
     void *rows = model->rows[model->current];
     Vec3 x, v;
     rows_read(&model->basis, rows, model->slot[node], &x, &v);
-    detail_set_place(model, node); // the row may depend on the rest position
+    detail_set_rest(model, node); // the row may depend on the rest position
     rows_write(&model->basis, rows, model->slot[node], vec3_add(x, by), v);
 }
 

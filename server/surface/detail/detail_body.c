@@ -65,8 +65,8 @@ void detail_restored(Body *body)
 {
     Detail *detail = ((SurfaceModel *)body->model)->detail;
     int64_t *topology = &detail->adapt.sweep->topology;
-    detail->is_sound = detail_check(detail);
-    if (!detail->is_sound) // the code that restored it calls check() and reverts it
+    detail->is_valid = detail_check(detail);
+    if (!detail->is_valid) // the code that restored it calls check() and reverts it
         return;
     if (!topology_is_newer(detail_topology(detail), body->mesh.topology))
         *topology = body->mesh.topology;

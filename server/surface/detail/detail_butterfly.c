@@ -27,7 +27,7 @@ static Vec3 displacement(const SurfaceModel *model, int node)
               model_get(model, rows, at + 2)};
     return model->basis.precision == PRECISION_SINGLE
                ? u
-               : vec3_sub(u, model_place(model, model->slot[node]));
+               : vec3_sub(u, model_rest(model, model->slot[node]));
 }
 
 static int other_end(const Level *level, int edge, int node)

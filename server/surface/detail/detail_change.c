@@ -34,7 +34,7 @@ static void follow_place(SurfaceModel *model, int node, int depth)
             int middle =
                 detail_midpoint(set, leaf[i].level, level->face_edge[leaf[i].face][side[s]]);
             if (middle >= 0 && set->status[middle] == NODE_HANGING) {
-                detail_set_place(model, middle);
+                detail_set_rest(model, middle);
                 ASSERT(depth < LEVELS_MAX);
                 follow_place(model, middle, depth + 1);
             }
@@ -78,7 +78,7 @@ static void divide(SurfaceModel *model, int level, int face)
         NodeStatus before = set->status[node], now = detail_status_of_midpoint(set, level, edge);
         set->status[node] = (unsigned char)now;
         if (before == NODE_OFF) {
-            detail_set_place(model, node);
+            detail_set_rest(model, node);
             detail_give_birth(model, node);
             slots_take_node(detail->faces.slots, node);
             detail->report.born[detail->report.change.born_count++] =
@@ -214,7 +214,7 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
             report->gone[report->change.gone_count++] = node;
         } else if (now != set->status[node]) {
             set->status[node] = (unsigned char)now;
-            detail_set_place(model, node);
+            detail_set_rest(model, node);
             follow_place(model, node, 0);
         }
         touch_leaf_across(detail, level, edge, face);

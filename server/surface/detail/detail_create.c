@@ -147,7 +147,7 @@ static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int
         model->rigid_weight = ALLOCATE(ARENA_STEP, model->basis.count, double, "frame weights");
         model->basis.rigid = rigid_frame_create(
             name, model->basis.precision, model->basis.displaced, model->basis.count,
-            (const double(*)[3])model->basis.place, model->rigid_weight, arena, state);
+            (const double(*)[3])model->basis.rest, model->rigid_weight, arena, state);
     }
     if (body_frame && options->body.cuttable)
         detail_frames_create(model, name, arena, state);
@@ -274,7 +274,7 @@ static void set_statuses(SurfaceModel *model)
             set->leaf_count[l] += detail_is_leaf(set, l, f);
     for (int s = 0; s < model->basis.count; s++)
         model->node[s] = -1;
-    memset(model->basis.place, 0, (size_t)model->basis.count * sizeof *model->basis.place);
+    memset(model->basis.rest, 0, (size_t)model->basis.count * sizeof *model->basis.rest);
     // Nodes of the uncut mesh, then the copies in use.
     const int originals = set->levels.level[set->levels.finest].node_count;
     for (int i = 0; i < originals; i++) { // parents have lower numbers
@@ -287,7 +287,7 @@ static void set_statuses(SurfaceModel *model)
         if (set->status[i] == NODE_OFF)
             continue;
         model->node[model->slot[i]] = i;
-        detail_set_place(model, i);
+        detail_set_rest(model, i);
     }
     for (int i = originals; i < set->node_count; i++) {
         bool is_on = i - originals < *set->cut->copies;
@@ -295,7 +295,7 @@ static void set_statuses(SurfaceModel *model)
         if (!is_on)
             continue;
         model->node[model->slot[i]] = i;
-        detail_set_place(model, i);
+        detail_set_rest(model, i);
     }
 }
 
@@ -464,7 +464,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     model_create_rows(model, mesh, network->fixed, options, arena, state);
     start_at_level(model, options->start_level);
 
-    detail->is_sound = true;
+    detail->is_valid = true;
     detail_rebuild(body);
     body->state_capacity = body->mesh.node_capacity;
     body->surface = describe_surface(&detail->faces);

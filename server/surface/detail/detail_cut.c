@@ -361,7 +361,7 @@ static void copy_node(SurfaceModel *model, int vertex, int part, int ring_count)
     for (int i = 0; i < ring_count; i++)
         if (cut->part[i] == part)
             cut->node[cut->ring[i].face][cut->ring[i].corner] = copy;
-    detail_set_place(model, copy);
+    detail_set_rest(model, copy);
     detail_copy_row(model, copy, old);
     slots_take_node(detail->faces.slots, copy);
     detail->report.born[detail->report.change.born_count++] = (NodeBirth){copy, {old, old}};

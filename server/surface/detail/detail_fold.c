@@ -89,7 +89,7 @@ static Fold rest_fold(const SurfaceModel *model, int level, int edge, const int 
         return (Fold){1.0, (double)known[0], (double)known[1]};
     }
     for (int k = 0; k < 4; k++)
-        rest[k] = model_place(model, model->slot[node[k]]);
+        rest[k] = model_rest(model, model->slot[node[k]]);
     return fold_of(rest);
 }
 

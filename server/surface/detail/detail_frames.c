@@ -20,7 +20,7 @@ void detail_frames_create(SurfaceModel *model, const char *name, Arena *arena, S
     frames->size = ALLOCATE(faces, int, "piece sizes");
     frames->slot = ALLOCATE(nodes, int, "slots of pieces");
     frames->slot_frame = ALLOCATE(nodes, unsigned char, "frames of slots");
-    frames->place = ALLOCATE(nodes, *frames->place, "places of pieces");
+    frames->rest = ALLOCATE(nodes, *frames->rest, "places of pieces");
     frames->weight = ALLOCATE(nodes, double, "weights of pieces");
     frames->row = ALLOCATE(nodes * ROW, double, "rows of pieces");
     frames->saved = ALLOCATE(nodes, *frames->saved, "forces on pieces");
@@ -102,7 +102,7 @@ void detail_frames_sort(SurfaceModel *model)
             int slot = model->slot[i];
             frames->slot[next] = slot;
             frames->slot_frame[next] = (unsigned char)k;
-            memcpy(frames->place[next], model->basis.place[slot], sizeof frames->place[next]);
+            memcpy(frames->rest[next], model->basis.rest[slot], sizeof frames->rest[next]);
             frames->weight[next++] = model->mass[i] * detail->pack.shape_rate;
         }
         if (k == FRAME_LOOSE)
@@ -112,7 +112,7 @@ void detail_frames_sort(SurfaceModel *model)
         frames->frame[k - 1] = (RigidFrame){.run = frames->run[k - 1],
                                             .run_count = 1,
                                             .precision = PRECISION_DOUBLE,
-                                            .place = (const double(*)[3])frames->place,
+                                            .rest = (const double(*)[3])frames->rest,
                                             .weight = frames->weight,
                                             .rotation = frames->rotation[k - 1],
                                             .pose.rotation = {{1.0}, {0.0, 1.0}, {0.0, 0.0, 1.0}}};
@@ -129,7 +129,7 @@ static void gather(const SurfaceModel *model, const void *rows)
         for (int c = 0; c < 3; c++) {
             long at = (long)frames->slot[i] * ROW + c;
             double x = model_get(model, rows, at);
-            frames->row[(long)i * ROW + c] = model->basis.displaced ? frames->place[i][c] + x : x;
+            frames->row[(long)i * ROW + c] = model->basis.displaced ? frames->rest[i][c] + x : x;
             frames->row[(long)i * ROW + 4 + c] = model_get(model, rows, at + 4);
         }
 }
@@ -174,8 +174,8 @@ bool detail_frames_add(SurfaceModel *model, const SpringPass *pass)
         double here[3], moves[3], there[3], moves_there[3];
         int k = frames->slot_frame[i], slot = frames->slot[i];
         if (k < FRAME_LOOSE)
-            follow(&frames->frame[k - 1].pose, frames->place[i], row, here, moves);
-        follow(pass->frame, frames->place[i], row, there, moves_there);
+            follow(&frames->frame[k - 1].pose, frames->rest[i], row, here, moves);
+        follow(pass->frame, frames->rest[i], row, there, moves_there);
         double mass = model->mass[model->node[slot]];
         for (int c = 0; c < 3; c++) {
             double from = k < FRAME_LOOSE ? here[c] : row[c];

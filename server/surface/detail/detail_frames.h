@@ -21,15 +21,15 @@ typedef struct DetailFrames {
     int count;             // in use
     RigidFrame frame[PIECE_FRAMES];
     int run[PIECE_FRAMES][1][2]; // range in the arrays below
-    unsigned char *frame_of;   // [finest faces] of a piece, by its number: 0 the largest, else 1 +
-                               // frame, or FRAME_LOOSE
-    int *size;                 // [finest faces] size of a piece; zero between uses
-    int slot_count;            // free nodes outside the largest piece
-    int *slot;                 // [nodes] their slots by frame; loose ones last
-    unsigned char *slot_frame; // [nodes]
-    double (*place)[3], *weight; // [nodes]
-    double *row;                 // [nodes][ROW] their rows, in the layout of the frames
-    double (*saved)[3];          // [nodes] their external forces before
+    unsigned char *frame_of;    // [finest faces] of a piece, by its number: 0 the largest, else 1 +
+                                // frame, or FRAME_LOOSE
+    int *size;                  // [finest faces] size of a piece; zero between uses
+    int slot_count;             // free nodes outside the largest piece
+    int *slot;                  // [nodes] their slots by frame; loose ones last
+    unsigned char *slot_frame;  // [nodes]
+    double (*rest)[3], *weight; // [nodes]
+    double *row;                // [nodes][ROW] their rows, in the layout of the frames
+    double (*saved)[3];         // [nodes] their external forces before
 } DetailFrames;
 
 void detail_frames_create(struct SurfaceModel *model, const char *name, Arena *arena,

@@ -29,7 +29,7 @@ static double share_of_leaf(const SurfaceModel *model, const Leaf *leaf, int edg
         double k = rules->stiffness[leaf->level];
         return detail->set.constrained && sides[0] >= 0 && sides[1] >= 0 ? 0.5 * k : k;
     }
-    const double *p = model->basis.place[a], *q = model->basis.place[b];
+    const double *p = model->basis.rest[a], *q = model->basis.rest[b];
     double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
     return level_rules_face_stiffness(rules, leaf_area(detail, leaf), sqrt(x * x + y * y + z * z));
 }
@@ -141,7 +141,7 @@ static void pack_springs(SurfaceModel *model, int lane, int slot, int entries,
         int other = real ? springs->neighbour[i] : slot;
         double length = 0.0;
         for (int c = 0; c < 3; c++) {
-            double e = model->basis.place[slot][c] - model->basis.place[other][c];
+            double e = model->basis.rest[slot][c] - model->basis.rest[other][c];
             length += e * e;
         }
         length = sqrt(length) * (1.0 - model->detail->options.prestress);
@@ -168,7 +168,7 @@ static void pack_node(SurfaceModel *model, int lane, int node)
     if (nodes->rest != NULL)
         for (int c = 0; c < 3; c++)
             model_put(model, nodes->rest, model_lane(lane) + c * LANES,
-                      node >= 0 ? model->basis.place[model->slot[node]][c] : 0.0);
+                      node >= 0 ? model->basis.rest[model->slot[node]][c] : 0.0);
 }
 
 // Reads the springs of an unchanged node back from its lane, which is cheaper than a survey.

@@ -81,7 +81,7 @@ static Vec3 shift_of_row(const SurfaceModel *model, int node, Vec3 step)
 
 static Vec3 place_of(const SurfaceModel *model, int node)
 {
-    return model_place(model, model->slot[node]);
+    return model_rest(model, model->slot[node]);
 }
 
 static Vec3 middle_of_parents(const SurfaceModel *model, int node)
@@ -91,14 +91,14 @@ static Vec3 middle_of_parents(const SurfaceModel *model, int node)
     return vec3_scale(0.5, vec3_add(place_of(model, parent[0]), place_of(model, parent[1])));
 }
 
-void detail_set_place(SurfaceModel *model, int node)
+void detail_set_rest(SurfaceModel *model, int node)
 {
     const LeafSet *set = &model->detail->set;
     Vec3 place =
         set->status[node] == NODE_HANGING
             ? middle_of_parents(model, node)
             : vec3_sub(set->levels.position[detail_original(set, node)], model->basis.rest_origin);
-    double *to = model->basis.place[model->slot[node]];
+    double *to = model->basis.rest[model->slot[node]];
     to[0] = place.x, to[1] = place.y, to[2] = place.z;
 }
 
@@ -112,7 +112,7 @@ static void put_row(SurfaceModel *model, int node, const double row[ROW])
 void detail_release(SurfaceModel *model, int node)
 {
     Vec3 before = place_of(model, node);
-    detail_set_place(model, node);
+    detail_set_rest(model, node);
     Vec3 step = shift_of_row(model, node, vec3_sub(place_of(model, node), before));
     const double shift[3] = {step.x, step.y, step.z};
     // Recompute it: its masters may have been released after the node was placed between them.
@@ -163,7 +163,7 @@ void detail_switch_off(SurfaceModel *model, int node)
     size_t bytes = ROW * model_real_size(model);
     for (int k = 0; k < 2; k++)
         memset((char *)model->rows[k] + (size_t)slot * bytes, 0, bytes);
-    memset(model->basis.place[slot], 0, sizeof model->basis.place[slot]);
+    memset(model->basis.rest[slot], 0, sizeof model->basis.rest[slot]);
     model->node[slot] = -1;
 }
 

@@ -47,7 +47,7 @@ static Vec3 read_row(const SurfaceModel *model, int slot, int first)
 static Vec3 read_position(const SurfaceModel *model, int slot)
 {
     Vec3 row = read_row(model, slot, 0);
-    return model->basis.precision == PRECISION_SINGLE ? vec3_add(row, model_place(model, slot))
+    return model->basis.precision == PRECISION_SINGLE ? vec3_add(row, model_rest(model, slot))
                                                       : row;
 }
 
@@ -82,7 +82,7 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
     int slot = model->slot[node];
     look->pass = marks->pass;
     look->position = read_position(model, slot);
-    look->moved = vec3_sub(look->position, model_place(model, slot));
+    look->moved = vec3_sub(look->position, model_rest(model, slot));
     Vec3 center = marks->center, velocity = marks->velocity, angular = marks->angular;
     if (detail->frames != NULL) { // relative to its own piece
         const FramePose *pose = detail_frames_pose(model, node);

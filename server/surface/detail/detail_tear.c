@@ -80,7 +80,7 @@ static double stretch_of(SurfaceModel *model, const Level *level, int edge)
         const int node[2] = {level->face[face][k], level->face[face][(k + 2) % 3]};
         for (int i = 0; i < 2; i++) {
             now[i][side] = position_of(model, node[i]);
-            rest[i][side] = model_place(model, model->slot[node[i]]);
+            rest[i][side] = model_rest(model, model->slot[node[i]]);
         }
     }
     double before = width_of(rest[0], rest[1]);

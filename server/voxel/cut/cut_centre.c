@@ -20,7 +20,7 @@ void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Ro
 
 static inline Vec3 vertex_at(const CellCentres *centres, int vertex)
 {
-    const double *place = centres->rows->place[vertex];
+    const double *place = centres->rows->rest[vertex];
     if (centres->rows->precision == PRECISION_SINGLE) {
         const float *u = (const float *)centres->row + (long)vertex * ROW;
         return (Vec3){place[0] + (double)u[0], place[1] + (double)u[1], place[2] + (double)u[2]};

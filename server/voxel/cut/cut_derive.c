@@ -11,7 +11,7 @@ static int point_count(const CutScratch *scratch)
 
 // True if elements are divided only where they can be, and none borders on a leaf two levels
 // larger.
-static bool divisions_are_sound(const CutLattice *lattice)
+static bool divisions_are_valid(const CutLattice *lattice)
 {
     for (int e = 0; e < lattice->element_count; e++) {
         const CutElement *element = &lattice->element[e];
@@ -39,7 +39,7 @@ static bool divisions_are_sound(const CutLattice *lattice)
     return true;
 }
 
-static bool bits_are_sound(const CutLattice *lattice)
+static bool bits_are_valid(const CutLattice *lattice)
 {
     for (int cell = 0; cell < lattice->level_first[1]; cell++) {
         if (lattice->broken[cell] > 7)
@@ -51,7 +51,7 @@ static bool bits_are_sound(const CutLattice *lattice)
     return true;
 }
 
-static bool ids_are_sound(const CutLattice *lattice)
+static bool ids_are_valid(const CutLattice *lattice)
 {
     if (*lattice->vertex_count < 0 || *lattice->vertex_count > lattice->vertex_capacity)
         return false;
@@ -125,7 +125,7 @@ bool cut_lattice_derive(CutLattice *lattice)
     memset(lattice->corner, -1, cells * sizeof *lattice->corner);
     memset(lattice->node, -1, ((size_t)lattice->element_count - cells) * sizeof *lattice->node);
     lattice->wanted_count = 0;
-    if (!divisions_are_sound(lattice) || !bits_are_sound(lattice) || !ids_are_sound(lattice))
+    if (!divisions_are_valid(lattice) || !bits_are_valid(lattice) || !ids_are_valid(lattice))
         return false;
     enter_leaves(lattice);
     find_wanted(lattice);

@@ -315,7 +315,7 @@ static void touch_masses(CutFaces *faces)
     }
 }
 
-void cut_faces_tell(const CutFaces *faces, Body *body)
+void cut_faces_report(const CutFaces *faces, Body *body)
 {
     body->surface.node_used = faces->vertex_count;
     body->surface.face_used = 2 * (int)*faces->shown;
@@ -338,7 +338,7 @@ bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyCha
     cut_faces_settle_touched(faces);
     for (int slot = 0; slot < *faces->slot_count && pieces_came; slot++)
         faces->piece[slot] = cut_pieces_of(faces->pieces, faces->cell_of[faces->slot_vertex[slot]]);
-    cut_faces_tell(faces, body);
+    cut_faces_report(faces, body);
     return changed || pieces_came;
 }
 

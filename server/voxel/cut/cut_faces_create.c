@@ -52,7 +52,7 @@ static int count_sides(const CutFaces *faces)
 }
 
 // True if the list of squares has each visible side once.
-static bool squares_are_sound(CutFaces *faces)
+static bool squares_are_valid(CutFaces *faces)
 {
     if (*faces->shown < 0 || *faces->shown > faces->square_capacity ||
         *faces->shown != count_sides(faces))
@@ -80,7 +80,7 @@ static void choose_squares(CutFaces *faces)
 }
 
 // True if slots refer to vertices, each once.
-static bool slots_are_sound(CutFaces *faces)
+static bool slots_are_valid(CutFaces *faces)
 {
     bool sound = *faces->slot_count >= 0 && *faces->slot_count <= faces->vertex_count;
     for (int s = 0; sound && s < *faces->slot_count; s++) {
@@ -102,7 +102,7 @@ static void choose_slots(CutFaces *faces)
 }
 
 // True if each copied vertex is a copy of an earlier one at its point.
-static bool copies_are_sound(const CutFaces *faces)
+static bool copies_are_valid(const CutFaces *faces)
 {
     for (int v = 0; v < faces->vertex_count; v++) {
         int here[3], there[3];
@@ -126,16 +126,16 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
     // Faces that are not open yet need capacity when they open.
     int needed, room;
     bool sound = cut_faces_has_room(faces, 0, &needed, &room);
-    if (!copies_are_sound(faces)) {
+    if (!copies_are_valid(faces)) {
         memset(faces->copied_from, -1,
                (size_t)faces->lattice->vertex_capacity * sizeof *faces->copied_from);
         sound = false;
     }
-    if (!squares_are_sound(faces)) {
+    if (!squares_are_valid(faces)) {
         choose_squares(faces);
         sound = false;
     }
-    if (!slots_are_sound(faces)) {
+    if (!slots_are_valid(faces)) {
         choose_slots(faces);
         sound = false;
     }
@@ -157,7 +157,7 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
     for (int v = 0; v < faces->vertex_count; v++)
         cut_faces_touch(faces, v);
     cut_faces_settle_touched(faces);
-    cut_faces_tell(faces, body);
+    cut_faces_report(faces, body);
     return sound;
 }
 

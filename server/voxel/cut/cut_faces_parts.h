@@ -22,6 +22,6 @@ void cut_faces_find_least(CutFaces *faces);
 // Recomputes areas and firmness of touched vertices and of the faces around them.
 void cut_faces_settle_touched(CutFaces *faces);
 // Publishes the counts of the body's surface and mesh.
-void cut_faces_tell(const CutFaces *faces, Body *body);
+void cut_faces_report(const CutFaces *faces, Body *body);
 
 #endif

@@ -32,7 +32,7 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
 static void set_place(CutMasses *masses, int vertex, const int point[3])
 {
     for (int c = 0; c < 3; c++)
-        masses->vertices->rows.place[vertex][c] = masses->size * (point[c] - masses->middle[c]);
+        masses->vertices->rows.rest[vertex][c] = masses->size * (point[c] - masses->middle[c]);
 }
 
 static double mass_of(const CutMasses *masses, int element)
@@ -174,7 +174,7 @@ typedef struct Momentum {
 static Vec3 position_of(const CutMasses *masses, const void *row, int vertex)
 {
     const Rows *rows = &masses->vertices->rows;
-    const double *place = rows->place[vertex];
+    const double *place = rows->rest[vertex];
     return vec3_add(vec3(place[0], place[1], place[2]), rows_vector(rows, row, vertex, 0));
 }
 

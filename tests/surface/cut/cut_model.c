@@ -79,7 +79,7 @@ void cut_model_create(CutModel *model, CutShape shape)
     model->shape = shape;
     make_mesh(&model->mesh, shape);
     MeshFault fault;
-    if (!mesh_validate(&model->mesh, &fault))
+    if (!mesh_check(&model->mesh, &fault))
         abort();
     if (!levels_create(&model->levels, &model->mesh, 2, "body", &model->arena, &status))
         abort();

@@ -193,8 +193,8 @@ double wall_expected_stiffness(const DetailBench *bench)
         for (int f = 0; f < detail->set.levels.level[l].face_count; f++)
             for (int k = 0; k < 3 && detail_is_leaf(&detail->set, l, f); k++) {
                 const int *corner = detail->set.levels.level[l].face[f];
-                Vec3 a = model_place(bench->model, bench->model->slot[corner[k]]);
-                Vec3 b = model_place(bench->model, bench->model->slot[corner[(k + 1) % 3]]);
+                Vec3 a = model_rest(bench->model, bench->model->slot[corner[k]]);
+                Vec3 b = model_rest(bench->model, bench->model->slot[corner[(k + 1) % 3]]);
                 Vec3 edge = vec3_sub(a, b);
                 sum += detail->options.material.youngs_modulus_2d *
                        level_rules_area(&detail->rules, l, f) / vec3_dot(edge, edge);

@@ -62,7 +62,7 @@ static void put(DetailBench *bench, int node, Vec3 x, Vec3 v)
 
 static Vec3 rest_of(const DetailBench *bench, int node)
 {
-    const double *place = bench->model->basis.place[bench->model->slot[node]];
+    const double *place = bench->model->basis.rest[bench->model->slot[node]];
     return vec3_add(bench->model->basis.rest_origin, (Vec3){place[0], place[1], place[2]});
 }
 

@@ -154,7 +154,7 @@ static void measure(const DetailBench *bench, double *moved, double *speed)
             continue;
         Vec3 x, v;
         rows_read(&model->basis, model->rows[model->current], model->slot[i], &x, &v);
-        const double *place = model->basis.place[model->slot[i]];
+        const double *place = model->basis.rest[model->slot[i]];
         Vec3 rest = vec3_add(model->basis.rest_origin, (Vec3){place[0], place[1], place[2]});
         *moved = fmax(*moved, vec3_length(vec3_sub(x, rest)));
         *speed = fmax(*speed, vec3_length(v));

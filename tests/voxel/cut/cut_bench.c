@@ -18,7 +18,7 @@ static void create_vertices(CutBench *bench)
                             .frame = &bench->frame,
                             .longest_edge = bench->lattice.size};
     bench->frame.turn = QUAT_NONE;
-    vertices->rows.place = calloc((size_t)capacity, sizeof *vertices->rows.place);
+    vertices->rows.rest = calloc((size_t)capacity, sizeof *vertices->rows.rest);
     vertices->row[0] = calloc((size_t)capacity * ROW, sizeof(double));
     vertices->present = vertices->row[0];
     vertices->mass = calloc((size_t)capacity, sizeof *vertices->mass);
@@ -34,7 +34,7 @@ static void place_vertices(CutBench *bench, int from)
         int point[3];
         cut_lattice_point(&bench->cut, v, point);
         for (int d = 0; d < 3; d++)
-            bench->vertices.rows.place[v][d] = bench->lattice.size * point[d];
+            bench->vertices.rows.rest[v][d] = bench->lattice.size * point[d];
     }
 }
 
@@ -70,7 +70,7 @@ void cut_bench_create(CutBench *bench, Lattice lattice, CutBenchOptions options)
 void cut_bench_destroy(CutBench *bench)
 {
     free(bench->start);
-    free(bench->vertices.rows.place);
+    free(bench->vertices.rows.rest);
     free(bench->vertices.row[0]);
     free(bench->vertices.mass);
     free(bench->vertices.inverse_mass);
@@ -96,7 +96,7 @@ static void put_vertices(CutBench *bench, CutBenchShape *shape, const void *cont
 {
     double *row = bench->vertices.row[0];
     for (int v = 0; v < cut_lattice_used(&bench->cut); v++, row += ROW) {
-        const double *place = bench->vertices.rows.place[v];
+        const double *place = bench->vertices.rows.rest[v];
         const Vec3 rest = vec3(place[0], place[1], place[2]);
         const Vec3 u = vec3_sub(shape(context, rest), rest);
         const double now[3] = {u.x, u.y, u.z};

@@ -23,7 +23,7 @@ static void make_box(CutBench *bench, int x, int y, int z, CutBenchOptions optio
 
 static Vec3 at_rest(const CutBench *bench, int vertex)
 {
-    const double *place = bench->vertices.rows.place[vertex];
+    const double *place = bench->vertices.rows.rest[vertex];
     return vec3(place[0], place[1], place[2]);
 }
 

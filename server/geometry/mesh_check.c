@@ -61,7 +61,7 @@ double mesh_relative_height(const Vec3 *position, const int corner[3])
     return vec3_length(vec3_cross(edge[0], edge[1])) / longest;
 }
 
-static bool triangles_are_sound(const TriMesh *mesh, MeshFault *fault)
+static bool triangles_are_valid(const TriMesh *mesh, MeshFault *fault)
 {
     if (mesh->triangle_count < 1)
         return fault_set(fault, -1, -1, "the mesh has no triangles");
@@ -150,10 +150,10 @@ static bool nodes_have_one_fan(const TriMesh *mesh, const HalfEdges *half, MeshF
     return sound;
 }
 
-bool mesh_validate(const TriMesh *mesh, MeshFault *fault)
+bool mesh_check(const TriMesh *mesh, MeshFault *fault)
 {
     *fault = (MeshFault){.node = -1, .triangle = -1};
-    if (!nodes_are_finite(mesh, fault) || !triangles_are_sound(mesh, fault))
+    if (!nodes_are_finite(mesh, fault) || !triangles_are_valid(mesh, fault))
         return false;
     HalfEdges half;
     half_edge_create(&half, mesh);

@@ -182,7 +182,7 @@ void bus_send_status(Bus *bus, bool fresh)
     free(body);
 }
 
-void bus_tell_status(Bus *bus, int64_t now_ns)
+void bus_report_status(Bus *bus, int64_t now_ns)
 {
     double hz = bus->scene->publish.status_hz;
     const StatusOut *newest = slot_take(&bus->exchange->status);
@@ -192,12 +192,12 @@ void bus_tell_status(Bus *bus, int64_t now_ns)
         return;
     bool overdue = hz > 0.0 && now_ns >= bus->next_status_ns;
     // Limit the rate, however often a client requests it.
-    bool asked = bus->claim.asked && now_ns >= bus->status_told_ns + BUS_AGAIN_NS;
+    bool asked = bus->claim.asked && now_ns >= bus->status_reported_ns + BUS_AGAIN_NS;
     if (newest == NULL && !overdue && !asked)
         return;
     bus_send_status(bus, newest != NULL);
     bus->claim.asked = false;
-    bus->status_told_ns = now_ns;
+    bus->status_reported_ns = now_ns;
     // The step thread's own status comes first; only while it is idle is the last one repeated.
     if (hz > 0.0)
         bus->next_status_ns = now_ns + (int64_t)(1.5e9 / hz);
@@ -205,7 +205,7 @@ void bus_tell_status(Bus *bus, int64_t now_ns)
 
 // --- what the other threads have left ---
 
-static void tell_answers(Bus *bus, Ring *ring, int64_t now_ns)
+static void publish_answers(Bus *bus, Ring *ring, int64_t now_ns)
 {
     const Answer *answer;
     while ((answer = ring_peek(ring)) != NULL) {
@@ -223,7 +223,7 @@ static void tell_answers(Bus *bus, Ring *ring, int64_t now_ns)
     }
 }
 
-static void tell_events(Bus *bus, Ring *ring)
+static void publish_events(Bus *bus, Ring *ring)
 {
     const EventOut *event;
     while ((event = ring_peek(ring)) != NULL) {
@@ -233,13 +233,13 @@ static void tell_events(Bus *bus, Ring *ring)
     }
 }
 
-void bus_tell(Bus *bus, int64_t now_ns)
+void bus_report(Bus *bus, int64_t now_ns)
 {
     Exchange *exchange = bus->exchange;
-    tell_events(bus, &exchange->event);
-    tell_answers(bus, &exchange->answer, now_ns);
+    publish_events(bus, &exchange->event);
+    publish_answers(bus, &exchange->answer, now_ns);
     if (exchange->checkpoints)
-        tell_answers(bus, &exchange->written, now_ns);
+        publish_answers(bus, &exchange->written, now_ns);
     if (exchange->checkpoints || exchange->records || exchange->logs_inputs)
-        tell_events(bus, &exchange->files_event);
+        publish_events(bus, &exchange->files_event);
 }
