@@ -29,6 +29,10 @@ typedef struct Arena {
 // truncated at 47 bytes.
 void *arena_allocate(Arena *arena, ArenaUse use, size_t count, size_t size, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
+// Returns `count` zeroed elements of `type` (a type, or an expression of it) as the array
+// "name/label"; for functions that have an `arena` and the `name` of a body.
+#define ALLOCATE(use, count, type, label)                                                          \
+    arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 // Returns the bytes of all blocks.
 size_t arena_bytes(const Arena *arena);
 // Returns the bytes of the blocks of one use.

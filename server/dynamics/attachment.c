@@ -16,10 +16,6 @@ void attachment_bounds(const Body *body, double stiffness, double damping_ratio,
 // ---------------------------------------------------------------------------------------------
 // Creation
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_CONTACT, (size_t)(count), sizeof(type), "%s/%s", name,     \
-                           label)
-
 static bool is_free_node(const Body *body, int node)
 {
     const BodySurface *surface = &body->surface;
@@ -108,25 +104,25 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
     if (!grasper)
         capacity = attachment_region_capacity(attachment->body, region_count);
     attachment->capacity = capacity;
-    attachment->hold = ALLOCATE(1, HoldState, "hold");
-    attachment->node = ALLOCATE(capacity, int, "held");
-    attachment->held = ALLOCATE(capacity, HeldNode, "held at");
+    attachment->hold = ALLOCATE(ARENA_CONTACT, 1, HoldState, "hold");
+    attachment->node = ALLOCATE(ARENA_CONTACT, capacity, int, "held");
+    attachment->held = ALLOCATE(ARENA_CONTACT, capacity, HeldNode, "held at");
     state_add(state, attachment->hold, sizeof *attachment->hold, "%s/hold", name);
     state_add(state, attachment->node, (size_t)capacity * sizeof(int), "%s/nodes", name);
     state_add(state, attachment->held, (size_t)capacity * sizeof(HeldNode), "%s/places", name);
     int corners = grasper ? 3 * HELD_POINTS : 0;
     if (grasper) {
-        attachment->point = ALLOCATE(HELD_POINTS, HeldPoint, "held points");
+        attachment->point = ALLOCATE(ARENA_CONTACT, HELD_POINTS, HeldPoint, "held points");
         state_add(state, attachment->point, HELD_POINTS * sizeof(HeldPoint), "%s/points", name);
-        attachment->found = ALLOCATE(nodes, int, "found");
+        attachment->found = ALLOCATE(ARENA_CONTACT, nodes, int, "found");
     }
     if (grasper || attachment->changes)
-        attachment->mark = ALLOCATE((nodes + 63) / 64, uint64_t, "marks");
+        attachment->mark = ALLOCATE(ARENA_CONTACT, (nodes + 63) / 64, uint64_t, "marks");
     if (attachment->changes)
-        attachment->given = ALLOCATE(nodes, HeldNode, "held before");
-    attachment->x = ALLOCATE(capacity + corners, Vec3, "positions");
-    attachment->v = ALLOCATE(capacity + corners, Vec3, "velocities");
-    attachment->f = ALLOCATE(capacity + corners, Vec3, "forces");
+        attachment->given = ALLOCATE(ARENA_CONTACT, nodes, HeldNode, "held before");
+    attachment->x = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "positions");
+    attachment->v = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "velocities");
+    attachment->f = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "forces");
 }
 
 Attachment *attachment_create(const char *name, const AttachmentOptions *options,
@@ -139,7 +135,7 @@ Attachment *attachment_create(const char *name, const AttachmentOptions *options
         free(node);
         return NULL;
     }
-    Attachment *attachment = ALLOCATE(1, Attachment, "attachment");
+    Attachment *attachment = ALLOCATE(ARENA_CONTACT, 1, Attachment, "attachment");
     attachment->options = *options;
     attachment->tool = tool;
     attachment->body = body;

@@ -158,29 +158,25 @@ static void choose_capacity(Contact *contact)
 // ---------------------------------------------------------------------------------------------
 // Creation
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_CONTACT, (size_t)(count), sizeof(type), "%s/%s", name,     \
-                           label)
-
 static void create_for_plane(Contact *contact, const char *name, Arena *arena, StateList *state)
 {
     int nodes = contact->body->surface.node_count;
     contact->node_capacity = nodes;
-    contact->plane_bristle = ALLOCATE(nodes, Vec3, "plane bristles");
-    contact->plane_trial = ALLOCATE(nodes, Vec3, "plane bristles, trial");
+    contact->plane_bristle = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "plane bristles");
+    contact->plane_trial = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "plane bristles, trial");
     state_add(state, contact->plane_bristle, (size_t)nodes * sizeof(Vec3), "%s/bristles", name);
-    contact->node = ALLOCATE(nodes, int, "nodes");
-    contact->x = ALLOCATE(nodes, Vec3, "positions");
+    contact->node = ALLOCATE(ARENA_CONTACT, nodes, int, "nodes");
+    contact->x = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "positions");
 }
 
 // Allocates what following refined and merged faces needs.
 static void create_memory(Contact *contact, const char *name, Arena *arena, StateList *state)
 {
     int faces = contact->body->surface.face_count;
-    contact->old_side = ALLOCATE(faces, signed char, "sides before");
-    contact->old_gap = ALLOCATE(faces, float, "gaps before");
+    contact->old_side = ALLOCATE(ARENA_CONTACT, faces, signed char, "sides before");
+    contact->old_gap = ALLOCATE(ARENA_CONTACT, faces, float, "gaps before");
     for (int k = 0; k < contact->tool->capsule_count; k++) {
-        contact->gap[k] = ALLOCATE(faces, float, "gaps");
+        contact->gap[k] = ALLOCATE(ARENA_CONTACT, faces, float, "gaps");
         state_add(state, contact->gap[k], (size_t)faces * sizeof(float), "%s/gaps%d", name, k);
     }
 }
@@ -197,52 +193,54 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
         contact->smallest_radius = fmin(contact->smallest_radius, capsule->radius);
         contact->lever =
             fmax(contact->lever, fmax(vec3_length(capsule->from), vec3_length(capsule->to)));
-        contact->side[k] = ALLOCATE(faces, signed char, "sides");
+        contact->side[k] = ALLOCATE(ARENA_CONTACT, faces, signed char, "sides");
         state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
     }
     if (body_changes(contact->body))
         create_memory(contact, name, arena, state);
-    contact->node = ALLOCATE(nodes, int, "nodes");
-    contact->local = ALLOCATE(nodes, int, "local numbers");
+    contact->node = ALLOCATE(ARENA_CONTACT, nodes, int, "nodes");
+    contact->local = ALLOCATE(ARENA_CONTACT, nodes, int, "local numbers");
     for (int i = 0; i < nodes; i++)
         contact->local[i] = -1;
-    contact->mark = ALLOCATE((faces + 63) / 64, uint64_t, "face marks");
-    contact->rank = ALLOCATE((faces + 63) / 64, int, "face ranks");
+    contact->mark = ALLOCATE(ARENA_CONTACT, (faces + 63) / 64, uint64_t, "face marks");
+    contact->rank = ALLOCATE(ARENA_CONTACT, (faces + 63) / 64, int, "face ranks");
 
     // Arrays by candidate and local node, of the chosen capacity.
     choose_capacity(contact);
     for (int k = 0; k < tool->capsule_count; k++)
-        contact->gap_begin[k] = ALLOCATE(contact->face_capacity, double, "distances before");
-    contact->candidate = ALLOCATE(contact->face_capacity, Candidate, "candidates");
-    contact->distance = ALLOCATE(contact->face_capacity, double, "distances");
-    contact->corners = ALLOCATE(contact->face_capacity, unsigned char, "nearest corners");
-    contact->seen_side = ALLOCATE(contact->face_capacity, signed char, "seen sides");
-    contact->has_side = ALLOCATE(contact->face_capacity, bool, "sides at all");
-    contact->side_from = ALLOCATE(contact->face_capacity, int, "sides_from");
-    contact->push = ALLOCATE(contact->push_capacity, Push, "pushes");
-    contact->x = ALLOCATE(contact->ring_capacity, Vec3, "positions");
-    contact->x_begin = ALLOCATE(contact->node_capacity, Vec3, "positions before");
-    contact->node_normal = ALLOCATE(contact->node_capacity, Vec3, "node normals");
+        contact->gap_begin[k] =
+            ALLOCATE(ARENA_CONTACT, contact->face_capacity, double, "distances before");
+    contact->candidate = ALLOCATE(ARENA_CONTACT, contact->face_capacity, Candidate, "candidates");
+    contact->distance = ALLOCATE(ARENA_CONTACT, contact->face_capacity, double, "distances");
+    contact->corners =
+        ALLOCATE(ARENA_CONTACT, contact->face_capacity, unsigned char, "nearest corners");
+    contact->seen_side = ALLOCATE(ARENA_CONTACT, contact->face_capacity, signed char, "seen sides");
+    contact->has_side = ALLOCATE(ARENA_CONTACT, contact->face_capacity, bool, "sides at all");
+    contact->side_from = ALLOCATE(ARENA_CONTACT, contact->face_capacity, int, "sides_from");
+    contact->push = ALLOCATE(ARENA_CONTACT, contact->push_capacity, Push, "pushes");
+    contact->x = ALLOCATE(ARENA_CONTACT, contact->ring_capacity, Vec3, "positions");
+    contact->x_begin = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "positions before");
+    contact->node_normal = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "node normals");
     if (contact->body->surface.solid)
-        contact->ridge = ALLOCATE(contact->node_capacity, double, "ridges");
+        contact->ridge = ALLOCATE(ARENA_CONTACT, contact->node_capacity, double, "ridges");
 }
 
 Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, Body *body,
                         Arena *arena, StateList *state)
 {
-    Contact *contact = ALLOCATE(1, Contact, "contact");
+    Contact *contact = ALLOCATE(ARENA_CONTACT, 1, Contact, "contact");
     contact->is_plane = plane;
     contact->tool = tool;
     contact->body = body;
-    contact->proxy = ALLOCATE(1, Proxy, "proxy");
+    contact->proxy = ALLOCATE(ARENA_CONTACT, 1, Proxy, "proxy");
     contact->proxy->orientation.w = 1.0;
     if (plane)
         create_for_plane(contact, name, arena, state);
     else
         create_for_capsules(contact, name, arena, state);
     state_add(state, contact->proxy, sizeof *contact->proxy, "%s/proxy", name);
-    contact->v = ALLOCATE(contact->node_capacity, Vec3, "velocities");
-    contact->f = ALLOCATE(contact->node_capacity, Vec3, "forces");
+    contact->v = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "velocities");
+    contact->f = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "forces");
     return contact;
 }
 

@@ -217,10 +217,6 @@ static bool tie_all(Joint *joint, const int *node, int count, Status *status)
     return true;
 }
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_CONTACT, (size_t)(count), sizeof(type), "%s/%s", name,     \
-                           label)
-
 Joint *joint_create(const char *name, const AttachmentOptions *options, Body *body, Body *other,
                     Arena *arena, StateList *state, Status *status)
 {
@@ -230,25 +226,25 @@ Joint *joint_create(const char *name, const AttachmentOptions *options, Body *bo
         return NULL;
     }
     ASSERT(body->integrator == other->integrator);
-    Joint *joint = ALLOCATE(1, Joint, "joint");
+    Joint *joint = ALLOCATE(ARENA_CONTACT, 1, Joint, "joint");
     joint->options = *options;
     joint->body = body;
     joint->other = other;
     const int capacity = joint->capacity = attachment_region_capacity(body, count);
-    joint->count = ALLOCATE(1, int64_t, "count");
-    joint->tie = ALLOCATE(capacity, Tie, "ties");
+    joint->count = ALLOCATE(ARENA_CONTACT, 1, int64_t, "count");
+    joint->tie = ALLOCATE(ARENA_CONTACT, capacity, Tie, "ties");
     state_add(state, joint->count, sizeof *joint->count, "%s/count", name);
     state_add(state, joint->tie, (size_t)capacity * sizeof(Tie), "%s/ties", name);
-    joint->node = ALLOCATE(capacity, int, "nodes");
-    joint->corner = ALLOCATE(3 * capacity, int, "corners");
-    joint->x = ALLOCATE(capacity, Vec3, "positions");
-    joint->v = ALLOCATE(capacity, Vec3, "velocities");
-    joint->f = ALLOCATE(capacity, Vec3, "forces");
-    joint->at = ALLOCATE(3 * capacity, Vec3, "corners' positions");
-    joint->velocity = ALLOCATE(3 * capacity, Vec3, "corners' velocities");
-    joint->on = ALLOCATE(3 * capacity, Vec3, "corners' forces");
-    joint->before = ALLOCATE(capacity, Vec3, "ends before");
-    joint->demand = ALLOCATE(other->surface.node_count, double, "demand");
+    joint->node = ALLOCATE(ARENA_CONTACT, capacity, int, "nodes");
+    joint->corner = ALLOCATE(ARENA_CONTACT, 3 * capacity, int, "corners");
+    joint->x = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "positions");
+    joint->v = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "velocities");
+    joint->f = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "forces");
+    joint->at = ALLOCATE(ARENA_CONTACT, 3 * capacity, Vec3, "corners' positions");
+    joint->velocity = ALLOCATE(ARENA_CONTACT, 3 * capacity, Vec3, "corners' velocities");
+    joint->on = ALLOCATE(ARENA_CONTACT, 3 * capacity, Vec3, "corners' forces");
+    joint->before = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "ends before");
+    joint->demand = ALLOCATE(ARENA_CONTACT, other->surface.node_count, double, "demand");
     bool ok = tie_all(joint, node, count, status);
     free(node);
     return ok ? joint : NULL;

@@ -8,9 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ALLOCATE(use, count, type, label)                                                          \
-    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
-
 // ---------------------------------------------------------------------------------------------
 // Load time
 

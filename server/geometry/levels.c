@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ALLOCATE(count, array, label)                                                              \
+#define ALLOCATE_LEVEL(count, array, label)                                                        \
     ((array) = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(array),             \
                               "%s/level %d " label, name, l))
 
@@ -39,10 +39,10 @@ bool levels_reserve(Levels *levels, const int count[3], int finest, const char *
                                       sizeof *levels->position, "%s/level positions", name);
     for (int l = 0; l <= finest; l++) {
         Level *level = &levels->level[l];
-        ALLOCATE(level->face_count, level->face, "faces");
-        ALLOCATE(level->face_count, level->face_edge, "face edges");
-        ALLOCATE(level->edge_count, level->edge, "edges");
-        ALLOCATE(level->edge_count, level->edge_face, "edge faces");
+        ALLOCATE_LEVEL(level->face_count, level->face, "faces");
+        ALLOCATE_LEVEL(level->face_count, level->face_edge, "face edges");
+        ALLOCATE_LEVEL(level->edge_count, level->edge, "edges");
+        ALLOCATE_LEVEL(level->edge_count, level->edge_face, "edge faces");
     }
     return true;
 }

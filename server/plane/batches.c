@@ -6,9 +6,6 @@
 
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_STEP, (size_t)(count), sizeof(type), "%s/%s", name, label)
-
 // A single quarter is a square of half the edge.
 static bool is_square(const PlaneForm *form)
 {
@@ -155,12 +152,12 @@ void plane_reserve_batches(PlaneModel *model, int elements, int classes, const c
     const int numbers = model->law == PLANE_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
     // Each number of vertices may leave one batch partly filled.
     const int most = elements / PLANE_LANES + PLANE_PLACES, rows = most * (PLANE_PLACES - 1);
-    batches->square = ALLOCATE((size_t)elements * 4, int, "squares");
-    batches->square_class = ALLOCATE(elements / PLANE_LANES, int, "square classes");
+    batches->square = ALLOCATE(ARENA_STEP, (size_t)elements * 4, int, "squares");
+    batches->square_class = ALLOCATE(ARENA_STEP, elements / PLANE_LANES, int, "square classes");
     batches->class = arena_allocate(arena, ARENA_STEP, (size_t)classes * SQUARE_NUMBERS, real,
                                     "%s/square numbers", name);
-    batches->start = ALLOCATE(most + 1, int, "element start");
-    batches->vertex = ALLOCATE((size_t)rows * PLANE_LANES, int, "elements");
+    batches->start = ALLOCATE(ARENA_STEP, most + 1, int, "element start");
+    batches->vertex = ALLOCATE(ARENA_STEP, (size_t)rows * PLANE_LANES, int, "elements");
     batches->node = arena_allocate(arena, ARENA_STEP, (size_t)(rows * numbers) * PLANE_LANES, real,
                                    "%s/element vertices", name);
     batches->whole = arena_allocate(arena, ARENA_STEP, (size_t)(most * WHOLE_NUMBERS) * PLANE_LANES,

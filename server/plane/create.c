@@ -7,9 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ALLOCATE(use, count, type, label)                                                          \
-    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
-
 // Intermediate results of the creation.
 typedef struct Making {
     const PlaneOptions *options;

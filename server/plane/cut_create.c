@@ -5,8 +5,6 @@
 
 #include <string.h>
 
-#define ALLOCATE(use, count, type, label)                                                          \
-    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 #define ALLOCATE_ROWS(count, row, label)                                                           \
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(row), "%s/%s", name, label)
 

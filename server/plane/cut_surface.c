@@ -7,8 +7,6 @@
 
 enum { FACES_OF_NODE = 4 }; // a vertex ends at most two edges per component, two triangles each
 
-#define ALLOCATE(use, count, type, label)                                                          \
-    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
 #define ALLOCATE_ROWS(count, row, label)                                                           \
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(row), "%s/%s", name, label)
 

@@ -8,9 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
-                           label)
 #define ALLOCATE_ROWS(count, row, label)                                                           \
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(row), "%s/%s", name, label)
 
@@ -28,7 +25,7 @@ static int *number_nodes(PlaneModel *model, const PlaneMesh *mesh, const char *n
             node[v] = model->node_count;
             model->node_count += 2;
         }
-    model->node_vertex = ALLOCATE(model->node_count, int, "vertices of nodes");
+    model->node_vertex = ALLOCATE(ARENA_TOPOLOGY, model->node_count, int, "vertices of nodes");
     for (int v = 0; v < mesh->vertex_count; v++)
         if (node[v] >= 0)
             model->node_vertex[node[v]] = model->node_vertex[node[v] + 1] = v;
@@ -76,11 +73,11 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
     const int nodes = strip.node_count, faces = strip.triangle_count;
     int(*face)[3] = ALLOCATE_ROWS(faces, face, "faces");
     int(*neighbor)[3] = ALLOCATE_ROWS(faces, neighbor, "face neighbours");
-    double *area = ALLOCATE(faces, double, "face areas");
-    double *node_area = ALLOCATE(nodes, double, "node areas");
-    double *node_mass = ALLOCATE(nodes, double, "node masses");
-    int *start = ALLOCATE(nodes + 1, int, "node face start");
-    int *list = ALLOCATE(3 * faces, int, "node faces");
+    double *area = ALLOCATE(ARENA_TOPOLOGY, faces, double, "face areas");
+    double *node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
+    double *node_mass = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node masses");
+    int *start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
+    int *list = ALLOCATE(ARENA_TOPOLOGY, 3 * faces, int, "node faces");
     memcpy(face, strip.triangle, (size_t)faces * sizeof *face);
     memcpy(neighbor, winged.face_neighbor, (size_t)faces * sizeof *neighbor);
     memcpy(start, winged.node_face_start, (size_t)(nodes + 1) * sizeof *start);
@@ -130,10 +127,10 @@ void plane_create_mesh(PlaneModel *model, Body *body, const PlaneMesh *mesh, con
     const int nodes = mesh->vertex_count, triangles = mesh->triangle_count;
     int(*triangle)[3] = ALLOCATE_ROWS(triangles, triangle, "triangles");
     int(*parent)[2] = ALLOCATE_ROWS(nodes, parent, "vertex parents");
-    int *piece = ALLOCATE(nodes, int, "vertex pieces");
-    signed char *level = ALLOCATE(nodes, signed char, "vertex levels");
-    model->vertices.id = ALLOCATE(nodes, int, "vertex ids");
-    model->vertex = ALLOCATE(nodes, int, "published vertices");
+    int *piece = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "vertex pieces");
+    signed char *level = ALLOCATE(ARENA_TOPOLOGY, nodes, signed char, "vertex levels");
+    model->vertices.id = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "vertex ids");
+    model->vertex = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "published vertices");
     memcpy(triangle, mesh->triangle, (size_t)triangles * sizeof *triangle);
     memcpy(piece, mesh->piece, (size_t)nodes * sizeof *piece);
     for (int v = 0; v < nodes; v++) {

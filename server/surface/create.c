@@ -16,9 +16,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ALLOCATE(use, count, type, label)                                                          \
-    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
-
 // Least number of nodes for more than one thread: with fewer, calling a thread costs more than it
 // saves.
 enum { SHARED_LEAST = 1000 };

@@ -6,10 +6,6 @@
 
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
-                           label)
-
 // Labels the piece of each node: connected parts of the mesh, numbered by their lowest node.
 void model_label_pieces(const TriMesh *mesh, int *piece)
 {
@@ -25,11 +21,11 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
 {
     const char *name = options->body.name;
     int nodes = mesh->node_count, faces = mesh->triangle_count;
-    int *id = ALLOCATE(nodes, int, "node ids");
+    int *id = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node ids");
     int(*parents)[2] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *parents,
                                       "%s/node parents", name);
-    int *piece = ALLOCATE(nodes, int, "node pieces");
-    signed char *level = ALLOCATE(nodes, signed char, "node levels");
+    int *piece = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node pieces");
+    signed char *level = ALLOCATE(ARENA_TOPOLOGY, nodes, signed char, "node levels");
     const Levels *levels = options->hierarchy;
     int file_nodes = levels != NULL ? levels->level[0].node_count : nodes;
     // Nodes of the file are their own parents; midpoints have the two ends of their edge.
@@ -45,7 +41,7 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
     const int *origin = id;
     // Copies that the repair made have the origin of the node from which they were split.
     if (mesh->copy_count > 0) {
-        int *row = ALLOCATE(nodes, int, "node origins");
+        int *row = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node origins");
         memcpy(row, id, (size_t)nodes * sizeof *row);
         for (int i = file_nodes - mesh->copy_count; i < file_nodes; i++)
             row[i] = mesh->file_index[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];

@@ -9,10 +9,6 @@ extern const ImplicitKernel implicit_kernels_double_base;
 extern const ImplicitKernel implicit_kernels_double_v3, implicit_kernels_double_v4;
 #endif
 
-#define ALLOCATE(count, type, label)                                                               \
-    arena_allocate(arena, ARENA_STEP, (size_t)(count), sizeof(type), "%s/implicit %s",             \
-                   options->body.name, label)
-
 // Before the tick: computes the positions at which external forces are evaluated. Also sets the
 // base of the first substep.
 void implicit_drift(void *self, double dt)
@@ -142,7 +138,8 @@ static const ImplicitKernel *find_kernel(const char *level)
 
 void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *arena)
 {
-    Implicit *system = model->implicit = ALLOCATE(1, Implicit, "system");
+    const char *name = options->body.name;
+    Implicit *system = model->implicit = ALLOCATE(ARENA_STEP, 1, Implicit, "implicit system");
     const SurfaceImplicit *asked = &options->implicit;
     system->kernel = find_kernel(model->kernels->level);
     system->theta = implicit_theta(options);
@@ -150,28 +147,28 @@ void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *
     system->tolerance = asked->tolerance > 0.0 ? asked->tolerance : IMPLICIT_TOLERANCE;
     system->iterations = asked->iterations > 0 ? asked->iterations : IMPLICIT_ITERATIONS;
     const int numbers = model->node_count + 1;
-    system->number = ALLOCATE(model->basis.count, int, "numbers");
-    system->slot = ALLOCATE(numbers, int, "slots");
+    system->number = ALLOCATE(ARENA_STEP, model->basis.count, int, "implicit numbers");
+    system->slot = ALLOCATE(ARENA_STEP, numbers, int, "implicit slots");
     if (model->detail != NULL)
-        system->master = ALLOCATE(numbers, *system->master, "masters");
+        system->master = ALLOCATE(ARENA_STEP, numbers, *system->master, "implicit masters");
     if (model->detail != NULL && model->detail->frames != NULL)
-        system->frame = ALLOCATE(numbers, unsigned char, "frames");
+        system->frame = ALLOCATE(ARENA_STEP, numbers, unsigned char, "implicit frames");
     system->edge_capacity = most_edges(model);
-    system->spring = ALLOCATE(system->edge_capacity, Quad, "springs");
-    system->end = ALLOCATE(system->edge_capacity, *system->end, "ends");
-    system->inertia = ALLOCATE(numbers, double, "inertia");
-    system->weight = ALLOCATE(numbers, double, "weights");
-    system->inverse = ALLOCATE(numbers, Block, "blocks");
+    system->spring = ALLOCATE(ARENA_STEP, system->edge_capacity, Quad, "implicit springs");
+    system->end = ALLOCATE(ARENA_STEP, system->edge_capacity, *system->end, "implicit ends");
+    system->inertia = ALLOCATE(ARENA_STEP, numbers, double, "implicit inertia");
+    system->weight = ALLOCATE(ARENA_STEP, numbers, double, "implicit weights");
+    system->inverse = ALLOCATE(ARENA_STEP, numbers, Block, "implicit blocks");
     Quad **const by_number[] = {&system->outer, &system->change,  &system->residual,
                                 &system->step,  &system->product, &system->search};
     for (size_t k = 0; k < sizeof by_number / sizeof *by_number; k++)
-        *by_number[k] = ALLOCATE(numbers, Quad, "vectors");
-    system->island = ALLOCATE(numbers, int, "islands");
-    system->member = ALLOCATE(numbers, int, "members");
-    system->island_start = ALLOCATE(numbers + 1, int, "island starts");
-    system->held = ALLOCATE(numbers, bool, "held islands");
+        *by_number[k] = ALLOCATE(ARENA_STEP, numbers, Quad, "implicit vectors");
+    system->island = ALLOCATE(ARENA_STEP, numbers, int, "implicit islands");
+    system->member = ALLOCATE(ARENA_STEP, numbers, int, "implicit members");
+    system->island_start = ALLOCATE(ARENA_STEP, numbers + 1, int, "implicit island starts");
+    system->held = ALLOCATE(ARENA_STEP, numbers, bool, "implicit held islands");
     if (system->anchored)
-        system->resistance = ALLOCATE(numbers, Block, "resistance");
+        system->resistance = ALLOCATE(ARENA_STEP, numbers, Block, "implicit resistance");
     const int pieces = model->detail != NULL ? model->detail->set.place_count : model->node_count;
-    system->stamp = ALLOCATE(pieces, int, "pieces");
+    system->stamp = ALLOCATE(ARENA_STEP, pieces, int, "implicit pieces");
 }

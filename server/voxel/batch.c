@@ -5,10 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ALLOCATE(use, count, type, label)                                                          \
-    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", options->name,    \
-                           label)
-
 // Sort keys of an element.
 typedef struct Key {
     int mixed_count; // number of vertices in mixed batches; 0 in others
@@ -39,6 +35,7 @@ static bool same_class(const ElementClass *a, const ElementClass *b)
 // (malloc'ed).
 static int *unite_classes(Batches *out, const BatchOptions *options, Arena *arena)
 {
+    const char *name = options->name;
     int given = 0;
     for (int e = 0; e < options->element_count; e++)
         if (options->element_class[e] >= given)
@@ -120,6 +117,7 @@ static void put_places(Batches *out, const Key *key, int count, int batch)
 static void create_plain(Batches *out, const BatchOptions *options, const Key *key, int count,
                          Arena *arena)
 {
+    const char *name = options->name;
     const int batch_count = count_batches(key, count);
     int *vertex =
         ALLOCATE(ARENA_STEP, (long)batch_count * NODE_CORNERS * LANES, int, "plain vertices");
@@ -140,6 +138,7 @@ static void create_plain(Batches *out, const BatchOptions *options, const Key *k
 static void create_templates(Batches *out, const BatchOptions *options, const Key *key, int count,
                              Arena *arena)
 {
+    const char *name = options->name;
     for (int k = 0; k < count; k++)
         out->template_count += k == 0 || key[k].mask != key[k - 1].mask;
     out->templates = ALLOCATE(ARENA_TOPOLOGY, out->template_count, Template, "templates");
@@ -172,6 +171,7 @@ static void choose_mixed(const Batches *batches, Key *key, int count)
 static void create_hanging(Batches *out, const BatchOptions *options, const int *become, Key *key,
                            int count, Arena *arena)
 {
+    const char *name = options->name;
     create_templates(out, options, key, count, arena);
     choose_mixed(out, key, count);
     const int batch_count = count_batches(key, count);
@@ -216,6 +216,7 @@ static void create_hanging(Batches *out, const BatchOptions *options, const int 
 
 void batches_create(Batches *out, const BatchOptions *options, Arena *arena)
 {
+    const char *name = options->name;
     const int count = options->element_count;
     *out = (Batches){.element_count = count};
     Key *key = calloc((size_t)count + 1, sizeof *key);

@@ -12,9 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ALLOCATE(use, count, type, label)                                                          \
-    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
-
 // Least number of elements for two threads: with fewer, calling a thread costs more than it saves.
 enum { HALVED_LEAST = 2000 };
 

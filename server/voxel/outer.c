@@ -4,10 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
-                           label)
-
 // Lists faces by node: those of node i are list[start[i] .. start[i + 1]), ascending.
 static void list_faces(const LatticeMesh *mesh, int nodes, int *start, int *list)
 {
@@ -33,10 +29,10 @@ void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh
         arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces, sizeof *face, "%s/%s", name, "faces");
     int(*neighbor)[3] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces, sizeof *neighbor,
                                        "%s/%s", name, "face neighbours");
-    double *area = ALLOCATE(faces, double, "face areas");
-    double *node_area = ALLOCATE(nodes, double, "node areas");
-    int *start = ALLOCATE(nodes + 1, int, "node face start");
-    int *list = ALLOCATE(3 * faces, int, "node faces");
+    double *area = ALLOCATE(ARENA_TOPOLOGY, faces, double, "face areas");
+    double *node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
+    int *start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
+    int *list = ALLOCATE(ARENA_TOPOLOGY, 3 * faces, int, "node faces");
     memcpy(face, mesh->face, (size_t)faces * sizeof *face);
     memcpy(neighbor, mesh->face_neighbor, (size_t)faces * sizeof *neighbor);
     list_faces(mesh, nodes, start, list);
@@ -75,12 +71,12 @@ void voxel_create_mesh(VoxelModel *model, Body *body, const LatticeMesh *mesh, b
                        const char *name, Arena *arena)
 {
     const int nodes = all ? mesh->vertex_count : mesh->surface_count;
-    int *piece = ALLOCATE(nodes, int, "node pieces");
+    int *piece = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node pieces");
     int(*parent)[2] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *parent, "%s/%s",
                                      name, "node parents");
-    signed char *level = ALLOCATE(nodes, signed char, "node levels");
-    int *node = ALLOCATE(nodes, int, "published vertices");
-    int64_t *count = ALLOCATE(1, int64_t, "published count");
+    signed char *level = ALLOCATE(ARENA_TOPOLOGY, nodes, signed char, "node levels");
+    int *node = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "published vertices");
+    int64_t *count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "published count");
     model->node = node;
     model->node_count = count;
     *count = nodes;

@@ -3,10 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_OUTPUT, (size_t)(count), sizeof(type), "%s/%s",            \
-                           body->name, label)
-
 struct Skin {
     int node_count;
     double (*place)[3];            // [node] at rest, in the rows' coordinates [m]
@@ -74,13 +70,14 @@ static void tie(Skin *skin, int node, const double at[3], const Leaf *leaf, cons
 static void show(Body *body, const TriMesh *mesh, const Skin *skin, const int *piece_of_vertex,
                  Arena *arena)
 {
+    const char *name = body->name;
     const int nodes = mesh->node_count;
-    int *id = ALLOCATE(nodes, int, "node ids");
-    int *origin = ALLOCATE(nodes, int, "node origins");
-    int *piece = ALLOCATE(nodes, int, "node pieces");
+    int *id = ALLOCATE(ARENA_OUTPUT, nodes, int, "node ids");
+    int *origin = ALLOCATE(ARENA_OUTPUT, nodes, int, "node origins");
+    int *piece = ALLOCATE(ARENA_OUTPUT, nodes, int, "node pieces");
     int(*parent)[2] = arena_allocate(arena, ARENA_OUTPUT, (size_t)nodes, sizeof *parent, "%s/%s",
                                      body->name, "node parents");
-    signed char *level = ALLOCATE(nodes, signed char, "node levels");
+    signed char *level = ALLOCATE(ARENA_OUTPUT, nodes, signed char, "node levels");
     int(*triangle)[3] = arena_allocate(arena, ARENA_OUTPUT, (size_t)mesh->triangle_count,
                                        sizeof *triangle, "%s/%s", body->name, "skin triangles");
     memcpy(triangle, mesh->triangle, (size_t)mesh->triangle_count * sizeof *triangle);
@@ -109,8 +106,9 @@ static void show(Body *body, const TriMesh *mesh, const Skin *skin, const int *p
 Skin *skin_create(Body *body, const TriMesh *mesh, const Lattice *lattice, const Layout *layout,
                   const LatticeMesh *elements, const Rows *rows, Arena *arena, Status *status)
 {
+    const char *name = body->name;
     const size_t nodes = (size_t)mesh->node_count;
-    Skin *skin = ALLOCATE(1, Skin, "skin");
+    Skin *skin = ALLOCATE(ARENA_OUTPUT, 1, Skin, "skin");
     skin->node_count = mesh->node_count;
     skin->place = arena_allocate(arena, ARENA_OUTPUT, nodes, sizeof *skin->place, "%s/%s",
                                  body->name, "skin places");

@@ -11,9 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ALLOCATE(use, count, type, label)                                                          \
-    arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
-
 // --- the order of slots ---
 
 // Interleaves the bits of a point's coordinates in the box, 10 of each: neighbours in this order

@@ -6,10 +6,6 @@
 
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count) + 1, sizeof(type), "%s/%s",              \
-                   options->body.name, label)
-
 // Returns the capacity for copies. A cut of the whole body along all its edges would take five
 // times as many; a 75 mm cut takes 1 %.
 static int choose_copies(const SurfaceOptions *options, int nodes)
@@ -48,67 +44,70 @@ static double mean_edge(const Level *level, const Vec3 *x)
 // Creates what is needed to find the links that a blade meets.
 static void create_look(LeafSet *set, const SurfaceOptions *options, Arena *arena)
 {
+    const char *name = options->body.name;
     DetailCut *cut = set->cut;
     const Level *finest = &set->levels.level[set->levels.finest];
     int nodes = cut->base_count + cut->copy_capacity;
     cut->bulge = measure_bulge(&set->levels);
-    cut_find_create(&cut->finder, &cut->uncut, cut->built[0], mean_edge(finest, cut->built),
-                    options->body.name, arena);
-    cut->seen = ALLOCATE(nodes, int64_t, "looks at cut nodes");
-    cut->position = ALLOCATE(nodes, Vec3, "places of cut nodes");
-    cut->sides = ALLOCATE(nodes, unsigned char, "sides of cut nodes");
-    cut->is_near = ALLOCATE(finest->face_count, unsigned char, "near marks");
-    cut->near = ALLOCATE(finest->face_count, int, "near faces");
-    cut->snap = ALLOCATE(cut->base_count, CutSnap, "snapped nodes");
-    cut->snap_work = ALLOCATE(cut->base_count, int, "snap marks");
+    cut_find_create(&cut->finder, &cut->uncut, cut->built[0], mean_edge(finest, cut->built), name,
+                    arena);
+    cut->seen = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int64_t, "looks at cut nodes");
+    cut->position = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, Vec3, "places of cut nodes");
+    cut->sides = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, unsigned char, "sides of cut nodes");
+    cut->is_near = ALLOCATE(ARENA_TOPOLOGY, finest->face_count + 1, unsigned char, "near marks");
+    cut->near = ALLOCATE(ARENA_TOPOLOGY, finest->face_count + 1, int, "near faces");
+    cut->snap = ALLOCATE(ARENA_TOPOLOGY, cut->base_count + 1, CutSnap, "snapped nodes");
+    cut->snap_work = ALLOCATE(ARENA_TOPOLOGY, cut->base_count + 1, int, "snap marks");
 }
 
 void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *arena,
                        StateList *state)
 {
+    const char *name = options->body.name;
     Level *finest = &detail->set.levels.level[detail->set.levels.finest];
     size_t faces = (size_t)finest->face_count;
     int coarse = detail->set.face_base[detail->set.levels.finest];
-    DetailCut *cut = detail->set.cut = ALLOCATE(1, DetailCut, "cut");
+    DetailCut *cut = detail->set.cut = ALLOCATE(ARENA_TOPOLOGY, 1, DetailCut, "cut");
     cut->base_count = finest->node_count;
     cut->copy_capacity = choose_copies(options, finest->node_count);
     cut->uncut = *finest;
     cut->base = (const int(*)[3])finest->face;
-    cut->node = ALLOCATE(faces, *cut->node, "cut corners");
+    cut->node = ALLOCATE(ARENA_TOPOLOGY, faces + 1, *cut->node, "cut corners");
     // From here on the corners of the finest level are the current nodes.
     memcpy(cut->node, finest->face, faces * sizeof *cut->node);
     finest->face = cut->node;
-    cut->broken = ALLOCATE(faces, unsigned char, "broken edges");
-    cut->copies = ALLOCATE(1, int64_t, "copies");
-    state_add(state, cut->broken, faces, "%s/broken", options->body.name);
-    state_add(state, cut->node, faces * sizeof *cut->node, "%s/corners", options->body.name);
-    state_add(state, cut->copies, sizeof *cut->copies, "%s/copies", options->body.name);
+    cut->broken = ALLOCATE(ARENA_TOPOLOGY, faces + 1, unsigned char, "broken edges");
+    cut->copies = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "copies");
+    state_add(state, cut->broken, faces, "%s/broken", name);
+    state_add(state, cut->node, faces * sizeof *cut->node, "%s/corners", name);
+    state_add(state, cut->copies, sizeof *cut->copies, "%s/copies", name);
     // Likewise rest positions, which cuts may move.
     size_t nodes = (size_t)cut->base_count;
     cut->built = detail->set.levels.position;
-    cut->rest = ALLOCATE(nodes, Vec3, "rest places");
+    cut->rest = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, Vec3, "rest places");
     memcpy(cut->rest, cut->built, nodes * sizeof *cut->rest);
     detail->set.levels.position = cut->rest;
-    state_add(state, cut->rest, nodes * sizeof *cut->rest, "%s/rest", options->body.name);
+    state_add(state, cut->rest, nodes * sizeof *cut->rest, "%s/rest", name);
     create_look(&detail->set, options, arena);
 
     // Derived arrays and lists of a cut.
-    cut->origin = ALLOCATE(cut->copy_capacity, int, "originals");
-    cut->locked = ALLOCATE(coarse, unsigned char, "locked faces");
-    cut->is_end = ALLOCATE(cut->base_count, bool, "ends of broken edges");
-    cut->piece = ALLOCATE(faces, int, "face pieces");
-    cut->node_piece = ALLOCATE(cut->base_count + cut->copy_capacity, int, "node pieces");
-    cut->vertex = ALLOCATE(cut->base_count, int, "cut nodes");
-    cut->wanted = ALLOCATE(coarse, unsigned char, "wanted marks");
-    cut->want = ALLOCATE(coarse, Leaf, "wanted faces");
+    cut->origin = ALLOCATE(ARENA_TOPOLOGY, cut->copy_capacity + 1, int, "originals");
+    cut->locked = ALLOCATE(ARENA_TOPOLOGY, coarse + 1, unsigned char, "locked faces");
+    cut->is_end = ALLOCATE(ARENA_TOPOLOGY, cut->base_count + 1, bool, "ends of broken edges");
+    cut->piece = ALLOCATE(ARENA_TOPOLOGY, faces + 1, int, "face pieces");
+    cut->node_piece =
+        ALLOCATE(ARENA_TOPOLOGY, (cut->base_count + cut->copy_capacity) + 1, int, "node pieces");
+    cut->vertex = ALLOCATE(ARENA_TOPOLOGY, cut->base_count + 1, int, "cut nodes");
+    cut->wanted = ALLOCATE(ARENA_TOPOLOGY, coarse + 1, unsigned char, "wanted marks");
+    cut->want = ALLOCATE(ARENA_TOPOLOGY, coarse + 1, Leaf, "wanted faces");
     cut->most_around = 6; // around a midpoint
     for (int i = 0; i < detail->set.levels.level[0].node_count; i++) {
         int count = detail->set.root_ring_start[i + 1] - detail->set.root_ring_start[i];
         cut->most_around = count > cut->most_around ? count : cut->most_around;
     }
-    cut->ring = ALLOCATE(cut->most_around, Leaf, "faces around a cut node");
-    cut->part = ALLOCATE(cut->most_around, int, "parts of a ring");
-    cut->fresh = ALLOCATE(cut->most_around, int, "new parts of a ring");
+    cut->ring = ALLOCATE(ARENA_TOPOLOGY, cut->most_around + 1, Leaf, "faces around a cut node");
+    cut->part = ALLOCATE(ARENA_TOPOLOGY, cut->most_around + 1, int, "parts of a ring");
+    cut->fresh = ALLOCATE(ARENA_TOPOLOGY, cut->most_around + 1, int, "new parts of a ring");
     detail_cut_rebuild(detail);
 }
 

@@ -8,16 +8,14 @@
 
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name, label)
-
 static void create_report(DetailReport *report, int nodes, int places, const char *name,
                           Arena *arena)
 {
-    report->face_change = ALLOCATE(2 * places, FaceChange, "face changes");
-    report->born = ALLOCATE(nodes, NodeBirth, "births");
-    report->gone = ALLOCATE(nodes, int, "nodes gone");
-    report->gone_parent = ALLOCATE(nodes, *report->gone_parent, "parents of nodes gone");
+    report->face_change = ALLOCATE(ARENA_TOPOLOGY, 2 * places, FaceChange, "face changes");
+    report->born = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeBirth, "births");
+    report->gone = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "nodes gone");
+    report->gone_parent =
+        ALLOCATE(ARENA_TOPOLOGY, nodes, *report->gone_parent, "parents of nodes gone");
 }
 
 void detail_faces_create(DetailFaces *faces, DetailReport *report, const LeafSet *set,
@@ -26,32 +24,33 @@ void detail_faces_create(DetailFaces *faces, DetailReport *report, const LeafSet
     const int nodes = set->node_count, places = set->place_count;
     faces->set = set;
     faces->rules = rules;
-    faces->face = ALLOCATE(places, *faces->face, "faces");
-    faces->face_neighbor = ALLOCATE(places, *faces->face_neighbor, "face neighbours");
-    faces->face_area = ALLOCATE(places, double, "face areas");
-    faces->finest_area = ALLOCATE(places, double, "finest face areas");
+    faces->face = ALLOCATE(ARENA_TOPOLOGY, places, *faces->face, "faces");
+    faces->face_neighbor =
+        ALLOCATE(ARENA_TOPOLOGY, places, *faces->face_neighbor, "face neighbours");
+    faces->face_area = ALLOCATE(ARENA_TOPOLOGY, places, double, "face areas");
+    faces->finest_area = ALLOCATE(ARENA_TOPOLOGY, places, double, "finest face areas");
     for (int f = 0; f < places; f++)
         faces->finest_area[f] = level_rules_area(rules, set->levels.finest, f);
-    faces->node_area = ALLOCATE(nodes, double, "node areas");
-    faces->node_face_start = ALLOCATE(nodes + 1, int, "node face start");
-    faces->node_face_end = ALLOCATE(nodes, int, "node face end");
+    faces->node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
+    faces->node_face_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
+    faces->node_face_end = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node face end");
     // A leaf has at most two triangles at each of its nodes; a hanging node is in three more of the
     // whole face.
     for (int i = 0; i < nodes; i++)
         faces->node_face_start[i + 1] =
             faces->node_face_start[i] + 2 * detail_most_leaves(set, i) + 3;
-    faces->node_face = ALLOCATE(faces->node_face_start[nodes], int, "node faces");
+    faces->node_face = ALLOCATE(ARENA_TOPOLOGY, faces->node_face_start[nodes], int, "node faces");
 
     // Lists of one change, for contacts and clients.
     create_report(report, nodes, places, name, arena);
     const int all = set->face_base[set->levels.finest + 1];
-    faces->touched = ALLOCATE(all, Leaf, "touched faces");
-    faces->is_touched = ALLOCATE(all, bool, "touched marks");
-    faces->cleared = ALLOCATE(places, int, "cleared faces");
-    faces->drawn = ALLOCATE(places, int, "drawn faces");
-    faces->was_used = ALLOCATE(places, bool, "cleared marks");
-    faces->redrawn = ALLOCATE(nodes, int, "redrawn nodes");
-    faces->is_redrawn = ALLOCATE(nodes, bool, "redrawn marks");
+    faces->touched = ALLOCATE(ARENA_TOPOLOGY, all, Leaf, "touched faces");
+    faces->is_touched = ALLOCATE(ARENA_TOPOLOGY, all, bool, "touched marks");
+    faces->cleared = ALLOCATE(ARENA_TOPOLOGY, places, int, "cleared faces");
+    faces->drawn = ALLOCATE(ARENA_TOPOLOGY, places, int, "drawn faces");
+    faces->was_used = ALLOCATE(ARENA_TOPOLOGY, places, bool, "cleared marks");
+    faces->redrawn = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "redrawn nodes");
+    faces->is_redrawn = ALLOCATE(ARENA_TOPOLOGY, nodes, bool, "redrawn marks");
 }
 
 void detail_touch(DetailFaces *faces, int level, int face)

@@ -3,27 +3,25 @@
 
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    arena_allocate(arena, ARENA_STEP, (size_t)(count) + 1, sizeof(type), "%s/%s", name, label)
-
 void detail_frames_create(SurfaceModel *model, const char *name, Arena *arena, StateList *state)
 {
     Detail *detail = model->detail;
     size_t nodes = (size_t)detail->set.node_count, faces = (size_t)detail->set.place_count;
-    DetailFrames *frames = detail->frames = ALLOCATE(1, DetailFrames, "piece frames");
-    frames->rotation = ALLOCATE(PIECE_FRAMES, *frames->rotation, "piece rotations");
+    DetailFrames *frames = detail->frames =
+        ALLOCATE(ARENA_STEP, 1 + 1, DetailFrames, "piece frames");
+    frames->rotation = ALLOCATE(ARENA_STEP, PIECE_FRAMES + 1, *frames->rotation, "piece rotations");
     for (int i = 0; i < PIECE_FRAMES; i++)
         frames->rotation[i][0] = 1.0;
     state_add(state, frames->rotation, PIECE_FRAMES * sizeof *frames->rotation,
               "%s/piece_rotations", name);
-    frames->frame_of = ALLOCATE(faces, unsigned char, "frames of pieces");
-    frames->size = ALLOCATE(faces, int, "piece sizes");
-    frames->slot = ALLOCATE(nodes, int, "slots of pieces");
-    frames->slot_frame = ALLOCATE(nodes, unsigned char, "frames of slots");
-    frames->rest = ALLOCATE(nodes, *frames->rest, "places of pieces");
-    frames->weight = ALLOCATE(nodes, double, "weights of pieces");
-    frames->row = ALLOCATE(nodes * ROW, double, "rows of pieces");
-    frames->saved = ALLOCATE(nodes, *frames->saved, "forces on pieces");
+    frames->frame_of = ALLOCATE(ARENA_STEP, faces + 1, unsigned char, "frames of pieces");
+    frames->size = ALLOCATE(ARENA_STEP, faces + 1, int, "piece sizes");
+    frames->slot = ALLOCATE(ARENA_STEP, nodes + 1, int, "slots of pieces");
+    frames->slot_frame = ALLOCATE(ARENA_STEP, nodes + 1, unsigned char, "frames of slots");
+    frames->rest = ALLOCATE(ARENA_STEP, nodes + 1, *frames->rest, "places of pieces");
+    frames->weight = ALLOCATE(ARENA_STEP, nodes + 1, double, "weights of pieces");
+    frames->row = ALLOCATE(ARENA_STEP, (nodes * ROW) + 1, double, "rows of pieces");
+    frames->saved = ALLOCATE(ARENA_STEP, nodes + 1, *frames->saved, "forces on pieces");
 }
 
 bool detail_frames_check(const Detail *detail)

@@ -68,15 +68,12 @@ static void create_table(SlotTable *table, const char *name, const char *what, i
     state_add(state, table->thing, (size_t)capacity * sizeof(int), "%s/%s_slots", name, what);
 }
 
-#define ALLOCATE(count, type, label)                                                               \
-    arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/" label, name)
-
 MeshSlots *slots_create(const char *name, const Levels *levels, const int capacity[2],
                         const int *row_of_node, const int *root_id, const int *root_origin,
                         const int *root_piece, int first_id, const DetailCut *cut, Arena *arena,
                         StateList *state)
 {
-    MeshSlots *slots = ALLOCATE(1, MeshSlots, "mesh slots");
+    MeshSlots *slots = ALLOCATE(ARENA_TOPOLOGY, 1, MeshSlots, "mesh slots");
     const Level *finest = &levels->level[levels->finest];
     int most = finest->node_count + (cut != NULL ? cut->copy_capacity : 0);
     int nodes = capacity[0] > 0 && capacity[0] < most ? capacity[0] : most;
@@ -91,13 +88,13 @@ MeshSlots *slots_create(const char *name, const Levels *levels, const int capaci
     slots->root_piece = root_piece;
     slots->first_id = first_id;
     slots->cut = cut;
-    slots->row = ALLOCATE(nodes, int, "rows of node slots");
-    slots->triangle = ALLOCATE(faces, *slots->triangle, "triangles");
-    slots->id = ALLOCATE(nodes, int, "node ids");
-    slots->origin = ALLOCATE(nodes, int, "node origins");
-    slots->parent = ALLOCATE(nodes, *slots->parent, "node parents");
-    slots->piece = ALLOCATE(nodes, int, "node pieces");
-    slots->level = ALLOCATE(nodes, signed char, "node levels");
+    slots->row = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "rows of node slots");
+    slots->triangle = ALLOCATE(ARENA_TOPOLOGY, faces, *slots->triangle, "triangles");
+    slots->id = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node ids");
+    slots->origin = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node origins");
+    slots->parent = ALLOCATE(ARENA_TOPOLOGY, nodes, *slots->parent, "node parents");
+    slots->piece = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node pieces");
+    slots->level = ALLOCATE(ARENA_TOPOLOGY, nodes, signed char, "node levels");
     for (int s = 0; s < nodes; s++)
         slots->id[s] = -1;
     return slots;

@@ -6,10 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_CONTACT, (size_t)(count), sizeof(type), "%s/%s", name,     \
-                           label)
-
 enum { PARTS_OF_CELL = 1024 }; // q is a cell's edge divided by this
 #define TWIST_TOLERANCE 0.05   // of a sub-tick, in cells
 
@@ -195,18 +191,19 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
     for (int cell = 0; cell < cells; cell++)
         for (int axis = 0; axis < 3; axis++)
             blades->beyond[cell][axis] = cut_lattice_beyond(lattice, cell, axis);
-    blades->hit_bits = ALLOCATE(cells, unsigned char, "hit faces");
+    blades->hit_bits = ALLOCATE(ARENA_CONTACT, cells, unsigned char, "hit faces");
     blades->whole.centre = arena_allocate(arena, ARENA_CONTACT, (size_t)cells,
                                           sizeof *blades->whole.centre, "%s/centres", name);
-    blades->whole.stamp = ALLOCATE(cells, int, "stamps of centres");
-    blades->whole.box = ALLOCATE(blades->brick_count, BladeBox, "boxes of bricks");
+    blades->whole.stamp = ALLOCATE(ARENA_CONTACT, cells, int, "stamps of centres");
+    blades->whole.box = ALLOCATE(ARENA_CONTACT, blades->brick_count, BladeBox, "boxes of bricks");
     blades->before = arena_allocate(arena, ARENA_CONTACT, (size_t)cells, sizeof *blades->before,
                                     "%s/centres before", name);
-    blades->code_stamp = ALLOCATE(cells, int, "stamps of codes");
-    blades->code = ALLOCATE(cells, unsigned char, "codes");
-    blades->vertex_code = ALLOCATE(lattice->vertex_capacity, unsigned short, "codes of vertices");
-    blades->near_code = ALLOCATE(cells, unsigned short, "codes of elements");
-    blades->brick = ALLOCATE(blades->brick_count, int, "bricks near");
+    blades->code_stamp = ALLOCATE(ARENA_CONTACT, cells, int, "stamps of codes");
+    blades->code = ALLOCATE(ARENA_CONTACT, cells, unsigned char, "codes");
+    blades->vertex_code =
+        ALLOCATE(ARENA_CONTACT, lattice->vertex_capacity, unsigned short, "codes of vertices");
+    blades->near_code = ALLOCATE(ARENA_CONTACT, cells, unsigned short, "codes of elements");
+    blades->brick = ALLOCATE(ARENA_CONTACT, blades->brick_count, int, "bricks near");
 }
 
 void cut_blades_reserve(CutBlades *blades, const char *name, int count, Arena *arena,
@@ -214,14 +211,14 @@ void cut_blades_reserve(CutBlades *blades, const char *name, int count, Arena *a
 {
     const size_t cells = (size_t)blades->cell_count, bricks = (size_t)blades->brick_count;
     blades->blade_count = count;
-    blades->blade = ALLOCATE(count, BladeMemory, "blades");
+    blades->blade = ALLOCATE(ARENA_CONTACT, count, BladeMemory, "blades");
     for (int k = 0; k < count; k++) {
         BladeMemory *memory = &blades->blade[k];
-        memory->stroke = ALLOCATE(1, BladeStroke, "stroke");
+        memory->stroke = ALLOCATE(ARENA_CONTACT, 1, BladeStroke, "stroke");
         memory->centre = arena_allocate(arena, ARENA_CONTACT, cells, sizeof *memory->centre,
                                         "%s/centres by blade", name);
-        memory->stamp = ALLOCATE(cells, int, "stamps by blade");
-        memory->box = ALLOCATE(bricks, BladeBox, "boxes by blade");
+        memory->stamp = ALLOCATE(ARENA_CONTACT, cells, int, "stamps by blade");
+        memory->box = ALLOCATE(ARENA_CONTACT, bricks, BladeBox, "boxes by blade");
         state_add(state, memory->stroke, sizeof *memory->stroke, "%s/blade%d/stroke", name, k);
         state_add(state, memory->centre, cells * sizeof *memory->centre, "%s/blade%d/centres", name,
                   k);

@@ -8,9 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ALLOCATE(use, count, type, label)                                                          \
-    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
-
 // Returns the vertex capacity: twice the vertices of the fully divided body, because a broken face
 // is assumed to need four new vertices until it is known how many it needs, about one.
 static int choose_capacity(const VoxelMaking *making, Status *status)

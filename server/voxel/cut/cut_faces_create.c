@@ -7,10 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
-                           label)
-
 // ---------------------------------------------------------------------------------------------
 // From scratch
 
@@ -185,11 +181,11 @@ static void create_state(CutFaces *faces, const char *name, Arena *arena, StateL
 {
     const size_t squares = (size_t)faces->square_capacity;
     const size_t vertices = (size_t)faces->lattice->vertex_capacity;
-    faces->square = ALLOCATE(squares, int, "squares");
-    faces->shown = ALLOCATE(1, int64_t, "square count");
-    faces->slot_vertex = ALLOCATE(vertices, int, "published vertices");
-    faces->slot_count = ALLOCATE(1, int64_t, "published count");
-    faces->copied_from = ALLOCATE(vertices, int, "origins of vertices");
+    faces->square = ALLOCATE(ARENA_TOPOLOGY, squares, int, "squares");
+    faces->shown = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "square count");
+    faces->slot_vertex = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "published vertices");
+    faces->slot_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "published count");
+    faces->copied_from = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "origins of vertices");
     state_add(state, faces->square, squares * sizeof *faces->square, "%s/squares", name);
     state_add(state, faces->shown, sizeof *faces->shown, "%s/square_count", name);
     state_add(state, faces->slot_vertex, vertices * sizeof *faces->slot_vertex, "%s/published",
@@ -203,25 +199,25 @@ static void create_surface(CutFaces *faces, const char *name, bool without_conta
 {
     const int triangles = 2 * faces->square_capacity, cells = faces->cell_count;
     const int vertices = faces->lattice->vertex_capacity;
-    faces->counted = ALLOCATE(cells, unsigned char, "counted faces");
+    faces->counted = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "counted faces");
     faces->square_of = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)cells,
                                       sizeof *faces->square_of, "%s/squares of cells", name);
     faces->face = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles, sizeof *faces->face,
                                  "%s/faces", name);
     faces->neighbor = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles,
                                      sizeof *faces->neighbor, "%s/face neighbours", name);
-    faces->area = ALLOCATE(triangles, double, "face areas");
+    faces->area = ALLOCATE(ARENA_TOPOLOGY, triangles, double, "face areas");
     for (int f = 0; f < triangles; f++)
         faces->area[f] = faces->half;
-    faces->start = ALLOCATE(vertices, int, "node face start");
-    faces->end = ALLOCATE(vertices, int, "node face end");
+    faces->start = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node face start");
+    faces->end = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node face end");
     for (int v = 0; v < vertices; v++)
         faces->start[v] = faces->end[v] = CUT_NODE_FACES * v;
-    faces->list = ALLOCATE((long)CUT_NODE_FACES * vertices, int, "node faces");
-    faces->node_area = ALLOCATE(vertices, double, "node areas");
-    faces->born = ALLOCATE(vertices, NodeBirth, "born nodes");
-    faces->touched = ALLOCATE(vertices, int, "touched nodes");
-    faces->is_touched = ALLOCATE(vertices, unsigned char, "touched");
+    faces->list = ALLOCATE(ARENA_TOPOLOGY, (long)CUT_NODE_FACES * vertices, int, "node faces");
+    faces->node_area = ALLOCATE(ARENA_TOPOLOGY, vertices, double, "node areas");
+    faces->born = ALLOCATE(ARENA_TOPOLOGY, vertices, NodeBirth, "born nodes");
+    faces->touched = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "touched nodes");
+    faces->is_touched = ALLOCATE(ARENA_TOPOLOGY, vertices, unsigned char, "touched");
     if (without_contacts)
         return;
     // A corner of the body is a sixth as stiff as the middle of a face: contacts need the firmness.
@@ -240,14 +236,14 @@ static void create_mesh(CutFaces *faces, const char *name, Arena *arena)
     if (!faces->all)
         faces->triangle = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles,
                                          sizeof *faces->triangle, "%s/triangles", name);
-    faces->cell_of = ALLOCATE(vertices, int, "cells of vertices");
-    faces->slot_of = ALLOCATE(vertices, int, "slots of vertices");
-    faces->id = ALLOCATE(vertices, int, "node ids");
-    faces->origin = ALLOCATE(vertices, int, "node origins");
-    faces->piece = ALLOCATE(vertices, int, "node pieces");
+    faces->cell_of = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "cells of vertices");
+    faces->slot_of = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "slots of vertices");
+    faces->id = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node ids");
+    faces->origin = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node origins");
+    faces->piece = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node pieces");
     faces->parent = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)vertices, sizeof *faces->parent,
                                    "%s/node parents", name);
-    faces->level = ALLOCATE(vertices, signed char, "node levels");
+    faces->level = ALLOCATE(ARENA_TOPOLOGY, vertices, signed char, "node levels");
 }
 
 static void describe(CutFaces *faces, double size, Body *body)

@@ -6,10 +6,6 @@
 #include <limits.h>
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
-                           label)
-
 // ---------------------------------------------------------------------------------------------
 // Elements: all blocks of cells that a leaf covers
 
@@ -111,8 +107,8 @@ static void create_elements(CutLattice *lattice, const char *name, const Layout 
     memcpy(lattice->count, layout->count, sizeof lattice->count);
     memcpy(lattice->lattice_count, layout->lattice_count, sizeof lattice->lattice_count);
     const int elements = count_elements(layout);
-    lattice->element = ALLOCATE(elements, CutElement, "elements");
-    lattice->window_of = ALLOCATE(elements, int, "windows of elements");
+    lattice->element = ALLOCATE(ARENA_TOPOLOGY, elements, CutElement, "elements");
+    lattice->window_of = ALLOCATE(ARENA_TOPOLOGY, elements, int, "windows of elements");
     long windows = 0;
     for (int level = 0; level <= layout->levels; level++) {
         long blocks = 1, within = 1;
@@ -120,10 +116,10 @@ static void create_elements(CutLattice *lattice, const char *name, const Layout 
             blocks *= blocks_along(lattice, level, d);
             within *= windows_along(lattice, level, d);
         }
-        lattice->lut[level] = ALLOCATE(blocks, int, "element table");
+        lattice->lut[level] = ALLOCATE(ARENA_TOPOLOGY, blocks, int, "element table");
         windows += within;
     }
-    lattice->window = ALLOCATE(windows, CutWindow, "windows");
+    lattice->window = ALLOCATE(ARENA_TOPOLOGY, windows, CutWindow, "windows");
     number_elements(lattice, layout);
     ASSERT(lattice->element_count == elements);
     join_families(lattice);
@@ -134,30 +130,31 @@ static void create_elements(CutLattice *lattice, const char *name, const Layout 
 
 static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
 {
-    CutScratch *scratch = ALLOCATE(1, CutScratch, "cut scratch");
+    CutScratch *scratch = ALLOCATE(ARENA_TOPOLOGY, 1, CutScratch, "cut scratch");
     lattice->scratch = scratch;
     long points = 1;
     for (int d = 0; d < 3; d++)
         points *= scratch->points[d] = lattice->lattice_count[d] + 1;
     const int elements = lattice->element_count, cells = lattice->level_first[1];
     scratch->grid = ALLOCATE(
+        ARENA_TOPOLOGY,
         cut_parts_grid(lattice, lattice->count[0], lattice->count[1], lattice->count[2]) + 1, int,
         "leaves of cells");
     scratch->place = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->vertex_capacity,
                                     sizeof *scratch->place, "%s/%s", name, "points of vertices");
-    scratch->head = ALLOCATE(points, int, "first vertices");
-    scratch->next = ALLOCATE(lattice->vertex_capacity, int, "next vertices");
-    scratch->visited = ALLOCATE(points, unsigned char, "visited points");
-    scratch->bitten = ALLOCATE(elements, unsigned char, "bitten elements");
-    scratch->fresh = ALLOCATE(elements - cells, int, "fresh wishes");
-    scratch->listed_element = ALLOCATE(elements, bool, "listed elements");
-    scratch->listed_face = ALLOCATE(cells, unsigned char, "listed faces");
+    scratch->head = ALLOCATE(ARENA_TOPOLOGY, points, int, "first vertices");
+    scratch->next = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, int, "next vertices");
+    scratch->visited = ALLOCATE(ARENA_TOPOLOGY, points, unsigned char, "visited points");
+    scratch->bitten = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "bitten elements");
+    scratch->fresh = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "fresh wishes");
+    scratch->listed_element = ALLOCATE(ARENA_TOPOLOGY, elements, bool, "listed elements");
+    scratch->listed_face = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "listed faces");
     for (int at = 0; at < 27; at++)
         scratch->node_at[at] = (signed char)node_at_offset(at % 3, at / 3 % 3, at / 9);
     cut_points_list_parents(scratch);
     CutChanges *changes = &lattice->changes;
-    changes->element = ALLOCATE(elements, int, "changed elements");
-    changes->birth = ALLOCATE(lattice->vertex_capacity, CutBirth, "born vertices");
+    changes->element = ALLOCATE(ARENA_TOPOLOGY, elements, int, "changed elements");
+    changes->birth = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, CutBirth, "born vertices");
     changes->face = arena_allocate(arena, ARENA_TOPOLOGY, 3 * (size_t)cells, sizeof *changes->face,
                                    "%s/%s", name, "changed faces");
 }
@@ -166,10 +163,10 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
 {
     const size_t elements = (size_t)lattice->element_count, cells = (size_t)lattice->level_first[1];
     const size_t vertices = (size_t)lattice->vertex_capacity;
-    lattice->divided = ALLOCATE(elements, unsigned char, "divided");
-    lattice->broken = ALLOCATE(cells, unsigned char, "broken");
-    lattice->vertex_id = ALLOCATE(vertices, int, "cut vertex ids");
-    lattice->vertex_count = ALLOCATE(1, int64_t, "vertex count");
+    lattice->divided = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "divided");
+    lattice->broken = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "broken");
+    lattice->vertex_id = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "cut vertex ids");
+    lattice->vertex_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "vertex count");
     state_add(state, lattice->divided, elements, "%s/divided", name);
     state_add(state, lattice->broken, cells, "%s/broken", name);
     state_add(state, lattice->vertex_id, vertices * sizeof *lattice->vertex_id, "%s/vertex_ids",
@@ -179,7 +176,7 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
                                      name, "corners");
     lattice->node = arena_allocate(arena, ARENA_TOPOLOGY, elements - cells, sizeof *lattice->node,
                                    "%s/%s", name, "nodes");
-    lattice->wanted = ALLOCATE(elements - cells, int, "wanted divisions");
+    lattice->wanted = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "wanted divisions");
 }
 
 bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *arena,

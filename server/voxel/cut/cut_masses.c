@@ -7,10 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
-                           label)
-
 void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
 {
     const CutLattice *lattice = masses->lattice;
@@ -18,11 +14,11 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
     masses->share = arena_allocate(arena, ARENA_TOPOLOGY,
                                    (size_t)(lattice->element_count - lattice->level_first[1]),
                                    sizeof *masses->share, "%s/shares of mass", name);
-    masses->touched = ALLOCATE(vertices, int, "touched vertices");
-    masses->group = ALLOCATE(vertices, int, "groups of vertices");
-    masses->next = ALLOCATE(vertices, int, "next in group");
-    masses->last = ALLOCATE(vertices, int, "last in group");
-    masses->mass_before = ALLOCATE(vertices, double, "masses before");
+    masses->touched = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "touched vertices");
+    masses->group = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "groups of vertices");
+    masses->next = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "next in group");
+    masses->last = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "last in group");
+    masses->mass_before = ALLOCATE(ARENA_TOPOLOGY, vertices, double, "masses before");
     memset(masses->group, -1, (size_t)vertices * sizeof *masses->group);
 }
 

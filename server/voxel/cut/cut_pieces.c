@@ -9,10 +9,6 @@
 
 #include <string.h>
 
-#define ALLOCATE(count, type, label)                                                               \
-    (type *)arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof(type), "%s/%s", name,    \
-                           label)
-
 enum {
     LINKS = 1024,   // in one call, beyond which everything is numbered from scratch
     EFFORT = 20000, // cells that the searches of one call may visit before that
@@ -281,21 +277,21 @@ void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const Voxel
     const char *name = making->options->body.name;
     const int cells = lattice->level_first[1];
     *pieces = (CutPieces){.lattice = lattice, .cell_count = cells};
-    pieces->first = ALLOCATE(cells, int, "first cells of pieces");
-    pieces->count = ALLOCATE(1, int64_t, "piece count");
+    pieces->first = ALLOCATE(ARENA_TOPOLOGY, cells, int, "first cells of pieces");
+    pieces->count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "piece count");
     state_add(state, pieces->first, (size_t)cells * sizeof *pieces->first, "%s/pieces", name);
     state_add(state, pieces->count, sizeof *pieces->count, "%s/piece_count", name);
-    pieces->root = ALLOCATE(cells, int, "roots of pieces");
-    pieces->number = ALLOCATE(cells, int, "piece numbers");
-    pieces->seen = ALLOCATE(cells, int, "searches");
-    pieces->set = ALLOCATE(2 * LINKS, int, "sets of searches");
-    pieces->size = ALLOCATE(cells, int, "sizes of pieces");
-    pieces->rest = ALLOCATE(cells, int, "what pieces left");
+    pieces->root = ALLOCATE(ARENA_TOPOLOGY, cells, int, "roots of pieces");
+    pieces->number = ALLOCATE(ARENA_TOPOLOGY, cells, int, "piece numbers");
+    pieces->seen = ALLOCATE(ARENA_TOPOLOGY, cells, int, "searches");
+    pieces->set = ALLOCATE(ARENA_TOPOLOGY, 2 * LINKS, int, "sets of searches");
+    pieces->size = ALLOCATE(ARENA_TOPOLOGY, cells, int, "sizes of pieces");
+    pieces->rest = ALLOCATE(ARENA_TOPOLOGY, cells, int, "what pieces left");
     memset(pieces->rest, -1, (size_t)cells * sizeof *pieces->rest);
-    pieces->left = ALLOCATE(LINKS, int, "pieces that left");
+    pieces->left = ALLOCATE(ARENA_TOPOLOGY, LINKS, int, "pieces that left");
     pieces->labels = 1;
     for (int side = 0; side < 2; side++)
-        pieces->queue[side] = ALLOCATE(cells, int, "search queue");
+        pieces->queue[side] = ALLOCATE(ARENA_TOPOLOGY, cells, int, "search queue");
     find_pieces(pieces);
     number_as_mesh(pieces, &making->mesh, &making->layout);
     bool good = cut_pieces_derive(pieces);

@@ -6,9 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#define ALLOCATE(use, count, type, label)                                                          \
-    (type *)arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
-
 static const double AWAY_FROM_FRONT = 1.5;
 
 // Stress of one element, in the base frame.
