@@ -7,7 +7,6 @@
 #include "io/mesh_import.h"
 #include "io/mesh_formats.h"
 #include "scene/prepared.h"
-#include "io/units.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -3,7 +3,7 @@
 #ifndef PLIANT_CLIENTS_RECORD_ITEM_H
 #define PLIANT_CLIENTS_RECORD_ITEM_H
 
-#include "io/recording_mesh.h"
+#include "io/recording.h"
 
 #include <stddef.h>
 

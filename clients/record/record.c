@@ -4,7 +4,7 @@
 #include "convert.h"
 #include "live.h"
 
-#include "io/recording_info.h"
+#include "io/recording.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,10 +1,12 @@
 // The thread that writes files calls checkpoint_write; the rest is called once, at load time.
+
 #include "io/checkpoint.h"
 
 #include "base/check.h"
+#include "base/compare.h"
 #include "base/fnv.h"
 #include "base/log.h"
-#include "io/checkpoint_rows.h"
+#include "io/hdf.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +16,158 @@
 enum { CHECKPOINT_VERSION = 2, NAME_TEXT = 160 };
 
 #ifdef PLIANT_WITH_HDF5
+
+// --- the readable part of a body: the state of its nodes, in ascending id ------------------------
+
+typedef struct BodyRows {
+    int count;
+    int *id;
+    Vec3 *position, *velocity; // [m], [m/s]
+} BodyRows;
+
+static void create_rows(BodyRows *rows, int count)
+{
+    size_t size = (size_t)count + 1;
+    *rows = (BodyRows){.count = count,
+                       .id = calloc(size, sizeof *rows->id),
+                       .position = calloc(size, sizeof *rows->position),
+                       .velocity = calloc(size, sizeof *rows->velocity)};
+    ASSERT(rows->id != NULL && rows->position != NULL && rows->velocity != NULL);
+}
+
+static void destroy_rows(BodyRows *rows)
+{
+    free(rows->id);
+    free(rows->position);
+    free(rows->velocity);
+}
+
+typedef struct IdSlot {
+    int id, slot; // id first, for compare_ints
+} IdSlot;
+
+// Sorts slots, some of which may be free (id -1), into rows. The caller destroys them.
+static void sort_rows(BodyRows *rows, int slots, const int *id, const Vec3 *position,
+                      const Vec3 *velocity)
+{
+    IdSlot *order = calloc((size_t)slots + 1, sizeof *order);
+    ASSERT(order != NULL);
+    int count = 0;
+    for (int i = 0; i < slots; i++)
+        if (id[i] >= 0)
+            order[count++] = (IdSlot){id[i], i};
+    qsort(order, (size_t)count, sizeof *order, compare_ints);
+    create_rows(rows, count);
+    for (int i = 0; i < count; i++) {
+        rows->id[i] = order[i].id;
+        rows->position[i] = position[order[i].slot];
+        rows->velocity[i] = velocity[order[i].slot];
+    }
+    free(order);
+}
+
+static bool same_rows(const BodyRows *a, const BodyRows *b)
+{
+    size_t count = (size_t)a->count;
+    return a->count == b->count && memcmp(a->id, b->id, count * sizeof *a->id) == 0 &&
+           memcmp(a->position, b->position, count * sizeof *a->position) == 0 &&
+           memcmp(a->velocity, b->velocity, count * sizeof *a->velocity) == 0;
+}
+
+// Names of a body's data sets.
+typedef struct RowNames {
+    char id[NAME_TEXT], position[NAME_TEXT], velocity[NAME_TEXT];
+} RowNames;
+
+static RowNames name_rows(const Body *body)
+{
+    RowNames names;
+    snprintf(names.id, NAME_TEXT, "/bodies/%s/id", body->name);
+    snprintf(names.position, NAME_TEXT, "/bodies/%s/position", body->name);
+    snprintf(names.velocity, NAME_TEXT, "/bodies/%s/velocity", body->name);
+    return names;
+}
+
+// Takes the rows of the current state; the caller destroys them.
+static void show(BodyRows *rows, const Body *body)
+{
+    BodyRows slots;
+    create_rows(&slots, body->state_capacity);
+    int count = body->ops->read_state(body->model, slots.id, slots.position, slots.velocity);
+    sort_rows(rows, count, slots.id, slots.position, slots.velocity);
+    destroy_rows(&slots);
+}
+
+// True if the body's current state has exactly these rows, bit for bit.
+static bool rows_are_shown(const Body *body, const BodyRows *rows)
+{
+    BodyRows now;
+    show(&now, body);
+    bool same = same_rows(&now, rows);
+    destroy_rows(&now);
+    return same;
+}
+
+// True if these are the ids of a body whose ids never change.
+static bool same_ids(const Body *body, const BodyRows *rows)
+{
+    BodyRows now;
+    show(&now, body);
+    bool same = now.count == rows->count &&
+                memcmp(now.id, rows->id, (size_t)now.count * sizeof *now.id) == 0;
+    destroy_rows(&now);
+    return same;
+}
+
+// Writes /bodies/<name>/{id, position, velocity}.
+static bool write_rows(const HdfFile *file, const Body *body, const BodyRows *rows)
+{
+    const RowNames names = name_rows(body);
+    const hsize_t size[2] = {(hsize_t)rows->count, 3};
+    return hdf_write(file, names.id, H5T_NATIVE_INT, 1, size, rows->id, "1") &&
+           hdf_write(file, names.position, H5T_NATIVE_DOUBLE, 2, size, rows->position, "m") &&
+           hdf_write(file, names.velocity, H5T_NATIVE_DOUBLE, 2, size, rows->velocity, "m/s");
+}
+
+// True if the number of nodes in the file is one that the body has or can have.
+static bool check_row_count(const HdfFile *file, const Body *body)
+{
+    const RowNames names = name_rows(body);
+    int64_t count = hdf_count_vectors(file, names.position);
+    bool changes = body_changes(body);
+    int most = body->state_capacity;
+    if (count < 0)
+        return false;
+    return (count == most || (changes && count > 0 && count < most)) ||
+           hdf_fail(file, names.position, "has %lld rows, the body %s%d nodes", (long long)count,
+                    changes ? "at most " : "", most);
+}
+
+static bool ascend(const int *id, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (id[i] <= (i > 0 ? id[i - 1] : -1))
+            return false;
+    return true;
+}
+
+// Reads the rows; call after check_row_count. Ids must be those of the body, or ascending if its
+// mesh changes. The caller destroys the rows, also after a failure.
+static bool read_rows(const HdfFile *file, const Body *body, BodyRows *rows)
+{
+    const RowNames names = name_rows(body);
+    int64_t count = hdf_count_vectors(file, names.position);
+    if (count < 0)
+        return false;
+    create_rows(rows, (int)count);
+    if (!hdf_read_numbers(file, names.id, H5T_NATIVE_INT, (size_t)count, rows->id))
+        return false;
+    // The state decides which nodes a changing mesh has.
+    bool fits = body_changes(body) ? ascend(rows->id, rows->count) : same_ids(body, rows);
+    return (fits || hdf_fail(file, names.id, "differ from the nodes of the mesh")) &&
+           hdf_read_vectors(file, names.position, count, rows->position) &&
+           hdf_read_vectors(file, names.velocity, count, rows->velocity);
+}
 
 // --- writing -------------------------------------------------------------------------------------
 
@@ -40,10 +194,10 @@ static bool write_head(const HdfFile *file, const WorldImage *image, const World
 static bool write_body(const HdfFile *file, const WorldImage *image, const Body *body, int index)
 {
     BodyRows rows;
-    checkpoint_rows_sort(&rows, image->node_count[index], image->id[index], image->position[index],
-                         image->velocity[index]);
-    bool ok = checkpoint_rows_write(file, body, &rows);
-    checkpoint_rows_destroy(&rows);
+    sort_rows(&rows, image->node_count[index], image->id[index], image->position[index],
+              image->velocity[index]);
+    bool ok = write_rows(file, body, &rows);
+    destroy_rows(&rows);
     return ok;
 }
 
@@ -153,7 +307,7 @@ static bool check_head(const HdfFile *file, const World *world)
     if (version != CHECKPOINT_VERSION)
         return hdf_fail(file, "/", "version %d must be %d", version, CHECKPOINT_VERSION);
     for (int i = 0; i < sim_body_count(world->sim); i++)
-        if (!checkpoint_rows_check_count(file, sim_body(world->sim, i)))
+        if (!check_row_count(file, sim_body(world->sim, i)))
             return false;
     fnv_text(physics, world->physics);
     if (!hdf_read_text(file, "/", "physics", text, sizeof text))
@@ -182,7 +336,7 @@ static bool read_image(const HdfFile *file, WorldImage *image, BodyRows *rows, c
 {
     unsigned char *to = image->block;
     for (int i = 0; i < sim_body_count(world->sim); i++)
-        if (!checkpoint_rows_read(file, sim_body(world->sim, i), &rows[i]))
+        if (!read_rows(file, sim_body(world->sim, i), &rows[i]))
             return false;
     for (int i = 0; i < world->state.count; i++) {
         const StateArray *array = &world->state.array[i];
@@ -215,7 +369,7 @@ static bool check_state(const HdfFile *file, const WorldImage *image, const Body
         char name[NAME_TEXT];
         snprintf(name, sizeof name, "/bodies/%s", body->name);
         // For a mesh that changes check the state first: only a sound one has nodes to compare.
-        if ((sound || !body_changes(body)) && !checkpoint_rows_shown(body, &rows[i]))
+        if ((sound || !body_changes(body)) && !rows_are_shown(body, &rows[i]))
             return hdf_fail(file, name, "does not match the state");
         if (!sound)
             return hdf_fail(file, name, "is beyond what can be simulated");
@@ -260,7 +414,7 @@ bool checkpoint_read(const char *path, World *world, Status *status)
               hdf_read_text(&file, "/state", "isa", isa, sizeof isa) && hdf_alive(&file) &&
               apply_image(&file, &image, rows, world);
     for (int i = 0; i < sim_body_count(world->sim); i++)
-        checkpoint_rows_destroy(&rows[i]);
+        destroy_rows(&rows[i]);
     free(rows);
     if (ok && strcmp(isa, isa_of(world)) != 0)
         log_line(LOG_INFO, "%s: was written with %.32s kernels, the run goes on with %s", path, isa,

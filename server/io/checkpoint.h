@@ -1,9 +1,11 @@
-// Checkpoints, in HDF5 (README.md, "What HDF5 does").
+// Checkpoints and initial states of bodies, in HDF5 (README.md, "What HDF5 does").
 #ifndef PLIANT_IO_CHECKPOINT_H
 #define PLIANT_IO_CHECKPOINT_H
 
 #include "base/output.h"
+#include "base/status.h"
 #include "dynamics/world.h"
+#include "geometry/mesh.h"
 
 // True if a run from the world's current step may write its checkpoints to `path`: they must not
 // replace a file of another kind, nor a later checkpoint of the same physics. Returns false with
@@ -27,5 +29,16 @@ bool checkpoint_write_claimed(OutputClaim *claim, const WorldImage *image, const
 // Validates the file against the scene and the world (format, version, names, sizes, hash of the
 // scene's physics) and replaces the world's state. The continued run is bit-identical.
 bool checkpoint_read(const char *path, World *world, Status *status);
+
+// --- initial states; load time only --------------------------------------------------------------
+
+// Reads /position [m] and /velocity [m/s], [n][3] float64, of an `initial` file. n must be
+// mesh->node_count, or mesh->file_node_count (each node then takes its row of the file). The caller
+// frees the arrays.
+bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 **velocity,
+                  Status *status);
+// Reads the same for a body whose nodes are not known yet: all rows of the file, at most `most`.
+bool initial_read_rows(const char *path, int most, int *count, Vec3 **position, Vec3 **velocity,
+                       Status *status);
 
 #endif

@@ -1,18 +1,25 @@
-// Whole HDF5 files: opening, saving, seals. Called at load time, by the files thread, and by
-// clients that record; never by the step thread. HDF5 prints nothing: its errors become a Status.
+// Whole HDF5 files: opening, saving, seals, the child that reads them, and tables that grow. Called
+// at load time, by the files thread, and by clients that record; never by the step thread. HDF5
+// prints nothing: its errors become a Status.
+
 #include "io/hdf.h"
 
 #ifdef PLIANT_WITH_HDF5
-#include "base/output.h"
+#include "base/check.h"
 #include "base/fnv.h"
-#include "io/hdf_child.h"
+#include "base/output.h"
 
 #include <errno.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 enum { CORE_INCREMENT = 1 << 20, SEAL_BYTES = 512, PIECE_BYTES = 1 << 16 };
@@ -204,5 +211,251 @@ bool hdf_open_target(HdfFile *file, const char *path, const char *format, Status
         return true;
     hdf_close(file);
     return status_fail(status, STATUS_INVALID, "%.400s: it is not replaced", why.text);
+}
+
+// --- the child process ---------------------------------------------------------------------------
+
+enum {
+    CPU_SECONDS = 30,        // reading a gigabyte takes two
+    MEMORY_MARGIN = 1 << 30, // [bytes], on top of our own at the start and four times the file
+};
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED 1 // no address space limit is possible with shadow memory
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define SANITIZED 1
+#endif
+#endif
+#ifndef SANITIZED
+#define SANITIZED 0
+#endif
+
+#if SANITIZED
+// A fuzzer saves the input of a process that dies; here the child may die.
+void __sanitizer_set_death_callback(void (*callback)(void)) __attribute__((weak));
+#endif
+
+// Returns the size of the address space as the kernel counts it for RLIMIT_AS.
+static rlim_t address_space(void)
+{
+    unsigned long pages = 0;
+    FILE *file = fopen("/proc/self/statm", "re");
+    if (file == NULL || fscanf(file, "%lu", &pages) != 1)
+        pages = 0;
+    if (file != NULL)
+        fclose(file);
+    return (rlim_t)pages * (rlim_t)sysconf(_SC_PAGESIZE);
+}
+
+static void limit(int what, rlim_t most)
+{
+    struct rlimit bound;
+    if (getrlimit(what, &bound) != 0 || (bound.rlim_max != RLIM_INFINITY && bound.rlim_max < most))
+        return;
+    bound.rlim_cur = bound.rlim_max = most;
+    setrlimit(what, &bound);
+}
+
+// Limits the child: default signal actions, no core file, bounded time and memory.
+static void restrain(const char *path)
+{
+    struct stat facts;
+    for (int number = 1; number < NSIG; number++)
+        signal(number, SIG_DFL);
+    sigset_t none;
+    sigemptyset(&none);
+    sigprocmask(SIG_SETMASK, &none, NULL);
+#if SANITIZED
+    if (__sanitizer_set_death_callback != NULL)
+        __sanitizer_set_death_callback(NULL);
+#endif
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    limit(RLIMIT_CORE, 0);
+    limit(RLIMIT_CPU, CPU_SECONDS);
+    rlim_t used = address_space(), size = stat(path, &facts) == 0 ? (rlim_t)facts.st_size : 0;
+    // A sparse file counts by the space that it occupies.
+    rlim_t stored = stat(path, &facts) == 0 ? (rlim_t)facts.st_blocks * 512 : 0;
+    if (!SANITIZED && used > 0)
+        limit(RLIMIT_AS, used + 4 * (size < stored ? size : stored) + MEMORY_MARGIN);
+}
+
+HdfChild *hdf_child_start(const char *path, HdfServe *run, void *user, Status *status)
+{
+    int end[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, end) != 0) {
+        status_fail(status, STATUS_FAILED, "%s: cannot be read: %s", path, strerror(errno));
+        return NULL;
+    }
+    HdfChild *child = malloc(sizeof *child);
+    ASSERT(child != NULL);
+    *child = (HdfChild){.pid = fork(), .fd = end[0]};
+    if (child->pid == 0) {
+        close(end[0]);
+        restrain(path);
+        run(end[1], user);
+        _exit(0);
+    }
+    close(end[1]);
+    if (child->pid > 0)
+        return child;
+    status_fail(status, STATUS_FAILED, "%s: no process to read it: %s", path, strerror(errno));
+    close(end[0]);
+    free(child);
+    return NULL;
+}
+
+// Returns the child's wait status; -1: unknown.
+static int wait_for(HdfChild *child)
+{
+    int ended = -1;
+    if (child->fd >= 0)
+        close(child->fd); // the child sees the end of its input
+    child->fd = -1;
+    if (child->pid > 0)
+        while (waitpid(child->pid, &ended, 0) < 0 && errno == EINTR)
+            continue;
+    child->pid = 0;
+    return ended;
+}
+
+void hdf_child_end(HdfChild *child)
+{
+    if (child == NULL)
+        return;
+    wait_for(child);
+    free(child);
+}
+
+bool hdf_child_failed(HdfChild *child, const char *path, Status *status)
+{
+    const int ended = wait_for(child);
+    if (WIFSIGNALED(ended) && (WTERMSIG(ended) == SIGXCPU || WTERMSIG(ended) == SIGKILL))
+        return status_fail(status, STATUS_INVALID,
+                           "%s: is damaged: HDF5 came to no end with it in %d s", path,
+                           CPU_SECONDS);
+    if (WIFSIGNALED(ended))
+        return status_fail(status, STATUS_INVALID, "%s: is damaged: HDF5 fails on it (%s)", path,
+                           strsignal(WTERMSIG(ended)));
+    return status_fail(status, STATUS_INVALID, "%s: is damaged: HDF5 fails on it", path);
+}
+
+bool hdf_child_send(int fd, const void *data, size_t size)
+{
+    const char *from = data;
+    while (size > 0) {
+        ssize_t sent = send(fd, from, size, MSG_NOSIGNAL);
+        if (sent < 0 && errno == EINTR)
+            continue;
+        if (sent <= 0)
+            return false;
+        from += sent;
+        size -= (size_t)sent;
+    }
+    return true;
+}
+
+bool hdf_child_receive(int fd, void *data, size_t size)
+{
+    char *to = data;
+    while (size > 0) {
+        ssize_t got = recv(fd, to, size, 0);
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got <= 0)
+            return false;
+        to += got;
+        size -= (size_t)got;
+    }
+    return true;
+}
+
+// --- tables --------------------------------------------------------------------------------------
+
+// Fails with the last system error: HDF5 reports what failed but not why.
+static bool fail_table(const HdfFile *file, const char *what)
+{
+    const char *reason = errno != 0 ? strerror(errno) : "HDF5 refuses";
+    return status_fail(file->status, STATUS_FAILED, "%s: cannot be %s: %s", file->path, what,
+                       reason);
+}
+
+static void begin_table(void)
+{
+    hdf_begin();
+    errno = 0;
+}
+
+static int rank_of(const HdfTable *table)
+{
+    return table->columns > 0 ? 2 : 1;
+}
+
+bool hdf_table_create(const HdfFile *file, const char *name, hid_t type, int columns, hsize_t chunk,
+                      const char *unit, HdfTable *table)
+{
+    begin_table();
+    *table = (HdfTable){.set = -1, .type = type, .columns = columns};
+    const hsize_t size[2] = {0, (hsize_t)columns}, most[2] = {H5S_UNLIMITED, (hsize_t)columns};
+    const hsize_t chunks[2] = {chunk > 0 ? chunk : 1, (hsize_t)columns};
+    hid_t groups = H5Pcreate(H5P_LINK_CREATE), layout = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_create_intermediate_group(groups, 1);
+    H5Pset_chunk(layout, rank_of(table), chunks);
+    hid_t space = H5Screate_simple(rank_of(table), size, most);
+    table->set = H5Dcreate2(file->id, name, type, space, groups, layout, H5P_DEFAULT);
+    H5Sclose(space);
+    H5Pclose(layout);
+    H5Pclose(groups);
+    return (table->set >= 0 || fail_table(file, "created")) &&
+           hdf_write_text(file, name, "unit", unit);
+}
+
+// Selects rows [first, first + rows) of the data set, in the file and in memory.
+static void select_rows(const HdfTable *table, hsize_t first, hsize_t rows, hid_t *in_file,
+                        hid_t *in_memory)
+{
+    const hsize_t start[2] = {first, 0}, count[2] = {rows, (hsize_t)table->columns};
+    *in_file = H5Dget_space(table->set);
+    H5Sselect_hyperslab(*in_file, H5S_SELECT_SET, start, NULL, count, NULL);
+    *in_memory = H5Screate_simple(rank_of(table), count, NULL);
+}
+
+bool hdf_table_append(const HdfFile *file, HdfTable *table, hsize_t rows, const void *data)
+{
+    if (rows == 0)
+        return true;
+    begin_table();
+    const hsize_t size[2] = {table->count + rows, (hsize_t)table->columns};
+    if (H5Dset_extent(table->set, size) < 0)
+        return fail_table(file, "written");
+    hid_t in_file, in_memory;
+    select_rows(table, table->count, rows, &in_file, &in_memory);
+    bool ok = H5Dwrite(table->set, table->type, in_memory, in_file, H5P_DEFAULT, data) >= 0 ||
+              fail_table(file, "written");
+    H5Sclose(in_memory);
+    H5Sclose(in_file);
+    if (ok)
+        table->count += rows;
+    return ok;
+}
+
+bool hdf_table_read(const HdfFile *file, const HdfTable *table, hsize_t first, hsize_t rows,
+                    void *to)
+{
+    begin_table();
+    hid_t in_file, in_memory;
+    select_rows(table, first, rows, &in_file, &in_memory);
+    bool ok = H5Dread(table->set, table->type, in_memory, in_file, H5P_DEFAULT, to) >= 0 ||
+              fail_table(file, "read back");
+    H5Sclose(in_memory);
+    H5Sclose(in_file);
+    return ok;
+}
+
+void hdf_table_close(HdfTable *table)
+{
+    if (table->set > 0)
+        H5Dclose(table->set);
+    table->set = 0;
 }
 #endif

@@ -15,10 +15,11 @@
 #include <hdf5.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 typedef struct HdfFile {
     hid_t id;               // in this process; -1: not open here
-    struct HdfChild *child; // in a child process (hdf_child.h); NULL: not open there
+    struct HdfChild *child; // in a child process; NULL: not open there
     const char *path;
     struct OutputClaim *claim; // for hdf_save: of the path; or NULL
     Status *status;
@@ -86,6 +87,55 @@ bool hdf_write_int(const HdfFile *file, const char *object, const char *name, in
 bool hdf_read_long(const HdfFile *file, const char *object, const char *name, int64_t *value);
 bool hdf_write_long(const HdfFile *file, const char *object, const char *name, int64_t value);
 bool hdf_set_long(const HdfFile *file, const char *object, const char *name, int64_t value);
+// --- tables: data sets that grow row by row ------------------------------------------------------
+
+// In a file that others may read while it is written (SWMR). Any thread but the step thread.
+
+typedef struct HdfTable {
+    hid_t set;     // 0 or less: none
+    hid_t type;    // of a number, in memory and in the file; not owned
+    int columns;   // 0: rows are single numbers, the data set has one dimension
+    hsize_t count; // rows
+} HdfTable;
+
+// Creates an empty data set with its attribute unit and makes its groups. `chunk` rows are stored
+// together.
+bool hdf_table_create(const HdfFile *file, const char *name, hid_t type, int columns, hsize_t chunk,
+                      const char *unit, HdfTable *table);
+// Appends rows; they are permanent after the next flush of the file.
+bool hdf_table_append(const HdfFile *file, HdfTable *table, hsize_t rows, const void *data);
+// Reads rows [first, first + rows), which must exist.
+bool hdf_table_read(const HdfFile *file, const HdfTable *table, hsize_t first, hsize_t rows,
+                    void *to);
+void hdf_table_close(HdfTable *table);
+// --- a child process that reads a file for us ----------------------------------------------------
+
+// HDF5 crashes on some damaged or malicious files; in the child it takes no other process with it,
+// and its time and memory are limited. For load time and programs that only read, never while the
+// simulation runs.
+
+typedef struct HdfChild {
+    pid_t pid;
+    int fd; // socket to the child
+} HdfChild;
+
+// Runs in the child: answers on `fd` until the other end closes. Its memory is a copy of ours at
+// the start.
+typedef void HdfServe(int fd, void *user);
+
+// Starts a child for the file at `path`. Returns NULL with `status` (STATUS_FAILED) on failure.
+HdfChild *hdf_child_start(const char *path, HdfServe *serve, void *user, Status *status);
+// Ends the child and frees it.
+void hdf_child_end(HdfChild *child);
+
+// Transfer exactly `size` bytes, in either direction and from either side; return false if the
+// other end is gone.
+bool hdf_child_send(int fd, const void *data, size_t size);
+bool hdf_child_receive(int fd, void *data, size_t size);
+
+// After one of these returned false: sets the reason why the child is gone; returns false.
+bool hdf_child_failed(HdfChild *child, const char *path, Status *status);
+
 #endif
 
 #endif

@@ -3,7 +3,6 @@
 
 #ifdef PLIANT_WITH_HDF5
 #include "base/check.h"
-#include "io/hdf_child.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 // Reads the initial state of a body. Called once per body, at load time.
-#include "io/initial.h"
+#include "io/checkpoint.h"
 
 #include "io/hdf.h"
 

@@ -6,6 +6,8 @@
 #include "base/status.h"
 #include "geometry/mesh_repair.h"
 
+#include <stdbool.h>
+
 // Contents of a file and the repairs that were needed.
 typedef struct MeshImport {
     const char *format; // "binary STL"
@@ -17,5 +19,26 @@ typedef struct MeshImport {
 // file, not scaled. Errors are one sentence that names the file and its line or element; faces and
 // nodes count from 0 in the order of the file.
 bool mesh_import(const char *path, TriMesh *mesh, MeshImport *import, Status *status);
+
+// --- units ---------------------------------------------------------------------------------------
+
+// The length unit of a mesh file, which most formats do not state: guessed from its extent and from
+// comments that some programs write. Load time only.
+typedef struct Units {
+    double scale;     // metres per unit of the file
+    const char *name; // "mm"
+    bool doubt;       // another unit is as likely
+    char reason[256]; // a sentence without its full stop
+} Units;
+
+enum { UNITS_LENGTH = 32 };
+
+// Parses "m", "dm", "cm", "mm" or "um"; returns false for anything else.
+bool units_parse(const char *name, double *scale);
+// Guesses the unit of a file whose mesh has this extent (longest side of its box, in file units).
+// Searches the first lines of `path` for a unit.
+Units units_guess(const char *path, double extent);
+// Formats a length: "250 mm", "9 mm", "0.1 um", "3.2 m".
+void units_length(double metres, char text[UNITS_LENGTH]);
 
 #endif

@@ -3,16 +3,50 @@
 #include "io/recording.h"
 
 #include "base/check.h"
-#include "io/recording_info.h"
 #include "io/recording_parts.h"
 
 #include <stddef.h>
+#include <string.h>
+
+// --- meshes without free slots -------------------------------------------------------------------
+
+RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *slots)
+{
+    int triangles = 0;
+    to->topology = slots->topology;
+    to->live_count = 0;
+    for (int i = 0; i < slots->node_count; i++) {
+        if (slots->id[i] < 0)
+            continue;
+        to->row[i] = to->live_count;
+        to->id[to->live_count] = slots->id[i];
+        to->live[to->live_count++] = i;
+    }
+    for (int t = 0; t < slots->triangle_count; t++) {
+        const int *corner = slots->triangle[t];
+        if (corner[0] == corner[1])
+            continue;
+        for (int k = 0; k < 3; k++)
+            to->triangle[triangles][k] = to->row[corner[k]];
+        triangles++;
+    }
+    return (RecordingTopology){.number = slots->topology,
+                               .node_count = to->live_count,
+                               .triangle_count = triangles,
+                               .node_id = to->id,
+                               .triangle = (const int(*)[3])to->triangle};
+}
+
+void recording_mesh_positions(const RecordingMesh *mesh, const float *slots, float *to)
+{
+    for (int i = 0; i < mesh->live_count; i++)
+        memcpy(to + 3 * (size_t)i, slots + 3 * (size_t)mesh->live[i], 3 * sizeof *to);
+}
 
 #ifdef PLIANT_WITH_HDF5
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -32,62 +66,6 @@ enum {
 static const int64_t FLUSH_EVERY_NS = 1000000000;
 
 // --- creation ------------------------------------------------------------------------------------
-
-static bool refuse(const char *path, const char *why, Status *status)
-{
-    return status_fail(status, STATUS_INVALID, "%s: cannot record: %s", path, why);
-}
-
-static bool is_hdf5(int fd)
-{
-    static const char signature[8] = "\211HDF\r\n\032\n";
-    char head[sizeof signature];
-    return pread(fd, head, sizeof head, 0) == sizeof head &&
-           memcmp(head, signature, sizeof head) == 0;
-}
-
-static bool is_recording(const char *path)
-{
-    RecordingInfo *info = malloc(sizeof *info);
-    ASSERT(info != NULL);
-    bool ok = recording_info_read(path, info, &(Status){0});
-    free(info);
-    return ok;
-}
-
-// Never replaces data that may still be needed, and gives reasons where HDF5 only reports a
-// failure. Returns a descriptor, or -1.
-static int claim(const char *path, bool overwrite, Status *status)
-{
-    struct stat facts;
-    int mode = overwrite ? O_RDWR : O_WRONLY; // a file to be overwritten is read first
-    int fd = open(path, mode | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
-    if (fd < 0 || fstat(fd, &facts) != 0)
-        refuse(path, strerror(errno), status);
-    else if (!S_ISREG(facts.st_mode))
-        refuse(path, "is not a regular file", status);
-    else if (facts.st_size > 0 && !overwrite)
-        refuse(path, "exists already, and a recording replaces no file: remove it or name another",
-               status);
-    else if (facts.st_size > 0 && !is_hdf5(fd))
-        refuse(path, "is no HDF5 file, let alone a recording, which is all that is overwritten",
-               status);
-    else if (facts.st_size > 0 && !is_recording(path))
-        refuse(path, "is no recording, which is all that is overwritten", status);
-    else
-        return fd;
-    if (fd >= 0)
-        close(fd);
-    return -1;
-}
-
-bool recording_claim(const char *path, bool overwrite, Status *status)
-{
-    int fd = claim(path, overwrite, status);
-    if (fd >= 0)
-        close(fd);
-    return fd >= 0;
-}
 
 static bool create_file(Recording *recording)
 {
@@ -449,7 +427,7 @@ static void destroy(Recording *recording)
 
 Recording *recording_create(const char *path, const RecordingOptions *options, Status *status)
 {
-    int fd = claim(path, options->overwrite, status);
+    int fd = recording_open_target(path, options->overwrite, status);
     if (fd < 0)
         return NULL;
     Recording *recording = calloc(1, sizeof *recording);

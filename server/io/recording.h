@@ -9,6 +9,7 @@
 #include "base/vec.h"
 
 #include <stdint.h>
+#include <stdio.h>
 
 enum { RECORDING_BODY_TEXT = 32, RECORDING_KIND_TEXT = 16, RECORDING_EVENT_TEXT = 192 };
 
@@ -99,5 +100,78 @@ const Status *recording_status(const Recording *recording);
 // Flushes, updates the sidecar, marks the file as ended, closes and frees. Returns false with
 // `status` if not everything was written.
 bool recording_close(Recording *recording, Status *status);
+
+// --- the contents of a file ----------------------------------------------------------------------
+
+// Describes a recording, from the file as it is: ended, being written, or left by a
+// writer that was killed. Checks every index and reports only data that exists.
+
+typedef struct RecordingBodyInfo {
+    char name[RECORDING_BODY_TEXT];
+    int64_t frames; // complete frames
+    int64_t broken; // begun but incomplete
+    int64_t first_step, last_step;
+    double first_time, last_time; // [s]
+    int64_t topologies;
+    int least_nodes, most_nodes; // of a frame
+    RecordingCounts counts;      // of a file that was ended
+} RecordingBodyInfo;
+
+typedef struct RecordingToolInfo {
+    char name[16]; // its id
+    int64_t rows;
+} RecordingToolInfo;
+
+typedef struct RecordingKindInfo {
+    char kind[RECORDING_KIND_TEXT];
+    int64_t events;
+} RecordingKindInfo;
+
+enum { RECORDING_INFO_BODIES = 64, RECORDING_INFO_TOOLS = 32, RECORDING_INFO_KINDS = 64 };
+
+typedef struct RecordingInfo {
+    char created_by[64];
+    bool ended; // cleanly; false: being written, or its writer was killed
+    int body_count, tool_count, kind_count;
+    RecordingBodyInfo body[RECORDING_INFO_BODIES];
+    RecordingToolInfo tool[RECORDING_INFO_TOOLS];
+    RecordingKindInfo kind[RECORDING_INFO_KINDS];
+    int64_t events;
+} RecordingInfo;
+
+// Returns false with `status` (STATUS_INVALID) if it is not a recording, or which part is damaged.
+bool recording_info_read(const char *path, RecordingInfo *info, Status *status);
+
+void recording_info_print(const RecordingInfo *info, FILE *out);
+
+// --- meshes --------------------------------------------------------------------------------------
+
+// Meshes in slots, as in bodies and messages, in the form of a recording, which has no free slots:
+// its nodes are the live ones in the order of their slots. Plain data that allocates nothing, so
+// that the daemon and any receiver of its messages write the same.
+
+// A free node slot has id -1, a free triangle has equal first corners.
+typedef struct RecordingSlots {
+    int topology;
+    int node_count, triangle_count; // slots
+    const int *id;                  // [node_count]
+    const int (*triangle)[3];       // slots
+} RecordingSlots;
+
+// A body's newest mesh. The caller owns the arrays.
+typedef struct RecordingMesh {
+    int topology; // written last
+    int live_count;
+    int *live;          // [node_capacity] slots
+    int *row;           // [node_capacity] row in the file by slot; live slots only
+    int *id;            // [node_capacity] of live nodes
+    int (*triangle)[3]; // [triangle_capacity] rows
+} RecordingMesh;
+
+// Returns the mesh without its free slots; the result points into `to`.
+RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *slots);
+
+// Copies the positions of live nodes out of those of all slots; `to`: [3 live_count].
+void recording_mesh_positions(const RecordingMesh *mesh, const float *slots, float *to);
 
 #endif

@@ -1,4 +1,4 @@
-#include "io/recording_info.h"
+#include "io/recording.h"
 
 #include "io/recording_parts.h"
 
@@ -6,7 +6,7 @@
 
 #ifdef PLIANT_WITH_HDF5
 #include "base/check.h"
-#include "io/hdf_child.h"
+#include "io/hdf.h"
 
 #include <math.h>
 #include <stdlib.h>

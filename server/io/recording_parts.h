@@ -1,9 +1,10 @@
-// Shared by the recording's files: recording.c (the HDF5 file), recording_xdmf.c (the sidecar).
+// Shared by the recording's files: recording.c (the HDF5 file), recording_claim.c (its place),
+// recording_xdmf.c (the sidecar), recording_info.c (what a file contains).
 // Private to io/.
 #ifndef PLIANT_IO_RECORDING_PARTS_H
 #define PLIANT_IO_RECORDING_PARTS_H
 
-#include "io/hdf_table.h"
+#include "io/hdf.h"
 #include "io/recording.h"
 
 #include <stdbool.h>
@@ -94,6 +95,10 @@ struct Recording {
     int64_t flushed_ns;
     int64_t frames, frames_in_sidecar; // of all bodies
 };
+
+// Opens the file of a new recording. Never replaces data that may still be needed, and gives
+// reasons where HDF5 only reports a failure. Returns a descriptor, or -1 with `status`.
+int recording_open_target(const char *path, bool overwrite, Status *status);
 
 // Writes FILE.xdmf for all frames so far, which must have been flushed. Writes a temporary file and
 // renames it, so that there is always a complete one.

@@ -3,8 +3,11 @@
 // folder.
 #include "io/volume_import.h"
 
+#include "base/check.h"
+#include "geometry/mesh.h"
 #include "io/volume_data.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -123,4 +126,286 @@ bool volume_find_data(const char *path, char **found, Status *status)
     volume_file_close(&data.file);
     volume_file_close(&file);
     return ok;
+}
+
+// --- lattices: the voxels of a body, covered with cells ------------------------------------------
+
+static const double CUBE = 1e-3; // spacings with a smaller difference make cubes
+enum { LABELS_SHOWN = 12 };
+
+// The selected part of a volume. Axis a of the frame is that of the volume, or its opposite.
+typedef struct Part {
+    const LabelVolume *volume;
+    const int *label;
+    int label_count;
+    int low[3], high[3]; // its box in voxels, high not in it
+    double spacing[3];   // [m]
+    Vec3 unit[3];        // right-handed
+    bool reversed[3];
+    double size; // of the cells [m]
+    bool copied; // one voxel per cell
+    int count[3];
+} Part;
+
+static int material_of(const Part *part, int label)
+{
+    for (int m = 0; m < part->label_count; m++)
+        if (part->label[m] == label)
+            return m + 1;
+    return 0;
+}
+
+static int voxel_at(const LabelVolume *volume, int i, int j, int k)
+{
+    return volume->label[((long)k * volume->count[1] + j) * volume->count[0] + i];
+}
+
+// --- which voxels ---
+
+static bool check_list(const Part *part, Status *status)
+{
+    if (part->label_count < 1 || part->label_count > LATTICE_MATERIALS)
+        return status_fail(status, STATUS_INVALID, "%d labels, outside [1, %d]", part->label_count,
+                           LATTICE_MATERIALS);
+    for (int m = 0; m < part->label_count; m++)
+        if (material_of(part, part->label[m]) != m + 1)
+            return status_fail(status, STATUS_INVALID, "label %d is named twice", part->label[m]);
+    return true;
+}
+
+// Lists the smallest labels of a volume but 0, ascending; returns how many there are, LABELS_SHOWN
+// + 1 if more.
+static int list_labels(const LabelVolume *volume, int found[LABELS_SHOWN + 1])
+{
+    long voxels = (long)volume->count[0] * volume->count[1] * volume->count[2];
+    int count = 0, last = 0;
+    for (long v = 0; v < voxels; v++) {
+        int label = volume->label[v], at = count;
+        if (label == last || label == 0)
+            continue;
+        last = label;
+        while (at > 0 && found[at - 1] > label)
+            at--;
+        if (at > LABELS_SHOWN || (at > 0 && found[at - 1] == label))
+            continue;
+        count += count <= LABELS_SHOWN;
+        for (int i = count - 1; i > at; i--)
+            found[i] = found[i - 1];
+        found[at] = label;
+    }
+    return count;
+}
+
+static bool fail_missing(const LabelVolume *volume, int missing, Status *status)
+{
+    int found[LABELS_SHOWN + 1], count = list_labels(volume, found), length = 0;
+    char text[LABELS_SHOWN * 14 + 8] = "";
+    for (int i = 0; i < count && i < LABELS_SHOWN; i++)
+        length += snprintf(text + length, sizeof text - (size_t)length, "%s%d", i > 0 ? ", " : "",
+                           found[i]);
+    if (count == 0)
+        return status_fail(status, STATUS_INVALID,
+                           "no voxel has the label %d; all have the label 0", missing);
+    return status_fail(status, STATUS_INVALID,
+                       "no voxel has the label %d; the labels there are %s%s", missing, text,
+                       count > LABELS_SHOWN ? " and more" : "");
+}
+
+static bool find_box(Part *part, Status *status)
+{
+    const LabelVolume *volume = part->volume;
+    bool there[LATTICE_MATERIALS + 1] = {false};
+    int last = 0, material = material_of(part, 0);
+    for (int a = 0; a < 3; a++) {
+        part->low[a] = volume->count[a];
+        part->high[a] = 0;
+    }
+    for (int k = 0; k < volume->count[2]; k++)
+        for (int j = 0; j < volume->count[1]; j++)
+            for (int i = 0; i < volume->count[0]; i++) {
+                int label = voxel_at(volume, i, j, k);
+                if (label != last)
+                    material = material_of(part, last = label);
+                if (material == 0)
+                    continue;
+                const int at[3] = {i, j, k};
+                there[material] = true;
+                for (int a = 0; a < 3; a++) {
+                    part->low[a] = at[a] < part->low[a] ? at[a] : part->low[a];
+                    part->high[a] = at[a] >= part->high[a] ? at[a] + 1 : part->high[a];
+                }
+            }
+    for (int m = 0; m < part->label_count; m++)
+        if (!there[m + 1])
+            return fail_missing(volume, part->label[m], status);
+    return true;
+}
+
+// --- the frame ---
+
+static double component(Vec3 v, int a)
+{
+    return a == 0 ? v.x : a == 1 ? v.y : v.z;
+}
+
+// Finds the frame. For a mirrored volume it reverses the axis that points most against the world
+// axis of the same number, so that a volume whose axes are the world's but for signs is not
+// rotated.
+static void find_frame(Part *part)
+{
+    Vec3 *unit = part->unit;
+    for (int a = 0; a < 3; a++) {
+        part->spacing[a] = vec3_length(part->volume->axis[a]);
+        unit[a] = vec3_scale(1.0 / part->spacing[a], part->volume->axis[a]);
+    }
+    if (vec3_dot(vec3_cross(unit[0], unit[1]), unit[2]) < 0.0) {
+        int least = 0;
+        for (int a = 1; a < 3; a++)
+            if (component(unit[a], a) < component(unit[least], least))
+                least = a;
+        part->reversed[least] = true;
+        unit[least] = vec3_scale(-1.0, unit[least]);
+    }
+    // Make the axes exactly perpendicular; the first stays.
+    unit[1] = vec3_unit(vec3_madd(unit[1], -vec3_dot(unit[0], unit[1]), unit[0]));
+    unit[2] = vec3_cross(unit[0], unit[1]);
+}
+
+// Returns the rotation that takes x, y, z to three axes (Shepperd 1978: by the largest component).
+static Quat quat_from_axes(const Vec3 u[3])
+{
+    double xx = u[0].x, yy = u[1].y, zz = u[2].z, trace = xx + yy + zz;
+    Quat q;
+    if (trace >= xx && trace >= yy && trace >= zz)
+        q = (Quat){1.0 + trace, u[1].z - u[2].y, u[2].x - u[0].z, u[0].y - u[1].x};
+    else if (xx >= yy && xx >= zz)
+        q = (Quat){u[1].z - u[2].y, 1.0 + xx - yy - zz, u[1].x + u[0].y, u[2].x + u[0].z};
+    else if (yy >= zz)
+        q = (Quat){u[2].x - u[0].z, u[1].x + u[0].y, 1.0 - xx + yy - zz, u[2].y + u[1].z};
+    else
+        q = (Quat){u[0].y - u[1].x, u[2].x + u[0].z, u[2].y + u[1].z, 1.0 - xx - yy + zz};
+    // Adding zero turns -0 into 0, so that the identity has one representation.
+    return quat_unit((Quat){q.w + 0.0, q.x + 0.0, q.y + 0.0, q.z + 0.0});
+}
+
+// --- the cells ---
+
+// Fails because there are too many cells; suggests a size that fits, with two digits and a margin.
+static bool fail_cells(double size, double cells, int most, const char *what, Status *status)
+{
+    double enough = 1.02 * size * cbrt(cells / most);
+    double digit = pow(10.0, floor(log10(enough)) - 1.0);
+    return status_fail(status, STATUS_INVALID,
+                       "cells of %g m make %.4g%s, more than %d; a size of %.2g m would do", size,
+                       cells, what, most, digit * ceil(enough / digit));
+}
+
+static bool find_cells(Part *part, double size, Status *status)
+{
+    const double *s = part->spacing;
+    double least = fmin(s[0], fmin(s[1], s[2])), most = fmax(s[0], fmax(s[1], s[2]));
+    double extent = 0.0, cells = 1.0, along[3];
+    part->copied = size == 0.0 && most <= least * (1.0 + CUBE);
+    part->size = size > 0.0 ? size : part->copied ? cbrt(s[0] * s[1] * s[2]) : least;
+    for (int a = 0; a < 3; a++) {
+        int voxels = part->high[a] - part->low[a];
+        extent = fmax(extent, voxels * s[a]);
+        // An excess below 1e-6 of a cell over a whole number of cells is rounding.
+        along[a] = part->copied ? voxels : fmax(ceil(voxels * s[a] / part->size - 1e-6), 1.0);
+        cells *= along[a];
+    }
+    if (!mesh_extent_fits(extent))
+        return status_fail(status, STATUS_INVALID,
+                           "measures %g m, outside [%g, %g] m: its spacing is in other units than "
+                           "it says, or scale is wrong",
+                           extent, MESH_SMALLEST_EXTENT, MESH_LARGEST_EXTENT);
+    if (!(cells <= LATTICE_MOST_CELLS))
+        return fail_cells(part->size, cells, LATTICE_MOST_CELLS, ", void ones counted", status);
+    for (int a = 0; a < 3; a++)
+        part->count[a] = (int)along[a];
+    return true;
+}
+
+// Finds the voxel of each layer of cells along an axis, -1 outside the box. Lattice and box share
+// their middles. Centres on the border of two voxels take the upper one.
+// lattice and of the box are the same. Centres on the border of two voxels take the upper one.
+static int *find_layers(const Part *part, int a)
+{
+    int count = part->count[a], voxels = part->high[a] - part->low[a];
+    int *layer = malloc((size_t)count * sizeof *layer);
+    ASSERT(layer != NULL);
+    for (int i = 0; i < count; i++) {
+        double from_middle = (i + 0.5 - 0.5 * count) * part->size / part->spacing[a];
+        int v = part->copied ? i : (int)floor(from_middle + 0.5 * voxels + 1e-9);
+        if (part->reversed[a])
+            v = voxels - 1 - v;
+        layer[i] = v >= 0 && v < voxels ? part->low[a] + v : -1;
+    }
+    return layer;
+}
+
+static void fill(const Part *part, int *const layer[3], Lattice *lattice)
+{
+    int last = 0, material = material_of(part, 0);
+    unsigned char *to = lattice->label;
+    for (int k = 0; k < part->count[2]; k++)
+        for (int j = 0; j < part->count[1]; j++)
+            for (int i = 0; i < part->count[0]; i++, to++) {
+                if (layer[0][i] < 0 || layer[1][j] < 0 || layer[2][k] < 0)
+                    continue;
+                int label = voxel_at(part->volume, layer[0][i], layer[1][j], layer[2][k]);
+                if (label != last)
+                    material = material_of(part, last = label);
+                *to = (unsigned char)material;
+            }
+}
+
+static void place(const Part *part, Lattice *lattice)
+{
+    Vec3 middle = part->volume->origin, corner;
+    for (int a = 0; a < 3; a++)
+        middle = vec3_madd(middle, 0.5 * (part->low[a] + part->high[a] - 1), part->volume->axis[a]);
+    corner = middle;
+    for (int a = 0; a < 3; a++)
+        corner = vec3_madd(corner, -0.5 * part->count[a] * part->size, part->unit[a]);
+    lattice->origin = corner;
+    lattice->turn = quat_from_axes(part->unit);
+}
+
+static bool check_result(const Part *part, Lattice *lattice, Status *status)
+{
+    long solid = lattice_solid(lattice);
+    if (solid == 0)
+        return status_fail(status, STATUS_INVALID,
+                           "no centre of a cell of %g m lies in a voxel with its labels; smaller "
+                           "cells would",
+                           part->size);
+    if (solid > LATTICE_MOST_SOLID)
+        return fail_cells(part->size, (double)solid, LATTICE_MOST_SOLID, "", status);
+    return lattice_crop(lattice, status);
+}
+
+bool volume_lattice(const LabelVolume *volume, const int *label, int label_count, double size,
+                    Lattice *lattice, Status *status)
+{
+    Part part = {.volume = volume, .label = label, .label_count = label_count};
+    *lattice = (Lattice){0};
+    if (!(size >= 0.0) || !isfinite(size))
+        return status_fail(status, STATUS_INVALID, "cells of %g m are not possible", size);
+    if (!check_list(&part, status) || !find_box(&part, status))
+        return false;
+    find_frame(&part);
+    if (!find_cells(&part, size, status) || !lattice_create(lattice, part.count, part.size, status))
+        return false;
+    int *layer[3];
+    for (int a = 0; a < 3; a++)
+        layer[a] = find_layers(&part, a);
+    fill(&part, layer, lattice);
+    for (int a = 0; a < 3; a++)
+        free(layer[a]);
+    place(&part, lattice);
+    if (check_result(&part, lattice, status))
+        return true;
+    lattice_destroy(lattice);
+    return false;
 }

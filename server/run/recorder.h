@@ -5,7 +5,7 @@
 #define PLIANT_RUN_RECORDER_H
 
 #include "scene/build.h"
-#include "io/recording_mesh.h"
+#include "io/recording.h"
 #include "run/exchange.h"
 
 typedef struct RecordTool {

@@ -1,8 +1,7 @@
 // Lattices from volumes, meshes and generators. Called once per body, at load time.
-#include "scene/body_voxels.h"
+#include "scene/build_parts.h"
 
 #include "base/log.h"
-#include "scene/body_mesh.h"
 #include "io/volume_import.h"
 #include "geometry/lattice.h"
 

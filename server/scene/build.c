@@ -1,11 +1,14 @@
-// Builds the world of a scene: bodies of both models, tools, loads. Called once, at load time, by
-// the thread that starts the daemon; every pass over a mesh is linear in its size.
+// Builds the world of a scene: bodies of both models, tools, loads, and the hash of its physics.
+// Called once, at load time, by the thread that starts the daemon; every pass over a mesh is linear
+// in its size.
 #include "scene/build_parts.h"
 
 #include "base/check.h"
-#include "scene/build.h"
+#include "base/fnv.h"
+#include "scene/scene_parts.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 // Prefixes the location in the scene file to the error of a lower layer.
 static bool fail_at(const Scene *scene, const SceneBody *body, const Status *said, Status *status)
@@ -119,4 +122,155 @@ Texture build_texture(World *world, const Scene *scene, const BuildOptions *opti
     free(mesh->uv); // no other code uses them
     mesh->uv = NULL;
     return texture;
+}
+
+// --- the hash of the physics: the rows of the tables say which keys count ------------------------
+
+static void add_text(uint64_t *hash, const char *text)
+{
+    *hash = fnv_bytes(*hash, text, strlen(text) + 1);
+}
+
+static void add_value(uint64_t *hash, OptionType type, const void *member)
+{
+    switch (type) {
+    case OPTION_REAL:
+        fnv_real(hash, *(const double *)member);
+        break;
+    case OPTION_INT:
+    case OPTION_WORD:
+        fnv_int(hash, *(const int *)member);
+        break;
+    case OPTION_BOOL:
+        fnv_int(hash, *(const bool *)member);
+        break;
+    case OPTION_VECTOR:
+        fnv_vector(hash, *(const Vec3 *)member);
+        break;
+    default:
+        ASSERT(false); // no row of a text, group or list counts
+    }
+}
+
+// Adds the keys of a group on which the motion depends. One that has its default is skipped: a key
+// that a later version adds leaves the hashes of older scenes as they are.
+static void add_keys(uint64_t *hash, const OptionTable *table, const void *group)
+{
+    const int *variant = (const int *)((const char *)group + table->variant);
+    add_text(hash, table->path);
+    for (int i = 0; i < table->count; i++) {
+        const Option *option = &table->option[i];
+        const void *member = (const char *)group + option->offset;
+        if (!option->physics || (table->variant != 0 && !option_is_used(option, *variant)) ||
+            option_is_default(option, member))
+            continue;
+        add_text(hash, option->key);
+        add_value(hash, option->type, member);
+    }
+}
+
+static void add_region(uint64_t *hash, const FixedRegion *region)
+{
+    fnv_int(hash, region->kind);
+    fnv_vector(hash, region->low);
+    fnv_vector(hash, region->high);
+    fnv_vector(hash, region->center);
+    fnv_real(hash, region->radius);
+    fnv_int(hash, region->node_count);
+    for (int i = 0; i < region->node_count; i++)
+        fnv_int(hash, region->node[i]);
+}
+
+// True if faces or elements are created at run time, of which the scene may limit the number.
+static bool grows(const SceneBody *body)
+{
+    return body->model == MODEL_SURFACE ? surface_changes(&body->surface) : body->options.cuttable;
+}
+
+static void add_groups(uint64_t *hash, const SceneBody *body)
+{
+    KeyGroup group[KEY_GROUPS];
+    for (int g = 0, groups = scene_list_groups(body, group); g < groups; g++)
+        if (!group[g].absent)
+            add_keys(hash, group[g].table, group[g].keys);
+}
+
+static void add_surface(uint64_t *hash, const SurfaceOptions *surface, const TriMesh *mesh)
+{
+    fnv_int(hash, surface->automatic);
+    fnv_int(hash, surface->shape.per_node);
+    fnv_int(hash, mesh->node_count);
+    fnv_int(hash, mesh->triangle_count);
+    *hash = fnv_bytes(*hash, mesh->position, (size_t)mesh->node_count * sizeof *mesh->position);
+    *hash = fnv_bytes(*hash, mesh->triangle, (size_t)mesh->triangle_count * sizeof *mesh->triangle);
+}
+
+// `cells`: hash of the cells.
+static void add_voxel(uint64_t *hash, const VoxelOptions *voxel, uint64_t cells)
+{
+    for (int i = 0; i < voxel->material_count; i++)
+        add_keys(hash, &LABEL_MATERIAL_TABLE, &voxel->material[i]);
+    *hash = fnv_bytes(*hash, &cells, sizeof cells);
+}
+
+static void add_body(uint64_t *hash, const SceneBody *body, const TriMesh *mesh, uint64_t cells)
+{
+    const BodyOptions *options = &body->options;
+    add_text(hash, body->name);
+    add_text(hash, scene_model_name(body->model));
+    add_groups(hash, body);
+    if (grows(body)) {
+        fnv_int(hash, options->node_capacity);
+        fnv_int(hash, options->face_capacity);
+    }
+    fnv_int(hash, options->fixed_count);
+    for (int i = 0; i < options->fixed_count; i++)
+        add_region(hash, &options->fixed[i]);
+    if (body->model == MODEL_VOXEL)
+        add_voxel(hash, &body->voxel, cells);
+    else
+        add_surface(hash, &body->surface, mesh);
+}
+
+static void add_tool(uint64_t *hash, const ToolOptions *tool)
+{
+    add_keys(hash, &TOOL_TABLE, tool);
+    fnv_int(hash, tool->has_friction);
+    fnv_int(hash, tool->capsule_count);
+    for (int i = 0; i < tool->capsule_count; i++)
+        add_keys(hash, &CAPSULE_TABLE, &tool->capsule[i]);
+    if (tool->has_plane)
+        add_keys(hash, &PLANE_TABLE, &tool->plane);
+    for (int i = 0; i < 2 && tool->kind == TOOL_BLADE; i++)
+        fnv_vector(hash, tool->edge[i]);
+}
+
+static void add_attachment(uint64_t *hash, const AttachmentOptions *attachment)
+{
+    fnv_int(hash, attachment->body);
+    fnv_int(hash, attachment->to);
+    fnv_int(hash, attachment->tool);
+    fnv_int(hash, attachment->to_body);
+    add_keys(hash, &ATTACHMENT_TABLE, attachment);
+    add_region(hash, &attachment->region);
+}
+
+uint64_t physics_hash(const Scene *scene, const World *world)
+{
+    uint64_t hash = FNV_START;
+    add_keys(&hash, &SCENE_TABLE, scene);
+    fnv_int(&hash, scene->body_count);
+    for (int i = 0; i < scene->body_count; i++)
+        add_body(&hash, &scene->body[i], &world->mesh[i], world->cells[i].hash);
+    fnv_int(&hash, scene->tool_count);
+    for (int i = 0; i < scene->tool_count; i++)
+        add_tool(&hash, &scene->tool[i]);
+    for (int i = 0; i < scene->attachment_count; i++)
+        add_attachment(&hash, &scene->attachment[i].options);
+    fnv_int(&hash, scene->load_count);
+    for (int i = 0; i < scene->load_count; i++) {
+        fnv_int(&hash, scene->load[i].load.body);
+        add_keys(&hash, &LOAD_TABLE, &scene->load[i].load);
+    }
+    return hash;
 }

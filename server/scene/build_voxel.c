@@ -2,11 +2,8 @@
 #include "scene/build_parts.h"
 
 #include "base/fnv.h"
-#include "io/initial.h"
+#include "io/checkpoint.h"
 #include "plane/plane.h"
-#include "scene/body_mesh.h"
-#include "scene/body_voxels.h"
-#include "scene/memory.h"
 
 #include <stdlib.h>
 

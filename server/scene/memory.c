@@ -1,5 +1,5 @@
 // The memory left on the machine, and that of bodies. Called at load time, once or twice per body.
-#include "scene/memory.h"
+#include "scene/build_parts.h"
 
 #include <math.h>
 #include <stdio.h>

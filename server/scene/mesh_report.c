@@ -1,9 +1,8 @@
 #include "scene/proposal.h"
 
 #include "dynamics/integrator.h"
-#include "scene/body_mesh.h"
+#include "scene/build_parts.h"
 #include "io/mesh_import.h"
-#include "io/units.h"
 #include "geometry/mesh_quality.h"
 
 #include <math.h>

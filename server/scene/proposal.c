@@ -4,7 +4,6 @@
 #include "dynamics/outline.h"
 #include "scene/build.h"
 #include "io/mesh_import.h"
-#include "io/units.h"
 #include "io/volume_import.h"
 #include "geometry/mesh_quality.h"
 

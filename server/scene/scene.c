@@ -4,7 +4,6 @@
 
 #include "base/check.h"
 #include "scene/scene_parts.h"
-#include "scene/scene_source.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 
 #include "base/status.h"
 #include "dynamics/sim.h"
-#include "scene/body_voxels.h"
+#include "geometry/lattice.h"
 #include "geometry/mesh.h"
 #include "surface/surface.h"
 #include "voxel/voxel.h"
@@ -32,6 +32,29 @@ typedef struct MeshSource {
     Vec3 rotation;                        // rotation vector [rad], applied after scale
     Vec3 translation;                     // [m], applied last
 } MeshSource;
+
+// The source of a voxel body's cells, as in a scene.
+typedef enum VoxelSourceKind {
+    VOXELS_FILE, // a label volume
+    VOXELS_MESH, // the inside of a closed mesh
+    VOXELS_BOX,
+    VOXELS_BALL,
+    VOXELS_DISC, // one layer of cells in z = 0: the plane case
+} VoxelSourceKind;
+
+typedef struct VoxelSource {
+    VoxelSourceKind kind;
+    char *file;                   // of a volume or a mesh, resolved; owned by the scene
+    int label_count;              // of a volume: at least one
+    int label[LATTICE_MATERIALS]; // material m is the m-th
+    double size;   // edge of a cell [m] after scale, except of a generator, which is scaled too; 0
+                   // (volumes only): the smallest spacing
+    int count[3];  // box: cells
+    double radius; // ball, disc [m]
+    double scale;  // file coordinates to metres; for a volume a factor on its units
+    Vec3 rotation; // rotation vector [rad], applied after scale
+    Vec3 translation; // [m], applied last
+} VoxelSource;
 
 typedef enum SceneModel { MODEL_SURFACE, MODEL_VOXEL } SceneModel;
 

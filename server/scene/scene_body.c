@@ -1,6 +1,5 @@
 // Reads one entry of `bodies`: the keys of both models, and checks which of them apply to its own.
 #include "scene/scene_parts.h"
-#include "scene/scene_source.h"
 
 static const OptionWord MODEL_WORDS[] = {
     {"surface", MODEL_SURFACE}, {"voxel", MODEL_VOXEL}, {NULL, 0}};

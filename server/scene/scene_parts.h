@@ -1,5 +1,4 @@
-// The readers of the parts of a scene file, one source file each, and their tables. Private to
-// scene/ and its tests.
+// The readers of the parts of a scene file and their tables. Private to scene/ and its tests.
 #ifndef PLIANT_SCENE_SCENE_PARTS_H
 #define PLIANT_SCENE_SCENE_PARTS_H
 
@@ -134,5 +133,17 @@ int scene_find_body(const SceneReader *reader, const config_setting_t *at, const
 bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load);
 // Lists in scene->idle the keys that others make idle. Call last.
 void scene_find_idle(Scene *scene, const config_setting_t *root);
+
+// --- the text of a scene file, checked before libconfig reads it ---------------------------------
+
+// Returns the folder of a file, "." for a bare name. The caller frees it.
+char *scene_source_folder(const char *path);
+// Returns `name` relative to `folder`; absolute names stay. The caller frees it.
+char *scene_source_resolve(const char *folder, const char *name);
+
+// Reads and parses a scene file with all its includes. The caller initialises and owns `config`.
+// Returns the text of the scene file itself, which the caller frees, or NULL with a status that
+// names file and line.
+char *scene_source_read(const char *path, config_t *config, Status *status);
 
 #endif

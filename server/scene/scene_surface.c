@@ -1,5 +1,298 @@
-// Reads the keys of a body that only the surface model has.
+// Reads what only surface bodies have: mesh (and that of a skin), material, shape, adapt.
 #include "scene/scene_parts.h"
+
+#include <string.h>
+
+// --- `mesh`: a file or a generator, and its placement in the world -------------------------------
+
+typedef struct MeshGroup {
+    MeshSource mesh;
+    const char *file;
+    int generator, nodes, subdivisions;
+    const config_setting_t *place;
+} MeshGroup;
+
+static const OptionWord GENERATOR_WORDS[] = {
+    {"sphere", MESH_SPHERE}, {"uv_sphere", MESH_UV_SPHERE}, {"ico_sphere", MESH_ICO_SPHERE},
+    {"sheet", MESH_SHEET},   {"stomach", MESH_STOMACH},     {NULL, 0}};
+
+enum { ICO_DEEPEST = 8, ICO_USUAL = 3, ICO_MOST = 655362 };
+
+// Sources that use a key.
+#define FROM(kind) (1u << (kind))
+
+#define AT(member) offsetof(MeshGroup, member)
+static const Option MESH_OPTIONS[] = {
+    {"file", OPTION_STRING, AT(file), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
+     .about =
+         "OBJ, STL, PLY or OFF file, relative to the scene's folder. Either this or `generator`."},
+    {"generator", OPTION_WORD, AT(generator), "", .words = GENERATOR_WORDS, .preset = -1,
+     .preset_text = "none", .about = "Shape that is generated."},
+    {"nodes", OPTION_INT, AT(nodes), "", 4.0, ICO_MOST,
+     .preset_text = "`sphere` 114, `stomach` 188",
+     .only = FROM(MESH_SPHERE) | FROM(MESH_ICO_SPHERE) | FROM(MESH_STOMACH),
+     .about =
+         "Number of nodes: `sphere` 4 to 20000, `stomach` 60 to 20000, `ico_sphere` 10 * 4^s + "
+         "2."},
+    {"subdivisions", OPTION_INT, AT(subdivisions), "", 0.0, ICO_DEEPEST, .preset = ICO_USUAL,
+     .only = FROM(MESH_ICO_SPHERE),
+     .about = "`ico_sphere`: how often every triangle of the icosahedron is split in four."},
+    {"rings", OPTION_INT, AT(mesh.rings), "", 1.0, 2000.0, .preset = 8.0,
+     .only = FROM(MESH_UV_SPHERE), .about = "`uv_sphere`: rings of nodes between the poles."},
+    {"segments", OPTION_INT, AT(mesh.segments), "", 3.0, 4000.0, .preset = 14.0,
+     .only = FROM(MESH_UV_SPHERE), .about = "`uv_sphere`: nodes per ring."},
+    {"columns", OPTION_INT, AT(mesh.columns), "", 2.0, 4000.0, .preset = 21.0,
+     .only = FROM(MESH_SHEET), .about = "`sheet`: nodes along x."},
+    {"rows", OPTION_INT, AT(mesh.rows), "", 2.0, 4000.0, .preset = 21.0, .only = FROM(MESH_SHEET),
+     .about = "`sheet`: nodes along y."},
+    {"radius", OPTION_REAL, AT(mesh.radius), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.05,
+     .only = FROM(MESH_SPHERE) | FROM(MESH_UV_SPHERE) | FROM(MESH_ICO_SPHERE),
+     .about = "Radius of the spheres."},
+    {"width", OPTION_REAL, AT(mesh.width), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.1,
+     .only = FROM(MESH_SHEET), .about = "`sheet`: extent along x."},
+    {"height", OPTION_REAL, AT(mesh.height), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.1,
+     .only = FROM(MESH_SHEET), .about = "`sheet`: extent along y."},
+    {"length", OPTION_REAL, AT(mesh.length), "m", 0.0, SIZE_LIMIT, .open = true, .preset = 0.25,
+     .only = FROM(MESH_STOMACH), .about = "`stomach`: its largest extent."},
+    {"scale", OPTION_REAL, AT(mesh.scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
+     .about = "Metres per unit of the file or generator; 0.001 for millimetres."},
+    {"place", OPTION_GROUP, AT(place), "", .preset_text = "as it is",
+     .about = "Position and rotation of the scaled mesh."},
+};
+#undef AT
+const OptionTable MESH_TABLE = OPTION_TABLE(
+    "bodies.mesh", "A closed or open triangle mesh, from a file or a generator.", MESH_OPTIONS);
+
+typedef struct Placement {
+    Vec3 translation, rotation;
+} Placement;
+
+static const Option PLACE_OPTIONS[] = {
+    {"translation", OPTION_VECTOR, offsetof(Placement, translation), "m", 0.0, POSITION_LIMIT,
+     .about = "Applied last."},
+    {"rotation", OPTION_VECTOR, offsetof(Placement, rotation), "rad", 0.0, 100.0,
+     .about = "Rotation vector: axis times angle, about the mesh's origin; applied after `scale`."},
+};
+const OptionTable PLACEMENT_TABLE =
+    TITLED_TABLE("`bodies.mesh.place`, `bodies.voxels.place`, `bodies.skin.place`",
+                 "bodies.mesh.place", "A rigid motion of the mesh or voxels.", PLACE_OPTIONS);
+
+bool scene_read_placement(const SceneReader *reader, const config_setting_t *group,
+                          const char *owner, Vec3 *rotation, Vec3 *translation)
+{
+    Placement raw = {0};
+    OptionTable table = PLACEMENT_TABLE;
+    table.path = owner;
+    if (!option_read(&table, group, &reader->source, &raw))
+        return false;
+    *rotation = raw.rotation;
+    *translation = raw.translation;
+    return true;
+}
+
+// Refuses a key that the chosen source would ignore.
+static bool check_meant(const SceneReader *reader, const config_setting_t *group,
+                        MeshSourceKind kind)
+{
+    const char *name = "a file";
+    for (const OptionWord *word = GENERATOR_WORDS; word->word != NULL; word++)
+        if (word->value == (int)kind)
+            name = word->word;
+    char owner[64];
+    snprintf(owner, sizeof owner, "a mesh from %s", name);
+    return option_refuse_unused(&MESH_TABLE, group, &reader->source, kind, owner);
+}
+
+// Chooses the number of nodes, limited by each generator in its own way; 0 for those without one.
+static bool choose_nodes(const SceneReader *reader, const config_setting_t *group,
+                         const MeshGroup *raw, MeshSource *mesh)
+{
+    const OptionSource *source = &reader->source;
+    const config_setting_t *at = option_find(group, "nodes");
+    if (mesh->kind == MESH_ICO_SPHERE) {
+        if (at != NULL && option_given(group, "subdivisions"))
+            return option_fail(source, at, "nodes and subdivisions are two ways to say the same");
+        int nodes = 12, wanted = raw->nodes, subdivisions = 0;
+        while (at != NULL ? nodes < wanted : subdivisions < raw->subdivisions) {
+            nodes = 4 * nodes - 6;
+            subdivisions++;
+        }
+        if (at != NULL && nodes != wanted)
+            return option_fail(source, at,
+                               "nodes %d is no ico_sphere: 10 * 4^s + 2, as 12, 42, 162, 642, 2562",
+                               wanted);
+        mesh->nodes = nodes;
+        return true;
+    }
+    bool sphere = mesh->kind == MESH_SPHERE;
+    if (!sphere && mesh->kind != MESH_STOMACH)
+        return true;
+    mesh->nodes = at != NULL ? raw->nodes : sphere ? 114 : 188;
+    int low = sphere ? 4 : 60;
+    if (mesh->nodes < low || mesh->nodes > 20000)
+        return option_fail(source, at, "nodes %d outside [%d, 20000]", mesh->nodes, low);
+    return true;
+}
+
+bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, MeshSource *mesh)
+{
+    MeshGroup raw = {0};
+    const OptionSource *source = &reader->source;
+    if (!option_read(&MESH_TABLE, group, source, &raw))
+        return false;
+    bool file = option_given(group, "file");
+    if (file == option_given(group, "generator"))
+        return option_fail(source, group, "mesh needs %s file or generator",
+                           file ? "only one of" : "a");
+    *mesh = raw.mesh;
+    mesh->kind = file ? MESH_FILE : (MeshSourceKind)raw.generator;
+    if (!check_meant(reader, group, mesh->kind) || !choose_nodes(reader, group, &raw, mesh))
+        return false;
+    if (file)
+        mesh->file = scene_source_resolve(reader->folder, raw.file);
+    return scene_read_placement(reader, raw.place, PLACEMENT_TABLE.path, &mesh->rotation,
+                                &mesh->translation);
+}
+
+// --- `material` and `shape`: each in physical units or as the paper's values per spring and node -
+
+#define AT(member) offsetof(SurfaceMaterial, member)
+static const Option MATERIAL_OPTIONS[] = {
+    {"youngs_modulus_2d", OPTION_REAL, AT(youngs_modulus_2d), "N/m", 0.0, 1e9, .open = true,
+     .preset = 80.0, .physics = true,
+     .about = "Young's modulus times thickness; springs get k = E (A1 + A2) / L^2 (Van Gelder "
+              "1998)."},
+    {"areal_density", OPTION_REAL, AT(areal_density), "kg/m2", 0.0, 1e6, .open = true,
+     .preset = 4.2, .physics = true,
+     .about = "Mass per unit area; a node has a third of the mass of the faces around it."},
+    {"damping_time", OPTION_REAL, AT(damping_time), "s", 0.0, 10.0, .preset = 2e-4, .physics = true,
+     .about = "Damping of a spring over its stiffness. Reduced, with a warning, where it would "
+              "shorten explicit steps; `implicit` uses at most one step of it."},
+    {"spring_stiffness", OPTION_REAL, AT(spring_stiffness), "N/m", 0.0, 1e9, .open = true,
+     .preset_text = "none", .physics = true, .about = "Uniform: stiffness of every spring."},
+    {"spring_damping", OPTION_REAL, AT(spring_damping), "N s/m", 0.0, 1e6, .physics = true,
+     .about = "Uniform: damping of every spring."},
+    {"node_mass", OPTION_REAL, AT(node_mass), "kg", 0.0, 1e6, .open = true, .preset_text = "none",
+     .physics = true, .about = "Uniform: mass of every node."},
+    {"node_damping", OPTION_REAL, AT(node_damping), "N s/m", 0.0, 1e6, .physics = true,
+     .feature = "drag on nodes", .about = "Both: drag on every node's velocity."},
+};
+#undef AT
+const OptionTable MATERIAL_TABLE = TITLED_TABLE(
+    "`bodies.material` of a surface body", "bodies.material",
+    "Either physical (`youngs_modulus_2d`, `areal_density`, `damping_time`) or uniform "
+    "(`spring_stiffness` and `node_mass`, and `spring_damping`); `node_damping` is permitted with "
+    "both.",
+    MATERIAL_OPTIONS);
+
+enum { NO_KEYS = 4 };
+static const char *const PHYSICAL_KEYS[NO_KEYS] = {"youngs_modulus_2d", "areal_density",
+                                                   "damping_time"};
+static const char *const UNIFORM_KEYS[NO_KEYS] = {"spring_stiffness", "spring_damping",
+                                                  "node_mass"};
+static const char *const FREQUENCY_KEYS[NO_KEYS] = {"angular_frequency", "damping_ratio"};
+static const char *const NODE_KEYS[NO_KEYS] = {"stiffness", "damping"};
+
+// Returns the first of `keys` that the group has, or NULL.
+static const char *first_given(const config_setting_t *group, const char *const *keys)
+{
+    for (; *keys != NULL; keys++)
+        if (option_given(group, *keys))
+            return *keys;
+    return NULL;
+}
+
+// True if the group uses `special` keys; returns false with a status if it mixes them with `usual`.
+static bool choose(const SceneReader *reader, const config_setting_t *group,
+                   const char *const *usual, const char *const *special, bool *chosen)
+{
+    const char *a = first_given(group, usual), *b = first_given(group, special);
+    *chosen = b != NULL;
+    if (a != NULL && b != NULL)
+        return option_fail(&reader->source, option_find(group, b), "%s cannot be mixed with %s", b,
+                           a);
+    return true;
+}
+
+static bool require(const SceneReader *reader, const config_setting_t *group, const char *place,
+                    const char *key, const char *because)
+{
+    if (option_given(group, key))
+        return true;
+    return option_fail(&reader->source, group, "%s.%s is missing: it goes with %s", place, key,
+                       because);
+}
+
+bool scene_read_material(const SceneReader *reader, const config_setting_t *group,
+                         SurfaceMaterial *material)
+{
+    if (!option_read(&MATERIAL_TABLE, group, &reader->source, material) ||
+        !choose(reader, group, PHYSICAL_KEYS, UNIFORM_KEYS, &material->uniform))
+        return false;
+    if (!material->uniform)
+        return true;
+    const char *because = first_given(group, UNIFORM_KEYS);
+    return require(reader, group, MATERIAL_TABLE.path, "spring_stiffness", because) &&
+           require(reader, group, MATERIAL_TABLE.path, "node_mass", because);
+}
+
+static const OptionWord FRAME_WORDS[] = {{"world", SHAPE_WORLD}, {"body", SHAPE_BODY}, {NULL, 0}};
+static const OptionWord DIRECTION_WORDS[] = {
+    {"all", SHAPE_DAMPS_ALL}, {"radial", SHAPE_DAMPS_RADIAL}, {NULL, 0}};
+
+#define AT(member) offsetof(SurfaceShape, member)
+static const Option SHAPE_OPTIONS[] = {
+    {"angular_frequency", OPTION_REAL, AT(angular_frequency), "rad/s", 0.0, 1e6, .preset = 50.0,
+     .physics = true, .about = "Angular frequency of a node on its shape spring: k = m w^2."},
+    {"damping_ratio", OPTION_REAL, AT(damping_ratio), "", 0.0, 100.0, .preset = 0.1,
+     .physics = true, .about = "Share of critical damping of that oscillation."},
+    {"stiffness", OPTION_REAL, AT(stiffness), "N/m", 0.0, 1e9, .preset_text = "none",
+     .physics = true, .about = "Instead: stiffness of every node's shape spring."},
+    {"damping", OPTION_REAL, AT(damping), "N s/m", 0.0, 1e6, .physics = true,
+     .about = "With `stiffness`: damping of every node's shape spring."},
+    {"frame", OPTION_WORD, AT(frame), "", .words = FRAME_WORDS, .preset = SHAPE_WORLD,
+     .physics = true, .feature = "shape springs that follow the body",
+     .about = "Whether the rest shape is fixed in the world or follows the body's rigid motion."},
+    {"damping_direction", OPTION_WORD, AT(direction), "", .words = DIRECTION_WORDS,
+     .preset = SHAPE_DAMPS_ALL, .physics = true, .feature = "shape springs damped along themselves",
+     .about = "Which part of a node's velocity is damped: all of it, or only the part along the "
+              "spring (`radial`: eq 10 as printed, with which a node keeps circling about its rest "
+              "position; only with frame `world` and explicit steps)."},
+};
+#undef AT
+const OptionTable SHAPE_TABLE =
+    OPTION_TABLE("bodies.shape",
+                 "Shape-preserving springs (Choi et al. 2005, eq 10). Either `angular_frequency` "
+                 "and `damping_ratio`, or `stiffness` and `damping` per node.",
+                 SHAPE_OPTIONS);
+
+bool scene_read_shape(const SceneReader *reader, const config_setting_t *group, SurfaceShape *shape)
+{
+    shape->wanted = group != NULL;
+    if (group == NULL)
+        return true;
+    if (!option_read(&SHAPE_TABLE, group, &reader->source, shape) ||
+        !choose(reader, group, FREQUENCY_KEYS, NODE_KEYS, &shape->per_node))
+        return false;
+    if (shape->direction == SHAPE_DAMPS_RADIAL && shape->frame == SHAPE_BODY)
+        return option_fail(&reader->source, option_find(group, "damping_direction"),
+                           "damping_direction \"radial\" needs frame \"world\"");
+    return !shape->per_node ||
+           require(reader, group, SHAPE_TABLE.path, "stiffness", first_given(group, NODE_KEYS));
+}
+
+void scene_preset_surface(SurfaceOptions *surface)
+{
+    Status status = {0};
+    const OptionSource nowhere = {.path = "", .status = &status};
+    // Defaults cannot fail.
+    option_read(&MATERIAL_TABLE, NULL, &nowhere, &surface->material);
+    option_read(&SHAPE_TABLE, NULL, &nowhere, &surface->shape);
+    option_read(&ADAPT_TABLE, NULL, &nowhere, &surface->adapt);
+    surface->shape.wanted = true;
+}
+
+// --- other keys of the model ---------------------------------------------------------------------
 
 #define AT(member) offsetof(SurfaceAdapt, member)
 static const Option ADAPT_OPTIONS[] = {

@@ -4,7 +4,7 @@
 
 #include "base/check.h"
 #include "base/clock.h"
-#include "scene/body_voxels.h"
+#include "scene/build_parts.h"
 #include "scene/build.h"
 #include "picture.h"
 #include "voxel/layout.h"

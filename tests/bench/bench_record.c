@@ -3,7 +3,7 @@
 #include "bench.h"
 #include "daemon.h"
 
-#include "io/recording_info.h"
+#include "io/recording.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -5,7 +5,7 @@
 #include "lcm_client.h"
 #include "recording_view.h"
 
-#include "io/recording_info.h"
+#include "io/recording.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "fuzz.h"
 
 #include "base/log.h"
-#include "io/initial.h"
+#include "io/checkpoint.h"
 #include "hdf_edit.h"
 
 #include <hdf5.h>

@@ -2,7 +2,7 @@
 // byte the input is the file itself, as it comes.
 #include "fuzz.h"
 
-#include "io/recording_info.h"
+#include "io/recording.h"
 #include "hdf_edit.h"
 
 #include <stdio.h>

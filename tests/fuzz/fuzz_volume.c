@@ -4,7 +4,7 @@
 #include "fuzz.h"
 
 #include "base/log.h"
-#include "scene/body_voxels.h"
+#include "scene/build_parts.h"
 #include "io/volume_import.h"
 
 #include <unistd.h>

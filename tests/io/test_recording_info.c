@@ -1,6 +1,6 @@
 // What is said of a recording: of a whole one, of one that still grows, and of files that lie.
 #include "expect.h"
-#include "io/recording_info.h"
+#include "io/recording.h"
 #include "scratch.h"
 
 #ifdef PLIANT_WITH_HDF5

@@ -3,7 +3,7 @@
 #include "world_run.h"
 
 #include "scene/build.h"
-#include "scene/memory.h"
+#include "scene/build_parts.h"
 #include "surface/surface.h"
 
 #include <string.h>

@@ -3,7 +3,6 @@
 #include "expect.h"
 #include "world_run.h"
 
-#include "io/initial.h"
 #include "io/checkpoint.h"
 #include "surface/surface.h"
 

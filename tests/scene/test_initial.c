@@ -3,7 +3,7 @@
 #include "random.h"
 #include "world_run.h"
 
-#include "io/initial.h"
+#include "io/checkpoint.h"
 #include "geometry/mesh_repair.h"
 #include "surface/surface.h"
 

@@ -2,7 +2,7 @@
 #include "expect.h"
 #include "world_run.h"
 
-#include "scene/memory.h"
+#include "scene/build_parts.h"
 
 static const char *refusal_of(const char *text)
 {

@@ -2,7 +2,7 @@
 // it. `test_volume_organ --write FILE` makes it anew.
 #include "expect.h"
 
-#include "scene/body_voxels.h"
+#include "scene/build_parts.h"
 #include "scene/scene.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 #include "expect.h"
 #include "world_run.h"
 
-#include "scene/body_voxels.h"
+#include "scene/build_parts.h"
 #include "scene/prepared.h"
 
 #include <string.h>

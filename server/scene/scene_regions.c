@@ -1,0 +1,326 @@
+// Reads the lists that select nodes of bodies: what is fixed, attached or loaded, and chooses the
+// integrator of joined bodies.
+#include "scene/scene_parts.h"
+
+#include "base/check.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+// --- `fixed` of a body: boxes, spheres and node numbers that do not move -------------------------
+
+enum { FIXED_REGIONS = 1024 };
+
+static const Option FIXED_OPTIONS[] = {
+    {"box", OPTION_LIST, offsetof(RegionGroup, box), "m",
+     .about = "Two opposite corners, `([x, y, z], [x, y, z])`, the lower one first; faces "
+              "included."},
+    {"sphere", OPTION_VECTOR, offsetof(RegionGroup, sphere), "m", 0.0, POSITION_LIMIT,
+     .preset_text = "none", .about = "Centre of a ball; requires `radius`."},
+    {"radius", OPTION_REAL, offsetof(RegionGroup, radius), "m", 0.0, POSITION_LIMIT, .open = true,
+     .preset_text = "none", .about = "Radius of the ball."},
+    {"nodes", OPTION_LIST, offsetof(RegionGroup, nodes), "",
+     .about = "Node numbers of the mesh file or generator, from 0; for a voxel body, lattice "
+              "points, as `id` in messages."},
+};
+const OptionTable FIXED_TABLE = OPTION_TABLE(
+    "bodies.fixed",
+    "Nodes that are inside a region at the start are fixed. Each entry is one "
+    "of `{ box = ... }`, `{ sphere = ...; radius = ...; }` and `{ nodes = [ ... ]; }`.",
+    FIXED_OPTIONS);
+
+// Corners may be far outside of any mesh: "everything below".
+static const Option CORNER = {.key = "box", .type = OPTION_VECTOR, .high = 1e12};
+static const Option NODE = {.key = "nodes", .type = OPTION_INT, .high = 1 << 28};
+
+static bool read_box(const SceneReader *reader, const config_setting_t *list, FixedRegion *region)
+{
+    const OptionSource *source = &reader->source;
+    if (option_length(list) != 2)
+        return option_fail(source, list, "box must be two corners ([x, y, z], [x, y, z])");
+    region->kind = FIXED_BOX;
+    if (!option_read_vector(config_setting_get_elem(list, 0), &CORNER, source, &region->low) ||
+        !option_read_vector(config_setting_get_elem(list, 1), &CORNER, source, &region->high))
+        return false;
+    if (region->low.x > region->high.x || region->low.y > region->high.y ||
+        region->low.z > region->high.z)
+        return option_fail(source, list, "box is empty: its first corner must be the lower one");
+    return true;
+}
+
+static bool read_nodes(const SceneReader *reader, const config_setting_t *list, FixedRegion *region)
+{
+    int count = option_length(list);
+    if (count == 0)
+        return option_fail(&reader->source, list, "nodes is empty");
+    int *node = calloc((size_t)count, sizeof *node);
+    ASSERT(node != NULL);
+    region->kind = FIXED_NODES;
+    region->node = node;
+    region->node_count = count;
+    for (int i = 0; i < count; i++)
+        if (!option_read_int(config_setting_get_elem(list, (unsigned)i), &NODE, &reader->source,
+                             &node[i]))
+            return false;
+    return true;
+}
+
+bool scene_read_region(const SceneReader *reader, const config_setting_t *group,
+                       const RegionGroup *raw, const char *list, FixedRegion *region)
+{
+    const OptionSource *source = &reader->source;
+    bool sphere = option_given(group, "sphere"), radius = option_given(group, "radius");
+    if ((raw->box != NULL) + (raw->nodes != NULL) + (sphere || radius) != 1)
+        return option_fail(source, group,
+                           "%s entry must be one of { box }, { sphere; radius } and { nodes }",
+                           list);
+    if (raw->box != NULL)
+        return read_box(reader, raw->box, region);
+    if (raw->nodes != NULL)
+        return read_nodes(reader, raw->nodes, region);
+    if (!sphere || !radius)
+        return option_fail(source, group, "%s %s is missing: a ball has a sphere and a radius",
+                           list, sphere ? "radius" : "sphere");
+    region->kind = FIXED_SPHERE;
+    region->center = raw->sphere;
+    region->radius = raw->radius;
+    return true;
+}
+
+static bool read_region(const SceneReader *reader, const config_setting_t *group,
+                        FixedRegion *region)
+{
+    RegionGroup raw = {0};
+    return option_read(&FIXED_TABLE, group, &reader->source, &raw) &&
+           scene_read_region(reader, group, &raw, "fixed", region);
+}
+
+bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, SceneBody *body)
+{
+    int count = option_length(list);
+    if (count == 0)
+        return true;
+    if (count > FIXED_REGIONS)
+        return option_fail(&reader->source, list, "fixed has %d entries, at most %d", count,
+                           FIXED_REGIONS);
+    FixedRegion *fixed = calloc((size_t)count, sizeof *fixed);
+    ASSERT(fixed != NULL);
+    body->options.fixed = fixed;
+    body->options.fixed_count = count;
+    for (int i = 0; i < count; i++) {
+        const config_setting_t *group = option_group_at(list, i, &reader->source);
+        if (group == NULL || !read_region(reader, group, &fixed[i]))
+            return false;
+    }
+    return true;
+}
+
+// --- one entry of `attachments` ------------------------------------------------------------------
+
+typedef struct AttachmentGroup {
+    AttachmentOptions options; // first: offsets of rows are the same in AttachmentOptions
+    const char *body, *to_body;
+    int to, tool;
+    RegionGroup region;
+} AttachmentGroup;
+
+static const OptionWord TO_WORDS[] = {{"world", ATTACH_WORLD}, {NULL, 0}};
+
+#define AT(member) offsetof(AttachmentGroup, member)
+static const Option ATTACHMENT_OPTIONS[] = {
+    {"body", OPTION_NAME, AT(body), "", .high = SCENE_WORD_MAX, .preset_text = "none",
+     .required = true, .about = "The body whose nodes are attached."},
+    {"box", OPTION_LIST, AT(region.box), "m",
+     .about = "Two opposite corners, `([x, y, z], [x, y, z])`, the lower one first; faces "
+              "included."},
+    {"sphere", OPTION_VECTOR, AT(region.sphere), "m", 0.0, POSITION_LIMIT, .preset_text = "none",
+     .about = "Centre of a ball; requires `radius`."},
+    {"radius", OPTION_REAL, AT(region.radius), "m", 0.0, POSITION_LIMIT, .open = true,
+     .preset_text = "none", .about = "Radius of the ball."},
+    {"nodes", OPTION_LIST, AT(region.nodes), "",
+     .about = "Node numbers as in `bodies.fixed`, on the outer surface of the body."},
+    {"to", OPTION_WORD, AT(to), "", .words = TO_WORDS, .preset_text = "none",
+     .about = "To the world: the nodes are attached to their positions at the start."},
+    {"tool", OPTION_INT, AT(tool), "", 0.0, INT_MAX, .preset_text = "none",
+     .about = "To the tool with this id, while it is active: at their positions relative to it "
+              "when it becomes active."},
+    {"to_body", OPTION_NAME, AT(to_body), "", .high = SCENE_WORD_MAX, .preset_text = "none",
+     .about = "To the nearest points of this other body."},
+    {"stiffness", OPTION_REAL, AT(options.stiffness), "", 0.0, 1e3, .open = true, .preset = 0.3,
+     .physics = true,
+     .about = "Stiffness of the springs, as a share of the body's own stiffness; stiffer springs "
+              "shorten the time step."},
+    {"damping_ratio", OPTION_REAL, AT(options.damping_ratio), "", 0.0, 1e3, .preset = 0.5,
+     .physics = true,
+     .about = "Damping ratio of the springs with the attached masses: 1 is critical."},
+};
+#undef AT
+const OptionTable ATTACHMENT_TABLE = OPTION_TABLE(
+    "attachments",
+    "Springs that attach the nodes of a region, one of `box`, `sphere` with `radius`, and `nodes`, "
+    "to one of `to = \"world\"`, `tool = id` and `to_body = \"name\"`. Only nodes of the outer "
+    "surface.",
+    ATTACHMENT_OPTIONS);
+
+static bool find_tool(const SceneReader *reader, const config_setting_t *at, int id, int *tool)
+{
+    const Scene *scene = reader->scene;
+    for (*tool = 0; *tool < scene->tool_count; ++*tool)
+        if (scene->tool[*tool].id == id)
+            return true;
+    return option_fail(&reader->source, at, "tool %d is not in the scene", id);
+}
+
+static bool is_automatic(const SceneBody *body)
+{
+    return body->model == MODEL_SURFACE && body->surface.automatic;
+}
+
+// Finds the two bodies of a joint; returns false for an attachment to anything else.
+static bool find_joint(const Scene *scene, int index, SceneBody *both[2])
+{
+    const AttachmentOptions *options = &scene->attachment[index].options;
+    if (options->to != ATTACH_BODY)
+        return false;
+    both[0] = &scene->body[options->body];
+    both[1] = &scene->body[options->to_body];
+    return true;
+}
+
+// True if a body without an integrator of its own takes that of a joined one: the one that the
+// other was given, else the default of surface bodies, which voxel bodies support too.
+static bool take_integrator(SceneBody *body, SceneBody *other)
+{
+    IntegratorKind *own = &body->options.integrator, kind = other->options.integrator;
+    const bool has = body->model == MODEL_SURFACE || integrator_is_symplectic(kind);
+    const bool takes = other->any_integrator ? *own != kind && kind == INTEGRATOR_LEAPFROG : has;
+    if (!body->any_integrator || !takes)
+        return false;
+    *own = kind;
+    body->any_integrator = other->any_integrator;
+    return true;
+}
+
+static void share_integrators(const Scene *scene)
+{
+    SceneBody *both[2];
+    for (bool again = true; again;) {
+        again = false;
+        for (int i = 0; i < scene->attachment_count; i++)
+            if (find_joint(scene, i, both) &&
+                (take_integrator(both[0], both[1]) || take_integrator(both[1], both[0])))
+                again = true;
+    }
+}
+
+bool scene_join_bodies(const SceneReader *reader, const config_setting_t *list)
+{
+    const Scene *scene = reader->scene;
+    SceneBody *both[2];
+    share_integrators(scene);
+    for (int i = 0; i < scene->attachment_count; i++) {
+        if (!find_joint(scene, i, both))
+            continue;
+        IntegratorKind kind[2] = {both[0]->options.integrator, both[1]->options.integrator};
+        const bool chooses = is_automatic(both[0]) || is_automatic(both[1]);
+        if (!chooses && kind[0] != kind[1]) // sim.c compares otherwise
+            return option_fail(
+                &reader->source, option_find(config_setting_get_elem(list, (unsigned)i), "to_body"),
+                "to_body: bodies \"%s\" (%s) and \"%s\" (%s) must have one integrator",
+                both[0]->name, integrator_name(kind[0]), both[1]->name, integrator_name(kind[1]));
+    }
+    return true;
+}
+
+bool scene_read_attachment(const SceneReader *reader, const config_setting_t *group,
+                           SceneAttachment *attachment)
+{
+    AttachmentGroup raw = {0};
+    const OptionSource *source = &reader->source;
+    AttachmentOptions *options = &attachment->options;
+    if (!option_read(&ATTACHMENT_TABLE, group, source, &raw))
+        return false;
+    *options = raw.options;
+    options->tool = options->to_body = -1;
+    attachment->line = (int)config_setting_source_line(group);
+    options->body = scene_find_body(reader, option_find(group, "body"), raw.body);
+    if (options->body < 0)
+        return false;
+    if (!scene_read_region(reader, group, &raw.region, "attachments", &options->region))
+        return false;
+    // Exactly one target: the world, a tool or another body.
+    bool to = option_given(group, "to"), tool = option_given(group, "tool"),
+         to_body = option_given(group, "to_body");
+    if (to + tool + to_body != 1)
+        return option_fail(
+            source, group,
+            "attachments entry must hold to one of to = \"world\", tool = id and to_body = name");
+    options->to = to ? ATTACH_WORLD : tool ? ATTACH_TOOL : ATTACH_BODY;
+    if (tool)
+        return find_tool(reader, option_find(group, "tool"), raw.tool, &options->tool);
+    if (to)
+        return true;
+    const config_setting_t *at = option_find(group, "to_body");
+    options->to_body = scene_find_body(reader, at, raw.to_body);
+    return options->to_body >= 0 &&
+           (options->to_body != options->body ||
+            option_fail(source, at, "to_body \"%s\" is the body itself", raw.to_body));
+}
+
+// --- one entry of `loads` ------------------------------------------------------------------------
+
+typedef struct LoadGroup {
+    LoadOptions load; // first: offsets of rows are the same in LoadOptions
+    const char *body;
+} LoadGroup;
+
+#define AT(member) offsetof(LoadGroup, load.member)
+static const Option LOAD_OPTIONS[] = {
+    {"body", OPTION_NAME, offsetof(LoadGroup, body), "", .high = SCENE_WORD_MAX,
+     .preset_text = "all bodies", .about = "The body on which it acts."},
+    {"center", OPTION_VECTOR, AT(center), "m", 0.0, POSITION_LIMIT, .required = true,
+     .physics = true, .about = "Centre of the sphere whose nodes carry the load, world frame."},
+    {"radius", OPTION_REAL, AT(radius), "m", 0.0, POSITION_LIMIT, .open = true, .required = true,
+     .physics = true,
+     .about = "Radius of that sphere; the nodes inside are selected when the load starts."},
+    {"force", OPTION_VECTOR, AT(force), "N", 0.0, FORCE_LIMIT, .required = true, .physics = true,
+     .about = "Total force, shared by the nodes in proportion to their areas, world frame."},
+    {"start", OPTION_REAL, AT(start), "s", 0.0, TIME_LIMIT, .physics = true,
+     .about = "Simulated time at which it starts."},
+    {"duration", OPTION_REAL, AT(duration), "s", 0.0, TIME_LIMIT, .open = true, .required = true,
+     .physics = true, .about = "Simulated time for which it lasts."},
+};
+#undef AT
+const OptionTable LOAD_TABLE =
+    OPTION_TABLE("loads", "A force on the nodes inside a sphere, for a while.", LOAD_OPTIONS);
+
+int scene_find_body(const SceneReader *reader, const config_setting_t *at, const char *name)
+{
+    const Scene *scene = reader->scene;
+    const char *nearest = NULL;
+    for (int i = 0; i < scene->body_count; i++) {
+        if (strcmp(scene->body[i].name, name) == 0)
+            return i;
+        if (option_is_near(name, scene->body[i].name))
+            nearest = scene->body[i].name;
+    }
+    option_fail(&reader->source, at, "body \"%s\" is not in the scene%s%s%s", name,
+                nearest != NULL ? ": did you mean \"" : "", nearest != NULL ? nearest : "",
+                nearest != NULL ? "\"?" : "");
+    return -1;
+}
+
+bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load)
+{
+    LoadGroup raw = {0};
+    const config_setting_t *name = option_find(group, "body");
+    if (!option_read(&LOAD_TABLE, group, &reader->source, &raw))
+        return false;
+    *load = raw.load;
+    load->body = -1;
+    if (name == NULL || raw.body[0] == '\0')
+        return true;
+    load->body = scene_find_body(reader, name, raw.body);
+    return load->body >= 0;
+}
