@@ -4,8 +4,7 @@
 #ifndef PLIANT_RUN_EXCHANGE_H
 #define PLIANT_RUN_EXCHANGE_H
 
-#include "base/ring.h"
-#include "base/slot.h"
+#include "base/handover.h"
 #include "scene/build.h"
 #include "io/checkpoint.h"
 #include "run/gate.h"
