@@ -1,7 +1,7 @@
 #include "study/context.h"
 
-#include "base/compare.h"
 #include "base/isa.h"
+#include "base/sets.h"
 #include "run/realtime.h"
 #include "study/case.h"
 #include "study/inputs.h"

@@ -1,7 +1,7 @@
 #include "study/run.h"
 
 #include "base/clock.h"
-#include "base/compare.h"
+#include "base/sets.h"
 #include "run/realtime.h"
 #include "study/errors.h"
 #include "study/inputs.h"

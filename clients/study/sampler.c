@@ -1,6 +1,6 @@
 #include "study/sampler.h"
 
-#include "base/compare.h"
+#include "base/sets.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 #include "dynamics/attachment_data.h"
 
 #include "base/check.h"
-#include "base/compare.h"
+#include "base/sets.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 #include "dynamics/contact_data.h"
 
 #include "base/check.h"
-#include "base/compare.h"
+#include "base/sets.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "dynamics/sim_data.h"
 
 #include "base/check.h"
-#include "base/compare.h"
+#include "base/sets.h"
 
 #include <limits.h>
 #include <stdio.h>

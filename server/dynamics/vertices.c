@@ -1,7 +1,7 @@
 #include "dynamics/vertices.h"
 
 #include "base/check.h"
-#include "base/compare.h"
+#include "base/sets.h"
 
 #include <math.h>
 #include <stdatomic.h>

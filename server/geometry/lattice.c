@@ -2,7 +2,7 @@
 #include "geometry/lattice.h"
 
 #include "base/check.h"
-#include "base/union_find.h"
+#include "base/sets.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -183,7 +183,7 @@ int lattice_pieces(const Lattice *lattice)
         run_count = find_runs(&lattice->label[r * (size_t)width], width, NULL, run_count);
     Run *run = malloc(((size_t)run_count + 1) * sizeof *run);
     int *start = malloc((rows + 1) * sizeof *start);                // [row] its first run
-    int *parent = malloc(((size_t)run_count + 1) * sizeof *parent); // [run] union_find.h
+    int *parent = malloc(((size_t)run_count + 1) * sizeof *parent); // [run] sets.h
     ASSERT(run != NULL && start != NULL && parent != NULL);
     union_find_reset(parent, run_count);
     // Second pass: each run is a piece until it touches one of the row before or the layer below.

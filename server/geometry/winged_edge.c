@@ -2,7 +2,7 @@
 #include "geometry/winged_edge.h"
 
 #include "base/check.h"
-#include "base/union_find.h"
+#include "base/sets.h"
 #include "geometry/half_edge.h"
 
 #include <stdlib.h>

@@ -3,9 +3,9 @@
 #include "io/checkpoint.h"
 
 #include "base/check.h"
-#include "base/compare.h"
 #include "base/fnv.h"
 #include "base/log.h"
+#include "base/sets.h"
 #include "io/hdf.h"
 
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 #include "plane/mesh.h"
 
 #include "base/check.h"
-#include "base/union_find.h"
+#include "base/sets.h"
 
 #include <limits.h>
 #include <stdlib.h>

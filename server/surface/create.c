@@ -3,8 +3,8 @@
 #include "surface/surface.h"
 
 #include "base/check.h"
-#include "base/compare.h"
 #include "base/log.h"
+#include "base/sets.h"
 #include "dynamics/integrator.h"
 #include "geometry/winged_edge.h"
 #include "surface/detail/detail_create.h"

@@ -2,7 +2,7 @@
 // time only.
 #include "surface/model.h"
 
-#include "base/union_find.h"
+#include "base/sets.h"
 
 #include <string.h>
 

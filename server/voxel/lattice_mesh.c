@@ -2,7 +2,7 @@
 #include "voxel/lattice_mesh.h"
 
 #include "base/check.h"
-#include "base/union_find.h"
+#include "base/sets.h"
 #include "voxel/lattice_faces.h"
 #include "voxel/point_parts.h"
 
@@ -26,7 +26,7 @@ typedef struct Sweep {
     int points[3];
     int capacity;
     bool *outer; // [found vertex]
-    int *parent; // [element] union_find.h: connected elements
+    int *parent; // [element] sets.h: connected elements
 } Sweep;
 
 static void reserve(Sweep *sweep)

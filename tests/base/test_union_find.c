@@ -1,6 +1,6 @@
 // Disjoint sets against labels that every join rewrites.
 #include "expect.h"
-#include "base/union_find.h"
+#include "base/sets.h"
 #include "random.h"
 
 enum { COUNT = 200, ROUNDS = 50 };

@@ -2,7 +2,7 @@
 // per face. Step thread, after a cut.
 #include "surface/detail/detail.h"
 
-#include "base/union_find.h"
+#include "base/sets.h"
 
 void detail_pieces_label(LeafSet *set)
 {

@@ -1,7 +1,7 @@
 #include "voxel/cut/cut_masses.h"
 
 #include "base/check.h"
-#include "base/union_find.h"
+#include "base/sets.h"
 #include "voxel/jacobi.h"
 
 #include <math.h>

@@ -5,7 +5,7 @@
 #include "voxel/cut/cut_pieces.h"
 
 #include "base/check.h"
-#include "base/union_find.h"
+#include "base/sets.h"
 
 #include <string.h>
 

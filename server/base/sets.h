@@ -1,9 +1,27 @@
-// Disjoint sets of the numbers 0 .. count - 1 in an array of parents. The root of a set is its
-// lowest member, so what comes out does not depend on the order of the joins.
-#ifndef PLIANT_BASE_UNION_FIND_H
-#define PLIANT_BASE_UNION_FIND_H
+// Sets of numbers: sorted arrays, and disjoint sets of the numbers 0 .. count - 1.
+#ifndef PLIANT_BASE_SETS_H
+#define PLIANT_BASE_SETS_H
 
 #include <stdbool.h>
+
+// --- sorted arrays: ascending orders for qsort and bsearch ---
+
+// Of ints, and of structs that begin with one.
+static inline int compare_ints(const void *a, const void *b)
+{
+    const int x = *(const int *)a, y = *(const int *)b;
+    return (x > y) - (x < y);
+}
+
+static inline int compare_doubles(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// --- disjoint sets in an array of parents ---
+// The root of a set is its lowest member, so what comes out does not depend on the order of the
+// joins.
 
 // Makes each number a set of its own.
 static inline void union_find_reset(int *parent, int count)
