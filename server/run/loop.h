@@ -5,7 +5,7 @@
 #ifndef PLIANT_RUN_LOOP_H
 #define PLIANT_RUN_LOOP_H
 
-#include "base/histogram.h"
+#include "base/clock.h"
 #include "scene/scene.h"
 #include "run/exchange.h"
 #include "run/governor.h"

@@ -3,7 +3,7 @@
 #ifndef PLIANT_RUN_OFFLINE_H
 #define PLIANT_RUN_OFFLINE_H
 
-#include "base/histogram.h"
+#include "base/clock.h"
 #include "scene/scene.h"
 #include "run/input_log.h"
 

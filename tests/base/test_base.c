@@ -1,7 +1,7 @@
 // The base room: slot, ring, histogram, arena, state list, status, vectors and quaternions.
 #include "expect.h"
 #include "base/arena.h"
-#include "base/histogram.h"
+#include "base/clock.h"
 #include "base/log.h"
 #include "base/handover.h"
 #include "base/state.h"
@@ -210,7 +210,7 @@ static void percentiles_are_right_to_a_bin(void **state)
     static const double part[3] = {0.5, 0.99, 0.999};
     for (int k = 0; k < 3; k++) {
         double exact = (double)ns[(int)(part[k] * COUNT) - 1] * 1e-3;
-        double bin = exact < 1000.0 ? 1.0 : 100.0; // widths of histogram.h [us]
+        double bin = exact < 1000.0 ? 1.0 : 100.0; // widths of clock.h [us]
         expect_at_least(us[k], exact);
         expect_at_most(us[k], exact + bin);
     }

@@ -1,4 +1,4 @@
-#include "base/histogram.h"
+#include "base/clock.h"
 
 #include <string.h>
 
