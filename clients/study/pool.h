@@ -3,7 +3,7 @@
 #ifndef PLIANT_STUDY_POOL_H
 #define PLIANT_STUDY_POOL_H
 
-#include "base/status.h"
+#include "base/check.h"
 
 #include <stddef.h>
 

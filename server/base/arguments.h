@@ -3,7 +3,7 @@
 #ifndef PLIANT_BASE_ARGUMENTS_H
 #define PLIANT_BASE_ARGUMENTS_H
 
-#include "base/status.h"
+#include "base/check.h"
 
 #include <argp.h>
 #include <stdbool.h>

@@ -3,7 +3,7 @@
 #ifndef PLIANT_BASE_OUTPUT_H
 #define PLIANT_BASE_OUTPUT_H
 
-#include "base/status.h"
+#include "base/check.h"
 
 #include <stdio.h>
 

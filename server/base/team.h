@@ -9,7 +9,7 @@
 #ifndef PLIANT_BASE_TEAM_H
 #define PLIANT_BASE_TEAM_H
 
-#include "base/status.h"
+#include "base/check.h"
 
 #include <pthread.h>
 #include <stddef.h>

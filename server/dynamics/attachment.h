@@ -14,7 +14,7 @@
 #ifndef PLIANT_DYNAMICS_ATTACHMENT_H
 #define PLIANT_DYNAMICS_ATTACHMENT_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "dynamics/contact.h"
 #include "dynamics/fixed.h"
 

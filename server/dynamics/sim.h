@@ -4,8 +4,8 @@
 #define PLIANT_DYNAMICS_SIM_H
 
 #include "base/arena.h"
+#include "base/check.h"
 #include "base/state.h"
-#include "base/status.h"
 #include "dynamics/attachment.h"
 #include "dynamics/body.h"
 #include "dynamics/contact.h"

@@ -9,7 +9,7 @@
 #ifndef PLIANT_DYNAMICS_VERTICES_H
 #define PLIANT_DYNAMICS_VERTICES_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "dynamics/body_options.h"
 #include "dynamics/body.h"
 #include "dynamics/kernel.h"

@@ -3,7 +3,7 @@
 #ifndef PLIANT_GEOMETRY_GENERATOR_H
 #define PLIANT_GEOMETRY_GENERATOR_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "geometry/mesh.h"
 
 // Each function creates `mesh` (owned by the caller). For a parameter outside its range it creates

@@ -2,7 +2,7 @@
 #ifndef PLIANT_GEOMETRY_LATTICE_H
 #define PLIANT_GEOMETRY_LATTICE_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "base/vec.h"
 #include "geometry/mesh.h"
 

@@ -7,7 +7,7 @@
 #define PLIANT_GEOMETRY_LEVELS_H
 
 #include "base/arena.h"
-#include "base/status.h"
+#include "base/check.h"
 #include "geometry/mesh.h"
 
 enum { LEVELS_MAX = 8 }; // finest level that a scene may set

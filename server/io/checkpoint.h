@@ -2,8 +2,8 @@
 #ifndef PLIANT_IO_CHECKPOINT_H
 #define PLIANT_IO_CHECKPOINT_H
 
+#include "base/check.h"
 #include "base/output.h"
-#include "base/status.h"
 #include "dynamics/world.h"
 #include "geometry/mesh.h"
 

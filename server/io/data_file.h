@@ -3,7 +3,7 @@
 #ifndef PLIANT_IO_DATA_FILE_H
 #define PLIANT_IO_DATA_FILE_H
 
-#include "base/status.h"
+#include "base/check.h"
 
 typedef struct DataFile DataFile;
 

@@ -4,7 +4,7 @@
 #ifndef PLIANT_IO_EVENT_LOG_H
 #define PLIANT_IO_EVENT_LOG_H
 
-#include "base/status.h"
+#include "base/check.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -3,7 +3,7 @@
 #ifndef PLIANT_IO_HDF_H
 #define PLIANT_IO_HDF_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "base/vec.h"
 
 // First bytes of a sealed file.

@@ -2,7 +2,7 @@
 #ifndef PLIANT_IO_MESH_FORMATS_H
 #define PLIANT_IO_MESH_FORMATS_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "geometry/mesh_draft.h"
 
 #include <stddef.h>

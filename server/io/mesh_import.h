@@ -3,7 +3,7 @@
 #ifndef PLIANT_IO_MESH_IMPORT_H
 #define PLIANT_IO_MESH_IMPORT_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "geometry/mesh_repair.h"
 
 #include <stdbool.h>

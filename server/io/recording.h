@@ -5,7 +5,7 @@
 #ifndef PLIANT_IO_RECORDING_H
 #define PLIANT_IO_RECORDING_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "base/vec.h"
 
 #include <stdint.h>

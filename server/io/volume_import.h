@@ -3,7 +3,7 @@
 #ifndef PLIANT_IO_VOLUME_IMPORT_H
 #define PLIANT_IO_VOLUME_IMPORT_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "base/vec.h"
 #include "geometry/lattice.h"
 

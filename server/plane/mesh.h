@@ -5,7 +5,7 @@
 #define PLIANT_PLANE_MESH_H
 
 #include "base/arena.h"
-#include "base/status.h"
+#include "base/check.h"
 #include "plane/layout.h"
 #include "plane/shape.h"
 

@@ -7,8 +7,8 @@
 #define PLIANT_PLANE_H
 
 #include "base/arena.h"
+#include "base/check.h"
 #include "base/state.h"
-#include "base/status.h"
 #include "dynamics/body_options.h"
 #include "geometry/lattice.h"
 #include "plane/shape.h"

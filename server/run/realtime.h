@@ -2,7 +2,7 @@
 #ifndef PLIANT_RUN_REALTIME_H
 #define PLIANT_RUN_REALTIME_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "base/team.h"
 
 #include <pthread.h>

@@ -4,7 +4,7 @@
 #ifndef PLIANT_SCENE_OPTION_TABLE_H
 #define PLIANT_SCENE_OPTION_TABLE_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "base/vec.h"
 
 #include <libconfig.h>

@@ -3,7 +3,7 @@
 #ifndef PLIANT_SCENE_PROPOSAL_H
 #define PLIANT_SCENE_PROPOSAL_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "geometry/box.h"
 #include "scene/scene.h"
 

@@ -2,7 +2,7 @@
 #ifndef PLIANT_SCENE_SCENE_H
 #define PLIANT_SCENE_SCENE_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "dynamics/sim.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"

@@ -5,7 +5,7 @@
 #ifndef PLIANT_VOXEL_LAYOUT_H
 #define PLIANT_VOXEL_LAYOUT_H
 
-#include "base/status.h"
+#include "base/check.h"
 #include "geometry/lattice.h"
 
 enum { VOXEL_LEVELS_MAX = 5 };

@@ -5,7 +5,7 @@
 #define PLIANT_VOXEL_SKIN_H
 
 #include "base/arena.h"
-#include "base/status.h"
+#include "base/check.h"
 #include "dynamics/body.h"
 #include "dynamics/rows.h"
 #include "geometry/mesh.h"

@@ -4,8 +4,8 @@
 #define PLIANT_VOXEL_VOXEL_H
 
 #include "base/arena.h"
+#include "base/check.h"
 #include "base/state.h"
-#include "base/status.h"
 #include "dynamics/body_options.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"

@@ -5,7 +5,7 @@
 #include "base/log.h"
 #include "base/handover.h"
 #include "base/state.h"
-#include "base/status.h"
+#include "base/check.h"
 #include "base/vec.h"
 #include "random.h"
 
