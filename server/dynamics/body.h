@@ -3,8 +3,7 @@
 #ifndef PLIANT_DYNAMICS_BODY_H
 #define PLIANT_DYNAMICS_BODY_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "base/vec.h"
 #include "dynamics/cut.h"
 #include "dynamics/integrator.h"

@@ -5,8 +5,7 @@
 #ifndef PLIANT_DYNAMICS_CONTACT_H
 #define PLIANT_DYNAMICS_CONTACT_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/body.h"
 #include "dynamics/tool.h"
 

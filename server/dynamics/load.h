@@ -3,8 +3,7 @@
 #ifndef PLIANT_DYNAMICS_LOAD_H
 #define PLIANT_DYNAMICS_LOAD_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/body.h"
 
 enum { LOAD_CAPACITY = 64 }; // active at a time

@@ -5,7 +5,7 @@
 #ifndef PLIANT_DYNAMICS_PATCH_H
 #define PLIANT_DYNAMICS_PATCH_H
 
-#include "base/arena.h"
+#include "base/memory.h"
 #include "base/vec.h"
 #include "dynamics/region.h"
 

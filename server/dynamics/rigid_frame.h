@@ -4,9 +4,8 @@
 #ifndef PLIANT_DYNAMICS_RIGID_FRAME_H
 #define PLIANT_DYNAMICS_RIGID_FRAME_H
 
-#include "base/arena.h"
 #include "base/isa.h"
-#include "base/state.h"
+#include "base/memory.h"
 
 #include <stdbool.h>
 

@@ -10,9 +10,8 @@
 #ifndef PLIANT_DYNAMICS_ROWS_H
 #define PLIANT_DYNAMICS_ROWS_H
 
-#include "base/arena.h"
 #include "base/isa.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "base/vec.h"
 #include "dynamics/integrator.h"
 #include "dynamics/region.h"

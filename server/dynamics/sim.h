@@ -3,9 +3,8 @@
 #ifndef PLIANT_DYNAMICS_SIM_H
 #define PLIANT_DYNAMICS_SIM_H
 
-#include "base/arena.h"
 #include "base/check.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/attachment.h"
 #include "dynamics/body.h"
 #include "dynamics/contact.h"

@@ -3,8 +3,7 @@
 #ifndef PLIANT_DYNAMICS_WORLD_H
 #define PLIANT_DYNAMICS_WORLD_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "base/team.h"
 #include "dynamics/sim.h"
 #include "geometry/mesh.h"

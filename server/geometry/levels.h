@@ -6,8 +6,8 @@
 #ifndef PLIANT_GEOMETRY_LEVELS_H
 #define PLIANT_GEOMETRY_LEVELS_H
 
-#include "base/arena.h"
 #include "base/check.h"
+#include "base/memory.h"
 #include "geometry/mesh.h"
 
 enum { LEVELS_MAX = 8 }; // finest level that a scene may set

@@ -4,8 +4,8 @@
 #ifndef PLIANT_PLANE_MESH_H
 #define PLIANT_PLANE_MESH_H
 
-#include "base/arena.h"
 #include "base/check.h"
+#include "base/memory.h"
 #include "plane/layout.h"
 #include "plane/shape.h"
 

@@ -6,9 +6,8 @@
 #ifndef PLIANT_PLANE_H
 #define PLIANT_PLANE_H
 
-#include "base/arena.h"
 #include "base/check.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/body_options.h"
 #include "geometry/lattice.h"
 #include "plane/shape.h"

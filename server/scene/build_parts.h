@@ -3,7 +3,7 @@
 #ifndef PLIANT_SCENE_BUILD_PARTS_H
 #define PLIANT_SCENE_BUILD_PARTS_H
 
-#include "base/arena.h"
+#include "base/memory.h"
 #include "scene/build.h"
 #include "scene/prepared.h"
 

@@ -16,7 +16,7 @@
 #ifndef PLIANT_SCENE_PREPARED_H
 #define PLIANT_SCENE_PREPARED_H
 
-#include "base/arena.h"
+#include "base/memory.h"
 #include "scene/scene.h"
 #include "geometry/lattice.h"
 

@@ -3,9 +3,8 @@
 #ifndef PLIANT_SURFACE_SURFACE_H
 #define PLIANT_SURFACE_SURFACE_H
 
-#include "base/arena.h"
 #include "base/check.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/body_options.h"
 #include "geometry/levels.h"
 #include "geometry/mesh.h"

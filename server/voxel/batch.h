@@ -3,7 +3,7 @@
 #ifndef PLIANT_VOXEL_BATCH_H
 #define PLIANT_VOXEL_BATCH_H
 
-#include "base/arena.h"
+#include "base/memory.h"
 #include "voxel/kernel.h"
 #include "voxel/template.h"
 

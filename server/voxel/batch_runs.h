@@ -5,8 +5,7 @@
 #ifndef PLIANT_VOXEL_BATCH_RUNS_H
 #define PLIANT_VOXEL_BATCH_RUNS_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "voxel/kernel.h"
 
 enum { BATCH_PLAIN, BATCH_HANGING, BATCH_KINDS };

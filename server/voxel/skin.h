@@ -4,8 +4,8 @@
 #ifndef PLIANT_VOXEL_SKIN_H
 #define PLIANT_VOXEL_SKIN_H
 
-#include "base/arena.h"
 #include "base/check.h"
+#include "base/memory.h"
 #include "dynamics/body.h"
 #include "dynamics/rows.h"
 #include "geometry/mesh.h"

@@ -3,9 +3,8 @@
 #ifndef PLIANT_VOXEL_VOXEL_H
 #define PLIANT_VOXEL_VOXEL_H
 
-#include "base/arena.h"
 #include "base/check.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/body_options.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"

@@ -1,10 +1,9 @@
 // The base room: slot, ring, histogram, arena, state list, status, vectors and quaternions.
 #include "expect.h"
-#include "base/arena.h"
+#include "base/memory.h"
 #include "base/clock.h"
 #include "base/log.h"
 #include "base/handover.h"
-#include "base/state.h"
 #include "base/check.h"
 #include "base/vec.h"
 #include "random.h"

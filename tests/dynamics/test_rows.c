@@ -3,8 +3,7 @@
 #include "expect.h"
 #include "random.h"
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/rows.h"
 
 #include <float.h>

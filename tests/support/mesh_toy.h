@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_MESH_TOY_H
 #define PLIANT_TESTS_MESH_TOY_H
 
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/body.h"
 #include "geometry/mesh.h"
 

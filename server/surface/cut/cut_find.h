@@ -10,8 +10,7 @@
 #ifndef PLIANT_SURFACE_CUT_CUT_FIND_H
 #define PLIANT_SURFACE_CUT_CUT_FIND_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/cut.h"
 #include "geometry/levels.h"
 

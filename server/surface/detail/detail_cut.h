@@ -10,8 +10,7 @@
 #ifndef PLIANT_SURFACE_DETAIL_DETAIL_CUT_H
 #define PLIANT_SURFACE_DETAIL_DETAIL_CUT_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/cut.h"
 #include "surface/cut/cut_snap.h"
 #include "surface/detail/detail_set.h"

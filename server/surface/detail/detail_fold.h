@@ -2,7 +2,7 @@
 #ifndef PLIANT_SURFACE_DETAIL_FOLD_H
 #define PLIANT_SURFACE_DETAIL_FOLD_H
 
-#include "base/arena.h"
+#include "base/memory.h"
 #include "surface/detail/detail_set.h"
 
 typedef struct DetailFolds {

@@ -5,8 +5,7 @@
 #ifndef PLIANT_SURFACE_DETAIL_DETAIL_FRAMES_H
 #define PLIANT_SURFACE_DETAIL_DETAIL_FRAMES_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/rigid_frame.h"
 
 struct SurfaceModel;

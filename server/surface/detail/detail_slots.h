@@ -3,8 +3,7 @@
 #ifndef PLIANT_SURFACE_DETAIL_SLOTS_H
 #define PLIANT_SURFACE_DETAIL_SLOTS_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "dynamics/body.h"
 #include "geometry/levels.h"
 

@@ -3,8 +3,7 @@
 #ifndef PLIANT_SURFACE_DETAIL_SWEEP_H
 #define PLIANT_SURFACE_DETAIL_SWEEP_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "base/vec.h"
 #include "surface/detail/detail_set.h"
 

@@ -22,8 +22,7 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_LATTICE_H
 #define PLIANT_VOXEL_CUT_CUT_LATTICE_H
 
-#include "base/arena.h"
-#include "base/state.h"
+#include "base/memory.h"
 #include "voxel/making.h"
 #include "voxel/template.h"
 

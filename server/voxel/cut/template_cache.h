@@ -5,7 +5,7 @@
 #ifndef PLIANT_VOXEL_CUT_TEMPLATE_CACHE_H
 #define PLIANT_VOXEL_CUT_TEMPLATE_CACHE_H
 
-#include "base/arena.h"
+#include "base/memory.h"
 #include "voxel/tables.h"
 
 typedef struct TemplateCache {

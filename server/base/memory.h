@@ -1,11 +1,54 @@
-// The one list of all arrays that change while a scene runs. Each owner adds its arrays once, at
-// load; checkpoint, resume, reset and hash walk this list, so that none of them can miss an array.
-#ifndef PLIANT_BASE_STATE_H
-#define PLIANT_BASE_STATE_H
+// The memory of a scene: the arena that owns all of it, and the list of those of its arrays that
+// change while the scene runs.
+#ifndef PLIANT_BASE_MEMORY_H
+#define PLIANT_BASE_MEMORY_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+// --- arena ---
+// All memory of a scene: allocated before the first tick, listed by name so that --explain can
+// print what each feature costs. Load time only; the step thread never calls this.
+
+typedef enum ArenaUse {
+    ARENA_STEP,     // read or written by every step
+    ARENA_CONTACT,  // read or written while a tool is near
+    ARENA_TOPOLOGY, // meshes and tables of connectivity
+    ARENA_OUTPUT,   // snapshots, message buffers, checkpoint buffers
+} ArenaUse;
+
+typedef struct ArenaBlock {
+    void *memory;
+    size_t bytes;
+    ArenaUse use;
+    char name[48];
+} ArenaBlock;
+
+typedef struct Arena {
+    ArenaBlock *block; // [count], in the order of allocation
+    int count, capacity;
+} Arena;
+
+// Returns `count` zeroed elements of `size` bytes, 64-byte aligned, owned by the arena. Never NULL:
+// aborts when the machine is out of memory (the caller validates sizes). The name is "body/array",
+// truncated at 47 bytes.
+void *arena_allocate(Arena *arena, ArenaUse use, size_t count, size_t size, const char *format, ...)
+    __attribute__((format(printf, 5, 6)));
+// Returns `count` zeroed elements of `type` (a type, or an expression of it) as the array
+// "name/label"; for functions that have an `arena` and the `name` of a body.
+#define ALLOCATE(use, count, type, label)                                                          \
+    arena_allocate(arena, (use), (size_t)(count), sizeof(type), "%s/%s", name, label)
+// Returns the bytes of all blocks.
+size_t arena_bytes(const Arena *arena);
+// Returns the bytes of the blocks of one use.
+size_t arena_bytes_of(const Arena *arena, ArenaUse use);
+// Frees all blocks and leaves the arena empty ({0}).
+void arena_destroy(Arena *arena);
+
+// --- state ---
+// The one list of all arrays that change while a scene runs. Each owner adds its arrays once, at
+// load; checkpoint, resume, reset and hash walk this list, so that none of them can miss an array.
 
 typedef struct StateArray {
     char name[64]; // unique, "body/array"
