@@ -1,6 +1,7 @@
 #include "base/memory.h"
 
 #include "base/check.h"
+#include "base/fnv.h"
 
 #include <stdarg.h>
 #include <stdint.h>
@@ -158,13 +159,12 @@ static bool is_zero(const unsigned char *byte, size_t bytes)
 
 uint64_t state_hash(const StateList *list)
 {
-    uint64_t hash = UINT64_C(0xcbf29ce484222325);
+    uint64_t hash = FNV_START;
     for (int i = 0; i < list->count; i++) {
         const unsigned char *byte = state_memory(&list->array[i]);
         if (list->array[i].aside || (list->array[i].rare && is_zero(byte, list->array[i].bytes)))
             continue;
-        for (size_t k = 0; k < list->array[i].bytes; k++)
-            hash = (hash ^ byte[k]) * UINT64_C(0x100000001b3);
+        hash = fnv_bytes(hash, byte, list->array[i].bytes);
     }
     return hash;
 }
