@@ -7,11 +7,10 @@
 #include "base/sets.h"
 #include "dynamics/integrator.h"
 #include "geometry/winged_edge.h"
-#include "surface/detail/detail_create.h"
+#include "surface/detail/detail.h"
 #include "surface/implicit.h"
 #include "surface/model.h"
 #include "surface/network.h"
-#include "surface/order.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -263,35 +262,6 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     state_add(state, model->parameters, sizeof *model->parameters, "%s/parameters", name);
 }
 
-// Returns a copy of an array that is freed after creation.
-static void *keep(const void *array, size_t size, size_t count, const char *name, const char *label,
-                  Arena *arena)
-{
-    void *copy = arena_allocate(arena, ARENA_TOPOLOGY, count, size, "%s/%s", name, label);
-    return memcpy(copy, array, count * size);
-}
-#define KEEP(array, count, label) keep(array, sizeof *(array), (size_t)(count), name, label, arena)
-
-static void create_surface(Body *body, const TriMesh *mesh, const WingedMesh *winged,
-                           const SpringNetwork *network, const char *name, Arena *arena)
-{
-    const int nodes = mesh->node_count, faces = mesh->triangle_count;
-    body->surface = (BodySurface){
-        .node_count = nodes,
-        .face_count = faces,
-        .node_used = nodes,
-        .face_used = faces,
-        .face = KEEP(mesh->triangle, faces, "faces"),
-        .face_neighbor = KEEP(winged->face_neighbor, faces, "face neighbours"),
-        .face_area = KEEP(network->face_area, faces, "face areas"),
-        .node_area = KEEP(network->node_area, nodes, "node areas"),
-        .node_face_start = KEEP(winged->node_face_start, nodes + 1, "node face start"),
-        .node_face = KEEP(winged->node_face, 3 * faces, "node faces"),
-    };
-    body->surface.finest_area = body->surface.face_area;
-    body->surface.node_face_end = body->surface.node_face_start + 1;
-}
-
 // Creates a body of one level: one slot per node, all in use.
 static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
                          const WingedMesh *winged, const SpringNetwork *network,
@@ -318,7 +288,7 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
     create_springs(model, winged, network, name, arena);
     create_nodes(model, mesh, network, options, arena, state);
     model_create_rows(model, mesh, network->fixed, options, arena, state);
-    create_surface(body, mesh, winged, network, name, arena);
+    model_create_surface(body, mesh, winged, network, name, arena);
     model_create_mesh(model, body, mesh, options, arena);
 }
 
@@ -391,6 +361,14 @@ static Body start_body(SurfaceModel *model, const SurfaceOptions *options,
     body.contact_lambda = network->contact_lambda;
     body.theta = options->body.integrator == INTEGRATOR_IMPLICIT ? implicit_theta(options) : 0.0;
     return body;
+}
+
+ISA_KERNELS(SpringKernels, spring);
+
+const SpringKernels *kernels_find(Precision precision, const char *name)
+{
+    IsaLevel level = isa_find(name);
+    return level == ISA_COUNT ? NULL : spring_kernels[precision][level];
 }
 
 bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked, Arena *arena,

@@ -8,7 +8,7 @@
 // compressed one, so that the matrix is positive definite in any state (Choi and Ko 2002); C_e =
 // k_d n n^T. Shape springs and node damping are diagonal. With frame = "body" K v uses v relative
 // to the frame's motion, and the momentum that the diagonal then removes is restored
-// (kernel/implicit_momentum.h). Hanging nodes are not unknowns: before each product their rows are
+// (kernel/implicit_kernel.c). Hanging nodes are not unknowns: before each product their rows are
 // set to the means of their masters, and afterwards half of their product goes to each master.
 //
 // Conjugate gradients with the inverses of the diagonal 3 x 3 blocks solve the system, matrix free:
@@ -85,7 +85,7 @@ typedef struct Implicit {
     Quad *change;    // dv [m/s]
     Quad *residual, *step, *product, *search;
 
-    // --- islands: sets of nodes that share momentum (kernel/implicit_momentum.h) ---
+    // --- islands: sets of nodes that share momentum (kernel/implicit_kernel.c) ---
     int island_count;
     int *island;       // [nodes] island of a moving node
     int *member;       // [nodes] moving nodes sorted by island
@@ -99,7 +99,6 @@ typedef struct Implicit {
     int64_t steps, iterations_done, stopped; // stopped: before the tolerance was reached
 } Implicit;
 
-// --- implicit.c ---
 // Returns theta of the options, or the default.
 double implicit_theta(const SurfaceOptions *options);
 // Load time, after the rest of the body exists.
@@ -109,14 +108,5 @@ void implicit_drift(void *self, double dt);
 void implicit_evaluate(void *self, const Stage *stage, double h);
 // Prints one line for --explain.
 void implicit_explain(const Implicit *system, FILE *out);
-
-// --- implicit_number.c ---
-// Numbers the moving and the hanging nodes, and assigns moving nodes to islands.
-void implicit_number(SurfaceModel *model);
-
-// --- implicit_turn.c ---
-// After a violent step: turns the rows `next` of floating islands instead of moving them in a
-// straight line. False: the numbers are not finite.
-bool implicit_turn(const Implicit *system, double *next);
 
 #endif

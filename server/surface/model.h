@@ -17,6 +17,7 @@
 #include "dynamics/rows.h"
 #include "dynamics/body.h"
 #include "surface/kernel.h"
+#include "surface/network.h"
 #include "surface/surface.h"
 
 // Nodes in the order in which clients get them, that of BodyMesh. Without levels it is the order of
@@ -126,14 +127,6 @@ static inline int model_lane_of(const SurfaceModel *model, int slot)
 // frame, so that rounding does not accumulate.
 void model_turn_loads(SurfaceModel *model);
 
-// --- create_mesh.c ---
-
-// Load time: builds the tables behind body->mesh, once body->surface has its faces.
-void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
-                       const SurfaceOptions *options, Arena *arena);
-// Labels the piece of each node: connected parts of the mesh, numbered by their lowest node.
-void model_label_pieces(const TriMesh *mesh, int *piece);
-
 // The operations on forces.
 void surface_add_forces(void *self, const int *node, int count, const Vec3 *force);
 void surface_reserve_forces(void *self, const char *name, int count, Arena *arena);
@@ -141,6 +134,21 @@ void surface_add_load(void *self, int node, Vec3 force);
 void surface_clear_loads(void *self);
 // Removes the contact forces of one evaluation and restores the constant loads bit by bit.
 void model_clear_touched(SurfaceModel *model);
+
+// --- create_mesh.c ---
+
+// Load time: builds the tables behind body->mesh, once body->surface has its faces.
+void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
+                       const SurfaceOptions *options, Arena *arena);
+// Labels the piece of each node: connected parts of the mesh, numbered by their lowest node.
+void model_label_pieces(const TriMesh *mesh, int *piece);
+// Creates body->surface, the faces of a body of one level, with the areas of its network.
+void model_create_surface(Body *body, const TriMesh *mesh, const WingedMesh *winged,
+                          const SpringNetwork *network, const char *name, Arena *arena);
+// Fills slot[node] with a permutation of 0 .. node_count - 1 that puts neighbours close in memory
+// and nodes of equal valence into one chunk: breadth first, then by valence within windows
+// (server/PERFORMANCE.md, "Rows and order"). A pure function of the mesh.
+void order_nodes(const WingedMesh *winged, int *slot);
 
 // --- surface.c ---
 

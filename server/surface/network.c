@@ -1,12 +1,216 @@
-// Applies level_rules.h to every spring and node of a mesh, and computes bounds for the time step.
-// Load time.
+// Springs and masses of a mesh at rest, the bounds of the time step, and the fixed nodes. Load
+// time, but for the pure functions of the rules.
 #include "surface/network.h"
 
 #include "base/check.h"
-#include "surface/fixed.h"
-#include "surface/level_rules.h"
 
 #include <stdlib.h>
+
+// ---------------------------------------------------------------------------------------------
+// Rules of the material and the levels
+
+static double edge_length(const Vec3 *x, const int end[2])
+{
+    return vec3_length(vec3_sub(x[end[0]], x[end[1]]));
+}
+
+static double measure_areas(LevelRules *rules, const Vec3 *x, const int (*face)[3])
+{
+    double total = 0.0;
+    for (int f = 0; f < rules->face_count; f++) {
+        const int *node = face[f];
+        Vec3 normal =
+            vec3_cross(vec3_sub(x[node[1]], x[node[0]]), vec3_sub(x[node[2]], x[node[0]]));
+        rules->area[f] = 0.5 * vec3_length(normal);
+        total += rules->area[f];
+    }
+    return total;
+}
+
+// Returns the mean stiffness of the springs of level 0 by the continuum rule [N/m].
+static double mean_stiffness(const LevelRules *rules)
+{
+    const Level *level = &rules->levels->level[0];
+    double sum = 0.0;
+    for (int e = 0; e < level->edge_count; e++)
+        for (int side = 0; side < 2; side++)
+            if (level->edge_face[e][side] >= 0)
+                sum += level_rules_face_stiffness(
+                    rules, rules->area[level->edge_face[e][side]],
+                    edge_length(rules->levels->position, level->edge[e]));
+    return sum / level->edge_count;
+}
+
+// Sets the properties of all levels, if there are levels.
+static void set_levels(LevelRules *rules, double total_area)
+{
+    const SurfaceMaterial *material = &rules->options->material;
+    const Levels *levels = rules->levels;
+    int nodes = levels->level[0].node_count;
+    double mass =
+        material->uniform ? material->node_mass * nodes : material->areal_density * total_area;
+    rules->mean_mass = mass / nodes;
+    rules->areal_density = material->uniform ? mass / total_area : material->areal_density;
+    rules->same_nodes = rules->options->adjust == ADJUST_CHOI2005;
+    rules->same_springs = rules->same_nodes || material->uniform;
+    if (!rules->same_springs)
+        return;
+    double stiffness = material->uniform ? material->spring_stiffness : mean_stiffness(rules);
+    for (int l = 0; l <= levels->finest; l++) {
+        double share = (double)nodes / levels->level[l].node_count; // of a node's mass
+        rules->mass[l] = rules->mean_mass * share;
+        rules->stiffness[l] = rules->same_nodes ? ldexp(stiffness, l) * share : stiffness;
+    }
+}
+
+void level_rules_create(LevelRules *rules, const TriMesh *mesh, const SurfaceOptions *options)
+{
+    const Levels *levels = options->hierarchy;
+    const SurfaceMaterial *material = &options->material;
+    *rules = (LevelRules){.levels = levels, .options = options};
+    rules->face_count = levels != NULL ? levels->level[0].face_count : mesh->triangle_count;
+    rules->area = malloc((size_t)rules->face_count * sizeof *rules->area + 1);
+    ASSERT(rules->area != NULL);
+    double total =
+        levels != NULL
+            ? measure_areas(rules, levels->position, (const int(*)[3])levels->level[0].face)
+            : measure_areas(rules, mesh->position, (const int(*)[3])mesh->triangle);
+    if (levels != NULL) {
+        set_levels(rules, total);
+        return;
+    }
+    rules->same_springs = rules->same_nodes = material->uniform;
+    rules->stiffness[0] = material->spring_stiffness;
+    rules->mass[0] = material->node_mass;
+    rules->areal_density = material->areal_density;
+}
+
+void level_rules_destroy(LevelRules *rules)
+{
+    free(rules->area);
+    *rules = (LevelRules){0};
+}
+
+double level_rules_area(const LevelRules *rules, int level, int face)
+{
+    static const double quarter[LEVELS_MAX + 1] = {1.0,     0x1p-2,  0x1p-4,  0x1p-6, 0x1p-8,
+                                                   0x1p-10, 0x1p-12, 0x1p-14, 0x1p-16};
+    return quarter[level] * rules->area[face >> 2 * level];
+}
+
+double level_rules_face_stiffness(const LevelRules *rules, double area, double length)
+{
+    return rules->options->material.youngs_modulus_2d * area / (length * length);
+}
+
+double level_rules_node_mass(const LevelRules *rules, int level, double area)
+{
+    return rules->same_nodes ? rules->mass[level] : rules->areal_density * area;
+}
+
+double level_rules_mixed_mass(const LevelRules *rules, const int *edges)
+{
+    double sum = 0.0;
+    int count = 0;
+    for (int l = 0; l <= rules->levels->finest; l++) {
+        sum += edges[l] * rules->mass[l];
+        count += edges[l];
+    }
+    return sum / count;
+}
+
+// Scales a value that the scene gives per node to a node of that mass.
+static double by_mass(const LevelRules *rules, double value, double mass)
+{
+    return rules->mean_mass > 0.0 ? value * (mass / rules->mean_mass) : value;
+}
+
+double level_rules_shape_stiffness(const LevelRules *rules, double mass)
+{
+    const SurfaceShape *shape = &rules->options->shape;
+    double w = shape->angular_frequency;
+    if (!shape->wanted)
+        return 0.0;
+    return shape->per_node ? by_mass(rules, shape->stiffness, mass) : mass * w * w;
+}
+
+double level_rules_shape_damping(const LevelRules *rules, double mass)
+{
+    const SurfaceShape *shape = &rules->options->shape;
+    if (!shape->wanted)
+        return 0.0;
+    return shape->per_node ? by_mass(rules, shape->damping, mass)
+                           : 2.0 * shape->damping_ratio * shape->angular_frequency * mass;
+}
+
+double level_rules_node_damping(const LevelRules *rules, double mass)
+{
+    return by_mass(rules, rules->options->material.node_damping, mass);
+}
+
+LevelBounds level_rules_bounds(const LevelRules *rules, int level, const bool *fixed)
+{
+    const Level *at = &rules->levels->level[level];
+    size_t nodes = (size_t)at->node_count;
+    double *sum = calloc(nodes, sizeof *sum), *area = calloc(nodes, sizeof *area);
+    ASSERT(sum != NULL && area != NULL);
+    // A node stands for a third of the faces around it.
+    for (int f = 0; f < at->face_count; f++)
+        for (int k = 0; k < 3; k++)
+            area[at->face[f][k]] += level_rules_area(rules, level, f) / 3.0;
+    // Each edge adds its stiffness to the row sums of both ends.
+    for (int e = 0; e < at->edge_count; e++) {
+        double stiffness = rules->same_springs ? rules->stiffness[level] : 0.0;
+        double length = edge_length(rules->levels->position, at->edge[e]);
+        for (int side = 0; side < 2 && !rules->same_springs; side++)
+            if (at->edge_face[e][side] >= 0)
+                stiffness += level_rules_face_stiffness(
+                    rules, level_rules_area(rules, level, at->edge_face[e][side]), length);
+        for (int k = 0; k < 2; k++)
+            sum[at->edge[e][k]] += stiffness;
+    }
+
+    // The bound is over free nodes; over all if every node is fixed.
+    bool any_free = false;
+    for (int i = 0; i < at->node_count; i++)
+        any_free |= !fixed[i];
+    LevelBounds bounds = {0.0, 0.0};
+    for (int i = 0; i < at->node_count; i++) {
+        if (fixed[i] && any_free)
+            continue;
+        double mass = level_rules_node_mass(rules, level, area[i]);
+        double shape = level_rules_shape_stiffness(rules, mass);
+        bounds.springs = fmax(bounds.springs, 2.0 * sum[i] / mass);
+        bounds.lambda = fmax(bounds.lambda, (2.0 * sum[i] + shape) / mass);
+    }
+    free(sum);
+    free(area);
+    return bounds;
+}
+
+void level_rules_raise_bounds(const LevelRules *rules, int level, double lambda_0, double damping_0,
+                              double *lambda, double *damping)
+{
+    if (rules->levels == NULL || rules->options->adjust != ADJUST_CHOI2005)
+        return;
+    *lambda =
+        fmax(*lambda, ldexp(lambda_0, 2 * level)); // the step is proportional to 1 / sqrt(lambda)
+    *damping = fmax(*damping, ldexp(damping_0, level));
+}
+
+double level_rules_damping_time(const LevelRules *rules, double springs)
+{
+    const SurfaceMaterial *material = &rules->options->material;
+    if (material->uniform)
+        return material->spring_stiffness > 0.0
+                   ? material->spring_damping / material->spring_stiffness
+                   : 0.0;
+    double longest = springs > 0.0 ? 0.8 / sqrt(springs) : material->damping_time;
+    return fmin(material->damping_time, longest);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Springs and nodes of a mesh
 
 static void *zeroed(int count, size_t size)
 {
@@ -15,7 +219,7 @@ static void *zeroed(int count, size_t size)
     return memory;
 }
 
-static void measure_areas(SpringNetwork *network, const TriMesh *mesh, const LevelRules *rules,
+static void measure_faces(SpringNetwork *network, const TriMesh *mesh, const LevelRules *rules,
                           int level)
 {
     for (int f = 0; f < mesh->triangle_count; f++) {
@@ -121,7 +325,7 @@ bool network_create(SpringNetwork *network, const TriMesh *mesh, const WingedMes
     }
     LevelRules rules;
     level_rules_create(&rules, mesh, options);
-    measure_areas(network, mesh, &rules, level);
+    measure_faces(network, mesh, &rules, level);
     set_springs(network, mesh, winged, &rules, level);
     set_nodes(network, &rules, level, mesh->node_count);
     set_bounds(network, winged, &rules);
@@ -141,4 +345,42 @@ void network_destroy(SpringNetwork *network)
     free(network->node_damping);
     free(network->fixed);
     *network = (SpringNetwork){0};
+}
+
+// ---------------------------------------------------------------------------------------------
+// Fixed nodes
+
+bool fixed_mark(const TriMesh *mesh, const SurfaceOptions *options, bool *fixed, Status *status)
+{
+    const Levels *levels = options->hierarchy;
+    int nodes = levels != NULL ? levels->level[0].node_count : mesh->node_count;
+    for (int r = 0; r < options->body.fixed_count; r++) {
+        const FixedRegion *region = &options->body.fixed[r];
+        if (region->kind == FIXED_NODES) {
+            for (int k = 0; k < region->node_count; k++) {
+                int node = mesh_node_of_file(mesh, region->node[k]);
+                if (node < 0)
+                    return status_fail(status, STATUS_INVALID,
+                                       "fixed: node %d is not a node of the mesh (%d in its file)",
+                                       region->node[k], mesh->file_node_count);
+                fixed[node] = true;
+            }
+            continue;
+        }
+        for (int i = 0; i < nodes; i++)
+            if (fixed_contains(region, mesh->position[i]))
+                fixed[i] = true;
+    }
+    // Copies, the last nodes of the mesh, have no number of their own in the file: they follow
+    // their originals.
+    for (int c = 0; c < mesh->copy_count; c++)
+        if (fixed[mesh_node_of_file(mesh, mesh->copy_of[c])])
+            fixed[nodes - mesh->copy_count + c] = true;
+    // A midpoint is fixed when both its parents are.
+    for (int l = 0; levels != NULL && l < levels->finest; l++) {
+        const Level *level = &levels->level[l];
+        for (int e = 0; e < level->edge_count; e++)
+            fixed[level->node_count + e] = fixed[level->edge[e][0]] && fixed[level->edge[e][1]];
+    }
+    return true;
 }

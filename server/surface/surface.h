@@ -43,7 +43,7 @@ typedef struct SurfaceShape {
     ShapeDamping direction;   // SHAPE_DAMPS_RADIAL: in the world's frame, explicit steps only
 } SurfaceShape;
 
-// How the properties of springs and nodes depend on the level of detail (level_rules.h).
+// How the properties of springs and nodes depend on the level of detail (network.h).
 typedef enum SurfaceAdjust { ADJUST_CONTINUUM, ADJUST_CHOI2005 } SurfaceAdjust;
 
 // Refinement criteria: each value is where the criterion requires the next level (detail/README.md,

@@ -139,9 +139,8 @@ static const char *const KERNELS[] = {"surface/kernel/", "voxel/kernel/", "dynam
 // Of a body and its integration, and how the pipeline comes to it.
 static const char *const PLAIN_FILES[] = {
     "surface/kernel/",         "voxel/kernel/",          "surface/surface.c",
-    "dynamics/kernel/",        "surface/kernel.c",       "voxel/voxel.c",
-    "dynamics/vertices.c",     "voxel/batch_runs.c",     "voxel/kernel.c",
-    "voxel/rotation.c",
+    "dynamics/kernel/",        "voxel/voxel.c",          "dynamics/vertices.c",
+    "voxel/batch_runs.c",      "voxel/kernel.c",         "voxel/rotation.c",
     "voxel/jacobi.c",   // of elements that turn far in a step
     "dynamics/guard.c", // which no scene leaves out
     "dynamics/guard_energy.c", "dynamics/step.c",        "dynamics/integrator",

@@ -5,8 +5,7 @@
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
-#include "surface/fixed.h"
-#include "surface/level_rules.h"
+#include "surface/network.h"
 
 #include <stdlib.h>
 #include <string.h>

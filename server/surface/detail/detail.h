@@ -11,12 +11,11 @@
 #include "geometry/levels.h"
 #include "surface/detail/detail_cut.h"
 #include "surface/detail/detail_faces.h"
-#include "surface/detail/detail_frames.h"
-#include "surface/detail/detail_fold.h"
+#include "surface/detail/detail_pieces.h"
 #include "surface/detail/detail_pack.h"
 #include "surface/detail/detail_set.h"
 #include "surface/detail/detail_sweep.h"
-#include "surface/level_rules.h"
+#include "surface/network.h"
 #include "surface/model.h"
 
 typedef struct Detail {
@@ -58,12 +57,7 @@ void detail_give_birth(SurfaceModel *model, int node);
 void detail_copy_row(SurfaceModel *model, int node, int from);
 void detail_switch_off(SurfaceModel *model, int node);
 
-// --- detail_butterfly.c ---
-// Returns the displacement, in the rows' coordinates, that the modified butterfly gives the
-// midpoint of an edge [m].
-Vec3 detail_butterfly(const SurfaceModel *model, int level, int edge);
-
-// --- detail_change.c: refining and coarsening ---
+// --- detail_set.c: refining and coarsening ---
 // Begins a change; faces are refined and coarsened until detail_end_change.
 void detail_begin_change(SurfaceModel *model);
 // Marks a node whose springs or mass change, to be packed again.
@@ -79,22 +73,22 @@ bool detail_end_change(Body *body);
 // The same after edges were broken, which may have changed no node.
 void detail_end_cut(Body *body);
 
-// --- detail_fold.c ---
+// --- detail_sweep.c: refinement criteria ---
 // Returns the cosine of the angle by which two leaves at an edge have turned against each other
 // since rest; 1 if one of them has no area and so no direction. node: the edge's ends in the order
 // of one leaf, its third corner, and that of the other leaf; x: their positions [m].
 double detail_cos_of_turn(const SurfaceModel *model, int level, int edge, const int node[4],
                           const Vec3 x[4]);
 
-// --- detail_sweep.c ---
 // Examines the next faces, refines and coarsens. True if the topology changed.
 bool detail_sweep(Body *body, int64_t step, double tick);
 
-// --- detail_check.c ---
-// After the state was overwritten: true if everything else can be derived from it.
-bool detail_check(const Detail *detail);
-
 // --- detail_create.c ---
+// Creates a body with levels: fills in a model, whose kernels, precision and damping are set, and
+// its body, from the mesh of level 0 and options->hierarchy.
+void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const WingedMesh *winged,
+                   const SpringNetwork *network, const SurfaceOptions *options, Arena *arena,
+                   StateList *state);
 // Rebuilds everything that is derived from the bits.
 void detail_rebuild(Body *body);
 // Publishes the body's derived quantities: mass, bounds, counts, mesh.
@@ -103,6 +97,8 @@ void detail_publish(Body *body);
 int detail_topology(const Detail *detail);
 
 // --- detail_body.c: what levels add to the operations of a surface body ---
+// After the state was overwritten: true if everything else can be derived from it.
+bool detail_check(const Detail *detail);
 bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *change);
 // A new load refines the body to its final level in as many sweeps as there are levels.
 void detail_look(void *self);

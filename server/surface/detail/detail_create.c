@@ -1,11 +1,10 @@
 // Creates a body with levels, and everything that follows from which faces are refined. Load time;
 // detail_rebuild also after the state was restored.
-#include "surface/detail/detail_create.h"
+#include "surface/detail/detail.h"
 
 #include "base/check.h"
 #include "base/log.h"
 #include "geometry/winged_edge.h"
-#include "surface/detail/detail.h"
 #include "surface/network.h"
 
 #include <stdlib.h>

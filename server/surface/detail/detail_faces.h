@@ -7,7 +7,7 @@
 #include "dynamics/body.h"
 #include "surface/detail/detail_set.h"
 #include "surface/detail/detail_slots.h"
-#include "surface/level_rules.h"
+#include "surface/network.h"
 
 // The change in progress, as contacts and loads follow it.
 typedef struct DetailReport {

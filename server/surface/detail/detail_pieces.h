@@ -2,8 +2,8 @@
 // of its own, so that disconnected pieces move apart. The kernel has one motion, that of the
 // largest piece; the differences for other pieces are added as external forces. Bodies in one
 // piece, and those without such a frame, do not use this.
-#ifndef PLIANT_SURFACE_DETAIL_DETAIL_FRAMES_H
-#define PLIANT_SURFACE_DETAIL_DETAIL_FRAMES_H
+#ifndef PLIANT_SURFACE_DETAIL_DETAIL_PIECES_H
+#define PLIANT_SURFACE_DETAIL_DETAIL_PIECES_H
 
 #include "base/memory.h"
 #include "dynamics/rigid_frame.h"
