@@ -1,10 +1,13 @@
-// Triangle meshes: creation, placement, equal nodes, measures. Load time only; never on the step
-// thread. mesh_check.c has the rules of a valid mesh.
+// Triangle meshes: creation, placement, equal nodes, measures, and the rules of a mesh that is fit
+// for simulation, one function per rule. Load time only; never on the step thread.
 #include "geometry/mesh.h"
 
 #include "base/check.h"
+#include "geometry/half_edge.h"
 
+#include <stdarg.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -141,4 +144,159 @@ double mesh_extent(const TriMesh *mesh)
 {
     const Box box = mesh_box(mesh);
     return box_extent(&box);
+}
+
+// --- the rules of a valid mesh ---
+
+static bool fault_set(MeshFault *fault, int node, int triangle, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
+static bool fault_set(MeshFault *fault, int node, int triangle, const char *format, ...)
+{
+    fault->node = node;
+    fault->triangle = triangle;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(fault->text, sizeof fault->text, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+// Returns the index by which the user knows a node: the one in the file.
+static int name_of(const TriMesh *mesh, int node)
+{
+    return mesh->file_index != NULL ? mesh->file_index[node] : node;
+}
+
+static bool nodes_are_finite(const TriMesh *mesh, MeshFault *fault)
+{
+    for (int i = 0; i < mesh->node_count; i++) {
+        Vec3 x = mesh->position[i];
+        if (!vec3_finite(x))
+            return fault_set(fault, i, -1, "node %d has a position (%g, %g, %g) that is not finite",
+                             name_of(mesh, i), x.x, x.y, x.z);
+    }
+    return true;
+}
+
+double mesh_relative_height(const Vec3 *position, const int corner[3])
+{
+    // Scale first: neither tiny nor huge triangles may under- or overflow.
+    Vec3 edge[3];
+    double scale = 0.0;
+    for (int k = 0; k < 3; k++) {
+        edge[k] = vec3_sub(position[corner[(k + 1) % 3]], position[corner[k]]);
+        scale = fmax(scale, fmax(fabs(edge[k].x), fmax(fabs(edge[k].y), fabs(edge[k].z))));
+    }
+    if (scale == 0.0)
+        return 0.0;
+    if (!isfinite(scale))
+        return (double)NAN;
+    double longest = 0.0; // squared
+    for (int k = 0; k < 3; k++) {
+        edge[k] = vec3(edge[k].x / scale, edge[k].y / scale, edge[k].z / scale);
+        longest = fmax(longest, vec3_dot(edge[k], edge[k]));
+    }
+    return vec3_length(vec3_cross(edge[0], edge[1])) / longest;
+}
+
+static bool triangles_are_valid(const TriMesh *mesh, MeshFault *fault)
+{
+    if (mesh->triangle_count < 1)
+        return fault_set(fault, -1, -1, "the mesh has no triangles");
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        const int *corner = mesh->triangle[t];
+        for (int k = 0; k < 3; k++)
+            if (corner[k] < 0 || corner[k] >= mesh->node_count)
+                return fault_set(fault, -1, t, "triangle %d names node %d outside [0, %d]", t,
+                                 corner[k], mesh->node_count - 1);
+        for (int k = 0; k < 3; k++)
+            if (corner[k] == corner[(k + 1) % 3])
+                return fault_set(fault, corner[k], t, "triangle %d has node %d twice", t,
+                                 name_of(mesh, corner[k]));
+        double height = mesh_relative_height(mesh->position, corner);
+        if (isnan(height))
+            return fault_set(fault, -1, t, "triangle %d is too large to measure", t);
+        if (!(height > MESH_SMALLEST_HEIGHT))
+            return fault_set(fault, -1, t, "triangle %d (nodes %d, %d, %d) has no area", t,
+                             name_of(mesh, corner[0]), name_of(mesh, corner[1]),
+                             name_of(mesh, corner[2]));
+    }
+    return true;
+}
+
+// True if every edge is in one or two triangles that run through it in opposite directions.
+static bool edges_are_manifold(const TriMesh *mesh, const HalfEdges *half, MeshFault *fault)
+{
+    for (int first = 0; first < half->count;) {
+        int end = half_edge_group_end(half, mesh, first);
+        int h = half->order[first];
+        int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
+        if (end - first > 2)
+            return fault_set(fault, a, half->order[first + 2] / 3,
+                             "edge between nodes %d and %d belongs to %d triangles, more than two",
+                             name_of(mesh, a), name_of(mesh, b), end - first);
+        if (end - first == 2 && half_edge_from(mesh, half->order[first + 1]) == a)
+            return fault_set(
+                fault, a, half->order[first + 1] / 3,
+                "triangles %d and %d both run from node %d to node %d: opposite orientations",
+                h / 3, half->order[first + 1] / 3, name_of(mesh, a), name_of(mesh, b));
+        first = end;
+    }
+    return true;
+}
+
+// Counts the triangles around the start of h, first one way, then the other if there is a border.
+static int fan_size(const HalfEdges *half, int h)
+{
+    int size = 1;
+    int at = h;
+    while ((at = half->twin[half_edge_previous(at)]) >= 0 && at != h)
+        size++;
+    if (at == h)
+        return size;
+    at = h;
+    while (half->twin[at] >= 0) {
+        at = half_edge_next(half->twin[at]);
+        size++;
+    }
+    return size;
+}
+
+// True if every node is used and all its triangles form one fan: two cones that touch in a point
+// are refused.
+static bool nodes_have_one_fan(const TriMesh *mesh, const HalfEdges *half, MeshFault *fault)
+{
+    int *corners = calloc((size_t)mesh->node_count + 1, sizeof *corners);
+    int *first = malloc(((size_t)mesh->node_count + 1) * sizeof *first);
+    ASSERT(corners != NULL && first != NULL);
+    for (int h = half->count - 1; h >= 0; h--) {
+        corners[half_edge_from(mesh, h)]++;
+        first[half_edge_from(mesh, h)] = h;
+    }
+    bool sound = true;
+    for (int i = 0; sound && i < mesh->node_count; i++) {
+        if (corners[i] == 0)
+            sound = fault_set(fault, i, -1, "node %d belongs to no triangle", name_of(mesh, i));
+        else if (fan_size(half, first[i]) != corners[i])
+            sound = fault_set(fault, i, first[i] / 3,
+                              "the %d triangles round node %d touch only in that node: they form "
+                              "more than one fan",
+                              corners[i], name_of(mesh, i));
+    }
+    free(corners);
+    free(first);
+    return sound;
+}
+
+bool mesh_check(const TriMesh *mesh, MeshFault *fault)
+{
+    *fault = (MeshFault){.node = -1, .triangle = -1};
+    if (!nodes_are_finite(mesh, fault) || !triangles_are_valid(mesh, fault))
+        return false;
+    HalfEdges half;
+    half_edge_create(&half, mesh);
+    bool sound = edges_are_manifold(mesh, &half, fault) && nodes_have_one_fan(mesh, &half, fault);
+    half_edge_destroy(&half);
+    return sound;
 }

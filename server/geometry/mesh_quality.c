@@ -1,4 +1,4 @@
-#include "geometry/mesh_quality.h"
+#include "geometry/mesh.h"
 
 #include "base/check.h"
 #include "geometry/half_edge.h"

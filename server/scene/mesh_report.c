@@ -3,7 +3,7 @@
 #include "dynamics/integrator.h"
 #include "scene/build_parts.h"
 #include "io/mesh_import.h"
-#include "geometry/mesh_quality.h"
+#include "geometry/mesh.h"
 
 #include <math.h>
 

@@ -5,7 +5,7 @@
 #include "scene/build.h"
 #include "io/mesh_import.h"
 #include "io/volume_import.h"
-#include "geometry/mesh_quality.h"
+#include "geometry/mesh.h"
 
 #include <math.h>
 #include <stdarg.h>

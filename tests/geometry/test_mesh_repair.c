@@ -4,7 +4,7 @@
 #include "random.h"
 
 #include "geometry/generator.h"
-#include "geometry/mesh_quality.h"
+#include "geometry/mesh.h"
 #include "geometry/mesh_repair.h"
 
 #include <stdlib.h>

@@ -6,7 +6,7 @@
 #include "scratch.h"
 
 #include "io/mesh_import.h"
-#include "geometry/mesh_quality.h"
+#include "geometry/mesh.h"
 
 static Scratch scratch;
 
