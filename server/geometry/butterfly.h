@@ -4,7 +4,7 @@
 #ifndef PLIANT_GEOMETRY_BUTTERFLY_H
 #define PLIANT_GEOMETRY_BUTTERFLY_H
 
-#include "geometry/winged_edge.h"
+#include "geometry/edges.h"
 
 // A border has a corner where it turns by more than 60 degrees: the cosine of the turn is below
 // 1/2, less the rounding error of a regular hexagon, so that all its corners are treated alike.

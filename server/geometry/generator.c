@@ -2,7 +2,7 @@
 #include "geometry/generator.h"
 
 #include "base/check.h"
-#include "geometry/half_edge.h"
+#include "geometry/edges.h"
 #include "geometry/hull.h"
 #include "geometry/relax.h"
 

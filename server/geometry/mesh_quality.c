@@ -1,7 +1,7 @@
 #include "geometry/mesh.h"
 
 #include "base/check.h"
-#include "geometry/half_edge.h"
+#include "geometry/edges.h"
 
 #include <stdlib.h>
 #include <string.h>

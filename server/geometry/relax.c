@@ -3,7 +3,7 @@
 #include "geometry/relax.h"
 
 #include "base/check.h"
-#include "geometry/half_edge.h"
+#include "geometry/edges.h"
 
 #include <stdlib.h>
 

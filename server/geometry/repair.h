@@ -2,7 +2,7 @@
 #ifndef PLIANT_GEOMETRY_REPAIR_H
 #define PLIANT_GEOMETRY_REPAIR_H
 
-#include "geometry/half_edge.h"
+#include "geometry/edges.h"
 #include "geometry/mesh_repair.h"
 
 // A mesh under repair. Nodes keep the numbers of the draft until the end, so that errors can name

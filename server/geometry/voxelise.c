@@ -7,7 +7,7 @@
 #include "geometry/lattice.h"
 
 #include "base/check.h"
-#include "geometry/half_edge.h"
+#include "geometry/edges.h"
 
 #include <stdint.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #include "plane/model.h"
 
 #include "base/check.h"
-#include "geometry/winged_edge.h"
+#include "geometry/edges.h"
 
 #include <stdlib.h>
 #include <string.h>

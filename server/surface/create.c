@@ -6,7 +6,7 @@
 #include "base/log.h"
 #include "base/sets.h"
 #include "dynamics/integrator.h"
-#include "geometry/winged_edge.h"
+#include "geometry/edges.h"
 #include "surface/detail/detail.h"
 #include "surface/implicit.h"
 #include "surface/model.h"

@@ -22,7 +22,7 @@
 #ifndef PLIANT_SURFACE_NETWORK_H
 #define PLIANT_SURFACE_NETWORK_H
 
-#include "geometry/winged_edge.h"
+#include "geometry/edges.h"
 #include "surface/surface.h"
 
 typedef struct LevelRules {

@@ -1,8 +1,8 @@
 #include "expect.h"
 
 #include "geometry/distance.h"
+#include "geometry/edges.h"
 #include "geometry/generator.h"
-#include "geometry/winged_edge.h"
 
 #include <float.h>
 #include <stdlib.h>

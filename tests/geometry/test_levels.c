@@ -1,8 +1,8 @@
 #include "expect.h"
 
+#include "geometry/edges.h"
 #include "geometry/generator.h"
 #include "geometry/levels.h"
-#include "geometry/winged_edge.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 #include "expect.h"
 #include "random.h"
 
+#include "geometry/edges.h"
 #include "geometry/generator.h"
 #include "geometry/mesh.h"
-#include "geometry/winged_edge.h"
 
 #include <string.h>
 

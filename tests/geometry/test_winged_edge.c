@@ -1,7 +1,7 @@
 #include "expect.h"
 
+#include "geometry/edges.h"
 #include "geometry/generator.h"
-#include "geometry/winged_edge.h"
 
 #include <string.h>
 

@@ -1,5 +1,5 @@
 #include "base/check.h"
-#include "geometry/winged_edge.h"
+#include "geometry/edges.h"
 #include "toy_parts.h"
 
 #include <stdlib.h>

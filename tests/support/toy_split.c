@@ -1,4 +1,4 @@
-#include "geometry/winged_edge.h"
+#include "geometry/edges.h"
 #include "random.h"
 #include "toy_parts.h"
 

@@ -4,7 +4,7 @@
 
 #include "base/check.h"
 #include "base/log.h"
-#include "geometry/winged_edge.h"
+#include "geometry/edges.h"
 #include "surface/network.h"
 
 #include <stdlib.h>
