@@ -2,8 +2,11 @@
 #ifndef PLIANT_GEOMETRY_REPAIR_H
 #define PLIANT_GEOMETRY_REPAIR_H
 
+#include "base/vec.h"
 #include "geometry/edges.h"
 #include "geometry/mesh_repair.h"
+
+#include <stdbool.h>
 
 // A mesh under repair. Nodes keep the numbers of the draft until the end, so that errors can name
 // them at any time; unused nodes stay.
@@ -37,14 +40,26 @@ void repair_compact(Repair *repair);
 // --- called in this order ---
 // repair_faces.c: welds nodes and cuts all polygons into triangles.
 bool repair_faces(Repair *repair);
-// repair_edges.c: leaves at most two faces per edge.
+// repair_topology.c: leaves at most two faces per edge.
 bool repair_edges(Repair *repair);
-// repair_orientation.c: gives each component one orientation, closed ones outward.
+// repair_topology.c: gives each component one orientation, closed ones outward.
 bool repair_orientation(Repair *repair);
-// repair_fans.c: leaves one fan per node.
+// repair_topology.c: leaves one fan per node.
 void repair_fans(Repair *repair);
 // repair_flat.c: removes triangles without area. Requires an oriented mesh with one fan per node,
 // and may leave nodes with more at borders.
 bool repair_flat_faces(Repair *repair);
+
+// --- polygons ---
+
+enum { POLYGON_CORNERS = 1024 }; // most corners of a polygon that is not convex
+
+// Writes count - 2 triangles, corners as indices in [0, count), with the orientation of the
+// polygon. A concave polygon is cut along inner diagonals; one with collinear corners is cut
+// arbitrarily. The cut does not depend on the corner at which the list begins nor on its direction.
+// Corners with equal `key` are the same node; count >= 3, no two successive corners have the same
+// key. False for a polygon that crosses itself, or is concave and has more than POLYGON_CORNERS
+// corners.
+bool polygon_triangulate(const Vec3 *corner, const int *key, int count, int (*triangle)[3]);
 
 #endif

@@ -3,7 +3,7 @@
 #define PLIANT_IO_MESH_FORMATS_H
 
 #include "base/check.h"
-#include "geometry/mesh_draft.h"
+#include "geometry/mesh_repair.h"
 
 #include <stddef.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
 #include "random.h"
 
 #include "geometry/mesh.h"
-#include "geometry/polygon.h"
+#include "geometry/repair.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_MESH_WRITER_H
 #define PLIANT_TESTS_MESH_WRITER_H
 
-#include "geometry/mesh_draft.h"
+#include "geometry/mesh_repair.h"
 
 #include <stdint.h>
 #include <stdio.h>

@@ -1,0 +1,375 @@
+// Which faces belong together: at edges, by their orientation, at nodes. Load time only.
+#include "geometry/repair.h"
+
+#include "base/check.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// --- edges ---
+// Edges of more than two faces. A face without area that merely lies along edges of others is
+// removed; any other such edge is refused, because nothing says which of its faces belong together.
+
+// The number of faces at the edge of each half-edge: count[group[h]].
+typedef struct EdgeFaces {
+    int *group; // [half-edge] its first index in `order`
+    int *count; // [index in `order`]
+} EdgeFaces;
+
+// True if removing the triangle opens no border: at each of its edges it is either the only face or
+// one of more than two.
+static bool lies_along_others(const EdgeFaces *faces, int triangle)
+{
+    bool overfull = false;
+    for (int k = 0; k < 3; k++) {
+        int count = faces->count[faces->group[3 * triangle + k]];
+        if (count == 2)
+            return false;
+        overfull = overfull || count > 2;
+    }
+    return overfull;
+}
+
+static bool is_overfull(const HalfEdges *half, const TriMesh *mesh)
+{
+    for (int i = 0; i < half->count;) {
+        int end = half_edge_group_end(half, mesh, i);
+        if (end - i > 2)
+            return true;
+        i = end;
+    }
+    return false;
+}
+
+static void drop_flat_fins(Repair *repair, const HalfEdges *half)
+{
+    TriMesh *mesh = &repair->mesh;
+    EdgeFaces faces = {.group = malloc(((size_t)half->count + 1) * sizeof(int)),
+                       .count = malloc(((size_t)half->count + 1) * sizeof(int))};
+    ASSERT(faces.group != NULL && faces.count != NULL);
+    // Group the half-edges of each edge and count its faces.
+    for (int i = 0; i < half->count;) {
+        int end = half_edge_group_end(half, mesh, i);
+        faces.count[i] = end - i;
+        for (int k = i; k < end; k++)
+            faces.group[half->order[k]] = i;
+        i = end;
+    }
+    // Counts fall with each removal, so that two fins at one edge are not both judged by the old
+    // count.
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        if (!lies_along_others(&faces, t) ||
+            mesh_relative_height(mesh->position, mesh->triangle[t]) > MESH_SMALLEST_HEIGHT)
+            continue;
+        for (int k = 0; k < 3; k++)
+            faces.count[faces.group[3 * t + k]]--;
+        repair->polygon[t] = -1;
+        repair->repairs->flat_faces++;
+    }
+    free(faces.group);
+    free(faces.count);
+    repair_compact(repair);
+}
+
+static bool check_edges(Repair *repair)
+{
+    TriMesh *mesh = &repair->mesh;
+    HalfEdges half;
+    half_edge_create(&half, mesh);
+    for (int i = 0; i < half.count && !repair->edges_overfull;) {
+        int end = half_edge_group_end(&half, mesh, i), h = half.order[i];
+        int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
+        repair->edges_overfull = end - i > 2;
+        if (repair->edges_overfull)
+            repair_fail(repair, a, half.order[i + 2] / 3,
+                        "edge between nodes %d and %d belongs to %d faces, more than two: %d, %d, "
+                        "%d%s",
+                        a < b ? a : b, a < b ? b : a, end - i, repair->polygon[h / 3],
+                        repair->polygon[half.order[i + 1] / 3],
+                        repair->polygon[half.order[i + 2] / 3], end - i > 3 ? " ..." : "");
+        i = end;
+    }
+    half_edge_destroy(&half);
+    return !repair->edges_overfull;
+}
+
+bool repair_edges(Repair *repair)
+{
+    HalfEdges half;
+    half_edge_create(&half, &repair->mesh);
+    bool overfull = is_overfull(&half, &repair->mesh);
+    if (overfull)
+        drop_flat_fins(repair, &half);
+    half_edge_destroy(&half);
+    return !overfull || check_edges(repair);
+}
+
+// --- orientation ---
+// Gives each component one orientation: turns faces until neighbours run through their common edge
+// in opposite directions, then a closed component outward, an open one as most of its faces were.
+
+// A closed component whose volume is below this fraction of the absolute volumes that it sums up
+// has no definite inside: rounding must not decide which side is out.
+static const double LEAST_VOLUME = 1e-9;
+
+typedef struct Walk {
+    HalfEdges half;
+    int *queue;     // triangles of the component, in the order of discovery
+    int count;      // of triangles in the queue
+    bool *reached;  // [triangle]
+    bool *opposite; // [triangle] opposite to the component's first triangle
+    bool closed;
+} Walk;
+
+// Walks the component of a triangle; false with the fault set if it is one-sided.
+static bool walk_component(Repair *repair, Walk *walk, int start)
+{
+    const TriMesh *mesh = &repair->mesh;
+    walk->queue[0] = start;
+    walk->count = 1;
+    walk->closed = true;
+    walk->reached[start] = true;
+    for (int i = 0; i < walk->count; i++)
+        for (int k = 0; k < 3; k++) {
+            int h = 3 * walk->queue[i] + k, twin = walk->half.twin[h];
+            if (twin < 0) {
+                walk->closed = false;
+                continue;
+            }
+            int other = twin / 3;
+            // Neighbours with one orientation run through the edge in opposite directions.
+            bool agrees = half_edge_from(mesh, h) == half_edge_to(mesh, twin);
+            bool opposite = walk->opposite[h / 3] != !agrees;
+            if (!walk->reached[other]) {
+                walk->reached[other] = true;
+                walk->opposite[other] = opposite;
+                walk->queue[walk->count++] = other;
+            } else if (walk->opposite[other] != opposite) {
+                return repair_fail(repair, half_edge_from(mesh, h), other,
+                                   "surface has one side only, like a Moebius strip: faces %d and "
+                                   "%d cannot agree on the edge between nodes %d and %d",
+                                   repair->polygon[h / 3], repair->polygon[other],
+                                   half_edge_from(mesh, h), half_edge_to(mesh, h));
+            }
+        }
+    return true;
+}
+
+static bool most_are_opposite(const Walk *walk)
+{
+    int opposite = 0;
+    for (int i = 0; i < walk->count; i++)
+        opposite += walk->opposite[walk->queue[i]];
+    return 2 * opposite > walk->count;
+}
+
+static bool looks_inward(const Repair *repair, const Walk *walk, double extent)
+{
+    const TriMesh *mesh = &repair->mesh;
+    Vec3 origin = mesh->position[mesh->triangle[walk->queue[0]][0]];
+    double sum = 0.0, size = 0.0;
+    for (int i = 0; i < walk->count; i++) {
+        Vec3 x[3];
+        for (int k = 0; k < 3; k++) {
+            int node = mesh->triangle[walk->queue[i]][k];
+            x[k] = vec3_scale(1.0 / extent, vec3_sub(mesh->position[node], origin));
+        }
+        double volume = vec3_dot(x[0], vec3_cross(x[1], x[2]));
+        sum += walk->opposite[walk->queue[i]] ? -volume : volume;
+        size += fabs(volume);
+    }
+    return fabs(sum) > LEAST_VOLUME * size ? sum < 0.0 : most_are_opposite(walk);
+}
+
+static double extent_of(const TriMesh *mesh)
+{
+    double extent = 0.0;
+    Vec3 origin = mesh->position[mesh->triangle[0][0]];
+    for (int h = 0; h < 3 * mesh->triangle_count; h++) {
+        Vec3 d = vec3_sub(mesh->position[half_edge_from(mesh, h)], origin);
+        extent = fmax(extent, fmax(fabs(d.x), fmax(fabs(d.y), fabs(d.z))));
+    }
+    return extent;
+}
+
+static void turn_faces(Repair *repair, const Walk *walk)
+{
+    TriMesh *mesh = &repair->mesh;
+    int last = -1;
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        if (!walk->opposite[t])
+            continue;
+        int *const pair[2] = {mesh->triangle[t], repair->corner[t]};
+        for (int k = 0; k < 2; k++) {
+            int swap = pair[k][1];
+            pair[k][1] = pair[k][2];
+            pair[k][2] = swap;
+        }
+        repair->repairs->turned_faces += repair->polygon[t] != last;
+        last = repair->polygon[t];
+    }
+}
+
+bool repair_orientation(Repair *repair)
+{
+    const TriMesh *mesh = &repair->mesh;
+    size_t count = (size_t)mesh->triangle_count;
+    Walk walk = {.queue = malloc((count + 1) * sizeof *walk.queue),
+                 .reached = calloc(count + 1, sizeof *walk.reached),
+                 .opposite = calloc(count + 1, sizeof *walk.opposite)};
+    ASSERT(walk.queue != NULL && walk.reached != NULL && walk.opposite != NULL);
+    half_edge_create(&walk.half, mesh);
+    double extent = extent_of(mesh);
+    bool ok = true;
+    for (int t = 0; ok && t < mesh->triangle_count; t++) {
+        if (walk.reached[t])
+            continue;
+        repair->repairs->components++;
+        ok = walk_component(repair, &walk, t);
+        // The whole component flips if it faces inward, or if most of its faces disagree with the
+        // first.
+        bool turn =
+            ok && (walk.closed ? looks_inward(repair, &walk, extent) : most_are_opposite(&walk));
+        for (int i = 0; turn && i < walk.count; i++)
+            walk.opposite[walk.queue[i]] = !walk.opposite[walk.queue[i]];
+    }
+    if (ok)
+        turn_faces(repair, &walk);
+    half_edge_destroy(&walk.half);
+    free(walk.queue);
+    free(walk.reached);
+    free(walk.opposite);
+    return ok;
+}
+
+// --- fans ---
+// Splits nodes in which surfaces meet point to point, so that every node has one fan of triangles.
+// A fan that has a node of its own in the source gets that node back; any other gets a copy,
+// numbered after the nodes of the source.
+
+typedef struct Fans {
+    HalfEdges half;
+    int *fan;     // [half-edge] the fan around its start
+    int *member;  // [half-edge] the next of the same fan
+    int *first;   // [fan] a half-edge
+    int count;    // number of fans
+    int *of_node; // [node] fans found so far
+} Fans;
+
+static void add_member(Fans *fans, int h)
+{
+    fans->fan[h] = fans->count;
+    fans->member[h] = fans->first[fans->count];
+    fans->first[fans->count] = h;
+}
+
+// Collects all half-edges that leave a node within the fan of h.
+static void trace_fan(Fans *fans, int h)
+{
+    const int *twin = fans->half.twin;
+    fans->first[fans->count] = -1;
+    add_member(fans, h);
+    int at = h;
+    while ((at = twin[half_edge_previous(at)]) >= 0 && at != h)
+        add_member(fans, at);
+    for (int back = h; at != h && twin[back] >= 0;) {
+        back = half_edge_next(twin[back]);
+        add_member(fans, back);
+    }
+    fans->count++;
+}
+
+// Returns the node of the source for a fan: its own in the draft, unless that is the shared one.
+static int own_node(const Repair *repair, const Fans *fans, int fan)
+{
+    int smallest = repair->draft->node_count;
+    for (int h = fans->first[fan]; h >= 0; h = fans->member[h]) {
+        int node = repair->draft->corner[repair->corner[h / 3][h % 3]];
+        smallest = node < smallest ? node : smallest;
+    }
+    return smallest;
+}
+
+static int add_copy(Repair *repair, int node)
+{
+    TriMesh *mesh = &repair->mesh;
+    int copies = mesh->copy_count++;
+    // Grow whenever the number so far is a power of two.
+    if ((copies & (copies - 1)) == 0) {
+        size_t room = copies == 0 ? 1 : 2 * (size_t)copies;
+        mesh->copy_of = realloc(mesh->copy_of, room * sizeof *mesh->copy_of);
+        size_t nodes = (size_t)repair->draft->node_count + room;
+        mesh->position = realloc(mesh->position, nodes * sizeof *mesh->position);
+        ASSERT(mesh->copy_of != NULL && mesh->position != NULL);
+    }
+    mesh->copy_of[copies] = node;
+    mesh->position[mesh->node_count] = mesh->position[node];
+    return mesh->node_count++;
+}
+
+static void rename_fan(Repair *repair, const Fans *fans, int fan, int node)
+{
+    for (int h = fans->first[fan]; h >= 0; h = fans->member[h])
+        repair->mesh.triangle[h / 3][h % 3] = node;
+}
+
+static void split_nodes(Repair *repair, Fans *fans)
+{
+    int nodes = repair->draft->node_count;
+    bool *taken = calloc((size_t)nodes + 1, sizeof *taken); // [draft node]
+    bool *stays = calloc((size_t)fans->count + 1, sizeof *stays);
+    ASSERT(taken != NULL && stays != NULL);
+    // The fan drawn with the node itself keeps it; else the first of its fans.
+    for (int pass = 0; pass < 2; pass++)
+        for (int fan = 0; fan < fans->count; fan++) {
+            int node = half_edge_from(&repair->mesh, fans->first[fan]);
+            if (node >= nodes || fans->of_node[node] < 2)
+                continue;
+            if (!taken[node] && (pass == 1 || own_node(repair, fans, fan) == node))
+                taken[node] = stays[fan] = true;
+        }
+    // All other fans get their own node of the source if it is free, or a copy.
+    for (int fan = 0; fan < fans->count; fan++) {
+        int node = half_edge_from(&repair->mesh, fans->first[fan]);
+        if (node >= nodes || fans->of_node[node] < 2 || stays[fan])
+            continue;
+        int own = own_node(repair, fans, fan);
+        bool is_free = !taken[own] && own != node;
+        repair->repairs->split_nodes++;
+        if (is_free) {
+            taken[own] = true;
+            repair->kept[own] = own; // stands for itself again
+        }
+        rename_fan(repair, fans, fan, is_free ? own : add_copy(repair, node));
+    }
+    free(taken);
+    free(stays);
+}
+
+void repair_fans(Repair *repair)
+{
+    const TriMesh *mesh = &repair->mesh;
+    Fans fans = {0};
+    half_edge_create(&fans.half, mesh);
+    size_t count = (size_t)fans.half.count + 1;
+    fans.fan = malloc(count * sizeof *fans.fan);
+    fans.member = malloc(count * sizeof *fans.member);
+    fans.first = malloc(count * sizeof *fans.first);
+    fans.of_node = calloc((size_t)mesh->node_count + 1, sizeof *fans.of_node);
+    ASSERT(fans.fan != NULL && fans.member != NULL && fans.first != NULL && fans.of_node != NULL);
+    memset(fans.fan, 0xff, count * sizeof *fans.fan);
+    bool shared = false;
+    for (int h = 0; h < fans.half.count; h++) {
+        if (fans.fan[h] >= 0)
+            continue;
+        shared = fans.of_node[half_edge_from(mesh, h)]++ > 0 || shared;
+        trace_fan(&fans, h);
+    }
+    if (shared)
+        split_nodes(repair, &fans);
+    half_edge_destroy(&fans.half);
+    free(fans.fan);
+    free(fans.member);
+    free(fans.first);
+    free(fans.of_node);
+}
