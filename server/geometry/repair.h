@@ -1,4 +1,4 @@
-// The steps of mesh_repair, one source file each. Load time only, private to geometry.
+// The steps of mesh_repair. Load time only, private to geometry.
 #ifndef PLIANT_GEOMETRY_REPAIR_H
 #define PLIANT_GEOMETRY_REPAIR_H
 

@@ -208,8 +208,6 @@ bool polygon_triangulate(const Vec3 *corner, const int *key, int count, int (*tr
     return true;
 }
 
-// --- all faces ---
-
 // --- triangles ---
 
 // The corners of a polygon, without repetitions of the same node: their draft corners, node numbers

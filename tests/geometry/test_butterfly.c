@@ -1,8 +1,8 @@
 #include "expect.h"
 #include "random.h"
 
-#include "geometry/butterfly.h"
 #include "geometry/generator.h"
+#include "geometry/levels.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 // README.md, "Momentum and mass across changes"). All in the rows' coordinates.
 #include "surface/detail/detail.h"
 
-#include "geometry/butterfly.h"
+#include "geometry/levels.h"
 
 #include <string.h>
 

@@ -5,8 +5,8 @@
 #include "dynamics/integrator.h"
 #include "expect.h"
 #include "fixture.h"
-#include "geometry/butterfly.h"
 #include "geometry/generator.h"
+#include "geometry/levels.h"
 #include "random.h"
 
 #include <stdio.h>
