@@ -1,6 +1,5 @@
 #include "voxel/element.h"
 
-#include "voxel/jacobi.h"
 #include "voxel/rotation.h"
 
 #include <float.h>

@@ -47,7 +47,7 @@ typedef struct HangingBatches {
     const int (*element_class)[LANES]; // [batch]
 } HangingBatches;
 
-// Rest shapes of a batch, for one law and precision, made by tables.h: Real [TABLE_HEAD], then
+// Rest shapes of a batch, for one law and precision, made by template.h: Real [TABLE_HEAD], then
 // [count][TABLE_ROW]; in mixed batches each of these numbers is [LANES].
 enum {
     TABLE_HEAD = 8, // sum w, 1 / sum w; Miyazaki's law: A at rest minus 1, as xx yy zz yz zx xy

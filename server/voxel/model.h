@@ -7,8 +7,10 @@
 
 #include "dynamics/rows.h"
 #include "dynamics/vertices.h"
-#include "voxel/batch_runs.h"
+#include "voxel/batch.h"
+#include "voxel/kernel.h"
 #include "voxel/lattice_mesh.h"
+#include "voxel/template.h"
 #include "voxel/voxel.h"
 
 typedef struct VoxelModel {
@@ -26,7 +28,7 @@ typedef struct VoxelModel {
 
 extern const BodyOps voxel_ops, voxel_ops_of_cuttable, voxel_ops_of_tearing;
 
-// Returns what the kernels need to evaluate these rows; batch_runs.h adds the batches.
+// Returns what the kernels need to evaluate these rows; batch.h adds the batches.
 VoxelPass voxel_pass(const VoxelModel *model, const void *rows);
 
 // patch.c: BodyOps.gather_patch.
@@ -38,5 +40,38 @@ void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh
                           const VoxelOptions *options, Arena *arena);
 void voxel_create_mesh(VoxelModel *model, Body *body, const LatticeMesh *mesh, bool all,
                        const char *name, Arena *arena);
+
+// --- create.c. Load time ---
+
+// Intermediate results of the creation of a body.
+typedef struct VoxelMaking {
+    const VoxelOptions *options;
+    const VoxelKernels *kernels;
+    Layout layout;
+    LatticeMesh mesh; // before any cut
+    int capacity;     // most vertices; those of the mesh unless the body can be cut
+    VertexId *by_id;  // [vertex_count]
+    bool *fixed;      // [vertex_count]
+
+    // --- elements ---
+    ElementClass *classes; // [element_count]
+    unsigned *mask;        // [element_count]
+    double *density;       // [element_count] [kg/m3]
+    double step;           // dt0: the smallest critical step of the elements [s]
+    double lambda;         // bounds of M^-1 K and, per unit of beta, of M^-1 C [1/s2]
+    double damping_lambda;
+} VoxelMaking;
+
+// Stiffness of an element, and the time step that it requires.
+typedef struct ElementBounds {
+    double lambda;  // of M^-1 K [1/s2]
+    double damping; // of M^-1 C, per unit of beta [1/s2]
+    double step;    // critical step of a plain cube [s]
+} ElementBounds;
+
+// Returns the bounds and the class of a cube of this edge [m] and shape. Its damping is that for
+// beta = 1 s.
+ElementBounds stiffness_of_element(VoxelLaw law, const SolidMaterial *material, double edge,
+                                   const Template *shape, ElementClass *out);
 
 #endif

@@ -1,4 +1,5 @@
-// The rotation that fits a deformation best: argmax of tr(R^T A) over rotations, in every state.
+// The rotation that fits a deformation best: argmax of tr(R^T A) over rotations, in every state;
+// and the eigenvalues of small symmetric matrices, which it needs.
 #ifndef PLIANT_VOXEL_ROTATION_H
 #define PLIANT_VOXEL_ROTATION_H
 
@@ -24,5 +25,14 @@ bool rotation_foam(const double a[3][3], int steps, double rotation[3][3], doubl
 
 // Fits a plane rotation in closed form; keeps `last` (cos, sin) where `a` does not determine it.
 void rotation_fit_plane(const double a[2][2], double scale, double cos_sin[2]);
+
+enum { JACOBI_MAX = 4 };
+
+// Diagonalises the leading n x n block, n <= JACOBI_MAX, by cyclic Jacobi sweeps, accurate to
+// rounding in every case (equal and zero eigenvalues included). `a` becomes
+// diagonal: the eigenvalues, unordered; the columns of `v` are the eigenvectors, orthonormal to
+// rounding. Entries must be finite and their squares must neither overflow nor underflow; the
+// result is then finite. Deterministic.
+void jacobi_diagonalise(int n, double a[JACOBI_MAX][JACOBI_MAX], double v[JACOBI_MAX][JACOBI_MAX]);
 
 #endif

@@ -2,11 +2,13 @@
 // element"). A cube has 8 corners and may have, as true vertices, the middles of edges and faces
 // where a finer element has a corner ("hanging" vertices). The 26 positions are numbered: corners
 // (x fastest: node = x + 2 y + 4 z), then the 12 mid-edges, then the 6 mid-faces (in the order of
-// NODE_OFFSET). Load time only.
+// NODE_OFFSET).
 #ifndef PLIANT_VOXEL_TEMPLATE_H
 #define PLIANT_VOXEL_TEMPLATE_H
 
+#include "base/memory.h"
 #include "base/vec.h"
+#include "voxel/kernel.h"
 
 #include <stdbool.h>
 
@@ -38,5 +40,49 @@ static inline unsigned template_mask_of(const int node[NODE_COUNT])
 }
 // Returns sum |X_i|^2 of the present nodes about their mean; 6 with 8 corners.
 double template_spread(const Template *shape);
+
+// --- rest shapes in the precision of the kernels ---
+
+struct Batches; // batch.h
+
+// Load time. Creates VoxelPass.tables: one table per template, then one per mixed batch; owned by
+// the arena. For Miyazaki's law weights are 1, X is relative to the mean of the present vertices,
+// and A = sum r_i X_i^T, scaled to a trace of 3 at rest, takes the role of F.
+const RestTable *voxel_tables_create(const struct Batches *batches, VoxelLaw law,
+                                     Precision precision, const char *name, Arena *arena);
+
+// Writes the table of one template, not mixed: Real [TABLE_HEAD], then [shape->count][TABLE_ROW].
+// Does not allocate: safe on the step thread.
+void voxel_table_put(void *number, const Template *shape, VoxelLaw law, Precision precision);
+
+// --- a cache ---
+
+// Rest shapes of elements that are created while a body is cut, by the mask of their nodes. A shape
+// is a function of the mask alone, so that the set of cached shapes has no influence on results: a
+// bounded hash table in which a new entry replaces an old one when it is full. Step thread; does
+// not allocate after creation.
+typedef struct TemplateCache {
+    VoxelLaw law;
+    Precision precision;
+    unsigned *mask;  // [slot] + 1; 0: free
+    Template *shape; // [slot]
+    void *number;    // Real [slot][TEMPLATE_NUMBERS]
+    long made;       // cache misses
+} TemplateCache;
+
+// Space for the numbers of any shape; a multiple of cache lines.
+enum { TEMPLATE_NUMBERS = (TABLE_HEAD + NODE_COUNT * TABLE_ROW + 15) / 16 * 16 };
+
+void template_cache_create(TemplateCache *cache, const char *name, VoxelLaw law,
+                           Precision precision, Arena *arena);
+// Both results are valid until the next call of either function.
+const Template *template_cache_shape(TemplateCache *cache, unsigned mask);
+// Returns the shape's table in the form of the kernels (kernel.h, RestTable), not mixed. For
+// Miyazaki's law the weights are not 1 but 6 / sum |X_i|^2, with X_i from the mean of the vertices,
+// which is 1 for a plain cube. Forces and damping are proportional to the weights, and nothing else
+// depends on a common factor of them. So an element of any mask uses the class of the plain cube of
+// its level and material, and its stiffness still gives it that cube's energy under the same
+// uniform stretch, averaged over the axes.
+const void *template_cache_numbers(TemplateCache *cache, unsigned mask);
 
 #endif

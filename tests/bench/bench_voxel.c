@@ -11,7 +11,7 @@
 #include "voxel/batch.h"
 #include "voxel/lattice_mesh.h"
 #include "voxel/layout.h"
-#include "voxel/tables.h"
+#include "voxel/template.h"
 
 #include <math.h>
 #include <stdlib.h>

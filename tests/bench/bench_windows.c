@@ -9,7 +9,7 @@
 #include "voxel/cut/cut_windows.h"
 #include "voxel/lattice_mesh.h"
 #include "voxel/layout.h"
-#include "voxel/tables.h"
+#include "voxel/template.h"
 
 #include <math.h>
 #include <stdlib.h>

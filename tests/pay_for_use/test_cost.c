@@ -138,10 +138,10 @@ static const char *write_feature_scene(bool voxel, const Feature *what, const ch
 static const char *const KERNELS[] = {"surface/kernel/", "voxel/kernel/", "dynamics/kernel/", NULL};
 // Of a body and its integration, and how the pipeline comes to it.
 static const char *const PLAIN_FILES[] = {
-    "surface/kernel/",         "voxel/kernel/",          "surface/surface.c",
-    "dynamics/kernel/",        "voxel/voxel.c",          "dynamics/vertices.c",
-    "voxel/batch_runs.c",      "voxel/kernel.c",         "voxel/rotation.c",
-    "voxel/jacobi.c",   // of elements that turn far in a step
+    "surface/kernel/",         "voxel/kernel/",          "dynamics/kernel/",
+    "surface/surface.c",       "voxel/voxel.c",          "dynamics/vertices.c",
+    "voxel/batch.c",
+    "voxel/rotation.c", // of elements that turn far in a step
     "dynamics/guard.c", // which no scene leaves out
     "dynamics/guard_energy.c", "dynamics/step.c",        "dynamics/integrator",
     "dynamics/rows.c",         "dynamics/rigid_frame.c", NULL};

@@ -7,7 +7,7 @@
 #include "voxel/batch.h"
 #include "voxel/layout.h"
 #include "voxel/lattice_mesh.h"
-#include "voxel/tables.h"
+#include "voxel/template.h"
 
 #include <stdlib.h>
 #include <string.h>

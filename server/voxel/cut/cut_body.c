@@ -1,4 +1,12 @@
+// What a voxel body that can be cut has and does besides others. Step thread, but for its creation.
 #include "voxel/cut/cut_body.h"
+
+#include "base/check.h"
+#include "voxel/model.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
 
 // ---------------------------------------------------------------------------------------------
 // Changes of topology
@@ -143,4 +151,209 @@ void cut_body_explain(const VoxelCuts *cuts, FILE *out)
     if (cuts->tear.force > 0.0)
         fprintf(out, "    tears: at vertices pushed or pulled with more than %g N\n",
                 cuts->tear.force);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Creation, at load
+
+// Returns the vertex capacity: twice the vertices of the fully divided body, because a broken face
+// is assumed to need four new vertices until it is known how many it needs, about one.
+static int choose_capacity(const VoxelMaking *making, Status *status)
+{
+    enum { LEAST = 1024 };
+    const VoxelOptions *options = making->options;
+    if (options->body.node_capacity > 0)
+        return options->body.node_capacity;
+    Layout finest;
+    LatticeMesh divided;
+    layout_create(&finest, options->lattice, 0);
+    long count = 0;
+    if (lattice_mesh_create(&divided, &finest, status))
+        count = 2L * divided.vertex_count + LEAST;
+    lattice_mesh_destroy(&divided);
+    layout_destroy(&finest);
+    ASSERT(count >= making->mesh.vertex_count && count < INT_MAX);
+    return (int)count;
+}
+
+bool cut_body_check(VoxelMaking *making, Status *status)
+{
+    const VoxelOptions *options = making->options;
+    const int vertices = making->mesh.vertex_count;
+    making->capacity = choose_capacity(making, status);
+    if (options->skin != NULL)
+        return status_fail(status, STATUS_INVALID,
+                           "body %s: a skin does not follow cuts; leave it out or set cuttable = "
+                           "false",
+                           options->body.name);
+    if (vertices > making->capacity)
+        return status_fail(status, STATUS_INVALID,
+                           "body %s has %d vertices to start with, capacity.nodes is %d",
+                           options->body.name, vertices, making->capacity);
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Fixed points
+
+static long point_index(const VoxelMaking *making, const int point[3])
+{
+    const int *n = making->layout.lattice_count;
+    return ((long)point[2] * (n[1] + 1) + point[1]) * (n[0] + 1) + point[0];
+}
+
+// Returns the slots around the point of a vertex that belong to its part, from the leaves that have
+// it.
+static unsigned char slots_of_vertex(const VoxelMaking *making, int vertex)
+{
+    const LatticeMesh *mesh = &making->mesh;
+    const int *point = mesh->point[vertex];
+    unsigned char slots = 0;
+    for (int s = 0; s < 8; s++) {
+        const int leaf = layout_leaf_at(&making->layout, point[0] - 1 + (s & 1),
+                                        point[1] - 1 + (s >> 1 & 1), point[2] - 1 + (s >> 2));
+        bool has = false;
+        for (int n = 0; n < NODE_COUNT && leaf >= 0; n++)
+            has |= mesh->vertex[leaf][n] == vertex;
+        slots |= (unsigned char)(has << s);
+    }
+    return slots;
+}
+
+static void hold_nodes(const VoxelMaking *making, const FixedRegion *region, unsigned char *held)
+{
+    const LatticeMesh *mesh = &making->mesh;
+    for (int k = 0; k < region->node_count; k++) {
+        const int vertex = vertex_ids_find(making->by_id, mesh->vertex_count, region->node[k]);
+        held[point_index(making, mesh->point[vertex])] |= slots_of_vertex(making, vertex);
+    }
+}
+
+static void hold_points(const VoxelMaking *making, const FixedRegion *region, unsigned char *held)
+{
+    const int *n = making->layout.lattice_count;
+    int p[3];
+    for (p[2] = 0; p[2] <= n[2]; p[2]++)
+        for (p[1] = 0; p[1] <= n[1]; p[1]++)
+            for (p[0] = 0; p[0] <= n[0]; p[0]++)
+                if (fixed_contains(region,
+                                   lattice_point(making->options->lattice, p[0], p[1], p[2])))
+                    held[point_index(making, p)] = 0xff;
+}
+
+// Returns the fixed parts of all points (CutMasses.held), also of those that have no vertex yet.
+static const unsigned char *hold(const VoxelMaking *making, const char *name, Arena *arena)
+{
+    const BodyOptions *options = &making->options->body;
+    const int *n = making->layout.lattice_count;
+    unsigned char *held =
+        ALLOCATE(ARENA_TOPOLOGY, point_index(making, n) + 1, unsigned char, "fixed points");
+    for (int r = 0; r < options->fixed_count; r++)
+        if (options->fixed[r].kind == FIXED_NODES)
+            hold_nodes(making, &options->fixed[r], held);
+        else
+            hold_points(making, &options->fixed[r], held);
+    return held;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Elements
+
+bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Arena *arena,
+                              StateList *state, Status *status)
+{
+    const VoxelOptions *options = making->options;
+    const char *given = options->body.name;
+    char *name = arena_allocate(arena, ARENA_TOPOLOGY, strlen(given) + 1, 1, "%s/name", given);
+    memcpy(name, given, strlen(given) + 1);
+    VoxelCuts *cuts = ALLOCATE(ARENA_STEP, 1, VoxelCuts, "cuts");
+    model->cuts = cuts;
+    cuts->name = name;
+    cuts->sound = true;
+    template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
+    return cut_lattice_create(&cuts->lattice, making, arena, state, status);
+}
+
+// ---------------------------------------------------------------------------------------------
+// What follows from elements and vertices
+
+// Returns the masses of all elements that can ever come, by level and material.
+static const double *masses_of(const VoxelMaking *making, const char *name, Arena *arena)
+{
+    const VoxelOptions *options = making->options;
+    const int materials = options->material_count, count = materials * (making->layout.levels + 1);
+    double *mass = ALLOCATE(ARENA_TOPOLOGY, count, double, "element masses");
+    for (int c = 0; c < count; c++) {
+        const double edge = options->lattice->size * (double)(1 << c / materials);
+        mass[c] = options->material[c % materials].density * edge * edge * edge;
+    }
+    return mass;
+}
+
+// Returns their classes.
+static const ElementClass *classes_of(const VoxelMaking *making, const char *name, Arena *arena)
+{
+    const VoxelOptions *options = making->options;
+    const int materials = options->material_count, count = materials * (making->layout.levels + 1);
+    ElementClass *classes = ALLOCATE(ARENA_STEP, count, ElementClass, "element classes");
+    Template plain;
+    template_create(&plain, 0);
+    for (int c = 0; c < count; c++) {
+        const double edge = options->lattice->size * (double)(1 << c / materials);
+        stiffness_of_element(options->law, &options->material[c % materials], edge, &plain,
+                             &classes[c]);
+        classes[c].damping *= options->damping * making->step;
+    }
+    return classes;
+}
+
+void cut_body_create_masses(VoxelModel *model, const VoxelMaking *making, Arena *arena)
+{
+    const char *name = model->cuts->name;
+    CutMasses *masses = &model->cuts->masses;
+    masses->lattice = &model->cuts->lattice;
+    masses->templates = &model->cuts->templates;
+    masses->vertices = &model->vertices;
+    masses->law = model->law;
+    masses->size = making->options->lattice->size;
+    for (int d = 0; d < 3; d++)
+        masses->middle[d] = 0.5 * making->options->lattice->count[d];
+    masses->mass = masses_of(making, name, arena);
+    masses->material_count = making->options->material_count;
+    masses->held = hold(making, name, arena);
+    cut_masses_create(masses, name, arena);
+    cut_masses_derive(masses);
+}
+
+void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena *arena,
+                             StateList *state)
+{
+    VoxelCuts *cuts = model->cuts;
+    const WindowOptions windows = {.name = cuts->name,
+                                   .kernels = making->kernels,
+                                   .lattice = &cuts->lattice,
+                                   .templates = &cuts->templates,
+                                   .material_count = making->options->material_count,
+                                   .classes = classes_of(making, cuts->name, arena)};
+    cut_windows_create(&cuts->windows, &windows, arena, state);
+    model->batches = &cuts->windows.runs;
+    model->element_at_level = cuts->lattice.leaf_at_level;
+}
+
+bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body *body, Arena *arena,
+                             StateList *state, Status *status)
+{
+    const VoxelOptions *options = making->options;
+    VoxelCuts *cuts = model->cuts;
+    if (options->tear_stress > 0.0 || options->tear_force > 0.0)
+        cut_tear_create(&cuts->tear, options, &cuts->windows, &model->vertices, arena, state);
+    cut_pieces_create(&cuts->pieces, &cuts->lattice, making, arena, state);
+    cut_blades_create(&cuts->blades, cuts->name, &cuts->lattice, &model->vertices.rows,
+                      options->lattice->size, arena);
+    if (!cut_faces_create(&cuts->faces, &cuts->pieces, &model->vertices, making, body, arena, state,
+                          status))
+        return false;
+    model->node = cuts->faces.slot_vertex;
+    model->node_count = cuts->faces.slot_count;
+    return true;
 }

@@ -9,7 +9,6 @@
 #include "voxel/cut/cut_pieces.h"
 #include "voxel/cut/cut_tear.h"
 #include "voxel/cut/cut_windows.h"
-#include "voxel/making.h"
 #include "voxel/model.h"
 
 typedef struct VoxelCuts {
@@ -41,7 +40,7 @@ void cut_body_restore(VoxelCuts *cuts, RestoreMode mode);
 void cut_body_restored(VoxelCuts *cuts, Body *body);
 void cut_body_explain(const VoxelCuts *cuts, FILE *out);
 
-// --- cut_create.c: creation of what other bodies do not have; load time ---
+// --- creation of what other bodies do not have; load time ---
 // Sets the capacity. False with a status: options that do not fit a body that can be cut.
 bool cut_body_check(VoxelMaking *making, Status *status);
 // Creates `cuts` with the elements; before the vertices. False with a status.

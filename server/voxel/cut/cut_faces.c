@@ -1,6 +1,6 @@
 // Squares of a cut body: where they are, their neighbours, and the nodes that have them. Step
 // thread.
-#include "voxel/cut/cut_faces_parts.h"
+#include "voxel/cut/cut_faces.h"
 
 #include "base/check.h"
 #include "voxel/lattice_faces.h"

@@ -1,5 +1,5 @@
 // Derives the faces of a cut body: at load, and after the state was replaced.
-#include "voxel/cut/cut_faces_parts.h"
+#include "voxel/cut/cut_faces.h"
 
 #include "base/check.h"
 #include "voxel/lattice_faces.h"

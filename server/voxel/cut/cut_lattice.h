@@ -23,7 +23,7 @@
 #define PLIANT_VOXEL_CUT_CUT_LATTICE_H
 
 #include "base/memory.h"
-#include "voxel/making.h"
+#include "voxel/model.h"
 #include "voxel/template.h"
 
 enum { WINDOW_EDGE = 4, WINDOW_ELEMENTS = 64 };

@@ -2,7 +2,7 @@
 
 #include "base/check.h"
 #include "base/sets.h"
-#include "voxel/jacobi.h"
+#include "voxel/rotation.h"
 
 #include <math.h>
 #include <string.h>

@@ -6,7 +6,7 @@
 
 #include "dynamics/vertices.h"
 #include "voxel/cut/cut_lattice.h"
-#include "voxel/cut/template_cache.h"
+#include "voxel/template.h"
 
 typedef struct CutMasses {
     // --- constant ---

@@ -1,5 +1,5 @@
 // Builds the batches of a group of windows from its leaves; part of cut_windows.c.
-#include "voxel/cut/cut_pack.h"
+#include "voxel/cut/cut_windows.h"
 
 #include <string.h>
 

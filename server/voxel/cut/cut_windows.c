@@ -1,7 +1,5 @@
 #include "voxel/cut/cut_windows.h"
 
-#include "voxel/cut/cut_pack.h"
-
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------

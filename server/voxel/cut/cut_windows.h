@@ -11,9 +11,9 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_WINDOWS_H
 #define PLIANT_VOXEL_CUT_CUT_WINDOWS_H
 
-#include "voxel/batch_runs.h"
+#include "voxel/batch.h"
 #include "voxel/cut/cut_lattice.h"
-#include "voxel/cut/template_cache.h"
+#include "voxel/template.h"
 
 enum { GROUP_WINDOWS = 8, GROUP_ELEMENTS = GROUP_WINDOWS * WINDOW_ELEMENTS };
 
@@ -24,7 +24,7 @@ typedef struct WindowOptions {
     TemplateCache *templates;
     int material_count;
     // [(levels + 1) * material_count], by level, then material - 1, of plain cubes; also used for
-    // those with hanging vertices (template_cache.h).
+    // those with hanging vertices (template.h).
     const ElementClass *classes;
 } WindowOptions;
 
@@ -86,5 +86,13 @@ void cut_windows_restored(CutWindows *windows);
 // Lists the leaves in the lanes that batch_runs_stress found, ascending, in element [leaves];
 // returns their number.
 int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *element);
+
+// --- cut_pack.c, for cut_windows.c ---
+
+// Packs the group's windows whose is_changed is set, and what they and the others leave to the
+// group. `turns`: rotations move along with their elements, from their previous places; otherwise
+// `last` stays. Pack groups with finer elements first, so that leaves still find the rotation of
+// the element from which they were divided.
+void cut_pack(CutWindows *windows, int group, bool turns);
 
 #endif

@@ -1,6 +1,7 @@
-// Private to the kernels: the rotations of WIDTH deformations by FOAM (Markley 1993, "Attitude
-// determination using vector observations: a fast optimal matrix algorithm"), branch-free. With
-// s1, s2, s3 the singular values of F, s3 with the sign of det F, and |.| the Frobenius norm,
+// Private to the kernels: how WIDTH elements turn. The rotations of their deformations by FOAM
+// (Markley 1993, "Attitude determination using vector observations: a fast optimal matrix
+// algorithm"), branch-free. With s1, s2, s3 the singular values of F, s3 with the sign of det F,
+// and |.| the Frobenius norm,
 //   lambda = s1 + s2 + s3 = tr(R^T F) is the largest root of
 //     (lambda^2 - |F|^2)^2 - 8 lambda det F - 4 |cof F|^2,
 //   kappa = (lambda^2 - |F|^2) / 2, zeta = kappa lambda - det F = (s1 + s2) (s2 + s3) (s3 + s1),
@@ -124,6 +125,38 @@ INLINE Vector polar_fit(const Deformation *by, const Root *root, Polar *out)
     // below 0.3 of its size.
     Vector least = REAL(0.2) * (lambda * lambda * lambda) + REAL(0.06);
     return vector_not_greater(root->zeta, least);
+}
+
+// --- the rigid rotation of WIDTH elements' velocities, omega = I^-1 L ---
+
+// Its input: S = sum w r r^T, so that I = tr(S) 1 - S, and L = sum w r x v.
+typedef struct Motion {
+    Vector spread[SYMMETRIC];
+    Vector momentum[3];
+} Motion;
+
+INLINE void add_cross(const Vector a[3], const Vector b[3], Vector sum[3])
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        sum[i] += a[j] * b[k] - a[k] * b[j];
+    }
+}
+
+// Solves by the adjugate. Elements that polar_fit rejects may be needles, whose I is singular:
+// repair.h replaces their result. In all others the smallest eigenvalue of I is above 1/400 of the
+// largest.
+INLINE void spin_solve(const Motion *motion, Vector spin[3])
+{
+    const Vector *s = motion->spread, *l = motion->momentum;
+    Vector x = s[YY] + s[ZZ], y = s[ZZ] + s[XX], z = s[XX] + s[YY]; // I; off the diagonal -S
+    Vector xx = y * z - s[YZ] * s[YZ], yy = z * x - s[ZX] * s[ZX], zz = x * y - s[XY] * s[XY];
+    Vector yz = s[ZX] * s[XY] + x * s[YZ], zx = s[XY] * s[YZ] + y * s[ZX],
+           xy = s[YZ] * s[ZX] + z * s[XY];
+    Vector inverse = REAL(1.0) / (x * xx - s[XY] * xy - s[ZX] * zx);
+    spin[0] = (xx * l[0] + xy * l[1] + zx * l[2]) * inverse;
+    spin[1] = (xy * l[0] + yy * l[1] + yz * l[2]) * inverse;
+    spin[2] = (zx * l[0] + yz * l[1] + zz * l[2]) * inverse;
 }
 
 #endif

@@ -3,7 +3,7 @@
 #ifndef PLIANT_VOXEL_KERNEL_REPAIR_H
 #define PLIANT_VOXEL_KERNEL_REPAIR_H
 
-#include "voxel/kernel/spin.h"
+#include "voxel/kernel/foam.h"
 #include "voxel/rotation.h"
 
 // The vectors of one call, in memory.

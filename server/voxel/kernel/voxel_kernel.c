@@ -7,10 +7,9 @@
 // server/PERFORMANCE.md, "Masked loops that gcc 12 miscompiles".
 #include "voxel/kernel.h"
 
-#include "voxel/kernel/energy.h"
+#include "voxel/kernel/measure.h"
 #include "voxel/kernel/hanging.h"
 #include "voxel/kernel/plain.h"
-#include "voxel/kernel/stress.h"
 
 static void plain_damped(const VoxelPass *pass)
 {
