@@ -7,11 +7,8 @@
 #include "base/output.h"
 #include "io/checkpoint.h"
 #include "scene/build.h"
-#include "run/explain.h"
-#include "run/live.h"
-#include "run/offline.h"
+#include "run/modes.h"
 #include "run/realtime.h"
-#include "run/report.h"
 
 #include <math.h>
 #include <stdlib.h>

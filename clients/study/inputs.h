@@ -7,7 +7,7 @@
 #include "study/context.h"
 
 #include "scene/build.h"
-#include "run/replay.h"
+#include "run/input_log.h"
 
 // Chooses and describes the inputs; may add a load to context->scene. `world`: the scene as it is.
 bool study_choose_inputs(StudyContext *context, World *world, Status *status);

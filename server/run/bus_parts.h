@@ -1,16 +1,111 @@
-// Shared by the bus's files: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames
-// and contacts), bus_mesh.c (meshes and rest positions), bus_report.c (replies, events, status),
-// bus_claim.c (ownership of the prefix). Bus thread only.
+// Shared by the bus's files: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames,
+// contacts, replies, events, status), bus_mesh.c (meshes and rest positions), bus_claim.c
+// (ownership of the prefix). Bus thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
+#include "dynamics/body.h"
 #include "run/bus.h"
-#include "run/mesh_delta.h"
-#include "run/pace.h"
+
+#include "pliant_mesh_delta_t.h"
 
 #include "receiver.h"
 
 #include <pthread.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+// --- pacing --------------------------------------------------------------------------------------
+
+// Pacing of data that is too large for one datagram: the chunks and when each is due. They are
+// spread over a period, because a receiver's kernel buffer holds a few chunks, not a burst
+// (README.md, "Loss and pacing").
+
+typedef struct Pace {
+    int next, count; // next == count: nothing is under way
+    int64_t start_ns, interval_ns;
+} Pace;
+
+// Chunks of at most `size` things each; one when there is nothing.
+static inline int chunks_of(int count, int size)
+{
+    return count > 0 ? (count + size - 1) / size : 1;
+}
+
+// Where chunk `chunk` of `count` begins among `total` things.
+static inline int chunk_begin(int total, int chunk, int count)
+{
+    return (int)((int64_t)total * chunk / count);
+}
+
+// Evenly over a period of 1/hz, or 10 ms a chunk, whichever is faster.
+static inline void pace_start(Pace *pace, int count, double hz, int64_t now_ns)
+{
+    int64_t interval = 10000000;
+    if (hz > 0.0 && 1e9 / hz / count < (double)interval)
+        interval = (int64_t)(1e9 / hz / count);
+    *pace = (Pace){.count = count, .start_ns = now_ns, .interval_ns = interval};
+}
+
+static inline bool pace_is_under_way(const Pace *pace)
+{
+    return pace->next < pace->count;
+}
+
+// INT64_MAX: nothing is under way.
+static inline int64_t pace_next_ns(const Pace *pace)
+{
+    return pace_is_under_way(pace) ? pace->start_ns + pace->next * pace->interval_ns : INT64_MAX;
+}
+
+// When the last chunk is due; `now_ns` when nothing is under way.
+static inline int64_t pace_end_ns(const Pace *pace, int64_t now_ns)
+{
+    return pace_is_under_way(pace) ? pace->start_ns + (pace->count - 1) * pace->interval_ns
+                                   : now_ns;
+}
+
+static inline bool pace_is_due(const Pace *pace, int64_t now_ns)
+{
+    return pace_is_under_way(pace) && now_ns >= pace_next_ns(pace);
+}
+
+// --- the differences between two meshes ----------------------------------------------------------
+
+// The differences between two published meshes of one body, slot by slot, and their messages
+// (mesh_delta_t). Pure functions without thread, clock or socket.
+
+enum {
+    DELTA_NODES_IN_CHUNK = 1024, // with DELTA_TRIANGLES_IN_CHUNK 50 kB: below one datagram
+    DELTA_TRIANGLES_IN_CHUNK = 1536,
+};
+
+typedef struct MeshDelta {
+    int from_topology;
+    int node_count, triangle_count; // slots that changed
+    int *node, *triangle;           // [capacity] those slots, ascending; owned by the caller
+} MeshDelta;
+
+// The memory of one chunk's message.
+typedef struct MeshDeltaChunk {
+    int32_t triangle_slot[DELTA_TRIANGLES_IN_CHUNK], triangle[3 * DELTA_TRIANGLES_IN_CHUNK];
+    int32_t node_slot[DELTA_NODES_IN_CHUNK], id[DELTA_NODES_IN_CHUNK];
+    int32_t origin[DELTA_NODES_IN_CHUNK], parent[2 * DELTA_NODES_IN_CHUNK];
+    int32_t piece[DELTA_NODES_IN_CHUNK];
+    int8_t level[DELTA_NODES_IN_CHUNK];
+} MeshDeltaChunk;
+
+// Lists the slots of `after` that differ from `before`. Slots beyond the counts of `before` were
+// free; two free slots are equal whatever else they contain.
+void mesh_delta_find(MeshDelta *delta, const BodyMesh *before, const BodyMesh *after);
+// Returns the number of chunks: at least one, even if only the topology number changed.
+int mesh_delta_chunks(const MeshDelta *delta);
+// Returns chunk `chunk` as a message without utime and sequence. `after` as in mesh_delta_find; the
+// arrays of the message are those of `memory`.
+pliant_mesh_delta_t mesh_delta_chunk(const MeshDelta *delta, const BodyMesh *after, int chunk,
+                                     MeshDeltaChunk *memory);
+
+// --- the bus -------------------------------------------------------------------------------------
 
 enum {
     CHANNEL_MAX = 64, // with its NUL; buffers are longer so that the compiler sees that all fits
@@ -116,7 +211,7 @@ bool bus_subscribe_claims(Bus *bus, Status *status);
 // Restarts the hold on the prefix after a time in which this daemon could not answer.
 void bus_hold_again(Bus *bus, int64_t away_ns, int64_t now_ns);
 
-// bus_out.c
+// bus_out.c: frames and contacts
 void bus_create_streams(Bus *bus, Arena *arena);
 void bus_send_contacts(Bus *bus);
 // Takes new frames and sends the chunks that are due; at_once: all of the newest frame now.
@@ -140,7 +235,7 @@ void bus_create_rest_stream(Bus *bus, int body, Arena *arena);
 int bus_rest_chunks(const BodyStream *stream);
 void bus_send_rest_chunk(Bus *bus, int body, int chunk);
 
-// bus_report.c
+// bus_out.c: replies, events and status
 void bus_send_answer(Bus *bus, const Answer *answer);
 void bus_send_event(Bus *bus, const EventOut *event);
 void bus_send_status(Bus *bus, bool fresh);

@@ -1,7 +1,7 @@
 #include "run/exchange.h"
 
 #include "base/clock.h"
-#include "run/recorder.h"
+#include "run/files_thread.h"
 
 #include <errno.h>
 #include <string.h>

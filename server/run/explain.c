@@ -1,4 +1,4 @@
-#include "run/explain_parts.h"
+#include "run/modes.h"
 
 #include "base/check.h"
 #include "dynamics/outline.h"
@@ -229,29 +229,12 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
             scene->stop_command ? "" : ", STOP is refused");
 }
 
-static int node_total(World *world)
+int explain_nodes(World *world)
 {
     int nodes = 0;
     for (int i = 0; i < sim_body_count(world->sim); i++)
         nodes += node_count(sim_body(world->sim, i));
     return nodes;
-}
-
-void explain_plan(World *world, const Scene *scene, const ExchangeOptions *asked, FILE *out)
-{
-    explain_summary(world, scene, out);
-    Sim *sim = world->sim;
-    fprintf(out, "stages:");
-    for (int i = 0; i < sim_stage_count(sim); i++)
-        fprintf(out, " %s", stage_name(sim_stage(sim, i)));
-    fprintf(out, "\n");
-    for (int i = 0; i < sim_body_count(sim); i++) {
-        const Body *body = sim_body(sim, i);
-        fprintf(out, "kernel of body %s:\n", body->name);
-        body->ops->explain(body->model, out);
-    }
-    explain_arrays(world, node_total(world), out);
-    explain_features(world, scene, asked, out);
 }
 
 // A description must fit one message of one packet. Removes lines from the middle, where bodies and
@@ -279,8 +262,8 @@ char *explain_describe(World *world, const Scene *scene)
     FILE *out = open_memstream(&text, &size);
     ASSERT(out != NULL);
     explain_summary(world, scene, out);
-    fprintf(out, "capacity: %d nodes, %d loads at a time, %d requests waiting\n", node_total(world),
-            SIM_LOADS, EXCHANGE_REQUESTS);
+    fprintf(out, "capacity: %d nodes, %d loads at a time, %d requests waiting\n",
+            explain_nodes(world), SIM_LOADS, EXCHANGE_REQUESTS);
     fprintf(out, "units: m, kg, s, N, rad; world frame of the scene\n");
     fclose(out);
     ASSERT(text != NULL);

@@ -2,7 +2,7 @@
 #ifndef PLIANT_RUN_EXPLAIN_PARTS_H
 #define PLIANT_RUN_EXPLAIN_PARTS_H
 
-#include "run/explain.h"
+#include "run/modes.h"
 
 // Prints the arrays and their bytes; `nodes`: the sum over all bodies.
 void explain_arrays(World *world, int nodes, FILE *out);

@@ -4,12 +4,88 @@
 #ifndef PLIANT_RUN_FILES_THREAD_H
 #define PLIANT_RUN_FILES_THREAD_H
 
-#include "scene/scene.h"
+#include "io/recording.h"
 #include "run/exchange.h"
 #include "run/input_log.h"
-#include "run/recorder.h"
+#include "scene/build.h"
+#include "scene/scene.h"
 
 #include <pthread.h>
+
+// --- recordings ----------------------------------------------------------------------------------
+
+// Recording of a running scene (--record): the copies that the step thread makes for each frame,
+// and how they are written to the file. The step thread calls record_…; load time and then the
+// files thread, or the thread of an offline run, call recorder_….
+
+typedef struct RecordTool {
+    int64_t active; // 0 or 1: withdrawn tools are not recorded
+    RecordingTool sample;
+} RecordTool;
+
+// One frame of all bodies and tools.
+struct RecordFrame {
+    int64_t step;
+    double time;       // [s]
+    RecordTool tool[]; // [tool_count], then a RecordBody for every body
+};
+
+// The next body follows the positions.
+typedef struct RecordBody {
+    int topology, node_count; // slots
+    float position[];         // [3 node_count], m
+} RecordBody;
+
+// Returns the bytes of a frame without its bodies.
+size_t record_tools_bytes(Sim *sim);
+// Returns the bytes of the largest frame of this scene.
+size_t record_frame_bytes(Sim *sim);
+// Returns space for a frame, after it has handed over the meshes that changed since the last one.
+// NULL: no space for the frame or for a mesh.
+RecordFrame *record_find_room(Exchange *exchange, Sim *sim);
+// Copies all but the bodies and returns where the first body belongs; call between two ticks. No
+// allocation, no system call.
+RecordBody *record_frame_begin(RecordFrame *frame, Sim *sim);
+// Copies one body, whose positions are given; returns where the next one belongs.
+RecordBody *record_body(RecordBody *to, const Body *body, const float *position);
+// Copies a whole frame.
+void record_frame_take(RecordFrame *frame, Sim *sim);
+
+// The recorder's state of a body whose mesh changes.
+typedef struct RecorderMesh {
+    RecordingMesh mesh;
+    float *position; // [3 node_capacity] of live nodes
+} RecorderMesh;
+
+typedef struct Recorder {
+    Recording *recording;
+    Sim *sim;           // only its constant members are read
+    RecorderMesh *mesh; // [body_count]; zero where the mesh never changes
+    bool tools_apart;   // tools come by recorder_write_tools; set before recorder_create
+    int64_t frames;     // written
+} Recorder;
+
+// Allocates from the world's arena at load time. The recorder is zero before, except tools_apart.
+void recorder_reserve(Recorder *recorder, World *world);
+// Creates the files (recording_create) and describes the bodies in them. Calls recorder_reserve if
+// that has not been done.
+bool recorder_create(Recorder *recorder, const char *path, World *world, const Scene *scene,
+                     Status *status);
+// Writes the mesh of the frames that follow, if it changed. This and the next four functions return
+// false from the first failure on; recording_status names it.
+bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh);
+// Writes the meshes that were handed over before the frame.
+bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFrame *frame);
+bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame);
+// Writes a row for each active tool; the frame may have no bodies.
+bool recorder_write_tools(Recorder *recorder, const RecordFrame *frame);
+bool recorder_write_event(Recorder *recorder, const EventOut *event);
+// Sets the number of dropped frames that the file reports.
+void recorder_set_dropped(Recorder *recorder, int64_t frames);
+// Calls recording_close; does nothing without a recording.
+bool recorder_close(Recorder *recorder, Status *status);
+
+// --- the thread ----------------------------------------------------------------------------------
 
 typedef struct FilesThread {
     // constant while the thread runs

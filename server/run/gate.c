@@ -1,4 +1,4 @@
-#include "run/gate.h"
+#include "run/input.h"
 
 #include <stdio.h>
 #include <string.h>

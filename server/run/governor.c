@@ -1,4 +1,4 @@
-#include "run/governor.h"
+#include "run/loop.h"
 
 #include "geometry/levels.h"
 

@@ -1,7 +1,6 @@
-#include "run/live.h"
+#include "run/modes.h"
 
 #include "base/log.h"
-#include "run/explain.h"
 #include "run/files_thread.h"
 
 #include <errno.h>

@@ -2,10 +2,8 @@
 
 #include "base/check.h"
 #include "base/clock.h"
-#include "run/grasp_text.h"
 #include "run/realtime.h"
-#include "run/recorder.h"
-#include "run/requests.h"
+#include "run/files_thread.h"
 
 #include <errno.h>
 #include <math.h>

@@ -1,4 +1,4 @@
-#include "run/mesh_copy.h"
+#include "run/exchange.h"
 
 #include <string.h>
 

@@ -1,12 +1,11 @@
-#include "run/offline.h"
+#include "run/modes.h"
 
 #include "base/clock.h"
 #include "base/log.h"
-#include "run/grasp_text.h"
 #include "run/loop.h"
 #include "run/realtime.h"
-#include "run/recorder.h"
-#include "run/replay.h"
+#include "run/files_thread.h"
+#include "run/input_log.h"
 
 #include <math.h>
 #include <stdlib.h>

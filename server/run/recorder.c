@@ -1,4 +1,4 @@
-#include "run/recorder.h"
+#include "run/files_thread.h"
 
 #include "base/check.h"
 

@@ -1,7 +1,7 @@
-#include "run/replay.h"
+#include "run/input_log.h"
 
 #include "base/log.h"
-#include "run/requests.h"
+#include "run/loop.h"
 
 #include "pliant_command_t.h"
 

@@ -1,4 +1,4 @@
-#include "run/report.h"
+#include "run/modes.h"
 
 static void print_times(const char *name, const Histogram *histogram, FILE *out)
 {

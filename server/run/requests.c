@@ -1,4 +1,4 @@
-#include "run/requests.h"
+#include "run/loop.h"
 
 #include "base/clock.h"
 #include "run/realtime.h"

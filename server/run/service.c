@@ -1,4 +1,4 @@
-#include "run/service.h"
+#include "run/bus.h"
 
 #include "base/log.h"
 #include "run/loop.h"

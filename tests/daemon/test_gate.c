@@ -1,7 +1,7 @@
 // What is let in, with a clock of our own: ownership, repeats, counters. And when things are due.
 #include "expect.h"
 #include "io/event_log.h"
-#include "run/gate.h"
+#include "run/input.h"
 #include "run/loop.h"
 
 #include "receiver.h"

@@ -4,7 +4,6 @@
 #include "expect.h"
 #include "geometry/levels.h"
 #include "run/loop.h"
-#include "run/requests.h"
 #include "toy_body.h"
 
 #include "pliant_command_t.h"

@@ -1,7 +1,7 @@
 // The governor of the time budget, as a function of measured times.
 #include "expect.h"
 #include "geometry/levels.h"
-#include "run/governor.h"
+#include "run/loop.h"
 
 #include <string.h>
 

@@ -4,7 +4,7 @@
 #include "mesh_toy.h"
 #include "random.h"
 #include "recording_view.h"
-#include "run/recorder.h"
+#include "run/files_thread.h"
 #include "scratch.h"
 
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "expect.h"
 #include "world_run.h"
 
-#include "run/mesh_copy.h"
+#include "run/exchange.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 // let in applied, a bounded number of ticks.
 #include "fuzz.h"
 
-#include "run/replay.h"
+#include "run/input_log.h"
 #include "world.h"
 
 #include <stdlib.h>

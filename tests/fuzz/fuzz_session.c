@@ -3,8 +3,8 @@
 // finite, and its state is one that a checkpoint may hold.
 #include "fuzz.h"
 
-#include "run/gate.h"
-#include "run/requests.h"
+#include "run/input.h"
+#include "run/loop.h"
 #include "world.h"
 
 #include "pliant_command_t.h"

@@ -7,7 +7,7 @@
 #include "base/fnv.h"
 #include "scene/scene_parts.h"
 #include "geometry/generator.h"
-#include "run/explain.h"
+#include "run/modes.h"
 
 #include <stdlib.h>
 #include <string.h>
