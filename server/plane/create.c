@@ -180,6 +180,14 @@ static bool check_capacity(const PlaneOptions *options, int vertices, Status *st
                        options->body.name, vertices, options->body.node_capacity);
 }
 
+ISA_KERNELS(PlaneKernels, plane);
+
+const PlaneKernels *plane_kernels_find(Precision precision, const char *level)
+{
+    IsaLevel found = isa_find(level);
+    return found == ISA_COUNT ? NULL : plane_kernels[precision][found];
+}
+
 bool plane_create(Body *body, const PlaneOptions *options, Arena *arena, StateList *state,
                   Status *status)
 {

@@ -8,7 +8,7 @@
 #ifndef PLIANT_PLANE_CUT_H
 #define PLIANT_PLANE_CUT_H
 
-#include "plane/forms.h"
+#include "plane/model.h"
 
 enum { CENTER_BEGAN = 1, CENTER_KNOWN = 2 };
 
@@ -100,7 +100,7 @@ void plane_cut_place_row(PlaneModel *model, int v, int row);
 void plane_cut_make_masses(PlaneModel *model);
 void plane_cut_keep_momentum(PlaneModel *model);
 
-// cut_restore.c. After the state was restored. False: it is impossible.
+// cut_create.c. After the state was restored. False: it is impossible.
 bool plane_cut_restore(Body *body);
 
 // cut_blade.c: BodyOps.cut and reserve_blades.
@@ -108,12 +108,12 @@ bool plane_cut_along(Body *body, const CutSweep *sweep, CutOutcome *outcome,
                      TopologyChange *change);
 void plane_cut_reserve_blades(void *model, int blades, Arena *arena, StateList *state);
 
-// cut_tear.c: the paper's threshold. Records the external forces before those of elements are
-// added; BodyOps.tear.
+// cut.c: the paper's threshold for tearing. Records the external forces before those of elements
+// are added; BodyOps.tear.
 void plane_cut_feel(PlaneModel *model);
 bool plane_cut_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
 
-// cut_surface.c: the outline as a strip of nodes 2 v and 2 v + 1 of vertex v, and the
+// surface.c: the outline as a strip of nodes 2 v and 2 v + 1 of vertex v, and the
 // published mesh.
 void plane_cut_create_surface(PlaneModel *model, Body *body, const PlaneOptions *options,
                               Arena *arena);

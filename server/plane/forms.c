@@ -1,4 +1,6 @@
-#include "plane/forms.h"
+// Elements in the form of the kernels: the shapes that occur, their stiffness, and batches. Memory
+// at load; after it pure functions of the elements.
+#include "plane/model.h"
 
 #include "base/check.h"
 
@@ -9,6 +11,9 @@ enum {
     KEYS = 16 * 512, // quarters and present places
     SHAPES = 256,    // upper bound: 13 sets of quarters, at most 2^4 of places each
 };
+
+// ---------------------------------------------------------------------------------------------
+// Shapes and their parameters
 
 // Returns the index of a shape; creates it if necessary.
 static int find_shape(PlaneForms *forms, unsigned quarters, unsigned present)
@@ -156,4 +161,208 @@ double plane_forms_add_masses(const PlaneForms *forms, PlaneModel *model)
             model->vertices.mass[form->vertex[i]] += form->shape->share[i] * mass;
     }
     return total;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Batches: elements side by side, as a pure function of model->form
+
+// A single quarter is a square of half the edge.
+static bool is_square(const PlaneForm *form)
+{
+    return form->shape->count == 4 && (form->shape->extent == 1.0 || form->shape->extent == 0.25);
+}
+
+static void square_numbers(const PlaneForm *form, double number[SQUARE_NUMBERS])
+{
+    const PlaneStiffness *k = &form->stiffness;
+    const double edge = form->size * sqrt(form->shape->extent);
+    number[SQUARE_PLACE] = 0.5 * edge;
+    number[SQUARE_GRADIENT] = 0.5 / edge;
+    number[SQUARE_SHEAR] = 0.5 * edge * k->mu;
+    number[SQUARE_TRACE] = 0.5 * edge * (k->mu + k->lambda);
+    number[SQUARE_RESIDUAL] = k->residual / 16.0;
+    number[SQUARE_DAMPING] = k->damping / 4.0;
+}
+
+// The order of batches: squares by class, then other shapes together with squares that do not fill
+// a batch of their class, by their number of vertices; each in the order of elements, so that
+// neighbours stay close.
+typedef struct PlanePlace {
+    int key, element;
+} Place;
+
+// Sorts by ascending key below `keys`, stably; `to` has the same size.
+static void sort_places(const Place *from, Place *to, int count, int keys)
+{
+    int put = 0;
+    for (int key = 0; key < keys; key++)
+        for (int k = 0; k < count; k++)
+            if (from[k].key == key)
+                to[put++] = from[k];
+}
+
+static int find_class(double (*class)[SQUARE_NUMBERS], int *count, const PlaneForm *form)
+{
+    double number[SQUARE_NUMBERS];
+    square_numbers(form, number);
+    for (int k = 0; k < *count; k++)
+        if (memcmp(class[k], number, sizeof number) == 0)
+            return k;
+    memcpy(class[*count], number, sizeof number);
+    return (*count)++;
+}
+
+// Returns how many entries from `at` on have the same key, at most a batch.
+static int run_length(const Place *place, int count, int at)
+{
+    int length = 1;
+    while (length < PLANE_LANES && at + length < count && place[at + length].key == place[at].key)
+        length++;
+    return length;
+}
+
+static void node_numbers(const PlaneForm *form, int i, double number[NODE_NUMBERS])
+{
+    const PlaneShape *shape = form->shape;
+    const double size = form->size, extent = shape->extent * size * size;
+    // Second moments of the vertices, for the best linear map.
+    double m[2][2] = {{0.0}}, spread = 0.0;
+    for (int k = 0; k < shape->count; k++)
+        for (int d = 0; d < 2; d++) {
+            spread += size * size * shape->place[k][d] * shape->place[k][d];
+            for (int e = 0; e < 2; e++)
+                m[d][e] += shape->share[k] * size * size * shape->place[k][d] * shape->place[k][e];
+        }
+    const double det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
+    const double x = size * shape->place[i][0], y = size * shape->place[i][1];
+    const double share = shape->share[i];
+    const bool paper = form->stiffness.law == PLANE_MIYAZAKI2004;
+    number[NODE_X] = x;
+    number[NODE_Y] = y;
+    number[NODE_GRADIENT_X] = paper ? 2.0 * x / spread : size * shape->area[i][0] / extent;
+    number[NODE_GRADIENT_Y] = paper ? 2.0 * y / spread : size * shape->area[i][1] / extent;
+    number[NODE_SHARE] = share;
+    number[NODE_RESIDUAL] = share * form->stiffness.residual;
+    number[NODE_AREA_X] = size * shape->area[i][0];
+    number[NODE_AREA_Y] = size * shape->area[i][1];
+    number[NODE_LINEAR_X] = share * (m[1][1] * x - m[0][1] * y) / det;
+    number[NODE_LINEAR_Y] = share * (m[0][0] * y - m[0][1] * x) / det;
+}
+
+static void put_lane(PlaneModel *model, int batch, int lane, int count, const PlaneForm *form)
+{
+    PlaneBatches *batches = &model->batches;
+    const int numbers = model->law == PLANE_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
+    for (int i = 0; i < count; i++) {
+        long row = batches->start[batch] + i;
+        batches->vertex[row * PLANE_LANES + lane] = form != NULL ? form->vertex[i] : model->spare;
+        double number[NODE_NUMBERS] = {0.0};
+        if (form != NULL)
+            node_numbers(form, i, number);
+        for (int k = 0; k < numbers; k++)
+            rows_put(&model->vertices.rows, batches->node, (row * numbers + k) * PLANE_LANES + lane,
+                     number[k]);
+    }
+    double whole[WHOLE_NUMBERS] = {[WHOLE_SPREAD] = 1.0};
+    if (form != NULL) {
+        const PlaneStiffness *k = &form->stiffness;
+        whole[WHOLE_SHEAR] = k->mu;
+        whole[WHOLE_TRACE] = k->mu + k->lambda;
+        whole[WHOLE_DAMPING] = k->damping;
+        whole[WHOLE_SPREAD] = 1e-12 * form->size * form->size;
+    }
+    for (int k = 0; k < WHOLE_NUMBERS; k++)
+        rows_put(&model->vertices.rows, batches->whole,
+                 ((long)batch * WHOLE_NUMBERS + k) * PLANE_LANES + lane, whole[k]);
+}
+
+static void put_squares(PlaneModel *model, const Place *place, int count)
+{
+    PlaneBatches *batches = &model->batches;
+    batches->square_count = count / PLANE_LANES;
+    for (int at = 0; at < count; at++) {
+        int b = at / PLANE_LANES, lane = at % PLANE_LANES;
+        batches->square_class[b] = place[at].key;
+        for (int i = 0; i < 4; i++)
+            batches->square[(b * 4 + i) * PLANE_LANES + lane] =
+                model->form[place[at].element].vertex[i];
+    }
+}
+
+static void put_others(PlaneModel *model, const Place *place, int count)
+{
+    PlaneBatches *batches = &model->batches;
+    batches->other_count = 0;
+    for (int at = 0; at < count;) {
+        int b = batches->other_count++, length = run_length(place, count, at);
+        int vertices = model->form[place[at].element].shape->count;
+        batches->start[b + 1] = batches->start[b] + vertices;
+        for (int lane = 0; lane < PLANE_LANES; lane++)
+            put_lane(model, b, lane, vertices,
+                     lane < length ? &model->form[place[at + lane].element] : NULL);
+        at += length;
+    }
+}
+
+void plane_reserve_batches(PlaneModel *model, int elements, int classes, const char *name,
+                           Arena *arena)
+{
+    PlaneBatches *batches = &model->batches;
+    const size_t real = rows_real_size(&model->vertices.rows);
+    const int numbers = model->law == PLANE_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
+    // Each number of vertices may leave one batch partly filled.
+    const int most = elements / PLANE_LANES + PLANE_PLACES, rows = most * (PLANE_PLACES - 1);
+    batches->square = ALLOCATE(ARENA_STEP, (size_t)elements * 4, int, "squares");
+    batches->square_class = ALLOCATE(ARENA_STEP, elements / PLANE_LANES, int, "square classes");
+    batches->class = arena_allocate(arena, ARENA_STEP, (size_t)classes * SQUARE_NUMBERS, real,
+                                    "%s/square numbers", name);
+    batches->start = ALLOCATE(ARENA_STEP, most + 1, int, "element start");
+    batches->vertex = ALLOCATE(ARENA_STEP, (size_t)rows * PLANE_LANES, int, "elements");
+    batches->node = arena_allocate(arena, ARENA_STEP, (size_t)(rows * numbers) * PLANE_LANES, real,
+                                   "%s/element vertices", name);
+    batches->whole = arena_allocate(arena, ARENA_STEP, (size_t)(most * WHOLE_NUMBERS) * PLANE_LANES,
+                                    real, "%s/element stiffness", name);
+    model->sorting = (PlaneSorting){
+        .class_capacity = classes,
+        .class = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)classes,
+                                sizeof *model->sorting.class, "%s/classes of squares", name),
+    };
+    for (int k = 0; k < 4; k++)
+        model->sorting.place[k] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)elements,
+                                                 sizeof(Place), "%s/order of elements %d", name, k);
+}
+
+void plane_fill_batches(PlaneModel *model)
+{
+    const PlaneSorting *work = &model->sorting;
+    Place *square = work->place[0], *other = work->place[1];
+    int squares = 0, others = 0, classes = 0;
+    for (int e = 0; e < model->element_count; e++) {
+        const PlaneForm *form = &model->form[e];
+        if (is_square(form))
+            square[squares++] = (Place){find_class(work->class, &classes, form), e};
+        else
+            other[others++] = (Place){form->shape->count, e};
+    }
+    ASSERT(classes <= work->class_capacity);
+    // Full batches of squares stay; the rest joins the other shapes.
+    Place *sorted = work->place[2];
+    sort_places(square, sorted, squares, classes);
+    int kept = 0;
+    for (int at = 0, length; at < squares; at += length) {
+        length = run_length(sorted, squares, at);
+        for (int k = 0; k < length; k++)
+            if (length == PLANE_LANES)
+                square[kept++] = sorted[at + k];
+            else
+                other[others++] = (Place){4, sorted[at + k].element};
+    }
+    put_squares(model, square, kept);
+    // Remaining squares follow the other shapes with four vertices.
+    Place *mixed = work->place[3];
+    sort_places(other, mixed, others, PLANE_PLACES + 1);
+    put_others(model, mixed, others);
+    for (long k = 0; k < (long)classes * SQUARE_NUMBERS; k++)
+        rows_put(&model->vertices.rows, model->batches.class, k,
+                 work->class[k / SQUARE_NUMBERS][k % SQUARE_NUMBERS]);
 }
