@@ -16,7 +16,7 @@
 
 #include "base/check.h"
 #include "dynamics/contact.h"
-#include "dynamics/fixed.h"
+#include "dynamics/region.h"
 
 // Hysteresis of a grasper's grip: it closes at GRIP_CLOSES and opens below GRIP_OPENS, so that a
 // trembling finger does not release.
@@ -29,7 +29,7 @@ enum { HELD_NODES = 4096, HELD_POINTS = 128 };
 typedef enum AttachTo {
     ATTACH_WORLD,   // held from the start, at rest
     ATTACH_TOOL,    // held while the tool is active, at the positions when it becomes so
-    ATTACH_BODY,    // tied to points of another body (joint.h)
+    ATTACH_BODY,    // tied to points of another body (joint.c)
     ATTACH_GRASPER, // held while the grasper is closed
 } AttachTo;
 
@@ -93,5 +93,34 @@ bool attachment_check(const Attachment *attachment);
 int attachment_held(const Attachment *attachment, bool *points);
 int64_t attachment_taken(const Attachment *attachment);
 int64_t attachment_refused(const Attachment *attachment);
+
+// --- joint.c ---
+// Springs between nodes of one body and points carried by another: the nearest point of its surface
+// when they were tied, and the node's distance from there. Step thread.
+
+typedef struct Joint Joint;
+
+// Creates a joint at load time. The bodies outlive it and have the same integrator. Returns NULL
+// with a status for a region without a free node, or one too far from the other body.
+Joint *joint_create(const char *name, const AttachmentOptions *options, Body *body, Body *other,
+                    Arena *arena, StateList *state, Status *status);
+const AttachmentOptions *joint_options(const Joint *joint);
+// Returns the most entries that one evaluation pushes, of the one body and the other.
+int joint_node_capacity(const Joint *joint);
+int joint_other_capacity(const Joint *joint);
+// Recomputes the springs after contact_lambda of a body has changed. Load time.
+void joint_stiffen(Joint *joint);
+
+// Adds the springs' forces to the nodes of both bodies, for one evaluation.
+void joint_apply(Joint *joint);
+
+// Call the first before the other body's topology may change; the others after that of either did.
+void joint_remember(Joint *joint);
+void joint_other_changed(Joint *joint, const TopologyChange *change);
+void joint_topology_changed(Joint *joint, const TopologyChange *change);
+
+bool joint_check(const Joint *joint);
+int joint_count(const Joint *joint); // springs
+int64_t joint_refused(const Joint *joint);
 
 #endif

@@ -1,5 +1,5 @@
 // Private to the dynamics module: the data of an attachment. attachment.c is the law,
-// attachment_take.c grasps and releases, attachment_follow.c follows changes of topology.
+// attachment_nodes.c knows which nodes are held.
 #ifndef PLIANT_DYNAMICS_ATTACHMENT_DATA_H
 #define PLIANT_DYNAMICS_ATTACHMENT_DATA_H
 

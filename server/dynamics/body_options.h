@@ -5,7 +5,7 @@
 #include "base/isa.h"
 #include "base/team.h"
 #include "dynamics/body.h"
-#include "dynamics/fixed.h"
+#include "dynamics/region.h"
 
 #include <stdio.h>
 

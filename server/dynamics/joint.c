@@ -1,7 +1,17 @@
-#include "dynamics/attachment_data.h"
-#include "dynamics/joint.h"
-
+// The other end of node i's spring is z = sum_j w_j x_j + d n, with x_j the corners of a face of
+// the other body, n its unit normal, and z = x_i at the start. A force F at z is distributed to the
+// corners by the transpose of dz/dx_j: forces and moments of both ends cancel exactly, and the
+// springs' energy depends on distances alone.
+// With e_j >= |dz/dx_j| and S = sum_j e_j, the row of node i in M^-1 K is at most k (1 + S) / m_i,
+// that of corner j the sum over its springs of k e_j (1 + S) / m_j. So
+//     k = g min(lambda_a m_i, lambda_b min_j m_j / sum_springs e_j) / (1 + S),
+// with lambda_a and lambda_b bounding the bodies at their coarsest levels, adds at most g times its
+// own lambda to the bound of either; damping c = 2 zeta k / sqrt(g max(lambda_a, lambda_b)) adds at
+// most 2 zeta sqrt(g lambda) likewise.
+// Joined bodies advance together, stage by stage: both ends act at the same time.
 #include "base/check.h"
+#include "dynamics/attachment.h"
+#include "dynamics/attachment_data.h"
 #include "geometry/distance.h"
 
 #include <stdlib.h>

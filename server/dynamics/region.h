@@ -1,10 +1,34 @@
-// Regions of space in which nodes are searched.
+// Regions of space: those in which a scene fixes or attaches nodes, and those in which nodes are
+// searched.
 #ifndef PLIANT_DYNAMICS_REGION_H
 #define PLIANT_DYNAMICS_REGION_H
 
 #include "base/vec.h"
 
 #include <stdbool.h>
+
+// --- of a scene ---
+
+typedef enum FixedKind { FIXED_BOX, FIXED_SPHERE, FIXED_NODES } FixedKind;
+typedef struct FixedRegion {
+    FixedKind kind;
+    Vec3 low, high;  // box [m]
+    Vec3 center;     // sphere [m]
+    double radius;   // [m]
+    const int *node; // indices in the mesh file [node_count], owned by the scene
+    int node_count;
+} FixedRegion;
+
+// True if a point is in the box or sphere, borders included.
+static inline bool fixed_contains(const FixedRegion *region, Vec3 x)
+{
+    if (region->kind == FIXED_BOX)
+        return x.x >= region->low.x && x.y >= region->low.y && x.z >= region->low.z &&
+               x.x <= region->high.x && x.y <= region->high.y && x.z <= region->high.z;
+    return vec3_length(vec3_sub(x, region->center)) <= region->radius;
+}
+
+// --- to search ---
 
 typedef enum RegionKind { REGION_CAPSULE, REGION_BELOW_PLANE } RegionKind;
 typedef struct Region {

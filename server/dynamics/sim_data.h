@@ -3,9 +3,9 @@
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
+#include "dynamics/attachment.h"
 #include "dynamics/estimate.h"
 #include "dynamics/guard_data.h"
-#include "dynamics/joint.h"
 #include "dynamics/load.h"
 #include "dynamics/sim.h"
 #include "dynamics/stiffness.h"
