@@ -244,31 +244,3 @@ bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t wh
     guard_note_set(sim, body == NULL ? -1 : (int)(body - sim->body), key);
     return true;
 }
-
-// --- parameters that bodies of all models have ---------------------------------------------------
-
-bool body_parameters_set(BodyParameters *parameters, bool damped, BodyParameter parameter,
-                         double value)
-{
-    switch (parameter) {
-    case BODY_GRAVITY_X:
-    case BODY_GRAVITY_Y:
-    case BODY_GRAVITY_Z:
-        parameters->gravity[parameter - BODY_GRAVITY_X] = value;
-        return true;
-    case BODY_STIFFNESS_SCALE:
-        parameters->stiffness_scale = value;
-        return true;
-    case BODY_DAMPING_SCALE:
-        if (damped)
-            parameters->damping_scale = value;
-        return damped;
-    case BODY_ADAPT_FORCE:
-    case BODY_ADAPT_SPEED:
-    case BODY_ADAPT_CURVATURE:
-    case BODY_ADAPT_SCALE:
-    case BODY_ADAPT_LEVEL:
-        return false;
-    }
-    return false;
-}

@@ -10,7 +10,6 @@
 #define PLIANT_DYNAMICS_VERTICES_H
 
 #include "base/check.h"
-#include "dynamics/body_options.h"
 #include "dynamics/body.h"
 #include "dynamics/kernel.h"
 #include "dynamics/rows.h"

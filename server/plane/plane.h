@@ -8,7 +8,7 @@
 
 #include "base/check.h"
 #include "base/memory.h"
-#include "dynamics/body_options.h"
+#include "dynamics/body.h"
 #include "geometry/lattice.h"
 #include "plane/shape.h"
 

@@ -1,7 +1,7 @@
 #include "run/modes.h"
 
 #include "base/check.h"
-#include "dynamics/outline.h"
+#include "dynamics/body.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 #include "scene/build.h"
 
 #include "base/log.h"
-#include "dynamics/outline.h"
+#include "dynamics/body.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -5,7 +5,7 @@
 
 #include "base/check.h"
 #include "base/memory.h"
-#include "dynamics/body_options.h"
+#include "dynamics/body.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"
 #include "voxel/element.h"
