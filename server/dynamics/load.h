@@ -18,7 +18,7 @@ typedef struct Load {
     int64_t first, count; // in the pool
 } Load;
 
-// Bad ticks with a known cause (guard.h); plain data, part of the state, 0: none yet.
+// Bad ticks with a known cause (sim.h); plain data, part of the state, 0: none yet.
 typedef struct Blame {
     int64_t since, last; // ticks of the first and the newest of them, counted from 1
     int64_t count;
