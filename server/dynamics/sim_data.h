@@ -259,11 +259,6 @@ void holding_add_forces(Sim *sim, int body, const Stage *stage, double substep_t
 void sim_report(Sim *sim, int body, const char *kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
-// time_step_advice.c
-// Writes ", or <key> of at most <value>": the smallest change of a single key that lets the body
-// take steps of h [s], or "" if there is none. Load time.
-void time_step_advise(Sim *sim, Body *body, double h, char *text, size_t size);
-
 // cutting.c
 // Load time, when all bodies and tools exist.
 void cutting_create(Sim *sim);
@@ -295,6 +290,9 @@ double time_step_bound(const Sim *sim, const Body *body);
 // step [s].
 bool time_step_allows(const Sim *sim, const Body *body, double stiffness_scale,
                       double damping_scale, double *limit, double *step);
+// Writes ", or <key> of at most <value>": the smallest change of a single key that lets the body
+// take steps of h [s], or "" if there is none. Load time.
+void time_step_advise(Sim *sim, Body *body, double h, char *text, size_t size);
 
 // estimate.c
 // Allocates memory for the state that a try changes; load time, after the state of all bodies is
