@@ -2,10 +2,9 @@
 // moments: f = -(w (x - c) - R w (X - C)) has no moment about c exactly when R maximises tr(R^T A)
 // with A = sum w (x - c)(X - C)^T. Damping against v_c + omega x (x - c), the weighted rigid
 // velocity, has neither force nor moment by construction.
-#include "dynamics/rigid_frame.h"
+#include "dynamics/rows.h"
 
 #include "base/vec.h"
-#include "dynamics/rows.h"
 
 #include <string.h>
 
