@@ -8,6 +8,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+ISA_KERNELS(VertexKernels, vertex);
+
+const VertexKernels *vertex_kernels_find(Precision precision, const char *level)
+{
+    IsaLevel found = isa_find(level);
+    return found == ISA_COUNT ? NULL : vertex_kernels[precision][found];
+}
+
 // ---------------------------------------------------------------------------------------------
 // Load time
 
