@@ -1,5 +1,5 @@
 // Private to the dynamics module: the data of a Sim. sim.c makes it, set.c changes it, step.c runs
-// it with cutting.c, holding.c, follow.c and guard.c, time_step.c chooses the substeps.
+// it with cutting.c, follow.c and guard.c, time_step.c chooses the substeps.
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
@@ -181,6 +181,13 @@ static inline double sim_pose_age(const Sim *sim, const ToolMotion *motion)
     return (double)(sim->clock->step - motion->pose_step) * sim->tick;
 }
 
+// The attachments of a body: attachment[*first .. end), including graspers; returns the end.
+static inline int holding_of(const Sim *sim, int body, int *first)
+{
+    *first = sim->attachment_count > 0 ? sim->attachment_start[body] : 0;
+    return sim->attachment_count > 0 ? sim->attachment_start[body + 1] : 0;
+}
+
 // step.c
 // Advances a body by the time of one substep in `substeps` steps, without external forces and
 // without the bodies that joints connect it to; for the error estimate, which takes it back.
@@ -238,21 +245,6 @@ GuardCause guard_find_cause(const Sim *sim, int body, Suspect *suspect, char *te
 // Counts a bad tick for its cause and withdraws it if there are too many. Returns true if it was
 // withdrawn.
 bool guard_blame(Sim *sim, int body, const Suspect *suspect);
-
-// holding.c
-// The attachments of a body: attachment[*first .. end), including graspers; returns the end.
-static inline int holding_of(const Sim *sim, int body, int *first)
-{
-    *first = sim->attachment_count > 0 ? sim->attachment_start[body] : 0;
-    return sim->attachment_count > 0 ? sim->attachment_start[body + 1] : 0;
-}
-// Makes graspers grasp and release.
-void holding_stage(Sim *sim);
-// True if a tool does not push a body because it grasps the body.
-bool holding_mutes(const Sim *sim, int body, int tool);
-// Adds the springs of attachments at one evaluation, `substep_time` after the start of the tick
-// [s].
-void holding_add_forces(Sim *sim, int body, const Stage *stage, double substep_time, double h);
 
 // events.c
 // Appends an event. `kind` is a literal.

@@ -1,12 +1,12 @@
 // One tick of a scene, from the tools' poses to the wrenches on them: read sim_step first.
 // Step thread. No allocation, no lock, no log, no system call but the clock.
-#include "dynamics/sim_data.h"
-
 #include "base/clock.h"
+#include "dynamics/sim_data.h"
 
 static void place_tools(Sim *sim);
 static void start_and_end_loads(Sim *sim);
 static void adapt_bodies(Sim *sim);
+static void grasp_and_release(Sim *sim);
 static void find_contacts(Sim *sim);
 static void advance_bodies(Sim *sim);
 static void take_wrenches(Sim *sim);
@@ -39,7 +39,7 @@ static const struct {
     [STAGE_CUT] = {"cut", has_cuts, cutting_stage},
     [STAGE_RECONSTRUCT] = {"reconstruct", has_levels_to_cut, reconstruct_stage},
     [STAGE_ADAPT] = {"adapt", has_levels, adapt_bodies},
-    [STAGE_GRASP] = {"grasp", has_attachments, holding_stage},
+    [STAGE_GRASP] = {"grasp", has_attachments, grasp_and_release},
     [STAGE_FIND_CONTACTS] = {"find contacts", has_shapes, find_contacts},
     [STAGE_FORCES] = {"forces", always, advance_bodies},
     [STAGE_CONTACT] = {"contact", has_shapes, NULL},
@@ -125,6 +125,35 @@ static void adapt_bodies(Sim *sim)
             change_body(sim, b, adapt, NULL);
 }
 
+// Makes graspers grasp and release at the pose at the start of the tick.
+static void grasp_and_release(Sim *sim)
+{
+    for (int k = 0; k < sim->attachment_count; k++) {
+        const int tool = attachment_options(sim->attachment[k])->tool;
+        const ToolMotion *motion = tool >= 0 ? &sim->motion[tool] : NULL;
+        Vec3 position = {0.0, 0.0, 0.0};
+        Quat orientation = {1.0, 0.0, 0.0, 0.0};
+        bool active = motion == NULL || motion->active;
+        double grip = 0.0;
+        if (motion != NULL && active) {
+            tool_motion_at(motion, sim_pose_age(sim, motion), &position, &orientation);
+            grip = tool_motion_grip(motion, sim_pose_age(sim, motion));
+        }
+        attachment_begin_tick(sim->attachment[k], active, grip, position, orientation);
+    }
+}
+
+// True if a tool does not push a body because it grasps the body.
+static bool is_muted(const Sim *sim, int b, int tool)
+{
+    int k, end = holding_of(sim, b, &k);
+    for (; k < end; k++)
+        if (attachment_options(sim->attachment[k])->tool == tool &&
+            attachment_mutes_contact(sim->attachment[k]))
+            return true;
+    return false;
+}
+
 // Finds candidates for the whole tick: what the tool can reach from its proxy.
 static void find_contacts(Sim *sim)
 {
@@ -134,7 +163,7 @@ static void find_contacts(Sim *sim)
         while (k >= sim->contact_start[b + 1])
             b++;
         if (!motion->active ||
-            (sim->attachment_count > 0 && holding_mutes(sim, b, sim->contact_tool[k]))) {
+            (sim->attachment_count > 0 && is_muted(sim, b, sim->contact_tool[k]))) {
             contact_clear(contact);
             continue;
         }
@@ -175,6 +204,40 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
     sim->stage_ns[STAGE_FORCES] -= spent;
 }
 
+// Adds the springs of attachments at one evaluation. All that a tool holds of a body together pulls
+// with at most its max_force: beyond, it slips with that force.
+static void add_holds(Sim *sim, int b, const Stage *stage, double substep_time, double h)
+{
+    int first, end = holding_of(sim, b, &first);
+    Vec3 pull[SIM_TOOLS] = {{0.0, 0.0, 0.0}};
+    for (int k = first; k < end; k++) {
+        Attachment *attachment = sim->attachment[k];
+        const int tool = attachment_options(attachment)->tool;
+        if (!attachment_is_holding(attachment))
+            continue;
+        ToolPlacement at = {.orientation = {1.0, 0.0, 0.0, 0.0}};
+        if (tool >= 0) {
+            const ToolMotion *motion = &sim->motion[tool];
+            double begin = sim_pose_age(sim, motion) + substep_time;
+            at = tool_motion_within(motion, begin, begin + stage->at * h, h);
+        }
+        Vec3 force = attachment_evaluate(attachment, &at);
+        if (tool >= 0)
+            pull[tool] = vec3_add(pull[tool], force);
+    }
+    for (int k = first; k < end; k++) {
+        const int tool = attachment_options(sim->attachment[k])->tool;
+        double scale = 1.0;
+        if (!attachment_is_holding(sim->attachment[k]))
+            continue;
+        if (tool >= 0 && sim->tool[tool].kind != TOOL_STATIC) {
+            double size = vec3_length(pull[tool]), most = sim->tool[tool].max_force;
+            scale = size > most ? most / size : 1.0;
+        }
+        attachment_apply(sim->attachment[k], scale, stage->weight * h);
+    }
+}
+
 // Adds the external forces on a body at one stage.
 static void add_outer_forces(Sim *sim, int b, const Stage *stage, int substep, bool begins)
 {
@@ -183,7 +246,7 @@ static void add_outer_forces(Sim *sim, int b, const Stage *stage, int substep, b
     if (sim->contact_count > 0 && sim->contact_start[b] < sim->contact_start[b + 1])
         add_contacts(sim, b, stage, substep * body->h, body->h, begins);
     if (first < end)
-        holding_add_forces(sim, b, stage, substep * body->h, body->h);
+        add_holds(sim, b, stage, substep * body->h, body->h);
 }
 
 static void end_substep(Sim *sim, int b)
