@@ -1,9 +1,9 @@
-// Makes a scene's bodies, tools and loads; step.c runs them, set.c changes parameters.
+// Makes a scene's bodies, tools and loads, and answers questions about them; step.c runs them,
+// inputs.c changes them.
+#include "base/check.h"
 #include "dynamics/sim_data.h"
 
-#include "base/check.h"
-
-#include <limits.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -282,99 +282,6 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Inputs
-
-void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold)
-{
-    if (!guard_admits(sim, tool, pose))
-        return;
-    if (!pose->active)
-        cutting_lift(sim, tool);
-    if (pose->active && !sim->motion[tool].active)
-        guard_renew(sim, -1); // it may start inside tissue
-    tool_motion_apply(&sim->motion[tool], pose, sim->clock->step, sim->tick, hold);
-}
-
-bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_size)
-{
-    double ticks = fmax(1.0, floor(options->duration / sim->tick + 0.5));
-    int64_t end = sim->clock->step + (int64_t)fmin(ticks, 1e15);
-    if (!loads_start(&sim->loads, sim->body, sim->body_count, options->body, options->center,
-                     options->radius, options->force, end, why, why_size))
-        return false;
-    LoadRecord *record = &sim->loads.record[*sim->loads.count - 1];
-    guard_renew(sim, -1);
-    record->sender = options->sender;
-    record->id = options->id;
-    return true;
-}
-
-bool sim_check(const Sim *sim)
-{
-    for (int k = 0; k < sim->attachment_count; k++)
-        if (!attachment_check(sim->attachment[k]))
-            return false;
-    for (int k = 0; k < sim->scene_attachment_count; k++)
-        if (sim->scene_attachment[k].joint != NULL && !joint_check(sim->scene_attachment[k].joint))
-            return false;
-    for (int t = 0; t < sim->tool_count; t++)
-        if (!tool_motion_check(&sim->motion[t], sim->clock->step))
-            return false;
-    return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
-           sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
-           loads_check(&sim->loads, sim->body, sim->body_count) && cutting_check(sim) &&
-           guard_check(sim);
-}
-
-// A mesh changes about once per tick at most: clients of another run have no number this high.
-static int number_by_step(const Sim *sim, int before)
-{
-    const int64_t step = sim->clock->step;
-    return step > before ? (int)(step % (INT_MAX / 2)) : before;
-}
-
-// Recomputes what depends on the state. Meshes get new numbers, unless a body's state has the
-// number that it had in `another_run`, whose numbers count instead of this run's.
-static void follow_state(Sim *sim, bool another_run)
-{
-    if (sim->stiffness != NULL)
-        stiffness_forget(sim->stiffness);
-    for (int b = 0; b < sim->body_count; b++) {
-        Body *body = &sim->body[b];
-        const int before = body->mesh.topology;
-        if (another_run && body_changes(body))
-            body->mesh.topology = 0;
-        const int known = body->mesh.topology;
-        if (body->ops->restored != NULL)
-            body->ops->restored(body);
-        if (!body_changes(body))
-            continue;
-        if (!topology_is_newer(body->mesh.topology, known))
-            body->mesh.topology =
-                topology_after(another_run ? number_by_step(sim, before) : before);
-        time_step_follow(sim, body);
-    }
-}
-
-void sim_restored(Sim *sim)
-{
-    follow_state(sim, true);
-}
-
-void sim_reset(Sim *sim)
-{
-    SimClock clock = *sim->clock;
-    state_copy_in(sim->state, sim->start_state);
-    *sim->clock = clock;
-    follow_state(sim, false);
-}
-
-void sim_set_lockstep(Sim *sim, bool lockstep)
-{
-    sim->clock->lockstep = lockstep;
-}
-
-// ---------------------------------------------------------------------------------------------
 // Queries
 
 int64_t sim_steps(const Sim *sim)
@@ -513,4 +420,32 @@ int64_t sim_stage_ns(const Sim *sim, StageId stage)
 void sim_add_stage_ns(Sim *sim, StageId stage, int64_t ns)
 {
     sim->stage_ns[stage] += ns;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Events, until they are taken
+
+// The newest are dropped if they are not taken.
+void sim_report(Sim *sim, int body, const char *kind, const char *format, ...)
+{
+    EventRing *at = sim->events;
+    if (at->count == SIM_EVENTS)
+        return;
+    SimEvent *event = &at->event[(at->first + at->count++) % SIM_EVENTS];
+    *event = (SimEvent){.step = sim->clock->step, .body = body, .kind = kind};
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(event->text, sizeof event->text, format, arguments);
+    va_end(arguments);
+}
+
+bool sim_take_event(Sim *sim, SimEvent *event)
+{
+    EventRing *at = sim->events;
+    if (at->count == 0)
+        return false;
+    *event = at->event[at->first];
+    at->first = (at->first + 1) % SIM_EVENTS;
+    at->count--;
+    return true;
 }

@@ -1,5 +1,5 @@
-// Private to the dynamics module: the data of a Sim. sim.c makes it, set.c changes it, step.c runs
-// it with cutting.c, follow.c and guard.c, time_step.c chooses the substeps.
+// Private to the dynamics module: the data of a Sim. sim.c makes it, inputs.c changes it, step.c
+// runs it with cutting.c, follow.c and guard.c, time_step.c chooses the substeps.
 #ifndef PLIANT_DYNAMICS_SIM_DATA_H
 #define PLIANT_DYNAMICS_SIM_DATA_H
 
@@ -246,7 +246,7 @@ GuardCause guard_find_cause(const Sim *sim, int body, Suspect *suspect, char *te
 // withdrawn.
 bool guard_blame(Sim *sim, int body, const Suspect *suspect);
 
-// events.c
+// sim.c
 // Appends an event. `kind` is a literal.
 void sim_report(Sim *sim, int body, const char *kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
