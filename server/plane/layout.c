@@ -1,5 +1,5 @@
 // Turns the cells of a plane lattice into elements of several sizes. Load time only.
-#include "plane/layout.h"
+#include "plane/mesh.h"
 
 #include "base/check.h"
 

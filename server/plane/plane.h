@@ -13,7 +13,7 @@
 #include "plane/shape.h"
 
 typedef struct PlaneOptions {
-    BodyOptions body;       // levels up to PLANE_LEVELS_MAX (layout.h); integrator symplectic_euler
+    BodyOptions body;       // levels up to PLANE_LEVELS_MAX (mesh.h); integrator symplectic_euler
                             // or leapfrog; fixed nodes: vertex ids (mesh.h)
     const Lattice *lattice; // of one layer; not needed after creation
     PlaneLaw law;
