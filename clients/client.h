@@ -3,15 +3,15 @@
 #ifndef PLIANT_CLIENTS_CLIENT_H
 #define PLIANT_CLIENTS_CLIENT_H
 
+#include "receiver.h"
+
+#include "pliant_reply_t.h"
+
 #include <argp.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
-
-#include "receiver.h"
-
-#include "pliant_reply_t.h"
 
 enum {
     CLIENT_PREFIX_MAX = 32,  // with the longest body name a channel still has at most 63 characters
@@ -133,5 +133,40 @@ bool client_described_body(const Client *client, const char *wanted, ClientError
 void client_print_text(FILE *out, const char *text, bool lines);
 // Prints "program: text" on stderr.
 void client_print_error(const char *program, const ClientError *error);
+
+// --- the daemon that serves ----------------------------------------------------------------------
+
+// Identifies the daemon that serves: a request is for the daemon that runs when it is made, and is
+// dropped with it. The daemon's number comes with its answers to questions on _CLAIM. A restarted
+// daemon draws another number, and listens only after a quarter of a second without an answer. What
+// is sent while an answer is younger than that can therefore reach no other daemon. One thread, the
+// one that connected.
+
+// Error text of a request whose daemon is gone.
+#define SESSION_GONE "the daemon that this was sent to is gone"
+
+typedef struct Session {
+    Client *client;
+    bool *change;               // set by each answer; may be NULL
+    int64_t daemon;             // that answered last; 0: none
+    int64_t question, asked_ns; // open question; 0: none
+    int64_t sure_until_ns;      // no other daemon listens before this time
+} Session;
+
+// Subscribes to claims, handled inside client_wait. Returns false if LCM refuses.
+bool session_open(Session *session, Client *client, bool *change);
+// Publishes a question, unless one is open or the answer stays valid for a while.
+void session_ask(Session *session);
+bool session_is_sure(const Session *session, int64_t now_ns);
+
+// --- text files that a client writes -------------------------------------------------------------
+
+// Text files that a client writes: a client replaces its own files only.
+
+// Opens PATH for writing and empties it. A regular file that is not empty must begin with `mark`,
+// as the client's own do; devices and pipes are accepted. Returns NULL with `error` on failure.
+FILE *client_open_output(const char *path, const char *mark, ClientError *error);
+// Checks the same before there is anything to write; makes no file.
+bool client_may_write(const char *path, const char *mark, ClientError *error);
 
 #endif

@@ -1,7 +1,7 @@
 // Records the motion of a body from the published messages. One thread.
 #include "curve.h"
 
-#include "output.h"
+#include "client.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -4,7 +4,6 @@
 #include "arguments.h"
 #include "blade.h"
 #include "client.h"
-#include "session.h"
 #include "track.h"
 #include "wire.h"
 

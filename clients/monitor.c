@@ -4,7 +4,6 @@
 #include "arguments.h"
 #include "client.h"
 #include "curve.h"
-#include "output.h"
 #include "view.h"
 #include "wire.h"
 

@@ -1,5 +1,5 @@
 // Identifies the daemon that serves. One thread.
-#include "session.h"
+#include "client.h"
 #include "wire.h"
 
 #include <sys/random.h>

@@ -5,6 +5,8 @@
 
 #include "client.h"
 
+#include <stdbool.h>
+
 enum { TRACK_POSES_MAX = 10000000 };
 #define TRACK_REACH 1000.0 // positions are within this of the origin [m]
 #define TRACK_TIME  1e6    // times are within [0, this] [s]
@@ -38,5 +40,22 @@ double track_duration(const Track *track); // [s]
 // Returns the pose at `time`, with its velocities (zero outside the track).
 void track_at(const Track *track, double time, TrackPose *pose);
 void track_destroy(Track *track);
+
+// --- a grasper's jaws ----------------------------------------------------------------------------
+
+// The closing of a grasper's jaws over time.
+
+enum { GRIP_POINTS = 64 };
+
+// Linear between the points, constant before the first and after the last; open without points.
+typedef struct Grip {
+    int count;
+    double time[GRIP_POINTS];  // [s], ascending
+    double value[GRIP_POINTS]; // 0 open .. 1 closed
+} Grip;
+
+// Parses "G", or "T:G,T:G,..." with ascending times of 0 to 1e5 s. Returns false for other text.
+bool grip_parse(const char *text, Grip *grip);
+double grip_at(const Grip *grip, double time);
 
 #endif

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "drake_lcmt_viewer_link_data.h"
+
 #include "pliant_command_t.h"
 
 enum { BODIES_MAX = 32, QUEUE = 4096, PATIENCE_S = 3 };

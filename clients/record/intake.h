@@ -7,7 +7,6 @@
 #include "frames.h"
 #include "gather.h"
 #include "queue.h"
-#include "waiting.h"
 
 enum {
     INTAKE_EVENTS_WAITING = 64, // until the file begins

@@ -1,9 +1,13 @@
-// Records a running daemon: receives on this thread, writes on another.
+// Where recordings come from: a running daemon, or an event log.
 #ifndef PLIANT_CLIENTS_RECORD_LIVE_H
 #define PLIANT_CLIENTS_RECORD_LIVE_H
 
 #include "client.h"
 #include "intake.h"
+
+// --- a running daemon ----------------------------------------------------------------------------
+
+// Records a running daemon: receives on this thread, writes on another.
 
 typedef struct LiveOptions {
     ClientOptions client;
@@ -18,5 +22,14 @@ typedef struct LiveOptions {
 // Returns false with a sentence if nothing could be recorded, or not all was written. A stop by
 // signal is no failure.
 bool live_record(const LiveOptions *options, ClientError *error);
+
+// --- an event log --------------------------------------------------------------------------------
+
+// Converts an event log of lcm-logger to a recording. Reads it twice: once for the bodies and
+// tools, then for the data.
+
+// Uses only the options of the intake, the bodies and the queue. Returns false with a sentence on
+// failure; messages before a damaged part of the log are recorded all the same.
+bool convert_log(const char *log, const LiveOptions *options, ClientError *error);
 
 #endif

@@ -1,11 +1,63 @@
-// The queue between the receiving and the writing thread: first in, first out, bounded by its
-// bytes.
+// What waits on its way to the file: items, the queue of them, and frames that wait for their mesh.
 #ifndef PLIANT_CLIENTS_RECORD_QUEUE_H
 #define PLIANT_CLIENTS_RECORD_QUEUE_H
 
-#include "item.h"
+#include "io/recording.h"
 
 #include <pthread.h>
+#include <stddef.h>
+
+// --- items ---------------------------------------------------------------------------------------
+
+// A part of a recording that the receiving thread hands to the writing one, in one block of memory
+// owned by the thread that has it.
+
+enum { ITEM_BODIES = 64, ITEM_TOOLS = 32 }; // most in a file: as many as in a scene
+
+typedef enum ItemKind {
+    ITEM_BEGIN, // a file
+    ITEM_TOPOLOGY,
+    ITEM_FRAME,
+    ITEM_TOOL,
+    ITEM_EVENT,
+    ITEM_END, // of the file
+} ItemKind;
+
+typedef struct Item {
+    ItemKind kind;
+    int index;    // of the body or the tool in the file
+    size_t bytes; // of the whole item
+    struct Item *next;
+    union {
+        struct {
+            const char *path;
+            RecordingOptions options;
+        } begin;
+        RecordingTopology topology;
+        RecordingFrame frame;
+        struct {
+            double time; // [s]
+            RecordingTool sample;
+        } tool;
+        RecordingEvent event;
+        const RecordingCounts *counts; // [body_count]
+    } as;
+} Item;
+
+// Each copies its arguments; aborts without memory, since the waiting items are bounded.
+Item *item_begin(const char *path, const RecordingOptions *options);
+Item *item_topology(int body, const RecordingTopology *topology);
+// Makes a frame from the positions of all slots; the item has those of live nodes.
+Item *item_frame(int body, const RecordingFrame *frame, const RecordingMesh *mesh);
+Item *item_tool(int tool, double time, const RecordingTool *sample);
+Item *item_event(const RecordingEvent *event);
+Item *item_end(const RecordingCounts *counts, int body_count);
+void item_destroy(Item *item);
+
+// --- the queue -----------------------------------------------------------------------------------
+
+// The queue between the receiving and the writing thread: first in, first out, bounded by its
+// bytes.
 
 // What happens to an item that does not fit.
 typedef enum QueueWhenFull {
@@ -33,5 +85,32 @@ bool queue_push(Queue *queue, Item *item, QueueWhenFull when_full);
 void queue_close(Queue *queue);
 // Returns the next item, or NULL if none came within `timeout_ms`, or at the end.
 Item *queue_take(Queue *queue, int timeout_ms, bool *ended);
+
+// --- frames that wait for their mesh -------------------------------------------------------------
+
+// Frames of a body that wait for their mesh or for the file to begin. Bounded; the oldest are
+// dropped first.
+
+enum { WAITING_FRAMES = 256, WAITING_BYTES = 128 << 20 }; // at most
+
+typedef struct WaitingFrame {
+    struct WaitingFrame *next;
+    RecordingFrame frame; // its positions follow
+    size_t bytes;
+    float position[];
+} WaitingFrame;
+
+typedef struct Waiting {
+    WaitingFrame *first, *last;
+    int count;
+    size_t bytes;
+} Waiting;
+
+// Copies a frame to the end. Returns the number of frames dropped for it.
+int waiting_push(Waiting *waiting, const RecordingFrame *frame);
+// Returns the oldest, which the caller frees, or NULL.
+WaitingFrame *waiting_pop(Waiting *waiting);
+// Drops all of them; returns how many.
+int waiting_drop(Waiting *waiting);
 
 #endif

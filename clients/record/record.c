@@ -1,7 +1,6 @@
 // pliant-record: records a running daemon from its messages, converts an event log to a recording,
 // and describes a recording.
 #include "arguments.h"
-#include "convert.h"
 #include "live.h"
 
 #include "io/recording.h"

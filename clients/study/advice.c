@@ -1,7 +1,6 @@
 // Chooses a case and explains the choice in one sentence.
-#include "study/advice.h"
 
-#include "study/case.h"
+#include "study/study.h"
 #include "study/report.h"
 
 #include <math.h>

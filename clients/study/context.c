@@ -3,9 +3,8 @@
 #include "base/isa.h"
 #include "base/sets.h"
 #include "run/realtime.h"
-#include "study/case.h"
+#include "study/study.h"
 #include "study/inputs.h"
-#include "study/press.h"
 #include "study/sampler.h"
 #include "study/world.h"
 

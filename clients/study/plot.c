@@ -1,9 +1,7 @@
 // Writes a gnuplot script that contains its own data, and runs it.
 #include "study/report.h"
 
-#include "study/case.h"
-#include "study/field.h"
-#include "study/advice.h"
+#include "study/study.h"
 
 #include <errno.h>
 #include <math.h>

@@ -4,7 +4,7 @@
 
 #include "base/log.h"
 #include "run/realtime.h"
-#include "study/case.h"
+#include "study/study.h"
 #include "study/ranks.h"
 #include "study/report.h"
 

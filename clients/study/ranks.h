@@ -4,7 +4,6 @@
 #ifndef PLIANT_STUDY_RANKS_H
 #define PLIANT_STUDY_RANKS_H
 
-#include "study/reference.h"
 #include "study/run.h"
 
 // Called first and last by main. A code other than STATUS_OK ends the other ranks, which may be

@@ -1,8 +1,7 @@
-#include "study/reference.h"
 
 #include "base/clock.h"
-#include "study/case.h"
-#include "study/errors.h"
+#include "study/study.h"
+#include "study/sampler.h"
 #include "study/pool.h"
 #include "study/run.h"
 #include "study/world.h"

@@ -3,7 +3,6 @@
 
 #include "base/output.h"
 #include "io/data_file.h"
-#include "study/advice.h"
 #include "study/scene_keys.h"
 
 #include <errno.h>

@@ -5,7 +5,55 @@
 #include "study/study.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdio.h>
+
+// --- fields --------------------------------------------------------------------------------------
+
+// The fields of runs and references by name, unit and kind: the one list from which every file of a
+// study is written. Functions only read.
+
+typedef enum FieldKind {
+    FIELD_TEXT,       // char[]
+    FIELD_INT,        // int
+    FIELD_BOOL,       // bool, written as 0 or 1
+    FIELD_REAL,       // double; NAN: missing
+    FIELD_INTEGRATOR, // the enums, written as words
+    FIELD_PRECISION,
+    FIELD_DETAIL,
+    FIELD_VERDICT,
+} FieldKind;
+
+typedef struct Field {
+    const char *name, *unit; // unit "": dimensionless number or text
+    FieldKind kind;
+    size_t at; // offset in StudyRun or StudyReference
+} Field;
+
+// Longest text of a field, including the terminator.
+enum { FIELD_TEXT_MAX = STUDY_WHY };
+
+// All of a StudyRun but cpu_s, which is an array.
+extern const Field STUDY_RUN_FIELDS[];
+extern const int STUDY_RUN_FIELD_COUNT;
+extern const Field STUDY_REFERENCE_FIELDS[];
+extern const int STUDY_REFERENCE_FIELD_COUNT;
+
+bool field_is_text(const Field *field);
+// Returns the word or text of a field for which field_is_text holds.
+const char *field_text(const Field *field, const void *of);
+// Returns the number of any other field; NAN: missing.
+double field_number(const Field *field, const void *of);
+// Prints either as in a file; "-": missing. `text` of FIELD_TEXT_MAX.
+const char *field_print(const Field *field, const void *of, char *text);
+// Prints a number so that it reads back bit-identical; "-" for NAN.
+const char *field_print_real(double value, char *text);
+
+const char *study_precision_name(Precision precision);
+const char *study_detail_name(StudyDetail detail);
+const char *study_verdict_name(StudyVerdict verdict);
+
+// --- progress and files --------------------------------------------------------------------------
 
 enum { REPORT_PATH = 4096 };
 
@@ -54,7 +102,7 @@ bool report_all(const StudyResult *result, const Scene *scene, const StudyOption
 #define STUDY_REFERENCES_MARK "of\tlevel\t"
 
 // Writes a header line and a row per run, columns separated by tabs, "-" for missing values. After
-// the fields of field.h follow the costs of all repeats, cpu_1 to cpu_N.
+// the fields of a run follow the costs of all repeats, cpu_1 to cpu_N.
 bool study_save_runs(const StudyResult *result, const char *path, Status *status);
 // Writes a row per reference: the total one, then those in time, with the mesh in front.
 bool study_save_references(const StudyResult *result, const char *path, Status *status);
@@ -87,5 +135,55 @@ void table_print_cases(const StudyCase *cases, int count, FILE *out);
 
 // Formats a fraction as "0.123 %"; "-" for NAN. At most 24 characters.
 const char *table_percent(double fraction, char *text);
+
+// --- advice --------------------------------------------------------------------------------------
+
+// Advises the cheapest case that is accurate enough and keeps the rate.
+
+// Share of a period that 99 of 100 ticks may take; the rest is for the loop, the other threads and
+// a busier body.
+#define ADVICE_SHARE 0.7
+
+enum { ADVICE_TEXT = 1024 };
+
+typedef struct Advice {
+    int run;  // in result->run; -1: none, no case can be compared
+    bool met; // all limits are met; else the nearest case is named and `sentence` says what it
+              // misses
+    bool time_only; // no usable reference of the total error: only the error of the time steps is
+                    // judged
+    double error;   // of the run and its reference together
+    char sentence[ADVICE_TEXT];
+} Advice;
+
+// Chooses among the runs with verdict ok that a scene can specify (not step doubling). The advised
+// run has the least median cost of those whose error plus that of the reference (its estimate, but
+// at least the last difference that it is based on) is at most `error` (a fraction), that ran at
+// `rate_hz` or more, whose 99th percentile of a tick is at most ADVICE_SHARE of the period, and
+// whose median cost is at most ADVICE_SHARE. If the reference of the total error is missing or
+// itself has an error above `error`, the error in time counts, for runs on the scene's own mesh
+// alone: it does not apply to coarser ones.
+void advice_make(const StudyResult *result, double error, double rate_hz, Advice *advice);
+
+// The Pareto front: runs that no other run beats in both cost and error.
+
+// Returns the error by which runs are compared: that of the pressed patch; without a patch that of
+// the surface. NAN: neither.
+double study_error(const StudyErrors *errors);
+
+// Sets front[i] if no other candidate has at most its cost and at most its error, one of them less.
+// All arrays are [count]; a cost or error that is not finite excludes the candidate. Marks all of
+// several equal candidates.
+void pareto_front(int count, const double *costs, const double *errors, bool *front);
+
+// Finds the front of total error over median cost, of the runs with verdict ok; front: [run_count].
+void study_front_total(const StudyResult *result, bool *front);
+
+// Returns the run that is exactly the scene's own choice, or NULL.
+const StudyRun *study_scene_run(const StudyResult *result);
+// Returns the reference in time of a case's mesh, or NULL.
+const StudyReference *study_time_reference(const StudyResult *result, const StudyCase *of);
+// Returns the name of a case's mesh: the part after the comma in the names of its cases.
+const char *study_mesh_words(const StudyResult *result, const StudyCase *like);
 
 #endif

@@ -1,10 +1,12 @@
-// Samples a world into a trace.
+// Samples a world into a trace, and the errors of traces.
 #ifndef PLIANT_STUDY_SAMPLER_H
 #define PLIANT_STUDY_SAMPLER_H
 
-#include "study/context.h"
-
 #include "scene/build.h"
+#include "study/context.h"
+#include "study/study.h"
+
+// --- samples -------------------------------------------------------------------------------------
 
 typedef struct Sampler {
     const StudyContext *context;
@@ -33,5 +35,20 @@ bool sampler_take(Sampler *sampler, StudyTrace *trace);
 
 // Returns the volume that the faces of a mesh enclose [m3]; NAN: the mesh is not closed.
 double sampler_volume(const BodyMesh *mesh, const float *position, double extent);
+
+// --- errors of a run relative to its reference ---------------------------------------------------
+
+// Compares two traces sampled at the same times, over the length of the shorter. NAN if there is
+// nothing to compare.
+StudyErrors study_errors(const StudyTrace *trace, const StudyTrace *reference);
+// Returns all NAN.
+StudyErrors study_no_errors(void);
+
+// Estimates the error of the finest of three solutions, each twice as fine as the one before, from
+// the differences between neighbours (Richardson 1911; Roache 1994, eq 3): order p =
+// log2(difference[0] / difference[1]), error = difference[1] / (2^min(p, expected) - 1). Sets order
+// and own_error. If the differences do not decrease (order NAN) or hardly do (order below 1/2),
+// own_error is the larger one. Sets `known` if both differences are finite.
+void study_richardson(StudyReference *reference, double expected);
 
 #endif

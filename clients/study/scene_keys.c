@@ -2,7 +2,7 @@
 #include "study/scene_keys.h"
 
 #include "base/check.h"
-#include "study/field.h"
+#include "study/report.h"
 #include "study/world.h"
 
 #include <ctype.h>

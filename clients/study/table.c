@@ -1,9 +1,6 @@
 // Prints the table of a study. Columns are as wide as their content.
 #include "study/report.h"
 
-#include "study/field.h"
-#include "study/advice.h"
-
 #include <math.h>
 #include <string.h>
 

@@ -1,16 +1,45 @@
+// Messages to pages, and the board on which the newest of each kind lie.
+#ifndef PLIANT_WEB_BOARD_H
+#define PLIANT_WEB_BOARD_H
+
+#include "frames.h"
+
+#include "pliant_contact_t.h"
+#include "pliant_tool_pose_t.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+// --- parcels -------------------------------------------------------------------------------------
+
+// Messages to pages, built once, shared by all and counted by references. Any thread; a parcel
+// never changes.
+
+typedef struct Parcel {
+    atomic_int holders;
+    bool text; // else binary
+    size_t size;
+    unsigned char data[];
+} Parcel;
+
+// Copies `text`; the caller owns one reference.
+Parcel *parcel_text(const char *text);
+// Make the binary messages of protocol.md for body number `body`; the caller owns one reference.
+// The frames are complete.
+Parcel *parcel_mesh(int body, const MeshFrame *mesh);
+Parcel *parcel_nodes(int body, const NodesFrame *nodes);
+Parcel *parcel_rest(int body, const RestFrame *rest);
+
+Parcel *parcel_hold(Parcel *parcel); // may be NULL; returns it
+void parcel_drop(Parcel *parcel);    // may be NULL
+bool parcel_equal(const Parcel *a, const Parcel *b);
+
+// --- the board -----------------------------------------------------------------------------------
+
 // The newest data of everything received over LCM, which every page takes when it is ready: the
 // only place where the LCM thread and the threads of pages meet. One lock, taken only to copy
 // pointers and a few numbers, never during a blocking system call, the allocation of a frame, or
 // LCM.
-#ifndef PLIANT_WEB_BOARD_H
-#define PLIANT_WEB_BOARD_H
-
-#include "parcel.h"
-
-#include <pthread.h>
-
-#include "pliant_contact_t.h"
-#include "pliant_tool_pose_t.h"
 
 enum {
     BOARD_BODIES = 64, // most in a scene

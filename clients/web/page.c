@@ -1,6 +1,6 @@
 // One page's WebSocket.
 #include "page.h"
-#include "ask.h"
+#include "requests.h"
 #include "websocket.h"
 
 #include <stdlib.h>

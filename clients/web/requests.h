@@ -1,14 +1,59 @@
+// Requests of pages: read from their JSON, and sent to the daemon.
+#ifndef PLIANT_WEB_REQUESTS_H
+#define PLIANT_WEB_REQUESTS_H
+
+#include "board.h"
+#include "client.h"
+
+// --- as a page sends them ------------------------------------------------------------------------
+
+// Requests of a page: JSON text to plain numbers, all of them validated. Pure functions, any
+// thread.
+
+enum {
+    ASK_BYTES_MAX = 16384, // of one message of a page
+    ASK_TEXT_MAX = 112,    // of a body's name and of an argument, with the terminating zero
+};
+
+typedef enum AskKind { ASK_DRAWN, ASK_TOOL, ASK_CUT, ASK_LOAD, ASK_COMMAND } AskKind;
+
+typedef struct Ask {
+    AskKind kind;
+    int32_t id;              // of a cut, load or command: the page's own number
+    char text[ASK_TEXT_MAX]; // cut and load: the body, "" = all; command: the argument
+    union {
+        int64_t round; // of `drawn`
+        struct {
+            int32_t tool;
+            double position[3];    // [m]
+            double orientation[4]; // w x y z, unit
+            double grip;           // [0, 1]
+            bool active;
+        } pose;
+        struct {
+            double before[2][3], after[2][3]; // [m]
+        } cut;
+        struct {
+            double center[3], radius, force[3], duration; // [m], [m], [N], [s]
+        } load;
+        struct {
+            int32_t kind; // PLIANT_COMMAND_T_...
+            int64_t value;
+        } command;
+    };
+} Ask;
+
+// Parses a message. Returns false if it is none, or if a number is outside its range; `error` says
+// which.
+bool ask_parse(const char *text, size_t size, Ask *ask, ClientError *error);
+
+// --- to the daemon -------------------------------------------------------------------------------
+
 // Requests of pages to the daemon over LCM. A request without answer is repeated with the same
 // number, so that the daemon executes it once; if it is never answered, the page is informed. A
 // request is for the daemon that the pages see when it is made: it is dropped with that one, and
 // sent only while no other can listen. A small lock of its own, never taken together with the
 // board's, nor during LCM calls.
-#ifndef PLIANT_WEB_REQUESTS_H
-#define PLIANT_WEB_REQUESTS_H
-
-#include "ask.h"
-#include "board.h"
-#include "session.h"
 
 enum { REQUESTS_MAX = 64, REQUEST_TRIES = 8 };
 

@@ -5,7 +5,6 @@
 
 #include "door.h"
 #include "page.h"
-#include "visitors.h"
 
 enum { SITE_TEXTURES = BOARD_BODIES };
 

@@ -1,15 +1,45 @@
-// The JSON messages of protocol.md. Each function returns a parcel with one reference, the
-// caller's. Any thread.
+// The texts of pages: the JSON messages of protocol.md, and the tools in the daemon's description.
 #ifndef PLIANT_WEB_TEXTS_H
 #define PLIANT_WEB_TEXTS_H
 
-#include "parcel.h"
+#include "board.h"
 
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
 #include "pliant_reply_t.h"
 #include "pliant_status_t.h"
 #include "pliant_tool_pose_t.h"
+
+#include <stdbool.h>
+
+// --- tools ---------------------------------------------------------------------------------------
+
+// The tools in a daemon's answer to DESCRIBE. Pure functions, any thread.
+
+enum { DESCRIBE_TOOLS = 32, DESCRIBE_CAPSULES = 8 };
+
+typedef struct DescribedCapsule {
+    double from[3], to[3], radius; // tool frame [m]
+} DescribedCapsule;
+
+typedef struct DescribedTool {
+    int id;
+    char kind[16]; // "probe", "blade", "grasper", "static"
+    bool has_force, has_edge, has_plane;
+    double max_force; // [N]
+    int capsules;
+    DescribedCapsule capsule[DESCRIBE_CAPSULES];
+    double edge[2][3];          // tool frame [m]
+    double point[3], normal[3]; // of a static plane, world frame [m]
+} DescribedTool;
+
+// Reads the tools; ignores other lines, and tools beyond DESCRIBE_TOOLS. Returns their number.
+int describe_tools(const char *text, DescribedTool tool[DESCRIBE_TOOLS]);
+
+// --- messages ------------------------------------------------------------------------------------
+
+// The JSON messages of protocol.md. Each function returns a parcel with one reference, the
+// caller's. Any thread.
 
 typedef struct HelloText {
     const char *prefix;

@@ -4,6 +4,7 @@
 #include "run/bus_parts.h"
 
 #include "base/clock.h"
+
 #include "pliant_mesh_t.h"
 #include "pliant_rest_t.h"
 

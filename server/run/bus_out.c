@@ -5,13 +5,14 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/log.h"
+#include "run/loop.h"
+
 #include "pliant_command_t.h"
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_reply_t.h"
 #include "pliant_status_t.h"
-#include "run/loop.h"
 
 #include <stdio.h>
 #include <stdlib.h>

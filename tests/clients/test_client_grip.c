@@ -1,6 +1,6 @@
 // The course of a grasper's jaws, as --grip says it.
 #include "expect.h"
-#include "grip.h"
+#include "track.h"
 
 static void one_number_holds_for_ever(void **state)
 {

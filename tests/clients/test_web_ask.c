@@ -1,5 +1,5 @@
 // What a page may send: every number is checked before it goes anywhere.
-#include "ask.h"
+#include "requests.h"
 #include "expect.h"
 
 #include <stdlib.h>

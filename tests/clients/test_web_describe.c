@@ -1,5 +1,5 @@
 // Tools from the daemon's own words.
-#include "describe.h"
+#include "texts.h"
 #include "expect.h"
 
 #include <string.h>

@@ -2,8 +2,8 @@
 // WebSocket, and what a daemon answers to DESCRIBE. The first byte says which.
 #include "fuzz.h"
 
-#include "ask.h"
-#include "describe.h"
+#include "requests.h"
+#include "texts.h"
 #include "door.h"
 #include "websocket.h"
 

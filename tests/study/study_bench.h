@@ -5,7 +5,7 @@
 
 #include "scene_text.h"
 
-#include "study/case.h"
+#include "study/study.h"
 #include "study/context.h"
 
 // A sheet of 25 nodes whose border is held and whose middle is pressed across, weakly, by a shape

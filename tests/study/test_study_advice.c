@@ -4,7 +4,7 @@
 #include "scene_text.h"
 #include "study_sample.h"
 
-#include "study/advice.h"
+#include "study/report.h"
 #include "study/scene_keys.h"
 
 static StudyResult result;

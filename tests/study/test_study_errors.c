@@ -2,7 +2,7 @@
 // whose order is known.
 #include "expect.h"
 
-#include "study/errors.h"
+#include "study/sampler.h"
 
 #include <stdlib.h>
 

@@ -2,9 +2,8 @@
 #include "expect.h"
 #include "study_bench.h"
 
-#include "study/errors.h"
+#include "study/sampler.h"
 #include "study/inputs.h"
-#include "study/press.h"
 #include "study/run.h"
 #include "study/world.h"
 

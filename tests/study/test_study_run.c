@@ -3,9 +3,8 @@
 #include "expect.h"
 #include "study_bench.h"
 
-#include "study/errors.h"
+#include "study/sampler.h"
 #include "study/run.h"
-#include "study/step_doubling.h"
 #include "study/world.h"
 
 #include <stdlib.h>

@@ -4,7 +4,6 @@
 #include "study_bench.h"
 
 #include "study/pool.h"
-#include "study/reference.h"
 #include "study/run.h"
 
 #include <signal.h>

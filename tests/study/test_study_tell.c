@@ -3,8 +3,6 @@
 #include "scratch.h"
 #include "study_sample.h"
 
-#include "study/field.h"
-#include "study/advice.h"
 #include "study/report.h"
 
 #include <sys/stat.h>

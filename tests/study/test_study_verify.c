@@ -3,10 +3,9 @@
 #include "expect.h"
 #include "scene_text.h"
 
-#include "study/advice.h"
-#include "study/case.h"
-#include "study/errors.h"
-#include "study/reference.h"
+#include "study/report.h"
+#include "study/study.h"
+#include "study/sampler.h"
 #include "study/run.h"
 #include "study/scene_keys.h"
 

@@ -2,8 +2,7 @@
 #include "expect.h"
 #include "study_bench.h"
 
-#include "study/errors.h"
-#include "study/reference.h"
+#include "study/sampler.h"
 #include "study/run.h"
 
 #include <stdlib.h>
