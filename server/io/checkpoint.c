@@ -261,10 +261,12 @@ bool checkpoint_check_target(const char *path, const World *world, Status *statu
     int64_t there = 0;
     const int64_t step = sim_steps(world->sim);
     char physics[FNV_TEXT], text[64];
+    // A file of ours, or none: nothing else is replaced.
     if (!hdf_open_target(&file, path, CHECKPOINT_FORMAT, status))
         return false;
     if (file.child == NULL)
         return true;
+    // Of the same physics, a later state may be all that is left of a run.
     fnv_text(physics, world->physics);
     bool ok = hdf_read_text(&file, "/", "physics", text, sizeof text) &&
               hdf_read_numbers(&file, "/step", H5T_NATIVE_INT64, 0, &there) &&
@@ -298,6 +300,7 @@ static bool check_head(const HdfFile *file, const World *world)
 {
     char text[64], physics[FNV_TEXT];
     int version = 0;
+    // Format and version first: they decide what the rest means.
     if (!hdf_read_text(file, "/", "format", text, sizeof text))
         return false;
     if (strcmp(text, CHECKPOINT_FORMAT) != 0)
@@ -306,6 +309,7 @@ static bool check_head(const HdfFile *file, const World *world)
         return false;
     if (version != CHECKPOINT_VERSION)
         return hdf_fail(file, "/", "version %d must be %d", version, CHECKPOINT_VERSION);
+    // Sizes next, so that what is read fits, then whether it is the same scene.
     for (int i = 0; i < sim_body_count(world->sim); i++)
         if (!check_row_count(file, sim_body(world->sim, i)))
             return false;
@@ -334,10 +338,12 @@ static bool read_inputs(const HdfFile *file, WorldImage *image)
 // Reads everything into an image; the caller destroys `rows` [body_count], also after a failure.
 static bool read_image(const HdfFile *file, WorldImage *image, BodyRows *rows, const World *world)
 {
+    // The readable rows of each body, to be compared with its state,
     unsigned char *to = image->block;
     for (int i = 0; i < sim_body_count(world->sim); i++)
         if (!read_rows(file, sim_body(world->sim, i), &rows[i]))
             return false;
+    // then the state itself, array by array.
     for (int i = 0; i < world->state.count; i++) {
         const StateArray *array = &world->state.array[i];
         char name[NAME_TEXT];
@@ -358,6 +364,7 @@ static bool read_image(const HdfFile *file, WorldImage *image, BodyRows *rows, c
 static bool check_state(const HdfFile *file, const WorldImage *image, const BodyRows *rows,
                         const World *world)
 {
+    // Tick, tools and loads, then each body.
     if (sim_steps(world->sim) != image->step)
         return hdf_fail(file, "/step", "%lld does not match the state", (long long)image->step);
     if (!sim_check(world->sim))
@@ -383,10 +390,12 @@ static bool apply_image(const HdfFile *file, const WorldImage *image, const Body
 {
     void *before = malloc(state_bytes(&world->state) + 1);
     ASSERT(before != NULL);
+    // Keep the present state until the new one has passed all checks.
     state_copy_out(&world->state, before);
     state_copy_in(&world->state, image->block);
     sim_restored(world->sim);
     bool ok = check_state(file, image, rows, world);
+    // Otherwise go back to it.
     if (!ok) {
         state_copy_in(&world->state, before);
         sim_restored(world->sim);
@@ -405,6 +414,7 @@ bool checkpoint_read(const char *path, World *world, Status *status)
     if (!hdf_open_sealed(&file, path, status))
         return false;
     Arena arena = {0};
+    // Everything is read before anything of the world changes.
     WorldImage image;
     world_image_reserve(&image, &arena, world);
     BodyRows *rows = calloc((size_t)sim_body_count(world->sim) + 1, sizeof *rows);
@@ -416,6 +426,7 @@ bool checkpoint_read(const char *path, World *world, Status *status)
     for (int i = 0; i < sim_body_count(world->sim); i++)
         destroy_rows(&rows[i]);
     free(rows);
+    // Other kernels may round otherwise: the run is no longer bit-identical.
     if (ok && strcmp(isa, isa_of(world)) != 0)
         log_line(LOG_INFO, "%s: was written with %.32s kernels, the run goes on with %s", path, isa,
                  isa_of(world));

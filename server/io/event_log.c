@@ -44,6 +44,7 @@ static bool cut_off(const EventLog *log, Status *status)
 bool event_log_next(EventLog *log, LogEvent *event, Status *status)
 {
     unsigned char header[HEADER_BYTES];
+    // The end of the file is the end of the log only between two events.
     size_t got = fread(header, 1, sizeof header, log->file);
     if (got == 0 && feof(log->file))
         return false;
@@ -56,6 +57,7 @@ bool event_log_next(EventLog *log, LogEvent *event, Status *status)
     if (got < sizeof header)
         return cut_off(log, status);
 
+    // When, and how long channel and message are.
     event->timestamp = (int64_t)big_endian(header + 12, 8);
     int64_t channel_size = (int32_t)big_endian(header + 20, 4);
     int64_t size = (int32_t)big_endian(header + 24, 4);

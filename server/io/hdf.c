@@ -83,6 +83,7 @@ bool hdf_open(HdfFile *file, const char *path, Status *status)
     *file = (HdfFile){.id = -1, .path = path, .status = status};
     if (!check_readable(path, status))
         return false;
+    // The child opens the file and says how that went.
     file->child = hdf_child_start(path, serve, (void *)(uintptr_t)path, status);
     if (file->child == NULL)
         return false;
@@ -94,6 +95,7 @@ bool hdf_open(HdfFile *file, const char *path, Status *status)
     } else {
         return true;
     }
+    // It is gone, or it refused.
     hdf_close(file);
     return false;
 }
@@ -169,6 +171,7 @@ bool hdf_check_seal(const char *path, Status *status)
 {
     if (!check_readable(path, status))
         return false;
+    // Read the stated seal, then hash what follows it.
     FILE *file = fopen(path, "rb");
     if (file == NULL)
         return status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
@@ -183,6 +186,7 @@ bool hdf_check_seal(const char *path, Status *status)
         size += count;
     }
     fclose(file);
+    // Two sentences: not ours at all, or ours and damaged.
     if (!sealed)
         return status_fail(status, STATUS_INVALID, "%s: is no file that Pliant wrote", path);
     snprintf(expected, sizeof expected, SEAL_FORMAT, size, hash);
@@ -196,10 +200,12 @@ bool hdf_open_target(HdfFile *file, const char *path, const char *format, Status
     struct stat info;
     char text[64];
     *file = (HdfFile){.id = -1, .path = path, .status = status};
+    // Only files of ours are replaced; an absent or empty one needs no look.
     if (!output_check(path, HDF_MARK, status))
         return false;
     if (lstat(path, &info) != 0 || !S_ISREG(info.st_mode) || info.st_size == 0)
         return true;
+    // Open it: an intact file of this format may be replaced.
     Status why = {0};
     bool whole = hdf_open_sealed(file, path, &why);
     file->status = &why;
@@ -209,6 +215,7 @@ bool hdf_open_target(HdfFile *file, const char *path, const char *format, Status
     file->status = status;
     if (whole)
         return true;
+    // Anything else stays as it is.
     hdf_close(file);
     return status_fail(status, STATUS_INVALID, "%.400s: it is not replaced", why.text);
 }
@@ -261,6 +268,7 @@ static void limit(int what, rlim_t most)
 static void restrain(const char *path)
 {
     struct stat facts;
+    // Handlers and masks of the parent are not for the child.
     for (int number = 1; number < NSIG; number++)
         signal(number, SIG_DFL);
     sigset_t none;
@@ -270,9 +278,11 @@ static void restrain(const char *path)
     if (__sanitizer_set_death_callback != NULL)
         __sanitizer_set_death_callback(NULL);
 #endif
+    // It must not outlive us, leave a core or read for ever.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     limit(RLIMIT_CORE, 0);
     limit(RLIMIT_CPU, CPU_SECONDS);
+    // The memory of an honest file of this size.
     rlim_t used = address_space(), size = stat(path, &facts) == 0 ? (rlim_t)facts.st_size : 0;
     // A sparse file counts by the space that it occupies.
     rlim_t stored = stat(path, &facts) == 0 ? (rlim_t)facts.st_blocks * 512 : 0;
@@ -289,6 +299,7 @@ HdfChild *hdf_child_start(const char *path, HdfServe *run, void *user, Status *s
     }
     HdfChild *child = malloc(sizeof *child);
     ASSERT(child != NULL);
+    // The child answers on its end until ours is closed.
     *child = (HdfChild){.pid = fork(), .fd = end[0]};
     if (child->pid == 0) {
         close(end[0]);
@@ -296,9 +307,11 @@ HdfChild *hdf_child_start(const char *path, HdfServe *run, void *user, Status *s
         run(end[1], user);
         _exit(0);
     }
+    // The parent keeps one end only.
     close(end[1]);
     if (child->pid > 0)
         return child;
+    // There is no child.
     status_fail(status, STATUS_FAILED, "%s: no process to read it: %s", path, strerror(errno));
     close(end[0]);
     free(child);

@@ -91,6 +91,7 @@ static void answer_attribute(hid_t file, const Question *question, Answer *answe
         answer->result = MISSING;
         return;
     }
+    // Only one text or one integer is an attribute of ours.
     const bool text = question->type == AS_TEXT;
     hid_t space = H5Aget_space(attribute), type = H5Aget_type(attribute);
     answer->result = UNREADABLE;

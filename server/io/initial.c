@@ -85,17 +85,20 @@ bool initial_read_rows(const char *path, int most, int *count, Vec3 **position, 
     *position = *velocity = NULL;
     if (!hdf_open(&file, path, status))
         return false;
+    // More rows than the body can have are refused before they are read.
     int64_t rows = hdf_count_vectors(&file, "/position");
     if (rows > most)
         hdf_fail(&file, "/position", "has %lld rows, the body at most %d vertices", (long long)rows,
                  most);
     else if (rows >= 0)
         *position = read_vectors(&file, "/position", rows);
+    // Without velocities the body starts at rest.
     if (*position != NULL) {
         *count = (int)rows;
         *velocity = hdf_exists(&file, "/velocity") ? read_vectors(&file, "/velocity", rows)
                                                    : calloc((size_t)rows + 1, sizeof **velocity);
     }
+    // The child may have crashed meanwhile.
     bool alive = hdf_alive(&file);
     hdf_close(&file);
     return finish(alive, position, velocity);

@@ -68,8 +68,10 @@ static bool parse_corner(Word word, int *vertex, int *texture)
     const char *at = word.at, *end = word.at + word.size;
     int normal;
     *texture = 0;
+    // v alone,
     if (!read_integer(&at, end, vertex))
         return false;
+    // then /vt, or //vn, or /vt/vn.
     if (at < end && *at == '/') {
         at++;
         bool textured = at < end && *at != '/';
@@ -96,6 +98,7 @@ static int resolve(int index, int count)
 static bool read_obj_face(Text *text, MeshDraft *draft, int line, Status *status)
 {
     for (Word word = text_word(text); word.size > 0; word = text_word(text)) {
+        // Indices count from 1, or backwards from the newest vertex.
         int vertex, texture;
         if (!parse_corner(word, &vertex, &texture))
             return status_fail(status, STATUS_INVALID,
@@ -108,6 +111,7 @@ static bool read_obj_face(Text *text, MeshDraft *draft, int line, Status *status
             return status_fail(status, STATUS_INVALID,
                                "%s:%d: vertex index %d with only %d vertices before it", text->path,
                                word.line, vertex, draft->node_count);
+        // Indices beyond the vertices read so far are checked at the end.
         mesh_draft_add_corner(draft, resolve(vertex, draft->node_count),
                               resolve(texture, draft->uv_count));
     }
@@ -133,6 +137,7 @@ bool obj_read(const FileBytes *file, MeshDraft *draft, Status *status)
 {
     Text text = text_start(file);
     bool ok = true;
+    // One keyword a line; only these three matter.
     draft->keeps_uv = true;
     while (ok && !draft->full && text.at < text.end) {
         Word word = text_word(&text);
@@ -223,12 +228,14 @@ static bool read_off_face(Text *text, MeshDraft *draft, int index, int count, St
     double corners, node;
     if (!next_line(text, "face", index, count, &word, status))
         return false;
+    // The number of corners comes first.
     int line = word.line;
     if (!word_number(word, &corners) || !(corners >= 0.0 && corners <= INT_MAX) ||
         corners != floor(corners))
         return status_fail(status, STATUS_INVALID,
                            "%s:%d: face %d must begin with its number of corners, not '%s'",
                            text->path, line, index, word_show(word).text);
+    // Then so many vertices, which must have been read.
     for (int k = 0; k < (int)corners; k++) {
         word = text_word(text);
         if (word.size == 0)
@@ -333,12 +340,14 @@ static bool read_stl_vertex(Text *text, MeshDraft *draft, Status *status)
 static bool read_facet(Text *text, MeshDraft *draft, Status *status)
 {
     int line = text->line, unused;
+    // The normal is there but unused.
     if (!expect_word(text, "normal", &unused, status))
         return false;
     for (int k = 0; k < 3; k++) // some writers give nan for thin triangles
         text_word_anywhere(text);
     if (!expect_word(text, "outer", &unused, status) || !expect_word(text, "loop", &unused, status))
         return false;
+    // Three corners, each a node of its own: joining them is the repair's work.
     for (int k = 0; k < 3; k++) {
         mesh_draft_add_corner(draft, draft->node_count, -1);
         if (!read_stl_vertex(text, draft, status))
@@ -363,6 +372,7 @@ static bool ends_solid(Text *text, Word word)
 static bool read_solids(Text *text, MeshDraft *draft, Status *status)
 {
     int line;
+    // A file may hold several solids; outside of them only their beginning is allowed.
     bool inside = false;
     for (Word word = text_word_anywhere(text); word.size > 0 && !draft->full;
          word = text_word_anywhere(text)) {

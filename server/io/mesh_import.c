@@ -57,6 +57,7 @@ static bool read_file(const char *path, FileBytes *file, Status *status)
     else if ((size_t)about.st_size > LARGEST_FILE)
         ok = status_fail(status, STATUS_INVALID, "%s: %lld bytes, more than %zu", path,
                          (long long)about.st_size, LARGEST_FILE);
+    // Read it whole.
     if (ok) {
         file->size = (size_t)about.st_size;
         file->bytes = malloc(file->size + 1);
@@ -114,6 +115,7 @@ static bool refuse_binary(const FileBytes *file, size_t triangles, Status *statu
 
 static bool read_draft(FileBytes *file, MeshDraft *draft, const char **format, Status *status)
 {
+    // By content: PLY has a magic word, a binary STL the right size.
     if (ply_is(file))
         return ply_read(file, draft, format, status);
     // A binary STL may begin with 'solid' like a text, but no text has just this size, because four
@@ -122,11 +124,13 @@ static bool read_draft(FileBytes *file, MeshDraft *draft, const char **format, S
     *format = "binary STL";
     if (file->size == stl_binary_size(count))
         return stl_read_binary(file, draft, status);
+    // What is left are texts, whose last bytes some programs fill with zeros.
     const FileBytes whole = *file;
     drop_final_zeros(file);
     if (memchr(file->bytes, 0, file->size) != NULL)
         return refuse_binary(&whole, count, status);
     normalize_text(file);
+    // Of the texts STL and OFF begin with a word; anything else must be OBJ.
     if (starts_with_solid(file)) {
         *format = "ASCII STL";
         return stl_read_ascii(file, draft, status);
@@ -159,9 +163,11 @@ bool mesh_import(const char *path, TriMesh *mesh, MeshImport *import, Status *st
     *import = (MeshImport){0};
     if (!read_file(path, &file, status))
         return false;
+    // Everything into a draft first, which the repairs turn into a mesh.
     MeshDraft draft = {0};
     Status said = {0};
     bool ok = read_draft(&file, &draft, &import->format, &said);
+    // A draft that is full has refused the rest in silence.
     if (draft.full)
         ok = status_fail(status, STATUS_INVALID, "%s: more than %d nodes, corners or faces", path,
                          MESH_COUNT_MAX);
@@ -241,6 +247,7 @@ static int unit_of_word(const char *at)
 // exports in millimetres. -1: nothing found.
 static int unit_in_file(const char *path, const char **says)
 {
+    // The first thousand bytes, as text.
     char text[1001] = "";
     FILE *file = fopen(path, "rb");
     size_t size = file != NULL ? fread(text, 1, sizeof text - 1, file) : 0;
@@ -249,6 +256,7 @@ static int unit_in_file(const char *path, const char **says)
     for (size_t i = 0; i < size; i++)
         text[i] = text[i] == '\0' ? ' ' : text[i];
     text[size] = '\0';
+    // A comment of 3D Slicer, or a word behind "unit".
     *says = "its first lines come from 3D Slicer, which writes mm";
     if (strstr(text, "SPACE=LPS") != NULL || strstr(text, "SPACE=RAS") != NULL)
         return 3;
@@ -269,6 +277,7 @@ Units units_guess(const char *path, double extent)
     const char *says;
     char size[UNITS_LENGTH];
     Units units = {0};
+    // What the file says itself beats the guess.
     int unit = unit_in_file(path, &says);
     if (unit < 0) {
         int row = 0;
@@ -278,6 +287,7 @@ Units units_guess(const char *path, double extent)
         units.doubt = GUESSES[row].doubt;
         says = GUESSES[row].why;
     }
+    // And the sentence that says which it was.
     units.scale = UNITS[unit].scale;
     units.name = UNITS[unit].name;
     units_length(extent * units.scale, size);
@@ -321,6 +331,7 @@ Word text_word(Text *text)
             break;
         text->at += skip;
     }
+    // A word ends at a blank, at a comment or with its line.
     Word word = {.at = text->at, .line = text->line};
     if (text->at == text->end || *text->at == '\n' || *text->at == '#')
         return word;

@@ -127,13 +127,16 @@ static bool find_unit(const Nifti *nifti, double *metres)
 static bool check_spacing(const Nifti *nifti)
 {
     const nifti_1_header *header = &nifti->header;
+    // With an sform the spacing is not used.
     if (header->sform_code > 0)
         return true;
+    // Spacings must be lengths.
     for (int d = 1; d <= 3; d++)
         if (!(header->pixdim[d] > 0.0f) || !isfinite(header->pixdim[d]))
             return status_fail(nifti->status, STATUS_INVALID,
                                "%s: the spacing along axis %d is %g (pixdim[%d])",
                                nifti->file->path, d - 1, (double)header->pixdim[d], d);
+    // And the quaternion, whose first part is implied, must have room for it.
     if (header->qform_code <= 0)
         return true;
     double b = (double)header->quatern_b, c = (double)header->quatern_c;
@@ -190,6 +193,7 @@ static bool place(const Nifti *nifti, LabelVolume *volume, VolumeData *data)
 // Opens the file of voxels of a pair: the name of the header with another ending.
 static bool open_pair(const Nifti *nifti, VolumeData *data)
 {
+    // The voxels of a pair are in a file of the same name, packed or not.
     static const char *const ends[] = {".img", ".img.gz"};
     const char *path = nifti->file->path;
     size_t stem = strlen(path);
@@ -200,6 +204,7 @@ static bool open_pair(const Nifti *nifti, VolumeData *data)
     else
         return fail(nifti, "is the header of a NIfTI-1 pair, but its name does not end in .hdr, "
                            "so that of its voxels is not known");
+    // The error of the first try is the one that is told.
     char *name = malloc(stem + 8);
     ASSERT(name != NULL);
     bool ok = false;
@@ -220,6 +225,7 @@ static bool find_data(const Nifti *nifti, VolumeData *data)
 {
     double offset = (double)nifti->header.vox_offset;
     data->swapped = nifti->swapped;
+    // Where the voxels begin: never inside the header.
     if (!nifti->paired && offset == 0.0)
         offset = 352.0; // the only possible meaning
     double least = nifti->paired ? 0.0 : HEADER_SIZE;
@@ -229,6 +235,7 @@ static bool find_data(const Nifti *nifti, VolumeData *data)
                            offset);
     if (nifti->paired && !open_pair(nifti, data))
         return false;
+    // In a packed file the offset counts unpacked bytes.
     const VolumeFile *file = nifti->paired ? &data->file : nifti->file;
     data->encoding = file->gzipped ? ENCODING_GZIP : ENCODING_RAW;
     if (file->gzipped)

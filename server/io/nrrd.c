@@ -57,11 +57,13 @@ static const char *show(const char *text, char shown[41])
 // Reads a line "field: value"; ignores key:=value and comments.
 static bool read_line(Header *header, char *line, int number)
 {
+    // Comments and pairs of key and value mean nothing to us.
     char shown[41];
     char *colon = strstr(line, ": ");
     bool keyed = strstr(line, ":=") != NULL;
     if (line[0] == '#' || (colon == NULL && keyed))
         return true;
+    // What teem calls this field.
     int field = nrrdField_unknown;
     if (colon != NULL) {
         *colon = 0;
@@ -98,6 +100,7 @@ static bool read_lines(Header *header, size_t have)
 {
     size_t at = 0;
     for (int number = 1; at < have; number++) {
+        // Take one line; the text is changed in place.
         char *line = header->text + at, *end = memchr(line, '\n', have - at);
         if (end == NULL && have == HEADER_MOST)
             return fail(header, "has no end of its NRRD header in the first 1048576 bytes");
@@ -108,13 +111,16 @@ static bool read_lines(Header *header, size_t have)
             return status_fail(header->status, STATUS_INVALID,
                                "%s:%d: a byte that is no text in the NRRD header",
                                header->file->path, number);
+        // Blanks at its end, and carriage returns, do not count.
         while (length > 0 && (line[length - 1] == '\r' || line[length - 1] == ' '))
             line[--length] = 0;
         header->size = at;
+        // An empty line ends the header.
         if (length == 0) {
             header->ended = true;
             return true;
         }
+        // The first line is the magic word.
         if (number > 1 && !read_line(header, line, number))
             return false;
     }
@@ -171,6 +177,7 @@ static bool fail_teem(const Header *header)
 {
     char shown[161] = "it cannot be read";
     char *said = biffGetDone(NRRD);
+    // Of teem's report the last line says what was wrong.
     if (said != NULL) {
         size_t length = strlen(said);
         while (length > 0 && said[length - 1] == '\n')
@@ -179,6 +186,7 @@ static bool fail_teem(const Header *header)
         line = line != NULL ? line + 1 : said;
         const char *text = strstr(line, ": ");
         snprintf(shown, sizeof shown, "%.160s", text != NULL ? text + 2 : line);
+        // It quotes the file: print what can be printed.
         for (char *at = shown; *at != 0; at++)
             if (*at < 32 || *at > 126)
                 *at = '?';
@@ -192,6 +200,7 @@ static bool fail_teem(const Header *header)
 // fields; the relevant ones are checked below.
 static bool parse(const Header *header, Nrrd *nrrd, NrrdIoState *state)
 {
+    // Write the checked fields as a header of our own,
     char *text = malloc(16 + (size_t)FIELD_COUNT * (LINE_MOST + 64));
     ASSERT(text != NULL);
     int at = 0;
@@ -199,6 +208,7 @@ static bool parse(const Header *header, Nrrd *nrrd, NrrdIoState *state)
         if (header->value[FIELDS[i]] != NULL)
             at += sprintf(text + at, "%s: %s\n", airEnumStr(nrrdField, FIELDS[i]),
                           header->value[FIELDS[i]]);
+    // and let teem interpret that.
     nrrdIoStateSet(state, nrrdIoStateSkipData, AIR_TRUE);
     state->format = nrrdFormatNRRD;
     state->line = airStrdup("NRRD0005"); // as if that line had been read
@@ -295,6 +305,7 @@ static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], Label
 // Sets the signs of x and y that turn a space into LPS.
 static bool find_frame(const Header *header, const Nrrd *nrrd, double *x, double *y)
 {
+    // Of the axes only x and y have two conventions; z points to the head in all.
     *x = *y = 1.0;
     switch (nrrd->space) {
     case nrrdSpaceRightAnteriorSuperior:
@@ -320,6 +331,7 @@ static bool place_directed(const Header *header, const Nrrd *nrrd, const int axi
                            LabelVolume *volume)
 {
     double x, y, metres, other;
+    // All directions must be of one space and one unit.
     if (nrrd->spaceDim != 3)
         return status_fail(header->status, STATUS_INVALID,
                            "%s: lies in a space of %u dimensions, not 3", header->file->path,
@@ -331,6 +343,7 @@ static bool place_directed(const Header *header, const Nrrd *nrrd, const int axi
             return false;
         else if (other != metres)
             return fail(header, "has another unit along each direction of space");
+    // From the file's frame to LPS in metres.
     for (int a = 0; a < 3; a++) {
         const double *step = nrrd->axis[axis[a]].spaceDirection;
         volume->axis[a] = vec3(x * step[0] * metres, y * step[1] * metres, step[2] * metres);
@@ -345,6 +358,7 @@ static bool place_directed(const Header *header, const Nrrd *nrrd, const int axi
 static bool place_spaced(const Header *header, const Nrrd *nrrd, const int axis[3],
                          LabelVolume *volume)
 {
+    // Without directions only the spacing is known: the axes are those of the frame.
     double step[3];
     for (int a = 0; a < 3; a++) {
         const NrrdAxisInfo *info = &nrrd->axis[axis[a]];
@@ -377,6 +391,7 @@ static bool find_encoding(const Header *header, const Nrrd *nrrd, const NrrdIoSt
                  {nrrdTypeLLong, VOXEL_INT64},   {nrrdTypeULLong, VOXEL_UINT64},
                  {nrrdTypeFloat, VOXEL_FLOAT32}, {nrrdTypeDouble, VOXEL_FLOAT64}};
     const size_t count = sizeof types / sizeof *types;
+    // The type of a voxel, and its byte order.
     size_t t = 0;
     while (t < count && types[t].nrrd != nrrd->type)
         t++;
@@ -384,6 +399,7 @@ static bool find_encoding(const Header *header, const Nrrd *nrrd, const NrrdIoSt
         return fail(header, "its voxels are blocks of bytes, not numbers");
     data->type = types[t].type;
     data->swapped = state->endian != airEndianUnknown && state->endian != airMyEndian();
+    // The encoding.
     if (state->encoding == nrrdEncodingRaw)
         data->encoding = ENCODING_RAW;
     else if (state->encoding == nrrdEncodingGzip)
@@ -420,6 +436,7 @@ static bool open_detached(const Header *header, VolumeData *data)
 {
     const char *name = header->value[nrrdField_data_file], *path = header->file->path;
     char shown[41];
+    // One file beside the header, nothing else.
     while (strncmp(name, "./", 2) == 0)
         name += 2;
     if (strncmp(name, "LIST", 4) == 0 || strchr(name, '%') != NULL)
@@ -428,6 +445,7 @@ static bool open_detached(const Header *header, VolumeData *data)
         return status_fail(header->status, STATUS_INVALID,
                            "%s: its data file '%s' is not one in the same folder", path,
                            show(name, shown));
+    // Names are relative to the header's folder.
     const char *slash = strrchr(path, '/');
     size_t folder = slash != NULL ? (size_t)(slash - path) + 1 : 0;
     char *beside = malloc(folder + strlen(name) + 1);
@@ -457,6 +475,7 @@ static bool skip_lines(const Header *header, const VolumeFile *file, long lines,
 
 static bool find_data(const Header *header, const LabelVolume *volume, VolumeData *data)
 {
+    // The voxels follow the header, or are in a file of their own.
     long lines, bytes;
     if (header->value[nrrdField_data_file] != NULL) {
         if (!open_detached(header, data))
@@ -466,6 +485,7 @@ static bool find_data(const Header *header, const LabelVolume *volume, VolumeDat
     } else {
         data->offset = (long long)header->size;
     }
+    // Lines and bytes to skip before them.
     const VolumeFile *file = data->file.path != NULL ? &data->file : header->file;
     if (!find_number(header, nrrdField_line_skip, 0, &lines) ||
         !find_number(header, nrrdField_byte_skip, -1, &bytes) ||
@@ -473,6 +493,7 @@ static bool find_data(const Header *header, const LabelVolume *volume, VolumeDat
         return false;
     if (bytes == -1 && data->encoding != ENCODING_RAW)
         return fail(header, "byte skip is -1, which only raw voxels can have");
+    // -1: the voxels are the last bytes of the file.
     double voxels = (double)volume->count[0] * (double)volume->count[1] * (double)volume->count[2];
     double total = voxels * voxel_type_size(data->type);
     if (bytes == -1 && total <= (double)(file->size - data->offset))

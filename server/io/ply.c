@@ -139,10 +139,12 @@ static bool read_property(Ply *ply, int line)
     PlyProperty property = {0};
     Text before = ply->text;
     Word word = text_word(&ply->text);
+    // A property belongs to the element before it.
     if (ply->element_count == 0)
         return header_fail(ply, line, "property before any element:", word);
     if (ply->property_count == PROPERTIES)
         return header_fail(ply, line, "too many properties, at", word);
+    // A list has two types: of its count and of its members.
     property.is_list = word_is(word, "list");
     if (property.is_list) {
         if (!read_type(ply, &property.count_type))
@@ -154,6 +156,7 @@ static bool read_property(Ply *ply, int line)
     }
     if (!read_type(ply, &property.type))
         return false;
+    // Its name says whether we need it.
     PlyElement *element = &ply->element[ply->element_count - 1];
     property.role = role_of(element, &property, text_word(&ply->text));
     ply->property[ply->property_count++] = property;
@@ -176,6 +179,7 @@ static bool has_roles(const Ply *ply, const PlyElement *element, PlyRole first, 
 
 static bool check_header(Ply *ply)
 {
+    // Each element must have what a mesh needs of it, once.
     int vertices = 0, faces = 0;
     for (int i = 0; i < ply->element_count; i++) {
         const PlyElement *element = &ply->element[i];
@@ -192,6 +196,7 @@ static bool check_header(Ply *ply)
         vertices += vertex;
         faces += face;
     }
+    // One list of vertices and one of faces.
     if (vertices == 1 && faces == 1)
         return true;
     return status_fail(ply->status, STATUS_INVALID,
@@ -251,12 +256,14 @@ static bool ends_early(Ply *ply)
 
 static double binary_number(const char *at, PlyType type, PlyFormat format)
 {
+    // The bytes in the order of the format.
     uint64_t bits = 0;
     int size = TYPES[type].size;
     for (int i = 0; i < size; i++) {
         int byte = format == PLY_BIG ? i : size - 1 - i;
         bits = bits << 8 | (unsigned char)at[byte];
     }
+    // As the type says.
     float single;
     double number;
     uint32_t low = (uint32_t)bits;
@@ -301,10 +308,12 @@ static bool read_number(Ply *ply, PlyType type, double *number)
 static bool read_list(Ply *ply, const PlyProperty *property)
 {
     double count, number;
+    // The count first; it must be one.
     if (!read_number(ply, property->count_type, &count))
         return false;
     if (!(count >= 0.0 && count <= INT_MAX) || count != floor(count))
         return element_fail(ply, "has a list whose count is no number from 0");
+    // Members that nothing needs are read and dropped.
     for (long i = 0; i < (long)count; i++) {
         if (!read_number(ply, property->type, &number))
             return false;
@@ -317,6 +326,7 @@ static bool read_list(Ply *ply, const PlyProperty *property)
         }
         mesh_draft_add_corner(ply->draft, (int)number, -1);
     }
+    // A face is done.
     if (property->role == ROLE_CORNERS)
         mesh_draft_end_polygon(ply->draft, ply->format == PLY_ASCII ? ply->text.line : 0);
     return true;
@@ -326,6 +336,7 @@ static bool read_one(Ply *ply)
 {
     const PlyElement *element = ply->now;
     double xyz[3] = {0.0, 0.0, 0.0};
+    // In a text an element is a line.
     if (ply->format == PLY_ASCII) {
         Text before = ply->text;
         while (text_word(&ply->text).size == 0 && ply->text.at < ply->text.end) {
@@ -336,6 +347,7 @@ static bool read_one(Ply *ply)
         if (text_word(&before).size == 0)
             return ends_early(ply);
     }
+    // All its properties in order; coordinates are kept.
     for (int i = 0; i < element->property_count; i++) {
         const PlyProperty *property = &ply->property[element->first_property + i];
         double number;
@@ -345,6 +357,7 @@ static bool read_one(Ply *ply)
         if (property->role >= ROLE_X && property->role <= ROLE_Z)
             xyz[property->role - ROLE_X] = number;
     }
+    // Whether it was a vertex is known by its element.
     if (strcmp(element->name.text, "vertex") == 0)
         mesh_draft_add_node(ply->draft, vec3(xyz[0], xyz[1], xyz[2]));
     if (ply->format == PLY_ASCII)

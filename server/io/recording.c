@@ -13,6 +13,7 @@
 RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *slots)
 {
     int triangles = 0;
+    // Live nodes in the order of their slots, and where each slot went.
     to->topology = slots->topology;
     to->live_count = 0;
     for (int i = 0; i < slots->node_count; i++) {
@@ -22,6 +23,7 @@ RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *s
         to->id[to->live_count] = slots->id[i];
         to->live[to->live_count++] = i;
     }
+    // Triangles with the new numbers; free slots are dropped.
     for (int t = 0; t < slots->triangle_count; t++) {
         const int *corner = slots->triangle[t];
         if (corner[0] == corner[1])
@@ -266,11 +268,13 @@ bool recording_add_topology(Recording *recording, int index, const RecordingTopo
     ASSERT(index >= 0 && index < recording->body_count);
     RecordedBody *body = &recording->body[index];
     HdfTable *table = body->table;
+    // Rows of the flat arrays that this topology takes.
     const TopologyRows rows = {.number = topology->number,
                                .triangle_count = topology->triangle_count,
                                .node_count = topology->node_count,
                                .first_triangle = (int64_t)table[TRIANGLES].count,
                                .first_node = (int64_t)table[NODE_ID].count};
+    // Its number comes last: a reader takes a topology for complete once that is there.
     bool ok = begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count) &&
               append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
               append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
@@ -427,9 +431,11 @@ static void destroy(Recording *recording)
 
 Recording *recording_create(const char *path, const RecordingOptions *options, Status *status)
 {
+    // Claim the file before anything is made.
     int fd = recording_open_target(path, options->overwrite, status);
     if (fd < 0)
         return NULL;
+    // All members first, so that a failure anywhere can be undone.
     Recording *recording = calloc(1, sizeof *recording);
     ASSERT(recording != NULL);
     recording->space.fd = fd;
@@ -441,8 +447,10 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
     ASSERT(recording->path != NULL && recording->body != NULL && recording->tool != NULL);
     recording->file = (HdfFile){.id = -1, .path = recording->path, .status = &recording->status};
     recording->event_type = -1;
+    // Data sets, a first flush and a sidecar: from now on there is a valid file.
     if (create_all(recording, options) && flush_file(recording) && write_sidecar(recording))
         return recording;
+    // Leave no file that is none.
     const Status *said =
         recording->status.code != STATUS_OK ? &recording->status : &recording->sidecar;
     status_fail(status, STATUS_INVALID, "%s", said->text);

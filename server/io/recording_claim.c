@@ -85,6 +85,7 @@ int recording_open_target(const char *path, bool overwrite, Status *status)
 {
     struct stat facts;
     int mode = overwrite ? O_RDWR : O_WRONLY; // a file to be overwritten is read first
+    // Open without replacing anything, then look at what was there.
     int fd = open(path, mode | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
     if (fd < 0 || fstat(fd, &facts) != 0)
         refuse(path, strerror(errno), status);

@@ -37,6 +37,7 @@ static hsize_t most_rows(const HdfFile *file, hid_t set, hid_t type, int columns
 // status.
 static int64_t count_rows(const HdfFile *file, const char *name, H5T_class_t class, int columns)
 {
+    // Open it and look at its shape and type.
     hid_t set = H5Dopen2(file->id, name, H5P_DEFAULT);
     if (set < 0) {
         hdf_fail(file, name, "is missing or no data set");
@@ -48,6 +49,7 @@ static int64_t count_rows(const HdfFile *file, const char *name, H5T_class_t cla
     bool ok = rank == (columns > 0 ? 2 : 1) && H5Tget_class(type) == class &&
               H5Sget_simple_extent_dims(space, size, NULL) == rank &&
               (columns == 0 || size[1] == (hsize_t)columns) && size[0] <= INT64_MAX;
+    // A damaged header may state more rows than the file can hold.
     hsize_t most = ok ? most_rows(file, set, type, columns) : 0;
     H5Tclose(type);
     H5Sclose(space);
@@ -132,6 +134,7 @@ static bool read_column(const HdfFile *file, const char *group, const char *colu
 static bool read_topologies(const HdfFile *file, const char *group, const Extents *extents,
                             int rows, Topologies *out)
 {
+    // All columns of the topologies.
     int64_t *first = allocate(rows, sizeof *first), *node_first = allocate(rows, sizeof *first);
     int *count = allocate(rows, sizeof *count);
     *out = (Topologies){.number = allocate(rows, sizeof *out->number),
@@ -200,6 +203,7 @@ static bool read_frames(const HdfFile *file, const char *group, const Topologies
     ASSERT(block != NULL);
     bool ok = true;
     int at = 0;
+    // A block of rows at a time, whatever the length of the recording.
     for (int64_t first = 0; first < frames && ok; first += BLOCK) {
         int rows = (int)(frames - first < BLOCK ? frames - first : BLOCK);
         ok =
@@ -209,6 +213,7 @@ static bool read_frames(const HdfFile *file, const char *group, const Topologies
             read_column(file, group, "frames/count", H5T_NATIVE_INT, first, rows, block->count) &&
             read_column(file, group, "frames/topology", H5T_NATIVE_INT, first, rows,
                         block->topology);
+        // A frame counts if its rows are there and its mesh has as many nodes.
         for (int i = 0; i < rows && ok; i++) {
             bool whole = is_whole(block->first[i], block->count[i], positions) &&
                          nodes_of(topologies, block->topology[i], &at) == block->count[i] &&
@@ -292,11 +297,13 @@ static int list(const HdfFile *file, const char *group, int most, size_t stride,
     H5G_info_t info;
     if (!hdf_exists(file, group))
         return 0;
+    // A group has at most so many members,
     if (H5Gget_info_by_name(file->id, group, &info, H5P_DEFAULT) < 0 ||
         info.nlinks > (hsize_t)most) {
         hdf_fail(file, group, "is no group of at most %d", most);
         return -1;
     }
+    // and each has a name that fits.
     for (hsize_t i = 0; i < info.nlinks; i++) {
         ssize_t length = H5Lget_name_by_idx(file->id, group, H5_INDEX_NAME, H5_ITER_INC, i,
                                             name + i * stride, size, H5P_DEFAULT);
@@ -353,6 +360,7 @@ static bool read_events(const HdfFile *file, RecordingInfo *info)
     H5Tset_cset(text, H5T_CSET_UTF8);
     H5Tinsert(type, "kind", 0, text);
     bool ok = true;
+    // A block of events at a time.
     for (int64_t first = 0; first < info->events && ok; first += EVENTS) {
         int rows = (int)(info->events - first < EVENTS ? info->events - first : EVENTS);
         ok = read_rows(file, "/events", type, first, rows, kind);

@@ -112,16 +112,19 @@ static void *bus_main(void *argument)
     Bus *bus = argument;
     bool more = false;
     bus->looked_ns = bus->born_ns = clock_now_ns();
+    // Sleep only when the socket is empty; what the step thread left goes out in every iteration.
     while (!atomic_load(&bus->finish)) {
         if (!more)
             wait_for_something(bus);
         bus_look(bus, clock_now_ns());
         more = bus_receive(bus);
         send_all(bus);
+        // The service manager hears from this thread, which watches the step thread's beat.
         if (bus->service->told)
             service_look(bus->service, bus->exchange, bus->status, bus->scene->rate_hz,
                          clock_now_ns());
     }
+    // The last words: what the other threads left, and the newest frames whole.
     send_all(bus);
     if (!bus->claim.yielded)
         bus_send_frames(bus, clock_now_ns(), true);

@@ -104,11 +104,14 @@ static void ask_until_answered(Bus *bus, const Asking *asking)
 bool bus_claim(Bus *bus, const char *url, Status *status)
 {
     BusClaim *claim = &bus->claim;
+    // Draw who we are and what we ask; a log replayed later cannot answer random numbers.
     claim->daemon = draw();
     claim->question = draw();
     claim->since_ns = clock_now_ns();
+    // Without a network there is no other daemon.
     if (url != NULL && strncmp(url, "memq://", 7) == 0)
         return true;
+    // Hear statuses and claims of others while the question is open.
     Asking asking = {.bus = bus};
     Receiver *receiver = bus->receiver;
     ReceiverSubscription *on[2] = {
@@ -119,6 +122,7 @@ bool bus_claim(Bus *bus, const char *url, Status *status)
     ask_until_answered(bus, &asking);
     for (int i = 0; i < 2; i++)
         receiver_unsubscribe(receiver, on[i]);
+    // From here on we hold the prefix, unless somebody answered.
     claim->question = 0;
     claim->since_ns = clock_now_ns();
     if (asking.taken)
@@ -160,6 +164,7 @@ static void meet_rival(Bus *bus, const pliant_claim_t *rival)
 {
     EventOut event = {.step = bus->status != NULL ? bus->status->step : 0, .body = -1};
     double held = (double)rival->held * 1e-6, ours = (double)held_us(bus) * 1e-6;
+    // Of two daemons the one that has held the prefix for less time ends; report it now and then.
     bool yields = must_yield(bus, rival);
     int64_t now_ns = clock_now_ns();
     if (!yields && bus->claim.reported_ns != 0 && now_ns - bus->claim.reported_ns < 10000000000)
@@ -171,6 +176,7 @@ static void meet_rival(Bus *bus, const pliant_claim_t *rival)
              bus->status_channel, held, ours, yields ? "it ends" : "the other one is to end");
     log_line(yields ? LOG_ERROR : LOG_WARNING, "%s", event.text);
     bus_send_event(bus, &event);
+    // The one that yields stops its run.
     if (!yields)
         return;
     bus->claim.yielded = true;
@@ -184,16 +190,19 @@ static void on_claim(const lcm_recv_buf_t *message, const char *channel, void *u
     Bus *bus = user;
     pliant_claim_t claim;
     bool read = read_claim(message, &claim);
+    // A forged time must not make us yield.
     if (read && !is_plausible(bus, &claim)) {
         bus_refuse(bus, REFUSED_RANGE, "a claim that was held for longer than may be");
         return;
     }
+    // Our own claim came back, or all is lost already.
     if (bus->claim.yielded || (read && claim.daemon == bus->claim.daemon))
         return;
     if (!read) {
         bus->claim.asked = true; // any other message requests a status
         return;
     }
+    // An answer to our question: there is another daemon on the prefix.
     if (claim.answers != 0 && claim.answers == bus->claim.question) {
         bus->claim.question = 0;
         meet_rival(bus, &claim);
@@ -201,6 +210,7 @@ static void on_claim(const lcm_recv_buf_t *message, const char *channel, void *u
     }
     if (claim.question == 0)
         return;
+    // Answer the question of a daemon or a client.
     publish(bus, 0, claim.question, held_us(bus));
     if (claim.held < 0)
         bus->claim.asked = true;
@@ -214,6 +224,7 @@ static void on_status(const lcm_recv_buf_t *message, const char *channel, void *
 {
     (void)channel;
     Bus *bus = user;
+    // The time stamp, behind the fingerprint, tells our own statuses from those of others.
     int64_t utime = 0;
     if (message->data_size >= 16)
         for (int i = 8; i < 16; i++)
@@ -221,9 +232,11 @@ static void on_status(const lcm_recv_buf_t *message, const char *channel, void *
     for (int i = 0; i < OWN_STATUSES; i++)
         if (bus->own_status[i] == utime)
             return;
+    // A foreign status means a rival: ask it for how long it has held the prefix.
     if (bus->claim.yielded)
         return;
     ask_rival(bus);
+    // Warn at most every ten seconds.
     int64_t now = clock_now_ns();
     if (bus->foreign_reported_ns != 0 && now - bus->foreign_reported_ns < 10000000000)
         return;

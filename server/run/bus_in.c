@@ -136,6 +136,7 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
     (void)channel;
     const Subscription *subscription = user;
     Bus *bus = subscription->bus;
+    // Count it, and notice if this thread was away.
     bus->counts.received++;
     GateResult result;
     int64_t now_ns = clock_now_ns();

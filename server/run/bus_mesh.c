@@ -99,20 +99,24 @@ void bus_create_mesh_stream(Bus *bus, int index, Arena *arena)
     BodyStream *stream = &bus->body[index];
     const Body *body = sim_body(bus->sim, index);
     const char *prefix = bus->scene->prefix;
+    // A mesh that never changes is read from the body itself.
     snprintf(stream->mesh_channel, 2 * CHANNEL_MAX, "%s_MESH_%s", prefix, body->name);
     stream->mesh = body->mesh;
     if (!mesh_changes(body))
         return;
+    // Else the bus keeps a copy, so that a mesh stays whole while it is sent,
     snprintf(stream->delta_channel, 2 * CHANNEL_MAX, "%s_MESH_DELTA_%s", prefix, body->name);
     stream->copy = arena_allocate(arena, ARENA_OUTPUT, 1, mesh_copy_bytes(&body->mesh),
                                   "run/mesh_%s", body->name);
     mesh_copy_follow(stream->copy, &body->mesh);
     stream->mesh = mesh_copy_view(stream->copy);
+    // and lists what changed since the one before.
     stream->delta.node = arena_allocate(arena, ARENA_OUTPUT, (size_t)body->mesh.node_capacity,
                                         sizeof(int), "run/delta_nodes_%s", body->name);
     stream->delta.triangle =
         arena_allocate(arena, ARENA_OUTPUT, (size_t)body->mesh.triangle_capacity, sizeof(int),
                        "run/delta_triangles_%s", body->name);
+    // One scratch message serves all bodies.
     if (bus->delta_chunk == NULL)
         bus->delta_chunk =
             arena_allocate(arena, ARENA_OUTPUT, 1, sizeof *bus->delta_chunk, "run/delta_chunk");
@@ -209,10 +213,12 @@ bool bus_follow_mesh(Bus *bus, int index, int64_t now_ns, bool at_once)
     BodyStream *stream = &bus->body[index];
     if (stream->frame->topology == stream->mesh.topology)
         return true;
+    // The whole mesh before this one must have left, or clients would get parts of two.
     while (at_once && pace_is_under_way(&stream->whole))
         send_whole_chunk(bus, index);
     if (pace_is_under_way(&stream->whole))
         return false;
+    // Find what changed, then take the new mesh over.
     const MeshCopy *newest = exchange_frame_mesh(bus->exchange, index, stream->frame);
     BodyMesh mesh = mesh_copy_view(newest);
     mesh_delta_find(&stream->delta, &stream->mesh, &mesh);
@@ -273,6 +279,7 @@ void bus_send_rest_chunk(Bus *bus, int index, int chunk)
     const BodyStream *stream = &bus->body[index];
     const Body *body = sim_body(bus->sim, index); // only its constant members are read
     const RestCopy *rest = stream->rest;
+    // This chunk's share of the nodes.
     const int chunks = bus_rest_chunks(stream);
     const int first = chunk_begin(rest->node_count, chunk, chunks);
     const int end = chunk_begin(rest->node_count, chunk + 1, chunks);
@@ -285,6 +292,7 @@ void bus_send_rest_chunk(Bus *bus, int index, int chunk)
                              .first = first,
                              .num_values = 3 * (end - first),
                              .position = (float *)(uintptr_t)(rest->position + 3L * first)};
+    // Texture coordinates only where the body has any.
     if (body->texture != NULL) {
         rest_texture(body, &stream->mesh, first, end, bus->texture);
         message.num_coordinates = 2 * (end - first);

@@ -60,6 +60,7 @@ static void send_nodes_chunk(Bus *bus, int index)
     const float *positions = frame->value, *velocities = frame->value + 3 * nodes;
     message.position = (float *)(uintptr_t)(positions + 3 * first);
     bus_count_published(bus, pliant_nodes_t_publish(bus->lcm, stream->nodes_channel, &message));
+    // Velocities of the same chunk.
     if (bus->exchange->velocity) {
         message.position = (float *)(uintptr_t)(velocities + 3 * first);
         bus_count_published(bus,
@@ -73,6 +74,7 @@ static void send_nodes_chunk(Bus *bus, int index)
 static void take_frame(Bus *bus, int index, int64_t now_ns, bool at_once)
 {
     BodyStream *stream = &bus->body[index];
+    // A frame that is leaving is not mixed with the next.
     if (pace_is_under_way(&stream->nodes))
         return;
     const Frame *frame = slot_take(&bus->exchange->frame[index]);
@@ -80,6 +82,7 @@ static void take_frame(Bus *bus, int index, int64_t now_ns, bool at_once)
         stream->frame = frame;
         stream->frame_waits = true;
     }
+    // A frame goes out when its mesh has, or once more for a client that asked.
     const bool again = stream->frame_wanted && stream->frame != NULL && !stream->frame_waits &&
                        now_ns >= stream->frame_next_ns;
     if (!again && (!stream->frame_waits ||
@@ -87,6 +90,7 @@ static void take_frame(Bus *bus, int index, int64_t now_ns, bool at_once)
         return;
     stream->nodes_sequence += stream->frame_waits;
     stream->frame_waits = stream->frame_wanted = false;
+    // Its chunks follow the delta, and leave evenly over the period.
     pace_start(&stream->nodes, chunks_of(stream->frame->node_count, NODES_IN_CHUNK),
                bus->scene->publish.nodes_hz, pace_end_ns(&stream->delta_pace, now_ns));
     stream->frame_next_ns = pace_end_ns(&stream->nodes, now_ns) + BUS_AGAIN_NS;
@@ -151,6 +155,7 @@ static void send_contact(Bus *bus, const ContactOut *contact)
     int64_t valid_us = 20000;
     if (hz > 0.0 && 3e6 / hz > (double)valid_us)
         valid_us = (int64_t)(3e6 / hz);
+    // Who, when and where, also without contact.
     const ToolWrench *wrench = &contact->wrench;
     pliant_contact_t message = {.utime = contact->utime,
                                 .sequence = (int32_t)++bus->contact_sequence[contact->tool],
@@ -199,11 +204,13 @@ void bus_count_published(Bus *bus, int result)
 
 void bus_send_answer(Bus *bus, const Answer *answer)
 {
+    // The channel that the request came on tells the client which of its numbers this is.
     char channel[2 * CHANNEL_MAX];
     snprintf(channel, sizeof channel, "%s_%s", bus->scene->input_prefix,
              input_channel(answer->kind));
     bool describes =
         answer->ok && answer->kind == INPUT_COMMAND && answer->command == PLIANT_COMMAND_T_DESCRIBE;
+    // DESCRIBE is answered by the text that the bus has, and by meshes and frames.
     const char *text = describes ? bus->describe : answer->text;
     pliant_reply_t message = {.utime = clock_utime(),
                               .sender = answer->sender,
@@ -289,6 +296,7 @@ static int fill_guard(const GuardCounts *guard, char **name, int64_t *count)
 static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASONS])
 {
     int reasons = 0;
+    // What the daemon itself lost or did about its time budget,
     int64_t lost = atomic_load_explicit(&bus->exchange->recorded_lost, memory_order_relaxed);
     if (lost > 0) {
         name[reasons] = (char *)(uintptr_t) "frames_not_recorded";
@@ -300,6 +308,7 @@ static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASO
         name[reasons] = (char *)(uintptr_t) "governor_actions";
         count[reasons++] = bus->status->governor_actions;
     }
+    // then the guard's findings, then refused messages by cause.
     reasons += fill_guard(&bus->status->guard, name + reasons, count + reasons);
     for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++) {
         if (bus->gate.refused[i] == 0)

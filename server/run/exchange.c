@@ -58,6 +58,7 @@ RestCopy *exchange_frame_rest(const Exchange *exchange, int body, const Frame *f
 const float *exchange_push_frame(Exchange *exchange, Sim *sim, int index, bool at_once)
 {
     const Body *body = sim_body(sim, index);
+    // When and what the frame is.
     Frame *frame = slot_back(&exchange->frame[index]);
     frame->utime = clock_utime();
     frame->step = sim_steps(sim);
@@ -65,12 +66,14 @@ const float *exchange_push_frame(Exchange *exchange, Sim *sim, int index, bool a
     frame->at_once = at_once;
     frame->topology = body->mesh.topology;
     frame->node_count = body->mesh.node_count;
+    // Mesh and rest positions follow only when the topology has changed.
     MeshCopy *mesh = exchange_frame_mesh(exchange, index, frame);
     if (mesh != NULL)
         mesh_copy_follow(mesh, &body->mesh);
     RestCopy *rest = exchange_frame_rest(exchange, index, frame);
     if (rest != NULL)
         rest_copy_follow(rest, body);
+    // The body writes its positions, and velocities if they are published.
     body->ops->snapshot(body->model, frame->value,
                         exchange->velocity ? frame->value + 3 * frame->node_count : NULL);
     slot_publish(&exchange->frame[index]);
@@ -97,11 +100,13 @@ static unsigned tools_waiting(double tools_hz)
 
 static void create_recording(Exchange *exchange, World *world, const ExchangeOptions *options)
 {
+    // Frames, and rows of tools if these have a rate of their own.
     create_ring(&exchange->recorded, &world->arena, frames_waiting(options->nodes_hz),
                 round_up(record_frame_bytes(world->sim)), "recorded");
     if (options->tools_hz > 0.0)
         create_ring(&exchange->recorded_tools, &world->arena, tools_waiting(options->tools_hz),
                     round_up(record_tools_bytes(world->sim)), "recorded_tools");
+    // Changed meshes, handed over before the frames that need them.
     exchange->recorded_mesh =
         arena_allocate(&world->arena, ARENA_OUTPUT, (size_t)exchange->body_count,
                        sizeof *exchange->recorded_mesh, "run/recorded_mesh_rings");
@@ -116,6 +121,7 @@ static void create_recording(Exchange *exchange, World *world, const ExchangeOpt
             create_ring(&exchange->recorded_mesh[i], &world->arena, EXCHANGE_MESHES,
                         mesh_copy_bytes(&body->mesh), "recorded_meshes");
     }
+    // Events that the file gets, too.
     create_ring(&exchange->told, &world->arena, EXCHANGE_EVENTS, sizeof(EventOut), "told");
 }
 
@@ -124,6 +130,7 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
     memset(exchange, 0, sizeof *exchange);
     Arena *arena = &world->arena;
     Sim *sim = world->sim;
+    // What the scene has and which outputs are enabled.
     exchange->tool_count = sim_tool_count(sim);
     exchange->body_count = sim_body_count(sim);
     exchange->velocity = options->velocity;

@@ -110,6 +110,7 @@ static void print_time_step(const World *world, const Body *body, const SceneBod
                             FILE *out)
 {
     const bool implicit = body->integrator == INTEGRATOR_IMPLICIT;
+    // The step and its bound.
     fprintf(out, "  time step %.6g s, %d substeps a tick, ", body->h, body->substeps);
     if (isinf(body->time_step_limit))
         fprintf(out, "no stability limit");
@@ -117,6 +118,7 @@ static void print_time_step(const World *world, const Body *body, const SceneBod
         fprintf(out, "stability limit %.6g s%s", body->time_step_limit,
                 implicit ? ", of what acts from outside" : "");
     fprintf(out, "%s\n", body->unsafe_time_step ? " (unsafe_time_step)" : "");
+    // What contacts do to the step.
     print_contact_share(body, out);
     double bounce = 1.0;
     for (int t = 0; t < sim_tool_count(world->sim); t++)
@@ -126,6 +128,7 @@ static void print_time_step(const World *world, const Body *body, const SceneBod
                 "  contacts with %s damping (contact.damping_time = %g): shorter steps, so that "
                 "bounces gain no energy\n",
                 body->contact_damping > 0.0 ? "little" : "no", body->contact_damping);
+    // Why "auto" chose this integrator.
     if (described->model == MODEL_SURFACE && described->surface.automatic)
         fprintf(out, "  integrator = \"auto\": leapfrog would take %s%d substeps for its springs\n",
                 implicit ? "more than " : "at most ", SURFACE_AUTO_SUBSTEPS);
@@ -138,6 +141,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     const BodyOutline outside = body_outline(body);
     const Vec3 low = box_low(&outside.box), high = box_high(&outside.box);
     bool voxel = described->model == MODEL_VOXEL;
+    // Model, size and place.
     fprintf(out, "body %s: model %s, %s\n", body->name, body->ops->model,
             integrator_name(body->integrator));
     if (voxel)
@@ -145,6 +149,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     print_nodes(body, &outside, out);
     fprintf(out, "  box [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
             high.y, high.z);
+    // Its cost, then what only one model has.
     print_time_step(world, body, described, out);
     if (voxel)
         print_elements(described, body, out);
@@ -208,6 +213,7 @@ static void print_attachment(World *world, const Scene *scene, int index, FILE *
 void explain_summary(World *world, const Scene *scene, FILE *out)
 {
     Sim *sim = world->sim;
+    // The scene itself, then each part of it.
     fprintf(out, "scene %s: %.10g Hz, gravity [%g, %g, %g] m/s2, %d bodies, %d tools, %d loads\n",
             scene->name, scene->rate_hz, scene->gravity.x, scene->gravity.y, scene->gravity.z,
             sim_body_count(sim), sim_tool_count(sim), scene->load_count);
@@ -219,6 +225,7 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
         print_tool(sim_tool(sim, i), out);
     for (int i = 0; i < scene->attachment_count; i++)
         print_attachment(world, scene, i, out);
+    // What is sent, and to whom it listens.
     const ScenePublish *publish = &scene->publish;
     fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz%s%s\n",
             scene->prefix, publish->nodes_hz, publish->mesh_hz, publish->contact_hz,

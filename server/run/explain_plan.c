@@ -159,6 +159,7 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
          "any of these three"},
     };
     PRINT(features, out);
+    // Inner vertices concern solids only.
     const SceneFeature inner[] = {
         {publish->all_nodes, "inner vertices in messages", "publish.nodes = \"all\""}};
     bool solid = false; // a body has inner vertices

@@ -25,12 +25,14 @@ static void report(FilesThread *files, const Status *result, int64_t step)
 {
     Exchange *exchange = files->exchange;
     EventOut event = {.step = step, .body = -1, .kind = "checkpoint"};
+    // One sentence for the event and for all who asked.
     if (result->code == STATUS_OK)
         snprintf(event.text, sizeof event.text, "step %lld written to %.150s", (long long)step,
                  files->checkpoint.path);
     else
         snprintf(event.text, sizeof event.text, "%.190s", result->text);
 
+    // Answer every request that this file serves.
     for (int i = 0; i < exchange->asked_count; i++) {
         Answer answer = exchange->asked[i];
         answer.ok = result->code == STATUS_OK;
@@ -151,6 +153,7 @@ static void write_frames(FilesThread *files)
     if (files->recorder == NULL)
         return;
     Exchange *exchange = files->exchange;
+    // Write each frame with the meshes it needs; one that fails counts as lost.
     const RecordFrame *frame;
     while ((frame = ring_peek(&exchange->recorded)) != NULL) {
         files->step = frame->step;
@@ -159,6 +162,7 @@ static void write_frames(FilesThread *files)
             atomic_fetch_add_explicit(&exchange->recorded_lost, 1, memory_order_relaxed);
         ring_pop(&exchange->recorded);
     }
+    // The other streams, then a flush once a second, and word of what went wrong.
     write_tools(files);
     write_events(files);
     int64_t now_ns = clock_now_ns();

@@ -31,6 +31,7 @@ static GateEntry *new_entry(Gate *gate, const Input *input)
 {
     GateEntry *oldest = NULL, *own = NULL;
     int own_count = 0;
+    // Look for a free entry, the oldest of all, and the oldest of this sender.
     for (int i = 0; i < GATE_ANSWERS; i++) {
         GateEntry *entry = &gate->entry[i];
         if (!entry->used) {
@@ -46,6 +47,7 @@ static GateEntry *new_entry(Gate *gate, const Input *input)
         if (own == NULL || entry->number < own->number)
             own = entry;
     }
+    // A sender with half of the table displaces only its own requests.
     GateEntry *entry = own_count >= GATE_ANSWERS / 2 ? own : oldest;
     *entry = (GateEntry){.used = true,
                          .pending = true,
@@ -70,6 +72,7 @@ static Refusal check_owner(Gate *gate, const Input *input, int64_t now_us, char 
     ToolOwner *owner = &gate->owner[input->index];
     bool recent = now_us - owner->last_us <= gate->timeout_us;
     bool fresh = owner->owned && recent;
+    // A tool belongs to its sender until that is silent for long enough.
     if (fresh && owner->sender != input->sender) {
         snprintf(why, INPUT_WHY_MAX, "tool %d belongs to sender %d, pose of sender %d refused",
                  input->pose.tool, owner->sender, input->sender);
@@ -81,6 +84,7 @@ static Refusal check_owner(Gate *gate, const Input *input, int64_t now_us, char 
                  input->pose.tool, input->id, owner->sequence);
         return REFUSED_LATE;
     }
+    // The pose is taken: remember its sender, and its number for the next one.
     *owner = (ToolOwner){.owned = input->pose.active,
                          .sender = input->sender,
                          .last_us = now_us,
@@ -95,8 +99,10 @@ void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_
     result->answer = NULL;
     result->why[0] = '\0';
     Input *input = &result->input;
+    // Decode; only a message that is known can be answered.
     Refusal refusal = input_decode(kind, data, size, input, result->why);
     result->known = refusal == ACCEPTED;
+    // A repeat of a request gets the stored answer, or waits for it.
     if (result->known && input_is_request(input)) {
         GateEntry *entry = find_entry(gate, kind, input->sender, input->id);
         if (entry != NULL) {
@@ -107,6 +113,7 @@ void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_
         }
         new_entry(gate, input);
     }
+    // New messages: values first, then who owns the tool.
     if (refusal == ACCEPTED)
         refusal = input_check(input, gate->sim, result->why);
     if (refusal == ACCEPTED && kind == INPUT_POSE)

@@ -75,11 +75,13 @@ static Refusal check_wire(const InputType *type, const unsigned char *data, size
     // An empty input tells fingerprint and size.
     unsigned char empty[INPUT_WIRE_MAX];
     const size_t whole = (size_t)type->encode(&(Input){0}, empty);
+    // Is it this type, as far as its first bytes tell?
     if (size < 8)
         return REFUSE(REFUSED_SIZE, "%s of %zu bytes, shorter than a fingerprint", type->channel,
                       size);
     if (memcmp(data, empty, 8) != 0)
         return REFUSE(REFUSED_TYPE, "%s with the fingerprint of another type", type->channel);
+    // Without a string the size is fixed.
     if (!type->has_string)
         return size == whole
                    ? ACCEPTED
@@ -261,6 +263,7 @@ static Refusal check_pose(Input *input, Sim *sim, char *why)
         !all_finite(input->pose.twist, 6) || !isfinite(input->pose.grip))
         return REFUSE(REFUSED_NOT_FINITE, "pose of tool %d holds a number that is not finite",
                       tool);
+    // Ranges that no sensible client leaves.
     if (!all_within(input->pose.position, 3, POSITION_MAX))
         return REFUSE(REFUSED_RANGE, "pose of tool %d is farther than %g m from the origin", tool,
                       POSITION_MAX);

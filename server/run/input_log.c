@@ -68,6 +68,7 @@ static int claim(const char *path, Status *status)
     struct stat facts;
     struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
     bool is_free = false;
+    // Open without waiting for the reader of a pipe, and lock before looking at the size.
     int fd = open(path, O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
     if (fd < 0 || fstat(fd, &facts) != 0)
         status_fail(status, STATUS_FAILED, "%s: cannot write: %s", path,
@@ -82,6 +83,7 @@ static int claim(const char *path, Status *status)
                     path);
     else
         is_free = true;
+    // Devices, pipes and empty files are fine.
     if (is_free && fcntl(fd, F_SETFL, O_WRONLY) == 0) // a pipe blocks until it has a reader
         return fd;
     if (fd >= 0)
@@ -215,6 +217,7 @@ static bool read_header(InputLogReader *reader, Status *status)
     char text[EVENT_LOG_DATA_MAX + 2], value[64], *end;
     event_text(&reader->event, text);
     InputLogHeader *header = &reader->header;
+    // Format and version, then what the run was.
     if (!find_value(text, "format", value, sizeof value) ||
         strcmp(value, "pliant-input-log") != 0 ||
         !find_value(text, "version", value, sizeof value) || strcmp(value, "1") != 0)
@@ -227,6 +230,7 @@ static bool read_header(InputLogReader *reader, Status *status)
         !find_integer(text, "step", &header->step))
         return status_fail(status, STATUS_INVALID, "%s: header without %s", reader->log.path,
                            "scene, prefix, isa, rate_hz or step");
+    // Values that later versions added, or that must make sense.
     if (!find_integer(text, "inputs", &header->inputs))
         header->inputs = 0; // logs of older versions
     header->rate_hz = strtod(value, &end);

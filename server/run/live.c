@@ -49,16 +49,19 @@ static bool open_recording(Live *live, Status *status)
 static bool prepare(Live *live, Status *status)
 {
     const LiveOptions *options = live->options;
+    // What the main thread waits for: the end of the loop, and signals.
     live->done_fd = eventfd(0, EFD_CLOEXEC);
     live->signal_fd = signalfd(-1, &options->signals, SFD_CLOEXEC);
     if (live->done_fd < 0 || live->signal_fd < 0)
         return status_fail(status, STATUS_FAILED, "cannot wait for signals: %s", strerror(errno));
     if (!exchange_open(&live->exchange, status))
         return false;
+    // The files thread needs to know what it writes about.
     live->files.world = live->world;
     live->files.scene = live->scene;
     live->files.exchange = &live->exchange;
 
+    // The loop gets its part of the scene and of the options.
     LoopOptions loop = {.rate_hz = live->scene->rate_hz,
                         .publish = live->scene->publish,
                         .start_paused = live->scene->start_paused,
@@ -68,6 +71,7 @@ static bool prepare(Live *live, Status *status)
                         .record_tools_hz = options->record_tools_hz,
                         .checkpoint_s = options->checkpoint_s};
     loop_init(&live->loop, live->world, &live->exchange, &loop, live->done_fd);
+    // The answer to DESCRIBE is made once: it never changes.
     live->describe = explain_describe(live->world, live->scene);
     // Claim the files last, after the prefix, so that a daemon that fails to start touches none.
     return bus_connect(live->bus, live->describe, options->lcm_url, status) &&
@@ -144,10 +148,12 @@ static bool run(Live *live, Status *status)
 {
     bool with_files = live->options->checkpoint_path != NULL || live->files.log != NULL ||
                       live->files.recorder != NULL;
+    // The bus first, so that the step thread's results have a receiver.
     if (!bus_start(live->bus, &live->service, status))
         return false;
     bool whole = !with_files || files_thread_start(&live->files, status);
     if (whole && loop_start(&live->loop, status)) {
+        // A service manager may now let others start.
         service_notify(&live->service, "READY=1\nSTATUS=started");
         wait_for_end(live);
         service_notify(&live->service, "STOPPING=1\nSTATUS=ending");
@@ -155,10 +161,12 @@ static bool run(Live *live, Status *status)
     } else {
         whole = false;
     }
+    // End in the order of the data: step, files, bus, and the recording that still gets its events.
     atomic_store(&live->exchange.step_ended, true);
     if (live->files.running && !files_thread_finish(&live->files, sim_steps(live->world->sim)))
         whole = status_fail(status, live->files.status.code, "%s", live->files.status.text);
     bus_stop(live->bus);
+    // The daemon of the prefix that yielded reports it as a failure.
     if (whole && bus_yielded(live->bus))
         whole = status_fail(status, STATUS_FAILED,
                             "another daemon has held the prefix %s for longer: this one ended",

@@ -95,12 +95,14 @@ static void record_tools(Loop *loop)
 {
     const struct timespec pause = {.tv_nsec = 1000000};
     Ring *ring = &loop->exchange->recorded_tools;
+    // In lockstep or a pause nothing is late, so a full ring is waited for.
     RecordFrame *row = ring_back(ring);
     while (row == NULL && loop->state != RUN_RUNNING && !loop_is_over(loop)) {
         loop_beat(loop); // the thread is alive while it waits
         nanosleep(&pause, NULL);
         row = ring_back(ring);
     }
+    // A row that finds no room counts as lost.
     if (row == NULL) {
         atomic_fetch_add_explicit(&loop->exchange->lost, 1, memory_order_relaxed);
         return;
@@ -138,6 +140,7 @@ static void push_body(BodyOut *out, Sim *sim, int index, bool estimates)
         .finest_level = body->finest_level,
         .time_step = body->h,
         .mass = body->mass};
+    // Energies, and the error of the steps in units of the motion.
     sim_measure(sim, index, &out->measure);
     if (estimates) {
         const double moved = fmax(out->measure.max_displacement, 1e-3 * body->surface.longest_edge);
@@ -235,6 +238,7 @@ static void lift_blade(Loop *loop, const Input *input)
 static void release_tools(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
+    // Withdraw each moved tool as its own client would, so that the log of inputs has it too.
     for (int i = 0; i < exchange->tool_count; i++) {
         const ToolMotion *motion = sim_tool_motion(loop->sim, i);
         const ToolOptions *tool = sim_tool(loop->sim, i);
@@ -443,11 +447,13 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
     loop->sim = world->sim;
     loop->exchange = exchange;
     loop->done_fd = done_fd;
+    // The state at the start, and times in ticks.
     loop->state = options->start_paused ? RUN_PAUSED : RUN_RUNNING;
     loop->duration_ticks = loop_ticks(options->duration_s, options->rate_hz);
     loop->checkpoint_ticks = loop_ticks(options->checkpoint_s, options->rate_hz);
     loop->window_start_step = sim_steps(loop->sim);
     loop->recorded_step = loop->reset_step = -1;
+    // The governor has work only where a body adapts.
     for (int i = 0; i < sim_body_count(loop->sim); i++) {
         loop->governs |= sim_body(loop->sim, i)->ops->adapt != NULL;
     }

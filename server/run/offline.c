@@ -146,15 +146,18 @@ static bool run_ticks(Offline *run)
     double rate = run->scene->rate_hz;
     int64_t checkpoint_ticks = loop_ticks(run->options->checkpoint_s, rate);
     for (;;) {
+        // Inputs of this tick first; they may end the run.
         replay_due(&run->replay);
         if (run->stopped || run->replay.stopped || sim_steps(run->sim) >= run->replay.end_step)
             return true;
+        // The tick itself.
         int64_t begin_ns = clock_now_ns();
         sim_step(run->sim);
         record_sim_events(run);
         histogram_add(&run->result->step, clock_now_ns() - begin_ns);
         record_grasps(run);
         run->result->ticks++;
+        // Then the files, each at its own rate.
         if (loop_due(sim_steps(run->sim), run->scene->publish.nodes_hz, rate) && !record(run))
             return false;
         if (loop_due(sim_steps(run->sim), run->options->record_tools_hz, rate) &&
@@ -163,6 +166,7 @@ static bool run_ticks(Offline *run)
         if (checkpoint_ticks > 0 && sim_steps(run->sim) % checkpoint_ticks == 0 &&
             !write_checkpoint(run))
             return false;
+        // Signals need not be looked for at every tick.
         if (run->result->ticks % LOOK_FOR_SIGNALS_EVERY == 0 && !take_signals(run))
             return false;
     }

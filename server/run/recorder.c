@@ -101,6 +101,7 @@ void recorder_reserve(Recorder *recorder, World *world)
     Arena *arena = &world->arena;
     int bodies = sim_body_count(world->sim);
     *recorder = (Recorder){.sim = world->sim, .tools_apart = recorder->tools_apart};
+    // Bodies whose mesh never changes need no memory of their own.
     recorder->mesh =
         arena_allocate(arena, ARENA_OUTPUT, (size_t)bodies, sizeof *recorder->mesh, "run/recorder");
     for (int i = 0; i < bodies; i++) {
@@ -108,6 +109,7 @@ void recorder_reserve(Recorder *recorder, World *world)
         RecordingMesh *mesh = &recorder->mesh[i].mesh;
         if (!mesh_changes(body))
             continue;
+        // A changing one gets room for its largest mesh without free slots.
         size_t nodes = (size_t)body->mesh.node_capacity;
         size_t triangles = (size_t)body->mesh.triangle_capacity;
         mesh->live = RESERVE(nodes, int, "live");
@@ -200,6 +202,7 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
     RecordingBody *body = calloc((size_t)bodies + 1, sizeof *body);
     int *tool = calloc((size_t)tools + 1, sizeof *tool);
     ASSERT(body != NULL && tool != NULL);
+    // Offline nobody has reserved it before.
     if (recorder->mesh == NULL)
         recorder_reserve(recorder, world);
     // Describe the bodies, with chunk sizes, and the tools.
@@ -214,6 +217,7 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
     }
     for (int i = 0; i < tools; i++)
         tool[i] = sim_tool(sim, i)->id;
+    // The file with all its data sets, and the first mesh of each body.
     const RecordingOptions options = {.scene = scene->text,
                                       .created_by = "pliantd " PLIANT_VERSION,
                                       .body_count = bodies,

@@ -57,6 +57,7 @@ static void apply_command(Replay *replay, const Input *input)
 {
     const InputLogReader *log = replay->options.input;
     switch (input->command.kind) {
+    // Offline there is no pace: only whether poses take effect at once matters.
     case PLIANT_COMMAND_T_STEP:
     case PLIANT_COMMAND_T_RESUME:
     case PLIANT_COMMAND_T_PAUSE:
@@ -70,6 +71,7 @@ static void apply_command(Replay *replay, const Input *input)
     case PLIANT_COMMAND_T_STOP:
         replay->stopped = true;
         break;
+    // The rest changes the scene as it did then.
     default:
         if (requests_change_scene(input))
             execute(replay, input);
@@ -93,6 +95,7 @@ static void apply_waiting(Replay *replay)
 {
     const LogEvent *event = &replay->options.input->event;
     GateResult result = {.refusal = ACCEPTED};
+    // An exact log holds what was accepted: check it again, but do not ask who owns what.
     if (replay->options.input->exact) {
         world_count_input(replay->world);
         result.refusal =
@@ -105,6 +108,7 @@ static void apply_waiting(Replay *replay)
     } else {
         gate_pass(&replay->gate, replay->kind, event->data, event->size, event->timestamp, &result);
     }
+    // Apply it, or say why not.
     if (result.passage == PASSAGE_OPEN) {
         apply(replay, &result.input);
     } else if (result.passage == PASSAGE_REFUSED) {
@@ -128,10 +132,12 @@ static bool check_log(Replay *replay, const Scene *scene, Status *status)
 {
     InputLogReader *input = replay->options.input;
     const InputLogHeader *header = &input->header;
+    // A plain log has no header; its channels are those of the scene.
     if (!input->exact) {
         snprintf(input->prefix, sizeof input->prefix, "%s", scene->input_prefix);
         return true;
     }
+    // The log must belong to this rate and begin where the run does.
     if (header->rate_hz != scene->rate_hz && !replay->options.any_rate)
         return status_fail(status, STATUS_INVALID, "%s: made at rate_hz %.17g, not %.17g",
                            input->log.path, header->rate_hz, scene->rate_hz);
@@ -144,6 +150,7 @@ static bool check_log(Replay *replay, const Scene *scene, Status *status)
                            "%s: begins at step %lld after %lld inputs, the run after %lld of them",
                            input->log.path, (long long)header->step, (long long)header->inputs,
                            (long long)world_inputs(replay->world));
+    // Another scene of the same physics may be meant.
     if (strcmp(header->scene, scene->name) != 0 && speaks(replay))
         log_line(LOG_WARNING, "%s: made with the scene '%s', not '%s'", input->log.path,
                  header->scene, scene->name);

@@ -71,17 +71,20 @@ static void print_guard(const World *world, FILE *out)
 
 void report_live(World *world, const LiveResult *result, FILE *out)
 {
+    // Time: ticks, and how long they took.
     fprintf(out, "ticks: %lld\nlate ticks: %lld\nresets: %lld\n", (long long)result->ticks,
             (long long)result->late_ticks, (long long)result->resets);
     print_guard(world, out);
     print_times("step time", &result->step, out);
     print_times("wake-up", &result->wake, out);
     print_team(world, out);
+    // Messages and what was refused.
     print_refused(world, out);
     if (result->governor_actions > 0)
         fprintf(out, "governor: %lld actions, stage %lld at the end\n",
                 (long long)result->governor_actions, (long long)result->governor_stage);
     print_messages(result, out);
+    // Files.
     if (result->checkpoints > 0)
         fprintf(out, "checkpoints: %lld\n", (long long)result->checkpoints);
     if (result->recorded + result->recorded_lost > 0)

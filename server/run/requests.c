@@ -153,22 +153,26 @@ static void set(Loop *loop, const char *key, double value)
 
 void requests_govern(Loop *loop, int64_t tick_ns)
 {
+    // The finest level decides what a reduction can still take away.
     int finest = 0;
     for (int i = 0; i < sim_body_count(loop->sim); i++) {
         const Body *body = sim_body(loop->sim, i);
         if (body->ops->adapt != NULL && body->finest_level > finest)
             finest = body->finest_level;
     }
+    // Ask the governor; most ticks need nothing.
     Governor *governor = &loop->governor;
     GovernorSetting before = governor_setting(governor);
     GovernorAct act = governor_tick(governor, tick_ns, finest);
     if (act == GOVERNOR_RESTS)
         return;
+    // Carry its decision out as a client's SET would.
     GovernorSetting after = governor_setting(governor);
     if (after.scale != before.scale)
         set(loop, "adapt_scale", after.scale);
     if (after.level != before.level)
         set(loop, "adapt_level", after.level);
+    // And say so to the clients.
     char text[INPUT_WHY_MAX];
     governor_describe(governor, act, text, sizeof text);
     requests_event(loop, -1, "governor", "%s", text);
@@ -224,6 +228,7 @@ static bool ask_for_checkpoint(Loop *loop, Answer *answer)
 // Executes a command of the loop. False: the answer follows once the checkpoint's file is complete.
 static bool command(Loop *loop, const Input *input, Answer *answer)
 {
+    // Commands of the loop itself.
     switch (input->command.kind) {
     case PLIANT_COMMAND_T_PAUSE:
         atomic_fetch_sub_explicit(&loop->exchange->interrupts, 1, memory_order_relaxed);
@@ -242,6 +247,7 @@ static bool command(Loop *loop, const Input *input, Answer *answer)
         return !answer->ok;
     case PLIANT_COMMAND_T_DESCRIBE:
         return true; // the bus has the text
+    // The rest changes the scene.
     default:
         requests_execute(loop->sim, input, answer);
         if (answer->ok && input->command.kind == PLIANT_COMMAND_T_RESET)
@@ -285,10 +291,12 @@ static bool repeats_a_reset(const Loop *loop, const Input *input)
 // Executes a request. False: the answer follows later.
 static bool take(Loop *loop, const Input *input, Answer *answer)
 {
+    // A RESET of a scene that is as it was is answered at once.
     if (repeats_a_reset(loop, input)) {
         snprintf(answer->text, sizeof answer->text, "%s", RESET_DONE);
         return true;
     }
+    // Log it before it is executed, so that a replay repeats it.
     requests_log(loop, input);
     if (requests_change_scene(input))
         loop->reset_step = -1;
@@ -298,6 +306,7 @@ static bool take(Loop *loop, const Input *input, Answer *answer)
             loop->reset_step = sim_steps(loop->sim);
         return answered;
     }
+    // Cuts and loads; then what they caused.
     if (requests_execute(loop->sim, input, answer))
         requests_event(loop, input->index, input_event(input), "%s", answer->text);
     requests_report(loop);
@@ -311,6 +320,7 @@ bool requests_take(Loop *loop)
     for (int taken = 0; (input = ring_peek(ring)) != NULL && is_their_turn(loop, taken); taken++) {
         const int64_t begin_ns = clock_now_ns();
         Answer answer = answer_to(loop, input);
+        // STEP ends the round: its ticks come first, and its answer after them.
         if (input->kind == INPUT_COMMAND && input->command.kind == PLIANT_COMMAND_T_STEP) {
             requests_log(loop, input);
             loop->stepping = *input;
@@ -319,6 +329,7 @@ bool requests_take(Loop *loop)
             ring_pop(ring);
             return true;
         }
+        // Execute and answer it; a new state is published at once.
         RunState before = loop->state;
         const bool answered = take(loop, input, &answer);
         if (loop->state != before)
@@ -326,6 +337,7 @@ bool requests_take(Loop *loop)
         if (answered)
             push_answer(loop, &answer);
         ring_pop(ring);
+        // Time that requests took is time that they must let pass.
         loop->requests_due_ns += TURNS_A_REQUEST * (clock_now_ns() - begin_ns);
         loop_beat(loop);
     }
