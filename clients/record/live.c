@@ -263,7 +263,7 @@ typedef struct Convert {
 } Convert;
 
 // Reads the log to its end or to its first damage.
-static void read_log(Convert *convert, const char *path, Intake *intake, bool record_log,
+static void read_log(Convert *convert, const char *path, Intake *intake, bool writes,
                      Status *status)
 {
     EventLog log;
@@ -274,7 +274,7 @@ static void read_log(Convert *convert, const char *path, Intake *intake, bool re
         if (event->size > EVENT_LOG_DATA_MAX) // larger than any of ours
             continue;
         intake_take(intake, event->channel, event->data, event->size);
-        if (record_log && (!intake_begin(intake, false) || writer_failed(&convert->writer)))
+        if (writes && (!intake_begin(intake, false) || writer_failed(&convert->writer)))
             break;
     }
     event_log_close(&log);
@@ -291,7 +291,7 @@ static bool take_survey(Convert *convert, const char *log, const LiveOptions *op
         body->listed = body->seen && body->nodes > 0;
         bodies += body->listed;
         if (body->seen && !body->listed)
-            fprintf(stderr, "pliant-record_log: %s: no mesh of body %s in it: skipped\n", log,
+            fprintf(stderr, "pliant-record: %s: no mesh of body %s in it: skipped\n", log,
                     body->name);
     }
     survey->status_come = true;
@@ -325,7 +325,7 @@ static bool record_log(Convert *convert, const char *log, const LiveOptions *opt
     if (!writer_finish(&convert->writer, &status))
         ok = client_fail(error, "%s", status.text);
     if (convert->intake.restarts > 0)
-        fprintf(stderr, "pliant-record_log: %s: the daemon restarted %d times: %d files\n", log,
+        fprintf(stderr, "pliant-record: %s: the daemon restarted %d times: %d files\n", log,
                 convert->intake.restarts, convert->intake.files);
     return ok;
 }

@@ -45,6 +45,7 @@ static bool make_from_mesh(const VoxelSource *source, Lattice *lattice, Status *
 static bool make(const VoxelSource *source, Lattice *lattice, Status *status)
 {
     bool ok = false;
+    // From a file the cells stand where they belong; generated ones are placed below.
     switch (source->kind) {
     case VOXELS_FILE:
         return make_from_volume(source, lattice, status);

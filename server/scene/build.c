@@ -30,10 +30,12 @@ void build_complete(BodyOptions *body, const World *world, const Scene *scene,
 bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status)
 {
     *world = (World){.scene_path = scene->path, .scene_text = scene->text};
+    // What every body leaves for the hash: its mesh, and a summary of its cells.
     world->mesh_count = scene->body_count;
     world->mesh = calloc((size_t)scene->body_count, sizeof *world->mesh);
     world->cells = calloc((size_t)scene->body_count, sizeof *world->cells);
     ASSERT(world->mesh != NULL && world->cells != NULL);
+    // More threads share the step from the start, so that settling has them, too.
     if (scene->threads > 1) {
         world->team = team_create(scene->threads);
         ASSERT(world->team != NULL);
@@ -61,6 +63,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
              fail_at(scene, &scene->body[i], &said, status);
     }
     prepared_close(prepared);
+    // What acts on the bodies.
     for (int i = 0; i < scene->tool_count && ok; i++)
         sim_add_tool(world->sim, &scene->tool[i]);
     for (int i = 0; i < scene->load_count && ok; i++)
@@ -78,6 +81,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
         ok = sim_seal(world->sim, scene->settle_s, &said) ||
              status_fail(status, said.code, "%s: %s", scene->path, said.text);
     }
+    // The hash of what was built, by which checkpoints know their scene.
     if (ok)
         world->physics = physics_hash(scene, world);
     else
@@ -101,12 +105,14 @@ Texture build_texture(World *world, const Scene *scene, const BuildOptions *opti
                       const char *name, TriMesh *mesh, const Levels *levels)
 {
     Texture texture = {0};
+    // Only where somebody receives them.
     if (mesh->uv != NULL && scene->publish.rest && options->publishes) {
         const int roots = mesh->node_count;
         const int nodes = levels != NULL ? levels->level[levels->finest].node_count : roots;
         texture.count = mesh->file_node_count + mesh->copy_count + nodes - roots;
         float(*uv)[2] = arena_allocate(&world->arena, ARENA_OUTPUT, (size_t)texture.count,
                                        sizeof *uv, "%s/texture", name);
+        // Nodes of the file have their own.
         for (int i = 0; i < roots; i++)
             for (int c = 0; c < 2; c++)
                 uv[id_of(mesh, i)][c] = (float)mesh->uv[i][c];
@@ -216,16 +222,20 @@ static void add_voxel(uint64_t *hash, const VoxelOptions *voxel, uint64_t cells)
 static void add_body(uint64_t *hash, const SceneBody *body, const TriMesh *mesh, uint64_t cells)
 {
     const BodyOptions *options = &body->options;
+    // Who it is, and its keys,
     add_text(hash, body->name);
     add_text(hash, scene_model_name(body->model));
     add_groups(hash, body);
+    // what bounds its growth, where it can grow,
     if (grows(body)) {
         fnv_int(hash, options->node_capacity);
         fnv_int(hash, options->face_capacity);
     }
+    // what is fixed,
     fnv_int(hash, options->fixed_count);
     for (int i = 0; i < options->fixed_count; i++)
         add_region(hash, &options->fixed[i]);
+    // and the mesh or cells that it was made of.
     if (body->model == MODEL_VOXEL)
         add_voxel(hash, &body->voxel, cells);
     else
@@ -258,6 +268,7 @@ static void add_attachment(uint64_t *hash, const AttachmentOptions *attachment)
 uint64_t physics_hash(const Scene *scene, const World *world)
 {
     uint64_t hash = FNV_START;
+    // The scene's own keys, then each of its lists with its length.
     add_keys(&hash, &SCENE_TABLE, scene);
     fnv_int(&hash, scene->body_count);
     for (int i = 0; i < scene->body_count; i++)

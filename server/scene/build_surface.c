@@ -47,6 +47,7 @@ static bool generate_mesh(const MeshSource *source, TriMesh *mesh, Status *statu
     case MESH_UV_SPHERE:
         return generate_uv_sphere(mesh, source->rings, source->segments, source->radius, status);
     case MESH_ICO_SPHERE: {
+        // Each subdivision makes nearly four times as many nodes.
         int subdivisions = 0;
         for (int nodes = 12; nodes < source->nodes; nodes = 4 * nodes - 6)
             subdivisions++;
@@ -63,6 +64,7 @@ static bool generate_mesh(const MeshSource *source, TriMesh *mesh, Status *statu
 
 static bool place_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
 {
+    // A file says what its mesh is like; a generated one gets its texture here.
     if (source->kind == MESH_FILE) {
         if (!body_mesh_import(source->file, source->scale, source->rotation, source->translation,
                               mesh, status))
@@ -75,6 +77,7 @@ static bool place_mesh(const MeshSource *source, TriMesh *mesh, Status *status)
         if (!body_mesh_check_extent("mesh", source->scale, mesh, status))
             return false;
     }
+    // In either case only what can be simulated.
     MeshFault fault;
     if (mesh_check(mesh, &fault))
         return true;
@@ -197,6 +200,7 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
         ok = levels_create(&levels, mesh, 0, described->name, keeper, status);
     if (ok && (surface.body.levels > 0 || surface.body.cuttable))
         surface.hierarchy = &levels;
+    // Where it starts, and what only the whole scene knows.
     ok = ok && read_initial(described, mesh, surface.hierarchy, &position, &velocity, status);
     build_complete(&surface.body, world, scene, options);
     surface.body.name = described->name;

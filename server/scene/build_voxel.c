@@ -110,6 +110,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         ok = initial_read_rows(described->initial, most, &voxel.body.initial_count, &position,
                                &velocity, status);
     }
+    // What only the whole scene knows, then the body itself.
     if (ok) {
         build_complete(&voxel.body, world, scene, options);
         voxel.body.name = described->name;

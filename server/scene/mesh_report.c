@@ -30,6 +30,7 @@ static void print_source(const MeshImport *import, FILE *out)
 
 static void print_components(const MeshQuality *quality, FILE *out)
 {
+    // All together first, then the largest ones one by one.
     int closed = 0;
     for (int i = 0; i < quality->component_count; i++)
         closed += quality->component[i].border_loops == 0;
@@ -58,13 +59,16 @@ static void print_box(const Box *box, FILE *out)
 
 static void print_shape(const TriMesh *mesh, const MeshQuality *quality, FILE *out)
 {
+    // Its size,
     print_box(&quality->box, out);
     fprintf(out, "  area: %.6g m2, enclosed volume: %.6g m3\n", quality->area, quality->volume);
+    // its edges, with the nodes of the extreme ones,
     fprintf(out, "  edge lengths: min %.6g, mean %.6g, max %.6g m\n", quality->edge_min,
             quality->edge_mean, quality->edge_max);
     fprintf(out, "    shortest: nodes %d and %d; longest: nodes %d and %d\n",
             name_of(mesh, quality->shortest[0]), name_of(mesh, quality->shortest[1]),
             name_of(mesh, quality->longest[0]), name_of(mesh, quality->longest[1]));
+    // and its angles.
     const int *corner = mesh->triangle[quality->sharpest];
     fprintf(out,
             "  angles: min %.4g, mean of the smallest %.4g, max %.4g degrees; "
@@ -79,6 +83,7 @@ static void print_shape(const TriMesh *mesh, const MeshQuality *quality, FILE *o
 // Prints the time step bounds of a body of this mesh whose scene says only `shape = {}`.
 static bool print_time_step(const TriMesh *mesh, FILE *out, Status *status)
 {
+    // A body of the default material tells what the mesh alone decides.
     SurfaceOptions options = {
         .body.name = "mesh", .body.without_contacts = true, .body.without_loads = true};
     scene_preset_surface(&options);
@@ -87,6 +92,7 @@ static bool print_time_step(const TriMesh *mesh, FILE *out, Status *status)
     Body body = {0};
     bool ok = surface_create(&body, mesh, &options, &arena, &state, status);
     if (ok) {
+        // Of the two explicit integrators.
         fprintf(out, "  stable time step (default material, shape springs, no contact):");
         const IntegratorKind kinds[] = {INTEGRATOR_RK4, INTEGRATOR_LEAPFROG};
         for (int i = 0; i < 2; i++) {
@@ -142,6 +148,7 @@ static bool print_mesh(const char *path, double scale, const Units *guess, const
                        const TriMesh *mesh, FILE *out, Status *status)
 {
     MeshFault fault;
+    // What cannot be simulated has no report.
     Proposals proposals;
     if (!body_mesh_check_extent(path, scale, mesh, status))
         return false;
@@ -149,6 +156,7 @@ static bool print_mesh(const char *path, double scale, const Units *guess, const
         return status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
     if (!proposal_judge(path, scale, &proposals, status))
         return false;
+    // What the mesh is like, then what can be made of it.
     MeshQuality quality;
     mesh_quality_measure(mesh, &quality);
     fprintf(out, "%s: %s\n", path, proposal_best(&proposals) != NULL ? "usable" : "not usable");
@@ -183,10 +191,12 @@ bool mesh_report_print(const char *path, double scale, FILE *out, Status *status
     TriMesh mesh;
     MeshImport import;
     Units guess;
+    // A label volume says its own unit.
     if (proposal_is_volume(path))
         return print_volume(path, scale, out, status);
     if (!mesh_import(path, &mesh, &import, status))
         return false;
+    // The unit that was given, or the likeliest.
     const bool given = scale > 0.0;
     if (!given) {
         guess = units_guess(path, mesh_extent(&mesh));

@@ -73,6 +73,7 @@ static bool is_inside(const Option *option, double value)
 size_t option_value_text(const Option *option, const void *member, char *text, size_t size)
 {
     text[0] = '\0';
+    // Only values that a scene could give have a text.
     switch (option->type) {
     case OPTION_REAL: {
         const double value = *(const double *)member;
@@ -222,6 +223,7 @@ bool option_read_vector(const config_setting_t *setting, const Option *option,
         return fail_type(option, setting, source, "three numbers [x, y, z]");
     double component[3] = {0.0};
     int count = config_setting_length(setting);
+    // Three numbers, neither more nor fewer.
     if (count != 3)
         return option_fail(source, setting, "%s has %d entries and must be three numbers [x, y, z]",
                            option->key, count);
@@ -231,6 +233,7 @@ bool option_read_vector(const config_setting_t *setting, const Option *option,
             return fail_type(option, entry, source, "three numbers [x, y, z]");
         component[i] = number_of(entry);
     }
+    // The limits of a vector are those of its length.
     *vector = vec3(component[0], component[1], component[2]);
     return check_range(option, setting, source, vec3_length(*vector), " length");
 }
@@ -243,6 +246,7 @@ static bool read_word(const config_setting_t *setting, const Option *option,
     if (config_setting_type(setting) == CONFIG_TYPE_STRING)
         string = config_setting_get_string(setting);
     size_t length = 0;
+    // Look for the word, and collect all for the error.
     for (const OptionWord *word = option->words; word->word != NULL; word++) {
         if (strcmp(word->word, string) == 0) {
             *value = word->value;
@@ -269,6 +273,7 @@ static bool read_string(const config_setting_t *setting, const Option *option,
     char text[VALUE_TEXT];
     if (config_setting_type(setting) != CONFIG_TYPE_STRING)
         return fail_type(option, setting, source, "a string in quotes");
+    // Its length, then its characters: names go into channels, files and commands.
     const char *string = config_setting_get_string(setting);
     size_t length = strlen(string);
     bool name = option->type == OPTION_NAME;
@@ -288,6 +293,7 @@ static bool read_string(const config_setting_t *setting, const Option *option,
 
 static void store_default(const Option *option, void *member)
 {
+    // The kind of the member follows from the type of the option.
     switch (option->type) {
     case OPTION_REAL:
         *(double *)member = option->preset;
@@ -358,6 +364,7 @@ static bool read_value(const Option *option, const config_setting_t *setting,
                        const OptionSource *source, void *member)
 {
     int type = config_setting_type(setting);
+    // Each type has its check; groups and lists are read further by who asked for them.
     switch (option->type) {
     case OPTION_REAL:
         return read_real(setting, option, source, member);
@@ -397,6 +404,7 @@ static size_t edit_distance(const char *a, const char *b)
     size_t row[LONGEST_KEY + 1], columns = strlen(b);
     if (columns > LONGEST_KEY || strlen(a) > LONGEST_KEY)
         return LONGEST_KEY;
+    // One row of the table of distances at a time.
     for (size_t j = 0; j <= columns; j++)
         row[j] = j;
     for (size_t i = 1; a[i - 1] != '\0'; i++) {
@@ -430,6 +438,7 @@ static bool check_key(const OptionTable *table, const config_setting_t *setting,
     const char *key = config_setting_name(setting);
     const char *nearest = NULL;
     size_t nearest_distance = 0;
+    // A key that is known, or the nearest one for the error.
     for (int i = 0; i < table->count; i++) {
         const char *known = table->option[i].key;
         if (strcmp(known, key) == 0)
@@ -442,6 +451,7 @@ static bool check_key(const OptionTable *table, const config_setting_t *setting,
             nearest_distance = distance;
         }
     }
+    // Say where, and what was perhaps meant.
     const char *place = table->path[0] != '\0' ? table->path : "the scene";
     if (nearest != NULL)
         return option_fail(source, setting, "unknown key %.64s in %s: did you mean %s?", key, place,
@@ -495,9 +505,11 @@ static void *member_of(const OptionTable *table, const Option *option, void *tar
 bool option_read(const OptionTable *table, const config_setting_t *group,
                  const OptionSource *source, void *target)
 {
+    // A key that the table does not know is an error, never ignored.
     for (int i = 0; i < option_length(group); i++)
         if (!check_key(table, config_setting_get_elem(group, (unsigned)i), source))
             return false;
+    // Each row gets its value, its default, or an error.
     for (int i = 0; i < table->count; i++) {
         const Option *option = &table->option[i];
         const config_setting_t *setting = option_find(group, option->key);

@@ -347,6 +347,7 @@ static int check_rows(const Subject *subject, const Row *row, int count)
 {
     int said = 0;
     bool before = false;
+    // A row that stands in for the one before is silent if that one spoke.
     for (int i = 0; i < count; i++) {
         const double value = row[i].value(subject);
         const bool wrong = value < row[i].low || value > row[i].high; // NaN is neither
@@ -354,6 +355,7 @@ static int check_rows(const Subject *subject, const Row *row, int count)
         before = wrong || (row[i].instead && before);
         if (!say)
             continue;
+        // One line: where, what, and what was perhaps meant.
         char what[256], place[32] = "";
         const char *cause = value < row[i].low ? row[i].small : row[i].large;
         row[i].say(subject, value, what, sizeof what);
@@ -386,6 +388,7 @@ static bool is_held(const Scene *scene, int index, const BodyOutline *outline)
 
 int plausible_warn(World *world, const Scene *scene)
 {
+    // Keys without effect were found when the scene was read.
     int said = scene->idle_count;
     for (int i = 0; i < scene->idle_count; i++)
         log_line(LOG_WARNING, "%s", scene->idle[i]);
@@ -411,6 +414,7 @@ int plausible_warn(World *world, const Scene *scene)
         }
         said += CHECK(body, BODY_ROWS);
     }
+    // Tools are compared with the widest body.
     for (int i = 0; i < scene->tool_count; i++) {
         Subject tool = all;
         tool.tool = &scene->tool[i];

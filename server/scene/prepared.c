@@ -68,11 +68,13 @@ static bool prepare_body(const HdfFile *file, const SceneBody *body, FILE *repor
 bool prepared_write(const char *path, const Scene *scene, FILE *report, Status *status)
 {
     HdfFile file;
+    // Only a file of this kind may be replaced, which is known before the work begins.
     if (!hdf_open_target(&file, path, PREPARED_FORMAT, status))
         return false;
     hdf_close(&file);
     if (!hdf_create(&file, path, status))
         return false;
+    // What all our files begin with, then one group a body.
     bool ok = hdf_write_text(&file, "/", "format", PREPARED_FORMAT) &&
               hdf_write_int(&file, "/", "version", PREPARED_VERSION) &&
               hdf_write_text(&file, "/", "scene", scene->text) &&

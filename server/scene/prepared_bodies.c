@@ -137,6 +137,7 @@ static bool check_source(const HdfFile *file, const SceneBody *body)
 // True if the node names map between mesh and file as mesh.h requires.
 static bool check_names(const TriMesh *mesh)
 {
+    // Nodes of the file, in its order, come first; each must point back to its row,
     int own = mesh->node_count - mesh->copy_count; // nodes that are no copies
     if (own < 0 ||
         (mesh->file_node == NULL && (own != mesh->file_node_count || own < mesh->node_count)))
@@ -147,11 +148,13 @@ static bool check_names(const TriMesh *mesh)
             (i > 0 && index <= mesh->file_index[i - 1]))
             return false;
     }
+    // then copies, each of a node of the file,
     for (int c = 0; c < mesh->copy_count; c++) {
         int node = mesh_node_of_file(mesh, mesh->copy_of[c]);
         if (mesh->file_index[own + c] != mesh->file_node_count + c || node < 0 || node >= own)
             return false;
     }
+    // then what became of each row of the file.
     for (int k = 0; mesh->file_node != NULL && k < mesh->file_node_count; k++)
         if (mesh->file_node[k] < -1 || mesh->file_node[k] >= mesh->node_count)
             return false;
@@ -188,6 +191,7 @@ static bool read_mesh(const HdfFile *file, const char *body, TriMesh *mesh)
     prepared_path(group, body, "");
     prepared_path(triangle, body, "/triangle");
     prepared_path(index, body, "/file_index");
+    // Sizes first: they say how much memory is needed.
     int64_t faces = hdf_count_ints(file, triangle, 3), nodes = hdf_count_ints(file, index, 1);
     int file_nodes = 0, copies = 0;
     if (faces < 0 || nodes < 0 || !hdf_read_int(file, group, "file_nodes", &file_nodes) ||
@@ -195,6 +199,7 @@ static bool read_mesh(const HdfFile *file, const char *body, TriMesh *mesh)
         return false;
     if (file_nodes < 0 || file_nodes > MESH_COUNT_MAX || copies < 0 || copies > nodes)
         return hdf_fail(file, group, "has %d nodes in its file and %d copies", file_nodes, copies);
+    // Triangles and names; the tables of joined, split and textured nodes where there are any.
     mesh_create(mesh, (int)nodes, (int)faces);
     mesh->file_node_count = file_nodes;
     mesh->copy_count = copies;
@@ -230,6 +235,7 @@ static bool read_levels(const HdfFile *file, const SceneBody *body, const TriMes
         edges = 2 * edges + 3 * faces;
         faces *= 4;
     }
+    // All levels in one reservation.
     const int count[3] = {mesh->node_count, (int)first, mesh->triangle_count};
     if (!levels_reserve(levels, count, body->options.levels, body->name, arena, &said))
         return hdf_fail(file, prepared_path(group, body->name, ""), "%s", said.text);
@@ -252,16 +258,19 @@ static bool read_body(const HdfFile *file, const SceneBody *body, TriMesh *mesh,
     char group[PREPARED_NAME], position[PREPARED_NAME];
     prepared_path(group, body->name, "");
     prepared_path(position, body->name, "/position");
+    // The source decides whether the file is for this mesh at all.
     bool divided = body->options.levels > 0;
     if (!check_source(file, body) || !read_mesh(file, body->name, mesh) ||
         (divided && !read_levels(file, body, mesh, levels, arena)))
         return false;
+    // With levels the positions are those of the finest; the first of them are the mesh's.
     int nodes = divided ? levels->level[levels->finest].node_count : mesh->node_count;
     Vec3 *to = divided ? levels->position : mesh->position;
     if (!hdf_read_vectors(file, position, nodes, to))
         return false;
     if (divided)
         memcpy(mesh->position, to, (size_t)mesh->node_count * sizeof *to);
+    // What a file says is checked like what a mesh file says.
     MeshFault fault;
     if (!mesh_check(mesh, &fault))
         return hdf_fail(file, group, "%s", fault.text);
@@ -326,6 +335,7 @@ static bool write_lattice(const HdfFile *file, const SceneBody *body, const Latt
 {
     char name[PREPARED_NAME];
     uint64_t source;
+    // Turn and cells as HDF5 takes them.
     const double turn[] = {lattice->turn.w, lattice->turn.x, lattice->turn.y, lattice->turn.z};
     const hsize_t cells =
         (hsize_t)lattice->count[0] * (hsize_t)lattice->count[1] * (hsize_t)lattice->count[2];
@@ -368,6 +378,7 @@ static bool reserve_lattice(const HdfFile *file, const char *body, Lattice *latt
     if (!hdf_read_numbers(file, prepared_path(name, body, "/count"), H5T_NATIVE_INT, 3, count) ||
         !hdf_read_numbers(file, prepared_path(name, body, "/size"), H5T_NATIVE_DOUBLE, 0, &size))
         return false;
+    // The stated counts must give the stored number of cells, without overflow.
     int64_t cells = hdf_count_ints(file, prepared_path(name, body, "/label"), 1), wanted = 1;
     if (cells < 0)
         return false;
@@ -379,6 +390,7 @@ static bool reserve_lattice(const HdfFile *file, const char *body, Lattice *latt
     Status said = {0};
     if (!lattice_create(lattice, count, size, &said))
         return hdf_fail(file, prepared_path(name, body, ""), "%s", said.text);
+    // And their size must make a body.
     double extent = size * fmax(count[0], fmax(count[1], count[2]));
     return mesh_extent_fits(extent) || hdf_fail(file, prepared_path(name, body, "/size"),
                                                 "makes a body of %g m, outside [%g, %g]", extent,
@@ -401,21 +413,25 @@ static bool read_lattice(const HdfFile *file, const SceneBody *body, Lattice *la
     char name[PREPARED_NAME];
     uint64_t source;
     double turn[4];
+    // The file is for these voxels, and large enough.
     if (!hash_voxels_source(&body->voxels, &source, file->status) ||
         !prepared_check_source(file, body, source, "source of voxels") ||
         !reserve_lattice(file, body->name, lattice))
         return false;
+    // Cells and what they are made of.
     size_t cells =
         (size_t)lattice->count[0] * (size_t)lattice->count[1] * (size_t)lattice->count[2];
     if (!hdf_read_bytes(file, prepared_path(name, body->name, "/label"), cells, lattice->label))
         return false;
     if (!check_labels(lattice, body->voxels.label_count))
         return hdf_fail(file, name, "has no solid cell, too many, or one without a material");
+    // Where it stands,
     const Vec3 *origin = &lattice->origin;
     if (!hdf_read_vectors(file, prepared_path(name, body->name, "/origin"), 1, &lattice->origin))
         return false;
     if (!(fmax(fabs(origin->x), fmax(fabs(origin->y), fabs(origin->z))) <= LATTICE_FARTHEST))
         return hdf_fail(file, name, "lies farther than %g m away", LATTICE_FARTHEST);
+    // and how it is turned.
     if (!hdf_read_numbers(file, prepared_path(name, body->name, "/turn"), H5T_NATIVE_DOUBLE, 4,
                           turn))
         return false;

@@ -100,6 +100,7 @@ void proposal_write(const Proposal *p, const char *file, FILE *out)
 {
     const bool wall = p->model == MODEL_SURFACE;
     const double size = diagonal_of(p) > 0.0 ? diagonal_of(p) : 1.0;
+    // How to try it, in lengths of the body.
     fprintf(out, "# Proposed by pliant-prepare as a %s. Press it with\n", wall ? "wall" : "solid");
     fprintf(out, "# pliant-probe --auto --clearance %.6f --depth %.6f --speed %.6f\n",
             size / (wall ? 25.0 : 12.0), size / (wall ? 20.0 : 16.0), size / 10.0);
@@ -107,6 +108,7 @@ void proposal_write(const Proposal *p, const char *file, FILE *out)
     // measured force.
     fprintf(out, "# which feels %.2g N or more, unless it meets a thin or loose part.\n",
             wall ? 0.2 * size : 3.0 * size * size);
+    // The body.
     fprintf(out,
             "name = \"organ\";\n"
             "publish = { rest = true; };   # colours by displacement on the page\n"
@@ -116,6 +118,7 @@ void proposal_write(const Proposal *p, const char *file, FILE *out)
         write_wall(p, file, out);
     else
         write_solid(p, file, out);
+    // And a probe in proportion to it.
     fprintf(out, "  }\n);\ntools = (\n  { id = 1;  kind = \"probe\";\n");
     fprintf(out,
             "    capsules = ( { from = [0.0, 0.0, 0.0];  to = [0.0, 0.0, %.6g];  radius = %.6g; } "
@@ -153,6 +156,7 @@ static void find_pieces(const Body *body, Built *built)
     int name[PROPOSAL_PIECES], count = 0;
     float *position = calloc((size_t)mesh->node_count + 1, 3 * sizeof *position);
     ASSERT(position != NULL);
+    // Where the nodes are, and to which piece each belongs.
     body->ops->snapshot(body->model, position, NULL);
     for (int i = 0; i < mesh->node_count; i++) {
         int at = 0;
@@ -162,6 +166,7 @@ static void find_pieces(const Body *body, Built *built)
             continue;
         const float *f = position + 3 * i;
         const Vec3 x = vec3((double)f[0], (double)f[1], (double)f[2]);
+        // A piece that was not met yet gets a box of its own.
         if (at == count) {
             name[count++] = mesh->piece[i];
             built->piece[at] = box_empty();
@@ -175,6 +180,7 @@ static bool build_scene(const char *path, Built *built, Status *status)
 {
     Scene scene = {0};
     World world = {0};
+    // The proposal is built as a daemon would, since only that says what it costs.
     const BuildOptions options = {.isa = "auto", .may_load = true, .publishes = true};
     bool ok = scene_read(path, &scene, status) && world_build(&world, &scene, &options, status);
     if (ok) {
@@ -202,6 +208,7 @@ static bool build(const Proposal *proposal, Built *built, Status *status)
     char path[512];
     char *file = realpath(proposal->path, NULL);
     snprintf(path, sizeof path, "%s/pliant-prepare-XXXXXX", folder);
+    // As a temporary file that nobody else can guess.
     int descriptor = file != NULL ? mkstemp(path) : -1;
     FILE *out = descriptor >= 0 ? fdopen(descriptor, "w") : NULL;
     bool ok = out != NULL;
@@ -215,6 +222,7 @@ static bool build(const Proposal *proposal, Built *built, Status *status)
         ok = build_scene(path, built, status);
     else
         status_fail(status, STATUS_FAILED, "cannot write to %s", folder);
+    // The user knows nothing of that file.
     strip_place(path, status);
     if (descriptor >= 0)
         unlink(path);
@@ -258,6 +266,7 @@ static void judge_implicit(const Proposals *all, const Built *explicit, const St
 {
     Built built;
     Status ignored = {0};
+    // Implicit only where the explicit body is not hopelessly large.
     verdict->proposal.implicit = true;
     const bool can = explicit == NULL || cost_implicit(explicit->springs) <= COST_BUDGET;
     if (can && !build(&verdict->proposal, &built, &ignored)) {
@@ -338,10 +347,12 @@ static void judge_solid(const Proposals *all, Verdict *verdict)
     Proposal *p = &verdict->proposal;
     Built built = {0};
     Status said = {0};
+    // Cells fill a closed surface only.
     if (!all->subject.volume && all->volume <= 0.0) {
         say(verdict, false, "its surface is not closed");
         return;
     }
+    // A first guess by size, then cells as small as a tick has time for.
     if (!p->volume)
         p->cell = round_up(FIRST_CELL * diagonal_of(p));
     for (int i = 0; i < 8; i++) {
@@ -387,10 +398,12 @@ static bool look_at_mesh(Proposals *all, Status *status)
     const char *path = all->subject.path;
     if (!mesh_import(path, &mesh, &import, status))
         return false;
+    // As it will stand in the world.
     mesh_place(&mesh, all->subject.scale, vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0));
     bool ok = mesh_check(&mesh, &fault) ||
               status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
     if (ok) {
+        // What the judgement needs of its shape.
         MeshQuality quality;
         mesh_quality_measure(&mesh, &quality);
         all->components = quality.component_count;
@@ -426,6 +439,7 @@ static int choose_label(const LabelVolume *volume)
 static bool look_at_volume(Proposals *all, Status *status)
 {
     LabelVolume volume;
+    // The label that most of it has.
     if (!volume_import(all->subject.path, &volume, status))
         return false;
     all->subject.label = choose_label(&volume);

@@ -147,6 +147,7 @@ static bool read_publish(const SceneReader *reader, const config_setting_t *grou
     PublishGroup raw = {0};
     if (!option_read(&PUBLISH_TABLE, group, &reader->source, &raw))
         return false;
+    // Rates above the tick's are errors where they were given, and lowered where they are defaults.
     for (int i = 0; i < PUBLISH_TABLE.count; i++) {
         const Option *option = &PUBLISH_TABLE.option[i];
         double *rate = rate_of(option, &raw.publish);
@@ -160,6 +161,7 @@ static bool read_publish(const SceneReader *reader, const config_setting_t *grou
                                option_number_text(limit, reader->scene->rate_hz));
         *rate = reader->scene->rate_hz;
     }
+    // Words become what the daemon needs.
     reader->scene->publish = raw.publish;
     reader->scene->publish.all_nodes = raw.nodes == NODES_ALL;
     return true;
@@ -191,6 +193,7 @@ static bool read_bodies(const SceneReader *reader, const config_setting_t *list)
     Scene *scene = reader->scene;
     if (option_length(list) == 0)
         return option_fail(&reader->source, list, "bodies is empty: at least one body");
+    // Each entry is checked against those before it.
     scene->body = allocate_groups(reader, list, SCENE_BODIES, sizeof *scene->body);
     if (scene->body == NULL)
         return false;
@@ -199,6 +202,7 @@ static bool read_bodies(const SceneReader *reader, const config_setting_t *list)
         SceneBody *body = &scene->body[scene->body_count++];
         if (group == NULL || !scene_read_body(reader, group, body))
             return false;
+        // Names are unique, and short enough for every channel that is made of them.
         for (int k = 0; k < i; k++)
             if (strcmp(scene->body[k].name, body->name) == 0)
                 return option_fail(&reader->source, option_find(group, "name"),
@@ -219,6 +223,7 @@ static bool read_tools(const SceneReader *reader, const config_setting_t *list)
     scene->tool = allocate_groups(reader, list, SCENE_TOOLS, sizeof *scene->tool);
     if (scene->tool == NULL)
         return option_length(list) == 0;
+    // Lines are kept for warnings that come later.
     scene->tool_line = calloc((size_t)option_length(list), sizeof *scene->tool_line);
     ASSERT(scene->tool_line != NULL);
     for (int i = 0; i < option_length(list); i++) {
@@ -227,6 +232,7 @@ static bool read_tools(const SceneReader *reader, const config_setting_t *list)
         if (group == NULL || !scene_read_tool(reader, group, tool))
             return false;
         scene->tool_line[i] = (int)config_setting_source_line(group);
+        // Messages name a tool by its id.
         for (int k = 0; k < i; k++)
             if (scene->tool[k].id == tool->id)
                 return option_fail(&reader->source, option_find(group, "id"),
@@ -277,6 +283,7 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
     SceneGroup raw = {.scene = *scene};
     if (!option_read(&SCENE_TABLE, root, &reader->source, &raw))
         return false;
+    // What rows could not store directly.
     *scene = raw.scene;
     scene->rate_line = line_of(root, "rate_hz");
     scene->gravity_line = line_of(root, "gravity");
@@ -286,6 +293,7 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
     snprintf(scene->name, sizeof scene->name, "%s", raw.name);
     snprintf(scene->prefix, sizeof scene->prefix, "%s", raw.prefix);
     snprintf(scene->input_prefix, sizeof scene->input_prefix, "%s", input);
+    // Texts are copied, as those of the table are libconfig's.
     if (option_given(root, "lcm_url")) {
         scene->lcm_url = strdup(raw.lcm_url);
         ASSERT(scene->lcm_url != NULL);
@@ -306,10 +314,12 @@ bool scene_read(const char *path, Scene *scene, Status *status)
     config_t config;
     config_init(&config);
     scene->path = strdup(path);
+    // The text is checked before libconfig sees it.
     scene->text = scene_source_read(path, &config, status);
     char *folder = scene_source_folder(path);
     SceneReader reader = {{path, status}, folder, scene};
     bool ok = scene->text != NULL && read_root(&reader, config_root_setting(&config));
+    // Keys without effect are known only when all keys are.
     if (ok)
         scene_find_idle(scene, config_root_setting(&config));
     free(folder);
@@ -321,6 +331,7 @@ bool scene_read(const char *path, Scene *scene, Status *status)
 
 void scene_destroy(Scene *scene)
 {
+    // Bodies own lists and file names.
     for (int i = 0; i < scene->body_count; i++) {
         SceneBody *body = &scene->body[i];
         for (int k = 0; k < body->options.fixed_count; k++)
@@ -332,6 +343,7 @@ void scene_destroy(Scene *scene)
         free(body->material);
         free(body->skin.file);
     }
+    // So do attachments; the rest are plain arrays and texts.
     free(scene->body);
     free(scene->tool);
     free(scene->tool_line);
@@ -351,6 +363,7 @@ void scene_destroy(Scene *scene)
 
 bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status)
 {
+    // Rates that follow from the tick's.
     if (rate_hz > 0.0) {
         scene->rate_hz = rate_hz;
         for (int i = 0; i < PUBLISH_TABLE.count; i++) {
@@ -366,11 +379,13 @@ bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *st
     }
     if (prefix == NULL)
         return true;
+    // Every channel must still have a name that LCM takes.
     for (int i = 0; i < scene->body_count; i++)
         if (longest_channel(prefix, scene->body[i].name) > CHANNEL_MAX)
             return status_fail(status, STATUS_INVALID,
                                "prefix %s makes channel %s_MESH_DELTA_%s longer than %d characters",
                                prefix, prefix, scene->body[i].name, CHANNEL_MAX);
+    // Inputs follow the prefix unless they have one of their own.
     if (strcmp(scene->input_prefix, scene->prefix) == 0)
         snprintf(scene->input_prefix, sizeof scene->input_prefix, "%s", prefix);
     snprintf(scene->prefix, sizeof scene->prefix, "%s", prefix);

@@ -207,6 +207,7 @@ static bool read_tear(const SceneReader *reader, const BodyGroup *raw, SceneBody
 // After the model was read: only then the dimensions are known.
 static bool check_built(const SceneReader *reader, const BodyGroup *raw, const SceneBody *body)
 {
+    // What this build lacks is refused where the scene says that it wants it.
     const char *lacks = NULL;
     (void)body; // where all are built in
 #ifndef PLIANT_WITH_SURFACE
@@ -231,6 +232,7 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
     const OptionSource *source = &reader->source;
     if (!option_read(&BODY_TABLE, group, source, &raw) || !check_meant(reader, &raw))
         return false;
+    // What every body has, whatever its model.
     *body = raw.body;
     body->line = (int)config_setting_source_line(group);
     body->any_integrator =
@@ -241,6 +243,7 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
     snprintf(body->name, sizeof body->name, "%s", raw.name);
     if (option_given(group, "initial"))
         body->initial = scene_source_resolve(reader->folder, raw.initial);
+    // Then what its model has, and what depends on both.
     return (body->model == MODEL_VOXEL ? scene_read_voxel(reader, &raw, body)
                                        : scene_read_surface(reader, &raw, body)) &&
            check_built(reader, &raw, body) && check_plane(reader, &raw, body) &&

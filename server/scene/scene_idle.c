@@ -178,6 +178,7 @@ static void look(Scene *scene, const OptionTable *table, const config_setting_t 
 
 void scene_find_idle(Scene *scene, const config_setting_t *root)
 {
+    // The scene itself, then each body with its groups, then each tool.
     OptionPlace place = {.scene = scene, .group = root};
     look(scene, &SCENE_TABLE, root, &place);
     look(scene, &PUBLISH_TABLE, option_find(root, "publish"), &place);

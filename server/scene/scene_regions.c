@@ -70,6 +70,7 @@ bool scene_read_region(const SceneReader *reader, const config_setting_t *group,
                        const RegionGroup *raw, const char *list, FixedRegion *region)
 {
     const OptionSource *source = &reader->source;
+    // An entry is of one kind alone.
     bool sphere = option_given(group, "sphere"), radius = option_given(group, "radius");
     if ((raw->box != NULL) + (raw->nodes != NULL) + (sphere || radius) != 1)
         return option_fail(source, group,
@@ -79,6 +80,7 @@ bool scene_read_region(const SceneReader *reader, const config_setting_t *group,
         return read_box(reader, raw->box, region);
     if (raw->nodes != NULL)
         return read_nodes(reader, raw->nodes, region);
+    // A ball needs both.
     if (!sphere || !radius)
         return option_fail(source, group, "%s %s is missing: a ball has a sphere and a radius",
                            list, sphere ? "radius" : "sphere");
@@ -104,6 +106,7 @@ bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, S
     if (count > FIXED_REGIONS)
         return option_fail(&reader->source, list, "fixed has %d entries, at most %d", count,
                            FIXED_REGIONS);
+    // The body owns what was read, also after a failure.
     FixedRegion *fixed = calloc((size_t)count, sizeof *fixed);
     ASSERT(fixed != NULL);
     body->options.fixed = fixed;
@@ -218,7 +221,9 @@ bool scene_join_bodies(const SceneReader *reader, const config_setting_t *list)
 {
     const Scene *scene = reader->scene;
     SceneBody *both[2];
+    // Bodies that choose take the integrator of those that do not.
     share_integrators(scene);
+    // What is left must agree: joined bodies are stepped together.
     for (int i = 0; i < scene->attachment_count; i++) {
         if (!find_joint(scene, i, both))
             continue;
@@ -241,6 +246,7 @@ bool scene_read_attachment(const SceneReader *reader, const config_setting_t *gr
     AttachmentOptions *options = &attachment->options;
     if (!option_read(&ATTACHMENT_TABLE, group, source, &raw))
         return false;
+    // Which nodes of which body.
     *options = raw.options;
     options->tool = options->to_body = -1;
     attachment->line = (int)config_setting_source_line(group);
@@ -257,6 +263,7 @@ bool scene_read_attachment(const SceneReader *reader, const config_setting_t *gr
             source, group,
             "attachments entry must hold to one of to = \"world\", tool = id and to_body = name");
     options->to = to ? ATTACH_WORLD : tool ? ATTACH_TOOL : ATTACH_BODY;
+    // Find it by its name.
     if (tool)
         return find_tool(reader, option_find(group, "tool"), raw.tool, &options->tool);
     if (to)

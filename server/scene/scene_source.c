@@ -56,6 +56,7 @@ char *scene_source_resolve(const char *folder, const char *name)
 // Returns the text of a regular file, or NULL and the reason.
 static char *read_text(const char *path, size_t *bytes, char why[WHY_MAX])
 {
+    // Only a regular file of bearable size: a folder or device would end the process in libconfig.
     struct stat info;
     if (stat(path, &info) != 0) {
         snprintf(why, WHY_MAX, ": %s", strerror(errno));
@@ -72,6 +73,7 @@ static char *read_text(const char *path, size_t *bytes, char why[WHY_MAX])
         snprintf(why, WHY_MAX, ": %s", strerror(errno));
         return NULL;
     }
+    // Read all of it; a zero byte would hide the rest.
     char *text = malloc((size_t)info.st_size + 1);
     ASSERT(text != NULL);
     size_t length = fread(text, 1, (size_t)info.st_size, file);
@@ -101,6 +103,7 @@ static bool scan_text(Scan *scan, char *text);
 // At a line that begins with @include: checks the file that it names.
 static bool scan_include(Scan *scan, const char *at)
 {
+    // Between the quotes is the name, relative to the scene's folder.
     const char *name = strchr(at, '"');
     const char *end = name != NULL ? strpbrk(name + 1, "\"\n") : NULL;
     if (end == NULL || *end != '"')
@@ -109,6 +112,7 @@ static bool scan_include(Scan *scan, const char *at)
     ASSERT(file != NULL);
     char *path = scene_source_resolve(scan->folder, file);
 
+    // What libconfig takes otherwise than one means is refused.
     char why[WHY_MAX] = "", *text = NULL;
     if (file[0] == '/' || strchr(file, '\\') != NULL)
         snprintf(why, sizeof why, " must be a path from the scene file's folder, written with /");
@@ -117,6 +121,7 @@ static bool scan_include(Scan *scan, const char *at)
     else
         text = read_text(path, scan->bytes, why);
     bool ok = text != NULL;
+    // The file is scanned like the one that names it.
     if (ok) {
         Scan inner = {scan->folder, file, 1, scan->depth + 1, scan->bytes, scan->status};
         ok = scan_text(&inner, text);
@@ -132,6 +137,7 @@ static bool scan_include(Scan *scan, const char *at)
 // Skips a number; refuses integers that libconfig would silently truncate to 32 bits.
 static const char *scan_number(const Scan *scan, const char *at)
 {
+    // The digits, in either base.
     const char *end = at + (*at == '+' || *at == '-');
     bool hex = end[0] == '0' && (end[1] == 'x' || end[1] == 'X') && isxdigit((unsigned char)end[2]);
     if (hex)
@@ -141,6 +147,7 @@ static const char *scan_number(const Scan *scan, const char *at)
     bool real = !hex && (*end == '.' || *end == 'e' || *end == 'E');
     bool wide = *end == 'L';
     int length = (int)(end - at);
+    // The numbers of libconfig that are not whole are doubles: they need no check.
     if (real) {
         while (*end == '.' || isdigit((unsigned char)*end) ||
                ((*end == '+' || *end == '-') && (end[-1] == 'e' || end[-1] == 'E')) ||
@@ -148,6 +155,7 @@ static const char *scan_number(const Scan *scan, const char *at)
             end++;
         return end;
     }
+    // A whole one must fit its type, or libconfig keeps its low bits.
     errno = 0;
     long long value = strtoll(at, NULL, hex ? 16 : 10);
     if (errno != ERANGE && (wide || (value >= INT_MIN && value <= INT_MAX)))
@@ -252,6 +260,7 @@ char *scene_source_read(const char *path, config_t *config, Status *status)
         status_fail(status, STATUS_INVALID, "%s%s", path, why);
         return NULL;
     }
+    // The scan changes brackets in a copy; the text itself is kept for files that we write.
     char *folder = scene_source_folder(path), *parsed = strdup(text);
     ASSERT(parsed != NULL);
     Scan scan = {folder, path, 1, 0, &bytes, status};

@@ -108,6 +108,7 @@ static bool choose_nodes(const SceneReader *reader, const config_setting_t *grou
                          const MeshGroup *raw, MeshSource *mesh)
 {
     const OptionSource *source = &reader->source;
+    // An ico_sphere has only certain numbers of nodes.
     const config_setting_t *at = option_find(group, "nodes");
     if (mesh->kind == MESH_ICO_SPHERE) {
         if (at != NULL && option_given(group, "subdivisions"))
@@ -124,6 +125,7 @@ static bool choose_nodes(const SceneReader *reader, const config_setting_t *grou
         mesh->nodes = nodes;
         return true;
     }
+    // Of the others two are made of any number within bounds.
     bool sphere = mesh->kind == MESH_SPHERE;
     if (!sphere && mesh->kind != MESH_STOMACH)
         return true;
@@ -140,6 +142,7 @@ bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, M
     const OptionSource *source = &reader->source;
     if (!option_read(&MESH_TABLE, group, source, &raw))
         return false;
+    // One source, and only keys that it uses.
     bool file = option_given(group, "file");
     if (file == option_given(group, "generator"))
         return option_fail(source, group, "mesh needs %s file or generator",
@@ -322,6 +325,7 @@ static bool read_levels(const SceneReader *reader, const BodyGroup *raw, Surface
 {
     const OptionSource *source = &reader->source;
     surface->adaptive = raw->adapt != NULL;
+    // Levels must be there before they can be used.
     if (surface->start_level > surface->body.levels)
         return option_fail(source, option_find(raw->at, "start_level"),
                            "start_level %d exceeds levels %d", surface->start_level,

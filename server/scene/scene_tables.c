@@ -24,6 +24,7 @@ int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
 {
     const SurfaceOptions *surface = &body->surface;
     int count = 0;
+    // What all bodies have, then what belongs to the model.
     group[count++] = (KeyGroup){&BODY_TABLE, body, sizeof *body, false};
     group[count++] = (KeyGroup){&CONTACT_TABLE, body, sizeof *body, false};
     group[count++] = (KeyGroup){&TEAR_TABLE, body, sizeof *body, !body->options.cuttable};
@@ -231,6 +232,7 @@ static void print_default(const Option *option, FILE *out)
 
 void option_print_reference(const OptionTable *table, FILE *out)
 {
+    // A heading, then a row a key.
     if (table->title != NULL)
         fprintf(out, "\n## %s\n\n%s\n\n", table->title, table->about);
     else if (table->path[0] != '\0')

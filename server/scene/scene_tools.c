@@ -90,11 +90,13 @@ static bool read_edge(const SceneReader *reader, const config_setting_t *group,
 {
     static const Option END = {"edge", OPTION_VECTOR, 0, "m", 0.0, POSITION_LIMIT, .about = ""};
     const OptionSource *source = &reader->source;
+    // A blade needs an edge, and nothing else has one.
     if (tool->kind != TOOL_BLADE)
         return list == NULL ||
                option_fail(source, list, "edge means nothing for this tool, only for kind blade");
     if (list == NULL)
         return option_fail(source, group, "blade %d has no edge: ([x, y, z], [x, y, z])", tool->id);
+    // Two ends that differ.
     if (option_length(list) != 2)
         return option_fail(source, list, "edge must be two ends ([x, y, z], [x, y, z])");
     for (int k = 0; k < 2; k++)
@@ -112,6 +114,7 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
     if (!option_read(&TOOL_TABLE, group, source, &raw))
         return false;
     *tool = raw.tool;
+    // Its shape.
     if (!read_capsules(reader, raw.capsules, tool))
         return false;
     tool->has_friction = option_given(group, "friction");

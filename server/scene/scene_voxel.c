@@ -123,6 +123,7 @@ static bool choose_count(const SceneReader *reader, const VoxelsGroup *raw, bool
                          VoxelSource *voxels)
 {
     int *count = voxels->count;
+    // One number stands for all directions, two for those of the plane.
     int given = option_read_ints(raw->count, count, 3);
     if (raw->count == NULL)
         count[0] = CELLS_USUAL;
@@ -130,6 +131,7 @@ static bool choose_count(const SceneReader *reader, const VoxelsGroup *raw, bool
         count[1] = count[2] = count[0];
     if (plane && (given <= 2))
         count[2] = 1;
+    // What is left contradicts the dimensions.
     if (given > 3 || (given == 2 && !plane))
         return option_fail(&reader->source, raw->count,
                            "count has %d entries and must be one or three numbers%s", given,
@@ -144,6 +146,7 @@ static bool choose_dimensions(const SceneReader *reader, const config_setting_t 
 {
     const OptionSource *source = &reader->source;
     const config_setting_t *at = option_find(group, "dimensions");
+    // What the body says, what its voxels say, or what their source implies.
     if (at != NULL && *dimensions != 0 && raw->dimensions != *dimensions)
         return option_fail(source, at, "dimensions %d contradicts dimensions %d of the body",
                            raw->dimensions, *dimensions);
@@ -151,6 +154,7 @@ static bool choose_dimensions(const SceneReader *reader, const config_setting_t 
         *dimensions = raw->dimensions;
     if (*dimensions == 0)
         *dimensions = voxels->kind == VOXELS_DISC ? 2 : 3;
+    // Some sources make bodies of one kind only.
     if (voxels->kind == VOXELS_DISC && *dimensions == 3)
         return option_fail(source, at != NULL ? at : group,
                            "dimensions 3 means nothing for voxels from disc, a plane body");
@@ -279,6 +283,7 @@ static bool read_label(const SceneReader *reader, const BodyGroup *raw,
     if (!option_read(&LABEL_MATERIAL_TABLE, group, source, &entry) ||
         !check_poisson(reader, raw, group, entry.material.poisson_ratio))
         return false;
+    // Find the label among those of the voxels.
     int index = 0;
     while (index < body->voxels.label_count && body->voxels.label[index] != entry.label)
         index++;
@@ -288,6 +293,7 @@ static bool read_label(const SceneReader *reader, const BodyGroup *raw,
     if (given[index])
         return option_fail(source, at, "label %d has a material already", entry.label);
     given[index] = true;
+    // Keys that are not given keep the usual value.
     SolidMaterial *material = &body->material[index];
     if (option_given(group, "youngs_modulus"))
         material->youngs_modulus = entry.material.youngs_modulus;
@@ -303,6 +309,7 @@ static bool read_materials(const SceneReader *reader, const BodyGroup *raw, Scen
     if (!option_read(&VOXEL_MATERIAL_TABLE, raw->material, &reader->source, body) ||
         !check_poisson(reader, raw, raw->material, body->usual.poisson_ratio))
         return false;
+    // Each label begins with the usual material,
     int count = body->voxels.label_count;
     body->material = calloc((size_t)count, sizeof *body->material);
     ASSERT(body->material != NULL);
@@ -310,6 +317,7 @@ static bool read_materials(const SceneReader *reader, const BodyGroup *raw, Scen
     body->voxel.material_count = count;
     for (int i = 0; i < count; i++)
         body->material[i] = body->usual;
+    // and each entry changes one of them.
     bool given[LATTICE_MATERIALS] = {false};
     for (int i = 0; i < option_length(raw->materials); i++) {
         const config_setting_t *group = option_group_at(raw->materials, i, &reader->source);
