@@ -30,82 +30,18 @@ bool client_fail(ClientError *error, const char *format, ...)
 
 // --- options ---
 
-bool client_name_valid(const char *name, size_t max)
-{
-    size_t length = strlen(name);
-    if (length < 1 || length > max)
-        return false;
-    for (const char *c = name; *c; c++) {
-        if (!isalnum((unsigned char)*c) && *c != '_' && *c != '-')
-            return false;
-    }
-    return true;
-}
+const ArgumentRow CLIENT_WHERE[] = {
+    {"lcm-url", 'l', ARGUMENT_TEXT, "URL", offsetof(ClientOptions, url),
+     .help = "LCM network (default: LCM_DEFAULT_URL, else LCM's own default)"},
+    {"prefix", 0, ARGUMENT_NAME, "NAME", offsetof(ClientOptions, prefix), .preset_text = "PLIANT",
+     .help = "prefix of the channels"},
+    {0}};
 
-static error_t parse_option(int key, char *argument, struct argp_state *state)
-{
-    ClientOptions *options = state->input;
-    switch (key) {
-    case 'l':
-        options->url = argument;
-        return 0;
-    case 0x500:
-        if (!client_name_valid(argument, CLIENT_PREFIX_MAX - 1))
-            argp_error(state, "--prefix '%s': 1 to %d letters, digits, '_' or '-'", argument,
-                       CLIENT_PREFIX_MAX - 1);
-        options->prefix = argument;
-        return 0;
-    case ARGP_KEY_ARG:
-        argp_error(state, "'%s' is not an option", argument);
-        return 0;
-    default:
-        return ARGP_ERR_UNKNOWN;
-    }
-}
-
-static const struct argp_option OPTIONS[] = {
-    {"lcm-url", 'l', "URL", 0, "LCM network (default: LCM_DEFAULT_URL, else LCM's own default)",
-     90},
-    {"prefix", 0x500, "NAME", 0, "prefix of the channels (default: PLIANT)", 90},
-    {0},
-};
-
-const struct argp CLIENT_ARGP = {.options = OPTIONS, .parser = parse_option};
-const struct argp_child CLIENT_WHERE[] = {{&CLIENT_ARGP, 0, "Where:", 3}, {0}};
-
-bool client_parse_number(const char *text, double low, double high, double *number)
-{
-    char *end;
-    errno = 0;
-    double value = strtod(text, &end);
-    if (end == text || *end || !isfinite(value) || value < low || value > high)
-        return false;
-    *number = value;
-    return true;
-}
-
-bool client_parse_integer(const char *text, long low, long high, long *number)
-{
-    char *end;
-    errno = 0;
-    long value = strtol(text, &end, 10);
-    if (end == text || *end || errno || value < low || value > high)
-        return false;
-    *number = value;
-    return true;
-}
-
-bool client_parse_vector(const char *text, double limit, double vector[3])
-{
-    for (int k = 0; k < 3; k++) {
-        char *end;
-        vector[k] = strtod(text, &end);
-        if (end == text || *end != (k < 2 ? ',' : '\0') || !(fabs(vector[k]) <= limit))
-            return false;
-        text = end + 1;
-    }
-    return true;
-}
+const ArgumentRow CLIENT_INPUT_PREFIX[] = {
+    {"input-prefix", 0, ARGUMENT_NAME, "NAME",
+     .help = "prefix of tools and commands, if the scene has an input_prefix (default: as "
+             "--prefix)"},
+    {0}};
 
 int client_read_numbers(const char *line, double *number, int most)
 {

@@ -1,13 +1,13 @@
-// Shared by every client program: options, connection, waiting, requests. One thread: the one that
-// called client_connect. Never exits; only client_print_* print.
+// Shared by every client program: common options, connection, waiting, requests. One thread: the
+// one that called client_connect. Never exits; only client_print_* print.
 #ifndef PLIANT_CLIENTS_CLIENT_H
 #define PLIANT_CLIENTS_CLIENT_H
 
+#include "base/arguments.h"
 #include "receiver.h"
 
 #include "pliant_reply_t.h"
 
-#include <argp.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -35,20 +35,11 @@ typedef struct ClientOptions {
     const char *prefix; // NULL: "PLIANT"
 } ClientOptions;
 
-// Options -l/--lcm-url and --prefix, as a child parser whose input is a ClientOptions. It refuses
-// words that are no options. CLIENT_WHERE: as the only child, under a heading.
-extern const struct argp CLIENT_ARGP;
-extern const struct argp_child CLIENT_WHERE[];
+// -l/--lcm-url and --prefix; the offset is that of a ClientOptions.
+extern const ArgumentRow CLIENT_WHERE[];
+// --input-prefix; the offset is that of a const char *, NULL: as the prefix.
+extern const ArgumentRow CLIENT_INPUT_PREFIX[];
 
-// True for 1 to `max` letters, digits, '_' and '-': the characters of a channel name, since
-// subscriptions are patterns.
-bool client_name_valid(const char *name, size_t max);
-
-// Parse numbers of arguments: the whole text, finite, in [low, high].
-bool client_parse_number(const char *text, double low, double high, double *number);
-bool client_parse_integer(const char *text, long low, long high, long *number);
-// Parses "X,Y,Z", finite, each in [-limit, limit].
-bool client_parse_vector(const char *text, double limit, double vector[3]);
 // Reads the numbers of a line, separated by white space: returns how many, at most `most`; -1 for
 // other text or too many.
 int client_read_numbers(const char *line, double *number, int most);

@@ -1,7 +1,6 @@
 // pliant-cut: cuts tissue, either by messages, each of which sweeps a blade and is answered, or
 // (--stroke) by moving a blade tool along the same path. One thread. A request without answer is
 // repeated with the same number, so that the daemon executes it once.
-#include "arguments.h"
 #include "blade.h"
 #include "client.h"
 #include "track.h"
@@ -21,11 +20,12 @@ enum { PENDING_MOST = 64 }; // requests in progress; the daemon queues 128
 typedef struct Options {
     ClientOptions client;
     BladePath path;
-    bool has_before, has_blade, stroke, quiet;
-    double before[2][3], blade[3], plane_size;
+    bool has_before, stroke, quiet;
+    double given[6];             // of the newest option that has numbers
+    double blade[3], plane_size; // blade: x NaN: not given
     const char *file, *body;
     double rate_hz, speed, timeout_s; // rate 0: each sweep waits for the answer to the last one
-    long tool, tries, repeat;
+    int tool, tries, repeat;
 } Options;
 
 typedef struct Pending {
@@ -61,160 +61,113 @@ typedef struct Cut {
 
 // --- options ---
 
-const char *argp_program_version = "pliant-cut " PLIANT_VERSION; // argp prints it for --version
-
-static const struct argp_option OPTIONS[] = {
-    {0, 0, 0, 0, "Path of the blade (one of):", 1},
-    {"before", 'B', "X,Y,Z,X,Y,Z", 0, "the two ends of its edge before the sweep [m] ...", 1},
-    {"after", 'A', "X,Y,Z,X,Y,Z", 0, "... and after the sweep; repeated: a polyline", 1},
-    {"blade", 'e', "X,Y,Z", 0, "with --point: vector from the edge's tip to its other end [m]", 1},
-    {"point", 'p', "X,Y,Z", 0, "a point on the path of its tip, at least twice", 1},
-    {"plane", 'P', "X,Y,Z,NX,NY,NZ", 0, "sweep the plane through a point with this normal", 1},
-    {"size", 'S', "M", 0, "side of the square that --plane sweeps (1); give it before --plane", 1},
-    {"file", 'f', "FILE", 0,
-     "lines 'x y z x y z': successive positions of the edge's two ends; 'lift' starts a new path",
-     1},
-    {0, 0, 0, 0, "What to cut, and how:", 2},
-    {"body", 'b', "NAME", 0, "only this body (all)", 2},
-    {"rate", 'r', "HZ", 0,
-     "sweeps per second (each after the reply to the last one); of --stroke: poses (1000)", 2},
-    {"repeat", 'n', "N", 0, "cut the whole path N times (1)", 2},
-    {"timeout", 'T', "S", 0, "repeat a request when no reply arrives within this time (0.5)", 2},
-    {"tries", 'N', "N", 0, "send a request at most N times (6)", 2},
-    {"quiet", 'q', 0, 0, "print only the summary", 2},
-    {"stroke", 's', 0, 0, "move a blade tool along the path instead of sending cuts", 2},
-    {"tool", 't', "ID", 0, "its id; its edge goes from its origin along its z axis (1)", 2},
-    {"speed", 'v', "M/S", 0, "of --stroke (0.05)", 2},
-    {0},
-};
-
-static bool parse_numbers(const char *text, int count, double *number)
+static bool add_place(Options *options, const double end[2][3], bool lifted, Status *why)
 {
-    for (int k = 0; k < count; k++) {
-        char *end;
-        number[k] = strtod(text, &end);
-        if (end == text || *end != (k + 1 < count ? ',' : '\0') ||
-            !(fabs(number[k]) <= TRACK_REACH))
-            return false;
-        text = end + 1;
-    }
+    return blade_add(&options->path, end, lifted) ||
+           status_fail(why, STATUS_INVALID, "is one more than %d positions of the blade",
+                       BLADE_EDGES_MAX);
+}
+
+static bool take_before(void *target, const char *text, Status *why)
+{
+    (void)text;
+    Options *options = target;
+    options->has_before = true;
+    return add_place(options, (const double(*)[3])options->given, true, why);
+}
+
+static bool take_after(void *target, const char *text, Status *why)
+{
+    (void)text;
+    Options *options = target;
+    if (!options->has_before)
+        return status_fail(why, STATUS_INVALID, "needs --before ahead of it");
+    return add_place(options, (const double(*)[3])options->given, false, why);
+}
+
+static bool take_point(void *target, const char *text, Status *why)
+{
+    (void)text;
+    Options *options = target;
+    double *end = options->given;
+    if (isnan(options->blade[0]))
+        return status_fail(why, STATUS_INVALID, "needs --blade X,Y,Z ahead of it");
+    for (int k = 0; k < 3; k++)
+        end[3 + k] = end[k] + options->blade[k];
+    return add_place(options, (const double(*)[3])end, options->path.count == 0, why);
+}
+
+static bool take_plane(void *target, const char *text, Status *why)
+{
+    (void)text;
+    Options *options = target;
+    const double *n = options->given + 3;
+    if (!(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 1e-18))
+        return status_fail(why, STATUS_INVALID, "is no plane: its normal has no length");
+    blade_plane(&options->path, options->given, n, options->plane_size);
     return true;
 }
 
-static void want_numbers(struct argp_state *state, const char *name, const char *text, int count,
-                         double *number)
-{
-    if (!parse_numbers(text, count, number))
-        argp_error(state, "--%s '%s': expected %d numbers X,Y,Z..., each inside [-%g, %g]", name,
-                   text, count, TRACK_REACH, TRACK_REACH);
-}
+#define AT(member) offsetof(Options, member)
+#define REACH      -TRACK_REACH, TRACK_REACH
 
-static void add_place(struct argp_state *state, const double end[2][3], bool lifted)
-{
-    Options *options = state->input;
-    if (!blade_add(&options->path, end, lifted))
-        argp_error(state, "more than %d positions of the blade", BLADE_EDGES_MAX);
-}
+static const ArgumentRow ROWS[] = {
+    {.type = ARGUMENT_HEADING, .help = "Path of the blade (one of):"},
+    {"before", 'B', ARGUMENT_NUMBERS, "X,Y,Z,X,Y,Z", AT(given), REACH, .handler = take_before,
+     .help = "the two ends of its edge before the sweep [m] ..."},
+    {"after", 'A', ARGUMENT_NUMBERS, "X,Y,Z,X,Y,Z", AT(given), REACH, .handler = take_after,
+     .help = "... and after the sweep; repeated: a polyline"},
+    {"blade", 'e', ARGUMENT_NUMBERS, "X,Y,Z", AT(blade), REACH,
+     .help = "with --point: vector from the edge's tip to its other end [m]"},
+    {"point", 'p', ARGUMENT_NUMBERS, "X,Y,Z", AT(given), REACH, .handler = take_point,
+     .help = "a point on the path of its tip, at least twice"},
+    {"plane", 'P', ARGUMENT_NUMBERS, "X,Y,Z,NX,NY,NZ", AT(given), REACH, .handler = take_plane,
+     .help = "sweep the plane through a point with this normal"},
+    {"size", 'S', ARGUMENT_NUMBER, "M", AT(plane_size), 1e-6, TRACK_REACH, .preset = 1.0,
+     .help = "side of the square that --plane sweeps; give it before --plane"},
+    {"file", 'f', ARGUMENT_TEXT, "FILE", AT(file),
+     .help = "lines 'x y z x y z': successive positions of the edge's two ends; 'lift' starts a "
+             "new path"},
+    {.type = ARGUMENT_HEADING, .help = "What to cut, and how:"},
+    {"body", 'b', ARGUMENT_NAME, "NAME", AT(body), .help = "only this body (default: all)"},
+    {"rate", 'r', ARGUMENT_NUMBER, "HZ", AT(rate_hz), 0.01, 10000.0,
+     .help = "sweeps per second (default: each after the reply to the last one); of --stroke: "
+             "poses (default: 1000)"},
+    {"repeat", 'n', ARGUMENT_INTEGER, "N", AT(repeat), 1, 1000000, .preset = 1,
+     .help = "cut the whole path N times"},
+    {"timeout", 'T', ARGUMENT_NUMBER, "S", AT(timeout_s), 0.01, 3600.0, .preset = 0.5,
+     .help = "repeat a request when no reply arrives within this time"},
+    {"tries", 'N', ARGUMENT_INTEGER, "N", AT(tries), 1, 1000, .preset = 6,
+     .help = "send a request at most N times"},
+    {"quiet", 'q', ARGUMENT_FLAG, NULL, AT(quiet), .help = "print only the summary"},
+    {"stroke", 's', ARGUMENT_FLAG, NULL, AT(stroke),
+     .help = "move a blade tool along the path instead of sending cuts"},
+    {"tool", 't', ARGUMENT_INTEGER, "ID", AT(tool), INT32_MIN, INT32_MAX, .preset = 1,
+     .help = "its id; its edge goes from its origin along its z axis"},
+    {"speed", 'v', ARGUMENT_NUMBER, "M/S", AT(speed), 1e-5, 100.0, .preset = 0.05,
+     .help = "of --stroke"},
+    {.type = ARGUMENT_HEADING, .help = "Where:"},
+    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {0}};
 
-static void add_point(struct argp_state *state, const char *text)
+static bool check(void *target, Status *why)
 {
-    Options *options = state->input;
-    double end[2][3];
-    if (!options->has_blade)
-        argp_error(state, "--point needs --blade X,Y,Z before it");
-    want_numbers(state, "point", text, 3, end[0]);
-    for (int k = 0; k < 3; k++)
-        end[1][k] = end[0][k] + options->blade[k];
-    add_place(state, (const double(*)[3])end, options->path.count == 0);
-}
-
-static void add_plane(struct argp_state *state, const char *text)
-{
-    const Options *options = state->input;
-    double number[6];
-    want_numbers(state, "plane", text, 6, number);
-    const double *n = number + 3;
-    if (!(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 1e-18))
-        argp_error(state, "--plane '%s': its normal has no length", text);
-    blade_plane(&((Options *)state->input)->path, number, n, options->plane_size);
-}
-
-static void check_options(const Options *options, struct argp_state *state)
-{
-    int sweeps = blade_sweeps(&options->path);
+    const Options *options = target;
     if (options->file != NULL && options->path.count > 0)
-        argp_error(state, "give either --file or positions of the blade");
-    if (options->file == NULL && sweeps == 0)
-        argp_error(state, "nothing to cut: give --before and --after, --blade and two --point, "
-                          "--plane, or --file");
+        return status_fail(why, STATUS_INVALID, "give either --file or positions of the blade");
+    return options->file != NULL || blade_sweeps(&options->path) > 0 ||
+           status_fail(why, STATUS_INVALID,
+                       "nothing to cut: give --before and --after, --blade and two --point, "
+                       "--plane, or --file");
 }
 
-static error_t parse_option(int key, char *argument, struct argp_state *state)
-{
-    Options *options = state->input;
-    double end[2][3];
-    switch (key) {
-    case ARGP_KEY_INIT:
-        state->child_inputs[0] = &options->client;
-        return 0;
-    case 'B':
-    case 'A':
-        want_numbers(state, key == 'B' ? "before" : "after", argument, 6, end[0]);
-        if (key == 'A' && !options->has_before)
-            argp_error(state, "--after needs --before ahead of it");
-        add_place(state, (const double(*)[3])end, key == 'B');
-        options->has_before = true;
-        return 0;
-    case 'e':
-        want_numbers(state, "blade", argument, 3, options->blade);
-        options->has_blade = true;
-        return 0;
-    case 'p':
-        add_point(state, argument);
-        return 0;
-    case 'P':
-        add_plane(state, argument);
-        return 0;
-    case 'S':
-        argument_number(state, "size", argument, 1e-6, TRACK_REACH, &options->plane_size);
-        return 0;
-    case 'f':
-        options->file = argument;
-        return 0;
-    case 'b':
-        argument_body(state, "body", argument, &options->body);
-        return 0;
-    case 'r':
-        argument_number(state, "rate", argument, 0.01, 10000.0, &options->rate_hz);
-        return 0;
-    case 'n':
-        argument_integer(state, "repeat", argument, 1, 1000000, &options->repeat);
-        return 0;
-    case 'T':
-        argument_number(state, "timeout", argument, 0.01, 3600.0, &options->timeout_s);
-        return 0;
-    case 'N':
-        argument_integer(state, "tries", argument, 1, 1000, &options->tries);
-        return 0;
-    case 'q':
-        options->quiet = true;
-        return 0;
-    case 's':
-        options->stroke = true;
-        return 0;
-    case 't':
-        argument_integer(state, "tool", argument, INT32_MIN, INT32_MAX, &options->tool);
-        return 0;
-    case 'v':
-        argument_number(state, "speed", argument, 1e-5, 100.0, &options->speed);
-        return 0;
-    case ARGP_KEY_END:
-        check_options(options, state);
-        return 0;
-    default:
-        return ARGP_ERR_UNKNOWN;
-    }
-}
+static const ArgumentTable TABLE = {
+    .program = "pliant-cut",
+    .about = "Cuts the bodies of a running pliantd and prints what was severed.",
+    .end = "To join another cut, a cut must overlap it by half an edge of the finest mesh. Exit "
+           "status: 0 something was cut, 1 nothing was cut or no reply arrived, 2 bad usage.",
+    .rows = ROWS,
+    .check = check};
 
 // --- what comes back ---
 
@@ -332,7 +285,7 @@ static bool is_gone(const Cut *cut, ClientError *error)
 // Finds the daemon to send to; waits for one that is just starting.
 static bool find_daemon(Cut *cut, ClientError *error)
 {
-    const double patience = cut->options.timeout_s * (double)cut->options.tries;
+    const double patience = cut->options.timeout_s * cut->options.tries;
     const int64_t end = client_now_ns() + (int64_t)(patience * 1e9);
     if (!session_open(&cut->session, &cut->client, &cut->change))
         return client_fail(error, "LCM refuses to subscribe to %s_CLAIM", cut->client.prefix);
@@ -388,8 +341,7 @@ static bool wait_for(Cut *cut, int64_t until_ns, int under_way, ClientError *err
             return false;
         if (cut->lost)
             return client_fail(error, "no reply on %s_REPLY within %g s: is pliantd running on %s?",
-                               cut->client.prefix,
-                               cut->options.timeout_s * (double)cut->options.tries,
+                               cut->client.prefix, cut->options.timeout_s * cut->options.tries,
                                cut->client.url);
         if (client_now_ns() >= until_ns && cut->under_way <= under_way)
             return true;
@@ -440,7 +392,7 @@ static bool explain_nothing(Cut *cut, ClientError *error)
     cut->client.last_id = cut->next_id; // a sender uses each id once
     if (options->body != NULL &&
         client_request(&cut->client, PLIANT_COMMAND_T_DESCRIBE, 0, "", options->timeout_s,
-                       (int)options->tries, error) &&
+                       options->tries, error) &&
         !client_described_body(&cut->client, options->body, error))
         return false;
     return client_fail(error, "nothing was cut");
@@ -466,7 +418,7 @@ static void send_pose(Cut *cut, const TrackPose *pose, bool active)
     pliant_tool_pose_t message = {.utime = client_utime(),
                                   .sender = cut->client.sender,
                                   .sequence = (int32_t)cut->sequence++,
-                                  .tool = (int32_t)cut->options.tool,
+                                  .tool = cut->options.tool,
                                   .active = active};
     memcpy(message.position, pose->position, sizeof message.position);
     memcpy(message.orientation, pose->orientation, sizeof message.orientation);
@@ -513,7 +465,7 @@ static bool move_tool(Cut *cut, ClientError *error)
     const Options *options = &cut->options;
     if (!client_subscribe(&cut->client, "EVENT", NULL, 256, on_event, cut))
         return client_fail(error, "LCM refuses to subscribe to %s_EVENT", cut->client.prefix);
-    const double patience = options->timeout_s * (double)options->tries; // as with messages
+    const double patience = options->timeout_s * options->tries; // as with messages
     if (!client_hear_daemon(&cut->client, patience, error) || !find_daemon(cut, error))
         return false;
     for (long n = 0; n < options->repeat; n++)
@@ -532,7 +484,7 @@ static bool move_tool(Cut *cut, ClientError *error)
     if (cut->cuts > 0)
         return true;
     return client_fail(error,
-                       "no stroke was reported on %s_EVENT: tool %ld met no cuttable tissue, "
+                       "no stroke was reported on %s_EVENT: tool %d met no cuttable tissue, "
                        "is not a blade, or its edge is not along its z axis%s%s",
                        cut->client.prefix, options->tool,
                        cut->refusal[0] ? "; the daemon said: " : "", cut->refusal);
@@ -540,23 +492,10 @@ static bool move_tool(Cut *cut, ClientError *error)
 
 int main(int argc, char **argv)
 {
-    static const struct argp argp = {
-        .options = OPTIONS,
-        .parser = parse_option,
-        .children = CLIENT_WHERE,
-        .doc =
-            "Cuts the bodies of a running pliantd and prints what was severed.\v"
-            "To join another cut, a cut must overlap it by half an edge of the finest "
-            "mesh. Exit status: 0 something was cut, 1 nothing was cut or no reply arrived, 2 bad "
-            "usage."};
-    static Cut cut = {.options = {.plane_size = 1.0,
-                                  .timeout_s = 0.5,
-                                  .speed = 0.05,
-                                  .tool = 1,
-                                  .tries = 6,
-                                  .repeat = 1}};
-    argp_err_exit_status = 2;
-    argp_parse(&argp, argc, argv, 0, NULL, &cut.options);
+    static Cut cut = {.options.blade = {(double)NAN}};
+    Status status = {0};
+    if (!arguments_parse(&TABLE, argc, argv, &cut.options, &status))
+        return arguments_exit(&status);
     client_catch_signals();
 
     ClientError error = {0};

@@ -1,7 +1,6 @@
 // pliant-monitor: shows the state of a running daemon, in place on a terminal and line by line
 // elsewhere, and records the motion of a body. One thread; only listens, except for one DESCRIBE
 // when it needs a mesh.
-#include "arguments.h"
 #include "client.h"
 #include "curve.h"
 #include "view.h"
@@ -35,52 +34,39 @@ typedef struct Monitor {
 
 // --- options ---
 
-const char *argp_program_version = "pliant-monitor " PLIANT_VERSION; // argp prints it for --version
+#define AT(member) offsetof(Options, member)
 
-static const struct argp_option OPTIONS[] = {
-    {"once", '1', 0, 0, "print one status and exit (status 1 if none arrives within 3 s)", 1},
-    {"duration", 'd', "S", 0, "exit after S seconds", 1},
-    {"nodes", 'n', "BODY", 0, "record this body, with:", 2},
-    {"write", 'w', "FILE", 0, "its largest displacement over time, as a table", 2},
-    {"shape", 's', "FILE", 0, "its triangles in the last frame, for gnuplot's pm3d", 2},
-    {"peak", 'p', "FILE", 0, "the same for the frame of the largest displacement", 2},
-    {0},
-};
+static const ArgumentRow ROWS[] = {
+    {.type = ARGUMENT_HEADING, .help = "What to show:"},
+    {"once", '1', ARGUMENT_FLAG, NULL, AT(once),
+     .help = "print one status and exit (status 1 if none arrives within 3 s)"},
+    {"duration", 'd', ARGUMENT_NUMBER, "S", AT(duration), 0.01, 1e7,
+     .help = "exit after S seconds"},
+    {"nodes", 'n', ARGUMENT_NAME, "BODY", AT(body), .help = "record this body, with:"},
+    {"write", 'w', ARGUMENT_TEXT, "FILE", AT(write),
+     .help = "its largest displacement over time, as a table"},
+    {"shape", 's', ARGUMENT_TEXT, "FILE", AT(shape),
+     .help = "its triangles in the last frame, for gnuplot's pm3d"},
+    {"peak", 'p', ARGUMENT_TEXT, "FILE", AT(peak),
+     .help = "the same for the frame of the largest displacement"},
+    {.type = ARGUMENT_HEADING, .help = "Where:"},
+    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {0}};
 
-static error_t parse_option(int key, char *argument, struct argp_state *state)
+static bool check(void *target, Status *why)
 {
-    Options *options = state->input;
-    switch (key) {
-    case ARGP_KEY_INIT:
-        state->child_inputs[0] = &options->client;
-        return 0;
-    case '1':
-        options->once = true;
-        return 0;
-    case 'd':
-        argument_number(state, "duration", argument, 0.01, 1e7, &options->duration);
-        return 0;
-    case 'n':
-        argument_body(state, "nodes", argument, &options->body);
-        return 0;
-    case 'w':
-        options->write = argument;
-        return 0;
-    case 's':
-        options->shape = argument;
-        return 0;
-    case 'p':
-        options->peak = argument;
-        return 0;
-    case ARGP_KEY_END:
-        if (!options->body != !(options->write || options->shape || options->peak))
-            argp_error(state,
+    const Options *options = target;
+    return !options->body == !(options->write || options->shape || options->peak) ||
+           status_fail(why, STATUS_INVALID,
                        "--nodes BODY goes with --write, --shape or --peak, and they with it");
-        return 0;
-    default:
-        return ARGP_ERR_UNKNOWN;
-    }
 }
+
+static const ArgumentTable TABLE = {
+    .program = "pliant-monitor",
+    .about = "Shows the status of a running pliantd and records the motion of a body.",
+    .end = "Exit status: 0 done, 1 no status arrived or a file could not be written, 2 bad usage.",
+    .rows = ROWS,
+    .check = check};
 
 // --- what comes ---
 
@@ -310,16 +296,10 @@ static bool run(Monitor *monitor, ClientError *error)
 
 int main(int argc, char **argv)
 {
-    static const struct argp argp = {
-        .options = OPTIONS,
-        .parser = parse_option,
-        .children = CLIENT_WHERE,
-        .doc = "Shows the status of a running pliantd and records the motion of a body.\v"
-               "Exit status: 0 done, 1 no status arrived or a file could not be written, 2 bad "
-               "usage."};
     static Monitor monitor;
-    argp_err_exit_status = 2;
-    argp_parse(&argp, argc, argv, 0, NULL, &monitor.options);
+    Status status = {0};
+    if (!arguments_parse(&TABLE, argc, argv, &monitor.options, &status))
+        return arguments_exit(&status);
     monitor.terminal = isatty(STDOUT_FILENO) && !monitor.options.once;
     client_catch_signals();
 

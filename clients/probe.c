@@ -2,7 +2,6 @@
 // and shows the force on the tool. One thread, poses at absolute deadlines; withdraws the tool at
 // the end.
 #include "aim.h"
-#include "arguments.h"
 #include "client.h"
 #include "hand_run.h"
 #include "keys.h"
@@ -27,12 +26,12 @@ typedef enum Mode { MODE_NONE, MODE_POSES, MODE_PRESS, MODE_AUTO, MODE_KEYS } Mo
 typedef struct Options {
     ClientOptions client;
     Mode mode;
-    bool keys, has_start, aim, has_depth;
+    bool keys, aim;
     bool hand, hand_table; // a hand on a device, after the approach
     HandOptions by;        // the hand
-    long tool, repeat;
+    int tool, repeat;
     const char *poses, *body, *log;
-    double start[3], direction[3];      // [m], unit
+    double start[3], direction[3];      // [m] (x NaN: not given), unit
     double rate_hz, depth, speed, hold; // [Hz], [m], [m/s], [s]
     double clearance, step, timeout_s;  // [m], [m], [s]
     Grip grip;
@@ -70,185 +69,126 @@ typedef struct Probe {
 
 // --- options ---
 
-const char *argp_program_version = "pliant-probe " PLIANT_VERSION; // argp prints it for --version
-
-static const struct argp_option OPTIONS[] = {
-    {0, 0, 0, 0, "What to do (one of):", 1},
-    {"auto", 'a', 0, 0,
-     "press the first body at its nearest point along --direction (a flat side: at its middle)", 1},
-    {"press", 'p', "X,Y,Z", 0, "press from this point [m] along --direction", 1},
-    {"poses", 'f', "FILE", 0, "follow the lines 't x y z [qw qx qy qz]' of a text file", 1},
-    {"keys", 'k', 0, 0,
-     "w/s, a/d, q/e or arrows move the tool by --step, g closes or opens jaws, space withdraws it, "
-     "x exits; starts at --press or --auto",
-     1},
-    {"hand", 'h' + 256, 0, 0,
-     "with --press (from there) or --auto (from the first contact): simulate a hand that moves in "
-     "and out sinusoidally, on a 1 kHz device that renders F - K (x - x of F) between messages; "
-     "prints the work of the hand and how much of it was dissipated (negative: the loop was "
-     "active)",
-     1},
-    {"hand-table", 't' + 256, 0, 0, "the same for a table of rates, latencies and losses", 1},
-    {0, 0, 0, 0, "How:", 2},
-    {"tool", 't', "ID", 0, "id of the tool in the scene (1)", 2},
-    {"rate", 'r', "HZ", 0, "poses per second (1000)", 2},
-    {"direction", 'd', "X,Y,Z", 0,
-     "of the press (0,0,-1: downwards); the tool's z axis points the other way", 2},
-    {"depth", 'D', "M", 0, "of the press; with --auto from the first contact (0.01)", 2},
-    {"speed", 's', "M/S", 0, "of the tool (0.02)", 2},
-    {"hold", 'H', "S", 0, "time at the deepest point (1)", 2},
-    {"repeat", 'n', "N", 0, "number of presses (1)", 2},
-    {"clearance", 'c', "M", 0, "of --auto: distance from the body at the start (0.01)", 2},
-    {"body", 'b', "NAME", 0, "of --auto: the body (default: the first that replies)", 2},
-    {"step", 'S', "MM", 0, "of --keys, in millimetres (1)", 2},
-    {"grip", 'g', "G|T:G,...", 0,
-     "of a grasper: 0 open, 1 closed (from 0.5 on), or points in seconds since the start", 2},
-    {"frequency", 'F', "HZ", 0,
-     "of --hand (2); then --repeat is the number of measured cycles (3), --depth 0.006", 2},
-    {"latency", 'L', "MS", 0, "of --hand: added latency of the round trip, in milliseconds (0)", 2},
-    {"loss", 'x' + 256, "PERCENT", 0, "of --hand: share of poses that are lost (0)", 2},
-    {"no-stiffness", 'K', 0, 0, "of --hand: render forces as they arrive, K = 0", 2},
-    {"no-twist", 'W', 0, 0, "of --hand: send poses without velocity", 2},
-    {"max-force", 'M', "N", 0, "of --hand: largest force of the device (3.3)", 2},
-    {"log", 'o', "FILE", 0, "write pose, force, torque, depth and round-trip time as a table", 2},
-    {"timeout", 'T', "S", 0, "give up when no force arrives for this long (3)", 2},
-    {0},
-};
-
-static void want_vector(struct argp_state *state, const char *name, const char *text,
-                        double vector[3])
+static bool take_grip(void *target, const char *text, Status *why)
 {
-    if (!client_parse_vector(text, TRACK_REACH, vector))
-        argp_error(state, "--%s '%s': expected X,Y,Z, each inside [-%g, %g]", name, text,
-                   TRACK_REACH, TRACK_REACH);
+    return grip_parse(text, &((Options *)target)->grip) ||
+           status_fail(why, STATUS_INVALID,
+                       "is not G or T:G,T:G,... with G inside [0, 1] and seconds T that do not "
+                       "fall");
 }
 
-static void check_options(Options *options, struct argp_state *state)
+#define AT(member) offsetof(Options, member)
+#define REACH      -TRACK_REACH, TRACK_REACH
+
+static const ArgumentRow ROWS[] = {
+    {.type = ARGUMENT_HEADING, .help = "What to do (one of):"},
+    {"auto", 'a', ARGUMENT_FLAG, NULL, AT(aim),
+     .help = "press the first body at its nearest point along --direction (a flat side: at its "
+             "middle)"},
+    {"press", 'p', ARGUMENT_NUMBERS, "X,Y,Z", AT(start), REACH,
+     .help = "press from this point [m] along --direction"},
+    {"poses", 'f', ARGUMENT_TEXT, "FILE", AT(poses),
+     .help = "follow the lines 't x y z [qw qx qy qz]' of a text file"},
+    {"keys", 'k', ARGUMENT_FLAG, NULL, AT(keys),
+     .help = "w/s, a/d, q/e or arrows move the tool by --step, g closes or opens jaws, space "
+             "withdraws it, x exits; starts at --press or --auto"},
+    {"hand", 0, ARGUMENT_FLAG, NULL, AT(hand),
+     .help = "with --press (from there) or --auto (from the first contact): simulate a hand that "
+             "moves in and out sinusoidally, on a 1 kHz device that renders F - K (x - x of F) "
+             "between messages; prints the work of the hand and how much of it was dissipated "
+             "(negative: the loop was active)"},
+    {"hand-table", 0, ARGUMENT_FLAG, NULL, AT(hand_table),
+     .help = "the same for a table of rates, latencies and losses"},
+    {.type = ARGUMENT_HEADING, .help = "How:"},
+    {"tool", 't', ARGUMENT_INTEGER, "ID", AT(tool), INT32_MIN, INT32_MAX, .preset = 1,
+     .help = "id of the tool in the scene"},
+    {"rate", 'r', ARGUMENT_NUMBER, "HZ", AT(rate_hz), 1.0, 10000.0, .preset = 1000.0,
+     .help = "poses per second"},
+    {"direction", 'd', ARGUMENT_NUMBERS, "X,Y,Z", AT(direction), REACH, .preset_text = "0,0,-1",
+     .help = "of the press; the tool's z axis points the other way"},
+    {"depth", 'D', ARGUMENT_NUMBER, "M", AT(depth), 0.0, 10.0, .preset = -1.0,
+     .help = "of the press; with --auto from the first contact (default: 0.01, of --hand 0.006)"},
+    {"speed", 's', ARGUMENT_NUMBER, "M/S", AT(speed), 1e-5, 10.0, .preset = 0.02,
+     .help = "of the tool"},
+    {"hold", 'H', ARGUMENT_NUMBER, "S", AT(hold), 0.0, 1e5, .preset = 1.0,
+     .help = "time at the deepest point"},
+    {"repeat", 'n', ARGUMENT_INTEGER, "N", AT(repeat), 1, 100000,
+     .help = "number of presses (default: 1); of --hand: of measured cycles (default: 3)"},
+    {"clearance", 'c', ARGUMENT_NUMBER, "M", AT(clearance), 0.0, 10.0, .preset = 0.01,
+     .help = "of --auto: distance from the body at the start"},
+    {"body", 'b', ARGUMENT_NAME, "NAME", AT(body),
+     .help = "of --auto: the body (default: the first that replies)"},
+    {"step", 'S', ARGUMENT_NUMBER, "MM", AT(step), 0.01, 100.0, .factor = 1e-3, .preset = 1.0,
+     .help = "of --keys, in millimetres"},
+    {"grip", 'g', ARGUMENT_OTHER, "G|T:G,...", .handler = take_grip,
+     .help = "of a grasper: 0 open, 1 closed (from 0.5 on), or points in seconds since the start"},
+    {"frequency", 'F', ARGUMENT_NUMBER, "HZ", AT(by.frequency), 0.01, 100.0, .preset = 2.0,
+     .help = "of --hand"},
+    {"latency", 'L', ARGUMENT_NUMBER, "MS", AT(by.latency), 0.0, 500.0, .factor = 1e-3,
+     .help = "of --hand: added latency of the round trip, in milliseconds"},
+    {"loss", 0, ARGUMENT_NUMBER, "PERCENT", AT(by.loss), 0.0, 90.0, .factor = 1e-2,
+     .help = "of --hand: share of poses that are lost"},
+    {"no-stiffness", 'K', ARGUMENT_FLAG, NULL, AT(by.stiffness), .preset = 1,
+     .help = "of --hand: render forces as they arrive, K = 0"},
+    {"no-twist", 'W', ARGUMENT_FLAG, NULL, AT(by.twist), .preset = 1,
+     .help = "of --hand: send poses without velocity"},
+    {"max-force", 'M', ARGUMENT_NUMBER, "N", AT(by.max_force), 0.0, 1e6, .preset = 3.3,
+     .help = "of --hand: largest force of the device"},
+    {"log", 'o', ARGUMENT_TEXT, "FILE", AT(log),
+     .help = "write pose, force, torque, depth and round-trip time as a table"},
+    {"timeout", 'T', ARGUMENT_NUMBER, "S", AT(timeout_s), 0.1, 3600.0, .preset = 3.0,
+     .help = "give up when no force arrives for this long"},
+    {.type = ARGUMENT_HEADING, .help = "Where:"},
+    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {0}};
+
+static bool choose_mode(Options *options, Status *why)
 {
-    int ways = (options->poses != NULL) + options->has_start + options->aim;
+    const bool press = !isnan(options->start[0]);
+    const int ways = (options->poses != NULL) + press + options->aim;
     if (ways > 1 || (options->poses && options->keys))
-        argp_error(state, "give one of --auto, --press, --poses (--keys goes with the first two)");
+        return status_fail(why, STATUS_INVALID,
+                           "give one of --auto, --press, --poses (--keys goes with the first two)");
     if (ways == 0 && !options->keys)
-        argp_error(state, "give one of --auto, --press X,Y,Z, --poses FILE, --keys");
+        return status_fail(why, STATUS_INVALID,
+                           "give one of --auto, --press X,Y,Z, --poses FILE, --keys");
     options->mode = options->keys    ? MODE_KEYS
                     : options->poses ? MODE_POSES
                     : options->aim   ? MODE_AUTO
                                      : MODE_PRESS;
     options->hand |= options->hand_table;
-    if (options->hand && options->mode != MODE_AUTO && options->mode != MODE_PRESS)
-        argp_error(state, "--hand goes with --auto or --press");
-    if (options->hand && !options->has_depth)
-        options->depth = 0.006;
+    if (!press)
+        options->start[0] = 0.0;
+    return !options->hand || options->mode == MODE_AUTO || options->mode == MODE_PRESS ||
+           status_fail(why, STATUS_INVALID, "--hand goes with --auto or --press");
+}
+
+static bool check(void *target, Status *why)
+{
+    Options *options = target;
+    if (!choose_mode(options, why))
+        return false;
+    if (options->depth < 0.0)
+        options->depth = options->hand ? 0.006 : 0.01;
     if (options->repeat == 0)
         options->repeat = options->hand ? 3 : 1;
     options->by.depth = options->depth;
     options->by.rate_hz = options->rate_hz;
     double *d = options->direction, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     if (!(length > 1e-9))
-        argp_error(state, "--direction %g,%g,%g has no length", d[0], d[1], d[2]);
+        return status_fail(why, STATUS_INVALID, "--direction %g,%g,%g has no length", d[0], d[1],
+                           d[2]);
     for (int k = 0; k < 3; k++)
         d[k] /= length;
+    return true;
 }
 
-static error_t parse_option(int key, char *argument, struct argp_state *state)
-{
-    Options *options = state->input;
-    switch (key) {
-    case ARGP_KEY_INIT:
-        state->child_inputs[0] = &options->client;
-        return 0;
-    case 'a':
-        options->aim = true;
-        return 0;
-    case 'p':
-        want_vector(state, "press", argument, options->start);
-        options->has_start = true;
-        return 0;
-    case 'f':
-        options->poses = argument;
-        return 0;
-    case 'k':
-        options->keys = true;
-        return 0;
-    case 't':
-        argument_integer(state, "tool", argument, INT32_MIN, INT32_MAX, &options->tool);
-        return 0;
-    case 'r':
-        argument_number(state, "rate", argument, 1.0, 10000.0, &options->rate_hz);
-        return 0;
-    case 'd':
-        want_vector(state, "direction", argument, options->direction);
-        return 0;
-    case 'D':
-        argument_number(state, "depth", argument, 0.0, 10.0, &options->depth);
-        options->has_depth = true;
-        return 0;
-    case 'h' + 256:
-        options->hand = true;
-        return 0;
-    case 't' + 256:
-        options->hand_table = true;
-        return 0;
-    case 'F':
-        argument_number(state, "frequency", argument, 0.01, 100.0, &options->by.frequency);
-        return 0;
-    case 'L':
-        argument_number(state, "latency", argument, 0.0, 500.0, &options->by.latency);
-        options->by.latency *= 1e-3;
-        return 0;
-    case 'x' + 256:
-        argument_number(state, "loss", argument, 0.0, 90.0, &options->by.loss);
-        options->by.loss *= 1e-2;
-        return 0;
-    case 'K':
-        options->by.stiffness = false;
-        return 0;
-    case 'W':
-        options->by.twist = false;
-        return 0;
-    case 'M':
-        argument_number(state, "max-force", argument, 0.0, 1e6, &options->by.max_force);
-        return 0;
-    case 's':
-        argument_number(state, "speed", argument, 1e-5, 10.0, &options->speed);
-        return 0;
-    case 'H':
-        argument_number(state, "hold", argument, 0.0, 1e5, &options->hold);
-        return 0;
-    case 'n':
-        argument_integer(state, "repeat", argument, 1, 100000, &options->repeat);
-        return 0;
-    case 'c':
-        argument_number(state, "clearance", argument, 0.0, 10.0, &options->clearance);
-        return 0;
-    case 'b':
-        argument_body(state, "body", argument, &options->body);
-        return 0;
-    case 'S':
-        argument_number(state, "step", argument, 0.01, 100.0, &options->step);
-        options->step *= 1e-3;
-        return 0;
-    case 'g':
-        if (!grip_parse(argument, &options->grip))
-            argp_error(
-                state,
-                "--grip '%s': expected G or T:G,T:G,... with G inside [0, 1] and seconds T that "
-                "do not fall",
-                argument);
-        return 0;
-    case 'o':
-        options->log = argument;
-        return 0;
-    case 'T':
-        argument_number(state, "timeout", argument, 0.1, 3600.0, &options->timeout_s);
-        return 0;
-    case ARGP_KEY_END:
-        check_options(options, state);
-        return 0;
-    default:
-        return ARGP_ERR_UNKNOWN;
-    }
-}
+static const ArgumentTable TABLE = {
+    .program = "pliant-probe",
+    .about = "Moves one tool of a running pliantd and shows the force on it.",
+    .end = "Exit status: 0 done, 1 no answer from the daemon, 2 bad usage.",
+    .rows = ROWS,
+    .check = check};
 
 // --- what comes back ---
 
@@ -353,7 +293,7 @@ static void send_pose(Probe *probe)
     pliant_tool_pose_t message = {.utime = utime,
                                   .sender = probe->client.sender,
                                   .sequence = (int32_t)probe->sequence++,
-                                  .tool = (int32_t)probe->options.tool,
+                                  .tool = probe->options.tool,
                                   .twist_valid = !probe->no_twist,
                                   .active = probe->active};
     if (probe->active && probe->start_ns > 0)
@@ -389,7 +329,7 @@ static void deepen(Probe *probe, double time)
     double gone = time * options->speed;
     track_destroy(&probe->track);
     track_press(&probe->track, options->start, options->direction, gone + options->depth,
-                options->speed, options->hold, (int)options->repeat);
+                options->speed, options->hold, options->repeat);
     probe->deepened = true;
     printf("touched after %.1f mm; pressing %.1f mm deeper\n", 1e3 * gone, 1e3 * options->depth);
 }
@@ -465,7 +405,7 @@ static bool prepare_path(Probe *probe, ClientError *error)
     bool automatic = options->mode == MODE_AUTO; // depth counts from the first contact
     track_press(&probe->track, options->start, options->direction,
                 automatic ? options->clearance + AUTO_REACH : options->depth, options->speed,
-                automatic ? 0.0 : options->hold, automatic ? 1 : (int)options->repeat);
+                automatic ? 0.0 : options->hold, automatic ? 1 : options->repeat);
     memcpy(probe->target, options->start, sizeof probe->target);
     track_at(&probe->track, 0.0, &probe->pose);
     if (options->mode == MODE_KEYS && !keys_open())
@@ -502,18 +442,18 @@ static bool explain_silence(const Probe *probe, ClientError *error)
     const char *prefix = probe->client.prefix;
     if (probe->foreign)
         return client_fail(error,
-                           "the daemon has tool %ld, but does not use our poses: another sender "
+                           "the daemon has tool %d, but does not use our poses: another sender "
                            "drives it, or they are refused%s%s",
                            options->tool, probe->refusal[0] ? ": " : "", probe->refusal);
     if (probe->other_tools)
-        return client_fail(error, "no %s_CONTACT of tool %ld: the daemon has tools %s (--tool ID)",
+        return client_fail(error, "no %s_CONTACT of tool %d: the daemon has tools %s (--tool ID)",
                            prefix, options->tool, tools);
     if (probe->refusal[0])
         return client_fail(error, "the daemon refuses the poses: %s", probe->refusal);
     if (probe->state[0])
         return client_fail(error,
                            "the daemon (%s) sends %s_STATUS but no %s_CONTACT: has its scene tool "
-                           "%ld, is publish.contact_hz 0, or is it paused?",
+                           "%d, is publish.contact_hz 0, or is it paused?",
                            probe->state, prefix, prefix, options->tool);
     return client_fail(error,
                        "no %s_CONTACT within %g s: no pliantd on %s, or one with another prefix "
@@ -635,7 +575,7 @@ static bool feel(Probe *probe, ClientError *error)
     hand->client = &probe->client;
     hand->send = send_hand;
     hand->user = probe;
-    hand->cycles = (int)options->repeat;
+    hand->cycles = options->repeat;
     memcpy(hand->touch, probe->pose.position, sizeof hand->touch);
     memcpy(hand->direction, options->direction, sizeof hand->direction);
     memset(probe->pose.angular, 0, sizeof probe->pose.angular);
@@ -673,26 +613,10 @@ static bool run(Probe *probe, ClientError *error)
 
 int main(int argc, char **argv)
 {
-    static const struct argp argp = {
-        .options = OPTIONS,
-        .parser = parse_option,
-        .children = CLIENT_WHERE,
-        .doc = "Moves one tool of a running pliantd and shows the force on it.\v"
-               "Exit status: 0 done, 1 no answer from the daemon, 2 bad usage."};
-    static Probe probe = {
-        .options = {.tool = 1,
-                    .by = {.frequency = 2.0, .max_force = 3.3, .twist = true, .stiffness = true},
-                    .repeat = 0,
-                    .direction = {0.0, 0.0, -1.0},
-                    .rate_hz = 1000.0,
-                    .depth = 0.01,
-                    .speed = 0.02,
-                    .hold = 1.0,
-                    .clearance = 0.01,
-                    .step = 0.001,
-                    .timeout_s = 3.0}};
-    argp_err_exit_status = 2;
-    argp_parse(&argp, argc, argv, 0, NULL, &probe.options);
+    static Probe probe = {.options.start = {(double)NAN}};
+    Status status = {0};
+    if (!arguments_parse(&TABLE, argc, argv, &probe.options, &status))
+        return arguments_exit(&status);
     client_catch_signals();
 
     ClientError error = {0};

@@ -14,17 +14,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum {
-    OPTION_CHECK = ARGUMENT_OWN,
-    OPTION_PROPOSE,
-    OPTION_REPAIR,
-    OPTION_SCALE,
-    OPTION_UNITS,
-    OPTION_MODEL
-};
-
 typedef struct PrepareArguments {
-    Arguments common;
     char **file; // [file_count] meshes, or the scene, of the command line, in order
     int file_count;
     const char *output;
@@ -33,138 +23,95 @@ typedef struct PrepareArguments {
     bool check, propose, repair;
 } PrepareArguments;
 
-static const struct argp_option options[] = {
-    {"check", OPTION_CHECK, 0, 0,
-     "Report on each MESH (OBJ, STL, PLY, OFF): repairs, components, quality of the triangles, the "
-     "stable time step; and whether each, or a label volume (NRRD, NIfTI), is usable as a wall "
-     "(surface body) or as a solid (voxel body), and the time of a tick",
-     1},
-    {"propose", OPTION_PROPOSE, 0, 0,
-     "Write a scene with a MESH or a label volume as its body and a probe of suitable size to a "
-     "new "
-     "-o FILE. At a terminal, asks for the units if they are in doubt",
-     1},
-    {"repair", OPTION_REPAIR, 0, 0,
-     "Write a MESH, repaired and in its own units, to a new OFF file -o FILE, for other programs",
-     1},
-    {"units", OPTION_UNITS, "U", 0,
-     "Units of the mesh files: m, dm, cm, mm or um; without it, and without --scale, they are "
-     "guessed from the file's first lines or the size",
-     1},
-    {"scale", OPTION_SCALE, "S", 0, "Metres per unit of the files; 0.001 for millimetres", 1},
-    {"model", OPTION_MODEL, "M", 0, "Model to propose: surface (a wall) or voxel (a solid)", 1},
-    {"output", 'o', "FILE", 0,
-     "Build the meshes and levels of all bodies of SCENE.cfg and write them to FILE (HDF5), for "
-     "pliantd --prepared FILE SCENE.cfg",
-     2},
-    ARGUMENTS_COMMON(3),
-    {0}};
+#define AT(member) offsetof(PrepareArguments, member)
 
-static void parse_scale(PrepareArguments *arguments, const char *text)
+static bool take_file(void *target, const char *text, Status *why)
 {
-    const double most = 1e6; // as a scene allows
-    char *end;
-    arguments->scale = strtod(text, &end);
-    if (end == text || *end != '\0' || !(arguments->scale > 0.0 && arguments->scale <= most))
-        status_fail(&arguments->common.status, STATUS_INVALID,
-                    "pliant-prepare: --scale '%s' is not a number in (0, %g]", text, most);
-}
-
-static void parse_model(PrepareArguments *arguments, const char *text)
-{
-    for (arguments->model = MODEL_VOXEL; arguments->model >= 0; arguments->model--)
-        if (strcmp(text, scene_model_name((SceneModel)arguments->model)) == 0)
-            return;
-    status_fail(&arguments->common.status, STATUS_INVALID,
-                "pliant-prepare: --model '%s' is neither surface nor voxel", text);
-}
-
-static bool parse_own(int key, char *text, void *arguments)
-{
-    PrepareArguments *a = arguments;
-    switch (key) {
-    case OPTION_CHECK:
-        a->check = true;
-        break;
-    case OPTION_PROPOSE:
-        a->propose = true;
-        break;
-    case OPTION_REPAIR:
-        a->repair = true;
-        break;
-    case OPTION_UNITS:
-        if (!units_parse(text, &a->scale))
-            status_fail(&a->common.status, STATUS_INVALID,
-                        "pliant-prepare: --units '%s' is none of m, dm, cm, mm and um", text);
-        break;
-    case OPTION_MODEL:
-        parse_model(a, text);
-        break;
-    case OPTION_SCALE:
-        parse_scale(a, text);
-        break;
-    case 'o':
-        a->output = text;
-        break;
-    case ARGP_KEY_ARG:
-        a->file[a->file_count++] = text;
-        break;
-    default:
-        return false;
-    }
+    (void)why;
+    PrepareArguments *arguments = target;
+    arguments->file[arguments->file_count++] = (char *)text;
     return true;
 }
 
-static error_t parse_option(int key, char *text, struct argp_state *state)
+static bool take_units(void *target, const char *text, Status *why)
 {
-    return arguments_parse_one(key, text, state, parse_own);
+    return units_parse(text, &((PrepareArguments *)target)->scale) ||
+           status_fail(why, STATUS_INVALID, "is none of m, dm, cm, mm and um");
 }
 
-static void check_together(PrepareArguments *a)
+static bool take_model(void *target, const char *text, Status *why)
 {
-    Status *status = &a->common.status;
+    int *model = &((PrepareArguments *)target)->model;
+    for (*model = MODEL_VOXEL; *model >= 0; (*model)--)
+        if (strcmp(text, scene_model_name((SceneModel)*model)) == 0)
+            return true;
+    return status_fail(why, STATUS_INVALID, "is neither surface nor voxel");
+}
+
+static const ArgumentRow ROWS[] = {
+    {NULL, 0, ARGUMENT_OPERAND, .handler = take_file},
+    {.type = ARGUMENT_HEADING, .help = "Meshes and label volumes:"},
+    {"check", 0, ARGUMENT_FLAG, NULL, AT(check),
+     .help = "Report on each MESH (OBJ, STL, PLY, OFF): repairs, components, quality of the "
+             "triangles, the stable time step; and whether each, or a label volume (NRRD, NIfTI), "
+             "is usable as a wall (surface body) or as a solid (voxel body), and the time of a "
+             "tick"},
+    {"propose", 0, ARGUMENT_FLAG, NULL, AT(propose),
+     .help = "Write a scene with a MESH or a label volume as its body and a probe of suitable "
+             "size to a new -o FILE. At a terminal, asks for the units if they are in doubt"},
+    {"repair", 0, ARGUMENT_FLAG, NULL, AT(repair),
+     .help = "Write a MESH, repaired and in its own units, to a new OFF file -o FILE, for other "
+             "programs"},
+    {"units", 0, ARGUMENT_OTHER, "U", .handler = take_units,
+     .help = "Units of the mesh files: m, dm, cm, mm or um; without it, and without --scale, they "
+             "are guessed from the file's first lines or the size"},
+    {"scale", 0, ARGUMENT_NUMBER, "S", AT(scale), 0.0, 1e6, .open = true, // as a scene allows
+     .help = "Metres per unit of the files; 0.001 for millimetres"},
+    {"model", 0, ARGUMENT_OTHER, "M", .handler = take_model,
+     .help = "Model to propose: surface (a wall) or voxel (a solid)"},
+    {.type = ARGUMENT_HEADING, .help = "Scenes:"},
+    {"output", 'o', ARGUMENT_TEXT, "FILE", AT(output),
+     .help = "Build the meshes and levels of all bodies of SCENE.cfg and write them to FILE "
+             "(HDF5), for pliantd --prepared FILE SCENE.cfg"},
+    {0}};
+
+static bool check_together(void *target, Status *why)
+{
+    const PrepareArguments *a = target;
     const bool judges = a->check || a->propose, mesh = judges || a->repair;
     if (a->file_count == 0)
-        status_fail(status, STATUS_INVALID,
-                    "pliant-prepare: no %s given (see pliant-prepare --help)",
-                    a->output != NULL && !mesh ? "scene" : "mesh");
+        return status_fail(why, STATUS_INVALID, "no %s given",
+                           a->output != NULL && !mesh ? "scene" : "mesh");
     if (a->check + a->propose + a->repair > 1 || a->check == (a->output != NULL))
-        status_fail(status, STATUS_INVALID,
-                    "pliant-prepare: needs either --check MESH... or SCENE.cfg -o FILE, or "
-                    "--propose MESH -o SCENE.cfg, or --repair MESH -o FILE.off (see "
-                    "pliant-prepare --help)");
+        return status_fail(why, STATUS_INVALID,
+                           "needs either --check MESH... or SCENE.cfg -o FILE, or --propose MESH "
+                           "-o SCENE.cfg, or --repair MESH -o FILE.off");
     if (!judges && a->scale > 0.0)
-        status_fail(status, STATUS_INVALID,
-                    "pliant-prepare: --scale goes with --check or --propose, as --units does: a "
-                    "scene has its own");
+        return status_fail(why, STATUS_INVALID,
+                           "--scale goes with --check or --propose, as --units does: a scene has "
+                           "its own");
     if (!a->propose && a->model >= 0)
-        status_fail(status, STATUS_INVALID, "pliant-prepare: --model goes with --propose");
+        return status_fail(why, STATUS_INVALID, "--model goes with --propose");
     if (a->output != NULL && a->file_count > 1)
-        status_fail(status, STATUS_INVALID, "pliant-prepare: one %s at a time, got '%s' and '%s'",
-                    mesh ? "mesh" : "scene", a->file[0], a->file[1]);
+        return status_fail(why, STATUS_INVALID, "one %s at a time, got '%s' and '%s'",
+                           mesh ? "mesh" : "scene", a->file[0], a->file[1]);
+    return true;
 }
 
-static void parse_arguments(int argc, char **argv, PrepareArguments *arguments)
-{
-    static const struct argp argp = {
-        options,
-        parse_option,
+static const ArgumentTable TABLE = {
+    .program = "pliant-prepare",
+    .usage =
         "--check MESH...\n--propose MESH -o SCENE.cfg\n--repair MESH -o FILE.off\nSCENE.cfg -o "
         "FILE",
-        "Reports the contents of mesh files and whether a scene can use them, writes such a scene, "
-        "or "
-        "builds the meshes and levels of a scene in advance.\v"
-        "Exit code 0: every mesh is usable as a wall or as a solid, the file is written; "
-        "1: it cannot be written; 2: bad usage, scene or mesh; a mesh that is usable as neither.",
-        NULL,
-        NULL,
-        NULL};
-    if (arguments_parse(&arguments->common, &argp, argc, argv))
-        check_together(arguments);
-}
+    .about = "Reports the contents of mesh files and whether a scene can use them, writes such a "
+             "scene, or builds the meshes and levels of a scene in advance.",
+    .end = "Exit code 0: every mesh is usable as a wall or as a solid, the file is written; 1: it "
+           "cannot be written; 2: bad usage, scene or mesh; a mesh that is usable as neither.",
+    .rows = ROWS,
+    .check = check_together};
 
 // Checks every mesh, also after one that is unusable.
-static StatusCode check_meshes(const PrepareArguments *arguments)
+static int check_meshes(const PrepareArguments *arguments)
 {
     StatusCode worst = STATUS_OK;
     for (int i = 0; i < arguments->file_count; i++) {
@@ -175,7 +122,7 @@ static StatusCode check_meshes(const PrepareArguments *arguments)
         fprintf(stderr, "%s\n", status.text);
         worst = status.code > worst ? status.code : worst;
     }
-    return worst;
+    return (int)worst;
 }
 
 // --- a proposal ---
@@ -263,7 +210,7 @@ static bool write_proposal(const Proposal *proposal, const char *path, Status *s
     return close_new(out, path, status);
 }
 
-static StatusCode repair(const PrepareArguments *arguments)
+static int repair(const PrepareArguments *arguments)
 {
     Status status = {0};
     TriMesh mesh;
@@ -279,13 +226,10 @@ static StatusCode repair(const PrepareArguments *arguments)
                    mesh.triangle_count, repairs[0] != '\0' ? repairs : "none");
         mesh_destroy(&mesh);
     }
-    fflush(stdout);
-    if (status.code != STATUS_OK)
-        fprintf(stderr, "%s\n", status.text);
-    return status.code;
+    return arguments_exit(&status);
 }
 
-static StatusCode propose(const PrepareArguments *arguments)
+static int propose(const PrepareArguments *arguments)
 {
     Status status = {0};
     Proposals proposals;
@@ -305,13 +249,10 @@ static StatusCode propose(const PrepareArguments *arguments)
             printf("%s: a scene with it as a %s\n", arguments->output,
                    best->proposal.model == MODEL_SURFACE ? "wall" : "solid");
     }
-    fflush(stdout);
-    if (status.code != STATUS_OK)
-        fprintf(stderr, "%s\n", status.text);
-    return status.code;
+    return arguments_exit(&status);
 }
 
-static StatusCode prepare(const PrepareArguments *arguments)
+static int prepare(const PrepareArguments *arguments)
 {
     Status status = {0};
     Scene scene = {0};
@@ -319,30 +260,26 @@ static StatusCode prepare(const PrepareArguments *arguments)
     if (scene_read(arguments->file[0], &scene, &status))
         prepared_write(arguments->output, &scene, stdout, &status);
     scene_destroy(&scene);
-    fflush(stdout);
-    if (status.code != STATUS_OK)
-        fprintf(stderr, "%s\n", status.text);
-    return status.code;
+    return arguments_exit(&status);
 }
 
 int main(int argc, char **argv)
 {
     log_set_program("pliant-prepare");
     log_set_level(LOG_ERROR); // the report has all that matters
-    PrepareArguments arguments = {.common.program = "pliant-prepare",
-                                  .model = -1,
+    PrepareArguments arguments = {.model = -1,
                                   .file = calloc((size_t)argc + 1, sizeof *arguments.file)};
     if (arguments.file == NULL)
         return STATUS_FAILED;
-    parse_arguments(argc, argv, &arguments);
-    StatusCode code = arguments.common.status.code;
-    if (code != STATUS_OK)
-        fprintf(stderr, "%s\n", arguments.common.status.text);
-    else if (!arguments_only_print(&arguments.common))
+    Status status = {0};
+    int code;
+    if (!arguments_parse(&TABLE, argc, argv, &arguments, &status))
+        code = arguments_exit(&status);
+    else
         code = arguments.check     ? check_meshes(&arguments)
                : arguments.propose ? propose(&arguments)
                : arguments.repair  ? repair(&arguments)
                                    : prepare(&arguments);
     free(arguments.file);
-    return fflush(stdout) == 0 ? (int)code : STATUS_FAILED;
+    return fflush(stdout) == 0 ? code : STATUS_FAILED;
 }

@@ -15,219 +15,113 @@
 #include <string.h>
 #include <unistd.h>
 
-enum {
-    OPTION_CHECK = ARGUMENT_OWN,
-    OPTION_EXPLAIN,
-    OPTION_OFFLINE,
-    OPTION_INPUT,
-    OPTION_LOG_INPUTS,
-    OPTION_RECORD,
-    OPTION_RECORD_TOOLS,
-    OPTION_CHECKPOINT,
-    OPTION_CHECKPOINT_EVERY,
-    OPTION_RESUME,
-    OPTION_CONTINUE,
-    OPTION_PREPARED,
-    OPTION_RATE,
-    OPTION_DURATION,
-    OPTION_SEED,
-    OPTION_LOG_LEVEL,
-    OPTION_ISA,
-    OPTION_PREFIX,
-    OPTION_REMOTE,
-    OPTION_NO_STOP,
-};
-
 typedef struct DaemonArguments {
-    Arguments common;
     const char *scene, *lcm_url, *input, *log_inputs, *record, *checkpoint, *resume, *isa, *prefix;
     const char *prepared;
     bool check, explain, offline, to_log_end, continues, remote, no_stop;
-    double offline_s, checkpoint_s, duration_s, rate_hz, record_tools_hz; // 0: not given
+    double offline_s;                                          // negative: not given
+    double checkpoint_s, duration_s, rate_hz, record_tools_hz; // 0: not given
 } DaemonArguments;
 
-static const struct argp_option options[] = {
-    {"lcm-url", 'l', "URL", 0,
-     "LCM network (default: the scene's lcm_url, else LCM_DEFAULT_URL, else LCM's own, ttl 0)", 1},
-    {"prefix", OPTION_PREFIX, "NAME", 0, "Prefix of the channels, instead of the scene's", 1},
-    {"remote", OPTION_REMOTE, 0, 0,
-     "Accept messages from other hosts, as with the scene's remote = true", 1},
-    {"no-stop", OPTION_NO_STOP, 0, 0,
-     "Refuse the command STOP, as with the scene's stop_command = false", 1},
-    {"check", OPTION_CHECK, 0, 0, "Read and validate everything, print a summary, exit", 2},
-    {"explain", OPTION_EXPLAIN, 0, 0,
-     "Print stages, kernels, bytes of every array and disabled features, exit", 2},
-    {"offline", OPTION_OFFLINE, "SECONDS", 0,
-     "Simulate that long as fast as possible, without network", 3},
-    {"input", OPTION_INPUT, "LOG", 0,
-     "Offline: apply the inputs of an LCM event log, and end where it ends, or after --offline "
-     "SECONDS; with --resume, continue a log of --log-inputs from the checkpoint's step",
-     3},
-    {"log-inputs", OPTION_LOG_INPUTS, "FILE", 0,
-     "Write every accepted input with its tick; --input FILE repeats the run bit-identically. An "
-     "existing file is refused unless it is empty (--continue: numbered)",
-     3},
-    {"record", OPTION_RECORD, "FILE", 0,
-     "Record node positions at publish.nodes_hz into a new HDF5 file (an existing file is refused "
-     "unless it is empty; --continue: numbered), with a sidecar FILE.xdmf for ParaView",
-     4},
-    {"record-tools-hz", OPTION_RECORD_TOOLS, "HZ", 0,
-     "Record positions and forces of tools at this rate, instead of with the nodes", 4},
-    {"checkpoint", OPTION_CHECKPOINT, "FILE", 0,
-     "Write a checkpoint at the end, on SIGUSR1 and on command. It replaces only an earlier "
-     "checkpoint: see --continue",
-     4},
-    {"checkpoint-every", OPTION_CHECKPOINT_EVERY, "S", 0,
-     "Also write a checkpoint every S simulated seconds", 4},
-    {"resume", OPTION_RESUME, "FILE", 0,
-     "Start from a checkpoint; with --continue, only if the file of --checkpoint does not exist",
-     4},
-    {"continue", OPTION_CONTINUE, 0, 0,
-     "Continue the last run: start from the file of --checkpoint if it exists, and write the log "
-     "and the recording of this run to FILE-2, FILE-3, ... (before the extension) if FILE exists",
-     4},
-    {"prepared", OPTION_PREPARED, "FILE", 0,
-     "Read meshes and levels from FILE, made by pliant-prepare SCENE.cfg -o FILE, instead of "
-     "building the scene's",
-     4},
-    {"rate", OPTION_RATE, "HZ", 0, "Ticks per second, instead of the scene's", 5},
-    {"duration", OPTION_DURATION, "S", 0, "End after S seconds (late ticks included)", 5},
-    {"seed", OPTION_SEED, "N", 0, "Accepted and ignored: nothing is random in this version", 5},
-    {"isa", OPTION_ISA, "LEVEL", 0, "Instruction-set level of the kernels: auto or a level's name",
-     5},
-    {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug", 6},
-    ARGUMENTS_COMMON(7),
+#define AT(member) offsetof(DaemonArguments, member)
+
+static const ArgumentRow ROWS[] = {
+    {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_SCENE, .offset = AT(scene)},
+    {.type = ARGUMENT_HEADING, .help = "Where:"},
+    {"lcm-url", 'l', ARGUMENT_TEXT, "URL", AT(lcm_url),
+     .help = "LCM network (default: the scene's lcm_url, else LCM_DEFAULT_URL, else LCM's own, ttl "
+             "0)"},
+    {"prefix", 0, ARGUMENT_NAME, "NAME", AT(prefix),
+     .help = "Prefix of the channels, instead of the scene's"},
+    {"remote", 0, ARGUMENT_FLAG, NULL, AT(remote),
+     .help = "Accept messages from other hosts, as with the scene's remote = true"},
+    {"no-stop", 0, ARGUMENT_FLAG, NULL, AT(no_stop),
+     .help = "Refuse the command STOP, as with the scene's stop_command = false"},
+    {.type = ARGUMENT_HEADING, .help = "Instead of a live run:"},
+    {"check", 0, ARGUMENT_FLAG, NULL, AT(check),
+     .help = "Read and validate everything, print a summary, exit"},
+    {"explain", 0, ARGUMENT_FLAG, NULL, AT(explain),
+     .help = "Print stages, kernels, bytes of every array and disabled features, exit"},
+    {"offline", 0, ARGUMENT_NUMBER, "SECONDS", AT(offline_s), 0.0, 1e7, .preset = -1.0,
+     .help = "Simulate that long as fast as possible, without network"},
+    {"input", 0, ARGUMENT_TEXT, "LOG", AT(input),
+     .help = "Offline: apply the inputs of an LCM event log, and end where it ends, or after "
+             "--offline SECONDS; with --resume, continue a log of --log-inputs from the "
+             "checkpoint's step"},
+    {.type = ARGUMENT_HEADING, .help = "Files:"},
+    {"log-inputs", 0, ARGUMENT_TEXT, "FILE", AT(log_inputs),
+     .help = "Write every accepted input with its tick; --input FILE repeats the run "
+             "bit-identically. An existing file is refused unless it is empty (--continue: "
+             "numbered)"},
+    {"record", 0, ARGUMENT_TEXT, "FILE", AT(record),
+     .help = "Record node positions at publish.nodes_hz into a new HDF5 file (an existing file is "
+             "refused unless it is empty; --continue: numbered), with a sidecar FILE.xdmf for "
+             "ParaView"},
+    {"record-tools-hz", 0, ARGUMENT_NUMBER, "HZ", AT(record_tools_hz), 1e-3, 10000.0,
+     .help = "Record positions and forces of tools at this rate, instead of with the nodes"},
+    {"checkpoint", 0, ARGUMENT_TEXT, "FILE", AT(checkpoint),
+     .help = "Write a checkpoint at the end, on SIGUSR1 and on command. It replaces only an "
+             "earlier checkpoint: see --continue"},
+    {"checkpoint-every", 0, ARGUMENT_NUMBER, "S", AT(checkpoint_s), 1e-3, 1e7,
+     .help = "Also write a checkpoint every S simulated seconds"},
+    {"resume", 0, ARGUMENT_TEXT, "FILE", AT(resume),
+     .help = "Start from a checkpoint; with --continue, only if the file of --checkpoint does not "
+             "exist"},
+    {"continue", 0, ARGUMENT_FLAG, NULL, AT(continues),
+     .help = "Continue the last run: start from the file of --checkpoint if it exists, and write "
+             "the log and the recording of this run to FILE-2, FILE-3, ... (before the extension) "
+             "if FILE exists"},
+    {"prepared", 0, ARGUMENT_TEXT, "FILE", AT(prepared),
+     .help = "Read meshes and levels from FILE, made by pliant-prepare SCENE.cfg -o FILE, instead "
+             "of building the scene's"},
+    {.type = ARGUMENT_HEADING, .help = "How:"},
+    {"rate", 0, ARGUMENT_NUMBER, "HZ", AT(rate_hz), 1.0, 10000.0,
+     .help = "Ticks per second, instead of the scene's"},
+    {"duration", 0, ARGUMENT_NUMBER, "S", AT(duration_s), 1e-3, 1e9,
+     .help = "End after S seconds (late ticks included)"},
+    {"seed", 0, ARGUMENT_INTEGER, "N", .low = -HUGE_VAL, .high = HUGE_VAL, .idle = true,
+     .help = "nothing is random in this version"},
+    {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_ISA, .offset = AT(isa)},
+    {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_LOG_LEVEL},
     {0}};
 
-static bool parse_own(int key, char *text, void *arguments)
+// Refuses options that are not valid together.
+static bool check_together(void *target, Status *why)
 {
-    DaemonArguments *a = arguments;
-    Arguments *common = &a->common;
-    char *end;
-    switch (key) {
-    case 'l':
-        a->lcm_url = text;
-        break;
-    case OPTION_PREFIX:
-        a->prefix = arguments_prefix(common, text);
-        break;
-    case OPTION_REMOTE:
-        a->remote = true;
-        break;
-    case OPTION_NO_STOP:
-        a->no_stop = true;
-        break;
-    case OPTION_CHECK:
-        a->check = true;
-        break;
-    case OPTION_EXPLAIN:
-        a->explain = true;
-        break;
-    case OPTION_OFFLINE:
-        a->offline = true;
-        a->offline_s = arguments_number(common, "--offline", text, 0.0, 1e7);
-        break;
-    case OPTION_INPUT:
-        a->input = text;
-        break;
-    case OPTION_LOG_INPUTS:
-        a->log_inputs = text;
-        break;
-    case OPTION_RECORD:
-        a->record = text;
-        break;
-    case OPTION_RECORD_TOOLS:
-        a->record_tools_hz = arguments_number(common, "--record-tools-hz", text, 1e-3, 10000.0);
-        break;
-    case OPTION_CHECKPOINT:
-        a->checkpoint = text;
-        break;
-    case OPTION_CHECKPOINT_EVERY:
-        a->checkpoint_s = arguments_number(common, "--checkpoint-every", text, 1e-3, 1e7);
-        break;
-    case OPTION_RESUME:
-        a->resume = text;
-        break;
-    case OPTION_CONTINUE:
-        a->continues = true;
-        break;
-    case OPTION_PREPARED:
-        a->prepared = text;
-        break;
-    case OPTION_RATE:
-        a->rate_hz = arguments_number(common, "--rate", text, 1.0, 10000.0);
-        break;
-    case OPTION_DURATION:
-        a->duration_s = arguments_number(common, "--duration", text, 1e-3, 1e9);
-        break;
-    case OPTION_SEED:
-        strtoll(text, &end, 0);
-        if (end == text || *end != '\0')
-            arguments_refuse(common, "--seed", text, "is not an integer");
-        break;
-    case OPTION_ISA:
-        a->isa = arguments_isa(common, text);
-        break;
-    case OPTION_LOG_LEVEL:
-        arguments_log_level(common, text);
-        break;
-    case ARGP_KEY_ARG:
-        arguments_scene(common, &a->scene, text);
-        break;
-    default:
-        return false;
-    }
-    return true;
-}
-
-static error_t parse_option(int key, char *text, struct argp_state *state)
-{
-    return arguments_parse_one(key, text, state, parse_own);
-}
-
-// Checks options that are valid only together.
-static void check_together(DaemonArguments *a)
-{
-    Status *status = &a->common.status;
+    DaemonArguments *a = target;
     if (a->scene == NULL)
-        status_fail(status, STATUS_INVALID, "pliantd: no scene given (see pliantd --help)");
+        return status_fail(why, STATUS_INVALID, "no scene given");
+    a->offline = a->offline_s >= 0.0;
+    a->offline_s = fmax(a->offline_s, 0.0);
     a->to_log_end = a->input != NULL && !a->offline;
     a->offline |= a->to_log_end;
     if (a->log_inputs != NULL && a->offline)
-        status_fail(status, STATUS_INVALID, "pliantd: --log-inputs logs a live run, not %s",
-                    a->to_log_end ? "--input" : "--offline");
+        return status_fail(why, STATUS_INVALID, "--log-inputs logs a live run, not %s",
+                           a->to_log_end ? "--input" : "--offline");
     if (a->duration_s > 0.0 && a->to_log_end)
-        status_fail(
-            status, STATUS_INVALID,
-            "pliantd: --input ends with its log: --offline SECONDS, not --duration, ends it "
-            "earlier");
+        return status_fail(why, STATUS_INVALID,
+                           "--input ends with its log: --offline SECONDS, not --duration, ends it "
+                           "earlier");
     if (a->duration_s > 0.0 && a->offline)
-        status_fail(status, STATUS_INVALID,
-                    "pliantd: --offline SECONDS has its own duration, drop --duration");
+        return status_fail(why, STATUS_INVALID,
+                           "--offline SECONDS has its own duration, drop --duration");
     if (a->record != NULL && ((a->checkpoint != NULL && strcmp(a->record, a->checkpoint) == 0) ||
                               (a->log_inputs != NULL && strcmp(a->record, a->log_inputs) == 0)))
-        status_fail(status, STATUS_INVALID, "pliantd: --record '%s' needs a file of its own",
-                    a->record);
+        return status_fail(why, STATUS_INVALID, "--record '%s' needs a file of its own", a->record);
     if (a->record_tools_hz > 0.0 && a->record == NULL)
-        status_fail(status, STATUS_INVALID, "pliantd: --record-tools-hz needs --record FILE");
+        return status_fail(why, STATUS_INVALID, "--record-tools-hz needs --record FILE");
     if (a->checkpoint_s > 0.0 && a->checkpoint == NULL)
-        status_fail(status, STATUS_INVALID, "pliantd: --checkpoint-every needs --checkpoint FILE");
+        return status_fail(why, STATUS_INVALID, "--checkpoint-every needs --checkpoint FILE");
+    return true;
 }
 
-static void parse_arguments(int argc, char **argv, DaemonArguments *arguments)
-{
-    static const struct argp argp = {
-        options,
-        parse_option,
-        "SCENE.cfg",
-        "Simulates the soft bodies of a scene in real time and publishes them over LCM.\v"
-        "Exit code 0: done; 1: failed while running; 2: bad usage, scene, mesh or file.",
-        NULL,
-        NULL,
-        NULL};
-    if (arguments_parse(&arguments->common, &argp, argc, argv))
-        check_together(arguments);
-}
+static const ArgumentTable TABLE = {
+    .program = "pliantd",
+    .usage = "SCENE.cfg",
+    .about = "Simulates the soft bodies of a scene in real time and publishes them over LCM.",
+    .end = "Exit code 0: done; 1: failed while running; 2: bad usage, scene, mesh or file.",
+    .rows = ROWS,
+    .check = check_together};
 
 // --- the scene ---
 
@@ -446,13 +340,12 @@ static bool run(DaemonArguments *arguments, Status *status)
 int main(int argc, char **argv)
 {
     log_set_program("pliantd");
-    static DaemonArguments arguments = {.common.program = "pliantd"};
-    parse_arguments(argc, argv, &arguments);
-    Status *status = &arguments.common.status;
-    if (status->code == STATUS_OK && !arguments_only_print(&arguments.common))
-        run(&arguments, status);
+    static DaemonArguments arguments;
+    Status status = {0};
+    if (arguments_parse(&TABLE, argc, argv, &arguments, &status))
+        run(&arguments, &status);
     fflush(stdout);
-    if (status->code != STATUS_OK)
-        fprintf(stderr, "%s%s\n", log_priority(LOG_ERROR), status->text);
-    return (int)status->code;
+    if (status.code != STATUS_OK)
+        fputs(log_priority(LOG_ERROR), stderr);
+    return arguments_exit(&status);
 }

@@ -1,7 +1,6 @@
 // pliant-drake: forwards all bodies of a running daemon to Drake's viewers (meldis,
 // drake_visualizer), as deformable meshes. One thread; only listens, except for one DESCRIBE that
 // requests the meshes.
-#include "arguments.h"
 #include "client.h"
 #include "frames.h"
 
@@ -41,37 +40,25 @@ typedef struct Bridge {
 
 // --- options ---
 
-const char *argp_program_version = "pliant-drake " PLIANT_VERSION; // argp prints it for --version
+#define AT(member) offsetof(Options, member)
 
-static const struct argp_option OPTIONS[] = {
-    {"rate", 'r', "HZ", 0, "messages per second, at most (20)", 1},
-    {"color", 'c', "R,G,B", 0, "colour of the bodies, each value 0 to 1 (0.85,0.5,0.45)", 1},
-    {"duration", 'd', "S", 0, "exit after S seconds", 1},
-    {0},
-};
+static const ArgumentRow ROWS[] = {
+    {.type = ARGUMENT_HEADING, .help = "What to send:"},
+    {"rate", 'r', ARGUMENT_NUMBER, "HZ", AT(rate_hz), 0.1, 1000.0, .preset = 20.0,
+     .help = "messages per second, at most"},
+    {"color", 'c', ARGUMENT_NUMBERS, "R,G,B", AT(color), 0.0, 1.0, .preset_text = "0.85,0.5,0.45",
+     .help = "colour of the bodies, each value 0 to 1"},
+    {"duration", 'd', ARGUMENT_NUMBER, "S", AT(duration), 0.01, 1e7,
+     .help = "exit after S seconds"},
+    {.type = ARGUMENT_HEADING, .help = "Where:"},
+    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {0}};
 
-static error_t parse_option(int key, char *argument, struct argp_state *state)
-{
-    Options *options = state->input;
-    switch (key) {
-    case ARGP_KEY_INIT:
-        state->child_inputs[0] = &options->client;
-        return 0;
-    case 'r':
-        argument_number(state, "rate", argument, 0.1, 1000.0, &options->rate_hz);
-        return 0;
-    case 'd':
-        argument_number(state, "duration", argument, 0.01, 1e7, &options->duration);
-        return 0;
-    case 'c':
-        if (!client_parse_vector(argument, 1.0, options->color) || options->color[0] < 0.0 ||
-            options->color[1] < 0.0 || options->color[2] < 0.0)
-            argp_error(state, "--color '%s': expected R,G,B, each inside [0, 1]", argument);
-        return 0;
-    default:
-        return ARGP_ERR_UNKNOWN;
-    }
-}
+static const ArgumentTable TABLE = {
+    .program = "pliant-drake",
+    .about = "Forwards all bodies of a running pliantd to Drake's viewers, on " CHANNEL ".",
+    .end = "Exit status: 0 done, 1 no body arrived, 2 bad usage.",
+    .rows = ROWS};
 
 // --- what comes ---
 
@@ -206,15 +193,10 @@ static bool run(Bridge *bridge, ClientError *error)
 
 int main(int argc, char **argv)
 {
-    static const struct argp argp = {
-        .options = OPTIONS,
-        .parser = parse_option,
-        .children = CLIENT_WHERE,
-        .doc = "Forwards all bodies of a running pliantd to Drake's viewers, on " CHANNEL ".\v"
-               "Exit status: 0 done, 1 no body arrived, 2 bad usage."};
-    static Bridge bridge = {.options = {.rate_hz = 20.0, .color = {0.85, 0.5, 0.45}}};
-    argp_err_exit_status = 2;
-    argp_parse(&argp, argc, argv, 0, NULL, &bridge.options);
+    static Bridge bridge;
+    Status status = {0};
+    if (!arguments_parse(&TABLE, argc, argv, &bridge.options, &status))
+        return arguments_exit(&status);
     client_catch_signals();
     ClientError error = {0};
     bool ok =

@@ -47,7 +47,7 @@ static int find_body(Survey *survey, const char *name, bool may_add)
             return i;
     }
     if (!may_add || survey->body_count == ITEM_BODIES || !is_wanted(survey, name) ||
-        !client_name_valid(name, RECORDING_BODY_TEXT - 1))
+        !argument_is_name(name, RECORDING_BODY_TEXT - 1))
         return -1;
     SurveyBody *body = &survey->body[survey->body_count];
     *body = (SurveyBody){0};

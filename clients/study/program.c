@@ -11,57 +11,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    OPTION_ERROR = ARGUMENT_OWN,
-    OPTION_RATE,
-    OPTION_DURATION,
-    OPTION_INPUT,
-    OPTION_JOBS,
-    OPTION_REPEAT,
-    OPTION_OUT,
-    OPTION_ONLY,
-    OPTION_QUICK,
-    OPTION_LIST,
-    OPTION_ISA,
-    OPTION_LOG_LEVEL,
-    OPTION_PREFIX,
-};
-
 typedef struct StudyArguments {
-    Arguments common;
     StudyOptions study;
     const char *prefix;
     bool list;
 } StudyArguments;
 
-static const struct argp_option options[] = {
-    {"error", OPTION_ERROR, "PCT", 0,
-     "Largest error that the recommended choice may have, as 1% or 0.01 (1%)", 1},
-    {"rate", OPTION_RATE, "HZ", 0, "Rate that the choice must sustain, instead of the scene's", 1},
-    {"duration", OPTION_DURATION, "S", 0,
-     "Simulated seconds per run; by default until the inputs end and the body is at rest again", 2},
-    {"input", OPTION_INPUT, "LOG", 0,
-     "Drive the scene with the inputs of an LCM event log, instead of its loads or a press", 2},
-    {"only", OPTION_ONLY, "TEXT", 0, "Only the scene itself and cases whose name contains TEXT", 2},
-    {"quick", OPTION_QUICK, 0, 0, "A coarse grid of cases", 2},
-    {"list", OPTION_LIST, 0, 0, "Print the cases, exit", 2},
-    {"jobs", OPTION_JOBS, "N", 0,
-     "Cases to run in parallel; more than there are idle cores distorts the times (1)", 3},
-    {"repeat", OPTION_REPEAT, "N", 0, "Runs per case, for the spread of its cost (3)", 3},
-    {"isa", OPTION_ISA, "LEVEL", 0, "Instruction-set level of the kernels: auto or a level's name",
-     3},
-    {"out", OPTION_OUT, "FOLDER", 0, "Folder for tables and pictures, instead of study-NAME", 4},
-    {"lcm-url", 'l', "URL", 0, "Accepted; a study sends and receives nothing", 5},
-    {"prefix", OPTION_PREFIX, "NAME", 0, "Prefix of the channels in LOG, instead of the scene's",
-     5},
-    {"log-level", OPTION_LOG_LEVEL, "L", 0, "error, warning, info or debug (error)", 6},
-    ARGUMENTS_COMMON(7),
-    {0}};
-
 // --- options -------------------------------------------------------------------------------------
 
 // Parses "1%", "1 %" or "0.01".
-static double parse_error(Arguments *arguments, const char *text)
+static bool take_error(void *target, const char *text, Status *why)
 {
     char *end;
     double value = strtod(text, &end);
@@ -72,92 +31,62 @@ static double parse_error(Arguments *arguments, const char *text)
         value *= 0.01;
         end++;
     }
-    if (!read || *end != '\0' || !(value > 0.0 && value < 1.0))
-        arguments_refuse(arguments, "--error", text,
-                         "is neither a percentage like 1% nor a fraction in "
-                         "(0, 1)");
-    return value;
+    ((StudyArguments *)target)->study.error = value;
+    return (read && *end == '\0' && value > 0.0 && value < 1.0) ||
+           status_fail(why, STATUS_INVALID,
+                       "is neither a percentage like 1%% nor a fraction in (0, 1)");
 }
 
-static bool parse_own(int key, char *text, void *arguments)
+#define AT(member) offsetof(StudyArguments, member)
+
+static const ArgumentRow ROWS[] = {
+    {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_SCENE, .offset = AT(study.scene_path)},
+    {.type = ARGUMENT_HEADING, .help = "What to choose for:"},
+    {"error", 0, ARGUMENT_OTHER, "PCT", .preset_text = "1%", .handler = take_error,
+     .help = "Largest error that the recommended choice may have, as 1% or 0.01"},
+    {"rate", 0, ARGUMENT_NUMBER, "HZ", AT(study.rate_hz), 1.0, 10000.0,
+     .help = "Rate that the choice must sustain, instead of the scene's"},
+    {.type = ARGUMENT_HEADING, .help = "What to run:"},
+    {"duration", 0, ARGUMENT_NUMBER, "S", AT(study.duration_s), 1e-2, 1e4,
+     .help = "Simulated seconds per run; by default until the inputs end and the body is at rest "
+             "again"},
+    {"input", 0, ARGUMENT_TEXT, "LOG", AT(study.input_log),
+     .help = "Drive the scene with the inputs of an LCM event log, instead of its loads or a "
+             "press"},
+    {"only", 0, ARGUMENT_TEXT, "TEXT", AT(study.only),
+     .help = "Only the scene itself and cases whose name contains TEXT"},
+    {"quick", 0, ARGUMENT_FLAG, NULL, AT(study.quick), .help = "A coarse grid of cases"},
+    {"list", 0, ARGUMENT_FLAG, NULL, AT(list), .help = "Print the cases, exit"},
+    {.type = ARGUMENT_HEADING, .help = "How:"},
+    {"jobs", 0, ARGUMENT_INTEGER, "N", AT(study.jobs), 1, 256, .preset = 1,
+     .help = "Cases to run in parallel; more than there are idle cores distorts the times"},
+    {"repeat", 0, ARGUMENT_INTEGER, "N", AT(study.repeats), 1, STUDY_REPEATS, .preset = 3,
+     .help = "Runs per case, for the spread of its cost"},
+    {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_ISA, .offset = AT(study.isa)},
+    {"out", 0, ARGUMENT_TEXT, "FOLDER", AT(study.out_folder),
+     .help = "Folder for tables and pictures, instead of study-NAME"},
+    {"lcm-url", 'l', ARGUMENT_TEXT, "URL", .idle = true,
+     .help = "a study sends and receives nothing"},
+    {"prefix", 0, ARGUMENT_NAME, "NAME", AT(prefix),
+     .help = "Prefix of the channels in LOG, instead of the scene's"},
+    {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_LOG_LEVEL},
+    {0}};
+
+static bool check_scene(void *target, Status *why)
 {
-    StudyArguments *a = arguments;
-    Arguments *common = &a->common;
-    StudyOptions *study = &a->study;
-    switch (key) {
-    case OPTION_ERROR:
-        study->error = parse_error(common, text);
-        break;
-    case OPTION_RATE:
-        study->rate_hz = arguments_number(common, "--rate", text, 1.0, 10000.0);
-        break;
-    case OPTION_DURATION:
-        study->duration_s = arguments_number(common, "--duration", text, 1e-2, 1e4);
-        break;
-    case OPTION_INPUT:
-        study->input_log = text;
-        break;
-    case OPTION_JOBS:
-        study->jobs = arguments_count(common, "--jobs", text, 256);
-        break;
-    case OPTION_REPEAT:
-        study->repeats = arguments_count(common, "--repeat", text, STUDY_REPEATS);
-        break;
-    case OPTION_OUT:
-        study->out_folder = text;
-        break;
-    case OPTION_ONLY:
-        study->only = text;
-        break;
-    case OPTION_QUICK:
-        study->quick = true;
-        break;
-    case OPTION_LIST:
-        a->list = true;
-        break;
-    case OPTION_ISA:
-        study->isa = arguments_isa(common, text);
-        break;
-    case 'l':
-        break;
-    case OPTION_PREFIX:
-        a->prefix = arguments_prefix(common, text);
-        break;
-    case OPTION_LOG_LEVEL:
-        arguments_log_level(common, text);
-        break;
-    case ARGP_KEY_ARG:
-        arguments_scene(common, &study->scene_path, text);
-        break;
-    default:
-        return false;
-    }
-    return true;
+    return ((StudyArguments *)target)->study.scene_path != NULL ||
+           status_fail(why, STATUS_INVALID, "no scene given");
 }
 
-static error_t parse_option(int key, char *text, struct argp_state *state)
-{
-    return arguments_parse_one(key, text, state, parse_own);
-}
-
-static void parse_arguments(int argc, char **argv, StudyArguments *arguments)
-{
-    static const struct argp argp = {
-        options,
-        parse_option,
-        "SCENE.cfg",
-        "Runs a scene in many variants (time step, integrator, precision, level of detail), "
-        "compares "
-        "each with a converged run, prints the cost and error of each, and recommends one.\v"
-        "Exit code 0: done; 1: failed while running; 2: bad usage, scene, mesh or file.",
-        NULL,
-        NULL,
-        NULL};
-    if (arguments_parse(&arguments->common, &argp, argc, argv) &&
-        arguments->study.scene_path == NULL)
-        status_fail(&arguments->common.status, STATUS_INVALID,
-                    "pliant-study: no scene given (see pliant-study --help)");
-}
+static const ArgumentTable TABLE = {
+    .program = "pliant-study",
+    .usage = "SCENE.cfg",
+    .about = "Runs a scene in many variants (time step, integrator, precision, level of detail), "
+             "compares each with a converged run, prints the cost and error of each, and "
+             "recommends one.",
+    .end = "Exit code 0: done; 1: failed while running; 2: bad usage, scene, mesh or file.",
+    .rows = ROWS,
+    .check = check_scene};
 
 // --- the study -----------------------------------------------------------------------------------
 
@@ -234,16 +163,12 @@ int main(int argc, char **argv)
     log_set_program("pliant-study");
     log_set_level(LOG_ERROR); // pliantd reports what is clamped or repaired
     ranks_begin(&argc, &argv);
-    static StudyArguments arguments = {
-        .common.program = "pliant-study",
-        .study = {.error = 0.01, .jobs = 1, .repeats = 3, .isa = "auto"}};
-    parse_arguments(argc, argv, &arguments);
-    Status *status = &arguments.common.status;
-    if (status->code == STATUS_OK && !arguments_only_print(&arguments.common))
-        run(&arguments, status);
-    fflush(stdout);
-    if (status->code != STATUS_OK && ranks_is_first())
-        fprintf(stderr, "%s\n", status->text);
-    ranks_end(status->code);
-    return (int)status->code;
+    static StudyArguments arguments = {.study.isa = "auto"};
+    Status status = {0};
+    if (arguments_parse(&TABLE, argc, argv, &arguments, &status))
+        run(&arguments, &status);
+    if (ranks_is_first())
+        arguments_exit(&status);
+    ranks_end(status.code);
+    return (int)status.code;
 }

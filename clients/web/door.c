@@ -32,7 +32,7 @@ bool door_read_token(Door *door, const char *path, ClientError *error)
     bool read = fgets(line, sizeof line, file) != NULL;
     fclose(file);
     line[strcspn(line, "\r\n")] = '\0';
-    if (!read || strlen(line) < TOKEN_MIN || !client_name_valid(line, TOKEN_MAX))
+    if (!read || strlen(line) < TOKEN_MIN || !argument_is_name(line, TOKEN_MAX))
         return client_fail(
             error, "--token %s: expected %d to %d letters, digits, '-' or '_' in its first line",
             path, TOKEN_MIN, TOKEN_MAX);
@@ -56,8 +56,8 @@ bool door_admits(const Door *door, const char *given)
 
 static bool port_valid(const char *text)
 {
-    long port;
-    return isdigit((unsigned char)text[0]) && client_parse_integer(text, 1, 65535, &port);
+    long long port;
+    return isdigit((unsigned char)text[0]) && argument_read_integer(text, 1, 65535, &port);
 }
 
 bool door_admits_host(const Door *door, const char *host)

@@ -166,25 +166,24 @@ static Result serve_texture(const Site *site, Connection *connection, const char
     return not_found(connection);
 }
 
-bool site_add_texture(Site *site, const char *argument, ClientError *error)
+bool site_add_texture(Site *site, const char *argument, Status *why)
 {
     const char *path = strchr(argument, '=');
     Texture *texture = &site->texture[site->textures];
     if (site->textures == SITE_TEXTURES)
-        return client_fail(error, "--texture: more than %d", SITE_TEXTURES);
+        return status_fail(why, STATUS_INVALID, "is one more than %d", SITE_TEXTURES);
     if (!path || (size_t)(path - argument) >= sizeof texture->body)
-        return client_fail(error, "--texture '%s': expected BODY=IMAGE", argument);
+        return status_fail(why, STATUS_INVALID, "is not BODY=IMAGE");
     snprintf(texture->body, sizeof texture->body, "%.*s", (int)(path - argument), argument);
-    if (!client_name_valid(texture->body, 31))
-        return client_fail(error, "--texture '%s': expected the name of a body before '='",
-                           argument);
+    if (!argument_is_name(texture->body, 31))
+        return status_fail(why, STATUS_INVALID, "has no name of a body before '='");
     FILE *file = fopen(++path, "rbe");
     struct stat info;
     if (!file || fstat(fileno(file), &info) != 0) {
-        int why = errno;
+        status_fail(why, STATUS_INVALID, "cannot be read: %s", strerror(errno));
         if (file)
             fclose(file);
-        return client_fail(error, "--texture %s: %s", path, strerror(why));
+        return false;
     }
     // The content decides on the type, not the name.
     bool fits = S_ISREG(info.st_mode) && info.st_size > 8 && info.st_size <= TEXTURE_BYTES_MAX;
@@ -198,7 +197,7 @@ bool site_add_texture(Site *site, const char *argument, ClientError *error)
         texture->type = "image/jpeg";
     if (!texture->type) {
         free(data);
-        return client_fail(error, "--texture %s: expected a PNG or JPEG of at most %d MB", path,
+        return status_fail(why, STATUS_INVALID, "is not a PNG or JPEG of at most %d MB",
                            TEXTURE_BYTES_MAX >> 20);
     }
     texture->data = data;

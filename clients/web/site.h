@@ -37,8 +37,8 @@ typedef struct Site {
     int pages; // running page threads; under the lock
 } Site;
 
-// Reads "BODY=IMAGE", a PNG or JPEG of at most 64 MB.
-bool site_add_texture(Site *site, const char *argument, ClientError *error);
+// Reads "BODY=IMAGE", a PNG or JPEG of at most 64 MB; refuses as an ArgumentHandler does.
+bool site_add_texture(Site *site, const char *argument, Status *why);
 bool site_start(Site *site, ClientError *error);
 // Closes all connections; pages withdraw their tools. Call also after site_start has failed.
 void site_stop(Site *site);

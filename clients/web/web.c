@@ -1,6 +1,5 @@
 // pliant-web: shows a daemon's simulation on a page in a browser, and lets the mouse act on it. The
 // main thread handles LCM; one thread answers browsers, two threads serve each page.
-#include "arguments.h"
 #include "client.h"
 #include "feed.h"
 #include "site.h"
@@ -12,48 +11,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum {
-    KEY_LISTEN = 0x600,
-    KEY_PORT,
-    KEY_TOKEN,
-    KEY_HOST,
-    KEY_READ_ONLY,
-    KEY_PAGE,
-    KEY_TEXTURE,
-    KEY_INPUT_PREFIX
-};
-
 typedef struct Options {
     ClientOptions client;
     const char *listen, *token_file, *page, *input_prefix;
-    long port;
-    bool has_port;
+    int port; // negative: not given
+    bool read_only;
     double rate_hz;
     Site *site;
 } Options;
-
-const char *argp_program_version = "pliant-web " PLIANT_VERSION; // argp prints it for --version
-
-static const struct argp_option OPTIONS[] = {
-    {0, 0, 0, 0, "Where to serve the page:", 1},
-    {"port", KEY_PORT, "PORT", 0,
-     "for this machine only: http://127.0.0.1:PORT (8080; 0: any free port)", 1},
-    {"listen", KEY_LISTEN, "ADDRESS:PORT", 0,
-     "instead: also for other machines, with a token (an address of this machine; 0.0.0.0: all)",
-     1},
-    {"token", KEY_TOKEN, "FILE", 0,
-     "first line of FILE is the token (without it --listen makes a new one and prints it)", 1},
-    {"host", KEY_HOST, "NAME", 0,
-     "a name under which others reach this machine (default: only its addresses)", 1},
-    {0, 0, 0, 0, "What to show:", 2},
-    {"read-only", KEY_READ_ONLY, 0, 0, "pages only show: no tools, cuts or commands", 2},
-    {"rate", 'r', "HZ", 0, "frames per second, at most (60)", 2},
-    {"texture", KEY_TEXTURE, "BODY=IMAGE", 0, "a PNG or JPEG on the surface of a body", 2},
-    {"input-prefix", KEY_INPUT_PREFIX, "NAME", 0,
-     "prefix of tools and commands, if the scene has an input_prefix", 3},
-    {"page", KEY_PAGE, "DIR", 0, "folder of the built page (./dev build builds it)", 2},
-    {0},
-};
 
 // --- options ---
 
@@ -61,8 +26,8 @@ static const struct argp_option OPTIONS[] = {
 static bool parse_listen(const char *text, Site *site)
 {
     const char *colon = strrchr(text, ':');
-    long port;
-    if (!colon || !client_parse_integer(colon + 1, 0, 65535, &port))
+    long long port;
+    if (!colon || !argument_read_integer(colon + 1, 0, 65535, &port))
         return false;
     size_t length = (size_t)(colon - text);
     if (length >= 2 && text[0] == '[' && text[length - 1] == ']') {
@@ -78,69 +43,76 @@ static bool parse_listen(const char *text, Site *site)
            inet_pton(AF_INET6, site->address, address) == 1;
 }
 
-static void take_host(struct argp_state *state, const char *name, Door *door)
+static bool take_listen(void *target, const char *text, Status *why)
 {
-    for (const char *c = name; *c; c++) {
-        if (!client_name_valid((char[]){*c, '\0'}, 1) && *c != '.')
-            argp_error(state, "--host '%s': expected a name, without a port", name);
-    }
-    if (strlen(name) >= sizeof door->host)
-        argp_error(state, "--host: longer than %zu", sizeof door->host - 1);
-    strcpy(door->host, name);
+    return parse_listen(text, ((Options *)target)->site) ||
+           status_fail(why, STATUS_INVALID, "is not ADDRESS:PORT, the address in numbers");
 }
 
-static error_t parse_option(int key, char *argument, struct argp_state *state)
+static bool take_host(void *target, const char *name, Status *why)
 {
-    Options *options = state->input;
-    Site *site = options->site;
-    ClientError error;
-    switch (key) {
-    case ARGP_KEY_INIT:
-        state->child_inputs[0] = &options->client;
-        return 0;
-    case KEY_PORT:
-        argument_integer(state, "port", argument, 0, 65535, &options->port);
-        options->has_port = true;
-        return 0;
-    case KEY_LISTEN:
-        options->listen = argument;
-        if (!parse_listen(argument, site))
-            argp_error(state, "--listen '%s': expected ADDRESS:PORT, the address in numbers",
-                       argument);
-        return 0;
-    case KEY_TOKEN:
-        options->token_file = argument;
-        return 0;
-    case KEY_HOST:
-        take_host(state, argument, &site->door);
-        return 0;
-    case KEY_READ_ONLY:
-        site->shared.hello.read_only = true;
-        return 0;
-    case 'r':
-        argument_number(state, "rate", argument, 0.1, 1000.0, &options->rate_hz);
-        return 0;
-    case KEY_TEXTURE:
-        if (!site_add_texture(site, argument, &error))
-            argp_error(state, "%s", error.text);
-        return 0;
-    case KEY_INPUT_PREFIX:
-        if (!client_name_valid(argument, CLIENT_PREFIX_MAX - 1))
-            argp_error(state, "--input-prefix '%s': 1 to %d letters, digits, '_' or '-'", argument,
-                       CLIENT_PREFIX_MAX - 1);
-        options->input_prefix = argument;
-        return 0;
-    case KEY_PAGE:
-        options->page = argument;
-        return 0;
-    case ARGP_KEY_END:
-        if (options->listen && options->has_port)
-            argp_error(state, "give either --port or --listen ADDRESS:PORT");
-        return 0;
-    default:
-        return ARGP_ERR_UNKNOWN;
+    Door *door = &((Options *)target)->site->door;
+    for (const char *c = name; *c; c++) {
+        if (!argument_is_name((char[]){*c, '\0'}, 1) && *c != '.')
+            return status_fail(why, STATUS_INVALID, "is not a name, without a port");
     }
+    if (strlen(name) >= sizeof door->host)
+        return status_fail(why, STATUS_INVALID, "is longer than %zu", sizeof door->host - 1);
+    strcpy(door->host, name);
+    return true;
 }
+
+static bool take_texture(void *target, const char *text, Status *why)
+{
+    return site_add_texture(((Options *)target)->site, text, why);
+}
+
+#define AT(member) offsetof(Options, member)
+
+static const ArgumentRow ROWS[] = {
+    {.type = ARGUMENT_HEADING, .help = "Where to serve the page:"},
+    {"port", 0, ARGUMENT_INTEGER, "PORT", AT(port), 0, 65535, .preset = -1,
+     .help = "for this machine only: http://127.0.0.1:PORT (default: 8080; 0: any free port)"},
+    {"listen", 0, ARGUMENT_TEXT, "ADDRESS:PORT", AT(listen), .handler = take_listen,
+     .help = "instead: also for other machines, with a token (an address of this machine; 0.0.0.0: "
+             "all)"},
+    {"token", 0, ARGUMENT_TEXT, "FILE", AT(token_file),
+     .help = "first line of FILE is the token (without it --listen makes a new one and prints it)"},
+    {"host", 0, ARGUMENT_OTHER, "NAME", .handler = take_host,
+     .help = "a name under which others reach this machine (default: only its addresses)"},
+    {.type = ARGUMENT_HEADING, .help = "What to show:"},
+    {"read-only", 0, ARGUMENT_FLAG, NULL, AT(read_only),
+     .help = "pages only show: no tools, cuts or commands"},
+    {"rate", 'r', ARGUMENT_NUMBER, "HZ", AT(rate_hz), 0.1, 1000.0, .preset = 60.0,
+     .help = "frames per second, at most"},
+    {"texture", 0, ARGUMENT_OTHER, "BODY=IMAGE", .handler = take_texture,
+     .help = "a PNG or JPEG on the surface of a body"},
+    {"page", 0, ARGUMENT_TEXT, "DIR", AT(page),
+     .help = "folder of the built page (./dev build builds it)"},
+    {.type = ARGUMENT_HEADING, .help = "Which daemon:"},
+    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {.type = ARGUMENT_ROWS, .rows = CLIENT_INPUT_PREFIX, .offset = AT(input_prefix)},
+    {0}};
+
+static bool check(void *target, Status *why)
+{
+    Options *options = target;
+    if (options->listen && options->port >= 0)
+        return status_fail(why, STATUS_INVALID, "give either --port or --listen ADDRESS:PORT");
+    if (options->port < 0)
+        options->port = 8080;
+    options->site->shared.hello.read_only = options->read_only;
+    return true;
+}
+
+static const ArgumentTable TABLE = {
+    .program = "pliant-web",
+    .about = "Serves a page that shows the bodies of a running pliantd, live, and lets the mouse "
+             "press, pull and cut them.",
+    .end = "The daemon may start earlier or later, and restart. Exit status: 0 ended by a signal, "
+           "1 the network failed or the port is in use, 2 bad usage.",
+    .rows = ROWS,
+    .check = check};
 
 // --- the page's folder ---
 
@@ -196,7 +168,7 @@ static bool prepare(const Options *options, Site *site, ClientError *error)
 {
     if (!options->listen) {
         strcpy(site->address, "127.0.0.1");
-        site->port = (int)options->port;
+        site->port = options->port;
     }
     if (options->token_file && !door_read_token(&site->door, options->token_file, error))
         return false;
@@ -253,21 +225,12 @@ static bool run(const Options *options, Client *client, Site *site, ClientError 
 
 int main(int argc, char **argv)
 {
-    static const struct argp_child children[] = {{&CLIENT_ARGP, 0, "Which daemon:", 3}, {0}};
-    static const struct argp argp = {
-        .options = OPTIONS,
-        .parser = parse_option,
-        .children = children,
-        .doc =
-            "Serves a page that shows the bodies of a running pliantd, live, and lets the mouse "
-            "press, pull and cut them.\v"
-            "The daemon may start earlier or later, and restart. Exit status: 0 ended by a signal, "
-            "1 the network failed or the port is in use, 2 bad usage."};
     static Site site;
     static Client client;
-    Options options = {.port = 8080, .rate_hz = 60.0, .site = &site};
-    argp_err_exit_status = 2;
-    argp_parse(&argp, argc, argv, 0, NULL, &options);
+    Options options = {.site = &site};
+    Status status = {0};
+    if (!arguments_parse(&TABLE, argc, argv, &options, &status))
+        return arguments_exit(&status);
     client_catch_signals();
 
     ClientError error = {0};

@@ -6,7 +6,7 @@ shift 2
 mkdir -p "$out"
 for name in "$@"; do
     # The first sentence of the description, without its full stop, is the line that `man -k` shows.
-    what=$("$programs/$name" --help | awk 'NR > 1 { text = text " " $0; if (/[.:]( |$)/) exit } /^$/ { exit }
+    what=$("$programs/$name" --help | awk '!/^(Usage:|  or:)/ { text = text " " $0; if (/[.:]( |$)/) exit } /^$/ { exit }
         END { sub(/^ */, "", text); sub(/[.:]( .*)?$/, "", text); print tolower(substr(text, 1, 1)) substr(text, 2) }')
     SOURCE_DATE_EPOCH=1767225600 help2man --no-info --name "$what" --output "$out/$name.1" \
         "$programs/$name"

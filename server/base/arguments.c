@@ -1,130 +1,267 @@
 #include "base/arguments.h"
 
-#include "base/isa.h"
-#include "base/log.h"
+#include "base/check.h"
 
-#include <stdio.h>
+#include <errno.h>
+#include <getopt.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-void arguments_refuse(Arguments *arguments, const char *option, const char *value, const char *why)
-{
-    status_fail(&arguments->status, STATUS_INVALID, "%s: %s '%s' %s (see %s --help)",
-                arguments->program, option, value, why, arguments->program);
-}
+enum { FIRST_KEY = 256 }; // of long options; beyond all letters
 
-double arguments_number(Arguments *arguments, const char *option, const char *text, double low,
-                        double high)
-{
-    char *end, why[64];
-    double value = strtod(text, &end);
-    if (end == text || *end != '\0' || !(value >= low && value <= high)) {
-        snprintf(why, sizeof why, "is not a number in [%g, %g]", low, high);
-        arguments_refuse(arguments, option, text, why);
-    }
-    return value;
-}
+// The last rows of every program.
+static const ArgumentRow COMMON[] = {
+    {"help", '?', ARGUMENT_HELP, .help = "Print this list, exit"},
+    {"usage", 0, ARGUMENT_USAGE, .help = "Print the options in short, exit"},
+    {"version", 'V', ARGUMENT_VERSION, .help = "Print the version, exit"},
+    {0}};
 
-int arguments_count(Arguments *arguments, const char *option, const char *text, int most)
-{
-    char *end, why[64];
-    long value = strtol(text, &end, 10);
-    if (end == text || *end != '\0' || value < 1 || value > most) {
-        snprintf(why, sizeof why, "is not an integer in [1, %d]", most);
-        arguments_refuse(arguments, option, text, why);
-        return 1;
-    }
-    return (int)value;
-}
+// --- values ---
 
-// Channels are matched as regular expressions and have at most 63 characters.
-const char *arguments_prefix(Arguments *arguments, const char *text)
+bool argument_is_name(const char *text, size_t most)
 {
     static const char letters[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
-    if (text[0] == '\0' || strlen(text) > 31 || strspn(text, letters) != strlen(text))
-        arguments_refuse(arguments, "--prefix", text, "is not 1 to 31 letters, digits, _ or -");
-    return text;
+    const size_t length = strlen(text);
+    return length >= 1 && length <= most && strspn(text, letters) == length;
 }
 
-const char *arguments_isa(Arguments *arguments, const char *text)
+bool argument_read_numbers(const char *text, int count, double low, double high, double *number)
 {
-    char why[192] = "is not one of auto";
-    for (const char *const *level = isa_available(); *level != NULL; level++)
-        snprintf(why + strlen(why), sizeof why - strlen(why), ", %s", *level);
-    snprintf(why + strlen(why), sizeof why - strlen(why), " here");
-    if (isa_find(text) == ISA_COUNT)
-        arguments_refuse(arguments, "--isa", text, why);
-    return text;
-}
-
-void arguments_log_level(Arguments *arguments, const char *text)
-{
-    LogLevel level;
-    if (log_parse_level(text, &level))
-        log_set_level(level);
-    else
-        arguments_refuse(arguments, "--log-level", text, "is not error, warning, info or debug");
-}
-
-void arguments_scene(Arguments *arguments, const char **scene, const char *text)
-{
-    if (*scene != NULL)
-        status_fail(&arguments->status, STATUS_INVALID,
-                    "%s: one scene at a time, got '%s' and '%s' (see %s --help)",
-                    arguments->program, *scene, text, arguments->program);
-    *scene = text;
-}
-
-error_t arguments_parse_one(int key, char *text, struct argp_state *state, ArgumentParser *own)
-{
-    Arguments *arguments = state->input;
-    switch (key) {
-    case ARGP_KEY_INIT:
-    case ARGP_KEY_SUCCESS:
-    case ARGP_KEY_END:
-    case ARGP_KEY_FINI:
-    case ARGP_KEY_NO_ARGS:
-        return 0;
-    case 'V':
-        arguments->version = true;
-        break;
-    case '?':
-        arguments->help = true;
-        break;
-    case ARGUMENT_USAGE:
-        arguments->usage = true;
-        break;
-    default:
-        if (!own(key, text, arguments))
-            return ARGP_ERR_UNKNOWN;
+    for (int k = 0; k < count; k++) {
+        char *end;
+        number[k] = strtod(text, &end);
+        if (end == text || *end != (k + 1 < count ? ',' : '\0') || !isfinite(number[k]) ||
+            number[k] < low || number[k] > high)
+            return false;
+        text = end + 1;
     }
-    arguments->parsed = state->next;
-    return 0;
+    return true;
 }
 
-// With ARGP_NO_ERRS argp prints no help either.
-bool arguments_parse(Arguments *arguments, const struct argp *argp, int argc, char **argv)
+bool argument_read_integer(const char *text, double low, double high, long long *number)
 {
-    arguments->parsed = 1;
-    if (argp_parse(argp, argc, argv, ARGP_IN_ORDER | ARGP_NO_ERRS | ARGP_NO_HELP, NULL,
-                   arguments) != 0)
-        status_fail(&arguments->status, STATUS_INVALID,
-                    "%s: '%s' is no option or lacks its value (see %s --help)", arguments->program,
-                    arguments->parsed < argc ? argv[arguments->parsed] : "?", arguments->program);
-    char name[32];
-    snprintf(name, sizeof name, "%s", arguments->program);
-    if (arguments->help || arguments->usage)
-        argp_help(argp, stdout,
-                  arguments->help ? ARGP_HELP_SHORT_USAGE | ARGP_HELP_LONG | ARGP_HELP_DOC
-                                  : ARGP_HELP_USAGE,
-                  name);
-    else if (arguments->version)
-        printf("%s %s\n", arguments->program, PLIANT_VERSION);
-    return !arguments_only_print(arguments);
+    char *end;
+    errno = 0;
+    *number = strtoll(text, &end, 10);
+    return end != text && *end == '\0' && errno == 0 && (double)*number >= low &&
+           (double)*number <= high;
 }
 
-bool arguments_only_print(const Arguments *arguments)
+bool argument_is_inside(const ArgumentRow *row, double value)
 {
-    return arguments->help || arguments->usage || arguments->version;
+    return (row->open ? value > row->low : value >= row->low) && value <= row->high;
+}
+
+static bool read_number(const ArgumentRow *row, const char *text, double *member, Status *why)
+{
+    double value;
+    if (!argument_read_numbers(text, 1, row->low, row->high, &value) ||
+        !argument_is_inside(row, value))
+        return status_fail(why, STATUS_INVALID, "is not a number in %c%g, %g]",
+                           row->open ? '(' : '[', row->low, row->high);
+    *member = row->factor > 0.0 ? value * row->factor : value;
+    return true;
+}
+
+static bool read_integer(const ArgumentRow *row, const char *text, int *member, Status *why)
+{
+    long long value;
+    if (!argument_read_integer(text, row->low, row->high, &value))
+        return isinf(row->high)
+                   ? status_fail(why, STATUS_INVALID, "is not an integer")
+                   : status_fail(why, STATUS_INVALID, "is not an integer in [%.0f, %.0f]", row->low,
+                                 row->high);
+    *member = (int)value;
+    return true;
+}
+
+static bool read_numbers(const ArgumentRow *row, const char *text, double *member, Status *why)
+{
+    int count = 1;
+    for (const char *c = row->value; *c != '\0'; c++)
+        count += *c == ',';
+    ASSERT(count <= ARGUMENT_NUMBERS_MOST);
+    return argument_read_numbers(text, count, row->low, row->high, member) ||
+           status_fail(why, STATUS_INVALID, "is not %s, each in [%g, %g]", row->value, row->low,
+                       row->high);
+}
+
+// Reads a value into the member; "" of a flag means nothing.
+static bool read_value(const ArgumentRow *row, const char *text, void *member, Status *why)
+{
+    switch (row->type) {
+    case ARGUMENT_FLAG:
+        *(bool *)member = !(row->preset > 0.0);
+        return true;
+    case ARGUMENT_NAME:
+        if (!argument_is_name(text, ARGUMENT_NAME_MOST))
+            return status_fail(why, STATUS_INVALID, "is not 1 to %d letters, digits, _ or -",
+                               ARGUMENT_NAME_MOST);
+        *(const char **)member = text;
+        return true;
+    case ARGUMENT_TEXT:
+        *(const char **)member = text;
+        return true;
+    case ARGUMENT_NUMBER:
+        return read_number(row, text, member, why);
+    case ARGUMENT_INTEGER:
+        return read_integer(row, text, member, why);
+    case ARGUMENT_NUMBERS:
+        return read_numbers(row, text, member, why);
+    default:
+        return true;
+    }
+}
+
+static bool take(const ArgumentRow *row, char *target, const char *text, Status *why)
+{
+    union {
+        double number[ARGUMENT_NUMBERS_MOST];
+        const char *text;
+    } unused;
+    return read_value(row, text, row->idle ? (void *)&unused : target + row->offset, why) &&
+           (row->handler == NULL || row->handler(target, text, why));
+}
+
+// Defaults may lie outside of the range of what can be given: they mean that nothing is.
+static void store_default(const ArgumentRow *row, char *target)
+{
+    void *member = target + row->offset;
+    if (row->idle)
+        return;
+    if (row->type == ARGUMENT_FLAG)
+        *(bool *)member = row->preset > 0.0;
+    else if (row->type == ARGUMENT_NUMBER)
+        *(double *)member = row->factor > 0.0 ? row->preset * row->factor : row->preset;
+    else if (row->type == ARGUMENT_INTEGER)
+        *(int *)member = (int)row->preset;
+    else if (row->preset_text != NULL)
+        take(row, target, row->preset_text, NULL);
+    else if (row->type == ARGUMENT_TEXT || row->type == ARGUMENT_NAME)
+        *(const char **)member = NULL;
+}
+
+// --- the line ---
+
+static void list_rows(ArgumentList *list, const ArgumentRow *row, char *target)
+{
+    for (; row->type != ARGUMENT_END; row++) {
+        if (row->type == ARGUMENT_ROWS) {
+            list_rows(list, row->rows, target + row->offset);
+            continue;
+        }
+        ASSERT(list->count < ARGUMENT_ROWS_MOST);
+        list->entry[list->count].row = row;
+        list->entry[list->count++].target = target;
+        store_default(row, target);
+    }
+}
+
+// What getopt_long reads: options in their order among other words, which come as key 1.
+typedef struct Syntax {
+    struct option option[ARGUMENT_ROWS_MOST + 1];
+    char letters[2 * ARGUMENT_ROWS_MOST + 4];
+} Syntax;
+
+static void describe(const ArgumentList *list, Syntax *syntax)
+{
+    struct option *option = syntax->option;
+    char *letter = syntax->letters;
+    memset(syntax, 0, sizeof *syntax);
+    letter += sprintf(letter, "-:");
+    for (int i = 0; i < list->count; i++) {
+        const ArgumentRow *row = list->entry[i].row;
+        if (row->name == NULL)
+            continue;
+        const int has = row->value != NULL ? required_argument : no_argument;
+        *option++ = (struct option){row->name, has, NULL, FIRST_KEY + i};
+        if (row->letter != 0 && row->letter != '?') // getopt's own mark of an error
+            letter += sprintf(letter, "%c%s", row->letter, row->value != NULL ? ":" : "");
+    }
+}
+
+// Returns the entry of what getopt_long found; -1: none.
+static int find_entry(const ArgumentList *list, int key)
+{
+    if (key >= FIRST_KEY)
+        return key - FIRST_KEY;
+    if (key == ':' || (key == '?' && optopt != '?'))
+        return -1;
+    for (int i = 0; i < list->count; i++)
+        if (key == 1 ? list->entry[i].row->type == ARGUMENT_OPERAND
+                     : list->entry[i].row->letter == key)
+            return i;
+    return -1;
+}
+
+static bool refuse(const ArgumentTable *table, const ArgumentRow *row, const char *text,
+                   const Status *why, Status *status)
+{
+    if (row != NULL && row->name != NULL)
+        return status_fail(status, STATUS_INVALID, "%s: --%s '%s' %s (see %s --help)",
+                           table->program, row->name, text, why->text, table->program);
+    return status_fail(status, STATUS_INVALID, "%s: %s (see %s --help)", table->program, why->text,
+                       table->program);
+}
+
+static void print(const ArgumentTable *table, const ArgumentList *list, ArgumentType what)
+{
+    if (what == ARGUMENT_HELP)
+        arguments_print_help(table, list, stdout);
+    else if (what == ARGUMENT_USAGE)
+        arguments_print_usage(table, list, stdout);
+    else
+        printf("%s %s\n", table->program, PLIANT_VERSION);
+}
+
+// Takes one word or option. `word` is where getopt_long found it. Returns true to go on.
+static bool take_one(const ArgumentTable *table, const ArgumentList *list, int key,
+                     const char *word, Status *status)
+{
+    Status why = {0};
+    const int i = find_entry(list, key);
+    if (i < 0) {
+        status_fail(&why, STATUS_INVALID,
+                    key == 1 ? "'%s' is not an option" : "'%s' is no option or lacks its value",
+                    word);
+        return refuse(table, NULL, word, &why, status);
+    }
+    const ArgumentRow *row = list->entry[i].row;
+    if (row->type >= ARGUMENT_HELP) {
+        print(table, list, row->type);
+        return false;
+    }
+    const char *text = key == 1 ? word : optarg;
+    return take(row, list->entry[i].target, text, &why) || refuse(table, row, text, &why, status);
+}
+
+bool arguments_parse(const ArgumentTable *table, int argc, char **argv, void *target,
+                     Status *status)
+{
+    ArgumentList list = {.count = 0};
+    Syntax syntax;
+    Status why = {0};
+    list_rows(&list, table->rows, target);
+    list_rows(&list, COMMON, target);
+    describe(&list, &syntax);
+    optind = 0; // from the beginning
+    for (int key, at = 1;
+         (key = getopt_long(argc, argv, syntax.letters, syntax.option, NULL)) != -1; at = optind)
+        if (!take_one(table, &list, key, argv[at], status))
+            return false;
+    for (int i = optind; i < argc; i++) // after "--"
+        if (!take_one(table, &list, 1, argv[i], status))
+            return false;
+    return table->check == NULL || table->check(target, &why) ||
+           refuse(table, NULL, NULL, &why, status);
+}
+
+int arguments_exit(const Status *status)
+{
+    fflush(stdout);
+    if (status->code != STATUS_OK)
+        fprintf(stderr, "%s\n", status->text);
+    return (int)status->code;
 }

@@ -1,55 +1,101 @@
-// Command-line handling shared by the server's programs: common options, values with ranges, and
-// errors of one line. argp's own errors take two lines and have another exit code.
+// Command lines of all programs. One table per program drives reading, refusals, defaults and
+// --help; rows that several programs have are written once and named by reference.
 #ifndef PLIANT_BASE_ARGUMENTS_H
 #define PLIANT_BASE_ARGUMENTS_H
 
 #include "base/check.h"
 
-#include <argp.h>
 #include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
 
-// First member of a program's own arguments, so that argp's input is valid as either.
-typedef struct Arguments {
-    const char *program; // "pliantd"
-    bool help, usage, version;
-    int parsed;    // arguments understood so far, to name the one that was not
-    Status status; // the first error
-} Arguments;
+typedef enum ArgumentType {
+    ARGUMENT_END,     // the last row of each list, {0}
+    ARGUMENT_FLAG,    // bool: the opposite of its default
+    ARGUMENT_TEXT,    // const char *
+    ARGUMENT_NAME,    // const char *: 1 to ARGUMENT_NAME_MOST letters, digits, _ or -
+    ARGUMENT_NUMBER,  // double
+    ARGUMENT_INTEGER, // int
+    ARGUMENT_NUMBERS, // double[]: as many as its value's word "X,Y,Z" names, each in the range
+    ARGUMENT_OTHER,   // what the handler makes of it
+    ARGUMENT_OPERAND, // words that are no options, for the handler
+    ARGUMENT_HEADING, // of the rows that follow
+    ARGUMENT_ROWS,    // the rows of another list, whose offsets begin at `offset`
+    ARGUMENT_HELP,    // print, instead of running
+    ARGUMENT_USAGE,
+    ARGUMENT_VERSION,
+} ArgumentType;
 
-enum {
-    ARGUMENT_USAGE = 256,
-    ARGUMENT_OWN
-}; // keys; a program's own long options start at the latter
+enum { ARGUMENT_NAME_MOST = 31, ARGUMENT_NUMBERS_MOST = 6 };
 
-// The last rows of every option table, before {0}.
-#define ARGUMENTS_COMMON(group)                                                                    \
-    {"version", 'V', 0, 0, "Print the version, exit", (group)},                                    \
-        {"help", '?', 0, 0, "Print this list, exit", (group)},                                     \
-    {                                                                                              \
-        "usage", ARGUMENT_USAGE, 0, 0, "Print the options in short, exit", (group)                 \
-    }
+// Takes a value after it was read and stored; `target` is what the row's offset counts from. For a
+// refusal sets `why` to the words that follow "--option 'value'", of an operand to the sentence.
+typedef bool ArgumentHandler(void *target, const char *text, Status *why);
 
-// argp's parser calls `own` for options that are not common; it returns false for unknown ones.
-typedef bool ArgumentParser(int key, char *text, void *arguments);
-error_t arguments_parse_one(int key, char *text, struct argp_state *state, ArgumentParser *own);
-// Parses all arguments and handles --help, --usage and --version. Returns true if the program must
-// run; it then checks combinations of options, and status.
-bool arguments_parse(Arguments *arguments, const struct argp *argp, int argc, char **argv);
-bool arguments_only_print(const Arguments *arguments);
+typedef struct ArgumentRow {
+    const char *name; // "lcm-url"; NULL for operands and headings
+    char letter;      // 'l'; 0: none
+    ArgumentType type;
+    const char *value; // what stands for it in --help: "URL", with its unit; NULL: takes none
+    size_t offset;     // of the member of `target` that receives the value
+    double low, high;  // allowed range, both included
+    bool open;         // `low` itself is excluded
+    double factor;     // from the argument's unit to the member's; 0: 1
+    double preset;     // default, in the argument's unit; --help shows it if it is in the range
+    const char *preset_text; // default, for what is not one number
+    bool idle;               // accepted and without effect
+    ArgumentHandler *handler;
+    const struct ArgumentRow *rows;
+    const char *help;
+} ArgumentRow;
 
-// Sets the status to `option` '`value`' `why`.
-void arguments_refuse(Arguments *arguments, const char *option, const char *value, const char *why);
-// Parse a number in [low, high] or an integer in [1, most]; refuse others.
-double arguments_number(Arguments *arguments, const char *option, const char *text, double low,
-                        double high);
-int arguments_count(Arguments *arguments, const char *option, const char *text, int most);
-// Checks the first part of channel names; returns text.
-const char *arguments_prefix(Arguments *arguments, const char *text);
-// Checks "auto" or an instruction-set level of this machine; returns text.
-const char *arguments_isa(Arguments *arguments, const char *text);
-// Sets the level of the log.
-void arguments_log_level(Arguments *arguments, const char *text);
-// Takes the scene; refuses a second one.
-void arguments_scene(Arguments *arguments, const char **scene, const char *text);
+typedef struct ArgumentTable {
+    const char *program;     // "pliantd"
+    const char *usage;       // what follows the options, one form a line; NULL: nothing
+    const char *about, *end; // sentences before and after the list of --help
+    const ArgumentRow *rows;
+    // Completes the values and refuses those that do not go together, in a sentence; may be NULL.
+    bool (*check)(void *target, Status *why);
+} ArgumentTable;
+
+// Stores defaults, then values in their order. Returns true if the program must run. Else what was
+// asked for is printed, or the status has what was refused: "PROGRAM: --option 'value' why (see
+// PROGRAM --help)". Not for several threads.
+bool arguments_parse(const ArgumentTable *table, int argc, char **argv, void *target,
+                     Status *status);
+// For a program that does not run: prints the refusal, if there is one; returns the exit code.
+int arguments_exit(const Status *status);
+
+// --- rows of several programs; the offset is that of a const char * ---
+
+extern const ArgumentRow ARGUMENTS_SCENE[];     // the operand SCENE.cfg, one
+extern const ArgumentRow ARGUMENTS_ISA[];       // --isa: "auto" or a level that this machine has
+extern const ArgumentRow ARGUMENTS_LOG_LEVEL[]; // --log-level, which sets the level; no member
+
+// --- values ---
+
+// True for 1 to `most` letters, digits, _ and -: what may be part of a channel's name, since
+// subscriptions are patterns.
+bool argument_is_name(const char *text, size_t most);
+// Read the whole text, numbers separated by commas; false if one is not finite or outside.
+bool argument_read_numbers(const char *text, int count, double low, double high, double *number);
+bool argument_read_integer(const char *text, double low, double high, long long *number);
+
+// --- for arguments_parse ---
+
+enum { ARGUMENT_ROWS_MOST = 64 };
+
+// The rows of a table in the order of --help, those of other lists in their place.
+typedef struct ArgumentList {
+    struct {
+        const ArgumentRow *row;
+        char *target;
+    } entry[ARGUMENT_ROWS_MOST];
+    int count;
+} ArgumentList;
+
+bool argument_is_inside(const ArgumentRow *row, double value);
+void arguments_print_help(const ArgumentTable *table, const ArgumentList *list, FILE *out);
+void arguments_print_usage(const ArgumentTable *table, const ArgumentList *list, FILE *out);
 
 #endif

@@ -57,49 +57,6 @@ static void addresses_that_are_no_multicast_group_are_refused_with_the_form_want
     }
 }
 
-static void numbers_must_be_whole_finite_and_inside(void **state)
-{
-    (void)state;
-    static const char *const bad[] = {"", "x", "1x", "nan", "inf", "-1", "11", "1e999", "1 2"};
-    double number = 5.0;
-    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++)
-        assert_false(client_parse_number(bad[k], 0.0, 10.0, &number));
-    expect_near(number, 5.0, 0.0);
-    assert_true(client_parse_number("2.5e0", 0.0, 10.0, &number));
-    expect_near(number, 2.5, 0.0);
-    long integer = 5;
-    static const char *const bad_integers[] = {"", "1.5", "99999999999999999999", "-1", "11", "0x"};
-    for (size_t k = 0; k < sizeof bad_integers / sizeof bad_integers[0]; k++)
-        assert_false(client_parse_integer(bad_integers[k], 0, 10, &integer));
-    assert_int_equal(integer, 5);
-    assert_true(client_parse_integer("10", 0, 10, &integer));
-    assert_int_equal(integer, 10);
-}
-
-static void vectors_have_three_numbers(void **state)
-{
-    (void)state;
-    double v[3];
-    static const char *const bad[] = {"",        "1",     "1,2",     "1,2,",   "1,2,3,", "1,2,3,4",
-                                      "1,nan,3", "1 2 3", "1,2,inf", "1,2,99", ",1,2"};
-    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++)
-        assert_false(client_parse_vector(bad[k], 10.0, v));
-    assert_true(client_parse_vector("0.5,-1e-3,10", 10.0, v));
-    expect_near(v[0], 0.5, 0.0);
-    expect_near(v[1], -1e-3, 0.0);
-    expect_near(v[2], 10.0, 0.0);
-}
-
-static void names_hold_nothing_that_a_pattern_would_read(void **state)
-{
-    (void)state;
-    assert_true(client_name_valid("left_kidney-2", 31));
-    static const char *const bad[] = {"",    "a.b", "a*",  "a b",
-                                      "a/b", "a\n", "(a)", "0123456789012345678901234567890123"};
-    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++)
-        assert_false(client_name_valid(bad[k], 31));
-}
-
 static void channels_name_prefix_message_and_body(void **state)
 {
     (void)state;
@@ -171,9 +128,6 @@ int main(void)
         cmocka_unit_test(the_url_is_the_option_else_the_environment_else_lcms_own),
         cmocka_unit_test(url_that_does_not_fit_is_refused),
         cmocka_unit_test(addresses_that_are_no_multicast_group_are_refused_with_the_form_wanted),
-        cmocka_unit_test(numbers_must_be_whole_finite_and_inside),
-        cmocka_unit_test(vectors_have_three_numbers),
-        cmocka_unit_test(names_hold_nothing_that_a_pattern_would_read),
         cmocka_unit_test(channels_name_prefix_message_and_body),
         cmocka_unit_test(a_daemon_is_heard_by_contact_or_status_alone),
         cmocka_unit_test(text_from_the_network_cannot_steer_the_terminal),

@@ -641,15 +641,15 @@ static void what_is_wrong_is_told_in_one_line(void **state)
         const char *arguments, *says;
         int code;
     } cases[] = {
-        {"--port 70000", "--port '70000' outside [0, 65535]", 2},
-        {"--listen localhost:80", "--listen 'localhost:80': expected ADDRESS:PORT", 2},
-        {"--listen 127.0.0.1", "expected ADDRESS:PORT", 2},
+        {"--port 70000", "--port '70000' is not an integer in [0, 65535]", 2},
+        {"--listen localhost:80", "--listen 'localhost:80' is not ADDRESS:PORT", 2},
+        {"--listen 127.0.0.1", "is not ADDRESS:PORT", 2},
         {"--listen 127.0.0.1:80 --port 80", "give either", 2},
         {"--rate nan", "--rate 'nan'", 2},
-        {"--input-prefix a.b", "--input-prefix 'a.b': 1 to 31 letters", 2},
-        {"--host a:b", "--host 'a:b': expected a name", 2},
-        {"--texture ball", "--texture 'ball': expected BODY=IMAGE", 2},
-        {"--texture ball=/etc/passwd", "/etc/passwd: expected a PNG or JPEG", 2},
+        {"--input-prefix a.b", "--input-prefix 'a.b' is not 1 to 31 letters", 2},
+        {"--host a:b", "--host 'a:b' is not a name", 2},
+        {"--texture ball", "--texture 'ball' is not BODY=IMAGE", 2},
+        {"--texture ball=/etc/passwd", "ball=/etc/passwd' is not a PNG or JPEG", 2},
         {"what", "'what' is not an option", 2},
         {"--page /nowhere", "--page /nowhere: no index.html there", 1},
         {"--token /nowhere", "--token /nowhere: No such file", 1},

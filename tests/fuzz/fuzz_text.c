@@ -53,18 +53,18 @@ static void read_blade(const char *path)
 static void parse_arguments(const char *text)
 {
     double number, vector[3], line[8];
-    long integer;
+    long long integer;
     char why[RECEIVER_WHY_MAX];
     Network network;
-    if (client_parse_number(text, -1.0, 1e6, &number))
+    if (argument_read_numbers(text, 1, -1.0, 1e6, &number))
         MUST(number >= -1.0 && number <= 1e6);
-    if (client_parse_integer(text, 1, 100, &integer))
+    if (argument_read_integer(text, 1, 100, &integer))
         MUST(integer >= 1 && integer <= 100);
-    if (client_parse_vector(text, 10.0, vector))
+    if (argument_read_numbers(text, 3, -10.0, 10.0, vector))
         for (int c = 0; c < 3; c++)
             MUST(fabs(vector[c]) <= 10.0);
     MUST(client_read_numbers(text, line, 8) <= 8);
-    if (client_name_valid(text, CLIENT_PREFIX_MAX - 1))
+    if (argument_is_name(text, CLIENT_PREFIX_MAX - 1))
         MUST(strlen(text) < CLIENT_PREFIX_MAX);
     if (network_read(&network, text, why))
         MUST(!network.udpm || network.group >> 28 == 14);
