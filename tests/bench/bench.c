@@ -3,10 +3,10 @@
 // to zero, as in the daemon.
 #include "bench.h"
 
+#include "base/arguments.h"
 #include "base/log.h"
 #include "surface/kernel.h"
 
-#include <argp.h>
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -83,54 +83,40 @@ typedef struct Arguments {
     bool quick, facts;
 } Arguments;
 
-static const struct argp_option OPTIONS[] = {
-    {"tsv", 't', "FILE", 0, "write the rows to FILE, tab-separated, with a header line", 0},
-    {"case", 'c', "PREFIX", 0, "only cases whose name begins with PREFIX", 0},
-    {"isa", 'i', "LEVEL", 0,
-     "run springs and elements with the kernels of this level (pliantd --isa)", 0},
-    {"facts", 'f', NULL, 0, "begin the table with comment lines: machine, compiler, date", 0},
-    {"compare", 'C', "OLD.tsv", 0, "measure nothing: compare OLD.tsv with the table named last", 0},
-    {"quick", 'q', NULL, 0, "few repeats of small sizes: shows that it works, not how fast it is",
-     0},
-    {0},
-};
+#define AT(member) offsetof(Arguments, member)
 
-static error_t parse(int key, char *value, struct argp_state *state)
+static bool take_newer(void *target, const char *text, Status *why)
 {
-    Arguments *arguments = state->input;
-    switch (key) {
-    case 't':
-        arguments->table = value;
-        return 0;
-    case 'c':
-        arguments->prefix = value;
-        return 0;
-    case 'i':
-        arguments->isa = value;
-        return 0;
-    case 'q':
-        arguments->quick = true;
-        return 0;
-    case 'f':
-        arguments->facts = true;
-        return 0;
-    case 'C':
-        arguments->older = value;
-        return 0;
-    case ARGP_KEY_ARG:
-        if (arguments->older != NULL && arguments->newer == NULL) {
-            arguments->newer = value;
-            return 0;
-        }
-        argp_error(state, "what is '%s'?", value);
-        return EINVAL;
-    case ARGP_KEY_END:
-        if (arguments->older != NULL && arguments->newer == NULL)
-            argp_error(state, "--compare needs two tables: --compare OLD.tsv NEW.tsv");
-        return 0;
-    default:
-        return ARGP_ERR_UNKNOWN;
-    }
+    Arguments *arguments = target;
+    if (arguments->older == NULL || arguments->newer != NULL)
+        return status_fail(why, STATUS_INVALID, "'%s' is not an option", text);
+    arguments->newer = text;
+    return true;
+}
+
+static const ArgumentRow ROWS[] = {
+    {NULL, 0, ARGUMENT_OPERAND, .handler = take_newer},
+    {.type = ARGUMENT_HEADING, .help = "What to measure:"},
+    {"tsv", 't', ARGUMENT_TEXT, "FILE", AT(table),
+     .help = "write the rows to FILE, tab-separated, with a header line"},
+    {"facts", 'f', ARGUMENT_FLAG, NULL, AT(facts),
+     .help = "begin the table with comment lines: machine, compiler, date"},
+    {"case", 'c', ARGUMENT_TEXT, "PREFIX", AT(prefix), .preset_text = "",
+     .help = "only cases whose name begins with PREFIX"},
+    {"isa", 'i', ARGUMENT_TEXT, "LEVEL", AT(isa), .preset_text = "auto",
+     .help = "run springs and elements with the kernels of this level (pliantd --isa)"},
+    {"quick", 'q', ARGUMENT_FLAG, NULL, AT(quick),
+     .help = "few repeats of small sizes: shows that it works, not how fast it is"},
+    {"compare", 'C', ARGUMENT_TEXT, "OLD.tsv", AT(older),
+     .help = "measure nothing: compare OLD.tsv with the table named last"},
+    {0}};
+
+static bool check(void *target, Status *why)
+{
+    const Arguments *arguments = target;
+    return arguments->older == NULL || arguments->newer != NULL ||
+           status_fail(why, STATUS_INVALID,
+                       "--compare needs two tables: --compare OLD.tsv NEW.tsv");
 }
 
 #if defined(__clang__)
@@ -158,8 +144,7 @@ static void print_facts(FILE *out, const char *isa)
             __VERSION__, date);
 }
 
-static const char DOC[] =
-    "Measures the cost of Pliant's steps.\v"
+static const char CASES[] =
     "Cases: spring.textbook.rk4 (an array of structures, springs scattered to their two nodes, in "
     "double; compiled with the project's flags and -O3 for the compiler's default instruction "
     "set), "
@@ -183,12 +168,19 @@ static const char DOC[] =
     "private network), cut.* (a blade through half of a cube, cut messages) and live.cuts (a "
     "hundred cuts a second while a tool presses).";
 
+static const ArgumentTable TABLE = {.program = "pliant-bench",
+                                    .usage = "[NEW.tsv]",
+                                    .about = "Measures the cost of Pliant's steps.",
+                                    .end = CASES,
+                                    .rows = ROWS,
+                                    .check = check};
+
 int main(int argc, char **argv)
 {
-    const struct argp argp = {OPTIONS, parse, "[NEW.tsv]", DOC, NULL, NULL, NULL};
-    Arguments arguments = {.prefix = "", .isa = "auto"};
-    argp_err_exit_status = 2;
-    argp_parse(&argp, argc, argv, 0, NULL, &arguments);
+    Arguments arguments = {0};
+    Status status = {0};
+    if (!arguments_parse(&TABLE, argc, argv, &arguments, &status))
+        return arguments_exit(&status);
     log_set_program("pliant-bench");
     log_set_level(LOG_ERROR); // the damping of fine meshes is shortened: known
     if (arguments.older != NULL)

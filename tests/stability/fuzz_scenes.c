@@ -2,15 +2,13 @@
 // none may crash, hang, give out a number that is none, or be restored for no known cause or for
 // energy. A few are also run by pliantd itself, and a few go on from a checkpoint. Each is run once
 // more without all that acts on its bodies but gravity (free_fall.h).
-//
-// fuzz_scenes [--count N] [--first N] [--scene FILE] [--jobs N] [--pliantd PROGRAM] [--keep FOLDER]
-// [--verbose]
 // --scene: instead of a scene that is drawn, which another key in a table makes another one.
 #include "children.h"
 #include "free_fall.h"
 #include "random_scene.h"
 #include "trial.h"
 
+#include "base/arguments.h"
 #include "base/check.h"
 #include "base/log.h"
 #include "effort.h"
@@ -18,7 +16,6 @@
 #include "random.h"
 
 #include <ctype.h>
-#include <getopt.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -645,54 +642,45 @@ static bool summarize_falls(const Fuzz *fuzz)
     return all;
 }
 
-static bool parse(int argc, char **argv, Fuzz *fuzz)
+#define AT(member) offsetof(Fuzz, member)
+
+static const ArgumentRow ROWS[] = {
+    {.type = ARGUMENT_HEADING, .help = "What to run:"},
+    {"count", 'n', ARGUMENT_INTEGER, "N", AT(count), 1, 1e9,
+     .help = "scenes (default: PLIANT_FUZZ_SCENES of the environment, else 300)"},
+    {"first", 'f', ARGUMENT_INTEGER, "SEED", AT(first), 0, 1e9, .help = "seed of the first one"},
+    {"scene", 's', ARGUMENT_TEXT, "FILE", AT(scene), .help = "this scene, instead of random ones"},
+    {"jobs", 'j', ARGUMENT_INTEGER, "N", AT(jobs), 1, 1024, .preset = 1,
+     .help = "scenes to run in parallel"},
+    {"pliantd", 'p', ARGUMENT_TEXT, "PROGRAM", AT(pliantd),
+     .help = "run some of them by this program, too"},
+    {"keep", 'k', ARGUMENT_TEXT, "FOLDER", AT(keep), .preset_text = ".",
+     .help = "for the scenes that failed"},
+    {"verbose", 'v', ARGUMENT_FLAG, NULL, AT(verbose), .help = "print each scene"},
+    {0}};
+
+// What the test has, which has no options.
+static bool find_count(void *target, Status *why)
 {
-    static const struct option options[] = {
-        {"count", required_argument, NULL, 'n'}, {"first", required_argument, NULL, 'f'},
-        {"jobs", required_argument, NULL, 'j'},  {"pliantd", required_argument, NULL, 'p'},
-        {"keep", required_argument, NULL, 'k'},  {"scene", required_argument, NULL, 's'},
-        {"verbose", no_argument, NULL, 'v'},     {NULL, 0, NULL, 0}};
-    for (int key; (key = getopt_long(argc, argv, "n:f:s:j:p:k:v", options, NULL)) != -1;)
-        switch (key) {
-        case 'n':
-            fuzz->count = atoi(optarg);
-            break;
-        case 'f':
-            fuzz->first = atoi(optarg);
-            break;
-        case 'j':
-            fuzz->jobs = atoi(optarg);
-            break;
-        case 'p':
-            fuzz->pliantd = optarg;
-            break;
-        case 'k':
-            fuzz->keep = optarg;
-            break;
-        case 's':
-            fuzz->scene = optarg;
-            break;
-        case 'v':
-            fuzz->verbose = true;
-            break;
-        default:
-            return false;
-        }
-    return optind == argc && fuzz->count > 0 && fuzz->jobs > 0;
+    Fuzz *fuzz = target;
+    const char *count = getenv("PLIANT_FUZZ_SCENES");
+    if (fuzz->count == 0)
+        fuzz->count = count != NULL ? atoi(count) : EFFORT(300);
+    return fuzz->count > 0 || status_fail(why, STATUS_INVALID, "PLIANT_FUZZ_SCENES '%s'", count);
 }
+
+static const ArgumentTable TABLE = {
+    .program = "fuzz_scenes",
+    .about = "Runs random scenes, and looks whether what they do is possible.",
+    .rows = ROWS,
+    .check = find_count};
 
 int main(int argc, char **argv)
 {
-    static const char usage[] = "fuzz_scenes [--count N] [--first SEED] [--scene FILE] [--jobs N] "
-                                "[--pliantd PROGRAM] [--keep FOLDER] [--verbose]\n";
-    Fuzz fuzz = {.count = EFFORT(300), .jobs = 1, .keep = ".", .cpu_s = 20};
-    const char *count = getenv("PLIANT_FUZZ_SCENES"); // for the test, which has no options
-    if (count != NULL)
-        fuzz.count = atoi(count);
-    if (!parse(argc, argv, &fuzz)) {
-        fputs(usage, stderr);
-        return 2;
-    }
+    Fuzz fuzz = {.cpu_s = 20};
+    Status status = {0};
+    if (!arguments_parse(&TABLE, argc, argv, &fuzz, &status))
+        return arguments_exit(&status);
     fuzz.cpu_s = EFFORT(1) == 1 ? fuzz.cpu_s : 5 * fuzz.cpu_s;
     fuzz.result = children_memory((size_t)fuzz.count * sizeof *fuzz.result);
     snprintf(fuzz.folder, sizeof fuzz.folder, "/tmp/pliant-fuzz-XXXXXX");

@@ -5,12 +5,12 @@
 #include "matrix.h"
 #include "trial.h"
 
+#include "base/arguments.h"
 #include "base/check.h"
 #include "base/log.h"
 #include "effort.h"
 #include "scene/scene_parts.h"
 
-#include <getopt.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -183,52 +183,33 @@ static void write_table(const Matrix *matrix, const char *path)
         fclose(file);
 }
 
-static bool parse(int argc, char **argv, Arguments *arguments)
-{
-    static const struct option options[] = {
-        {"quick", no_argument, NULL, 'q'},         {"verbose", no_argument, NULL, 'v'},
-        {"jobs", required_argument, NULL, 'j'},    {"write", required_argument, NULL, 'w'},
-        {"compare", required_argument, NULL, 'c'}, {"model", required_argument, NULL, 'm'},
-        {"case", required_argument, NULL, 'a'},    {NULL, 0, NULL, 0}};
-    *arguments = (Arguments){.jobs = 1};
-    for (int key; (key = getopt_long(argc, argv, "qvj:w:c:m:a:", options, NULL)) != -1;)
-        switch (key) {
-        case 'q':
-            arguments->quick = true;
-            break;
-        case 'v':
-            arguments->verbose = true;
-            break;
-        case 'j':
-            arguments->jobs = atoi(optarg);
-            break;
-        case 'w':
-            arguments->write = optarg;
-            break;
-        case 'c':
-            arguments->compare = optarg;
-            break;
-        case 'm':
-            arguments->model = optarg;
-            break;
-        case 'a':
-            arguments->at_case = optarg;
-            break;
-        default:
-            return false;
-        }
-    return optind == argc && arguments->jobs > 0;
-}
+#define AT(member) offsetof(Arguments, member)
+
+static const ArgumentRow ROWS[] = {
+    {.type = ARGUMENT_HEADING, .help = "Names may be cut short:"},
+    {"model", 'm', ARGUMENT_TEXT, "NAME", AT(model), .help = "only cells of this model"},
+    {"case", 'a', ARGUMENT_TEXT, "NAME", AT(at_case), .help = "only cells of this case"},
+    {"quick", 'q', ARGUMENT_FLAG, NULL, AT(quick), .help = "one cell in sixteen of quick cases"},
+    {"jobs", 'j', ARGUMENT_INTEGER, "N", AT(jobs), 1, 1024, .preset = 1,
+     .help = "cells to run in parallel"},
+    {"write", 'w', ARGUMENT_TEXT, "FILE.md", AT(write), .help = "write the matrix to FILE.md"},
+    {"compare", 'c', ARGUMENT_TEXT, "FILE.md", AT(compare),
+     .help = "report cells whose outcome is not that of FILE.md"},
+    {"verbose", 'v', ARGUMENT_FLAG, NULL, AT(verbose), .help = "print each cell"},
+    {0}};
+
+static const ArgumentTable TABLE = {
+    .program = "pliant-stability",
+    .about = "Runs bodies of all models through cases that break simulations.",
+    .end = "Exit status: 0 all is as expected, 1 some cells are to look at, 2 bad usage.",
+    .rows = ROWS};
 
 int main(int argc, char **argv)
 {
-    Arguments arguments;
-    if (!parse(argc, argv, &arguments)) {
-        fprintf(stderr, "pliant-stability [--quick] [--jobs N] [--write FILE.md] "
-                        "[--compare FILE.md] [--model NAME] [--case NAME] [--verbose]\n"
-                        "names may be cut short\n");
-        return 2;
-    }
+    Arguments arguments = {0};
+    Status status = {0};
+    if (!arguments_parse(&TABLE, argc, argv, &arguments, &status))
+        return arguments_exit(&status);
     const char *integrator[INTEGRATORS_MOST];
     Session session = {.verbose = arguments.verbose};
     session.matrix.integrator = integrator;
