@@ -6,6 +6,7 @@ void histogram_add(Histogram *histogram, int64_t ns)
 {
     if (ns < 0)
         ns = 0;
+    // Fine bins below a millisecond, coarse ones above, and one for all that is longer.
     int64_t us = ns / 1000;
     int64_t bin = us < HISTOGRAM_FINE ? us : HISTOGRAM_FINE + (us - HISTOGRAM_FINE) / 100;
     if (bin >= HISTOGRAM_BINS)

@@ -13,11 +13,13 @@
 
 void *arena_allocate(Arena *arena, ArenaUse use, size_t count, size_t size, const char *format, ...)
 {
+    // The list of blocks doubles, so that adding stays cheap.
     if (arena->count == arena->capacity) {
         arena->capacity = arena->capacity == 0 ? 64 : 2 * arena->capacity;
         arena->block = realloc(arena->block, (size_t)arena->capacity * sizeof *arena->block);
         ASSERT(arena->block != NULL);
     }
+    // Blocks begin at cache lines and have at least one; zero, so that runs repeat.
     ASSERT(size == 0 || count <= (SIZE_MAX - 64) / size);
     size_t bytes = count * size;
     size_t rounded = bytes == 0 ? 64 : (bytes + 63) / 64 * 64;
@@ -25,6 +27,7 @@ void *arena_allocate(Arena *arena, ArenaUse use, size_t count, size_t size, cons
     ASSERT(memory != NULL);
     memset(memory, 0, rounded);
 
+    // Remember the block under its name.
     ArenaBlock *block = &arena->block[arena->count++];
     *block = (ArenaBlock){.memory = memory, .bytes = bytes, .use = use};
     va_list arguments;
@@ -69,6 +72,7 @@ static StateArray *append(StateList *list, void *memory, size_t bytes, const cha
         list->array = realloc(list->array, (size_t)list->capacity * sizeof *list->array);
         ASSERT(list->array != NULL);
     }
+    // The name comes last: only a name that is new makes it part of the list.
     StateArray *array = &list->array[list->count];
     *array = (StateArray){.memory = {memory}, .bytes = bytes};
     int length = vsnprintf(array->name, sizeof array->name, format, arguments);

@@ -35,12 +35,14 @@ static bool is_ours(int fd, const struct stat *facts, const char *mark)
 
 static bool check_content(const char *path, const char *mark, Status *status)
 {
+    // Read what is there, without following a link or waiting for a pipe.
     struct stat facts;
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
     bool known = fd >= 0 && fstat(fd, &facts) == 0;
     bool ours = known && is_ours(fd, &facts, mark);
     if (fd >= 0)
         close(fd);
+    // Say which of both it is: unreadable, or not ours.
     if (!known)
         return refuse(path, strerror(errno), status);
     return ours ||
@@ -101,6 +103,7 @@ static long number_of(const char *name, const char *base)
         name[stem + 1] > '9')
         return 0;
     char *end;
+    // Nothing may follow the number but the extension.
     errno = 0;
     long number = strtol(name + stem + 1, &end, 10);
     return errno == 0 && number >= 2 && number < 1000000000 && strcmp(end, base + stem) == 0
@@ -110,6 +113,7 @@ static long number_of(const char *name, const char *base)
 
 static long highest_number(const char *path)
 {
+    // Look at all files beside it.
     char *folder = folder_of(path);
     DIR *all = opendir(folder);
     free(folder);
@@ -135,6 +139,7 @@ char *output_next(const char *path)
     if (one || (!taken && highest == 0)) {
         name = strdup(path);
     } else {
+        // The number goes before the extension, and the first copy is number 2.
         const char *base = base_name(path);
         const size_t stem = (size_t)(base - path) + stem_length(base);
         const size_t size = strlen(path) + 24;
@@ -166,6 +171,7 @@ static int open_left_behind(const char *temporary, const char *mark)
     int fd = open(temporary, O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
     if (fd < 0)
         return errno == ENOENT ? GONE : -1;
+    // Ours is a plain file with our mark that nobody else has locked; it is emptied.
     int error = 0;
     if (fstat(fd, &facts) != 0)
         error = errno;
@@ -177,6 +183,7 @@ static int open_left_behind(const char *temporary, const char *mark)
         error = EEXIST;
     else if (ftruncate(fd, 0) != 0)
         error = errno;
+    // The error survives close.
     if (error == 0)
         return fd;
     close(fd);
@@ -189,6 +196,7 @@ static int open_left_behind(const char *temporary, const char *mark)
 static int open_temporary(const char *temporary, const char *mark)
 {
     enum { TRIES = 100 }; // each fails only if another program created or renamed it just then
+    // Create it, or take over what a killed program left.
     for (int i = 0; i < TRIES; i++) {
         int fd = open(temporary, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
         bool made = fd >= 0;
@@ -235,6 +243,7 @@ static char *temporary_of(const char *path)
 bool output_begin(Output *output, const char *path, const char *mark, Status *status)
 {
     struct stat facts;
+    // Only names that may be replaced.
     *output = (Output){.fd = -1};
     if (!check(path, mark, &facts, status))
         return false;
@@ -242,10 +251,12 @@ bool output_begin(Output *output, const char *path, const char *mark, Status *st
     ASSERT(output->path != NULL);
     output->temporary = temporary_of(path);
     output->device = S_ISCHR(facts.st_mode);
+    // A device is written in place.
     output->fd = output->device ? open(path, O_WRONLY | O_CLOEXEC | O_NOFOLLOW)
                                 : open_temporary(output->temporary, mark);
     if (output->fd >= 0)
         return true;
+    // The message names the file that could not be opened.
     int error = errno;
     bool of_temporary =
         !output->device && (error == ELOOP || error == EEXIST || error == EISDIR || error == ENXIO);
@@ -261,7 +272,7 @@ bool output_write(const Output *output, const void *data, size_t size)
     const char *from = data;
     while (size > 0) {
         ssize_t written = write(output->fd, from, size);
-        if (written < 0 && errno == EINTR)
+        if (written < 0 && errno == EINTR) // interrupted
             continue;
         if (written <= 0)
             return false;
@@ -326,8 +337,10 @@ bool output_commit(Output *output, bool durable, Status *status)
         output_abandon(output);
         return false;
     }
+    // A durable file also has its name on the disk.
     if (durable && !output->device)
         flush_folder(output->path);
+    // The claim moves on to the new file.
     if (output->claim != NULL && !output->device)
         keep_claimed(output, false);
     destroy(output);
@@ -358,6 +371,7 @@ static int lock_temporary(const OutputClaim *claim, Status *status)
     Output first;
     struct stat facts;
     Status why = {0};
+    // Take the temporary's name as any writer would.
     if (!output_begin(&first, claim->path, claim->mark, &why)) {
         if (why.code == STATUS_FAILED && errno == EBUSY)
             refuse_claimed(claim->path, status);
@@ -365,10 +379,12 @@ static int lock_temporary(const OutputClaim *claim, Status *status)
             status_fail(status, why.code, "%s", why.text);
         return -1;
     }
+    // Another program has written the file meanwhile: claim that one.
     if (lstat(claim->path, &facts) == 0) {
         output_abandon(&first);
         return GONE;
     }
+    // Keep the lock, and nothing else of the output.
     int fd = first.fd;
     first.fd = -1;
     destroy(&first);
@@ -387,6 +403,7 @@ static int lock_file(const OutputClaim *claim, Status *status)
         refuse(claim->path, strerror(errno), status);
         return -1;
     }
+    // The lock counts only while the file still has the name.
     bool locked = lock_claimed(fd);
     if (locked && is_named(fd, claim->path))
         return fd;
@@ -402,12 +419,14 @@ static bool lock(OutputClaim *claim, Status *status)
     enum { TRIES = 100 }; // each fails only if another program created or replaced it just then
     for (int i = 0; i < TRIES; i++) {
         struct stat facts;
+        // Each try looks anew at what the name stands for.
         if (!check(claim->path, claim->mark, &facts, status))
             return false;
         claim->device = S_ISCHR(facts.st_mode);
         claim->waits = facts.st_mode == 0;
         if (claim->device)
             return true;
+        // Without a file the lock is on its temporary.
         claim->fd = claim->waits ? lock_temporary(claim, status) : lock_file(claim, status);
         if (claim->fd != GONE)
             return claim->fd >= 0;
@@ -420,10 +439,12 @@ static bool lock(OutputClaim *claim, Status *status)
 static bool is_locked(const OutputClaim *claim)
 {
     struct stat facts;
+    // A device is never locked.
     if (claim->device || claim->fd < 0)
         return claim->device;
     if (!claim->waits)
         return is_named(claim->fd, claim->path);
+    // Nothing was written yet: the temporary must have its name, and nobody else the path.
     char *temporary = temporary_of(claim->path);
     bool locked = is_named(claim->fd, temporary) && lstat(claim->path, &facts) != 0;
     free(temporary);
@@ -466,6 +487,7 @@ bool output_begin_claimed(Output *output, OutputClaim *claim, Status *status)
     }
     if (!claim->waits && !output_begin(output, claim->path, claim->mark, status))
         return false;
+    // The first output of a claim is the temporary that the claim has locked.
     if (claim->waits) {
         *output = (Output){
             .fd = claim->fd, .path = strdup(claim->path), .temporary = temporary_of(claim->path)};

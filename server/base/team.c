@@ -110,9 +110,11 @@ static uint64_t wait_for_loop(Share *share, uint64_t seen)
     int64_t until = clock_now_ns() + TEAM_SPIN_NS;
     for (int looks = 1;; looks++) {
         uint64_t loop = loop_of(share);
+        // A loop has begun, or the team ends.
         if (loop != seen || atomic_load_explicit(&share->team->ends, memory_order_relaxed))
             return loop;
         pause_briefly();
+        // The clock is not asked every time: that costs more than a look.
         if (looks % LOOKS_A_CLOCK == 0 && clock_now_ns() > until)
             sleep_until_called(share, seen);
     }
@@ -125,9 +127,10 @@ static void *worker_main(void *argument)
     uint64_t seen = 0;
     for (;;) {
         uint64_t loop = wait_for_loop(share, seen);
-        if (loop == seen)
+        if (loop == seen) // the team ends
             return NULL;
         seen = loop;
+        // Take pieces until none is left, and count them for the caller.
         for (int piece; (piece = begin_piece(share, loop)) >= 0;) {
             do_piece(team, share->number, piece);
             atomic_fetch_add_explicit(&share->done, 1, memory_order_release);
@@ -140,12 +143,14 @@ static void *worker_main(void *argument)
 Team *team_create(int threads)
 {
     ASSERT(threads >= 1 && threads <= TEAM_THREADS_MOST);
+    // Aligned, since shares of different threads must not lie in one cache line.
     Team *team = aligned_alloc(_Alignof(Team), sizeof *team);
     if (team == NULL)
         return NULL;
     memset(team, 0, sizeof *team);
     team->threads = threads;
     team->running = 1;
+    // Each share knows its team and its place.
     for (int i = 0; i < threads; i++) {
         team->share[i].team = team;
         team->share[i].number = i;
@@ -161,6 +166,7 @@ bool team_start(Team *team, int threads, TeamPin *pin, Status *status)
         if (error != 0)
             return status_fail(status, STATUS_FAILED, "cannot start a step worker: %s",
                                strerror(error));
+        // A name for debuggers, and a processor of its own.
         pthread_setname_np(share->thread, "pliant-worker");
         if (pin != NULL)
             pin(share->thread, share->number);
@@ -205,6 +211,7 @@ static void wait_for_worker(Team *team, Share *share, unsigned pieces, int64_t p
         pause_briefly();
         if (looks % LOOKS_A_CLOCK != 0)
             continue;
+        // Too late: count it, and go on alone for some time.
         int64_t now = clock_now_ns();
         since = since == 0 ? now : since;
         if (now - since > patience && team->alone == 0) {

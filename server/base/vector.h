@@ -194,6 +194,7 @@ INLINE void transpose(Vector a, Vector b, Vector c, Vector d, Vector *x, Vector 
     *z = MERGED(2);
 #undef MERGED
 #elif KERNEL_SINGLE
+    // Pair the numbers of neighbouring rows, then the pairs.
     Vector ab = INTERLEAVE_LOW(a, b), cd = INTERLEAVE_LOW(c, d);
     *x = PAIRS_LOW(ab, cd);
     *y = PAIRS_HIGH(ab, cd);
@@ -214,6 +215,7 @@ INLINE void load_whole_rows(const float *rows, const int *slot, Vector first[3],
     Vector part[2][3]; // of rows 0 to 7 and 8 to 15: four of `first`, four of `second`, twice
     for (int half = 0; half < 2; half++) {
         Vector pair[4]; // row i of four and row i of the next four
+        // Four pairs of rows fill a vector each and are transposed together.
         for (int i = 0; i < 4; i++) {
             const float *a = rows + 8L * slot[8 * half + i],
                         *b = rows + 8L * slot[8 * half + 4 + i];
@@ -223,6 +225,7 @@ INLINE void load_whole_rows(const float *rows, const int *slot, Vector first[3],
         transpose(pair[0], pair[1], pair[2], pair[3], &part[half][0], &part[half][1],
                   &part[half][2]);
     }
+    // Sort the interleaved halves into positions and velocities.
     for (int c = 0; c < 3; c++) {
         first[c] = (Vector)_mm512_shuffle_f32x4((__m512)part[0][c], (__m512)part[1][c], 0x88);
         second[c] = (Vector)_mm512_shuffle_f32x4((__m512)part[0][c], (__m512)part[1][c], 0xdd);
@@ -236,6 +239,7 @@ INLINE void vector_load_rows(const Real *rows, const int *slot, bool both, Vecto
                              Vector second[3])
 {
 #if KERNEL_WIDTH == 2
+    // Two rows: each vector takes one coordinate of both.
     const Real *r0 = rows + 8L * slot[0], *r1 = rows + 8L * slot[1];
     Vector a = vector_load(r0), b = vector_load(r1);
     first[0] = __builtin_shufflevector(a, b, 0, 2);
@@ -254,6 +258,7 @@ INLINE void vector_load_rows(const Real *rows, const int *slot, bool both, Vecto
         return;
     }
 #endif
+    // Four rows at a time, one per block of lanes.
     Vector p[4], v[4];
     for (int i = 0; i < 4; i++) {
         const Real *row[WIDTH];
@@ -263,6 +268,7 @@ INLINE void vector_load_rows(const Real *rows, const int *slot, bool both, Vecto
         if (both)
             v[i] = gather_blocks(row, i, 4);
     }
+    // From one vector per row to one per coordinate.
     transpose(p[0], p[1], p[2], p[3], &first[0], &first[1], &first[2]);
     if (both)
         transpose(v[0], v[1], v[2], v[3], &second[0], &second[1], &second[2]);
@@ -274,6 +280,7 @@ INLINE void vector_load_rows(const Real *rows, const int *slot, bool both, Vecto
 INLINE void transpose_back(Vector x, Vector y, Vector z, Vector row[4])
 {
 #if KERNEL_WIDTH == 16
+    // Interleave x and y, then add z and a zero to each row.
     __m512 low = _mm512_unpacklo_ps((__m512)x, (__m512)y),
            high = _mm512_unpackhi_ps((__m512)x, (__m512)y), last = (__m512)z;
     row[0] = (Vector)_mm512_maskz_shuffle_ps(0x7777, low, last, 0x04);

@@ -27,11 +27,13 @@ static bool is_free_node(const Body *body, int node)
 // Returns how many ids have none.
 static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
 {
+    // Ids are those of the state, nodes those of the surface: positions tell which belong together.
     size_t slots = (size_t)body->state_capacity;
     int *id = calloc(slots + 1, sizeof *id), missing = 0;
     Vec3 *x = calloc(slots + 1, sizeof *x), *v = calloc(slots + 1, sizeof *v);
     ASSERT(id != NULL && x != NULL && v != NULL);
     int count = body->ops->read_state(body->model, id, x, v);
+    // Each wanted node must lie on the outside, in one slot or (a plane body) in two.
     for (int k = 0; k < region->node_count; k++) {
         bool any = false;
         for (int s = 0; s < count; s++) {
@@ -41,6 +43,7 @@ static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
                     continue;
                 body->ops->read_nodes(body->model, &i, 1, &at, NULL);
                 const Vec3 away = vec3_sub(at, x[s]);
+                // Of a plane body both nodes of a vertex are meant, one on either side.
                 bool same = away.x == 0.0 && away.y == 0.0 && fabs(away.z) == body->half_thickness;
                 inside[i] |= same;
                 any |= same;
@@ -57,12 +60,14 @@ static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
 bool attachment_find_region(const Body *body, const FixedRegion *region, int **node, int *count,
                             Status *status)
 {
+    // Nodes that the region names are marked first; a box or sphere decides by position.
     const int nodes = body->surface.node_count;
     bool *inside = calloc((size_t)nodes + 1, sizeof *inside);
     *node = calloc((size_t)nodes + 1, sizeof **node);
     ASSERT(inside != NULL && *node != NULL);
     *count = 0;
     int missing = region->kind == FIXED_NODES ? find_by_id(body, region, inside) : 0, held = 0;
+    // Outer nodes in the region, fixed ones apart.
     for (int i = 0; i < nodes; i++) {
         Vec3 x;
         if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
@@ -75,7 +80,8 @@ bool attachment_find_region(const Body *body, const FixedRegion *region, int **n
             (*node)[(*count)++] = i;
     }
     free(inside);
-    qsort(*node, (size_t)*count, sizeof **node, compare_ints);
+    qsort(*node, (size_t)*count, sizeof **node, compare_ints); // the state holds them ascending
+    // Say why nothing can be held.
     if (missing > 0)
         return status_fail(status, STATUS_INVALID,
                            "nodes: %d of %d are not on the outside of body %s", missing,
@@ -99,27 +105,32 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
                           StateList *state)
 {
     const int nodes = attachment->body->surface.node_count;
+    // A grasper may hold any nodes, a region only its own and those that they become.
     const bool grasper = attachment->grasper;
     int capacity = nodes < HELD_NODES ? nodes : HELD_NODES;
     if (!grasper)
         capacity = attachment_region_capacity(attachment->body, region_count);
     attachment->capacity = capacity;
+    // What is held is part of the state.
     attachment->hold = ALLOCATE(ARENA_CONTACT, 1, HoldState, "hold");
     attachment->node = ALLOCATE(ARENA_CONTACT, capacity, int, "held");
     attachment->held = ALLOCATE(ARENA_CONTACT, capacity, HeldNode, "held at");
     state_add(state, attachment->hold, sizeof *attachment->hold, "%s/hold", name);
     state_add(state, attachment->node, (size_t)capacity * sizeof(int), "%s/nodes", name);
     state_add(state, attachment->held, (size_t)capacity * sizeof(HeldNode), "%s/places", name);
+    // Only graspers hold points of faces and search.
     int corners = grasper ? 3 * HELD_POINTS : 0;
     if (grasper) {
         attachment->point = ALLOCATE(ARENA_CONTACT, HELD_POINTS, HeldPoint, "held points");
         state_add(state, attachment->point, HELD_POINTS * sizeof(HeldPoint), "%s/points", name);
         attachment->found = ALLOCATE(ARENA_CONTACT, nodes, int, "found");
     }
+    // Marks and places of all nodes, where they change or are searched.
     if (grasper || attachment->changes)
         attachment->mark = ALLOCATE(ARENA_CONTACT, (nodes + 63) / 64, uint64_t, "marks");
     if (attachment->changes)
         attachment->given = ALLOCATE(ARENA_CONTACT, nodes, HeldNode, "held before");
+    // Nodes and corners of an evaluation.
     attachment->x = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "positions");
     attachment->v = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "velocities");
     attachment->f = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "forces");
@@ -129,12 +140,14 @@ Attachment *attachment_create(const char *name, const AttachmentOptions *options
                               const ToolOptions *tool, Body *body, Arena *arena, StateList *state,
                               Status *status)
 {
+    // A region is searched once; a grasper searches when it closes.
     int *node = NULL, count = 0;
     if (options->to != ATTACH_GRASPER &&
         !attachment_find_region(body, &options->region, &node, &count, status)) {
         free(node);
         return NULL;
     }
+    // It belongs to its body for good.
     Attachment *attachment = ALLOCATE(ARENA_CONTACT, 1, Attachment, "attachment");
     attachment->options = *options;
     attachment->tool = tool;
@@ -142,6 +155,7 @@ Attachment *attachment_create(const char *name, const AttachmentOptions *options
     attachment->changes = body_changes(body);
     attachment->grasper = node == NULL;
     create_memory(attachment, name, count, arena, state);
+    // All nodes of a region are held from now on, or as soon as the tool is active.
     for (int i = 0; i < count; i++) {
         attachment->node[i] = node[i];
         attachment->held[i].share = 1.0;
@@ -168,12 +182,14 @@ int attachment_node_capacity(const Attachment *attachment)
 static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 position,
                         Quat orientation)
 {
+    // A tool that has been withdrawn holds nothing.
     HoldState *hold = attachment->hold;
     if (!active) {
         attachment_release(attachment);
         hold->closed = hold->muted = 0;
         return;
     }
+    // The grip decides, with hysteresis.
     if (hold->closed == 0 && grip >= GRIP_CLOSES) {
         hold->closed = 1;
         attachment_take(attachment, position, orientation);
@@ -182,6 +198,7 @@ static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 p
         hold->closed = 0;
         attachment_release(attachment);
     }
+    // Contact comes back when the released nodes are out of the capsules.
     if (hold->muted != 0 && hold->holding == 0 &&
         attachment_is_clear(attachment, position, orientation))
         hold->muted = 0;
@@ -254,11 +271,13 @@ static void pull_points(Attachment *attachment, const Spring *spring, const Tool
     const Body *body = attachment->body;
     const BodySurface *surface = &body->surface;
     const int points = (int)attachment->hold->points, first = (int)attachment->hold->count;
+    // The corners of all points, read in one call.
     for (int i = 0; i < points; i++)
         memcpy(&attachment->corner[3 * i], surface->face[attachment->point[i].face],
                3 * sizeof *attachment->corner);
     Vec3 *x = &attachment->x[first], *v = &attachment->v[first], *f = &attachment->f[first];
     body->ops->read_nodes(body->model, attachment->corner, 3 * points, x, v);
+    // Each point is pulled like a node with the mass of its face.
     for (int i = 0; i < points; i++) {
         const HeldPoint *point = &attachment->point[i];
         Vec3 here = {0.0, 0.0, 0.0}, speed = {0.0, 0.0, 0.0};
@@ -266,6 +285,7 @@ static void pull_points(Attachment *attachment, const Spring *spring, const Tool
             here = vec3_madd(here, point->weight[k], x[3 * i + k]);
             speed = vec3_madd(speed, point->weight[k], v[3 * i + k]);
         }
+        // The force at the point is shared by the weights that made it.
         Vec3 force = pull(attachment, spring, face_mass(body, (int)point->face), point->local, here,
                           speed, at);
         for (int k = 0; k < 3; k++)
@@ -277,11 +297,14 @@ Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
 {
     const Body *body = attachment->body;
     const int count = (int)attachment->hold->count;
+    // The spring per mass: the same for all nodes.
     Spring spring;
     attachment_bounds(body, attachment->options.stiffness, attachment->options.damping_ratio,
                       &spring.stiffness, &spring.damping);
+    // Sums on the frame start anew.
     attachment->force = attachment->moment = attachment->middle = (Vec3){0.0, 0.0, 0.0};
     attachment->size = 0.0;
+    // Nodes that are known but not held, and those without mass, are not pulled.
     body->ops->read_nodes(body->model, attachment->node, count, attachment->x, attachment->v);
     for (int i = 0; i < count; i++) {
         const HeldNode *held = &attachment->held[i];
@@ -291,6 +314,7 @@ Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
             attachment->f[i] = pull(attachment, &spring, mass, held->local, attachment->x[i],
                                     attachment->v[i], at);
     }
+    // The points of a grasper that holds no nodes.
     if (attachment->hold->points > 0)
         pull_points(attachment, &spring, at);
     return attachment->force;
@@ -356,12 +380,14 @@ bool attachment_check(const Attachment *attachment)
     const HoldState *hold = attachment->hold;
     const BodySurface *surface = &attachment->body->surface;
     const bool grasper = attachment->grasper;
+    // Counts within their limits; a grasper that holds nothing knows nothing.
     if (hold->holding < 0 || hold->holding > 1 || hold->closed < 0 || hold->closed > grasper ||
         hold->muted < 0 || hold->muted > grasper || hold->count < 0 ||
         hold->count > attachment->capacity || hold->points < 0 ||
         hold->points > (grasper ? HELD_POINTS : 0) ||
         (grasper && hold->holding == 0 && hold->count + hold->points > 0))
         return false;
+    // Nodes exist, ascend and are held wholly or not at all.
     for (int64_t i = 0; i < hold->count; i++) {
         const HeldNode *held = &attachment->held[i];
         if (!is_used_node(surface, attachment->node[i]) || !is_position(held->local) ||
@@ -369,6 +395,7 @@ bool attachment_check(const Attachment *attachment)
             (i > 0 && attachment->node[i] <= attachment->node[i - 1]))
             return false;
     }
+    // Points lie in existing faces.
     for (int64_t i = 0; i < hold->points; i++) {
         const HeldPoint *point = &attachment->point[i];
         if (!is_used_face(surface, point->face) || !is_position(point->local))

@@ -74,9 +74,11 @@ static bool add_node(Attachment *attachment, int node, const HeldNode *held)
 static int take_nodes(Attachment *attachment, Vec3 position, Quat orientation)
 {
     const Body *body = attachment->body;
+    // Where nodes come and go, also the nodes around: new ones appear between two known ones.
     double margin = attachment->changes ? 2.0 * body->surface.longest_edge : 0.0;
     mark_near(attachment, position, orientation, margin);
     int found = collect_marked(attachment), within = 0;
+    // Each is known by its place in the tool's frame, and held if it is free and within.
     for (int i = 0; i < found; i++) {
         int node = attachment->found[i];
         Vec3 x;
@@ -96,6 +98,7 @@ static bool nearest_point(const Attachment *attachment, const ToolPlacement *at,
 {
     const Body *body = attachment->body;
     Vec3 x[3];
+    // The face in the world, against each capsule.
     body->ops->read_nodes(body->model, body->surface.face[face], 3, x, NULL);
     bool within = false;
     double deepest = 0.0;
@@ -105,6 +108,7 @@ static bool nearest_point(const Attachment *attachment, const ToolPlacement *at,
         ClosestPair pair;
         contact_axis(capsule, at, &p, &q);
         contact_nearest_pair(x, p, q, contact_is_sphere(capsule), &pair);
+        // Of several capsules the one in which the face lies deepest.
         double depth = capsule->radius - pair.distance;
         if (depth < 0.0 || (within && depth <= deepest))
             continue;
@@ -131,6 +135,7 @@ static int find_points(Attachment *attachment, Vec3 position, Quat orientation, 
         int node = attachment->found[i];
         for (int j = surface->node_face_start[node]; j < surface->node_face_end[node]; j++) {
             int face = surface->node_face[j];
+            // Each face counts once, at its lowest corner, and only if one of its corners is free.
             bool lowest = true, any_free = false;
             for (int k = 0; k < 3; k++) {
                 int corner = surface->face[face][k];
@@ -154,7 +159,7 @@ static int find_points(Attachment *attachment, Vec3 position, Quat orientation, 
             point->local = local_position(pair.on_triangle, position, orientation);
         }
     }
-    collect_marked(attachment);
+    collect_marked(attachment); // clears the marks
     return within;
 }
 
@@ -167,6 +172,7 @@ void attachment_take(Attachment *attachment, Vec3 position, Quat orientation)
 {
     HoldState *hold = attachment->hold;
     attachment_release(attachment);
+    // Nodes of a region keep their list and get new places.
     if (!attachment->grasper) {
         for (int64_t i = 0; i < hold->count; i++) {
             Vec3 x;
@@ -175,11 +181,13 @@ void attachment_take(Attachment *attachment, Vec3 position, Quat orientation)
             attachment->held[i].local = local_position(x, position, orientation);
         }
     } else if (take_nodes(attachment, position, orientation) < NODES_ENOUGH) {
+        // With too few nodes hold points of faces in their place.
         for (int64_t i = 0; i < hold->count; i++)
             attachment->held[i].share = 0.0;
         if (find_points(attachment, position, orientation, true) == 0)
             attachment_release(attachment);
     }
+    // A grasp counts if anything is held.
     hold->holding = hold->count + hold->points > 0;
     attachment->taken += hold->holding;
 }
@@ -240,9 +248,11 @@ static double judge(const Attachment *attachment, int node, Vec3 local, double b
 // ones are held instead.
 static void change_nodes(Attachment *attachment, int held, const TopologyChange *change)
 {
+    // How many held nodes are left without those that go.
     for (int i = 0; i < change->gone_count; i++)
         if (attachment_is_marked(attachment, change->gone[i]))
             held -= attachment->given[change->gone[i]].share > 0.0;
+    // A held node that goes hands its place to its parents, if nothing else is held.
     for (int i = 0; i < change->gone_count; i++) {
         int node = change->gone[i];
         if (!attachment_is_marked(attachment, node))
@@ -256,6 +266,7 @@ static void change_nodes(Attachment *attachment, int held, const TopologyChange 
                 give(attachment, parent, known ? attachment->given[parent].local : went.local, 1.0);
         }
     }
+    // A new node is held if both its parents are, and if it would have been within.
     for (int i = 0; i < change->born_count; i++) {
         const NodeBirth *born = &change->born[i];
         int a = born->parent[0], b = born->parent[1];
@@ -264,6 +275,7 @@ static void change_nodes(Attachment *attachment, int held, const TopologyChange 
         const HeldNode *from = &attachment->given[a], *to = &attachment->given[b];
         Vec3 local = vec3_scale(0.5, vec3_add(from->local, to->local));
         double both = fmin(from->share, to->share);
+        // A copy of a node is held as the node is.
         give(attachment, born->node, local,
              a == b ? both : judge(attachment, born->node, local, both));
     }
@@ -273,16 +285,19 @@ static void follow_nodes(Attachment *attachment, const TopologyChange *change)
 {
     HoldState *hold = attachment->hold;
     const int before = (int)hold->count;
+    // Spread the list over the nodes, to find parents at once.
     int held = 0;
     for (int i = 0; i < before; i++) {
         give(attachment, attachment->node[i], attachment->held[i].local, attachment->held[i].share);
         held += attachment->held[i].share > 0.0;
     }
     change_nodes(attachment, held, change);
+    // Back to an ascending list, by the marks, which are cleared on the way.
     int count = 0;
     for (int word = 0; word < (attachment->body->surface.node_count + 63) / 64; word++) {
         for (uint64_t bits = attachment->mark[word]; bits != 0; bits &= bits - 1) {
             int node = word * 64 + __builtin_ctzll(bits);
+            // What exceeds the capacity stays free and is counted.
             if (count == attachment->capacity) {
                 attachment->refused += attachment->given[node].share > 0.0;
                 continue;
@@ -292,6 +307,7 @@ static void follow_nodes(Attachment *attachment, const TopologyChange *change)
         }
         attachment->mark[word] = 0;
     }
+    // The state is zero beyond what is in use.
     for (int i = count; i < before; i++) {
         attachment->node[i] = 0;
         memset(&attachment->held[i], 0, sizeof attachment->held[i]);
@@ -335,10 +351,11 @@ static void follow_points(Attachment *attachment, const TopologyChange *change)
         for (int64_t k = 0; k < kept; k++)
             twice |= attachment->point[k].face == point.face;
         if (twice)
-            continue;
+            continue; // an older point has this face
         attachment->before[kept] = before;
         attachment->point[kept++] = point;
     }
+    // The state is zero beyond what is in use.
     memset(&attachment->point[kept], 0, (size_t)(hold->points - kept) * sizeof(HeldPoint));
     hold->points = kept;
 }
@@ -348,6 +365,7 @@ static void prefer_nodes(Attachment *attachment)
 {
     HoldState *hold = attachment->hold;
     const Body *body = attachment->body;
+    // Count first and change after: with fewer than three nodes the points stay.
     int within = 0;
     for (int pass = 0; pass < 2; pass++) {
         for (int64_t i = 0; i < hold->count; i++) {
@@ -362,6 +380,7 @@ static void prefer_nodes(Attachment *attachment)
         if (within < 3)
             return;
     }
+    // From now on nodes are held in place of points.
     memset(attachment->point, 0, (size_t)hold->points * sizeof(HeldPoint));
     hold->points = 0;
 }

@@ -6,6 +6,7 @@
 bool body_parameters_set(BodyParameters *parameters, bool damped, BodyParameter parameter,
                          double value)
 {
+    // What every model has; levels are the model's own business.
     switch (parameter) {
     case BODY_GRAVITY_X:
     case BODY_GRAVITY_Y:
@@ -40,6 +41,7 @@ BodyOutline body_outline(const Body *body)
     const BodySurface *surface = &body->surface; // more than there are nodes, where a body adapts
     BodyOutline outline = {.box = box_empty()};
     Box *box = &outline.box;
+    // Nodes of outer faces only.
     for (int i = 0; i < surface->node_count; i++) {
         if (surface->node_face_end[i] <= surface->node_face_start[i])
             continue;
@@ -49,6 +51,7 @@ BodyOutline body_outline(const Body *body)
         outline.nodes++;
         outline.fixed += body->ops->is_fixed != NULL && body->ops->is_fixed(body->model, i);
     }
+    // The size by which rounding is judged.
     const double size = vec3_length(box_low(box)) + vec3_length(box_high(box));
     for (int c = 0; c < 3; c++) {
         box->low[c] = without_rounding(box->low[c], size);

@@ -37,6 +37,7 @@ static bool belongs_to(const StateArray *array, const char *name)
 
 static void create_kept(Kept *kept, const char *name, const StateList *state, Arena *arena)
 {
+    // Count what belongs to this body, then list where it is.
     size_t total = 0;
     for (int i = 0; i < state->count; i++)
         if (belongs_to(&state->array[i], name)) {
@@ -119,12 +120,14 @@ void estimate_try(Sim *sim, int index)
     const int count = sample(&body->surface, estimator->node);
     if (body->ops->abandon == NULL || count == 0)
         return;
+    // From one state, one whole step and two halves, both taken back.
     keep(kept);
     advance(sim, index, 1, estimator->node, count, estimator->whole);
     put_back(kept);
     advance(sim, index, 2, estimator->node, count, estimator->halves);
     put_back(kept);
 
+    // The distance of the two results tells the error of the whole step.
     const double twice = pow(2.0, integrator_get(body->integrator)->order);
     const double apart = farthest(estimator->whole, estimator->halves, count);
     const double error = twice / (twice - 1.0) * apart * body->substeps;

@@ -17,9 +17,11 @@ static void expect(Sim *sim, int b)
 
 static void follow(Sim *sim, int b, const TopologyChange *change)
 {
+    // Contacts: candidate faces and their sides.
     if (sim->contact_count > 0)
         for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
             contact_topology_changed(sim->contact[k], change);
+    // What is held of the body, and what its ties hang on, on either side.
     int first, end = holding_of(sim, b, &first);
     for (int k = first; k < end; k++)
         attachment_topology_changed(sim->attachment[k], change);
@@ -30,6 +32,7 @@ static void follow(Sim *sim, int b, const TopologyChange *change)
         if (joint != NULL && joint_options(joint)->body == b)
             joint_topology_changed(joint, change);
     }
+    // Loads keep their force; energies are counted anew, and steps may differ.
     loads_follow(&sim->loads, sim->body, sim->body_count, b, change);
     guard_renew(sim, b);
     time_step_follow(sim, &sim->body[b]);

@@ -40,6 +40,7 @@ void guard_create(Sim *sim)
 {
     // Read only after a bad tick or a SET: not part of what a step reads.
     Guard *guard = arena_allocate(sim->arena, ARENA_OUTPUT, 1, sizeof *guard, "guard");
+    // One entry for each body and tool.
     const size_t bodies = (size_t)sim->body_count, tools = (size_t)sim->tool_count;
     guard->body =
         arena_allocate(sim->arena, ARENA_OUTPUT, bodies, sizeof *guard->body, "guard/bodies");
@@ -47,8 +48,10 @@ void guard_create(Sim *sim)
         arena_allocate(sim->arena, ARENA_OUTPUT, tools, sizeof *guard->tool, "guard/tools");
     guard->energy =
         arena_allocate(sim->arena, ARENA_OUTPUT, bodies, sizeof *guard->energy, "guard/energy");
+    // No motion depends on the account of energies.
     state_add_aside(sim->state, guard->energy, bodies * sizeof *guard->energy, "guard/energy");
     guard->window = llround(fmax(1.0, GUARD_WINDOW / sim->tick));
+    // The rest is all zero in good runs, which keep their hashes.
     state_add_rare(sim->state, guard->body, bodies * sizeof *guard->body, "guard/bodies");
     if (tools > 0)
         state_add_rare(sim->state, guard->tool, tools * sizeof *guard->tool, "guard/tools");
@@ -86,18 +89,21 @@ bool guard_check(const Sim *sim)
 {
     const Guard *guard = sim->guard;
     for (int b = 0; b < sim->body_count; b++) {
+        // Ticks that have been, counts and causes that exist.
         const GuardBody *body = &guard->body[b];
         if (!can_be(sim, &body->bad) || !can_be(sim, &body->energy) || !was(sim, body->told) ||
             body->unreported < 0 || !was(sim, body->set) || body->set_key < 0 ||
             body->set_key >= GUARD_KEYS || !was(sim, body->loaded) ||
             !vec3_finite(body->load_force) || body->cause < 0 || body->cause >= GUARD_CAUSE_COUNT)
             return false;
+        // Energies that a sum could have given.
         const EnergyAccount *energy = &guard->energy[b];
         if (!(energy->had >= 0.0) || !(energy->given >= 0.0) || !isfinite(energy->outer) ||
             !isfinite(energy->touch) || !(energy->held >= 0.0) ||
             (energy->known != 0 && energy->known != 1))
             return false;
     }
+    // A withdrawn tool stands still until its sender releases it.
     for (int t = 0; t < sim->tool_count; t++) {
         const GuardTool *tool = &guard->tool[t];
         if ((tool->withdrawn != 0 && tool->withdrawn != 1) || !was(sim, tool->pose) ||
@@ -106,6 +112,7 @@ bool guard_check(const Sim *sim)
         if (tool->withdrawn && (sim->motion[t].active || sim->tool[t].kind == TOOL_STATIC))
             return false;
     }
+    // Bad ticks that loads were blamed for.
     for (int k = 0; sim->loads.count != NULL && k < LOAD_CAPACITY; k++)
         if (!can_be(sim, &sim->loads.record[k].blame))
             return false;
@@ -168,11 +175,13 @@ static void tell(Sim *sim, int b, RestoreMode mode, const char *what)
 {
     static const char *const back[] = {"the state before the tick, at rest", "the rest shape",
                                        "the state before the tick"};
+    // At most one report about a body per window; the others are counted.
     GuardBody *at = &sim->guard->body[b];
     const int64_t tick = sim->clock->step + 1;
     at->unreported++;
     if (at->told > 0 && tick - at->told < sim->guard->window)
         return;
+    // The report tells how many it stands for.
     if (at->unreported > 1)
         sim_report(sim, b, "restored", "%s; restored to %s; %lld times since the last report", what,
                    back[mode], (long long)at->unreported);
@@ -230,14 +239,17 @@ static void mend_energy(Sim *sim, int b, EnergyVerdict verdict, double has, doub
     char what[SIM_EVENT_TEXT];
     const Body *body = &sim->body[b];
     GuardBody *at = &sim->guard->body[b];
+    // A second fault within four checks, or the window: stopping the body was not enough.
     const int64_t looks = 4 * guard_energy_ticks(body), window = sim->guard->window;
     const bool again =
         guard_count(&at->energy, sim->clock->step + 1, looks > window ? looks : window, 2);
+    // Motion is stopped; a wrong shape, or a second fault, needs the rest shape.
     const RestoreMode mode =
         again || verdict == ENERGY_WRONG_SHAPE ? RESTORE_SHAPE : RESTORE_POSITIONS;
     body->ops->restore(body->model, mode);
     if (mode == RESTORE_SHAPE)
         at->energy = (Blame){0};
+    // Tell what was there and what it should have been.
     if (verdict == ENERGY_WRONG_TOUCH)
         snprintf(what, sizeof what, "%.3g J out of contacts that had %.3g J to give", has, most);
     else
@@ -248,6 +260,7 @@ static void mend_energy(Sim *sim, int b, EnergyVerdict verdict, double has, doub
 bool guard_bodies(Sim *sim)
 {
     bool bad[SIM_BODIES], any = false;
+    // Commit accepts the numbers of each body, or reports them as bad.
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
         bad[b] = !body->ops->commit(body->model);
@@ -255,6 +268,7 @@ bool guard_bodies(Sim *sim)
         if (!bad[b])
             body->tuning.bad_in_a_row = 0;
     }
+    // Good numbers may still have too much energy.
     bool wrong[SIM_BODIES];
     for (int b = 0; b < sim->body_count; b++) {
         double has, most;
@@ -270,6 +284,7 @@ bool guard_bodies(Sim *sim)
     for (int b = 0; b < sim->body_count; b++)
         if (bad[b])
             mend(sim, b);
+    // Contacts of a restored body remember another motion.
     for (int b = 0; b < sim->body_count; b++)
         if (bad[b] || wrong[b])
             forget_contacts(sim, b);

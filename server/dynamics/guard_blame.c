@@ -28,6 +28,7 @@ static void suspect_more(Suspect *worst, const Suspect *one)
 
 static void suspect_tools(const Sim *sim, int b, Suspect *worst)
 {
+    // Tools that touch the body.
     for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
          sim->contact_count > 0 && k < sim->contact_start[b + 1]; k++) {
         const ContactSums *sums = contact_sums(sim->contact[k]);
@@ -39,10 +40,12 @@ static void suspect_tools(const Sim *sim, int b, Suspect *worst)
                        .stays = sim->tool[t].kind == TOOL_STATIC,
                        .force = strength(sums->impulse, sim->tick, &sim->tool[t]),
                        .point = vec3_scale(1.0 / sums->weight, sums->point)};
+        // Bad numbers have no middle: the tool's own position then.
         if (!vec3_finite(one.point))
             one.point = sums->about;
         suspect_more(worst, &one);
     }
+    // Tools that hold it.
     int k, end = holding_of(sim, b, &k);
     for (; k < end; k++) {
         const int t = attachment_options(sim->attachment[k])->tool;
@@ -101,6 +104,7 @@ static void describe_tool(const Sim *sim, const Suspect *suspect, char *text, si
 // Finds a load that has ended: there is nothing left to withdraw.
 static bool find_ended_load(const Sim *sim, int b, Suspect *suspect, char *text, size_t size)
 {
+    // The newest load that left energy in any body of the group.
     int64_t ended = 0;
     Vec3 force = {0.0, 0.0, 0.0};
     for (int i = 0; i < sim->body_count; i++) {
@@ -110,6 +114,7 @@ static bool find_ended_load(const Sim *sim, int b, Suspect *suspect, char *text,
         ended = at->loaded;
         force = at->load_force;
     }
+    // None: something else is the cause.
     if (ended == 0)
         return false;
     *suspect = (Suspect){.cause = GUARD_LOAD, .stays = true, .force = vec3_length(force)};
@@ -129,6 +134,7 @@ GuardCause guard_find_cause(const Sim *sim, int b, Suspect *suspect, char *text,
             suspect_tools(sim, i, suspect);
             suspect_loads(sim, i, suspect);
         }
+    // Describe whoever it is.
     if (suspect->cause == GUARD_TOOL)
         describe_tool(sim, suspect, text, size);
     else if (suspect->cause == GUARD_LOAD)
@@ -151,6 +157,7 @@ GuardCause guard_find_cause(const Sim *sim, int b, Suspect *suspect, char *text,
                  limit);
         return GUARD_TIME_STEP;
     }
+    // Past causes: their energy may still be there.
     if (find_ended_load(sim, b, suspect, text, size))
         return GUARD_LOAD;
     if (guard_was_pushed(sim, b)) {

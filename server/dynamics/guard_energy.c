@@ -40,16 +40,19 @@ bool guard_was_pushed(const Sim *sim, int b)
 void guard_note_loads(Sim *sim)
 {
     const LoadSet *loads = &sim->loads;
+    // Loads whose last tick is over.
     for (int64_t k = 0; k < *loads->count; k++) {
         const Load *load = &loads->load[k];
         if (load->end_step > sim->clock->step)
             continue;
+        // On each body that still moves or is deformed by it.
         for (int b = 0, first = 0; b < sim->body_count;
              first += sim->body[b++].surface.node_count) {
             GuardBody *at = &sim->guard->body[b];
             if (!loads_act_on(loads, k, first, sim->body[b].surface.node_count) ||
                 !is_uneasy(&sim->body[b]))
                 continue;
+            // Of several the strongest is remembered.
             if (at->loaded > 0 && vec3_length(load->force) < vec3_length(at->load_force))
                 continue;
             at->loaded = sim->clock->step + 1;
@@ -79,14 +82,17 @@ static double work_of(const Sim *sim, int k)
     const Contact *contact = sim->contact[k];
     const ContactSums *sums = contact_sums(contact);
     const ToolMotion *motion = &sim->motion[sim->contact_tool[k]];
+    // The way of the proxy in this tick.
     Vec3 end, at;
     Quat orientation, before, after;
     contact_proxy(contact, &end, &orientation);
+    // The turn of the tool in this tick.
     const double age = sim_pose_age(sim, motion);
     tool_motion_at(motion, age, &at, &before);
     tool_motion_at(motion, age + sim->tick, &at, &after);
     const double half = fabs(before.w * after.w + before.x * after.x + before.y * after.y +
                              before.z * after.z); // of the cosine
+    // Force over way plus moment over angle, at most.
     return ((sums->weight + vec3_length(sums->impulse)) * vec3_length(vec3_sub(end, sums->about)) +
             vec3_length(sums->moment) * 2.0 * acos(fmin(1.0, half))) /
            sim->tick;
@@ -135,16 +141,19 @@ EnergyVerdict guard_energy(Sim *sim, int b, double *has, double *most)
     EnergyAccount *account = &sim->guard->energy[b];
     const int64_t tick = sim->clock->step + 1;
     add_tick(sim, b);
+    // Not in every tick: energies are summed over all nodes.
     if (sim->settling || (tick + b) % guard_energy_ticks(body) != 0)
         return ENERGY_RIGHT;
     // A load that has ended is forgotten when its energy is gone.
     GuardBody *at = &sim->guard->body[b];
     if (at->loaded > 0 && !is_uneasy(body))
         at->loaded = 0;
+    // Holds and ties do work that is not counted here.
     if (is_held(sim, b)) {
         *account = (EnergyAccount){0};
         return ENERGY_RIGHT;
     }
+    // What the body has now.
     BodyMeasure measure;
     body->ops->measure(body->model, &measure);
     const EnergyAccount before = *account;
@@ -155,6 +164,7 @@ EnergyVerdict guard_energy(Sim *sim, int b, double *has, double *most)
     double had = before.had + before.given + fmax(0.0, before.outer - measure.outer);
     if (before.known == 0)
         had = energy + held;
+    // The next check starts from here.
     *account = (EnergyAccount){
         .had = fmin(had, energy + held), .outer = measure.outer, .held = held, .known = 1};
     if (before.known == 0)
@@ -164,6 +174,7 @@ EnergyVerdict guard_energy(Sim *sim, int b, double *has, double *most)
     *most = before.given + before.held;
     if (*has > *most + had + least)
         return ENERGY_WRONG_TOUCH;
+    // Motion can be stopped, a shape must be replaced.
     *has = energy;
     *most = had;
     if (*has <= growth * had + least)

@@ -67,18 +67,22 @@ static int number_by_step(const Sim *sim, int before)
 // number that it had in `another_run`, whose numbers count instead of this run's.
 static void follow_state(Sim *sim, bool another_run)
 {
+    // Estimates belong to the motion before.
     if (sim->stiffness != NULL)
         stiffness_forget(sim->stiffness);
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
+        // The state of another run brings that run's number of the mesh.
         const int before = body->mesh.topology;
         if (another_run && body_changes(body))
             body->mesh.topology = 0;
         const int known = body->mesh.topology;
+        // The body derives its own tables from the state.
         if (body->ops->restored != NULL)
             body->ops->restored(body);
         if (!body_changes(body))
             continue;
+        // Clients must see a newer number, or they keep the mesh that they have.
         if (!topology_is_newer(body->mesh.topology, known))
             body->mesh.topology =
                 topology_after(another_run ? number_by_step(sim, before) : before);
@@ -147,10 +151,12 @@ static bool set_scale(Sim *sim, Body *body, const SetKey *key, double value, cha
 {
     double *scale = key->parameter == BODY_STIFFNESS_SCALE ? &body->tuning.stiffness_scale
                                                            : &body->tuning.damping_scale;
+    // Try it, and go back if the step does not allow it.
     double before = *scale, limit, step;
     *scale = value;
     if (!time_step_allows(sim, body, body->tuning.stiffness_scale, body->tuning.damping_scale,
                           &limit, &step)) {
+        // Say how much would be allowed.
         double most = largest_scale(sim, body, scale, before, value);
         *scale = before;
         snprintf(why, why_size,
@@ -159,11 +165,13 @@ static bool set_scale(Sim *sim, Body *body, const SetKey *key, double value, cha
                  value, limit, body->name, step, most);
         return false;
     }
+    // A model may lack the parameter.
     if (!body->ops->set(body->model, key->parameter, value)) {
         *scale = before;
         snprintf(why, why_size, "body %s has no such parameter", body->name);
         return false;
     }
+    // Where steps follow the level of detail they change at once.
     if (body_changes(body))
         time_step_follow(sim, body);
     return true;
@@ -240,6 +248,7 @@ static void list_keys(bool of_scene, char *text, size_t size)
     size_t length = 0;
     const SetKey *last = NULL;
     text[0] = '\0';
+    // Keys of one word are listed as one, with its endings.
     for (int k = 0; k < KEY_COUNT && length < size; k++) {
         if ((KEYS[k].reach == OF_SCENE) != of_scene)
             continue;
@@ -283,6 +292,7 @@ static bool set_every_body(Sim *sim, const SetKey *key, double value, char *why,
 {
     BodyTuning before[SIM_BODIES];
     for (int b = 0; b < sim->body_count; b++) {
+        // One refusal: all bodies before it get their values back.
         before[b] = sim->body[b].tuning;
         if (key->apply(sim, &sim->body[b], key, value, why, why_size))
             continue;

@@ -147,15 +147,18 @@ void joint_stiffen(Joint *joint)
     const BodySurface *surface = &other->surface;
     const double g = joint->options.stiffness;
     double e[3];
+    // How much of each corner all ties ask for: sum of e_j.
     memset(joint->demand, 0, (size_t)surface->node_count * sizeof *joint->demand);
     for (int64_t i = 0; i < *joint->count; i++) {
         read_pulls(joint, &joint->tie[i], e);
         for (int k = 0; k < 3; k++)
             joint->demand[surface->face[joint->tie[i].face][k]] += e[k];
     }
+    // The weaker end decides the stiffness of a tie.
     for (int64_t i = 0; i < *joint->count; i++) {
         Tie *tie = &joint->tie[i];
         double sum = read_pulls(joint, tie, e);
+        // What the node allows, and then each free corner by its share.
         double least = body->contact_lambda * body->surface.node_mass[tie->node];
         for (int k = 0; k < 3; k++) {
             int corner = surface->face[tie->face][k];
@@ -164,6 +167,7 @@ void joint_stiffen(Joint *joint)
                 !other->ops->is_fixed(other->model, corner))
                 least = fmin(least, other->contact_lambda * mass / joint->demand[corner]);
         }
+        // Derived at the top of this file.
         tie->stiffness = g * least / (1.0 + sum);
         tie->damping = 2.0 * joint->options.damping_ratio * tie->stiffness /
                        sqrt(g * fmax(body->contact_lambda, other->contact_lambda));
@@ -187,6 +191,7 @@ static bool is_used_face(const BodySurface *surface, int64_t face)
 
 static int64_t nearest_face(const Joint *joint, Vec3 from, double *distance)
 {
+    // All faces, once at load: no structure to search in.
     int64_t nearest = -1;
     *distance = (double)INFINITY;
     for (int64_t f = 0; f < joint->other->surface.face_used; f++) {
@@ -207,6 +212,7 @@ static int64_t nearest_face(const Joint *joint, Vec3 from, double *distance)
 static bool tie_all(Joint *joint, const int *node, int count, Status *status)
 {
     const Body *body = joint->body, *other = joint->other;
+    // Each node at the nearest face of the other body, which must be near.
     for (int i = 0; i < count; i++) {
         Vec3 x;
         double distance;
@@ -219,9 +225,11 @@ static bool tie_all(Joint *joint, const int *node, int count, Status *status)
                 "most %.4g m, twice its longest edge",
                 x.x, x.y, x.z, body->name, distance, other->name,
                 REACH * other->surface.longest_edge);
+        // The distance stays what it is now.
         joint->tie[i].node = node[i];
         fit(joint, &joint->tie[i], face, x);
     }
+    // All ties exist: share the corners among them.
     *joint->count = count;
     joint_stiffen(joint);
     return true;
@@ -230,21 +238,25 @@ static bool tie_all(Joint *joint, const int *node, int count, Status *status)
 Joint *joint_create(const char *name, const AttachmentOptions *options, Body *body, Body *other,
                     Arena *arena, StateList *state, Status *status)
 {
+    // The nodes to tie are those of the region.
     int *node = NULL, count = 0;
     if (!attachment_find_region(body, &options->region, &node, &count, status)) {
         free(node);
         return NULL;
     }
     ASSERT(body->integrator == other->integrator);
+    // It belongs to both bodies for good.
     Joint *joint = ALLOCATE(ARENA_CONTACT, 1, Joint, "joint");
     joint->options = *options;
     joint->body = body;
     joint->other = other;
+    // Ties are part of the state, with space for the nodes that these may become.
     const int capacity = joint->capacity = attachment_region_capacity(body, count);
     joint->count = ALLOCATE(ARENA_CONTACT, 1, int64_t, "count");
     joint->tie = ALLOCATE(ARENA_CONTACT, capacity, Tie, "ties");
     state_add(state, joint->count, sizeof *joint->count, "%s/count", name);
     state_add(state, joint->tie, (size_t)capacity * sizeof(Tie), "%s/ties", name);
+    // Scratch memory of an evaluation: nodes on one side, corners on the other.
     joint->node = ALLOCATE(ARENA_CONTACT, capacity, int, "nodes");
     joint->corner = ALLOCATE(ARENA_CONTACT, 3 * capacity, int, "corners");
     joint->x = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "positions");
@@ -255,6 +267,7 @@ Joint *joint_create(const char *name, const AttachmentOptions *options, Body *bo
     joint->on = ALLOCATE(ARENA_CONTACT, 3 * capacity, Vec3, "corners' forces");
     joint->before = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "ends before");
     joint->demand = ALLOCATE(ARENA_CONTACT, other->surface.node_count, double, "demand");
+    // Tie each node to what is beside it now.
     bool ok = tie_all(joint, node, count, status);
     free(node);
     return ok ? joint : NULL;
@@ -322,6 +335,7 @@ void joint_apply(Joint *joint)
 {
     const Body *body = joint->body, *other = joint->other;
     const int count = (int)*joint->count;
+    // Both ends are read in one call each.
     for (int i = 0; i < count; i++) {
         joint->node[i] = (int)joint->tie[i].node;
         memcpy(&joint->corner[3 * i], other->surface.face[joint->tie[i].face],
@@ -329,6 +343,8 @@ void joint_apply(Joint *joint)
     }
     body->ops->read_nodes(body->model, joint->node, count, joint->x, joint->v);
     other->ops->read_nodes(other->model, joint->corner, 3 * count, joint->at, joint->velocity);
+    // The spring pulls along the line between both ends; what it takes from one it gives to the
+    // other.
     for (int i = 0; i < count; i++) {
         const Tie *tie = &joint->tie[i];
         const Vec3 *x = &joint->at[3 * i];
@@ -336,9 +352,11 @@ void joint_apply(Joint *joint)
         Vec3 stretch = vec3_sub(joint->x[i], end_of(tie, x, &facet));
         Vec3 force = vec3_scale(tie->stiffness, stretch);
         hand_over(tie, &facet, force, &joint->on[3 * i]);
+        // Damping, likewise at both ends.
         force = vec3_add(force, damp(joint, i, x, &facet));
         joint->f[i] = vec3_scale(-1.0, force);
     }
+    // The sums go to both bodies.
     body->ops->add_forces(body->model, joint->node, count, joint->f);
     other->ops->add_forces(other->model, joint->corner, 3 * count, joint->on);
 }
@@ -363,11 +381,13 @@ static void remove_tie(Joint *joint, int64_t at)
 void joint_other_changed(Joint *joint, const TopologyChange *change)
 {
     const int64_t ties = *joint->count;
+    // Backwards, since ties that end leave the list.
     for (int64_t i = ties - 1; i >= 0; i--) {
         Tie *tie = &joint->tie[i];
         int64_t heir = -1;
         bool replaced = false;
         double least = (double)INFINITY;
+        // The nearest of the faces that replaced the tie's own.
         for (int c = 0; c < change->face_count; c++) {
             const FaceChange *face = &change->face[c];
             replaced |= face->face == tie->face;
@@ -382,11 +402,13 @@ void joint_other_changed(Joint *joint, const TopologyChange *change)
             least = pair.distance;
             heir = face->face;
         }
+        // The tie goes on from where its end was.
         if (heir >= 0)
             fit(joint, tie, heir, joint->before[i]);
         else if (replaced)
             remove_tie(joint, i); // its matter is gone
     }
+    // Corners have other shares and masses now.
     joint_stiffen(joint);
 }
 
@@ -430,11 +452,13 @@ static void walk(const Joint *joint, Tie *tie, Vec3 target)
 void joint_topology_changed(Joint *joint, const TopologyChange *change)
 {
     const Body *body = joint->body;
+    // Ties of nodes that are gone end.
     for (int i = 0; i < change->gone_count; i++) {
         Tie *tie = tie_of(joint, change->gone[i]);
         if (tie != NULL)
             remove_tie(joint, tie - joint->tie);
     }
+    // A new node between two tied ones is tied, too.
     for (int i = 0; i < change->born_count; i++) {
         const NodeBirth *born = &change->born[i];
         const Tie *from = tie_of(joint, born->parent[0]), *to = tie_of(joint, born->parent[1]);
@@ -444,17 +468,20 @@ void joint_topology_changed(Joint *joint, const TopologyChange *change)
             joint->refused++;
             continue;
         }
+        // Its end lies between those of its parents.
         Tie tie = *from;
         tie.node = born->node;
         if (from != to)
             walk(joint, &tie,
                  vec3_scale(0.5, vec3_add(find_end(joint, from), find_end(joint, to))));
+        // Ties ascend by node: make space for this one.
         int64_t at = find_tie(joint, born->node);
         memmove(&joint->tie[at + 1], &joint->tie[at],
                 (size_t)(*joint->count - at) * sizeof *joint->tie);
         joint->tie[at] = tie;
         ++*joint->count;
     }
+    // Masses have been divided.
     joint_stiffen(joint);
 }
 
@@ -463,9 +490,11 @@ void joint_topology_changed(Joint *joint, const TopologyChange *change)
 
 bool joint_check(const Joint *joint)
 {
+    // As many as there is space for.
     const BodySurface *mine = &joint->body->surface, *theirs = &joint->other->surface;
     if (*joint->count < 0 || *joint->count > joint->capacity)
         return false;
+    // Nodes and faces exist, and nodes ascend.
     for (int64_t i = 0; i < *joint->count; i++) {
         const Tie *tie = &joint->tie[i];
         double sum = 0.0;
@@ -474,6 +503,7 @@ bool joint_check(const Joint *joint)
             (i > 0 && tie->node <= joint->tie[i - 1].node) || tie->face < 0 ||
             tie->face >= theirs->face_count || !is_used_face(theirs, tie->face))
             return false;
+        // Weights sum to 1, and all numbers are sensible.
         for (int k = 0; k < 3; k++) {
             sum += tie->weight[k];
             if (!(fabs(tie->weight[k]) < 1e12)) // far beyond the thinnest face

@@ -17,17 +17,20 @@ void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena
     // eight, since a load also stores the surrounding nodes.
     set->pool_capacity = (adapts ? 8 : 2) * nodes;
     size_t capacity = (size_t)set->pool_capacity;
+    // What is active, and the pool of its nodes.
     set->count = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->count, "loads/count");
     set->used = arena_allocate(arena, ARENA_STEP, 1, sizeof *set->used, "loads/used");
     set->load = arena_allocate(arena, ARENA_STEP, LOAD_CAPACITY, sizeof *set->load, "loads/load");
     set->pool = arena_allocate(arena, ARENA_STEP, capacity, sizeof *set->pool, "loads/pool");
     set->record =
         arena_allocate(arena, ARENA_OUTPUT, LOAD_CAPACITY, sizeof *set->record, "loads/record");
+    // All zero without bad ticks or senders.
     state_add_rare(state, set->record, LOAD_CAPACITY * sizeof *set->record, "loads/record");
     state_add(state, set->count, sizeof *set->count, "loads/count");
     state_add(state, set->used, sizeof *set->used, "loads/used");
     state_add(state, set->load, LOAD_CAPACITY * sizeof *set->load, "loads/load");
     state_add(state, set->pool, capacity * sizeof *set->pool, "loads/pool");
+    // The rest is for bodies whose nodes change.
     if (most == 0)
         return;
     set->node = arena_allocate(arena, ARENA_STEP, capacity, sizeof *set->node, "loads/nodes");
@@ -158,9 +161,11 @@ static LoadNode judge_node(const Load *load, Vec3 start)
 static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
                          const TopologyChange *change)
 {
+    // How much of the load is left without the nodes that go.
     for (int i = 0; i < change->gone_count; i++)
         if (is_marked(set, change->gone[i]))
             inside -= set->given[change->gone[i]].share > 0.0;
+    // The last inside nodes that go hand their part to their parents.
     for (int i = 0; i < change->gone_count; i++) {
         int node = change->gone[i];
         if (!is_marked(set, node))
@@ -174,6 +179,7 @@ static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
             give(set, parent, &heir);
         }
     }
+    // A new node between two known ones: inside if it would have been at the start.
     for (int i = 0; i < change->born_count; i++) {
         const NodeBirth *born = &change->born[i];
         const int *parent = born->parent;
@@ -191,12 +197,14 @@ static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
 static void follow_load(LoadSet *set, int k, int first_node, const BodySurface *surface,
                         const TopologyChange *change)
 {
+    // The part of the load's nodes that belongs to this body.
     int node_count = surface->node_count, node_used = surface->node_used;
     Load *load = &set->load[k];
     int64_t begin = load->first, load_end = load->first + load->count;
     while (begin < load_end && set->pool[begin] < first_node)
         begin++;
     int64_t end = begin, inside = 0;
+    // Spread it over the nodes, to find parents at once.
     for (; end < load_end && set->pool[end] < first_node + node_count; end++) {
         give(set, set->pool[end] - first_node, &set->node[end]);
         inside += set->node[end].share > 0.0;
@@ -205,15 +213,18 @@ static void follow_load(LoadSet *set, int k, int first_node, const BodySurface *
         return;
 
     change_nodes(set, load, inside, change);
+    // The list grows or shrinks: move what follows, and drop what does not fit.
     int64_t room = set->pool_capacity - *set->used + (end - begin);
     int64_t marked = count_marked(set, node_used);
     int64_t more = (marked < room ? marked : room) - (end - begin);
     move_entries(set, end + more, end, *set->used - end);
     if (more < 0)
         clear_entries(set, *set->used + more, -more);
+    // Write it back, ascending.
     write_marked(set, begin, end - begin + more, node_used, first_node);
     *set->used += more;
     load->count += more;
+    // Loads behind it begin elsewhere now.
     for (int64_t later = k + 1; later < *set->count; later++)
         set->load[later].first += more;
 }
@@ -245,11 +256,13 @@ static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int 
     bool changes = body_changes(body);
     Region region = {.kind = REGION_CAPSULE, .from = load->center, .to = load->center};
     region.radius = load->radius + (changes ? 2.0 * body->surface.longest_edge : 0.0);
+    // The pool's free end takes what is found.
     int64_t at = load->first + load->count;
     int *found = &set->pool[at];
     int room = set->pool_capacity - (int)at;
     int count = body->ops->find_nodes(body->model, &region, found, room);
     int written = count < room ? count : room;
+    // Judge each by the place at which it is now.
     for (int i = 0; i < written; i++) {
         LoadNode node = {.share = 1.0};
         if (changes) {
@@ -264,6 +277,7 @@ static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int 
         if (set->node != NULL)
             set->node[at + i] = node;
     }
+    // On changing bodies the list must ascend.
     if (changes)
         write_marked(set, at, written, body->surface.node_used, first_node);
     return count;
@@ -272,6 +286,7 @@ static int64_t take_nodes(LoadSet *set, const Load *load, const Body *body, int 
 bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 center, double radius,
                  Vec3 force, int64_t end_step, char *why, size_t why_size)
 {
+    // A load needs a slot.
     if (*set->count == LOAD_CAPACITY) {
         snprintf(why, why_size, "%d loads are in force, no room for more", LOAD_CAPACITY);
         return false;
@@ -294,6 +309,7 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
         fits = count <= room;
         load.count += fits ? count : room;
     }
+    // Nothing has been changed when it is refused.
     if (!fits || !any_free)
         clear_entries(set, load.first, load.count);
     if (!fits) {
@@ -313,6 +329,7 @@ bool loads_start(LoadSet *set, Body *bodies, int body_count, int body, Vec3 cent
     }
     // The load is valid: activate it and check the criteria of adaptation there.
     measure_area(set, bodies, &load);
+    // Entries and record become the load's.
     *set->used += load.count;
     set->record[*set->count] = (LoadRecord){0};
     set->load[(*set->count)++] = load;
@@ -337,6 +354,7 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
 {
     bool ended = false;
     int64_t kept = 0, used = 0;
+    // Loads that go on move together.
     for (int64_t k = 0; k < *set->count; k++) {
         Load load = set->load[k];
         if (load.end_step <= step) {
@@ -349,10 +367,12 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)
         set->record[kept] = set->record[k];
         set->load[kept++] = load;
     }
+    // The state is zero beyond what is in use.
     memset(&set->record[kept], 0, (size_t)(*set->count - kept) * sizeof *set->record);
     clear_entries(set, used, *set->used - used);
     *set->count = kept;
     *set->used = used;
+    // The remaining forces are summed anew.
     if (ended)
         apply_all(set, bodies, body_count);
 }
@@ -370,12 +390,14 @@ static bool is_place(const Body *bodies, int body_count, int node)
 
 bool loads_check(const LoadSet *set, const Body *bodies, int body_count)
 {
+    // Scenes without loads have none to check.
     if (set->count == NULL)
         return true;
     int64_t used = 0;
     if (*set->count < 0 || *set->count > LOAD_CAPACITY || *set->used < 0 ||
         *set->used > set->pool_capacity)
         return false;
+    // Loads follow one another in the pool, without gaps.
     for (int64_t k = 0; k < *set->count; k++) {
         const Load *load = &set->load[k];
         if (load->first != used || load->count < 0 || load->count > *set->used - used ||
@@ -383,6 +405,7 @@ bool loads_check(const LoadSet *set, const Body *bodies, int body_count)
             return false;
         used += load->count;
     }
+    // All nodes exist, with shares that a load can have.
     for (int64_t i = 0; i < used; i++) {
         if (!is_place(bodies, body_count, set->pool[i]))
             return false;
@@ -390,7 +413,7 @@ bool loads_check(const LoadSet *set, const Body *bodies, int body_count)
                                    vec3_finite(set->node[i].start)))
             return false;
     }
-    return used == *set->used;
+    return used == *set->used; // nothing beyond the last
 }
 
 void loads_clear(LoadSet *set, Body *bodies, int body_count)

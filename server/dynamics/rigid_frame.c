@@ -13,6 +13,7 @@ RigidFrame *rigid_frame_create(const char *name, Precision precision, bool displ
                                Arena *arena, StateList *state)
 {
     RigidFrame *frame = arena_allocate(arena, ARENA_STEP, 1, sizeof *frame, "%s/rigid frame", name);
+    // All slots count, until a body with levels says which.
     frame->precision = precision;
     frame->displaced = displaced;
     frame->whole[0][1] = slot_count;
@@ -20,6 +21,7 @@ RigidFrame *rigid_frame_create(const char *name, Precision precision, bool displ
     frame->run_count = 1;
     frame->rest = rest;
     frame->weight = weight;
+    // The fit starts from the rotation of the last one, so it is state.
     frame->rotation =
         arena_allocate(arena, ARENA_STEP, 4, sizeof(double), "%s/frame rotation", name);
     frame->rotation[0] = 1.0;
@@ -86,6 +88,7 @@ static void rotation_matrix(const double q[4], double r[3][3])
 // definite.
 static bool solve_positive(const double m[3][3], const double b[3], double s[3])
 {
+    // Minors from the top left are positive for a positive definite matrix.
     double trace = m[0][0] + m[1][1] + m[2][2];
     double minor = m[0][0] * m[1][1] - m[0][1] * m[0][1];
     double c00 = m[1][1] * m[2][2] - m[1][2] * m[1][2];
@@ -94,6 +97,7 @@ static bool solve_positive(const double m[3][3], const double b[3], double s[3])
     double determinant = m[0][0] * c00 + m[0][1] * c01 + m[0][2] * c02;
     if (!(m[0][0] > 0.0 && minor > 0.0 && determinant > 1e-9 * trace * trace * trace))
         return false;
+    // The remaining cofactors: the inverse is symmetric.
     double c11 = m[0][0] * m[2][2] - m[0][2] * m[0][2];
     double c12 = m[0][1] * m[0][2] - m[0][0] * m[1][2];
     s[0] = (c00 * b[0] + c01 * b[1] + c02 * b[2]) / determinant;
@@ -108,7 +112,8 @@ static bool solve_positive(const double m[3][3], const double b[3], double s[3])
 static void leave_saddle(const double hessian[3][3], double step[3])
 {
     if (step[0] * step[0] + step[1] * step[1] + step[2] * step[2] > 0.01)
-        return;
+        return; // it moves by itself
+    // The direction of the most negative curvature.
     double shift = 0.0, axis[3] = {0.8, 0.5, 0.3}, along[3];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
@@ -131,6 +136,7 @@ static void leave_saddle(const double hessian[3][3], double step[3])
     // A line or a point has no curvature about its axis: no saddle, and nothing to fit.
     if (!(curvature < -1e-6 * shift))
         return;
+    // Step along it to the side that the gradient prefers.
     double slope = axis[0] * step[0] + axis[1] * step[1] + axis[2] * step[2];
     for (int i = 0; i < 3; i++)
         step[i] += (slope < 0.0 ? -0.5 : 0.5) * axis[i];
@@ -144,6 +150,7 @@ static void fit_rotation(double q[4], const double a[3][3])
 {
     for (int iteration = 0; iteration < 60; iteration++) {
         double r[3][3], m[3][3];
+        // What remains to be turned at the present rotation.
         rotation_matrix(q, r);
         for (int i = 0; i < 3; i++)
             for (int j = 0; j < 3; j++)
@@ -155,6 +162,7 @@ static void fit_rotation(double q[4], const double a[3][3])
         for (int i = 0; i < 3; i++)
             for (int j = 0; j < 3; j++)
                 hessian[i][j] = (i == j ? trace : 0.0) - 0.5 * (m[i][j] + m[j][i]);
+        // Newton's step near a maximum, else a careful one along the gradient.
         if (!solve_positive((const double(*)[3])hessian, g, step)) {
             double scale =
                 1.0 / (fabs(trace) + 1e-9 * (fabs(g[0]) + fabs(g[1]) + fabs(g[2])) + 1e-300);
@@ -162,6 +170,7 @@ static void fit_rotation(double q[4], const double a[3][3])
                 step[i] = scale * g[i];
             leave_saddle((const double(*)[3])hessian, step);
         }
+        // Turn by the step, and stop when it no longer matters.
         double size = sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
         if (!(size < 1e6))
             return; // no shape to fit: keep the rotation
@@ -203,15 +212,18 @@ void rigid_frame_fit(RigidFrame *frame, const void *rows)
     {
         double p[3], q[3];
         read_row(frame, rows, s, p, q);
+        // Relative to the centre, position and velocity.
         double x = p[0] - pose->center[0], y = p[1] - pose->center[1], z = p[2] - pose->center[2];
         double vx = q[0] - pose->velocity[0], vy = q[1] - pose->velocity[1],
                vz = q[2] - pose->velocity[2];
+        // A: how the present shape goes with the shape at rest.
         for (int j = 0; j < 3; j++) {
             double arm = w[s] * (frame->rest[s][j] - pose->rest_center[j]);
             a[0][j] += x * arm;
             a[1][j] += y * arm;
             a[2][j] += z * arm;
         }
+        // Moments of inertia, and the momentum about the centre.
         xx += w[s] * x * x;
         yy += w[s] * y * y;
         zz += w[s] * z * z;
@@ -239,11 +251,13 @@ double rigid_frame_energy(const RigidFrame *frame, const void *rows)
 {
     RigidFrame fit = *frame; // a copy, so that the query does not change the next step's bits
     double rotation[4];
+    // Fit as a step would, in a copy.
     memcpy(rotation, frame->rotation, sizeof rotation);
     fit.rotation = rotation;
     rigid_frame_fit(&fit, rows);
     const FramePose *pose = &fit.pose;
     double energy = 0.0;
+    // Each spring pulls from the place that the rigid motion gives its slot.
     FOR_EACH_SLOT(frame, s)
     {
         double x[3], v[3], arm[3];

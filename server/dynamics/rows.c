@@ -33,6 +33,7 @@ void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *
 {
     Vec3 p, v;
     load(row, rows->precision == PRECISION_SINGLE, at, &p, &v);
+    // From the base frame to the world.
     if (rows->displaced) {
         p = vec3_add(rest_of(rows, at), p);
         if (rows->turned) {
@@ -40,6 +41,7 @@ void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *
             v = quat_rotate(rows->frame->turn, v);
         }
         p = vec3_add(rows_origin(rows), p);
+        // A falling frame has a velocity that its rows lack.
         if (rows->fall != NULL)
             v = vec3_add(rows_velocity(rows), v);
     }
@@ -134,6 +136,7 @@ move_rows(const Rows *rows, void *row, bool single, Quat back, Vec3 center, Vec3
         Vec3 away = vec3_sub(u, vec3_sub(center, rest));
         Vec3 moved = vec3_add(vec3_sub(quat_rotate(back, arm), arm), quat_rotate(back, away));
         v = quat_rotate(back, vec3_sub(v, speed));
+        // Store in the precision of the rows.
         if (single) {
             float *to = (float *)row + (long)s * ROW;
             to[0] = (float)moved.x, to[1] = (float)moved.y, to[2] = (float)moved.z;
@@ -150,15 +153,18 @@ static void move_frame(Rows *rows, void *row)
 {
     BaseFrame *frame = rows->frame;
     RigidFrame *rigid = rows->rigid;
+    // The rigid motion that the rows contain goes over to the frame.
     rigid_frame_fit(rigid, row);
     const FramePose *pose = &rigid->pose;
     Quat turn = {rigid->rotation[0], rigid->rotation[1], rigid->rotation[2], rigid->rotation[3]};
     Quat back = quat_conjugate(turn);
     Vec3 center = {pose->center[0], pose->center[1], pose->center[2]};
     Vec3 rest = {pose->rest_center[0], pose->rest_center[1], pose->rest_center[2]};
+    // A falling frame takes their mean velocity, too.
     Vec3 speed = {0.0, 0.0, 0.0}; // taken over by the frame
     if (rows->fall != NULL)
         speed = (Vec3){pose->velocity[0], pose->velocity[1], pose->velocity[2]};
+    // One loop for each precision.
     if (rows->precision == PRECISION_SINGLE)
         move_rows(rows, row, true, back, center, rest, speed);
     else
@@ -166,10 +172,12 @@ static void move_frame(Rows *rows, void *row)
     if (rows->fall != NULL)
         rows->fall->velocity = vec3_add(rows->fall->velocity, quat_rotate(frame->turn, speed));
 
+    // The frame moves by what the rows have lost.
     Vec3 shift = vec3_sub(center, quat_rotate(turn, rest));
     frame->origin = vec3_add(frame->origin, quat_rotate(frame->turn, shift));
     frame->turn = quat_unit(quat_multiply(frame->turn, turn));
     frame->ticks = 0;
+    // The next fit starts from no rotation.
     rigid->rotation[0] = 1.0;
     rigid->rotation[1] = rigid->rotation[2] = rigid->rotation[3] = 0.0;
 }
@@ -349,6 +357,7 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
             __builtin_prefetch(rows->rest[soon]);
         const void *own = (const char *)row + slot * (long)(ROW * real);
         Four x, v;
+        // Rest position, displacement, turn and origin: the position in the world.
         load_four(own, kind.single, 0, &x);
         if (kind.displaced) {
             const double *rest = rows->rest[slot];
@@ -358,6 +367,7 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
             x += origin;
         }
         store(position + 3 * i, &x, kind.whole);
+        // Velocities only where they are asked for.
         if (velocity == NULL)
             continue;
         load_four(own, kind.single, 4, &v);
@@ -386,6 +396,7 @@ static inline __attribute__((always_inline)) void take_of(const Rows *rows, cons
                                                           const int *slot, int count,
                                                           float *position, float *velocity)
 {
+    // One copy of the loop for each kind of rows: no decision per node.
     const bool single = rows->precision == PRECISION_SINGLE;
     if (!rows->displaced)
         take_all(rows, (Kind){0}, row, slot, count, position, velocity);

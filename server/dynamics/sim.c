@@ -13,8 +13,10 @@ static void create_arrays(Sim *sim)
 {
     const SimCounts most = {SIM_BODIES, SIM_TOOLS, SIM_SCENE_LOADS, SIM_ATTACHMENTS};
     const SimCounts capacity = sim->capacity =
+        // Without counts there is space for the largest scene.
         sim->options.counts.bodies > 0 ? sim->options.counts : most;
     Arena *arena = sim->arena;
+    // No array for what the scene has none of.
     sim->body =
         arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies, sizeof *sim->body, "sim/bodies");
     if (capacity.tools > 0)
@@ -86,10 +88,12 @@ static void join(Sim *sim, int a, int b)
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
 {
     ASSERT(sim->scene_attachment_count < sim->capacity.attachments);
+    // The next place in the list.
     SimAttachment *at = &sim->scene_attachment[sim->scene_attachment_count];
     Body *body = &sim->body[options->body];
     char name[56];
     snprintf(name, sizeof name, "%.31s/attachment%d", body->name, sim->scene_attachment_count);
+    // Joined bodies advance stage by stage, so they must have the same stages.
     if (options->to == ATTACH_BODY && body->integrator != sim->body[options->to_body].integrator)
         return status_fail(status, STATUS_INVALID,
                            "attachment %d: joined bodies %s (%s) and %s (%s) must have one "
@@ -97,6 +101,7 @@ bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *stat
                            sim->scene_attachment_count, body->name,
                            integrator_name(body->integrator), sim->body[options->to_body].name,
                            integrator_name(sim->body[options->to_body].integrator));
+    // A tie joins two groups of bodies, anything else hangs on one body alone.
     if (options->to == ATTACH_BODY) {
         at->joint = joint_create(name, options, body, &sim->body[options->to_body], sim->arena,
                                  sim->state, status);
@@ -135,18 +140,21 @@ static Attachment *create_grasp(Sim *sim, int b, int t)
 
 static void create_attachments(Sim *sim)
 {
+    // Each grasper may grasp every body.
     int graspers = 0;
     for (int t = 0; t < sim->tool_count; t++)
         graspers += sim->tool[t].kind == TOOL_GRASPER;
     int most = sim->scene_attachment_count - sim->joint_count + graspers * sim->body_count;
     if (most == 0)
         return;
+    // Those of a body are consecutive: attachment_start leads to them.
     sim->attachment = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most,
                                      sizeof *sim->attachment, "attachments");
     sim->attachment_start = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)sim->body_count + 1,
                                            sizeof *sim->attachment_start, "attachments/start");
     sim->told = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most, sizeof *sim->told,
                                "attachments/told");
+    // For each body the scene's own attachments, then the graspers.
     for (int b = 0; b < sim->body_count; b++) {
         for (int k = 0; k < sim->scene_attachment_count; k++) {
             Attachment *own = sim->scene_attachment[k].attachment;
@@ -163,6 +171,7 @@ static void create_attachments(Sim *sim)
 static void create_contacts(Sim *sim)
 {
     int most = 2 * sim->body_count * sim->tool_count; // a tool with a plane and capsules has two
+    // Every tool has a motion and a wrench.
     sim->motion = arena_allocate(sim->arena, ARENA_STEP, (size_t)sim->tool_count,
                                  sizeof *sim->motion, "tools/motion");
     sim->wrench = arena_allocate(sim->arena, ARENA_STEP, (size_t)sim->tool_count,
@@ -176,17 +185,19 @@ static void create_contacts(Sim *sim)
                                        sizeof *sim->contact_tool, "contacts/tool");
     sim->contact_start = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)sim->body_count + 1,
                                         sizeof *sim->contact_start, "contacts/start");
+    // Static tools are active from the start, others from their first pose.
     for (int t = 0; t < sim->tool_count; t++) {
         tool_motion_init(&sim->motion[t]);
         sim->motion[t].active = sim->tool[t].kind == TOOL_STATIC;
     }
     state_add(sim->state, sim->motion, (size_t)sim->tool_count * sizeof *sim->motion,
               "tools/motion");
+    // A tool has one contact with a body by its capsules and one by its plane.
     for (int b = 0; b < sim->body_count; b++) {
         for (int k = 0; k < 2 * sim->tool_count; k++) {
             const ToolOptions *tool = &sim->tool[k / 2];
             bool plane = k % 2 == 1;
-            if (plane ? !tool->has_plane : tool->capsule_count == 0)
+            if (plane ? !tool->has_plane : tool->capsule_count == 0) // nothing to touch with
                 continue;
             char name[56];
             snprintf(name, sizeof name, "%.31s/tool%d%s", sim->body[b].name, k / 2,
@@ -205,6 +216,7 @@ static void reserve_forces(Sim *sim)
 {
     if (sim->contact_start == NULL && sim->attachment == NULL && sim->joint_count == 0)
         return;
+    // Sum up what may push at the same time.
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
         int pushed = 0;
@@ -216,6 +228,7 @@ static void reserve_forces(Sim *sim)
         for (int k = sim->attachment_count > 0 ? sim->attachment_start[b] : 0;
              k < (sim->attachment_count > 0 ? sim->attachment_start[b + 1] : 0); k++)
             pushed += attachment_node_capacity(sim->attachment[k]);
+        // Ties push at both ends.
         for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
             const Joint *joint = sim->scene_attachment[k].joint;
             if (joint != NULL && joint_options(joint)->body == b)
@@ -223,12 +236,14 @@ static void reserve_forces(Sim *sim)
             if (joint != NULL && joint_options(joint)->to_body == b)
                 pushed += joint_other_capacity(joint);
         }
+        // The body makes space for it.
         body->ops->reserve_forces(body->model, body->name, pushed, sim->arena);
     }
 }
 
 bool sim_seal(Sim *sim, double settle_s, Status *status)
 {
+    // Steps of each body by itself, with the contacts' share in them.
     for (int b = 0; b < sim->body_count; b++) {
         time_step_cap_contacts(sim, &sim->body[b]);
         contact_set_stiffness(&sim->body[b]);
@@ -241,6 +256,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     for (int k = 0; k < sim->scene_attachment_count; k++)
         if (sim->scene_attachment[k].joint != NULL)
             joint_stiffen(sim->scene_attachment[k].joint);
+    // Everything else that the scene needs, each when its inputs are known.
     cutting_create(sim);
     time_step_join(sim);
     create_contacts(sim);
@@ -258,10 +274,12 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     int64_t ticks = (int64_t)llround(settle_s / sim->tick);
     for (int64_t i = 0; i < ticks; i++)
         sim_step(sim);
+    // The run starts at 0, with no event.
     sim->settling = false;
     sim->clock->step = 0;
     cutting_settled(sim);
     sim->events->count = 0;
+    // A scene that is bad at rest is refused.
     if (sim->resets > 0)
         return status_fail(
             status, STATUS_INVALID,
@@ -271,6 +289,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     for (int b = 0; b < sim->body_count; b++)
         if (!guard_can_be(&sim->body[b], status))
             return false;
+    // Settling costs no time in the statistics.
     memset(sim->stage_ns, 0, sizeof sim->stage_ns);
     if (sim->options.estimate_error)
         sim->estimator = estimate_create(sim->body, sim->body_count, sim->state, sim->arena);
@@ -373,16 +392,19 @@ bool sim_next_grasp(Sim *sim, GraspEvent *event)
     for (int k = 0; k < sim->attachment_count; k++) {
         const AttachmentOptions *options = attachment_options(sim->attachment[k]);
         GraspEvent *told = &sim->told[k];
+        // Only graspers are told.
         if (options->to != ATTACH_GRASPER)
             continue;
         GraspEvent now = {.tool = options->tool,
                           .body = options->body,
                           .taken = attachment_taken(sim->attachment[k]),
                           .step = sim->clock->step};
+        // Has it grasped or released anything since?
         now.nodes = attachment_held(sim->attachment[k], &now.points);
         bool same = now.taken == told->taken || (now.nodes == 0 && told->nodes == 0);
         if ((now.nodes > 0) == (told->nodes > 0) && same)
             continue;
+        // A trembling grip is told at most ten times a second.
         if (told->taken > 0 && now.step >= told->step &&
             (double)(now.step - told->step) * sim->tick < 0.1)
             continue;

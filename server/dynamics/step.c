@@ -94,11 +94,13 @@ static void start_and_end_loads(Sim *sim)
 {
     if (sim->settling)
         return;
+    // Loads that end may leave energy behind, which the guard remembers.
     const int64_t loads = *sim->loads.count;
     guard_note_loads(sim);
     loads_expire(&sim->loads, sim->body, sim->body_count, sim->clock->step);
-    if (*sim->loads.count != loads)
+    if (*sim->loads.count != loads) // energies count anew
         guard_renew(sim, -1);
+    // Loads of the scene whose time has come, within half a tick.
     while (sim->clock->next_load < sim->scene_load_count) {
         const LoadOptions *load = &sim->scene_load[sim->clock->next_load];
         if (load->start > ((double)sim->clock->step + 0.5) * sim->tick)
@@ -160,13 +162,16 @@ static void find_contacts(Sim *sim)
     for (int k = 0, b = 0; k < sim->contact_count; k++) {
         const ToolMotion *motion = &sim->motion[sim->contact_tool[k]];
         Contact *contact = sim->contact[k];
+        // Contacts are sorted by body.
         while (k >= sim->contact_start[b + 1])
             b++;
+        // A withdrawn tool pushes nothing, and one that holds the body does not push it.
         if (!motion->active ||
             (sim->attachment_count > 0 && is_muted(sim, b, sim->contact_tool[k]))) {
             contact_clear(contact);
             continue;
         }
+        // From where it is now to where it will be at the end of the tick.
         Vec3 begin, end;
         Quat orientation;
         double age = sim_pose_age(sim, motion);
@@ -182,6 +187,7 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
                          bool begins)
 {
     int64_t begin = clock_now_ns();
+    // The proxy arrives at the last evaluation of a substep; earlier ones see it on its way.
     const Integrator *integrator = integrator_get(sim->body[b].integrator);
     double target_at = integrator->stage[integrator->stage_count - 1].at;
     double fraction = target_at > 0.0 ? stage->at / target_at : 1.0;
@@ -189,6 +195,7 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
         Contact *contact = sim->contact[k];
         if (!contact_is_near(contact))
             continue;
+        // Once a substep: where the tool will be at its last evaluation.
         if (begins) {
             const ToolMotion *motion = &sim->motion[sim->contact_tool[k]];
             Vec3 target;
@@ -199,6 +206,7 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
         }
         contact_apply(contact, fraction, stage->weight, h);
     }
+    // Contacts are timed within the forces.
     int64_t spent = clock_now_ns() - begin;
     sim->stage_ns[STAGE_CONTACT] += spent;
     sim->stage_ns[STAGE_FORCES] -= spent;
@@ -209,12 +217,14 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
 static void add_holds(Sim *sim, int b, const Stage *stage, double substep_time, double h)
 {
     int first, end = holding_of(sim, b, &first);
+    // How hard each tool pulls, all that it holds together.
     Vec3 pull[SIM_TOOLS] = {{0.0, 0.0, 0.0}};
     for (int k = first; k < end; k++) {
         Attachment *attachment = sim->attachment[k];
         const int tool = attachment_options(attachment)->tool;
         if (!attachment_is_holding(attachment))
             continue;
+        // The frame: that of the tool at this time, or the world.
         ToolPlacement at = {.orientation = {1.0, 0.0, 0.0, 0.0}};
         if (tool >= 0) {
             const ToolMotion *motion = &sim->motion[tool];
@@ -225,6 +235,7 @@ static void add_holds(Sim *sim, int b, const Stage *stage, double substep_time, 
         if (tool >= 0)
             pull[tool] = vec3_add(pull[tool], force);
     }
+    // Scale them down to what the tool can exert.
     for (int k = first; k < end; k++) {
         const int tool = attachment_options(sim->attachment[k])->tool;
         double scale = 1.0;
@@ -269,14 +280,17 @@ static void advance_group(Sim *sim, int first, int substeps, bool alone)
     const Integrator *integrator = integrator_get(sim->body[first].integrator);
     const int ties = sim->joint_count > 0 && !alone ? sim->scene_attachment_count : 0;
     const double part = alone ? 1.0 / substeps : 1.0; // of a substep
+    // Schemes of kicks drift first.
     for (int b = first; b >= 0 && integrator->kicks; b = next_body(sim, b, alone))
         sim->body[b].ops->drift(sim->body[b].model,
                                 integrator->first_drift * (part * sim->body[b].h));
     for (int substep = 0; substep < substeps; substep++) {
+        // Every stage: forces from outside, ties, then each body's own, which moves it.
         for (int s = 0; s < integrator->stage_count; s++) {
             Stage stage = integrator_stage(integrator, s, substep == substeps - 1);
             for (int b = first; b >= 0 && !alone; b = sim->group[b].next)
                 add_outer_forces(sim, b, &stage, substep, s == 0);
+            // Ties of this group.
             for (int k = 0; k < ties; k++) {
                 Joint *joint = sim->scene_attachment[k].joint;
                 if (joint != NULL && sim->group[joint_options(joint)->body].first == first)
@@ -285,6 +299,7 @@ static void advance_group(Sim *sim, int first, int substeps, bool alone)
             for (int b = first; b >= 0; b = next_body(sim, b, alone))
                 sim->body[b].ops->evaluate(sim->body[b].model, &stage, part * sim->body[b].h);
         }
+        // Contacts keep what friction remembers.
         for (int b = first; b >= 0 && !alone; b = sim->group[b].next)
             end_substep(sim, b);
     }
@@ -337,6 +352,7 @@ static void take_wrenches(Sim *sim)
         tool_motion_at(&sim->motion[t], sim_pose_age(sim, &sim->motion[t]) + sim->tick,
                        &sim->wrench[t].position, &orientation);
     }
+    // Contacts first: they decide at which point the wrench acts.
     for (int k = 0; k < sim->contact_count; k++) {
         int t = sim->contact_tool[k];
         const ContactSums *part = contact_sums(sim->contact[k]);
@@ -372,6 +388,7 @@ static void take_wrenches(Sim *sim)
             .depth = sum->depth,
         };
     }
+    // The stiffness of contacts that push now.
     for (int k = 0; k < sim->contact_count && sim->stiffness != NULL; k++)
         if (contact_is_near(sim->contact[k]) && contact_sums(sim->contact[k])->weight > 0.0)
             report_stiffness(sim, k, &sim->wrench[sim->contact_tool[k]]);

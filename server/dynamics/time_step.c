@@ -21,9 +21,11 @@ static const double ROUNDING = 1.0 + 1e-9; // tolerance, as in stability_substep
 static double bound(const Sim *sim, const Body *body, double lambda, double damping,
                     double stiffness_scale, double damping_scale)
 {
+    // The body's own springs: implicit ones do not count, softer ones are not relied on.
     const bool implicit = body->integrator == INTEGRATOR_IMPLICIT;
     lambda *= implicit ? 0.0 : fmax(1.0, stiffness_scale);
     damping *= implicit ? 0.0 : fmax(1.0, stiffness_scale * damping_scale);
+    // Whatever may touch or hold the body, each at its worst.
     for (int t = 0; t < sim->tool_count; t++) {
         const ToolOptions *tool = &sim->tool[t];
         double more_lambda, more_damping, held_lambda = 0.0, held_damping = 0.0;
@@ -34,6 +36,7 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
         lambda += fmax(more_lambda, held_lambda);
         damping += fmax(more_damping, held_damping);
     }
+    // Attachments and ties of the scene, at either end.
     for (int k = 0; k < sim->scene_attachment_count; k++) {
         const SimAttachment *at = &sim->scene_attachment[k];
         const AttachmentOptions *options =
@@ -47,6 +50,7 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
         lambda += more_lambda;
         damping += more_damping;
     }
+    // See above: what leapfrog allows for so many times lambda.
     if (implicit)
         lambda *= 4.0 * body->theta - 1.0;
     return stability_time_step(body->integrator, lambda, damping);
@@ -108,14 +112,17 @@ double time_step_bound(const Sim *sim, const Body *body)
 
 void time_step_cap_contacts(const Sim *sim, Body *body)
 {
+    // Explicit bodies bring enough bound of their own.
     const double asked = body->contact_lambda;
     body->contact_share = 1.0;
     if (body->integrator != INTEGRATOR_IMPLICIT)
         return;
+    // The substep that the tick is divided into.
     const double wanted = body->time_step_wanted > 0.0 ? body->time_step_wanted : sim->tick;
     const double h = sim->tick / stability_substeps(sim->tick, wanted);
-    if (finest_bound(sim, body, 1.0, 1.0) >= h)
+    if (finest_bound(sim, body, 1.0, 1.0) >= h) // fits as it is
         return;
+    // The share may be very small: search by its magnitude.
     double low = -300.0, high = 0.0; // of log10 of the share, by bisection
     for (int i = 0; i < 60; i++) {
         double middle = 0.5 * (low + high);
@@ -125,6 +132,7 @@ void time_step_cap_contacts(const Sim *sim, Body *body)
         else
             high = middle;
     }
+    // What fits stays, and is told.
     body->contact_share = pow(10.0, low);
     body->contact_lambda = asked * body->contact_share;
 }
@@ -138,12 +146,15 @@ static const char *way_out(const Body *body)
 // Refuses a number of substeps beyond the limit.
 static bool refuse_substeps(Sim *sim, Body *body, double wanted, double limit, Status *status)
 {
+    // The shortest step for the scene's rate, and the least rate for a stable step.
     enum { MOST_RATE = 10000 }; // [Hz] highest rate of a scene
     const double least = sim->tick / MOST_SUBSTEPS, rate = 1.0001 / (limit * MOST_SUBSTEPS);
     char bound[80] = "", nearest[256] = "", other[112] = "";
+    // The bound, if there is one.
     if (isfinite(limit))
         snprintf(bound, sizeof bound, "; the stability bound of %s is %.3g s",
                  integrator_name(body->integrator), limit);
+    // A longer step is stable: that alone would do.
     if (least <= limit) {
         snprintf(nearest, sizeof nearest, "; take a time_step of at least %.4g s",
                  least * (1.0 + 1e-4));
@@ -152,6 +163,7 @@ static bool refuse_substeps(Sim *sim, Body *body, double wanted, double limit, S
         if (rate <= MOST_RATE)
             snprintf(faster, sizeof faster, ", or a rate_hz of at least %.4g", rate);
         time_step_advise(sim, body, least, other, sizeof other);
+        // Otherwise list the ways out.
         const char *ways[] = {faster, other, way_out(body)};
         for (int k = 0; k < 3; k++) { // ", or this, or that": the first opens the advice
             const size_t at = strlen(nearest);
@@ -187,12 +199,14 @@ static const double UNEVEN = 1e5, UNEVEN_MOST = 1e10;
 
 static bool refuse_uneven(const Body *body, Status *status)
 {
+    // The longest edge against the smallest face tells how uneven the mesh is.
     const double lambda = fmax(body->lambda, body->finest_lambda),
                  longest = body->surface.longest_edge;
     double least = longest * longest;
     for (int f = 0; f < body->surface.face_used; f++)
         if (body->surface.face_area[f] > 0.0)
             least = fmin(least, body->surface.face_area[f]);
+    // Even meshes are correct at any stiffness.
     if (longest * longest <= UNEVEN * least)
         return true;
     return status_fail(
@@ -207,15 +221,19 @@ static bool refuse_uneven(const Body *body, Status *status)
 
 bool time_step_choose(Sim *sim, Body *body, Status *status)
 {
+    // The wanted step, or the longest stable one.
     double limit = finest_bound(sim, body, 1.0, 1.0);
     double wanted = body->time_step_wanted > 0.0 ? body->time_step_wanted : limit;
     if (!(sim->tick / wanted <= MOST_SUBSTEPS))
         return refuse_substeps(sim, body, wanted, limit, status);
+    // As many equal substeps as it takes, checked against the bound.
     body->finest_substeps = stability_substeps(sim->tick, wanted);
     double h = sim->tick / body->finest_substeps;
     if (h > limit * ROUNDING && !body->unsafe_time_step)
         return refuse_length(sim, body, h, limit, status);
+    // From the finest level to the present one.
     time_step_follow(sim, body);
+    // An implicit step has no bound, but may be too much for an uneven mesh.
     const double lambda = fmax(body->lambda, body->finest_lambda);
     if (body->integrator == INTEGRATOR_IMPLICIT && lambda * h * h > UNEVEN_MOST &&
         !body->unsafe_time_step)
@@ -252,6 +270,7 @@ static const double WORTH = 1e-4;  // a smaller factor would leave nothing of it
 
 static void turn(Sim *sim, Body *body, Knob knob, double factor)
 {
+    // What the key scales, in all that it enters.
     switch (knob) {
     case KNOB_STIFFNESS: // contacts take their share of it
         body->lambda *= factor;
@@ -285,6 +304,7 @@ static double round_down(double x)
 static void describe(const Sim *sim, const Body *body, Knob knob, double factor, char *text,
                      size_t size)
 {
+    // The value that the scene has, of the worst grasper.
     double grip = 0.0, grip_damping = 0.0;
     for (int t = 0; t < sim->tool_count; t++) {
         if (sim->tool[t].kind != TOOL_GRASPER)
@@ -298,6 +318,7 @@ static void describe(const Sim *sim, const Body *body, Knob knob, double factor,
         "damping (material, shape) of at most", "a stiffness (material, shape) of at most",
     };
     static const char *const units[KNOB_COUNT] = {" s", "", "", "", " times that", " times that"};
+    // The key, and the value that it may have at most.
     const double value[KNOB_COUNT] = {
         body->contact_damping, grip_damping, body->contact_ratio, grip, 1.0, 1.0};
     snprintf(text, size, ", or %s %.3g%s", names[knob], round_down(factor * value[knob]),
@@ -307,15 +328,18 @@ static void describe(const Sim *sim, const Body *body, Knob knob, double factor,
 // Returns the largest factor, up to 1, with which the body can take steps of h; 0: none.
 static double find_factor(Sim *sim, Body *body, Knob knob, double h)
 {
+    // The knob is turned in place: keep what it turns.
     const Body own = *body;
     ToolOptions tools[SIM_TOOLS];
     const size_t bytes = (size_t)sim->tool_count * sizeof *tools;
     if (bytes > 0) // without tools there is no array
         memcpy(tools, sim->tool, bytes);
+    // Even the least value may not be enough: try that first.
     double low = log10(LEAST), high = 0.0;
     for (int i = 0; i <= 50; i++) {
         const double middle = i == 0 ? low : 0.5 * (low + high);
         turn(sim, body, knob, pow(10.0, middle));
+        // Does it fit? Then undo it.
         const bool fits = time_step_bound(sim, body) >= h;
         *body = own;
         if (bytes > 0)

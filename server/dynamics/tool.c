@@ -50,10 +50,12 @@ static double measured_period(double period, double since, double tick)
 void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, double tick,
                        bool hold)
 {
+    // An inactive pose withdraws the tool.
     if (!pose->active) {
         tool_motion_init(motion);
         return;
     }
+    // It moves on from where it is; the first pose and those of lockstep take effect at once.
     double since = (double)(step - motion->pose_step) * tick;
     if (motion->active && !hold) {
         tool_motion_at(motion, since, &motion->from_position, &motion->from_orientation);
@@ -65,6 +67,7 @@ void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, d
         motion->from_orientation = pose->orientation;
         motion->period = 0.0;
     }
+    // Where it goes.
     motion->active = 1;
     motion->pose_utime = pose->utime;
     motion->pose_step = step;

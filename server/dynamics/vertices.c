@@ -106,19 +106,23 @@ void vertices_create(Vertices *vertices, const BodyOptions *options, const Verte
     const char *name = options->name;
     Rows *rows = &vertices->rows;
     rows->precision = options->precision;
+    // Nothing is added later, unless the model has reserved more.
     if (vertices->capacity == 0)
         vertices->capacity = vertices->count;
     create_frame(vertices, name, fixed, arena, state);
+    // The spare vertex included.
     const size_t count = (size_t)vertices->capacity + 1, real = rows_real_size(rows);
     vertices->inverse_mass =
         arena_allocate(arena, ARENA_STEP, count, real, "%s/inverse mass", name);
     vertices_set_count(vertices, vertices->count);
     for (int i = 0; i < vertices->count; i++)
         vertices_put_mass(vertices, i, vertices->mass[i], fixed[i]);
+    // Forces: of both halves, if two threads share the elements.
     vertices->force = arena_allocate(arena, ARENA_STEP, 4 * count, real, "%s/forces", name);
     if (vertices->halved)
         vertices->more =
             arena_allocate(arena, ARENA_STEP, 4 * count, real, "%s/forces of half", name);
+    // Two sets of rows: the tick's result replaces the present one when it is good.
     for (int k = 0; k < 2; k++)
         vertices->row[k] = arena_allocate(arena, ARENA_STEP, ROW * count, real, "%s/%s", name,
                                           k == 0 ? "rows" : "rows of next tick");
@@ -127,9 +131,11 @@ void vertices_create(Vertices *vertices, const BodyOptions *options, const Verte
                    ROW * count * real, "%s/rows", name);
     // Far beyond any sensible scene, and small enough for single precision.
     vertices->position_limit = 1e6 * fmax(extent, write_initial(vertices, options, by_id, fixed));
+    // What SET changes is part of the state.
     vertices->parameters = ALLOCATE(ARENA_STEP, 1, BodyParameters, "parameters");
     *vertices->parameters = body_parameters(options->gravity);
     state_add(state, vertices->parameters, sizeof *vertices->parameters, "%s/parameters", name);
+    // Loads need a list of their own.
     if (!options->without_loads)
         create_loads(vertices, name, loadable_count, arena, state);
 }
@@ -210,10 +216,12 @@ typedef struct SharedAdvance {
 static void advance_part(void *context, int first, int last)
 {
     SharedAdvance *shared = context;
+    // The items of this share, in bytes of each array.
     const AdvancePass *whole = shared->pass;
     const size_t begin = (size_t)first * SHARE, row = begin * ROW * shared->real,
                  force = begin * 4 * shared->real;
     int end = last * SHARE < whole->vertex_count ? last * SHARE : whole->vertex_count;
+    // The same pass over these alone.
     AdvancePass pass = *whole;
     pass.present = (const char *)whole->present + row;
     pass.next = (char *)whole->next + row;
@@ -221,7 +229,7 @@ static void advance_part(void *context, int first, int last)
     pass.more = whole->more == NULL ? NULL : (char *)whole->more + force;
     pass.inverse_mass = (const char *)whole->inverse_mass + begin * shared->real;
     pass.vertex_count = end - (int)begin;
-    if (!shared->advance(&pass))
+    if (!shared->advance(&pass)) // several may say so
         atomic_store_explicit(&shared->bad, true, memory_order_relaxed);
 }
 
@@ -249,6 +257,7 @@ static void forget_spare(const Vertices *vertices)
 // stays intact until the end; later ones stay there.
 void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gravity)
 {
+    // The result goes to the other rows.
     void *next = vertices->row[1 - vertices->current];
     Vec3 g = rows_gravity(&vertices->rows, gravity);
     const AdvancePass pass = {
@@ -264,8 +273,10 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
         .position_limit = vertices->position_limit,
         .check = stage->last, // a number that went bad earlier in the tick is still bad
     };
+    // Bad numbers are noticed in the last stage of a tick.
     vertices->bad |= !advance_all(vertices, &pass);
     rows_advance(&vertices->rows, stage, h, gravity);
+    // Unused places stay zero.
     if (vertices->count < vertices->capacity)
         forget_spare(vertices);
     vertices->present = next;
@@ -397,6 +408,7 @@ void vertices_measure(const Vertices *vertices, BodyMeasure *measure)
     const Vec3 velocity = rows_turn_in(rows, rows_velocity(rows)); // of the frame
     double kinetic = 0.0, farthest = 0.0;
     Vec3 weight = {0.0, 0.0, 0.0}; // sum of mass times displacement, in the rows' axes
+    // Energy, weight and the farthest vertex.
     for (int i = 0; i < vertices->count; i++) {
         Vec3 u = rows_vector(rows, row, i, 0), v = rows_vector(rows, row, i, 4);
         if (rows->floating) { // u is small however far the body has travelled
@@ -411,6 +423,7 @@ void vertices_measure(const Vertices *vertices, BodyMeasure *measure)
     }
     measure->kinetic = kinetic;
     measure->max_displacement = sqrt(farthest);
+    // Gravity acts in the world.
     const double *g = vertices->parameters->gravity;
     if (!rows->floating)
         weight = quat_rotate(rows->frame->turn, weight);
@@ -429,17 +442,20 @@ void vertices_measure(const Vertices *vertices, BodyMeasure *measure)
 void vertices_explain(const Vertices *vertices, int lanes, const int *element_at_level, int levels,
                       FILE *out)
 {
+    // Levels without elements at the end are not listed.
     int coarsest = levels - 1, elements = 0;
     while (coarsest > 0 && element_at_level[coarsest] == 0)
         coarsest--;
     for (int level = 0; level <= coarsest; level++)
         elements += element_at_level[level];
+    // Which kernel, for how many elements of which size.
     fprintf(out, "    kernel: %s, %s, %d lanes a batch, %d vertices, %d elements (",
             vertices->rows.precision == PRECISION_SINGLE ? "single" : "double",
             vertices->kernels->level, lanes, vertices->count, elements);
     for (int level = 0; level <= coarsest; level++)
         fprintf(out, "%s%d", level > 0 ? " + " : "", element_at_level[level]);
     fprintf(out, " by level)\n");
+    // What the scene chooses, by its key.
     if (vertices->team != NULL && vertices->halved)
         fprintf(out, "    shared by two threads\n");
     fprintf(out, "    damping: %s\n    base frame: %s\n",

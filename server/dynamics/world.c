@@ -33,6 +33,7 @@ int64_t world_inputs(const World *world)
 
 void world_image_reserve(WorldImage *image, Arena *arena, const World *world)
 {
+    // What does not depend on the number of nodes.
     size_t bodies = (size_t)sim_body_count(world->sim);
     *image = (WorldImage){0};
     image->block =
@@ -44,6 +45,7 @@ void world_image_reserve(WorldImage *image, Arena *arena, const World *world)
                                      "checkpoint/positions");
     image->velocity = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *image->velocity,
                                      "checkpoint/velocities");
+    // For each body as many nodes as it can ever have.
     for (size_t i = 0; i < bodies; i++) {
         const Body *body = sim_body(world->sim, (int)i);
         size_t nodes = (size_t)body->state_capacity;

@@ -39,6 +39,7 @@ static bool nearest_in_plane(Vec3 r, Vec3 d, Vec3 e, double *u, double *v)
 
 void distance_point_triangle(Vec3 p, const Vec3 x[3], ClosestPair *pair)
 {
+    // The foot of the point in the triangle's plane, by its weights.
     Vec3 ab = vec3_sub(x[1], x[0]), ac = vec3_sub(x[2], x[0]);
     double weight[3] = {-1.0, -1.0, -1.0}; // without a plane every side is tried
     double u, v;
@@ -95,6 +96,7 @@ static void try_pair(Vec3 r, Vec3 d, Vec3 e, double s, double t, double *best, d
 
 void distance_segment_segment(Vec3 p, Vec3 q, Vec3 a, Vec3 b, double *s, double *t)
 {
+    // The unconstrained optimum, if it lies within both segments.
     Vec3 d = vec3_sub(q, p), e = vec3_sub(b, a), r = vec3_sub(a, p); // gap: r + t e - s d
     double u = (double)NAN, v = u; // comparisons with NaN fail: without a plane every side is tried
     if (nearest_in_plane(r, d, vec3_scale(-1.0, e), &u, &v) && u >= 0.0 && u <= 1.0 && v >= 0.0 &&
@@ -103,6 +105,7 @@ void distance_segment_segment(Vec3 p, Vec3 q, Vec3 a, Vec3 b, double *s, double 
         *t = v;
         return;
     }
+    // Otherwise one end is nearest: try the ends that the optimum lies beyond.
     double best = HUGE_VAL;
     *s = *t = 0.0;
     if (!(u >= 0.0))
@@ -124,9 +127,11 @@ static Vec3 point_along(Vec3 p, Vec3 q, double along)
 void distance_segment_triangle_pairs(Vec3 p, Vec3 q, const Vec3 x[3],
                                      ClosestPair pair[DISTANCE_PAIRS])
 {
+    // Both ends against the face.
     distance_point_triangle(p, x, &pair[0]);
     distance_point_triangle(q, x, &pair[1]);
     pair[1].along = 1.0;
+    // The segment against each side.
     for (int k = 0; k < 3; k++) {
         ClosestPair *side = &pair[2 + k];
         int from = k, to = (k + 1) % 3;

@@ -48,6 +48,7 @@ int half_edge_group_end(const HalfEdges *half, const TriMesh *mesh, int first)
 
 void half_edge_create(HalfEdges *half, const TriMesh *mesh)
 {
+    // One element more, so that an empty mesh has arrays, too.
     size_t count = (size_t)mesh->triangle_count * 3;
     half->count = (int)count;
     half->order = malloc((count + 1) * sizeof *half->order);
@@ -61,6 +62,7 @@ void half_edge_create(HalfEdges *half, const TriMesh *mesh)
     sort_by(mesh, smaller_node, half->count, half->twin, half->order, start);
     free(start);
 
+    // Pair the half-edges of edges that have exactly two.
     for (int first = 0; first < half->count;) {
         int end = half_edge_group_end(half, mesh, first);
         for (int i = first; i < end; i++)
@@ -94,6 +96,7 @@ static void link_edges(WingedMesh *winged, const TriMesh *mesh, const HalfEdges 
         int end = first + (half->twin[half->order[first]] >= 0
                                ? 2
                                : 1); // a valid mesh has at most two half-edges per edge
+        // The edge runs from its smaller node to its larger one.
         WingedEdge *edge = &winged->edge[winged->edge_count];
         int h = half->order[first];
         int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
@@ -101,6 +104,7 @@ static void link_edges(WingedMesh *winged, const TriMesh *mesh, const HalfEdges 
                              .face = {-1, -1},
                              .previous = {-1, -1},
                              .next = {-1, -1}};
+        // Its faces: left where the half-edge runs like the edge, else right.
         for (int i = first; i < end; i++) {
             h = half->order[i];
             edge->face[half_edge_from(mesh, h) == edge->node[0] ? 0 : 1] = h / 3;
@@ -121,6 +125,7 @@ static void link_edges(WingedMesh *winged, const TriMesh *mesh, const HalfEdges 
 
 static void link_node_faces(WingedMesh *winged, const TriMesh *mesh)
 {
+    // Count the faces of each node; sums of the counts are where their lists begin.
     int *start = winged->node_face_start;
     for (int i = 0; i <= mesh->node_count; i++)
         start[i] = 0;
@@ -151,6 +156,7 @@ static void link_node_edges(WingedMesh *winged, const TriMesh *mesh, const HalfE
         if (first[from] < 0 || half->twin[h] < 0)
             first[from] = h;
     }
+    // Walk round each node, from face to face.
     int count = 0;
     for (int i = 0; i < mesh->node_count; i++) {
         winged->node_edge_start[i] = count;
@@ -160,6 +166,7 @@ static void link_node_edges(WingedMesh *winged, const TriMesh *mesh, const HalfE
             int back =
                 half_edge_previous(h); // ends at the node: its twin is the next edge round the node
             h = half->twin[back];
+            // The walk ends at a border: its last edge is that of the last face.
             if (h < 0)
                 winged->node_edge[count++] = winged->face_edge[back / 3][back % 3];
             if (h == first[i])
@@ -189,6 +196,7 @@ void winged_create(WingedMesh *winged, const TriMesh *mesh)
                            .node_face_start = new_ints(nodes + 1),
                            .node_face = new_ints(3 * faces)};
     ASSERT(winged->edge != NULL && winged->face_edge != NULL && winged->face_neighbor != NULL);
+    // Edges first: the lists of nodes refer to them.
     link_edges(winged, mesh, &half);
     link_node_faces(winged, mesh);
     link_node_edges(winged, mesh, &half);

@@ -51,6 +51,7 @@ static double height_above(const Hull *hull, int face, int point)
 // Makes a point wait at the one of some faces above which it is highest.
 static void wait_at_best(Hull *hull, int point, const int *face, int count)
 {
+    // The highest face sees the point best.
     int best = face[0];
     double height = height_above(hull, best, point);
     for (int i = 1; i < count; i++) {
@@ -60,6 +61,7 @@ static void wait_at_best(Hull *hull, int point, const int *face, int count)
             best = face[i];
         }
     }
+    // The point joins the list of those that wait there.
     hull->wait[point] = best;
     hull->next[point] = hull->face[best].waiting;
     hull->face[best].waiting = point;
@@ -71,6 +73,7 @@ static void pick_first(const Vec3 *point, int count, int first[4])
 {
     for (int i = 0; i < 4; i++)
         first[i] = 0;
+    // The farthest point, then the one farthest from their line, then from their plane.
     for (int stage = 1; stage < 4; stage++) {
         double best = -1.0;
         for (int i = 0; i < count; i++) {
@@ -106,7 +109,7 @@ static void start_tetrahedron(Hull *hull, const int first[4])
 // Finds the faces that the point sees, connected to the one where it waits, and their rim.
 static void find_visible(Hull *hull, int point)
 {
-    // Flood fill over the visible faces.
+    // Flood fill over the visible faces, from the one where the point waits.
     hull->seen_count = hull->rim_count = 0;
     hull->seen[hull->seen_count++] = hull->wait[point];
     hull->face[hull->wait[point]].stamp = point;
@@ -142,6 +145,7 @@ static bool insert_point(Hull *hull, int point)
         hull->wait[point] = f;
     if (height_above(hull, hull->wait[point], point) <= VISIBLE)
         return false;
+    // The rim of what the point sees becomes the base of a fan of faces.
     find_visible(hull, point);
     if (hull->rim_count != hull->seen_count + 2)
         return false;
@@ -164,6 +168,7 @@ static bool insert_point(Hull *hull, int point)
     hull->seen[hull->seen_count] = hull->face_count;
     hull->seen[hull->seen_count + 1] = hull->face_count + 1;
     hull->face_count += 2;
+    // Each edge of the rim and the point make one face.
     for (int i = 0; i < hull->rim_count; i++) {
         const RimEdge *rim = &hull->rim[i];
         int f = hull->seen[i];
@@ -221,6 +226,7 @@ bool hull_triangulate(const Vec3 *point, int count, int (*triangle)[3])
     ASSERT(hull.face != NULL && hull.next != NULL && hull.wait != NULL && hull.fan != NULL &&
            hull.seen != NULL && hull.rim != NULL && order != NULL);
 
+    // Start with a large tetrahedron that faces outward.
     int first[4];
     static const int all[4] = {0, 1, 2, 3};
     pick_first(point, count, first);
@@ -238,10 +244,12 @@ bool hull_triangulate(const Vec3 *point, int count, int (*triangle)[3])
         if (i != first[0] && i != first[1] && i != first[2] && i != first[3])
             wait_at_best(&hull, i, all, 4);
     }
+    // A shuffled order keeps the expected time at n log n.
     shuffle(order, count);
     for (int i = 0; i < count && convex; i++)
         if (hull.wait[order[i]] >= 0)
             convex = insert_point(&hull, order[i]);
+    // What remains are the faces of the hull.
     for (int f = 0; f < hull.face_count; f++)
         for (int k = 0; k < 3; k++)
             triangle[f][k] = hull.face[f].corner[k];
@@ -332,12 +340,14 @@ static void join_twins(int *twin, int h, int g)
 // Triangles a b c and b a d become c a d and d b c.
 static void turn_edge(TriMesh *mesh, int *twin, Quad quad)
 {
+    // What lies beyond the four sides keeps its place; the diagonal moves.
     int across_bc = twin[half_edge_next(quad.h)], across_ca = twin[half_edge_previous(quad.h)];
     int across_ad = twin[half_edge_next(quad.g)], across_db = twin[half_edge_previous(quad.g)];
     int t = quad.h / 3, u = quad.g / 3;
     int *first = mesh->triangle[t], *second = mesh->triangle[u];
     first[0] = quad.c, first[1] = quad.a, first[2] = quad.d;
     second[0] = quad.d, second[1] = quad.b, second[2] = quad.c;
+    // Each of the new sides meets its neighbour again.
     join_twins(twin, 3 * t, across_ca);
     join_twins(twin, 3 * t + 1, across_ad);
     join_twins(twin, 3 * t + 2, 3 * u + 2);
@@ -349,13 +359,15 @@ static void turn_edges(TriMesh *mesh, int *twin, int *valence)
 {
     bool turned = true;
     for (int pass = 0; turned && pass < TURN_PASSES; pass++) {
+        // Repeat until no edge wants to turn.
         turned = false;
         for (int h = 0; h < 3 * mesh->triangle_count; h++) {
-            if (twin[h] < h)
+            if (twin[h] < h) // each edge once
                 continue;
             Quad quad = quad_of(mesh, twin, h);
             if (!should_turn(mesh, twin, valence, quad))
                 continue;
+            // Two nodes lose a neighbour, the two opposite ones gain it.
             turn_edge(mesh, twin, quad);
             valence[quad.a]--;
             valence[quad.b]--;
@@ -444,6 +456,7 @@ static int *new_ints(int count)
 void relax_mesh(TriMesh *mesh, RelaxProject project, int sweeps)
 {
     HalfEdges half;
+    // The twins stay valid while edges turn.
     half_edge_create(&half, mesh);
     int n = mesh->node_count;
     Relax relax = {.valence = new_ints(n),
@@ -452,9 +465,11 @@ void relax_mesh(TriMesh *mesh, RelaxProject project, int sweeps)
                    .queue = new_ints(n),
                    .moved = malloc((size_t)n * sizeof *relax.moved)};
     ASSERT(relax.moved != NULL);
+    // Each half-edge that leaves a node is one of its neighbours.
     for (int h = 0; h < half.count; h++)
         relax.valence[half_edge_from(mesh, h)]++;
 
+    // Connections follow the positions after every move.
     turn_edges(mesh, half.twin, relax.valence);
     for (int sweep = 0; sweep < sweeps; sweep++) {
         move_nodes(mesh, half.twin, project, &relax);

@@ -50,6 +50,7 @@ bool generate_sphere(TriMesh *mesh, int nodes, double radius, Status *status)
         double z = 1.0 - (2.0 * i + 1.0) / nodes, rho = sqrt(1.0 - z * z);
         mesh->position[i] = vec3(rho * cos(golden_angle * i), rho * sin(golden_angle * i), z);
     }
+    // The hull of points on a sphere is their Delaunay triangulation; relaxation moves them.
     bool convex = hull_triangulate(mesh->position, nodes, mesh->triangle);
     ASSERT(convex);
     relax_mesh(mesh, to_unit_sphere, relax_sweeps(nodes));
@@ -67,6 +68,7 @@ bool generate_uv_sphere(TriMesh *mesh, int rings, int segments, double radius, S
         return false;
     mesh_create(mesh, rings * segments + 2, 2 * rings * segments);
     int last = mesh->node_count - 1;
+    // The poles are the first and the last node.
     mesh->position[0] = vec3(0.0, 0.0, radius);
     mesh->position[last] = vec3(0.0, 0.0, -radius);
     int(*triangle)[3] = mesh->triangle;
@@ -79,6 +81,8 @@ bool generate_uv_sphere(TriMesh *mesh, int rings, int segments, double radius, S
             mesh->position[ring + s] =
                 vec3(radius * sin(latitude) * cos(longitude),
                      radius * sin(latitude) * sin(longitude), radius * cos(latitude));
+            // Triangles at the north pole, at the south pole, and two for each cell between the
+            // rings.
             if (r == 0)
                 memcpy(triangle++, (int[3]){0, ring + s, ring + next}, sizeof *triangle);
             if (r == rings - 1) {
@@ -114,6 +118,7 @@ static void make_icosahedron(TriMesh *mesh)
 // Replaces a closed mesh by one with a node in the middle of every edge, on the unit sphere.
 static void split_in_four(TriMesh *mesh)
 {
+    // Midpoints are the new nodes of a mesh with four times as many triangles.
     HalfEdges half;
     half_edge_create(&half, mesh);
     TriMesh fine;
@@ -128,6 +133,7 @@ static void split_in_four(TriMesh *mesh)
         fine.position[node] = vec3_unit(vec3_add(mesh->position[half_edge_from(mesh, h)],
                                                  mesh->position[half_edge_to(mesh, h)]));
     }
+    // Three corner triangles, and one in the middle.
     for (int t = 0; t < mesh->triangle_count; t++) {
         const int *corner = mesh->triangle[t], *mid = &middle[3 * t];
         const int parts[4][3] = {{corner[0], mid[0], mid[2]},
@@ -163,6 +169,7 @@ bool generate_sheet(TriMesh *mesh, int columns, int rows, double width, double h
         return false;
     mesh_create(mesh, columns * rows, 2 * (columns - 1) * (rows - 1));
     int(*triangle)[3] = mesh->triangle;
+    // Row by row; each node but those of the last row and column begins a cell.
     for (int r = 0; r < rows; r++) {
         for (int c = 0; c < columns; c++) {
             int node = r * columns + c;
@@ -170,6 +177,7 @@ bool generate_sheet(TriMesh *mesh, int columns, int rows, double width, double h
                                         height * ((double)r / (rows - 1) - 0.5), 0.0);
             if (r == rows - 1 || c == columns - 1)
                 continue;
+            // The cell's two triangles, with parallel diagonals.
             int above = node + columns;
             memcpy(triangle++, (int[3]){node, node + 1, above + 1}, sizeof *triangle);
             memcpy(triangle++, (int[3]){node, above + 1, above}, sizeof *triangle);
@@ -300,8 +308,10 @@ static void accumulate_area(double *area, int steps)
     for (int i = 0; i <= steps; i++) {
         double u, angle;
         circle_at(3.0 * i / steps, &u, &angle);
+        // The axis is straight here: where the circle lies along it, and how wide it is.
         way += vec3_length(vec3_sub(center_at(u), center_at(last_u)));
         double axis = way - radius_at(u) * cos(angle), rho = radius_at(u) * sin(angle);
+        // The area of the cone between two circles.
         area[i] =
             i == 0 ? 0.0
                    : area[i - 1] + PI * (rho + last_rho) * hypot(axis - last_axis, rho - last_rho);
@@ -317,11 +327,13 @@ static void spread_circles(double *w, int count)
     enum { STEPS = 3000 };
     double area[STEPS + 1];
     accumulate_area(area, STEPS);
+    // Walk along the areas once, since the wanted ones ascend.
     int step = 0;
     for (int i = 0; i < count; i++) {
         double wanted = area[STEPS] * (i + 0.5) / count;
         while (area[step + 1] < wanted)
             step++;
+        // Interpolate between two steps.
         double part = (wanted - area[step]) / (area[step + 1] - area[step]);
         w[i] = 3.0 * (step + part) / STEPS;
     }
@@ -337,6 +349,7 @@ static void make_spiral(TriMesh *mesh)
     const double slimness = 5.0; // length over width of the straightened organ
     const double golden_angle = PI * (3.0 - sqrt(5.0));
     int n = mesh->node_count;
+    // Stretch the sphere in stages, so that edges can follow.
     for (int stage = 0; stage <= STAGES; stage++) {
         double width = pow(slimness, -(double)stage / STAGES);
         for (int i = 0; i < n; i++) {

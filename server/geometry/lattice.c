@@ -10,6 +10,7 @@
 bool lattice_create(Lattice *lattice, const int count[3], double size, Status *status)
 {
     *lattice = (Lattice){.turn = {1.0, 0.0, 0.0, 0.0}};
+    // Refuse what has no cells, too many, or none of a size.
     if (count[0] < 1 || count[1] < 1 || count[2] < 1)
         return status_fail(status, STATUS_INVALID, "a lattice of %d x %d x %d cells has none",
                            count[0], count[1], count[2]);
@@ -20,6 +21,7 @@ bool lattice_create(Lattice *lattice, const int count[3], double size, Status *s
                            count[0], count[1], count[2], LATTICE_MOST_CELLS);
     if (!(size > 0.0) || !isfinite(size))
         return status_fail(status, STATUS_INVALID, "cells of %g m are not possible", size);
+    // All void at first.
     lattice->label = calloc((size_t)cells, 1);
     if (lattice->label == NULL)
         return status_fail(status, STATUS_FAILED, "no memory for a lattice of %.0f cells", cells);
@@ -89,12 +91,14 @@ void lattice_place(Lattice *lattice, double scale, Vec3 rotation, Vec3 translati
 // Finds the box of solid cells, low to high, high excluded. False if there are none.
 static bool solid_box(const Lattice *lattice, int low[3], int high[3])
 {
+    // Begin with an empty box.
     for (int a = 0; a < 3; a++) {
         low[a] = lattice->count[a];
         high[a] = 0;
     }
     for (int k = 0; k < lattice->count[2]; k++)
         for (int j = 0; j < lattice->count[1]; j++) {
+            // The first and the last solid cell of each row.
             const unsigned char *row = &lattice->label[lattice_index(lattice, 0, j, k)];
             int first = 0, end = lattice->count[0];
             while (first < end && row[first] == 0)
@@ -103,6 +107,7 @@ static bool solid_box(const Lattice *lattice, int low[3], int high[3])
                 continue;
             while (row[end - 1] == 0)
                 end--;
+            // The box takes in this part of the row.
             const int from[3] = {first, j, k}, to[3] = {end, j + 1, k + 1};
             for (int a = 0; a < 3; a++) {
                 low[a] = from[a] < low[a] ? from[a] : low[a];
@@ -114,6 +119,7 @@ static bool solid_box(const Lattice *lattice, int low[3], int high[3])
 
 bool lattice_crop(Lattice *lattice, Status *status)
 {
+    // What is left after cropping.
     int low[3], high[3], count[3];
     if (!solid_box(lattice, low, high))
         return status_fail(status, STATUS_INVALID, "no cell of the lattice is solid");
@@ -126,9 +132,11 @@ bool lattice_crop(Lattice *lattice, Status *status)
             memmove(to, &lattice->label[lattice_index(lattice, low[0], j, k)], (size_t)count[0]);
             to += count[0];
         }
+    // The box's low corner becomes cell 0.
     lattice->origin = lattice_point(lattice, low[0], low[1], low[2]);
     for (int a = 0; a < 3; a++)
         lattice->count[a] = count[a];
+    // Return the memory of the margins.
     unsigned char *label = realloc(lattice->label, cell_count(lattice));
     ASSERT(label != NULL);
     lattice->label = label;
@@ -163,6 +171,7 @@ static int find_runs(const unsigned char *row, int count, Run *run, int run_coun
     for (int i = 0; i < count; i++) {
         if (row[i] == 0)
             continue;
+        // From the first solid cell to the next void one.
         int first = i;
         while (i < count && row[i] != 0)
             i++;
@@ -239,6 +248,7 @@ bool lattice_box(Lattice *lattice, const int count[3], double size, Status *stat
 static bool make_round(Lattice *lattice, double radius, double size, bool flat, Status *status)
 {
     *lattice = (Lattice){0};
+    // What has no cell, and what would overflow below.
     if (!(radius > 0.0) || !(size > 0.0) || !isfinite(radius) || !isfinite(size))
         return status_fail(status, STATUS_INVALID,
                            "a radius of %g m in cells of %g m is not possible", radius, size);
@@ -256,6 +266,7 @@ static bool make_round(Lattice *lattice, double radius, double size, bool flat, 
                            size, radius);
     if (!create_centered(lattice, count, size, status))
         return false;
+    // Label the cells whose centre is near enough.
     for (int k = 0; k < count[2]; k++)
         for (int j = 0; j < count[1]; j++)
             for (int i = 0; i < count[0]; i++) {

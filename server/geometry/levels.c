@@ -138,6 +138,7 @@ static void turn(int i, int valence, double *c, double *s)
 static Moments spoke_moments(const Stencil *s, int node, int valence)
 {
     Moments moments = {0};
+    // Sums of spokes times the cosines and sines that the weights consist of.
     for (int j = 0; j < valence; j++) {
         double c1, s1;
         turn(j, valence, &c1, &s1);
@@ -168,10 +169,12 @@ static void add_extraordinary(const Stencil *s, int node, Vec3 *middle)
     const WingedMesh *winged = s->winged;
     int valence = winged_valence(winged, node);
     Moments moments = {0};
+    // The sums of large valences are shared by all edges of the node.
     if (valence >= 5)
         moments = spoke_moments(s, node, valence);
     for (int i = 0; i < valence; i++) {
         int edge = winged->node_edge[winged->node_edge_start[node] + i];
+        // Of two extraordinary ends each gives half.
         double share = is_regular(winged, winged_other(winged, edge, node)) ? 1.0 : 0.5;
         Vec3 offset =
             valence >= 5 ? large_offset(&moments, valence, i) : small_offset(s, node, valence, i);
@@ -184,6 +187,7 @@ void butterfly_midpoints(const WingedMesh *winged, const int (*face)[3], const V
                          Vec3 *middle)
 {
     Stencil s = {winged, face, position};
+    // Edges with a rule of their own; the others are sums over their extraordinary ends.
     for (int e = 0; e < winged->edge_count; e++) {
         const int *end = winged->edge[e].node;
         if (winged_is_boundary_edge(winged, e))
@@ -218,6 +222,7 @@ bool levels_reserve(Levels *levels, const int count[3], int finest, const char *
             return status_fail(status, STATUS_INVALID,
                                "level %d has %lld nodes and %lld faces, more than %d", l,
                                (long long)nodes, (long long)faces, MESH_COUNT_MAX);
+        // The next level: every edge gives a node and two edges, every face three edges more.
         levels->level[l] =
             (Level){.node_count = (int)nodes, .edge_count = (int)edges, .face_count = (int)faces};
         if (l == finest)
@@ -226,6 +231,7 @@ bool levels_reserve(Levels *levels, const int count[3], int finest, const char *
         edges = 2 * edges + 3 * faces;
         faces *= 4;
     }
+    // Memory for all levels.
     levels->position = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes,
                                       sizeof *levels->position, "%s/level positions", name);
     for (int l = 0; l <= finest; l++) {
@@ -255,6 +261,7 @@ static void copy_edges(Level *level, const WingedMesh *winged)
 static void divide_faces(const Level *coarse, int (*fine)[3])
 {
     for (int f = 0; f < coarse->face_count; f++) {
+        // Three midpoints: one corner each of three children, all corners of the fourth.
         const int *corner = coarse->face[f];
         int mid[3];
         for (int k = 0; k < 3; k++)
@@ -282,6 +289,7 @@ static bool check_faces(const Levels *levels, int l, const TriMesh *mesh, Status
     for (int f = 0; f < level->face_count; f++) {
         if (mesh_relative_height(levels->position, level->face[f]) >= MESH_SMALLEST_HEIGHT)
             continue;
+        // Name the face of the mesh that it comes from.
         const int *corner = mesh->triangle[f >> 2 * l];
         return status_fail(status, STATUS_INVALID,
                            "the triangle of nodes %d, %d and %d is divided into one without area "
@@ -296,6 +304,7 @@ bool levels_create(Levels *levels, const TriMesh *mesh, int finest, const char *
                    Status *status)
 {
     WingedMesh winged;
+    // The coarsest level is the mesh itself.
     winged_create(&winged, mesh);
     const int count[3] = {mesh->node_count, winged.edge_count, mesh->triangle_count};
     bool ok = levels_reserve(levels, count, finest, name, arena, status);
@@ -310,6 +319,7 @@ bool levels_create(Levels *levels, const TriMesh *mesh, int finest, const char *
         butterfly_midpoints(&winged, (const int(*)[3])coarse->face, levels->position,
                             levels->position + coarse->node_count);
         divide_faces(coarse, fine->face);
+        // The edges of the new faces.
         TriMesh view = {.node_count = fine->node_count,
                         .triangle_count = fine->face_count,
                         .triangle = fine->face};
@@ -326,6 +336,7 @@ bool levels_create(Levels *levels, const TriMesh *mesh, int finest, const char *
 // for number those of winged_create.
 static bool check_edges(const Level *level, int l, Status *status)
 {
+    // Edges are sorted, join two existing nodes and have a face beside them.
     int sides = 0, both = 0;
     for (int e = 0; e < level->edge_count; e++) {
         const int *end = level->edge[e], *before = e > 0 ? level->edge[e - 1] : NULL;
@@ -428,9 +439,11 @@ static int *copy_ints(const int *from, int count)
 void levels_mesh(const Levels *levels, int level, const TriMesh *mesh, TriMesh *out)
 {
     const Level *of = &levels->level[level];
+    // Nodes and faces are those of the level.
     mesh_create(out, of->node_count, of->face_count);
     memcpy(out->position, levels->position, (size_t)of->node_count * sizeof *out->position);
     memcpy(out->triangle, of->face, (size_t)of->face_count * sizeof *out->triangle);
+    // Names of the source stay; nodes that it lacks follow after them.
     out->file_node_count = mesh->file_node_count;
     out->file_node = copy_ints(mesh->file_node, mesh->file_node_count);
     out->copy_count = mesh->copy_count;

@@ -75,6 +75,7 @@ void mesh_find_equal(const Vec3 *position, int count, int *first)
     int *slot = malloc(slots * sizeof *slot); // the first node with this hash, or -1
     ASSERT(slot != NULL);
     memset(slot, 0xff, slots * sizeof *slot);
+    // Each position goes to its slot of the table, or to the next free one.
     for (int i = 0; i < count; i++) {
         uint64_t key[3], other[3];
         position_key(position[i], key);
@@ -85,6 +86,7 @@ void mesh_find_equal(const Vec3 *position, int count, int *first)
                 break;
             at = (at + 1) & (slots - 1);
         }
+        // New here: later nodes that are equal find this one.
         if (slot[at] < 0)
             slot[at] = i;
         first[i] = slot[at];
@@ -188,10 +190,12 @@ double mesh_relative_height(const Vec3 *position, const int corner[3])
         edge[k] = vec3_sub(position[corner[(k + 1) % 3]], position[corner[k]]);
         scale = fmax(scale, fmax(fabs(edge[k].x), fmax(fabs(edge[k].y), fabs(edge[k].z))));
     }
+    // A point, or something that is not finite, has no height.
     if (scale == 0.0)
         return 0.0;
     if (!isfinite(scale))
         return (double)NAN;
+    // Twice the area over the square of the longest side.
     double longest = 0.0; // squared
     for (int k = 0; k < 3; k++) {
         edge[k] = vec3(edge[k].x / scale, edge[k].y / scale, edge[k].z / scale);
@@ -205,6 +209,7 @@ static bool triangles_are_valid(const TriMesh *mesh, MeshFault *fault)
     if (mesh->triangle_count < 1)
         return fault_set(fault, -1, -1, "the mesh has no triangles");
     for (int t = 0; t < mesh->triangle_count; t++) {
+        // The corners are three different nodes of the mesh.
         const int *corner = mesh->triangle[t];
         for (int k = 0; k < 3; k++)
             if (corner[k] < 0 || corner[k] >= mesh->node_count)
@@ -214,6 +219,7 @@ static bool triangles_are_valid(const TriMesh *mesh, MeshFault *fault)
             if (corner[k] == corner[(k + 1) % 3])
                 return fault_set(fault, corner[k], t, "triangle %d has node %d twice", t,
                                  name_of(mesh, corner[k]));
+        // It must have an area, or it has no normal.
         double height = mesh_relative_height(mesh->position, corner);
         if (isnan(height))
             return fault_set(fault, -1, t, "triangle %d is too large to measure", t);
@@ -229,6 +235,7 @@ static bool triangles_are_valid(const TriMesh *mesh, MeshFault *fault)
 static bool edges_are_manifold(const TriMesh *mesh, const HalfEdges *half, MeshFault *fault)
 {
     for (int first = 0; first < half->count;) {
+        // All half-edges from `first` to `end` are of one edge, between a and b.
         int end = half_edge_group_end(half, mesh, first);
         int h = half->order[first];
         int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
@@ -236,6 +243,7 @@ static bool edges_are_manifold(const TriMesh *mesh, const HalfEdges *half, MeshF
             return fault_set(fault, a, half->order[first + 2] / 3,
                              "edge between nodes %d and %d belongs to %d triangles, more than two",
                              name_of(mesh, a), name_of(mesh, b), end - first);
+        // Two triangles with one orientation run through their edge in opposite directions.
         if (end - first == 2 && half_edge_from(mesh, half->order[first + 1]) == a)
             return fault_set(
                 fault, a, half->order[first + 1] / 3,
@@ -249,12 +257,14 @@ static bool edges_are_manifold(const TriMesh *mesh, const HalfEdges *half, MeshF
 // Counts the triangles around the start of h, first one way, then the other if there is a border.
 static int fan_size(const HalfEdges *half, int h)
 {
+    // One way round, until the start or a border.
     int size = 1;
     int at = h;
     while ((at = half->twin[half_edge_previous(at)]) >= 0 && at != h)
         size++;
     if (at == h)
         return size;
+    // A border: from the start the other way.
     at = h;
     while (half->twin[at] >= 0) {
         at = half_edge_next(half->twin[at]);
@@ -267,6 +277,7 @@ static int fan_size(const HalfEdges *half, int h)
 // are refused.
 static bool nodes_have_one_fan(const TriMesh *mesh, const HalfEdges *half, MeshFault *fault)
 {
+    // How many triangles each node has, and one of them to begin with.
     int *corners = calloc((size_t)mesh->node_count + 1, sizeof *corners);
     int *first = malloc(((size_t)mesh->node_count + 1) * sizeof *first);
     ASSERT(corners != NULL && first != NULL);
@@ -275,6 +286,7 @@ static bool nodes_have_one_fan(const TriMesh *mesh, const HalfEdges *half, MeshF
         first[half_edge_from(mesh, h)] = h;
     }
     bool sound = true;
+    // One fan has all triangles of its node.
     for (int i = 0; sound && i < mesh->node_count; i++) {
         if (corners[i] == 0)
             sound = fault_set(fault, i, -1, "node %d belongs to no triangle", name_of(mesh, i));

@@ -9,12 +9,13 @@
 // Labels the components; returns the labels by triangle, owned by the caller.
 static int *label_components(const TriMesh *mesh, const HalfEdges *half, int *count)
 {
-    size_t triangles = (size_t)mesh->triangle_count;
+    size_t triangles = (size_t)mesh->triangle_count; // of all arrays
     int *label = malloc((triangles + 1) * sizeof *label);
     int *queue = malloc((triangles + 1) * sizeof *queue);
     ASSERT(label != NULL && queue != NULL);
     memset(label, 0xff, (triangles + 1) * sizeof *label);
     *count = 0;
+    // Each triangle that no walk has reached begins a component.
     for (int t = 0; t < mesh->triangle_count; t++) {
         if (label[t] >= 0)
             continue;
@@ -49,6 +50,7 @@ static void count_loops(const HalfEdges *half, const int *label, MeshQuality *qu
 {
     bool *walked = calloc((size_t)half->count + 1, sizeof *walked);
     ASSERT(walked != NULL);
+    // Each border edge that no walk has reached begins a loop.
     for (int h = 0; h < half->count; h++) {
         if (half->twin[h] >= 0 || walked[h])
             continue;
@@ -69,6 +71,7 @@ static void measure_edges(const TriMesh *mesh, const HalfEdges *half, const int 
     for (int h = 0; h < half->count; h++) {
         if (half->twin[h] > h)
             continue; // counted once, at its twin
+        // Remember the shortest and the longest, so that a report can name them.
         int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
         double length = vec3_length(vec3_sub(mesh->position[a], mesh->position[b]));
         if (quality->edge_count == 0 || length < quality->edge_min) {
@@ -81,6 +84,7 @@ static void measure_edges(const TriMesh *mesh, const HalfEdges *half, const int 
             quality->longest[0] = a;
             quality->longest[1] = b;
         }
+        // For the means, and for the component's Euler characteristic.
         sum += length;
         quality->edge_count++;
         quality->component[label[h / 3]].edge_count++;
@@ -100,6 +104,7 @@ static double angle_at(const TriMesh *mesh, int h)
 static void measure_angles(const TriMesh *mesh, MeshQuality *quality)
 {
     double sum = 0.0;
+    // The smallest angle tells how bad a triangle is.
     for (int t = 0; t < mesh->triangle_count; t++) {
         const double angle[3] = {angle_at(mesh, 3 * t), angle_at(mesh, 3 * t + 1),
                                  angle_at(mesh, 3 * t + 2)};
@@ -117,6 +122,7 @@ static void measure_angles(const TriMesh *mesh, MeshQuality *quality)
 
 static void measure_faces(const TriMesh *mesh, const int *label, MeshQuality *quality)
 {
+    // Relative to a node: a mesh far from the origin loses no digits.
     Vec3 origin = mesh->position[0];
     for (int t = 0; t < mesh->triangle_count; t++) {
         MeshComponent *component = &quality->component[label[t]];
@@ -146,6 +152,7 @@ static void count_nodes(const TriMesh *mesh, const int *label, MeshQuality *qual
 void mesh_quality_measure(const TriMesh *mesh, MeshQuality *quality)
 {
     *quality = (MeshQuality){0};
+    // Components first: all other figures are also counted for each of them.
     HalfEdges half;
     half_edge_create(&half, mesh);
     int *label = label_components(mesh, &half, &quality->component_count);

@@ -54,6 +54,7 @@ void mesh_draft_add_corner(MeshDraft *draft, int node, int uv)
     int before = draft->corner_capacity;
     if (!has_room(draft, draft->corner_count, &draft->corner_capacity))
         return;
+    // Corners and their texture coordinates grow together.
     if (draft->corner_capacity != before) {
         draft->corner = grown(draft->corner, draft->corner_capacity, sizeof *draft->corner);
         if (draft->keeps_uv)
@@ -158,6 +159,7 @@ static bool check_corner(const MeshDraft *draft, int polygon, int node, MeshFaul
 
 static bool check_extent(const MeshDraft *draft, MeshFault *fault)
 {
+    // The extent in each axis of the nodes that are used.
     double low = (double)INFINITY, high = -low, extent = 0.0;
     for (int axis = 0; axis < 3; axis++, extent = fmax(extent, high - low)) {
         low = (double)INFINITY;
@@ -176,6 +178,7 @@ static bool check_extent(const MeshDraft *draft, MeshFault *fault)
 
 static bool check_draft(const MeshDraft *draft, MeshFault *fault)
 {
+    // Every corner names a node with a place, and some face has an area.
     long triangles = 0;
     for (int p = 0; p < draft->polygon_count; p++) {
         int start = mesh_draft_start(draft, p);
@@ -195,6 +198,7 @@ static void take_texture(const Repair *repair, const int *number, TriMesh *mesh)
 {
     const MeshDraft *draft = repair->draft;
     size_t nodes = (size_t)mesh->node_count;
+    // Nothing is known of any node yet.
     mesh->uv = calloc(nodes + 1, sizeof *mesh->uv);
     int *from = malloc((nodes + 1) * sizeof *from); // index in the draft's uv
     bool *seam = calloc(nodes + 1, sizeof *seam);
@@ -210,12 +214,14 @@ static void take_texture(const Repair *repair, const int *number, TriMesh *mesh)
             from[node] = uv;
         seam[node] = seam[node] || memcmp(draft->uv[uv], draft->uv[from[node]], sizeof *draft->uv);
     }
+    // Copy what was found, and count seams and gaps.
     for (int i = 0; i < mesh->node_count; i++) {
         repair->repairs->seam_nodes += seam[i];
         repair->repairs->nodes_without_uv += from[i] < 0;
         if (from[i] >= 0)
             memcpy(mesh->uv[i], draft->uv[from[i]], sizeof *mesh->uv);
     }
+    // An incomplete texture is none.
     if (repair->repairs->nodes_without_uv > 0) {
         free(mesh->uv);
         mesh->uv = NULL;
@@ -231,6 +237,7 @@ static void take_file_nodes(const Repair *repair, const int *number, TriMesh *me
     mesh->file_node_count = draft->node_count;
     mesh->file_node = malloc(((size_t)draft->node_count + 1) * sizeof *mesh->file_node);
     ASSERT(mesh->file_node != NULL);
+    // Nodes were welded: each maps to the one that replaces it.
     for (int i = 0; i < draft->node_count; i++)
         mesh->file_node[i] = number[repair_node(repair, i)];
     // A split node of the source maps to the fan that was drawn with it.
@@ -239,6 +246,7 @@ static void take_file_nodes(const Repair *repair, const int *number, TriMesh *me
         if (mesh->file_index[node] < draft->node_count)
             mesh->file_node[draft->corner[repair->corner[h / 3][h % 3]]] = node;
     }
+    // Count what happened to the nodes of the source.
     MeshRepairs *repairs = repair->repairs;
     for (int i = 0; i < draft->node_count; i++) {
         if (mesh->file_node[i] < 0)
@@ -246,7 +254,7 @@ static void take_file_nodes(const Repair *repair, const int *number, TriMesh *me
         else
             repairs->welded_nodes += mesh->file_index[mesh->file_node[i]] != i;
     }
-    repairs->welded_nodes -= repairs->merged_nodes;
+    repairs->welded_nodes -= repairs->merged_nodes; // counted on their own
 }
 
 // Creates the result: numbers the nodes in use in the order of the source, copies last.
@@ -256,11 +264,13 @@ static void take_mesh(Repair *repair, TriMesh *mesh)
     int *number = malloc(((size_t)from->node_count + 1) * sizeof *number), count = 0;
     ASSERT(number != NULL);
     memset(number, 0xff, ((size_t)from->node_count + 1) * sizeof *number);
+    // Number the nodes in use, in the order of the source.
     for (int h = 0; h < 3 * from->triangle_count; h++)
         number[half_edge_from(from, h)] = 0;
     for (int i = 0; i < from->node_count; i++)
         if (number[i] == 0)
             number[i] = count++;
+    // Copy positions and triangles under the new numbers.
     mesh_create(mesh, count, from->triangle_count);
     for (int i = 0; i < from->node_count; i++)
         if (number[i] >= 0) {
@@ -269,6 +279,7 @@ static void take_mesh(Repair *repair, TriMesh *mesh)
         }
     for (int h = 0; h < 3 * from->triangle_count; h++)
         mesh->triangle[h / 3][h % 3] = number[half_edge_from(from, h)];
+    // The list of copies moves to the result.
     mesh->copy_count = from->copy_count;
     mesh->copy_of = repair->mesh.copy_of;
     repair->mesh.copy_of = NULL;
@@ -310,11 +321,13 @@ static void repair_destroy(Repair *repair)
 static bool run(const MeshDraft *draft, bool ties_borders, TriMesh *mesh, MeshRepairs *repairs,
                 MeshFault *fault, bool *overfull)
 {
+    // Each run counts anew.
     *repairs = (MeshRepairs){0};
     *fault = (MeshFault){.node = -1, .triangle = -1};
     Repair repair = {
         .draft = draft, .repairs = repairs, .fault = fault, .ties_borders = ties_borders};
     repair_create(&repair, draft);
+    // Polygons and edges before orientation, which walks across edges.
     bool ok = repair_faces(&repair) && repair_edges(&repair) && repair_orientation(&repair);
     if (ok) {
         repair_fans(&repair);
@@ -375,6 +388,7 @@ void mesh_repairs_text(const MeshRepairs *repairs, char *text, size_t size)
         {repairs->components > 1 ? repairs->components : 0, "kept", "", "components apart"},
         {repairs->nodes_without_uv, "left out the texture, missing at", "node", "nodes"},
     };
+    // List what was repaired; what was not stays unmentioned.
     text[0] = '\0';
     for (size_t i = 0, used = 0; i < sizeof parts / sizeof *parts && used < size; i++)
         if (parts[i].count > 0)

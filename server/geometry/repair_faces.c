@@ -77,10 +77,12 @@ static void judge(Ears *ears, int i)
     int a = ears->previous[i], c = ears->next[i];
     const int corner[3] = {a, i, c};
     Point x = ears->point[a], y = ears->point[i], z = ears->point[c];
+    // Reflex and flat corners are no ears.
     ears->standing[i] = EAR_NONE;
     ears->quality[i] = mesh_relative_height(ears->corner, corner);
     if (!(turn(x, y, z) > 0.0) || !(ears->quality[i] > MESH_SMALLEST_HEIGHT))
         return;
+    // Any other corner within the ear or near it speaks against it.
     ears->standing[i] = EAR_GOOD;
     for (int k = ears->next[c]; k != a; k = ears->next[k]) {
         int key = ears->key[k];
@@ -88,6 +90,7 @@ static void judge(Ears *ears, int i)
             !holds(x, y, z, COMFORT, ears->point[k]))
             continue;
         ears->standing[i] = EAR_TIGHT;
+        // Within: cutting here would cross the outline.
         if (holds(x, y, z, 0.0, ears->point[k])) {
             ears->standing[i] = EAR_NONE;
             return;
@@ -122,22 +125,26 @@ static bool is_flat(const Ears *ears, int first)
 
 static bool clip(Ears *ears, int (*triangle)[3])
 {
+    // Judge all corners once; each cut then changes two of them.
     for (int i = 0; i < ears->count; i++)
         judge(ears, i);
     int first = 0;
     for (int t = 0; t < ears->count - 2; t++) {
         int ear = find_ear(ears, first);
+        // Without an ear only flat remainders may be cut, in any way.
         if (ear < 0) {
             if (!is_flat(ears, first))
                 return false;
             ear = ears->next[first];
         }
+        // Cut the ear off.
         int a = ears->previous[ear], c = ears->next[ear];
         triangle[t][0] = a;
         triangle[t][1] = ear;
         triangle[t][2] = c;
         ears->next[a] = c;
         ears->previous[c] = a;
+        // Search from the lowest neighbour, so that the result depends on the outline alone.
         first = a < c ? a : c;
         judge(ears, a);
         judge(ears, c);
@@ -173,6 +180,7 @@ static bool fan(const Vec3 *x, int count, int first, int (*triangle)[3])
 bool polygon_triangulate(const Vec3 *corner, const int *key, int count, int (*triangle)[3])
 {
     int first, step = canonical_order(key, count, &first);
+    // Too large for the search of ears: it must be convex.
     if (count > POLYGON_CORNERS)
         return fan(corner, count, first, triangle);
     static _Thread_local Ears ears; // too large for every stack
@@ -182,6 +190,7 @@ bool polygon_triangulate(const Vec3 *corner, const int *key, int count, int (*tr
         Vec3 d = vec3_sub(corner[i], corner[first]);
         extent = fmax(extent, fmax(fabs(d.x), fmax(fabs(d.y), fabs(d.z))));
     }
+    // A ring of corners, in an order that does not depend on where the caller's list begins.
     ears.count = count;
     for (int i = 0; i < count; i++) {
         int from = (first + step * i + count) % count;
@@ -190,6 +199,7 @@ bool polygon_triangulate(const Vec3 *corner, const int *key, int count, int (*tr
         ears.next[i] = (i + 1) % count;
         ears.previous[i] = (i + count - 1) % count;
     }
+    // Project them to the plane of the polygon.
     Vec3 normal = area_vector(ears.corner, count);
     for (int i = 0; i < count; i++)
         ears.point[i] = project(ears.corner[i], normal);
@@ -233,6 +243,7 @@ static void trace_outline(const Repair *repair, int polygon, Outline *outline)
 {
     const MeshDraft *draft = repair->draft;
     int count = 0;
+    // Corners of one node in succession count once, also across the end of the list.
     for (int c = mesh_draft_start(draft, polygon); c < draft->end[polygon]; c++) {
         int node = repair_node(repair, draft->corner[c]);
         if (count > 0 && outline->node[count - 1] == node)
@@ -259,15 +270,18 @@ static void add_triangle(Repair *repair, int polygon, const Outline *outline, co
 static bool cut_polygon(Repair *repair, int polygon, Outline *outline)
 {
     trace_outline(repair, polygon, outline);
+    // What has no three different nodes is dropped.
     if (outline->count < 3) {
         repair->repairs->degenerate_faces++;
         return true;
     }
+    // Triangles are taken as they are.
     repair->repairs->polygons += outline->count > 3;
     if (outline->count == 3) {
         add_triangle(repair, polygon, outline, (const int[3]){0, 1, 2});
         return true;
     }
+    // A polygon that cannot be cut names itself.
     if (!polygon_triangulate(outline->position, outline->node, outline->count, outline->triangle)) {
         repair->fault->triangle = polygon;
         snprintf(repair->fault->text, sizeof repair->fault->text,
@@ -284,6 +298,7 @@ static bool cut_polygon(Repair *repair, int polygon, Outline *outline)
 
 static bool cut_polygons(Repair *repair)
 {
+    // Room for the longest polygon, used for all.
     size_t longest = (size_t)longest_outline(repair->draft);
     Outline outline = {
         .corner = malloc(longest * sizeof *outline.corner),
@@ -293,6 +308,7 @@ static bool cut_polygons(Repair *repair)
     };
     ASSERT(outline.corner != NULL && outline.node != NULL && outline.position != NULL &&
            outline.triangle != NULL);
+    // The first polygon that cannot be cut ends the repair.
     bool ok = true;
     for (int p = 0; ok && p < repair->draft->polygon_count; p++)
         ok = cut_polygon(repair, p, &outline);
@@ -314,6 +330,7 @@ static void drop_degenerate(Repair *repair)
 {
     TriMesh *mesh = &repair->mesh;
     for (int t = 0; t < mesh->triangle_count;) {
+        // All triangles of one polygon; it is degenerate if none is left.
         int polygon = repair->polygon[t], left = 0;
         for (; t < mesh->triangle_count && repair->polygon[t] == polygon; t++) {
             if (repeats_a_node(mesh->triangle[t]))
@@ -323,6 +340,7 @@ static void drop_degenerate(Repair *repair)
         }
         repair->repairs->degenerate_faces += left == 0;
     }
+    // The rest of a polygon stays.
     for (int t = 0; t < mesh->triangle_count; t++)
         if (mesh->triangle[t][0] < 0)
             repair->polygon[t] = -1;
@@ -364,6 +382,7 @@ static void drop_duplicates(Repair *repair)
     ASSERT(slot != NULL);
     memset(slot, 0xff, slots * sizeof *slot);
     for (int t = 0; t < mesh->triangle_count; t++) {
+        // Look for an earlier triangle of the same nodes.
         int node[3], other[3];
         sorted_nodes(mesh->triangle[t], node);
         size_t at = hash_nodes(node) & (slots - 1);
@@ -372,6 +391,7 @@ static void drop_duplicates(Repair *repair)
             if (memcmp(node, other, sizeof node) == 0)
                 break;
         }
+        // New: later ones find it here.
         if (slot[at] < 0) {
             slot[at] = t;
             continue;
@@ -403,6 +423,7 @@ static void join(Repair *repair, int a, int b)
 // surfaces that touch each other stay separate.
 static void weld_borders(Repair *repair)
 {
+    // Which nodes lie at one position, and which are inside of a surface.
     const TriMesh *mesh = &repair->mesh;
     int nodes = repair->draft->node_count;
     int *equal = malloc(((size_t)nodes + 1) * sizeof *equal);
@@ -419,8 +440,10 @@ static void weld_borders(Repair *repair)
     for (int i = 0; i < half.count;) {
         int end = half_edge_group_end(&half, mesh, i), h = half.order[i];
         int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
+        // An edge of a single face is a border.
         if (end == i + 1)
             inside[a] = inside[b] = false;
+        // An edge without length is a single node.
         if (equal[a] == equal[b])
             join(repair, a, b);
         i = end;
@@ -440,6 +463,7 @@ static void weld_borders(Repair *repair)
     free(equal);
     free(first);
     free(inside);
+    // Triangles take the nodes that remain.
     for (int t = 0; t < mesh->triangle_count; t++)
         for (int k = 0; k < 3; k++)
             mesh->triangle[t][k] = repair_node(repair, mesh->triangle[t][k]);
@@ -447,14 +471,17 @@ static void weld_borders(Repair *repair)
 
 bool repair_faces(Repair *repair)
 {
+    // Every node stands for itself until it is welded.
     for (int i = 0; i < repair->draft->node_count; i++)
         repair->kept[i] = i;
+    // Welding all equal nodes comes first, welding of borders alone must know the faces.
     if (!repair->ties_borders)
         weld_all(repair);
     if (!cut_polygons(repair))
         return false;
     drop_degenerate(repair);
     drop_duplicates(repair);
+    // Welded borders may collapse faces or make them equal.
     if (repair->ties_borders) {
         weld_borders(repair);
         drop_degenerate(repair);

@@ -95,11 +95,13 @@ static int next_neighbour(const Flats *flats, FanWalk *walk)
         }
         return neighbour;
     }
+    // At the turn, the node across the border.
     if (walk->last >= 0) {
         int neighbour = walk->last;
         walk->last = -1;
         return neighbour;
     }
+    // Backward from the start until the other border.
     int twin = flats->half.twin[walk->at];
     walk->at = twin < 0 ? -1 : half_edge_next(twin);
     return walk->at < 0 ? -1 : half_edge_to(mesh, walk->at);
@@ -171,16 +173,20 @@ static void turn(Flats *flats, int h)
 {
     Repair *repair = flats->repair;
     const TriMesh *mesh = &repair->mesh;
+    // The four nodes around the edge, and what lies beyond two of the sides.
     int g = flats->half.twin[h], h_next = half_edge_next(h), g_next = half_edge_next(g);
     int c = apex(mesh, h), d = apex(mesh, g);
     int corner_c = repair->corner[h / 3][half_edge_previous(h) % 3];
     int corner_d = repair->corner[g / 3][half_edge_previous(g) % 3];
     int beyond_b_c = flats->half.twin[h_next], beyond_a_d = flats->half.twin[g_next];
+    // Each face gives one corner to the other.
     set_corner(repair, h_next, d, corner_d);
     set_corner(repair, g_next, c, corner_c);
+    // Twins follow the corners.
     pair(flats, h, beyond_a_d);
     pair(flats, g, beyond_b_c);
     pair(flats, h_next, g_next);
+    // Both faces and what lies beside them may be flat now, or not any longer.
     look_at(flats, h / 3);
     look_at(flats, g / 3);
     look_at_neighbours(flats, h / 3);
@@ -205,21 +211,24 @@ static bool can_turn(const Flats *flats, int h)
 static bool drop_and_turn(Flats *flats)
 {
     const TriMesh *mesh = &flats->repair->mesh;
+    // All flat triangles wait for a look.
     half_edge_create(&flats->half, mesh);
     for (int t = 0; t < mesh->triangle_count; t++)
         look_at(flats, t);
-    long looks = (long)LOOKS * flats->count;
+    long looks = (long)LOOKS * flats->count; // rounding must not keep it going
     while (flats->count > 0 && looks-- > 0) {
         int triangle = flats->waiting[--flats->count];
         flats->listed[triangle] = false;
         if (flats->repair->polygon[triangle] < 0 || !is_flat_triangle(mesh, triangle))
             continue;
+        // Its longest edge: at a border the triangle can go, else that edge turns.
         int h = longest_edge(mesh, triangle);
         if (flats->half.twin[h] < 0)
             drop(flats, triangle);
         else if (can_turn(flats, h))
             turn(flats, h);
     }
+    // Drop what was marked.
     half_edge_destroy(&flats->half);
     repair_compact(flats->repair);
     return flats->count == 0;
@@ -239,9 +248,11 @@ static int merge(Repair *repair)
         if (length(mesh, half_edge_previous(longest)) < length(mesh, h))
             h = half_edge_previous(longest);
         int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
+        // Only nodes of the source that lie close to each other, relative to the longest edge.
         if (a >= draft_nodes || b >= draft_nodes ||
             !(length(mesh, h) <= NEAR * length(mesh, longest)))
             continue;
+        // The lower number stays.
         a = repair_node(repair, a);
         b = repair_node(repair, b);
         repair->kept[a > b ? a : b] = a > b ? b : a;
@@ -271,6 +282,7 @@ static int count_flat(const TriMesh *mesh)
 
 bool repair_flat_faces(Repair *repair)
 {
+    // Most meshes have none.
     const TriMesh *mesh = &repair->mesh;
     int flat = count_flat(mesh);
     if (flat == 0)
@@ -283,6 +295,7 @@ bool repair_flat_faces(Repair *repair)
     for (int i = 0; i < MERGES; i++)
         if (!drop_and_turn(&flats) || count_flat(mesh) == 0 || merge(repair) == 0)
             break;
+    // Whatever is still flat is refused with its nodes.
     free(flats.listed);
     free(flats.waiting);
     if (mesh->triangle_count == 0)

@@ -68,11 +68,12 @@ static void drop_flat_fins(Repair *repair, const HalfEdges *half)
     }
     free(faces.group);
     free(faces.count);
-    repair_compact(repair);
+    repair_compact(repair); // drops what was marked
 }
 
 static bool check_edges(Repair *repair)
 {
+    // The first edge with too many faces names three of them.
     TriMesh *mesh = &repair->mesh;
     HalfEdges half;
     half_edge_create(&half, mesh);
@@ -125,6 +126,7 @@ typedef struct Walk {
 static bool walk_component(Repair *repair, Walk *walk, int start)
 {
     const TriMesh *mesh = &repair->mesh;
+    // Begin with one face and go on across its edges.
     walk->queue[0] = start;
     walk->count = 1;
     walk->closed = true;
@@ -132,6 +134,7 @@ static bool walk_component(Repair *repair, Walk *walk, int start)
     for (int i = 0; i < walk->count; i++)
         for (int k = 0; k < 3; k++) {
             int h = 3 * walk->queue[i] + k, twin = walk->half.twin[h];
+            // An edge without a twin is a border.
             if (twin < 0) {
                 walk->closed = false;
                 continue;
@@ -140,6 +143,7 @@ static bool walk_component(Repair *repair, Walk *walk, int start)
             // Neighbours with one orientation run through the edge in opposite directions.
             bool agrees = half_edge_from(mesh, h) == half_edge_to(mesh, twin);
             bool opposite = walk->opposite[h / 3] != !agrees;
+            // A face that is met first takes its side; met again it must agree.
             if (!walk->reached[other]) {
                 walk->reached[other] = true;
                 walk->opposite[other] = opposite;
@@ -166,6 +170,7 @@ static bool most_are_opposite(const Walk *walk)
 static bool looks_inward(const Repair *repair, const Walk *walk, double extent)
 {
     const TriMesh *mesh = &repair->mesh;
+    // Relative to a node of the component and to its extent, so that no digits are lost.
     Vec3 origin = mesh->position[mesh->triangle[walk->queue[0]][0]];
     double sum = 0.0, size = 0.0;
     for (int i = 0; i < walk->count; i++) {
@@ -174,10 +179,12 @@ static bool looks_inward(const Repair *repair, const Walk *walk, double extent)
             int node = mesh->triangle[walk->queue[i]][k];
             x[k] = vec3_scale(1.0 / extent, vec3_sub(mesh->position[node], origin));
         }
+        // Six volumes of the tetrahedron with the origin, by the orientation that was found.
         double volume = vec3_dot(x[0], vec3_cross(x[1], x[2]));
         sum += walk->opposite[walk->queue[i]] ? -volume : volume;
         size += fabs(volume);
     }
+    // A volume of rounding alone decides nothing.
     return fabs(sum) > LEAST_VOLUME * size ? sum < 0.0 : most_are_opposite(walk);
 }
 
@@ -199,12 +206,14 @@ static void turn_faces(Repair *repair, const Walk *walk)
     for (int t = 0; t < mesh->triangle_count; t++) {
         if (!walk->opposite[t])
             continue;
+        // Swap two corners, in the mesh and in what leads to the draft.
         int *const pair[2] = {mesh->triangle[t], repair->corner[t]};
         for (int k = 0; k < 2; k++) {
             int swap = pair[k][1];
             pair[k][1] = pair[k][2];
             pair[k][2] = swap;
         }
+        // Parts of one polygon are counted once.
         repair->repairs->turned_faces += repair->polygon[t] != last;
         last = repair->polygon[t];
     }
@@ -214,6 +223,7 @@ bool repair_orientation(Repair *repair)
 {
     const TriMesh *mesh = &repair->mesh;
     size_t count = (size_t)mesh->triangle_count;
+    // All faces unknown at first.
     Walk walk = {.queue = malloc((count + 1) * sizeof *walk.queue),
                  .reached = calloc(count + 1, sizeof *walk.reached),
                  .opposite = calloc(count + 1, sizeof *walk.opposite)};
@@ -221,6 +231,7 @@ bool repair_orientation(Repair *repair)
     half_edge_create(&walk.half, mesh);
     double extent = extent_of(mesh);
     bool ok = true;
+    // One component after the other.
     for (int t = 0; ok && t < mesh->triangle_count; t++) {
         if (walk.reached[t])
             continue;
@@ -233,6 +244,7 @@ bool repair_orientation(Repair *repair)
         for (int i = 0; turn && i < walk.count; i++)
             walk.opposite[walk.queue[i]] = !walk.opposite[walk.queue[i]];
     }
+    // Turn the faces of all components at once.
     if (ok)
         turn_faces(repair, &walk);
     half_edge_destroy(&walk.half);
@@ -266,6 +278,7 @@ static void add_member(Fans *fans, int h)
 // Collects all half-edges that leave a node within the fan of h.
 static void trace_fan(Fans *fans, int h)
 {
+    // Round the node until the start or a border, then from the start the other way.
     const int *twin = fans->half.twin;
     fans->first[fans->count] = -1;
     add_member(fans, h);
@@ -351,6 +364,7 @@ void repair_fans(Repair *repair)
     const TriMesh *mesh = &repair->mesh;
     Fans fans = {0};
     half_edge_create(&fans.half, mesh);
+    // No half-edge belongs to a fan yet.
     size_t count = (size_t)fans.half.count + 1;
     fans.fan = malloc(count * sizeof *fans.fan);
     fans.member = malloc(count * sizeof *fans.member);
@@ -358,6 +372,7 @@ void repair_fans(Repair *repair)
     fans.of_node = calloc((size_t)mesh->node_count + 1, sizeof *fans.of_node);
     ASSERT(fans.fan != NULL && fans.member != NULL && fans.first != NULL && fans.of_node != NULL);
     memset(fans.fan, 0xff, count * sizeof *fans.fan);
+    // Trace all fans; a node with a second one is shared.
     bool shared = false;
     for (int h = 0; h < fans.half.count; h++) {
         if (fans.fan[h] >= 0)
@@ -365,6 +380,7 @@ void repair_fans(Repair *repair)
         shared = fans.of_node[half_edge_from(mesh, h)]++ > 0 || shared;
         trace_fan(&fans, h);
     }
+    // Fans beyond the first of a node get copies of it.
     if (shared)
         split_nodes(repair, &fans);
     half_edge_destroy(&fans.half);

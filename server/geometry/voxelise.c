@@ -34,6 +34,7 @@ static bool check_closed(const TriMesh *mesh, Status *status)
 {
     HalfEdges half;
     half_edge_create(&half, mesh);
+    // Every edge must have an even number of triangles.
     int open = -1;
     for (int first = 0; first < half.count && open < 0;) {
         int end = half_edge_group_end(&half, mesh, first);
@@ -44,6 +45,7 @@ static bool check_closed(const TriMesh *mesh, Status *status)
     half_edge_destroy(&half);
     if (open < 0)
         return true;
+    // Name one edge of the gap.
     return status_fail(status, STATUS_INVALID,
                        "the mesh is not closed: no other triangle borders the one at the edge "
                        "between nodes %d and %d, so it has no inside",
@@ -69,6 +71,7 @@ static bool create_grid(Raster *raster, const TriMesh *mesh, double size, Status
     double low[3], cells = 1.0, most = 0.0, share = cbrt(1.0 / LATTICE_MOST_CELLS);
     int count[3] = {0};
     const Box box = mesh_box(mesh);
+    // So many cells cover the box along each axis, and both have one middle.
     for (int a = 0; a < 3; a++) {
         double along = ceil((box.high[a] - box.low[a]) / size - 1e-6);
         along = along >= 1.0 ? along : 1.0;
@@ -78,6 +81,7 @@ static bool create_grid(Raster *raster, const TriMesh *mesh, double size, Status
         low[a] = 0.5 * (box.low[a] + box.high[a]) - 0.5 * along * size;
         count[a] = along <= MOST_ALONG ? (int)along : 0;
     }
+    // Too many: tell the size that would do.
     if (!(cells <= LATTICE_MOST_CELLS) || most > MOST_ALONG) {
         share = fmax(share, most / MOST_ALONG);
         return status_fail(status, STATUS_INVALID,
@@ -87,6 +91,7 @@ static bool create_grid(Raster *raster, const TriMesh *mesh, double size, Status
     }
     if (!lattice_create(raster->lattice, count, size, status))
         return false;
+    // The lattice begins where its grid does.
     raster->low = raster->lattice->origin = vec3(low[0], low[1], low[2]);
     return true;
 }
@@ -154,6 +159,7 @@ static int64_t first_beyond(const int64_t *const p[3], const Wide w[3])
 static void cross_row(Raster *raster, const int64_t *const p[3], int j, int k)
 {
     int64_t y = (2 * j + 1) * HALF_CELL, z = (2 * k + 1) * HALF_CELL;
+    // The row passes through the triangle if it lies left of all sides.
     Wide w[3];
     for (int c = 0; c < 3; c++) {
         const int64_t *a = p[(c + 1) % 3], *b = p[(c + 2) % 3];
@@ -161,6 +167,7 @@ static void cross_row(Raster *raster, const int64_t *const p[3], int j, int k)
         if (!is_left(w[c], a, b))
             return;
     }
+    // From the next cell on, the row is on the other side of the surface.
     int64_t cell = first_beyond(p, w);
     if (cell < raster->lattice->count[0])
         raster->lattice->label[lattice_index(raster->lattice, cell < 0 ? 0 : (int)cell, j, k)] ^= 1;
@@ -169,17 +176,20 @@ static void cross_row(Raster *raster, const int64_t *const p[3], int j, int k)
 // Finds the rows with this z that the triangle can meet, with one row more on either side.
 static void find_rows(const int64_t *const p[3], int64_t z, int count, int *first, int *end)
 {
+    // The range of y in which the triangle's sides meet the plane z.
     double low = (double)INFINITY, high = -(double)INFINITY;
     for (int c = 0; c < 3; c++) {
         const int64_t *a = p[c], *b = p[(c + 1) % 3];
         if ((a[2] < z && b[2] < z) || (a[2] > z && b[2] > z))
             continue;
+        // Where the side crosses; a side in the plane counts with both ends.
         double at[2] = {(double)a[1], (double)b[1]};
         if (a[2] != b[2])
             at[0] = at[1] = at[0] + (at[1] - at[0]) * ((double)(z - a[2]) / (double)(b[2] - a[2]));
         low = fmin(low, fmin(at[0], at[1]));
         high = fmax(high, fmax(at[0], at[1]));
     }
+    // Rows within that range, one more on both sides for rounding.
     const double cell = 2.0 * (double)HALF_CELL;
     *first = *end = 0;
     if (!(low <= high))
@@ -211,6 +221,7 @@ static void cross_triangle(Raster *raster, const int corner[3])
     int from = (int)floor_divide(low - HALF_CELL + 2 * HALF_CELL - 1, 2 * HALF_CELL);
     int to = (int)floor_divide(high - HALF_CELL, 2 * HALF_CELL);
     int layers = raster->lattice->count[2];
+    // Each row that the triangle may cross.
     for (int k = from > 0 ? from : 0; k <= to && k < layers; k++) {
         int first, end;
         find_rows(p, (2 * k + 1) * HALF_CELL, raster->lattice->count[1], &first, &end);
@@ -248,6 +259,7 @@ static bool check_solid(long solid, double size, Status *status)
 bool voxelise(Lattice *lattice, const TriMesh *mesh, double size, Status *status)
 {
     *lattice = (Lattice){0};
+    // Refuse what has no cells or no inside.
     if (!(size > 0.0) || !isfinite(size))
         return status_fail(status, STATUS_INVALID, "cells of %g m are not possible", size);
     if (mesh->triangle_count == 0)
@@ -255,10 +267,12 @@ bool voxelise(Lattice *lattice, const TriMesh *mesh, double size, Status *status
     Raster raster = {.lattice = lattice};
     if (!check_closed(mesh, status) || !create_grid(&raster, mesh, size, status))
         return false;
+    // From here on all is exact: nodes are integers.
     round_nodes(&raster, mesh);
     for (int t = 0; t < mesh->triangle_count; t++)
         cross_triangle(&raster, mesh->triangle[t]);
     free(raster.point);
+    // Void margins go last.
     if (check_solid(fill_rows(lattice), size, status) && lattice_crop(lattice, status))
         return true;
     lattice_destroy(lattice);

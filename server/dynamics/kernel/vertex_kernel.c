@@ -90,21 +90,25 @@ INLINE Vector advance_vertices(const AdvancePass *pass, const AdvanceFactors *by
 {
     const Vector zero = vector_set(0.0);
     Vector inverse_mass = load_inverse_mass((const Real *)pass->inverse_mass + i), bad = zero;
+    // Fixed vertices have no inverse mass, and do not move.
     Vector move = vector_select_greater(inverse_mass, zero, by->advance - zero, zero);
     for (int part = 0; part < 4; part += WIDTH) {
         Real *force = (Real *)pass->force + 4 * i + part;
         Vector u, v, sum = vector_load(force);
+        // Forces of the second half are added and cleared.
         if (two) {
             Real *more = (Real *)pass->more + 4 * i + part;
             sum += vector_load(more);
             vector_store(more, zero);
         }
+        // Kick, then drift by the new velocity.
         load_places((const Real *)pass->present + ROW * i + part, &u, &v);
         Vector kick = by->h * (sum * inverse_mass + by->gravity[part / 2]);
         v += vector_select_greater(inverse_mass, zero, kick, zero);
         u += move * v;
         store_places((Real *)pass->next + ROW * i + part, u, v);
-        vector_store(force, zero);
+        vector_store(force, zero); // for the next evaluation
+        // Remember any lane out of bounds.
         if (pass->check)
             bad = vector_or(bad, vector_or(vector_not_within(u, by->position_limit),
                                            vector_not_within(v, by->speed_limit)));
@@ -116,6 +120,7 @@ INLINE bool advance_by(const AdvancePass *pass, bool two)
 {
     const AdvanceFactors by = advance_factors(pass);
     Vector bad = vector_set(0.0);
+    // Whole groups of vertices.
     const int together = pass->vertex_count / TOGETHER * TOGETHER;
     for (int i = 0; i < together; i += TOGETHER)
         bad = vector_or(bad, advance_vertices(pass, &by, two, i));
@@ -130,12 +135,14 @@ INLINE bool advance_by(const AdvancePass *pass, bool two)
     if (two)
         memcpy(more, (const Real *)pass->more + 4L * together, forces);
     memcpy(inverse_mass, (const Real *)pass->inverse_mass + together, rest * sizeof(Real));
+    // The same pass over the copies.
     AdvancePass last = *pass;
     last.present = last.next = row;
     last.force = force;
     last.more = more;
     last.inverse_mass = inverse_mass;
     bad = vector_or(bad, advance_vertices(&last, &by, two, 0));
+    // Copy the results back; forces are cleared as in whole groups.
     memcpy((Real *)pass->next + (long)together * ROW, row, rest * ROW * sizeof(Real));
     memset((Real *)pass->force + 4L * together, 0, forces);
     if (two)
