@@ -65,6 +65,7 @@ static double along(const float x[3], const double direction[3])
 void aim_choose(int count, const float *position, const int32_t *id, const double direction[3],
                 double node[3])
 {
+    // How far the nodes reach along the direction.
     double first = HUGE_VAL, last = -HUGE_VAL, middle[3] = {0.0, 0.0, 0.0}, nearest = HUGE_VAL;
     int level = 0;
     for (int i = 0; i < count; i++) {
@@ -99,14 +100,17 @@ void aim_choose(int count, const float *position, const int32_t *id, const doubl
 
 static bool search_wait(Search *search, ClientError *error)
 {
+    // DESCRIBE makes the daemon send its meshes.
     Client *client = search->client;
     ClientError why;
     bool answered = client_request(client, PLIANT_COMMAND_T_DESCRIBE, 0, "", 1.0, 3, &why);
     if (!answered)
         return client_fail(error, "%s", why.text);
+    // A name that it does not have will never come.
     const char *body = search->aim->body;
     if (body[0] != '\0' && !client_described_body(client, body, error))
         return false;
+    // Then wait for mesh and positions, and say which of them did not come.
     int64_t deadline = client_now_ns() + (int64_t)AIM_WAIT_S * 1000000000;
     if (!client_wait(client, deadline, &search->ready))
         return client_fail(error, client->broken ? "the LCM connection failed" : "interrupted");
@@ -125,6 +129,7 @@ static bool search_wait(Search *search, ClientError *error)
 
 bool aim_find(Client *client, const double direction[3], Aim *aim, ClientError *error)
 {
+    // Collect the mesh of the body, or of whichever comes first.
     Search search = {.client = client, .aim = aim};
     const char *body = aim->body[0] ? aim->body : ".+";
     ReceiverSubscription *mesh =
@@ -135,6 +140,7 @@ bool aim_find(Client *client, const double direction[3], Aim *aim, ClientError *
         client_subscribe(client, "NODES", body, AIM_QUEUE, on_nodes, &search);
     bool ok = mesh && delta && nodes ? search_wait(&search, error)
                                      : client_fail(error, "LCM refuses to subscribe to the meshes");
+    // Nothing may arrive for the search once it is over.
     receiver_unsubscribe(client->receiver, mesh);
     receiver_unsubscribe(client->receiver, delta);
     receiver_unsubscribe(client->receiver, nodes);

@@ -59,6 +59,7 @@ static bool is_word(const char *line, const char *word)
 
 static bool read_place(char *line, bool lifted, BladePath *path, char why[160])
 {
+    // Six numbers within reach, and nothing else.
     double number[6];
     if (client_read_numbers(line, number, 6) != 6) {
         snprintf(why, 160, "expected x y z x y z, the two ends of the edge, or \"lift\"");
@@ -86,6 +87,7 @@ static bool read_lines(BladePath *path, FILE *file, const char *name, ClientErro
     bool ok = true, lifted = true; // the first position begins a stroke
     for (long number = 1; ok && getline(&line, &size, file) >= 0; number++) {
         char why[160];
+        // Comments and empty lines say nothing; "lift" ends a stroke.
         line[strcspn(line, "#")] = '\0';
         if (line[strspn(line, " \t\r\n")] == '\0')
             continue;
@@ -147,10 +149,12 @@ void blade_plane(BladePath *path, const double point[3], const double normal[3],
             axis = k;
     double u[3] = {0.0, 0.0, 0.0}, v[3];
     u[axis] = 1.0;
+    // Two sides perpendicular to it and to each other.
     cross(normal, u, v);
     make_unit(v);
     cross(v, normal, u);
     make_unit(u);
+    // The edge lies along one of them and moves along the other.
     for (int side = -1; side <= 1; side += 2) {
         double end[2][3];
         for (int k = 0; k < 3; k++) {
@@ -168,6 +172,7 @@ static void turn_to(const double from[3], const double to[3], double q[4])
 {
     double axis[3], old[4], turn[4];
     memcpy(old, q, sizeof old);
+    // The turn between two unit vectors: half the angle about their common normal.
     cross(from, to, axis);
     double w = 1.0 + from[0] * to[0] + from[1] * to[1] + from[2] * to[2];
     if (w < 1e-9) { // opposite: half a turn about any perpendicular axis
@@ -176,6 +181,7 @@ static void turn_to(const double from[3], const double to[3], double q[4])
         cross(from, side, axis);
         w = 0.0;
     }
+    // As a unit quaternion, applied behind the old one.
     double length = sqrt(w * w + axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
     turn[0] = w / length;
     for (int k = 0; k < 3; k++)
@@ -195,6 +201,7 @@ int blade_track(const BladePath *path, int first, double speed, Track *track)
     int i = first;
     for (; i < path->count && (i == first || !path->position[i].lifted); i++) {
         const BladePosition *position = &path->position[i];
+        // Turn the tool so that its z axis lies along the edge.
         double now[3], way = 0.0;
         for (int k = 0; k < 3; k++)
             now[k] = position->end[1][k] - position->end[0][k];
@@ -202,6 +209,7 @@ int blade_track(const BladePath *path, int first, double speed, Track *track)
             turn_to(along, now, q);
             memcpy(along, now, sizeof along);
         }
+        // The faster end decides how long the way takes.
         for (int end = 0; end < 2 && i > first; end++) {
             double d[3];
             for (int k = 0; k < 3; k++)

@@ -182,12 +182,14 @@ bool client_wait(Client *client, int64_t deadline_ns, const bool *done)
     while (!client->broken) {
         if (done && *done)
             return true;
+        // Signals are let in during the wait alone, so that none is missed before it.
         int64_t left = deadline_ns - client_now_ns();
         if (left < 0)
             left = 0;
         struct timespec timeout = {left / 1000000000, left % 1000000000};
         struct pollfd poll = {.fd = receiver_file(client->receiver), .events = POLLIN};
         int ready = ppoll(&poll, 1, &timeout, &open);
+        // A signal ends the wait; messages are handled until the deadline.
         if (client_stopped())
             return false;
         if (ready > 0)
@@ -250,9 +252,11 @@ bool client_request(Client *client, int32_t kind, int64_t value, const char *arg
                     double timeout_s, int tries, ClientError *error)
 {
     char channel[CLIENT_CHANNEL_MAX], text[256];
+    // Hear replies before the first question.
     if (!client->subscribed && !client_subscribe(client, "REPLY", NULL, 64, on_reply, client))
         return client_fail(error, "LCM refuses to subscribe to %s_REPLY", client->prefix);
     client->subscribed = true;
+    // What came to an earlier request is none to this one.
     if (client->reply)
         pliant_reply_t_destroy(client->reply);
     client->reply = NULL;
@@ -273,6 +277,7 @@ bool client_request(Client *client, int32_t kind, int64_t value, const char *arg
         if (!client_wait(client, deadline, &client->reply_come))
             return client_fail(error, client->broken ? "the LCM connection failed" : "interrupted");
     }
+    // No answer, or one that says no.
     if (!client->reply_come)
         return client_fail(error, "no reply on %s_REPLY within %g s: is pliantd running on %s?",
                            client->prefix, timeout_s * tries, client->url);

@@ -78,12 +78,14 @@ static void set_first(Curve *curve, int node, const int parent[2])
 // Sets the references of new nodes: first those between known ones, then those between them.
 static void begin_births(Curve *curve, unsigned char *known)
 {
+    // Ids are looked up, so sort them.
     const MeshFrame *mesh = &curve->mesh;
     int count = mesh->node_count;
     IdSlot *order = make_rows(NULL, count, sizeof *order);
     for (int i = 0; i < count; i++)
         order[i] = (IdSlot){mesh->id[i], i};
     qsort(order, (size_t)count, sizeof *order, compare_ids);
+    // A parent may be new itself: repeat until no more nodes are found.
     bool more = true;
     for (int pass = 0; pass < DEEPEST && more; pass++) {
         more = false;
@@ -145,15 +147,18 @@ static void begin_topology(Curve *curve)
 static void take_topology(Curve *curve)
 {
     const NodesFrame *nodes = &curve->nodes;
+    // Has anything changed since the last frame?
     bool known = mesh_known(curve);
     bool same = curve->first && curve->topology == nodes->topology &&
                 curve->node_count == nodes->node_count;
     if (same && (curve->id || !known))
         return;
+    // With both meshes nodes keep their reference, else all begin anew.
     if (!same && curve->id && known)
         follow_topology(curve);
     else if (!same)
         begin_topology(curve);
+    // From now on this is the topology of the curve.
     curve->topology = nodes->topology;
     curve->node_count = nodes->node_count;
     if (known) {
@@ -170,6 +175,7 @@ static void keep(CurveShape *shape, const Curve *curve, double displacement)
 {
     const NodesFrame *nodes = &curve->nodes;
     const MeshFrame *mesh = &curve->mesh;
+    // Triangles change with the topology only.
     bool same = shape->position && shape->topology == nodes->topology;
     if (!same || !shape->triangle) {
         free(shape->triangle);
@@ -180,6 +186,7 @@ static void keep(CurveShape *shape, const Curve *curve, double displacement)
                 copy_rows(NULL, mesh->triangle, mesh->triangle_count, 3 * sizeof *mesh->triangle);
         }
     }
+    // Positions always.
     shape->topology = nodes->topology;
     shape->node_count = nodes->node_count;
     shape->position =
@@ -195,6 +202,7 @@ void curve_take_nodes(Curve *curve, const void *data, size_t size)
     if (nodes_frame_add(&curve->nodes, data, size) != FRAMES_WHOLE)
         return;
     take_topology(curve);
+    // The node that has moved farthest.
     double largest = 0.0;
     int largest_node = 0;
     for (int i = 0; i < nodes->node_count; i++) {
@@ -206,6 +214,7 @@ void curve_take_nodes(Curve *curve, const void *data, size_t size)
             largest_node = i;
         }
     }
+    // Keep this frame, and the one that moved most of all.
     keep(&curve->shape[CURVE_LAST], curve, largest);
     CurveShape *peak = &curve->shape[CURVE_PEAK];
     if (!peak->position || largest > peak->displacement)
@@ -266,11 +275,13 @@ bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, C
     FILE *out = client_open_output(path, CURVE_SHAPE_MARK, error);
     if (!out)
         return false;
+    // What it shows, then triangles as gnuplot wants them.
     fprintf(out, CURVE_SHAPE_MARK " at %.6f s, largest %.9g m\n", shape->time, shape->displacement);
     if (shape->triangle)
         write_triangles(out, shape, shape->triangle, shape->triangle_count);
     else
         write_triangles(out, shape, mesh->triangle, mesh->triangle_count);
+    // A full disk shows at the end only.
     bool failed = ferror(out) != 0;
     if (fclose(out) != 0 || failed)
         return client_fail(error, "%s: not all could be written", path);

@@ -124,6 +124,7 @@ static bool rest_valid(const pliant_rest_t *chunk)
 
 static void rest_begin(RestFrame *frame, const pliant_rest_t *chunk)
 {
+    // Given up for a newer one, if it was not whole.
     frame->lost += frame->started && !frame->whole;
     size_t nodes = (size_t)chunk->node_count;
     if (!frame->position || frame->node_count != chunk->node_count) {
@@ -132,6 +133,7 @@ static void rest_begin(RestFrame *frame, const pliant_rest_t *chunk)
         frame->position = frames_allocate(3 * nodes, sizeof(float));
         frame->texture = frames_allocate(2 * nodes, sizeof(float));
     }
+    // Nodes without texture have zeros.
     memset(frame->texture, 0, 2 * nodes * sizeof(float));
     parts_begin(&frame->nodes, chunk->node_count);
     frame->utime = chunk->utime;
@@ -146,11 +148,13 @@ static void rest_begin(RestFrame *frame, const pliant_rest_t *chunk)
 
 static FramesResult rest_take(RestFrame *frame, const pliant_rest_t *chunk)
 {
+    // What contradicts itself or is old is refused.
     if (!rest_valid(chunk))
         return FRAMES_REFUSED;
     if (frame->started &&
         frames_stale(chunk->sequence, chunk->utime, frame->sequence, frame->utime, STALE_MESHES))
         return FRAMES_STALE;
+    // The first chunk of another message, or one more of this.
     if (!frame->started || chunk->sequence != frame->sequence)
         rest_begin(frame, chunk);
     else if (chunk->node_count != frame->node_count || chunk->topology != frame->topology ||
@@ -159,6 +163,7 @@ static FramesResult rest_take(RestFrame *frame, const pliant_rest_t *chunk)
         return FRAMES_REFUSED;
     else if (frame->whole)
         return FRAMES_STALE; // a repeated chunk must not change completed data
+    // Copy what it has, wherever it belongs.
     memcpy(frame->position + 3 * (size_t)chunk->first, chunk->position,
            sizeof(float) * (size_t)chunk->num_values);
     if (frame->textured)

@@ -60,9 +60,11 @@ static void free_mesh(MeshFrame *frame)
 
 static void mesh_begin(MeshFrame *frame, const pliant_mesh_t *chunk)
 {
+    // Given up for a newer one, if it was not whole.
     MeshParts *next = &frame->next;
     frame->lost += next->started && !next->done;
     free_parts(next);
+    // Memory for what it announces; the sizes were checked.
     size_t nodes = (size_t)chunk->node_count;
     next->triangle = frames_allocate(3 * (size_t)chunk->triangle_count, sizeof(int32_t));
     next->id = frames_allocate(nodes, sizeof(int32_t));
@@ -72,6 +74,7 @@ static void mesh_begin(MeshFrame *frame, const pliant_mesh_t *chunk)
     next->level = frames_allocate(nodes, sizeof(int8_t));
     parts_begin(&next->nodes, chunk->node_count);
     parts_begin(&next->triangles, chunk->triangle_count);
+    // What all its chunks must say alike.
     next->sequence = chunk->sequence;
     next->topology = chunk->topology;
     next->chunk_count = chunk->chunk_count;
@@ -141,6 +144,7 @@ static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
         return FRAMES_REFUSED;
     else if (next->done)
         return FRAMES_STALE; // a repeated chunk must not change a completed mesh
+    // Copy the chunk's share of triangles and nodes to where it belongs.
     next->utime = chunk->utime;
     copy(next->triangle + 3 * (size_t)chunk->first_triangle, chunk->triangle, chunk->num_indices);
     copy(next->id + chunk->first_node, chunk->id, chunk->num_nodes);
@@ -149,6 +153,7 @@ static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
     copy(next->piece + chunk->first_node, chunk->piece, chunk->num_nodes);
     if (chunk->num_nodes)
         memcpy(next->level + chunk->first_node, chunk->level, (size_t)chunk->num_nodes);
+    // The mesh is shown only when all of it has come.
     parts_mark(&next->triangles, chunk->first_triangle, chunk->num_indices / 3);
     parts_mark(&next->nodes, chunk->first_node, chunk->num_nodes);
     if (!parts_whole(&next->nodes) || !parts_whole(&next->triangles))
@@ -225,6 +230,7 @@ static const int32_t *triangle_row(const MeshChange *change, int k)
 
 static void change_add(MeshChange *change, const pliant_mesh_delta_t *chunk)
 {
+    // Nodes, one row each.
     change->node = make_room(change->node, NODE_COLUMNS, change->nodes + chunk->num_nodes,
                              &change->node_capacity);
     for (int k = 0; k < chunk->num_nodes; k++) {
@@ -237,6 +243,7 @@ static void change_add(MeshChange *change, const pliant_mesh_delta_t *chunk)
         row[5] = chunk->piece[k];
         row[6] = chunk->level[k];
     }
+    // Triangles, likewise.
     change->triangle =
         make_room(change->triangle, TRIANGLE_COLUMNS, change->triangles + chunk->num_triangles,
                   &change->triangle_capacity);
@@ -292,6 +299,7 @@ static int8_t *resize_levels(int8_t *level, int old, int count)
 
 static void change_apply(MeshFrame *frame)
 {
+    // Arrays of the new sizes; new slots are free until they are written.
     const MeshChange *change = &frame->change;
     int nodes = change->node_count, triangles = change->triangle_count;
     frame->id = resize(frame->id, 1, frame->node_count, nodes, -1);
@@ -327,6 +335,7 @@ static void change_apply(MeshFrame *frame)
 static FramesResult delta_take(MeshFrame *frame, const pliant_mesh_delta_t *chunk)
 {
     MeshChange *change = &frame->change;
+    // What contradicts itself or is old is refused.
     if (!delta_valid(chunk))
         return FRAMES_REFUSED;
     if (change->started &&

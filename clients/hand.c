@@ -69,6 +69,7 @@ static bool is_due(double due, double time)
 
 bool hand_take_pose(Hand *hand, double time, HandPose *pose)
 {
+    // Poses that fall due are drawn up, and some get lost.
     const HandOptions *options = &hand->options;
     while (is_due(hand->next_pose, time)) {
         HandPose *next = &hand->pose[hand->pose_end % HAND_WAITING];
@@ -79,6 +80,7 @@ bool hand_take_pose(Hand *hand, double time, HandPose *pose)
         if (!lost && hand->pose_end - hand->pose_first < HAND_WAITING)
             hand->pose_end++;
     }
+    // The oldest leaves once half of the latency has passed.
     if (hand->pose_first == hand->pose_end)
         return false;
     const HandPose *first = &hand->pose[hand->pose_first % HAND_WAITING];

@@ -29,6 +29,7 @@ static bool run_ticks(HandRun *run, double seconds, bool moves, ClientError *err
 {
     const int64_t period_ns = (int64_t)(1e9 / HAND_RATE);
     const double still[3] = {0.0, 0.0, 0.0};
+    // Ticks at absolute deadlines, as in the daemon.
     run->start_ns = client_now_ns();
     for (int64_t tick = 0;; tick++) {
         int64_t behind = (client_now_ns() - run->start_ns) / period_ns - tick;
@@ -37,6 +38,7 @@ static bool run_ticks(HandRun *run, double seconds, bool moves, ClientError *err
         double time = (double)tick / HAND_RATE;
         if (time > seconds)
             return true;
+        // A hand at rest keeps the tool owned; one that moves sends what its model says.
         HandPose pose;
         if (!moves)
             run->send(run->user, run->touch, still, true);
@@ -44,6 +46,7 @@ static bool run_ticks(HandRun *run, double seconds, bool moves, ClientError *err
             run->send(run->user, pose.position, pose.linear, run->hand.options.twist);
         if (moves)
             hand_feel(&run->hand, time);
+        // Forces arrive while it waits for the next tick.
         if (!client_wait(run->client, run->start_ns + (tick + 1) * period_ns, NULL))
             return client_fail(error, run->client->broken ? "the LCM connection failed"
                                                           : "stopped before the end");
@@ -96,6 +99,7 @@ bool hand_run_table(HandRun *run, const HandOptions *like, ClientError *error)
         {.rate_hz = 1000.0, .latency = 0.02, .stiffness = true},
         {.rate_hz = 1000.0, .latency = 0.02, .stiffness = true, .twist = true},
     };
+    // Each stream at both frequencies.
     for (size_t k = 0; k < 2 * sizeof STREAMS / sizeof *STREAMS; k++) {
         HandOptions options = STREAMS[k / 2];
         options.frequency = k % 2 == 0 ? 2.0 : 6.0;

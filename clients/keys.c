@@ -37,6 +37,7 @@ int keys_read(void)
     unsigned char rest[2];
     if (read(STDIN_FILENO, rest, 2) != 2 || (rest[0] != '[' && rest[0] != 'O'))
         return KEY_NONE;
+    // The arrows; everything else in that form is ignored.
     switch (rest[1]) {
     case 'A':
         return KEY_UP;

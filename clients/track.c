@@ -65,6 +65,7 @@ static bool read_pose(char *line, double last_time, TrackPose *pose, char why[16
 {
     double number[8];
     line[strcspn(line, "#")] = '\0'; // a comment
+    // A time and a position, with or without an orientation.
     int count = client_read_numbers(line, number, 8);
     if (count != 4 && count != 8) {
         snprintf(why, 160, "expected t x y z or t x y z qw qx qy qz, all finite numbers");
@@ -72,6 +73,7 @@ static bool read_pose(char *line, double last_time, TrackPose *pose, char why[16
     }
     *pose = (TrackPose){.time = number[0], .orientation = {1.0, 0.0, 0.0, 0.0}};
     memcpy(pose->position, number + 1, sizeof pose->position);
+    // Times ascend from 0.
     if (!(pose->time >= 0.0 && pose->time <= TRACK_TIME)) {
         snprintf(why, 160, "time %g outside [0, %g] s", pose->time, TRACK_TIME);
         return false;
@@ -88,6 +90,7 @@ static bool read_pose(char *line, double last_time, TrackPose *pose, char why[16
             return false;
         }
     }
+    // The default is no turn.
     if (count == 4)
         return true;
     const double *q = number + 4;
@@ -109,9 +112,11 @@ static bool read_lines(Track *track, FILE *file, const char *path, ClientError *
     for (long number = 1; ok && getline(&line, &size, file) >= 0; number++) {
         TrackPose pose;
         char why[160];
+        // Poses must ascend, so the last one is compared with.
         double last = track->count ? track->pose[track->count - 1].time : -1.0;
         if (line[strspn(line, " \t\r\n")] == '\0' || line[strspn(line, " \t")] == '#')
             continue;
+        // Add it, or say which line is wrong.
         if (!read_pose(line, last, &pose, why))
             ok = client_fail(error, "%s:%ld: %s", path, number, why);
         else if (track->count == TRACK_POSES_MAX || !append(track, &pose))
@@ -166,6 +171,7 @@ void track_press(Track *track, const double start[3], const double direction[3],
     *track = (Track){0};
     double time = 0.0;
     const double travel = depth / speed;
+    // Down, rest, back; each repeat begins where the last one ended.
     for (int n = 0; n < repeat; n++) {
         const double after[4] = {0.0, travel, hold, travel}; // time since the pose before
         for (int k = n > 0; k < 4; k++) {
@@ -201,6 +207,7 @@ double track_duration(const Track *track)
 
 void track_at(const Track *track, double time, TrackPose *out)
 {
+    // Find the segment by halving.
     int low = 0, high = track->count; // pose[low].time <= time < pose[high].time
     while (high - low > 1) {
         int middle = low + (high - low) / 2;
@@ -211,6 +218,7 @@ void track_at(const Track *track, double time, TrackPose *out)
     }
     *out = track->pose[low];
     out->time = time;
+    // Before the first and after the last pose it rests.
     double dt = time - track->pose[low].time;
     if (dt < 0.0) { // before the start: rest there
         memset(out->linear, 0, sizeof out->linear);
@@ -226,6 +234,7 @@ void track_at(const Track *track, double time, TrackPose *out)
         angle += out->angular[k] * out->angular[k];
     }
     angle = sqrt(angle) * dt;
+    // The turn since the segment's beginning.
     if (angle > 1e-12) {
         double s = sin(0.5 * angle) * dt / angle;
         const double turn[4] = {cos(0.5 * angle), s * out->angular[0], s * out->angular[1],
@@ -256,6 +265,7 @@ bool grip_parse(const char *text, Grip *grip)
 {
     *grip = (Grip){0};
     double first;
+    // One number is a constant grip,
     const char *at = text;
     if (!take_number(&at, -1e5, 1e5, &first))
         return false;
@@ -264,6 +274,7 @@ bool grip_parse(const char *text, Grip *grip)
         grip->value[0] = first;
         return first >= 0.0 && first <= 1.0;
     }
+    // else pairs of time and grip.
     for (at = text; grip->count < GRIP_POINTS;) {
         int i = grip->count++;
         if (!take_number(&at, 0.0, 1e5, &grip->time[i]) || *at++ != ':' ||

@@ -54,6 +54,7 @@ static void print_head(const pliant_status_t *s, FILE *out)
 static void print_timing(const View *view, FILE *out)
 {
     const pliant_status_t *s = view->status;
+    // What went wrong, by cause.
     fprintf(out, "late ticks %lld (+%lld)  resets %lld  refused inputs %lld",
             (long long)s->late_ticks, (long long)(s->late_ticks - view->late_before),
             (long long)s->resets, (long long)s->rejected);
@@ -62,11 +63,13 @@ static void print_timing(const View *view, FILE *out)
         client_print_text(out, s->reason[k], false);
         fprintf(out, " %lld%s", (long long)s->count[k], k + 1 == s->num_reasons ? ")" : "");
     }
+    // Distributions of times.
     fprintf(out, "\n\n%10s %9s %9s %9s %9s\n", "[us]", "p50", "p99", "p99.9", "max");
     fprintf(out, "%10s %9.1f %9.1f %9.1f %9.1f\n", "step", s->step_us[0], s->step_us[1],
             s->step_us[2], s->step_us[3]);
     fprintf(out, "%10s %9.1f %9.1f %9.1f %9.1f\n", "wake-up", s->wake_us[0], s->wake_us[1],
             s->wake_us[2], s->wake_us[3]);
+    // Where the time of a tick goes.
     fputs("\nstages [us per tick]", out);
     for (int k = 0; k < s->num_stages; k++) {
         fputs("  ", out);
@@ -80,6 +83,7 @@ static void print_bodies(const pliant_status_t *s, FILE *out)
 {
     for (int k = 0; k < s->num_bodies; k++) {
         const pliant_body_status_t *b = &s->body[k];
+        // Names come from the network: print what can be printed.
         fputs("\nbody ", out);
         client_print_text(out, b->name, false);
         fputs("  ", out);
@@ -87,6 +91,7 @@ static void print_bodies(const pliant_status_t *s, FILE *out)
         fputs("  ", out);
         client_print_text(out, b->integrator, false);
         fprintf(out, "  step %.1f us\n", 1e6 * b->time_step);
+        // Its size, and how it moves.
         fprintf(out, "  in use: nodes %d  ", b->nodes);
         if (b->springs > 0)
             fprintf(out, "triangles %d  springs %d  finest level %d", b->elements, b->springs,
@@ -154,6 +159,7 @@ void view_print(const View *view, FILE *out, int64_t now_ns)
 void view_print_line(const View *view, FILE *out)
 {
     const pliant_status_t *s = view->status;
+    // Time and state, then the figures that show trouble.
     fprintf(out, "%.2f s  ", s->time);
     client_print_text(out, s->state, false);
     fprintf(
@@ -163,6 +169,7 @@ void view_print_line(const View *view, FILE *out)
         s->real_time_factor, (long long)s->late_ticks,
         (long long)(s->late_ticks - view->late_before), (long long)s->resets,
         (long long)s->rejected, s->step_us[0], s->step_us[1], s->step_us[3], s->wake_us[1]);
+    // Each body and each tool in short.
     for (int k = 0; k < s->num_bodies; k++) {
         fputs("  | ", out);
         client_print_text(out, s->body[k].name, false);

@@ -64,11 +64,13 @@ static size_t item_bytes(char kind)
 // Checks one number or string; returns false if it does not fit or is invalid.
 static bool walk_item(Walk *walk, char kind)
 {
+    // The item must be there.
     size_t bytes = item_bytes(kind);
     if (walk->size - walk->at < bytes)
         return false;
     uint64_t word = word_at(walk, bytes);
     walk->at += bytes;
+    // Then it must mean something: a number, a count or a text.
     switch (kind) {
     case 'f': // finite: the exponent is not all ones
         return (word & 0x7f800000u) != 0x7f800000u;
@@ -97,6 +99,7 @@ static bool walk_shape(Walk *walk, const char *shape)
     for (; *shape && *shape != ')'; shape++) {
         if (*shape == ' ')
             continue;
+        // How often the next field occurs.
         uint32_t times = 1;
         if (*shape == '*') {
             int index = shape[1] - '0';
@@ -108,6 +111,7 @@ static bool walk_shape(Walk *walk, const char *shape)
             for (times = 0; isdigit((unsigned char)*shape); shape++)
                 times = 10 * times + (uint32_t)(*shape - '0');
         }
+        // A group is walked once for each time.
         for (uint32_t k = 0; k < times; k++) {
             if (*shape == '(' ? !walk_shape(walk, shape + 1) : !walk_item(walk, *shape))
                 return false;

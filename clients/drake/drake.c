@@ -86,10 +86,12 @@ static Shown *find_body(Bridge *bridge, const char *kind, const char *channel)
 // them to 2^22).
 static void pack(Bridge *bridge, Shown *body)
 {
+    // Positions need the mesh that they belong to.
     const NodesFrame *nodes = &body->nodes;
     const MeshFrame *mesh = &body->mesh;
     if (!mesh->whole || mesh->topology != nodes->topology || mesh->node_count != nodes->node_count)
         return;
+    // Memory for the largest so far.
     size_t points = 3 * (size_t)nodes->node_count;
     size_t most = 2 + points + 3 * (size_t)mesh->triangle_count;
     if (most > body->capacity) {
@@ -99,6 +101,7 @@ static void pack(Bridge *bridge, Shown *body)
         body->data = data;
         body->capacity = most;
     }
+    // Counts first, then positions, then corners: the form of Drake's mesh.
     memcpy(body->data + 2, nodes->position, points * sizeof(float));
     float *corner = body->data + 2 + points;
     int triangles = 0;
@@ -141,6 +144,7 @@ static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *us
 
 static void send_bodies(Bridge *bridge)
 {
+    // A viewer wants all shapes in one message.
     drake_lcmt_viewer_geometry_data shape[BODIES_MAX];
     drake_lcmt_viewer_link_data message = {.name = bridge->client.prefix, .geom = shape};
     for (int k = 0; k < bridge->bodies; k++) {
@@ -164,6 +168,7 @@ static void send_bodies(Bridge *bridge)
 static bool run(Bridge *bridge, ClientError *error)
 {
     Client *client = &bridge->client;
+    // Everything that a body's shape is made of.
     if (!client_subscribe(client, "NODES", ".+", QUEUE, on_nodes, bridge) ||
         !client_subscribe(client, "MESH", ".+", QUEUE, on_mesh, bridge) ||
         !client_subscribe(client, "MESH_DELTA", ".+", QUEUE, on_delta, bridge))
@@ -175,6 +180,7 @@ static bool run(Bridge *bridge, ClientError *error)
     const int64_t end =
         options->duration > 0.0 ? start + (int64_t)(options->duration * 1e9) : INT64_MAX;
     bool waited = true, warned = false;
+    // Send at the given rate whatever is new.
     while (waited && client_now_ns() < end) {
         waited = client_wait(client, client_now_ns() + period, NULL);
         if (bridge->fresh)

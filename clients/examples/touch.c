@@ -41,6 +41,7 @@ int main(int argc, char **argv)
     lcm_t *lcm = argc == 8 ? lcm_create(NULL) : NULL; // NULL: LCM_DEFAULT_URL
     if (!lcm)
         return fprintf(stderr, "usage: touch BODY X Y Z DX DY DZ, with an LCM network\n"), 2;
+    // Hear contacts and the body's nodes.
     pliant_contact_t felt = {0};
     float node[3] = {0};
     char channel[64];

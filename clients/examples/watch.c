@@ -17,6 +17,7 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, const pl
                      void *user)
 {
     (void)buffer, (void)channel, (void)user;
+    // A frame comes in chunks: begin with the first, drop the frame if one is missing.
     if (nodes->chunk == 0)
         sequence = nodes->sequence, next_chunk = 0;
     if (nodes->sequence != sequence || nodes->chunk != next_chunk || nodes->first < 0 ||
@@ -26,6 +27,7 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, const pl
     memcpy(&position[3 * nodes->first], nodes->position, sizeof(float) * nodes->num_values);
     if (++next_chunk < nodes->chunk_count)
         return;
+    // All of it has come: print the box around it.
     double low[3] = {1e9, 1e9, 1e9}, high[3] = {-1e9, -1e9, -1e9};
     for (int i = 0; i < 3 * nodes->first + nodes->num_values; i++) {
         low[i % 3] = fmin(low[i % 3], (double)position[i]);

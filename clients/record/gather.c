@@ -102,6 +102,7 @@ static Quat find_turn(const GatherTool *tool, bool is_static, int64_t pose_utime
 
 bool gather_next(GatherTool *tool, bool is_static, GatherRow *row)
 {
+    // Rows leave in the order of their ticks, so the oldest is waited for.
     while (tool->waiting_count > 0) {
         bool reached;
         const GatherContact *contact = find_contact(tool, tool->waiting[0], &reached);
@@ -109,6 +110,7 @@ bool gather_next(GatherTool *tool, bool is_static, GatherRow *row)
             return false;
         memmove(tool->waiting, tool->waiting + 1,
                 (size_t)--tool->waiting_count * sizeof *tool->waiting);
+        // A tool that nobody moves has no row.
         bool driven = contact && (is_static || contact->pose_utime != 0);
         if (!driven || contact->step <= tool->row_step)
             continue;

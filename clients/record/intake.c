@@ -81,6 +81,7 @@ static void take_event(Intake *intake, const void *data, size_t size)
         intake->survey.refused++;
         return;
     }
+    // Events say their step; the time follows from the rate.
     double rate = intake->survey.rate_hz;
     RecordingEvent event = {.time = rate > 0.0 ? (double)message.step * (1.0 / rate) : 0.0,
                             .step = message.step};
@@ -88,6 +89,7 @@ static void take_event(Intake *intake, const void *data, size_t size)
     snprintf(event.kind, sizeof event.kind, "%s", message.kind);
     snprintf(event.text, sizeof event.text, "%s", message.text);
     pliant_event_t_decode_cleanup(&message);
+    // Before a file is there they wait, some of them.
     if (intake->open)
         push_event(intake, &event);
     else if (intake->events_waiting < INTAKE_EVENTS_WAITING)
@@ -277,15 +279,18 @@ static void take_nodes(Intake *intake, int index, const void *data, size_t size)
 {
     IntakeBody *body = &intake->body[index];
     const NodesFrame *nodes = &body->nodes;
+    // This body is alive.
     intake->survey.body[index].seen = true;
     if (intake->options.survey_only)
         return;
     if (nodes_frame_add(&body->nodes, data, size) != FRAMES_WHOLE)
         return;
+    // Steps that go back mean another daemon.
     if (is_another_run(body)) {
         restart(intake);
         intake->survey.body[index].seen = true;
     }
+    // Sequence numbers tell what got lost.
     if (body->any)
         body->counts.lost += frames_ahead(body) - 1;
     bool repeated = body->any && nodes->step == body->step; // a paused daemon may repeat it
@@ -304,6 +309,7 @@ static void take_mesh(Intake *intake, int index, bool is_delta, const void *data
         survey_take_mesh(&intake->survey, index, data, size);
     if (intake->options.survey_only)
         return;
+    // Deltas change the mesh that is there; whole ones replace it.
     FramesResult result =
         is_delta ? mesh_frame_add_delta(mesh, data, size) : mesh_frame_add(mesh, data, size);
     intake->wants_mesh |= result == FRAMES_MISSED;
@@ -319,6 +325,7 @@ static void take_mesh(Intake *intake, int index, bool is_delta, const void *data
         body->mesh_refused++;
         return;
     }
+    // Frames that waited for this mesh can go.
     map_mesh(body);
     push_waiting_frames(intake, body);
 }
@@ -372,6 +379,7 @@ static void take_of_body(Intake *intake, const char *name, const void *data, siz
 
 void intake_take(Intake *intake, const char *channel, const void *data, size_t size)
 {
+    // Poses come on the daemon's input prefix, the rest on the other.
     const char *name = behind(channel, intake->options.input_prefix);
     if (name && strcmp(name, "TOOL_POSE") == 0) {
         take_pose(intake, data, size);
@@ -422,6 +430,7 @@ static void push_begin(Intake *intake)
     RecordingBody body[ITEM_BODIES];
     int tool[ITEM_TOOLS];
     intake->bodies = 0;
+    // Only bodies that were asked for and are known have a place in the file.
     for (int i = 0; i < survey->body_count; i++) {
         intake->body[i].file_index = -1;
         if (!survey_records(survey, i))
@@ -432,6 +441,7 @@ static void push_begin(Intake *intake)
                             .nodes = kept_together(survey->body[i].nodes),
                             .triangles = kept_together(survey->body[i].triangles)};
     }
+    // All tools of the survey have one.
     for (int i = 0; i < ITEM_TOOLS; i++)
         intake->tool_index[i] = i < survey->tool_count ? i : -1;
     for (int i = 0; i < survey->tool_count; i++)
@@ -462,14 +472,17 @@ bool intake_begin(Intake *intake, bool patient)
         return false;
     if (intake->open || !survey_ready(&intake->survey, patient))
         return true;
+    // A daemon that restarts for ever must not fill the disk.
     if (intake->files == INTAKE_FILES)
         return status_fail(&intake->status, STATUS_FAILED,
                            "%s: the daemon restarted %d times: the recording ends",
                            intake->options.path, INTAKE_FILES);
+    // A file of its own for each daemon.
     free(intake->path);
     intake->path = intake_path(intake->options.path, ++intake->files);
     push_begin(intake);
     intake->open = intake->survey.fixed = true;
+    // What had to wait for it.
     for (int i = 0; i < intake->events_waiting; i++)
         push_event(intake, &intake->event[i]);
     intake->events_waiting = 0;

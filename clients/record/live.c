@@ -160,14 +160,17 @@ static void report_restart(Live *live)
 
 static bool begin(Live *live, int64_t now_ns, ClientError *error)
 {
+    // Messages tell that somebody is there.
     Intake *intake = &live->intake;
     bool known = intake->open;
     if (live->heard_ns == 0 && (intake->survey.status_come || intake->survey.body_count > 0))
         live->heard_ns = now_ns;
+    // A name that no body has.
     const char *missing = survey_missing(&intake->survey);
     if (missing && !known)
         return client_fail(error, "--body %s: the daemon has no body of this name, only: %s",
                            missing, intake->survey.listed.list);
+    // The file begins when all is known, or after some patience.
     bool patient = now_ns - live->heard_ns < PATIENCE_S * SECOND_NS;
     if (!intake_begin(intake, patient))
         return client_fail(error, "%s", intake->status.text);
@@ -175,6 +178,7 @@ static bool begin(Live *live, int64_t now_ns, ClientError *error)
         fprintf(stderr, "pliant-record: recording to %s\n", intake->path);
         live->begun_ns = live->begun_ns == 0 ? now_ns : live->begun_ns;
     }
+    // Say once that nothing comes.
     if (!intake->open && !live->warned && now_ns - live->start_ns > SILENCE_S * SECOND_NS) {
         live->warned = true;
         fprintf(stderr,
@@ -199,6 +203,7 @@ static int64_t end_ns(const Live *live)
 static bool receive(Live *live, ClientError *error)
 {
     live->start_ns = client_now_ns();
+    // Look a few times a second at what the messages have brought.
     for (int64_t now = live->start_ns; now < end_ns(live); now = client_now_ns()) {
         bool waited = client_wait(&live->client, now + LOOK_MS * (SECOND_NS / 1000), NULL);
         if (writer_failed(&live->writer))

@@ -35,6 +35,7 @@ static void *put(char **at, const void *from, size_t size)
 
 Item *item_begin(const char *path, const RecordingOptions *options)
 {
+    // Everything in one block: arrays and texts follow the item.
     size_t bodies = (size_t)options->body_count, tools = (size_t)options->tool_count;
     size_t extra = bodies * sizeof(RecordingBody) + tools * sizeof(int) + strlen(path) +
                    strlen(options->scene) + strlen(options->created_by) + 3;

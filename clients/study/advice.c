@@ -176,6 +176,7 @@ static void say_time_only(const Want *want, Advice *advice)
 
 void advice_make(const StudyResult *result, double error, double rate_hz, Advice *advice)
 {
+    // What is compared: the finest reference, if it is good enough, and the scene's own choice.
     const StudyRun *scene = study_scene_run(result);
     Want want = {.result = result,
                  .finest = is_usable(&result->finest, error) ? &result->finest : NULL,
@@ -193,6 +194,7 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
             table_percent(error, limit));
         return;
     }
+    // Of the chosen run its own error and that of its reference count.
     const StudyRun *run = &result->run[advice->run];
     advice->error = whole_error(&want, run);
     // The sentence: choice, error, cost, and what it misses.

@@ -207,14 +207,17 @@ static void choose_kinds(Grid *grid)
 int study_make_cases(const Scene *scene, const StudyOptions *options, StudyCase *cases)
 {
     Grid grid = {.scene = scene, .options = options, .cases = cases};
+    // The scene's own case first; implicit steps are computed in double.
     grid.own = study_scene_case(scene);
     if (grid.own.integrator == INTEGRATOR_IMPLICIT)
         grid.own.precision = PRECISION_DOUBLE;
+    // Without levels of its own a surface is tried with one.
     const SceneBody *body = &scene->body[0];
     grid.levels = body->options.levels;
     if (!is_voxel(scene) && grid.levels < 1)
         grid.levels = 1;
     cases[grid.count++] = grid.own;
+    // Each axis alone, around the scene's choice.
     choose_kinds(&grid);
     add_steps(&grid, grid.own);
     if (!is_voxel(scene)) {

@@ -128,6 +128,7 @@ static void weigh(const StudyContext *context, Candidate *list, int count)
 // Takes the points of the patch, and as many evenly spaced others as fit.
 static void take_points(StudyPoints *points, const Candidate *list, int count)
 {
+    // How many points are in the patch, and how many outside.
     double sum = 0.0;
     int others = 0;
     points->count = 0;
@@ -190,6 +191,7 @@ static bool look_at_rest(StudyContext *context, StudyCase what, bool first, Stat
     copy.scene.settle_s = 0.0;
     for (int b = 0; b < copy.scene.body_count; b++)
         copy.body[b].initial = NULL;
+    // With the built world in hand find the points, or those of the finer lattice.
     bool ok = world_build(&world, &copy.scene, &options, status);
     if (ok && first) {
         int count;
@@ -270,6 +272,7 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
         return status_fail(status, STATUS_INVALID, "%s: no body to be studied", scene->path);
     // Same floating-point mode as the daemon.
     realtime_flush_denormals();
+    // What the scene is, and how often it is sampled.
     const SceneBody *first = &scene->body[0];
     context->plane = first->model == MODEL_VOXEL && first->dimensions == 2;
     context->sample_s = fmax(SAMPLE_S, 1.0 / scene->rate_hz);

@@ -80,6 +80,7 @@ static Vec3 normal_at(const Body *body, int node)
 
 bool press_find_site(const Body *body, bool plane, PressSite *site)
 {
+    // From the middle of what is fixed to the middle of all: there the body yields most.
     Vec3 middle, held;
     int node = -1;
     double extent = press_extent(body, &site->thickness);
@@ -91,6 +92,7 @@ bool press_find_site(const Body *body, bool plane, PressSite *site)
     if (held_count == 0 || vec3_length(away) < 0.01 * extent)
         away = plane ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
     away = vec3_unit(away);
+    // The node farthest in that direction, and little to its side.
     double best = -HUGE_VAL;
     for (int i = 0; i < body->surface.node_used; i++) {
         if (!has_faces(body, i) || body->ops->is_fixed(body->model, i))
@@ -263,6 +265,7 @@ static bool use_log(StudyContext *context, World *world, Status *status)
     StudyInputs *inputs = &context->inputs;
     Sim *sim = world->sim;
     StudyPlay play;
+    // A log decides on its own when it ends.
     inputs->drive = DRIVE_LOG;
     inputs->log = context->options.input_log;
     inputs->radius = HUGE_VAL;
@@ -283,6 +286,7 @@ static bool use_log(StudyContext *context, World *world, Status *status)
             inputs->radius = 0.1 * context->extent;
         }
     }
+    // The end of the log is the end of all inputs.
     inputs->end_s = sim_time(sim);
     say(context, "the log %s, until %.3g s; %s", inputs->log, inputs->end_s,
         touched ? "the patch is where a tool first touched" : "the patch is the whole surface");
@@ -301,6 +305,7 @@ bool study_choose_inputs(StudyContext *context, World *world, Status *status)
         use_loads(context);
         return true;
     }
+    // Without a tool the scene's own motion is enough.
     int tool = find_tool(&context->scene);
     if (tool < 0 && is_moved(context)) {
         inputs->drive = DRIVE_LOADS;
@@ -309,6 +314,7 @@ bool study_choose_inputs(StudyContext *context, World *world, Status *status)
         say(context, "its own weight, from where the scene puts it; the patch is all of it");
         return true;
     }
+    // Else press where the body yields: by the tool, or by a load where there is none.
     if (!press_find_site(sim_body(world->sim, context->body), context->plane, &site))
         return status_fail(status, STATUS_INVALID, "%s: body %s has no free node to press on",
                            context->given->path, context->scene.body[context->body].name);

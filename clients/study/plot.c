@@ -103,6 +103,7 @@ static void collect(Picture *picture)
     // The limits are always inside the picture.
     picture->low[0] = picture->high[0] = 1.0;
     picture->low[1] = picture->high[1] = picture->error;
+    // Each run that has a cost and an error becomes a point.
     for (int i = 0; i < result->run_count; i++) {
         const StudyRun *run = &result->run[i];
         char name[SERIES_NAME];
@@ -111,6 +112,7 @@ static void collect(Picture *picture)
             continue;
         if (!picture->total && !on_scene_mesh(result, &run->what))
             continue;
+        // Runs of one mesh, or of one integrator, make one curve.
         memset(name, 0, sizeof name);
         if (picture->total)
             snprintf(name, sizeof name, "%.60s", study_mesh_words(result, &run->what));
@@ -119,6 +121,7 @@ static void collect(Picture *picture)
         add_point(picture, name, run);
         widen(picture, run->cpu_median, error);
     }
+    // In the order in which a line connects them.
     for (int s = 0; s < picture->series_count; s++)
         qsort(picture->series[s].run, (size_t)picture->series[s].count,
               sizeof picture->series[s].run[0], picture->total ? by_cost : by_step);
@@ -175,12 +178,14 @@ static void write_line(double x0, double y0, double x1, double y1, const char *c
 // Writes limits as lines, labelled at their ends; lengths in the units of the axes.
 static void write_limits(const Picture *picture, FILE *out)
 {
+    // Room around the points.
     double left = picture->low[0] / 1.6, right = picture->high[0] * 1.6;
     double bottom = 100.0 * picture->low[1] / 1.8, top = 100.0 * picture->high[1] * 1.8;
     double limit = 100.0 * picture->error;
     const StudyReference *finest = &picture->result->finest;
     fprintf(out, "unset arrow; unset label\nset xrange [%g:%g]\nset yrange [%g:%g]\n", left, right,
             bottom, top);
+    // The wanted error, and real time.
     write_line(left, limit, right, limit, "#b03030", out);
     fprintf(out, "set label '%.3g %%' at %g,%g right offset -0.5,0.6 tc rgb '#b03030' front\n",
             limit, right, limit);
@@ -189,6 +194,7 @@ static void write_limits(const Picture *picture, FILE *out)
             "set label 'real time' at 1,%g right rotate by 90 offset -0.9,-0.5 tc rgb '#404040' "
             "front\n",
             top);
+    // Below the reference's own error nothing can be told.
     if (!picture->total || !finest->known || !can_show(finest->own_error) ||
         finest->own_error < picture->low[1] / 1.8)
         return;
@@ -254,6 +260,7 @@ static void write_picture(const Picture *picture, FILE *out)
         fprintf(out, "# No case has a %s error: no picture of it.\n", name);
         return;
     }
+    // The data stand in the script, so that it can be drawn again elsewhere.
     write_data(picture, name, out);
     int front = picture->total ? write_front(picture, out) : 0;
     write_title(picture, out);
@@ -261,6 +268,7 @@ static void write_picture(const Picture *picture, FILE *out)
             picture->total ? "error, everything together" : "error, of the steps in time alone");
     fprintf(out, "set key title '%s'\n", picture->total ? "" : "numbers: time step [ms]");
     write_limits(picture, out);
+    // The same picture twice: for a page and for a text.
     for (int svg = 0; svg < 2; svg++) {
         fprintf(out, "set terminal %s\nset output '%s.%s'\nplot \\\n  ",
                 svg ? "svg size 1000,560 dynamic font 'DejaVu Sans,12' background '#ffffff'"
@@ -287,12 +295,14 @@ bool plot_write(const StudyResult *result, const char *folder, double error, Sta
         free(series);
         return status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
     }
+    // What both pictures have.
     fputs("# Written by pliant-study: gnuplot study.gp, in this folder.\n"
           "set encoding utf8\nset logscale xy\nset grid back lc rgb '#c8c8c8' lw 0.8 dt 3\n"
           "set key outside right top Left reverse noenhanced samplen 1.5\n"
           "set xlabel 'processor time for a simulated second [s]'\n"
           "set format xy '%g'\n",
           out);
+    // The error of the steps alone, then of everything.
     for (int total = 0; total < 2; total++) {
         Picture picture = {.result = result, .total = total != 0, .error = error, .series = series};
         collect(&picture);
@@ -320,6 +330,7 @@ PlotResult plot_draw(const char *program, const char *folder, Status *status)
         status_fail(status, STATUS_FAILED, "%s: %s", program, strerror(error));
         return error == ENOENT ? PLOT_NO_GNUPLOT : PLOT_FAILED;
     }
+    // Wait for it, and say if it failed.
     while (waitpid(pid, &exit_status, 0) < 0 && errno == EINTR)
         ;
     if (WIFEXITED(exit_status) && WEXITSTATUS(exit_status) == 0)

@@ -89,6 +89,7 @@ static void close_both(Worker *worker)
 // never see the end of theirs.
 static bool start(Crowd *crowd, Worker *worker)
 {
+    // One pipe for tasks, one for results.
     int task_pipe[2], result_pipe[2];
     if (pipe(task_pipe) != 0)
         return false;
@@ -100,6 +101,7 @@ static bool start(Crowd *crowd, Worker *worker)
     // Flush first: the child would write the parent's buffers again.
     fflush(NULL);
     pid_t pid = fork();
+    // The child keeps its own two ends alone: the others' would hide that a process died.
     if (pid == 0) {
         for (int w = 0; w < crowd->jobs; w++)
             if (&crowd->worker[w] != worker)
@@ -108,6 +110,7 @@ static bool start(Crowd *crowd, Worker *worker)
         close(result_pipe[0]);
         serve(crowd->pool, task_pipe[0], result_pipe[1]);
     }
+    // The parent keeps the other two.
     close(task_pipe[0]);
     close(result_pipe[1]);
     worker->pid = pid;
@@ -254,11 +257,13 @@ static bool run_crowd(const Pool *pool, Status *status)
     struct sigaction ignore = {.sa_handler = SIG_IGN}, before;
     sigaction(SIGPIPE, &ignore, &before);
     bool ok = true;
+    // A result's memory for each process.
     for (int w = 0; w < crowd.jobs; w++) {
         crowd.worker[w].to = crowd.worker[w].from = crowd.worker[w].task = -1;
         crowd.worker[w].result = malloc(pool->result_bytes);
         ok = ok && crowd.worker[w].result != NULL;
     }
+    // Start them with a task each, then give every one that is done another.
     for (int w = 0; w < crowd.jobs && ok; w++) {
         ok = start(&crowd, &crowd.worker[w]);
         if (ok)

@@ -123,6 +123,7 @@ static bool measure(StudyContext *context, const StudyCase *cases, int count, St
 
 static bool study(const Scene *scene, const StudyArguments *arguments, Status *status)
 {
+    // The cases; with --list that is all.
     static StudyCase cases[STUDY_CASES];
     static StudyContext context;
     int count = study_make_cases(scene, &arguments->study, cases);
@@ -133,6 +134,7 @@ static bool study(const Scene *scene, const StudyArguments *arguments, Status *s
     StudyResult *result = calloc(1, sizeof *result);
     if (result == NULL)
         return status_fail(status, STATUS_FAILED, "pliant-study: no memory");
+    // Only the first rank writes.
     char folder[REPORT_PATH];
     bool ok = study_prepare(&context, scene, &arguments->study, status);
     if (ok && ranks_is_first())

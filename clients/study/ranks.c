@@ -114,6 +114,7 @@ bool ranks_run_all(const StudyContext *context, const StudyCase *cases, int coun
 {
     if (ranks_count() == 1)
         return study_run_all(context, cases, count, jobs, progress, user, result, status);
+    // A counter on the first rank says which case is next.
     bool mine[STUDY_CASES] = {false}, ok = true;
     int *next;
     MPI_Win counter;
@@ -122,6 +123,7 @@ bool ranks_run_all(const StudyContext *context, const StudyCase *cases, int coun
     if (ranks_is_first())
         *next = 0;
     MPI_Barrier(MPI_COMM_WORLD);
+    // Take cases until there are none.
     for (int i = take_case(counter); i < count; i = take_case(counter)) {
         mine[i] = true;
         ok = study_run_case(context, &cases[i], &result->run[i]) && ok;
@@ -130,6 +132,7 @@ bool ranks_run_all(const StudyContext *context, const StudyCase *cases, int coun
     }
     if (!ok)
         return status_fail(status, STATUS_FAILED, "pliant-study: no memory");
+    // The first rank gets the results of all.
     result->run_count = count;
     gather(result->run, mine, count);
     MPI_Win_free(&counter);

@@ -149,6 +149,7 @@ static void plan_time(Plan *plan, int m, StudyCase what, double step)
     Status status = {0};
     Load load;
     char mesh[48];
+    // What one run costs decides how fine it can be.
     what = reference_case(plan, what);
     study_name_mesh(&plan->context->scene, &what, mesh, sizeof mesh);
     if (!weigh_case(plan, what, &load, &status)) {
@@ -187,6 +188,7 @@ static bool plan_level(Plan *plan, int k, int level)
     StudyCase what = reference_case(plan, study_scene_case(&plan->context->scene));
     Status status = {0};
     Load load;
+    // The scene's own body, held at one level.
     what.detail = DETAIL_HELD;
     what.level = level;
     what.threshold = 0.0;
@@ -195,6 +197,7 @@ static bool plan_level(Plan *plan, int k, int level)
         cannot(of, "none: %s", status.text);
         return false;
     }
+    // Fine enough in time that only the mesh matters.
     double substeps = load.substeps * (plan->context->options.quick ? 1.0 : 2.0);
     if (plan->stiff) // no stability bound
         substeps = fmax(substeps, ceil(1e3 / plan->context->scene.rate_hz));
@@ -203,6 +206,7 @@ static bool plan_level(Plan *plan, int k, int level)
         cannot(of, "none: level %d would take %.0f s", level, seconds);
         return false;
     }
+    // It fits: note the run.
     of->seconds += seconds;
     of->run[k] = what;
     of->run[k].time_step = 1.0 / plan->context->scene.rate_hz / substeps;
@@ -285,6 +289,7 @@ static Plan *make_plan(StudyContext *context, const StudyCase *cases, int count)
     Plan *plan = calloc(1, sizeof *plan);
     if (plan == NULL)
         return NULL;
+    // How large a result is, and how small the steps of the cases are.
     plan->context = context;
     plan->trace_bytes = study_trace_bytes(context->sample_count, context->points.count);
     double step = smallest_step(cases, count, context->options.quick);
@@ -301,6 +306,7 @@ static Plan *make_plan(StudyContext *context, const StudyCase *cases, int count)
     }
     if (plan->list[FINEST].wanted)
         add_tasks(plan, FINEST);
+    // A mesh is planned when the first of its cases comes.
     context->mesh_count = 0;
     for (int i = 0; i < count && context->mesh_count < STUDY_MESHES; i++) {
         if (study_mesh_of(context, &cases[i]) >= 0)
@@ -374,11 +380,13 @@ static void task_done(void *user, int task, const void *result, const char *why)
     const Reply *reply = result;
     char name[STUDY_NAME];
     snprintf(name, sizeof name, "%s", of->reference.what);
+    // Keep the samples of a run that went well.
     if (reply != NULL && reply->verdict == STUDY_OK) {
         of->trace[k] = malloc(plan->trace_bytes);
         if (of->trace[k] != NULL)
             memcpy(of->trace[k], reply + 1, plan->trace_bytes);
     }
+    // One missing run makes the whole reference unknown.
     if (of->trace[k] == NULL && !of->failed) {
         of->failed = true;
         cannot(of, "none: %s", reply != NULL ? reply->why : why);
@@ -420,6 +428,7 @@ bool study_make_references(StudyContext *context, const StudyCase *cases, int co
     Plan *plan = make_plan(context, cases, count);
     if (plan == NULL)
         return status_fail(status, STATUS_FAILED, "out of memory");
+    // All runs of all references are tasks of one pool.
     plan->progress = progress;
     plan->user = user;
     const Pool pool = {.task_count = plan->task_count,
@@ -441,6 +450,7 @@ bool study_make_references(StudyContext *context, const StudyCase *cases, int co
         context->mesh[m].reference = plan->list[m].reference;
         context->mesh_trace[m] = take_finest(&plan->list[m]);
     }
+    // The result has copies of what the report needs.
     if (ok) {
         context->finest = plan->list[FINEST].reference;
         context->finest_trace = take_finest(&plan->list[FINEST]);

@@ -55,9 +55,11 @@ static bool check_names(const char *folder, Status *status)
     char path[REPORT_PATH], table[REPORT_PATH];
     struct stat facts;
     Status why = {0};
+    // A folder with a table of a study is ours,
     bool studied = stat(in_folder(table, folder, name[0]), &facts) == 0 && facts.st_size > 0;
     if (!output_check(table, STUDY_RUNS_MARK, status))
         return false;
+    // and in it only files of ours may be replaced; elsewhere none.
     for (size_t i = 0; i < sizeof name / sizeof name[0]; i++) {
         if (lstat(in_folder(path, folder, name[i]), &facts) != 0)
             continue;

@@ -95,6 +95,7 @@ int64_t step_doubling_step(StepDoubling *doubling)
 {
     World *world = doubling->world;
     int64_t spent = 0, coarse_resets, fine_resets;
+    // Both passes start from the same state.
     state_copy_out(&world->state, doubling->before);
     for (int tries = 0;; tries++) {
         spent += pass(doubling, doubling->substeps, doubling->coarse, &coarse_resets);
@@ -105,15 +106,18 @@ int64_t step_doubling_step(StepDoubling *doubling)
         double difference = largest_difference(doubling->coarse, doubling->fine, doubling->rows);
         if (coarse_resets + fine_resets > 0 || !isfinite(difference))
             difference = HUGE_VAL;
+        // After many tries the step is accepted as it is.
         bool accepted = difference <= doubling->tolerance || tries + 1 >= MOST_TRIES;
         if (accepted) {
             doubling->worst = fmax(doubling->worst, difference);
             doubling->resets += fine_resets;
         }
+        // The next tick begins with what this one would have needed.
         doubling->substeps = choose(doubling, difference);
         if (accepted)
             return spent;
         doubling->refused++;
+        // Again, from the start.
         state_copy_in(&world->state, doubling->before);
         sim_restored(world->sim);
     }
@@ -190,6 +194,7 @@ static void play(Once *once, World *world, StudyPlay *inputs, Sampler *sampler,
                  StepDoubling *doubling)
 {
     Sim *sim = world->sim;
+    // Times are without the cost of the clock.
     const int64_t cost = clock_cost();
     const int ticks_per_sample = (int)lround(once->context->sample_s / sim_tick(sim));
     bool goes_on = true;
@@ -202,6 +207,7 @@ static void play(Once *once, World *world, StudyPlay *inputs, Sampler *sampler,
             once->cpu_s += seconds;
             sampler_feel(sampler);
         }
+        // A sample at each of the study's times.
         SimEvent event;
         while (sim_take_event(sim, &event)) // events are discarded
             ;
@@ -238,6 +244,7 @@ static void run_once(Once *once)
 {
     const StudyContext *context = once->context;
     StudyRun *run = once->run;
+    // Build it; a scene that is refused is a result, too.
     StudyScene copy;
     World world;
     Status status = {0};
@@ -258,12 +265,14 @@ static void run_once(Once *once)
                  (!once->what->step_doubling ||
                   step_doubling_create(&doubling, &world, context->body,
                                        once->what->tolerance * context->extent));
+    // Run it if all is ready.
     if (!ready)
         out_of_memory(run);
     else if (!study_play_begin(&inputs, context, &world, &copy.scene, &status))
         set_verdict(run, STUDY_REFUSED, "%s", status.text);
     else
         play(once, &world, &inputs, &sampler, once->what->step_doubling ? &doubling : NULL);
+    // What it had in use.
     if (sampler.id != NULL) {
         run->nodes_least = sampler.nodes_least;
         run->nodes_most = sampler.nodes_most;
@@ -337,6 +346,7 @@ bool study_trace_case(const StudyContext *context, const StudyCase *what, int re
         run->repeats = r + 1;
         all += repeat[r].cpu_s;
     }
+    // The median of all repeats, from here on.
     if (run->repeats > 0)
         summarize(run, repeat);
     for (int r = 0; r < STUDY_REPEATS; r++)

@@ -88,6 +88,7 @@ typedef struct IdRow {
 static void find_rows(Sampler *sampler, int rows)
 {
     const StudyPoints *points = &sampler->context->points;
+    // Look the points up by their ids, which are sorted first.
     const int *wanted = sampler->halved ? points->fine_id : points->id;
     IdRow point[STUDY_POINTS];
     const Body *body = sampler->body;
@@ -97,6 +98,7 @@ static void find_rows(Sampler *sampler, int rows)
         sampler->row[p] = -1;
     }
     qsort(point, (size_t)points->count, sizeof *point, compare_ints);
+    // Where in the rows each point is now.
     for (int r = 0; r < rows; r++) {
         const IdRow key = {.id = sampler->id[r]};
         nodes += key.id >= 0;
@@ -105,6 +107,7 @@ static void find_rows(Sampler *sampler, int rows)
         if (key.id >= 0 && found != NULL)
             sampler->row[found->row] = r;
     }
+    // The sizes of the mesh over the run.
     sampler->nodes_least = nodes < sampler->nodes_least ? nodes : sampler->nodes_least;
     sampler->nodes_most = nodes > sampler->nodes_most ? nodes : sampler->nodes_most;
     sampler->links_most = links > sampler->links_most ? links : sampler->links_most;
@@ -122,6 +125,7 @@ double sampler_volume(const BodyMesh *mesh, const float *position, double extent
 {
     double volume = 0.0, area = 0.0;
     Vec3 areas = {0.0, 0.0, 0.0}, about = {0.0, 0.0, 0.0};
+    // Tetrahedra from one corner to each face.
     for (int t = 0; t < mesh->triangle_count; t++) {
         const int *node = mesh->triangle[t];
         if (node[0] == node[1])
@@ -151,12 +155,14 @@ bool sampler_take(Sampler *sampler, StudyTrace *trace)
     const StudyContext *context = sampler->context;
     const StudyPoints *points = &context->points;
     const Body *body = sampler->body;
+    // Rows change only with the topology.
     bool changed = sampler->topology != body->mesh.topology;
     int rows = body->ops->read_state(body->model, changed ? sampler->id : NULL, sampler->position,
                                      // Rows change with the topology.
                                      sampler->velocity);
     if (changed)
         find_rows(sampler, rows);
+    // Displacements of all points, and their mean over the patch.
     Vec3 patch = {0.0, 0.0, 0.0};
     bool finite = true;
     int index = trace != NULL ? trace->used : 0;
@@ -188,6 +194,7 @@ bool sampler_take(Sampler *sampler, StudyTrace *trace)
         body->ops->snapshot(body->model, sampler->mesh, NULL);
         sample->volume = sampler_volume(&body->mesh, sampler->mesh, context->extent);
     }
+    // The mean force is the impulse over the time since the last sample.
     if (sampler->since > 0.0)
         sample->force = vec3_scale(1.0 / sampler->since, sampler->impulse);
     sampler->impulse = (Vec3){0.0, 0.0, 0.0};
@@ -246,6 +253,7 @@ StudyErrors study_errors(const StudyTrace *trace, const StudyTrace *reference)
     int samples = trace->used < reference->used ? trace->used : reference->used;
     if (samples == 0 || trace->point_count != reference->point_count)
         return errors;
+    // Sums over all samples of what the two runs differ by, and of the reference itself.
     double patch = 0.0, patch_size = 0.0, force = 0.0, force_size = 0.0;
     double energy = 0.0, energy_size = 0.0, volume = 0.0;
     for (int s = 0; s < samples; s++) {
@@ -258,6 +266,7 @@ StudyErrors study_errors(const StudyTrace *trace, const StudyTrace *reference)
         energy_size = fmax(energy_size, energy_of(b));
         volume = fmax(volume, fabs(a->volume - b->volume)); // skips unknown values
     }
+    // Each relative to the largest value or the norm of the reference.
     errors.patch = relative(sqrt(patch), sqrt(patch_size));
     errors.surface = surface_error(trace, reference, samples);
     errors.energy = relative(energy, energy_size);

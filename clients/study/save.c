@@ -248,10 +248,12 @@ bool study_save_runs(const StudyResult *result, const char *path, Status *status
     FILE *file = output_begin_text(&output, path, STUDY_RUNS_MARK, status);
     if (file == NULL)
         return false;
+    // Names first: by them a reader knows the columns.
     print_names(STUDY_RUN_FIELDS, STUDY_RUN_FIELD_COUNT, file);
     for (int r = 0; r < repeats; r++)
         fprintf(file, "\tcpu_%d", r + 1);
     fputc('\n', file);
+    // A row a run, with the cost of every repeat.
     for (int i = 0; i < result->run_count; i++) {
         const StudyRun *run = &result->run[i];
         print_values(STUDY_RUN_FIELDS, STUDY_RUN_FIELD_COUNT, run, file);
@@ -288,6 +290,7 @@ static bool write_field(DataFile *file, const char *group, const Field *field, c
 {
     char name[NAME];
     snprintf(name, sizeof name, "/%s/%s", group, field->name);
+    // A column in each form; one of them is written.
     char *texts = calloc((size_t)rows + 1, FIELD_TEXT_MAX);
     double *reals = calloc((size_t)rows + 1, sizeof *reals);
     int *ints = calloc((size_t)rows + 1, sizeof *ints);
@@ -302,6 +305,7 @@ static bool write_field(DataFile *file, const char *group, const Field *field, c
             ints[i] = field->kind == FIELD_REAL ? 0 : (int)reals[i];
         }
     }
+    // In the form of the field.
     bool ok = field_is_text(field) ? data_file_write_texts(file, name, rows, FIELD_TEXT_MAX, texts)
               : field->kind == FIELD_REAL
                   ? data_file_write_reals(file, name, rows, 0, reals, field->unit)

@@ -280,6 +280,7 @@ static bool read_name(Editor *e, char name[NAME_MAX_LENGTH])
 static bool edit_setting(Editor *e, Scope scope, const char *name, const SceneKey *key,
                          size_t name_begin, int depth)
 {
+    // Between the name and its value.
     if (!skip_space(e))
         return false;
     if (*here(e) != '=' && *here(e) != ':')
@@ -294,6 +295,7 @@ static bool edit_setting(Editor *e, Scope scope, const char *name, const SceneKe
     // Relative names would be wrong in another folder.
     if (*here(e) == '"' && names_a_file(name))
         absolute_path(e, begin, begin + 2 + strcspn(here(e) + 1, "\""));
+    // Within a value that is replaced nothing else is edited.
     e->muted = was_muted || key != NULL;
     bool ok = edit_value(e, inside, depth);
     e->muted = was_muted;
@@ -327,6 +329,7 @@ static bool edit_settings(Editor *e, Scope scope, char end, int depth)
     const SceneKeyList *list = wanted(e, scope) != NULL ? wanted(e, scope) : &none;
     bool found[SCENE_KEYS] = {false};
     for (;;) {
+        // A name, or the end of the group.
         char name[NAME_MAX_LENGTH];
         if (!skip_space(e))
             return false;
@@ -335,6 +338,7 @@ static bool edit_settings(Editor *e, Scope scope, char end, int depth)
         size_t begin = e->at;
         if (!read_name(e, name))
             return false;
+        // Is it one of those that are wanted?
         const SceneKey *key = NULL;
         for (int i = 0; i < list->count; i++)
             if (strcmp(list->key[i].name, name) == 0) {
@@ -344,6 +348,7 @@ static bool edit_settings(Editor *e, Scope scope, char end, int depth)
         if (!edit_setting(e, scope, name, key, begin, depth))
             return false;
     }
+    // Keys that were not there are added at the end.
     add_missing(e, list, found);
     e->body += scope == SCOPE_BODY;
     e->at += end != '\0';
@@ -386,6 +391,7 @@ bool scene_keys_set(const SceneKeys *keys, const char *from, const char *to, Sta
     char *text = read_text(from, status);
     if (text == NULL)
         return false;
+    // Write the copy while the text is read.
     FILE *out = fopen(to, "w");
     if (out == NULL) {
         free(text);
@@ -403,6 +409,7 @@ bool scene_keys_set(const SceneKeys *keys, const char *from, const char *to, Sta
     free(text);
     if (ok)
         return true;
+    // A copy that is not whole is worse than none.
     int error = errno;
     unlink(to);
     return status_fail(status, STATUS_FAILED, "%s: %s", to, strerror(error));

@@ -96,6 +96,7 @@ static void print_rows(const StudyResult *result, FILE *out)
     int width[COLUMN_COUNT] = {0};
     bool front[STUDY_CASES];
     Row row, title[2];
+    // Columns are as wide as their widest entry, so fill all rows once.
     fill_titles(title);
     widen(width, &title[0]);
     widen(width, &title[1]);
@@ -105,6 +106,7 @@ static void print_rows(const StudyResult *result, FILE *out)
             fill_row(&result->run[i], &row);
             widen(width, &row);
         }
+    // Then print them.
     print_row(width, &title[0], " ", out);
     print_row(width, &title[1], " ", out);
     for (int i = 0; i < result->run_count; i++)

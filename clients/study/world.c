@@ -79,6 +79,7 @@ void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s
     // A method with adaptive steps is not bound to the tick, unless something is decided at ticks.
     if (what->step_doubling && !(what->threshold > 0.0) && scene->tool_count == 0)
         scene->rate_hz = 1.0 / sample_s;
+    // What belongs to each body.
     scene->precision = what->precision;
     for (int b = 0; b < scene->body_count; b++) {
         SceneBody *body = &copy->body[b];

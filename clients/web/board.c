@@ -363,24 +363,29 @@ static void take(Board *board, BoardPage *page, Round *round)
 {
     uint64_t seen = page->seen;
     *round = (Round){.number = ++page->round};
+    // What describes the daemon first, since the rest refers to it,
     take_slot(&board->scene, seen, round);
     take_slot(&board->link, seen, round);
     take_slot(&board->status, seen, round);
+    // then each body's newest set,
     for (int i = 0; i < BOARD_BODIES; i++) {
         take_slot(&board->body[i].mesh, seen, round);
         take_slot(&board->body[i].rest, seen, round);
         take_slot(&board->body[i].nodes, seen, round);
     }
+    // what waits for this page alone,
     for (; page->waiting > 0; page->waiting--) {
         round->parcel[round->parcels++] = page->outbox[page->first];
         page->first = (page->first + 1) % OUTBOX_MAX;
     }
+    // and tools that have moved.
     for (int i = 0; i < BOARD_TOOLS; i++) {
         if (board->contact[i].version > seen)
             round->contact[round->contacts++] = board->contact[i].contact;
         if (board->pose[i].version > seen)
             round->pose[round->poses++] = board->pose[i].pose;
     }
+    // From now on it has to draw before it gets more.
     page->seen = board->version;
     page->drawn = false;
 }

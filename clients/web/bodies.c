@@ -83,6 +83,7 @@ static void show(Bodies *bodies, Body *body)
     const MeshFrame *mesh = &body->mesh;
     const NodesFrame *nodes = &body->nodes;
     const RestFrame *rest = &body->rest;
+    // Nodes are shown with the mesh that they belong to.
     bool pair = mesh->whole && nodes->whole && nodes->topology == mesh->topology &&
                 nodes->node_count == mesh->node_count;
     if (pair)
@@ -91,6 +92,7 @@ static void show(Bodies *bodies, Body *body)
         body->unmatched_ns = client_now_ns();
     if (!pair || !bodies->open)
         return;
+    // Build what is new; what the page has already is not sent again.
     int index = (int)(body - bodies->body);
     BoardBody *on_board = &bodies->board->body[index];
     Parcel *new_mesh = NULL, *new_rest = NULL, *new_nodes = NULL;
@@ -104,6 +106,7 @@ static void show(Bodies *bodies, Body *body)
         new_nodes = parcel_nodes(index, nodes);
     body->new_mesh = body->new_nodes = false;
     body->new_rest = body->new_rest && !fits;
+    // Hand it over in one piece.
     body->shown = mesh->topology;
     if (new_mesh || new_rest || new_nodes)
         board_set_body(bodies->board, index, new_mesh, new_rest, new_nodes);

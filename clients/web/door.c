@@ -65,6 +65,7 @@ bool door_admits_host(const Door *door, const char *host)
     char name[256];
     if (!host || strlen(host) >= sizeof name)
         return false;
+    // Split the name from the port; an IPv6 address has brackets.
     strcpy(name, host);
     char *end; // end of the name
     bool bracketed = name[0] == '[';

@@ -90,11 +90,13 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *u
         feed->wrong_types++;
         return;
     }
+    // Another daemon, or another scene: forget what is known.
     bool silent = feed->status && seconds_since(feed->status_ns) > SILENCE_S;
     if (is_another(feed, &status)) {
         bodies_name(&feed->bodies, &status);
         forget(feed);
     }
+    // Keep the newest.
     if (feed->status)
         pliant_status_t_destroy(feed->status);
     feed->status = pliant_status_t_copy(&status);

@@ -131,6 +131,7 @@ static void move_tool(Page *page, const Ask *ask)
 
 static void take_text(Page *page, const char *data, size_t size)
 {
+    // Only what can be read and is allowed here.
     Ask ask;
     ClientError why;
     if (!ask_parse(data, size, &ask, &why)) {
@@ -141,6 +142,7 @@ static void take_text(Page *page, const char *data, size_t size)
         refuse(page, ask.id, "this server only shows (--read-only)");
         return;
     }
+    // Tools are moved at once; requests wait for their answer.
     switch (ask.kind) {
     case ASK_DRAWN:
         board_drawn(page->shared->board, page->slot, ask.round);
@@ -203,12 +205,14 @@ static int take_frames(Page *page)
 // Pings a silent page; returns false if it stays silent, sends a frame too slowly, or must end.
 static bool page_lives(Page *page)
 {
+    // A page that was stopped gets a moment to say goodbye.
     int64_t now = client_now_ns();
     const WebSocket *socket = &page->socket;
     if (board_stopped(page->shared->board, page->slot)) {
         page->stopped_ns = page->stopped_ns ? page->stopped_ns : now;
         return now - page->stopped_ns < FAREWELL_NS;
     }
+    // A frame that does not end, or no answer to the first ping.
     if (socket->end == socket->begin)
         page->frame_ns = 0;
     else if (page->frame_ns == 0)
@@ -216,6 +220,7 @@ static bool page_lives(Page *page)
     if ((page->frame_ns && now - page->frame_ns > FRAME_NS) ||
         (!page->answered && now - page->opened_ns > ANSWER_NS))
         return false;
+    // A silent page is asked, and given up if it stays silent.
     int64_t silence = now - atomic_load(&socket->alive_ns);
     if (silence > ASK_NS && now - page->asked_ns > ASK_NS) {
         page->asked_ns = now;
@@ -270,6 +275,7 @@ static void *run_page(void *user)
 
 bool page_open(const PageSite *shared, int fd, const void *read, size_t size, PageEnd end)
 {
+    // A place on the board, then memory of its own.
     Page *page = calloc(1, sizeof *page);
     BoardPage *slot = page ? board_add_page(shared->board) : NULL;
     if (!slot) {
@@ -280,8 +286,10 @@ bool page_open(const PageSite *shared, int fd, const void *read, size_t size, Pa
     page->end = end;
     page->slot = slot;
     page->opened_ns = client_now_ns();
+    // The first ping shows whether somebody is there.
     websocket_init(&page->socket, fd, read, size);
     websocket_send_idle(&page->socket, WEBSOCKET_PING, NULL, 0);
+    // One thread writes, the other reads and cleans up.
     if (pthread_create(&page->writer, NULL, write_rounds, page) == 0) {
         pthread_t reader; // frees the page
         if (pthread_create(&reader, NULL, run_page, page) == 0) {

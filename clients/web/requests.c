@@ -116,16 +116,19 @@ static bool take_tool(const json_t *object, Ask *ask, ClientError *error)
     int64_t tool = 0;
     const json_t *active = json_object_get(object, "active");
     const json_t *grip = json_object_get(object, "grip");
+    // Which tool, where, and how it is turned.
     if (!take_integer(object, "tool", 0, INT32_MAX, &tool, error) ||
         !take_vector(json_object_get(object, "position"), "position", 3, POSITION_MAX,
                      ask->pose.position, error) ||
         !take_vector(json_object_get(object, "orientation"), "orientation", 4, 1.0 + UNIT_SLACK,
                      ask->pose.orientation, error))
         return false;
+    // The grip is for graspers.
     if (grip && !take_number(grip, "grip", 0.0, 1.0, &ask->pose.grip, error))
         return false;
     if (!json_is_boolean(active))
         return client_fail(error, "active: expected true or false");
+    // Slightly off is put right; more is an error of the page.
     double *q = ask->pose.orientation, length = 0.0;
     for (int k = 0; k < 4; k++)
         length += q[k] * q[k];
@@ -186,6 +189,7 @@ static bool take_command(const json_t *object, Ask *ask, ClientError *error)
             return false;
         ask->command.value = (int64_t)value;
     }
+    // Find the word,
     const char *kind = json_string_value(json_object_get(object, "kind"));
     for (size_t k = 0; kind && k < sizeof kinds / sizeof *kinds; k++) {
         if (strcmp(kind, kinds[k].name) == 0) {
@@ -193,6 +197,7 @@ static bool take_command(const json_t *object, Ask *ask, ClientError *error)
             return true;
         }
     }
+    // or list those that there are.
     char words[128] = "";
     for (size_t k = 0, length = 0; k < sizeof kinds / sizeof *kinds && length < sizeof words; k++)
         length += (size_t)snprintf(words + length, sizeof words - length, "%s%s", k > 0 ? ", " : "",
@@ -315,6 +320,7 @@ bool requests_send(Requests *requests, int32_t sender, const Ask *ask)
 {
     Request *free_slot = NULL;
     const int64_t now = client_now_ns();
+    // The request as it will be repeated.
     Request request = {.used = true,
                        .sender = sender,
                        .ask = *ask,
@@ -322,15 +328,18 @@ bool requests_send(Requests *requests, int32_t sender, const Ask *ask)
                        .utime = client_utime(),
                        .again_ns = now + PATIENCE_NS};
     pthread_mutex_lock(&requests->lock);
+    // A free slot, or none: then the page hears of it.
     for (int k = 0; k < REQUESTS_MAX && !free_slot; k++) {
         if (!requests->request[k].used)
             free_slot = &requests->request[k];
     }
+    // It is for the daemon that answers now; without one it waits.
     request.daemon = requests->daemon;
     request.waits = requests->daemon == 0 || now >= requests->sure_until_ns;
     if (free_slot)
         *free_slot = request;
     pthread_mutex_unlock(&requests->lock);
+    // Sent outside the lock.
     if (free_slot && !request.waits)
         publish(requests, &request);
     return free_slot != NULL;
@@ -380,6 +389,7 @@ typedef enum Due { DUE_NOTHING, DUE_ASK, DUE_SEND, DUE_GONE, DUE_LOST } Due;
 
 static Due look_at(Requests *requests, Request *request, int64_t now_ns, Request *due)
 {
+    // One look under the lock at what is due; the work is done without it.
     Due what = DUE_NOTHING;
     pthread_mutex_lock(&requests->lock);
     if (request->used && request->daemon != requests->daemon) {
@@ -391,6 +401,7 @@ static Due look_at(Requests *requests, Request *request, int64_t now_ns, Request
         request->waits = true;
         what = request->used ? DUE_NOTHING : DUE_LOST;
     }
+    // Send only while the daemon is known to be the same.
     if (request->used && request->waits) {
         const bool sure = requests->daemon != 0 && now_ns < requests->sure_until_ns;
         request->waits = !sure;
@@ -403,6 +414,7 @@ static Due look_at(Requests *requests, Request *request, int64_t now_ns, Request
 
 void requests_repeat(Requests *requests, Board *board, int64_t now_ns)
 {
+    // First learn which daemon answers.
     requests_follow(requests);
     for (int k = 0; k < REQUESTS_MAX; k++) {
         Request due;

@@ -43,6 +43,7 @@ static void read_part(const char *line, DescribedTool *tool)
             tool->capsule[tool->capsules++] = c;
         return;
     }
+    // An edge, or a plane: at most one of the two matches.
     double n[6];
     if (sscanf(line, " edge [%lf, %lf, %lf] to [%lf, %lf, %lf] m", &n[0], &n[1], &n[2], &n[3],
                &n[4], &n[5]) == 6 &&
@@ -63,6 +64,7 @@ int describe_tools(const char *text, DescribedTool tool[DESCRIBE_TOOLS])
 {
     int count = 0;
     bool within = false; // inside the lines of the newest tool
+    // Line by line, cut to what a line of ours can have.
     while (*text) {
         size_t length = strcspn(text, "\n");
         char line[LINE_BYTES];
@@ -70,6 +72,7 @@ int describe_tools(const char *text, DescribedTool tool[DESCRIBE_TOOLS])
         memcpy(line, text, kept);
         line[kept] = '\0';
         text += length + (text[length] == '\n');
+        // Indented lines describe the tool before them.
         if (line[0] == ' ') {
             if (within)
                 read_part(line, &tool[count - 1]);
@@ -149,11 +152,13 @@ Parcel *text_hello(const HelloText *hello)
 
 static json_t *tool_object(const DescribedTool *tool)
 {
+    // Who it is,
     json_t *object = json_object();
     put(object, "id", json_integer(tool->id));
     put(object, "kind", json_string(tool->kind));
     if (tool->has_force)
         put(object, "max_force", json_real(tool->max_force));
+    // its shape, in the form of a scene,
     if (tool->capsules) {
         json_t *capsules = json_array();
         for (int k = 0; k < tool->capsules; k++) {
@@ -165,6 +170,7 @@ static json_t *tool_object(const DescribedTool *tool)
         }
         put(object, "capsules", capsules);
     }
+    // and what only some tools have.
     if (tool->has_edge) {
         json_t *edge = json_array();
         json_array_append_new(edge, numbers(tool->edge[0], 3));
@@ -232,6 +238,7 @@ Parcel *text_status(const pliant_status_t *status)
 {
     json_t *object = message("status");
     json_t *bodies = json_array(), *reasons = json_object(), *stages = json_object();
+    // Figures of the run,
     put(object, "utime", json_integer(status->utime));
     put(object, "sequence", json_integer(status->sequence));
     put(object, "scene", string(status->scene));
@@ -245,6 +252,7 @@ Parcel *text_status(const pliant_status_t *status)
     put(object, "rejected", json_integer(status->rejected));
     put_numbers(object, "step_us", status->step_us, 4);
     put_numbers(object, "wake_us", status->wake_us, 4);
+    // of each body, and by name.
     for (int k = 0; k < status->num_bodies; k++)
         json_array_append_new(bodies, body_status(&status->body[k]));
     put(object, "body", bodies);

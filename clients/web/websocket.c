@@ -87,6 +87,7 @@ int websocket_take(WebSocket *socket, WebSocketFrame *frame)
 {
     unsigned char *at = socket->buffer + socket->begin;
     size_t there = socket->end - socket->begin, head = 2;
+    // The head says how long the frame is.
     if (there < head)
         return 0;
     int refusal = refuse_head(at);
@@ -99,8 +100,10 @@ int websocket_take(WebSocket *socket, WebSocketFrame *frame)
             return 0;
         size = (size_t)at[2] << 8 | at[3];
     }
+    // Refuse before its data arrive.
     if (size > WEBSOCKET_FRAME_MAX)
         return -WEBSOCKET_TOO_BIG;
+    // All of it must be there; then the mask is removed in place.
     const unsigned char *mask = at + head;
     head += 4;
     if (there < head + size)
