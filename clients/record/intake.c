@@ -166,11 +166,13 @@ static void push_frame(Intake *intake, IntakeBody *body, const RecordingFrame *f
     Queue *queue = intake->queue;
     QueueWhenFull when_full = intake->options.when_full;
     bool ok = true;
+    // A topology precedes its first frame.
     if (body->told != body->map.topology) {
         ok = queue_push(queue, item_topology(body->file_index, &body->topology), when_full);
         if (ok)
             body->told = body->topology.number;
     }
+    // A frame without room is dropped and counted; others still fit.
     ok = ok && queue_push(queue, item_frame(body->file_index, frame, &body->map), when_full);
     if (ok)
         want_rows(intake, frame->step);
@@ -191,6 +193,7 @@ static void push_waiting_frames(Intake *intake, IntakeBody *body)
 {
     if (!intake->open || body->file_index < 0)
         return;
+    // Up to the last frame that the mesh fits; those before it have lost theirs.
     const WaitingFrame *last = last_that_fits(body);
     WaitingFrame *frame = NULL;
     while (last && frame != last) {
@@ -219,6 +222,7 @@ static void take_frame(Intake *intake, IntakeBody *body)
     bool left_out = intake->open && body->file_index < 0;
     if (left_out || !is_due(intake, body, nodes->time))
         return;
+    // The file's rate counts from this frame.
     body->taken = true;
     body->time = nodes->time;
     const RecordingFrame frame = {.step = nodes->step,
@@ -226,10 +230,12 @@ static void take_frame(Intake *intake, IntakeBody *body)
                                   .topology = nodes->topology,
                                   .node_count = nodes->node_count,
                                   .position = nodes->position};
+    // Straight to the file if nothing waits before it.
     if (intake->open && body->file_index >= 0 && !body->waiting.first && fits(body, &frame)) {
         push_frame(intake, body, &frame);
         return;
     }
+    // Else it waits for its mesh, or for the file.
     body->counts.without_mesh += waiting_push(&body->waiting, &frame);
     push_waiting_frames(intake, body);
 }
@@ -362,6 +368,7 @@ static int find_body(Intake *intake, const char *name)
 
 static void take_of_body(Intake *intake, const char *name, const void *data, size_t size)
 {
+    // Which of its streams, by the channel's name.
     int body = find_body(intake, behind_head(name, "NODES_"));
     if (body >= 0) {
         take_nodes(intake, body, data, size);

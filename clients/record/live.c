@@ -43,6 +43,7 @@ static bool subscribe_bodies(Live *live)
         return client_subscribe(client, "NODES", ".+", QUEUE_MESSAGES, on_message, live) &&
                client_subscribe(client, "MESH", ".+", QUEUE_MESSAGES, on_message, live);
     bool ok = true;
+    // The named ones alone.
     for (int i = 0; i < options->body_count && ok; i++) {
         const char *body = options->body[i];
         ok = client_subscribe(client, "NODES", body, QUEUE_MESSAGES, on_message, live) &&
@@ -93,6 +94,7 @@ static void ask(Live *live, int64_t now_ns)
     if (!is_wanted(live, now_ns))
         return;
     char channel[CLIENT_CHANNEL_MAX];
+    // DESCRIBE makes the daemon send its meshes.
     snprintf(channel, sizeof channel, "%s_COMMAND", live->options->intake.input_prefix);
     pliant_command_t command = {.utime = client_utime(),
                                 .sender = live->client.sender,
@@ -132,6 +134,7 @@ static void hint(Live *live)
 static void report_missing(Live *live, int64_t now_ns)
 {
     const RecordingCounts now = intake_counts(&live->intake), *told = &live->told;
+    // Only what is new, once a second.
     bool more = now.lost > told->lost || now.dropped > told->dropped ||
                 now.without_mesh > told->without_mesh || now.refused > told->refused;
     if (!more || !live->intake.open || now_ns - live->reported_ns < SECOND_NS)
@@ -248,6 +251,7 @@ bool live_record(const LiveOptions *options, ClientError *error)
     if (!live)
         return client_fail(error, "out of memory");
     live->options = options;
+    // One thread receives, the other writes.
     intake_create(&live->intake, &options->intake, &live->writer.queue);
     live->intake.survey.wanted = options->body;
     live->intake.survey.wanted_count = options->body_count;

@@ -189,10 +189,12 @@ Item *queue_take(Queue *queue, int timeout_ms, bool *ended)
     const struct timespec deadline = later(timeout_ms);
     pthread_mutex_lock(&queue->lock);
     int waited = 0;
+    // Wait for an item, for the end, or until it is time to look elsewhere.
     while (!queue->first && !queue->closed && waited != ETIMEDOUT)
         waited = pthread_cond_timedwait(&queue->changed, &queue->lock, &deadline);
     Item *item = queue->first;
     *ended = !item && queue->closed;
+    // Room for those that wait to push.
     if (item) {
         queue->first = item->next;
         if (!queue->first)

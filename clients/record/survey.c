@@ -112,6 +112,7 @@ static void take_description(Survey *survey, const char *text)
 {
     if (!survey->fixed)
         survey->tool_count = 0;
+    // The lines of tools, among all others.
     for (const char *line = text; line; line = strchr(line, '\n')) {
         char kind[16] = "";
         int id;
@@ -122,6 +123,7 @@ static void take_description(Survey *survey, const char *text)
         if (at >= 0)
             survey->tool[at].is_static = strcmp(kind, "static") == 0;
     }
+    // The text goes into the file.
     free(survey->described);
     survey->described = strdup(text);
     if (!survey->described)

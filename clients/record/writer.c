@@ -25,6 +25,7 @@ static void begin(Writer *writer, Item *item)
         item_destroy(item);
         return;
     }
+    // A new file counts from 0.
     writer->begin = item;
     memset(writer->frames, 0, sizeof writer->frames);
     memset(writer->rows, 0, sizeof writer->rows);
@@ -39,6 +40,7 @@ static void tell(const Writer *writer, const RecordingCounts *counts)
         return;
     fprintf(writer->told, "recorded: %s, %.3f s\n", writer->begin->as.begin.path,
             writer->last_time - writer->first_time);
+    // What is there of each body, and what is missing.
     for (int i = 0; i < options->body_count; i++) {
         const RecordingCounts none = {0}, *of = counts ? &counts[i] : &none;
         fprintf(writer->told,
@@ -124,6 +126,7 @@ static void *writer_main(void *user)
     Writer *writer = user;
     bool ended = false;
     while (!ended) {
+        // Write what has come, and make it permanent once a second.
         Item *item = queue_take(&writer->queue, LOOK_EVERY_MS, &ended);
         if (item)
             take(writer, item);

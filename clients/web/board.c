@@ -54,6 +54,7 @@ Parcel *parcel_mesh(int body, const MeshFrame *mesh)
 {
     size_t n = (size_t)mesh->node_count, t = (size_t)mesh->triangle_count;
     Parcel *parcel = make(false, 4 * HEADER_WORDS + 12 * t + (4 + 4 + 8 + 4 + 1) * n);
+    // A header, then arrays as they are: the page reads them without copying.
     unsigned char *at = parcel->data;
     put_header(&at, KIND_MESH, body, mesh->topology, mesh->node_count,
                (uint32_t)mesh->triangle_count);
@@ -256,6 +257,7 @@ bool board_send(Board *board, int32_t sender, Parcel *text)
 {
     bool found = false;
     pthread_mutex_lock(&board->lock);
+    // The page may be gone by now.
     for (int i = 0; i < BOARD_PAGES; i++) {
         if (!board->page[i].used || board->page[i].sender != sender)
             continue;
@@ -307,6 +309,7 @@ BoardPage *board_add_page(Board *board)
 {
     BoardPage *page = NULL;
     pthread_mutex_lock(&board->lock);
+    // A free place, and a sender's number that no other page has.
     for (int i = 0; i < BOARD_PAGES && !page; i++) {
         if (!board->page[i].used)
             page = &board->page[i];
@@ -395,12 +398,14 @@ bool board_next_round(Board *board, BoardPage *page, int64_t due_ns, Round *roun
     const int64_t look_again_ns = 20000000; // contacts and poses wake no thread
     pthread_mutex_lock(&board->lock);
     while (!page->stop) {
+        // Ready when the page has drawn, something is new, and it is time.
         int64_t now = client_now_ns();
         bool ready = page->drawn && (page->waiting > 0 || board->version > page->seen);
         if (ready && now >= due_ns) {
             take(board, page, round);
             break;
         }
+        // Else sleep until it is time, or somebody has news.
         int64_t until = now < due_ns ? due_ns : now + look_again_ns;
         struct timespec t = {until / 1000000000, until % 1000000000};
         pthread_cond_timedwait(&board->news, &board->lock, &t);

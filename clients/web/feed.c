@@ -25,11 +25,13 @@ static double seconds_since(int64_t then_ns)
 static void describe(Feed *feed)
 {
     char channel[CLIENT_CHANNEL_MAX];
+    // The same number until it is answered, ever less often.
     if (feed->describe_id == 0)
         feed->describe_id = ++feed->client->last_id;
     feed->patience_s = feed->patience_s < ASK_LONGEST_S ? 2.0 * feed->patience_s : ASK_LONGEST_S;
     feed->describe_ns = client_now_ns();
     session_ask(&feed->requests->session); // which daemon's scene it is
+    // It goes to the channels that the daemon hears.
     requests_channel(feed->requests, "COMMAND", channel);
     pliant_command_t command = {.utime = client_utime(),
                                 .sender = feed->client->sender,
@@ -118,6 +120,7 @@ static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *us
         feed->wrong_types++;
         return;
     }
+    // Answers to pages go to them; ours has the scene.
     if (reply.sender != feed->client->sender) {
         requests_answered(feed->requests, reply.sender, reply.id);
         board_send(feed->board, reply.sender, text_reply(&reply));

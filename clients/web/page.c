@@ -92,6 +92,7 @@ static void refuse(Page *page, int32_t id, const char *why)
 static bool hold(Page *page, const pliant_tool_pose_t *pose)
 {
     int k = 0;
+    // Tools that the page moves are withdrawn when it goes.
     while (k < page->held_count && page->held[k].tool != pose->tool)
         k++;
     if (!pose->active) {

@@ -191,6 +191,7 @@ Parcel *text_scene(const pliant_status_t *status, const char *describe)
     json_t *object = message("scene"), *bodies = json_array(), *tools = json_array();
     DescribedTool tool[DESCRIBE_TOOLS];
     put(object, "name", string(status->scene));
+    // What bodies there are, before their data arrive.
     for (int k = 0; k < status->num_bodies; k++) {
         json_t *body = json_object();
         put(body, "name", string(status->body[k].name));
@@ -198,6 +199,7 @@ Parcel *text_scene(const pliant_status_t *status, const char *describe)
         json_array_append_new(bodies, body);
     }
     put(object, "bodies", bodies);
+    // Tools as the daemon describes them.
     for (int k = 0, count = describe_tools(describe, tool); k < count; k++)
         json_array_append_new(tools, tool_object(&tool[k]));
     put(object, "tools", tools);

@@ -34,6 +34,7 @@ bool websocket_answer(const char *key, char answer[WEBSOCKET_ANSWER])
         return false;
     char text[WEBSOCKET_KEY + sizeof salt];
     unsigned char hash[20];
+    // The answer proves that we know the protocol: a hash of the key and a fixed text.
     snprintf(text, sizeof text, "%s%s", key, salt);
     if (gnutls_hash_fast(GNUTLS_DIG_SHA1, text, strlen(text), hash) < 0)
         return false;
@@ -121,6 +122,7 @@ int websocket_read(WebSocket *socket, int patience_ms)
     memmove(socket->buffer, socket->buffer + socket->begin, socket->end - socket->begin);
     socket->end -= socket->begin;
     socket->begin = 0;
+    // Wait, then read what is there.
     struct pollfd ready = {.fd = socket->fd, .events = POLLIN};
     int count = poll(&ready, 1, patience_ms);
     if (count <= 0)
@@ -131,6 +133,7 @@ int websocket_read(WebSocket *socket, int patience_ms)
         return 0;
     if (got <= 0)
         return -1;
+    // The page lives.
     socket->end += (size_t)got;
     atomic_store(&socket->alive_ns, client_now_ns());
     return 1;
@@ -154,12 +157,14 @@ static bool send_parts(WebSocket *socket, struct iovec part[2], bool alive)
     while (part[0].iov_len + part[1].iov_len > 0) {
         const struct msghdr message = {.msg_iov = part, .msg_iovlen = 2};
         ssize_t sent = sendmsg(socket->fd, &message, MSG_NOSIGNAL);
+        // What was sent is dropped from both parts.
         if (sent >= 0) {
             drop_sent(part, (size_t)sent);
             if (alive)
                 atomic_store(&socket->alive_ns, client_now_ns());
             continue;
         }
+        // Wait for a slow page, not for ever.
         struct pollfd ready = {.fd = socket->fd, .events = POLLOUT};
         if (errno != EINTR && (errno != EAGAIN || poll(&ready, 1, SEND_PATIENCE_MS) == 0)) {
             shutdown(socket->fd, SHUT_RDWR); // half a frame was sent
@@ -175,6 +180,7 @@ static bool send_frame(WebSocket *socket, int opcode, const void *data, size_t s
     if (socket->closed)
         return false;
     socket->closed = opcode == WEBSOCKET_CLOSE;
+    // The head states the length in as few bytes as possible.
     unsigned char head[HEAD_MAX] = {(unsigned char)(FIN | opcode)};
     size_t bytes = 2;
     if (size <= CONTROL_MAX) {
@@ -185,6 +191,7 @@ static bool send_frame(WebSocket *socket, int opcode, const void *data, size_t s
         for (int k = 0; k < length; k++)
             head[bytes++] = (unsigned char)((uint64_t)size >> 8 * (length - 1 - k));
     }
+    // Head and data leave without being joined first.
     struct iovec part[2] = {{head, bytes}, {(void *)(uintptr_t)data, size}};
     return send_parts(socket, part, opcode < WEBSOCKET_CLOSE); // our own ping is no sign of life
 }

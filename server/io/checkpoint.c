@@ -52,6 +52,7 @@ static void sort_rows(BodyRows *rows, int slots, const int *id, const Vec3 *posi
 {
     IdSlot *order = calloc((size_t)slots + 1, sizeof *order);
     ASSERT(order != NULL);
+    // Live nodes only, in the order of their ids.
     int count = 0;
     for (int i = 0; i < slots; i++)
         if (id[i] >= 0)

@@ -409,8 +409,10 @@ bool hdf_table_create(const HdfFile *file, const char *name, hid_t type, int col
 {
     begin_table();
     *table = (HdfTable){.set = -1, .type = type, .columns = columns};
+    // Empty, without limit, and stored in chunks.
     const hsize_t size[2] = {0, (hsize_t)columns}, most[2] = {H5S_UNLIMITED, (hsize_t)columns};
     const hsize_t chunks[2] = {chunk > 0 ? chunk : 1, (hsize_t)columns};
+    // Groups above it are made on the way.
     hid_t groups = H5Pcreate(H5P_LINK_CREATE), layout = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_create_intermediate_group(groups, 1);
     H5Pset_chunk(layout, rank_of(table), chunks);
@@ -438,6 +440,7 @@ bool hdf_table_append(const HdfFile *file, HdfTable *table, hsize_t rows, const 
     if (rows == 0)
         return true;
     begin_table();
+    // Make it longer, then write behind what is there.
     const hsize_t size[2] = {table->count + rows, (hsize_t)table->columns};
     if (H5Dset_extent(table->set, size) < 0)
         return fail_table(file, "written");
@@ -447,6 +450,7 @@ bool hdf_table_append(const HdfFile *file, HdfTable *table, hsize_t rows, const 
               fail_table(file, "written");
     H5Sclose(in_memory);
     H5Sclose(in_file);
+    // Rows that failed are not counted, though the file is longer.
     if (ok)
         table->count += rows;
     return ok;

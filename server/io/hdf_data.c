@@ -112,6 +112,7 @@ static void answer_attribute(hid_t file, const Question *question, Answer *answe
 static void answer_here(hid_t file, const Question *question, Answer *answer, void *to)
 {
     *answer = (Answer){.result = FOUND};
+    // Each kind of question has its own way; none of them trusts the file.
     if (question->asked == ASK_EXISTS) {
         answer->result = H5Lexists(file, question->object, H5P_DEFAULT) > 0 ? FOUND : MISSING;
     } else if (question->asked == ASK_ATTRIBUTE) {
@@ -134,11 +135,13 @@ void hdf_serve(const HdfFile *file, int fd)
     Question question;
     while (hdf_child_receive(fd, &question, sizeof question)) {
         Answer answer;
+        // Room for what is asked for, which the asker has checked.
         void *to = calloc(question.bytes + 1, 1);
         if (to == NULL)
             answer = (Answer){.result = UNREADABLE};
         else
             answer_here(file->id, &question, &answer, to);
+        // The data follow only if there are any.
         if (!hdf_child_send(fd, &answer, sizeof answer) ||
             (answer.result == FOUND && !hdf_child_send(fd, to, question.bytes)))
             return;
@@ -151,6 +154,7 @@ static Answer ask(const HdfFile *file, Question *question, const char *object, c
                   void *to)
 {
     Answer answer = {.result = UNREADABLE};
+    // The question as a block of fixed size.
     int object_length = snprintf(question->object, sizeof question->object, "%s", object);
     int name_length = snprintf(question->name, sizeof question->name, "%s", name);
     ASSERT(object_length < OBJECT_TEXT && name_length < ATTRIBUTE_TEXT);
@@ -158,11 +162,13 @@ static Answer ask(const HdfFile *file, Question *question, const char *object, c
         answer_here(file->id, question, &answer, to);
         return answer;
     }
+    // Of the child's answer the bytes follow.
     int fd = file->child->fd;
     if (fd >= 0 && hdf_child_send(fd, question, sizeof *question) &&
         hdf_child_receive(fd, &answer, sizeof answer) &&
         (answer.result != FOUND || hdf_child_receive(fd, to, question->bytes)))
         return answer;
+    // It has crashed: say so once.
     hdf_child_failed(file->child, file->path, file->status);
     return (Answer){.result = UNREADABLE};
 }
@@ -220,11 +226,13 @@ bool hdf_read_vectors(const HdfFile *file, const char *name, int64_t count, Vec3
     DataSet data;
     if (!open_data(file, name, &data) || !check_vectors(file, name, &data))
         return false;
+    // The caller knows how many there must be.
     if ((int64_t)data.size[0] != count)
         return hdf_fail(file, name, "has %llu rows and must have %lld",
                         (unsigned long long)data.size[0], (long long)count);
     if (!read_data(file, name, AS_DOUBLE, 3 * (size_t)count, to))
         return false;
+    // No later code looks for numbers that are none.
     for (int64_t i = 0; i < count; i++)
         if (!vec3_finite(to[i]))
             return hdf_fail(file, name, "row %lld is not finite", (long long)i);
@@ -236,6 +244,7 @@ static bool check_ints(const HdfFile *file, const char *name, const DataSet *dat
 {
     if (data->class != H5T_INTEGER)
         return hdf_fail(file, name, "must hold integer numbers");
+    // One column may have either shape.
     bool flat = columns == 1 && data->rank == 1;
     if (!flat && (data->rank != 2 || data->size[1] != (hsize_t)columns))
         return hdf_fail(file, name,
@@ -244,6 +253,7 @@ static bool check_ints(const HdfFile *file, const char *name, const DataSet *dat
     if (data->size[0] > ROW_LIMIT)
         return hdf_fail(file, name, "has %llu rows, at most %d", (unsigned long long)data->size[0],
                         ROW_LIMIT);
+    // Stored as it is, the file is as large as its data: sizes can be believed.
     return (data->contiguous &&
             data->storage == data->size[0] * (hsize_t)columns * data->type_size) ||
            hdf_fail(file, name, "is compressed or incomplete");
@@ -287,6 +297,7 @@ bool hdf_read_numbers(const HdfFile *file, const char *name, hid_t type, size_t 
     if (!open_data(file, name, &data))
         return false;
     const bool real = stored == AS_DOUBLE;
+    // The type and shape that the caller needs, nothing near it.
     if (data.class != (real ? H5T_FLOAT : H5T_INTEGER))
         return hdf_fail(file, name, "must hold %s numbers", real ? "floating-point" : "integer");
     if (count == 0 && data.rank != 0)
@@ -377,11 +388,13 @@ static bool attach_text(hid_t object, const char *name, const char *text)
 bool hdf_write(const HdfFile *file, const char *name, hid_t type, int rank, const hsize_t *size,
                const void *data, const char *unit)
 {
+    // Groups above it are made on the way.
     hid_t groups = H5Pcreate(H5P_LINK_CREATE);
     H5Pset_create_intermediate_group(groups, 1);
     hid_t space = rank == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(rank, size, NULL);
     hid_t set = H5Dcreate2(file->id, name, type, space, groups, H5P_DEFAULT, H5P_DEFAULT);
     bool empty = H5Sget_simple_extent_npoints(space) == 0;
+    // An empty data set has nothing to write.
     bool ok = set >= 0 &&
               (empty || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0) &&
               attach_text(set, "unit", unit);

@@ -35,6 +35,7 @@ static Vec3 *read_rows(const HdfFile *file, const char *name, const TriMesh *mes
     int64_t rows = hdf_count_vectors(file, name);
     if (rows < 0)
         return NULL;
+    // By node of the body, or by row of the mesh file before repairs.
     if (rows != mesh->node_count && rows != mesh->file_node_count) {
         if (mesh->node_count == mesh->file_node_count)
             hdf_fail(file, name, "has %lld rows, the mesh %d nodes", (long long)rows,
@@ -44,6 +45,7 @@ static Vec3 *read_rows(const HdfFile *file, const char *name, const TriMesh *mes
                      (long long)rows, mesh->file_node_count, mesh->node_count);
         return NULL;
     }
+    // Rows of the file are given to the nodes that came from them.
     Vec3 *row = read_vectors(file, name, rows);
     return row != NULL && rows == mesh->file_node_count ? pick_rows(mesh, row) : row;
 }
@@ -66,6 +68,7 @@ bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 *
     *position = *velocity = NULL;
     if (!hdf_open(&file, path, status))
         return false;
+    // Without velocities the body starts at rest.
     *position = read_rows(&file, "/position", mesh);
     if (*position != NULL) {
         if (hdf_exists(&file, "/velocity"))
@@ -73,6 +76,7 @@ bool initial_read(const char *path, const TriMesh *mesh, Vec3 **position, Vec3 *
         else
             *velocity = calloc((size_t)mesh->node_count + 1, sizeof **velocity);
     }
+    // The child may have crashed while it read.
     bool alive = hdf_alive(&file);
     hdf_close(&file);
     return finish(alive, position, velocity);

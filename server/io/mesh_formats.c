@@ -33,6 +33,7 @@ static bool read_obj_vertex(Text *text, MeshDraft *draft, int line, Status *stat
 static bool read_texture(Text *text, MeshDraft *draft, Status *status)
 {
     double uv[2] = {0.0, 0.0};
+    // u and perhaps v.
     for (int k = 0; k < 2; k++) {
         Word word = text_word(text);
         if (k == 1 && word.size == 0)
@@ -210,6 +211,7 @@ static bool read_off_vertex(Text *text, MeshDraft *draft, int index, int count, 
     double x[3];
     if (!next_line(text, "vertex", index, count, &word, status))
         return false;
+    // Three coordinates; what follows on the line is not read.
     for (int k = 0; k < 3; k++, word = text_word(text)) {
         if (word.size == 0)
             return status_fail(status, STATUS_INVALID, "%s:%d: vertex %d has %d coordinates, not 3",
@@ -255,15 +257,18 @@ static bool read_off_face(Text *text, MeshDraft *draft, int index, int count, St
 static bool read_body(Text *text, MeshDraft *draft, Status *status)
 {
     int vertices, faces;
+    // Both counts announce what must follow.
     if (!read_count(text, "vertices", &vertices, status) ||
         !read_count(text, "faces", &faces, status))
         return false;
+    // Vertices first, since faces refer to them.
     for (int i = 0; i < vertices && !draft->full; i++)
         if (!read_off_vertex(text, draft, i, vertices, status))
             return false;
     for (int i = 0; i < faces && !draft->full; i++)
         if (!read_off_face(text, draft, i, faces, status))
             return false;
+    // Nothing may follow but comments.
     text_next_line(text);
     Word rest = text_word_anywhere(text);
     return rest.size == 0 || status_fail(status, STATUS_INVALID,
@@ -276,11 +281,13 @@ bool off_read(const FileBytes *file, MeshDraft *draft, Status *status)
     Text text = text_start(file);
     const char *keyword = text_word_anywhere(&text).at;
     size_t size = keyword_size(keyword);
+    // The keyword says what a vertex has.
     if (memchr(keyword, '4', size) != NULL || memchr(keyword, 'n', size) != NULL)
         return status_fail(status, STATUS_INVALID,
                            "%s:%d: OFF files of other than three dimensions are not read",
                            file->path, text.line);
     text.at = keyword + size;
+    // A binary file says so behind it.
     Text ahead = text;
     if (word_is(text_word(&ahead), "BINARY"))
         return status_fail(status, STATUS_INVALID, "%s:%d: binary OFF files are not read",
@@ -323,6 +330,7 @@ static bool read_stl_vertex(Text *text, MeshDraft *draft, Status *status)
     if (!expect_word(text, "vertex", &line, status))
         return false;
     double x[3];
+    // Numbers may be spread over lines.
     for (int k = 0; k < 3; k++) {
         Word word = text_word_anywhere(text);
         if (word.size == 0)

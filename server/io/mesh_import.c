@@ -23,6 +23,7 @@ static bool read_bytes(int descriptor, FileBytes *file, Status *status)
 {
     size_t have = 0;
     while (have < file->size) {
+        // A read may give less than it was asked for.
         ssize_t got = read(descriptor, file->bytes + have, file->size - have);
         if (got < 0 && errno == EINTR)
             continue;

@@ -51,6 +51,7 @@ bool volume_is_nifti(const unsigned char *head, int size)
 static bool read_bytes(Nifti *nifti)
 {
     unsigned char head[HEADER_SIZE];
+    // The header is of fixed size and begins with that size, which also tells the byte order.
     if (volume_file_head(nifti->file, head, HEADER_SIZE) < HEADER_SIZE)
         return fail(nifti, "ends within its NIfTI-1 header");
     int size = header_size(head, &nifti->swapped);
@@ -58,6 +59,7 @@ static bool read_bytes(Nifti *nifti)
         return fail(nifti, "is a NIfTI-2 file; NIfTI-1 is read");
     if (size != HEADER_SIZE)
         return fail(nifti, "its NIfTI-1 header does not begin with its size, 348");
+    // Values in our byte order from here on.
     memcpy(&nifti->header, head, HEADER_SIZE);
     nifti->paired = memcmp(head + 344, "ni1", 4) == 0;
     if (nifti->swapped)
@@ -73,6 +75,7 @@ static bool check_dimensions(const Nifti *nifti)
     if (dim[0] < 3 || dim[0] > 7)
         return status_fail(nifti->status, STATUS_INVALID,
                            "%s: has %d dimensions, not 3 as a volume", nifti->file->path, dim[0]);
+    // A fourth axis would be time or values.
     for (int d = 1; d <= dim[0]; d++)
         if (dim[d] < 1 || (d > 3 && dim[d] != 1))
             return status_fail(nifti->status, STATUS_INVALID,

@@ -158,6 +158,7 @@ static bool read_text(Header *header)
     size_t have = 0;
     header->text = malloc(want + 1);
     ASSERT(header->text != NULL);
+    // A read may give less than it was asked for.
     while (have < want) {
         ssize_t got =
             pread(header->file->descriptor, header->text + have, want - have, (off_t)have);

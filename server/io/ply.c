@@ -288,6 +288,7 @@ static double binary_number(const char *at, PlyType type, PlyFormat format)
 // Reads the next number of the element.
 static bool read_number(Ply *ply, PlyType type, double *number)
 {
+    // Binary numbers follow one another without separation.
     if (ply->format != PLY_ASCII) {
         if (ply->text.end - ply->at < TYPES[type].size)
             return ends_early(ply);
@@ -295,6 +296,7 @@ static bool read_number(Ply *ply, PlyType type, double *number)
         ply->at += TYPES[type].size;
         return true;
     }
+    // In a text they are words of one line.
     Word word = text_word(&ply->text);
     char what[96];
     if (word.size == 0)
@@ -400,6 +402,7 @@ bool ply_read(const FileBytes *file, MeshDraft *draft, const char **format, Stat
     Ply *ply = calloc(1, sizeof *ply);
     if (ply == NULL)
         return status_fail(status, STATUS_FAILED, "%s: no memory", file->path);
+    // Both passes use one state.
     ply->text = text_start(file);
     ply->draft = draft;
     ply->status = status;

@@ -148,12 +148,14 @@ static bool create_body(Recording *recording, int index, const RecordingBody *de
     snprintf(body->name, sizeof body->name, "%s", described->name);
     char group[64];
     snprintf(group, sizeof group, "/bodies/%s", body->name);
+    // Flat data are stored in pieces of a whole frame or mesh.
     for (int t = 0; t < BODY_TABLES; t++) {
         int chunk = body_form[t].chunk;
         chunk = chunk == 0 ? described->nodes : chunk < 0 ? described->triangles : chunk;
         if (!create_table(recording, group, &body_form[t], chunk, &body->table[t]))
             return false;
     }
+    // Counts are there from the start, to be set at the end.
     for (int i = 0; i < RECORDING_COUNTS; i++)
         if (!hdf_write_long(&recording->file, group, recording_count_form[i].name, 0))
             return false;
@@ -219,6 +221,7 @@ static bool reserve(Recording *recording, size_t bytes)
 
 static bool create_all(Recording *recording, const RecordingOptions *options)
 {
+    // Everything exists before readers are let in.
     if (!create_file(recording) || !reserve(recording, strlen(options->scene)) ||
         !write_head(recording, options))
         return false;
@@ -230,6 +233,7 @@ static bool create_all(Recording *recording, const RecordingOptions *options)
             return false;
     if (!create_events(recording))
         return false;
+    // From now on only rows are added.
     return H5Fstart_swmr_write(recording->file.id) >= 0 ||
            status_fail(&recording->status, STATUS_FAILED,
                        "%s: HDF5 cannot open it to readers while it is written", recording->path);
@@ -293,6 +297,7 @@ bool recording_add_frame(Recording *recording, int index, const RecordingFrame *
     ASSERT(index >= 0 && index < recording->body_count);
     HdfTable *table = recording->body[index].table;
     const int64_t first = (int64_t)table[POSITION].count;
+    // The time comes last: a reader takes a frame for complete once that is there.
     bool ok = begin(recording, &table[POSITION], frame->node_count) &&
               append(recording, &table[POSITION], frame->node_count, frame->position) &&
               append(recording, &table[FRAME_FIRST], 1, &first) &&
@@ -406,6 +411,7 @@ static bool write_end(Recording *recording)
     char group[64];
     bool ok = !recording->broken;
     hdf_begin();
+    // What each body lacks.
     for (int i = 0; i < recording->body_count && ok; i++) {
         const char *counts = (const char *)&recording->body[i].counts;
         snprintf(group, sizeof group, "/bodies/%s", recording->body[i].name);

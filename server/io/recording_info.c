@@ -322,6 +322,7 @@ static bool read_tool(const HdfFile *file, RecordingToolInfo *info)
         const char *name;
         int columns;
     } column[] = {{"time", 0}, {"position", 3}, {"orientation", 4}, {"force", 3}};
+    // A row counts when all of its columns have it.
     info->rows = INT64_MAX;
     for (int i = 0; i < 4; i++) {
         snprintf(name, sizeof name, "/tools/%s/%s", info->name, column[i].name);
@@ -443,10 +444,12 @@ static void serve(int fd, void *path)
 static void tidy(RecordingInfo *info)
 {
     const int most[] = {RECORDING_INFO_BODIES, RECORDING_INFO_TOOLS, RECORDING_INFO_KINDS};
+    // What comes from the child is checked like a file.
     int *const count[] = {&info->body_count, &info->tool_count, &info->kind_count};
     for (int i = 0; i < 3; i++)
         if (*count[i] < 0 || *count[i] > most[i])
             *count[i] = 0;
+    // And every text ends.
     info->created_by[sizeof info->created_by - 1] = '\0';
     for (int i = 0; i < info->body_count; i++)
         info->body[i].name[sizeof info->body[i].name - 1] = '\0';
@@ -490,6 +493,7 @@ bool recording_info_read(const char *path, RecordingInfo *info, Status *status)
 
 static void print_body(const RecordingBodyInfo *body, bool ended, FILE *out)
 {
+    // What there is,
     fprintf(out, "body %s: %lld frames", body->name, (long long)body->frames);
     if (body->frames > 0)
         fprintf(out, ", %.6g s (time %.6g to %.6g s, step %lld to %lld), %d to %d nodes",
@@ -497,8 +501,10 @@ static void print_body(const RecordingBodyInfo *body, bool ended, FILE *out)
                 (long long)body->first_step, (long long)body->last_step, body->least_nodes,
                 body->most_nodes);
     fprintf(out, ", topologies: %lld\n", (long long)body->topologies);
+    // what was left half written,
     if (body->broken > 0)
         fprintf(out, "  frames of which not all is there: %lld\n", (long long)body->broken);
+    // and what never came, which only an ended file knows.
     if (ended)
         fprintf(out,
                 "  missing: lost on the way %lld, dropped by a slow disk %lld, without their mesh "

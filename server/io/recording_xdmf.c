@@ -67,6 +67,7 @@ static void write_frame(const Recording *recording, const RecordedBody *body, co
                         int i, const TopologyRows *topology, FILE *out)
 {
     fprintf(out, "<Grid Name=\"%s\"><Time Value=\"%.9g\"/>\n", body->name, block->time[i]);
+    // Triangles, positions and ids are rows of the HDF5 file.
     fprintf(out, "<Topology TopologyType=\"Triangle\" NumberOfElements=\"%d\">",
             topology->triangle_count);
     write_rows(recording, body, "triangles", &body->table[TRIANGLES], topology->first_triangle,
@@ -111,6 +112,7 @@ static bool write_body(const Recording *recording, const RecordedBody *body, Blo
     fprintf(out, "<Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
             body->name);
     hsize_t frames = body->table[FRAME_TIME].count;
+    // A block of frames at a time, whatever the length of the recording.
     for (hsize_t first = 0; first < frames; first += BLOCK) {
         int rows = (int)(frames - first < BLOCK ? frames - first : BLOCK);
         if (!read_block(recording, body, first, (hsize_t)rows, block))

@@ -31,12 +31,14 @@ bool volume_file_open(const char *path, VolumeFile *file, Status *status)
     *file = (VolumeFile){.descriptor = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
     if (file->descriptor < 0 || fstat(file->descriptor, &about) != 0)
         return status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
+    // A file with something in it.
     if (!S_ISREG(about.st_mode))
         return status_fail(status, STATUS_INVALID, "%s: %s", path,
                            S_ISDIR(about.st_mode) ? "is a folder, not a volume file"
                                                   : "is not a file");
     if (about.st_size == 0)
         return status_fail(status, STATUS_INVALID, "%s: the file is empty", path);
+    // What is known of it before its format.
     file->path = strdup(path);
     ASSERT(file->path != NULL);
     file->size = (long long)about.st_size;
@@ -128,6 +130,7 @@ static size_t read_hex(Source *source, unsigned char *bytes, size_t size)
 {
     size_t digits = 0;
     while (digits < 2 * size) {
+        // Blanks may stand anywhere; anything else ends the data.
         int c = fgetc(source->plain);
         int lower = c | 0x20;
         int value = c >= '0' && c <= '9' ? c - '0' : lower >= 'a' && lower <= 'f' ? lower - 87 : -1;
@@ -135,6 +138,7 @@ static size_t read_hex(Source *source, unsigned char *bytes, size_t size)
             break;
         if (value < 0)
             continue;
+        // Two digits make a byte.
         unsigned char *byte = &bytes[digits / 2];
         *byte = (unsigned char)(digits % 2 == 0 ? value << 4 : *byte | value);
         digits++;
@@ -307,11 +311,13 @@ static bool read_labels(const VolumeData *data, Source *source, long voxels, Lab
     double *value = malloc((size_t)CHUNK * sizeof *value);
     ASSERT(bytes != NULL && value != NULL);
     bool ok = true;
+    // Read over what precedes the voxels.
     for (long long left = data->skip; ok && left > 0;) {
         size_t part = left < CHUNK ? (size_t)left : CHUNK;
         ok = source_read(source, bytes, part) == part || ends_early(data, source, 0, status);
         left -= (long long)part;
     }
+    // Then a piece at a time, so that memory does not grow with the file.
     for (long first = 0; ok && first < voxels; first += CHUNK) {
         size_t count = (size_t)(voxels - first < CHUNK ? voxels - first : CHUNK);
         ok = read_chunk(data, source, bytes, value, count, first, status) &&

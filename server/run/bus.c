@@ -26,12 +26,15 @@ static bool join_network(Bus *bus, const char *url, Status *status)
     char why[RECEIVER_WHY_MAX];
     if (!network_read(&network, url, why))
         return status_fail(status, STATUS_INVALID, "%s", why);
+    // liblcm would play a log file; ours are applied offline.
     if (strncmp(network.url, "file://", 7) == 0)
         return status_fail(status, STATUS_INVALID,
                            "LCM URL '%s': a log is applied with --input LOG --offline SECONDS",
                            network.url);
+    // Without a route lcm_create would fail with a useless address.
     if (!network_has_route(&network, why))
         return status_fail(status, STATUS_FAILED, "%s", why);
+    // One LCM object publishes, the receiver hears.
     bus->lcm = lcm_create(network.url);
     if (bus->lcm == NULL)
         return status_fail(status, STATUS_FAILED, "LCM cannot use '%s'", network.url);

@@ -89,10 +89,12 @@ static void ask_until_answered(Bus *bus, const Asking *asking)
     int64_t now_ns = clock_now_ns(), end_ns = now_ns + WAIT_MS * INT64_C(1000000);
     int64_t again_ns = now_ns;
     while (!asking->taken && now_ns < end_ns) {
+        // Questions get lost as any message may, so ask more than once.
         if (now_ns >= again_ns) {
             publish(bus, bus->claim.question, 0, -1);
             again_ns = now_ns + ASK_AGAIN_MS * INT64_C(1000000);
         }
+        // Wait for the answer, or until it is time to ask again.
         int64_t until_ns = again_ns < end_ns ? again_ns : end_ns;
         struct pollfd in = {.fd = receiver_file(bus->receiver), .events = POLLIN};
         poll(&in, 1, 1 + (int)((until_ns - now_ns) / 1000000));

@@ -183,6 +183,7 @@ static void start_mesh(Bus *bus, int index, int64_t now_ns)
 
 void bus_send_meshes(Bus *bus, int64_t now_ns)
 {
+    // Whole meshes for clients that join, at their own rate,
     double hz = bus->scene->publish.mesh_hz;
     bool all_due = hz > 0.0 && now_ns >= bus->next_mesh_ns;
     if (all_due)
@@ -190,6 +191,7 @@ void bus_send_meshes(Bus *bus, int64_t now_ns)
     for (int i = 0; i < sim_body_count(bus->sim); i++) {
         BodyStream *stream = &bus->body[i];
         stream->whole_wanted |= all_due && !pace_is_under_way(&stream->whole);
+        // or for one that asked, but never while a delta is under way.
         if (stream->whole_wanted && !pace_is_under_way(&stream->whole) &&
             !pace_is_under_way(&stream->delta_pace) && (all_due || now_ns >= stream->whole_next_ns))
             start_mesh(bus, i, now_ns);
@@ -237,6 +239,7 @@ bool bus_send_delta(Bus *bus, int index, int64_t now_ns, bool now)
 {
     BodyStream *stream = &bus->body[index];
     Pace *pace = &stream->delta_pace;
+    // Each chunk carries the sequence of its delta, so that clients know which belong together.
     while (pace_is_due(pace, now_ns) || (pace_is_under_way(pace) && now)) {
         pliant_mesh_delta_t message =
             mesh_delta_chunk(&stream->delta, &stream->mesh, pace->next, bus->delta_chunk);

@@ -22,10 +22,12 @@ void bus_create_streams(Bus *bus, Arena *arena)
 {
     int bodies = sim_body_count(bus->sim);
     const char *prefix = bus->scene->prefix;
+    // Streams and counters for the whole run: nothing is allocated later.
     bus->body =
         arena_allocate(arena, ARENA_OUTPUT, (size_t)bodies, sizeof *bus->body, "run/body_streams");
     bus->contact_sequence = arena_allocate(arena, ARENA_OUTPUT, (size_t)sim_tool_count(bus->sim),
                                            sizeof *bus->contact_sequence, "run/contact_sequences");
+    // The channels of each body.
     for (int i = 0; i < bodies; i++) {
         BodyStream *stream = &bus->body[i];
         const char *name = sim_body(bus->sim, i)->name;
@@ -123,15 +125,18 @@ void bus_restart_streams(Bus *bus)
 int64_t bus_next_chunk_ns(const Bus *bus)
 {
     int64_t next = INT64_MAX;
+    // The next whole mesh,
     if (bus->scene->publish.mesh_hz > 0.0)
         next = bus->next_mesh_ns;
     for (int i = 0; i < sim_body_count(bus->sim); i++) {
+        // chunks that are under way,
         const BodyStream *stream = &bus->body[i];
         const Pace *pace[] = {&stream->nodes, &stream->whole, &stream->delta_pace};
         for (int k = 0; k < 3; k++) {
             int64_t due = pace_next_ns(pace[k]);
             next = due < next ? due : next;
         }
+        // and a mesh that somebody waits for.
         if (stream->whole_wanted && pace_next_ns(&stream->whole) == INT64_MAX &&
             pace_next_ns(&stream->delta_pace) == INT64_MAX && stream->whole_next_ns < next)
             next = stream->whole_next_ns;
@@ -395,6 +400,7 @@ static void publish_answers(Bus *bus, Ring *ring, int64_t now_ns)
             bus_send_frames(bus, now_ns, true);
             bus_send_contacts(bus);
         }
+        // Remember the answer for repeats, then send it.
         if (!answer->ok)
             gate_count(&bus->gate, REFUSED_NOT_POSSIBLE);
         gate_answer(&bus->gate, answer);

@@ -28,6 +28,7 @@ static void create_ring(Ring *ring, Arena *arena, unsigned capacity, size_t stri
 
 static void create_frames(Exchange *exchange, int index, const Body *body, Arena *arena)
 {
+    // A frame and what follows it in one piece, so that one slot hands over all.
     size_t values = (size_t)mesh_most_nodes(body) * (exchange->velocity ? 6 : 3);
     size_t bytes = sizeof(Frame) + values * sizeof(float);
     if (mesh_changes(body)) {

@@ -39,6 +39,7 @@ static void print_levels(const Body *body, const SceneBody *described, FILE *out
 {
     const SurfaceOptions *surface = &described->surface;
     char adjust[SCENE_VALUE_TEXT];
+    // Levels, and what may change them.
     scene_key_text(described, "adjust", adjust);
     if (surface->body.levels > 0)
         fprintf(out, "  level %d of %d, %s, adjust %s\n", body->finest_level, surface->body.levels,
@@ -46,6 +47,7 @@ static void print_levels(const Body *body, const SceneBody *described, FILE *out
                 : surface->body.cuttable ? "refined by cuts alone"
                                          : "for good",
                 adjust);
+    // Memory bounds what a body can grow to.
     if (surface->adaptive || surface->body.cuttable)
         fprintf(out, "  room for %d nodes, %d faces\n", body->mesh.node_capacity,
                 body->mesh.triangle_capacity);
@@ -79,6 +81,7 @@ static void print_cutting(const SceneBody *described, FILE *out)
     if (!described->options.cuttable)
         return;
     fprintf(out, "  cuttable");
+    // Only what is set.
     if (voxel != NULL)
         fprintf(out, ", split_budget %d", voxel->split_budget);
     if (voxel != NULL && voxel->tear_stress > 0.0)
@@ -162,6 +165,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
 // lines.
 static void print_tool_parts(const ToolOptions *tool, FILE *out)
 {
+    // Shapes in the order in which clients draw them.
     for (int i = 0; i < tool->capsule_count; i++) {
         const Capsule *c = &tool->capsule[i];
         fprintf(out, "  capsule [%.9g, %.9g, %.9g] to [%.9g, %.9g, %.9g], radius %.9g m\n",
@@ -178,6 +182,7 @@ static void print_tool_parts(const ToolOptions *tool, FILE *out)
 
 static void print_tool(const ToolOptions *tool, FILE *out)
 {
+    // What it is, with the figures that matter for its kind.
     if (tool->kind == TOOL_STATIC)
         fprintf(out, "tool %d: static, %d capsules%s\n", tool->id, tool->capsule_count,
                 tool->has_plane ? ", a plane" : "");
@@ -252,6 +257,7 @@ static void shorten(char *text)
     size_t size = strlen(text);
     if (size <= MOST)
         return;
+    // Cut whole lines from the middle, and say how many.
     char *from = text + HALF, *to = strchr(text + size - HALF, '\n') + 1;
     while (from[-1] != '\n')
         from--;
@@ -268,6 +274,7 @@ char *explain_describe(World *world, const Scene *scene)
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     ASSERT(out != NULL);
+    // The summary as people see it, with what programs need besides.
     explain_summary(world, scene, out);
     fprintf(out, "capacity: %d nodes, %d loads at a time, %d requests waiting\n",
             explain_nodes(world), SIM_LOADS, EXCHANGE_REQUESTS);

@@ -26,6 +26,7 @@ static void print_block(const Arena *arena, int index, FILE *out)
     const ArenaBlock *block = &arena->block[index];
     size_t bytes = 0;
     int count = 0;
+    // A block of the same name that came earlier has printed all of them.
     for (int i = 0; i < arena->count; i++) {
         if (!is_same(&arena->block[i], block))
             continue;
@@ -34,6 +35,7 @@ static void print_block(const Arena *arena, int index, FILE *out)
         bytes += arena->block[i].bytes;
         count++;
     }
+    // One line, with their number where there are several.
     fprintf(out, "  %-47s %12zu", block->name, bytes);
     if (count > 1)
         fprintf(out, " in %d", count);
@@ -53,6 +55,7 @@ static size_t mesh_bytes(const TriMesh *mesh)
 // Prints memory that belongs to no array of the running scene but stays allocated with it.
 static size_t print_kept(World *world, FILE *out)
 {
+    // What loading leaves, though no step needs it.
     size_t meshes = 0;
     for (int i = 0; i < world->mesh_count; i++)
         meshes += sizeof world->mesh[i] + sizeof world->cells[i] + mesh_bytes(&world->mesh[i]);
@@ -71,12 +74,14 @@ static size_t print_kept(World *world, FILE *out)
 static void print_arrays(World *world, int nodes, FILE *out)
 {
     const Arena *arena = &world->arena;
+    // By use, so that it shows what a step reads and writes.
     for (size_t u = 0; u < sizeof USES / sizeof *USES; u++) {
         fprintf(out, "arrays, %s: %zu bytes\n", USES[u].name, arena_bytes_of(arena, USES[u].use));
         for (int i = 0; i < arena->count; i++)
             if (arena->block[i].use == USES[u].use)
                 print_block(arena, i, out);
     }
+    // The sum, also by node: the figure to compare scenes by.
     const size_t total = arena_bytes(arena) + print_kept(world, out);
     fprintf(out,
             "total: %zu bytes, %.1f a node, of which %.1f read or written by every step and %.1f "
@@ -224,6 +229,7 @@ static void print_all_features(World *world, const Scene *scene, const ExchangeO
     print_scene(world, scene, out);
     if (asked != NULL)
         print_live(world, scene, asked, out);
+    // Bodies one by one: keys, then what the model adds, then what all share.
     const bool touched = has_stage(world->sim, STAGE_CONTACT);
     for (int i = 0; i < scene->body_count; i++) {
         const SceneBody *described = &scene->body[i];
@@ -244,6 +250,7 @@ void explain_plan(World *world, const Scene *scene, const ExchangeOptions *asked
 {
     explain_summary(world, scene, out);
     Sim *sim = world->sim;
+    // Which stages run, and which kernels.
     fprintf(out, "stages:");
     for (int i = 0; i < sim_stage_count(sim); i++)
         fprintf(out, " %s", stage_name(sim_stage(sim, i)));

@@ -65,6 +65,7 @@ static void write_inputs(FilesThread *files)
     const AppliedInput *applied;
     int64_t step = 0;
     bool any = false;
+    // All that have been applied so far.
     while ((applied = ring_peek(&files->exchange->applied)) != NULL) {
         input_log_write(files->log, applied);
         step = applied->step;
@@ -87,6 +88,7 @@ static void write_checkpoint(FilesThread *files)
     write_inputs(files);
     if (files->log != NULL)
         input_log_sync(files->log);
+    // The result goes to whoever asked; the image is free for the next one.
     Status result = {0};
     if (checkpoint_write_claimed(&files->checkpoint, &exchange->image, files->world, &result))
         files->checkpoints++;
@@ -179,6 +181,7 @@ static void *files_main(void *argument)
     struct pollfd wake = {.fd = files->exchange->files_fd, .events = POLLIN};
     bool last = false;
     while (!last) {
+        // Look once more after the end, for what came last.
         poll(&wake, 1, files->look_ms);
         exchange_clear(files->exchange->files_fd);
         last = atomic_load(&files->finish);
@@ -200,6 +203,7 @@ bool files_thread_start(FilesThread *files, Status *status)
         if (half_ms < LOOK_EVERY_MS)
             files->look_ms = half_ms < 1.0 ? 1 : (int)half_ms;
     }
+    // Frames that nobody takes would be dropped.
     int error = pthread_create(&files->thread, NULL, files_main, files);
     if (error != 0)
         return status_fail(status, STATUS_FAILED, "cannot start the files thread: %s",
@@ -211,10 +215,12 @@ bool files_thread_start(FilesThread *files, Status *status)
 
 bool files_thread_finish(FilesThread *files, int64_t step)
 {
+    // The thread writes what is left before it ends.
     atomic_store(&files->finish, true);
     exchange_wake(files->exchange->files_fd);
     pthread_join(files->thread, NULL);
     files->running = false;
+    // A log that lacks inputs says so in its end mark.
     if (files->log != NULL) {
         int64_t lost = atomic_load(&files->exchange->applied_lost);
         if (lost > 0)

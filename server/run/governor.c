@@ -57,9 +57,11 @@ GovernorSetting governor_setting(const Governor *governor)
 static GovernorAct lower(Governor *governor, int finest_level)
 {
     governor->calm = 0;
+    // Detail that came back too early is tried less often.
     if (governor->returned <= PATIENCE && governor->patience < MOST_PATIENCE)
         governor->patience *= 2;
     governor->returned = MOST_PATIENCE;
+    // From here on levels go, one by one; when only the coarsest is left nothing more helps.
     if (governor->reduction == LAST_SCALE)
         governor->top_level = finest_level;
     if (governor->reduction >= LAST_SCALE &&
@@ -85,11 +87,13 @@ static GovernorAct raise(Governor *governor)
 
 GovernorAct governor_tick(Governor *governor, int64_t ns, int finest_level)
 {
+    // Count until the window is full.
     governor->ticks++;
     governor->busy += ns > governor->busy_ns;
     governor->tight += ns > governor->spare_ns;
     if (governor->ticks < governor->window)
         return GOVERNOR_RESTS;
+    // Some late ticks are no sign: the machine has other things to do.
     int may_be_late = (int)(LATE * governor->window);
     bool busy = governor->busy > may_be_late, spare = governor->tight <= may_be_late;
     governor_forget(governor);
@@ -98,6 +102,7 @@ GovernorAct governor_tick(Governor *governor, int64_t ns, int finest_level)
         governor->patience = PATIENCE; // taking it back lasted
     if (busy)
         return lower(governor, finest_level);
+    // More detail after several calm windows in a row.
     governor->calm = spare ? governor->calm + 1 : 0;
     return governor->reduction > 0 && governor->calm >= governor->patience ? raise(governor)
                                                                            : GOVERNOR_RESTS;

@@ -114,6 +114,7 @@ static void decode_pose(const void *data, int size, Input *input)
     input->sender = m.sender;
     input->id = m.sequence;
     input->utime = m.utime;
+    // What the tool is to do.
     input->pose.tool = m.tool;
     memcpy(input->pose.position, m.position, sizeof m.position);
     memcpy(input->pose.orientation, m.orientation, sizeof m.orientation);
@@ -146,6 +147,7 @@ static void decode_load(const void *data, int size, Input *input)
     input->sender = m.sender;
     input->id = m.id;
     input->utime = m.utime;
+    // What the load is to do.
     memcpy(input->load.center, m.center, sizeof m.center);
     memcpy(input->load.force, m.force, sizeof m.force);
     input->load.radius = m.radius;
@@ -210,6 +212,7 @@ static int encode_load(const Input *input, void *data)
 static int encode_command(const Input *input, void *data)
 {
     char text[2 * INPUT_TEXT_MAX];
+    // SET was split into key and numbers: join them again.
     int length = snprintf(text, sizeof text, "%s", input->text);
     if (input->command.kind == PLIANT_COMMAND_T_SET) {
         length += snprintf(text + length, sizeof text - (size_t)length, "=");
@@ -286,11 +289,13 @@ static Refusal find_body(Input *input, Sim *sim, char *why)
     input->index = -1;
     if (input->text[0] == '\0')
         return ACCEPTED;
+    // By name: an index is for this run only.
     for (int i = 0; i < sim_body_count(sim); i++)
         if (strcmp(sim_body(sim, i)->name, input->text) == 0)
             input->index = i;
     if (input->index >= 0)
         return ACCEPTED;
+    // The name goes into a sentence: print what can be printed.
     for (char *c = input->text; *c != '\0'; c++)
         if (*c < ' ' || *c > '~')
             *c = '?';
@@ -312,6 +317,7 @@ static Refusal check_load(Input *input, Sim *sim, char *why)
     if (!all_finite(input->load.center, 3) || !all_finite(input->load.force, 3) ||
         !isfinite(input->load.radius) || !isfinite(input->load.duration))
         return REFUSE(REFUSED_NOT_FINITE, "load holds a number that is not finite");
+    // Where it may act, and how strongly.
     if (!all_within(input->load.center, 3, POSITION_MAX))
         return REFUSE(REFUSED_RANGE, "load is farther than %g m from the origin", POSITION_MAX);
     if (!(input->load.radius > 0.0 && input->load.radius <= POSITION_MAX))

@@ -97,6 +97,7 @@ static lcm_eventlog_t *open_log(const char *path, Status *status)
     int fd = claim(path, status);
     if (fd < 0)
         return NULL;
+    // liblcm opens by name; ours is open and locked already, so exchange the file.
     lcm_eventlog_t *log = lcm_eventlog_create("/dev/null", "w");
     FILE *file = log != NULL ? fdopen(fd, "w") : NULL;
     if (file != NULL) {
@@ -104,6 +105,7 @@ static lcm_eventlog_t *open_log(const char *path, Status *status)
         log->f = file;
         return log;
     }
+    // Neither object is left behind.
     status_fail(status, STATUS_FAILED, "%s: cannot write: %s", path, strerror(errno));
     if (log != NULL)
         lcm_eventlog_destroy(log);
@@ -119,6 +121,7 @@ InputLogWriter *input_log_create(const char *path, const InputLogHeader *header,
     InputLogWriter *writer = malloc(sizeof *writer);
     ASSERT(writer != NULL);
     *writer = (InputLogWriter){.log = log, .path = strdup(path), .header = *header};
+    // The header is the log's first event.
     char text[512];
     snprintf(text, sizeof text,
              "format = pliant-input-log\nversion = 1\nscene = %s\nprefix = %s\nisa = %s\n"
@@ -182,10 +185,12 @@ static bool find_value(const char *text, const char *key, char *value, size_t si
 {
     char pattern[64];
     snprintf(pattern, sizeof pattern, "\n%s = ", key);
+    // A line "key = value".
     const char *at = strstr(text, pattern);
     if (at == NULL)
         return false;
     at += strlen(pattern);
+    // Cut short it would be another value.
     size_t length = strcspn(at, "\n");
     if (length >= size)
         return false;
@@ -246,11 +251,13 @@ bool input_log_open(InputLogReader *reader, const char *path, Status *status)
     memset(reader, 0, sizeof *reader);
     if (!event_log_open(&reader->log, path, status))
         return false;
+    // The first event says what kind of log it is.
     reader->has_event = event_log_next(&reader->log, &reader->event, status);
     if (!reader->has_event)
         return status->code == STATUS_OK
                    ? status_fail(status, STATUS_INVALID, "%s: holds no event", path)
                    : false;
+    // A plain log begins with data, an exact one with its header.
     if (strcmp(reader->event.channel, CHANNEL) != 0)
         return true;
     reader->exact = true;

@@ -89,11 +89,13 @@ static void wait_for_end(Live *live)
     struct pollfd fds[2] = {{.fd = live->done_fd, .events = POLLIN},
                             {.fd = live->signal_fd, .events = POLLIN}};
     while ((fds[0].revents & POLLIN) == 0) {
+        // Either the loop has ended, or there is a signal.
         if (poll(fds, 2, -1) < 0 || (fds[1].revents & POLLIN) == 0)
             continue;
         struct signalfd_siginfo signal;
         if (read(live->signal_fd, &signal, sizeof signal) != sizeof signal)
             continue;
+        // The step thread acts on it between two ticks.
         if (signal.ssi_signo != SIGUSR1)
             atomic_store(&live->exchange.stop, true);
         else if (live->options->checkpoint_path != NULL)

@@ -57,9 +57,11 @@ void loop_beat(Loop *loop)
 static RecordFrame *find_record(Loop *loop, bool waits)
 {
     Exchange *exchange = loop->exchange;
+    // The file has each tick once.
     if (!exchange->records || sim_steps(loop->sim) == loop->recorded_step)
         return NULL;
     const struct timespec pause = {.tv_nsec = 1000000};
+    // Offline-like runs wait for room; a real-time one counts what it loses.
     RecordFrame *frame = record_find_room(exchange, loop->sim);
     while (frame == NULL && waits && !loop_is_over(loop)) {
         loop_beat(loop); // the thread is alive while it waits
@@ -77,6 +79,7 @@ static void push_frames(Loop *loop, bool at_once)
     Exchange *exchange = loop->exchange;
     RecordFrame *record = find_record(loop, at_once);
     RecordBody *recorded = record == NULL ? NULL : record_frame_begin(record, loop->sim);
+    // The bus gets every body, and so does the recording if there is one.
     for (int i = 0; i < exchange->body_count; i++) {
         const float *position = exchange_push_frame(exchange, loop->sim, i, at_once);
         if (record != NULL)
@@ -114,6 +117,7 @@ static void record_tools(Loop *loop)
 static void push_contacts(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
+    // One time for all tools: they are of one tick.
     int64_t utime = exchange->tool_count > 0 ? clock_utime() : 0;
     for (int i = 0; i < exchange->tool_count; i++) {
         ContactOut contact = {.tool = i,

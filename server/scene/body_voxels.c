@@ -18,6 +18,7 @@ static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Status
     Status said = {0};
     if (!volume_import(source->file, &volume, status))
         return false;
+    // Scaled before it becomes cells, so that their size is that in the world.
     for (int a = 0; a < 3; a++)
         volume.axis[a] = vec3_scale(source->scale, volume.axis[a]);
     volume.origin = vec3_scale(source->scale, volume.origin);
@@ -25,6 +26,7 @@ static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Status
         volume_lattice(&volume, source->label, source->label_count, source->size, lattice, &said) ||
         fail_file(source, &said, status);
     volume_destroy(&volume);
+    // Its frame is the file's: only the scene's placement is left to do.
     if (ok)
         lattice_place(lattice, 1.0, source->rotation, source->translation);
     return ok;

@@ -134,6 +134,7 @@ static bool check_capacity(const SurfaceOptions *surface, const TriMesh *mesh, S
     const Level *start = levels != NULL ? &levels->level[surface->start_level] : NULL;
     int nodes = start != NULL ? start->node_count : mesh->node_count;
     int faces = start != NULL ? start->face_count : mesh->triangle_count;
+    // The scene's own capacities must hold what the body starts with.
     const char *key = NULL;
     int have = 0, room = 0;
     if (surface->body.node_capacity > 0 && nodes > surface->body.node_capacity)
@@ -166,6 +167,7 @@ static bool read_initial(const SceneBody *described, const TriMesh *mesh, const 
 static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh, Texture texture,
                            Status *status)
 {
+    // A body with a fixed level is made of that level's mesh alone.
     if (surface->hierarchy != NULL && !surface_changes(surface)) {
         TriMesh coarse = *mesh;
         levels_mesh(surface->hierarchy, surface->start_level, &coarse, mesh);

@@ -330,6 +330,7 @@ static const char *scale_hint(const Subject *s)
 {
     const SceneBody *body = s->body;
     const bool large = s->extent > 1.0;
+    // A file's unit is the likeliest cause; each kind of file has its own key for it.
     if (body->model == MODEL_SURFACE && body->mesh.kind == MESH_FILE)
         return large ? "is its file in millimetres? mesh = { scale = 0.001; }"
                      : "is its file in metres already, or in centimetres? mesh = { scale = 0.01; }";
@@ -374,6 +375,7 @@ static bool is_held(const Scene *scene, int index, const BodyOutline *outline)
 {
     const SceneBody *body = &scene->body[index];
     const SurfaceShape *shape = &body->surface.shape;
+    // Fixed, on springs to the world, or attached at either end.
     if (outline->fixed > 0 || body->options.fixed_count > 0 ||
         (body->model == MODEL_SURFACE && shape->wanted && shape->frame == SHAPE_WORLD))
         return true;

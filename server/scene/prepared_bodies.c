@@ -17,6 +17,7 @@
 static bool hash_mesh_source(const MeshSource *source, uint64_t *hash, Status *status)
 {
     *hash = FNV_START;
+    // Every key that the mesh depends on, and the bytes of its file.
     const int whole[] = {(int)source->kind, source->nodes,   source->rings,
                          source->segments,  source->columns, source->rows};
     const double real[] = {source->radius, source->width, source->height, source->length,
@@ -49,6 +50,7 @@ static bool write_ints(const HdfFile *file, const char *name, int rows, int colu
 static bool write_mesh(const HdfFile *file, const char *body, const TriMesh *mesh)
 {
     char name[PREPARED_NAME];
+    // Tables that a mesh need not have are not written.
     return write_ints(file, prepared_path(name, body, "/triangle"), mesh->triangle_count, 3,
                       mesh->triangle) &&
            write_ints(file, prepared_path(name, body, "/file_index"), mesh->node_count, 1,
@@ -106,6 +108,7 @@ bool prepared_write_mesh(const HdfFile *file, const SceneBody *body, FILE *repor
     int finest = body->options.levels;
     bool ok = body_mesh_make(body, &mesh, &levels, &arena, file->status) &&
               write_body(file, body, &mesh, finest > 0 ? &levels : NULL);
+    // What came out, for the user.
     if (ok)
         fprintf(report, "body %s: %d nodes, %d faces; finest level %d: %d nodes, %d faces\n",
                 body->name, mesh.node_count, mesh.triangle_count, finest,
@@ -314,6 +317,7 @@ static bool hash_files(const VoxelSource *source, uint64_t *hash, Status *status
 
 static bool hash_voxels_source(const VoxelSource *source, uint64_t *hash, Status *status)
 {
+    // Every key that the lattice depends on, and the bytes of its files.
     *hash = fnv_bytes(FNV_START, "voxels", sizeof "voxels");
     fnv_int(hash, source->kind);
     fnv_int(hash, source->label_count);

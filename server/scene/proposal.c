@@ -82,6 +82,7 @@ static void write_wall(const Proposal *p, const char *file, FILE *out)
 static void write_solid(const Proposal *p, const char *file, FILE *out)
 {
     fprintf(out, "    voxels = { %s = ", p->volume ? "file" : "mesh");
+    // The source, then one material for all of it.
     write_text(file, out);
     fprintf(out, ";");
     if (p->volume)

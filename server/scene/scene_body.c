@@ -196,6 +196,7 @@ static bool read_tear(const SceneReader *reader, const BodyGroup *raw, SceneBody
     if (!option_read(&TEAR_TABLE, raw->tear, source, body) ||
         !check_thresholds(reader, raw->tear, body->model))
         return false;
+    // One threshold, and a body that can be cut.
     if (option_given(raw->tear, "stress") && option_given(raw->tear, "force"))
         return option_fail(source, raw->tear, "tear has both stress and force: one of them");
     if (option_length(raw->tear) == 0)

@@ -54,6 +54,7 @@ static bool read_nodes(const SceneReader *reader, const config_setting_t *list, 
     int count = option_length(list);
     if (count == 0)
         return option_fail(&reader->source, list, "nodes is empty");
+    // The region owns the list, also after a failure.
     int *node = calloc((size_t)count, sizeof *node);
     ASSERT(node != NULL);
     region->kind = FIXED_NODES;
@@ -306,6 +307,7 @@ int scene_find_body(const SceneReader *reader, const config_setting_t *at, const
 {
     const Scene *scene = reader->scene;
     const char *nearest = NULL;
+    // The one that is meant, or a name near it for the error.
     for (int i = 0; i < scene->body_count; i++) {
         if (strcmp(scene->body[i].name, name) == 0)
             return i;

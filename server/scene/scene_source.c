@@ -178,6 +178,7 @@ static const char *skip_string(const char *at)
 // Skips a comment or a word that begins at `at`; returns NULL if there is none.
 static const char *skip_opaque(const char *at)
 {
+    // Comments of both kinds, and words, have no strings or numbers in them.
     if (*at == '#' || (at[0] == '/' && at[1] == '/'))
         return at + strcspn(at, "\n");
     if (at[0] == '/' && at[1] == '*') {

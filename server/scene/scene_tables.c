@@ -67,6 +67,7 @@ int scene_list_features(const SceneBody *body, SceneFeature *feature, int most)
 {
     KeyGroup group[KEY_GROUPS];
     int count = 0;
+    // Of each row that describes a feature: whether its value enables it.
     for (int g = 0, groups = scene_list_groups(body, group); g < groups; g++)
         for (int i = 0; i < group[g].table->count && count < most; i++) {
             const Option *option = &group[g].table->option[i];
@@ -111,6 +112,7 @@ bool scene_key_text(const SceneBody *body, const char *key, char text[SCENE_VALU
     text[0] = '\0';
     if (option == NULL || !option_is_used(option, (int)body->model))
         return false;
+    // A key of its own, or a group: then all of its keys.
     if (option->type != OPTION_GROUP) {
         option_value_text(option, (const char *)body + option->offset, text, SCENE_VALUE_TEXT);
         return true;

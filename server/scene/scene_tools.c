@@ -79,6 +79,7 @@ static bool read_capsules(const SceneReader *reader, const config_setting_t *lis
         Capsule *capsule = &tool->capsule[tool->capsule_count++];
         if (group == NULL || !option_read(&CAPSULE_TABLE, group, &reader->source, capsule))
             return false;
+        // A capsule with one end is a ball.
         if (!option_given(group, "to"))
             capsule->to = capsule->from;
     }

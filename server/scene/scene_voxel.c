@@ -108,9 +108,11 @@ static bool choose_labels(const SceneReader *reader, const VoxelsGroup *raw, Vox
     if (count > LATTICE_MATERIALS)
         return option_fail(&reader->source, raw->label, "label has %d entries, at most %d", count,
                            LATTICE_MATERIALS);
+    // Without labels of its own the body is what has label 1.
     voxels->label_count = count > 0 ? count : 1;
     voxels->label[0] = 1;
     option_read_ints(raw->label, voxels->label, LATTICE_MATERIALS);
+    // Each label is one material.
     for (int i = 0; i < count; i++)
         for (int k = 0; k < i; k++)
             if (voxels->label[k] == voxels->label[i])
@@ -184,6 +186,7 @@ bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
     if (!option_read(&VOXELS_TABLE, group, &reader->source, &raw))
         return false;
     *voxels = raw.voxels;
+    // Choices that depend on each other, in this order.
     if (!choose_kind(reader, group, &raw, voxels) || !choose_size(reader, group, voxels) ||
         !choose_labels(reader, &raw, voxels) ||
         !choose_dimensions(reader, group, &raw, voxels, dimensions))
@@ -332,6 +335,7 @@ static bool read_skin(const SceneReader *reader, const BodyGroup *raw, SceneBody
     SkinGroup skin = {0};
     if (raw->skin == NULL)
         return true;
+    // A plane body is its own picture.
     if (body->dimensions == 2)
         return option_fail(&reader->source, raw->skin, "skin means nothing for a plane body");
     if (!option_read(&SKIN_TABLE, raw->skin, &reader->source, &skin))
