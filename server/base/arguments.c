@@ -1,6 +1,8 @@
 #include "base/arguments.h"
 
 #include "base/check.h"
+#include "base/isa.h"
+#include "base/log.h"
 
 #include <errno.h>
 #include <getopt.h>
@@ -8,7 +10,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIRST_KEY = 256 }; // of long options; beyond all letters
+enum {
+    ROWS_MOST = 64,
+    FIRST_KEY = 256, // of long options for getopt_long; beyond all letters
+    WIDTH = 79,      // of --help
+    HELP_COLUMN = 29,
+    HELP_TEXT = 768,
+    VALUE_TEXT = 96
+};
+
+// The rows of a table in the order of --help, those of other lists in their place.
+typedef struct ArgumentList {
+    struct {
+        const ArgumentRow *row;
+        char *target;
+    } entry[ROWS_MOST];
+    int count;
+} ArgumentList;
 
 // The last rows of every program.
 static const ArgumentRow COMMON[] = {
@@ -49,7 +67,7 @@ bool argument_read_integer(const char *text, double low, double high, long long 
            (double)*number <= high;
 }
 
-bool argument_is_inside(const ArgumentRow *row, double value)
+static bool is_inside(const ArgumentRow *row, double value)
 {
     return (row->open ? value > row->low : value >= row->low) && value <= row->high;
 }
@@ -57,8 +75,7 @@ bool argument_is_inside(const ArgumentRow *row, double value)
 static bool read_number(const ArgumentRow *row, const char *text, double *member, Status *why)
 {
     double value;
-    if (!argument_read_numbers(text, 1, row->low, row->high, &value) ||
-        !argument_is_inside(row, value))
+    if (!argument_read_numbers(text, 1, row->low, row->high, &value) || !is_inside(row, value))
         return status_fail(why, STATUS_INVALID, "is not a number in %c%g, %g]",
                            row->open ? '(' : '[', row->low, row->high);
     *member = row->factor > 0.0 ? value * row->factor : value;
@@ -143,6 +160,147 @@ static void store_default(const ArgumentRow *row, char *target)
         *(const char **)member = NULL;
 }
 
+// --- rows of several programs ---
+
+static bool take_scene(void *target, const char *text, Status *why)
+{
+    const char **scene = target;
+    if (*scene != NULL)
+        return status_fail(why, STATUS_INVALID, "one scene at a time, got '%s' and '%s'", *scene,
+                           text);
+    *scene = text;
+    return true;
+}
+
+static bool take_isa(void *target, const char *text, Status *why)
+{
+    char levels[192] = "auto";
+    for (const char *const *level = isa_available(); *level != NULL; level++)
+        snprintf(levels + strlen(levels), sizeof levels - strlen(levels), ", %s", *level);
+    if (isa_find(text) == ISA_COUNT)
+        return status_fail(why, STATUS_INVALID, "is not one of %s here", levels);
+    *(const char **)target = text;
+    return true;
+}
+
+static bool take_log_level(void *target, const char *text, Status *why)
+{
+    (void)target;
+    LogLevel level;
+    if (!log_parse_level(text, &level))
+        return status_fail(why, STATUS_INVALID, "is not error, warning, info or debug");
+    log_set_level(level);
+    return true;
+}
+
+const ArgumentRow ARGUMENTS_SCENE[] = {{NULL, 0, ARGUMENT_OPERAND, .handler = take_scene}, {0}};
+
+const ArgumentRow ARGUMENTS_ISA[] = {
+    {"isa", 0, ARGUMENT_OTHER, "LEVEL", .handler = take_isa,
+     .help = "Instruction-set level of the kernels: auto or a level's name"},
+    {0}};
+
+const ArgumentRow ARGUMENTS_LOG_LEVEL[] = {
+    {"log-level", 0, ARGUMENT_OTHER, "L", .handler = take_log_level,
+     .help = "What to report on stderr: error, warning, info or debug (default: pliantd info, "
+             "pliant-study error)"},
+    {0}};
+
+// --- help, in the form of other GNU programs, of which help2man makes manual pages ---
+
+// Prints words, of which the first is in `column` and later lines begin in column `indent`.
+static void print_words(const char *text, int column, int indent, FILE *out)
+{
+    for (bool first = true; *text != '\0'; text += *text != '\0') {
+        const int length = (int)strcspn(text, " \n");
+        if (!first && column + 1 + length > WIDTH) {
+            fprintf(out, "\n%*s", indent, "");
+            column = indent;
+            first = true;
+        }
+        column += fprintf(out, "%s%.*s", first ? "" : " ", length, text);
+        text += length;
+        first = *text == '\n';
+        if (first) {
+            fprintf(out, "\n%*s", indent, "");
+            column = indent;
+        }
+    }
+    fputc('\n', out);
+}
+
+// Writes the default as it can be given; "" if there is none.
+static void default_text(const ArgumentRow *row, char text[VALUE_TEXT])
+{
+    text[0] = '\0';
+    const bool number = row->type == ARGUMENT_NUMBER || row->type == ARGUMENT_INTEGER;
+    if (row->preset_text != NULL && row->preset_text[0] != '\0')
+        snprintf(text, VALUE_TEXT, " (default: %s)", row->preset_text);
+    else if (number && !row->idle && is_inside(row, row->preset))
+        snprintf(text, VALUE_TEXT, " (default: %.10g)", row->preset);
+}
+
+static void print_row(const ArgumentRow *row, FILE *out)
+{
+    char head[VALUE_TEXT], preset[VALUE_TEXT], text[HELP_TEXT];
+    int length = snprintf(head, sizeof head, row->letter != 0 ? "  -%c, " : "      ", row->letter);
+    length += snprintf(head + length, sizeof head - (size_t)length, "--%s%s%s", row->name,
+                       row->value != NULL ? "=" : "", row->value != NULL ? row->value : "");
+    default_text(row, preset);
+    snprintf(text, sizeof text, "%s%s%s", row->idle ? "Without effect: " : "", row->help, preset);
+    if (length > HELP_COLUMN - 2)
+        fprintf(out, "%s\n%*s", head, HELP_COLUMN, "");
+    else
+        fprintf(out, "%-*s", HELP_COLUMN, head);
+    print_words(text, HELP_COLUMN, HELP_COLUMN, out);
+}
+
+static void print_help(const ArgumentTable *table, const ArgumentList *list, FILE *out)
+{
+    const char *head = "Usage:";
+    const char *form = table->usage != NULL ? table->usage : "";
+    do {
+        const int length = (int)strcspn(form, "\n");
+        fprintf(out, "%s %s [OPTION...]%s%.*s\n", head, table->program, length > 0 ? " " : "",
+                length, form);
+        form += length;
+        head = "  or: ";
+    } while (*form++ == '\n');
+    print_words(table->about, 0, 0, out);
+    for (int i = 0; i < list->count; i++) {
+        const ArgumentRow *row = list->entry[i].row;
+        if (row->type == ARGUMENT_HEADING)
+            fprintf(out, "\n%s\n", row->help);
+        else if (row->type == ARGUMENT_HELP)
+            fputc('\n', out);
+        if (row->name != NULL)
+            print_row(row, out);
+    }
+    if (table->end != NULL) {
+        fputc('\n', out);
+        print_words(table->end, 0, 0, out);
+    }
+}
+
+static void print_usage(const ArgumentTable *table, const ArgumentList *list, FILE *out)
+{
+    char text[ROWS_MOST * VALUE_TEXT];
+    int length = snprintf(text, sizeof text, "Usage: %s", table->program);
+    const int indent = length + 1;
+    for (int i = 0; i < list->count; i++) {
+        const ArgumentRow *row = list->entry[i].row;
+        if (row->name != NULL)
+            length +=
+                snprintf(text + length, sizeof text - (size_t)length, " [--%s%s%s]", row->name,
+                         row->value != NULL ? "=" : "", row->value != NULL ? row->value : "");
+    }
+    // Only the first form: --help has them all.
+    if (table->usage != NULL)
+        snprintf(text + length, sizeof text - (size_t)length, " %.*s",
+                 (int)strcspn(table->usage, "\n"), table->usage);
+    print_words(text, 0, indent, out);
+}
+
 // --- the line ---
 
 static void list_rows(ArgumentList *list, const ArgumentRow *row, char *target)
@@ -152,7 +310,7 @@ static void list_rows(ArgumentList *list, const ArgumentRow *row, char *target)
             list_rows(list, row->rows, target + row->offset);
             continue;
         }
-        ASSERT(list->count < ARGUMENT_ROWS_MOST);
+        ASSERT(list->count < ROWS_MOST);
         list->entry[list->count].row = row;
         list->entry[list->count++].target = target;
         store_default(row, target);
@@ -161,8 +319,8 @@ static void list_rows(ArgumentList *list, const ArgumentRow *row, char *target)
 
 // What getopt_long reads: options in their order among other words, which come as key 1.
 typedef struct Syntax {
-    struct option option[ARGUMENT_ROWS_MOST + 1];
-    char letters[2 * ARGUMENT_ROWS_MOST + 4];
+    struct option option[ROWS_MOST + 1];
+    char letters[2 * ROWS_MOST + 4];
 } Syntax;
 
 static void describe(const ArgumentList *list, Syntax *syntax)
@@ -209,9 +367,9 @@ static bool refuse(const ArgumentTable *table, const ArgumentRow *row, const cha
 static void print(const ArgumentTable *table, const ArgumentList *list, ArgumentType what)
 {
     if (what == ARGUMENT_HELP)
-        arguments_print_help(table, list, stdout);
+        print_help(table, list, stdout);
     else if (what == ARGUMENT_USAGE)
-        arguments_print_usage(table, list, stdout);
+        print_usage(table, list, stdout);
     else
         printf("%s %s\n", table->program, PLIANT_VERSION);
 }

@@ -81,21 +81,4 @@ bool argument_is_name(const char *text, size_t most);
 bool argument_read_numbers(const char *text, int count, double low, double high, double *number);
 bool argument_read_integer(const char *text, double low, double high, long long *number);
 
-// --- for arguments_parse ---
-
-enum { ARGUMENT_ROWS_MOST = 64 };
-
-// The rows of a table in the order of --help, those of other lists in their place.
-typedef struct ArgumentList {
-    struct {
-        const ArgumentRow *row;
-        char *target;
-    } entry[ARGUMENT_ROWS_MOST];
-    int count;
-} ArgumentList;
-
-bool argument_is_inside(const ArgumentRow *row, double value);
-void arguments_print_help(const ArgumentTable *table, const ArgumentList *list, FILE *out);
-void arguments_print_usage(const ArgumentTable *table, const ArgumentList *list, FILE *out);
-
 #endif
