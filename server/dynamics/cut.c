@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 bool cut_quantise(Vec3 point, Vec3 origin, double q, CutPoint *out)
 {
@@ -66,6 +67,179 @@ CutPath cut_part(CutPath whole, int k, int m)
     }
     return part;
 }
+
+// ---------------------------------------------------------------------------------------------
+// The finder
+
+void link_finder_create(LinkFinder *finder, int links, const char *name, Arena *arena)
+{
+    finder->met = ALLOCATE(ARENA_CONTACT, links, int, "links met");
+    finder->mark = ALLOCATE(ARENA_CONTACT, links, unsigned char, "marks of links");
+}
+
+CutVerdict link_finder_check(const LinkFinder *finder, const BladeEdge *edge, int edges)
+{
+    CutPoint point[2];
+    for (int k = 0; k < edges; k++)
+        if (!cut_quantise_edge(&edge[k], finder->origin, finder->q, point))
+            return CUT_TOO_LARGE;
+    for (int k = 0; k + 1 < edges; k++) {
+        const CutSweep sweep = {.before = edge[k], .after = edge[k + 1]};
+        if (cut_subticks(&sweep, finder->tolerance) == 0)
+            return CUT_TOO_TWISTED;
+    }
+    return CUT_DONE;
+}
+
+void link_finder_add(LinkFinder *finder, int link, int count)
+{
+    if (!(finder->mark[link] & LINK_LISTED)) {
+        finder->mark[link] = LINK_LISTED;
+        finder->met[finder->met_count++] = link;
+    }
+    finder->mark[link] ^= count & LINK_ODD;
+}
+
+void link_finder_mark_met(LinkFinder *finder)
+{
+    for (int i = 0; i < finder->met_count; i++)
+        finder->mark[finder->met[i]] = LINK_ODD | LINK_LISTED;
+}
+
+void link_finder_keep_odd(LinkFinder *finder)
+{
+    int kept = 0;
+    for (int i = 0; i < finder->met_count; i++) {
+        const int link = finder->met[i];
+        if (finder->mark[link] & LINK_ODD)
+            finder->met[kept++] = link;
+        finder->mark[link] = 0;
+    }
+    finder->met_count = kept;
+}
+
+// Returns how often a link meets the edge in all sub-ticks, or CUT_DEGENERATE.
+static int count_link(const LinkFinder *finder, const CutPath path[2])
+{
+    const CutPath(*piece)[2] = finder->piece;
+    if (finder->parts == 1)
+        return cut_may_meet(piece[0], path) ? cut_count(piece[0], path) : 0;
+    int sum = 0;
+    for (int k = 0; k < finder->parts; k++) {
+        if (cut_boxes_apart(piece[k], path)) // a part of the link lies in the box of the whole
+            continue;
+        const CutPath link[2] = {cut_part(path[0], k, finder->parts),
+                                 cut_part(path[1], k, finder->parts)};
+        const int count = cut_may_meet(piece[k], link) ? cut_count(piece[k], link) : 0;
+        if (count == CUT_DEGENERATE)
+            return CUT_DEGENERATE;
+        sum += count;
+    }
+    return sum;
+}
+
+bool link_finder_meet(LinkFinder *finder, int link, const CutPath path[2])
+{
+    const int count = count_link(finder, path);
+    if (count > 0)
+        link_finder_add(finder, link, count);
+    return count != CUT_DEGENERATE;
+}
+
+// Quantises and shifts an edge. One of a command that is hashed has the same shift in all sweeps
+// that it belongs to: of a loop, or of successive commands.
+static void place_edge(const LinkFinder *finder, const BladeEdge *edge, bool command,
+                       int64_t attempt, CutPoint out[2])
+{
+    cut_quantise_edge(edge, finder->origin, finder->q, out);
+    if (command && finder->hashed) {
+        uint64_t hash = (uint64_t)attempt + 1;
+        for (int end = 0; end < 2; end++)
+            for (int c = 0; c < 3; c++) { // FNV-1a, by words
+                hash = (hash ^ (uint64_t)out[end].x[c]) * UINT64_C(0x100000001b3);
+                hash ^= hash >> 29;
+            }
+        attempt = 1 + (int64_t)(hash >> 8 & 0xffffffff);
+    }
+    cut_shift_edge(out, attempt);
+}
+
+// Offers all sweeps at one attempt; `to`: where the last one ends. False: undecided.
+static bool try_shift(LinkFinder *finder, const BladeEdge *edge, int edges, const CutTrail *trail,
+                      CutPoint to[2], LinkOffer *offer, void *model)
+{
+    CutPoint from[2];
+    if (trail == NULL) {
+        place_edge(finder, &edge[0], true, finder->attempt, from);
+    } else {
+        memcpy(from, trail->edge, sizeof from);
+        if (trail->fresh)
+            cut_shift_edge(from, finder->attempt);
+    }
+    for (int k = 1; k < edges; k++) {
+        place_edge(finder, &edge[k], trail == NULL, finder->attempt, to);
+        const CutSweep sweep = {.before = edge[k - 1], .after = edge[k]};
+        finder->parts = cut_subticks(&sweep, finder->tolerance);
+        for (int end = 0; end < 2; end++) {
+            finder->edge[end] = (CutPath){{from[end], to[end]}};
+            for (int part = 0; part < finder->parts; part++)
+                finder->piece[part][end] = cut_part(finder->edge[end], part, finder->parts);
+        }
+        if (!offer(finder, model))
+            return false;
+        memcpy(from, to, sizeof from);
+    }
+    return true;
+}
+
+CutVerdict link_finder_sweep(LinkFinder *finder, const BladeEdge *edge, int edges, CutTrail *trail,
+                             LinkOffer *offer, void *model)
+{
+    const int64_t first = trail != NULL ? trail->tries : 0;
+    finder->met_count = 0;
+    for (finder->attempt = first; finder->attempt <= first + CUT_TRIES; finder->attempt++) {
+        CutPoint to[2];
+        if (try_shift(finder, edge, edges, trail, to, offer, model)) {
+            if (trail != NULL)
+                *trail = (CutTrail){{to[0], to[1]}, finder->attempt, false};
+            link_finder_keep_odd(finder);
+            return CUT_DONE;
+        }
+        for (int i = 0; i < finder->met_count; i++)
+            finder->mark[finder->met[i]] = 0;
+        finder->met_count = 0;
+    }
+    return CUT_UNRESOLVED;
+}
+
+// A single link, and how often it was met.
+typedef struct CountedLink {
+    const CutPath *path;
+    int count;
+} CountedLink;
+
+static bool count_again(LinkFinder *finder, void *model)
+{
+    CountedLink *link = model;
+    const int count = count_link(finder, link->path);
+    link->count += count;
+    return count != CUT_DEGENERATE;
+}
+
+int link_finder_again(const LinkFinder *finder, const BladeEdge *edge, int edges,
+                      const CutPath path[2])
+{
+    if (edges == 2) // its sub-ticks are still there
+        return count_link(finder, path);
+    LinkFinder again = *finder;
+    CutPoint to[2];
+    CountedLink link = {.path = path};
+    return try_shift(&again, edge, edges, NULL, to, count_again, &link) ? link.count
+                                                                        : CUT_DEGENERATE;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Sentences
 
 bool cut_refuses(CutVerdict verdict)
 {

@@ -1,11 +1,13 @@
 // Cuts, as the interface between pipeline and bodies: the blade's edge, its sweep in a tick or a
-// command, the memory of a stroke. Both models share one principle (README.md, "Cutting"): a cut is
-// a set of broken links between neighbouring pieces of matter, a link breaks when it crosses the
-// edge while both move (cut_exact.h), and the sharing of vertices is a pure function of the
-// elements and the broken links. Step thread.
+// command, the memory of a stroke, and the finder of the links that a sweep meets. All models share
+// one principle (README.md, "Cutting"): a cut is a set of broken links between neighbouring pieces
+// of matter, a link breaks when it crosses the edge while both move (cut_exact.h), and the sharing
+// of vertices is a pure function of the elements and the broken links. A model only offers the
+// links that a sweep may meet. Step thread.
 #ifndef PLIANT_DYNAMICS_CUT_H
 #define PLIANT_DYNAMICS_CUT_H
 
+#include "base/memory.h"
 #include "dynamics/cut_exact.h"
 
 #include <stddef.h>
@@ -79,5 +81,65 @@ int cut_subticks(const CutSweep *sweep, double tolerance);
 // Returns the path of a point in sub-tick k of m (a power of two): neighbouring sub-ticks share
 // ends.
 CutPath cut_part(CutPath whole, int k, int m);
+
+// --- the finder ---
+
+// Where a stroke has come to.
+typedef struct CutTrail {
+    CutPoint edge[2]; // where the last sweep left it, with its shift
+    int64_t tries;    // shift in use; it stays until the stroke ends
+    bool fresh;       // no sweep has left it here: it may still be shifted
+} CutTrail;
+
+// Bits of LinkFinder.mark: met an odd number of times so far; in `met`.
+enum { LINK_ODD = 1, LINK_LISTED = 2 };
+
+// Finds the links that a sweep meets an odd number of times. The sweep is one batch: when a link
+// cannot be decided, all of it is tried again with the next shift.
+typedef struct LinkFinder {
+    // --- constant ---
+    Vec3 origin;      // of the integer points [m]
+    double q;         // their unit [m]
+    double tolerance; // by which the triangles of a sub-tick may differ from the twisted patch [m]
+    bool hashed; // commands are always shifted, by a hash of where their edges lie: alike when they
+                 // are repeated after the tissue has moved a little
+    // --- result of the last sweep ---
+    int *met, met_count; // [links] in the order found
+    int64_t attempt;     // with which it was decided
+    // --- the sweep under way ---
+    CutPath edge[2];
+    int parts;                           // sub-ticks,
+    CutPath piece[CUT_SUBTICKS_MOST][2]; // and the edge in each
+    unsigned char *mark;                 // [links] LINK_ODD, LINK_LISTED; zero between calls
+} LinkFinder;
+
+// Passes the links that finder->edge may meet to link_finder_meet, each once or, if it is bent, in
+// pieces. False as soon as that returns false.
+typedef bool LinkOffer(LinkFinder *finder, void *model);
+
+// Load time: allocates for this many links. The arena owns the arrays.
+void link_finder_create(LinkFinder *finder, int links, const char *name, Arena *arena);
+// Returns CUT_DONE if a path of edges can be tested, else CUT_TOO_LARGE or CUT_TOO_TWISTED.
+CutVerdict link_finder_check(const LinkFinder *finder, const BladeEdge *edge, int edges);
+// Tests what the model offers against the sweeps from edge[0] over all others to edge[edges - 1].
+// CUT_DONE, or CUT_UNRESOLVED; then nothing is met. With a trail edge[0] is where that is, and the
+// trail moves on.
+CutVerdict link_finder_sweep(LinkFinder *finder, const BladeEdge *edge, int edges, CutTrail *trail,
+                             LinkOffer *offer, void *model);
+// Returns how often a link met the last sweeps, given again; CUT_DEGENERATE: undecided.
+int link_finder_again(const LinkFinder *finder, const BladeEdge *edge, int edges,
+                      const CutPath path[2]);
+// Tests a link, or a piece of one, by its whole path in the tick. False: undecided.
+bool link_finder_meet(LinkFinder *finder, int link, const CutPath path[2]);
+
+// To change `met` after a sweep: link_finder_mark_met, link_finder_add for each time that a link is
+// met or no longer is, link_finder_keep_odd.
+void link_finder_mark_met(LinkFinder *finder);
+void link_finder_add(LinkFinder *finder, int link, int count);
+void link_finder_keep_odd(LinkFinder *finder);
+static inline bool link_finder_is_odd(const LinkFinder *finder, int link)
+{
+    return finder->mark[link] & LINK_ODD;
+}
 
 #endif

@@ -70,21 +70,28 @@ void plane_cut_count_pieces(PlaneCut *cut, CutOutcome *outcome)
         outcome->small_pieces += cells[k] < 4;
 }
 
-bool plane_cut_break(Body *body, const int (*edge)[2], int count, CutOutcome *outcome,
+static void set_broken(PlaneCut *cut, const int *link, int count, bool broken)
+{
+    for (int k = 0; k < count; k++) {
+        unsigned char *bits = &cut->broken[link[k] / 2];
+        const int bit = 1 << link[k] % 2;
+        *bits = (unsigned char)(broken ? *bits | bit : *bits & ~bit);
+    }
+}
+
+bool plane_cut_break(Body *body, const int *link, int count, CutOutcome *outcome,
                      TopologyChange *change)
 {
     PlaneModel *model = body->model;
     PlaneCut *cut = model->cut;
     const int before = model->vertices.count;
     begin(model, change);
-    for (int k = 0; k < count; k++)
-        cut->broken[edge[k][0]] |= (unsigned char)edge[k][1];
+    set_broken(cut, link, count, true);
     if (!plane_cut_fill_mesh(cut)) {
         outcome->verdict = CUT_NO_NODES;
         outcome->needed = cut->mesh.vertex_count - before;
         outcome->room = cut->vertex_capacity - before;
-        for (int k = 0; k < count; k++)
-            cut->broken[edge[k][0]] &= (unsigned char)~edge[k][1];
+        set_broken(cut, link, count, false);
         plane_cut_fill_mesh(cut);
         return false;
     }
@@ -222,7 +229,7 @@ void plane_cut_feel(PlaneModel *model)
     }
 }
 
-static void list_edge(PlaneCut *cut, int i, int j, int bit)
+static void list_link(PlaneCut *cut, int i, int j, int bit)
 {
     if (i < 0 || j < 0 || i >= cut->layout.count[0] || j >= cut->layout.count[1])
         return;
@@ -230,11 +237,10 @@ static void list_edge(PlaneCut *cut, int i, int j, int bit)
     const int beyond = plane_layout_at(&cut->layout, i + (bit == PLANE_BROKEN_RIGHT),
                                        j + (bit == PLANE_BROKEN_UP));
     const int own = plane_layout_at(&cut->layout, i, j);
-    if (own < 0 || beyond < 0 || own == beyond || (cut->broken[cell] | cut->marked[cell]) & bit)
-        return;
-    cut->marked[cell] |= (unsigned char)bit;
-    cut->edge[cut->edge_count][0] = cell;
-    cut->edge[cut->edge_count++][1] = bit;
+    const int link = plane_cut_link(cell, bit);
+    if (own >= 0 && beyond >= 0 && own != beyond && !(cut->broken[cell] & bit) &&
+        !link_finder_is_odd(&cut->links, link))
+        link_finder_add(&cut->links, link, 1);
 }
 
 bool plane_cut_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change)
@@ -244,7 +250,8 @@ bool plane_cut_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange
     PlaneCut *cut = model->cut;
     const double most = cut->tear_force * cut->tear_force;
     const int wide = cut->layout.lattice_count[0] + 1;
-    cut->edge_count = 0;
+    cut->links.met_count = 0;
+    // Release the vertices that felt more than the threshold.
     for (int v = 0; v < model->vertices.count; v++) {
         const bool releases = cut->felt[v] > most;
         cut->felt[v] = 0.0;
@@ -252,15 +259,14 @@ bool plane_cut_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange
             continue;
         const int point = cut->id[v] % cut->points, i = point % wide, j = point / wide;
         for (int k = 0; k < 2; k++) { // the four edges between cells that meet at the point
-            list_edge(cut, i - 1, j - 1 + k, PLANE_BROKEN_RIGHT);
-            list_edge(cut, i - 1 + k, j - 1, PLANE_BROKEN_UP);
+            list_link(cut, i - 1, j - 1 + k, PLANE_BROKEN_RIGHT);
+            list_link(cut, i - 1 + k, j - 1, PLANE_BROKEN_UP);
         }
     }
-    for (int k = 0; k < cut->edge_count; k++)
-        cut->marked[cut->edge[k][0]] = 0;
+    link_finder_keep_odd(&cut->links);
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
-    if (cut->edge_count == 0 ||
-        !plane_cut_break(body, (const int(*)[2])cut->edge, cut->edge_count, outcome, change))
+    if (cut->links.met_count == 0 ||
+        !plane_cut_break(body, cut->links.met, cut->links.met_count, outcome, change))
         return false;
     outcome->verdict = CUT_DONE;
     plane_cut_count_pieces(cut, outcome);

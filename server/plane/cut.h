@@ -38,8 +38,6 @@ typedef struct PlaneCut {
     bool *is_solid;    // [cell_count]
     int vertex_capacity;
     double tear_force; // [N]; 0: no tearing
-    double quantum;    // unit of quantised positions [m]
-    Vec3 origin;       // of quantised positions [m]
     int blades;
 
     // --- state ---
@@ -69,11 +67,16 @@ typedef struct PlaneCut {
     unsigned char *quarters_before; // [element]
     double *mass_before;            // [vertex_capacity]
     NodeBirth *birth;               // [2 vertex_capacity]
-    int (*edge)[2], edge_count;     // edges to be broken: {cell, bit}
     CutPath *path;                  // [cell_count] in the sweep in progress
     int *cells_of_piece;
-    unsigned char *marked; // [cell_count] edges in `edge`, as bits; 0 between calls
+    LinkFinder links; // by plane_cut_link; those met are to be broken
 } PlaneCut;
+
+// Returns the link across an edge of a cell, PLANE_BROKEN_...
+static inline int plane_cut_link(int cell, int bit)
+{
+    return 2 * cell + (bit == PLANE_BROKEN_UP);
+}
 
 // cut_create.c. Load time: creates the tables of a cuttable body, whose first vertices have
 // the rows of plane_mesh_create; `fixed` by these.
@@ -86,9 +89,9 @@ bool plane_cut_fill_mesh(PlaneCut *cut);
 void plane_cut_make(PlaneModel *model, Body *body);
 // Fills in pieces and small_pieces.
 void plane_cut_count_pieces(PlaneCut *cut, CutOutcome *outcome);
-// Breaks edges {cell, bit} and rebuilds everything. False: `needed` more vertices do not fit into
-// `room`; nothing is changed.
-bool plane_cut_break(Body *body, const int (*edge)[2], int count, CutOutcome *outcome,
+// Breaks links and rebuilds everything. False: `needed` more vertices do not fit into `room`;
+// nothing is changed.
+bool plane_cut_break(Body *body, const int *link, int count, CutOutcome *outcome,
                      TopologyChange *change);
 // BodyOps.reconstruct: carves the quarters that must be: each element at most once.
 bool plane_cut_reconstruct(Body *body, TopologyChange *change);

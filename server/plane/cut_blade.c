@@ -5,9 +5,6 @@
 
 #include <string.h>
 
-static const double TWIST =
-    0.05; // of a cell: tolerated difference of a sub-tick's sweep from a twisted patch
-
 void plane_cut_reserve_blades(void *self, int blades, Arena *arena, StateList *state)
 {
     PlaneModel *model = self;
@@ -70,7 +67,7 @@ static bool centre_of(const PlaneModel *model, int i, int j, CutPoint *out)
     }
     const BaseFrame *frame = model->vertices.rows.frame;
     Vec3 world = vec3_add(frame->origin, quat_rotate(frame->turn, (Vec3){x[0], x[1], 0.0}));
-    return cut_quantise(world, cut->origin, cut->quantum, out);
+    return cut_quantise(world, cut->links.origin, cut->links.q, out);
 }
 
 // Computes the paths of all cells since the last tick of a stroke, or at rest. False: too far away.
@@ -124,88 +121,51 @@ static int neighbor_of(const PlaneCut *cut, int cell, int bit)
     return cut->is_solid[cell] && cut->is_solid[beyond] ? beyond : -1;
 }
 
-// Marks the links that a part of the sweep breaks; `*met` counts the links met, broken ones
-// included. False: degenerate.
-static bool mark_links(PlaneCut *cut, const CutPath edge[2], int k, int m, int *met)
+// Offers all links (LinkOffer).
+static bool offer_links(LinkFinder *links, void *model)
 {
-    const CutPath part[2] = {cut_part(edge[0], k, m), cut_part(edge[1], k, m)};
+    const PlaneCut *cut = model;
     for (int cell = 0; cell < cut->cell_count; cell++)
         for (int bit = PLANE_BROKEN_RIGHT; bit <= PLANE_BROKEN_UP; bit *= 2) {
             const int beyond = neighbor_of(cut, cell, bit);
-            if (beyond < 0)
-                continue;
-            const CutPath link[2] = {cut_part(cut->path[cell], k, m),
-                                     cut_part(cut->path[beyond], k, m)};
-            if (!cut_may_meet(part, link))
-                continue;
-            const int count = cut_count(part, link);
-            if (count == CUT_DEGENERATE)
+            if (beyond >= 0 && !link_finder_meet(links, plane_cut_link(cell, bit),
+                                                 (CutPath[2]){cut->path[cell], cut->path[beyond]}))
                 return false;
-            if (count % 2 == 0)
-                continue;
-            ++*met;
-            cut->marked[cell] ^= (unsigned char)bit;
         }
     return true;
 }
 
-static bool shift_edge(const PlaneCut *cut, const CutSweep *sweep, int64_t attempt, CutPath edge[2])
+// Finds the links that a sweep breaks.
+static CutVerdict find_links(PlaneCut *cut, const CutSweep *sweep)
 {
-    CutPoint from[2], to[2];
-    if (!cut_quantise_edge(&sweep->before, cut->origin, cut->quantum, from) ||
-        !cut_quantise_edge(&sweep->after, cut->origin, cut->quantum, to))
-        return false;
-    cut_shift_edge(from, attempt);
-    cut_shift_edge(to, attempt);
-    for (int end = 0; end < 2; end++)
-        edge[end] = (CutPath){{from[end], to[end]}};
-    return true;
-}
-
-static CutVerdict find_links(PlaneCut *cut, const CutSweep *sweep, int *met)
-{
-    const int m = cut_subticks(sweep, TWIST * cut->forms.size);
-    if (m == 0)
-        return CUT_TOO_TWISTED;
-    int64_t first = sweep->stroke == NULL ? 0 : sweep->stroke->tries;
-    // A degenerate case is resolved by another shift.
-    for (int64_t attempt = first; attempt < first + CUT_TRIES; attempt++) {
-        CutPath edge[2];
-        if (!shift_edge(cut, sweep, attempt, edge))
-            return CUT_TOO_LARGE;
-        // A new shift must not move the start of the edge: the last tick's sweep ended there.
-        for (int end = 0; end < 2 && attempt > first && !is_first(cut, sweep); end++) {
-            const CutPoint old = cut_shift(first, end), now = cut_shift(attempt, end);
-            for (int c = 0; c < 3; c++)
-                edge[end].at[0].x[c] += old.x[c] - now.x[c];
-        }
-        bool resolved = true;
-        *met = 0;
-        for (int k = 0; k < m && resolved; k++)
-            resolved = mark_links(cut, (const CutPath *)edge, k, m, met);
-        if (resolved) {
-            if (sweep->stroke != NULL)
-                sweep->stroke->tries = attempt;
-            return CUT_DONE;
-        }
-        memset(cut->marked, 0, (size_t)cut->cell_count);
+    LinkFinder *links = &cut->links;
+    const BladeEdge edge[2] = {sweep->before, sweep->after};
+    CutVerdict verdict = link_finder_check(links, edge, 2);
+    if (verdict != CUT_DONE)
+        return verdict;
+    // A command has no trail. That of a stroke ends where the last sweep did, with its shift.
+    CutTrail trail = {.fresh = is_first(cut, sweep)};
+    CutStroke *stroke = sweep->stroke;
+    if (stroke != NULL) {
+        trail.tries = stroke->tries;
+        cut_quantise_edge(&sweep->before, links->origin, links->q, trail.edge);
+        if (!trail.fresh)
+            cut_shift_edge(trail.edge, trail.tries);
     }
-    return CUT_UNRESOLVED;
-}
-
-// Lists the marked edges that are not broken yet; clears the marks.
-static void list_marked(PlaneCut *cut)
-{
-    cut->edge_count = 0;
-    for (int cell = 0; cell < cut->cell_count; cell++) {
-        const unsigned fresh = cut->marked[cell] & ~(unsigned)cut->broken[cell];
-        cut->marked[cell] = 0;
-        for (int bit = PLANE_BROKEN_RIGHT; bit <= PLANE_BROKEN_UP; bit *= 2)
-            if (fresh & (unsigned)bit) {
-                cut->edge[cut->edge_count][0] = cell;
-                cut->edge[cut->edge_count++][1] = bit;
-            }
+    verdict = link_finder_sweep(links, edge, 2, stroke != NULL ? &trail : NULL, offer_links, cut);
+    if (verdict != CUT_DONE)
+        return verdict;
+    if (stroke != NULL)
+        stroke->tries = trail.tries;
+    // Drop those that are broken already.
+    const int met = links->met_count;
+    links->met_count = 0;
+    for (int k = 0; k < met; k++) {
+        const int link = links->met[k];
+        if (!(cut->broken[link / 2] >> link % 2 & 1))
+            links->met[links->met_count++] = link;
     }
+    return links->met_count > 0 ? CUT_DONE : met > 0 ? CUT_WAS_CUT : CUT_MET_NOTHING;
 }
 
 bool plane_cut_along(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change)
@@ -224,24 +184,13 @@ bool plane_cut_along(Body *body, const CutSweep *sweep, CutOutcome *outcome, Top
         return false;
     }
     // A stroke that begins only stores the centres.
-    int met = 0;
-    CutVerdict verdict = CUT_DONE;
     if (sweep->phase != CUT_BEGINS)
-        verdict = find_links(cut, sweep, &met);
+        outcome->verdict = find_links(cut, sweep);
     if (sweep->blade >= 0)
         keep_centers(cut, sweep);
-    if (verdict != CUT_DONE) {
-        outcome->verdict = verdict;
+    if (outcome->verdict != CUT_DONE ||
+        !plane_cut_break(body, cut->links.met, cut->links.met_count, outcome, change))
         return false;
-    }
-    list_marked(cut);
-    if (cut->edge_count == 0) {
-        outcome->verdict = met > 0 ? CUT_WAS_CUT : CUT_MET_NOTHING;
-        return false;
-    }
-    if (!plane_cut_break(body, (const int(*)[2])cut->edge, cut->edge_count, outcome, change))
-        return false;
-    outcome->verdict = CUT_DONE;
     plane_cut_count_pieces(cut, outcome);
     return true;
 }

@@ -74,8 +74,7 @@ static void take_tables(PlaneCut *cut, const char *name, Arena *arena)
     cut->quarters_before = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "quarters before");
     cut->mass_before = ALLOCATE(ARENA_TOPOLOGY, most, double, "masses before");
     cut->birth = ALLOCATE(ARENA_TOPOLOGY, 2 * most, NodeBirth, "births");
-    cut->edge = ALLOCATE_ROWS(2 * cut->cell_count, cut->edge, "edges to break");
-    cut->marked = ALLOCATE(ARENA_TOPOLOGY, cut->cell_count, unsigned char, "marked edges");
+    link_finder_create(&cut->links, 2 * cut->cell_count, name, arena);
     cut->origin_id = ALLOCATE(ARENA_TOPOLOGY, most, int, "vertex origins");
     cut->parent = ALLOCATE_ROWS(most, cut->parent, "vertex parents");
     cut->piece = ALLOCATE(ARENA_TOPOLOGY, most, int, "vertex pieces");
@@ -115,8 +114,10 @@ void plane_cut_create(PlaneModel *model, const PlaneOptions *options, const bool
     take_layout(cut, options, arena);
     cut->points = (cut->layout.lattice_count[0] + 1) * (cut->layout.lattice_count[1] + 1);
     cut->tear_force = options->tear_force;
-    cut->quantum = options->lattice->size / 1024.0;
-    cut->origin = lattice_point(options->lattice, 0.0, 0.0, 0.5);
+    // A sub-tick may differ from a twisted patch by a twentieth of a cell.
+    cut->links = (LinkFinder){.origin = lattice_point(options->lattice, 0.0, 0.0, 0.5),
+                              .q = options->lattice->size / 1024.0,
+                              .tolerance = 0.05 * options->lattice->size};
     plane_mesh_reserve(&cut->mesh, &cut->room, &cut->layout, name, arena);
     plane_mesh_fill(&cut->mesh, &cut->room, &cut->layout, NULL);
     take_fixed_points(cut, options, fixed, arena);

@@ -348,16 +348,16 @@ static void a_released_vertex_carves_the_quarter_beside_it(void **state)
     const int i = layout->element[element].cell[0], j = layout->element[element].cell[1];
     // Both edges at the square's low corner that do not touch it: its vertex stays shared.
     const int away = (j - 1) * layout->count[0] + i - 1;
-    const int apart[1][2] = {{away, PLANE_BROKEN_UP}};
+    const int apart[1] = {plane_cut_link(away, PLANE_BROKEN_UP)};
     CutOutcome outcome = {0};
     TopologyChange change;
     assert_true(plane_cut_break(world.body, apart, 1, &outcome, &change));
     plane_world_run(&world, 0.005);
     assert_int_equal(cut->quarters[element], PLANE_WHOLE);
     // All edges at the corner: the square has a vertex of its own there, it was released.
-    const int rest[3][2] = {{away, PLANE_BROKEN_RIGHT},
-                            {j * layout->count[0] + i - 1, PLANE_BROKEN_RIGHT},
-                            {(j - 1) * layout->count[0] + i, PLANE_BROKEN_UP}};
+    const int rest[3] = {plane_cut_link(away, PLANE_BROKEN_RIGHT),
+                         plane_cut_link(j * layout->count[0] + i - 1, PLANE_BROKEN_RIGHT),
+                         plane_cut_link((j - 1) * layout->count[0] + i, PLANE_BROKEN_UP)};
     assert_true(plane_cut_break(world.body, rest, 3, &outcome, &change));
     plane_world_run(&world, 0.005);
     assert_int_equal(cut->quarters[element] & 1, 0); // the quarter at that corner

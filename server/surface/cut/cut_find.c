@@ -6,9 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-// Bits of CutFinder.odd.
-enum { MARK_ODD = 1, MARK_TOUCHED = 2 };
-
 // Shifts are at most 7 units and rounding is half a unit: boxes and slabs grow by more.
 #define GROW_UNITS 16.0
 
@@ -25,15 +22,14 @@ void cut_find_create(CutFinder *finder, const Level *level, Vec3 origin, double 
                      Arena *arena)
 {
     size_t faces = (size_t)level->face_count, edges = (size_t)level->edge_count;
-    memset(finder, 0, sizeof *finder);
-    finder->level = level;
-    finder->origin = origin;
-    finder->h = h;
-    finder->q = h / CUT_FIND_UNITS;
+    *finder = (CutFinder){.level = level,
+                          .h = h,
+                          .links = {.origin = origin,
+                                    .q = h / CUT_FIND_UNITS,
+                                    .tolerance = CUT_FIND_TOLERANCE * h,
+                                    .hashed = true}};
+    link_finder_create(&finder->links, level->edge_count, name, arena);
     finder->edge = arena_allocate(arena, ARENA_TOPOLOGY, edges, sizeof(int), "%s/cut_edge", name);
-    finder->met_edge =
-        arena_allocate(arena, ARENA_TOPOLOGY, edges, sizeof(int), "%s/cut_met_edge", name);
-    finder->odd = arena_allocate(arena, ARENA_TOPOLOGY, edges, 1, "%s/cut_odd", name);
     finder->near = arena_allocate(arena, ARENA_TOPOLOGY, faces, sizeof(int), "%s/cut_near", name);
     finder->listed = arena_allocate(arena, ARENA_TOPOLOGY, faces, 1, "%s/cut_listed", name);
     finder->path =
@@ -183,48 +179,22 @@ static bool points_of(const CutFinder *finder, const CutTissue *tissue, int face
     Vec3 x[3];
     corners_of(tissue, face, x);
     Vec3 centroid = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(x[0], x[1]), x[2]));
-    bool ok = cut_quantise(centroid, finder->origin, finder->q, &points->centroid);
+    bool ok = cut_quantise(centroid, finder->links.origin, finder->links.q, &points->centroid);
     for (int k = 0; k < 3; k++) {
         // Addition commutes: the face across the edge gets the same bits.
         Vec3 middle = vec3_scale(0.5, vec3_add(x[k], x[(k + 1) % 3]));
-        ok = ok && cut_quantise(middle, finder->origin, finder->q, &points->middle[k]);
+        ok = ok && cut_quantise(middle, finder->links.origin, finder->links.q, &points->middle[k]);
     }
     return ok;
 }
 
-// --- links against one quadrilateral ---
+// --- links ---
 
-// Returns how often the edge meets a half link in all sub-ticks, or CUT_DEGENERATE.
-static int count_half(const CutPath piece[][2], const CutPath half[2], int parts)
+// Offers the half links of near faces (LinkOffer).
+static bool offer_halves(LinkFinder *links, void *model)
 {
-    if (parts == 1)
-        return cut_may_meet(piece[0], half) ? cut_count(piece[0], half) : 0;
-    int sum = 0;
-    for (int part = 0; part < parts; part++) {
-        if (cut_boxes_apart(piece[part], half)) // a part of the link lies in the box of the whole
-            continue;
-        CutPath link[2] = {cut_part(half[0], part, parts), cut_part(half[1], part, parts)};
-        int count = cut_may_meet(piece[part], link) ? cut_count(piece[part], link) : 0;
-        if (count == CUT_DEGENERATE)
-            return CUT_DEGENERATE;
-        sum += count;
-    }
-    return sum;
-}
-
-static void divide(const CutPath edge[2], int parts, CutPath piece[][2])
-{
-    for (int part = 0; part < parts; part++)
-        for (int end = 0; end < 2; end++)
-            piece[part][end] = cut_part(edge[end], part, parts);
-}
-
-// Counts what the half links of near faces meet. False: degenerate.
-static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
-{
+    const CutFinder *finder = model;
     const Level *level = finder->level;
-    divide(edge, parts, finder->piece);
-    finder->parts = parts;
     for (int at = 0; at < finder->near_count; at++) {
         int face = finder->near[at];
         const CutFacePoints *path = finder->path[at];
@@ -234,133 +204,55 @@ static bool count_sweep(CutFinder *finder, const CutPath edge[2], int parts)
             if (beyond < 0 || !finder->listed[beyond])
                 continue;
             half[1] = (CutPath){{path[0].middle[k], path[1].middle[k]}};
-            int count = count_half((const CutPath(*)[2])finder->piece, half, parts);
-            if (count == CUT_DEGENERATE)
+            if (!link_finder_meet(links, e, half))
                 return false;
-            if (count > 0 && !(finder->odd[e] & MARK_TOUCHED)) {
-                finder->odd[e] |= MARK_TOUCHED;
-                finder->met_edge[finder->met++] = e;
-            }
-            if (count % 2 != 0)
-                finder->odd[e] ^= MARK_ODD;
         }
     }
     return true;
 }
 
-static void forget_counts(CutFinder *finder)
+CutVerdict cut_find_unbroken(CutFinder *finder, const CutTissue *tissue)
 {
-    for (int i = 0; i < finder->met; i++)
-        finder->odd[finder->met_edge[i]] = 0;
-    finder->met = 0;
+    const LinkFinder *links = &finder->links;
+    finder->count = 0;
+    for (int i = 0; i < links->met_count; i++)
+        if (!cut_find_is_broken(finder->level, tissue, links->met[i]))
+            finder->edge[finder->count++] = links->met[i];
+    return finder->count > 0 ? CUT_DONE : links->met_count > 0 ? CUT_WAS_CUT : CUT_MET_NOTHING;
 }
 
-CutVerdict cut_find_keep_odd(CutFinder *finder, const CutTissue *tissue)
+// Lists the links near that the sweeps break.
+static CutVerdict find(CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge, int edges,
+                       CutTrail *trail)
 {
-    int touched = finder->met;
-    finder->met = finder->count = 0;
-    for (int i = 0; i < touched; i++) {
-        int e = finder->met_edge[i];
-        bool odd = finder->odd[e] & MARK_ODD;
-        finder->odd[e] = 0;
-        if (!odd)
-            continue;
-        finder->met_edge[finder->met++] = e;
-        if (!cut_find_is_broken(finder->level, tissue, e))
-            finder->edge[finder->count++] = e;
-    }
-    return finder->count > 0 ? CUT_DONE : finder->met > 0 ? CUT_WAS_CUT : CUT_MET_NOTHING;
+    CutVerdict verdict =
+        link_finder_sweep(&finder->links, edge, edges, trail, offer_halves, finder);
+    return verdict == CUT_DONE ? cut_find_unbroken(finder, tissue) : verdict;
 }
 
 // --- commands ---
 
-// Quantises an edge of a command at try `attempt`. It is always shifted, so that the same command
-// gets the same shift when the tissue that it cut has moved a little; by a hash of its position, so
-// that quadrilaterals with a common edge (in a loop, or of successive commands) share the shift.
-static void command_edge(const CutFinder *finder, const BladeEdge *edge, int attempt,
-                         CutPoint out[2])
-{
-    cut_quantise_edge(edge, finder->origin, finder->q, out);
-    uint64_t hash = (uint64_t)attempt + 1;
-    for (int end = 0; end < 2; end++)
-        for (int c = 0; c < 3; c++) { // FNV-1a, by words
-            hash = (hash ^ (uint64_t)out[end].x[c]) * UINT64_C(0x100000001b3);
-            hash ^= hash >> 29;
-        }
-    cut_shift_edge(out, 1 + (int64_t)(hash >> 8 & 0xffffffff));
-}
-
-static bool count_command(CutFinder *finder, const BladeEdge *edge, int edges, int attempt)
-{
-    CutPoint from[2], to[2];
-    command_edge(finder, &edge[0], attempt, from);
-    for (int k = 0; k + 1 < edges; k++) {
-        command_edge(finder, &edge[k + 1], attempt, to);
-        CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
-        CutSweep sweep = {.before = edge[k], .after = edge[k + 1]};
-        int parts = cut_subticks(&sweep, CUT_FIND_TOLERANCE * finder->h);
-        if (!count_sweep(finder, path, parts))
-            return false;
-        from[0] = to[0];
-        from[1] = to[1];
-    }
-    return true;
-}
-
 int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec3 centroid,
                   Vec3 middle)
 {
-    CutPoint from[2], to[2], point[2];
-    if (!cut_quantise(centroid, finder->origin, finder->q, &point[0]) ||
-        !cut_quantise(middle, finder->origin, finder->q, &point[1]))
+    const LinkFinder *links = &finder->links;
+    CutPoint point[2];
+    if (!cut_quantise(centroid, links->origin, links->q, &point[0]) ||
+        !cut_quantise(middle, links->origin, links->q, &point[1]))
         return CUT_DEGENERATE;
     const CutPath half[2] = {{{point[0], point[0]}}, {{point[1], point[1]}}};
-    if (edges == 2) // unchanged since the command
-        return count_half((const CutPath(*)[2])finder->piece, half, finder->parts);
-    int sum = 0;
-    command_edge(finder, &edge[0], finder->tries, from);
-    for (int k = 0; k + 1 < edges; k++) {
-        command_edge(finder, &edge[k + 1], finder->tries, to);
-        CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
-        if (!cut_boxes_apart(path, half)) {
-            CutPath piece[CUT_SUBTICKS_MOST][2];
-            CutSweep sweep = {.before = edge[k], .after = edge[k + 1]};
-            int parts = cut_subticks(&sweep, CUT_FIND_TOLERANCE * finder->h);
-            divide(path, parts, piece);
-            int count = count_half((const CutPath(*)[2])piece, half, parts);
-            if (count == CUT_DEGENERATE)
-                return CUT_DEGENERATE;
-            sum += count;
-        }
-        from[0] = to[0];
-        from[1] = to[1];
-    }
-    return sum;
-}
-
-// Returns CUT_DONE if the command can be evaluated, else the reason.
-static CutVerdict look_at_command(const CutFinder *finder, const BladeEdge *edge, int edges)
-{
-    for (int k = 0; k < edges; k++) {
-        CutPoint point[2];
-        if (!cut_quantise_edge(&edge[k], finder->origin, finder->q, point))
-            return CUT_TOO_LARGE;
-        CutSweep sweep = {.before = edge[k > 0 ? k - 1 : 0], .after = edge[k]};
-        if (cut_subticks(&sweep, CUT_FIND_TOLERANCE * finder->h) == 0)
-            return CUT_TOO_TWISTED;
-    }
-    return CUT_DONE;
+    return link_finder_again(links, edge, edges, half);
 }
 
 CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge,
                           int edges)
 {
     ASSERT(edges >= 2);
-    finder->count = finder->met = finder->tries = 0;
-    CutVerdict verdict = look_at_command(finder, edge, edges);
+    finder->count = finder->links.met_count = 0;
+    CutVerdict verdict = link_finder_check(&finder->links, edge, edges);
     if (verdict != CUT_DONE)
         return verdict;
-    list_near(finder, tissue, edge, edges, GROW_UNITS * finder->q);
+    list_near(finder, tissue, edge, edges, GROW_UNITS * finder->links.q);
     int kept = 0;
     // Drop faces whose points cannot be represented; before and after coincide, as the tissue is
     // still.
@@ -373,17 +265,9 @@ CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const Blad
         kept++;
     }
     finder->near_count = kept;
-    // A degenerate case is resolved by another shift.
-    bool resolved = false;
-    while (!resolved && finder->tries <= CUT_TRIES) {
-        resolved = count_command(finder, edge, edges, finder->tries);
-        if (!resolved) {
-            forget_counts(finder);
-            finder->tries++;
-        }
-    }
+    verdict = find(finder, tissue, edge, edges, NULL);
     forget_listed(finder, tissue);
-    return resolved ? cut_find_keep_odd(finder, tissue) : CUT_UNRESOLVED;
+    return verdict;
 }
 
 // --- strokes ---
@@ -449,78 +333,34 @@ static void forget(CutMemory *memory)
     *memory->tries = 0;
 }
 
-static bool count_tick(CutFinder *finder, const CutPoint before[2], const BladeEdge *after,
-                       int64_t attempt, bool both, int parts, CutPoint to[2])
-{
-    CutPoint from[2] = {before[0], before[1]};
-    cut_quantise_edge(after, finder->origin, finder->q, to);
-    cut_shift_edge(to, attempt);
-    if (both)
-        cut_shift_edge(from, attempt + CUT_TRIES);
-    CutPath path[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
-    return count_sweep(finder, path, parts);
-}
-
-static CutVerdict go_on(CutFinder *finder, const CutTissue *tissue, CutMemory *memory,
-                        const CutSweep *sweep, int parts)
-{
-    CutPoint to[2];
-    bool first = memory->clock[1] == 1, resolved = false;
-    // A shift stays until the stroke ends: if it changed every tick, a cut through centroids could
-    // change sides.
-    int64_t attempt = *memory->tries;
-    while (!resolved && finder->tries <= CUT_TRIES) {
-        bool both = finder->tries > (first ? 0 : CUT_TRIES / 2);
-        resolved = count_tick(finder, memory->edge, &sweep->after, attempt, both, parts, to);
-        if (!resolved) {
-            forget_counts(finder);
-            finder->tries++;
-            attempt++;
-        }
-    }
-    *memory->tries = attempt;
-    remember(finder, memory, to);
-    return resolved ? cut_find_keep_odd(finder, tissue) : CUT_UNRESOLVED;
-}
-
 CutVerdict cut_find_tick(CutFinder *finder, const CutTissue *tissue, const CutSweep *sweep)
 {
     ASSERT(sweep->blade >= 0 && sweep->blade < finder->blades);
     CutMemory *memory = &finder->memory[sweep->blade];
-    finder->count = finder->met = finder->tries = 0;
-    if (sweep->phase == CUT_ENDS) {
+    const bool begins = sweep->phase == CUT_BEGINS;
+    finder->count = finder->links.met_count = 0;
+    if (sweep->phase != CUT_GOES_ON)
         forget(memory);
+    if (sweep->phase == CUT_ENDS)
         return CUT_MET_NOTHING;
-    }
-    CutPoint begin[2], end[2];
-    CutSweep way = *sweep;
-    bool begins = sweep->phase == CUT_BEGINS;
-    // Without a previous edge a stroke starts where the sweep says.
-    if (begins)
-        forget(memory);
-    bool fresh = memory->clock[1] == 0;
-    if (fresh && begins)
-        way.before = way.after;
-    int parts = cut_subticks(&way, CUT_FIND_TOLERANCE * finder->h);
-    if (!cut_quantise_edge(&way.before, finder->origin, finder->q, begin) ||
-        !cut_quantise_edge(&way.after, finder->origin, finder->q, end) || parts == 0) {
+    const BladeEdge edge[2] = {begins ? sweep->after : sweep->before, sweep->after};
+    CutVerdict verdict = link_finder_check(&finder->links, edge, 2);
+    if (verdict != CUT_DONE) {
         forget(memory); // the blade jumped: a new stroke
-        return parts == 0 ? CUT_TOO_TWISTED : CUT_TOO_LARGE;
+        return verdict;
     }
-    const BladeEdge edge[2] = {way.before, way.after};
     list_near(finder, tissue, edge, 2, CUT_FIND_MARGIN * finder->h);
     take_points(finder, tissue, memory);
-    CutVerdict verdict = CUT_MET_NOTHING;
-    if (begins) {
-        remember(finder, memory, end);
-    } else {
-        if (fresh) {
-            memory->edge[0] = begin[0];
-            memory->edge[1] = begin[1];
-            memory->clock[1] = 1;
-        }
-        verdict = go_on(finder, tissue, memory, sweep, parts);
+    // Without a previous edge a stroke starts where the sweep says.
+    CutTrail trail = {{memory->edge[0], memory->edge[1]}, *memory->tries, memory->clock[1] == 1};
+    if (memory->clock[1] == 0) {
+        cut_quantise_edge(&edge[0], finder->links.origin, finder->links.q, trail.edge);
+        memory->clock[1] = !begins;
+        trail.fresh = true;
     }
+    verdict = begins ? CUT_MET_NOTHING : find(finder, tissue, edge, 2, &trail);
+    *memory->tries = trail.tries;
+    remember(finder, memory, trail.edge);
     forget_listed(finder, tissue);
     return verdict;
 }

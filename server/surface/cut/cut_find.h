@@ -1,9 +1,8 @@
 // Finds the links of a triangle surface that a blade breaks (README.md, "Links"). A link joins two
 // faces of the finest level across an edge: the bent line from the centroid of one over the middle
 // of the edge to the centroid of the other, which stays in the surface; a shallow blade would miss
-// a straight chord. Each half, centroid to middle, goes through the exact test of
-// dynamics/cut_exact.h. A link breaks when all halves, quadrilaterals and sub-ticks of a batch
-// together meet it an odd number of times: then its ends are on different sides.
+// a straight chord. Each half, centroid to middle, is offered to the finder of dynamics/cut.h; the
+// counts of both, in all quadrilaterals of a command, add up.
 //
 // Pure except for the memory of strokes: the body is not changed. Step thread; does not allocate
 // after creation.
@@ -48,23 +47,17 @@ typedef struct CutMemory {
 typedef struct CutFinder {
     // --- constant ---
     const Level *level; // finest
-    Vec3 origin;        // of the integer points [m]
-    double h, q;        // mean edge of the finest level at rest, unit of the points [m]
+    double h;           // mean edge of the finest level at rest [m]
     int blades;
     CutMemory *memory; // [blades]
     // --- results of the last call ---
-    int count; // links that break now, each once
-    int *edge; // [edges of the finest level] by edge, in (face, side) order
-    int met;   // links met an odd number of times, already broken ones included
-    int tries; // shifts that failed
+    LinkFinder links; // its links are the edges of the finest level; met ones may be broken already
+    int count;        // links that break now, each once
+    int *edge;        // [edges of the finest level] by edge, in (face, side) order
     // --- scratch ---
-    int parts;                           // sub-ticks of the last quadrilateral,
-    CutPath piece[CUT_SUBTICKS_MOST][2]; // and the edge in each
-    int *met_edge;                       // [edges of the finest level]
-    int near_count, *near;               // [finest faces] faces near the sweep
-    CutFacePoints (*path)[2];            // [near_count] before and after
-    unsigned char *odd;    // [edges of the finest level] parity, and bit for membership of met_edge
-    unsigned char *listed; // [finest faces] zero between calls
+    int near_count, *near;    // [finest faces] faces near the sweep
+    CutFacePoints (*path)[2]; // [near_count] before and after
+    unsigned char *listed;    // [finest faces] zero between calls
 } CutFinder;
 
 // True if the link across an edge with two listed faces is broken.
@@ -104,8 +97,7 @@ CutVerdict cut_find_tick(CutFinder *finder, const CutTissue *tissue, const CutSw
 // points [m]; CUT_DEGENERATE: undecided.
 int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec3 centroid,
                   Vec3 middle);
-// For cut_smooth: keeps the edges in met_edge[met] whose parity in `odd` (bit 0) is odd, and puts
-// the unbroken ones of them into `edge`; clears `odd`.
-CutVerdict cut_find_keep_odd(CutFinder *finder, const CutTissue *tissue);
+// Lists in `edge` the links met that are unbroken.
+CutVerdict cut_find_unbroken(CutFinder *finder, const CutTissue *tissue);
 
 #endif

@@ -4,9 +4,6 @@
 
 #include <math.h>
 
-// Bits of CutFinder.odd while smoothing.
-enum { MARK_PATH = 1, MARK_LISTED = 2 };
-
 double cut_sweep_distance(const BladeEdge *edge, int edges, Vec3 point)
 {
     double nearest = HUGE_VAL;
@@ -51,7 +48,7 @@ static bool gains(const CutFinder *finder, const CutTissue *tissue, const BladeE
         if (beyond >= 0 && !finder->listed[beyond])
             return false;
         bool broken = tissue->broken[face] >> k & 1;
-        on[k] = beyond >= 0 && (finder->odd[e] & MARK_PATH);
+        on[k] = beyond >= 0 && link_finder_is_odd(&finder->links, e);
         costs[k] = beyond >= 0 && !on[k] && !broken;
         count += on[k];
         fresh += on[k] && !broken;
@@ -76,13 +73,8 @@ static void change_sides(CutFinder *finder, int face)
     const Level *level = finder->level;
     for (int k = 0; k < 3; k++) {
         int e = level->face_edge[face][k];
-        if (levels_beyond(level, e, face) < 0)
-            continue;
-        if (!(finder->odd[e] & MARK_LISTED)) {
-            finder->odd[e] = MARK_LISTED;
-            finder->met_edge[finder->met++] = e;
-        }
-        finder->odd[e] ^= MARK_PATH;
+        if (levels_beyond(level, e, face) >= 0)
+            link_finder_add(&finder->links, e, 1);
     }
 }
 
@@ -105,12 +97,12 @@ CutVerdict cut_smooth(CutFinder *finder, const CutTissue *tissue, const BladeEdg
 {
     for (int i = 0; i < tissue->face_count; i++)
         finder->listed[tissue->face[i]] = 1;
-    for (int i = 0; i < finder->met; i++)
-        finder->odd[finder->met_edge[i]] = MARK_PATH | MARK_LISTED;
+    link_finder_mark_met(&finder->links);
     // Along older cuts first: so a repeated command finds its own path again.
     smooth_all(finder, tissue, edge, edges, true);
     smooth_all(finder, tissue, edge, edges, false);
     for (int i = 0; i < tissue->face_count; i++)
         finder->listed[tissue->face[i]] = 0;
-    return cut_find_keep_odd(finder, tissue);
+    link_finder_keep_odd(&finder->links);
+    return cut_find_unbroken(finder, tissue);
 }

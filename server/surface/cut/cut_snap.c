@@ -234,7 +234,8 @@ static Sides sides_of(const CutSnapInput *input)
     const CutFinder *finder = input->finder;
     // Corners are shifted by up to 7 units in each direction and rounded, as all points between
     // them.
-    Sides sides = {.known = input->edges == 2 && finder->parts == 1, .margin = 32.0 * finder->q};
+    Sides sides = {.known = input->edges == 2 && finder->links.parts == 1,
+                   .margin = 32.0 * finder->links.q};
     const Vec3 *a = input->edge[0].end, *b = input->edge[1].end;
     const Vec3 corner[2][3] = {{a[0], a[1], b[0]}, {a[1], b[1], b[0]}};
     for (int i = 0; i < 2; i++) {

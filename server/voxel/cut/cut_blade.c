@@ -1,6 +1,6 @@
 // Finds the faces that a blade's motion breaks.
 #include "base/check.h"
-#include "voxel/cut/cut_blade_parts.h"
+#include "voxel/cut/cut_near.h"
 
 #include <limits.h>
 #include <math.h>
@@ -18,79 +18,57 @@ static void look_at_bricks(BladeSearch *search)
         cut_near_look_at_brick(search, search->blades->brick[k]);
 }
 
-// Clears the marks; the list stays.
-static void clear_marks(CutBlades *blades)
-{
-    for (int h = 0; h < blades->hit_count; h++)
-        blades->hit_bits[blades->hit[h][0]] = 0;
-}
-
-static bool answer(CutBlades *blades, CutVerdict verdict, CutOutcome *outcome)
-{
-    clear_marks(blades);
-    if (verdict != CUT_DONE)
-        blades->hit_count = 0;
-    outcome->verdict = verdict;
-    outcome->separated = blades->hit_count;
-    return verdict == CUT_DONE;
-}
-
 static void forget_boxes(const CutBlades *blades, BladeMemory *memory)
 {
     for (int b = 0; b < blades->brick_count; b++)
         memory->box[b].made = -1.0;
 }
 
-static bool sweep_whole(CutBlades *blades, const void *row, const CutSweep *sweep,
-                        CutOutcome *outcome)
+// Tests the links near a sweep and lists in `hit` those that break.
+static CutVerdict find_hits(BladeSearch *search, const CutSweep *sweep, CutTrail *trail)
+{
+    CutBlades *blades = search->blades;
+    LinkFinder *links = &blades->links;
+    const BladeEdge edge[2] = {sweep->before, sweep->after};
+    CutVerdict verdict = CUT_TOO_LARGE;
+    if (!search->lost)
+        verdict = link_finder_sweep(links, edge, 2, trail, cut_near_offer, search);
+    if (verdict != CUT_DONE || search->lost)
+        return search->lost ? CUT_TOO_LARGE : verdict;
+    for (int k = 0; k < links->met_count; k++) {
+        const int cell = links->met[k] / 3, axis = links->met[k] % 3;
+        if (blades->lattice->broken[cell] >> axis & 1)
+            continue;
+        int *hit = blades->hit[blades->hit_count++];
+        hit[0] = cell, hit[1] = axis;
+    }
+    return blades->hit_count > 0 ? CUT_DONE : links->met_count > 0 ? CUT_WAS_CUT : CUT_MET_NOTHING;
+}
+
+static CutVerdict sweep_whole(CutBlades *blades, const void *row, const CutSweep *sweep)
 {
     BladeSearch search = {.blades = blades, .memory = &blades->whole, .whole = true};
-    const int parts = cut_subticks(sweep, TWIST_TOLERANCE * blades->size);
+    const LinkFinder *links = &blades->links;
     CutPoint from[2], to[2];
-    if (!cut_quantise_edge(&sweep->before, blades->rows->rest_origin, blades->q, from) ||
-        !cut_quantise_edge(&sweep->after, blades->rows->rest_origin, blades->q, to))
-        return answer(blades, CUT_TOO_LARGE, outcome);
-    if (parts == 0)
-        return answer(blades, CUT_TOO_TWISTED, outcome);
+    cut_quantise_edge(&sweep->before, links->origin, links->q, from);
+    cut_quantise_edge(&sweep->after, links->origin, links->q, to);
     // A command knows nothing of earlier positions: every cell is new.
     memset(blades->whole.stamp, 0, (size_t)blades->cell_count * sizeof *blades->whole.stamp);
     search.now = 1, search.was = -1;
     cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
-    const CutPath base[2] = {{{from[0], to[0]}}, {{from[1], to[1]}}};
-    // A flat sweep is tested by codes of all cells, a twisted one by boxes of bricks.
-    search.coded = parts == 1;
-    if (search.coded) {
-        cut_sweep_set_edge(&search, base);
-        cut_near_find_codes(&search);
-    } else {
-        forget_boxes(blades, &blades->whole);
-        cut_near_find_bricks(&search, from, to);
-    }
-    int64_t tries = 0;
-    if (!cut_sweep_parts(&search, base, from, true, &tries, parts))
-        return answer(blades, CUT_UNRESOLVED, outcome);
-    if (search.lost)
-        return answer(blades, CUT_TOO_LARGE, outcome);
-    const bool any = blades->hit_count > 0;
-    return answer(blades,
-                  any                 ? CUT_DONE
-                  : search.met_broken ? CUT_WAS_CUT
-                                      : CUT_MET_NOTHING,
-                  outcome);
+    cut_near_set_edge(&search, (CutPath[2]){{{from[0], to[0]}}, {{from[1], to[1]}}});
+    cut_near_find_codes(&search);
+    return find_hits(&search, sweep, NULL);
 }
 
-// Begins the stroke at the current edge. False: the edge or a cell is out of range.
+// Begins the stroke at this edge. False: a cell is out of range.
 static bool begin_stroke(CutBlades *blades, const void *row, BladeMemory *memory,
                          const BladeEdge *edge)
 {
     BladeStroke *stroke = memory->stroke;
-    CutPoint ends[2];
-    *stroke = (BladeStroke){.under_way = 0};
-    if (!cut_quantise_edge(edge, blades->rows->rest_origin, blades->q, ends))
-        return false;
-    memcpy(stroke->edge, ends, sizeof stroke->edge);
+    *stroke = (BladeStroke){.under_way = 1, .fresh = 1, .now = 1};
+    cut_quantise_edge(edge, blades->links.origin, blades->links.q, stroke->edge);
     memset(memory->stamp, 0, (size_t)blades->cell_count * sizeof *memory->stamp);
-    stroke->under_way = stroke->fresh = stroke->now = 1;
     BladeSearch search = {.blades = blades, .memory = memory, .now = 1, .was = -1};
     cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
     forget_boxes(blades, memory);
@@ -102,74 +80,55 @@ static bool begin_stroke(CutBlades *blades, const void *row, BladeMemory *memory
     return !search.lost;
 }
 
-static bool go_on(CutBlades *blades, const void *row, double tick, const CutSweep *sweep,
-                  BladeMemory *memory, CutOutcome *outcome)
+static CutVerdict go_on(CutBlades *blades, const void *row, double tick, const CutSweep *sweep,
+                        BladeMemory *memory)
 {
     BladeStroke *stroke = memory->stroke;
-    const int parts = cut_subticks(sweep, TWIST_TOLERANCE * blades->size);
+    BladeSearch search = {.blades = blades, .memory = memory};
     CutPoint to[2];
-    CutVerdict verdict = CUT_MET_NOTHING;
-    if (parts == 0)
-        verdict = CUT_TOO_TWISTED;
-    else if (!cut_quantise_edge(&sweep->after, blades->rows->rest_origin, blades->q, to))
-        verdict = CUT_TOO_LARGE;
+    cut_quantise_edge(&sweep->after, blades->links.origin, blades->links.q, to);
     // Find the bricks near the sweep, then the cells there, before any link is tested.
-    if (verdict == CUT_MET_NOTHING) {
-        BladeSearch search = {.blades = blades, .memory = memory};
-        search.was = (int)stroke->now;
-        search.now = (int)++stroke->now;
-        cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
-        cut_near_note_motion(&search, tick, row);
-        cut_near_find_bricks(&search, stroke->edge, to);
-        look_at_bricks(&search);
-        int64_t *tries = &sweep->stroke->tries;
-        CutPath base[2];
-        // The edge continues from where it was used last, so its shift there is already included.
-        for (int e = 0; e < 2; e++) {
-            const CutPoint shift = cut_shift(*tries, e);
-            base[e] = (CutPath){{stroke->edge[e], to[e]}};
-            for (int c = 0; c < 3 && !stroke->fresh; c++)
-                base[e].at[0].x[c] -= shift.x[c];
-        }
-        if (search.lost)
-            verdict = CUT_TOO_LARGE;
-        else if (!cut_sweep_parts(&search, base, stroke->edge, stroke->fresh != 0, tries, parts))
-            verdict = CUT_UNRESOLVED;
-        else if (blades->hit_count > 0)
-            verdict = CUT_DONE;
-        stroke->fresh = 0;
-    }
-    // After a failure the stroke begins again at the current edge.
-    if (verdict != CUT_DONE && verdict != CUT_MET_NOTHING)
-        begin_stroke(blades, row, memory, &sweep->after);
-    return answer(blades, verdict, outcome);
+    search.was = (int)stroke->now;
+    search.now = (int)++stroke->now;
+    cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
+    cut_near_note_motion(&search, tick, row);
+    cut_near_find_bricks(&search, stroke->edge, to);
+    look_at_bricks(&search);
+    CutTrail trail = {{stroke->edge[0], stroke->edge[1]}, sweep->stroke->tries, stroke->fresh != 0};
+    const CutVerdict verdict = find_hits(&search, sweep, &trail);
+    memcpy(stroke->edge, trail.edge, sizeof stroke->edge);
+    stroke->fresh = trail.fresh;
+    sweep->stroke->tries = trail.tries;
+    return verdict;
+}
+
+static CutVerdict find(CutBlades *blades, const void *row, double tick, const CutSweep *sweep)
+{
+    const bool whole = sweep->phase == CUT_WHOLE, begins = sweep->phase == CUT_BEGINS;
+    ASSERT(whole || (sweep->blade >= 0 && sweep->blade < blades->blade_count));
+    BladeMemory *memory = whole ? NULL : &blades->blade[sweep->blade];
+    if (begins || sweep->phase == CUT_ENDS)
+        *memory->stroke = (BladeStroke){.under_way = 0};
+    if (sweep->phase == CUT_ENDS)
+        return CUT_MET_NOTHING;
+    const BladeEdge edge[2] = {begins ? sweep->after : sweep->before, sweep->after};
+    const CutVerdict verdict = link_finder_check(&blades->links, edge, 2);
+    if (verdict != CUT_DONE)
+        return verdict;
+    if (whole)
+        return sweep_whole(blades, row, sweep);
+    if (!memory->stroke->under_way && !begin_stroke(blades, row, memory, &edge[0]))
+        return CUT_TOO_LARGE;
+    return begins ? CUT_MET_NOTHING : go_on(blades, row, tick, sweep, memory);
 }
 
 bool cut_blades_find(CutBlades *blades, const void *row, double tick, const CutSweep *sweep,
                      CutOutcome *outcome)
 {
     blades->hit_count = 0;
-    if (sweep->phase == CUT_WHOLE)
-        return sweep_whole(blades, row, sweep, outcome);
-    ASSERT(sweep->blade >= 0 && sweep->blade < blades->blade_count);
-    BladeMemory *memory = &blades->blade[sweep->blade];
-    bool within = true;
-    if (sweep->phase == CUT_ENDS)
-        *memory->stroke = (BladeStroke){.under_way = 0};
-    else if (sweep->phase == CUT_BEGINS)
-        within = begin_stroke(blades, row, memory, &sweep->after);
-    else if (memory->stroke->under_way || begin_stroke(blades, row, memory, &sweep->before))
-        return go_on(blades, row, tick, sweep, memory, outcome);
-    else
-        within = false;
-    return answer(blades, within ? CUT_MET_NOTHING : CUT_TOO_LARGE, outcome);
-}
-
-void cut_blades_refused(CutBlades *blades, const void *row, const CutSweep *sweep)
-{
-    blades->hit_count = 0;
-    if (sweep->phase == CUT_GOES_ON)
-        begin_stroke(blades, row, &blades->blade[sweep->blade], &sweep->after);
+    outcome->verdict = find(blades, row, tick, sweep);
+    outcome->separated = blades->hit_count;
+    return outcome->verdict == CUT_DONE;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -179,8 +138,14 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
                        const Rows *rows, double size, Arena *arena)
 {
     const int cells = lattice->level_first[1];
-    *blades = (CutBlades){.lattice = lattice, .rows = rows, .size = size, .cell_count = cells};
-    blades->q = size / PARTS_OF_CELL;
+    *blades = (CutBlades){.lattice = lattice,
+                          .rows = rows,
+                          .size = size,
+                          .cell_count = cells,
+                          .links = {.origin = rows->rest_origin,
+                                    .q = size / PARTS_OF_CELL,
+                                    .tolerance = TWIST_TOLERANCE * size}};
+    link_finder_create(&blades->links, 3 * cells, name, arena);
     while (blades->brick_count < lattice->window_count &&
            lattice->window[blades->brick_count].level == 0)
         blades->brick_count++;
@@ -191,11 +156,9 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
     for (int cell = 0; cell < cells; cell++)
         for (int axis = 0; axis < 3; axis++)
             blades->beyond[cell][axis] = cut_lattice_beyond(lattice, cell, axis);
-    blades->hit_bits = ALLOCATE(ARENA_CONTACT, cells, unsigned char, "hit faces");
     blades->whole.centre = arena_allocate(arena, ARENA_CONTACT, (size_t)cells,
                                           sizeof *blades->whole.centre, "%s/centres", name);
     blades->whole.stamp = ALLOCATE(ARENA_CONTACT, cells, int, "stamps of centres");
-    blades->whole.box = ALLOCATE(ARENA_CONTACT, blades->brick_count, BladeBox, "boxes of bricks");
     blades->before = arena_allocate(arena, ARENA_CONTACT, (size_t)cells, sizeof *blades->before,
                                     "%s/centres before", name);
     blades->code_stamp = ALLOCATE(ARENA_CONTACT, cells, int, "stamps of codes");

@@ -43,7 +43,7 @@ typedef struct CutBlades {
     const Rows *rows;
     int cell_count, brick_count;
     double size;      // of a cell [m]
-    double q;         // [m]
+    LinkFinder links; // link 3 cell + axis is that towards +axis
     int (*beyond)[3]; // [cell] cut_lattice_beyond by axis; constant
     int blade_count;
     BladeMemory *blade; // [blade_count]
@@ -53,7 +53,6 @@ typedef struct CutBlades {
     int hit_count;
 
     // --- scratch ---
-    unsigned char *hit_bits;     // [cell] bit d: its face towards +d is in `hit`
     BladeMemory whole;           // memory for commands
     int (*before)[3];            // [cell] centre at the start of the tick, in units of q
     int *code_stamp;             // [cell] stamp for which its code is valid
@@ -62,7 +61,6 @@ typedef struct CutBlades {
     unsigned short *vertex_code; // [vertex] outside which sides of a command's sweep
     unsigned short *near_code;   // [cell] sides that its whole element is outside of
     int *brick;                  // [brick_count] bricks that the sweep may meet
-    int64_t looked_at;           // links tested since the start
 } CutBlades;
 
 // Load time. The arena owns the arrays.
@@ -76,8 +74,6 @@ void cut_blades_reserve(CutBlades *blades, const char *name, int count, Arena *a
 // Only sets `verdict` and `separated`.
 bool cut_blades_find(CutBlades *blades, const void *row, double tick, const CutSweep *sweep,
                      CutOutcome *outcome);
-// Call it when the hits could not be carried out: the stroke starts again at the current edge.
-void cut_blades_refused(CutBlades *blades, const void *row, const CutSweep *sweep);
 // Call it when the body is elsewhere: all strokes start again.
 void cut_blades_forget(CutBlades *blades);
 // Validates memory that was read from a file, and clears it if it is invalid.

@@ -65,7 +65,6 @@ bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, Topolo
         return false;
     if (!has_room(cuts, outcome, cuts->blades.hit_count)) {
         outcome->separated = 0;
-        cut_blades_refused(&cuts->blades, row, sweep);
         return false;
     }
     return break_faces(cuts, body, (const int(*)[2])cuts->blades.hit, cuts->blades.hit_count,

@@ -1,8 +1,48 @@
-// Excludes what cannot be near a blade: bricks of cells by stored boxes, or all cells by the sides
-// of a command's sweep on which their vertices are.
-#include "voxel/cut/cut_blade_parts.h"
+// Offers the links near a sweep. What cannot be near is excluded: for strokes bricks of cells by
+// stored boxes, for commands cells by the sides of the sweep on which their vertices are; then
+// links by the sides of the sweep's box on which their ends are.
+#include "voxel/cut/cut_near.h"
 
+#include <limits.h>
 #include <math.h>
+#include <string.h>
+
+enum { SHIFTS = 64 }; // [q] more than all shifts and rounding
+
+// ---------------------------------------------------------------------------------------------
+// The sweep
+
+void cut_near_set_edge(BladeSearch *search, const CutPath edge[2])
+{
+    search->box = box_empty();
+    for (int k = 0; k < 4; k++) {
+        const int64_t *x = edge[k / 2].at[k % 2].x;
+        box_add(&search->box, vec3((double)x[0], (double)x[1], (double)x[2]));
+    }
+    const CutPoint *corner[2][3] = {{&edge[0].at[0], &edge[1].at[0], &edge[0].at[1]},
+                                    {&edge[1].at[0], &edge[1].at[1], &edge[0].at[1]}};
+    for (int t = 0; t < 2; t++) {
+        double u[3], v[3];
+        for (int c = 0; c < 3; c++) {
+            search->at[t][c] = (double)corner[t][0]->x[c];
+            u[c] = (double)(corner[t][1]->x[c] - corner[t][0]->x[c]);
+            v[c] = (double)(corner[t][2]->x[c] - corner[t][0]->x[c]);
+        }
+        for (int c = 0; c < 3; c++) {
+            const int a = (c + 1) % 3, b = (c + 2) % 3;
+            search->normal[t][c] = u[a] * v[b] - u[b] * v[a];
+        }
+    }
+    // A twisted patch lies off its two triangles by at most a quarter of the difference between the
+    // ways of its ends, and the triangles of its sub-ticks off it by no more.
+    double twist = 0.0;
+    for (int c = 0; c < 3; c++) {
+        const double way[2] = {(double)(edge[0].at[1].x[c] - edge[0].at[0].x[c]),
+                               (double)(edge[1].at[1].x[c] - edge[1].at[0].x[c])};
+        twist += (way[0] - way[1]) * (way[0] - way[1]);
+    }
+    search->slack = SHIFTS + 0.5 * sqrt(twist);
+}
 
 // ---------------------------------------------------------------------------------------------
 // Boxes of bricks
@@ -97,15 +137,15 @@ static double growth(const BladeSearch *search, const BladeBox *box)
 static Vec3 place_of(const CutBlades *blades, CutPoint point)
 {
     const Vec3 origin = blades->rows->rest_origin;
-    return vec3(origin.x + blades->q * (double)point.x[0],
-                origin.y + blades->q * (double)point.x[1],
-                origin.z + blades->q * (double)point.x[2]);
+    return vec3(origin.x + blades->links.q * (double)point.x[0],
+                origin.y + blades->links.q * (double)point.x[1],
+                origin.z + blades->links.q * (double)point.x[2]);
 }
 
 // Shifts of the edge and rounding are a few q.
 static bool boxes_meet(const BladeSearch *search, const BladeBox *box, const Box *edge)
 {
-    const double grown = growth(search, box) + 64.0 * search->blades->q;
+    const double grown = growth(search, box) + SHIFTS * search->blades->links.q;
     bool apart = false;
     for (int c = 0; c < 3; c++)
         apart |=
@@ -137,7 +177,7 @@ void cut_near_find_bricks(BladeSearch *search, const CutPoint from[2], const Cut
 // ---------------------------------------------------------------------------------------------
 // Previous and current centres of cells
 
-void cut_near_look_at(BladeSearch *search, int cell)
+static void look_at(BladeSearch *search, int cell)
 {
     CutBlades *blades = search->blades;
     BladeMemory *memory = search->memory;
@@ -147,7 +187,7 @@ void cut_near_look_at(BladeSearch *search, int cell)
     const double part[3] = {x.x - origin.x, x.y - origin.y, x.z - origin.z};
     const bool known = memory->stamp[cell] == search->was;
     for (int c = 0; c < 3; c++) {
-        double units = floor(part[c] / blades->q + 0.5);
+        double units = floor(part[c] / blades->links.q + 0.5);
         if (!(fabs(units) < 0x1p30)) {
             search->lost = true;
             units = 0.0;
@@ -164,29 +204,29 @@ void cut_near_look_at_brick(BladeSearch *search, int brick)
     const CutLattice *lattice = search->blades->lattice;
     const CutWindow *window = &lattice->window[brick];
     for (int cell = window->first; cell < window->end; cell++) {
-        cut_near_look_at(search, cell);
+        look_at(search, cell);
         for (int axis = 0; axis < 3; axis++) {
             if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
                 continue;
             const int beyond = search->blades->beyond[cell][axis];
             if (beyond >= 0)
-                cut_near_look_at(search, beyond);
+                look_at(search, beyond);
         }
     }
 }
 
 // True unless a brick is clear of the edge's box or of both planes.
-bool cut_near_brick_may_meet(const BladeSearch *search, int brick)
+static bool brick_may_meet(const BladeSearch *search, int brick)
 {
     const CutBlades *blades = search->blades;
     const BladeBox *box = &search->memory->box[brick];
     const Vec3 o = blades->rows->rest_origin;
     const double origin[3] = {o.x, o.y, o.z};
-    const double grown = growth(search, box) / blades->q + 64.0;
+    const double grown = growth(search, box) / blades->links.q + search->slack;
     double middle[3], half[3];
     for (int c = 0; c < 3; c++) {
-        middle[c] = (0.5 * (box->world.low[c] + box->world.high[c]) - origin[c]) / blades->q;
-        half[c] = 0.5 * (box->world.high[c] - box->world.low[c]) / blades->q + grown;
+        middle[c] = (0.5 * (box->world.low[c] + box->world.high[c]) - origin[c]) / blades->links.q;
+        half[c] = 0.5 * (box->world.high[c] - box->world.low[c]) / blades->links.q + grown;
         if (middle[c] + half[c] < search->box.low[c] || middle[c] - half[c] > search->box.high[c])
             return false;
     }
@@ -208,14 +248,12 @@ bool cut_near_brick_may_meet(const BladeSearch *search, int brick)
 // certainly is, for any shift of the edge. Bits that all vertices of an element share hold for its
 // cells' centres too.
 
-enum { SHIFTS = 64 }; // [q] more than all shifts and rounding
-
 static unsigned code_of_place(const BladeSearch *search, const double at[3])
 {
     unsigned code = 0;
     for (int c = 0; c < 3; c++) {
-        code |= (unsigned)(at[c] < search->box.low[c] - SHIFTS) << 2 * c;
-        code |= (unsigned)(at[c] > search->box.high[c] + SHIFTS) << (2 * c + 1);
+        code |= (unsigned)(at[c] < search->box.low[c] - search->slack) << 2 * c;
+        code |= (unsigned)(at[c] > search->box.high[c] + search->slack) << (2 * c + 1);
     }
     for (int t = 0; t < 2; t++) {
         double sum = 0.0, size = 0.0;
@@ -223,8 +261,8 @@ static unsigned code_of_place(const BladeSearch *search, const double at[3])
             sum += search->normal[t][c] * (at[c] - search->at[t][c]);
             size += fabs(search->normal[t][c]);
         }
-        code |= (unsigned)(sum > SHIFTS * size) << (6 + 2 * t);
-        code |= (unsigned)(sum < -SHIFTS * size) << (7 + 2 * t);
+        code |= (unsigned)(sum > search->slack * size) << (6 + 2 * t);
+        code |= (unsigned)(sum < -search->slack * size) << (7 + 2 * t);
     }
     return code;
 }
@@ -236,7 +274,7 @@ static void find_vertex_codes(BladeSearch *search)
     const int count = cut_lattice_used(blades->lattice);
     for (int v = 0; v < count; v++) {
         const Vec3 x = vec3_sub(cut_centres_vertex(&search->centres, v), o);
-        const double at[3] = {x.x / blades->q, x.y / blades->q, x.z / blades->q};
+        const double at[3] = {x.x / blades->links.q, x.y / blades->links.q, x.z / blades->links.q};
         blades->vertex_code[v] = (unsigned short)code_of_place(search, at);
     }
 }
@@ -259,4 +297,94 @@ void cut_near_find_codes(BladeSearch *search)
         before = leaf;
         blades->near_code[cell] = (unsigned short)code;
     }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Links: like cut_boxes_apart, but the sides of the edge's box are computed once per cell for all
+// its links. One bit of a code per side (low, high by axis).
+
+static CutPath path_of(const BladeSearch *search, int cell)
+{
+    CutPath path;
+    for (int c = 0; c < 3; c++) {
+        path.at[0].x[c] = search->blades->before[cell][c];
+        path.at[1].x[c] = search->memory->centre[cell][c];
+    }
+    return path;
+}
+
+static unsigned code_of(BladeSearch *search, int cell)
+{
+    CutBlades *blades = search->blades;
+    if (blades->code_stamp[cell] == search->stamp)
+        return blades->code[cell];
+    const CutPath path = path_of(search, cell);
+    unsigned code = 0;
+    for (int c = 0; c < 3; c++) {
+        const double a = (double)path.at[0].x[c], b = (double)path.at[1].x[c];
+        code |= (unsigned)((a < search->box.low[c]) & (b < search->box.low[c])) << 2 * c;
+        code |= (unsigned)((a > search->box.high[c]) & (b > search->box.high[c])) << (2 * c + 1);
+    }
+    blades->code_stamp[cell] = search->stamp;
+    blades->code[cell] = (unsigned char)code;
+    return code;
+}
+
+static void next_codes(BladeSearch *search)
+{
+    CutBlades *blades = search->blades;
+    if (blades->last_code == INT_MAX) {
+        memset(blades->code_stamp, 0, (size_t)blades->cell_count * sizeof *blades->code_stamp);
+        blades->last_code = 0;
+    }
+    search->stamp = ++blades->last_code;
+}
+
+// Offers the links of one cell. False: one is undecided.
+static bool offer_cell(BladeSearch *search, LinkFinder *links, int cell)
+{
+    CutBlades *blades = search->blades;
+    for (int axis = 0; axis < 3; axis++) {
+        const int beyond = blades->beyond[cell][axis];
+        const bool broken = blades->lattice->broken[cell] >> axis & 1;
+        // Skip links to void, and broken ones unless their meeting must be reported.
+        if (beyond < 0 || (broken && !search->whole))
+            continue;
+        if (search->whole) {
+            const unsigned both = blades->near_code[cell] & blades->near_code[beyond];
+            if ((both & 0x3f) != 0 || ((both & 0xc0) != 0 && (both & 0x300) != 0))
+                continue;
+            look_at(search, cell);
+            look_at(search, beyond);
+        }
+        if ((code_of(search, cell) & code_of(search, beyond)) != 0)
+            continue;
+        const bool ordered = cell < beyond;
+        const CutPath link[2] = {path_of(search, ordered ? cell : beyond),
+                                 path_of(search, ordered ? beyond : cell)};
+        if (!link_finder_meet(links, 3 * cell + axis, link))
+            return false;
+    }
+    return true;
+}
+
+bool cut_near_offer(LinkFinder *links, void *model)
+{
+    BladeSearch *search = model;
+    CutBlades *blades = search->blades;
+    cut_near_set_edge(search, links->edge);
+    next_codes(search);
+    // In the order of cells and axes.
+    for (int cell = 0; search->whole && cell < blades->cell_count; cell++)
+        if (!offer_cell(search, links, cell))
+            return false;
+    for (int k = 0; k < search->brick_count; k++) {
+        if (!brick_may_meet(search, blades->brick[k]))
+            continue;
+        const CutWindow *brick = &blades->lattice->window[blades->brick[k]];
+        for (int cell = brick->first; cell < brick->end; cell++)
+            if (!offer_cell(search, links, cell))
+                return false;
+    }
+    return true;
 }

@@ -92,8 +92,8 @@ static void expect_even_loops(const CutModel *model)
 {
     const Level *level = model->level;
     unsigned char *met = calloc((size_t)level->edge_count, 1);
-    for (int i = 0; i < model->finder.met; i++)
-        met[model->finder.met_edge[i]] = 1;
+    for (int i = 0; i < model->finder.links.met_count; i++)
+        met[model->finder.links.met[i]] = 1;
     int *sum = calloc((size_t)model->vertices, sizeof *sum);
     for (int e = 0; e < level->edge_count; e++)
         for (int end = 0; end < 2; end++)
@@ -125,8 +125,8 @@ static void one_cut(CutModel *model, Blade *last, CutCare care, Tally *tally, ui
     tally->cuts++;
     tally->done += verdict == CUT_DONE;
     tally->most_pieces = pieces > tally->most_pieces ? pieces : tally->most_pieces;
-    tally->most_tries =
-        model->finder.tries > tally->most_tries ? model->finder.tries : tally->most_tries;
+    const int tries = (int)model->finder.links.attempt;
+    tally->most_tries = tries > tally->most_tries ? tries : tally->most_tries;
     // The same again changes nothing, though snapping has moved what it met.
     if (random_below(seed, 6) == 0) {
         memcpy(bits, model->broken, (size_t)model->faces);
@@ -203,7 +203,7 @@ static void expect_bits_are_sides(const CutModel *model, Vec3 through, Vec3 norm
             double b = vec3_dot(normal, vec3_sub(blade_centroid(model, g), through));
             // Points are rounded to units q, and the edge's ends are shifted by up to 7 in each
             // direction, 13 in all: nearer than that either answer is right.
-            if (fabs(a) < 15.0 * model->finder.q || fabs(b) < 15.0 * model->finder.q)
+            if (fabs(a) < 15.0 * model->finder.links.q || fabs(b) < 15.0 * model->finder.links.q)
                 continue;
             assert_int_equal(model->broken[f] >> k & 1, (a < 0.0) != (b < 0.0));
         }

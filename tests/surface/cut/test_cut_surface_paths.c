@@ -29,9 +29,9 @@ static int dead_ends(const CutModel *model)
 {
     const Level *level = model->level;
     int *sum = calloc((size_t)model->vertices, sizeof *sum), ends = 0;
-    for (int i = 0; i < model->finder.met; i++)
+    for (int i = 0; i < model->finder.links.met_count; i++)
         for (int end = 0; end < 2; end++)
-            sum[level->edge[model->finder.met_edge[i]][end]]++;
+            sum[level->edge[model->finder.links.met[i]][end]]++;
     for (int e = 0; e < level->edge_count; e++)
         if (level->edge_face[e][0] < 0 || level->edge_face[e][1] < 0)
             sum[level->edge[e][0]] = sum[level->edge[e][1]] = 0;
