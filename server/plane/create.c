@@ -33,7 +33,7 @@ static void make_forms(Making *making, PlaneModel *model, const char *name, Aren
 // ---------------------------------------------------------------------------------------------
 // Vertices
 
-static Vec3 place_of(const void *context, int vertex)
+static Vec3 rest_of(const void *context, int vertex)
 {
     const Making *making = context;
     const int *p = making->mesh.point[vertex];
@@ -45,7 +45,7 @@ static bool make_fixed(Making *making, Status *status)
     const int vertices = making->mesh.vertex_count;
     making->fixed = calloc((size_t)vertices + 1, sizeof *making->fixed);
     ASSERT(making->fixed != NULL);
-    return vertices_mark_fixed(&making->options->body, making->by_id, vertices, place_of, making,
+    return vertices_mark_fixed(&making->options->body, making->by_id, vertices, rest_of, making,
                                making->fixed, status);
 }
 

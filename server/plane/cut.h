@@ -99,7 +99,7 @@ bool plane_cut_reconstruct(Body *body, TopologyChange *change);
 // cut_rows.c, after the mesh was filled: assigns rows to its vertices by their ids, new ones
 // at the end; then elements, masses, and the momentum that the exchange of masses has changed.
 void plane_cut_take_rows(PlaneModel *model, TopologyChange *change);
-void plane_cut_place_row(PlaneModel *model, int v, int row);
+void plane_cut_assign_row(PlaneModel *model, int v, int row);
 void plane_cut_make_masses(PlaneModel *model);
 void plane_cut_keep_momentum(PlaneModel *model);
 

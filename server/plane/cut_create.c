@@ -239,7 +239,7 @@ bool plane_cut_restore(Body *body)
         count++;
     vertices_set_count(&model->vertices, count);
     for (int v = 0; v < cut->mesh.vertex_count; v++)
-        plane_cut_place_row(model, v, cut->row_of_id[cut->mesh.id[v]]);
+        plane_cut_assign_row(model, v, cut->row_of_id[cut->mesh.id[v]]);
     plane_cut_make(model, body);
     return true;
 }

@@ -109,7 +109,7 @@ static void bear(PlaneModel *model, int v, int row, TopologyChange *change)
         cut->birth[change->born_count++] = (NodeBirth){2 * row + n, {2 * a + n, 2 * b + n}};
 }
 
-void plane_cut_place_row(PlaneModel *model, int v, int row)
+void plane_cut_assign_row(PlaneModel *model, int v, int row)
 {
     const PlaneCut *cut = model->cut;
     for (int d = 0; d < 2; d++)
@@ -129,7 +129,7 @@ void plane_cut_take_rows(PlaneModel *model, TopologyChange *change)
             ASSERT(used < cut->vertex_capacity);
             *row = used++;
             cut->id[*row] = cut->mesh.id[v];
-            plane_cut_place_row(model, v, *row);
+            plane_cut_assign_row(model, v, *row);
             bear(model, v, *row, change);
         }
         cut->row_of[v] = *row;

@@ -187,12 +187,12 @@ static void square_numbers(const PlaneForm *form, double number[SQUARE_NUMBERS])
 // The order of batches: squares by class, then other shapes together with squares that do not fill
 // a batch of their class, by their number of vertices; each in the order of elements, so that
 // neighbours stay close.
-typedef struct PlanePlace {
+typedef struct PlaneEntry {
     int key, element;
-} Place;
+} Entry;
 
 // Sorts by ascending key below `keys`, stably; `to` has the same size.
-static void sort_places(const Place *from, Place *to, int count, int keys)
+static void sort_entries(const Entry *from, Entry *to, int count, int keys)
 {
     int put = 0;
     for (int key = 0; key < keys; key++)
@@ -213,10 +213,10 @@ static int find_class(double (*class)[SQUARE_NUMBERS], int *count, const PlaneFo
 }
 
 // Returns how many entries from `at` on have the same key, at most a batch.
-static int run_length(const Place *place, int count, int at)
+static int run_length(const Entry *entry, int count, int at)
 {
     int length = 1;
-    while (length < PLANE_LANES && at + length < count && place[at + length].key == place[at].key)
+    while (length < PLANE_LANES && at + length < count && entry[at + length].key == entry[at].key)
         length++;
     return length;
 }
@@ -229,12 +229,12 @@ static void node_numbers(const PlaneForm *form, int i, double number[NODE_NUMBER
     double m[2][2] = {{0.0}}, spread = 0.0;
     for (int k = 0; k < shape->count; k++)
         for (int d = 0; d < 2; d++) {
-            spread += size * size * shape->place[k][d] * shape->place[k][d];
+            spread += size * size * shape->rest[k][d] * shape->rest[k][d];
             for (int e = 0; e < 2; e++)
-                m[d][e] += shape->share[k] * size * size * shape->place[k][d] * shape->place[k][e];
+                m[d][e] += shape->share[k] * size * size * shape->rest[k][d] * shape->rest[k][e];
         }
     const double det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
-    const double x = size * shape->place[i][0], y = size * shape->place[i][1];
+    const double x = size * shape->rest[i][0], y = size * shape->rest[i][1];
     const double share = shape->share[i];
     const bool paper = form->stiffness.law == PLANE_MIYAZAKI2004;
     number[NODE_X] = x;
@@ -276,30 +276,30 @@ static void put_lane(PlaneModel *model, int batch, int lane, int count, const Pl
                  ((long)batch * WHOLE_NUMBERS + k) * PLANE_LANES + lane, whole[k]);
 }
 
-static void put_squares(PlaneModel *model, const Place *place, int count)
+static void put_squares(PlaneModel *model, const Entry *entry, int count)
 {
     PlaneBatches *batches = &model->batches;
     batches->square_count = count / PLANE_LANES;
     for (int at = 0; at < count; at++) {
         int b = at / PLANE_LANES, lane = at % PLANE_LANES;
-        batches->square_class[b] = place[at].key;
+        batches->square_class[b] = entry[at].key;
         for (int i = 0; i < 4; i++)
             batches->square[(b * 4 + i) * PLANE_LANES + lane] =
-                model->form[place[at].element].vertex[i];
+                model->form[entry[at].element].vertex[i];
     }
 }
 
-static void put_others(PlaneModel *model, const Place *place, int count)
+static void put_others(PlaneModel *model, const Entry *entry, int count)
 {
     PlaneBatches *batches = &model->batches;
     batches->other_count = 0;
     for (int at = 0; at < count;) {
-        int b = batches->other_count++, length = run_length(place, count, at);
-        int vertices = model->form[place[at].element].shape->count;
+        int b = batches->other_count++, length = run_length(entry, count, at);
+        int vertices = model->form[entry[at].element].shape->count;
         batches->start[b + 1] = batches->start[b] + vertices;
         for (int lane = 0; lane < PLANE_LANES; lane++)
             put_lane(model, b, lane, vertices,
-                     lane < length ? &model->form[place[at + lane].element] : NULL);
+                     lane < length ? &model->form[entry[at + lane].element] : NULL);
         at += length;
     }
 }
@@ -328,26 +328,26 @@ void plane_reserve_batches(PlaneModel *model, int elements, int classes, const c
                                 sizeof *model->sorting.class, "%s/classes of squares", name),
     };
     for (int k = 0; k < 4; k++)
-        model->sorting.place[k] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)elements,
-                                                 sizeof(Place), "%s/order of elements %d", name, k);
+        model->sorting.entry[k] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)elements,
+                                                 sizeof(Entry), "%s/order of elements %d", name, k);
 }
 
 void plane_fill_batches(PlaneModel *model)
 {
     const PlaneSorting *work = &model->sorting;
-    Place *square = work->place[0], *other = work->place[1];
+    Entry *square = work->entry[0], *other = work->entry[1];
     int squares = 0, others = 0, classes = 0;
     for (int e = 0; e < model->element_count; e++) {
         const PlaneForm *form = &model->form[e];
         if (is_square(form))
-            square[squares++] = (Place){find_class(work->class, &classes, form), e};
+            square[squares++] = (Entry){find_class(work->class, &classes, form), e};
         else
-            other[others++] = (Place){form->shape->count, e};
+            other[others++] = (Entry){form->shape->count, e};
     }
     ASSERT(classes <= work->class_capacity);
     // Full batches of squares stay; the rest joins the other shapes.
-    Place *sorted = work->place[2];
-    sort_places(square, sorted, squares, classes);
+    Entry *sorted = work->entry[2];
+    sort_entries(square, sorted, squares, classes);
     int kept = 0;
     for (int at = 0, length; at < squares; at += length) {
         length = run_length(sorted, squares, at);
@@ -355,12 +355,12 @@ void plane_fill_batches(PlaneModel *model)
             if (length == PLANE_LANES)
                 square[kept++] = sorted[at + k];
             else
-                other[others++] = (Place){4, sorted[at + k].element};
+                other[others++] = (Entry){4, sorted[at + k].element};
     }
     put_squares(model, square, kept);
     // Remaining squares follow the other shapes with four vertices.
-    Place *mixed = work->place[3];
-    sort_places(other, mixed, others, PLANE_PLACES + 1);
+    Entry *mixed = work->entry[3];
+    sort_entries(other, mixed, others, PLANE_PLACES + 1);
     put_others(model, mixed, others);
     for (long k = 0; k < (long)classes * SQUARE_NUMBERS; k++)
         rows_put(&model->vertices.rows, model->batches.class, k,

@@ -20,7 +20,7 @@ typedef struct PlaneForm {
 typedef struct PlaneSorting {
     int class_capacity;
     double (*class)[SQUARE_NUMBERS]; // [class_capacity]
-    struct PlanePlace *place[4];     // [elements] each
+    struct PlaneEntry *entry[4];     // [elements] each
 } PlaneSorting;
 
 typedef struct PlaneModel {

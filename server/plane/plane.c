@@ -106,7 +106,7 @@ static void move_frame(PlaneModel *model, void *row)
             rows_put(rows, row, (long)v * ROW + 4 + k, moved[2 + k]);
         }
     }
-    // x = origin + turn (place + u): the frame gains what the rows lose.
+    // x = origin + turn (rest + u): the frame gains what the rows lose.
     BaseFrame *frame = rows->frame;
     const double *rest = fit.rest;
     Vec3 shift = {fit.shift[0] - (less * rest[0] - s * rest[1]),

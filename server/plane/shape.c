@@ -89,10 +89,10 @@ static void list_vertices(PlaneShape *shape, PlaneLaw law, const double area[PLA
             continue;
         int i = shape->count++;
         shape->at[i] = at;
-        shape->place[i][0] = 0.5 * (at % 3) - 0.5;
-        shape->place[i][1] = 0.5 * (at / 3) - 0.5;
+        shape->rest[i][0] = 0.5 * (at % 3) - 0.5;
+        shape->rest[i][1] = 0.5 * (at / 3) - 0.5;
         memcpy(shape->area[i], area[at], sizeof shape->area[i]);
-        double cone = 0.5 * (area[at][0] * shape->place[i][0] + area[at][1] * shape->place[i][1]);
+        double cone = 0.5 * (area[at][0] * shape->rest[i][0] + area[at][1] * shape->rest[i][1]);
         shape->share[i] = (shape->quarters == 15 ? cone : part[at]) / shape->extent;
     }
     for (int i = 0; i < shape->count && law == PLANE_MIYAZAKI2004; i++)
@@ -125,10 +125,10 @@ void plane_shape_create(PlaneShape *shape, PlaneLaw law, unsigned quarters, unsi
     list_vertices(shape, law, (const double(*)[2])area, part);
     for (int i = 0; i < shape->count; i++)
         for (int d = 0; d < 2; d++)
-            shape->mean[d] += shape->share[i] * shape->place[i][d];
+            shape->mean[d] += shape->share[i] * shape->rest[i][d];
     for (int i = 0; i < shape->count; i++)
         for (int d = 0; d < 2; d++)
-            shape->place[i][d] -= shape->mean[d];
+            shape->rest[i][d] -= shape->mean[d];
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -138,7 +138,7 @@ static double spread(const PlaneShape *shape)
 {
     double sum = 0.0;
     for (int i = 0; i < shape->count; i++)
-        sum += shape->place[i][0] * shape->place[i][0] + shape->place[i][1] * shape->place[i][1];
+        sum += shape->rest[i][0] * shape->rest[i][0] + shape->rest[i][1] * shape->rest[i][1];
     return sum;
 }
 
@@ -175,10 +175,10 @@ static double paper_forces(const PlaneShape *shape, double k, double size, const
     for (int i = 0; i < shape->count; i++)
         for (int d = 0; d < 2; d++)
             for (int e = 0; e < 2; e++)
-                a[d][e] += r[i][d] * size * shape->place[i][e];
+                a[d][e] += r[i][d] * size * shape->rest[i][e];
     fit((const double(*)[2])a, spread(shape) * size * size, turn);
     for (int i = 0; i < shape->count; i++) {
-        double x = size * shape->place[i][0], y = size * shape->place[i][1];
+        double x = size * shape->rest[i][0], y = size * shape->rest[i][1];
         double away[2] = {turn[0] * x - turn[1] * y - r[i][0], turn[1] * x + turn[0] * y - r[i][1]};
         for (int d = 0; d < 2; d++) {
             force[i][d] += k * away[d];
@@ -195,8 +195,8 @@ static void fit_linear(const PlaneShape *shape, double size, const double (*r)[2
     for (int i = 0; i < shape->count; i++)
         for (int d = 0; d < 2; d++)
             for (int e = 0; e < 2; e++) {
-                a[d][e] += shape->share[i] * r[i][d] * size * shape->place[i][e];
-                m[d][e] += shape->share[i] * size * size * shape->place[i][d] * shape->place[i][e];
+                a[d][e] += shape->share[i] * r[i][d] * size * shape->rest[i][e];
+                m[d][e] += shape->share[i] * size * size * shape->rest[i][d] * shape->rest[i][e];
             }
     double det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
     for (int d = 0; d < 2; d++) {
@@ -235,8 +235,7 @@ static double affine_forces(const PlaneShape *shape, const PlaneStiffness *stiff
     for (int i = 0; i < shape->count; i++) {
         const double k = stiffness->residual * shape->share[i];
         for (int d = 0; d < 2; d++) {
-            double e =
-                r[i][d] - size * (g[d][0] * shape->place[i][0] + g[d][1] * shape->place[i][1]);
+            double e = r[i][d] - size * (g[d][0] * shape->rest[i][0] + g[d][1] * shape->rest[i][1]);
             force[i][d] -=
                 size * (p[d][0] * shape->area[i][0] + p[d][1] * shape->area[i][1]) + k * e;
             energy += 0.5 * k * e * e;
@@ -321,7 +320,7 @@ double plane_shape_eigenvalue(const PlaneShape *shape, const PlaneStiffness *sti
         double f[2][PLANE_PLACES][2] = {{{0.0}}};
         for (int side = 0; side < 2; side++) {
             double x[PLANE_PLACES][2];
-            memcpy(x, shape->place, sizeof x);
+            memcpy(x, shape->rest, sizeof x);
             x[k / 2][k % 2] += side == 0 ? step : -step;
             plane_shape_forces(shape, stiffness, 1.0, (const double(*)[2])x, NULL, f[side]);
         }

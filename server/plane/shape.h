@@ -12,16 +12,16 @@ typedef enum PlaneLaw {
 
 enum { PLANE_PLACES = 9, PLANE_CENTER = 4 };
 
-// For an edge of 1; with edge H, place and area scale by H, extent by H^2.
+// For an edge of 1; with edge H, rest and area scale by H, extent by H^2.
 typedef struct PlaneShape {
-    unsigned quarters, present;    // bits x + 2 y of quarters, x + 3 y of places with a vertex
-    int count;                     // vertices
-    int at[PLANE_PLACES];          // [count] places of the vertices, ascending
-    double place[PLANE_PLACES][2]; // [count] X_i relative to the mean by `share`; sum share X = 0
-    double area[PLANE_PLACES][2];  // [count] a_i; sum 0, sum X_i a_i^T = extent * 1
-    double share[PLANE_PLACES]; // [count] fraction of the element's mass and residual; > 0, sum 1
-    double mean[2];             // origin of `place`, from the square's middle
-    double extent;              // area of the element: quarters / 4
+    unsigned quarters, present;   // bits x + 2 y of quarters, x + 3 y of places with a vertex
+    int count;                    // vertices
+    int at[PLANE_PLACES];         // [count] places of the vertices, ascending
+    double rest[PLANE_PLACES][2]; // [count] X_i relative to the mean by `share`; sum share X = 0
+    double area[PLANE_PLACES][2]; // [count] a_i; sum 0, sum X_i a_i^T = extent * 1
+    double share[PLANE_PLACES];   // [count] fraction of the element's mass and residual; > 0, sum 1
+    double mean[2];               // origin of `rest`, from the square's middle
+    double extent;                // area of the element: quarters / 4
 } PlaneShape;
 
 // How the outline of a union of quarters passes a place: it turns there, runs straight through it,

@@ -40,8 +40,8 @@ static void make_strip(TriMesh *strip, const PlaneModel *model, const PlaneMesh 
 {
     mesh_create(strip, model->node_count, 2 * mesh->edge_count);
     for (int n = 0; n < model->node_count; n++) {
-        const double *place = model->vertices.rows.rest[model->node_vertex[n]];
-        strip->position[n] = vec3(place[0], place[1], n % 2 == 0 ? -model->half : model->half);
+        const double *rest = model->vertices.rows.rest[model->node_vertex[n]];
+        strip->position[n] = vec3(rest[0], rest[1], n % 2 == 0 ? -model->half : model->half);
     }
     for (int e = 0; e < mesh->edge_count; e++) {
         int a = node[mesh->edge[e][0]], b = node[mesh->edge[e][1]];

@@ -185,8 +185,8 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
 
 // Sets rest positions: in single precision relative to the middle of the body, so that a body far
 // from the origin is represented as exactly as one near it.
-void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
-                         StateList *state)
+void model_create_rest(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
+                       StateList *state)
 {
     model->basis.owner = model->node;
     model->basis.rest = arena_allocate(arena, ARENA_STEP, (size_t)model->basis.count,
@@ -201,9 +201,9 @@ void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *n
         state_add(state, model->basis.frame, sizeof *model->basis.frame, "%s/base_frame", name);
     }
     for (int i = 0; i < mesh->node_count; i++) {
-        Vec3 place = vec3_sub(mesh->position[i], model->basis.rest_origin);
+        Vec3 rest = vec3_sub(mesh->position[i], model->basis.rest_origin);
         double *to = model->basis.rest[model->slot[i]];
-        to[0] = place.x, to[1] = place.y, to[2] = place.z;
+        to[0] = rest.x, to[1] = rest.y, to[2] = rest.z;
     }
 }
 
@@ -284,7 +284,7 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
     for (int i = 0; i < mesh->node_count; i++)
         model->node[model->slot[i]] = i;
 
-    model_create_places(model, mesh, name, arena, state);
+    model_create_rest(model, mesh, name, arena, state);
     create_springs(model, winged, network, name, arena);
     create_nodes(model, mesh, network, options, arena, state);
     model_create_rows(model, mesh, network->fixed, options, arena, state);

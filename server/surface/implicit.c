@@ -412,6 +412,6 @@ void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *
     system->held = ALLOCATE(ARENA_STEP, numbers, bool, "implicit held islands");
     if (system->anchored)
         system->resistance = ALLOCATE(ARENA_STEP, numbers, Block, "implicit resistance");
-    const int pieces = model->detail != NULL ? model->detail->set.place_count : model->node_count;
+    const int pieces = model->detail != NULL ? model->detail->set.face_count : model->node_count;
     system->stamp = ALLOCATE(ARENA_STEP, pieces, int, "implicit pieces");
 }

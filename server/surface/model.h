@@ -165,8 +165,8 @@ bool model_gather_patch(const void *self, Patch *patch, int budget);
 // --- create.c ---
 // Creates rest positions and rows of the nodes of a mesh, which come first in model->slot, and
 // memory for all slots.
-void model_create_places(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
-                         StateList *state);
+void model_create_rest(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
+                       StateList *state);
 void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fixed,
                        const SurfaceOptions *options, Arena *arena, StateList *state);
 // Sets model->shape and model->basis.floating, and allocates the node constants of the kernel.

@@ -114,10 +114,10 @@ static void put_vertices(const BatchOptions *options, int element, const int *no
                                                                : options->vertex_count;
 }
 
-static void put_places(Batches *out, const Key *key, int count, int batch)
+static void put_lanes(Batches *out, const Key *key, int count, int batch)
 {
     for (int lane = 0; lane < count; lane++)
-        out->place[key[lane].element] = batch * LANES + lane;
+        out->lane[key[lane].element] = batch * LANES + lane;
 }
 
 static void create_plain(Batches *out, const BatchOptions *options, const Key *key, int count,
@@ -135,7 +135,7 @@ static void create_plain(Batches *out, const BatchOptions *options, const Key *k
             put_vertices(options, first + lane < end ? key[first + lane].element : -1, corner,
                          NODE_CORNERS, NODE_CORNERS, vertex + (long)batch * NODE_CORNERS * LANES,
                          lane);
-        put_places(out, key + first, end - first, batch);
+        put_lanes(out, key + first, end - first, batch);
         element_class[batch] = key[first].element_class;
     }
     out->plain = (PlainBatches){batch_count, vertex, element_class};
@@ -214,7 +214,7 @@ static void create_hanging(Batches *out, const BatchOptions *options, const int 
             if (batch >= pure)
                 out->mixture[batch - pure][lane] = used ? t : -1;
         }
-        put_places(out, key + first, end - first, out->plain.batch_count + batch);
+        put_lanes(out, key + first, end - first, out->plain.batch_count + batch);
     }
     out->hanging = (HangingBatches){batch_count, mixed, start,
                                     vertex,      table, (const int(*)[LANES])element_class};
@@ -229,7 +229,7 @@ void batches_create(Batches *out, const BatchOptions *options, Arena *arena)
     ASSERT(key != NULL);
     int *become = unite_classes(out, options, arena);
     int plain = sort_elements(options, become, key);
-    out->place = ALLOCATE(ARENA_STEP, count, int, "places of elements");
+    out->lane = ALLOCATE(ARENA_STEP, count, int, "places of elements");
     create_plain(out, options, key, plain, arena);
     create_hanging(out, options, become, key + plain, count - plain, arena);
     free(become);

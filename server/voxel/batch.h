@@ -33,7 +33,7 @@ typedef struct Batches {
     int element_count;
     // [element] batch * LANES + lane, hanging batches numbered after the plain ones, as in
     // VoxelPass.last.
-    int *place;
+    int *lane;
 } Batches;
 
 void batches_create(Batches *out, const BatchOptions *options, Arena *arena);

@@ -115,7 +115,7 @@ static void make_elements(VoxelMaking *making)
         making->classes[e].damping *= beta;
 }
 
-static Vec3 place_of(const void *context, int vertex)
+static Vec3 rest_of(const void *context, int vertex)
 {
     const VoxelMaking *making = context;
     const int *p = making->mesh.point[vertex];
@@ -127,7 +127,7 @@ static bool make_fixed(VoxelMaking *making, Status *status)
     const int vertices = making->mesh.vertex_count;
     making->fixed = calloc((size_t)vertices, sizeof *making->fixed);
     ASSERT(making->fixed != NULL);
-    return vertices_mark_fixed(&making->options->body, making->by_id, vertices, place_of, making,
+    return vertices_mark_fixed(&making->options->body, making->by_id, vertices, rest_of, making,
                                making->fixed, status);
 }
 

@@ -6,8 +6,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-void element_polyhedron(const Vec3 *place, int count, const int (*triangle)[3], int triangle_count,
-                        Vec3 *area, double *volume)
+void element_polyhedron(const Vec3 *position, int count, const int (*triangle)[3],
+                        int triangle_count, Vec3 *area, double *volume)
 {
     double sum = 0.0;
     for (int i = 0; i < count; i++)
@@ -15,8 +15,9 @@ void element_polyhedron(const Vec3 *place, int count, const int (*triangle)[3], 
     for (int t = 0; t < triangle_count; t++) {
         const int *corner = triangle[t];
         // Relative to one vertex of the body, so that the distance from the origin costs no digits.
-        Vec3 a = vec3_sub(place[corner[0]], place[0]), b = vec3_sub(place[corner[1]], place[0]);
-        Vec3 c = vec3_sub(place[corner[2]], place[0]);
+        Vec3 a = vec3_sub(position[corner[0]], position[0]),
+             b = vec3_sub(position[corner[1]], position[0]);
+        Vec3 c = vec3_sub(position[corner[2]], position[0]);
         Vec3 twice = vec3_cross(vec3_sub(b, a), vec3_sub(c, a)); // twice its area vector
         for (int k = 0; k < 3; k++)
             area[corner[k]] = vec3_madd(area[corner[k]], 1.0 / 6.0, twice);
@@ -81,7 +82,7 @@ static void affine_fit(const Element *element, Vec3 rest_centre, const Vec3 *pos
     double moment[3][3] = {{0.0}}, spread[3][3] = {{0.0}}, value[3];
     Vec3 axis[3];
     for (int i = 0; i < element->count; i++) {
-        Vec3 rest = vec3_sub(element->place[i], rest_centre);
+        Vec3 rest = vec3_sub(element->rest[i], rest_centre);
         add_outer(moment, element->weight[i], vec3_sub(position[i], centre), rest);
         add_outer(spread, element->weight[i], rest, rest);
     }
@@ -122,11 +123,11 @@ static double affine_forces(const Element *element, const ElementStiffness *stif
                 2.0 * stiffness->mu * (f[i][k] - r[i][k]) + stiffness->lambda * trace * r[i][k];
     }
     // Residual: what the best affine map leaves.
-    Vec3 rest_centre = mean(element, element->place);
+    Vec3 rest_centre = mean(element, element->rest);
     affine_fit(element, rest_centre, position, centre, g);
     double residual = 0.0;
     for (int i = 0; i < element->count; i++) {
-        Vec3 affine = multiply((const double(*)[3])g, vec3_sub(element->place[i], rest_centre));
+        Vec3 affine = multiply((const double(*)[3])g, vec3_sub(element->rest[i], rest_centre));
         Vec3 e = vec3_sub(vec3_sub(position[i], centre), affine);
         residual += element->weight[i] * vec3_dot(e, e);
         force[i] = vec3_sub(force[i], multiply((const double(*)[3])stress, element->area[i]));
@@ -142,14 +143,14 @@ static double affine_forces(const Element *element, const ElementStiffness *stif
 static double paper_forces(const Element *element, const ElementStiffness *stiffness,
                            const Vec3 *position, Vec3 centre, Quat *last, Vec3 *force)
 {
-    Vec3 rest_centre = mean(element, element->place);
+    Vec3 rest_centre = mean(element, element->rest);
     double a[3][3] = {{0.0}}, r[3][3], square = 0.0;
     for (int i = 0; i < element->count; i++)
         add_outer(a, element->weight[i], vec3_sub(position[i], centre),
-                  vec3_sub(element->place[i], rest_centre));
+                  vec3_sub(element->rest[i], rest_centre));
     rotation_fit((const double(*)[3])a, r, last);
     for (int i = 0; i < element->count; i++) {
-        Vec3 goal = multiply((const double(*)[3])r, vec3_sub(element->place[i], rest_centre));
+        Vec3 goal = multiply((const double(*)[3])r, vec3_sub(element->rest[i], rest_centre));
         Vec3 d = vec3_sub(goal, vec3_sub(position[i], centre));
         square += element->weight[i] * vec3_dot(d, d);
         force[i] = vec3_madd(force[i], stiffness->residual * element->weight[i], d);

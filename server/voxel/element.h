@@ -14,7 +14,7 @@ typedef enum VoxelLaw {
 // Rest shape; the caller owns the arrays.
 typedef struct Element {
     int count;
-    const Vec3 *place;    // X_i [m]
+    const Vec3 *rest;     // X_i [m]
     const double *weight; // w_i > 0; only ratios matter
     const Vec3 *area;     // a_i [m2], sum 0, sum X_i a_i^T = volume * 1 (VOXEL_AFFINE)
     double volume;        // [m3]
@@ -22,8 +22,8 @@ typedef struct Element {
 
 // Computes area vectors [m2] and volume [m3] of a polyhedron with outward triangles: a_i = a third
 // of the area vectors of its triangles (exact for fields that are linear on each triangle).
-void element_polyhedron(const Vec3 *place, int count, const int (*triangle)[3], int triangle_count,
-                        Vec3 *area, double *volume);
+void element_polyhedron(const Vec3 *position, int count, const int (*triangle)[3],
+                        int triangle_count, Vec3 *area, double *volume);
 
 typedef struct ElementStiffness {
     VoxelLaw law;

@@ -14,7 +14,7 @@ typedef struct PatchElement {
     int count;
     int vertex[NODE_COUNT];
     Vec3 g[NODE_COUNT];          // [1/m]
-    Vec3 place[NODE_COUNT];      // X, in edge lengths
+    Vec3 rest[NODE_COUNT];       // X, in edge lengths
     Vec3 lever[NODE_COUNT];      // w M^-1 X, likewise
     double weight[NODE_COUNT];   // w
     double mu, lambda, residual; // V mu, V lambda [N m]; r [N/m]
@@ -98,7 +98,7 @@ static void add_element(const Vertices *vertices, Patch *patch, const PatchEleme
             double even =
                 piece->mu * vec3_dot(b[i], b[k]) -
                 piece->residual * piece->weight[i] *
-                    (piece->weight[k] / total + vec3_dot(piece->place[i], piece->lever[k]));
+                    (piece->weight[k] / total + vec3_dot(piece->rest[i], piece->lever[k]));
             if (i == k)
                 even += piece->residual * piece->weight[i];
             for (int e = 0; e < 9; e++)
@@ -139,7 +139,7 @@ static bool add_plain(const VoxelModel *model, Patch *patch, int batch, int lane
     for (int p = 0; p < NODE_CORNERS; p++) {
         Vec3 sign = vec3((p & 1) - 0.5, (p >> 1 & 1) - 0.5, (p >> 2 & 1) - 0.5);
         piece.vertex[p] = vertex[p * LANES];
-        piece.place[p] = sign;
+        piece.rest[p] = sign;
         piece.lever[p] = vec3_scale(0.5, sign); // M = 2 in each axis
         piece.weight[p] = 1.0;
         piece.g[p] = vec3_scale(0.5 / by->size, sign);
@@ -157,11 +157,11 @@ static double add_row(VoxelLaw law, const ElementClass *by, const double row[TAB
     piece->vertex[i] = vertex;
     piece->g[i] = vec3_scale(1.0 / by->size, vec3(row[0], row[1], row[2]));
     piece->weight[i] = row[3];
-    piece->place[i] = vec3(row[4], row[5], row[6]);
+    piece->rest[i] = vec3(row[4], row[5], row[6]);
     // For Miyazaki's law the table has only 3 X / tr M, which approximates M^-1 X.
     piece->lever[i] =
         law == VOXEL_AFFINE ? vec3(row[7], row[8], row[9]) : vec3(row[0], row[1], row[2]);
-    return row[3] * vec3_dot(piece->place[i], piece->place[i]);
+    return row[3] * vec3_dot(piece->rest[i], piece->rest[i]);
 }
 
 static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int lane, bool mixed)

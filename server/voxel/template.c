@@ -48,7 +48,7 @@ int node_at_offset(int x, int y, int z)
     return inside ? node[x + 3 * y + 9 * z] : -1;
 }
 
-static Vec3 place_of(int node)
+static Vec3 rest_of(int node)
 {
     const signed char *o = NODE_OFFSET[node];
     return vec3(0.5 * (o[0] - 1), 0.5 * (o[1] - 1), 0.5 * (o[2] - 1));
@@ -101,17 +101,17 @@ void template_create(Template *out, unsigned mask)
         if (node >= NODE_CORNERS && !(mask >> (node - NODE_CORNERS) & 1))
             continue;
         int i = out->count++;
-        Vec3 place = place_of(node);
+        Vec3 rest = rest_of(node);
         out->node[i] = node;
-        out->place[i] = place;
+        out->rest[i] = rest;
         out->area[i] = area[node];
         // Eight times the volume of the cone from the middle over the node's part of the surface:
         // sums of powers of two except for the last division.
-        double weight = 8.0 * vec3_dot(area[node], place) / 3.0;
+        double weight = 8.0 * vec3_dot(area[node], rest) / 3.0;
         out->weight[i] = weight;
-        spread[0] += weight * place.x * place.x;
-        spread[1] += weight * place.y * place.y;
-        spread[2] += weight * place.z * place.z;
+        spread[0] += weight * rest.x * rest.x;
+        spread[1] += weight * rest.y * rest.y;
+        spread[2] += weight * rest.z * rest.z;
     }
     for (int d = 0; d < 3; d++)
         out->spread[d] = spread[d];
@@ -121,10 +121,10 @@ double template_spread(const Template *shape)
 {
     Vec3 mean = {0.0, 0.0, 0.0};
     for (int i = 0; i < shape->count; i++)
-        mean = vec3_madd(mean, 1.0 / shape->count, shape->place[i]);
+        mean = vec3_madd(mean, 1.0 / shape->count, shape->rest[i]);
     double spread = 0.0;
     for (int i = 0; i < shape->count; i++) {
-        Vec3 r = vec3_sub(shape->place[i], mean);
+        Vec3 r = vec3_sub(shape->rest[i], mean);
         spread += vec3_dot(r, r);
     }
     return spread;
@@ -147,12 +147,12 @@ static void put(double to[3], Vec3 a)
 static void affine_numbers(const Template *template, Numbers *out)
 {
     for (int i = 0; i < template->count; i++) {
-        const Vec3 place = template->place[i];
+        const Vec3 rest = template->rest[i];
         const double w = template->weight[i], *m = template->spread;
         put(out->row[i], template->area[i]);
         out->row[i][3] = w;
-        put(out->row[i] + 4, place);
-        put(out->row[i] + 7, vec3(w * place.x / m[0], w * place.y / m[1], w * place.z / m[2]));
+        put(out->row[i] + 4, rest);
+        put(out->row[i] + 7, vec3(w * rest.x / m[0], w * rest.y / m[1], w * rest.z / m[2]));
         out->head[0] += w;
     }
     out->head[1] = 1.0 / out->head[0];
@@ -163,10 +163,10 @@ static void paper_numbers(const Template *template, Numbers *out)
     const int count = template->count;
     Vec3 mean = {0.0, 0.0, 0.0};
     for (int i = 0; i < count; i++)
-        mean = vec3_madd(mean, 1.0 / count, template->place[i]);
+        mean = vec3_madd(mean, 1.0 / count, template->rest[i]);
     double trace = 0.0, rest[6] = {0.0};
     for (int i = 0; i < count; i++) {
-        const Vec3 r = vec3_sub(template->place[i], mean);
+        const Vec3 r = vec3_sub(template->rest[i], mean);
         out->row[i][3] = 1.0;
         put(out->row[i] + 4, r);
         trace += vec3_dot(r, r);

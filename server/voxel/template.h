@@ -18,12 +18,12 @@ extern const signed char NODE_OFFSET[NODE_COUNT][3];
 // Returns the node at an offset, -1 for the centre (1, 1, 1).
 int node_at_offset(int x, int y, int z);
 
-// For an element of edge 1; with edge H, place scales by H, area by H^2.
+// For an element of edge 1; with edge H, rest scales by H, area by H^2.
 typedef struct Template {
     unsigned mask;             // bit b: node 8 + b is present
     int count;                 // nodes present
     int node[NODE_COUNT];      // [count] their numbers, ascending
-    Vec3 place[NODE_COUNT];    // [count] X_i, from the middle of the cube
+    Vec3 rest[NODE_COUNT];     // [count] X_i, from the middle of the cube
     Vec3 area[NODE_COUNT];     // [count] a_i; sum 0, sum X_i a_i^T = 1
     double weight[NODE_COUNT]; // [count] w_i; sum 8, sum w_i X_i = 0
     double spread[3];          // diagonal of M = sum w_i X_i X_i^T, whose other entries are 0

@@ -58,7 +58,7 @@ static void create_element(Textbook *book, TextbookElement *element, const Plane
     for (int i = 0; i < shape.count; i++) {
         TextbookVertex *v = &book->vertex[vertex[shape.at[i]]];
         element->vertex[i] = v;
-        element->rest[i] = (Vec2){edge * shape.place[i][0], edge * shape.place[i][1]};
+        element->rest[i] = (Vec2){edge * shape.rest[i][0], edge * shape.rest[i][1]};
         v->mass += mass / shape.count;
         ASSERT(v->use_count < 4);
         v->use[v->use_count++] = (struct TextbookUse){element, i};

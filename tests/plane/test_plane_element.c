@@ -48,9 +48,9 @@ static void look_at_identities(const PlaneShape *shape, PlaneLaw law, uint64_t *
         share += shape->share[i];
         for (int d = 0; d < 2; d++) {
             area[d] += shape->area[i][d];
-            first[d] += shape->share[i] * shape->place[i][d];
+            first[d] += shape->share[i] * shape->rest[i][d];
             for (int e = 0; e < 2; e++)
-                moment[d][e] += shape->place[i][d] * shape->area[i][e];
+                moment[d][e] += shape->rest[i][d] * shape->area[i][e];
         }
     }
     const double rounding = 1e-15; // of a few numbers below 1
@@ -128,7 +128,7 @@ static void look_at_gradient(const PlaneShape *shape, PlaneLaw law, uint64_t *se
     scramble(x, 0.2, seed);
     for (int i = 0; i < shape->count; i++)
         for (int d = 0; d < 2; d++)
-            x[i][d] += shape->place[i][d];
+            x[i][d] += shape->rest[i][d];
     plane_shape_forces(shape, &stiffness, 1.0, (const double(*)[2])x, NULL, force);
     const double step = 1e-5;
     for (int i = 0; i < shape->count; i++)
@@ -162,7 +162,7 @@ static void look_at_isotropic(const PlaneShape *shape, PlaneLaw law, uint64_t *s
     double x[PLANE_PLACES][2], unused[PLANE_PLACES][2];
     for (int i = 0; i < shape->count; i++)
         for (int d = 0; d < 2; d++)
-            x[i][d] = (1.0 + strain) * size * shape->place[i][d];
+            x[i][d] = (1.0 + strain) * size * shape->rest[i][d];
     double energy =
         plane_shape_forces(shape, &stiffness, size, (const double(*)[2])x, NULL, unused);
     double nu = law == PLANE_AFFINE ? NU : 0.0;
@@ -212,8 +212,8 @@ static void bending_costs_what_it_costs_a_beam(void **state)
     const double q = 1e-4;
     double x[PLANE_PLACES][2], unused[PLANE_PLACES][2];
     for (int i = 0; i < 4; i++) {
-        x[i][0] = shape.place[i][0] + (i == 0 || i == 3 ? q : -q);
-        x[i][1] = shape.place[i][1];
+        x[i][0] = shape.rest[i][0] + (i == 0 || i == 3 ? q : -q);
+        x[i][1] = shape.rest[i][1];
     }
     double energy =
         plane_shape_forces(&shape, &stiffness, 1.0, (const double(*)[2])x, NULL, unused);
@@ -232,7 +232,7 @@ static void look_at_eigenvalue(const PlaneShape *shape, PlaneLaw law, uint64_t *
         scramble(u, 1e-6, seed);
         for (int i = 0; i < shape->count; i++)
             for (int d = 0; d < 2; d++)
-                x[i][d] = shape->place[i][d] + u[i][d];
+                x[i][d] = shape->rest[i][d] + u[i][d];
         plane_shape_forces(shape, &stiffness, 1.0, (const double(*)[2])x, NULL, f);
         for (int i = 0; i < shape->count; i++)
             for (int d = 0; d < 2; d++) {

@@ -225,7 +225,7 @@ static uint64_t hash_tables(const DetailBench *bench)
     hash =
         mix(hash, bench->model->run, (size_t)bench->model->run_count * sizeof *bench->model->run);
     hash = mix(hash, model->basis.rest, (size_t)model->basis.count * sizeof *model->basis.rest);
-    for (int p = 0; p < detail->set.place_count; p++)
+    for (int p = 0; p < detail->set.face_count; p++)
         if (detail->faces.face[p][0] != detail->faces.face[p][1]) {
             hash = mix(hash, detail->faces.face[p], sizeof detail->faces.face[p]);
             hash = mix(hash, detail->faces.face_neighbor[p], sizeof detail->faces.face_neighbor[p]);

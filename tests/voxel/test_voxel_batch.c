@@ -85,9 +85,9 @@ static void every_element_stands_in_one_lane_with_its_vertices(void **unused)
     for (int i = 0; i < lanes; i++)
         owner[i] = -1;
     for (int e = 0; e < ELEMENTS; e++) {
-        assert_in_range(b.place[e], 0, lanes - 1);
-        assert_int_equal(owner[b.place[e]], -1);
-        owner[b.place[e]] = e;
+        assert_in_range(b.lane[e], 0, lanes - 1);
+        assert_int_equal(owner[b.lane[e]], -1);
+        owner[b.lane[e]] = e;
     }
     for (int i = 0; i < lanes; i++)
         expect_lane(&b, i / LANES, i % LANES, owner[i]);
@@ -97,7 +97,7 @@ static void every_element_stands_in_one_lane_with_its_vertices(void **unused)
 
 static bool is_mixed(const Batches *b, int e)
 {
-    return b->place[e] / LANES >= batches_total(b) - b->hanging.mixed_count;
+    return b->lane[e] / LANES >= batches_total(b) - b->hanging.mixed_count;
 }
 
 static int count_of(int e)
@@ -135,7 +135,7 @@ static void batches_follow_template_class_and_element(void **unused)
     for (int e = 0; e < ELEMENTS; e++)
         for (int f = 0; f < ELEMENTS; f++)
             if (e != f)
-                assert_true((b.place[e] < b.place[f]) == (order(&b, e, f) < 0));
+                assert_true((b.lane[e] < b.lane[f]) == (order(&b, e, f) < 0));
     arena_destroy(&arena);
 }
 

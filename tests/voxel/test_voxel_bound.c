@@ -35,7 +35,7 @@ static double largest_eigenvalue(unsigned mask, double nu, uint64_t *random)
     Template shape;
     template_create(&shape, mask);
     const double lambda = 2.0 * nu / (1.0 - 2.0 * nu), step = 1e-6;
-    const Element element = {shape.count, shape.place, shape.weight, shape.area, 1.0};
+    const Element element = {shape.count, shape.rest, shape.weight, shape.area, 1.0};
     const ElementStiffness stiffness = {
         .law = VOXEL_AFFINE, .mu = 1.0, .lambda = lambda, .residual = (1.0 + nu) / 3.0};
     Vec3 d[NODE_COUNT];
@@ -52,7 +52,7 @@ static double largest_eigenvalue(unsigned mask, double nu, uint64_t *random)
             Quat last = QUAT_NONE;
             double by = (side == 0 ? step : -step) / sqrt(norm);
             for (int i = 0; i < shape.count; i++)
-                x[i] = vec3_madd(shape.place[i], by, d[i]);
+                x[i] = vec3_madd(shape.rest[i], by, d[i]);
             element_forces(&element, &stiffness, x, NULL, &last, f[side]);
         }
         double work = 0.0;

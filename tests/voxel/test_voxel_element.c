@@ -11,13 +11,13 @@
 
 typedef struct Shape {
     Element element;
-    Vec3 place[NODE_COUNT], area[NODE_COUNT];
+    Vec3 rest[NODE_COUNT], area[NODE_COUNT];
     double weight[NODE_COUNT];
 } Shape;
 
 static void point_to_own(Shape *shape, int count, double volume)
 {
-    shape->element = (Element){count, shape->place, shape->weight, shape->area, volume};
+    shape->element = (Element){count, shape->rest, shape->weight, shape->area, volume};
 }
 
 // Random weights for odd seeds: the law is not one of equal weights.
@@ -34,8 +34,8 @@ static void make_tetrahedron(Shape *shape, uint64_t *random)
     double volume = 0.0;
     while (volume < 0.1) {
         for (int i = 0; i < 4; i++)
-            shape->place[i] = random_vec3(random);
-        element_polyhedron(shape->place, 4, TRIANGLE, 4, shape->area, &volume);
+            shape->rest[i] = random_vec3(random);
+        element_polyhedron(shape->rest, 4, TRIANGLE, 4, shape->area, &volume);
     }
     add_weights(shape, 4, random);
     point_to_own(shape, 4, volume);
@@ -49,17 +49,17 @@ static void make_polyhedron(Shape *shape, uint64_t *random, double variation)
     for (int i = 0; i < ring; i++) {
         double angle = 2.0 * 3.141592653589793 * i / ring;
         double radius = random_between(random, 1.0 - variation, 1.0 + 0.5 * variation);
-        shape->place[i] = vec3(radius * cos(angle), radius * sin(angle),
-                               random_between(random, -0.3, 0.3) * variation);
+        shape->rest[i] = vec3(radius * cos(angle), radius * sin(angle),
+                              random_between(random, -0.3, 0.3) * variation);
         int next = (i + 1) % ring;
         memcpy(triangle[count++], (int[3]){i, next, ring}, sizeof triangle[0]);
         memcpy(triangle[count++], (int[3]){next, i, ring + 1}, sizeof triangle[0]);
     }
-    shape->place[ring] = vec3(0.1, 0.05, 1.0);
+    shape->rest[ring] = vec3(0.1, 0.05, 1.0);
     // Above the plane of the ring: the body is a cup.
-    shape->place[ring + 1] = vec3(-0.05, 0.1, variation > 0.5 ? 0.4 : -0.7);
+    shape->rest[ring + 1] = vec3(-0.05, 0.1, variation > 0.5 ? 0.4 : -0.7);
     double volume;
-    element_polyhedron(shape->place, ring + 2, (const int(*)[3])triangle, count, shape->area,
+    element_polyhedron(shape->rest, ring + 2, (const int(*)[3])triangle, count, shape->area,
                        &volume);
     assert_true(volume > 0.0);
     add_weights(shape, ring + 2, random);
@@ -71,7 +71,7 @@ static void make_template(Shape *shape, unsigned mask, double size)
     Template t;
     template_create(&t, mask);
     for (int i = 0; i < t.count; i++) {
-        shape->place[i] = vec3_scale(size, t.place[i]);
+        shape->rest[i] = vec3_scale(size, t.rest[i]);
         shape->area[i] = vec3_scale(size * size, t.area[i]);
         shape->weight[i] = t.weight[i];
     }
@@ -184,7 +184,7 @@ static void force_is_the_negative_gradient_of_the_energy(void **state)
                                        : random_between(&random, -0.3, 0.0));
         Vec3 position[NODE_COUNT];
         for (int i = 0; i < element->count; i++)
-            position[i] = vec3_madd(apply(&map, element->place[i]), 0.02, random_vec3(&random));
+            position[i] = vec3_madd(apply(&map, element->rest[i]), 0.02, random_vec3(&random));
         for (int law = 0; law < 2; law++) {
             ElementStiffness stiffness = random_stiffness(&random, (VoxelLaw)law);
             expect_gradient(element, &stiffness, position);
@@ -238,8 +238,8 @@ static void any_state(uint64_t *random, int kind, const Element *element, Vec3 *
     }
     }
     for (int i = 0; i < element->count; i++)
-        position[i] = vec3_scale(
-            scale, vec3_madd(apply(&map, element->place[i]), noise, random_vec3(random)));
+        position[i] =
+            vec3_scale(scale, vec3_madd(apply(&map, element->rest[i]), noise, random_vec3(random)));
 }
 
 // Resultant and moment below 1e-12 of sum |f| and of sum |f| times the larger of the element's
@@ -309,7 +309,7 @@ static void no_force_at_rest_and_under_rigid_motion(void **state)
         Vec3 drift = random_vec3(&random), spin = random_vec3(&random);
         Vec3 position[NODE_COUNT], velocity[NODE_COUNT], force[NODE_COUNT];
         for (int i = 0; i < element->count; i++) {
-            position[i] = vec3_add(quat_rotate(turn, element->place[i]), shift);
+            position[i] = vec3_add(quat_rotate(turn, element->rest[i]), shift);
             velocity[i] = vec3_add(drift, vec3_cross(spin, position[i]));
         }
         for (int law = 0; law < 2; law++) {
@@ -361,7 +361,7 @@ static void homogeneous_deformation_has_the_energy_of_the_continuum(void **state
         ElementStiffness stiffness = random_stiffness(&random, VOXEL_AFFINE);
         Vec3 position[NODE_COUNT], force[NODE_COUNT];
         for (int i = 0; i < element->count; i++)
-            position[i] = apply(&map, element->place[i]);
+            position[i] = apply(&map, element->rest[i]);
         zero(force, element->count);
         Quat last = {1.0, 0.0, 0.0, 0.0};
         double energy = element_forces(element, &stiffness, position, NULL, &last, force);
@@ -392,7 +392,7 @@ static void area_vectors_of_a_polyhedron_close_and_reproduce_its_volume(void **s
             sum = vec3_add(sum, element->area[i]);
             for (int r = 0; r < 3; r++) {
                 for (int c = 0; c < 3; c++)
-                    m[r][c] += *component(&shape.place[i], r) * *component(&shape.area[i], c);
+                    m[r][c] += *component(&shape.rest[i], r) * *component(&shape.area[i], c);
             }
         }
         expect_at_most(vec3_length(sum), 1e-14);
@@ -410,8 +410,7 @@ static void the_paper_s_law_works_with_two_and_three_vertices(void **state)
         Shape shape;
         int count = 2 + n % 2;
         for (int i = 0; i < count; i++)
-            shape.place[i] =
-                vec3_add(random_vec3(&random), vec3(3.0 * (i == 1), 3.0 * (i == 2), 0));
+            shape.rest[i] = vec3_add(random_vec3(&random), vec3(3.0 * (i == 1), 3.0 * (i == 2), 0));
         add_weights(&shape, count, &random);
         point_to_own(&shape, count, 0.0);
         ElementStiffness stiffness = random_stiffness(&random, VOXEL_MIYAZAKI2004);
@@ -427,7 +426,7 @@ static void the_paper_s_law_works_with_two_and_three_vertices(void **state)
         expect_balanced(&shape.element, position, force);
         if (count == 2) {
             Vec3 d = vec3_sub(position[1], position[0]);
-            double rest = vec3_length(vec3_sub(shape.place[1], shape.place[0]));
+            double rest = vec3_length(vec3_sub(shape.rest[1], shape.rest[0]));
             double w = shape.weight[0] * shape.weight[1] / (shape.weight[0] + shape.weight[1]);
             double pull = stiffness.residual * w * (vec3_length(d) - rest);
             Vec3 expected = vec3_scale(pull, vec3_unit(d));
@@ -451,7 +450,7 @@ static void a_flat_rest_shape_is_balanced_too(void **state)
         Vec3 sum = {0.0, 0.0, 0.0}, position[6], force[6];
         for (int i = 0; i < 6; i++) {
             Vec3 x = random_vec3(&random);
-            shape.place[i] = quat_rotate(turn, vec3(x.x, x.y, 0.0));
+            shape.rest[i] = quat_rotate(turn, vec3(x.x, x.y, 0.0));
             shape.area[i] = i < 5 ? random_vec3(&random) : vec3_scale(-1.0, sum);
             sum = vec3_add(sum, shape.area[i]);
             position[i] = random_vec3(&random);

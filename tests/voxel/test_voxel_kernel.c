@@ -122,7 +122,7 @@ static void make_loose(Problem *p, int count, VoxelLaw law, bool damped, uint64_
 // Vectors of one element's vertices.
 typedef struct Shape {
     Element element;
-    Vec3 place[NODE_COUNT], area[NODE_COUNT];
+    Vec3 rest[NODE_COUNT], area[NODE_COUNT];
     double weight[NODE_COUNT];
     int vertex[NODE_COUNT];
 } Shape;
@@ -136,12 +136,12 @@ static void shape_of(const Problem *p, int e, Shape *out)
     template_create(&t, mask);
     const double size = p->classes[p->element_class[e]].size;
     for (int i = 0; i < t.count; i++) {
-        out->place[i] = vec3_scale(size, t.place[i]);
+        out->rest[i] = vec3_scale(size, t.rest[i]);
         out->area[i] = vec3_scale(size * size, t.area[i]);
         out->weight[i] = p->law == VOXEL_AFFINE ? t.weight[i] : 1.0;
         out->vertex[i] = p->vertex[e][t.node[i]];
     }
-    out->element = (Element){t.count, out->place, out->weight, out->area, size * size * size};
+    out->element = (Element){t.count, out->rest, out->weight, out->area, size * size * size};
 }
 
 static Vec3 vector_at(const double *from)
@@ -168,7 +168,7 @@ static void expected_forces(Problem *p, double (*force)[3], double *scale)
         Vec3 position[NODE_COUNT], velocity[NODE_COUNT], f[NODE_COUNT] = {{0}};
         double fastest = 0.0;
         for (int i = 0; i < s.element.count; i++) {
-            position[i] = vec3_add(s.place[i], vector_at(p->row[s.vertex[i]]));
+            position[i] = vec3_add(s.rest[i], vector_at(p->row[s.vertex[i]]));
             velocity[i] = vector_at(p->row[s.vertex[i]] + 4);
             fastest = fmax(fastest, vec3_length(velocity[i]));
         }
@@ -285,10 +285,10 @@ static void move_vertices(Problem *p, Quat turn, double noise, uint64_t *random)
             if (done[s.vertex[i]])
                 continue;
             done[s.vertex[i]] = true;
-            Vec3 u = vec3_sub(quat_rotate(turn, s.place[i]), s.place[i]);
+            Vec3 u = vec3_sub(quat_rotate(turn, s.rest[i]), s.rest[i]);
             u = vec3_madd(vec3_add(u, shift), noise * SIZE, random_vec3(random));
             put_vector(row, u);
-            put_vector(row + 4, vec3_madd(vec3_cross(spin, s.place[i]), 0.01, random_vec3(random)));
+            put_vector(row + 4, vec3_madd(vec3_cross(spin, s.rest[i]), 0.01, random_vec3(random)));
         }
     }
     free(done);
@@ -361,11 +361,11 @@ static void deform_badly(Problem *p, bool only_unique, uint64_t *random)
         Quat turn = quat_from_rotation(random_vec3(random));
         double noise = kind >= 6 || kind == 3 || kind == 4 ? 0.0 : 0.05;
         for (int i = 0; i < s.element.count; i++) {
-            Vec3 x = s.place[i];
+            Vec3 x = s.rest[i];
             x = vec3(stretch.x * x.x, stretch.y * x.y, stretch.z * x.z);
             x = vec3_madd(quat_rotate(turn, x), noise * size, random_vec3(random));
             double *row = p->row[s.vertex[i]];
-            put_vector(row, vec3_sub(x, s.place[i]));
+            put_vector(row, vec3_sub(x, s.rest[i]));
             put_vector(row + 4, vec3_scale(0.01, random_vec3(random)));
         }
     }
@@ -406,7 +406,7 @@ static void no_state_gives_a_resultant_or_moment(void **unused)
             double size = 0.0, arm = p.classes[p.element_class[e]].size;
             for (int i = 0; i < s.element.count; i++) {
                 Vec3 f = vector_at(r.force[s.vertex[i]]);
-                Vec3 x = vec3_add(s.place[i], vector_at(p.row[s.vertex[i]]));
+                Vec3 x = vec3_add(s.rest[i], vector_at(p.row[s.vertex[i]]));
                 sum = vec3_add(sum, f);
                 moment = vec3_add(moment, vec3_cross(x, f));
                 size += vec3_length(f);

@@ -31,9 +31,9 @@ static void places_follow_the_mask(void **unused)
                 continue;
             assert_int_equal(t.node[next], node);
             const signed char *o = NODE_OFFSET[node];
-            assert_true(t.place[next].x == 0.5 * o[0] - 0.5);
-            assert_true(t.place[next].y == 0.5 * o[1] - 0.5);
-            assert_true(t.place[next].z == 0.5 * o[2] - 0.5);
+            assert_true(t.rest[next].x == 0.5 * o[0] - 0.5);
+            assert_true(t.rest[next].y == 0.5 * o[1] - 0.5);
+            assert_true(t.rest[next].z == 0.5 * o[2] - 0.5);
             next++;
         }
         assert_int_equal(t.count, next);
@@ -62,7 +62,7 @@ static void expect_identities(const Template *t)
     const double *m = t->spread;
     double area[3] = {0}, gradient[3][3] = {{0}}, weight = 0, moment[3] = {0}, spread[3][3] = {{0}};
     for (int i = 0; i < t->count; i++) {
-        double x[3] = {t->place[i].x, t->place[i].y, t->place[i].z};
+        double x[3] = {t->rest[i].x, t->rest[i].y, t->rest[i].z};
         double a[3] = {t->area[i].x, t->area[i].y, t->area[i].z};
         expect_at_least(t->weight[i], 0.2);
         weight += t->weight[i];
@@ -105,9 +105,9 @@ static void cube_of_eight_corners_is_that_of_the_paper(void **unused)
     assert_int_equal(t.count, 8);
     for (int i = 0; i < 8; i++) {
         assert_true(t.weight[i] == 1.0);
-        assert_true(t.area[i].x == 0.5 * t.place[i].x);
-        assert_true(t.area[i].y == 0.5 * t.place[i].y);
-        assert_true(t.area[i].z == 0.5 * t.place[i].z);
+        assert_true(t.area[i].x == 0.5 * t.rest[i].x);
+        assert_true(t.area[i].y == 0.5 * t.rest[i].y);
+        assert_true(t.area[i].z == 0.5 * t.rest[i].z);
     }
     for (int d = 0; d < 3; d++)
         assert_true(t.spread[d] == 2.0);

@@ -32,7 +32,7 @@ static void differentiate(VoxelBenchClass *class, double size)
     int n = 3 * element->count;
     class->matrix = allocate(n * n, sizeof *class->matrix);
     Vec3 position[NODE_COUNT];
-    memcpy(position, element->place, (size_t)element->count * sizeof *position);
+    memcpy(position, element->rest, (size_t)element->count * sizeof *position);
     double step = 1e-5 * size;
     for (int side = 0; side < 2; side++) {
         for (int column = 0; column < n; column++) {
@@ -61,13 +61,13 @@ static void create_class(VoxelBench *bench, VoxelBenchClass *class, unsigned mas
     double size = bench->size * (1 << level), spread = 0.0;
     bool paper = options->law == VOXEL_MIYAZAKI2004;
     for (int i = 0; i < class->shape.count; i++) {
-        class->place[i] = vec3_scale(size, class->shape.place[i]);
+        class->rest[i] = vec3_scale(size, class->shape.rest[i]);
         class->area[i] = vec3_scale(size * size, class->shape.area[i]);
         class->weight[i] = paper && options->unit_weights ? 1.0 : class->shape.weight[i];
-        spread += class->weight[i] * vec3_dot(class->place[i], class->place[i]);
+        spread += class->weight[i] * vec3_dot(class->rest[i], class->rest[i]);
     }
     class->element =
-        (Element){class->shape.count, class->place, class->weight, class->area, size * size * size};
+        (Element){class->shape.count, class->rest, class->weight, class->area, size * size * size};
     double alpha = options->alpha > 0.0 ? options->alpha : (1.0 + options->poisson_ratio) / 3.0;
     double k = bench->mu * size;
     class->stiffness = (ElementStiffness){

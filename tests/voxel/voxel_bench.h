@@ -28,7 +28,7 @@ typedef struct VoxelBenchOptions {
 typedef struct VoxelBenchClass {
     int level;
     Template shape;
-    Vec3 place[NODE_COUNT], area[NODE_COUNT]; // scaled to the size
+    Vec3 rest[NODE_COUNT], area[NODE_COUNT]; // scaled to the size
     double weight[NODE_COUNT];
     Element element;
     ElementStiffness stiffness;

@@ -34,10 +34,10 @@ static void set_law(ReferenceElement *element, VoxelLaw law, double mu, double n
     double spread = 0.0;
     for (int i = 0; i < count; i++) {
         element->weight[i] = 1.0;
-        mean = vec3_madd(mean, 1.0 / count, element->place[i]);
+        mean = vec3_madd(mean, 1.0 / count, element->corner[i]);
     }
     for (int i = 0; i < count; i++) {
-        Vec3 r = vec3_sub(element->place[i], mean);
+        Vec3 r = vec3_sub(element->corner[i], mean);
         spread += vec3_dot(r, r);
     }
     element->stiffness.residual = element->stiffness.damping = k * 6.0 * size * size / spread;
@@ -54,7 +54,7 @@ static void set_element(VoxelReference *reference, ReferenceElement *element,
     template_create(&shape, template_mask_of(mesh->vertex[index]));
     for (int i = 0; i < shape.count; i++) {
         // In the world's axes, as positions are.
-        element->place[i] = quat_rotate(options->lattice->turn, vec3_scale(size, shape.place[i]));
+        element->corner[i] = quat_rotate(options->lattice->turn, vec3_scale(size, shape.rest[i]));
         element->area[i] =
             quat_rotate(options->lattice->turn, vec3_scale(size * size, shape.area[i]));
         element->weight[i] = shape.weight[i];
@@ -64,7 +64,7 @@ static void set_element(VoxelReference *reference, ReferenceElement *element,
             (options->law == VOXEL_AFFINE ? shape.weight[i] / 8.0 : 1.0 / (double)shape.count);
     }
     element->rest =
-        (Element){shape.count, element->place, element->weight, element->area, size * size * size};
+        (Element){shape.count, element->corner, element->weight, element->area, size * size * size};
     element->last = QUAT_NONE;
     set_law(element, options->law, material->youngs_modulus / (2.0 * (1.0 + nu)), nu, size);
     const double step =

@@ -10,7 +10,7 @@
 
 typedef struct ReferenceElement {
     Element rest; // of the arrays below
-    Vec3 place[NODE_COUNT], area[NODE_COUNT];
+    Vec3 corner[NODE_COUNT], area[NODE_COUNT];
     double weight[NODE_COUNT];
     int vertex[NODE_COUNT]; // [rest.count]
     ElementStiffness stiffness;

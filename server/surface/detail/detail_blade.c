@@ -120,7 +120,7 @@ static void mark_near(const Detail *detail, int level, int face)
     }
     const int *corner = detail->set.levels.level[level].face[face];
     if ((cut->sides[corner[0]] & cut->sides[corner[1]] & cut->sides[corner[2]]) == 0)
-        memset(cut->is_near + detail_place(&detail->set, level, face), 1,
+        memset(cut->is_near + detail_face_slot(&detail->set, level, face), 1,
                (size_t)1 << (2 * (detail->set.levels.finest - level)));
 }
 

@@ -218,7 +218,7 @@ static bool check_node_slots(const Detail *detail)
     return true;
 }
 
-// True if exactly the places at which leaves are drawn have slots; a leaf is one triangle more than
+// True if exactly the faces that are drawn have slots in messages; a leaf is one triangle more than
 // it has midpoints.
 static bool check_face_slots(const Detail *detail)
 {
@@ -237,7 +237,7 @@ static bool check_face_slots(const Detail *detail)
                     detail_status_of_midpoint(&detail->set, l, at->face_edge[f][k]) != NODE_OFF;
             for (int k = 0; k < pieces; k++)
                 if (table->slot[l < detail->set.levels.finest
-                                    ? detail_place(&detail->set, l + 1, 4 * f + k)
+                                    ? detail_face_slot(&detail->set, l + 1, 4 * f + k)
                                     : f] < 0)
                     return false;
             drawn += pieces;

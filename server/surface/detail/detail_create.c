@@ -339,7 +339,7 @@ static void create_set(LeafSet *set, const SurfaceOptions *options, const Winged
     set->constrained = set->levels.finest == 0 || options->adjust == ADJUST_CONTINUUM;
     const Level *finest = &set->levels.level[set->levels.finest];
     set->node_count = finest->node_count;
-    set->place_count = finest->face_count;
+    set->face_count = finest->face_count;
     // Faces and edges of all levels are numbered through.
     for (int l = 0; l <= set->levels.finest; l++) {
         set->face_base[l + 1] = set->face_base[l] + set->levels.level[l].face_count;
@@ -411,9 +411,9 @@ static BodySurface describe_surface(const DetailFaces *faces)
 {
     return (BodySurface){
         .node_count = faces->set->node_count,
-        .face_count = faces->set->place_count,
+        .face_count = faces->set->face_count,
         .node_used = faces->set->node_count,
-        .face_used = faces->set->place_count,
+        .face_used = faces->set->face_count,
         .face = (const int(*)[3])faces->face,
         .face_area = faces->face_area,
         .finest_area = faces->finest_area,
@@ -450,7 +450,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     create_windows(model, mesh, name, arena);
 
     // Tables first, then the state, then the level at which it starts.
-    model_create_places(model, mesh, name, arena, state);
+    model_create_rest(model, mesh, name, arena, state);
     create_springs(model, name, arena);
     create_nodes(model, options, network->free_count, arena, state);
     detail_faces_create(&detail->faces, &detail->report, set, &detail->rules, name, arena);

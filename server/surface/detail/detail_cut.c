@@ -269,7 +269,7 @@ void detail_cut_lock(const LeafSet *set)
 void detail_cut_rebuild(Detail *detail)
 {
     DetailCut *cut = detail->set.cut;
-    for (int f = 0; f < detail->set.place_count; f++)
+    for (int f = 0; f < detail->set.face_count; f++)
         for (int k = 0; k < 3; k++)
             if (cut->node[f][k] >= cut->base_count)
                 cut->origin[cut->node[f][k] - cut->base_count] = cut->base[f][k];

@@ -34,7 +34,7 @@ static bool check_copies(const Detail *detail)
     bool *is_used = detail->faces.is_redrawn; // false between changes
     if (copies < 0 || copies > cut->copy_capacity)
         return false;
-    for (int f = 0; f < detail->set.place_count; f++)
+    for (int f = 0; f < detail->set.face_count; f++)
         for (int k = 0; k < 3; k++) {
             int node = cut->node[f][k], copy = node - cut->base_count;
             if (node == cut->base[f][k])
@@ -45,7 +45,7 @@ static bool check_copies(const Detail *detail)
         }
     // All corners of a copy must belong to one node; count the copies that occur.
     bool ok = true;
-    for (int f = 0; f < detail->set.place_count; f++)
+    for (int f = 0; f < detail->set.face_count; f++)
         for (int k = 0; k < 3; k++) {
             int node = cut->node[f][k];
             if (node < cut->base_count)
@@ -60,7 +60,7 @@ static bool check_copies(const Detail *detail)
 
 // True if only ends of broken edges are moved, by at most one snap, with some tolerance for
 // rounding.
-static bool check_places(const LeafSet *set)
+static bool check_rest(const LeafSet *set)
 {
     const DetailCut *cut = set->cut;
     const double most = 1.001 * CUT_SNAP_MOST * cut->finder.h;
@@ -78,7 +78,7 @@ bool detail_cut_check(const Detail *detail)
         return false;
     // Locked faces are refined.
     detail_cut_lock(&detail->set);
-    if (!check_places(&detail->set) || !cut_find_check(&detail->set.cut->finder) ||
+    if (!check_rest(&detail->set) || !cut_find_check(&detail->set.cut->finder) ||
         !detail_tear_check(&detail->set) || !detail_frames_check(detail))
         return false;
     for (int f = 0; f < detail->set.face_base[detail->set.levels.finest]; f++)

@@ -8,10 +8,10 @@
 
 #include <string.h>
 
-static void create_report(DetailReport *report, int nodes, int places, const char *name,
+static void create_report(DetailReport *report, int nodes, int slots, const char *name,
                           Arena *arena)
 {
-    report->face_change = ALLOCATE(ARENA_TOPOLOGY, 2 * places, FaceChange, "face changes");
+    report->face_change = ALLOCATE(ARENA_TOPOLOGY, 2 * slots, FaceChange, "face changes");
     report->born = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeBirth, "births");
     report->gone = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "nodes gone");
     report->gone_parent =
@@ -21,15 +21,15 @@ static void create_report(DetailReport *report, int nodes, int places, const cha
 void detail_faces_create(DetailFaces *faces, DetailReport *report, const LeafSet *set,
                          const LevelRules *rules, const char *name, Arena *arena)
 {
-    const int nodes = set->node_count, places = set->place_count;
+    const int nodes = set->node_count, slots = set->face_count;
     faces->set = set;
     faces->rules = rules;
-    faces->face = ALLOCATE(ARENA_TOPOLOGY, places, *faces->face, "faces");
+    faces->face = ALLOCATE(ARENA_TOPOLOGY, slots, *faces->face, "faces");
     faces->face_neighbor =
-        ALLOCATE(ARENA_TOPOLOGY, places, *faces->face_neighbor, "face neighbours");
-    faces->face_area = ALLOCATE(ARENA_TOPOLOGY, places, double, "face areas");
-    faces->finest_area = ALLOCATE(ARENA_TOPOLOGY, places, double, "finest face areas");
-    for (int f = 0; f < places; f++)
+        ALLOCATE(ARENA_TOPOLOGY, slots, *faces->face_neighbor, "face neighbours");
+    faces->face_area = ALLOCATE(ARENA_TOPOLOGY, slots, double, "face areas");
+    faces->finest_area = ALLOCATE(ARENA_TOPOLOGY, slots, double, "finest face areas");
+    for (int f = 0; f < slots; f++)
         faces->finest_area[f] = level_rules_area(rules, set->levels.finest, f);
     faces->node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
     faces->node_face_start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
@@ -42,13 +42,13 @@ void detail_faces_create(DetailFaces *faces, DetailReport *report, const LeafSet
     faces->node_face = ALLOCATE(ARENA_TOPOLOGY, faces->node_face_start[nodes], int, "node faces");
 
     // Lists of one change, for contacts and clients.
-    create_report(report, nodes, places, name, arena);
+    create_report(report, nodes, slots, name, arena);
     const int all = set->face_base[set->levels.finest + 1];
     faces->touched = ALLOCATE(ARENA_TOPOLOGY, all, Leaf, "touched faces");
     faces->is_touched = ALLOCATE(ARENA_TOPOLOGY, all, bool, "touched marks");
-    faces->cleared = ALLOCATE(ARENA_TOPOLOGY, places, int, "cleared faces");
-    faces->drawn = ALLOCATE(ARENA_TOPOLOGY, places, int, "drawn faces");
-    faces->was_used = ALLOCATE(ARENA_TOPOLOGY, places, bool, "cleared marks");
+    faces->cleared = ALLOCATE(ARENA_TOPOLOGY, slots, int, "cleared faces");
+    faces->drawn = ALLOCATE(ARENA_TOPOLOGY, slots, int, "drawn faces");
+    faces->was_used = ALLOCATE(ARENA_TOPOLOGY, slots, bool, "cleared marks");
     faces->redrawn = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "redrawn nodes");
     faces->is_redrawn = ALLOCATE(ARENA_TOPOLOGY, nodes, bool, "redrawn marks");
 }
@@ -62,15 +62,15 @@ void detail_touch(DetailFaces *faces, int level, int face)
     faces->touched[faces->touched_count++] = (Leaf){level, face, 0};
 }
 
-static bool in_use(const DetailFaces *faces, int place)
+static bool in_use(const DetailFaces *faces, int slot)
 {
-    return faces->face[place][0] != faces->face[place][1];
+    return faces->face[slot][0] != faces->face[slot][1];
 }
 
-// Returns the first place of a quarter of a face; a face of the finest level has only one.
+// Returns the first slot of a quarter of a face; a face of the finest level has only one.
 static int quarter(const LeafSet *set, int level, int face, int k)
 {
-    return level < set->levels.finest ? detail_place(set, level + 1, 4 * face + k) : face;
+    return level < set->levels.finest ? detail_face_slot(set, level + 1, 4 * face + k) : face;
 }
 
 static int quarters(const LeafSet *set, int level)
@@ -134,13 +134,13 @@ static void mark_corners(DetailFaces *faces, const int corner[3])
 static void clear_leaf(DetailFaces *faces, int level, int face)
 {
     for (int k = 0; k < quarters(faces->set, level); k++) {
-        int place = quarter(faces->set, level, face, k);
-        if (!in_use(faces, place))
+        int slot = quarter(faces->set, level, face, k);
+        if (!in_use(faces, slot))
             continue;
-        mark_corners(faces, faces->face[place]);
-        memset(faces->face[place], 0, sizeof faces->face[place]);
-        faces->was_used[place] = true;
-        faces->cleared[faces->cleared_count++] = place;
+        mark_corners(faces, faces->face[slot]);
+        memset(faces->face[slot], 0, sizeof faces->face[slot]);
+        faces->was_used[slot] = true;
+        faces->cleared[faces->cleared_count++] = slot;
     }
 }
 
@@ -150,22 +150,22 @@ static void draw_leaf(DetailFaces *faces, int level, int face)
     int count = divide_leaf(faces->set, level, face, piece);
     double area = level_rules_area(faces->rules, level, face);
     for (int k = 0; k < count; k++) {
-        int place = quarter(faces->set, level, face, k);
-        memcpy(faces->face[place], piece[k].corner, sizeof piece[k].corner);
-        faces->face_area[place] = piece[k].share * area;
-        faces->drawn[faces->drawn_count++] = place;
-        mark_corners(faces, faces->face[place]);
+        int slot = quarter(faces->set, level, face, k);
+        memcpy(faces->face[slot], piece[k].corner, sizeof piece[k].corner);
+        faces->face_area[slot] = piece[k].share * area;
+        faces->drawn[faces->drawn_count++] = slot;
+        mark_corners(faces, faces->face[slot]);
     }
 }
 
 // --- faces at a node, faces across an edge ---
 
-static void add_face(DetailFaces *faces, int node, int place)
+static void add_face(DetailFaces *faces, int node, int slot)
 {
     int at = faces->node_face_end[node]++;
-    for (; at > faces->node_face_start[node] && faces->node_face[at - 1] > place; at--)
+    for (; at > faces->node_face_start[node] && faces->node_face[at - 1] > slot; at--)
         faces->node_face[at] = faces->node_face[at - 1];
-    faces->node_face[at] = place;
+    faces->node_face[at] = slot;
 }
 
 // Removes the faces that disappeared from the lists of the nodes and inserts the new ones,
@@ -184,19 +184,19 @@ static void list_faces(DetailFaces *faces)
             add_face(faces, faces->face[faces->drawn[i]][k], faces->drawn[i]);
 }
 
-static void meet_neighbours(DetailFaces *faces, int place)
+static void meet_neighbours(DetailFaces *faces, int slot)
 {
-    const int *corner = faces->face[place];
+    const int *corner = faces->face[slot];
     for (int k = 0; k < 3; k++) {
         int from = corner[k], to = corner[(k + 1) % 3];
-        faces->face_neighbor[place][k] = -1;
+        faces->face_neighbor[slot][k] = -1;
         for (int i = faces->node_face_start[from]; i < faces->node_face_end[from]; i++) {
             int other = faces->node_face[i];
             const int *c = faces->face[other];
             for (int j = 0; j < 3; j++)
                 if (c[j] == to && c[(j + 1) % 3] == from) {
-                    faces->face_neighbor[place][k] = other;
-                    faces->face_neighbor[other][j] = place;
+                    faces->face_neighbor[slot][k] = other;
+                    faces->face_neighbor[other][j] = slot;
                 }
         }
     }
@@ -217,51 +217,51 @@ static void measure_node(DetailFaces *faces, int node)
 
 // --- reports to contacts and clients ---
 
-// Returns the place whose memory a place inherits: its own, or that of the nearest face around it
+// Returns the slot whose memory a slot inherits: its own, or that of the nearest face around it
 // that was drawn.
-static int predecessor(const DetailFaces *faces, int place)
+static int predecessor(const DetailFaces *faces, int slot)
 {
-    if (faces->was_used[place])
-        return place;
+    if (faces->was_used[slot])
+        return slot;
     for (int level = faces->set->levels.finest - 1; level >= 0; level--) {
-        int shift = 2 * (faces->set->levels.finest - level), first = place >> shift << shift;
+        int shift = 2 * (faces->set->levels.finest - level), first = slot >> shift << shift;
         if (faces->was_used[first])
             return first;
     }
     return -1;
 }
 
-// Returns where the face is now that was drawn at a place which is free: the part of the leaf that
+// Returns where the face is now that was drawn at a slot which is free: the part of the leaf that
 // contains its quarter, or the first.
-static int successor(const DetailFaces *faces, int place)
+static int successor(const DetailFaces *faces, int slot)
 {
     const LeafSet *set = faces->set;
     for (int level = set->levels.finest - 1; level >= 0; level--) {
-        int shift = 2 * (set->levels.finest - level), face = place >> shift;
+        int shift = 2 * (set->levels.finest - level), face = slot >> shift;
         if (!detail_is_leaf(set, level, face))
             continue;
-        int part = quarter(set, level, face, place >> (shift - 2) & 3);
+        int part = quarter(set, level, face, slot >> (shift - 2) & 3);
         return in_use(faces, part) ? part : face << shift;
     }
     ASSERT(false);
-    return place;
+    return slot;
 }
 
 static void list_changes(DetailFaces *faces, DetailReport *report)
 {
     TopologyChange *change = &report->change;
     for (int i = 0; i < faces->cleared_count; i++) {
-        int place = faces->cleared[i];
-        if (in_use(faces, place))
+        int slot = faces->cleared[i];
+        if (in_use(faces, slot))
             continue;
-        report->face_change[change->face_count++] = (FaceChange){place, -1};
-        report->face_change[change->face_count++] = (FaceChange){successor(faces, place), place};
-        slots_free_face(faces->slots, place);
+        report->face_change[change->face_count++] = (FaceChange){slot, -1};
+        report->face_change[change->face_count++] = (FaceChange){successor(faces, slot), slot};
+        slots_free_face(faces->slots, slot);
     }
     for (int i = 0; i < faces->drawn_count; i++) {
-        int place = faces->drawn[i];
-        report->face_change[change->face_count++] = (FaceChange){place, predecessor(faces, place)};
-        slots_put_face(faces->slots, place, faces->face[place]);
+        int slot = faces->drawn[i];
+        report->face_change[change->face_count++] = (FaceChange){slot, predecessor(faces, slot)};
+        slots_put_face(faces->slots, slot, faces->face[slot]);
     }
 }
 
@@ -291,7 +291,7 @@ void detail_draw(DetailFaces *faces, DetailReport *report)
 
 void detail_draw_all(DetailFaces *faces, DetailReport *report)
 {
-    memset(faces->face, 0, (size_t)faces->set->place_count * sizeof *faces->face);
+    memset(faces->face, 0, (size_t)faces->set->face_count * sizeof *faces->face);
     for (int node = 0; node < faces->set->node_count; node++)
         faces->node_face_end[node] = faces->node_face_start[node];
     for (int level = 0; level <= faces->set->levels.finest; level++)

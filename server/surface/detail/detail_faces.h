@@ -12,7 +12,7 @@
 // The change in progress, as contacts and loads follow it.
 typedef struct DetailReport {
     TopologyChange change;
-    FaceChange *face_change; // [2 place_count]
+    FaceChange *face_change; // [2 face_count]
     NodeBirth *born;         // [node_count]
     int *gone;               // [node_count]
     int (*gone_parent)[2];   // [node_count]
@@ -23,7 +23,7 @@ typedef struct DetailFaces {
     const LeafSet *set;
     const LevelRules *rules;
 
-    // --- by place (BodySurface) ---
+    // --- by slot (BodySurface) ---
     int (*face)[3];
     int (*face_neighbor)[3];
     double *face_area, *finest_area;
@@ -34,8 +34,8 @@ typedef struct DetailFaces {
     // --- of the change in progress ---
     Leaf *touched; // [faces of all levels] to be drawn again
     bool *is_touched;
-    int *cleared, *drawn; // [place_count] places
-    bool *was_used;       // [place_count]
+    int *cleared, *drawn; // [face_count] slots
+    bool *was_used;       // [face_count]
     int *redrawn;         // [node_count]
     bool *is_redrawn;
     int touched_count, cleared_count, drawn_count, redrawn_count;

@@ -44,7 +44,7 @@ void detail_pieces_label(LeafSet *set)
 void detail_frames_create(SurfaceModel *model, const char *name, Arena *arena, StateList *state)
 {
     Detail *detail = model->detail;
-    size_t nodes = (size_t)detail->set.node_count, faces = (size_t)detail->set.place_count;
+    size_t nodes = (size_t)detail->set.node_count, faces = (size_t)detail->set.face_count;
     DetailFrames *frames = detail->frames =
         ALLOCATE(ARENA_STEP, 1 + 1, DetailFrames, "piece frames");
     frames->rotation = ALLOCATE(ARENA_STEP, PIECE_FRAMES + 1, *frames->rotation, "piece rotations");
@@ -87,9 +87,9 @@ static void rank_pieces(Detail *detail)
     DetailFrames *frames = detail->frames;
     const int *piece = detail->set.cut->piece;
     int best[PIECE_FRAMES + 1], count = 0;
-    for (int f = 0; f < detail->set.place_count; f++)
+    for (int f = 0; f < detail->set.face_count; f++)
         frames->size[piece[f]]++;
-    for (int f = 0; f < detail->set.place_count; f++) {
+    for (int f = 0; f < detail->set.face_count; f++) {
         if (piece[f] != f)
             continue;
         frames->frame_of[f] = FRAME_LOOSE;
@@ -102,7 +102,7 @@ static void rank_pieces(Detail *detail)
     }
     for (int i = 0; i < count; i++)
         frames->frame_of[best[i]] = (unsigned char)i;
-    for (int f = 0; f < detail->set.place_count; f++)
+    for (int f = 0; f < detail->set.face_count; f++)
         frames->size[piece[f]] = 0;
     frames->count = count - 1;
 }
@@ -181,15 +181,15 @@ void detail_frames_fit(SurfaceModel *model, const void *rows)
 }
 
 // Computes the position of a frame's virtual node, and its velocity at the node's `row`.
-static void follow(const FramePose *pose, const double place[3], const double *row, double at[3],
+static void follow(const FramePose *pose, const double rest[3], const double *row, double at[3],
                    double velocity[3])
 {
     const double *w = pose->angular;
     double p[3];
     for (int c = 0; c < 3; c++) {
         const double *r = pose->rotation[c];
-        at[c] = pose->center[c] + r[0] * (place[0] - pose->rest_center[0]) +
-                r[1] * (place[1] - pose->rest_center[1]) + r[2] * (place[2] - pose->rest_center[2]);
+        at[c] = pose->center[c] + r[0] * (rest[0] - pose->rest_center[0]) +
+                r[1] * (rest[1] - pose->rest_center[1]) + r[2] * (rest[2] - pose->rest_center[2]);
         p[c] = row[c] - pose->center[c];
     }
     velocity[0] = pose->velocity[0] + w[1] * p[2] - w[2] * p[1];

@@ -84,7 +84,7 @@ static Vec3 shift_of_row(const SurfaceModel *model, int node, Vec3 step)
     return single ? vec3_sub(turned, step) : turned;
 }
 
-static Vec3 place_of(const SurfaceModel *model, int node)
+static Vec3 rest_of(const SurfaceModel *model, int node)
 {
     return model_rest(model, model->slot[node]);
 }
@@ -93,18 +93,18 @@ static Vec3 middle_of_parents(const SurfaceModel *model, int node)
 {
     int parent[2];
     levels_parents(&model->detail->set.levels, node, parent);
-    return vec3_scale(0.5, vec3_add(place_of(model, parent[0]), place_of(model, parent[1])));
+    return vec3_scale(0.5, vec3_add(rest_of(model, parent[0]), rest_of(model, parent[1])));
 }
 
 void detail_set_rest(SurfaceModel *model, int node)
 {
     const LeafSet *set = &model->detail->set;
-    Vec3 place =
+    Vec3 rest =
         set->status[node] == NODE_HANGING
             ? middle_of_parents(model, node)
             : vec3_sub(set->levels.position[detail_original(set, node)], model->basis.rest_origin);
     double *to = model->basis.rest[model->slot[node]];
-    to[0] = place.x, to[1] = place.y, to[2] = place.z;
+    to[0] = rest.x, to[1] = rest.y, to[2] = rest.z;
 }
 
 static void put_row(SurfaceModel *model, int node, const double row[ROW])
@@ -116,9 +116,9 @@ static void put_row(SurfaceModel *model, int node, const double row[ROW])
 
 void detail_release(SurfaceModel *model, int node)
 {
-    Vec3 before = place_of(model, node);
+    Vec3 before = rest_of(model, node);
     detail_set_rest(model, node);
-    Vec3 step = shift_of_row(model, node, vec3_sub(place_of(model, node), before));
+    Vec3 step = shift_of_row(model, node, vec3_sub(rest_of(model, node), before));
     const double shift[3] = {step.x, step.y, step.z};
     // Recompute it: its masters may have been released after the node was placed between them.
     double row[ROW];
@@ -297,15 +297,15 @@ void detail_give_birth(SurfaceModel *model, int node)
     const Levels *levels = &model->detail->set.levels;
     double row[ROW];
     read_middle(model, node, row);
-    Vec3 place = place_of(model, node);
+    Vec3 rest = rest_of(model, node);
     if (model->detail->set.constrained) {
-        Vec3 step = shift_of_row(model, node, vec3_sub(place, middle_of_parents(model, node)));
+        Vec3 step = shift_of_row(model, node, vec3_sub(rest, middle_of_parents(model, node)));
         row[0] += step.x, row[1] += step.y, row[2] += step.z;
     } else {
         int level = levels_of_node(levels, node) - 1;
         Vec3 at = butterfly(model, level, node - levels->level[level].node_count);
         if (model->basis.precision == PRECISION_DOUBLE)
-            at = vec3_add(at, place);
+            at = vec3_add(at, rest);
         row[0] = at.x, row[1] = at.y, row[2] = at.z;
     }
     put_row(model, node, row);

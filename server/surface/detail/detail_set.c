@@ -104,7 +104,7 @@ NodeStatus detail_status_of_midpoint(const LeafSet *set, int level, int edge)
     return refined < sides && set->constrained ? NODE_HANGING : NODE_FREE;
 }
 
-int detail_place(const LeafSet *set, int level, int face)
+int detail_face_slot(const LeafSet *set, int level, int face)
 {
     return face << (2 * (set->levels.finest - level));
 }
@@ -139,7 +139,7 @@ void detail_mark(SurfaceModel *model, int node)
 
 // The rest position of a node has changed: update its springs, and the positions of nodes that hang
 // on it.
-static void follow_place(SurfaceModel *model, int node, int depth)
+static void follow_rest(SurfaceModel *model, int node, int depth)
 {
     const LeafSet *set = &model->detail->set;
     Leaf *leaf = set->ring[depth];
@@ -155,7 +155,7 @@ static void follow_place(SurfaceModel *model, int node, int depth)
             if (middle >= 0 && set->status[middle] == NODE_HANGING) {
                 detail_set_rest(model, middle);
                 ASSERT(depth < LEVELS_MAX);
-                follow_place(model, middle, depth + 1);
+                follow_rest(model, middle, depth + 1);
             }
         }
     }
@@ -204,7 +204,7 @@ static void divide(SurfaceModel *model, int level, int face)
                 (NodeBirth){node, {at->edge[edge][0], at->edge[edge][1]}};
         } else if (before != now) {
             detail_release(model, node);
-            follow_place(model, node, 0);
+            follow_rest(model, node, 0);
         }
         touch_leaf_across(detail, level, edge, face);
     }
@@ -334,7 +334,7 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
         } else if (now != set->status[node]) {
             set->status[node] = (unsigned char)now;
             detail_set_rest(model, node);
-            follow_place(model, node, 0);
+            follow_rest(model, node, 0);
         }
         touch_leaf_across(detail, level, edge, face);
         detail_mark(model, at->face[face][k]);

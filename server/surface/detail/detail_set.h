@@ -27,7 +27,7 @@ typedef struct LeafSet {
     int face_base[LEVELS_MAX + 2];    // number of the first face of each level
     int edge_base[LEVELS_MAX + 2];    // number of the first edge of each level
     int *root_ring_start, *root_ring; // faces of level 0 around each of its nodes
-    int node_count, place_count;      // nodes and faces of the finest level, copies included
+    int node_count, face_count;       // nodes and faces of the finest level, copies included
     struct DetailCut *cut;            // NULL: not cuttable
 
     // --- part of the state ---
@@ -57,7 +57,7 @@ int detail_most_leaves(const LeafSet *set, int node);
 int detail_midpoint(const LeafSet *set, int level, int edge);
 // Returns the status that the bits give the midpoint of an edge of `level`.
 NodeStatus detail_status_of_midpoint(const LeafSet *set, int level, int edge);
-// Returns the first of the places of a face.
-int detail_place(const LeafSet *set, int level, int face);
+// Returns the first of the slots of a face.
+int detail_face_slot(const LeafSet *set, int level, int face);
 
 #endif

@@ -172,19 +172,19 @@ void slots_free_node(MeshSlots *slots, int node)
     forget_node(slots, release(&slots->node, node));
 }
 
-void slots_put_face(MeshSlots *slots, int place, const int corner[3])
+void slots_put_face(MeshSlots *slots, int face, const int corner[3])
 {
-    int slot = slots->face.slot[place];
+    int slot = slots->face.slot[face];
     if (slot < 0)
-        slot = take(&slots->face, place);
+        slot = take(&slots->face, face);
     for (int k = 0; k < 3; k++)
         slots->triangle[slot][k] = slots->node.slot[corner[k]];
     slots->face_reserve = 0; // drawing has begun: the reserve is being used
 }
 
-void slots_free_face(MeshSlots *slots, int place)
+void slots_free_face(MeshSlots *slots, int face)
 {
-    memset(slots->triangle[release(&slots->face, place)], 0, sizeof *slots->triangle);
+    memset(slots->triangle[release(&slots->face, face)], 0, sizeof *slots->triangle);
 }
 
 void slots_restore(MeshSlots *slots)

@@ -42,8 +42,8 @@ bool slots_reserve(MeshSlots *slots);
 void slots_take_node(MeshSlots *slots, int node);
 void slots_free_node(MeshSlots *slots, int node);
 // Draws a face in its slot, or in a new one.
-void slots_put_face(MeshSlots *slots, int place, const int corner[3]);
-void slots_free_face(MeshSlots *slots, int place);
+void slots_put_face(MeshSlots *slots, int face, const int corner[3]);
+void slots_free_face(MeshSlots *slots, int face);
 // After a cut: updates the pieces of all nodes.
 void slots_label(MeshSlots *slots);
 // After the state was restored: restores everything but the triangles, which are put again.

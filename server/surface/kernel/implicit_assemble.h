@@ -208,8 +208,8 @@ static void add_node(SurfaceModel *model, const Scales *by, const Quad *gravity,
         inertia += system->theta * by->h * drag; // theta also of a violent step
         weight = inertia;
         if (model->shape == SHAPE_FRAME_WORLD) {
-            const Quad place = {rest[0], rest[LANES], rest[2 * LANES], 0.0};
-            inner -= rate * (quad_row(system->rows, slot, 0) - place + by->part * v);
+            const Quad still = {rest[0], rest[LANES], rest[2 * LANES], 0.0};
+            inner -= rate * (quad_row(system->rows, slot, 0) - still + by->part * v);
             weight += by->part * by->part * rate;
         } else if (pose_of(model, i) != NULL) {
             const double shape_drag = mass * ((const double *)nodes->shape_drag)[lane];

@@ -28,7 +28,7 @@
 // motion). Here the arms are at x, for which g of a spring does not resist a rotation; a resists it
 // with a (d^2 I - d d^T). All these corrections vanish where the system is solved.
 
-INLINE Quad place(const Implicit *system, int i, double ahead)
+INLINE Quad position(const Implicit *system, int i, double ahead)
 {
     const int slot = system->slot[i];
     return quad_row(system->rows, slot, 0) + ahead * quad_row(system->rows, slot, 4);
@@ -54,14 +54,15 @@ INLINE void restore_island(Implicit *system, int island)
     for (int k = 0; k < count; k++) {
         const int i = member[k];
         sum.weight += inertia[i];
-        sum.middle += inertia[i] * place(system, i, arm);
+        sum.middle += inertia[i] * position(system, i, arm);
     }
     sum.middle /= sum.weight;
     // Missing momentum, and the inertia about the middle.
     for (int k = 0; k < count; k++) {
         const int i = member[k];
         const double w = inertia[i];
-        const Quad r = place(system, i, arm) - sum.middle, y = place(system, i, ahead) - sum.middle;
+        const Quad r = position(system, i, arm) - sum.middle,
+                   y = position(system, i, ahead) - sum.middle;
         if (system->anchored) {
             sum.missing += system->residual[i];
             sum.turn += quad_cross(r, system->residual[i]);
@@ -87,7 +88,7 @@ INLINE void restore_island(Implicit *system, int island)
                spin = quad_solve_positive(sum.inertia, sum.turn);
     for (int k = 0; k < count; k++) {
         const int i = member[k];
-        system->change[i] += velocity + quad_cross(spin, place(system, i, arm) - sum.middle);
+        system->change[i] += velocity + quad_cross(spin, position(system, i, arm) - sum.middle);
     }
 }
 
@@ -113,7 +114,7 @@ static void sum_resistance(Implicit *system)
         const int *end = system->end[e], island = island_of(system, end[0]);
         if (!(a > 0.0) || island < 0 || system->held[island])
             continue;
-        const Quad d = place(system, end[0], 0.0) - place(system, end[1], 0.0);
+        const Quad d = position(system, end[0], 0.0) - position(system, end[1], 0.0);
         Block *block = &system->resistance[island];
         for (int c = 0; c < 3; c++) {
             block->column[c] -= (a * d[c]) * d;

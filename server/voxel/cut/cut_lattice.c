@@ -141,8 +141,8 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
         ARENA_TOPOLOGY,
         cut_parts_grid(lattice, lattice->count[0], lattice->count[1], lattice->count[2]) + 1, int,
         "leaves of cells");
-    scratch->place = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->vertex_capacity,
-                                    sizeof *scratch->place, "%s/%s", name, "points of vertices");
+    scratch->point = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->vertex_capacity,
+                                    sizeof *scratch->point, "%s/%s", name, "points of vertices");
     scratch->head = ALLOCATE(ARENA_TOPOLOGY, points, int, "first vertices");
     scratch->next = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, int, "next vertices");
     scratch->visited = ALLOCATE(ARENA_TOPOLOGY, points, unsigned char, "visited points");

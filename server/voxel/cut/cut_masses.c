@@ -25,7 +25,7 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
 // ---------------------------------------------------------------------------------------------
 // One vertex
 
-static void set_place(CutMasses *masses, int vertex, const int point[3])
+static void set_rest(CutMasses *masses, int vertex, const int point[3])
 {
     for (int c = 0; c < 3; c++)
         masses->vertices->rows.rest[vertex][c] = masses->size * (point[c] - masses->middle[c]);
@@ -125,7 +125,7 @@ static void bear(CutMasses *masses, const CutBirth *birth)
     void *row = vertices->row[vertices->current];
     int point[3];
     cut_lattice_point(masses->lattice, birth->vertex, point);
-    set_place(masses, birth->vertex, point);
+    set_rest(masses, birth->vertex, point);
     vertices->mass[birth->vertex] = 0.0;
     const double share = 1.0 / birth->parent_count;
     for (int c = 0; c < ROW; c++) {
@@ -170,8 +170,8 @@ typedef struct Momentum {
 static Vec3 position_of(const CutMasses *masses, const void *row, int vertex)
 {
     const Rows *rows = &masses->vertices->rows;
-    const double *place = rows->rest[vertex];
-    return vec3_add(vec3(place[0], place[1], place[2]), rows_vector(rows, row, vertex, 0));
+    const double *rest = rows->rest[vertex];
+    return vec3_add(vec3(rest[0], rest[1], rest[2]), rows_vector(rows, row, vertex, 0));
 }
 
 static Momentum momentum_of(const CutMasses *masses, const void *row, int group)
@@ -308,7 +308,7 @@ void cut_masses_derive(CutMasses *masses)
     for (int v = 0; v < cut_lattice_used(lattice); v++) {
         int point[3];
         cut_lattice_point(lattice, v, point);
-        set_place(masses, v, point);
+        set_rest(masses, v, point);
         set_mass(masses, v);
     }
 }

@@ -115,10 +115,10 @@ static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0};
 static void take_turn(const CutWindows *windows, int element, Turns *turns)
 {
     int from = element;
-    while (from >= 0 && windows->place[from] < 0)
+    while (from >= 0 && windows->lane[from] < 0)
         from = windows->lattice->element[from].parent;
-    const int place = from < 0 ? 0 : windows->place[from];
-    const double *turn = from < 0 ? NO_TURN : windows->runs.last[place / LANES][place % LANES];
+    const int lane = from < 0 ? 0 : windows->lane[from];
+    const double *turn = from < 0 ? NO_TURN : windows->runs.last[lane / LANES][lane % LANES];
     memcpy(turns->turn[element - turns->base], turn, sizeof NO_TURN);
 }
 
@@ -131,11 +131,11 @@ static void clear_turns(CutWindows *windows, const BatchRange *range)
     }
 }
 
-static void put_place(CutWindows *windows, int element, int place, const Turns *turns)
+static void put_lane(CutWindows *windows, int element, int lane, const Turns *turns)
 {
-    windows->place[element] = place;
+    windows->lane[element] = lane;
     if (turns->moved)
-        memcpy(windows->runs.last[place / LANES][place % LANES], turns->turn[element - turns->base],
+        memcpy(windows->runs.last[lane / LANES][lane % LANES], turns->turn[element - turns->base],
                sizeof NO_TURN);
 }
 
@@ -157,7 +157,7 @@ static void pack_plain(CutWindows *windows, int batch, const uint64_t *key, int 
     for (int lane = 0; lane < lanes; lane++) {
         const int e = element_of(key[lane]);
         put_plain(windows, batch, lane, cut_lattice_nodes(windows->lattice, e));
-        put_place(windows, e, batch * LANES + lane, turns);
+        put_lane(windows, e, batch * LANES + lane, turns);
     }
     for (int lane = lanes; lane < LANES; lane++)
         put_plain(windows, batch, lane, NULL);
@@ -226,7 +226,7 @@ static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, in
             put_numbers(windows, batch, lane, LANES, mask);
         put_vertices(windows, batch, lane, cut_lattice_nodes(lattice, e), mask);
         windows->hanging_class[batch][lane] = class_of(windows, e);
-        put_place(windows, e, (windows->capacity[0] + batch) * LANES + lane, turns);
+        put_lane(windows, e, (windows->capacity[0] + batch) * LANES + lane, turns);
     }
     for (int lane = lanes; lane < LANES; lane++) {
         put_numbers(windows, batch, lane, LANES, 0);
@@ -331,7 +331,7 @@ static void pack_hanging_rest(CutWindows *windows, int group, const Turns *turns
     mixed->used[BATCH_HANGING] = batch - mixed->low[BATCH_HANGING];
 }
 
-// Stores the rotations of all leaves that may move to another place.
+// Stores the rotations of all leaves that may move to another lane.
 static void take_turns(const CutWindows *windows, const WindowGroup *own, const Leaves *leaves,
                        Turns *turns)
 {
@@ -375,7 +375,7 @@ void cut_pack(CutWindows *windows, int group, bool moved)
         if (moved)
             clear_turns(windows, &windows->full[w]);
         for (int e = lattice->window[w].first; e < lattice->window[w].end; e++)
-            windows->place[e] = -1;
+            windows->lane[e] = -1;
         pack_window(windows, w, &leaves[w - own->first], &turns);
     }
     pack_plain_rest(windows, group, &turns);

@@ -16,7 +16,7 @@ typedef struct CutParents {
 typedef struct CutScratch {
     int points[3];              // lattice points along the axes
     int *grid;                  // leaf of each cell, x fastest, with a margin of one void cell
-    int (*place)[3];            // [vertex] its point
+    int (*point)[3];            // [vertex] its point
     int *head;                  // [point] one of its vertices; -1: none
     int *next;                  // [vertex] another vertex at its point
     unsigned char *bitten;      // [element] has a broken bit in or on it

@@ -8,7 +8,7 @@
 
 void cut_lattice_point(const CutLattice *lattice, int vertex, int point[3])
 {
-    memcpy(point, lattice->scratch->place[vertex], 3 * sizeof *point);
+    memcpy(point, lattice->scratch->point[vertex], 3 * sizeof *point);
 }
 
 void cut_lattice_around(const CutLattice *lattice, const int point[3], int leaf[8])
@@ -29,7 +29,7 @@ int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3])
 }
 
 // Returns where the leaf in a slot stores its vertex for the point.
-static int *place_in(CutLattice *lattice, int leaf, int slot, const int point[3])
+static int *entry_in(CutLattice *lattice, int leaf, int slot, const int point[3])
 {
     if (cut_parts_is_cell(lattice, leaf))
         return &lattice->corner[leaf][7 - slot]; // the opposite corner
@@ -81,9 +81,9 @@ void cut_points_add(CutLattice *lattice, int vertex)
     CutScratch *scratch = lattice->scratch;
     const int nx = scratch->points[0], ny = scratch->points[1];
     const int index = lattice->vertex_id[vertex] % (nx * ny * scratch->points[2]);
-    scratch->place[vertex][0] = index % nx;
-    scratch->place[vertex][1] = index / nx % ny;
-    scratch->place[vertex][2] = index / (nx * ny);
+    scratch->point[vertex][0] = index % nx;
+    scratch->point[vertex][1] = index / nx % ny;
+    scratch->point[vertex][2] = index / (nx * ny);
     scratch->next[vertex] = scratch->head[index];
     scratch->head[index] = vertex;
 }
@@ -91,8 +91,8 @@ void cut_points_add(CutLattice *lattice, int vertex)
 void cut_points_list_parents(CutScratch *scratch)
 {
     for (int offset = 0; offset < 27; offset++) {
-        const int place[3] = {offset % 3, offset / 3 % 3, offset / 9};
-        const int middles = (place[0] == 1) + (place[1] == 1) + (place[2] == 1);
+        const int steps[3] = {offset % 3, offset / 3 % 3, offset / 9};
+        const int middles = (steps[0] == 1) + (steps[1] == 1) + (steps[2] == 1);
         CutParents *parents = &scratch->parents[offset];
         for (int n = 0; n < 27; n++) {
             const int at[3] = {n % 3, n / 3 % 3, n / 9};
@@ -100,7 +100,7 @@ void cut_points_list_parents(CutScratch *scratch)
             bool beside = true; // where the position is at the end of an edge, so is the parent
             for (int d = 0; d < 3; d++) {
                 left += at[d] == 1;
-                beside &= place[d] == 1 || at[d] == place[d];
+                beside &= steps[d] == 1 || at[d] == steps[d];
                 child |= (at[d] == 2) << d;
                 corner |= (at[d] > 0) << d;
             }
@@ -145,7 +145,7 @@ static int vertex_before(CutLattice *lattice, const PointParts *parts, int part,
 {
     for (int s = part; s < 8; s++)
         if (parts->part[s] == part) {
-            int v = *place_in(lattice, leaf[s], s, point);
+            int v = *entry_in(lattice, leaf[s], s, point);
             if (v >= 0)
                 return v;
         }
@@ -183,12 +183,12 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
     for (int s = 0; s < 8; s++) {
         if (leaf[s] < 0)
             continue;
-        int *place = place_in(lattice, leaf[s], s, point);
+        int *entry = entry_in(lattice, leaf[s], s, point);
         const int now = vertex[parts.part[s]];
         // A point without a vertex may be at a quarter of a large leaf's edge, where no node is.
-        if (now < 0 || *place == now)
+        if (now < 0 || *entry == now)
             continue;
-        *place = now;
+        *entry = now;
         cut_parts_list_element(lattice, leaf[s]);
     }
     return true;

@@ -69,7 +69,7 @@ static double number_at(const CutTear *tear, const void *number, int at)
 static void deformation_of(const CutTear *tear, const void *rows, int element, double size,
                            double f[3][3])
 {
-    const Rows *places = &tear->vertices->rows;
+    const Rows *basis = &tear->vertices->rows;
     const int *node = cut_lattice_nodes(tear->lattice, element);
     unsigned mask = tear->lattice->element[element].level == 0 ? 0 : template_mask_of(node);
     const void *number = template_cache_numbers(tear->windows->templates, mask);
@@ -78,7 +78,7 @@ static void deformation_of(const CutTear *tear, const void *rows, int element, d
         for (int k = 0; k < 3; k++)
             f[i][k] = (i == k ? 1.0 : 0.0) +
                       (tear->law == VOXEL_MIYAZAKI2004 ? number_at(tear, number, rest[i][k]) : 0.0);
-    const Vec3 origin = rows_vector(places, rows, node[0], 0);
+    const Vec3 origin = rows_vector(basis, rows, node[0], 0);
     for (int i = 0, at = TABLE_HEAD; i < NODE_CORNERS || mask != 0; i++, at += TABLE_ROW) {
         int n = i;
         if (i >= NODE_CORNERS) {
@@ -86,7 +86,7 @@ static void deformation_of(const CutTear *tear, const void *rows, int element, d
             mask &= mask - 1;
         }
         const Vec3 d =
-            vec3_scale(1.0 / size, vec3_sub(rows_vector(places, rows, node[n], 0), origin));
+            vec3_scale(1.0 / size, vec3_sub(rows_vector(basis, rows, node[n], 0), origin));
         const double u[3] = {d.x, d.y, d.z};
         for (int c = 0; c < 9; c++)
             f[c / 3][c % 3] += u[c / 3] * number_at(tear, number, at + c % 3);
@@ -113,7 +113,7 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
     // The fast rotation, or the exact one for flat and inverted elements.
     if (!rotation_foam((const double(*)[3])f, STEPS, out->rotation, &trace)) {
         const double *q =
-            windows->runs.last[windows->place[element] / LANES][windows->place[element] % LANES];
+            windows->runs.last[windows->lane[element] / LANES][windows->lane[element] % LANES];
         Quat last = {q[0], q[1], q[2], q[3]};
         rotation_fit((const double(*)[3])f, out->rotation, &last);
     }

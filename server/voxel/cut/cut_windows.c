@@ -191,7 +191,7 @@ static void pack_all(CutWindows *windows)
 static void create_scratch(CutWindows *windows, const char *name, Arena *arena)
 {
     const int count = windows->lattice->window_count, elements = windows->lattice->element_count;
-    windows->place = ALLOCATE(ARENA_TOPOLOGY, elements, int, "element places");
+    windows->lane = ALLOCATE(ARENA_TOPOLOGY, elements, int, "element places");
     windows->rest = ALLOCATE(ARENA_TOPOLOGY, elements, uint64_t, "left over");
     windows->rest_count = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)count,
                                          sizeof *windows->rest_count, "%s/left over counts", name);
@@ -283,8 +283,8 @@ int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *e
                 continue;
             const CutWindow *window = &windows->lattice->window[w];
             for (int e = window->first; e < window->end; e++) {
-                const int place = windows->place[e];
-                if (place >= 0 && (high[place / LANES] >> place % LANES & 1))
+                const int lane = windows->lane[e];
+                if (lane >= 0 && (high[lane / LANES] >> lane % LANES & 1))
                     element[count++] = e;
             }
         }

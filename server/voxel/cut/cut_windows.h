@@ -62,8 +62,8 @@ typedef struct CutWindows {
     unsigned (*hanging_mask)[LANES]; // [hanging] mask of each lane; in full batches the first holds
                                      // for all
     RestTable *tables;               // [hanging] with tables of their own
-    int *place; // [element] batch * LANES + lane, hanging batches numbered after the plain ones;
-                // -1: not a leaf
+    int *lane; // [element] batch * LANES + lane, hanging batches numbered after the plain ones;
+               // -1: not a leaf
     // What a window leaves to its group: plain ones, then hanging ones, ascending keys
     // (cut_pack.c), starting at the window's first element.
     uint64_t *rest;                 // [element]
@@ -90,7 +90,7 @@ int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *e
 // --- cut_pack.c, for cut_windows.c ---
 
 // Packs the group's windows whose is_changed is set, and what they and the others leave to the
-// group. `turns`: rotations move along with their elements, from their previous places; otherwise
+// group. `turns`: rotations move along with their elements, from their previous lanes; otherwise
 // `last` stays. Pack groups with finer elements first, so that leaves still find the rotation of
 // the element from which they were divided.
 void cut_pack(CutWindows *windows, int group, bool turns);

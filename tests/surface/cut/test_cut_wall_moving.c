@@ -58,7 +58,7 @@ static void pieces_that_come_apart_move_apart(void **unused)
         assert_int_equal(wall_cut(&bench, &plane).pieces, 2);
         const int *piece = bench.detail->set.cut->piece;
         int number[2] = {0, -1}; // the lowest face is in one
-        for (int f = 0; f < bench.detail->set.place_count; f++)
+        for (int f = 0; f < bench.detail->set.face_count; f++)
             number[1] = piece[f] != 0 ? piece[f] : number[1];
         double mass[2];
         Vec3 before[2], start[2], after[2], end[2];

@@ -52,7 +52,7 @@ static void copies_end_with_their_capacity(void **unused)
         wall_cut(&bench, &last);
     }
     // Every corner of every face at most has a node of its own.
-    assert_true(*bench.detail->set.cut->copies <= 3 * bench.detail->set.place_count - 114);
+    assert_true(*bench.detail->set.cut->copies <= 3 * bench.detail->set.face_count - 114);
     wall_expect_sound(&bench, &shape, 0);
     for (int k = 0; k < 50; k++)
         sim_step(bench.sim);

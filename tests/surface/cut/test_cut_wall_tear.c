@@ -105,7 +105,7 @@ static void a_notched_sheet_tears_from_its_notch_in_two(void **unused)
         assert_int_equal(shape.pieces, pieces);
         // One crack from the notch to the other side; it may follow the mesh's diagonals.
         const DetailCut *cut = bench.detail->set.cut;
-        int faces = bench.detail->set.place_count, upper = 0, lower = 0;
+        int faces = bench.detail->set.face_count, upper = 0, lower = 0;
         for (int f = 0; f < faces; f++) {
             upper += cut->piece[f] == cut->node_piece[62];
             lower += cut->piece[f] == cut->node_piece[0];

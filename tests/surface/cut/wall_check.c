@@ -158,7 +158,7 @@ void wall_expect_locked(const DetailBench *bench)
 {
     const Detail *detail = bench->detail;
     const DetailCut *cut = detail->set.cut;
-    for (int f = 0; f < detail->set.place_count; f++) {
+    for (int f = 0; f < detail->set.face_count; f++) {
         int level = detail->set.levels.finest, face = f;
         while (!detail_exists(&detail->set, level, face))
             level--, face /= 4;

@@ -126,10 +126,10 @@ static void every_face_that_goes_has_a_successor(void **unused)
     DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     const Detail *detail = bench.detail;
-    bool *was = calloc((size_t)detail->set.place_count, sizeof *was);
+    bool *was = calloc((size_t)detail->set.face_count, sizeof *was);
     uint64_t random = 8;
     for (int round = 0; round < EFFORT(400); round++) {
-        for (int p = 0; p < detail->set.place_count; p++)
+        for (int p = 0; p < detail->set.face_count; p++)
             was[p] = detail->faces.face[p][0] != detail->faces.face[p][1];
         bench_change_at_random(&bench, &random, round / 100 % 2 == 0 ? 8 : 2);
         const TopologyChange *change = &detail->report.change;
@@ -144,7 +144,7 @@ static void every_face_that_goes_has_a_successor(void **unused)
                 heirs += change->face[k].from == face;
             assert_true(heirs > 0);
         }
-        for (int p = 0; p < detail->set.place_count; p++)
+        for (int p = 0; p < detail->set.face_count; p++)
             for (int i = 0; !was[p] && detail->faces.face[p][0] != detail->faces.face[p][1]; i++) {
                 assert_true(i < change->face_count);
                 if (change->face[i].face == p && change->face[i].from >= 0)

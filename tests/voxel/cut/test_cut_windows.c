@@ -192,7 +192,7 @@ static void expect_equal(const World *world, const CutWindows *a, const CutWindo
     assert_memory_equal(a->full, b->full, windows * sizeof *a->full);
     assert_memory_equal(a->pooled, b->pooled, groups * sizeof *a->pooled);
     assert_memory_equal(a->mixed, b->mixed, groups * sizeof *a->mixed);
-    assert_memory_equal(a->place, b->place, (size_t)lattice->element_count * sizeof *a->place);
+    assert_memory_equal(a->lane, b->lane, (size_t)lattice->element_count * sizeof *a->lane);
     assert_memory_equal(a->runs.run_end, b->runs.run_end, sizeof a->runs.run_end);
     for (int k = 0; k < a->runs.run_end[BATCH_HANGING][1]; k++) {
         assert_int_equal(a->runs.run[k].first, b->runs.run[k].first);
@@ -257,7 +257,7 @@ static void rotations_go_along_with_elements_and_to_their_children(void **unused
     int inherited = 0;
     for (int e = 0; e < lattice->element_count; e++) {
         owner[e] = e;
-        const int place = windows->place[e];
+        const int place = windows->lane[e];
         if (place >= 0)
             rotation_of(e, windows->runs.last[place / LANES][place % LANES]);
     }
@@ -265,7 +265,7 @@ static void rotations_go_along_with_elements_and_to_their_children(void **unused
         change(&world, &random);
         int used = 0, turned = 0;
         for (int e = lattice->element_count - 1; e >= 0; e--) { // parents before their children
-            const int parent = lattice->element[e].parent, place = windows->place[e];
+            const int parent = lattice->element[e].parent, place = windows->lane[e];
             if (parent >= 0 && lattice->divided[parent] && owner[e] == e) {
                 owner[e] = owner[parent];
                 inherited++;
@@ -355,9 +355,9 @@ static void dense_forces(const World *world, Forces *f, double *energy)
             Vec3 mean = {0.0, 0.0, 0.0};
             double spread = 0.0;
             for (int i = 0; i < t.count; i++)
-                mean = vec3_madd(mean, 1.0 / t.count, t.place[i]);
+                mean = vec3_madd(mean, 1.0 / t.count, t.rest[i]);
             for (int i = 0; i < t.count; i++)
-                spread += vec3_dot(vec3_sub(t.place[i], mean), vec3_sub(t.place[i], mean));
+                spread += vec3_dot(vec3_sub(t.rest[i], mean), vec3_sub(t.rest[i], mean));
             classes[k].residual *= 6.0 / spread;
             classes[k].damping *= 6.0 / spread;
         }

@@ -68,13 +68,13 @@ static void expect_same_from_scratch(CutWorld *world)
     memcpy(kept, lattice->corner, corners);
     memcpy(kept + corners, lattice->node, nodes);
     memcpy(kept + corners + nodes, model->vertices.mass, masses);
-    memcpy(kept + corners + nodes + masses, cuts->windows.place, places);
+    memcpy(kept + corners + nodes + masses, cuts->windows.lane, places);
     world->body->ops->restored(world->body);
     assert_true(cuts->sound);
     assert_memory_equal(kept, lattice->corner, corners);
     assert_memory_equal(kept + corners, lattice->node, nodes);
     assert_memory_equal(kept + corners + nodes, model->vertices.mass, masses);
-    assert_memory_equal(kept + corners + nodes + masses, cuts->windows.place, places);
+    assert_memory_equal(kept + corners + nodes + masses, cuts->windows.lane, places);
     free(kept);
 }
 
