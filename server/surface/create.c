@@ -47,6 +47,7 @@ void model_put_spring(SurfaceModel *model, long at, int slot, int other_slot, do
     model_put(model, springs->stiffness, at, stiffness);
     if (model->basis.precision == PRECISION_DOUBLE)
         return;
+    // The kernel of displacements needs the spring at rest as well.
     const double *own = model->basis.rest[slot], *other = model->basis.rest[other_slot];
     double square = 0.0;
     long vector = at / LANES * 3 * LANES + at % LANES;
@@ -81,6 +82,7 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
     model_allocate_springs(model, entries, name, arena);
     int *neighbour = model->springs.neighbour;
 
+    // Per node: its springs by the slot of the other end.
     int(*around)[2] = calloc((size_t)winged->edge_count + 1, sizeof *around); // slot, edge
     ASSERT(around != NULL);
     // Springs of padding lanes keep stiffness 0 and refer to the lane itself.
@@ -93,6 +95,7 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
                 around[count][0] = model->slot[winged_other(winged, edge, node)];
                 around[count++][1] = edge;
             }
+        // Ascending slots, so that the sums have one order.
         qsort(around, (size_t)count, sizeof *around, compare_ints);
         int chunk = s / LANES;
         for (int e = start[chunk], i = 0; e < start[chunk + 1]; e++, i++) {
@@ -110,6 +113,7 @@ void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options,
                              Arena *arena)
 {
     const char *name = options->body.name;
+    // The kernel variant follows from the shape springs.
     bool uses_drag = options->shape.wanted || options->material.node_damping > 0.0;
     bool body_frame = options->shape.wanted && options->shape.frame == SHAPE_BODY;
     bool radial = options->shape.wanted && options->shape.direction == SHAPE_DAMPS_RADIAL;
@@ -122,6 +126,7 @@ void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options,
     model->basis.floating = single && !shape_stands(model->shape) && all_free;
     model->basis.turned = model->basis.floating;
     model->basis.rest_turn = QUAT_NONE;
+    // Only the tables that this variant reads.
     size_t lanes = (size_t)model->lane_count;
     NodeTable *nodes = &model->nodes;
     nodes->inverse_mass = model_allocate_reals(model, lanes, name, "inverse mass", arena);
@@ -147,6 +152,8 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
     const bool single = model->basis.precision == PRECISION_SINGLE;
     const size_t slots = (size_t)model->basis.count;
     NodeTable *nodes = &model->nodes;
+    // Weights of the fit of a rigid frame: shape springs pull towards it, a floating body is its
+    // mass.
     double *weight = NULL;
     if (body_frame || model->basis.floating)
         weight = model->rigid_weight = ALLOCATE(ARENA_STEP, slots, double, "frame weights");
@@ -165,6 +172,7 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
         }
         if (drag_apart)
             model_put(model, nodes->shape_drag, s, share * network->shape_damping[i]);
+        // The weight of a node in that fit.
         if (weight != NULL)
             weight[s] = body_frame ? network->shape_stiffness[i] : m;
     }
@@ -172,6 +180,7 @@ static void create_nodes(SurfaceModel *model, const TriMesh *mesh, const SpringN
         model->basis.rigid = rigid_frame_create(
             name, model->basis.precision, model->basis.displaced, model->basis.count,
             (const double(*)[3])model->basis.rest, weight, arena, state);
+    // Virtual nodes, relative to the frame's centre where the rows are.
     if (nodes->rest == NULL)
         return;
     for (int i = 0; i < mesh->node_count; i++)
@@ -191,6 +200,7 @@ void model_create_rest(SurfaceModel *model, const TriMesh *mesh, const char *nam
     model->basis.owner = model->node;
     model->basis.rest = arena_allocate(arena, ARENA_STEP, (size_t)model->basis.count,
                                        sizeof *model->basis.rest, "%s/places", name);
+    // Single precision: all positions are relative to the middle of the mesh.
     if (model->basis.precision == PRECISION_SINGLE) {
         Vec3 sum = {0.0, 0.0, 0.0};
         for (int i = 0; i < mesh->node_count; i++)
@@ -213,6 +223,7 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     const char *name = options->body.name;
     static const char *const labels[2][2] = {{"rows", "rows of next tick"},
                                              {"stage rows", "stage rows 2"}};
+    // Rows of this tick and the next, and of the stages between them.
     size_t values = (size_t)model->basis.count * ROW, bytes = values * model_real_size(model);
     for (int k = 0; k < 2; k++) {
         model->rows[k] = model_allocate_reals(model, values, name, labels[0][k], arena);
@@ -221,6 +232,7 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     if (!integrator_get(options->body.integrator)->kicks)
         model->sum =
             model_allocate_reals(model, (size_t)model->lane_count * 6, name, "stage sums", arena);
+    // What SET and loads change.
     model->loaded = ALLOCATE(ARENA_STEP, 1, int64_t, "loaded");
     model->parameters = ALLOCATE(ARENA_STEP, 1, BodyParameters, "parameters");
     *model->parameters = body_parameters(options->body.gravity);
@@ -243,6 +255,7 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     model->position_limit = 1e6 * farthest;
     model->present = model->rows[0];
 
+    // All that a checkpoint must keep.
     state_add_pair(state, model->rows[0], model->rows[1], &model->current, bytes, "%s/rows", name);
     // The shape springs of a cut body's pieces act as external forces.
     bool pieces = options->body.cuttable && model->shape == SHAPE_FRAME_BODY;
@@ -251,6 +264,7 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
         model->external = model_allocate_reals(model, forces, name, "outside forces", arena);
         state_add(state, model->external, forces * model_real_size(model), "%s/loads", name);
     }
+    // Loads of a body that turns are kept in the world frame.
     if (model->basis.floating && !options->body.without_loads) {
         size_t slots = (size_t)model->basis.count;
         model->world_load = arena_allocate(arena, ARENA_STEP, slots, sizeof *model->world_load,
@@ -276,6 +290,7 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
     model->run = arena_allocate(arena, ARENA_STEP, 1, sizeof *model->run, "%s/run of slots", name);
     model->run[0][1] = model->basis.count;
     model->run_count = 1;
+    // Slots in the order that keeps neighbours close.
     model->slot = ALLOCATE(ARENA_TOPOLOGY, mesh->node_count, int, "slot of node");
     model->node = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot");
     order_nodes(winged, model->slot);
@@ -284,6 +299,7 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
     for (int i = 0; i < mesh->node_count; i++)
         model->node[model->slot[i]] = i;
 
+    // Rest positions first: springs and nodes are measured from them.
     model_create_rest(model, mesh, name, arena, state);
     create_springs(model, winged, network, name, arena);
     create_nodes(model, mesh, network, options, arena, state);
@@ -377,6 +393,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     SurfaceOptions chosen = *asked;
     const SurfaceOptions *options = &chosen;
     const char *name = options->body.name;
+    // Refuse what cannot be built before anything is allocated.
     const SpringKernels *kernels = kernels_find(
         options->body.precision, options->body.isa == NULL ? "auto" : options->body.isa);
     if (kernels == NULL)
@@ -385,6 +402,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     if (!options_fit(options, status))
         return false;
 
+    // Springs and masses, of level 0 if faces come and go.
     WingedMesh winged;
     winged_create(&winged, mesh);
     SpringNetwork network;
@@ -405,6 +423,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
                  "the time step",
                  name, options->material.damping_time, network.damping_time);
 
+    // What all surface bodies have, then what depends on whether faces change.
     SurfaceModel *model = arena_allocate(arena, ARENA_STEP, 1, sizeof *model, "%s/model", name);
     model->kernels = implicit ? kernels_find(PRECISION_DOUBLE, kernels->level) : kernels;
     start_model(model, options, &network, mesh->node_count);
@@ -416,6 +435,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
         detail_create(body, model, mesh, &winged, &network, options, arena, state);
     else
         create_dense(body, model, mesh, &winged, &network, options, arena, state);
+    // What follows from either.
     body->surface.node_mass = model->mass;
     body->surface.longest_edge = model->basis.longest_edge;
     if (implicit)

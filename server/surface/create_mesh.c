@@ -36,6 +36,7 @@ void model_create_surface(Body *body, const TriMesh *mesh, const WingedMesh *win
         .node_face_start = KEEP(winged->node_face_start, nodes + 1, "node face start"),
         .node_face = KEEP(winged->node_face, 3 * faces, "node faces"),
     };
+    // No face is ever divided here: these are the least areas, too.
     body->surface.finest_area = body->surface.face_area;
     body->surface.node_face_end = body->surface.node_face_start + 1;
 }
@@ -58,6 +59,7 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
 {
     const char *name = options->body.name;
     int nodes = mesh->node_count, faces = mesh->triangle_count;
+    // What clients get of each node.
     int *id = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node ids");
     int(*parents)[2] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *parents,
                                       "%s/node parents", name);
@@ -84,6 +86,7 @@ void model_create_mesh(SurfaceModel *model, Body *body, const TriMesh *mesh,
             row[i] = mesh->file_index[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
         origin = row;
     }
+    // Nothing of it changes: capacities are counts.
     model_label_pieces(mesh, piece);
     body->state_capacity = nodes;
     body->mesh = (BodyMesh){
@@ -118,11 +121,13 @@ static void breadth_first(const WingedMesh *winged, int *order)
     bool *seen = calloc((size_t)winged->node_count + 1, sizeof *seen);
     ASSERT(seen != NULL);
     int read = 0, written = 0;
+    // Each component from its lowest node.
     for (int seed = 0; seed < winged->node_count; seed++) {
         if (seen[seed])
             continue;
         seen[seed] = true;
         order[written++] = seed;
+        // Nodes are numbered when they are first seen.
         for (; read < written; read++) {
             int node = order[read];
             for (int k = winged->node_edge_start[node]; k < winged->node_edge_start[node + 1];
@@ -143,6 +148,7 @@ void order_nodes(const WingedMesh *winged, int *slot)
     int *order = calloc((size_t)winged->node_count + 1, sizeof *order);
     ASSERT(order != NULL);
     breadth_first(winged, order);
+    // Within each window by valence: chunks get little padding.
     for (int first = 0; first < winged->node_count; first += WINDOW) {
         int end = first + WINDOW < winged->node_count ? first + WINDOW : winged->node_count;
         int next = first;

@@ -29,6 +29,7 @@ static void number_nodes(SurfaceModel *model)
     const Detail *detail = model->detail;
     memset(system->number, 0xff, (size_t)model->basis.count * sizeof *system->number);
     system->moving = system->hanging = 0;
+    // Moving nodes in the order of the kernel's lanes.
     if (detail == NULL) {
         for (int s = 0; s < model->basis.count; s++)
             add_node(model, s, s);
@@ -36,6 +37,7 @@ static void number_nodes(SurfaceModel *model)
         for (int k = 0; k < detail->lists.free_chunk_count; k++)
             for (int lane = detail->lists.free_chunk[k] * LANES, i = 0; i < LANES; i++)
                 add_node(model, model->springs.own[lane + i], lane + i);
+        // Hanging nodes follow, finest level first.
         system->hanging = detail->lists.hanging_count;
         for (int i = 0; i < system->hanging; i++) {
             int number = system->moving + i;
@@ -268,6 +270,7 @@ static void advance(SurfaceModel *model, double *next, double *ahead)
     const Implicit *system = model->implicit;
     const double h = system->h, part = system->share * h, further = system->theta * h;
     bool good = true;
+    // x += h (v + theta dv), v += dv.
     for (int i = 0; i < system->moving; i++) {
         const int slot = system->slot[i];
         const Quad dv = system->change[i], v = quad_row(system->rows, slot, 4),
@@ -277,6 +280,7 @@ static void advance(SurfaceModel *model, double *next, double *ahead)
             good &= fabs(x[c]) <= model->position_limit && fabs(fast[c]) <= SPEED_LIMIT;
             next[at] = x[c];
             next[at + 4] = fast[c];
+            // Where the next step's external forces are evaluated.
             if (ahead != NULL) {
                 ahead[at] = x[c] + further * fast[c];
                 ahead[at + 4] = fast[c];
@@ -384,11 +388,13 @@ void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *
     const char *name = options->body.name;
     Implicit *system = model->implicit = ALLOCATE(ARENA_STEP, 1, Implicit, "implicit system");
     const SurfaceImplicit *asked = &options->implicit;
+    // What the scene chose, or the defaults.
     system->kernel = find_kernel(model->kernels->level);
     system->theta = implicit_theta(options);
     system->anchored = options->shape.wanted && options->shape.frame == SHAPE_WORLD;
     system->tolerance = asked->tolerance > 0.0 ? asked->tolerance : IMPLICIT_TOLERANCE;
     system->iterations = asked->iterations > 0 ? asked->iterations : IMPLICIT_ITERATIONS;
+    // Numbers of nodes: one more than nodes, for all fixed ones.
     const int numbers = model->node_count + 1;
     system->number = ALLOCATE(ARENA_STEP, model->basis.count, int, "implicit numbers");
     system->slot = ALLOCATE(ARENA_STEP, numbers, int, "implicit slots");
@@ -396,6 +402,7 @@ void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *
         system->master = ALLOCATE(ARENA_STEP, numbers, *system->master, "implicit masters");
     if (model->detail != NULL && model->detail->frames != NULL)
         system->frame = ALLOCATE(ARENA_STEP, numbers, unsigned char, "implicit frames");
+    // The matrix: springs, and blocks of the diagonal.
     system->edge_capacity = most_edges(model);
     system->spring = ALLOCATE(ARENA_STEP, system->edge_capacity, Quad, "implicit springs");
     system->end = ALLOCATE(ARENA_STEP, system->edge_capacity, *system->end, "implicit ends");
@@ -406,6 +413,7 @@ void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *
                                 &system->step,  &system->product, &system->search};
     for (size_t k = 0; k < sizeof by_number / sizeof *by_number; k++)
         *by_number[k] = ALLOCATE(ARENA_STEP, numbers, Quad, "implicit vectors");
+    // Islands, and what holds them.
     system->island = ALLOCATE(ARENA_STEP, numbers, int, "implicit islands");
     system->member = ALLOCATE(ARENA_STEP, numbers, int, "implicit members");
     system->island_start = ALLOCATE(ARENA_STEP, numbers + 1, int, "implicit island starts");

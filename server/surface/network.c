@@ -17,6 +17,7 @@ static double edge_length(const Vec3 *x, const int end[2])
 static double measure_areas(LevelRules *rules, const Vec3 *x, const int (*face)[3])
 {
     double total = 0.0;
+    // Half the cross product of two edges.
     for (int f = 0; f < rules->face_count; f++) {
         const int *node = face[f];
         Vec3 normal =
@@ -71,6 +72,7 @@ void level_rules_create(LevelRules *rules, const TriMesh *mesh, const SurfaceOpt
     rules->face_count = levels != NULL ? levels->level[0].face_count : mesh->triangle_count;
     rules->area = malloc((size_t)rules->face_count * sizeof *rules->area + 1);
     ASSERT(rules->area != NULL);
+    // Areas of level 0, from which all levels follow.
     double total =
         levels != NULL
             ? measure_areas(rules, levels->position, (const int(*)[3])levels->level[0].face)
@@ -79,6 +81,7 @@ void level_rules_create(LevelRules *rules, const TriMesh *mesh, const SurfaceOpt
         set_levels(rules, total);
         return;
     }
+    // One level: the material as given.
     rules->same_springs = rules->same_nodes = material->uniform;
     rules->stiffness[0] = material->spring_stiffness;
     rules->mass[0] = material->node_mass;
@@ -266,6 +269,7 @@ static void set_nodes(SpringNetwork *network, const LevelRules *rules, int level
 // that of the finest level, whichever level the body is at.
 static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const LevelRules *rules)
 {
+    // Largest row sums over the free nodes.
     double springs = 0.0, drag = 0.0;
     for (int i = 0; i < winged->node_count; i++)
         network->free_count += !network->fixed[i];
@@ -288,6 +292,7 @@ static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const L
         finest = level_rules_bounds(rules, rules->levels->finest, network->fixed);
         coarsest = level_rules_bounds(rules, 0, network->fixed);
     }
+    // The damping time is that of the finest level.
     network->contact_lambda = coarsest.lambda;
     network->damping_time = level_rules_damping_time(rules, finest.springs);
     const SurfaceMaterial *material = &rules->options->material;
@@ -295,6 +300,7 @@ static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const L
         material->uniform ? network->damping_time : material->damping_time;
     network->clamped = network->damping_time < network->asked_damping_time;
     network->damping = network->damping_time * springs + drag;
+    // The paper's rule may ask for more.
     level_rules_raise_bounds(rules, rules->options->start_level, coarsest.lambda,
                              network->damping_time * coarsest.springs + drag, &network->lambda,
                              &network->damping);
@@ -308,6 +314,7 @@ bool network_create(SpringNetwork *network, const TriMesh *mesh, const WingedMes
     const Levels *levels = options->hierarchy;
     int level = levels != NULL ? options->start_level : 0;
     int most_nodes = levels != NULL ? levels->level[levels->finest].node_count : mesh->node_count;
+    // All arrays start at zero.
     *network = (SpringNetwork){
         .rest_length = zeroed(winged->edge_count, sizeof(double)),
         .stiffness = zeroed(winged->edge_count, sizeof(double)),
@@ -319,10 +326,12 @@ bool network_create(SpringNetwork *network, const TriMesh *mesh, const WingedMes
         .node_damping = zeroed(mesh->node_count, sizeof(double)),
         .fixed = zeroed(most_nodes, sizeof(bool)),
     };
+    // Fixed nodes before bounds: only free nodes count there.
     if (!fixed_mark(mesh, options, network->fixed, status)) {
         network_destroy(network);
         return false;
     }
+    // Then values by the rules of the material.
     LevelRules rules;
     level_rules_create(&rules, mesh, options);
     measure_faces(network, mesh, &rules, level);

@@ -22,14 +22,17 @@ static void add_nodes(const SurfaceModel *model, Patch *patch, int *budget)
     const NodeTable *nodes = &model->nodes;
     const double damping_scale = model->parameters->damping_scale;
     const RegionTest test = region_test(&patch->region);
+    // Free nodes in the region, as many as the budget allows.
     for (; patch->next<model->basis.count && * budget> 0; patch->next++, --*budget) {
         int slot = (int)patch->next, node = model->node[slot];
         if (node < 0 || hangs(model, node) || !region_contains(&test, position_of(model, slot)))
             continue;
+        // Fixed nodes do not move: they are no unknowns.
         int lane = model_lane_of(model, slot);
         double inverse = model_get(model, nodes->inverse_mass, lane);
         if (!(inverse > 0.0))
             continue;
+        // Its own stiffness and damping: shape spring and drag.
         double mass = 1.0 / inverse, drag = 0.0, stiffness = 0.0;
         if (model->shape != SHAPE_FRAME_NONE) { // otherwise there is no drag either
             drag = model_get(model, nodes->drag, lane);
@@ -40,8 +43,10 @@ static void add_nodes(const SurfaceModel *model, Patch *patch, int *budget)
         if (!patch_add_node(patch, node, mass, mass * drag, stiffness))
             return;
     }
+    // Not through yet: continue in the next tick.
     if (patch->next < model->basis.count)
         return;
+    // The next pass adds springs.
     patch->relaxation = model->damped ? model->damping_time * damping_scale : 0.0;
     patch->pass++;
     patch->next = 0;
@@ -88,20 +93,24 @@ static void add_ties(const SurfaceModel *model, Patch *patch, int *budget)
 // Adds k (n n^T + (1 - r / l) (1 - n n^T)) between two nodes: negative across a compressed spring.
 static void add_spring(const SurfaceModel *model, Patch *patch, int node, int other, long entry)
 {
+    // The spring as it is now.
     Vec3 x = position_of(model, model->slot[node]), y = position_of(model, model->slot[other]);
     Vec3 n = vec3_unit(vec3_sub(x, y));
     double length = vec3_length(vec3_sub(x, y));
     double k =
         model->parameters->stiffness_scale * model_get(model, model->springs.stiffness, entry);
     double rest = model_get(model, model->springs.rest_length, entry);
+    // Tension makes it stiff across itself; damping adds along it.
     double across =
         length > rest || (length > 0.0 && !patch->tensed) ? k * (1.0 - rest / length) : 0.0;
     double along = k * (1.0 + patch->relaxation / patch->time) - across;
+    // The 3 x 3 block of the pair.
     const double v[3] = {n.x, n.y, n.z};
     double m[9], share[2 * PATCH_CARRIERS];
     short local[2 * PATCH_CARRIERS];
     for (int i = 0; i < 9; i++)
         m[i] = along * v[i / 3] * v[i % 3] + (i % 4 == 0 ? across : 0.0);
+    // A hanging end passes its part to the nodes that carry it.
     int count = patch_carriers(patch, node, local, share);
     int more = patch_carriers(patch, other, local + count, share + count);
     for (int k2 = count; k2 < count + more; k2++)

@@ -136,6 +136,7 @@ static bool is_number(double number)
 // True if the bits belong to existing faces, with neighbours at most one level apart.
 static bool check_bits(const Detail *detail)
 {
+    // Numbers in range, and only of faces that exist.
     for (int l = 0; l < detail->set.levels.finest; l++) {
         const Level *at = &detail->set.levels.level[l];
         for (int f = 0; f < at->face_count; f++) {
@@ -146,6 +147,7 @@ static bool check_bits(const Detail *detail)
                 continue;
             if (!detail_exists(&detail->set, l, f))
                 return false;
+            // Neighbours differ by one level at most.
             for (int k = 0; k < 3; k++) {
                 int across = levels_beyond(at, at->face_edge[f][k], f);
                 if (across >= 0 && !detail_exists(&detail->set, l, across))
@@ -226,11 +228,13 @@ static bool check_face_slots(const Detail *detail)
     int used, drawn = 0;
     if (!find_slots(table, &used))
         return false;
+    // Each leaf must have as many slots as it is drawn with triangles.
     for (int l = 0; l <= detail->set.levels.finest; l++) {
         const Level *at = &detail->set.levels.level[l];
         for (int f = 0; f < at->face_count; f++) {
             if (!detail_is_leaf(&detail->set, l, f))
                 continue;
+            // One triangle, and one more per midpoint on its edges.
             int pieces = 1;
             for (int k = 0; k < 3 && l < detail->set.levels.finest; k++)
                 pieces +=

@@ -73,6 +73,7 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
             for (int c = 0; c < children; c++) {
                 int face = root[r].face * children + c;
                 for (int k = 0; k < 3; k++) {
+                    // A node gets its slot at the first face that has it.
                     int node =
                         level > 0 ? at->node_count + at->face_edge[face][k] : at->face[face][k];
                     if (model->slot[node] >= 0)
@@ -181,6 +182,7 @@ static void create_bits(SurfaceModel *model, const SurfaceOptions *options, Aren
     DetailAdapt *adapt = &detail->adapt;
     LeafSet *set = &detail->set;
     int nodes = set->node_count, coarse = set->face_base[set->levels.finest];
+    // What is refined, and since when it could be coarsened.
     set->refined = ALLOCATE(ARENA_TOPOLOGY, coarse, unsigned char, "refined faces");
     adapt->calm_since = ALLOCATE(ARENA_TOPOLOGY, coarse, int64_t, "calm faces");
     adapt->sweep = ALLOCATE(ARENA_TOPOLOGY, 1, Sweep, "sweep");
@@ -189,6 +191,7 @@ static void create_bits(SurfaceModel *model, const SurfaceOptions *options, Aren
         .scale = 1.0,
         .level = set->levels.finest,
     };
+    // Creases are found for any face.
     int faces = set->face_base[set->levels.finest + 1];
     adapt->crease = ALLOCATE(ARENA_TOPOLOGY, faces, unsigned char, "creases");
     state_add(state, adapt->crease, (size_t)faces, "%s/creases", name);
@@ -198,6 +201,7 @@ static void create_bits(SurfaceModel *model, const SurfaceOptions *options, Aren
               name);
     state_add(state, adapt->sweep, sizeof *adapt->sweep, "%s/sweep", name);
     state_add(state, adapt->felt_count, sizeof *adapt->felt_count, "%s/felt_count", name);
+    // Scratch of a sweep.
     adapt->look = ALLOCATE(ARENA_TOPOLOGY, nodes, NodeLook, "looks at nodes");
     adapt->felt_force = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "felt forces");
     adapt->calm_capacity = coarse < 4096 ? coarse : 4096;
@@ -212,10 +216,12 @@ static void create_packing(SurfaceModel *model, const char *name, Arena *arena)
     LeafSet *set = &model->detail->set;
     const int nodes = set->node_count, chunks = pack->window_count * pack->window_chunks;
     set->status = ALLOCATE(ARENA_TOPOLOGY, nodes, unsigned char, "node status");
+    // By node and window: what a changed node makes stale.
     pack->window = ALLOCATE(ARENA_TOPOLOGY, pack->window_count, Window, "windows");
     pack->bound = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node bounds");
     pack->is_dirty = ALLOCATE(ARENA_TOPOLOGY, nodes, bool, "dirty nodes");
     pack->stale_window = ALLOCATE(ARENA_TOPOLOGY, pack->window_count, bool, "stale windows");
+    // What each evaluation visits.
     lists->hanging = ALLOCATE(ARENA_STEP, nodes, int, "hanging nodes");
     lists->master = ALLOCATE(ARENA_STEP, nodes, *lists->master, "masters");
     lists->carrier = ALLOCATE(ARENA_STEP, 2 * nodes, int, "free masters");
@@ -245,6 +251,7 @@ void detail_publish(Body *body)
     body->damping = pack->lambda > 0.0 ? pack->damping : pack->least_damping;
     // Each spring is at two nodes; for hanging nodes both ends are counted too.
     body->spring_count = pack->spring_ends / 2;
+    // Leaves and the finest level in use.
     body->element_count = 0;
     for (int l = 0; l <= set->levels.finest; l++) {
         body->element_count += set->leaf_count[l];
@@ -253,6 +260,7 @@ void detail_publish(Body *body)
     }
     level_rules_raise_bounds(&detail->rules, body->finest_level, pack->least_lambda,
                              pack->least_damping, &body->lambda, &body->damping);
+    // The mesh as clients see it.
     const MeshSlots *slots = detail->faces.slots;
     slots_describe(slots, detail_topology(detail), &body->mesh);
     model->shown = (SurfaceShown){.row = slots->row,
@@ -264,16 +272,19 @@ void detail_publish(Body *body)
 static void set_statuses(SurfaceModel *model)
 {
     LeafSet *set = &model->detail->set;
+    // Leaves by level.
     memset(set->leaf_count, 0, sizeof set->leaf_count);
     for (int l = 0; l <= set->levels.finest; l++)
         for (int f = 0; f < set->levels.level[l].face_count; f++)
             set->leaf_count[l] += detail_is_leaf(set, l, f);
+    // Empty slots have no node and zero rows.
     for (int s = 0; s < model->basis.count; s++)
         model->node[s] = -1;
     memset(model->basis.rest, 0, (size_t)model->basis.count * sizeof *model->basis.rest);
     // Nodes of the uncut mesh, then the copies in use.
     const int originals = set->levels.level[set->levels.finest].node_count;
     for (int i = 0; i < originals; i++) { // parents have lower numbers
+        // A corner of level 0 is always on; a midpoint by the faces at its edge.
         int born = levels_of_node(&set->levels, i);
         set->status[i] =
             (unsigned char)(born == 0
@@ -285,6 +296,7 @@ static void set_statuses(SurfaceModel *model)
         model->node[model->slot[i]] = i;
         detail_set_rest(model, i);
     }
+    // Copies are on in the order in which they were made.
     for (int i = originals; i < set->node_count; i++) {
         bool is_on = i - originals < *set->cut->copies;
         set->status[i] = is_on ? NODE_FREE : NODE_OFF;
@@ -393,6 +405,7 @@ static void create_windows(SurfaceModel *model, const TriMesh *mesh, const char 
     pack->window_chunks = pack->width / LANES + 1;
     pack->window_count = (nodes + pack->width - 1) / pack->width;
     pack->spare_slot = pack->window_count * pack->width;
+    // Slots are padded to whole windows, with one spare row per window.
     model->node_count = nodes;
     model->basis.count = (pack->spare_slot + pack->window_count + LANES - 1) / LANES * LANES;
     model->lane_count = pack->window_count * pack->window_chunks * LANES;
@@ -402,6 +415,7 @@ static void create_windows(SurfaceModel *model, const TriMesh *mesh, const char 
     pack->of_slot = ALLOCATE(ARENA_TOPOLOGY, model->basis.count, int, "node of slot, if on");
     for (int s = 0; s < model->basis.count; s++)
         pack->of_slot[s] = model->node[s] = model->lane[s] = -1;
+    // Neighbours in space are neighbours in memory.
     RootKey *root = order_roots(mesh);
     order_slots(model, root, mesh->triangle_count);
     free(root);
@@ -433,6 +447,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     Detail *detail = model->detail = ALLOCATE(ARENA_TOPOLOGY, 1, Detail, "detail");
     LeafSet *set = &detail->set;
     create_set(set, options, winged, arena);
+    // The options as this body uses them.
     detail->state = state;
     detail->options = *options;
     detail->options.hierarchy = &set->levels;
@@ -460,6 +475,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     model_create_rows(model, mesh, network->fixed, options, arena, state);
     start_at_level(model, options->start_level);
 
+    // Everything else follows from the bits.
     detail->is_valid = true;
     detail_rebuild(body);
     body->state_capacity = body->mesh.node_capacity;

@@ -93,14 +93,17 @@ static int divide_leaf(const LeafSet *set, int level, int face, Piece piece[4])
     const Level *at = &set->levels.level[level];
     const int *corner = at->face[face];
     int middle[3], count = 0, first = 0;
+    // Which edges have a midpoint that is on.
     for (int k = 0; k < 3; k++) {
         middle[k] = detail_midpoint(set, level, at->face_edge[face][k]);
         count += middle[k] >= 0;
     }
+    // None: the leaf is one triangle.
     if (count == 0) {
         piece[0] = (Piece){{corner[0], corner[1], corner[2]}, 1.0};
         return 1;
     }
+    // All: three corners and the middle.
     if (count == 3) {
         for (int k = 0; k < 3; k++)
             piece[k] = (Piece){{corner[k], middle[k], middle[(k + 2) % 3]}, 0.25};
@@ -112,11 +115,13 @@ static int divide_leaf(const LeafSet *set, int level, int face, Piece piece[4])
         first++;
     int a = corner[first], b = corner[(first + 1) % 3], c = corner[(first + 2) % 3];
     int m = middle[first], n = middle[(first + 1) % 3];
+    // One: two halves.
     piece[0] = (Piece){{a, m, c}, 0.5};
     if (count == 1) {
         piece[1] = (Piece){{m, b, c}, 0.5};
         return 2;
     }
+    // Two: a half, and two quarters beside the second midpoint.
     piece[1] = (Piece){{m, b, n}, 0.25};
     piece[2] = (Piece){{m, n, c}, 0.25};
     return 3;
@@ -268,6 +273,7 @@ static void list_changes(DetailFaces *faces, DetailReport *report)
 void detail_draw(DetailFaces *faces, DetailReport *report)
 {
     faces->cleared_count = faces->drawn_count = faces->redrawn_count = 0;
+    // All old triangles go before new ones come: their slots are used again.
     for (int i = 0; i < faces->touched_count; i++)
         clear_leaf(faces, faces->touched[i].level, faces->touched[i].face);
     for (int i = 0; i < faces->touched_count; i++) {
@@ -276,6 +282,7 @@ void detail_draw(DetailFaces *faces, DetailReport *report)
         if (detail_is_leaf(faces->set, leaf->level, leaf->face))
             draw_leaf(faces, leaf->level, leaf->face);
     }
+    // Then what refers to them: lists by node, neighbours, areas.
     faces->touched_count = 0;
     list_faces(faces);
     for (int i = 0; i < faces->drawn_count; i++)
@@ -284,6 +291,7 @@ void detail_draw(DetailFaces *faces, DetailReport *report)
         measure_node(faces, faces->redrawn[i]);
         faces->is_redrawn[faces->redrawn[i]] = false;
     }
+    // The difference goes to contacts and clients.
     list_changes(faces, report);
     for (int i = 0; i < faces->cleared_count; i++)
         faces->was_used[faces->cleared[i]] = false;

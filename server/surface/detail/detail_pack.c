@@ -84,6 +84,7 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
         const int other[2] = {corner[(k + 1) % 3], corner[(k + 2) % 3]};
         sum.mass += rules->areal_density * leaf_area(detail, &leaf[i]) / 3.0;
         for (int s = 0; s < 2; s++) {
+            // The spring along one of the leaf's two edges at the node.
             int edge = edges[side[s]], neighbour = model->slot[other[s]];
             int middle = detail_midpoint(set, leaf[i].level, edge);
             if (set->constrained) {
@@ -92,6 +93,7 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
                 if (springs != NULL)
                     add_spring(springs, neighbour, stiffness, true);
                 if (middle >= 0) {
+                    // A hanging midpoint hands half of what it carries to this node.
                     Carried half = survey(model, middle, depth + 1, NULL);
                     sum.mass += 0.5 * half.mass;
                     sum.stiffness += 0.5 * half.stiffness;
@@ -109,6 +111,7 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
             }
         }
     }
+    // The paper's mass is the mean over active edges.
     if (!set->constrained)
         sum.mass = level_rules_mixed_mass(rules, ends);
     return sum;
@@ -207,6 +210,7 @@ static void list_nodes(SurfaceModel *model, int w, NodeStatus status, PackList *
         } else {
             recall(model, s, springs);
         }
+        // Counted by the number of springs, for the sort.
         found[count++] = s;
         next[springs->count < MOST ? springs->count : MOST]++;
     }
@@ -256,6 +260,7 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
     Detail *detail = model->detail;
     DetailPack *pack = &detail->pack;
     int chunks = (list->count + LANES - 1) / LANES, entries = 0;
+    // A chunk has as many entries as its node with the most springs.
     for (int i = 0; i < chunks * LANES; i++) {
         int lane = chunk * LANES + i, at = lane / LANES;
         if (i % LANES == 0)
@@ -267,6 +272,7 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
             pack_node(model, lane, -1);
             continue;
         }
+        // The node's springs and constants.
         int slot = list->slot[i], node = pack->of_slot[slot];
         const NodeSprings *springs = &pack->springs[slot % pack->width];
         pack_springs(model, lane, slot, entries, springs);
@@ -274,6 +280,7 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
         // Forces of hanging nodes start at zero.
         for (int c = 0; c < 4; c++)
             model_put(model, detail->lists.handed, (long)slot * ROW + c, 0.0);
+        // The node is up to date; its share of the window's sums.
         model->lane[slot] = lane;
         pack->is_dirty[node] = false;
         pack->window[w].spring_ends += springs->count;
@@ -294,6 +301,7 @@ static void pack_window(SurfaceModel *model, int w)
     list_nodes(model, w, NODE_FREE,
                &free_nodes); // recall reads lanes: list all before any lane is written
     list_nodes(model, w, NODE_HANGING, &hanging);
+    // Nodes that are off have no lane, mass or bound.
     for (int s = w * pack->width; s < (w + 1) * pack->width; s++) {
         int node = pack->of_slot[s];
         model->lane[s] = -1;
@@ -303,6 +311,7 @@ static void pack_window(SurfaceModel *model, int w)
         if (model->rigid_weight != NULL)
             model->rigid_weight[s] = 0.0;
     }
+    // Free nodes fill the first chunks of the window, hanging ones the next.
     int first = w * pack->window_chunks;
     pack->window[w] = (Window){.free_count = free_nodes.count, .hanging_count = hanging.count};
     pack->window[w].free_chunks = pack_nodes(model, w, NODE_FREE, first, &free_nodes);
@@ -319,6 +328,7 @@ static void list_hanging(SurfaceModel *model)
     DetailPack *pack = &detail->pack;
     const LeafSet *set = &detail->set;
     lists->hanging_count = lists->carrier_count = 0;
+    // No chunk carries anything yet.
     for (int k = 0; k < lists->free_chunk_count; k++)
         lists->carries[lists->free_chunk[k]] = 0;
     for (int w = pack->window_count - 1; w >= 0; w--) {
@@ -328,6 +338,7 @@ static void list_hanging(SurfaceModel *model)
             int node = pack->of_slot[s], parent[2];
             if (node < 0 || set->status[node] != NODE_HANGING)
                 continue;
+            // The node and its masters; free masters receive its force.
             levels_parents(&set->levels, node, parent);
             lists->hanging[lists->hanging_count] = s;
             int *master = lists->master[lists->hanging_count++];
@@ -352,19 +363,23 @@ static void list_chunks(SurfaceModel *model)
     pack->spring_ends = 0;
     pack->on_count = 0;
     pack->mass = pack->lambda = pack->damping = 0.0;
+    // Windows in ascending order: sums have one order.
     for (int w = 0; w < pack->window_count; w++) {
         const Window *window = &pack->window[w];
         if (window->free_count + window->hanging_count == 0)
             continue;
+        // Chunks in use: of free nodes, then of hanging ones.
         int chunk = w * pack->window_chunks;
         for (int k = 0; k < window->free_chunks; k++)
             lists->free_chunk[lists->free_chunk_count++] = chunk++;
         for (int k = 0; k < window->hanging_count; k += LANES)
             lists->hanging_chunk[lists->hanging_chunk_count++] = chunk++;
+        // Adjacent windows form one run of slots.
         int first = w * pack->width;
         if (model->run_count == 0 || model->run[model->run_count - 1][1] != first)
             model->run[model->run_count++][0] = first;
         model->run[model->run_count - 1][1] = first + pack->width;
+        // Sums and maxima over windows.
         pack->mass += window->mass;
         pack->lambda = fmax(pack->lambda, window->lambda);
         pack->damping = fmax(pack->damping, window->damping);
@@ -377,17 +392,20 @@ void detail_pack(SurfaceModel *model)
 {
     Detail *detail = model->detail;
     DetailPack *pack = &detail->pack;
+    // Only windows in which something changed.
     for (int w = 0; w < pack->window_count; w++) {
         if (!pack->stale_window[w])
             continue;
         pack->stale_window[w] = false;
         pack_window(model, w);
     }
+    // What each evaluation visits now.
     list_chunks(model);
     if (detail->set.constrained)
         list_hanging(model);
     if (detail->frames != NULL)
         detail_frames_sort(model);
+    // The fit of the rigid frame has other nodes and weights.
     if (model->basis.rigid != NULL) {
         model->basis.rigid->run = model->run;
         model->basis.rigid->run_count = model->run_count;

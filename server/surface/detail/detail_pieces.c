@@ -14,6 +14,7 @@ void detail_pieces_label(LeafSet *set)
     DetailCut *cut = set->cut;
     const Level *finest = &set->levels.level[set->levels.finest];
     int *piece = cut->piece;
+    // Faces across an unbroken edge are in one piece.
     union_find_reset(piece, finest->face_count);
     for (int f = 0; f < finest->face_count; f++)
         for (int k = 0; k < 3; k++) {
@@ -21,6 +22,7 @@ void detail_pieces_label(LeafSet *set)
             if (across >= f && (cut->broken[f] >> k & 1) == 0)
                 union_find_join(piece, f, across);
         }
+    // A piece is named by its lowest face; nodes take the piece of their faces.
     cut->piece_count = cut->small_count = 0;
     for (int f = 0; f < finest->face_count; f++) { // lower ones are final
         piece[f] = piece[piece[f]];
@@ -87,12 +89,14 @@ static void rank_pieces(Detail *detail)
     DetailFrames *frames = detail->frames;
     const int *piece = detail->set.cut->piece;
     int best[PIECE_FRAMES + 1], count = 0;
+    // Sizes of all pieces.
     for (int f = 0; f < detail->set.face_count; f++)
         frames->size[piece[f]]++;
     for (int f = 0; f < detail->set.face_count; f++) {
         if (piece[f] != f)
             continue;
         frames->frame_of[f] = FRAME_LOOSE;
+        // Insert it among the largest so far.
         if (count > PIECE_FRAMES && frames->size[f] <= frames->size[best[PIECE_FRAMES]])
             continue;
         int at = count <= PIECE_FRAMES ? count++ : PIECE_FRAMES;
@@ -100,6 +104,7 @@ static void rank_pieces(Detail *detail)
             best[at] = best[at - 1];
         best[at] = f;
     }
+    // The largest is frame 0; sizes return to zero for the next call.
     for (int i = 0; i < count; i++)
         frames->frame_of[best[i]] = (unsigned char)i;
     for (int f = 0; f < detail->set.face_count; f++)
@@ -118,6 +123,7 @@ void detail_frames_sort(SurfaceModel *model)
     const LeafSet *set = &detail->set;
     DetailFrames *frames = detail->frames;
     frames->count = frames->slot_count = 0;
+    // One piece needs no frames.
     if (set->cut->piece_count <= 1)
         return;
     rank_pieces(detail);
@@ -143,6 +149,7 @@ void detail_frames_sort(SurfaceModel *model)
         }
         if (k == FRAME_LOOSE)
             break;
+        // The fit of this piece starts from its last rotation.
         frames->run[k - 1][0][0] = first;
         frames->run[k - 1][0][1] = next;
         frames->frame[k - 1] = (RigidFrame){.run = frames->run[k - 1],
@@ -212,6 +219,7 @@ bool detail_frames_add(SurfaceModel *model, const SpringPass *pass)
         if (k < FRAME_LOOSE)
             follow(&frames->frame[k - 1].pose, frames->rest[i], row, here, moves);
         follow(pass->frame, frames->rest[i], row, there, moves_there);
+        // By how much its own frame's pull differs from the kernel's; a loose piece has no pull.
         double mass = model->mass[model->node[slot]];
         for (int c = 0; c < 3; c++) {
             double from = k < FRAME_LOOSE ? here[c] : row[c];

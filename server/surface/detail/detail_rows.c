@@ -269,11 +269,13 @@ static Vec3 butterfly(const SurfaceModel *model, int level, int edge)
     const Level *at = &model->detail->set.levels.level[level];
     const Walk walk = {model, at};
     const int *end = at->edge[edge];
+    // On the border: the four-point rule along it.
     if (at->edge_face[edge][0] < 0 || at->edge_face[edge][1] < 0) {
         Vec3 inner = vec3_add(displacement(model, end[0]), displacement(model, end[1]));
         Vec3 outer = vec3_add(along_border(&walk, end[0], edge), along_border(&walk, end[1], edge));
         return vec3_madd(vec3_scale(9.0 / 16.0, inner), -1.0 / 16.0, outer);
     }
+    // Inside: the mean over the ends with another valence than 6, else the regular rule.
     Vec3 sum = {0.0, 0.0, 0.0};
     int count = 0;
     for (int k = 0; k < 2; k++) {

@@ -51,6 +51,7 @@ static int leaves_around_original(const LeafSet *set, int node, Leaf *leaf)
 {
     const Levels *levels = &set->levels;
     int count = 0, born = levels_of_node(levels, node);
+    // A corner of level 0: one leaf in each face around.
     if (born == 0) {
         for (int k = set->root_ring_start[node]; k < set->root_ring_start[node + 1]; k++)
             leaf[count++] = descend(set, 0, set->root_ring[k], node);
@@ -146,8 +147,10 @@ static void follow_rest(SurfaceModel *model, int node, int depth)
     int count = detail_leaves_around(set, node, leaf);
     for (int i = 0; i < count; i++) {
         const Level *level = &set->levels.level[leaf[i].level];
+        // All springs of the leaf are measured anew.
         for (int k = 0; k < 3; k++)
             detail_mark(model, level->face[leaf[i].face][k]);
+        // Nodes that hang on its two edges there move along.
         const int side[2] = {leaf[i].corner, (leaf[i].corner + 2) % 3};
         for (int s = 0; s < 2; s++) {
             int middle =
@@ -188,6 +191,7 @@ static void divide(SurfaceModel *model, int level, int face)
     Detail *detail = model->detail;
     LeafSet *set = &detail->set;
     const Level *at = &set->levels.level[level];
+    // The bit, from which all else follows.
     set->refined[set->face_base[level] + face] = 1;
     set->leaf_count[level]--;
     set->leaf_count[level + 1] += 4;
@@ -213,6 +217,7 @@ static void divide(SurfaceModel *model, int level, int face)
         detail_mark(model, at->face[face][k]);
         detail_mark(model, at->node_count + at->face_edge[face][k]);
     }
+    // The face is drawn as its children.
     detail_touch(&detail->faces, level, face);
     for (int k = 0; k < 4; k++)
         detail_touch(&detail->faces, level + 1, 4 * face + k);
@@ -223,6 +228,7 @@ bool detail_refine(SurfaceModel *model, int level, int face)
 {
     Detail *detail = model->detail;
     const LeafSet *set = &detail->set;
+    // The face must exist first.
     if (!detail_exists(set, level, face) && !detail_refine(model, level - 1, face / 4))
         return false;
     if (detail_is_refined(set, level, face))
@@ -234,6 +240,7 @@ bool detail_refine(SurfaceModel *model, int level, int face)
             !detail_refine(model, level - 1, across / 4))
             return false;
     }
+    // Capacity is counted before anything changes.
     if (!slots_reserve(detail->faces.slots)) {
         detail->adapt.sweep->refused++;
         return false;
@@ -277,6 +284,7 @@ static int lost_momentum(const SurfaceModel *model, int level, int face, Impulse
     double mass = detail->rules.areal_density * area;
     Vec3 corner[3], middle[3];
     int count = 0;
+    // Velocities before the change.
     for (int k = 0; k < 3; k++) {
         corner[k] = detail_velocity(model, at->face[face][k]);
         middle[k] = detail_velocity(model, at->node_count + at->face_edge[face][k]);
@@ -309,9 +317,11 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
     DetailReport *report = &detail->report;
     LeafSet *set = &detail->set;
     const Level *at = &set->levels.level[level];
+    // Momentum before the change; it needs the old masses.
     Impulse impulse[9];
     int impulses = set->constrained ? lost_momentum(model, level, face, impulse) : 0;
 
+    // The bit and the drawing.
     set->refined[set->face_base[level] + face] = 0;
     detail->adapt.calm_since[set->face_base[level] + face] = 0;
     set->leaf_count[level]++;

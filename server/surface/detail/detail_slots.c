@@ -76,11 +76,13 @@ MeshSlots *slots_create(const char *name, const Levels *levels, const int capaci
     MeshSlots *slots = ALLOCATE(ARENA_TOPOLOGY, 1, MeshSlots, "mesh slots");
     const Level *finest = &levels->level[levels->finest];
     int most = finest->node_count + (cut != NULL ? cut->copy_capacity : 0);
+    // At most what the finest level and all copies need.
     int nodes = capacity[0] > 0 && capacity[0] < most ? capacity[0] : most;
     int faces =
         capacity[1] > 0 && capacity[1] < finest->face_count ? capacity[1] : finest->face_count;
     create_table(&slots->node, name, "node", nodes, most, arena, state);
     create_table(&slots->face, name, "face", faces, finest->face_count, arena, state);
+    // What describes a node in its slot.
     slots->levels = levels;
     slots->row_of_node = row_of_node;
     slots->root_id = root_id;
@@ -88,6 +90,7 @@ MeshSlots *slots_create(const char *name, const Levels *levels, const int capaci
     slots->root_piece = root_piece;
     slots->first_id = first_id;
     slots->cut = cut;
+    // By slot, as published.
     slots->row = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "rows of node slots");
     slots->triangle = ALLOCATE(ARENA_TOPOLOGY, faces, *slots->triangle, "triangles");
     slots->id = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "node ids");

@@ -77,9 +77,11 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
 {
     const Detail *detail = model->detail;
     NodeLook *look = &detail->adapt.look[node];
+    // Computed once per pass.
     if (look->pass == marks->pass)
         return look;
     int slot = model->slot[node];
+    // Position and displacement.
     look->pass = marks->pass;
     look->position = read_position(model, slot);
     look->moved = vec3_sub(look->position, model_rest(model, slot));
@@ -90,9 +92,11 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
         velocity = (Vec3){pose->velocity[0], pose->velocity[1], pose->velocity[2]};
         angular = (Vec3){pose->angular[0], pose->angular[1], pose->angular[2]};
     }
+    // Speed beyond the rigid motion.
     Vec3 slip = vec3_sub(read_row(model, slot, 4), velocity);
     slip = vec3_sub(slip, vec3_cross(angular, vec3_sub(look->position, center)));
     look->slip2 = vec3_dot(slip, slip);
+    // Forces of tools and loads.
     double force = detail->adapt.felt_force[node];
     if (*model->loaded != 0 && detail->set.status[node] == NODE_FREE)
         force += load_on(model, slot);
