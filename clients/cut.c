@@ -173,6 +173,7 @@ static const ArgumentTable TABLE = {
 
 static void take_reply(Cut *cut, Pending *pending, const pliant_reply_t *reply)
 {
+    // It is answered: count what it did.
     int64_t trip_us = client_now_ns() / 1000 - pending->first_us;
     pending->used = false;
     cut->under_way--;
@@ -184,6 +185,7 @@ static void take_reply(Cut *cut, Pending *pending, const pliant_reply_t *reply)
     cut->longest_us = trip_us > cut->longest_us ? trip_us : cut->longest_us;
     if (cut->options.quiet)
         return;
+    // Texts come from the network: print what can be printed.
     printf("sweep %ld: %s", pending->number, reply->ok ? "" : "refused: ");
     client_print_text(stdout, reply->text, false);
     putchar('\n');
@@ -197,6 +199,7 @@ static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *us
     if (!wire_check(&WIRE_REPLY, buffer->data, buffer->data_size) ||
         pliant_reply_t_decode(buffer->data, 0, (int)buffer->data_size, &reply) < 0)
         return;
+    // The answer of one of ours, however late.
     for (int k = 0; k < PENDING_MOST && reply.sender == cut->client.sender; k++) {
         Pending *pending = &cut->pending[k];
         if (pending->used && pending->id == reply.id) {
@@ -215,10 +218,12 @@ static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *us
     if (!wire_check(&WIRE_EVENT, buffer->data, buffer->data_size) ||
         pliant_event_t_decode(buffer->data, 0, (int)buffer->data_size, &event) < 0)
         return;
+    // Events that a stroke may cause.
     bool ours = strcmp(event.kind, "cut") == 0 || strcmp(event.kind, "piece") == 0 ||
                 strcmp(event.kind, "cut_refused") == 0 || strcmp(event.kind, "tear") == 0;
     cut->events++;
     cut->cuts += strcmp(event.kind, "cut") == 0;
+    // A refusal may be the reason why nothing is cut.
     if (strcmp(event.kind, "refused") == 0 || strcmp(event.kind, "cut_refused") == 0)
         snprintf(cut->refusal, sizeof cut->refusal, "%s", event.text);
     if (ours && !cut->options.quiet) {
@@ -240,10 +245,12 @@ static void send_sweep(Cut *cut, Pending *pending)
         snprintf(body, sizeof body, "%s", cut->options.body);
     pliant_cut_t message = {
         .utime = pending->utime, .sender = cut->client.sender, .id = pending->id, .body = body};
+    // The edge before and after.
     memcpy(message.before, place[0].end, sizeof message.before);
     memcpy(message.after, place[1].end, sizeof message.after);
     client_channel(&cut->client, "CUT", NULL, channel);
     pliant_cut_t_publish(cut->client.lcm, channel, &message);
+    // The round trip counts from the first try.
     if (pending->first_us == 0)
         pending->first_us = client_now_ns() / 1000;
     else
@@ -289,6 +296,7 @@ static bool find_daemon(Cut *cut, ClientError *error)
     const int64_t end = client_now_ns() + (int64_t)(patience * 1e9);
     if (!session_open(&cut->session, &cut->client, &cut->change))
         return client_fail(error, "LCM refuses to subscribe to %s_CLAIM", cut->client.prefix);
+    // Ask until a daemon says who it is.
     while (cut->session.daemon == 0 && client_now_ns() < end) {
         session_ask(&cut->session);
         cut->change = false;
@@ -309,6 +317,7 @@ static int64_t look_after(Cut *cut)
     int64_t now = client_now_ns(), next = now + 1000000000;
     for (int k = 0; k < PENDING_MOST; k++) {
         Pending *pending = &cut->pending[k];
+        // No answer in time: once more, or give up.
         if (pending->used && pending->again_ns <= now) {
             if (pending->tries >= cut->options.tries) {
                 pending->used = false;
@@ -320,6 +329,7 @@ static int64_t look_after(Cut *cut)
             pending->waits = true;
             pending->again_ns = now + (int64_t)(cut->options.timeout_s * 1e9);
         }
+        // Only to the daemon that the cuts are for.
         if (pending->used && pending->waits) {
             if (is_there(cut, now))
                 send_sweep(cut, pending);
@@ -336,6 +346,7 @@ static int64_t look_after(Cut *cut)
 static bool wait_for(Cut *cut, int64_t until_ns, int under_way, ClientError *error)
 {
     for (;;) {
+        // Send what is due, then see whether it can go on.
         int64_t next = look_after(cut);
         if (is_gone(cut, error))
             return false;
@@ -343,6 +354,7 @@ static bool wait_for(Cut *cut, int64_t until_ns, int under_way, ClientError *err
             return client_fail(error, "no reply on %s_REPLY within %g s: is pliantd running on %s?",
                                cut->client.prefix, cut->options.timeout_s * cut->options.tries,
                                cut->client.url);
+        // Enough have been answered, and it is time.
         if (client_now_ns() >= until_ns && cut->under_way <= under_way)
             return true;
         if (cut->under_way <= under_way && until_ns < next)
@@ -360,6 +372,7 @@ static bool cut_all(Cut *cut, ClientError *error)
     const int64_t start = client_now_ns();
     // With a rate of its own, a sweep does not wait for earlier answers.
     const int most = options->rate_hz > 0.0 ? PENDING_MOST - 1 : 0;
+    // Each sweep when it is due and when there is room for it.
     for (long n = 0; n < options->repeat; n++)
         for (int i = blade_next_sweep(&options->path, -1); i >= 0;
              i = blade_next_sweep(&options->path, i)) {
@@ -468,6 +481,7 @@ static bool move_tool(Cut *cut, ClientError *error)
     const double patience = options->timeout_s * options->tries; // as with messages
     if (!client_hear_daemon(&cut->client, patience, error) || !find_daemon(cut, error))
         return false;
+    // One stroke after the other, each until the daemon has told of it.
     for (long n = 0; n < options->repeat; n++)
         for (int next, i = 0; i < options->path.count; i = next) {
             long before = cut->cuts;
@@ -499,6 +513,7 @@ int main(int argc, char **argv)
     client_catch_signals();
 
     ClientError error = {0};
+    // A path that cannot be read is bad usage.
     Options *options = &cut.options;
     if (options->file != NULL && !blade_read(&options->path, options->file, &error)) {
         client_print_error("pliant-cut", &error);

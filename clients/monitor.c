@@ -87,6 +87,7 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *u
     if (!wire_check(&WIRE_STATUS, buffer->data, buffer->data_size) ||
         pliant_status_t_decode(buffer->data, 0, (int)buffer->data_size, &status) < 0)
         return;
+    // Show it; the first one says whether the body is there.
     view_take_status(&monitor->view, &status, client_now_ns());
     if (monitor->options.body != NULL && !monitor->come)
         find_body(monitor, &status);
@@ -165,6 +166,7 @@ static void redraw(const Monitor *monitor)
     FILE *memory = open_memstream(&text, &size);
     if (!memory)
         return;
+    // The text first, so that it reaches the terminal in one go.
     view_print(&monitor->view, memory, client_now_ns());
     fclose(memory);
     // Go home; clear each line's end and the rest of the screen: no flicker.
@@ -221,6 +223,7 @@ static bool watch(Monitor *monitor, ClientError *error)
     if (monitor->terminal)
         terminal_begin();
     bool waited = true, warned = false;
+    // Look five times a second at what the messages have brought.
     for (int64_t next = start; waited && !monitor->unknown && client_now_ns() < end;) {
         next += 200000000;
         waited = client_wait(&monitor->client, next < end ? next : end, &monitor->unknown);
@@ -235,6 +238,7 @@ static bool watch(Monitor *monitor, ClientError *error)
     }
     if (monitor->terminal)
         terminal_end();
+    // What the run ended with.
     if (monitor->client.broken)
         return client_fail(error, "the LCM connection failed");
     if (monitor->unknown)
@@ -245,6 +249,7 @@ static bool watch(Monitor *monitor, ClientError *error)
 static bool open_curve(Monitor *monitor, ClientError *error)
 {
     const Options *options = &monitor->options;
+    // Refuse files before anything is received.
     if ((options->shape && !client_may_write(options->shape, CURVE_SHAPE_MARK, error)) ||
         (options->peak && !client_may_write(options->peak, CURVE_SHAPE_MARK, error)))
         return false;
@@ -268,6 +273,7 @@ static bool close_curve(Monitor *monitor, ClientError *error)
     const char *path[CURVE_FRAMES] = {[CURVE_LAST] = options->shape, [CURVE_PEAK] = options->peak};
     bool ok = true;
     ClientError why;
+    // The curve is complete only if the disk took all of it.
     if (monitor->curve.out) {
         bool failed = ferror(monitor->curve.out) != 0;
         if (fclose(monitor->curve.out) != 0 || failed)
@@ -276,6 +282,7 @@ static bool close_curve(Monitor *monitor, ClientError *error)
             ok = client_fail(error, "no whole frame came on %s_NODES_%s", monitor->client.prefix,
                              options->body);
     }
+    // A picture of the last frame and of the peak.
     for (int k = 0; k < CURVE_FRAMES; k++) {
         if (path[k] && !curve_write_shape(&monitor->curve, (CurveFrame)k, path[k], &why) && ok)
             ok = client_fail(error, "%s", why.text);

@@ -145,6 +145,7 @@ static const ArgumentRow ROWS[] = {
 static bool choose_mode(Options *options, Status *why)
 {
     const bool press = !isnan(options->start[0]);
+    // One way to drive the tool.
     const int ways = (options->poses != NULL) + press + options->aim;
     if (ways > 1 || (options->poses && options->keys))
         return status_fail(why, STATUS_INVALID,
@@ -152,6 +153,7 @@ static bool choose_mode(Options *options, Status *why)
     if (ways == 0 && !options->keys)
         return status_fail(why, STATUS_INVALID,
                            "give one of --auto, --press X,Y,Z, --poses FILE, --keys");
+    // What was given decides the mode.
     options->mode = options->keys    ? MODE_KEYS
                     : options->poses ? MODE_POSES
                     : options->aim   ? MODE_AUTO
@@ -168,12 +170,14 @@ static bool check(void *target, Status *why)
     Options *options = target;
     if (!choose_mode(options, why))
         return false;
+    // What was not given depends on whether a hand presses.
     if (options->depth < 0.0)
         options->depth = options->hand ? 0.006 : 0.01;
     if (options->repeat == 0)
         options->repeat = options->hand ? 3 : 1;
     options->by.depth = options->depth;
     options->by.rate_hz = options->rate_hz;
+    // The direction as a unit vector.
     double *d = options->direction, length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     if (!(length > 1e-9))
         return status_fail(why, STATUS_INVALID, "--direction %g,%g,%g has no length", d[0], d[1],
@@ -221,10 +225,12 @@ static void note_other_tool(Probe *probe, long tool)
 static void take_contact(Probe *probe, const pliant_contact_t *contact)
 {
     int64_t trip;
+    // Another tool's contacts show that the daemon is there.
     if (contact->tool != probe->options.tool) {
         note_other_tool(probe, contact->tool);
         return;
     }
+    // A contact computed for somebody else's pose.
     if (!round_trip_received(&probe->trips, contact->pose_utime, client_now_ns() / 1000, &trip)) {
         probe->foreign++;
         return;
@@ -232,6 +238,7 @@ static void take_contact(Probe *probe, const pliant_contact_t *contact)
     probe->contact = *contact;
     probe->contact_ns = client_now_ns();
     probe->contacts++;
+    // Its figures for the summary.
     double force = length_of(contact->force);
     if (contact->contact) {
         probe->touched = true;
@@ -296,6 +303,7 @@ static void send_pose(Probe *probe)
                                   .tool = probe->options.tool,
                                   .twist_valid = !probe->no_twist,
                                   .active = probe->active};
+    // The grip follows its own course from the start.
     if (probe->active && probe->start_ns > 0)
         message.grip =
             grip_at(&probe->options.grip, (double)(client_now_ns() - probe->start_ns) * 1e-9);
@@ -303,6 +311,7 @@ static void send_pose(Probe *probe)
     memcpy(message.orientation, pose->orientation, sizeof message.orientation);
     memcpy(message.twist, pose->linear, sizeof pose->linear);
     memcpy(message.twist + 3, pose->angular, sizeof pose->angular);
+    // Note it as sent before it can be answered.
     client_channel(&probe->client, "TOOL_POSE", NULL, channel);
     round_trip_sent(&probe->trips, utime, client_now_ns() / 1000);
     pliant_tool_pose_t_publish(probe->client.lcm, channel, &message);
@@ -340,12 +349,14 @@ static void handle_key(Probe *probe, int key)
         int key, arrow, axis, sign;
     } MOVES[] = {{'w', KEY_UP, 1, 1},    {'s', KEY_DOWN, 1, -1}, {'a', KEY_LEFT, 0, -1},
                  {'d', KEY_RIGHT, 0, 1}, {'e', KEY_NONE, 2, 1},  {'q', KEY_NONE, 2, -1}};
+    // Keys move the target; the tool follows at its speed.
     for (size_t k = 0; k < sizeof MOVES / sizeof MOVES[0]; k++) {
         if (key == MOVES[k].key || (key == MOVES[k].arrow && key != KEY_NONE)) {
             double *x = &probe->target[MOVES[k].axis];
             *x = fmax(-TRACK_REACH, fmin(TRACK_REACH, *x + MOVES[k].sign * probe->options.step));
         }
     }
+    // Others lift the tool, close its jaws, or end the program.
     if (key == ' ')
         probe->active = !probe->active;
     if (key == 'g')
@@ -435,6 +446,7 @@ static bool explain_silence(const Probe *probe, ClientError *error)
 {
     const Options *options = &probe->options;
     char tools[128] = "";
+    // What was heard tells what is missing; the surest sign comes first.
     for (int k = 0; k < probe->other_tools; k++) {
         size_t used = strlen(tools);
         snprintf(tools + used, sizeof tools - used, "%s%ld", k ? ", " : "", probe->other_tool[k]);
@@ -494,8 +506,10 @@ static bool drive(Probe *probe, ClientError *error)
         if (!client_wait(&probe->client, probe->start_ns + (tick + 1) * period_ns, NULL))
             break;
     }
+    // The last line stays.
     if (live)
         putchar('\n');
+    // What the whole run tells.
     if (probe->client.broken)
         return client_fail(error, "the LCM connection failed");
     if (!probe->contacts)
@@ -571,6 +585,7 @@ static bool feel(Probe *probe, ClientError *error)
 {
     const Options *options = &probe->options;
     HandRun *hand = &probe->run;
+    // The run sends poses and hears forces through this program's tool.
     probe->active = true;
     hand->client = &probe->client;
     hand->send = send_hand;
@@ -579,6 +594,7 @@ static bool feel(Probe *probe, ClientError *error)
     memcpy(hand->touch, probe->pose.position, sizeof hand->touch);
     memcpy(hand->direction, options->direction, sizeof hand->direction);
     memset(probe->pose.angular, 0, sizeof probe->pose.angular);
+    // One stream, or a table of many.
     bool ok = options->hand_table ? hand_run_table(hand, &options->by, error)
                                   : hand_run(hand, &options->by, error);
     if (ok && probe->contacts == 0)
@@ -592,15 +608,18 @@ static bool feel(Probe *probe, ClientError *error)
 static bool run(Probe *probe, ClientError *error)
 {
     const char *log = probe->options.log;
+    // Refuse files before the tool moves.
     if ((log && !client_may_write(log, LOG_MARK, error)) || !subscribe(probe, error))
         return false;
     if (!probe->options.aim && // --auto waits for an answer itself
         !client_hear_daemon(&probe->client, probe->options.timeout_s, error))
         return false;
+    // Find the place, then touch the body and move.
     if (!prepare_path(probe, error) || !open_log(probe, error))
         return false;
     const bool hand = probe->options.hand, approach = !hand || probe->options.mode == MODE_AUTO;
     bool ok = (!approach || drive(probe, error)) && (!hand || feel(probe, error));
+    // Withdraw the tool whatever happened.
     withdraw(probe);
     keys_close();
     if (ok)
@@ -620,6 +639,7 @@ int main(int argc, char **argv)
     client_catch_signals();
 
     ClientError error = {0};
+    // A path that cannot be read is bad usage.
     const char *poses = probe.options.poses;
     if (poses && !track_read(&probe.track, poses, &error)) {
         client_print_error("pliant-probe", &error);

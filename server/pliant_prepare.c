@@ -78,6 +78,7 @@ static const ArgumentRow ROWS[] = {
 static bool check_together(void *target, Status *why)
 {
     const PrepareArguments *a = target;
+    // One job, with the files that it needs.
     const bool judges = a->check || a->propose, mesh = judges || a->repair;
     if (a->file_count == 0)
         return status_fail(why, STATUS_INVALID, "no %s given",
@@ -86,6 +87,7 @@ static bool check_together(void *target, Status *why)
         return status_fail(why, STATUS_INVALID,
                            "needs either --check MESH... or SCENE.cfg -o FILE, or --propose MESH "
                            "-o SCENE.cfg, or --repair MESH -o FILE.off");
+    // Options that have a meaning for some of them only.
     if (!judges && a->scale > 0.0)
         return status_fail(why, STATUS_INVALID,
                            "--scale goes with --check or --propose, as --units does: a scene has "
@@ -131,6 +133,7 @@ static int check_meshes(const PrepareArguments *arguments)
 static double find_units(const char *path, double extent)
 {
     char line[64];
+    // A guess in doubt is asked about, where somebody can answer.
     Units units = units_guess(path, extent);
     for (int tries = 0; units.doubt && isatty(STDIN_FILENO) && isatty(STDERR_FILENO) && tries < 3;
          tries++) {
@@ -142,6 +145,7 @@ static double find_units(const char *path, double extent)
         if (line[0] == '\0' || units_parse(line, &units.scale))
             return units.scale;
     }
+    // Else it is said which unit was taken.
     printf("%s: %s%s\n", path, units.reason,
            units.doubt ? "; if that is wrong, --units m, dm, cm, mm or um" : "");
     return units.scale;
@@ -165,6 +169,7 @@ static bool find_scale(const PrepareArguments *arguments, double *scale, Status 
 // Returns the name of a file in a scene: without the folder if both are in the same one.
 static char *name_from(const char *scene, const char *path)
 {
+    // A file beside the scene is named without its folder, so that both can be moved.
     char *file = realpath(path, NULL), *folder = strdup(scene), *place;
     if (file == NULL || folder == NULL)
         abort();
@@ -215,6 +220,7 @@ static int repair(const PrepareArguments *arguments)
     Status status = {0};
     TriMesh mesh;
     MeshImport import;
+    // Import repairs it; the result goes to a new file.
     if (mesh_import(arguments->file[0], &mesh, &import, &status)) {
         char repairs[512];
         FILE *out = open_new(arguments->output, &status);
@@ -235,6 +241,7 @@ static int propose(const PrepareArguments *arguments)
     Proposals proposals;
     double scale;
     const char *path = arguments->file[0];
+    // Try both models; the better one, or the one that was asked for, becomes the scene.
     if (find_scale(arguments, &scale, &status) &&
         proposal_judge(path, scale, &proposals, &status)) {
         const Verdict *best =
@@ -273,6 +280,7 @@ int main(int argc, char **argv)
         return STATUS_FAILED;
     Status status = {0};
     int code;
+    // The one job that was asked for.
     if (!arguments_parse(&TABLE, argc, argv, &arguments, &status))
         code = arguments_exit(&status);
     else

@@ -91,10 +91,12 @@ static bool check_together(void *target, Status *why)
     DaemonArguments *a = target;
     if (a->scene == NULL)
         return status_fail(why, STATUS_INVALID, "no scene given");
+    // Which run it is follows from what was given.
     a->offline = a->offline_s >= 0.0;
     a->offline_s = fmax(a->offline_s, 0.0);
     a->to_log_end = a->input != NULL && !a->offline;
     a->offline |= a->to_log_end;
+    // Options that contradict it.
     if (a->log_inputs != NULL && a->offline)
         return status_fail(why, STATUS_INVALID, "--log-inputs logs a live run, not %s",
                            a->to_log_end ? "--input" : "--offline");
@@ -105,6 +107,7 @@ static bool check_together(void *target, Status *why)
     if (a->duration_s > 0.0 && a->offline)
         return status_fail(why, STATUS_INVALID,
                            "--offline SECONDS has its own duration, drop --duration");
+    // Files must differ, and options need the file that they are about.
     if (a->record != NULL && ((a->checkpoint != NULL && strcmp(a->record, a->checkpoint) == 0) ||
                               (a->log_inputs != NULL && strcmp(a->record, a->log_inputs) == 0)))
         return status_fail(why, STATUS_INVALID, "--record '%s' needs a file of its own", a->record);
@@ -205,6 +208,7 @@ static void explain_run(World *world, const Scene *scene, const DaemonArguments 
 static bool run_world(World *world, Scene *scene, const DaemonArguments *arguments,
                       InputLogReader *input, sigset_t signals, Status *status)
 {
+    // Print and end,
     if (arguments->explain) {
         explain_run(world, scene, arguments, signals);
         return true;
@@ -213,6 +217,7 @@ static bool run_world(World *world, Scene *scene, const DaemonArguments *argumen
         explain_summary(world, scene, stdout);
         return true;
     }
+    // run without network,
     if (arguments->offline) {
         OfflineOptions offline = {.seconds = arguments->offline_s,
                                   .to_log_end = arguments->to_log_end,
@@ -228,6 +233,7 @@ static bool run_world(World *world, Scene *scene, const DaemonArguments *argumen
         report_offline(world, &result, stdout);
         return true;
     }
+    // or live.
     const LiveOptions how = live_options(world, arguments, signals);
     Live *live = live_reserve(world, scene, &how);
     LiveResult result = {0};
@@ -299,6 +305,7 @@ static void number_outputs(DaemonArguments *arguments)
 
 static bool run(DaemonArguments *arguments, Status *status)
 {
+    // A signal must end the program also while it loads.
     end_while_loading();
     realtime_flush_denormals();
     arguments->resume = choose_start(arguments);
@@ -308,16 +315,19 @@ static bool run(DaemonArguments *arguments, Status *status)
     World world = {0};
     InputLogReader *input = NULL;
     bool whole = true;
+    // The log of inputs says for which kernels it was made.
     if (arguments->input != NULL) {
         input = calloc(1, sizeof *input);
         whole = input != NULL && input_log_open(input, arguments->input, status);
     }
     const char *isa = whole ? choose_isa(arguments, input) : "auto";
+    // The scene, and what the command line changes of it.
     whole = status->code == STATUS_OK && scene_read(arguments->scene, &scene, status) &&
             scene_override(&scene, arguments->rate_hz, arguments->prefix, status) &&
             may_record(&scene, arguments, status);
     scene.remote |= arguments->remote;
     scene.stop_command &= !arguments->no_stop;
+    // Build it, warn of what looks wrong, and run.
     if (whole) {
         BuildOptions build = {.isa = isa,
                               .prepared = arguments->prepared,

@@ -132,6 +132,7 @@ static int record(const Options *options)
         client_fail(&error, "%s: cannot be read", options->convert);
         return fail_with(error.text, 2);
     }
+    // Refuse a file before anything is received.
     struct stat facts;
     const bool kept =
         stat(options->output, &facts) == 0 && S_ISREG(facts.st_mode) && facts.st_size > 0;
@@ -141,8 +142,10 @@ static int record(const Options *options)
         return fail_with(error.text, 2);
     }
     client_catch_signals();
+    // From a log, or from a running daemon.
     bool ok = options->convert ? convert_log(options->convert, &options->live, &error)
                                : live_record(&options->live, &error);
+    // A file that was claimed and never begun is not left behind.
     remove_unused(options->output);
     return ok ? 0 : fail_with(error.text, 1);
 }

@@ -72,6 +72,7 @@ static int choose(const Want *want, bool *met)
     int best = -1;
     double best_cost = 0.0, best_miss = 0.0;
     *met = false;
+    // The least miss wins, and among runs that miss nothing the cheapest.
     for (int i = 0; i < want->result->run_count; i++) {
         const StudyRun *run = &want->result->run[i];
         if (!is_candidate(want, run))
@@ -142,6 +143,7 @@ static void say_misses(const Want *want, const StudyRun *run, Advice *advice)
     Measure m = measure(want, run);
     const char *comma = "";
     char limit[24];
+    // Each limit that is missed, by how much.
     say(advice, "it misses ");
     if (m.error > 1.0) {
         say(advice, "the error (%.3g times what is allowed)", m.error);

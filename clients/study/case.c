@@ -25,6 +25,7 @@ StudyCase study_scene_case(const Scene *scene)
 {
     const SceneBody *body = &scene->body[0];
     const SurfaceOptions *surface = &body->surface;
+    // What the scene says, in the terms of cases.
     StudyCase own = {.precision = scene->precision,
                      .detail = DETAIL_SCENE,
                      .is_scene = true,
@@ -50,6 +51,7 @@ bool study_same_mesh(const StudyCase *a, const StudyCase *b)
 void study_name_mesh(const Scene *scene, const StudyCase *what, char *name, size_t size)
 {
     char times[24] = "";
+    // Only what differs from the usual is in the name.
     const char *rule = "";
     if (what->threshold > 0.0 && what->threshold != 1.0)
         snprintf(times, sizeof times, " x %g", what->threshold);
@@ -167,6 +169,7 @@ static void add_details(Grid *grid)
 static void add_rules(Grid *grid)
 {
     const bool voxel = is_voxel(grid->scene);
+    // The other rule on each mesh,
     for (int level = voxel ? 0 : 1; level <= grid->levels; level++) {
         StudyCase what = with_detail(grid, DETAIL_HELD, level, 0.0);
         if (grid->options->quick && level != grid->levels)
@@ -175,6 +178,7 @@ static void add_rules(Grid *grid)
         what.detail = DETAIL_HELD;
         add_mesh(grid, what);
     }
+    // and on the mesh that adapts.
     if (voxel)
         return;
     StudyCase what = with_detail(grid, DETAIL_ADAPTIVE, grid->levels, 1.0);

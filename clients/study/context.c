@@ -90,6 +90,7 @@ static Candidate *list_candidates(const Body *body, int *count)
 // it all.
 static void share(Candidate *list, int count, Vec3 center, double radius, double amount)
 {
+    // The area inside the sphere, and the node nearest to its centre.
     double area = 0.0, nearest = HUGE_VAL;
     int closest = 0;
     for (int i = 0; i < count; i++) {
@@ -103,6 +104,7 @@ static void share(Candidate *list, int count, Vec3 center, double radius, double
         list[closest].weight += amount;
         return;
     }
+    // By area, as a load does it.
     for (int i = 0; i < count; i++)
         if (vec3_length(vec3_sub(list[i].rest, center)) <= radius)
             list[i].weight += amount * list[i].area / area;
@@ -113,6 +115,7 @@ static void weigh(const StudyContext *context, Candidate *list, int count)
     const StudyInputs *inputs = &context->inputs;
     const Scene *scene = &context->scene;
     bool shared = false;
+    // The patch is where loads act, in proportion to their forces.
     for (int k = 0; k < scene->load_count && inputs->drive == DRIVE_LOADS; k++) {
         const LoadOptions *load = &scene->load[k].load;
         double force = vec3_length(load->force);
@@ -121,6 +124,7 @@ static void weigh(const StudyContext *context, Candidate *list, int count)
         share(list, count, load->center, load->radius, force);
         shared = true;
     }
+    // Else it is around the press.
     if (!shared)
         share(list, count, inputs->center, inputs->radius, 1.0);
 }

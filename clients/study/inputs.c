@@ -48,6 +48,7 @@ static int find_middles(const Body *body, Vec3 *middle, Vec3 *held)
 {
     int count = 0, held_count = 0;
     *middle = *held = (Vec3){0.0, 0.0, 0.0};
+    // Sums over the surface: all nodes, and the fixed ones.
     for (int i = 0; i < body->surface.node_used; i++) {
         if (!has_faces(body, i))
             continue;
@@ -145,10 +146,12 @@ void press_plan(StudyPress *press, int tool, const ToolOptions *options, const P
     press->tool = tool;
     press->orientation = (Quat){1.0, 0.0, 0.0, 0.0};
     press->inward = site->inward;
+    // The shaft points outwards.
     if (!plane && vec3_length(shaft) > 0.0)
         press->orientation = turn_to(vec3_unit(shaft), vec3_scale(-1.0, site->inward));
     if (plane && tip->from.z * tip->to.z < 0.0) // the point where its axis intersects the plane
         at = vec3_madd(tip->from, -tip->from.z / shaft.z, shaft);
+    // Clear of the surface, then in.
     double clear = CLEAR * site->thickness;
     Vec3 tip_at = vec3_madd(site->point, -(tip->radius + clear), site->inward);
     press->start = vec3_sub(tip_at, quat_rotate(press->orientation, at));
@@ -197,11 +200,13 @@ static void use_loads(StudyContext *context)
     StudyInputs *inputs = &context->inputs;
     inputs->drive = DRIVE_LOADS;
     inputs->end_s = 0.0;
+    // Loads that last for the whole run end it a little after they start.
     for (int k = 0; k < context->scene.load_count; k++) {
         const LoadOptions *load = &context->scene.load[k].load;
         double end = load->start + load->duration;
         inputs->end_s = fmax(inputs->end_s, load->duration > LASTING_S ? load->start + 1.0 : end);
     }
+    // The first one is where the patch is.
     if (context->scene.load[0].load.body >= 0)
         context->body = context->scene.load[0].load.body;
     inputs->center = context->scene.load[0].load.center;
@@ -242,6 +247,7 @@ static bool add_load(StudyContext *context, const PressSite *site, Status *statu
     SceneLoad *load = calloc(1, sizeof *load);
     if (load == NULL)
         return status_fail(status, STATUS_FAILED, "out of memory");
+    // Gentle, and wide enough to be seen by every mesh.
     double force = gentle_force(context);
     load->load = (LoadOptions){.body = context->body,
                                .center = site->point,
@@ -340,6 +346,7 @@ static void send_pose(StudyPlay *play)
     const StudyContext *context = play->context;
     const StudyPress *press = &context->inputs.press;
     double tick = sim_tick(play->sim), now = sim_time(play->sim);
+    // Here and at the end of the tick, so that the tool moves as it says.
     double here = press_way_at(press, now, context->sample_s);
     double there = press_way_at(press, now + tick, context->sample_s);
     ToolPose pose = {.utime = llround(now * 1e6),
@@ -356,6 +363,7 @@ bool study_play_begin(StudyPlay *play, const StudyContext *context, World *world
 {
     *play = (StudyPlay){.context = context, .sim = world->sim};
     sim_set_lockstep(world->sim, false);
+    // Only a log needs more than the time.
     if (context->inputs.drive != DRIVE_LOG)
         return true;
     play->replay = malloc(sizeof *play->replay);

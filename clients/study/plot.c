@@ -60,6 +60,7 @@ static bool on_scene_mesh(const StudyResult *result, const StudyCase *what)
 
 static void add_point(Picture *picture, const char *name, const StudyRun *run)
 {
+    // Find the curve, or begin one.
     int s = 0;
     while (s < picture->series_count && strcmp(picture->series[s].name, name) != 0)
         s++;
@@ -136,6 +137,7 @@ static const int POINT[] = {7, 5, 9, 11, 13, 6, 4, 8, 10, 12};
 
 static void write_data(const Picture *picture, const char *prefix, FILE *out)
 {
+    // A block of data for each curve; a number stands at the first point of each step.
     for (int s = 0; s < picture->series_count; s++) {
         const Series *series = &picture->series[s];
         fprintf(out, "$%s%d << EOD\n", prefix, s);
@@ -156,6 +158,7 @@ static int write_front(const Picture *picture, FILE *out)
     bool front[STUDY_CASES];
     const StudyRun *on[STUDY_CASES];
     int count = 0;
+    // The points that no other beats, in the order of their cost.
     study_front_total(picture->result, front);
     for (int i = 0; i < picture->result->run_count; i++)
         if (front[i] && can_show(picture->result->run[i].cpu_median) &&

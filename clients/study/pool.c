@@ -129,10 +129,12 @@ static void bury(Worker *worker, char why[WHY])
     int ended = 0;
     pid_t got;
     close_both(worker);
+    // It is gone, or was ended: get its code.
     do
         got = waitpid(worker->pid, &ended, 0);
     while (got < 0 && errno == EINTR);
     worker->pid = 0;
+    // In words, for the table.
     if (worker->late)
         snprintf(why, WHY, "%s", POOL_TOO_LONG);
     else if (got > 0 && WIFSIGNALED(ended))
@@ -161,6 +163,7 @@ static void hand_out(Crowd *crowd, Worker *worker)
 static bool receive(Crowd *crowd, Worker *worker)
 {
     const Pool *pool = crowd->pool;
+    // What has come of its result.
     ssize_t got = read(worker->from, worker->result + worker->received,
                        pool->result_bytes - worker->received);
     if (got < 0)
@@ -170,6 +173,7 @@ static bool receive(Crowd *crowd, Worker *worker)
     worker->received += (size_t)got;
     if (worker->received < pool->result_bytes)
         return true;
+    // The result is whole: hand it over and give the process more to do.
     pool->done(pool->user, worker->task, worker->result, NULL);
     crowd->ended++;
     worker->task = -1;
@@ -183,11 +187,13 @@ static bool replace(Crowd *crowd, Worker *worker)
     char why[WHY];
     int task = worker->task;
     bury(worker, why);
+    // Its task is lost with it.
     if (task >= 0) {
         worker->task = -1;
         crowd->ended++;
         crowd->pool->done(crowd->pool->user, task, NULL, why);
     }
+    // Another process for what is left.
     if (crowd->next >= crowd->pool->task_count)
         return true;
     if (!start(crowd, worker))
@@ -214,6 +220,7 @@ static bool wait_for_results(Crowd *crowd)
     enum { LOOK_EVERY_MS = 100 };
     struct pollfd poll_fd[MOST_JOBS];
     int of[MOST_JOBS], count = 0;
+    // Wait for any of them.
     for (int w = 0; w < crowd->jobs; w++) {
         if (crowd->worker[w].pid <= 0)
             continue;
@@ -222,6 +229,7 @@ static bool wait_for_results(Crowd *crowd)
     }
     int ready = poll(poll_fd, (nfds_t)count, LOOK_EVERY_MS);
     end_late_ones(crowd);
+    // Results, or the end of a process.
     for (int i = 0; i < count && ready > 0; i++) {
         Worker *worker = &crowd->worker[of[i]];
         if (poll_fd[i].revents != 0 && !receive(crowd, worker) && !replace(crowd, worker))
@@ -284,6 +292,7 @@ bool pool_run(const Pool *pool, Status *status)
     void *result = malloc(pool->result_bytes);
     if (result == NULL)
         return status_fail(status, STATUS_FAILED, "out of memory");
+    // Without processes: one after the other.
     for (int task = 0; task < pool->task_count; task++) {
         memset(result, 0, pool->result_bytes);
         pool->run(pool->user, task, result);

@@ -102,6 +102,7 @@ static bool weigh_case(const Plan *plan, StudyCase what, Load *load, Status *sta
     what.time_step = 0.0;
     if (!study_build(plan->context, &what, &copy, &world, status))
         return false;
+    // Faces that refine multiply both cost and substeps.
     const Body *body = sim_body(world.sim, plan->context->body);
     double growth = what.threshold > 0.0 ? fmax(OF_ADAPTIVE * exp2(2.0 * what.level), 1.0) : 1.0;
     load->substeps = body->finest_substeps;
@@ -229,6 +230,7 @@ static void name_finest(Plan *plan)
 static void plan_finest_surface(Plan *plan)
 {
     int top = first_body(plan)->surface.body.levels + 1;
+    // The finest three levels that the budget allows.
     for (top = top > 2 ? top : 2; top >= 2; top--) {
         int k = RUNS;
         plan->list[FINEST].seconds = 0.0;
@@ -363,6 +365,7 @@ static void run_task(void *user, int task, void *result)
     StudyTrace *trace = (StudyTrace *)((Reply *)result + 1);
     Reply *reply = result;
     StudyRun run;
+    // A reference may take longer than a case.
     patient.limit_s = PATIENCE * budget(plan);
     trace->sample_count = context->sample_count;
     trace->point_count = context->points.count;

@@ -75,6 +75,7 @@ static bool check_names(const char *folder, Status *status)
 bool report_make_folder(const Scene *scene, const char *wanted, char folder[REPORT_PATH],
                         Status *status)
 {
+    // The folder's name leaves room for those of the files.
     if (wanted != NULL && strlen(wanted) >= REPORT_PATH - FILE_NAME)
         return status_fail(status, STATUS_INVALID, "pliant-study: --out has more than %d letters",
                            REPORT_PATH - FILE_NAME);
@@ -83,6 +84,7 @@ bool report_make_folder(const Scene *scene, const char *wanted, char folder[REPO
     else
         snprintf(folder, REPORT_PATH, "study-%s", scene->name);
     struct stat info;
+    // A new folder, or one of ours.
     if (mkdir(folder, 0777) == 0 || (errno == EEXIST && stat(folder, &info) == 0 &&
                                      S_ISDIR(info.st_mode) && access(folder, W_OK) == 0))
         return check_names(folder, status);
@@ -94,6 +96,7 @@ static bool save_tables(const StudyResult *result, const Scene *scene, const cha
                         Status *status)
 {
     char path[REPORT_PATH];
+    // Texts first, which need no library.
     if (!study_save_runs(result, in_folder(path, folder, "runs.tsv"), status) ||
         !study_save_references(result, in_folder(path, folder, "references.tsv"), status))
         return false;
@@ -112,6 +115,7 @@ static bool save_tables(const StudyResult *result, const Scene *scene, const cha
 static bool draw(const StudyResult *result, const char *folder, double error, Status *status)
 {
     Status why = {0};
+    // The script is written in any case: others can draw it.
     if (!plot_write(result, folder, error, status))
         return false;
     switch (plot_draw("gnuplot", folder, &why)) {
@@ -134,6 +138,7 @@ static bool write_keys(const SceneKeys *keys, const Scene *scene, const char *fo
 {
     char path[REPORT_PATH], file_path[REPORT_PATH];
     Status why = {0};
+    // The keys on the terminal and as a file.
     scene_keys_print(keys, stdout);
     FILE *file = fopen(in_folder(file_path, folder, "advice.cfg"), "w");
     if (file == NULL)

@@ -31,6 +31,7 @@ bool step_doubling_create(StepDoubling *doubling, World *world, int body, double
     *doubling = (StepDoubling){
         .world = world, .body = body, .tolerance = tolerance, .substeps = of->substeps};
     doubling->most_substeps = MOST_FINER * of->substeps;
+    // Memory for the state and for both results.
     doubling->before = malloc(state_bytes(&world->state));
     doubling->coarse = calloc(rows, sizeof(Vec3));
     doubling->fine = calloc(rows, sizeof(Vec3));
@@ -58,10 +59,12 @@ static int64_t pass(StepDoubling *doubling, int substeps, Vec3 *position, int64_
     Sim *sim = doubling->world->sim;
     Body *body = sim_body(sim, doubling->body);
     int64_t resets_before = sim_resets(sim);
+    // The step of this pass, whatever the body would choose.
     body->unsafe_time_step = true;
     body->time_step_wanted = sim_tick(sim) / substeps;
     body->substeps = substeps;
     body->h = sim_tick(sim) / substeps;
+    // Only the step itself counts.
     int64_t begin = clock_thread_ns();
     sim_step(sim);
     int64_t spent = clock_thread_ns() - begin;
@@ -304,12 +307,14 @@ static void take_ticks(StudyRun *run, double *tick_s, int count)
 static void summarize(StudyRun *run, Once *repeat)
 {
     int order[STUDY_REPEATS];
+    // Repeats in the order of their cost.
     for (int i = 0; i < run->repeats; i++) {
         int k = i;
         for (; k > 0 && run->cpu_s[order[k - 1]] > run->cpu_s[i]; k--)
             order[k] = order[k - 1];
         order[k] = i;
     }
+    // The one in the middle stands for all; its ticks make the percentiles.
     int middle = order[(run->repeats - 1) / 2];
     run->cpu_least = run->cpu_s[order[0]];
     run->cpu_median = run->cpu_s[middle];
@@ -361,6 +366,7 @@ bool study_run_case(const StudyContext *context, const StudyCase *what, StudyRun
         return false;
     bool ok = study_trace_case(context, what, context->options.repeats, run, trace);
     int mesh = study_mesh_of(context, what);
+    // Compared with the finest run on its mesh, and with the finest of all.
     if (run->verdict == STUDY_OK) {
         if (mesh >= 0 && context->mesh_trace[mesh] != NULL)
             run->time = study_errors(trace, context->mesh_trace[mesh]);

@@ -50,6 +50,7 @@ bool sampler_create(Sampler *sampler, const StudyContext *context, const World *
                          .halved = halved,
                          .topology = -1,
                          .nodes_least = body->state_capacity};
+    // Memory for the largest mesh.
     sampler->id = malloc(rows * sizeof *sampler->id);
     sampler->position = malloc(rows * sizeof(Vec3));
     sampler->velocity = malloc(rows * sizeof(Vec3));
@@ -279,6 +280,7 @@ StudyErrors study_errors(const StudyTrace *trace, const StudyTrace *reference)
 
 void study_richardson(StudyReference *reference, double expected)
 {
+    // Both differences are needed, and the second one must be smaller.
     const double coarse = reference->difference[0], fine = reference->difference[1];
     reference->known = isfinite(coarse) && isfinite(fine);
     reference->order = (double)NAN;
@@ -288,6 +290,7 @@ void study_richardson(StudyReference *reference, double expected)
     reference->own_error = fmax(coarse, fine);
     if (!(coarse > fine))
         return;
+    // How fast they decrease is the order.
     reference->order = fine > 0.0 ? log2(coarse / fine) : HUGE_VAL;
     if (reference->order < LEAST_ORDER)
         return;

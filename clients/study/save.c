@@ -273,6 +273,7 @@ bool study_save_references(const StudyResult *result, const char *path, Status *
     FILE *file = output_begin_text(&output, path, STUDY_REFERENCES_MARK, status);
     if (file == NULL)
         return false;
+    // A row for each reference, with the same fields as in the HDF5 file.
     print_names(fields, field_count, file);
     fputc('\n', file);
     for (int i = 0; i < count; i++) {
@@ -351,6 +352,7 @@ bool study_save_hdf(const StudyResult *result, const char *scene_text, const cha
                                       "pliant-study", status);
     if (file == NULL)
         return false;
+    // Groups of data sets: a field each, with its unit.
     bool ok = write_heads(file, result) && write_repeats(file, result);
     for (int f = 0; f < STUDY_RUN_FIELD_COUNT && result->run_count > 0; f++)
         ok = ok && write_field(file, "runs", &STUDY_RUN_FIELDS[f], result->run,

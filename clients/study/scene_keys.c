@@ -57,6 +57,7 @@ bool scene_keys_of_case(const Scene *scene, const StudyCase *what, double rate_h
     *keys = (SceneKeys){0};
     if (!study_copy_scene(scene, &as_case))
         return false;
+    // The keys are those that make the scene into the case.
     as_case.scene.rate_hz = rate_hz;
     study_change_scene(&as_case, what, 1.0 / rate_hz);
     set_real(add(&keys->top, "rate_hz"), as_case.scene.rate_hz);
@@ -249,6 +250,7 @@ static bool edit_value(Editor *e, Scope scope, int depth)
 static bool edit_list(Editor *e, Scope scope, char end, int depth)
 {
     for (;;) {
+        // Values, with commas between them.
         if (!skip_space(e))
             return false;
         if (*here(e) == end) {
@@ -362,6 +364,7 @@ static char *read_text(const char *path, Status *status)
     FILE *file = fopen(path, "rb");
     char *text = NULL;
     long size = -1;
+    // The whole file.
     if (file != NULL && fseek(file, 0, SEEK_END) == 0 && (size = ftell(file)) >= 0) {
         rewind(file);
         text = calloc((size_t)size + 1, 1);

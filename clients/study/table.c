@@ -46,6 +46,7 @@ static void put_number(char *cell, double value, double scale)
 static void fill_row(const StudyRun *run, Row *row)
 {
     char least[CELL], most[CELL];
+    // Who it is, how large, how fine,
     snprintf(row->cell[0], CELL, "%s%s", run->what.name, run->what.is_scene ? " (the scene)" : "");
     if (run->nodes_least == run->nodes_most)
         snprintf(row->cell[1], CELL, "%d", run->nodes_most);
@@ -53,10 +54,12 @@ static void fill_row(const StudyRun *run, Row *row)
         snprintf(row->cell[1], CELL, "%d..%d", run->nodes_least, run->nodes_most);
     put_number(row->cell[2], run->time_step, 1e3);
     snprintf(row->cell[3], CELL, "%d", run->substeps);
+    // what it costs,
     put_number(row->cell[4], run->cpu_median, 1e3);
     snprintf(row->cell[5], CELL, "%.20s..%.20s", three_digits(1e3 * run->cpu_least, least),
              three_digits(1e3 * run->cpu_most, most));
     put_number(row->cell[6], run->tick_p99, 1e6);
+    // and how far it is off.
     put_number(row->cell[7], study_error(&run->time), 100.0);
     put_number(row->cell[8], study_error(&run->total), 100.0);
 }
@@ -132,12 +135,14 @@ static void print_missing(const StudyResult *result, FILE *out)
 static void print_reference(const char *of, const StudyReference *reference, FILE *out)
 {
     char own[PERCENT], coarse[PERCENT], fine[PERCENT];
+    // Without three runs there is nothing to estimate from.
     if (!reference->known) {
         bool none = strncmp(reference->what, "none", 4) == 0 || reference->what[0] == '\0';
         fprintf(out, "  %s: %s%s\n", of, reference->what[0] != '\0' ? reference->what : "none",
                 none ? "" : "; a single run, own error unknown");
         return;
     }
+    // How the three runs approach each other.
     fprintf(out, "  %s: %s; coarse to middle %s, middle to fine %s, ", of, reference->what,
             table_percent(reference->difference[0], coarse),
             table_percent(reference->difference[1], fine));
@@ -153,9 +158,11 @@ static void print_reference(const char *of, const StudyReference *reference, FIL
 void table_print(const StudyResult *result, FILE *out)
 {
     char of[STUDY_NAME];
+    // What was studied,
     fprintf(out, "%s, body %s: %s; %g s simulated in ticks of %g Hz\n%s\n\n", result->scene,
             result->body, result->inputs, result->duration_s, result->rate_hz, result->machine);
     fputs("references, three runs each, every one twice as fine as the one before\n", out);
+    // what it is compared with,
     print_reference("in all", &result->finest, out);
     for (int i = 0; i < result->mesh_count; i++) {
         const StudyMesh *mesh = &result->mesh[i];
@@ -164,6 +171,7 @@ void table_print(const StudyResult *result, FILE *out)
         snprintf(of, sizeof of, "in time, %.60s", study_mesh_words(result, &like));
         print_reference(of, &mesh->reference, out);
     }
+    // and the cases.
     fputs("\nerrors: of the pressed patch's displacement, L2 over time, relative to the "
           "reference's\n",
           out);

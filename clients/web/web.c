@@ -30,6 +30,7 @@ static bool parse_listen(const char *text, Site *site)
     if (!colon || !argument_read_integer(colon + 1, 0, 65535, &port))
         return false;
     size_t length = (size_t)(colon - text);
+    // An IPv6 address has brackets.
     if (length >= 2 && text[0] == '[' && text[length - 1] == ']') {
         text++;
         length -= 2;
@@ -38,6 +39,7 @@ static bool parse_listen(const char *text, Site *site)
         return false;
     snprintf(site->address, sizeof site->address, "%.*s", (int)length, text);
     site->port = (int)port;
+    // Numbers only: names may lead elsewhere.
     unsigned char address[16];
     return inet_pton(AF_INET, site->address, address) == 1 ||
            inet_pton(AF_INET6, site->address, address) == 1;
@@ -128,12 +130,14 @@ static bool has_page(const char *folder)
 static bool find_page(const Options *options, Site *site, ClientError *error)
 {
     static const char *const folders[] = {"../../web", "../web", "../share/pliant/web"};
+    // The folder that was given must be right.
     if (options->page) {
         if (!has_page(options->page))
             return client_fail(error, "--page %s: no index.html there", options->page);
         snprintf(site->folder, sizeof site->folder, "%s", options->page);
         return true;
     }
+    // Else where builds and packages have it, seen from the program.
     char program[PATH_MAX];
     ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
     char *slash = NULL;
@@ -198,6 +202,7 @@ static bool run(const Options *options, Client *client, Site *site, ClientError 
     static Feed feed;
     static Requests requests;
     const char *names[SITE_TEXTURES];
+    // What pages share.
     for (int k = 0; k < site->textures; k++)
         names[k] = site->texture[k].body;
     site->shared.client = client;
@@ -207,6 +212,7 @@ static bool run(const Options *options, Client *client, Site *site, ClientError 
     site->shared.hello.rate_hz = options->rate_hz;
     site->shared.hello.texture = names;
     site->shared.hello.textures = site->textures;
+    // The network first, then the server: pages may then ask at once.
     board_init(&board);
     requests_init(&requests, client, options->input_prefix);
     bool ok = feed_start(&feed, client, &board, &requests, error) && site_start(site, error);
