@@ -6,7 +6,7 @@
 
 #include "frames.h"
 #include "gather.h"
-#include "queue.h"
+#include "writer.h"
 
 enum {
     INTAKE_EVENTS_WAITING = 64, // until the file begins

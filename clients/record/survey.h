@@ -5,7 +5,7 @@
 #define PLIANT_CLIENTS_RECORD_SURVEY_H
 
 #include "client.h"
-#include "queue.h"
+#include "writer.h"
 
 typedef struct SurveyBody {
     char name[RECORDING_BODY_TEXT];

@@ -6,7 +6,6 @@
 #include "study/study.h"
 #include "study/inputs.h"
 #include "study/sampler.h"
-#include "study/world.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -5,7 +5,7 @@
 #include "base/log.h"
 #include "run/realtime.h"
 #include "study/study.h"
-#include "study/ranks.h"
+#include "study/run.h"
 #include "study/report.h"
 
 #include <stdlib.h>

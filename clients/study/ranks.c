@@ -1,5 +1,4 @@
 // MPI ranks take cases one after the other from a counter on the first rank.
-#include "study/ranks.h"
 
 #include "study/run.h"
 

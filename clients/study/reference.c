@@ -4,7 +4,7 @@
 #include "study/sampler.h"
 #include "study/pool.h"
 #include "study/run.h"
-#include "study/world.h"
+#include "study/context.h"
 
 #include <math.h>
 #include <stdarg.h>

@@ -7,7 +7,7 @@
 #include "study/inputs.h"
 #include "study/pool.h"
 #include "study/sampler.h"
-#include "study/world.h"
+#include "study/context.h"
 
 #include <math.h>
 #include <stdarg.h>

@@ -3,7 +3,7 @@
 
 #include "base/check.h"
 #include "study/report.h"
-#include "study/world.h"
+#include "study/context.h"
 
 #include <ctype.h>
 #include <errno.h>

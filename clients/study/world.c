@@ -1,4 +1,4 @@
-#include "study/world.h"
+#include "study/context.h"
 
 #include "voxel/layout.h"
 

@@ -1,11 +1,58 @@
 // The LCM side of pliant-web: receives all channels of the prefix, learns the scene, requests again
-// what was missed, and fills the board. One thread, the one that connected.
+// what was missed, assembles the bodies, and fills the board. One thread, the one that connected.
 #ifndef PLIANT_WEB_FEED_H
 #define PLIANT_WEB_FEED_H
 
-#include "bodies.h"
+#include "board.h"
 #include "client.h"
+#include "pliant_status_t.h"
 #include "requests.h"
+
+// --- bodies --------------------------------------------------------------------------------------
+
+// The bodies of the scene as they arrive over LCM: assembles their meshes, nodes and rest
+// positions, and puts consistent sets on the board. The LCM thread only.
+
+enum { BODY_NAME_MAX = 64 };
+
+typedef struct Body {
+    char name[BODY_NAME_MAX];
+    MeshFrame mesh;
+    NodesFrame nodes;
+    RestFrame rest;
+    bool new_mesh, new_nodes, new_rest; // since the last update of the board
+    int32_t shown;                      // topology on the board; -1: none
+    int64_t chunk_ns;                   // arrival of the last chunk of a mesh (CLOCK_MONOTONIC)
+    int64_t unmatched_ns; // since when nodes lack a mesh (CLOCK_MONOTONIC); 0: they have it
+} Body;
+
+typedef struct Bodies {
+    Board *board;
+    Body *body; // [BOARD_BODIES]
+    int count;
+    bool open; // pages have this scene: bodies may go on the board
+} Bodies;
+
+void bodies_init(Bodies *bodies, Board *board);
+void bodies_destroy(Bodies *bodies);
+
+// True if these are the bodies of a status, in its order.
+bool bodies_are(const Bodies *bodies, const pliant_status_t *status);
+// Forgets all and takes the names of a status; nothing is shown until bodies_open.
+void bodies_name(Bodies *bodies, const pliant_status_t *status);
+void bodies_open(Bodies *bodies);
+
+// Take raw messages of the body of that name; drop others.
+void bodies_take_mesh(Bodies *bodies, const char *name, const void *data, size_t size);
+void bodies_take_delta(Bodies *bodies, const char *name, const void *data, size_t size);
+void bodies_take_nodes(Bodies *bodies, const char *name, const void *data, size_t size);
+void bodies_take_rest(Bodies *bodies, const char *name, const void *data, size_t size);
+
+// Returns for how long nodes of a body have arrived without their mesh, while none is being
+// received [s]; 0: none.
+double bodies_unmatched(const Bodies *bodies, int64_t now_ns);
+
+// --- the feed ------------------------------------------------------------------------------------
 
 typedef struct Feed {
     Client *client;

@@ -1,5 +1,5 @@
 // One page's WebSocket.
-#include "page.h"
+#include "site.h"
 #include "requests.h"
 #include "websocket.h"
 

@@ -1,5 +1,5 @@
 // The web server: libmicrohttpd in one thread, which accepts, reads and answers requests. A
-// WebSocket gets threads of its own (page.h).
+// WebSocket gets threads of its own (page.c).
 #include "site.h"
 #include "websocket.h"
 

@@ -1,6 +1,6 @@
 // Meshes, nodes and rest positions from LCM to the board: only what belongs together, and only
 // once.
-#include "bodies.h"
+#include "feed.h"
 #include "client.h"
 #include "expect.h"
 

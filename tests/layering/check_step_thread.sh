@@ -6,7 +6,7 @@
 set -u
 nm=$1 run=$2
 shift 2
-files='governor input loop mesh_copy realtime requests'
+files='exchange governor input loop realtime requests'
 
 dir=$(mktemp -d) || exit 1
 trap 'rm -r "$dir"' EXIT

@@ -5,7 +5,7 @@
 #include "study/sampler.h"
 #include "study/inputs.h"
 #include "study/run.h"
-#include "study/world.h"
+#include "study/context.h"
 
 #include <stdlib.h>
 
