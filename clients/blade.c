@@ -12,6 +12,7 @@ bool blade_add(BladePath *path, const double end[2][3], bool lifted)
 {
     if (path->count == BLADE_EDGES_MAX)
         return false;
+    // Memory doubles, so that a long path is read in time.
     if (path->count == path->capacity) {
         int capacity = path->capacity ? 2 * path->capacity : 64;
         BladePosition *grown = realloc(path->position, sizeof *grown * (size_t)capacity);
@@ -72,6 +73,7 @@ static bool read_place(char *line, bool lifted, BladePath *path, char why[160])
             return false;
         }
     }
+    // It is the next position of the path.
     double end[2][3];
     memcpy(end, number, sizeof end);
     if (blade_add(path, (const double(*)[3])end, lifted))

@@ -47,6 +47,7 @@ int client_read_numbers(const char *line, double *number, int most)
 {
     int count = 0;
     for (const char *at = line;;) {
+        // One number after the other, separated by blanks.
         while (isspace((unsigned char)*at))
             at++;
         if (!*at)
@@ -213,12 +214,14 @@ static void on_anything(const lcm_recv_buf_t *buffer, const char *channel, void 
 bool client_hear_daemon(Client *client, double timeout_s, ClientError *error)
 {
     bool heard = false;
+    // Contacts or statuses: one of them is always published.
     ReceiverSubscription *on[2] = {
         client_subscribe(client, "CONTACT", NULL, 1, on_anything, &heard),
         client_subscribe(client, "STATUS", NULL, 1, on_anything, &heard)};
     client_wait(client, client_now_ns() + (int64_t)(timeout_s * 1e9), &heard);
     for (int k = 0; k < 2; k++)
         receiver_unsubscribe(client->receiver, on[k]);
+    // Say why nothing was heard.
     if (heard)
         return true;
     if (client_stopped())

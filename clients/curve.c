@@ -114,6 +114,7 @@ static void follow_topology(Curve *curve)
     unsigned char *known = calloc((size_t)count, 1);
     if (!known)
         abort();
+    // A node that kept its id keeps its reference; others begin where they are.
     curve->first = copy_rows(NULL, curve->nodes.position, count, 3 * sizeof(float));
     for (int i = 0; i < count; i++) {
         known[i] = i < before && curve->id[i] == id[i] && id[i] >= 0;
@@ -121,6 +122,7 @@ static void follow_topology(Curve *curve)
             memcpy(curve->first + 3 * (size_t)i, old + 3 * (size_t)i, 3 * sizeof(float));
         born += !known[i] && id[i] >= 0;
     }
+    // New nodes take theirs from their parents.
     if (born)
         begin_births(curve, known);
     free(known);

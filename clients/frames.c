@@ -53,10 +53,12 @@ static void nodes_begin(NodesFrame *frame, const pliant_nodes_t *chunk)
     int32_t ahead = (int32_t)((uint32_t)chunk->sequence - (uint32_t)frame->sequence);
     if (frame->started)
         frame->lost += !frame->whole + (ahead > 1 && ahead <= LOST_MOST ? ahead - 1 : 0);
+    // Memory only when the size changes.
     if (!frame->position || frame->node_count != chunk->node_count) {
         free(frame->position);
         frame->position = frames_allocate(3 * (size_t)chunk->node_count, sizeof(float));
     }
+    // What all its chunks must say alike.
     parts_begin(&frame->nodes, chunk->node_count);
     frame->utime = chunk->utime;
     frame->step = chunk->step;
@@ -71,11 +73,13 @@ static void nodes_begin(NodesFrame *frame, const pliant_nodes_t *chunk)
 
 static FramesResult nodes_take(NodesFrame *frame, const pliant_nodes_t *chunk)
 {
+    // What contradicts itself or is old is refused.
     if (!nodes_valid(chunk))
         return FRAMES_REFUSED;
     if (frame->started &&
         frames_stale(chunk->sequence, chunk->utime, frame->sequence, frame->utime, STALE_FRAMES))
         return FRAMES_STALE;
+    // The first chunk of another frame, or one more of this.
     if (!frame->started || chunk->sequence != frame->sequence)
         nodes_begin(frame, chunk);
     else if (chunk->node_count != frame->node_count || chunk->topology != frame->topology ||
@@ -83,6 +87,7 @@ static FramesResult nodes_take(NodesFrame *frame, const pliant_nodes_t *chunk)
         return FRAMES_REFUSED;
     else if (frame->whole)
         return FRAMES_STALE; // a repeated chunk must not change a completed frame
+    // Copy what it has, wherever it belongs.
     memcpy(frame->position + 3 * (size_t)chunk->first, chunk->position,
            sizeof(float) * (size_t)chunk->num_values);
     parts_mark(&frame->nodes, chunk->first, chunk->num_values / 3);

@@ -102,6 +102,7 @@ static bool mesh_goes_on(const MeshParts *next, const pliant_mesh_t *chunk)
 static void mesh_replace(MeshFrame *frame)
 {
     MeshParts *next = &frame->next;
+    // The arrays change their owner: nothing is copied.
     free_mesh(frame);
     frame->triangle = next->triangle;
     frame->id = next->id;
@@ -111,6 +112,7 @@ static void mesh_replace(MeshFrame *frame)
     frame->level = next->level;
     next->triangle = next->id = next->origin = next->parent = next->piece = NULL;
     next->level = NULL;
+    // And what the mesh is.
     frame->utime = next->utime;
     frame->topology = next->topology;
     frame->node_count = next->node_count;

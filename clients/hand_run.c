@@ -103,6 +103,7 @@ bool hand_run_table(HandRun *run, const HandOptions *like, ClientError *error)
     for (size_t k = 0; k < 2 * sizeof STREAMS / sizeof *STREAMS; k++) {
         HandOptions options = STREAMS[k / 2];
         options.frequency = k % 2 == 0 ? 2.0 : 6.0;
+        // The user's push and device in each of them.
         options.depth = like->depth;
         options.max_force = like->max_force;
         if (!hand_run(run, &options, error))

@@ -93,6 +93,7 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *u
         find_body(monitor, &status);
     pliant_status_t_decode_cleanup(&status);
     monitor->come = true;
+    // Elsewhere than on a terminal a line for each status.
     if (!monitor->terminal && !monitor->options.once) {
         view_print_line(&monitor->view, stdout);
         fflush(stdout);

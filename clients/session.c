@@ -37,9 +37,11 @@ bool session_open(Session *session, Client *client, bool *change)
 void session_ask(Session *session)
 {
     const int64_t now = client_now_ns();
+    // A question is open, or the answer is still good for a while.
     const bool open = session->question != 0 && now - session->asked_ns < SURE_NS;
     if (open || session->sure_until_ns - now > AHEAD_NS)
         return;
+    // Another number each time, so that an old answer answers nothing.
     int64_t question;
     if (getrandom(&question, sizeof question, 0) != sizeof question || question == 0)
         question = now;

@@ -395,6 +395,7 @@ void intake_take(Intake *intake, const char *channel, const void *data, size_t s
     name = behind(channel, intake->options.prefix);
     if (!name)
         return;
+    // Those of the daemon itself, else one of a body.
     if (strcmp(name, "CONTACT") == 0)
         take_contact(intake, data, size);
     else if (strcmp(name, "EVENT") == 0)

@@ -295,6 +295,7 @@ static bool take_survey(Convert *convert, const char *log, const LiveOptions *op
 {
     Survey *survey = &convert->survey.survey;
     int bodies = 0;
+    // Bodies of which there is all that a recording needs.
     for (int i = 0; i < survey->body_count; i++) {
         SurveyBody *body = &survey->body[i];
         body->listed = body->seen && body->nodes > 0;
@@ -303,6 +304,7 @@ static bool take_survey(Convert *convert, const char *log, const LiveOptions *op
             fprintf(stderr, "pliant-record: %s: no mesh of body %s in it: skipped\n", log,
                     body->name);
     }
+    // The log has all that will ever be known.
     survey->status_come = true;
     if (bodies == 0)
         return client_fail(error, "%s: no nodes and mesh of a body on %s_... in it", log,
@@ -310,6 +312,7 @@ static bool take_survey(Convert *convert, const char *log, const LiveOptions *op
     const char *missing = survey_missing(survey);
     if (missing)
         return client_fail(error, "--body %s: not in %s", missing, log);
+    // The second pass begins with what the first one found.
     convert->intake.survey = *survey;
     *survey = (Survey){0};
     return true;
@@ -319,16 +322,19 @@ static bool record_log(Convert *convert, const char *log, const LiveOptions *opt
                        ClientError *error)
 {
     Status damage = {0}, status = {0};
+    // What is in the log decides what the file has.
     read_log(convert, log, &convert->survey, false, &status);
     if (!take_survey(convert, log, options, error))
         return status.code == STATUS_OK ? false : client_fail(error, "%s", status.text);
     status = (Status){0};
     if (!writer_start(&convert->writer, options->queue_bytes, stdout, &status))
         return client_fail(error, "%s", status.text);
+    // Then the data, up to the first damage.
     read_log(convert, log, &convert->intake, true, &damage);
     intake_end(&convert->intake);
     bool ok = convert->intake.status.code == STATUS_OK ||
               client_fail(error, "%s", convert->intake.status.text);
+    // The first cause is the one that is told.
     if (damage.code != STATUS_OK)
         ok = client_fail(error, "%s", damage.text);
     if (!writer_finish(&convert->writer, &status))
@@ -344,6 +350,7 @@ bool convert_log(const char *log, const LiveOptions *options, ClientError *error
     Convert *convert = calloc(1, sizeof *convert);
     if (!convert)
         return client_fail(error, "out of memory");
+    // One intake only surveys, the other one records.
     IntakeOptions all = options->intake;
     all.when_full = QUEUE_WAIT;
     queue_create(&convert->nothing, 0);
@@ -351,6 +358,7 @@ bool convert_log(const char *log, const LiveOptions *options, ClientError *error
     intake_create(&convert->survey, &all, &convert->nothing);
     all.survey_only = false;
     intake_create(&convert->intake, &all, &convert->writer.queue);
+    // Both look for the bodies that were asked for.
     convert->survey.survey.wanted = options->body;
     convert->survey.survey.wanted_count = options->body_count;
     bool ok = record_log(convert, log, options, error);

@@ -93,6 +93,7 @@ void survey_take_status(Survey *survey, const void *data, size_t size)
         survey->refused++;
         return;
     }
+    // Only what the newest status lists is there.
     for (int i = 0; i < survey->body_count; i++)
         survey->body[i].listed = false;
     survey->listed = (ClientBodies){.wanted = ""};

@@ -144,9 +144,11 @@ static bool fits(const Queue *queue, const Item *item)
 bool queue_push(Queue *queue, Item *item, QueueWhenFull when_full)
 {
     pthread_mutex_lock(&queue->lock);
+    // A log's reader waits; a network does not.
     while (when_full == QUEUE_WAIT && !fits(queue, item))
         pthread_cond_wait(&queue->changed, &queue->lock);
     bool taken = when_full == QUEUE_FORCE || fits(queue, item);
+    // Behind the last one.
     if (taken) {
         item->next = NULL;
         if (queue->last)
@@ -160,6 +162,7 @@ bool queue_push(Queue *queue, Item *item, QueueWhenFull when_full)
         pthread_cond_broadcast(&queue->changed);
     }
     pthread_mutex_unlock(&queue->lock);
+    // An item that was refused is nobody's.
     if (!taken)
         item_destroy(item);
     return taken;
@@ -228,6 +231,7 @@ int waiting_push(Waiting *waiting, const RecordingFrame *from)
     size_t values = 3 * (size_t)from->node_count;
     size_t bytes = sizeof(WaitingFrame) + values * sizeof *from->position;
     int gone = 0;
+    // The oldest frames make room.
     while (waiting->first &&
            (waiting->count == WAITING_FRAMES || waiting->bytes + bytes > WAITING_BYTES)) {
         free(waiting_pop(waiting));
@@ -236,9 +240,11 @@ int waiting_push(Waiting *waiting, const RecordingFrame *from)
     WaitingFrame *frame = malloc(bytes);
     if (!frame)
         abort(); // waiting frames are bounded: the machine itself is out of memory
+    // Positions lie behind it in the same block.
     *frame = (WaitingFrame){.frame = *from, .bytes = bytes};
     memcpy(frame->position, from->position, values * sizeof *from->position);
     frame->frame.position = frame->position;
+    // Behind the last one.
     if (waiting->last)
         waiting->last->next = frame;
     else
@@ -303,6 +309,7 @@ static void tell(const Writer *writer, const RecordingCounts *counts)
                 options->body[i].name, (long long)writer->frames[i], (long long)of->lost,
                 (long long)of->dropped, (long long)of->without_mesh, (long long)of->refused);
     }
+    // Tools and events have nothing that gets lost on the way.
     for (int i = 0; i < options->tool_count; i++)
         fprintf(writer->told, "tool %d: rows %lld\n", options->tool[i], (long long)writer->rows[i]);
     fprintf(writer->told, "events: %lld\n", (long long)writer->events);
@@ -388,6 +395,7 @@ static void *writer_main(void *user)
         if (!writer->recording)
             continue;
         recording_flush_if_due(writer->recording, client_now_ns());
+        // The first failure ends the writing, not the thread.
         const Status *said = recording_status(writer->recording);
         if (said->code != STATUS_OK)
             fail(writer, said);

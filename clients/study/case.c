@@ -31,6 +31,7 @@ StudyCase study_scene_case(const Scene *scene)
                      .is_scene = true,
                      .integrator = body->options.integrator,
                      .time_step = body->options.time_step};
+    // Detail means levels of the lattice, or of the surface.
     if (is_voxel(scene)) {
         own.level = body->options.levels;
         own.paper_rule = body->voxel.law == VOXEL_MIYAZAKI2004;

@@ -202,6 +202,7 @@ static bool look_at_rest(StudyContext *context, StudyCase what, bool first, Stat
         Candidate *list = list_candidates(body, &count);
         Sampler sampler;
         ok = list != NULL && sampler_create(&sampler, context, &world, false);
+        // Points by their part in the patch, and the volume that the body encloses.
         if (ok) {
             weigh(context, list, count);
             take_points(&context->points, list, count);

@@ -60,6 +60,7 @@ static int find_middles(const Body *body, Vec3 *middle, Vec3 *held)
         *held = vec3_add(*held, x);
         held_count++;
     }
+    // Means of both.
     *middle = vec3_scale(1.0 / fmax(count, 1), *middle);
     *held = vec3_scale(1.0 / fmax(held_count, 1), *held);
     return held_count;
@@ -254,6 +255,7 @@ static bool add_load(StudyContext *context, const PressSite *site, Status *statu
                                .radius = fmax(0.2 * context->extent, 1.5 * site->edge),
                                .force = vec3_scale(force, site->inward),
                                .duration = 0.3};
+    // The study's own scene has it, and owns it.
     context->own_load = load;
     context->scene.load = load;
     context->scene.load_count = 1;

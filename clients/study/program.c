@@ -24,6 +24,7 @@ static bool take_error(void *target, const char *text, Status *why)
 {
     char *end;
     double value = strtod(text, &end);
+    // A fraction, or a percentage with or without a blank.
     bool read = end != text;
     while (*end == ' ')
         end++;
@@ -107,6 +108,7 @@ static bool measure(StudyContext *context, const StudyCase *cases, int count, St
                     Status *status)
 {
     Progress progress;
+    // References first: every case is compared with one.
     report_begin(&progress);
     bool ok =
         ranks_make_references(context, cases, count, ranks_is_first() ? print_reference : NULL,

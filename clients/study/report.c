@@ -224,10 +224,12 @@ static void draw_bar(char *bar, int done, int count)
 void progress_print(Progress *progress, int done, int count, const char *name, double now_s)
 {
     char elapsed[32], left[32], bar[BAR + 1], line[LINE];
+    // How far it is, and how long it will take.
     double elapsed_s = now_s - progress->begin_s;
     int percent = count > 0 ? 100 * done / count : 100;
     progress_clock(elapsed_s, elapsed);
     progress_clock(progress_left(elapsed_s, done, count), left);
+    // A file gets a line for each tenth.
     if (!progress->terminal) {
         if (percent / 10 == progress->told)
             return;
@@ -236,6 +238,7 @@ void progress_print(Progress *progress, int done, int count, const char *name, d
         fflush(progress->out);
         return;
     }
+    // A terminal gets one line that is written over.
     draw_bar(bar, done, count);
     int length = snprintf(line, sizeof line, "[%s] %3d %%  %s elapsed, %s left  %s", bar, percent,
                           elapsed, left, name);

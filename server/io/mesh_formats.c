@@ -431,6 +431,7 @@ bool stl_read_binary(const FileBytes *file, MeshDraft *draft, Status *status)
     size_t count = stl_binary_count(file);
     if (count == 0)
         return status_fail(status, STATUS_INVALID, "%s: no triangles", file->path);
+    // Three nodes a triangle: joining them is the repair's work.
     for (size_t t = 0; t < count; t++) {
         // A record has a normal, three corners of three floats each, and two bytes of attributes.
         const char *record = file->bytes + stl_binary_size(t);

@@ -95,6 +95,7 @@ static bool find_type(const Nifti *nifti, VolumeData *data)
                  {DT_UINT16, VOXEL_UINT16},  {DT_INT32, VOXEL_INT32},   {DT_UINT32, VOXEL_UINT32},
                  {DT_INT64, VOXEL_INT64},    {DT_UINT64, VOXEL_UINT64}, {DT_FLOAT32, VOXEL_FLOAT32},
                  {DT_FLOAT64, VOXEL_FLOAT64}};
+    // Labels may be stored as any number that can hold an integer.
     for (size_t t = 0; t < sizeof types / sizeof *types; t++)
         if (types[t].code == nifti->header.datatype) {
             data->type = types[t].type;

@@ -233,6 +233,7 @@ static double unit_metres(const char *name)
         {"meters", 1.0},      {"metre", 1.0},        {"metres", 1.0},      {"cm", 1e-2},
         {"um", 1e-6},         {"\xC2\xB5m", 1e-6},   {"\xCE\xBCm", 1e-6},  {"micron", 1e-6},
         {"microns", 1e-6},    {"micrometer", 1e-6},  {"micrometre", 1e-6}};
+    // Without a unit millimetres are meant; 0 is none that we know.
     if (name == NULL)
         return 1e-3;
     for (size_t i = 0; i < sizeof units / sizeof *units; i++)
@@ -268,6 +269,7 @@ static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], Label
 {
     bool directed = has_directions(nrrd), is_space[NRRD_DIM_MAX] = {false};
     int spatial = 0;
+    // Axes of space have a direction, or a kind that says so.
     for (unsigned a = 0; a < nrrd->dim; a++) {
         is_space[a] = directed ? AIR_EXISTS(nrrd->axis[a].spaceDirection[0])
                                : is_kind_of_space(nrrd->axis[a].kind);
@@ -297,6 +299,7 @@ static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], Label
                                header->file->path, size, a, VOLUME_MOST_VOXELS);
         if (!is_space[a])
             continue;
+        // The remaining axes are those of the volume, in their order.
         volume->count[spatial] = (int)size;
         axis[spatial++] = (int)a;
     }

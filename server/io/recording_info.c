@@ -271,6 +271,7 @@ static bool read_body(const HdfFile *file, RecordingBodyInfo *info)
     const int64_t ids = triangles < 0 ? -1 : count_rows(file, name, H5T_INTEGER, 0);
     const int64_t frames = ids < 0 ? -1 : shortest(file, group, frame_columns, 5);
     const int64_t topologies = frames < 0 ? -1 : shortest(file, group, topology_columns, 5);
+    // Something is missing, or there is more than any recording has.
     if (topologies < 0)
         return false;
     if (topologies > TOPOLOGY_LIMIT)
@@ -404,18 +405,22 @@ static bool read_all(const HdfFile *file, RecordingInfo *info)
     char format[32];
     int64_t ended = 0;
     Status why = {0}; // no other error has more detail
+    // Is it a recording at all?
     const HdfFile quiet = {.id = file->id, .path = file->path, .status = &why};
     if (!hdf_read_text(&quiet, "/", "format", format, sizeof format) ||
         strcmp(format, "pliant-recording") != 0)
         return status_fail(file->status, STATUS_INVALID, "%s: is no recording", file->path);
+    // Who made it, and whether it was ended.
     bool ok = hdf_read_text(file, "/", "created_by", info->created_by, sizeof info->created_by) &&
               read_attribute(file, "/", RECORDING_ENDED, &ended);
     info->ended = ended == 1;
+    // Every body with its frames,
     info->body_count = !ok ? -1
                            : list(file, "/bodies", RECORDING_INFO_BODIES, sizeof *info->body,
                                   sizeof info->body->name, info->body->name);
     for (int i = 0; i < info->body_count && ok; i++)
         ok = read_body(file, &info->body[i]);
+    // and every tool with its rows.
     info->tool_count = !ok ? -1
                            : list(file, "/tools", RECORDING_INFO_TOOLS, sizeof *info->tool,
                                   sizeof info->tool->name, info->tool->name);
@@ -462,6 +467,7 @@ static void tidy(RecordingInfo *info)
 bool recording_info_read(const char *path, RecordingInfo *info, Status *status)
 {
     *info = (RecordingInfo){0};
+    // A child reads it; a damaged file ends that one alone.
     HdfChild *child = hdf_child_start(path, serve, (void *)(uintptr_t)path, status);
     if (child == NULL)
         return false;
@@ -469,6 +475,7 @@ bool recording_info_read(const char *path, RecordingInfo *info, Status *status)
     ASSERT(found != NULL);
     bool ok =
         hdf_child_receive(child->fd, found, sizeof *found) || hdf_child_failed(child, path, status);
+    // Its answer is checked like a file.
     if (ok) {
         found->status.text[sizeof found->status.text - 1] = '\0';
         *info = found->info;

@@ -41,6 +41,7 @@ static void write_escaped(FILE *out, const char *text)
 static void write_rows(const Recording *recording, const RecordedBody *body, const char *set,
                        const HdfTable *table, int64_t first, int rows, FILE *out)
 {
+    // The HDF5 file is named without its folder, so that both can be moved.
     const char *folder_end = strrchr(recording->path, '/');
     const char *file = folder_end != NULL ? folder_end + 1 : recording->path;
     const char *number = H5Tget_class(table->type) == H5T_FLOAT ? "Float" : "Int";
@@ -48,6 +49,7 @@ static void write_rows(const Recording *recording, const RecordedBody *body, con
     char last[16] = "";
     if (columns > 0)
         snprintf(last, sizeof last, " %d", columns);
+    // A range of rows,
     fprintf(out, "<DataItem ItemType=\"HyperSlab\" Dimensions=\"%d%s\">", rows, last);
     if (columns > 0)
         fprintf(out,
@@ -56,6 +58,7 @@ static void write_rows(const Recording *recording, const RecordedBody *body, con
     else
         fprintf(out, "<DataItem Dimensions=\"3 1\" Format=\"XML\">%" PRId64 " 1 %d</DataItem>",
                 first, rows);
+    // of a data set in that file.
     fprintf(out,
             "<DataItem Format=\"HDF\" NumberType=\"%s\" Precision=\"4\" Dimensions=\"%llu%s\">",
             number, (unsigned long long)table->count, last);

@@ -70,6 +70,7 @@ static bool source_open(Source *source, const VolumeFile *file, long long offset
     int own = dup(file->descriptor);
     if (own < 0)
         return false;
+    // From where the data begin, in either way of reading.
     if (lseek(own, (off_t)offset, SEEK_SET) >= 0) {
         if (packed)
             source->packed = gzdopen(own, "rb");
@@ -221,6 +222,7 @@ static bool to_labels(const VolumeData *data, const double *value, size_t count,
                       LabelVolume *volume, Status *status)
 {
     for (size_t v = 0; v < count; v++) {
+        // Scaled values may miss a whole number by what floats lose.
         double x = value[v], slack = 0.0;
         if (data->slope != 0.0) {
             x = data->slope * x + data->inter;
@@ -231,6 +233,7 @@ static bool to_labels(const VolumeData *data, const double *value, size_t count,
             volume->label[first + (long)v] = (int)whole;
             continue;
         }
+        // Say which voxel is no label.
         long at = first + (long)v, row = at / volume->count[0];
         return status_fail(status, STATUS_INVALID,
                            "%s: voxel (%ld, %ld, %ld) is %.9g%s, not a label, which is a whole "
@@ -249,10 +252,12 @@ static bool check_size(const VolumeData *data, double voxels, Status *status)
 {
     const VolumeFile *file = &data->file;
     double bytes = voxels * voxel_type_size(data->type), have = (double)(file->size - data->offset);
+    // Raw data have just their size,
     if (data->encoding == ENCODING_RAW && have < bytes)
         return status_fail(status, STATUS_INVALID,
                            "%s: %.0f voxels take %.0f bytes, the file has %.0f for them",
                            file->path, voxels, bytes, fmax(have, 0.0));
+    // the others at least so much.
     double least = 0.0; // bytes that they occupy in the encoding
     if (data->encoding == ENCODING_GZIP)
         least = (bytes + (double)data->skip) / DEFLATE_RATIO;
@@ -282,6 +287,7 @@ static bool read_chunk(const VolumeData *data, Source *source, unsigned char *by
                        size_t count, long first, Status *status)
 {
     size_t size = (size_t)voxel_type_size(data->type), got;
+    // Numbers as text are read one by one.
     if (data->encoding == ENCODING_TEXT) {
         char word[LONGEST_NUMBER + 1] = "";
         for (size_t v = 0; v < count; v++)
@@ -292,6 +298,7 @@ static bool read_chunk(const VolumeData *data, Source *source, unsigned char *by
                                                   data->file.path, first + (long)v, word);
         return true;
     }
+    // Bytes are turned into numbers all at once.
     if (data->encoding == ENCODING_HEX)
         got = read_hex(source, bytes, count * size);
     else
@@ -331,6 +338,7 @@ static bool read_labels(const VolumeData *data, Source *source, long voxels, Lab
 bool volume_data_read(const VolumeData *data, LabelVolume *volume, Status *status)
 {
     double voxels = (double)volume->count[0] * (double)volume->count[1] * (double)volume->count[2];
+    // The size must be one that can be, before memory is taken.
     if (voxels > VOLUME_MOST_VOXELS)
         return status_fail(status, STATUS_INVALID, "%s: %d x %d x %d voxels are more than %d",
                            data->file.path, volume->count[0], volume->count[1], volume->count[2],
@@ -341,6 +349,7 @@ bool volume_data_read(const VolumeData *data, LabelVolume *volume, Status *statu
     if (volume->label == NULL)
         return status_fail(status, STATUS_FAILED, "%s: no memory for %.0f voxels", data->file.path,
                            voxels);
+    // Read them; a damaged stream shows at its end.
     Source source;
     if (!source_open(&source, &data->file, data->offset, data->encoding == ENCODING_GZIP))
         return status_fail(status, STATUS_FAILED, "%s: %s", data->file.path, strerror(errno));

@@ -25,6 +25,7 @@ void volume_destroy(LabelVolume *volume)
 static bool check_axes(const char *path, const LabelVolume *volume, Status *status)
 {
     Vec3 unit[3];
+    // Spacings that a body can have,
     for (int a = 0; a < 3; a++) {
         Vec3 axis = volume->axis[a];
         double length = vec3_length(axis);
@@ -34,6 +35,7 @@ static bool check_axes(const char *path, const LabelVolume *volume, Status *stat
                                fabs(length), LEAST_SPACING, MOST_SPACING);
         unit[a] = vec3_scale(1.0 / length, axis);
     }
+    // at right angles,
     for (int a = 0; a < 3; a++) {
         int b = (a + 1) % 3, low = a < b ? a : b, high = a < b ? b : a;
         double cosine = vec3_dot(unit[low], unit[high]);
@@ -43,6 +45,7 @@ static bool check_axes(const char *path, const LabelVolume *volume, Status *stat
                                "%g), so its voxels are no boxes",
                                path, low, high, cosine, MOST_SHEAR);
     }
+    // and not at the end of the world.
     double far = fmax(fabs(volume->origin.x), fmax(fabs(volume->origin.y), fabs(volume->origin.z)));
     if (vec3_finite(volume->origin) && far <= MOST_SPACING)
         return true;
@@ -54,6 +57,7 @@ static bool read_header(const VolumeFile *file, LabelVolume *volume, VolumeData 
                         Status *status)
 {
     unsigned char head[352] = {0};
+    // The first bytes tell the format.
     int size = volume_file_head(file, head, sizeof head);
     bool nrrd = size >= 4 && memcmp(head, "NRRD", 4) == 0;
     if (nrrd && file->gzipped)
@@ -86,6 +90,7 @@ bool volume_import(const char *path, LabelVolume *volume, Status *status)
     VolumeFile file;
     VolumeData data;
     bool ok = open_volume(path, &file, volume, &data, status);
+    // The voxels are in a file of their own, or in this one.
     if (ok) {
         bool own = data.file.path != NULL;
         if (!own)
@@ -180,10 +185,12 @@ static int list_labels(const LabelVolume *volume, int found[LABELS_SHOWN + 1])
     long voxels = (long)volume->count[0] * volume->count[1] * volume->count[2];
     int count = 0, last = 0;
     for (long v = 0; v < voxels; v++) {
+        // Voxels of one label lie together: skip those like the last one.
         int label = volume->label[v], at = count;
         if (label == last || label == 0)
             continue;
         last = label;
+        // Where it belongs in the order; only the first few are kept.
         while (at > 0 && found[at - 1] > label)
             at--;
         if (at > LABELS_SHOWN || (at > 0 && found[at - 1] == label))
@@ -220,6 +227,7 @@ static bool find_box(Part *part, Status *status)
         part->low[a] = volume->count[a];
         part->high[a] = 0;
     }
+    // The box around all voxels that have one of the labels.
     for (int k = 0; k < volume->count[2]; k++)
         for (int j = 0; j < volume->count[1]; j++)
             for (int i = 0; i < volume->count[0]; i++) {
@@ -235,6 +243,7 @@ static bool find_box(Part *part, Status *status)
                     part->high[a] = at[a] >= part->high[a] ? at[a] + 1 : part->high[a];
                 }
             }
+    // A label that no voxel has is a mistake of the scene.
     for (int m = 0; m < part->label_count; m++)
         if (!there[m + 1])
             return fail_missing(volume, part->label[m], status);
@@ -254,10 +263,12 @@ static double component(Vec3 v, int a)
 static void find_frame(Part *part)
 {
     Vec3 *unit = part->unit;
+    // Lengths and directions of the axes.
     for (int a = 0; a < 3; a++) {
         part->spacing[a] = vec3_length(part->volume->axis[a]);
         unit[a] = vec3_scale(1.0 / part->spacing[a], part->volume->axis[a]);
     }
+    // Left-handed axes become right-handed by reversing one.
     if (vec3_dot(vec3_cross(unit[0], unit[1]), unit[2]) < 0.0) {
         int least = 0;
         for (int a = 1; a < 3; a++)
@@ -305,6 +316,7 @@ static bool find_cells(Part *part, double size, Status *status)
     const double *s = part->spacing;
     double least = fmin(s[0], fmin(s[1], s[2])), most = fmax(s[0], fmax(s[1], s[2]));
     double extent = 0.0, cells = 1.0, along[3];
+    // Cubes are copied; other voxels are sampled by cells of the size.
     part->copied = size == 0.0 && most <= least * (1.0 + CUBE);
     part->size = size > 0.0 ? size : part->copied ? cbrt(s[0] * s[1] * s[2]) : least;
     for (int a = 0; a < 3; a++) {
@@ -314,6 +326,7 @@ static bool find_cells(Part *part, double size, Status *status)
         along[a] = part->copied ? voxels : fmax(ceil(voxels * s[a] / part->size - 1e-6), 1.0);
         cells *= along[a];
     }
+    // A body of no organ's size is a mistake of units or scale.
     if (!mesh_extent_fits(extent))
         return status_fail(status, STATUS_INVALID,
                            "measures %g m, outside [%g, %g] m: its spacing is in other units than "
@@ -390,10 +403,12 @@ bool volume_lattice(const LabelVolume *volume, const int *label, int label_count
 {
     Part part = {.volume = volume, .label = label, .label_count = label_count};
     *lattice = (Lattice){0};
+    // What is wanted of which voxels.
     if (!(size >= 0.0) || !isfinite(size))
         return status_fail(status, STATUS_INVALID, "cells of %g m are not possible", size);
     if (!check_list(&part, status) || !find_box(&part, status))
         return false;
+    // Where the cells lie, how many they are, and what each is made of.
     find_frame(&part);
     if (!find_cells(&part, size, status) || !lattice_create(lattice, part.count, part.size, status))
         return false;
@@ -403,6 +418,7 @@ bool volume_lattice(const LabelVolume *volume, const int *label, int label_count
     fill(&part, layer, lattice);
     for (int a = 0; a < 3; a++)
         free(layer[a]);
+    // The lattice stands as the volume does.
     place(&part, lattice);
     if (check_result(&part, lattice, status))
         return true;

@@ -252,6 +252,7 @@ static void fill_bodies(const Bus *bus, pliant_body_status_t *out)
 {
     for (int i = 0; i < sim_body_count(bus->sim); i++) {
         Body *body = sim_body(bus->sim, i); // only its constant members are read
+        // What changes was copied with the status; the rest is constant.
         const BodyOut *from = &bus->status->body[i];
         out[i] = (pliant_body_status_t){.name = body->name,
                                         .model = (char *)(uintptr_t)body->ops->model,

@@ -37,6 +37,7 @@ size_t mesh_copy_bytes(const BodyMesh *mesh)
 BodyMesh mesh_copy_view(const MeshCopy *copy)
 {
     size_t nodes = (size_t)copy->node_count;
+    // The arrays lie one behind the other, in the order in which mesh_copy_follow puts them.
     const int *id = copy->data, *origin = id + nodes, *piece = origin + nodes;
     const int *parent = piece + nodes, *triangle = parent + 2 * nodes;
     return (BodyMesh){
@@ -63,6 +64,7 @@ static unsigned char *append(unsigned char *to, const void *from, size_t bytes)
 
 void mesh_copy_follow(MeshCopy *copy, const BodyMesh *mesh)
 {
+    // A topology number names one mesh only, so the same number needs no copy.
     if (copy->node_count > 0 && copy->topology == mesh->topology)
         return;
     size_t nodes = (size_t)mesh->node_count, triangles = (size_t)mesh->triangle_count;

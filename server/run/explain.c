@@ -58,12 +58,14 @@ static void print_elements(const SceneBody *described, const Body *body, FILE *o
 {
     const VoxelOptions *voxel = &described->voxel;
     char law[SCENE_VALUE_TEXT];
+    // The law, and how fine elements are put together.
     scene_key_text(described, "law", law);
     fprintf(out, "  law %s, %d dimensions, levels 0 to %d\n", law, described->dimensions,
             voxel->body.levels);
     // An undamped oscillation of angular frequency w is stable for steps up to 2 / w.
     fprintf(out, "  critical step %.6g s, damping %.6g of it\n", 2.0 / sqrt(body->lambda),
             voxel->damping);
+    // What the cells are made of.
     for (int i = 0; i < voxel->material_count; i++) {
         const SolidMaterial *material = &voxel->material[i];
         fprintf(out, "  label %d: E %.6g Pa, nu %.6g, density %.6g kg/m3\n",

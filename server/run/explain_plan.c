@@ -125,6 +125,7 @@ static void print_scene(World *world, const Scene *scene, FILE *out)
 {
     const Sim *sim = world->sim;
     const Vec3 g = scene->gravity;
+    // What only a scene as a whole can do without.
     const SceneFeature features[] = {
         {g.x != 0.0 || g.y != 0.0 || g.z != 0.0, "gravity", "gravity = [ ... ]"},
         {scene->settle_s > 0.0, "settling before the first tick", "settle_s"},

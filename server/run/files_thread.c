@@ -72,6 +72,7 @@ static void write_inputs(FilesThread *files)
         ring_pop(&files->exchange->applied);
         any = true;
     }
+    // Make them permanent as far as the system can, once for all.
     if (any) {
         input_log_flush(files->log);
         check_log(files, step);

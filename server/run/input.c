@@ -326,6 +326,7 @@ static Refusal check_load(Input *input, Sim *sim, char *why)
     const double *f = input->load.force;
     if (!(sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) <= FORCE_MAX))
         return REFUSE(REFUSED_RANGE, "load force beyond %g N", FORCE_MAX);
+    // For a time that ends.
     if (!(input->load.duration > 0.0 && input->load.duration <= DURATION_MAX))
         return REFUSE(REFUSED_RANGE, "load duration %g outside (0, %g] s", input->load.duration,
                       DURATION_MAX);

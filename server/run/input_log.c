@@ -128,6 +128,7 @@ InputLogWriter *input_log_create(const char *path, const InputLogHeader *header,
              "rate_hz = %.17g\nstep = %lld\ninputs = %lld\n",
              header->scene, header->prefix, header->isa, header->rate_hz, (long long)header->step,
              (long long)header->inputs);
+    // It is on the disk before the first input is.
     write_text(writer, header->step, text);
     input_log_flush(writer);
     return writer;

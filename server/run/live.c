@@ -109,6 +109,7 @@ static void wait_for_end(Live *live)
 static void collect(Live *live, LiveResult *result)
 {
     const Exchange *exchange = &live->exchange;
+    // The threads have ended: their counters are final.
     *result = (LiveResult){.ticks = live->loop.ticks,
                            .late_ticks = live->loop.late_ticks,
                            .resets = sim_resets(live->world->sim),

@@ -135,6 +135,7 @@ static void push_contacts(Loop *loop)
 static void push_body(BodyOut *out, Sim *sim, int index, bool estimates)
 {
     const Body *body = sim_body(sim, index);
+    // What the body is now.
     *out = (BodyOut){
         .topology = body->mesh.topology,
         .nodes = mesh_changes(body) ? mesh_live_nodes(&body->mesh) : body->state_capacity,
@@ -256,6 +257,7 @@ static void release_tools(Loop *loop)
                             .pose = {.tool = tool->id, .orientation = {1.0, 0.0, 0.0, 0.0}}};
         apply_pose(loop, &lift);
     }
+    // Clients hear that the run stood still.
     requests_event(loop, -1, "stopped", "for %.3f s: these ticks are skipped, all tools withdrawn",
                    (double)loop->away_ns * 1e-9);
     loop->away_ns = 0;

@@ -25,8 +25,10 @@ RecordFrame *record_find_room(Exchange *exchange, Sim *sim)
     RecordFrame *frame = ring_back(&exchange->recorded);
     for (int i = 0; i < exchange->body_count && frame != NULL; i++) {
         const Body *body = sim_body(sim, i);
+        // The file has this mesh already.
         if (exchange->recorded_topology[i] == body->mesh.topology)
             continue;
+        // A mesh goes before the frames that need it, or the frame must wait, too.
         MeshCopy *mesh = ring_back(&exchange->recorded_mesh[i]);
         if (mesh == NULL)
             return NULL;

@@ -23,16 +23,20 @@ static void read_ahead(Replay *replay)
 {
     InputLogReader *input = replay->options.input;
     Status broken = {0};
+    // Look at the next input, and when it is due.
     replay->waiting = input_log_next(input, replay->rate_hz, replay->first_step, &replay->kind,
                                      &replay->waiting_step, &broken);
+    // A log that was cut off is used as far as it goes.
     if (broken.code != STATUS_OK && speaks(replay))
         log_line(LOG_WARNING, "%s; continuing without the rest", broken.text);
+    // The last input has been read: where does the run end?
     if (replay->waiting || (!input->ended && !replay->options.to_its_end))
         return;
     int64_t end = input->ended
                       ? input->end_step
                       // the tick that applies the last input is computed, too
                       : 1 + input_log_last_step(input, replay->rate_hz, replay->first_step);
+    // At another rate the same time is another tick.
     if (input->ended && input->header.rate_hz != replay->rate_hz)
         end = llround((double)end / input->header.rate_hz * replay->rate_hz);
     if (end < replay->end_step)
@@ -178,9 +182,11 @@ static bool find_start(Replay *replay, Status *status)
 {
     const InputLogReader *input = replay->options.input;
     int64_t done = world_inputs(replay->world);
+    // Inputs of the first tick that the checkpoint has already.
     if (input->header.step == replay->first_step)
         done -= input->header.inputs;
     read_ahead(replay);
+    // Pass over what the world has seen before.
     while (input->exact && replay->waiting &&
            (replay->waiting_step < replay->first_step ||
             (replay->waiting_step == replay->first_step && done > 0))) {
@@ -188,6 +194,7 @@ static bool find_start(Replay *replay, Status *status)
         pass_over(replay);
         read_ahead(replay);
     }
+    // The log may begin in lockstep.
     sim_set_lockstep(replay->sim, replay->lockstep);
     return !input->ended || input->end_step >= replay->first_step || replay->options.any_rate ||
            status_fail(status, STATUS_INVALID, "%s: ends at step %lld, the run begins at %lld",
@@ -216,6 +223,7 @@ void replay_report(const Replay *replay)
     const InputLogReader *input = replay->options.input;
     if (input == NULL)
         return;
+    // A log of other channels is likely a mistake.
     if (input->used == 0)
         log_line(LOG_WARNING,
                  "%s: none of its %lld messages is on %s_TOOL_POSE, _CUT, _LOAD or "

@@ -24,14 +24,17 @@ static void print_team(const World *world, FILE *out)
 
 static void print_refused(World *world, FILE *out)
 {
+    // Where room was too small: contacts,
     int64_t refused = sim_refused_faces(world->sim);
     if (refused > 0)
         fprintf(out, "faces near tools without room in the contact arrays: %lld\n",
                 (long long)refused);
+    // holding,
     refused = sim_refused_holds(world->sim);
     if (refused > 0)
         fprintf(out, "nodes and points without room in graspers and attachments: %lld\n",
                 (long long)refused);
+    // and division.
     for (int b = 0; b < sim_body_count(world->sim); b++) {
         const Body *body = sim_body(world->sim, b);
         BodyMeasure measure;
@@ -47,10 +50,12 @@ static void print_messages(const LiveResult *result, FILE *out)
     const BusCounts *bus = &result->bus;
     fprintf(out, "messages: in %lld, out %lld, rejected %lld\n", (long long)bus->received,
             (long long)bus->published, (long long)bus->refused);
+    // By cause.
     for (int i = ACCEPTED + 1; i < REFUSAL_COUNT; i++)
         if (bus->reason[i] > 0)
             fprintf(out, "  rejected %s: %lld\n", refusal_name((Refusal)i),
                     (long long)bus->reason[i]);
+    // What never reached a client.
     if (bus->failed > 0 || result->lost > 0)
         fprintf(out, "  not published: %lld, lost on the way to the bus: %lld\n",
                 (long long)bus->failed, (long long)result->lost);
@@ -98,10 +103,12 @@ void report_offline(World *world, const OfflineResult *result, FILE *out)
 {
     fprintf(out, "ticks: %lld\nresets: %lld\n", (long long)result->ticks,
             (long long)sim_resets(world->sim));
+    // The same lines as of a live run, as far as they apply.
     print_guard(world, out);
     print_times("step time", &result->step, out);
     print_team(world, out);
     print_refused(world, out);
+    // What became of the log.
     fprintf(out, "inputs: applied %lld, rejected %lld\n", (long long)result->applied,
             (long long)result->refused);
     if (result->log_ended)

@@ -273,6 +273,7 @@ uint64_t physics_hash(const Scene *scene, const World *world)
     fnv_int(&hash, scene->body_count);
     for (int i = 0; i < scene->body_count; i++)
         add_body(&hash, &scene->body[i], &world->mesh[i], world->cells[i].hash);
+    // Tools and attachments have no names that matter.
     fnv_int(&hash, scene->tool_count);
     for (int i = 0; i < scene->tool_count; i++)
         add_tool(&hash, &scene->tool[i]);

@@ -252,6 +252,7 @@ static bool read_word(const config_setting_t *setting, const Option *option,
             *value = word->value;
             return true;
         }
+        // As far as there is room.
         if (length < sizeof allowed)
             length += (size_t)snprintf(allowed + length, sizeof allowed - length, "%s\"%s\"",
                                        length > 0 ? ", " : "", word->word);
@@ -407,6 +408,7 @@ static size_t edit_distance(const char *a, const char *b)
     // One row of the table of distances at a time.
     for (size_t j = 0; j <= columns; j++)
         row[j] = j;
+    // From the row above and the entry to the left the cheapest way.
     for (size_t i = 1; a[i - 1] != '\0'; i++) {
         size_t diagonal = row[0];
         row[0] = i;
