@@ -251,7 +251,6 @@ double rigid_frame_energy(const RigidFrame *frame, const void *rows)
 {
     RigidFrame fit = *frame; // a copy, so that the query does not change the next step's bits
     double rotation[4];
-    // Fit as a step would, in a copy.
     memcpy(rotation, frame->rotation, sizeof rotation);
     fit.rotation = rotation;
     rigid_frame_fit(&fit, rows);

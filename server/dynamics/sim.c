@@ -11,9 +11,9 @@
 // Allocates for what the scene has, if that is known.
 static void create_arrays(Sim *sim)
 {
+    // Without counts there is space for the largest scene.
     const SimCounts most = {SIM_BODIES, SIM_TOOLS, SIM_SCENE_LOADS, SIM_ATTACHMENTS};
     const SimCounts capacity = sim->capacity =
-        // Without counts there is space for the largest scene.
         sim->options.counts.bodies > 0 ? sim->options.counts : most;
     Arena *arena = sim->arena;
     // No array for what the scene has none of.
@@ -88,7 +88,6 @@ static void join(Sim *sim, int a, int b)
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
 {
     ASSERT(sim->scene_attachment_count < sim->capacity.attachments);
-    // The next place in the list.
     SimAttachment *at = &sim->scene_attachment[sim->scene_attachment_count];
     Body *body = &sim->body[options->body];
     char name[56];

@@ -112,7 +112,7 @@ double time_step_bound(const Sim *sim, const Body *body)
 
 void time_step_cap_contacts(const Sim *sim, Body *body)
 {
-    // Explicit bodies bring enough bound of their own.
+    // Steps of explicit bodies allow for their contacts, those of implicit ones may not.
     const double asked = body->contact_lambda;
     body->contact_share = 1.0;
     if (body->integrator != INTEGRATOR_IMPLICIT)

@@ -67,7 +67,6 @@ void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, d
         motion->from_orientation = pose->orientation;
         motion->period = 0.0;
     }
-    // Where it goes.
     motion->active = 1;
     motion->pose_utime = pose->utime;
     motion->pose_step = step;

@@ -52,7 +52,7 @@ static const Feature COMMON[] = {
      .arrays = {"/attachment0", "attachments"}},
     {.name = "loads",
      .tail = LOAD,
-     .files = {"dynamics/load.c", "dynamics/sim.c", OUTSIDE_FILES},
+     .files = {"dynamics/load.c", "dynamics/inputs.c", OUTSIDE_FILES},
      .arrays = {"loads/", "sim/loads"}},
     // Bodies that are too small for it are not shared.
     {.name = "threads", .head = "threads = 2;", .arrays = {"threads of a step"}},
