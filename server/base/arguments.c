@@ -110,9 +110,11 @@ static bool read_value(const ArgumentRow *row, const char *text, void *member, S
 {
     switch (row->type) {
     case ARGUMENT_FLAG:
+        // Naming a flag turns its default round.
         *(bool *)member = !(row->preset > 0.0);
         return true;
     case ARGUMENT_NAME:
+        // Names become parts of channels.
         if (!argument_is_name(text, ARGUMENT_NAME_MOST))
             return status_fail(why, STATUS_INVALID, "is not 1 to %d letters, digits, _ or -",
                                ARGUMENT_NAME_MOST);
@@ -148,6 +150,7 @@ static void store_default(const ArgumentRow *row, char *target)
     void *member = target + row->offset;
     if (row->idle)
         return;
+    // The type of the row decides what its default is: a number, a word, or nothing.
     if (row->type == ARGUMENT_FLAG)
         *(bool *)member = row->preset > 0.0;
     else if (row->type == ARGUMENT_NUMBER)
@@ -378,6 +381,7 @@ static void print(const ArgumentTable *table, const ArgumentList *list, Argument
 static bool take_one(const ArgumentTable *table, const ArgumentList *list, int key,
                      const char *word, Status *status)
 {
+    // A word without a place, an unknown option, or one without its value.
     Status why = {0};
     const int i = find_entry(list, key);
     if (i < 0) {
@@ -387,10 +391,12 @@ static bool take_one(const ArgumentTable *table, const ArgumentList *list, int k
         return refuse(table, NULL, word, &why, status);
     }
     const ArgumentRow *row = list->entry[i].row;
+    // Help and version print and end the program.
     if (row->type >= ARGUMENT_HELP) {
         print(table, list, row->type);
         return false;
     }
+    // Words stand for themselves, options have their value behind them.
     const char *text = key == 1 ? word : optarg;
     return take(row, list->entry[i].target, text, &why) || refuse(table, row, text, &why, status);
 }

@@ -61,6 +61,7 @@ void guard_create(Sim *sim)
 bool guard_can_be(const Body *body, Status *status)
 {
     BodyMeasure measure = {0};
+    // Figures of the body at rest tell whether its numbers can be computed with.
     if (body->ops->measure != NULL)
         body->ops->measure(body->model, &measure);
     if (isfinite(measure.kinetic) && isfinite(measure.elastic) &&
@@ -220,11 +221,13 @@ static void mend(Sim *sim, int b)
     Body *body = &sim->body[b];
     Suspect suspect;
     char cause[SIM_EVENT_TEXT], what[SIM_EVENT_TEXT + 32];
+    // Find the cause first: restoring removes its traces.
     const GuardCause found = guard_find_cause(sim, b, &suspect, cause, sizeof cause);
     snprintf(what, sizeof what, "bad numbers with %s", cause);
     body->tuning.bad_in_a_row++;
     sim->guard->body[b].cause = found;
     RestoreMode mode = restore(sim, b);
+    // A body far from what it hung on cannot come back by itself.
     if (guard_blame(sim, b, &suspect) && mode != RESTORE_SHAPE && is_torn_away(sim, b)) {
         mode = RESTORE_SHAPE;
         body->ops->restore(body->model, mode);
@@ -316,6 +319,7 @@ void guard_wrenches(Sim *sim)
         ToolWrench *wrench = &sim->wrench[t];
         if (is_valid(wrench))
             continue;
+        // The tool keeps its place, if that is one.
         bool there = is_within(wrench->position, POSITION_MOST);
         *wrench = (ToolWrench){.position = there ? wrench->position : sim->motion[t].to_position};
         sim->guard->counts.wrenches++;
@@ -349,6 +353,7 @@ bool guard_admits(Sim *sim, int t, const ToolPose *pose)
     const int64_t tick = sim->clock->step + 1;
     if (!tool->withdrawn)
         return true;
+    // A sender that was silent for so long has let go of it.
     const double silent = (double)(tick - tool->pose) * sim->tick;
     if (pose->active && (sim->clock->lockstep || silent <= sim->options.tool_timeout_s)) {
         tool->pose = tick;

@@ -24,11 +24,13 @@ void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold)
 
 bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_size)
 {
+    // At least one tick, and an end that the counter of ticks can reach.
     double ticks = fmax(1.0, floor(options->duration / sim->tick + 0.5));
     int64_t end = sim->clock->step + (int64_t)fmin(ticks, 1e15);
     if (!loads_start(&sim->loads, sim->body, sim->body_count, options->body, options->center,
                      options->radius, options->force, end, why, why_size))
         return false;
+    // Remember who sent it, so that the sender can be blamed.
     LoadRecord *record = &sim->loads.record[*sim->loads.count - 1];
     guard_renew(sim, -1);
     record->sender = options->sender;
@@ -50,6 +52,7 @@ bool sim_check(const Sim *sim)
     for (int t = 0; t < sim->tool_count; t++)
         if (!tool_motion_check(&sim->motion[t], sim->clock->step))
             return false;
+    // The time, and the rest, each by its owner.
     return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
            sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
            loads_check(&sim->loads, sim->body, sim->body_count) && cutting_check(sim) &&
@@ -204,6 +207,7 @@ static bool set_adapt(Sim *sim, Body *body, const SetKey *key, double value, cha
         if ((body == NULL || at == body) && at->ops->adapt != NULL)
             count += at->ops->set(at->model, key->parameter, value);
     }
+    // Nobody adapts, or the body that was named does not.
     if (count == 0)
         snprintf(why, why_size, "%s%s does not adapt its level of detail (levels, adapt)",
                  body == NULL ? "the scene" : "body ", body == NULL ? "" : body->name);
@@ -266,6 +270,7 @@ static bool fail_unknown(const Body *body, const char *key, char *why, size_t wh
 {
     enum { LIST = 160 };
     char scene[LIST], bodies[LIST];
+    // What could have been meant.
     list_keys(true, scene, sizeof scene);
     list_keys(false, bodies, sizeof bodies);
     if (body != NULL)
@@ -316,6 +321,7 @@ bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size)
                  gravity.z);
         return false;
     }
+    // All bodies have one gravity, whatever their model.
     const double part[3] = {gravity.x, gravity.y, gravity.z};
     for (int b = 0; b < sim->body_count; b++)
         for (int axis = 0; axis < 3; axis++)
@@ -340,12 +346,14 @@ static Body *take_body(Sim *sim, const char **key)
 
 bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size)
 {
+    // "<body>.key" names one body, a key alone all of them.
     Body *body = take_body(sim, &key);
     const SetKey *row = find_key(key);
     if (row == NULL || (body != NULL && row->reach == OF_SCENE))
         return fail_unknown(body, key, why, why_size);
     if (!check_value(row, value, why, why_size))
         return false;
+    // Keys of bodies change all or none, keys of the scene are one call.
     const bool every = body == NULL && row->reach == OF_BODIES;
     if (every ? !set_every_body(sim, row, value, why, why_size)
               : !row->apply(sim, body, row, value, why, why_size))

@@ -13,6 +13,7 @@ enum {
 static inline __attribute__((always_inline)) void load(const void *row, bool single, int at,
                                                        Vec3 *x, Vec3 *v)
 {
+    // Kernels compute in one precision, the world in double.
     if (single) {
         const float *r = (const float *)row + (long)at * ROW;
         *x = (Vec3){(double)r[0], (double)r[1], (double)r[2]};
@@ -53,6 +54,7 @@ void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *
 void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocity)
 {
     Vec3 p = position, v = velocity;
+    // From the world to the base frame, the reverse of rows_read.
     if (rows->displaced) {
         p = rows_turn_in(rows, vec3_sub(position, rows_origin(rows)));
         p = vec3_sub(p, rest_of(rows, at));
@@ -73,6 +75,7 @@ Region rows_region(const Rows *rows, const Region *region)
     Region here = *region;
     if (!rows->displaced)
         return here;
+    // Points move with the origin, the normal of a plane only turns.
     const Vec3 origin = rows_origin(rows);
     here.from = rows_turn_in(rows, vec3_sub(region->from, origin));
     here.to = region->kind == REGION_BELOW_PLANE ? rows_turn_in(rows, region->to)
@@ -108,11 +111,13 @@ static bool frame_is_valid(const BaseFrame *frame)
 
 bool rows_are_valid(const Rows *rows, const void *row, double limit)
 {
+    // The frame first: with it all rows would be bad.
     if (rows->displaced && !frame_is_valid(rows->frame))
         return false;
     if (!is_within(rows_velocity(rows), SPEED_LIMIT))
         return false;
     for (long i = 0; i < (long)rows->count * ROW; i++) {
+        // The first half of a row is a place, the second a velocity.
         double most = i % ROW < 4 ? limit : SPEED_LIMIT;
         if (!(fabs(rows_get(rows, row, i)) <= most))
             return false;
@@ -218,10 +223,12 @@ void rows_stop(Rows *rows, void *row)
 
 void rows_return_to_rest(Rows *rows, void *row)
 {
+    // Place and velocity of the frame as at the start.
     stop_frame(rows);
     if (rows->displaced)
         *rows->frame = (BaseFrame){.origin = rows->rest_origin,
                                    .turn = rows->turned ? rows->rest_turn : QUAT_NONE};
+    // Displaced rows rest at zero, others at their rest position.
     for (int s = 0; s < rows->count; s++)
         for (int c = 0; c < ROW; c++) {
             double value = !rows->displaced && c < 3 ? rows->rest[s][c] : 0.0;
@@ -265,11 +272,13 @@ static FrameMotion motion_after(FrameMotion from, double dt, Vec3 velocity, Vec3
 void frame_advance(Rows *rows, const Stage *stage, double h, Vec3 gravity)
 {
     FrameFall *fall = rows->fall;
+    // Kicks: velocity first, then the way by the new one.
     if (stage->rule == STAGE_KICK) {
         fall->ahead.velocity = vec3_madd(fall->ahead.velocity, h, gravity);
         frame_drift(rows, stage->advance * h);
         return;
     }
+    // RK4: the same sums as those of the rows.
     const Vec3 velocity = rows_velocity(rows);
     if (stage->rule == STAGE_RK4_FIRST)
         fall->begin = fall->sum = fall->ahead;

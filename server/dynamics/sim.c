@@ -39,6 +39,7 @@ Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
     sim->arena = arena;
     sim->state = state;
     sim->tick = 1.0 / options->rate_hz;
+    // Arrays, and what every scene has.
     create_arrays(sim);
     sim->clock = arena_allocate(arena, ARENA_STEP, 1, sizeof *sim->clock, "sim/clock");
     state_add(state, sim->clock, sizeof *sim->clock, "sim/clock");
@@ -74,6 +75,7 @@ static void join(Sim *sim, int a, int b)
 {
     const int from = sim->group[a].first, to = sim->group[b].first, first = from < to ? from : to;
     int last = -1;
+    // Members of both groups are linked anew, in ascending order.
     for (int i = 0; i < sim->body_count; i++) {
         GroupMember *member = &sim->group[i];
         if (member->first != from && member->first != to)
@@ -131,6 +133,7 @@ static Attachment *create_grasp(Sim *sim, int b, int t)
                                        .tool = t,
                                        .stiffness = tool->grip_stiffness,
                                        .damping_ratio = tool->grip_damping};
+    // A grasper has no region that could be without nodes: this cannot fail.
     char name[56];
     Status status = {0};
     snprintf(name, sizeof name, "%.31s/grasp%d", sim->body[b].name, t);

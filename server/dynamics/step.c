@@ -66,10 +66,12 @@ void sim_step(Sim *sim)
 {
     int64_t begin = clock_now_ns();
     for (int i = 0; i < sim->stage_count; i++) {
+        // Stages without a function are the runner's.
         const StageId stage = sim->stage[i];
         if (PIPELINE[stage].run == NULL)
             continue;
         PIPELINE[stage].run(sim);
+        // Each stage ends where the next begins: one look at the clock for both.
         int64_t end = clock_now_ns();
         sim->stage_ns[stage] += end - begin;
         begin = end;
@@ -135,6 +137,7 @@ static void grasp_and_release(Sim *sim)
         const ToolMotion *motion = tool >= 0 ? &sim->motion[tool] : NULL;
         Vec3 position = {0.0, 0.0, 0.0};
         Quat orientation = {1.0, 0.0, 0.0, 0.0};
+        // The world is always there, and never moves.
         bool active = motion == NULL || motion->active;
         double grip = 0.0;
         if (motion != NULL && active) {

@@ -80,6 +80,7 @@ void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, d
 
 void tool_motion_at(const ToolMotion *motion, double time, Vec3 *position, Quat *orientation)
 {
+    // Along the twist, for one period at most.
     if (motion->follow_twist) {
         double t = time < motion->period ? time : motion->period;
         *position = vec3_madd(motion->to_position, t, motion->linear);
@@ -87,6 +88,7 @@ void tool_motion_at(const ToolMotion *motion, double time, Vec3 *position, Quat 
                                                motion->to_orientation));
         return;
     }
+    // Else from where it was to the newest pose, and no further.
     double s = time < motion->period ? time / motion->period : 1.0;
     *position =
         vec3_madd(motion->from_position, s, vec3_sub(motion->to_position, motion->from_position));
@@ -104,6 +106,7 @@ ToolPlacement tool_motion_within(const ToolMotion *motion, double begin, double 
 {
     ToolPlacement at;
     Vec3 from, to;
+    // The mean velocity over the substep is what the proxy and dampers feel.
     Quat from_turn, to_turn;
     tool_motion_at(motion, begin, &from, &from_turn);
     tool_motion_at(motion, begin + h, &to, &to_turn);

@@ -47,6 +47,7 @@ bool vertices_mark_fixed(const BodyOptions *options, const VertexId *by_id, int 
 {
     for (int r = 0; r < options->fixed_count; r++) {
         const FixedRegion *region = &options->fixed[r];
+        // Nodes by their numbers, boxes and spheres by the place of each vertex.
         if (region->kind == FIXED_NODES) {
             if (!mark_nodes(region, by_id, count, fixed, status))
                 return false;
@@ -62,12 +63,14 @@ static void create_frame(Vertices *vertices, const char *name, const bool *fixed
                          StateList *state)
 {
     Rows *rows = &vertices->rows;
+    // A body that nothing fixes floats: its frame follows it.
     rows->displaced = rows->turned = rows->floating = true;
     for (int i = 0; i < vertices->count; i++)
         rows->floating &= !fixed[i];
     rows->frame = ALLOCATE(ARENA_STEP, 1, BaseFrame, "base frame");
     *rows->frame = (BaseFrame){.origin = rows->rest_origin, .turn = rows->rest_turn};
     state_add(state, rows->frame, sizeof *rows->frame, "%s/base_frame", name);
+    // Falling in the frame keeps the digits of single precision.
     if (rows->floating && rows->precision == PRECISION_SINGLE)
         rows_let_fall(rows, name, arena, state);
 }
@@ -78,10 +81,11 @@ static double write_initial(Vertices *vertices, const BodyOptions *options, cons
                             const bool *fixed)
 {
     double farthest = 0.0;
+    // Initial states come in ascending order of ids.
     for (int k = 0; options->initial_position != NULL && k < vertices->count; k++) {
         int i = by_id[k].vertex;
         Vec3 x = options->initial_position[k], v = {0.0, 0.0, 0.0};
-        if (options->initial_velocity != NULL && !fixed[i])
+        if (options->initial_velocity != NULL && !fixed[i]) // fixed ones rest
             v = options->initial_velocity[k];
         rows_write(&vertices->rows, vertices->row[0], i, x, v);
         farthest = fmax(farthest, vec3_length(vec3_sub(x, vertices->rows.rest_origin)));
@@ -317,10 +321,12 @@ void vertices_restore(Vertices *vertices, RestoreMode mode)
 {
     Rows *rows = &vertices->rows;
     void *row = vertices->row[vertices->current];
+    // Back to the shape, or the same shape at rest.
     if (mode == RESTORE_SHAPE)
         rows_return_to_rest(rows, row);
     else if (mode != RESTORE_MOTION)
         rows_stop(rows, row);
+    // What tools and elements added in the bad tick is discarded.
     const size_t bytes = ((size_t)vertices->capacity + 1) * 4 * rows_real_size(rows);
     memset(vertices->force, 0, bytes);
     if (vertices->more != NULL)

@@ -7,6 +7,7 @@
 
 void world_destroy(World *world)
 {
+    // Threads first: they may still use the rest.
     team_destroy(world->team);
     for (int i = 0; i < world->mesh_count; i++)
         mesh_destroy(&world->mesh[i]);
@@ -60,6 +61,7 @@ void world_image_reserve(WorldImage *image, Arena *arena, const World *world)
 
 void world_image_take(WorldImage *image, const World *world)
 {
+    // All of the state, and the rows of each body in the world for readers of the file.
     state_copy_out(&world->state, image->block);
     for (int i = 0; i < sim_body_count(world->sim); i++) {
         const Body *body = sim_body(world->sim, i);

@@ -83,6 +83,7 @@ static Vec3 regular_point(const Stencil *s, int edge)
     const WingedEdge *e = &s->winged->edge[edge];
     int a = e->node[0], b = e->node[1];
     Vec3 opposite = {0.0, 0.0, 0.0}, wings = opposite;
+    // On each side the node opposite the edge, and the wings beyond that face.
     for (int side = 0; side < 2; side++) {
         int face = e->face[side], c = third_node(s->face[face], a, b);
         opposite = vec3_add(opposite, s->position[c]);
@@ -248,6 +249,7 @@ bool levels_reserve(Levels *levels, const int count[3], int finest, const char *
 static void copy_edges(Level *level, const WingedMesh *winged)
 {
     ASSERT(winged->edge_count == level->edge_count);
+    // Level and table number the edges alike.
     memcpy(level->face_edge, winged->face_edge,
            (size_t)level->face_count * sizeof *level->face_edge);
     for (int e = 0; e < level->edge_count; e++)
@@ -374,6 +376,7 @@ bool levels_check(Levels *levels, const TriMesh *mesh, Status *status)
 {
     set_coarsest(levels, mesh);
     for (int l = 0; l <= levels->finest; l++) {
+        // Each level from the one above, then its own tables.
         const Level *level = &levels->level[l];
         if (l > 0)
             divide_faces(level - 1, levels->level[l].face);

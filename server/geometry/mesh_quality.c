@@ -143,7 +143,7 @@ static void count_nodes(const TriMesh *mesh, const int *label, MeshQuality *qual
     ASSERT(seen != NULL);
     for (int h = 0; h < 3 * mesh->triangle_count; h++) {
         int node = half_edge_from(mesh, h);
-        quality->component[label[h / 3]].node_count += !seen[node];
+        quality->component[label[h / 3]].node_count += !seen[node]; // once
         seen[node] = true;
     }
     free(seen);

@@ -71,6 +71,7 @@ void mesh_draft_end_polygon(MeshDraft *draft, int line)
     int before = draft->polygon_capacity;
     if (!has_room(draft, draft->polygon_count, &draft->polygon_capacity))
         return;
+    // Ends and lines grow together.
     if (draft->polygon_capacity != before) {
         draft->end = grown(draft->end, draft->polygon_capacity, sizeof *draft->end);
         draft->line = grown(draft->line, draft->polygon_capacity, sizeof *draft->line);
@@ -122,7 +123,7 @@ void repair_compact(Repair *repair)
     TriMesh *mesh = &repair->mesh;
     int kept = 0;
     for (int t = 0; t < mesh->triangle_count; t++) {
-        if (repair->polygon[t] < 0)
+        if (repair->polygon[t] < 0) // to be dropped
             continue;
         memmove(mesh->triangle[kept], mesh->triangle[t], sizeof *mesh->triangle);
         memmove(repair->corner[kept], repair->corner[t], sizeof *repair->corner);
