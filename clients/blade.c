@@ -115,6 +115,7 @@ bool blade_read(BladePath *path, const char *name, ClientError *error)
     int before = blade_sweeps(path);
     bool ok = read_lines(path, file, name, error);
     fclose(file);
+    // A single position cuts nothing.
     if (ok && blade_sweeps(path) == before)
         ok = client_fail(error, "%s: no sweep in it: give two successive positions of the blade",
                          name);

@@ -244,6 +244,7 @@ static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *us
     if (!wire_check(&WIRE_REPLY, buffer->data, buffer->data_size) ||
         pliant_reply_t_decode(buffer->data, 0, (int)buffer->data_size, &reply) < 0)
         return;
+    // Ours alone: others ask, too.
     if (reply.sender == client->sender && reply.id == client->last_id && !client->reply_come) {
         client->reply = pliant_reply_t_copy(&reply);
         client->reply_come = client->reply != NULL;
@@ -310,6 +311,7 @@ bool client_described_body(const Client *client, const char *wanted, ClientError
 {
     ClientBodies bodies = {.wanted = wanted};
     const char *line = client->reply != NULL ? client->reply->text : NULL;
+    // Its lines of bodies.
     for (; line != NULL; line = strchr(line, '\n')) {
         char name[CLIENT_CHANNEL_MAX];
         line += *line == '\n';

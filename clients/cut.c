@@ -260,6 +260,7 @@ static void send_sweep(Cut *cut, Pending *pending)
 
 static void begin_sweep(Cut *cut, int place)
 {
+    // A free slot; the caller has waited for one.
     for (int k = 0; k < PENDING_MOST; k++) {
         Pending *pending = &cut->pending[k];
         if (pending->used)

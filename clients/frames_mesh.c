@@ -194,6 +194,7 @@ static bool delta_valid(const pliant_mesh_delta_t *chunk)
 static void change_begin(MeshFrame *frame, const pliant_mesh_delta_t *chunk)
 {
     MeshChange *change = &frame->change;
+    // Given up for a newer one, if it was not whole.
     frame->lost += change->started && !change->done;
     parts_begin(&change->chunks, chunk->chunk_count);
     change->sequence = chunk->sequence;

@@ -56,8 +56,10 @@ static bool run_ticks(HandRun *run, double seconds, bool moves, ClientError *err
 bool hand_run(HandRun *run, const HandOptions *options, ClientError *error)
 {
     run->active = false;
+    // First a rest, in which the tool becomes ours and the body calms down.
     if (!run_ticks(run, REST, false, error))
         return false;
+    // Then the motion that counts.
     hand_begin(&run->hand, options, run->touch, run->direction);
     run->active = true;
     run->forces = run->stiff = 0;

@@ -151,6 +151,7 @@ static bool subscribe(Monitor *monitor, ClientError *error)
     bool ok = client_subscribe(client, "STATUS", NULL, 16, on_status, monitor) &&
               client_subscribe(client, "EVENT", NULL, 256, on_event, monitor) &&
               client_subscribe(client, "CONTACT", NULL, 1024, on_contact, monitor);
+    // Only a curve needs the body itself.
     if (ok && body)
         ok = client_subscribe(client, "NODES", body, 4096, on_nodes, monitor) &&
              client_subscribe(client, "MESH", body, 4096, on_mesh, monitor) &&

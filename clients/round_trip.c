@@ -38,6 +38,7 @@ int64_t round_trip_quantile(const RoundTrips *trips, double fraction)
     int64_t wanted = (int64_t)ceil(fraction * (double)trips->count), below = 0;
     if (wanted < 1)
         wanted = 1;
+    // Bins are in order: count up to the wanted share.
     for (int us = 0; us < ROUND_TRIP_BINS; us++) {
         below += trips->bin[us];
         if (below >= wanted)

@@ -48,6 +48,7 @@ static void take_contact(Intake *intake, const void *data, size_t size)
         intake->survey.refused++;
         return;
     }
+    // Contacts tell which tools there are.
     int tool = survey_add_tool(&intake->survey, id);
     if (tool < 0)
         return;
@@ -125,6 +126,7 @@ static void *grow(void *array, int count, size_t size)
 static void make_room(IntakeBody *body)
 {
     RecordingMesh *map = &body->map;
+    // Memory grows with the mesh and never shrinks.
     if (body->mesh.node_count > body->node_capacity) {
         body->node_capacity = body->mesh.node_count;
         map->live = grow(map->live, body->node_capacity, sizeof *map->live);
@@ -416,6 +418,7 @@ char *intake_path(const char *path, int number)
     char *out = malloc(size);
     if (!out)
         abort();
+    // The number goes in front of the ending.
     const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
     int stem = dot && dot > (slash ? slash + 1 : path) ? (int)(dot - path) : (int)strlen(path);
     if (number == 1)
@@ -510,6 +513,7 @@ static RecordingCounts counts_of(const IntakeBody *body)
 void intake_end(Intake *intake)
 {
     RecordingCounts counts[ITEM_BODIES] = {0};
+    // What still waits will never get its mesh.
     for (int i = 0; i < intake->survey.body_count; i++) {
         IntakeBody *body = &intake->body[i];
         body->counts.without_mesh += waiting_drop(&body->waiting);

@@ -61,6 +61,7 @@ static bool subscribe(Live *live, ClientError *error)
     bool ok = true;
     for (int i = 0; i < 4 && ok; i++)
         ok = client_subscribe(client, names[i], NULL, QUEUE_MESSAGES, on_message, live) != NULL;
+    // Poses come on a prefix of their own.
     snprintf(poses, sizeof poses, "%s_TOOL_POSE", live->options->intake.input_prefix);
     ok = ok && receiver_subscribe(client->receiver, poses, QUEUE_MESSAGES, on_message, live);
     return (ok && subscribe_bodies(live)) ||

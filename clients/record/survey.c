@@ -18,6 +18,7 @@ void survey_destroy(Survey *survey)
 
 void survey_restart(Survey *survey)
 {
+    // Names keep their indices; all else is another daemon's.
     for (int i = 0; i < survey->body_count; i++) {
         SurveyBody *body = &survey->body[i];
         body->listed = body->seen = false;
@@ -46,6 +47,7 @@ static int find_body(Survey *survey, const char *name, bool may_add)
         if (strcmp(survey->body[i].name, name) == 0)
             return i;
     }
+    // New names are taken only where they may be, and can be.
     if (!may_add || survey->body_count == ITEM_BODIES || !is_wanted(survey, name) ||
         !argument_is_name(name, RECORDING_BODY_TEXT - 1))
         return -1;
@@ -153,6 +155,7 @@ void survey_take_mesh(Survey *survey, int body, const void *data, size_t size)
     if (to->nodes > 0 || !wire_check(&WIRE_MESH, data, size) ||
         pliant_mesh_t_decode(data, 0, (int)size, &mesh) < 0)
         return;
+    // Sizes that a mesh of ours can have.
     if (mesh.node_count >= 1 && mesh.node_count <= FRAMES_NODES_MAX && mesh.triangle_count >= 0 &&
         mesh.triangle_count <= FRAMES_TRIANGLES_MAX) {
         to->nodes = mesh.node_count;
@@ -174,6 +177,7 @@ bool survey_ready(const Survey *survey, bool patient)
     int ready = 0;
     for (int i = 0; i < survey->body_count; i++) {
         const SurveyBody *body = &survey->body[i];
+        // A body without a mesh cannot begin.
         bool there = body->listed || (!survey->status_come && body->seen);
         if (there && body->nodes == 0)
             return false;
@@ -186,6 +190,7 @@ bool survey_ready(const Survey *survey, bool patient)
 const char *survey_missing(const Survey *survey)
 {
     for (int i = 0; i < survey->wanted_count && survey->status_come; i++) {
+        // Only a status tells which bodies there are.
         bool listed = false;
         for (int k = 0; k < survey->body_count; k++)
             listed |=

@@ -322,6 +322,7 @@ static void end(Writer *writer, const RecordingCounts *counts)
     Status status = {0};
     if (!writer->recording)
         return;
+    // Counts first, since closing marks the file as complete.
     for (int i = 0; i < writer->begin->as.begin.options.body_count && counts; i++)
         recording_set_counts(writer->recording, i, &counts[i]);
     if (!recording_close(writer->recording, &status))
@@ -370,6 +371,7 @@ static void add(Writer *writer, const Item *item)
 static void take(Writer *writer, Item *item)
 {
     bool failed = atomic_load(&writer->failed);
+    // After a failure items are only thrown away.
     if (item->kind == ITEM_BEGIN && !failed) {
         begin(writer, item);
         return;

@@ -182,6 +182,7 @@ static bool write_head(const HdfFile *file, const WorldImage *image, const World
 {
     char physics[FNV_TEXT];
     fnv_text(physics, world->physics);
+    // What the file is, of which physics, and how far the run had come.
     return hdf_write_text(file, "/", "format", CHECKPOINT_FORMAT) &&
            hdf_write_int(file, "/", "version", CHECKPOINT_VERSION) &&
            hdf_write_text(file, "/", "scene", world->scene_text) &&
@@ -205,6 +206,7 @@ static bool write_body(const HdfFile *file, const WorldImage *image, const Body 
 static bool write_state(const HdfFile *file, const WorldImage *image, const World *world)
 {
     const unsigned char *from = image->block;
+    // Each array of the state under its own name.
     for (int i = 0; i < world->state.count; i++) {
         const StateArray *array = &world->state.array[i];
         const hsize_t size[1] = {array->bytes};
@@ -234,9 +236,11 @@ static bool write_file(const char *path, OutputClaim *claim, const WorldImage *i
                        const World *world, Status *status)
 {
     HdfFile file;
+    // A state that holds a bad number must not replace a good one.
     if (!is_finite(path, image, world, status) || !hdf_create(&file, path, status))
         return false;
     file.claim = claim;
+    // The readable part, then the state itself.
     bool ok = write_head(&file, image, world);
     for (int i = 0; i < sim_body_count(world->sim) && ok; i++)
         ok = write_body(&file, image, sim_body(world->sim, i), i);

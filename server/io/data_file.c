@@ -25,6 +25,7 @@ DataFile *data_file_create(const char *path, const char *format, int version, co
     DataFile *file = calloc(1, sizeof *file);
     ASSERT(file != NULL);
     snprintf(created_by, sizeof created_by, "%s " PLIANT_VERSION, program);
+    // What all our files begin with.
     if (hdf_create(&file->hdf, path, status) && hdf_write_text(&file->hdf, "/", "format", format) &&
         hdf_write_int(&file->hdf, "/", "version", version) &&
         hdf_write_text(&file->hdf, "/", "scene", scene) &&

@@ -58,6 +58,7 @@ bool hdf_open_here(HdfFile *file, const char *path, Status *status)
 {
     hdf_begin();
     *file = (HdfFile){.id = -1, .path = path, .status = status};
+    // Say what is wrong where HDF5 would only say that it failed.
     if (!check_readable(path, status))
         return false;
     if (H5Fis_hdf5(path) <= 0)
@@ -343,10 +344,12 @@ void hdf_child_end(HdfChild *child)
 bool hdf_child_failed(HdfChild *child, const char *path, Status *status)
 {
     const int ended = wait_for(child);
+    // Its time was up,
     if (WIFSIGNALED(ended) && (WTERMSIG(ended) == SIGXCPU || WTERMSIG(ended) == SIGKILL))
         return status_fail(status, STATUS_INVALID,
                            "%s: is damaged: HDF5 came to no end with it in %d s", path,
                            CPU_SECONDS);
+    // or it crashed on the file.
     if (WIFSIGNALED(ended))
         return status_fail(status, STATUS_INVALID, "%s: is damaged: HDF5 fails on it (%s)", path,
                            strsignal(WTERMSIG(ended)));
@@ -357,6 +360,7 @@ bool hdf_child_send(int fd, const void *data, size_t size)
 {
     const char *from = data;
     while (size > 0) {
+        // An interrupted call is tried again.
         ssize_t sent = send(fd, from, size, MSG_NOSIGNAL);
         if (sent < 0 && errno == EINTR)
             continue;
@@ -372,6 +376,7 @@ bool hdf_child_receive(int fd, void *data, size_t size)
 {
     char *to = data;
     while (size > 0) {
+        // An interrupted call is tried again.
         ssize_t got = recv(fd, to, size, 0);
         if (got < 0 && errno == EINTR)
             continue;

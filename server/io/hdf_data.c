@@ -64,6 +64,7 @@ static void look_at(hid_t set, DataSet *data)
                       .rank = H5Sget_simple_extent_ndims(space),
                       .storage = H5Dget_storage_size(set),
                       .contiguous = H5Pget_layout(how) != H5D_CHUNKED};
+    // Our data have two dimensions at most.
     if (data->rank >= 0 && data->rank <= 2)
         H5Sget_simple_extent_dims(space, data->size, NULL);
     H5Pclose(how);
@@ -312,6 +313,7 @@ bool hdf_read_bytes(const HdfFile *file, const char *name, size_t bytes, void *t
     DataSet data;
     if (!open_data(file, name, &data))
         return false;
+    // Bytes, and just as many as the caller has room for.
     if (data.class != H5T_INTEGER || data.type_size != 1 || data.rank != 1)
         return hdf_fail(file, name, "must be bytes in one dimension");
     if (data.size[0] != bytes)

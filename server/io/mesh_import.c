@@ -152,6 +152,7 @@ static bool repair(const FileBytes *file, const MeshDraft *draft, TriMesh *mesh,
     import->face_count = draft->polygon_count;
     if (mesh_repair(draft, mesh, &import->repairs, &fault))
         return true;
+    // The line of the faulty face, where the format has lines.
     int line = fault.triangle >= 0 ? draft->line[fault.triangle] : 0;
     if (line > 0)
         return status_fail(status, STATUS_INVALID, "%s:%d: %s", file->path, line, fault.text);

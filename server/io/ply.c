@@ -110,6 +110,7 @@ static bool read_element(Ply *ply)
     double number;
     if (ply->element_count == ELEMENTS)
         return header_fail(ply, name.line, "too many elements, at", name);
+    // The count says how many of them follow the header.
     if (!word_number(count, &number) || !(number >= 0.0 && number <= UINT32_MAX) ||
         number != floor(number))
         return header_fail(ply, name.line, "element count must be a number from 0, not", count);
@@ -121,6 +122,7 @@ static bool read_element(Ply *ply)
 
 static PlyRole role_of(const PlyElement *element, const PlyProperty *property, Word name)
 {
+    // Coordinates belong to vertices,
     if (strcmp(element->name.text, "vertex") == 0 && !property->is_list) {
         if (word_is(name, "x"))
             return ROLE_X;
@@ -129,6 +131,7 @@ static PlyRole role_of(const PlyElement *element, const PlyProperty *property, W
         if (word_is(name, "z"))
             return ROLE_Z;
     }
+    // corners to faces, under either of the two usual names.
     bool corners = word_is(name, "vertex_indices") || word_is(name, "vertex_index");
     return strcmp(element->name.text, "face") == 0 && property->is_list && corners ? ROLE_CORNERS
                                                                                    : ROLE_NONE;

@@ -186,6 +186,7 @@ static bool create_events(Recording *recording)
 {
     hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(RecordingEvent));
     recording->event_type = type;
+    // Texts of fixed length, so that rows have one size.
     H5Tinsert(type, "time", offsetof(RecordingEvent, time), H5T_NATIVE_DOUBLE);
     H5Tinsert(type, "step", offsetof(RecordingEvent, step), H5T_NATIVE_INT64);
     insert_text(type, "body", offsetof(RecordingEvent, body), RECORDING_BODY_TEXT);

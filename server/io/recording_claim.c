@@ -38,11 +38,13 @@ bool disk_space_reserve(DiskSpace *space, int64_t end)
 {
     if (end <= space->reserved)
         return true;
+    // Beyond the limit a write would end the process.
     int64_t limit = size_limit();
     if (end > limit) {
         errno = EFBIG;
         return false;
     }
+    // A little more than is needed, else just that; some file systems cannot reserve at all.
     int64_t generous = end <= limit - AT_A_TIME ? end + AT_A_TIME : limit;
     return take(space, generous) || take(space, end) || (errno != ENOSPC && errno != EDQUOT);
 }

@@ -83,6 +83,7 @@ static int64_t shortest(const HdfFile *file, const char *group, const Column *co
 {
     int64_t least = INT64_MAX;
     char name[NAME_TEXT];
+    // A frame counts when all of its columns have it.
     for (int i = 0; i < count; i++) {
         snprintf(name, sizeof name, "%s/%s", group, column[i].name);
         int64_t rows = count_rows(file, name, column[i].class, 0);
@@ -183,11 +184,13 @@ typedef struct Block {
 
 static void add_frame(RecordingBodyInfo *info, const Block *block, int i)
 {
+    // The first frame begins the range,
     if (info->frames++ == 0) {
         info->first_step = block->step[i];
         info->first_time = block->time[i];
         info->least_nodes = info->most_nodes = block->count[i];
     }
+    // every one extends it.
     info->last_step = block->step[i];
     info->last_time = block->time[i];
     if (block->count[i] < info->least_nodes)
@@ -338,6 +341,7 @@ static bool read_tool(const HdfFile *file, RecordingToolInfo *info)
 static void add_kind(RecordingInfo *info, const char kind[RECORDING_KIND_TEXT])
 {
     int at = 0;
+    // A kind that was met before, or a new one while there is room.
     while (at < info->kind_count && strcmp(info->kind[at].kind, kind) != 0)
         at++;
     if (at == RECORDING_INFO_KINDS)

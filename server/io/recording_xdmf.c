@@ -25,6 +25,7 @@ typedef struct Block {
 static void write_escaped(FILE *out, const char *text)
 {
     for (; *text != '\0'; text++) {
+        // Names may hold what means something in XML.
         const char *entity = *text == '&'   ? "&amp;"
                              : *text == '<' ? "&lt;"
                              : *text == '>' ? "&gt;"
@@ -149,6 +150,7 @@ bool recording_write_xdmf(const Recording *recording, Status *status)
     char *path = malloc(size);
     ASSERT(path != NULL);
     snprintf(path, size, "%s.xdmf", recording->path);
+    // There is always one complete sidecar: it is replaced as a whole.
     Output output;
     FILE *out = output_begin_text(&output, path, XDMF_HEAD, status);
     bool whole =

@@ -124,6 +124,7 @@ bool volume_find_data(const char *path, char **found, Status *status)
     LabelVolume volume;
     bool ok = open_volume(path, &file, &volume, &data, status);
     *found = NULL;
+    // The caller gets the name, and nothing else stays open.
     if (ok && data.file.path != NULL) {
         *found = data.file.path;
         data.file.path = NULL;
@@ -207,6 +208,7 @@ static bool fail_missing(const LabelVolume *volume, int missing, Status *status)
 {
     int found[LABELS_SHOWN + 1], count = list_labels(volume, found), length = 0;
     char text[LABELS_SHOWN * 14 + 8] = "";
+    // List what there is, so that the user sees what was meant.
     for (int i = 0; i < count && i < LABELS_SHOWN; i++)
         length += snprintf(text + length, sizeof text - (size_t)length, "%s%d", i > 0 ? ", " : "",
                            found[i]);
@@ -361,6 +363,7 @@ static void fill(const Part *part, int *const layer[3], Lattice *lattice)
 {
     int last = 0, material = material_of(part, 0);
     unsigned char *to = lattice->label;
+    // Outside of the volume a cell is empty; along a row labels mostly repeat.
     for (int k = 0; k < part->count[2]; k++)
         for (int j = 0; j < part->count[1]; j++)
             for (int i = 0; i < part->count[0]; i++, to++) {
@@ -388,6 +391,7 @@ static void place(const Part *part, Lattice *lattice)
 static bool check_result(const Part *part, Lattice *lattice, Status *status)
 {
     long solid = lattice_solid(lattice);
+    // Neither nothing nor more than can be computed.
     if (solid == 0)
         return status_fail(status, STATUS_INVALID,
                            "no centre of a cell of %g m lies in a voxel with its labels; smaller "

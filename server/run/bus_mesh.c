@@ -169,12 +169,14 @@ static void send_whole_chunk(Bus *bus, int index)
 static void start_mesh(Bus *bus, int index, int64_t now_ns)
 {
     BodyStream *stream = &bus->body[index];
+    // As many chunks as the larger of the two arrays takes, then the rest positions.
     int by_triangles = chunks_of(stream->mesh.triangle_count, TRIANGLES_IN_CHUNK);
     int by_nodes = chunks_of(stream->mesh.node_count, NODES_IN_MESH_CHUNK);
     stream->mesh_chunks = by_triangles > by_nodes ? by_triangles : by_nodes;
     int count = stream->mesh_chunks + bus_rest_chunks(stream);
     stream->whole_wanted = false;
     stream->mesh_sequence++;
+    // A mesh that changes must leave before it changes again.
     pace_start(&stream->whole, count,
                stream->copy == NULL ? bus->scene->publish.mesh_hz : (double)CHUNKS_A_SECOND / count,
                now_ns);
@@ -263,6 +265,7 @@ void bus_create_rest_stream(Bus *bus, int index, Arena *arena)
     const Body *body = sim_body(bus->sim, index);
     if (!bus->scene->publish.rest || !rest_is_known(body))
         return;
+    // The bus keeps what it publishes: the step thread goes on.
     snprintf(stream->rest_channel, 2 * CHANNEL_MAX, "%s_REST_%s", bus->scene->prefix, body->name);
     stream->rest = arena_allocate(arena, ARENA_OUTPUT, 1, rest_copy_bytes(&body->mesh),
                                   "run/rest_%s", body->name);

@@ -242,6 +242,7 @@ void bus_send_event(Bus *bus, const EventOut *event)
                               .kind = (char *)(uintptr_t)event->kind,
                               .text = (char *)(uintptr_t)event->text};
     bus_count_published(bus, pliant_event_t_publish(bus->lcm, bus->event_channel, &message));
+    // A recording has the events, too.
     if (bus->exchange->records && !ring_push(&bus->exchange->told, event))
         atomic_fetch_add_explicit(&bus->exchange->lost, 1, memory_order_relaxed);
 }

@@ -97,6 +97,7 @@ void rest_copy_follow(RestCopy *copy, const Body *body)
     copy->topology = mesh->topology;
     copy->node_count = mesh->node_count;
     body->ops->snapshot_rest(body->model, copy->position);
+    // Free slots get zeros, so that equal meshes give equal bytes.
     for (int i = 0; i < mesh->node_count; i++)
         if (mesh->id[i] < 0)
             memset(copy->position + 3L * i, 0, 3 * sizeof *copy->position);

@@ -114,6 +114,7 @@ void governor_describe(const Governor *governor, GovernorAct act, char *text, si
     double limit = 1e-6 * (double)(act == GOVERNOR_RAISES ? governor->spare_ns : governor->busy_ns);
     const char *relation = act == GOVERNOR_RAISES ? "within" : "over";
     char what[64];
+    // Levels are lowered after thresholds, so a limited level is the newest change.
     if (act == GOVERNOR_SPENT)
         snprintf(what, sizeof what, "nothing is left to lower");
     else if (setting.level < LEVELS_MAX)

@@ -169,6 +169,7 @@ bool input_log_close(InputLogWriter *writer, int64_t step, int64_t lost, Status 
     char text[128];
     snprintf(text, sizeof text, "end\nstep = %lld\nlost = %lld\n", (long long)step,
              (long long)lost);
+    // The end mark tells a log that ended from one that was cut off.
     write_text(writer, step, text);
     input_log_flush(writer);
     bool whole = input_log_whole(writer, status);
@@ -269,6 +270,7 @@ bool input_log_open(InputLogReader *reader, const char *path, Status *status)
 static bool match_channel(const char *channel, const char *prefix, InputKind *kind)
 {
     size_t length = strlen(prefix);
+    // The prefix and one of our names behind it.
     if (strncmp(channel, prefix, length) != 0 || channel[length] != '_')
         return false;
     for (int k = 0; k < INPUT_KINDS; k++) {

@@ -195,6 +195,7 @@ Live *live_reserve(World *world, const Scene *scene, const LiveOptions *options)
     live->scene = scene;
     live->options = options;
     const ExchangeOptions exchange = live_exchange(scene, options);
+    // All memory that threads share, then what each needs for itself.
     exchange_create(&live->exchange, world, &exchange);
     live->bus = bus_reserve(world, scene, &live->exchange);
     if (exchange.records)

@@ -471,6 +471,7 @@ void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *
 bool loop_start(Loop *loop, Status *status)
 {
     Team *team = loop->world->team;
+    // Workers first: the step needs them from its first tick.
     if (!realtime_start_team(team, true, status))
         return false;
     int error = pthread_create(&loop->thread, NULL, loop_main, loop);
@@ -478,6 +479,7 @@ bool loop_start(Loop *loop, Status *status)
         return status_fail(status, STATUS_FAILED, "cannot start the step thread: %s",
                            strerror(error));
     pthread_setname_np(loop->thread, "pliant-step");
+    // Rights and processors are wishes; the run goes on without them.
     realtime_request(loop->thread);
     realtime_pin_step(team, loop->thread);
     return true;

@@ -129,6 +129,7 @@ static bool take_signals(Offline *run)
 {
     const struct timespec at_once = {0};
     int number;
+    // Take all that have come, without waiting.
     while ((number = sigtimedwait(&run->options->signals, NULL, &at_once)) > 0) {
         if (number != SIGUSR1)
             run->stopped = true;

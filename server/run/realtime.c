@@ -40,6 +40,7 @@ static int lock_memory(void)
 
 void realtime_request(pthread_t thread)
 {
+    // Ask for both, and name in one line what was refused.
     int locked = lock_memory();
     struct sched_param parameter = {.sched_priority = PRIORITY};
     int scheduled = pthread_setschedparam(thread, SCHED_FIFO, &parameter);

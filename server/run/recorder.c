@@ -179,6 +179,7 @@ static bool write_topologies(Recorder *recorder)
     for (int i = 0; i < sim_body_count(recorder->sim) && ok; i++) {
         const BodyMesh *mesh = &sim_body(recorder->sim, i)->mesh;
         RecorderMesh *changing = &recorder->mesh[i];
+        // The meshes that bodies begin with; the file has each before its first frame.
         const RecordingTopology topology =
             changing->mesh.live != NULL ? compact(changing, mesh) : whole(mesh);
         ok = recording_add_topology(recorder->recording, i, &topology);
@@ -265,6 +266,7 @@ bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame)
 {
     Recording *recording = recorder->recording;
     Sim *sim = recorder->sim;
+    // Tools in the rows of frames, unless they have rows of their own.
     bool ok = recorder->tools_apart || recorder_write_tools(recorder, frame);
     const RecordBody *body = (const RecordBody *)(frame->tool + sim_tool_count(sim));
     for (int i = 0; i < sim_body_count(sim) && ok; i++) {

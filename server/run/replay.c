@@ -85,6 +85,7 @@ static void apply_command(Replay *replay, const Input *input)
 static void apply(Replay *replay, const Input *input)
 {
     replay->applied++;
+    // As the live run did it: poses to their tools, the rest through requests.
     if (input->kind == INPUT_POSE) {
         ToolPose pose = input_pose(input);
         sim_apply_pose(replay->sim, input->index, &pose, replay->lockstep);
@@ -211,6 +212,7 @@ bool replay_begin(Replay *replay, World *world, const Scene *scene, int64_t end_
     replay->options = *options;
     replay->first_step = sim_steps(world->sim);
     replay->end_step = end_step;
+    // The gate holds for plain logs alone; exact ones have passed it.
     gate_init(&replay->gate, world->sim, scene->tool_timeout_s, &world->arena);
     sim_set_lockstep(world->sim, false);
     if (options->input == NULL)

@@ -101,6 +101,7 @@ void requests_event(Loop *loop, int body, const char *kind, const char *format, 
     va_start(arguments, format);
     vsnprintf(event.text, sizeof event.text, format, arguments);
     va_end(arguments);
+    // Events are lost rather than waited for.
     if (!ring_push(&loop->exchange->event, &event))
         atomic_fetch_add_explicit(&loop->exchange->lost, 1, memory_order_relaxed);
     loop->handed_over = true;
@@ -115,6 +116,7 @@ void requests_report(Loop *loop)
 
 static Answer answer_to(const Loop *loop, const Input *input)
 {
+    // The pieces of the body that was meant, or of all.
     int pieces = 0;
     for (int i = 0; i < sim_body_count(loop->sim); i++)
         if (input->index < 0 || i == input->index)
@@ -144,6 +146,7 @@ static void set(Loop *loop, const char *key, double value)
                    .index = -1,
                    .command = {.kind = PLIANT_COMMAND_T_SET, .set_value = {value}, .set_count = 1}};
     snprintf(input.text, sizeof input.text, "%s", key);
+    // In the log like a client's, so that a replay repeats it.
     requests_log(loop, &input);
     loop->reset_step = -1;
     Answer answer = {0};

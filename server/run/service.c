@@ -54,6 +54,7 @@ void service_open(Service *service)
 {
     *service = (Service){.fd = -1};
     const char *name = getenv("NOTIFY_SOCKET");
+    // Nobody listens, or at an address that cannot be used.
     if (name == NULL || !read_address(service, name))
         return;
     service->fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);

@@ -247,6 +247,7 @@ static void add_tool(uint64_t *hash, const ToolOptions *tool)
     add_keys(hash, &TOOL_TABLE, tool);
     fnv_int(hash, tool->has_friction);
     fnv_int(hash, tool->capsule_count);
+    // The shape, in all its parts.
     for (int i = 0; i < tool->capsule_count; i++)
         add_keys(hash, &CAPSULE_TABLE, &tool->capsule[i]);
     if (tool->has_plane)

@@ -30,6 +30,7 @@ bool body_mesh_import(const char *file, double scale, Vec3 rotation, Vec3 transl
     char repairs[512];
     if (!mesh_import(file, mesh, &import, status))
         return false;
+    // Repairs are no errors, but the user should know.
     mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
     if (repairs[0] != '\0')
         log_line(LOG_INFO, "%s: %s", file, repairs);

@@ -174,6 +174,7 @@ static bool print_mesh(const char *path, double scale, const Units *guess, const
 static bool print_volume(const char *path, double scale, FILE *out, Status *status)
 {
     Proposals proposals;
+    // A volume is judged like a mesh; its box is what can be said of its shape.
     if (!proposal_judge(path, scale > 0.0 ? scale : 1.0, &proposals, status))
         return false;
     const Proposal *of = &proposals.subject;

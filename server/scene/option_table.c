@@ -38,6 +38,7 @@ static double number_of(const config_setting_t *setting)
 const char *option_number_text(char text[OPTION_NUMBER_TEXT], double value)
 {
     static const int digits[] = {6, 10, 15, 16};
+    // As few digits as read back to the same number.
     for (size_t i = 0; i < sizeof digits / sizeof digits[0]; i++) {
         snprintf(text, OPTION_NUMBER_TEXT, "%.*g", digits[i], value);
         double again = 0.0;
@@ -194,6 +195,7 @@ static bool check_ints(const config_setting_t *setting, const Option *option,
 {
     int value;
     *member = setting;
+    // A single number stands for a list of one.
     if (is_number(setting))
         return option_read_int(setting, option, source, &value);
     if (!is_list(setting))

@@ -21,6 +21,7 @@ bool prepared_hash_file(uint64_t *hash, const char *path, Status *status)
     if (file == NULL)
         return status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
     size_t count;
+    // A piece at a time: volumes are large.
     while ((count = fread(piece, 1, sizeof piece, file)) > 0)
         *hash = fnv_bytes(*hash, piece, count);
     bool whole = ferror(file) == 0;
@@ -46,6 +47,7 @@ bool prepared_check_source(const HdfFile *file, const SceneBody *body, uint64_t 
 {
     char group[PREPARED_NAME], found[64], text[FNV_TEXT];
     prepared_path(group, body->name, "");
+    // The body must be in the file, prepared from what the scene now has.
     if (!hdf_exists(file, "/bodies") || !hdf_exists(file, group))
         return hdf_fail(file, group, "is missing: the file was prepared for another scene");
     if (!hdf_read_text(file, group, "source", found, sizeof found))
@@ -97,6 +99,7 @@ static bool check_head(const HdfFile *file)
 {
     char text[64];
     int version = 0;
+    // Other files of ours are refused by their own word.
     if (!hdf_read_text(file, "/", "format", text, sizeof text))
         return false;
     if (strcmp(text, PREPARED_FORMAT) != 0)
@@ -114,6 +117,7 @@ bool prepared_open(Prepared **prepared, const char *path, Status *status)
     ASSERT((*prepared)->path != NULL);
     HdfFile *file = &(*prepared)->file;
     file->id = -1;
+    // The seal first, so that nothing of a damaged file is believed.
     if (hdf_open_sealed(file, (*prepared)->path, status) && check_head(file))
         return true;
     prepared_close(*prepared);

@@ -179,6 +179,7 @@ static bool read_texture(const HdfFile *file, const char *name, TriMesh *mesh)
     const size_t values = 2 * (size_t)mesh->node_count;
     mesh->uv = calloc(values + 2, sizeof(double));
     ASSERT(mesh->uv != NULL);
+    // Coordinates that are no numbers would spoil a picture.
     if (!hdf_read_numbers(file, name, H5T_NATIVE_DOUBLE, values, mesh->uv))
         return false;
     for (size_t i = 0; i < values; i++)

@@ -288,6 +288,7 @@ static void judge_wall(const Proposals *all, Verdict *verdict)
 {
     Built built;
     Status said = {0};
+    // Explicit steps if a tick has time for them, else implicit ones.
     if (all->subject.volume)
         say(verdict, false, "labels say what is inside, not where a wall is");
     else if (!build(&verdict->proposal, &built, &said))
@@ -471,6 +472,7 @@ bool proposal_judge(const char *path, double scale, Proposals *all, Status *stat
     all->subject.volume = proposal_is_volume(path);
     if (!(all->subject.volume ? look_at_volume : look_at_mesh)(all, status))
         return false;
+    // Both models are tried, each for itself.
     for (int i = 0; i < PROPOSAL_MODELS; i++) {
         all->verdict[i].proposal = all->subject;
         all->verdict[i].proposal.model = (SceneModel)i;

@@ -155,6 +155,7 @@ static void add(Scene *scene, const config_setting_t *at, const char *key, const
 {
     Status said = {0};
     const OptionSource source = {scene->path, &said};
+    // In the form of an error, with file and line, but as a remark.
     option_fail(&source, at, "%s has no effect: %s", key, why);
     const size_t count = (size_t)scene->idle_count + 1;
     scene->idle = realloc(scene->idle, count * sizeof *scene->idle);

@@ -40,6 +40,7 @@ static bool read_box(const SceneReader *reader, const config_setting_t *list, Fi
     if (option_length(list) != 2)
         return option_fail(source, list, "box must be two corners ([x, y, z], [x, y, z])");
     region->kind = FIXED_BOX;
+    // Two corners, the lower one first.
     if (!option_read_vector(config_setting_get_elem(list, 0), &CORNER, source, &region->low) ||
         !option_read_vector(config_setting_get_elem(list, 1), &CORNER, source, &region->high))
         return false;
@@ -328,6 +329,7 @@ bool scene_read_load(const SceneReader *reader, const config_setting_t *group, L
         return false;
     *load = raw.load;
     load->body = -1;
+    // Without a name the load acts on all bodies.
     if (name == NULL || raw.body[0] == '\0')
         return true;
     load->body = scene_find_body(reader, name, raw.body);

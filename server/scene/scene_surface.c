@@ -274,6 +274,7 @@ bool scene_read_shape(const SceneReader *reader, const config_setting_t *group, 
     shape->wanted = group != NULL;
     if (group == NULL)
         return true;
+    // In one of the two ways of giving it, never in both.
     if (!option_read(&SHAPE_TABLE, group, &reader->source, shape) ||
         !choose(reader, group, FREQUENCY_KEYS, NODE_KEYS, &shape->per_node))
         return false;
@@ -367,6 +368,7 @@ bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBo
     SurfaceOptions *surface = &body->surface;
     if (!option_require(&BODY_TABLE, raw->at, "mesh", &reader->source))
         return false;
+    // A body that chooses tries the explicit integrator first.
     surface->automatic = (int)surface->body.integrator == INTEGRATOR_AUTO;
     if (surface->automatic)
         surface->body.integrator = INTEGRATOR_LEAPFROG;

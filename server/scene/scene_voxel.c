@@ -83,6 +83,7 @@ static bool choose_kind(const SceneReader *reader, const config_setting_t *group
 {
     bool file = option_given(group, "file"), mesh = option_given(group, "mesh");
     int sources = file + mesh + option_given(group, "generator");
+    // One source, and only keys that it uses.
     if (sources != 1)
         return option_fail(&reader->source, group, "voxels needs %s file, mesh or generator",
                            sources == 0 ? "a" : "only one of");
