@@ -58,9 +58,11 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
     Rows *rows = &vertices->rows;
     const double middle[2] = {0.5 * lattice->count[0], 0.5 * lattice->count[1]};
     const size_t most = (size_t)(vertices->capacity > 0 ? vertices->capacity : vertices->count);
+    // The middle of the lattice is the origin of rest positions.
     rows->rest_origin = lattice_point(lattice, middle[0], middle[1], 0.5);
     rows->rest_turn = quat_unit((Quat){lattice->turn.w, 0.0, 0.0, lattice->turn.z});
     rows->longest_edge = lattice->size;
+    // In the plane: z stays 0.
     rows->rest = arena_allocate(arena, ARENA_STEP, most + 1, sizeof *rows->rest, "%s/places", name);
     for (int v = 0; v < vertices->count; v++)
         for (int d = 0; d < 2; d++)
@@ -127,10 +129,12 @@ static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena
     plane_cut_create(model, options, making->fixed, arena, state);
     PlaneCut *cut = model->cut;
     making->forms = cut->forms;
+    // Room for all vertices that cuts may add.
     Vertices *vertices = &model->vertices;
     vertices->capacity = cut->vertex_capacity;
     vertices->id = cut->id;
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->capacity, double, "vertex masses");
+    // Forms and batches for a body that is cut everywhere.
     const int elements = cut->room.sides / 8; // at most one over each cell
     model->form = ALLOCATE(ARENA_TOPOLOGY, elements, PlaneForm, "forms of elements");
     for (int v = 0; v < vertices->count; v++)
@@ -139,6 +143,7 @@ static void create_cuttable(PlaneModel *model, Body *body, Making *making, Arena
     model->spare = vertices->capacity;
     plane_reserve_batches(model, elements, 2 * (cut->layout.levels + 1) * options->material_count,
                           name, arena);
+    // Everything else follows from the bits, as after a change.
     plane_cut_create_surface(model, body, options, arena);
     plane_cut_make(model, body);
     for (int v = 0; v < vertices->count; v++)
@@ -193,19 +198,23 @@ bool plane_create(Body *body, const PlaneOptions *options, Arena *arena, StateLi
 {
     const PlaneKernels *kernels = plane_kernels_find(
         options->body.precision, options->body.isa == NULL ? "auto" : options->body.isa);
+    // Refuse what does not fit before anything is allocated.
     if (!check_options(options, status))
         return false;
+    // Elements and vertices.
     Making making = {.options = options};
     plane_layout_create(&making.layout, options->lattice, options->body.levels);
     bool ok =
         plane_mesh_create(&making.mesh, &making.layout, NULL, status) &&
         vertices_can_create(&options->body, kernels != NULL, making.mesh.vertex_count, status) &&
         check_capacity(options, making.mesh.vertex_count, status);
+    // Then the body.
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
     ok = ok && make_fixed(&making, status);
     if (ok)
         create_body(body, &making, kernels, arena, state);
+    // What was needed to build it.
     plane_mesh_destroy(&making.mesh);
     plane_layout_destroy(&making.layout);
     free(making.fixed);

@@ -49,9 +49,11 @@ void plane_cut_make(PlaneModel *model, Body *body)
 
 void plane_cut_count_pieces(PlaneCut *cut, CutOutcome *outcome)
 {
+    // Pieces are numbered: the highest number tells how many.
     int pieces = 0;
     for (int v = 0; v < cut->mesh.vertex_count; v++)
         pieces = cut->mesh.piece[v] >= pieces ? cut->mesh.piece[v] + 1 : pieces;
+    // Cells of each: a cell belongs to the piece of any vertex of its element.
     int *cells = cut->cells_of_piece;
     memset(cells, 0, (size_t)pieces * sizeof *cells);
     for (int cell = 0; cell < cut->cell_count; cell++) {
@@ -64,6 +66,7 @@ void plane_cut_count_pieces(PlaneCut *cut, CutOutcome *outcome)
             p++;
         cells[cut->mesh.piece[cut->mesh.vertex[e][p]]]++;
     }
+    // Fewer than four cells are a small piece.
     outcome->pieces = pieces;
     outcome->small_pieces = 0;
     for (int k = 0; k < pieces; k++)
@@ -86,6 +89,7 @@ bool plane_cut_break(Body *body, const int *link, int count, CutOutcome *outcome
     PlaneCut *cut = model->cut;
     const int before = model->vertices.count;
     begin(model, change);
+    // Try it: only the new mesh tells whether the vertices fit.
     set_broken(cut, link, count, true);
     if (!plane_cut_fill_mesh(cut)) {
         outcome->verdict = CUT_NO_NODES;
@@ -183,10 +187,12 @@ bool plane_cut_reconstruct(Body *body, TopologyChange *change)
 {
     PlaneModel *model = body->model;
     PlaneCut *cut = model->cut;
+    // Nothing has changed since the last time.
     if (*cut->wants == 0)
         return false;
     *cut->wants = 0;
     begin(model, change);
+    // Carve all quarters that must be, as the body was before this call.
     int done = 0;
     for (int e = 0; e < cut->layout.element_count; e++) {
         if (cut->layout.element[e].level == 0 || cut->quarters_before[e] == 0)
@@ -206,6 +212,7 @@ bool plane_cut_reconstruct(Body *body, TopologyChange *change)
         plane_cut_fill_mesh(cut);
         return false;
     }
+    // What was carved may need more: once more in the next tick.
     rebuild(model, body, change);
     plane_cut_keep_momentum(model);
     *cut->wants = 1;

@@ -13,6 +13,7 @@
 static void take_layout(PlaneCut *cut, const PlaneOptions *options, Arena *arena)
 {
     const char *name = options->body.name;
+    // The layout of the uncut body, which has only the elements that exist.
     PlaneLayout made, *layout = &cut->layout;
     plane_layout_create(&made, options->lattice, options->body.levels);
     *layout = (PlaneLayout){.levels = made.levels};
@@ -20,6 +21,7 @@ static void take_layout(PlaneCut *cut, const PlaneOptions *options, Arena *arena
     memcpy(layout->count, made.count, sizeof made.count);
     cut->cell_count = made.count[0] * made.count[1];
     cut->is_solid = ALLOCATE(ARENA_TOPOLOGY, cut->cell_count, bool, "solid cells");
+    // Here every aligned square of each level is one, maybe without quarters.
     for (int level = 0; level <= made.levels; level++)
         layout->element_count += cut->cell_count >> 2 * level;
     layout->element = ALLOCATE(ARENA_TOPOLOGY, layout->element_count, PlaneElement, "elements");
@@ -84,11 +86,13 @@ static void take_tables(PlaneCut *cut, const char *name, Arena *arena)
 static void take_state(PlaneCut *cut, const char *name, Arena *arena, StateList *state)
 {
     const size_t elements = (size_t)cut->layout.element_count, cells = (size_t)cut->cell_count;
+    // The two sets of bits.
     cut->quarters = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "quarters");
     cut->broken = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "broken edges");
     cut->wants = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "wants");
     for (size_t e = 0; e < elements; e++)
         cut->quarters[e] = cut->layout.element[e].quarters;
+    // What a checkpoint keeps.
     state_add(state, cut->quarters, elements, "%s/quarters", name);
     state_add(state, cut->broken, cells, "%s/broken_edges", name);
     state_add(state, cut->id, (size_t)cut->vertex_capacity * sizeof *cut->id, "%s/vertex_ids",
@@ -111,6 +115,7 @@ void plane_cut_create(PlaneModel *model, const PlaneOptions *options, const bool
     model->cut = cut;
     snprintf(cut->name, sizeof cut->name, "%s", name);
     cut->is_valid = true;
+    // Elements and lattice points.
     take_layout(cut, options, arena);
     cut->points = (cut->layout.lattice_count[0] + 1) * (cut->layout.lattice_count[1] + 1);
     cut->tear_force = options->tear_force;
@@ -118,6 +123,7 @@ void plane_cut_create(PlaneModel *model, const PlaneOptions *options, const bool
     cut->links = (LinkFinder){.origin = lattice_point(options->lattice, 0.0, 0.0, 0.5),
                               .q = options->lattice->size / 1024.0,
                               .tolerance = 0.05 * options->lattice->size};
+    // The mesh of the uncut body, in memory for any mesh.
     plane_mesh_reserve(&cut->mesh, &cut->room, &cut->layout, name, arena);
     plane_mesh_fill(&cut->mesh, &cut->room, &cut->layout, NULL);
     take_fixed_points(cut, options, fixed, arena);
@@ -129,6 +135,7 @@ void plane_cut_create(PlaneModel *model, const PlaneOptions *options, const bool
     cut->id = ALLOCATE(ARENA_TOPOLOGY, cut->vertex_capacity, int, "vertex ids");
     take_tables(cut, name, arena);
     take_state(cut, name, arena, state);
+    // The first vertices have the rows of their order.
     for (int k = 0; k < 4 * cut->points; k++)
         cut->row_of_id[k] = -1;
     for (int v = 0; v < cut->vertex_capacity; v++) {
@@ -226,14 +233,17 @@ bool plane_cut_restore(Body *body)
 {
     PlaneModel *model = body->model;
     PlaneCut *cut = model->cut;
+    // What can be checked before anything follows from it.
     if (!quarters_can_be(cut) || !covers_each_cell_once(cut) || !ids_can_be(model))
         return false;
     for (int e = 0; e < cut->layout.element_count; e++)
         cut->layout.element[e].quarters = cut->quarters[e];
+    // The elements, then the vertices that follow from them.
     if (!levels_can_be(cut))
         return false;
     if (!plane_cut_fill_mesh(cut) || !vertices_are_there(cut))
         return false;
+    // Rows by ids, and all the rest.
     int count = 0;
     while (count < cut->vertex_capacity && cut->id[count] >= 0)
         count++;

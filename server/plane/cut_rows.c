@@ -124,6 +124,7 @@ void plane_cut_take_rows(PlaneModel *model, TopologyChange *change)
     Vertices *vertices = &model->vertices;
     int used = vertices->count;
     for (int v = 0; v < cut->mesh.vertex_count; v++) {
+        // A known id keeps its row; a new one takes the next.
         int *row = &cut->row_of_id[cut->mesh.id[v]];
         if (*row < 0) {
             ASSERT(used < cut->vertex_capacity);
@@ -136,6 +137,7 @@ void plane_cut_take_rows(PlaneModel *model, TopologyChange *change)
         cut->piece[*row] = cut->mesh.piece[v];
     }
     vertices_set_count(vertices, used);
+    // Elements refer to rows.
     for (int e = 0; e < cut->layout.element_count; e++)
         for (int p = 0; p < PLANE_PLACES; p++)
             cut->vertex[e][p] =
@@ -168,14 +170,17 @@ static PlaneMotion motion_of(const PlaneModel *model, const double *mass, const 
     const void *present = vertices_row(vertices);
     PlaneMotion sum = {.mass = 0.0};
     for (int v = 0; v < vertices->count; v++) {
+        // Only what has exchanged mass takes part.
         if (vertices->mass[v] == model->cut->mass_before[v] || vertices_is_fixed(vertices, v))
             continue;
+        // Position about the given point, and velocity.
         double x[2], u[2];
         for (int d = 0; d < 2; d++) {
             x[d] = vertices->rows.rest[v][d] +
                    rows_get(&vertices->rows, present, (long)v * ROW + d) - about[d];
             u[d] = rows_get(&vertices->rows, present, (long)v * ROW + 4 + d);
         }
+        // Sums with the masses asked for.
         sum.mass += mass[v];
         for (int d = 0; d < 2; d++) {
             sum.at[d] += mass[v] * x[d];
@@ -204,6 +209,7 @@ void plane_cut_keep_momentum(PlaneModel *model)
     const double dv[2] = {(before.momentum[0] - now.momentum[0]) / now.mass,
                           (before.momentum[1] - now.momentum[1]) / now.mass};
     const double turn = now.inertia > 0.0 ? (before.spin - now.spin) / now.inertia : 0.0;
+    // The rigid motion that takes the difference back.
     void *present = vertices->row[vertices->current];
     for (int v = 0; v < vertices->count; v++) {
         if (vertices->mass[v] == cut->mass_before[v] || vertices_is_fixed(vertices, v))

@@ -64,12 +64,14 @@ static void take_all(PlaneForms *forms)
     for (unsigned quarters = 1; quarters <= PLANE_WHOLE; quarters++) {
         if (quarters == 6 || quarters == 9) // they meet in a corner
             continue;
+        // Corners are always present, each middle of an edge may be.
         unsigned corners = 0, middles = 0;
         for (int at = 0; at < PLANE_PLACES; at++) {
             PlanePassing passing = plane_passing(quarters, at);
             corners |= passing == PLANE_CORNER ? 1u << at : 0u;
             middles |= passing == PLANE_STRAIGHT ? 1u << at : 0u;
         }
+        // All subsets of the middles.
         for (unsigned part = middles;; part = (part - 1) & middles) {
             int index = find_shape(forms, quarters, corners | part);
             for (int m = 1; m <= forms->material_count; m++) {
@@ -97,6 +99,7 @@ void plane_forms_create(PlaneForms *forms, const PlaneOptions *options, const Pl
 {
     const char *name = options->body.name;
     const int materials = options->material_count;
+    // The options do not outlive the creation.
     SolidMaterial *material = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)materials,
                                              sizeof *material, "%s/materials", name);
     memcpy(material, options->material, (size_t)materials * sizeof *material);
@@ -113,6 +116,7 @@ void plane_forms_create(PlaneForms *forms, const PlaneOptions *options, const Pl
                                sizeof *forms->unit, "%s/eigenvalues of shapes", name),
         .capacity = SHAPES,
     };
+    // Shapes, and with them the bounds.
     if (all)
         take_all(forms);
     else
@@ -233,6 +237,7 @@ static void node_numbers(const PlaneForm *form, int i, double number[NODE_NUMBER
             for (int e = 0; e < 2; e++)
                 m[d][e] += shape->share[k] * size * size * shape->rest[k][d] * shape->rest[k][e];
         }
+    // Its own numbers.
     const double det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
     const double x = size * shape->rest[i][0], y = size * shape->rest[i][1];
     const double share = shape->share[i];
@@ -253,6 +258,7 @@ static void put_lane(PlaneModel *model, int batch, int lane, int count, const Pl
 {
     PlaneBatches *batches = &model->batches;
     const int numbers = model->law == PLANE_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
+    // By vertex; a lane without an element moves only the spare one.
     for (int i = 0; i < count; i++) {
         long row = batches->start[batch] + i;
         batches->vertex[row * PLANE_LANES + lane] = form != NULL ? form->vertex[i] : model->spare;
@@ -263,6 +269,7 @@ static void put_lane(PlaneModel *model, int batch, int lane, int count, const Pl
             rows_put(&model->vertices.rows, batches->node, (row * numbers + k) * PLANE_LANES + lane,
                      number[k]);
     }
+    // By element.
     double whole[WHOLE_NUMBERS] = {[WHOLE_SPREAD] = 1.0};
     if (form != NULL) {
         const PlaneStiffness *k = &form->stiffness;
@@ -312,16 +319,19 @@ void plane_reserve_batches(PlaneModel *model, int elements, int classes, const c
     const int numbers = model->law == PLANE_MIYAZAKI2004 ? NODE_PAPER_NUMBERS : NODE_NUMBERS;
     // Each number of vertices may leave one batch partly filled.
     const int most = elements / PLANE_LANES + PLANE_PLACES, rows = most * (PLANE_PLACES - 1);
+    // Squares share their numbers by class.
     batches->square = ALLOCATE(ARENA_STEP, (size_t)elements * 4, int, "squares");
     batches->square_class = ALLOCATE(ARENA_STEP, elements / PLANE_LANES, int, "square classes");
     batches->class = arena_allocate(arena, ARENA_STEP, (size_t)classes * SQUARE_NUMBERS, real,
                                     "%s/square numbers", name);
+    // Other shapes have numbers of their own.
     batches->start = ALLOCATE(ARENA_STEP, most + 1, int, "element start");
     batches->vertex = ALLOCATE(ARENA_STEP, (size_t)rows * PLANE_LANES, int, "elements");
     batches->node = arena_allocate(arena, ARENA_STEP, (size_t)(rows * numbers) * PLANE_LANES, real,
                                    "%s/element vertices", name);
     batches->whole = arena_allocate(arena, ARENA_STEP, (size_t)(most * WHOLE_NUMBERS) * PLANE_LANES,
                                     real, "%s/element stiffness", name);
+    // Scratch memory of plane_fill_batches.
     model->sorting = (PlaneSorting){
         .class_capacity = classes,
         .class = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)classes,
@@ -336,6 +346,7 @@ void plane_fill_batches(PlaneModel *model)
 {
     const PlaneSorting *work = &model->sorting;
     Entry *square = work->entry[0], *other = work->entry[1];
+    // Squares by class, other shapes by their number of vertices.
     int squares = 0, others = 0, classes = 0;
     for (int e = 0; e < model->element_count; e++) {
         const PlaneForm *form = &model->form[e];
@@ -362,6 +373,7 @@ void plane_fill_batches(PlaneModel *model)
     Entry *mixed = work->entry[3];
     sort_entries(other, mixed, others, PLANE_PLACES + 1);
     put_others(model, mixed, others);
+    // Numbers of the classes in use.
     for (long k = 0; k < (long)classes * SQUARE_NUMBERS; k++)
         rows_put(&model->vertices.rows, model->batches.class, k,
                  work->class[k / SQUARE_NUMBERS][k % SQUARE_NUMBERS]);

@@ -80,7 +80,9 @@ static void join_level(Levels *levels, int level)
     memcpy(levels->promoted, levels->level, cell_count(layout));
     for (int j = 0; j < layout->count[1]; j += size)
         for (int i = 0; i < layout->count[0]; i += size) {
+            // Which quarters of the square can belong to one element.
             unsigned joined = 0;
+            // These become part of the larger element.
             for (int q = 0; q < 4; q++) {
                 int x = i + (q & 1) * half, y = j + (q >> 1) * half;
                 bool joins =
@@ -140,6 +142,7 @@ void plane_layout_create(PlaneLayout *layout, const Lattice *lattice, int levels
         layout->lattice_count[d] = lattice->count[d];
         layout->count[d] = (lattice->count[d] + step - 1) / step * step;
     }
+    // Look-up tables of all levels.
     for (int level = 0; level <= levels; level++) {
         layout->lut[level] = malloc((cell_count(layout) >> 2 * level) * sizeof *layout->lut[level]);
         ASSERT(layout->lut[level] != NULL);
@@ -157,6 +160,7 @@ void plane_layout_create(PlaneLayout *layout, const Lattice *lattice, int levels
             work.label[cell_at(layout, i, j)] = (unsigned char)label;
             work.level[cell_at(layout, i, j)] = label != 0 ? 0 : VOID;
         }
+    // Larger elements grow level by level.
     for (int level = 1; level <= levels; level++)
         join_level(&work, level);
     list_elements(layout, &work);

@@ -30,6 +30,7 @@ static void join(PlanePoint *point, int a, int b)
 void plane_point(const PlaneLayout *layout, const unsigned char *broken, int i, int j,
                  PlanePoint *point)
 {
+    // Each slot is a component of its own at first.
     for (int s = 0; s < 4; s++) {
         point->element[s] = plane_layout_at(layout, i - 1 + (s & 1), j - 1 + (s >> 1));
         point->component[s] = point->element[s] < 0 ? -1 : s;

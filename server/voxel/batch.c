@@ -46,6 +46,7 @@ static int *unite_classes(Batches *out, const BatchOptions *options, Arena *aren
     for (int e = 0; e < options->element_count; e++)
         if (options->element_class[e] >= given)
             given = options->element_class[e] + 1;
+    // Which classes are in use.
     int *become = calloc((size_t)given + 1, sizeof *become);
     bool *used = calloc((size_t)given + 1, sizeof *used);
     ASSERT(become != NULL && used != NULL);
@@ -53,6 +54,7 @@ static int *unite_classes(Batches *out, const BatchOptions *options, Arena *aren
         used[options->element_class[e]] = true;
     ElementClass *classes = calloc((size_t)given + 1, sizeof *classes);
     ASSERT(classes != NULL);
+    // Equal ones become one, in the order of the options.
     for (int c = 0; c < given; c++) {
         if (!used[c])
             continue;
@@ -186,6 +188,7 @@ static void create_hanging(Batches *out, const BatchOptions *options, const int 
     int(*element_class)[LANES] =
         arena_allocate(arena, ARENA_STEP, (size_t)batch_count, sizeof *element_class,
                        "%s/hanging classes", options->name);
+    // Elements of templates that do not fill a batch go to the mixed ones.
     int pure = 0, mixed = 0;
     // Count the batches and the rows of each: a mixed batch needs those of its largest template.
     for (int first = 0, end, batch = 0; first < count; first = end, batch++) {
@@ -197,6 +200,7 @@ static void create_hanging(Batches *out, const BatchOptions *options, const int 
         pure += !mixes;
         mixed += mixes;
     }
+    // Vertices of all lanes, row by row.
     int *vertex = ALLOCATE(ARENA_STEP, (long)start[batch_count] * LANES, int, "hanging vertices");
     out->mixture = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)mixed, sizeof *out->mixture,
                                   "%s/mixed templates", options->name);
@@ -338,6 +342,7 @@ static void view_run(const BatchRuns *runs, int kind, BatchRun run, RunView *vie
 {
     view->plain = (PlainBatches){.batch_count = 0};
     view->hanging = (HangingBatches){.batch_count = 0};
+    // The kernel sees the run as if there were no other batches.
     if (kind == BATCH_HANGING)
         view->hanging = (HangingBatches){
             .batch_count = run.count,
@@ -353,6 +358,7 @@ static void view_run(const BatchRuns *runs, int kind, BatchRun run, RunView *vie
             .vertex = runs->plain.vertex + (long)run.first * NODE_CORNERS * LANES,
             .element_class = runs->plain.element_class + run.first,
         };
+    // Rotations of the run's elements.
     view->pass.last =
         runs->last + (kind == BATCH_HANGING ? runs->plain.batch_count : 0) + run.first;
 }

@@ -37,6 +37,7 @@ static double paper_stiffness(const Template *shape, double mu, double edge)
 ElementBounds stiffness_of_element(VoxelLaw law, const SolidMaterial *material, double edge,
                                    const Template *shape, ElementClass *out)
 {
+    // Lame's parameters, and the residual that makes pure bending exact.
     const double nu = material->poisson_ratio;
     const double mu = material->youngs_modulus / (2.0 * (1.0 + nu));
     const double lambda = 2.0 * mu * nu / (1.0 - 2.0 * nu), alpha = (1.0 + nu) / 3.0;
@@ -45,8 +46,10 @@ ElementBounds stiffness_of_element(VoxelLaw law, const SolidMaterial *material, 
                           .lambda = lambda,
                           .residual = alpha * mu * edge,
                           .damping = mu * edge};
+    // Bounds of a plain cube.
     const double mass = material->density * edge * edge * edge;
     double most = 8.0 * mu + 12.0 * lambda, rate = 8.0 * out->damping / mass;
+    // The paper's springs, or the factor 2 of hanging vertices.
     if (law == VOXEL_MIYAZAKI2004) {
         out->residual = out->damping = paper_stiffness(shape, mu, edge);
         rate = shape->count * out->residual / mass;
@@ -172,6 +175,7 @@ static void create_batches(VoxelModel *model, const VoxelMaking *making, const c
                            Arena *arena, StateList *state)
 {
     const LatticeMesh *mesh = &making->mesh;
+    // Every element brings a class of its own.
     int *element_class = calloc((size_t)mesh->element_count, sizeof *element_class);
     ASSERT(element_class != NULL);
     for (int e = 0; e < mesh->element_count; e++)
@@ -187,6 +191,7 @@ static void create_batches(VoxelModel *model, const VoxelMaking *making, const c
     Batches batches;
     batches_create(&batches, &options, arena);
     free(element_class);
+    // The kernels see all batches, in one run of each kind.
     BatchRuns *runs = ALLOCATE(ARENA_STEP, 1, BatchRuns, "batches");
     model->batches = runs;
     runs->kernels = making->kernels;
@@ -197,6 +202,7 @@ static void create_batches(VoxelModel *model, const VoxelMaking *making, const c
         voxel_tables_create(&batches, model->law, model->vertices.rows.precision, name, arena);
     batch_runs_create(runs, 3, name, arena, state);
     list_runs(runs);
+    // For status messages.
     int *at_level = ALLOCATE(ARENA_TOPOLOGY, VOXEL_LEVELS_MAX + 1, int, "elements by level");
     for (int e = 0; e < mesh->element_count; e++)
         at_level[making->layout.leaf[e].level]++;
@@ -230,11 +236,13 @@ static void create_vertices(VoxelModel *model, const VoxelMaking *making, const 
     const LatticeMesh *mesh = &making->mesh;
     const int *cells = options->lattice->count;
     Vertices *vertices = &model->vertices;
+    // Room for all vertices that cuts may add; two threads for large bodies.
     vertices->kernels = vertex_kernels_find(options->body.precision, making->kernels->level);
     vertices->count = mesh->vertex_count;
     vertices->capacity = making->capacity;
     vertices->team = options->body.team;
     vertices->halved = mesh->element_count >= HALVED_LEAST;
+    // Masses and ids; those of a cut body belong to its lattice.
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, making->capacity, double, "vertex masses");
     add_masses(making, vertices->mass);
     if (model->cuts != NULL) {
@@ -243,6 +251,7 @@ static void create_vertices(VoxelModel *model, const VoxelMaking *making, const 
         vertices->id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "vertex ids");
         memcpy(vertices->id, mesh->id, (size_t)mesh->vertex_count * sizeof *vertices->id);
     }
+    // Rows and what else all solids have.
     create_rows(vertices, making, arena);
     vertices->damped = options->damping > 0.0;
     vertices_create(vertices, &options->body, making->by_id, making->fixed,
@@ -333,16 +342,20 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     const char *isa = options->body.isa == NULL ? "auto" : options->body.isa;
     VoxelMaking making = {.options = options,
                           .kernels = voxel_kernels_find(options->body.precision, isa)};
+    // Elements and vertices.
     layout_create(&making.layout, options->lattice, options->body.levels);
     bool ok = lattice_mesh_create(&making.mesh, &making.layout, status);
     making.capacity = making.mesh.vertex_count;
+    // Refuse what does not fit.
     ok = ok &&
          vertices_can_create(&options->body, making.kernels != NULL, making.mesh.vertex_count,
                              status) &&
          (!options->body.cuttable || cut_body_check(&making, status));
+    // The body itself.
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
     ok = ok && make_fixed(&making, status) && create_body(body, &making, arena, state, status);
+    // What was needed to build it.
     lattice_mesh_destroy(&making.mesh);
     layout_destroy(&making.layout);
     free(making.by_id);

@@ -111,12 +111,14 @@ static double affine_forces(const Element *element, const ElementStiffness *stif
     for (int i = 0; i < element->count; i++)
         add_outer(f, 1.0 / element->volume, vec3_sub(position[i], centre), element->area[i]);
     rotation_fit((const double(*)[3])f, r, last);
+    // Strain R^T F - 1: its trace, and the square of its norm.
     double trace = -3.0, square = 0.0;
     for (int i = 0; i < 9; i++) {
         double difference = f[i / 3][i % 3] - r[i / 3][i % 3];
         trace += r[i / 3][i % 3] * f[i / 3][i % 3];
         square += difference * difference;
     }
+    // First Piola-Kirchhoff stress.
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++)
             stress[i][k] =
@@ -133,6 +135,7 @@ static double affine_forces(const Element *element, const ElementStiffness *stif
         force[i] = vec3_sub(force[i], multiply((const double(*)[3])stress, element->area[i]));
         force[i] = vec3_madd(force[i], -stiffness->residual * element->weight[i], e);
     }
+    // Energy of both parts.
     return element->volume * (stiffness->mu * square + 0.5 * stiffness->lambda * trace * trace) +
            0.5 * stiffness->residual * residual;
 }

@@ -95,12 +95,14 @@ static void add_element(const Vertices *vertices, Patch *patch, const PatchEleme
             if (c < 0)
                 continue;
             const double q[3] = {b[k].x, b[k].y, b[k].z};
+            // The part that is the same in all directions: shear and residual.
             double even =
                 piece->mu * vec3_dot(b[i], b[k]) -
                 piece->residual * piece->weight[i] *
                     (piece->weight[k] / total + vec3_dot(piece->rest[i], piece->lever[k]));
             if (i == k)
                 even += piece->residual * piece->weight[i];
+            // Shear and bulk along the two gradients.
             for (int e = 0; e < 9; e++)
                 m[e] = piece->mu * q[e / 3] * p[e % 3] + piece->lambda * p[e / 3] * q[e % 3] +
                        (e % 4 == 0 ? even : 0.0);
@@ -171,8 +173,10 @@ static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
     const int *vertex = hanging->vertex + (long)hanging->start[batch] * LANES + lane;
     const RestTable *table = &model->batches->tables[hanging->table[batch]];
     const int spare = model->vertices.capacity;
+    // Most elements are far from the contact.
     if (!is_near(patch, vertex, table->count))
         return false;
+    // Its rest shape, from the numbers of the kernel.
     PatchElement piece = {0};
     double spread = 0.0;
     for (int p = 0; p < table->count && vertex[p * LANES] != spare; p++) {
@@ -183,6 +187,7 @@ static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
         }
         spread += add_row(model->law, by, row, vertex[p * LANES], &piece);
     }
+    // Its stiffness, at its current rotation.
     set_factors(&model->vertices, model->law, patch, by, spread, &piece);
     add_element(&model->vertices, patch, &piece,
                 model->batches->last[model->batches->plain.batch_count + batch][lane]);

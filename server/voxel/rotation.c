@@ -32,6 +32,7 @@ static void turn(int n, double a[JACOBI_MAX][JACOBI_MAX], double v[JACOBI_MAX][J
 
 void jacobi_diagonalise(int n, double a[JACOBI_MAX][JACOBI_MAX], double v[JACOBI_MAX][JACOBI_MAX])
 {
+    // Start from no rotation; the largest entry sets the scale of rounding.
     double norm = 0.0;
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < n; k++) {
@@ -69,6 +70,7 @@ typedef struct Foam {
 // suffers.
 static Foam foam(const double a[3][3], int steps, double r[3][3])
 {
+    // Invariants of A.
     double cofactor[3][3], norm = 0.0, cofactor_norm = 0.0;
     for (int i = 0; i < 3; i++) {
         int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
@@ -81,6 +83,7 @@ static Foam foam(const double a[3][3], int steps, double r[3][3])
     }
     double det = a[0][0] * cofactor[0][0] + a[0][1] * cofactor[0][1] + a[0][2] * cofactor[0][2];
     double lambda = sqrt(3.0 * norm);
+    // Newton's method from above.
     for (int n = 0; n < steps; n++) {
         double u = lambda * lambda - norm;
         double slope = 4.0 * lambda * u - 8.0 * det;
@@ -88,6 +91,7 @@ static Foam foam(const double a[3][3], int steps, double r[3][3])
             break;
         lambda -= (u * u - 8.0 * lambda * det - 4.0 * cofactor_norm) / slope;
     }
+    // The rotation as a polynomial in A.
     double kappa = 0.5 * (lambda * lambda - norm), zeta = kappa * lambda - det;
     double gram[3][3]; // A^T A
     for (int i = 0; i < 3; i++) {
@@ -151,6 +155,7 @@ static Quat to_quat(const double r[3][3])
 {
     double square[4] = {r[0][0] + r[1][1] + r[2][2], r[0][0] - r[1][1] - r[2][2],
                         r[1][1] - r[0][0] - r[2][2], r[2][2] - r[0][0] - r[1][1]};
+    // The largest component is divided by: it is at least 1/2.
     int largest = 0;
     for (int i = 1; i < 4; i++) {
         if (square[i] > square[largest])
@@ -175,6 +180,7 @@ static Quat to_quat(const double r[3][3])
 // several eigenvalues are the largest to rounding, projects `last` on their space.
 static Quat davenport(const double a[3][3], Quat last)
 {
+    // The quaternion of the best rotation is the eigenvector of the largest eigenvalue.
     double k[4][4] = {
         {a[0][0] + a[1][1] + a[2][2], a[2][1] - a[1][2], a[0][2] - a[2][0], a[1][0] - a[0][1]},
         {a[2][1] - a[1][2], a[0][0] - a[1][1] - a[2][2], a[0][1] + a[1][0], a[0][2] + a[2][0]},

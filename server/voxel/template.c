@@ -161,9 +161,12 @@ static void affine_numbers(const Template *template, Numbers *out)
 static void paper_numbers(const Template *template, Numbers *out)
 {
     const int count = template->count;
+    // Positions are relative to the mean of the vertices present.
     Vec3 mean = {0.0, 0.0, 0.0};
+    // Scaled so that A has a trace of 3 at rest, as F has.
     for (int i = 0; i < count; i++)
         mean = vec3_madd(mean, 1.0 / count, template->rest[i]);
+    // Unit weights; sums of products.
     double trace = 0.0, rest[6] = {0.0};
     for (int i = 0; i < count; i++) {
         const Vec3 r = vec3_sub(template->rest[i], mean);
@@ -243,6 +246,7 @@ const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Preci
                                     : hanging->start[batch + 1] - hanging->start[batch];
         total += numbers_in(&tables[k], mixed >= 0);
     }
+    // Then their numbers, one table behind the other.
     char *out = arena_allocate(arena, ARENA_STEP, total, real, "%s/rest shapes", name);
     for (int k = 0; k < count; k++) {
         const int mixed = k - batches->template_count;

@@ -275,6 +275,7 @@ static bool follow_squares(CutFaces *faces)
     const CutLattice *lattice = faces->lattice;
     const CutChanges *changes = &lattice->changes;
     const int before = (int)*faces->shown;
+    // An open face shows a square on either side.
     for (int f = 0; f < changes->face_count; f++) {
         const int cell = changes->face[f][0], axis = changes->face[f][1];
         if (!cut_lattice_is_open(lattice, cell, axis))

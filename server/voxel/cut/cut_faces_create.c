@@ -199,9 +199,11 @@ static void create_surface(CutFaces *faces, const char *name, bool without_conta
 {
     const int triangles = 2 * faces->square_capacity, cells = faces->cell_count;
     const int vertices = faces->lattice->vertex_capacity;
+    // By cell: which squares it shows.
     faces->counted = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "counted faces");
     faces->square_of = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)cells,
                                       sizeof *faces->square_of, "%s/squares of cells", name);
+    // Triangles, two per square, all of one area.
     faces->face = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles, sizeof *faces->face,
                                  "%s/faces", name);
     faces->neighbor = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles,
@@ -209,12 +211,14 @@ static void create_surface(CutFaces *faces, const char *name, bool without_conta
     faces->area = ALLOCATE(ARENA_TOPOLOGY, triangles, double, "face areas");
     for (int f = 0; f < triangles; f++)
         faces->area[f] = faces->half;
+    // By vertex: each has room for all triangles that it can have.
     faces->start = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node face start");
     faces->end = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node face end");
     for (int v = 0; v < vertices; v++)
         faces->start[v] = faces->end[v] = CUT_NODE_FACES * v;
     faces->list = ALLOCATE(ARENA_TOPOLOGY, (long)CUT_NODE_FACES * vertices, int, "node faces");
     faces->node_area = ALLOCATE(ARENA_TOPOLOGY, vertices, double, "node areas");
+    // Scratch of a change.
     faces->born = ALLOCATE(ARENA_TOPOLOGY, vertices, NodeBirth, "born nodes");
     faces->touched = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "touched nodes");
     faces->is_touched = ALLOCATE(ARENA_TOPOLOGY, vertices, unsigned char, "touched");
@@ -249,6 +253,7 @@ static void create_mesh(CutFaces *faces, const char *name, Arena *arena)
 static void describe(CutFaces *faces, double size, Body *body)
 {
     const int triangles = 2 * faces->square_capacity, vertices = faces->lattice->vertex_capacity;
+    // For tools and loads: nodes are vertices, free ones have no faces.
     body->surface = (BodySurface){
         .node_count = vertices,
         .face_count = triangles,
@@ -266,6 +271,7 @@ static void describe(CutFaces *faces, double size, Body *body)
         .face_firmness = faces->face_firmness,
         .node_firmness = faces->node_firmness,
     };
+    // For clients: nodes are slots.
     body->mesh = (BodyMesh){
         .topology = 1,
         .node_capacity = vertices,
@@ -308,11 +314,13 @@ bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const Vertices *
         .outer_squares = mesh->face_count / 2,
         .all = options->publish_all,
     };
+    // The uncut body must fit.
     faces->square_capacity = choose_capacity(faces, options->body.face_capacity);
     if (faces->square_capacity < faces->outer_squares)
         return status_fail(status, STATUS_INVALID,
                            "body %s has %d faces to start with, capacity.faces is %d", name,
                            mesh->face_count, options->body.face_capacity);
+    // Arrays, then the uncut surface, from which all else is derived.
     create_state(faces, name, arena, state);
     create_surface(faces, name, without_contacts, arena);
     create_mesh(faces, name, arena);

@@ -48,11 +48,13 @@ static void number_window(CutLattice *lattice, const Layout *layout, int level, 
         const int k = WINDOW_EDGE * window[2] + along_curve(code, 2);
         if (i >= nx || j >= ny || k >= nz)
             continue;
+        // Blocks that no leaf covers entirely have no element.
         int *slot = &lattice->lut[level][((long)k * ny + j) * nx + i];
         *slot = -1;
         const int leaf = covering_leaf(layout, level, i, j, k);
         if (leaf < 0)
             continue;
+        // Numbered along the curve.
         *slot = lattice->element_count++;
         lattice->element[*slot] = (CutElement){
             .cell = {i << level, j << level, k << level},
@@ -63,6 +65,7 @@ static void number_window(CutLattice *lattice, const Layout *layout, int level, 
         };
         lattice->window_of[*slot] = lattice->window_count;
     }
+    // Empty windows do not exist.
     if (lattice->element_count > first)
         lattice->window[lattice->window_count++] =
             (CutWindow){first, lattice->element_count, (unsigned char)level};
@@ -107,9 +110,11 @@ static void create_elements(CutLattice *lattice, const char *name, const Layout 
     lattice->levels = layout->levels;
     memcpy(lattice->count, layout->count, sizeof lattice->count);
     memcpy(lattice->lattice_count, layout->lattice_count, sizeof lattice->lattice_count);
+    // All elements that can ever exist.
     const int elements = count_elements(layout);
     lattice->element = ALLOCATE(ARENA_TOPOLOGY, elements, CutElement, "elements");
     lattice->window_of = ALLOCATE(ARENA_TOPOLOGY, elements, int, "windows of elements");
+    // Look-up tables by level, and the most windows there can be.
     long windows = 0;
     for (int level = 0; level <= layout->levels; level++) {
         long blocks = 1, within = 1;
@@ -121,6 +126,7 @@ static void create_elements(CutLattice *lattice, const char *name, const Layout 
         windows += within;
     }
     lattice->window = ALLOCATE(ARENA_TOPOLOGY, windows, CutWindow, "windows");
+    // Numbers first: parents and children follow from them.
     number_elements(lattice, layout);
     ASSERT(lattice->element_count == elements);
     join_families(lattice);
@@ -133,10 +139,12 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
 {
     CutScratch *scratch = ALLOCATE(ARENA_TOPOLOGY, 1, CutScratch, "cut scratch");
     lattice->scratch = scratch;
+    // Sizes of the lattice.
     long points = 1;
     for (int d = 0; d < 3; d++)
         points *= scratch->points[d] = lattice->lattice_count[d] + 1;
     const int elements = lattice->element_count, cells = lattice->level_first[1];
+    // Where leaves and vertices are.
     scratch->grid = ALLOCATE(
         ARENA_TOPOLOGY,
         cut_parts_grid(lattice, lattice->count[0], lattice->count[1], lattice->count[2]) + 1, int,
@@ -146,13 +154,16 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     scratch->head = ALLOCATE(ARENA_TOPOLOGY, points, int, "first vertices");
     scratch->next = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, int, "next vertices");
     scratch->visited = ALLOCATE(ARENA_TOPOLOGY, points, unsigned char, "visited points");
+    // What a change marks.
     scratch->bitten = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "bitten elements");
     scratch->fresh = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "fresh wishes");
     scratch->listed_element = ALLOCATE(ARENA_TOPOLOGY, elements, bool, "listed elements");
     scratch->listed_face = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "listed faces");
+    // Tables of a divided element.
     for (int at = 0; at < 27; at++)
         scratch->node_at[at] = (signed char)node_at_offset(at % 3, at / 3 % 3, at / 9);
     cut_points_list_parents(scratch);
+    // Room for the largest change possible.
     CutChanges *changes = &lattice->changes;
     changes->element = ALLOCATE(ARENA_TOPOLOGY, elements, int, "changed elements");
     changes->birth = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, CutBirth, "born vertices");
@@ -279,6 +290,7 @@ static int point_count(const CutScratch *scratch)
 // larger.
 static bool divisions_are_valid(const CutLattice *lattice)
 {
+    // Only what has children is divided, and only inside of what is divided.
     for (int e = 0; e < lattice->element_count; e++) {
         const CutElement *element = &lattice->element[e];
         if (lattice->divided[e] > 1 || (lattice->divided[e] && element->child < 0))
@@ -286,6 +298,7 @@ static bool divisions_are_valid(const CutLattice *lattice)
         if (lattice->divided[e] && element->parent >= 0 && !lattice->divided[element->parent])
             return false;
     }
+    // Whatever touches a leaf is at most one level larger.
     for (int e = 0; e < lattice->element_count; e++) {
         if (!cut_lattice_is_leaf(lattice, e))
             continue;
@@ -362,9 +375,11 @@ static void find_wanted(CutLattice *lattice)
 static bool find_vertices(CutLattice *lattice)
 {
     CutScratch *scratch = lattice->scratch;
+    // List the vertices by their points.
     memset(scratch->head, -1, (size_t)point_count(scratch) * sizeof *scratch->head);
     for (int v = 0; v < cut_lattice_used(lattice); v++)
         cut_points_add(lattice, v);
+    // Visit all points at which leaves meet; no vertex may be missing.
     int expected = 0, leaf[8];
     for (int z = 0; z < scratch->points[2]; z++)
         for (int y = 0; y < scratch->points[1]; y++)

@@ -60,9 +60,11 @@ static void set_mass(CutMasses *masses, int vertex)
 {
     const CutLattice *lattice = masses->lattice;
     const int cells = lattice->level_first[1];
+    // The eight slots around its point, some of the same leaf.
     int point[3], leaf[8];
     cut_lattice_point(lattice, vertex, point);
     cut_lattice_around(lattice, point, leaf);
+    // Sum the shares of the elements that have this vertex.
     double mass = 0.0;
     int lowest = -1; // lowest slot of its part
     for (int s = 0; s < 8; s++) {
@@ -180,8 +182,10 @@ static Momentum momentum_of(const CutMasses *masses, const void *row, int group)
     for (int i = group; i >= 0; i = masses->next[i]) {
         if (!is_free(masses, i))
             continue;
+        // About the first vertex, against cancellation far from the origin.
         if (sum.mass == 0.0)
             sum.origin = position_of(masses, row, i);
+        // What the exchange of masses has added counts.
         const Vec3 x = vec3_sub(position_of(masses, row, i), sum.origin);
         const Vec3 v = rows_vector(&masses->vertices->rows, row, i, 4);
         const double mass = masses->vertices->mass[i], more = mass - masses->mass_before[i];
@@ -200,6 +204,7 @@ static Momentum momentum_of(const CutMasses *masses, const void *row, int group)
 static Vec3 spin_for(const Momentum *sum, Vec3 center, Vec3 moment)
 {
     double a[JACOBI_MAX][JACOBI_MAX] = {{0.0}}, axes[JACOBI_MAX][JACOBI_MAX];
+    // The inertia about the centre, scaled to a trace of 1.
     const double m = sum->mass, *s = sum->second;
     const double xx = s[0] - m * center.x * center.x, yy = s[1] - m * center.y * center.y;
     const double zz = s[2] - m * center.z * center.z, trace = 2.0 * (xx + yy + zz);
@@ -212,6 +217,7 @@ static Vec3 spin_for(const Momentum *sum, Vec3 center, Vec3 moment)
     a[2][0] = a[0][2] = -(s[4] - m * center.z * center.x) / trace;
     a[0][1] = a[1][0] = -(s[5] - m * center.x * center.y) / trace;
     jacobi_diagonalise(3, a, axes);
+    // Along its axes; about one without inertia nothing can turn.
     Vec3 spin = {0.0, 0.0, 0.0};
     for (int k = 0; k < 3; k++) {
         const Vec3 axis = vec3(axes[0][k], axes[1][k], axes[2][k]);
@@ -231,10 +237,12 @@ static void repair_momentum(const CutMasses *masses, int group)
     const Momentum sum = momentum_of(masses, row, group);
     if (!(sum.mass > 0.0))
         return;
+    // The rigid motion that takes the difference back.
     const Vec3 push = vec3_scale(-1.0, sum.linear);
     const Vec3 center = vec3_scale(1.0 / sum.mass, sum.first);
     const Vec3 moment = vec3_sub(vec3_scale(-1.0, sum.angular), vec3_cross(center, push));
     const Vec3 spin = spin_for(&sum, center, moment);
+    // Add it to all free vertices of the group.
     for (int i = group; i >= 0; i = masses->next[i]) {
         if (!is_free(masses, i))
             continue;
@@ -273,6 +281,7 @@ void cut_masses_follow(CutMasses *masses, bool divided)
 {
     const CutLattice *lattice = masses->lattice;
     const CutChanges *changes = &lattice->changes;
+    // Births first: parents come before children.
     vertices_set_count(masses->vertices, cut_lattice_used(lattice));
     for (int b = 0; b < changes->birth_count; b++)
         bear(masses, &changes->birth[b]);
@@ -289,6 +298,7 @@ void cut_masses_follow(CutMasses *masses, bool divided)
             touch(masses, changes->birth[b].origin);
             union_find_join(masses->group, changes->birth[b].vertex, changes->birth[b].origin);
         }
+    // All shares are known now.
     for (int t = 0; t < masses->touched_count; t++)
         set_mass(masses, masses->touched[t]);
     stop_fixed(masses);

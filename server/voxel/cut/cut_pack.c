@@ -216,9 +216,11 @@ static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, in
                          const Turns *turns)
 {
     const CutLattice *lattice = windows->lattice;
+    // One table for all lanes, or one per lane in mixed batches.
     windows->tables[batch].count = vertex_count_of(mask_of(key[lanes - 1]));
     if (!mixed)
         put_numbers(windows, batch, 0, 1, mask_of(key[0]));
+    // The elements.
     for (int lane = 0; lane < lanes; lane++) {
         const int e = element_of(key[lane]);
         const unsigned mask = mask_of(key[lane]);
@@ -228,6 +230,7 @@ static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, in
         windows->hanging_class[batch][lane] = class_of(windows, e);
         put_lane(windows, e, (windows->capacity[0] + batch) * LANES + lane, turns);
     }
+    // Lanes without an element hold a plain cube of the spare vertex.
     for (int lane = lanes; lane < LANES; lane++) {
         put_numbers(windows, batch, lane, LANES, 0);
         put_vertices(windows, batch, lane, NULL, 0);
@@ -263,9 +266,11 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
     for (int kind = 0; kind < BATCH_KINDS; kind++) {
         const uint64_t *key = leaves->key[kind];
         const int count = leaves->count[kind];
+        // Windows fill their range from below and above in turn, so that runs join.
         range->used[kind] = count_full(key, count);
         range->first[kind] = high ? range->high[kind] - range->used[kind] : range->low[kind];
         int batch = range->first[kind], left = 0;
+        // Full batches of one key; the group gets the rest.
         for (int k = 0; k < count;) {
             if (fills(key, count, k)) {
                 if (kind == BATCH_PLAIN)
@@ -314,6 +319,7 @@ static void pack_hanging_rest(CutWindows *windows, int group, const Turns *turns
     uint64_t key[GROUP_ELEMENTS + 1];
     const int count = list_rest(windows, group, BATCH_HANGING, key);
     int batch = pooled->low[BATCH_HANGING], left = 0;
+    // Batches that several windows fill together.
     for (int k = 0; k < count;) {
         if (fills(key, count, k)) {
             pack_hanging(windows, batch++, key + k, LANES, false, turns);
@@ -324,6 +330,7 @@ static void pack_hanging_rest(CutWindows *windows, int group, const Turns *turns
     }
     pooled->first[BATCH_HANGING] = pooled->low[BATCH_HANGING];
     pooled->used[BATCH_HANGING] = batch - pooled->low[BATCH_HANGING];
+    // What is left mixes shapes.
     batch = mixed->low[BATCH_HANGING];
     for (int k = 0; k < left; k += LANES)
         pack_hanging(windows, batch++, key + k, left - k < LANES ? left - k : LANES, true, turns);

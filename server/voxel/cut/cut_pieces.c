@@ -36,6 +36,7 @@ static void find_pieces(CutPieces *pieces)
     const int *lut = lattice->lut[0], *count = lattice->count;
     const long step[3] = {1, count[0], (long)count[0] * count[1]};
     int *root = pieces->root;
+    // Join cells across faces that are not broken.
     union_find_reset(root, pieces->cell_count);
     for (long at = 0, z = 0; z < count[2]; z++)
         for (int y = 0; y < count[1]; y++)
@@ -49,6 +50,7 @@ static void find_pieces(CutPieces *pieces)
                         !(lattice->broken[cell] >> axis & 1))
                         union_find_join(root, cell, lut[at + step[axis]]);
             }
+    // Name each piece by its lowest cell, and count its cells.
     int *size = pieces->size;
     memset(size, 0, (size_t)pieces->cell_count * sizeof *size);
     pieces->small_count = 0;
@@ -191,6 +193,7 @@ static void separate(CutPieces *pieces, const Search *piece, int rest)
 {
     int *root = pieces->root, *size = pieces->size;
     const int old = root[rest], old_size = size[old];
+    // The new piece is named by its lowest cell.
     int lowest = piece->cell[0], name = old;
     for (int i = 0; i < piece->end; i++)
         lowest = piece->cell[i] < lowest ? piece->cell[i] : lowest;
@@ -206,6 +209,7 @@ static void separate(CutPieces *pieces, const Search *piece, int rest)
     }
     for (int i = 0; i < piece->end; i++)
         root[piece->cell[i]] = lowest;
+    // Both pieces have other sizes now.
     size[lowest] = piece->end;
     size[name] = old_size - piece->end;
     pieces->small_count += is_small(size[lowest]) + is_small(size[name]) - is_small(old_size);
@@ -239,20 +243,24 @@ bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count)
     bool told = count <= LINKS;
     begin_call(pieces);
     for (int f = 0; f < count && told; f++) {
+        // Both sides of the face, if an earlier one has not told already.
         const int beyond = cut_lattice_beyond(pieces->lattice, face[f][0], face[f][1]);
         const int end[2] = {what_is_left(pieces, face[f][0]), what_is_left(pieces, beyond)};
         if (end[0] == end[1])
             continue;
+        // Search from both ends at once: the smaller piece ends the search.
         Search search[2];
         const Answer answer = search_between(pieces, end[0], end[1], search, &side, &effort);
         told = answer != TOO_LONG;
         if (answer == APART)
             separate(pieces, &search[side], end[side ^ 1]);
     }
+    // Clear what this call has marked.
     const bool came = pieces->left_count > 0 || !told;
     for (int i = 0; i < pieces->left_count; i++)
         pieces->rest[pieces->left[i]] = -1;
     pieces->left_count = 0;
+    // Too many faces or too long a search: all of them anew.
     if (!told)
         find_pieces(pieces);
     return came && number_new(pieces) > 0;
@@ -277,10 +285,12 @@ void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const Voxel
     const char *name = making->options->body.name;
     const int cells = lattice->level_first[1];
     *pieces = (CutPieces){.lattice = lattice, .cell_count = cells};
+    // State: the names of pieces in the order in which they came.
     pieces->first = ALLOCATE(ARENA_TOPOLOGY, cells, int, "first cells of pieces");
     pieces->count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "piece count");
     state_add(state, pieces->first, (size_t)cells * sizeof *pieces->first, "%s/pieces", name);
     state_add(state, pieces->count, sizeof *pieces->count, "%s/piece_count", name);
+    // Derived from it, and scratch of searches.
     pieces->root = ALLOCATE(ARENA_TOPOLOGY, cells, int, "roots of pieces");
     pieces->number = ALLOCATE(ARENA_TOPOLOGY, cells, int, "piece numbers");
     pieces->seen = ALLOCATE(ARENA_TOPOLOGY, cells, int, "searches");
@@ -292,6 +302,7 @@ void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const Voxel
     pieces->labels = 1;
     for (int side = 0; side < 2; side++)
         pieces->queue[side] = ALLOCATE(ARENA_TOPOLOGY, cells, int, "search queue");
+    // The uncut body has the numbers of its mesh.
     find_pieces(pieces);
     number_as_mesh(pieces, &making->mesh, &making->layout);
     bool good = cut_pieces_derive(pieces);

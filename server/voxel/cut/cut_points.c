@@ -91,11 +91,13 @@ void cut_points_add(CutLattice *lattice, int vertex)
 void cut_points_list_parents(CutScratch *scratch)
 {
     for (int offset = 0; offset < 27; offset++) {
+        // How many of its coordinates are in the middle: of an edge, a face or the element.
         const int steps[3] = {offset % 3, offset / 3 % 3, offset / 9};
         const int middles = (steps[0] == 1) + (steps[1] == 1) + (steps[2] == 1);
         CutParents *parents = &scratch->parents[offset];
         for (int n = 0; n < 27; n++) {
             const int at[3] = {n % 3, n / 3 % 3, n / 9};
+            // A candidate parent, as a corner of a child.
             int left = 0, child = 0, corner = 0;
             bool beside = true; // where the position is at the end of an edge, so is the parent
             for (int d = 0; d < 3; d++) {

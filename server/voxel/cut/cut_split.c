@@ -214,10 +214,12 @@ static void list_faces(CutLattice *lattice, int cell)
 static void divide(CutLattice *lattice, int element)
 {
     const int level = lattice->element[element].level, child = lattice->element[element].child;
+    // The bit and the counts.
     lattice->divided[element] = 1;
     lattice->leaf_count += 7;
     lattice->leaf_at_level[level]--;
     lattice->leaf_at_level[level - 1] += 8;
+    // Children start with the nodes that they share with their parent.
     hand_down(lattice, element);
     cut_parts_list_element(lattice, element);
     // Children with a broken bit inside must be divided in turn.
@@ -244,6 +246,7 @@ static void divide(CutLattice *lattice, int element)
 // the capacity, the element is not divided.
 static int divide_in_order(CutLattice *lattice, int element)
 {
+    // Larger neighbours first: levels differ by one at most.
     const CutElement *middle = &lattice->element[element];
     const int level = middle->level, i = middle->cell[0] >> level, j = middle->cell[1] >> level;
     const int k = middle->cell[2] >> level;
@@ -258,6 +261,7 @@ static int divide_in_order(CutLattice *lattice, int element)
         if (!lattice->divided[larger])
             return divided;
     }
+    // Room for all its new vertices.
     if (!fits(lattice, element))
         return divided;
     divide(lattice, element);
@@ -268,6 +272,7 @@ int cut_lattice_reconstruct(CutLattice *lattice)
 {
     // Children that must be divided in turn are appended; the next call processes them.
     enum { REFUSED_MOST = 64 }; // one takes about a microsecond
+    // As many as the budget allows, in the list's order.
     const int before = lattice->wanted_count;
     int divided = 0, refused = 0;
     for (int w = 0; w < before && divided < lattice->split_budget && refused < REFUSED_MOST; w++) {

@@ -36,6 +36,7 @@ void cut_tear_create(CutTear *tear, const VoxelOptions *options, const CutWindow
     tear->hit = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)tear->hit_capacity, sizeof *tear->hit,
                                "%s/torn faces", name);
     tear->hit_bits = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "torn bits");
+    // Tearing by stress examines a part of the body in each tick.
     if (tear->stress > 0.0) {
         const int batches = batch_runs_capacity(&windows->runs);
         tear->high = ALLOCATE(ARENA_TOPOLOGY, batches, uint16_t, "stressed lanes");
@@ -46,6 +47,7 @@ void cut_tear_create(CutTear *tear, const VoxelOptions *options, const CutWindow
         state_add(state, tear->next, sizeof *tear->next, "%s/tear_next", name);
         tear->near = ALLOCATE(ARENA_TOPOLOGY, NEAR, TearStress, "stresses");
     }
+    // Tearing by force remembers what was felt.
     if (tear->force > 0.0) {
         const int vertices_most = lattice->vertex_capacity;
         tear->felt = ALLOCATE(ARENA_STEP, vertices_most, double, "felt forces");
@@ -71,6 +73,7 @@ static void deformation_of(const CutTear *tear, const void *rows, int element, d
 {
     const Rows *basis = &tear->vertices->rows;
     const int *node = cut_lattice_nodes(tear->lattice, element);
+    // The rest shape, in the numbers of the kernel.
     unsigned mask = tear->lattice->element[element].level == 0 ? 0 : template_mask_of(node);
     const void *number = template_cache_numbers(tear->windows->templates, mask);
     static const int rest[3][3] = {{2, 7, 6}, {7, 3, 5}, {6, 5, 4}};
@@ -78,6 +81,7 @@ static void deformation_of(const CutTear *tear, const void *rows, int element, d
         for (int k = 0; k < 3; k++)
             f[i][k] = (i == k ? 1.0 : 0.0) +
                       (tear->law == VOXEL_MIYAZAKI2004 ? number_at(tear, number, rest[i][k]) : 0.0);
+    // Displacements relative to one corner: a common part would only add rounding.
     const Vec3 origin = rows_vector(basis, rows, node[0], 0);
     for (int i = 0, at = TABLE_HEAD; i < NODE_CORNERS || mask != 0; i++, at += TABLE_ROW) {
         int n = i;
@@ -96,6 +100,7 @@ static void deformation_of(const CutTear *tear, const void *rows, int element, d
 static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int element)
 {
     TearStress *out = &tear->near[element % NEAR];
+    // Neighbours share a face: most stresses are asked for several times.
     if (out->look == tear->look && out->element == element)
         return out;
     *out = (TearStress){.look = tear->look, .element = element};
@@ -117,6 +122,7 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
         Quat last = {q[0], q[1], q[2], q[3]};
         rotation_fit((const double(*)[3])f, out->rotation, &last);
     }
+    // P = 2 mu (F - R) + lambda tr(R^T F - 1) R.
     trace = -3.0;
     for (int k = 0; k < 9; k++)
         trace += out->rotation[k / 3][k % 3] * f[k / 3][k % 3];
@@ -230,6 +236,7 @@ static void test_leaf(CutTear *tear, const VoxelPass *pass, int leaf, TearList *
     const CutLattice *lattice = tear->lattice;
     const CutElement *e = &lattice->element[leaf];
     const int edge = 1 << e->level, half = edge > 1 ? edge / 2 : 1;
+    // Each face, in quarters where smaller leaves lie beyond.
     for (int side = 0; side < 6; side++) {
         const int axis = side / 2;
         for (int quarter = 0; quarter < (edge > 1 ? 4 : 1); quarter++) {
@@ -240,6 +247,7 @@ static void test_leaf(CutTear *tear, const VoxelPass *pass, int leaf, TearList *
             const int cell = cell_at(lattice, at);
             if (cell < 0)
                 continue;
+            // A face is tested once, from the side of the smaller leaf.
             const int other = cut_lattice_leaf_of(lattice, cell);
             const bool smaller = lattice->element[other].level < e->level;
             if (!tear->is_looked_at[other])
@@ -306,10 +314,12 @@ static int choose(CutTear *tear, int count, int *first)
 
 static void find_by_stress(CutTear *tear, const VoxelPass *pass)
 {
+    // Of the stressed elements, as many as a tick has time for.
     int first, stressed = find_stressed(tear, pass);
     const int count = choose(tear, stressed, &first);
     TearList list = {.count = 0};
     tear->look++;
+    // Their faces with more traction than the strength.
     for (int k = 0; k < count; k++) {
         const int leaf = tear->stressed[(first + k) % stressed];
         test_leaf(tear, pass, leaf, &list);
@@ -317,6 +327,7 @@ static void find_by_stress(CutTear *tear, const VoxelPass *pass)
     }
     for (int k = 0; k < count; k++)
         tear->is_looked_at[tear->stressed[(first + k) % stressed]] = false;
+    // All finest faces of each.
     for (int k = 0; k < list.count; k++) {
         const TearFace *face = &list.face[k];
         for (int i = 0; i < face->edge * face->edge; i++) {

@@ -49,6 +49,7 @@ static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
     windows->full = ALLOCATE(ARENA_STEP, lattice->window_count, BatchRange, "windows");
     windows->pooled = ALLOCATE(ARENA_STEP, windows->group_count, BatchRange, "pooled windows");
     windows->mixed = ALLOCATE(ARENA_STEP, windows->group_count, BatchRange, "mixed windows");
+    // Ranges do not overlap: a window can be packed without moving others.
     for (int g = 0; g < windows->group_count; g++) {
         const WindowGroup *own = &windows->group[g];
         const int elements = lattice->window[own->end - 1].end - lattice->window[own->first].first;
@@ -114,6 +115,7 @@ static void create_tables(CutWindows *windows, const char *name, Arena *arena)
             pass == 0 ? NULL
                       : arena_allocate(arena, ARENA_STEP, numbers, real, "%s/rest shapes", name);
         for (int g = 0, batch = 0; g < windows->group_count; g++) {
+            // Mixed batches have numbers for each lane.
             const int mixed = windows->mixed[g].low[BATCH_HANGING];
             const int end = g + 1 < windows->group_count
                                 ? windows->full[windows->group[g + 1].first].low[BATCH_HANGING]
@@ -140,6 +142,7 @@ static void create_hanging(CutWindows *windows, const char *name, Arena *arena)
                        "%s/hanging classes", name);
     windows->hanging_mask = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)count,
                                            sizeof *windows->hanging_mask, "%s/hanging masks", name);
+    // Every batch has room for all nodes, and a table of its own.
     int *start = ALLOCATE(ARENA_STEP, count + 1, int, "hanging start");
     int *table = ALLOCATE(ARENA_STEP, count, int, "hanging tables");
     for (int b = 0; b < count; b++) {
