@@ -168,6 +168,7 @@ static void place_edge(const LinkFinder *finder, const BladeEdge *edge, bool com
 static bool try_shift(LinkFinder *finder, const BladeEdge *edge, int edges, const CutTrail *trail,
                       CutPoint to[2], LinkOffer *offer, void *model)
 {
+    // A stroke goes on from where it is, which already has its shift unless it is fresh.
     CutPoint from[2];
     if (trail == NULL) {
         place_edge(finder, &edge[0], true, finder->attempt, from);
@@ -178,6 +179,7 @@ static bool try_shift(LinkFinder *finder, const BladeEdge *edge, int edges, cons
     }
     for (int k = 1; k < edges; k++) {
         place_edge(finder, &edge[k], trail == NULL, finder->attempt, to);
+        // Divide the sweep from edge to edge, and have its links tested.
         const CutSweep sweep = {.before = edge[k - 1], .after = edge[k]};
         finder->parts = cut_subticks(&sweep, finder->tolerance);
         for (int end = 0; end < 2; end++) {
@@ -205,6 +207,7 @@ CutVerdict link_finder_sweep(LinkFinder *finder, const BladeEdge *edge, int edge
             link_finder_keep_odd(finder);
             return CUT_DONE;
         }
+        // Forget what this attempt has met.
         for (int i = 0; i < finder->met_count; i++)
             finder->mark[finder->met[i]] = 0;
         finder->met_count = 0;

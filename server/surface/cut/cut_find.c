@@ -56,6 +56,7 @@ void cut_find_reserve_blades(CutFinder *finder, int blades, const char *name, Ar
                                       "%s/blade_%d_seen", name, b);
         memory->points = arena_allocate(arena, ARENA_TOPOLOGY, faces, sizeof *memory->points,
                                         "%s/blade_%d_points", name, b);
+        // All of it is part of the state.
         state_add(state, memory->clock, 2 * sizeof *memory->clock, "%s/blade_%d_clock", name, b);
         state_add(state, memory->edge, 2 * sizeof *memory->edge, "%s/blade_%d_edge", name, b);
         state_add(state, memory->tries, sizeof *memory->tries, "%s/blade_%d_tries", name, b);
@@ -349,6 +350,7 @@ CutVerdict cut_find_tick(CutFinder *finder, const CutTissue *tissue, const CutSw
         forget(memory); // the blade jumped: a new stroke
         return verdict;
     }
+    // Where links were and are: of all faces that the blade may reach in this tick or the next.
     list_near(finder, tissue, edge, 2, CUT_FIND_MARGIN * finder->h);
     take_points(finder, tissue, memory);
     // Without a previous edge a stroke starts where the sweep says.
@@ -358,6 +360,7 @@ CutVerdict cut_find_tick(CutFinder *finder, const CutTissue *tissue, const CutSw
         memory->clock[1] = !begins;
         trail.fresh = true;
     }
+    // A stroke that begins only stores them.
     verdict = begins ? CUT_MET_NOTHING : find(finder, tissue, edge, 2, &trail);
     *memory->tries = trail.tries;
     remember(finder, memory, trail.edge);

@@ -41,6 +41,7 @@ static bool gains(const CutFinder *finder, const CutTissue *tissue, const BladeE
                   int edges, int face, bool freely)
 {
     const Level *level = finder->level;
+    // What the face has of the path now, and what it would have.
     bool on[3], costs[3]; // on the path; not on it, and would have to break
     int count = 0, fresh = 0, to_break = 0;
     for (int k = 0; k < 3; k++) {

@@ -105,6 +105,7 @@ static bool way_to_blade(const CutSnapInput *input, Turn start, bool closed, Vec
         last = place_of(tissue, at, 2);
         at = turn_from(level, at, 1);
     } while (at.face >= 0 && at.face != start.face);
+    // Along the blade's normal, within the surface or along the border.
     Vec3 direction;
     if (closed) {
         Vec3 up = vec3_unit(area);
@@ -153,6 +154,7 @@ static bool map_to_rest(const CutSnapInput *input, Turn start, Vec3 way, Vec3 *o
     Vec3 x = place_of(input->tissue, start, 0);
     *out = vec3(0.0, 0.0, 0.0);
     Turn at = start;
+    // Each face around, with the shares of the way along its two edges.
     do {
         const Vec3 *rest[3];
         for (int k = 0; k < 3; k++)
@@ -198,6 +200,7 @@ static bool is_allowed(const CutSnapInput *input, const int *work, const CutSnap
     const Level *level = input->finder->level;
     const double quarter = 0.78539816339744831; // 45 degrees
     Turn at = start;
+    // Each face around, as built and with the vertex moved.
     do {
         Vec3 built[3], now[3];
         for (int k = 0; k < 3; k++) {
@@ -206,6 +209,7 @@ static bool is_allowed(const CutSnapInput *input, const int *work, const CutSnap
             now[k] = rest_of(input, work, moved, vertex);
         }
         now[at.corner] = vec3_add(now[at.corner], move);
+        // No angle may become too small.
         double before = smallest_angle(built);
         double least = CUT_SNAP_GUARD * (before < quarter ? before : quarter);
         least = least > CUT_SNAP_FLOOR * before ? least : CUT_SNAP_FLOOR * before;
@@ -356,6 +360,7 @@ static bool snap_vertex(const CutSnapInput *input, const Sides *sides, const int
     double length = vec3_length(rest), most = CUT_SNAP_MOST * input->finder->h;
     if (!(length > 0.0) || !isfinite(length))
         return false;
+    // Halve the move until the guard and the links allow it.
     double share = length > most ? most / length : 1.0;
     for (int halved = 0; halved <= 2; halved++, share *= 0.5) {
         if (!is_allowed(input, work, moved, start, vec3_scale(share, rest)) ||

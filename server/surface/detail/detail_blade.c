@@ -137,7 +137,7 @@ static void look_around(SurfaceModel *model, const BladeEdge *edge, int edges, d
         for (int end = 0; end < 2; end++)
             box_add(&box, edge[i].end[end]);
     box_grow(&box, margin + cut->bulge); // nodes of finer levels stick out of leaves
-    cut->looks++;
+    cut->looks++;                        // positions are computed anew
     // Mark the near faces as 1, then their neighbours as 2.
     look_at_sides(model, &box);
     memset(cut->is_near, 0, (size_t)finest->face_count);
@@ -184,6 +184,7 @@ static void move_vertex(SurfaceModel *model, const CutSnap *snap)
     DetailCut *cut = set->cut;
     Vec3 *rest = &set->levels.position[snap->vertex];
     *rest = vec3_add(*rest, snap->rest);
+    // The faces around: each copy moves once, and what depends on the places of all is marked.
     int count = detail_cut_ring(set, snap->vertex, cut->ring);
     for (int i = 0; i < count; i++) {
         int face = cut->ring[i].face, node = cut->node[face][cut->ring[i].corner];
@@ -253,6 +254,20 @@ static bool break_found(Body *body, const CutSnap *snap, int snaps, CutOutcome *
     return true;
 }
 
+// Fills cut->snap with how vertices move onto the sweep of a command; returns their number.
+static int snap_found(const Detail *detail, const CutTissue *tissue, const BladeEdge edge[2])
+{
+    DetailCut *cut = detail->set.cut;
+    const CutSnapInput input = {.finder = &cut->finder,
+                                .tissue = tissue,
+                                .edge = edge,
+                                .edges = 2,
+                                .built = cut->built,
+                                .rest = detail->set.levels.position,
+                                .fixed = detail->fixed};
+    return cut_snap(&input, cut->snap_work, cut->snap);
+}
+
 bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
                       TopologyChange *change)
 {
@@ -281,17 +296,8 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
         return false;
     }
     // Only whole commands move vertices: a stroke would move them while it is still cutting.
-    if (whole) {
-        CutSnapInput input = {.finder = finder,
-                              .tissue = &tissue,
-                              .edge = edge,
-                              .edges = 2,
-                              .built = cut->built,
-                              .rest = detail->set.levels.position,
-                              .fixed = detail->fixed};
-
-        snaps = cut_snap(&input, cut->snap_work, cut->snap);
-    }
+    if (whole)
+        snaps = snap_found(detail, &tissue, edge);
     bool broken = break_found(body, cut->snap, snaps, outcome, change);
     if (!broken)
         take_back(model, &start);

@@ -35,6 +35,7 @@ static CutVerdict find_hits(BladeSearch *search, const CutSweep *sweep, CutTrail
         verdict = link_finder_sweep(links, edge, 2, trail, cut_near_offer, search);
     if (verdict != CUT_DONE || search->lost)
         return search->lost ? CUT_TOO_LARGE : verdict;
+    // Of those met, list the ones that are not broken yet.
     for (int k = 0; k < links->met_count; k++) {
         const int cell = links->met[k] / 3, axis = links->met[k] % 3;
         if (blades->lattice->broken[cell] >> axis & 1)
@@ -94,6 +95,7 @@ static CutVerdict go_on(CutBlades *blades, const void *row, double tick, const C
     cut_near_note_motion(&search, tick, row);
     cut_near_find_bricks(&search, stroke->edge, to);
     look_at_bricks(&search);
+    // The stroke goes on from its trail, which moves on unless the sweep is refused.
     CutTrail trail = {{stroke->edge[0], stroke->edge[1]}, sweep->stroke->tries, stroke->fresh != 0};
     const CutVerdict verdict = find_hits(&search, sweep, &trail);
     memcpy(stroke->edge, trail.edge, sizeof stroke->edge);
@@ -111,6 +113,7 @@ static CutVerdict find(CutBlades *blades, const void *row, double tick, const Cu
         *memory->stroke = (BladeStroke){.under_way = 0};
     if (sweep->phase == CUT_ENDS)
         return CUT_MET_NOTHING;
+    // A stroke begins, and without memory goes on, at the first of these edges.
     const BladeEdge edge[2] = {begins ? sweep->after : sweep->before, sweep->after};
     const CutVerdict verdict = link_finder_check(&blades->links, edge, 2);
     if (verdict != CUT_DONE)
@@ -146,6 +149,7 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
                                     .q = size / PARTS_OF_CELL,
                                     .tolerance = TWIST_TOLERANCE * size}};
     link_finder_create(&blades->links, 3 * cells, name, arena);
+    // Bricks are the windows of level 0, which come first.
     while (blades->brick_count < lattice->window_count &&
            lattice->window[blades->brick_count].level == 0)
         blades->brick_count++;
@@ -156,6 +160,7 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
     for (int cell = 0; cell < cells; cell++)
         for (int axis = 0; axis < 3; axis++)
             blades->beyond[cell][axis] = cut_lattice_beyond(lattice, cell, axis);
+    // Scratch: centres for commands, centres before, codes and bricks near a sweep.
     blades->whole.centre = arena_allocate(arena, ARENA_CONTACT, (size_t)cells,
                                           sizeof *blades->whole.centre, "%s/centres", name);
     blades->whole.stamp = ALLOCATE(ARENA_CONTACT, cells, int, "stamps of centres");

@@ -14,11 +14,13 @@ enum { SHIFTS = 64 }; // [q] more than all shifts and rounding
 
 void cut_near_set_edge(BladeSearch *search, const CutPath edge[2])
 {
+    // The box of its four ends.
     search->box = box_empty();
     for (int k = 0; k < 4; k++) {
         const int64_t *x = edge[k / 2].at[k % 2].x;
         box_add(&search->box, vec3((double)x[0], (double)x[1], (double)x[2]));
     }
+    // The planes of its two triangles.
     const CutPoint *corner[2][3] = {{&edge[0].at[0], &edge[1].at[0], &edge[0].at[1]},
                                     {&edge[1].at[0], &edge[1].at[1], &edge[0].at[1]}};
     for (int t = 0; t < 2; t++) {
@@ -69,6 +71,7 @@ static void make_box(const CutBlades *blades, const CellCentres *centres, int br
     for (int cell = lattice->window[brick].first, leaf = -1; cell < lattice->window[brick].end;
          cell++) {
         const int own = cut_lattice_leaf_of(lattice, cell);
+        // Vertices that the next cell has too are left to it.
         unsigned axes = 0; // along which the next cell is in the brick and connected
         for (int axis = 0; axis < 3; axis++) {
             const int beyond = blades->beyond[cell][axis];
@@ -223,6 +226,7 @@ static bool brick_may_meet(const BladeSearch *search, int brick)
     const Vec3 o = blades->rows->rest_origin;
     const double origin[3] = {o.x, o.y, o.z};
     const double grown = growth(search, box) / blades->links.q + search->slack;
+    // The box in units of q, and whether it is clear of that of the edge.
     double middle[3], half[3];
     for (int c = 0; c < 3; c++) {
         middle[c] = (0.5 * (box->world.low[c] + box->world.high[c]) - origin[c]) / blades->links.q;
@@ -359,6 +363,7 @@ static bool offer_cell(BladeSearch *search, LinkFinder *links, int cell)
         }
         if ((code_of(search, cell) & code_of(search, beyond)) != 0)
             continue;
+        // The lower cell first, so that neighbours agree.
         const bool ordered = cell < beyond;
         const CutPath link[2] = {path_of(search, ordered ? cell : beyond),
                                  path_of(search, ordered ? beyond : cell)};
@@ -374,7 +379,7 @@ bool cut_near_offer(LinkFinder *links, void *model)
     CutBlades *blades = search->blades;
     cut_near_set_edge(search, links->edge);
     next_codes(search);
-    // In the order of cells and axes.
+    // Commands: of all cells. Strokes: of the bricks near.
     for (int cell = 0; search->whole && cell < blades->cell_count; cell++)
         if (!offer_cell(search, links, cell))
             return false;
