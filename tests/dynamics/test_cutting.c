@@ -461,11 +461,11 @@ static void commands_that_cannot_be_done_say_why_and_change_nothing(void **unuse
     cut = sweep_at(0.2);
     expect_refusal(&scene, &cut, "the blade met no tissue of body 'wall'");
     cut = good;
-    cut.after.end[0].x = 1e9;
+    cut.after.end[0].x = 1e3;
     expect_refusal(&scene, &cut,
                    "the sweep is too twisted for body 'wall' (more than 64 parts): "
                    "cut in shorter steps");
-    cut.after.end[1].x = 1e9;
+    cut.after.end[0].x = cut.after.end[1].x = 1e9;
     expect_refusal(&scene, &cut, "the sweep reaches too far away from body 'wall'");
     scene.toy[0]->cuts->node_limit = scene.toy[0]->base_nodes + 3;
     cut = good;

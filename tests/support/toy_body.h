@@ -44,10 +44,10 @@ typedef struct ToyCall {
 // node that links still join share a copy of it.
 typedef struct ToyCuts {
     int links;
-    int (*link)[2];       // [links] the two faces, the lower one first
-    int (*across)[3];     // [base_faces] link across edge k; -1: a border
-    int node_limit;       // most nodes; what needs more is refused
-    double quantum, size; // [m]
+    int (*link)[2];   // [links] the two faces, the lower one first
+    int (*across)[3]; // [base_faces] link across edge k; -1: a border
+    int node_limit;   // most nodes; what needs more is refused
+    LinkFinder finder;
 
     // the state
     bool *broken;     // [links]

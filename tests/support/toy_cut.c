@@ -118,44 +118,27 @@ static CutPoint center_of(const Toy *toy, int face)
     for (int k = 0; k < 3; k++)
         sum = vec3_add(sum, toy->position[toy->face[face][k]]);
     CutPoint point;
-    ASSERT(cut_quantise(vec3_scale(1.0 / 3.0, sum), vec3(0, 0, 0), toy->cuts->quantum, &point));
+    ASSERT(cut_quantise(vec3_scale(1.0 / 3.0, sum), vec3(0, 0, 0), toy->cuts->finder.q, &point));
     return point;
 }
 
-static bool quantise_edge(const Toy *toy, const BladeEdge *edge, int64_t tries, CutPoint out[2])
-{
-    for (int k = 0; k < 2; k++) {
-        if (!cut_quantise(edge->end[k], vec3(0, 0, 0), toy->cuts->quantum, &out[k]))
-            return false;
-        CutPoint shift = cut_shift(tries, k);
-        for (int c = 0; c < 3; c++)
-            out[k].x[c] += shift.x[c];
-    }
-    return true;
-}
+// Where the links of a toy were and are.
+typedef struct Offered {
+    const Toy *toy;
+    const CutPoint *from, *to; // [faces]
+} Offered;
 
-// New bits in `hit`; false: degenerate.
-static bool test_links(const Toy *toy, const CutPath edge[2], const CutPoint *from,
-                       const CutPoint *to, int parts, bool *hit, int *met)
+// LinkOffer; the model is an Offered.
+static bool offer_links(LinkFinder *finder, void *model)
 {
-    memset(hit, 0, (size_t)toy->cuts->links);
-    *met = 0;
-    for (int i = 0; i < toy->cuts->links; i++)
-        for (int p = 0; p < parts; p++) {
-            CutPath link[2], piece[2];
-            for (int k = 0; k < 2; k++) {
-                int face = toy->cuts->link[i][k];
-                link[k] = cut_part((CutPath){{from[face], to[face]}}, p, parts);
-                piece[k] = cut_part(edge[k], p, parts);
-            }
-            if (!cut_may_meet(piece, link))
-                continue;
-            int count = cut_count(piece, link);
-            if (count == CUT_DEGENERATE)
-                return false;
-            *met += count % 2;
-            hit[i] |= count % 2 == 1 && !toy->cuts->broken[i];
-        }
+    const Offered *offered = model;
+    for (int i = 0; i < offered->toy->cuts->links; i++) {
+        const int *face = offered->toy->cuts->link[i];
+        const CutPath path[2] = {{{offered->from[face[0]], offered->to[face[0]]}},
+                                 {{offered->from[face[1]], offered->to[face[1]]}}};
+        if (!link_finder_meet(finder, i, path))
+            return false;
+    }
     return true;
 }
 
@@ -172,34 +155,25 @@ static void commit_bits(Body *body, const bool *hit, CutOutcome *outcome, Topolo
     outcome->pieces = toy_pieces(toy);
 }
 
-// Sweeps from edge[0] to edge[1] and from[face] to to[face]. `fresh`: the start may be shifted too.
-static bool sweep(Body *body, const CutSweep *asked, int64_t *tries, bool fresh, CutPoint before[2],
-                  CutPoint after[2], const CutPoint *from, const CutPoint *to, CutOutcome *outcome,
-                  TopologyChange *change)
+// Sweeps while links move from from[face] to to[face]; a command has no trail.
+static bool sweep(Body *body, const CutSweep *asked, CutTrail *trail, const CutPoint *from,
+                  const CutPoint *to, CutOutcome *outcome, TopologyChange *change)
 {
     Toy *toy = body->model;
-    int parts = cut_subticks(asked, 0.05 * toy->cuts->size), met = 0, count = 0;
-    if (parts == 0) {
-        outcome->verdict = CUT_TOO_TWISTED;
+    LinkFinder *finder = &toy->cuts->finder;
+    const BladeEdge edge[2] = {asked->before, asked->after};
+    Offered offered = {toy, from, to};
+    int count = 0;
+    outcome->verdict = link_finder_check(finder, edge, 2);
+    if (outcome->verdict == CUT_DONE)
+        outcome->verdict = link_finder_sweep(finder, edge, 2, trail, offer_links, &offered);
+    if (outcome->verdict != CUT_DONE)
         return false;
-    }
     bool *hit = calloc((size_t)toy->cuts->links, sizeof *hit); // a toy may
     ASSERT(hit != NULL);
-    for (int64_t last = *tries + CUT_TRIES;; (*tries)++) {
-        bool fits = quantise_edge(toy, &asked->after, *tries, after) &&
-                    (!fresh || quantise_edge(toy, &asked->before, *tries, before));
-        const CutPath edge[2] = {{{before[0], after[0]}}, {{before[1], after[1]}}};
-        if (!fits || *tries > last) {
-            outcome->verdict = fits ? CUT_UNRESOLVED : CUT_TOO_LARGE;
-            free(hit);
-            return false;
-        }
-        if (test_links(toy, edge, from, to, parts, hit, &met))
-            break;
-    }
-    for (int i = 0; i < toy->cuts->links; i++)
-        count += hit[i];
-    outcome->verdict = met == 0 ? CUT_MET_NOTHING : CUT_WAS_CUT;
+    for (int i = 0; i < finder->met_count; i++)
+        count += hit[finder->met[i]] = !toy->cuts->broken[finder->met[i]];
+    outcome->verdict = finder->met_count == 0 ? CUT_MET_NOTHING : CUT_WAS_CUT;
     outcome->needed = 2 * count;
     outcome->room = toy->cuts->node_limit - *toy->cuts->used;
     bool fits = outcome->needed <= outcome->room;
@@ -220,32 +194,29 @@ bool toy_cut(Body *body, const CutSweep *asked, CutOutcome *outcome, TopologyCha
     toy->cuts->calls++;
     if (asked->phase == CUT_ENDS)
         return false;
-    CutPoint *now = calloc((size_t)toy->faces, sizeof *now), before[2], after[2];
+    CutPoint *now = calloc((size_t)toy->faces, sizeof *now);
     ASSERT(now != NULL);
     for (int f = 0; f < toy->faces; f++)
         now[f] = center_of(toy, f);
     bool changed = false;
     if (asked->phase == CUT_WHOLE) {
-        int64_t tries = 0;
-        changed = sweep(body, asked, &tries, true, before, after, now, now, outcome, change);
+        changed = sweep(body, asked, NULL, now, now, outcome, change);
     } else {
+        const LinkFinder *finder = &toy->cuts->finder;
         CutPoint *then = &toy->cuts->center[asked->blade * toy->faces];
         CutPoint *edge = &toy->cuts->edge[2 * asked->blade];
         bool begins = asked->phase == CUT_BEGINS;
-        memcpy(before, edge, sizeof before);
-        bool known = true;
-        if (begins) {
-            known = quantise_edge(toy, &asked->after, asked->stroke->tries, after);
-            if (!known)
-                outcome->verdict = CUT_TOO_LARGE;
-        } else {
-            changed = sweep(body, asked, &asked->stroke->tries, toy->cuts->begun[asked->blade] == 1,
-                            before, after, then, now, outcome, change);
-        }
-        if (known && !cut_refuses(outcome->verdict)) {
-            toy->cuts->begun[asked->blade] = begins;
+        CutTrail trail = {
+            {edge[0], edge[1]}, asked->stroke->tries, begins || toy->cuts->begun[asked->blade]};
+        if (!begins)
+            changed = sweep(body, asked, &trail, then, now, outcome, change);
+        else if (!cut_quantise_edge(&asked->after, finder->origin, finder->q, trail.edge))
+            outcome->verdict = CUT_TOO_LARGE;
+        asked->stroke->tries = trail.tries;
+        if (!cut_refuses(outcome->verdict)) {
+            toy->cuts->begun[asked->blade] = trail.fresh;
             memcpy(then, now, (size_t)toy->faces * sizeof *now);
-            memcpy(edge, after, sizeof after);
+            memcpy(edge, trail.edge, sizeof trail.edge);
         }
     }
     free(now);
@@ -316,11 +287,11 @@ void toy_cuts_create(Toy *toy, const char *name, const TriMesh *mesh, const ToyO
                      Arena *arena, StateList *state)
 {
     ToyCuts *cuts = TOY_ARRAY(1, toy->cuts);
-    cuts->size = options->size;
-    cuts->quantum = options->quantum;
+    cuts->finder = (LinkFinder){.q = options->quantum, .tolerance = 0.05 * options->size};
     toy->faces = toy->base_faces;
     toy->nodes = cuts->node_limit = 3 * toy->faces;
     take_links(toy, name, mesh, arena);
+    link_finder_create(&cuts->finder, cuts->links, name, arena);
     TOY_ARRAY(cuts->links, cuts->broken);
     TOY_ARRAY(1, cuts->used);
     TOY_ARRAY(toy->faces, toy->face);
