@@ -87,6 +87,7 @@ static bool check_options(const PlaneOptions *options, Status *status)
         return status_fail(status, STATUS_INVALID,
                            "dimensions = 2 needs one layer of cells, these are %d layers",
                            lattice->count[2]);
+    // Turns about z alone keep the sheet in its plane.
     if (!(fabs(lattice->turn.x) < 1e-9 && fabs(lattice->turn.y) < 1e-9))
         return status_fail(status, STATUS_INVALID,
                            "dimensions = 2 keeps the body in a plane of constant z: it can be "
@@ -107,10 +108,12 @@ static void create_whole(PlaneModel *model, Body *body, Making *making, Arena *a
     const char *name = options->body.name;
     Vertices *vertices = &model->vertices;
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, vertices->count, double, "vertex masses");
+    // Elements and masses first: vertices need their masses.
     make_forms(making, model, name, arena);
     body->mass = plane_forms_add_masses(&making->forms, model);
     create_vertices(model, making, name, arena, state);
     model->spare = vertices->count;
+    // What the kernel reads, and what others see.
     plane_reserve_batches(model, model->element_count, model->element_count, name, arena);
     plane_fill_batches(model);
     plane_create_surface(model, body, &making->mesh, options, arena);
@@ -159,6 +162,7 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     const PlaneOptions *options = making->options;
     const char *name = options->body.name;
     PlaneModel *model = ALLOCATE(ARENA_STEP, 1, PlaneModel, "model");
+    // What both kinds of bodies have.
     model->kernels = kernels;
     model->law = options->law;
     model->half = 0.5 * options->lattice->size;
@@ -169,6 +173,7 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
         create_cuttable(model, body, making, arena, state);
     else
         create_whole(model, body, making, arena, state);
+    // Bounds of the time step.
     body->element_count = model->element_count;
     body->lambda = body->contact_lambda = making->forms.lambda;
     body->damping = making->forms.damping_lambda;

@@ -69,14 +69,17 @@ static void take_tables(PlaneCut *cut, const char *name, Arena *arena)
     const int most = cut->vertex_capacity, elements = cut->layout.element_count;
     cut->path = ALLOCATE_ROWS(cut->cell_count, cut->path, "paths of cells");
     cut->cells_of_piece = ALLOCATE(ARENA_TOPOLOGY, cut->room.vertices, int, "cells of pieces");
+    // From ids and places to rows.
     cut->row_of = ALLOCATE(ARENA_TOPOLOGY, cut->room.vertices, int, "rows of vertices");
     cut->row_of_id = ALLOCATE(ARENA_TOPOLOGY, 4 * cut->points, int, "rows of ids");
     cut->vertex = ALLOCATE_ROWS(elements, cut->vertex, "rows of elements");
+    // The state before a change.
     cut->before = ALLOCATE_ROWS(elements, cut->before, "rows of elements before");
     cut->quarters_before = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "quarters before");
     cut->mass_before = ALLOCATE(ARENA_TOPOLOGY, most, double, "masses before");
     cut->birth = ALLOCATE(ARENA_TOPOLOGY, 2 * most, NodeBirth, "births");
     link_finder_create(&cut->links, 2 * cut->cell_count, name, arena);
+    // Of published nodes.
     cut->origin_id = ALLOCATE(ARENA_TOPOLOGY, most, int, "vertex origins");
     cut->parent = ALLOCATE_ROWS(most, cut->parent, "vertex parents");
     cut->piece = ALLOCATE(ARENA_TOPOLOGY, most, int, "vertex pieces");
@@ -156,6 +159,7 @@ static bool covers_each_cell_once(const PlaneCut *cut)
         for (int i = 0; i < cut->layout.count[0]; i++) {
             int over = 0;
             for (int level = 0; level <= cut->layout.levels; level++) {
+                // The square of this level over the cell, and the cell's quarter of it.
                 int e =
                     cut->layout
                         .lut[level][(j >> level) * (cut->layout.count[0] >> level) + (i >> level)];
@@ -189,6 +193,7 @@ static bool levels_can_be(const PlaneCut *cut)
             for (int k = 0; k < 2 && own >= 0; k++) {
                 if (beside[k] < 0)
                     continue;
+                // Neighbours differ by one level at most.
                 int a = cut->layout.element[own].level, b = cut->layout.element[beside[k]].level;
                 if (a - b > 1 || b - a > 1)
                     return false;
@@ -205,10 +210,12 @@ static bool ids_can_be(const PlaneModel *model)
         cut->row_of_id[k] = -1;
     for (int v = 0; v < cut->vertex_capacity; v++) {
         int id = cut->id[v];
+        // Ids in range, and all of them before the free rows.
         if (id < -1 || id >= 4 * cut->points || (id >= 0 && v != count))
             return false;
         if (id < 0)
             continue;
+        // No id twice; the origin is an id, too.
         if (cut->row_of_id[id] >= 0 || cut->origin_id[v] < 0 ||
             cut->origin_id[v] >= 4 * cut->points)
             return false;

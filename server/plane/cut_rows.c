@@ -75,6 +75,7 @@ static int around_vertex(const PlaneCut *cut, int v, int element[4], int place[4
     for (int s = 0; s < 4; s++) {
         int e = plane_layout_at(&cut->layout, cut->mesh.point[v][0] - 1 + (s & 1),
                                 cut->mesh.point[v][1] - 1 + (s >> 1));
+        // An element may cover several of the four cells.
         bool again = false;
         for (int k = 0; k < count; k++)
             again |= element[k] == e;

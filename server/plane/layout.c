@@ -109,6 +109,7 @@ static void list_level(PlaneLayout *layout, const Levels *levels, int level)
             for (int q = 0; q < 4; q++) {
                 int x = level == 0 ? i : i + (q & 1) * half;
                 int y = level == 0 ? j : j + (q >> 1) * half;
+                // The quarters that are of this level are its own.
                 if (level_at(levels, x, y) != level)
                     continue;
                 element.quarters |= (unsigned char)(1u << q);

@@ -179,6 +179,7 @@ static void cut_ears(PlaneMesh *mesh, int element, Outline *outline)
 {
     while (outline->count >= 3) {
         int k = 0, n = outline->count;
+        // Every outline has an ear; it becomes a triangle.
         while (k < n && !is_ear(outline, k))
             k++;
         ASSERT(k < n);
@@ -239,11 +240,13 @@ static void make_faces(PlaneMesh *mesh, const PlaneRoom *room, const PlaneLayout
     for (int e = 0; e < mesh->element_count; e++) {
         if (layout->element[e].quarters == 0)
             continue;
+        // The corners and hanging vertices of the element, in order.
         Outline outline = {0};
         int place[PLANE_PLACES], count = plane_outline(layout->element[e].quarters, place);
         for (int k = 0; k < count; k++)
             if (mesh->vertex[e][place[k]] >= 0)
                 outline.place[outline.count++] = place[k];
+        // Sides that no other element has are the body's outline.
         for (int k = 0; k < outline.count; k++)
             add_side(room, sides++, mesh->vertex[e][outline.place[k]],
                      mesh->vertex[e][outline.place[(k + 1) % outline.count]]);

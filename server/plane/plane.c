@@ -201,6 +201,7 @@ static int plane_find_nodes(const void *self, const Region *region, int *node, i
     const RegionTest test = region_test(&here);
     int found = 0;
     for (int n = 0; n < model->node_count; n++) {
+        // Nodes inside the body have no faces.
         if (model->node_face_end[n] == model->node_face_start[n])
             continue;
         Vec3 x = rows_local(&model->vertices.rows, model->vertices.present, model->node_vertex[n]);

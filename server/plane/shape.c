@@ -172,6 +172,7 @@ static double paper_forces(const PlaneShape *shape, double k, double size, const
                            double (*force)[2])
 {
     double a[2][2] = {{0.0}}, turn[2], energy = 0.0;
+    // The rotation that fits best.
     for (int i = 0; i < shape->count; i++)
         for (int d = 0; d < 2; d++)
             for (int e = 0; e < 2; e++)
@@ -248,6 +249,7 @@ static double affine_forces(const PlaneShape *shape, const PlaneStiffness *stiff
 static void damp(const PlaneShape *shape, double damping, double size, const double (*r)[2],
                  const double (*velocity)[2], double (*force)[2])
 {
+    // The rigid motion of the vertices.
     double mean[2] = {0.0, 0.0}, spin = 0.0, inertia = 0.0;
     for (int i = 0; i < shape->count; i++) {
         const double w = shape->share[i];
@@ -256,6 +258,7 @@ static void damp(const PlaneShape *shape, double damping, double size, const dou
         spin += w * (r[i][0] * velocity[i][1] - r[i][1] * velocity[i][0]);
         inertia += w * (r[i][0] * r[i][0] + r[i][1] * r[i][1]);
     }
+    // It is not damped.
     spin /= inertia + 1e-12 * size * size;
     for (int i = 0; i < shape->count; i++) {
         const double c = damping * shape->share[i];
@@ -293,6 +296,7 @@ static void rotate_away(double a[MOST][MOST], int n, int p, int q)
 {
     if (a[p][q] == 0.0)
         return;
+    // The smaller of the two angles that make the entry vanish.
     double tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
     double t = (tau >= 0.0 ? 1.0 : -1.0) / (fabs(tau) + sqrt(1.0 + tau * tau));
     double c = 1.0 / sqrt(1.0 + t * t), s = t * c;

@@ -134,6 +134,7 @@ void plane_create_mesh(PlaneModel *model, Body *body, const PlaneMesh *mesh, con
     model->vertex = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "published vertices");
     memcpy(triangle, mesh->triangle, (size_t)triangles * sizeof *triangle);
     memcpy(piece, mesh->piece, (size_t)nodes * sizeof *piece);
+    // All vertices are published, in their order.
     for (int v = 0; v < nodes; v++) {
         model->vertex[v] = v;
         model->vertices.id[v] = parent[v][0] = parent[v][1] = mesh->id[v];
@@ -245,6 +246,7 @@ static void put_edge(PlaneModel *model, int k, int a, int b)
     const int corner[2][3] = {{2 * a, 2 * b, 2 * b + 1}, {2 * a, 2 * b + 1, 2 * a + 1}};
     const double length =
         hypot(rows->rest[b][0] - rows->rest[a][0], rows->rest[b][1] - rows->rest[a][1]);
+    // Two triangles with half of the rectangle each.
     for (int t = 0; t < 2; t++) {
         const int f = 2 * k + t;
         memcpy(strip->face[f], corner[t], sizeof corner[t]);
@@ -256,6 +258,7 @@ static void put_edge(PlaneModel *model, int k, int a, int b)
             strip->neighbor[f][c] = -1;
         }
     }
+    // They meet in the diagonal; the edges before and after join them later.
     strip->neighbor[2 * k][2] = 2 * k + 1;
     strip->neighbor[2 * k + 1][0] = 2 * k;
     strip->edge_from[a] = k;

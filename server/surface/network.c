@@ -240,6 +240,7 @@ static void set_springs(SpringNetwork *network, const TriMesh *mesh, const Winge
         double length =
             vec3_length(vec3_sub(mesh->position[edge->node[0]], mesh->position[edge->node[1]]));
         network->rest_length[e] = length * (1.0 - rules->options->prestress);
+        // Uniform springs, or a part from each face at the edge.
         if (rules->same_springs) {
             network->stiffness[e] = rules->stiffness[level];
             continue;

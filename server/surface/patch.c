@@ -79,6 +79,7 @@ static void add_ties(const SurfaceModel *model, Patch *patch, int *budget)
         double share[PATCH_CARRIERS];
         if (!region_contains(&test, position_of(model, slot)))
             continue;
+        // The free nodes that carry it, and their shares.
         int node = model->node[slot],
             found = find_carriers(&detail->set, node, 1.0, 0, carrier, share);
         if (!patch_add_tie(patch, node, found, carrier, share))

@@ -77,6 +77,7 @@ static void fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringP
     // The result of the tick goes to the rows that are not current, so that the state before the
     // tick stays intact until commit.
     void *result = model->rows[1 - model->current];
+    // RK4 remembers where its substep began.
     if (stage->rule == STAGE_RK4_FIRST) {
         model->base = model->present;
         model->next_stage = 0;
@@ -302,6 +303,7 @@ static void surface_measure(const void *self, BodyMeasure *measure)
     };
     if (model->detail != NULL)
         measure->refused = model->detail->adapt.sweep->refused;
+    // Pieces with frames of their own.
     if (model->detail != NULL && model->detail->frames != NULL)
         measure->elastic += detail_frames_energy(model, rows);
 }
@@ -398,6 +400,7 @@ const BodyOps *surface_ops(const SurfaceOptions *options)
             [TORN] = {{EXPLICIT, ADAPTS, TEARS}, {IMPLICIT, ADAPTS, TEARS}},
         },
     };
+    // A table in place of tests while it runs.
     const int kind = !options->body.cuttable ? WHOLE : options->tear_stretch > 0.0 ? TORN : CUT;
     return &table[options->adaptive][kind][options->body.integrator == INTEGRATOR_IMPLICIT];
 }

@@ -131,6 +131,7 @@ static void create_plain(Batches *out, const BatchOptions *options, const Key *k
         ALLOCATE(ARENA_STEP, (long)batch_count * NODE_CORNERS * LANES, int, "plain vertices");
     int *element_class = ALLOCATE(ARENA_STEP, batch_count, int, "plain classes");
     static const int corner[NODE_CORNERS] = {0, 1, 2, 3, 4, 5, 6, 7};
+    // Batches of one class each; the last one of a class may have free lanes.
     for (int first = 0, batch = 0, end; first < count; first = end, batch++) {
         end = batch_end(key, first, count);
         for (int lane = 0; lane < LANES; lane++)

@@ -107,12 +107,14 @@ static void make_elements(VoxelMaking *making)
     making->step = (double)INFINITY;
     Template shape;
     template_create(&shape, 0);
+    // Most neighbours have the same shape: make it only when it changes.
     for (int e = 0; e < count; e++) {
         making->mask[e] = template_mask_of(making->mesh.vertex[e]);
         if (making->mask[e] != shape.mask)
             template_create(&shape, making->mask[e]);
         set_element(making, e, &shape);
     }
+    // Damping is given in units of the smallest critical step.
     const double beta = making->options->damping * making->step;
     for (int e = 0; e < count; e++)
         making->classes[e].damping *= beta;

@@ -72,6 +72,7 @@ static int merged_material(const Layout *layout, int level, int i, int j, int k)
     if (material == NONE || i == 0 || j == 0 || k == 0 || i + 1 == layout->count[0] >> level ||
         j + 1 == layout->count[1] >> level || k + 1 == layout->count[2] >> level)
         return NONE;
+    // The eight children must be of one material, and all around them leaves, too.
     for (int z = -1; z <= 2; z++)
         for (int y = -1; y <= 2; y++) {
             const int *row =
@@ -98,6 +99,7 @@ static void merge_level(Layout *layout, int level)
     int nx = layout->count[0] >> level, ny = layout->count[1] >> level;
     int nz = layout->count[2] >> level;
     int *slot = layout->lut[level];
+    // Decide for all blocks first: a block that is merged counts as a leaf for its neighbours.
     for (int k = 0; k < nz; k++)
         for (int j = 0; j < ny; j++)
             for (int i = 0; i < nx; i++)

@@ -30,10 +30,12 @@ static void add_vertices(const Vertices *vertices, Patch *patch, int *budget)
         int i = (int)patch->next;
         if (!region_contains(&test, rows_local(&vertices->rows, row, i)))
             continue;
+        // Fixed vertices do not move: they are no unknowns.
         double inverse = rows_get(&vertices->rows, vertices->inverse_mass, i);
         if (inverse > 0.0 && !patch_add_node(patch, i, 1.0 / inverse, 0.0, 0.0))
             return;
     }
+    // Not through yet: continue in the next tick.
     if (patch->next < vertices->count)
         return;
     patch->pass++;
@@ -55,6 +57,7 @@ static void find_rotation(const Vertices *vertices, const PatchElement *piece, c
     const Rows *rows = &vertices->rows;
     const void *row = vertices_row(vertices);
     double f[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}, r[3][3];
+    // F = 1 + sum u_i g_i^T.
     for (int i = 0; i < piece->count; i++) {
         Vec3 moved = rows_vector(rows, row, piece->vertex[i], 0), g = piece->g[i];
         const double u[3] = {moved.x, moved.y, moved.z}, by[3] = {g.x, g.y, g.z};
@@ -63,6 +66,7 @@ static void find_rotation(const Vertices *vertices, const PatchElement *piece, c
     }
     Quat before = {last[0], last[1], last[2], last[3]};
     rotation_fit((const double(*)[3])f, r, &before);
+    // In the world's axes.
     for (int k = 0; k < 3; k++) {
         Vec3 column = vec3(r[0][k], r[1][k], r[2][k]);
         if (rows->turned)
@@ -216,6 +220,7 @@ static bool add_batches(const VoxelModel *model, Patch *patch, int budget)
         const BatchRun run = runs->run[k];
         const bool hanging = k >= runs->run_end[BATCH_PLAIN][1];
         const int before = hanging ? runs->plain.batch_count : 0;
+        // Batches between runs are not in use.
         if (patch->next < before + run.first)
             patch->next = before + run.first;
         for (; patch->next < before + run.first + run.count; patch->next++) {

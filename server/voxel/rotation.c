@@ -119,6 +119,7 @@ bool rotation_foam(const double a[3][3], int steps, double rotation[3][3], doubl
 static double orthogonalise(double r[3][3])
 {
     double out[3][3], gram[3][3], error = 0.0;
+    // How far R^T R is from 1, then one step of Newton and Schulz.
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) {
             gram[i][k] = r[0][i] * r[0][k] + r[1][i] * r[1][k] + r[2][i] * r[2][k];

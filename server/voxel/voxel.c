@@ -88,6 +88,7 @@ static int voxel_find_nodes(const void *self, const Region *region, int *node, i
         return cut_faces_find_nodes(&model->cuts->faces, region, node, capacity);
     const Region here = rows_region(&model->vertices.rows, region);
     const RegionTest test = region_test(&here);
+    // Nodes count even where there is no more room.
     int found = 0;
     for (int i = 0; i < model->surface_count; i++)
         if (region_contains(&test, rows_local(&model->vertices.rows, model->vertices.present, i))) {

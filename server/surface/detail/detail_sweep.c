@@ -232,6 +232,7 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
     DetailAdapt *adapt = &detail->adapt;
     const LeafSet *set = &detail->set;
     const Marks *marks = &pass->marks;
+    // A leaf: divide it if a criterion asks for it, and what it is bent against.
     if (!detail_is_refined(set, level, face)) {
         if (level > marks->level)
             return VERDICT_CALM; // the next level may not exist
@@ -250,6 +251,7 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
         leaves &= !detail_is_refined(set, level + 1, 4 * face + k);
         calm &= sweep_face(pass, level + 1, 4 * face + k) == VERDICT_CALM;
     }
+    // The time since when it has been calm.
     int64_t *since = &adapt->calm_since[set->face_base[level] + face];
     if (!leaves || !calm) {
         *since = 0;
@@ -269,6 +271,7 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     DetailAdapt *adapt = &detail->adapt;
     const Sweep *sweep = adapt->sweep;
     const double pi = 3.14159265358979323846;
+    // Thresholds with their scales.
     double turn = sweep->thresholds[2] * sweep->scale;
     double speed = sweep->thresholds[1] * sweep->scale * adapt->wave_speed;
     double force = sweep->thresholds[0] * sweep->scale * adapt->modulus / adapt->edge_length;
@@ -288,6 +291,7 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
         marks->still2[l] = still * still;
         marks->per_speed2[l] = ldexp(1.0 / (speed * speed), -2 * l);
     }
+    // The motion against which speeds are measured.
     if (model->basis.rigid != NULL) {
         const FramePose *pose = &model->basis.rigid->pose;
         marks->center = (Vec3){pose->center[0], pose->center[1], pose->center[2]};
@@ -307,6 +311,7 @@ static void look_at_felt(SweepPass *pass)
         int node = (int)adapt->felt[i].node;
         if (set->status[node] == NODE_OFF)
             continue;
+        // Leaves around a pressed node are divided at once, as many as a tick may.
         Leaf *leaf = set->ring[LEVELS_MAX];
         int count = detail_leaves_around(set, node, leaf);
         for (int k = 0; k < count && pass->left > 0; k++)
