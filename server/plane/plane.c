@@ -53,6 +53,7 @@ static void fit_plane(const PlaneModel *model, const void *row, PlaneFit *fit)
     const Rows *rows = &model->vertices.rows;
     double mass = 0.0, p = 0.0, q = 0.0;
     *fit = (PlaneFit){.cosine = 1.0};
+    // Means by mass: of rest positions, displacements, and velocities of a body that falls.
     for (int v = 0; v < model->vertices.count; v++) {
         mass += model->vertices.mass[v];
         for (int d = 0; d < 2; d++) {

@@ -38,6 +38,7 @@ int plane_outline(unsigned quarters, int place[PLANE_PLACES])
     static const int turn[5] = {0, 1, 3, 2, 0}; // corners counter-clockwise
     int next[PLANE_PLACES], count = 0;
     bool side[PLANE_PLACES][PLANE_PLACES] = {{false}};
+    // Sides of all quarters; those that two quarters share are inside.
     for (int q = 0; q < 4; q++)
         for (int k = 0; k < 4 && quarters >> q & 1; k++)
             side[corner_of(q, turn[k])][corner_of(q, turn[k + 1])] = true;
@@ -47,6 +48,7 @@ int plane_outline(unsigned quarters, int place[PLANE_PLACES])
             if (side[a][b] && !side[b][a])
                 next[a] = b;
     }
+    // Follow the rest from the first place on.
     int first = 0;
     while (first < PLANE_PLACES && next[first] < 0)
         first++;
@@ -92,6 +94,7 @@ static void list_vertices(PlaneShape *shape, PlaneLaw law, const double area[PLA
         shape->rest[i][0] = 0.5 * (at % 3) - 0.5;
         shape->rest[i][1] = 0.5 * (at / 3) - 0.5;
         memcpy(shape->area[i], area[at], sizeof shape->area[i]);
+        // Share of mass: by cones of the whole square, else by quarters; the paper's are equal.
         double cone = 0.5 * (area[at][0] * shape->rest[i][0] + area[at][1] * shape->rest[i][1]);
         shape->share[i] = (shape->quarters == 15 ? cone : part[at]) / shape->extent;
     }
@@ -122,6 +125,7 @@ void plane_shape_create(PlaneShape *shape, PlaneLaw law, unsigned quarters, unsi
             part[end[e]] += 0.5 * part[at];
         }
     }
+    // Then positions relative to their mean.
     list_vertices(shape, law, (const double(*)[2])area, part);
     for (int i = 0; i < shape->count; i++)
         for (int d = 0; d < 2; d++)
@@ -271,6 +275,7 @@ double plane_shape_forces(const PlaneShape *shape, const PlaneStiffness *stiffne
                           const double (*position)[2], const double (*velocity)[2],
                           double (*force)[2])
 {
+    // Forces depend on positions relative to the mean alone.
     double mean[2] = {0.0, 0.0}, r[PLANE_PLACES][2];
     for (int i = 0; i < shape->count; i++)
         for (int d = 0; d < 2; d++)

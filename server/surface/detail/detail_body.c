@@ -162,6 +162,7 @@ static bool check_sweep(const Detail *detail)
 {
     const Sweep *sweep = detail->adapt.sweep;
     int roots = detail->set.levels.level[0].face_count;
+    // Progress of the sweep.
     bool ok = is_within(sweep->root, 0, roots - 1) &&
               is_within(sweep->urgent, 0, (int64_t)detail->set.levels.finest * roots) &&
               is_number(sweep->credit) && is_number(sweep->scale) &&
@@ -170,6 +171,7 @@ static bool check_sweep(const Detail *detail)
               sweep->coarsened >= 0 && sweep->refused >= 0;
     for (int k = 0; k < 3; k++)
         ok = ok && is_number(sweep->thresholds[k]);
+    // What it has found so far.
     ok = ok && is_within(*detail->adapt.felt_count, 0, detail->adapt.felt_capacity);
     for (int f = 0; ok && f < detail->set.face_base[detail->set.levels.finest + 1]; f++)
         ok = detail->adapt.crease[f] <= CREASE_SHARP;
@@ -189,6 +191,7 @@ static bool find_slots(const SlotTable *table, int *used)
         int thing = table->thing[s];
         if (thing == -1)
             continue;
+        // A node or face has one slot at most.
         if (!is_within(thing, 0, table->thing_count - 1) || table->slot[thing] >= 0)
             return false;
         table->slot[thing] = s;

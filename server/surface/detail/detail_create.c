@@ -47,6 +47,7 @@ static RootKey *order_roots(const TriMesh *mesh)
     double extent = box_extent(&box);
     for (int f = 0; f < mesh->triangle_count; f++) {
         const int *t = mesh->triangle[f];
+        // Along a Z curve by their centres.
         Vec3 sum =
             vec3_add(vec3_add(mesh->position[t[0]], mesh->position[t[1]]), mesh->position[t[2]]);
         key[f] = (RootKey){morton(vec3_scale(1.0 / 3.0, sum), low, extent), f};
@@ -164,6 +165,7 @@ static void create_slots(SurfaceModel *model, const TriMesh *mesh, const Surface
     int *origin = ALLOCATE(ARENA_TOPOLOGY, nodes, int, "root origins");
     model_label_pieces(mesh, piece);
     memcpy(id, mesh->file_index, (size_t)nodes * sizeof *id);
+    // Copies that the repair made have the origin of their node.
     for (int i = 0; i < nodes; i++)
         origin[i] =
             mesh->copy_count == 0 ? id[i] : id[mesh_node_of_file(mesh, mesh_file_row(mesh, i))];
@@ -315,10 +317,12 @@ void detail_rebuild(Body *body)
     if (detail->set.cut != NULL)
         detail_cut_rebuild(detail);
     set_statuses(model);
+    // Everything is stale.
     for (int w = 0; w < pack->window_count; w++)
         pack->stale_window[w] = true;
     memset(pack->is_dirty, true, (size_t)detail->set.node_count);
     detail_pack(model);
+    // The mesh is drawn from nothing, in the slots that it had.
     slots_restore(detail->faces.slots);
     detail_draw_all(&detail->faces, &detail->report);
     detail_publish(body);

@@ -196,6 +196,7 @@ static void meet_neighbours(DetailFaces *faces, int slot)
         int from = corner[k], to = corner[(k + 1) % 3];
         faces->face_neighbor[slot][k] = -1;
         for (int i = faces->node_face_start[from]; i < faces->node_face_end[from]; i++) {
+            // The face with the same edge the other way round.
             int other = faces->node_face[i];
             const int *c = faces->face[other];
             for (int j = 0; j < 3; j++)
@@ -259,11 +260,13 @@ static void list_changes(DetailFaces *faces, DetailReport *report)
         int slot = faces->cleared[i];
         if (in_use(faces, slot))
             continue;
+        // A face that is gone, and where it continues.
         report->face_change[change->face_count++] = (FaceChange){slot, -1};
         report->face_change[change->face_count++] = (FaceChange){successor(faces, slot), slot};
         slots_free_face(faces->slots, slot);
     }
     for (int i = 0; i < faces->drawn_count; i++) {
+        // A new face, and what it continues.
         int slot = faces->drawn[i];
         report->face_change[change->face_count++] = (FaceChange){slot, predecessor(faces, slot)};
         slots_put_face(faces->slots, slot, faces->face[slot]);

@@ -37,8 +37,10 @@ static double share_of_leaf(const SurfaceModel *model, const Leaf *leaf, int edg
 static void add_spring(NodeSprings *springs, int neighbour, double stiffness, bool sum)
 {
     int at = springs->count;
+    // Ascending order of neighbours.
     while (at > 0 && springs->neighbour[at - 1] > neighbour)
         at--;
+    // Two leaves at an edge add to one spring.
     if (at > 0 && springs->neighbour[at - 1] == neighbour) {
         if (sum)
             springs->stiffness[at - 1] += stiffness;
@@ -140,9 +142,11 @@ static void pack_springs(SurfaceModel *model, int lane, int slot, int entries,
     table->own[lane] = slot;
     for (int i = 0; i < entries; i++) {
         long at = (long)(table->start[chunk] + i) * LANES + lane % LANES;
+        // Padding has no stiffness and leads to the node itself.
         bool real = i < springs->count;
         int other = real ? springs->neighbour[i] : slot;
         double length = 0.0;
+        // Rest lengths follow from rest positions.
         for (int c = 0; c < 3; c++) {
             double e = model->basis.rest[slot][c] - model->basis.rest[other][c];
             length += e * e;
@@ -159,6 +163,7 @@ static void pack_node(SurfaceModel *model, int lane, int node)
     const DetailPack *pack = &detail->pack;
     const NodeTable *nodes = &model->nodes;
     bool moves = node >= 0 && !detail->fixed[node];
+    // Zeros hold a node that does not move.
     model_put(model, nodes->inverse_mass, lane, moves ? 1.0 / model->mass[node] : 0.0);
     if (nodes->shape_rate != NULL) {
         bool apart = shape_drag_is_apart(model->shape);
@@ -168,6 +173,7 @@ static void pack_node(SurfaceModel *model, int lane, int node)
         if (apart)
             model_put(model, nodes->shape_drag, lane, moves ? pack->shape_drag : 0.0);
     }
+    // Its virtual node.
     if (nodes->rest != NULL)
         for (int c = 0; c < 3; c++)
             model_put(model, nodes->rest, model_lane(lane) + c * LANES,

@@ -49,11 +49,13 @@ void detail_frames_create(SurfaceModel *model, const char *name, Arena *arena, S
     size_t nodes = (size_t)detail->set.node_count, faces = (size_t)detail->set.face_count;
     DetailFrames *frames = detail->frames =
         ALLOCATE(ARENA_STEP, 1 + 1, DetailFrames, "piece frames");
+    // The rotations are state: fits start from them.
     frames->rotation = ALLOCATE(ARENA_STEP, PIECE_FRAMES + 1, *frames->rotation, "piece rotations");
     for (int i = 0; i < PIECE_FRAMES; i++)
         frames->rotation[i][0] = 1.0;
     state_add(state, frames->rotation, PIECE_FRAMES * sizeof *frames->rotation,
               "%s/piece_rotations", name);
+    // By piece and by node.
     frames->frame_of = ALLOCATE(ARENA_STEP, faces + 1, unsigned char, "frames of pieces");
     frames->size = ALLOCATE(ARENA_STEP, faces + 1, int, "piece sizes");
     frames->slot = ALLOCATE(ARENA_STEP, nodes + 1, int, "slots of pieces");

@@ -51,6 +51,7 @@ Vec3 detail_velocity(const SurfaceModel *model, int node)
 void detail_push(SurfaceModel *model, int node, Vec3 impulse)
 {
     const Detail *detail = model->detail;
+    // Masters carry the mass of a hanging node, half each.
     if (detail->set.status[node] == NODE_HANGING) {
         int parent[2];
         levels_parents(&detail->set.levels, node, parent);
@@ -60,6 +61,7 @@ void detail_push(SurfaceModel *model, int node, Vec3 impulse)
     }
     if (detail->fixed[node])
         return;
+    // A free node changes its velocity.
     const double share = 1.0 / detail_mass(model, node);
     const double change[3] = {share * impulse.x, share * impulse.y, share * impulse.z};
     for (int c = 0; c < 3; c++) {
@@ -146,6 +148,7 @@ typedef struct Walk {
 static Vec3 displacement(const SurfaceModel *model, int node)
 {
     const Detail *detail = model->detail;
+    // A node that is off is in the middle of its parents.
     if (detail->set.status[node] == NODE_OFF) {
         int parent[2];
         levels_parents(&detail->set.levels, node, parent);
@@ -198,6 +201,7 @@ static Vec3 along_border(const Walk *walk, int node, int edge)
     const Level *level = walk->level;
     int face =
         level->edge_face[edge][0] >= 0 ? level->edge_face[edge][0] : level->edge_face[edge][1];
+    // Walk around the node to the other edge of the border.
     int at = edge, to = other_end(level, edge, node);
     while (face >= 0) {
         at = other_edge(level, face, node, at);
@@ -207,6 +211,7 @@ static Vec3 along_border(const Walk *walk, int node, int edge)
     int before = other_end(level, at, node);
     Vec3 in = vec3_sub(rest[node], rest[before]), out = vec3_sub(rest[to], rest[node]);
     Vec3 u = displacement(walk->model, node);
+    // At a corner the border does not go on: mirror the edge.
     if (vec3_dot(in, out) < BUTTERFLY_CORNER * vec3_length(in) * vec3_length(out))
         return vec3_sub(vec3_scale(2.0, u), displacement(walk->model, to));
     return displacement(walk->model, before);
@@ -218,6 +223,7 @@ static Vec3 wing(const Walk *walk, int face, int edge, int w)
     const Level *level = walk->level;
     const int *end = level->edge[edge];
     int across = levels_beyond(level, edge, face);
+    // Beyond a border: mirror the node in front.
     if (across < 0)
         return vec3_sub(
             vec3_add(displacement(walk->model, end[0]), displacement(walk->model, end[1])),
@@ -234,6 +240,7 @@ static Vec3 regular(const Walk *walk, int edge)
 {
     const Level *level = walk->level;
     const int *end = level->edge[edge];
+    // The ends, then on each side the third corner and two wings.
     Vec3 sum = vec3_scale(
         0.5, vec3_add(displacement(walk->model, end[0]), displacement(walk->model, end[1])));
     for (int side = 0; side < 2; side++) {
@@ -300,6 +307,7 @@ void detail_give_birth(SurfaceModel *model, int node)
     double row[ROW];
     read_middle(model, node, row);
     Vec3 rest = rest_of(model, node);
+    // Where its masters hold it, or where the butterfly puts it.
     if (model->detail->set.constrained) {
         Vec3 step = shift_of_row(model, node, vec3_sub(rest, middle_of_parents(model, node)));
         row[0] += step.x, row[1] += step.y, row[2] += step.z;

@@ -253,9 +253,11 @@ bool detail_may_coarsen(const LeafSet *set, int level, int face)
 {
     if (set->cut != NULL && set->cut->locked[set->face_base[level] + face] != 0)
         return false;
+    // Its children must be leaves.
     for (int k = 0; k < 4; k++)
         if (detail_is_refined(set, level + 1, 4 * face + k))
             return false;
+    // No face beside them may be finer than they are.
     const Level *at = &set->levels.level[level];
     for (int k = 0; k < 3; k++) {
         int half[2];

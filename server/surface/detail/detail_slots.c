@@ -42,6 +42,7 @@ static void restore(SlotTable *table)
     for (int i = 0; i < table->thing_count; i++)
         table->slot[i] = -1;
     for (int s = 0; s < table->capacity; s++) {
+        // The lowest free slot is the next to be taken.
         if (table->thing[s] < 0) {
             table->lowest = s < table->lowest ? s : table->lowest;
             continue;

@@ -139,16 +139,19 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
         if (across < 0 || !detail_is_leaf(set, level, across) ||
             detail_is_broken(set, level, face, k))
             continue;
+        // The two faces at the edge, by the corners that an angle needs.
         int opposite = 0;
         while (at->face_edge[across][opposite] != edge)
             opposite++;
         const int node[4] = {corner[k], corner[(k + 1) % 3], corner[(k + 2) % 3],
                              at->face[across][(opposite + 2) % 3]};
         const NodeLook *beyond = look_at(model, node[3], marks);
+        // If it moves the other leaf looks at this edge itself.
         if (across < face &&
             !is_still(moved[k], moved[(k + 1) % 3], beyond->moved, marks->still2[level]))
             continue;
         const Vec3 x[4] = {now[k], now[(k + 1) % 3], now[(k + 2) % 3], beyond->position};
+        // How far they have turned against each other since rest.
         double cosine = detail_cos_of_turn(model, level, edge, node, x);
         if (cosine >= marks->cos_calm)
             continue;
@@ -156,6 +159,7 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
         if (pair == VERDICT_DIVIDE)
             bent->face[bent->count++] = across;
         verdict = verdict > pair ? verdict : pair;
+        // The leaf across learns of it when its turn comes.
         note[across] = note[across] > pair ? note[across] : (unsigned char)pair;
     }
     return verdict;
@@ -181,6 +185,7 @@ static Verdict judge(SurfaceModel *model, int level, int face, const Marks *mark
         const NodeLook *look = look_at(model, corner[k], marks);
         now[k] = look->position;
         moved[k] = look->moved;
+        // Velocity, then traction of each corner.
         double eta2 = look->slip2 * marks->per_speed2[level];
         verdict = worse(verdict, eta2 > 1.0           ? VERDICT_DIVIDE
                                  : eta2 > CALM * CALM ? VERDICT_KEEP
@@ -433,12 +438,14 @@ void detail_measure_fold(DetailFolds *folds, int level, int edge)
     const int *face = at->edge_face[edge];
     if (face[0] < 0 || face[1] < 0)
         return;
+    // The four corners at rest.
     int k = side_of(at, face[0], edge), j = side_of(at, face[1], edge);
     const int *corner = detail_uncut(set, level, face[0]);
     const Vec3 x[4] = {rest[corner[k]], rest[corner[(k + 1) % 3]], rest[corner[(k + 2) % 3]],
                        rest[detail_uncut(set, level, face[1])[(j + 2) % 3]]};
     Fold fold = fold_of(x);
     double size = fold.size2 > 0.0 ? 1.0 / sqrt(fold.size2) : 0.0;
+    // Cosine and sine alone.
     float *known = folds->rest_fold[set->edge_base[level] + edge];
     known[0] = (float)(size * fold.cosine);
     known[1] = (float)(size * fold.sine);

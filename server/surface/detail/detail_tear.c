@@ -151,6 +151,7 @@ static int keep_one_a_tip(Detail *detail, int count)
         int edge = cut->torn[i], face = finest->edge_face[edge][0];
         int k = side_of(finest, face, edge);
         int a = cut->node[face][k], b = cut->node[face][(k + 1) % 3];
+        // An end that tears here tears nowhere else in this tick.
         if (is_taken[a] || is_taken[b])
             continue;
         is_taken[a] = is_taken[b] = true;
@@ -175,6 +176,7 @@ static void refine_stretched(SurfaceModel *model)
             const int *face = at->edge_face[e];
             if (detail->adapt.sweep->refined >= most)
                 return;
+            // Edges between two leaves of this level that are stretched too far.
             if (face[0] < 0 || face[1] < 0 || !detail_is_leaf(set, l, face[0]) ||
                 !detail_is_leaf(set, l, face[1]) ||
                 !(stretch_of(model, at, e) > detail->options.tear_stretch))
@@ -194,11 +196,13 @@ bool detail_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *c
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
     cut->looks++;
     mark_tips(&detail->set);
+    // What is to tear, before anything is refined.
     int count = keep_one_a_tip(detail, list_torn(model));
     detail_begin_change(model);
     refine_stretched(model);
     if (count > 0 && detail_cut_break(model, cut->torn, count, outcome))
         outcome->verdict = CUT_DONE;
+    // What has become of the body.
     outcome->pieces = cut->piece_count;
     outcome->small_pieces = cut->small_count;
     if (outcome->verdict == CUT_DONE)

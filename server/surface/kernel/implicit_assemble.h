@@ -86,6 +86,7 @@ INLINE bool is_violent(const SurfaceModel *model, int chunk)
             const long at = (long)e * LANES + lane;
             int other = table->neighbour[at],
                 own = model->lane == NULL ? chunk * LANES + lane : table->own[chunk * LANES + lane];
+            // How far the two ends move against each other in this step.
             const Quad u = quad_row(system->rows, own, 4) - quad_row(system->rows, other, 4);
             const double turn = scale * stiffness[at] * inverse_mass[chunk * LANES + lane];
             const double change = h * h * quad_dot(u, u), most = rest_length[at] * rest_length[at];
@@ -121,6 +122,7 @@ static void add_chunk(SurfaceModel *model, const Scales *by, int chunk)
             const long at = (long)e * LANES + lane;
             int other = table->neighbour[at],
                 own = model->lane == NULL ? chunk * LANES + lane : table->own[chunk * LANES + lane];
+            // A spring is stored at both ends: take it once.
             if (other <= own || !(stiffness[at] > 0.0))
                 continue;
             const int i = system->number[own], j = system->number[other];
@@ -161,6 +163,7 @@ INLINE void follow(const FramePose *pose, const double *rest, Quad x, Quad v, Qu
 {
     Quad p = x, target = {0};
     double arm[3];
+    // Arms from the frame's centre, now and at rest.
     for (int c = 0; c < 3; c++) {
         p[c] -= pose->center[c];
         arm[c] = rest[(long)c * LANES] - pose->rest_center[c];
@@ -168,6 +171,7 @@ INLINE void follow(const FramePose *pose, const double *rest, Quad x, Quad v, Qu
     for (int c = 0; c < 3; c++)
         target[c] = pose->rotation[c][0] * arm[0] + pose->rotation[c][1] * arm[1] +
                     pose->rotation[c][2] * arm[2];
+    // Velocity of the virtual node.
     const double *w = pose->angular, *b = pose->velocity;
     const Quad moves = {b[0] + w[1] * p[2] - w[2] * p[1], b[1] + w[2] * p[0] - w[0] * p[2],
                         b[2] + w[0] * p[1] - w[1] * p[0], 0.0};
@@ -196,10 +200,12 @@ static void add_node(SurfaceModel *model, const Scales *by, const Quad *gravity,
     const double mass = 1.0 / ((const double *)nodes->inverse_mass)[lane];
     double inertia = mass, weight = mass;
     Quad outer = mass * *gravity, inner = {0};
+    // Forces from outside.
     if (external) {
         const double *force = (const double *)model->external + model_lane(lane);
         outer += (Quad){force[0], force[LANES], force[2 * LANES], 0.0};
     }
+    // The shape spring, of which the matrix has the diagonal.
     if (model->shape != SHAPE_FRAME_NONE) {
         const double rate = mass * ((const double *)nodes->shape_rate)[lane];
         const double drag = mass * ((const double *)nodes->drag)[lane];
@@ -252,6 +258,7 @@ static void assemble(SurfaceModel *model)
         .damping_time = fmin(model->damping_time * p->damping_scale, IMPLICIT_DAMPING * system->h),
         .h = system->h,
         .part = system->share * system->h};
+    // An empty system.
     const size_t numbers = (size_t)(system->moving + system->hanging) + 1;
     memset(system->residual, 0, numbers * sizeof *system->residual);
     memset(system->inverse, 0, numbers * sizeof *system->inverse);
@@ -262,6 +269,7 @@ static void assemble(SurfaceModel *model)
         if (system->frame != NULL)
             detail_frames_fit(model, system->rows);
     }
+    // Springs; hanging nodes hand theirs on; then all that is diagonal.
     add_springs(model, &by);
     hand_over(system);
     const Quad gravity = {p->gravity[0], p->gravity[1], p->gravity[2], 0.0};

@@ -112,6 +112,7 @@ static void sum_resistance(Implicit *system)
     for (int e = 0; e < system->edge_count; e++) {
         const double a = system->spring[e][3];
         const int *end = system->end[e], island = island_of(system, end[0]);
+        // Only springs under tension resist a rotation of their island.
         if (!(a > 0.0) || island < 0 || system->held[island])
             continue;
         const Quad d = position(system, end[0], 0.0) - position(system, end[1], 0.0);
@@ -208,6 +209,7 @@ static bool solve(Implicit *system)
     double rz = precondition(system, r, z);
     if (!isfinite(rz))
         return false;
+    // Where to stop: at the tolerance, or at rounding.
     const double enough =
         fmax(system->tolerance * system->tolerance * rz, SOLVE_ROUNDING * SOLVE_ROUNDING * asked);
     for (int i = 0; i < moving; i++)
@@ -218,11 +220,13 @@ static bool solve(Implicit *system)
         const double pq = multiply(system, p, q);
         if (!(pq > 0.0))
             break;
+        // A step along the search direction.
         const double alpha = rz / pq;
         for (int i = 0; i < moving; i++) {
             x[i] += alpha * p[i];
             r[i] -= alpha * q[i];
         }
+        // The next direction, conjugate to all before.
         const double before = rz;
         rz = precondition(system, r, z);
         const double beta = rz / before;

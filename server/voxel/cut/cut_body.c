@@ -163,6 +163,7 @@ static int choose_capacity(const VoxelMaking *making, Status *status)
     const VoxelOptions *options = making->options;
     if (options->body.node_capacity > 0)
         return options->body.node_capacity;
+    // The body divided everywhere, and as many vertices again for cuts.
     Layout finest;
     LatticeMesh divided;
     layout_create(&finest, options->lattice, 0);
@@ -185,6 +186,7 @@ bool cut_body_check(VoxelMaking *making, Status *status)
                            "body %s: a skin does not follow cuts; leave it out or set cuttable = "
                            "false",
                            options->body.name);
+    // The uncut body must fit.
     if (vertices > making->capacity)
         return status_fail(status, STATUS_INVALID,
                            "body %s has %d vertices to start with, capacity.nodes is %d",
@@ -317,6 +319,7 @@ void cut_body_create_masses(VoxelModel *model, const VoxelMaking *making, Arena 
     masses->size = making->options->lattice->size;
     for (int d = 0; d < 3; d++)
         masses->middle[d] = 0.5 * making->options->lattice->count[d];
+    // By material and level, and where the body is fixed.
     masses->mass = masses_of(making, name, arena);
     masses->material_count = making->options->material_count;
     masses->held = hold(making, name, arena);
@@ -346,12 +349,14 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     VoxelCuts *cuts = model->cuts;
     if (options->tear_stress > 0.0 || options->tear_force > 0.0)
         cut_tear_create(&cuts->tear, options, &cuts->windows, &model->vertices, arena, state);
+    // Pieces first: faces publish them.
     cut_pieces_create(&cuts->pieces, &cuts->lattice, making, arena, state);
     cut_blades_create(&cuts->blades, cuts->name, &cuts->lattice, &model->vertices.rows,
                       options->lattice->size, arena);
     if (!cut_faces_create(&cuts->faces, &cuts->pieces, &model->vertices, making, body, arena, state,
                           status))
         return false;
+    // Published nodes come and go with the faces.
     model->node = cuts->faces.slot_vertex;
     model->node_count = cuts->faces.slot_count;
     return true;

@@ -195,6 +195,7 @@ void cut_faces_find_least(CutFaces *faces)
 
 void cut_faces_settle_touched(CutFaces *faces)
 {
+    // Nodes first: the firmness of a face is that of its corners.
     for (int t = 0; t < faces->touched_count; t++) {
         const int vertex = faces->touched[t];
         set_node_area(faces, vertex);
@@ -247,6 +248,7 @@ static void follow_births(CutFaces *faces, TopologyChange *change)
     for (int b = 0; b < changes->birth_count; b++) {
         const CutBirth *birth = &changes->birth[b];
         const int last = birth->parent[birth->parent_count - 1];
+        // Whoever holds a node follows it to its parents.
         faces->born[b] = (NodeBirth){birth->vertex, {birth->parent[0], last}};
         faces->copied_from[birth->vertex] = birth->origin;
         cut_faces_enter_vertex(faces, birth->vertex);
@@ -360,6 +362,7 @@ int cut_faces_find_nodes(const CutFaces *faces, const Region *region, int *node,
     int found = 0;
     for (int slot = 0; slot < *faces->slot_count; slot++) {
         const int i = faces->slot_vertex[slot];
+        // Vertices inside of the body have no faces.
         if ((faces->all && faces->start[i] == faces->end[i]) ||
             !region_contains(&test, rows_local(&vertices->rows, vertices->present, i)))
             continue;

@@ -14,6 +14,7 @@
 static void clear(CutFaces *faces)
 {
     const size_t triangles = 2 * (size_t)faces->square_capacity;
+    // No squares, and no vertex has faces.
     memset(faces->square_of, -1, (size_t)faces->cell_count * sizeof *faces->square_of);
     memset(faces->neighbor, -1, triangles * sizeof *faces->neighbor);
     memset(faces->face, 0, triangles * sizeof *faces->face);
@@ -50,11 +51,13 @@ static int count_sides(const CutFaces *faces)
 // True if the list of squares has each visible side once.
 static bool squares_are_valid(CutFaces *faces)
 {
+    // As many squares as sides that are shown.
     if (*faces->shown < 0 || *faces->shown > faces->square_capacity ||
         *faces->shown != count_sides(faces))
         return false;
     bool sound = true;
     for (int s = 0; s < *faces->shown && sound; s++) {
+        // Each side once.
         const int code = faces->square[s];
         sound = code >= 0 && code / 6 < faces->cell_count &&
                 cut_faces_is_shown(faces->lattice, code / 6, code % 6) &&
@@ -105,6 +108,7 @@ static bool copies_are_valid(const CutFaces *faces)
         const int from = faces->copied_from[v];
         if (from == -1)
             continue;
+        // Copied from an earlier vertex at the same point.
         if (from < 0 || from >= v)
             return false;
         cut_lattice_point(faces->lattice, v, here);
@@ -163,12 +167,14 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
 static void list_outer(CutFaces *faces, const Layout *layout, int surface_count)
 {
     for (int e = 0; e < layout->leaf_count && layout->leaf[e].level == 0; e++) {
+        // Squares in the order of the uncut body's faces.
         const int *at = layout->leaf[e].cell;
         const int cell = cut_lattice_cell(faces->lattice, at[0], at[1], at[2]);
         for (int d = 0; d < SQUARE_DIRECTIONS; d++)
             if (cut_faces_is_shown(faces->lattice, cell, d))
                 faces->square[(*faces->shown)++] = 6 * cell + d;
     }
+    // Its nodes have the first slots.
     const int slots = faces->all ? cut_lattice_used(faces->lattice) : surface_count;
     *faces->slot_count = slots;
     for (int s = 0; s < slots; s++)
@@ -186,6 +192,7 @@ static void create_state(CutFaces *faces, const char *name, Arena *arena, StateL
     faces->slot_vertex = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "published vertices");
     faces->slot_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "published count");
     faces->copied_from = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "origins of vertices");
+    // The order of squares and slots is history: it cannot be derived.
     state_add(state, faces->square, squares * sizeof *faces->square, "%s/squares", name);
     state_add(state, faces->shown, sizeof *faces->shown, "%s/square_count", name);
     state_add(state, faces->slot_vertex, vertices * sizeof *faces->slot_vertex, "%s/published",
@@ -237,6 +244,7 @@ static void create_mesh(CutFaces *faces, const char *name, Arena *arena)
 {
     const int triangles = 2 * faces->square_capacity, vertices = faces->lattice->vertex_capacity;
     faces->triangle = faces->face;
+    // With slots of their own, published nodes have other triangles.
     if (!faces->all)
         faces->triangle = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles,
                                          sizeof *faces->triangle, "%s/triangles", name);

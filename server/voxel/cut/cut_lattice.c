@@ -179,11 +179,13 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
     lattice->broken = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "broken");
     lattice->vertex_id = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "cut vertex ids");
     lattice->vertex_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "vertex count");
+    // The two sets of bits, and the order in which vertices came.
     state_add(state, lattice->divided, elements, "%s/divided", name);
     state_add(state, lattice->broken, cells, "%s/broken", name);
     state_add(state, lattice->vertex_id, vertices * sizeof *lattice->vertex_id, "%s/vertex_ids",
               name);
     state_add(state, lattice->vertex_count, sizeof *lattice->vertex_count, "%s/vertex_count", name);
+    // Derived from these.
     lattice->corner = arena_allocate(arena, ARENA_TOPOLOGY, cells, sizeof *lattice->corner, "%s/%s",
                                      name, "corners");
     lattice->node = arena_allocate(arena, ARENA_TOPOLOGY, elements - cells, sizeof *lattice->node,
@@ -202,6 +204,7 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
     if (mesh->vertex_count > capacity)
         return status_fail(status, STATUS_INVALID, "%s: %d vertices do not fit vertex_capacity %d",
                            name, mesh->vertex_count, capacity);
+    // Elements, then vertices as in the uncut body.
     create_elements(lattice, name, &making->layout, arena);
     create_scratch(lattice, name, arena);
     create_state(lattice, name, arena, state);

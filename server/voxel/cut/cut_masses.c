@@ -129,6 +129,7 @@ static void bear(CutMasses *masses, const CutBirth *birth)
     cut_lattice_point(masses->lattice, birth->vertex, point);
     set_rest(masses, birth->vertex, point);
     vertices->mass[birth->vertex] = 0.0;
+    // Position and velocity are the parents' means.
     const double share = 1.0 / birth->parent_count;
     for (int c = 0; c < ROW; c++) {
         double sum = 0.0;
@@ -258,6 +259,7 @@ static void repair_momentum(const CutMasses *masses, int group)
 
 static void repair_groups(CutMasses *masses)
 {
+    // Chain the vertices of each group, in one order.
     for (int t = 0; t < masses->touched_count; t++) {
         const int vertex = masses->touched[t];
         masses->next[vertex] = -1;

@@ -88,10 +88,12 @@ static bool merge_next(Merge *merge, uint64_t *key)
     int best = 0;
     if (merge->count == 0)
         return false;
+    // The lowest of the heads.
     for (int k = 1; k < merge->count; k++)
         if (*merge->next[k] < *merge->next[best])
             best = k;
     *key = *merge->next[best]++;
+    // A list that has ended is taken out.
     if (merge->next[best] == merge->end[best]) {
         merge->count--;
         merge->next[best] = merge->next[merge->count];
@@ -343,6 +345,7 @@ static void take_turns(const CutWindows *windows, const WindowGroup *own, const 
                        Turns *turns)
 {
     for (int w = own->first; w < own->end; w++) {
+        // Of an unchanged window only what it leaves to the group may move.
         if (!windows->is_changed[w]) {
             const uint64_t *rest = windows->rest + windows->lattice->window[w].first;
             const int *count = windows->rest_count[w];

@@ -150,6 +150,7 @@ static void go_on(CutPieces *pieces, Search *search)
         if (next < 0)
             continue;
         const int own = set_of(pieces, cell), other = set_of(pieces, next);
+        // Not seen yet; or another search has been there, and both are one set.
         if (other < 0) {
             enter(pieces, search, next);
         } else if (other != own) {

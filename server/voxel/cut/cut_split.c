@@ -48,6 +48,7 @@ void cut_split_sort(CutLattice *lattice, int sorted)
     int *wanted = lattice->wanted, *fresh = lattice->scratch->fresh;
     int count = lattice->wanted_count - sorted;
     memcpy(fresh, wanted + sorted, (size_t)count * sizeof *fresh);
+    // Heap sort of the new ones: no memory, no bad case.
     for (int at = count / 2 - 1; at >= 0; at--)
         sift(lattice, fresh, count, at);
     for (int last = count - 1; last > 0; last--) {
@@ -56,6 +57,7 @@ void cut_split_sort(CutLattice *lattice, int sorted)
         fresh[last] = first;
         sift(lattice, fresh, last, 0);
     }
+    // Merge both from behind.
     for (int to = lattice->wanted_count - 1; count > 0; to--)
         wanted[to] = sorted > 0 && goes_before(lattice, fresh[count - 1], wanted[sorted - 1])
                          ? wanted[--sorted]
@@ -184,6 +186,7 @@ static void hand_down(CutLattice *lattice, int element)
     const CutScratch *scratch = lattice->scratch;
     int *old = cut_parts_nodes(lattice, element);
     for (int c = 0; c < 8; c++) {
+        // A corner of a child is a node of its parent, or its centre, which is none.
         int *nodes = cut_parts_nodes(lattice, lattice->element[element].child + c);
         for (int k = 0; k < NODE_CORNERS; k++) {
             const int node =
@@ -192,6 +195,7 @@ static void hand_down(CutLattice *lattice, int element)
             nodes[k] = node < 0 ? -1 : old[node];
         }
     }
+    // The parent is no leaf any more.
     for (int n = 0; n < NODE_COUNT; n++)
         old[n] = -1;
 }
