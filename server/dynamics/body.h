@@ -8,6 +8,7 @@
 #include "base/team.h"
 #include "base/vec.h"
 #include "dynamics/cut.h"
+#include "dynamics/fit.h"
 #include "dynamics/integrator.h"
 #include "dynamics/patch.h"
 #include "dynamics/region.h"
@@ -71,6 +72,8 @@ typedef struct BodyMesh {
     const int (*parent)[2];
     const int *piece;
     const signed char *level;
+    int first_wall; // triangles from this slot on are walls of cuts; 0: the body has none
+    BodyFit fit;    // row_count 0: nodes are published where their vertices are
 } BodyMesh;
 
 // A face slot with a new face. It replaces the face in slot `from`, which was (at least partly) in
@@ -183,6 +186,9 @@ typedef struct BodyOps {
     // --- out ---
     // Writes float positions (and velocities unless NULL) of all nodes, in the order of BodyMesh.
     void (*snapshot)(const void *model, float *position, float *velocity);
+    // Writes those of the rows that the nodes follow from instead (BodyMesh.fit): less work, for
+    // the step thread. NULL: no body of the model has any.
+    void (*snapshot_rows)(const void *model, float *position, float *velocity);
     // Writes the rest positions of these nodes in the world, as the scene placed the body; constant
     // between changes of topology. NULL: the body has none. Values in free slots are undefined.
     void (*snapshot_rest)(const void *model, float *position);
@@ -264,6 +270,7 @@ struct Body {
     double h;            // tick / substeps [s]
 
     int64_t resets; // restores of the last good state
+    int64_t step;   // ticks completed before the newest change of topology
 };
 
 // Returns the number of the next mesh.

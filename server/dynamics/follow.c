@@ -42,6 +42,7 @@ void change_body(Sim *sim, int b, BodyChange *make, void *context)
 {
     Body *body = &sim->body[b];
     TopologyChange change = {.again = true};
+    body->step = sim->clock->step;
     while (change.again) {
         change = (TopologyChange){0};
         expect(sim, b);

@@ -5,7 +5,7 @@
 
 #include "base/check.h"
 #include "base/vec.h"
-#include "geometry/lattice.h"
+#include "geometry/surface_field.h"
 
 enum { VOLUME_MOST_VOXELS = 1 << 28 };
 
@@ -41,5 +41,9 @@ void volume_destroy(LabelVolume *volume);
 // empty result, too many cells, or an extent outside MESH_SMALLEST_EXTENT to MESH_LARGEST_EXTENT.
 bool volume_lattice(const LabelVolume *volume, const int *label, int label_count, double size,
                     Lattice *lattice, Status *status);
+// Makes the field of the smooth surface of the same voxels, for the lattice that volume_lattice
+// made of them.
+void volume_field(const LabelVolume *volume, const int *label, int label_count,
+                  const Lattice *lattice, SurfaceField *field);
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "pliant_mesh_t.h"
 #include "pliant_rest_t.h"
+#include "pliant_walls_t.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -101,6 +102,7 @@ void bus_create_mesh_stream(Bus *bus, int index, Arena *arena)
     const char *prefix = bus->scene->prefix;
     // A mesh that never changes is read from the body itself.
     snprintf(stream->mesh_channel, 2 * CHANNEL_MAX, "%s_MESH_%s", prefix, body->name);
+    snprintf(stream->walls_channel, 2 * CHANNEL_MAX, "%s_WALLS_%s", prefix, body->name);
     stream->mesh = body->mesh;
     if (!mesh_changes(body))
         return;
@@ -156,9 +158,21 @@ static void send_mesh_chunk(Bus *bus, int index)
     bus_count_published(bus, pliant_mesh_t_publish(bus->lcm, stream->mesh_channel, &message));
 }
 
+static void send_walls(Bus *bus, const BodyStream *stream)
+{
+    const pliant_walls_t message = {.utime = clock_utime(),
+                                    .sequence = (int32_t)stream->mesh_sequence,
+                                    .topology = stream->mesh.topology,
+                                    .first_wall = stream->mesh.first_wall};
+    if (stream->mesh.first_wall > 0)
+        bus_count_published(bus, pliant_walls_t_publish(bus->lcm, stream->walls_channel, &message));
+}
+
 static void send_whole_chunk(Bus *bus, int index)
 {
     BodyStream *stream = &bus->body[index];
+    if (stream->whole.next == 0)
+        send_walls(bus, stream);
     if (stream->whole.next < stream->mesh_chunks)
         send_mesh_chunk(bus, index);
     else

@@ -18,6 +18,21 @@
 #include <stdlib.h>
 #include <string.h>
 
+// Memory for the nodes of a fitted mesh.
+static void create_nodes(Bus *bus, int index, Arena *arena)
+{
+    BodyStream *stream = &bus->body[index];
+    const Body *body = sim_body(bus->sim, index);
+    if (body->mesh.fit.row_count == 0)
+        return;
+    const size_t values = (size_t)mesh_most_nodes(body) * (bus->exchange->velocity ? 6 : 3);
+    stream->node = arena_allocate(arena, ARENA_OUTPUT, values, sizeof *stream->node, "run/nodes_%s",
+                                  body->name);
+    stream->scratch = arena_allocate(arena, ARENA_OUTPUT,
+                                     (size_t)FIT_SCRATCH * (size_t)body->mesh.fit.row_capacity,
+                                     sizeof *stream->scratch, "run/fit_%s", body->name);
+}
+
 void bus_create_streams(Bus *bus, Arena *arena)
 {
     int bodies = sim_body_count(bus->sim);
@@ -35,6 +50,7 @@ void bus_create_streams(Bus *bus, Arena *arena)
         snprintf(stream->velocity_channel, 2 * CHANNEL_MAX, "%s_VELOCITY_%s", prefix, name);
         bus_create_mesh_stream(bus, i, arena);
         bus_create_rest_stream(bus, i, arena);
+        create_nodes(bus, i, arena);
     }
 }
 
@@ -59,7 +75,8 @@ static void send_nodes_chunk(Bus *bus, int index)
                               .chunk_count = pace->count,
                               .first = first,
                               .num_values = 3 * (end - first)};
-    const float *positions = frame->value, *velocities = frame->value + 3 * nodes;
+    const float *positions = stream->node != NULL ? stream->node : frame->value;
+    const float *velocities = positions + 3L * nodes;
     message.position = (float *)(uintptr_t)(positions + 3 * first);
     bus_count_published(bus, pliant_nodes_t_publish(bus->lcm, stream->nodes_channel, &message));
     // Velocities of the same chunk.
@@ -69,6 +86,20 @@ static void send_nodes_chunk(Bus *bus, int index)
                             pliant_nodes_t_publish(bus->lcm, stream->velocity_channel, &message));
     }
     pace->next++;
+}
+
+// Computes the nodes of a fitted mesh from the rows of a frame of its topology.
+static void fit_frame(Bus *bus, BodyStream *stream)
+{
+    const Frame *frame = stream->frame;
+    const BodyFit *fit = &stream->mesh.fit;
+    if (stream->node == NULL)
+        return;
+    fit_nodes(fit, frame->node_count, frame->value, stream->scratch, stream->node);
+    fit_fade(fit, frame->step, frame->value, stream->node);
+    if (bus->exchange->velocity)
+        fit_nodes(fit, frame->node_count, frame->value + 3L * frame->row_count, stream->scratch,
+                  stream->node + 3L * frame->node_count);
 }
 
 // Takes the newest frame of a body unless chunks of the last one are left to send. A frame of a new
@@ -90,6 +121,8 @@ static void take_frame(Bus *bus, int index, int64_t now_ns, bool at_once)
     if (!again && (!stream->frame_waits ||
                    !bus_follow_mesh(bus, index, now_ns, at_once || stream->frame->at_once)))
         return;
+    if (stream->frame_waits)
+        fit_frame(bus, stream);
     stream->nodes_sequence += stream->frame_waits;
     stream->frame_waits = stream->frame_wanted = false;
     // Its chunks follow the delta, and leave evenly over the period.

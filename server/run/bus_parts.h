@@ -134,6 +134,9 @@ typedef struct BodyStream {
     BodyMesh mesh; // of the body itself when it never changes, else of `copy`
     MeshCopy *copy;
     MeshDelta delta;
+    char walls_channel[2 * CHANNEL_MAX];
+    float *node; // of a fitted mesh: what is sent in place of the frame's rows; else NULL
+    double *scratch;
     char rest_channel[2 * CHANNEL_MAX];
     RestCopy *rest; // of `mesh`; NULL: not published
 } BodyStream;

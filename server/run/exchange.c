@@ -27,10 +27,21 @@ static size_t bytes_of(size_t nodes, size_t triangles)
     return (nodes * NODE_INTS + triangles * TRIANGLE_INTS) * sizeof(int) + nodes;
 }
 
+// Bytes of what a fitted mesh has besides.
+static size_t fit_bytes(const BodyFit *fit, size_t nodes)
+{
+    return fit->row_count == 0
+               ? 0
+               : nodes * sizeof *fit->row + (size_t)fit->row_capacity * sizeof *fit->offset +
+                     (size_t)fit->cell_capacity * sizeof *fit->cell +
+                     (size_t)fit->fade_capacity * sizeof *fit->fade;
+}
+
 size_t mesh_copy_bytes(const BodyMesh *mesh)
 {
-    size_t bytes =
-        sizeof(MeshCopy) + bytes_of((size_t)mesh->node_capacity, (size_t)mesh->triangle_capacity);
+    size_t nodes = (size_t)mesh->node_capacity;
+    size_t bytes = sizeof(MeshCopy) + bytes_of(nodes, (size_t)mesh->triangle_capacity) +
+                   fit_bytes(&mesh->fit, nodes);
     return (bytes + 7) / 8 * 8;
 }
 
@@ -40,6 +51,15 @@ BodyMesh mesh_copy_view(const MeshCopy *copy)
     // The arrays lie one behind the other, in the order in which mesh_copy_follow puts them.
     const int *id = copy->data, *origin = id + nodes, *piece = origin + nodes;
     const int *parent = piece + nodes, *triangle = parent + 2 * nodes;
+    const unsigned char *at = (const unsigned char *)(triangle + 3 * (size_t)copy->triangle_count);
+    BodyFit fit = copy->fit;
+    if (fit.row_count > 0) {
+        fit.row = (const int *)(const void *)at;
+        fit.offset = (const float(*)[3])(const void *)(fit.row + nodes);
+        fit.cell = (const int(*)[FIT_CORNERS])(const void *)(fit.offset + fit.row_count);
+        fit.fade = (const FitFade *)(const void *)(fit.cell + fit.cell_count);
+        at = (const unsigned char *)(fit.fade + fit.fade_count);
+    }
     return (BodyMesh){
         .topology = copy->topology,
         .node_count = copy->node_count,
@@ -51,7 +71,9 @@ BodyMesh mesh_copy_view(const MeshCopy *copy)
         .origin = origin,
         .parent = (const int(*)[2])parent,
         .piece = piece,
-        .level = (const signed char *)(triangle + 3 * (size_t)copy->triangle_count),
+        .level = (const signed char *)at,
+        .first_wall = copy->first_wall,
+        .fit = fit,
     };
 }
 
@@ -73,6 +95,8 @@ void mesh_copy_follow(MeshCopy *copy, const BodyMesh *mesh)
     copy->triangle_count = mesh->triangle_count;
     copy->node_capacity = mesh->node_capacity;
     copy->triangle_capacity = mesh->triangle_capacity;
+    copy->first_wall = mesh->first_wall;
+    copy->fit = mesh->fit;
     // Arrays follow in the order of mesh_copy_view.
     unsigned char *to = (unsigned char *)copy->data;
     to = append(to, mesh->id, nodes * sizeof *mesh->id);
@@ -80,6 +104,13 @@ void mesh_copy_follow(MeshCopy *copy, const BodyMesh *mesh)
     to = append(to, mesh->piece, nodes * sizeof *mesh->piece);
     to = append(to, mesh->parent, nodes * sizeof *mesh->parent);
     to = append(to, mesh->triangle, triangles * sizeof *mesh->triangle);
+    const BodyFit *fit = &mesh->fit;
+    if (fit->row_count > 0) {
+        to = append(to, fit->row, nodes * sizeof *fit->row);
+        to = append(to, fit->offset, (size_t)fit->row_count * sizeof *fit->offset);
+        to = append(to, fit->cell, (size_t)fit->cell_count * sizeof *fit->cell);
+        to = append(to, fit->fade, (size_t)fit->fade_count * sizeof *fit->fade);
+    }
     append(to, mesh->level, nodes * sizeof *mesh->level);
 }
 
@@ -145,7 +176,7 @@ static void create_ring(Ring *ring, Arena *arena, unsigned capacity, size_t stri
 static void create_frames(Exchange *exchange, int index, const Body *body, Arena *arena)
 {
     // A frame and what follows it in one piece, so that one slot hands over all.
-    size_t values = (size_t)mesh_most_nodes(body) * (exchange->velocity ? 6 : 3);
+    size_t values = (size_t)mesh_most_rows(body) * (exchange->velocity ? 6 : 3);
     size_t bytes = sizeof(Frame) + values * sizeof(float);
     if (mesh_changes(body)) {
         exchange->mesh_at[index] = round_up(bytes);
@@ -183,6 +214,7 @@ const float *exchange_push_frame(Exchange *exchange, Sim *sim, int index, bool a
     frame->at_once = at_once;
     frame->topology = body->mesh.topology;
     frame->node_count = body->mesh.node_count;
+    frame->row_count = mesh_rows(&body->mesh);
     // Mesh and rest positions follow only when the topology has changed.
     MeshCopy *mesh = exchange_frame_mesh(exchange, index, frame);
     if (mesh != NULL)
@@ -191,8 +223,8 @@ const float *exchange_push_frame(Exchange *exchange, Sim *sim, int index, bool a
     if (rest != NULL)
         rest_copy_follow(rest, body);
     // The body writes its positions, and velocities if they are published.
-    body->ops->snapshot(body->model, frame->value,
-                        exchange->velocity ? frame->value + 3 * frame->node_count : NULL);
+    mesh_snapshot(body, frame->value,
+                  exchange->velocity ? frame->value + 3 * frame->row_count : NULL);
     slot_publish(&exchange->frame[index]);
     return frame->value; // the reader does not write
 }

@@ -21,7 +21,8 @@
 // The slots in use of one BodyMesh, array behind array.
 typedef struct MeshCopy {
     int topology, node_count, triangle_count; // node_count 0: nothing copied yet
-    int node_capacity, triangle_capacity;
+    int node_capacity, triangle_capacity, first_wall;
+    BodyFit fit; // its arrays are behind those of the mesh
     int data[];
 } MeshCopy;
 
@@ -35,6 +36,26 @@ static inline bool mesh_changes(const Body *body)
 static inline int mesh_most_nodes(const Body *body)
 {
     return mesh_changes(body) ? body->mesh.node_capacity : body->mesh.node_count;
+}
+
+// Returns the rows that the nodes of a mesh follow from, and the most that there can be.
+static inline int mesh_rows(const BodyMesh *mesh)
+{
+    return mesh->fit.row_count > 0 ? mesh->fit.row_count : mesh->node_count;
+}
+
+static inline int mesh_most_rows(const Body *body)
+{
+    return body->mesh.fit.row_count > 0 ? body->mesh.fit.row_capacity : mesh_most_nodes(body);
+}
+
+// Copies the rows (BodyOps.snapshot_rows) of a body of any kind; velocity may be NULL.
+static inline void mesh_snapshot(const Body *body, float *position, float *velocity)
+{
+    if (body->mesh.fit.row_count > 0)
+        body->ops->snapshot_rows(body->model, position, velocity);
+    else
+        body->ops->snapshot(body->model, position, velocity);
 }
 
 // Returns the number of live nodes: slots that are not free.
@@ -97,7 +118,8 @@ typedef struct Frame {
     double time;     // [s]
     int64_t at_once; // 1: lockstep, all chunks leave before the reply
     int topology;    // of the mesh
-    int node_count;  // n, slots
+    int node_count;  // slots
+    int row_count;   // n: of the rows that nodes follow from (BodyMesh.fit), as a rule the nodes
     float value[];   // positions [3 n], then velocities [3 n] if they are published
 } Frame;
 
@@ -207,8 +229,8 @@ typedef struct ExchangeOptions {
 // Allocates everything from the world's arena, which frees it. Load time.
 void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options);
 // Hands the state of a body to the bus; step thread, between two ticks. With `at_once` all chunks
-// leave before the reply. Returns the positions handed over, valid until the next call for this
-// body.
+// leave before the reply. Returns the positions handed over, of rows, valid until the next call for
+// this body.
 const float *exchange_push_frame(Exchange *exchange, Sim *sim, int body, bool at_once);
 // Returns the mesh copied behind a frame; NULL for a body whose mesh never changes. The step thread
 // writes it, the thread that took the frame reads it.

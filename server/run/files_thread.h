@@ -33,7 +33,8 @@ struct RecordFrame {
 // The next body follows the positions.
 typedef struct RecordBody {
     int topology, node_count; // slots
-    float position[];         // [3 node_count], m
+    int row_count;            // rows that nodes follow from (BodyMesh.fit)
+    float position[];         // [3 row_count], m
 } RecordBody;
 
 // Returns the bytes of a frame without its bodies.
@@ -55,6 +56,10 @@ void record_frame_take(RecordFrame *frame, Sim *sim);
 typedef struct RecorderMesh {
     RecordingMesh mesh;
     float *position; // [3 node_capacity] of live nodes
+    // Of a fitted mesh, else NULL:
+    MeshCopy *copy; // if it changes
+    float *node;    // [3 node_capacity] all nodes
+    double *scratch;
 } RecorderMesh;
 
 typedef struct Recorder {

@@ -16,7 +16,7 @@ size_t record_frame_bytes(Sim *sim)
 {
     size_t bytes = record_tools_bytes(sim);
     for (int i = 0; i < sim_body_count(sim); i++)
-        bytes += sizeof(RecordBody) + 3 * (size_t)mesh_most_nodes(sim_body(sim, i)) * sizeof(float);
+        bytes += sizeof(RecordBody) + 3 * (size_t)mesh_most_rows(sim_body(sim, i)) * sizeof(float);
     return bytes;
 }
 
@@ -65,19 +65,20 @@ RecordBody *record_frame_begin(RecordFrame *frame, Sim *sim)
 
 static RecordBody *next_body(const RecordBody *body)
 {
-    return (RecordBody *)(uintptr_t)(body->position + 3 * (size_t)body->node_count);
+    return (RecordBody *)(uintptr_t)(body->position + 3 * (size_t)body->row_count);
 }
 
 static void begin_body(RecordBody *to, const Body *body)
 {
     to->topology = body->mesh.topology;
     to->node_count = body->mesh.node_count;
+    to->row_count = mesh_rows(&body->mesh);
 }
 
 RecordBody *record_body(RecordBody *to, const Body *body, const float *position)
 {
     begin_body(to, body);
-    memcpy(to->position, position, 3 * (size_t)to->node_count * sizeof *position);
+    memcpy(to->position, position, 3 * (size_t)to->row_count * sizeof *position);
     return next_body(to);
 }
 
@@ -87,7 +88,7 @@ void record_frame_take(RecordFrame *frame, Sim *sim)
     for (int i = 0; i < sim_body_count(sim); i++) {
         const Body *body = sim_body(sim, i);
         begin_body(to, body);
-        body->ops->snapshot(body->model, to->position, NULL);
+        mesh_snapshot(body, to->position, NULL);
         to = next_body(to);
     }
 }
@@ -97,6 +98,18 @@ void record_frame_take(RecordFrame *frame, Sim *sim)
 #define RESERVE(count, type, what)                                                                 \
     arena_allocate(arena, ARENA_OUTPUT, count, sizeof(type), "run/recorded %s of %s", what,        \
                    body->name)
+
+static void reserve_nodes(RecorderMesh *to, const Body *body, Arena *arena)
+{
+    const BodyMesh *mesh = &body->mesh;
+    if (mesh->fit.row_count == 0)
+        return;
+    to->node = RESERVE(3 * (size_t)mesh_most_nodes(body), float, "nodes");
+    to->scratch = RESERVE((size_t)FIT_SCRATCH * (size_t)mesh->fit.row_capacity, double, "fit");
+    if (mesh_changes(body))
+        to->copy = (MeshCopy *)arena_allocate(arena, ARENA_OUTPUT, 1, mesh_copy_bytes(mesh),
+                                              "run/recorded mesh of %s", body->name);
+}
 
 void recorder_reserve(Recorder *recorder, World *world)
 {
@@ -109,6 +122,7 @@ void recorder_reserve(Recorder *recorder, World *world)
     for (int i = 0; i < bodies; i++) {
         const Body *body = sim_body(world->sim, i);
         RecordingMesh *mesh = &recorder->mesh[i].mesh;
+        reserve_nodes(&recorder->mesh[i], body, arena);
         if (!mesh_changes(body))
             continue;
         // A changing one gets room for its largest mesh without free slots.
@@ -148,6 +162,8 @@ bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh)
     if (to->mesh.live == NULL || to->mesh.topology == mesh->topology)
         return true;
     const RecordingTopology topology = compact(to, mesh);
+    if (to->copy != NULL)
+        mesh_copy_follow(to->copy, mesh);
     return recording_add_topology(recorder->recording, body, &topology);
 }
 
@@ -179,6 +195,8 @@ static bool write_topologies(Recorder *recorder)
     for (int i = 0; i < sim_body_count(recorder->sim) && ok; i++) {
         const BodyMesh *mesh = &sim_body(recorder->sim, i)->mesh;
         RecorderMesh *changing = &recorder->mesh[i];
+        if (changing->copy != NULL)
+            mesh_copy_follow(changing->copy, mesh);
         // The meshes that bodies begin with; the file has each before its first frame.
         const RecordingTopology topology =
             changing->mesh.live != NULL ? compact(changing, mesh) : whole(mesh);
@@ -236,18 +254,31 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
            status_fail(status, STATUS_INVALID, "%s", recording_status(recorder->recording)->text);
 }
 
+// Returns the positions of all nodes.
+static const float *nodes_of(const RecordFrame *frame, const RecordBody *from,
+                             const RecorderMesh *mesh, const Body *body)
+{
+    if (mesh->node == NULL)
+        return from->position;
+    const BodyFit fit = mesh->copy != NULL ? mesh_copy_view(mesh->copy).fit : body->mesh.fit;
+    fit_nodes(&fit, from->node_count, from->position, mesh->scratch, mesh->node);
+    fit_fade(&fit, frame->step, from->position, mesh->node);
+    return mesh->node;
+}
+
 // Returns the positions of live nodes.
 static RecordingFrame frame_of(const RecordFrame *frame, const RecordBody *body,
-                               const RecorderMesh *mesh)
+                               const RecorderMesh *mesh, const Body *from)
 {
+    const float *node = nodes_of(frame, body, mesh, from);
     RecordingFrame out = {.step = frame->step,
                           .time = frame->time,
                           .topology = body->topology,
                           .node_count = body->node_count,
-                          .position = body->position};
+                          .position = node};
     if (mesh->mesh.live == NULL)
         return out;
-    recording_mesh_positions(&mesh->mesh, body->position, mesh->position);
+    recording_mesh_positions(&mesh->mesh, node, mesh->position);
     out.node_count = mesh->mesh.live_count;
     out.position = mesh->position;
     return out;
@@ -270,7 +301,7 @@ bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame)
     bool ok = recorder->tools_apart || recorder_write_tools(recorder, frame);
     const RecordBody *body = (const RecordBody *)(frame->tool + sim_tool_count(sim));
     for (int i = 0; i < sim_body_count(sim) && ok; i++) {
-        const RecordingFrame of_body = frame_of(frame, body, &recorder->mesh[i]);
+        const RecordingFrame of_body = frame_of(frame, body, &recorder->mesh[i], sim_body(sim, i));
         ok = recording_add_frame(recording, i, &of_body);
         body = next_body(body);
     }

@@ -12,7 +12,8 @@ static bool fail_file(const VoxelSource *source, const Status *said, Status *sta
 }
 
 // Scales the volume before it becomes cells, so that their size is that in the world.
-static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Status *status)
+static bool make_from_volume(const VoxelSource *source, Lattice *lattice, SurfaceField *field,
+                             Status *status)
 {
     LabelVolume volume;
     Status said = {0};
@@ -25,6 +26,8 @@ static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Status
     bool ok =
         volume_lattice(&volume, source->label, source->label_count, source->size, lattice, &said) ||
         fail_file(source, &said, status);
+    if (ok && field != NULL)
+        volume_field(&volume, source->label, source->label_count, lattice, field);
     volume_destroy(&volume);
     // Its frame is the file's: only the scene's placement is left to do.
     if (ok)
@@ -33,26 +36,29 @@ static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Status
 }
 
 // Places the mesh before it becomes cells, so that their axes are those of the world.
-static bool make_from_mesh(const VoxelSource *source, Lattice *lattice, Status *status)
+static bool make_from_mesh(const VoxelSource *source, Lattice *lattice, SurfaceField *field,
+                           Status *status)
 {
     TriMesh mesh = {0};
     Status said = {0};
     bool ok = body_mesh_import(source->file, source->scale, source->rotation, source->translation,
                                &mesh, status) &&
               (voxelise(lattice, &mesh, source->size, &said) || fail_file(source, &said, status));
+    if (ok && field != NULL)
+        surface_field_of_mesh(field, lattice, &mesh);
     mesh_destroy(&mesh);
     return ok;
 }
 
-static bool make(const VoxelSource *source, Lattice *lattice, Status *status)
+static bool make(const VoxelSource *source, Lattice *lattice, SurfaceField *field, Status *status)
 {
     bool ok = false;
     // From a file the cells stand where they belong; generated ones are placed below.
     switch (source->kind) {
     case VOXELS_FILE:
-        return make_from_volume(source, lattice, status);
+        return make_from_volume(source, lattice, field, status);
     case VOXELS_MESH:
-        return make_from_mesh(source, lattice, status);
+        return make_from_mesh(source, lattice, field, status);
     case VOXELS_BOX:
         ok = lattice_box(lattice, source->count, source->size, status);
         break;
@@ -63,6 +69,8 @@ static bool make(const VoxelSource *source, Lattice *lattice, Status *status)
         ok = lattice_disc(lattice, source->radius, source->size, status);
         break;
     }
+    if (ok && field != NULL)
+        surface_field_of_cells(field, lattice);
     if (ok)
         lattice_place(lattice, source->scale, source->rotation, source->translation);
     return ok;
@@ -73,18 +81,24 @@ static const char *name_of(const VoxelSource *source)
     return source->file != NULL ? source->file : "voxels";
 }
 
-bool body_voxels_make(const VoxelSource *source, Lattice *lattice, Status *status)
+bool body_voxels_fit(const VoxelSource *source, Lattice *lattice, SurfaceField *field,
+                     Status *status)
 {
     *lattice = (Lattice){0};
     // Written so that NaN fails too.
     if (!(source->scale > 0.0) || !isfinite(source->scale))
         return status_fail(status, STATUS_INVALID, "%s: scale %g is not positive", name_of(source),
                            source->scale);
-    if (!make(source, lattice, status))
+    if (!make(source, lattice, field, status))
         return false;
     int pieces = lattice_pieces(lattice);
     if (pieces > 1)
         log_line(LOG_WARNING, "%s: its cells are %d pieces that no face joins; all are kept",
                  name_of(source), pieces);
     return true;
+}
+
+bool body_voxels_make(const VoxelSource *source, Lattice *lattice, Status *status)
+{
+    return body_voxels_fit(source, lattice, NULL, status);
 }

@@ -75,5 +75,8 @@ double memory_source_nodes(const MeshSource *source);
 // face with the others, with a warning. Returns false with a `status` that names the file and the
 // fault; if true, the lattice belongs to the caller.
 bool body_voxels_make(const VoxelSource *source, Lattice *lattice, Status *status);
+// Also makes the field of its smooth surface, which then belongs to the caller; NULL: not wanted.
+bool body_voxels_fit(const VoxelSource *source, Lattice *lattice, SurfaceField *field,
+                     Status *status);
 
 #endif

@@ -91,17 +91,40 @@ static bool create_voxel(World *world, const Scene *scene, int dimensions,
     return true;
 }
 
+// True if the body is published with a smooth surface.
+static bool is_fitted(const Scene *scene, const SceneBody *body)
+{
+    const bool known = body->voxels.kind == VOXELS_FILE || body->voxels.kind == VOXELS_MESH;
+    return body->dimensions == 3 && body->skin.file == NULL && !scene->publish.all_nodes &&
+           (body->shown == SHOWN_FITTED || (body->shown == SHOWN_AUTO && known));
+}
+
+// Makes the lattice, or takes the prepared one, and the field of its smooth surface.
+static bool make_lattice(const SceneBody *described, const Prepared *prepared, bool fitted,
+                         Lattice *lattice, SurfaceField *field, Status *status)
+{
+    if (prepared == NULL)
+        return body_voxels_fit(&described->voxels, lattice, fitted ? field : NULL, status);
+    if (!prepared_read_voxels(prepared, described, lattice, status))
+        return false;
+    Lattice again = {0};
+    bool ok = !fitted || body_voxels_fit(&described->voxels, &again, field, status);
+    lattice_destroy(&again);
+    return ok;
+}
+
 bool build_voxel(World *world, const Scene *scene, int index, const Prepared *prepared,
                  const BuildOptions *options, Status *status)
 {
     const SceneBody *described = &scene->body[index];
     VoxelOptions voxel = described->voxel;
     Lattice lattice = {0};
+    SurfaceField field = {0};
     TriMesh skin = {0};
     Vec3 *position = NULL, *velocity = NULL;
     // The lattice, prepared or made from scratch, and the skin.
-    bool ok = prepared != NULL ? prepared_read_voxels(prepared, described, &lattice, status)
-                               : body_voxels_make(&described->voxels, &lattice, status);
+    const bool fitted = is_fitted(scene, described);
+    bool ok = make_lattice(described, prepared, fitted, &lattice, &field, status);
     ok = ok && memory_check_voxel(described, (double)lattice_solid(&lattice), status);
     ok = ok && (described->skin.file == NULL || body_skin_make(described, &skin, status));
     if (ok && described->initial != NULL) {
@@ -121,6 +144,8 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.lattice = &lattice;
         voxel.material = described->material;
         voxel.publish_all = scene->publish.all_nodes;
+        voxel.field = field.value != NULL ? &field : NULL;
+        voxel.tick = 1.0 / scene->rate_hz;
         voxel.skin = described->skin.file != NULL ? &skin : NULL;
         Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);
         ok = create_voxel(world, scene, described->dimensions, &voxel, texture, status);
@@ -128,6 +153,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
     free(position);
     free(velocity);
     mesh_destroy(&skin);
+    surface_field_destroy(&field);
     lattice_destroy(&lattice);
     return ok;
 }

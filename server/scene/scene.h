@@ -58,6 +58,13 @@ typedef struct VoxelSource {
 
 typedef enum SceneModel { MODEL_SURFACE, MODEL_VOXEL } SceneModel;
 
+// What of a voxel body is published (bodies.surface).
+typedef enum SceneShown {
+    SHOWN_AUTO,   // fitted if made from labels or a mesh
+    SHOWN_FITTED, // a smooth surface
+    SHOWN_BLOCKS, // the faces of its cells
+} SceneShown;
+
 // One body. Its options are complete except for values that depend on the mesh or lattice, the
 // initial state, gravity, precision and isa, which world_build sets.
 typedef struct SceneBody {
@@ -78,6 +85,7 @@ typedef struct SceneBody {
     SolidMaterial usual;     // of labels without a material of their own
     SolidMaterial *material; // [voxels.label_count]; owned; voxel.material points here
     MeshSource skin;         // file NULL: none
+    SceneShown shown;
 } SceneBody;
 
 typedef struct ScenePublish {

@@ -15,6 +15,8 @@ static const OptionWord ADJUST_WORDS[] = {
     {"continuum", ADJUST_CONTINUUM}, {"choi2005", ADJUST_CHOI2005}, {NULL, 0}};
 static const OptionWord LAW_WORDS[] = {
     {"affine", VOXEL_AFFINE}, {"miyazaki2004", VOXEL_MIYAZAKI2004}, {NULL, 0}};
+static const OptionWord SHOWN_WORDS[] = {
+    {"auto", SHOWN_AUTO}, {"fitted", SHOWN_FITTED}, {"blocks", SHOWN_BLOCKS}, {NULL, 0}};
 
 #define AT(member) offsetof(BodyGroup, member)
 static const Option BODY_OPTIONS[] = {
@@ -63,6 +65,13 @@ static const Option BODY_OPTIONS[] = {
      .about = "Surface: rest lengths are shortened by this fraction; 0.1 lets cuts open."},
     {"skin", OPTION_GROUP, AT(skin), "", .preset_text = "the cells' own faces", .only = VOXEL_ONLY,
      .about = "Voxel: display surface carried by the elements."},
+    {"surface", OPTION_WORD, AT(body.shown), "", .words = SHOWN_WORDS, .preset = SHOWN_AUTO,
+     .only = VOXEL_ONLY,
+     .about = "Voxel: what is published of the outer faces and of cuts: `fitted`, a smooth surface "
+              "through the labels or the mesh that the cells were made of; `blocks`, the faces of "
+              "the cells, whose nodes are the vertices that move. `auto`: `fitted` for bodies from "
+              "a volume or a mesh, `blocks` for generators, with a `skin`, and with "
+              "`publish.nodes = \"all\"`, which publishes vertices."},
     {"integrator", OPTION_WORD, AT(body.options.integrator), "", .words = INTEGRATOR_WORDS,
      .preset = INTEGRATOR_LEAPFROG, .preset_text = "surface leapfrog, voxel symplectic_euler",
      .physics = true,

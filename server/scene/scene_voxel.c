@@ -370,6 +370,16 @@ static bool choose_integrator(const SceneReader *reader, const BodyGroup *raw, V
                        integrator_name(voxel->body.integrator));
 }
 
+// Refuses a surface that something else replaces.
+static bool check_shown(const SceneReader *reader, const BodyGroup *raw, const SceneBody *body)
+{
+    const config_setting_t *at = option_find(raw->at, "surface");
+    if (at != NULL && body->dimensions == 2)
+        return option_fail(&reader->source, at, "surface means nothing for a plane body");
+    return body->shown != SHOWN_FITTED || raw->skin == NULL ||
+           option_fail(&reader->source, at, "surface \"fitted\" and a skin: one of them");
+}
+
 bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
 {
     VoxelOptions *voxel = &body->voxel;
@@ -377,5 +387,6 @@ bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody
         return false;
     return choose_levels(reader, raw, voxel) && choose_integrator(reader, raw, voxel) &&
            scene_read_voxels(reader, raw->voxels, &body->voxels, &body->dimensions) &&
-           read_materials(reader, raw, body) && read_skin(reader, raw, body);
+           read_materials(reader, raw, body) && read_skin(reader, raw, body) &&
+           check_shown(reader, raw, body);
 }

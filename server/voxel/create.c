@@ -4,6 +4,7 @@
 
 #include "voxel/batch.h"
 #include "voxel/cut/cut_body.h"
+#include "voxel/fitted_body.h"
 #include "voxel/model.h"
 #include "voxel/skin.h"
 #include "voxel/template.h"
@@ -295,11 +296,13 @@ static bool create_surface(VoxelModel *model, const VoxelMaking *making, Body *b
     const VoxelOptions *options = making->options;
     const LatticeMesh *mesh = &making->mesh;
     voxel_create_surface(model, body, mesh, options, arena);
-    if (options->skin == NULL)
-        voxel_create_mesh(model, body, mesh, options->publish_all, options->body.name, arena);
-    else
+    if (options->skin != NULL)
         model->skin = skin_create(body, options->skin, options->lattice, &making->layout, mesh,
                                   &model->vertices.rows, arena, status);
+    else
+        voxel_create_mesh(model, body, mesh, options->publish_all, options->body.name, arena);
+    if (options->skin == NULL && options->field != NULL && !options->publish_all)
+        fitted_create(model, body, mesh, &making->layout, options, arena);
     return options->skin == NULL || model->skin != NULL;
 }
 

@@ -1,5 +1,6 @@
 // The operations of a voxel body (dynamics/body.h). Step thread: no allocation, no lock.
 #include "voxel/cut/cut_body.h"
+#include "voxel/fitted_body.h"
 #include "voxel/model.h"
 #include "voxel/skin.h"
 
@@ -109,8 +110,17 @@ static void voxel_snapshot(const void *self, float *position, float *velocity)
     const void *row = vertices_row(&model->vertices);
     if (model->skin != NULL)
         skin_snapshot(model->skin, rows, row, position, velocity);
+    else if (model->fitted != NULL)
+        fitted_snapshot(model->fitted, rows, row, (int)*model->node_count, position, velocity);
     else
         rows_snapshot(rows, row, model->node, (int)*model->node_count, position, velocity);
+}
+
+static void voxel_snapshot_rows(const void *self, float *position, float *velocity)
+{
+    const VoxelModel *model = self;
+    fitted_snapshot_rows(model->fitted, &model->vertices.rows, vertices_row(&model->vertices),
+                         position, velocity);
 }
 
 static void voxel_snapshot_rest(const void *self, float *position)
@@ -119,6 +129,8 @@ static void voxel_snapshot_rest(const void *self, float *position)
     const Rows *rows = &model->vertices.rows;
     if (model->skin != NULL)
         skin_snapshot_rest(model->skin, rows, position);
+    else if (model->fitted != NULL)
+        fitted_snapshot_rest(model->fitted, rows, (int)*model->node_count, position);
     else
         rows_snapshot_rest(rows, model->node, (int)*model->node_count, position);
 }
@@ -166,10 +178,10 @@ static const char *voxel_isa(const void *self)
     .restore = voxel_restore, .read_nodes = vertices_read_nodes,                                   \
     .add_forces = vertices_add_forces, .find_nodes = voxel_find_nodes,                             \
     .add_load = vertices_add_load, .clear_loads = vertices_clear_loads,                            \
-    .snapshot = voxel_snapshot, .snapshot_rest = voxel_snapshot_rest,                              \
-    .read_state = vertices_read_state, .measure = voxel_measure, .is_fixed = vertices_is_fixed,    \
-    .gather_patch = voxel_gather_patch, .set = vertices_set, .restored = voxel_restored,           \
-    .explain = voxel_explain, .isa = voxel_isa
+    .snapshot = voxel_snapshot, .snapshot_rows = voxel_snapshot_rows,                              \
+    .snapshot_rest = voxel_snapshot_rest, .read_state = vertices_read_state,                       \
+    .measure = voxel_measure, .is_fixed = vertices_is_fixed, .gather_patch = voxel_gather_patch,   \
+    .set = vertices_set, .restored = voxel_restored, .explain = voxel_explain, .isa = voxel_isa
 #define OPERATIONS_OF_CUTTABLE                                                                     \
     OPERATIONS, .cut = cut_body_cut, .reconstruct = cut_body_reconstruct,                          \
                 .reserve_blades = cut_body_reserve_blades

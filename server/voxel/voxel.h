@@ -8,6 +8,7 @@
 #include "dynamics/body.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"
+#include "geometry/surface_field.h"
 #include "voxel/element.h"
 
 typedef struct VoxelOptions {
@@ -23,7 +24,9 @@ typedef struct VoxelOptions {
     int split_budget;    // elements divided per tick
     double tear_stress;  // strength of the tissue [Pa]; 0: no tearing by stress
     double tear_force;   // the paper's threshold on the external force on a vertex [N]; 0: none
+    double tick;         // [s]; of a body that has a field
     const TriMesh *skin; // display surface in place of the outer faces, or NULL
+    const SurfaceField *field; // outer faces are published as its smooth surface; NULL: as they are
 } VoxelOptions;
 
 // Builds a body. Allocates from `arena` and adds

@@ -24,6 +24,15 @@ static void forget_boxes(const CutBlades *blades, BladeMemory *memory)
         memory->box[b].made = -1.0;
 }
 
+// Returns where the sweep met a link.
+static CutCrossing crossing_of(const BladeSearch *search, int cell, int axis)
+{
+    const CutBlades *blades = search->blades;
+    const CutPath link[2] = {cut_near_path(search, cell),
+                             cut_near_path(search, blades->beyond[cell][axis])};
+    return cut_crossing_find(&search->centres, blades->links.edge, link, cell, axis);
+}
+
 // Tests the links near a sweep and lists in `hit` those that break.
 static CutVerdict find_hits(BladeSearch *search, const CutSweep *sweep, CutTrail *trail)
 {
@@ -40,6 +49,8 @@ static CutVerdict find_hits(BladeSearch *search, const CutSweep *sweep, CutTrail
         const int cell = links->met[k] / 3, axis = links->met[k] % 3;
         if (blades->lattice->broken[cell] >> axis & 1)
             continue;
+        if (blades->crossing != NULL)
+            blades->crossing[blades->hit_count] = crossing_of(search, cell, axis);
         int *hit = blades->hit[blades->hit_count++];
         hit[0] = cell, hit[1] = axis;
     }
@@ -172,6 +183,12 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
         ALLOCATE(ARENA_CONTACT, lattice->vertex_capacity, unsigned short, "codes of vertices");
     blades->near_code = ALLOCATE(ARENA_CONTACT, cells, unsigned short, "codes of elements");
     blades->brick = ALLOCATE(ARENA_CONTACT, blades->brick_count, int, "bricks near");
+}
+
+void cut_blades_want_crossings(CutBlades *blades, const char *name, Arena *arena)
+{
+    blades->crossing =
+        ALLOCATE(ARENA_CONTACT, 3L * blades->cell_count, CutCrossing, "crossings of hits");
 }
 
 void cut_blades_reserve(CutBlades *blades, const char *name, int count, Arena *arena,

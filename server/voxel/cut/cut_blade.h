@@ -14,6 +14,7 @@
 #include "dynamics/cut.h"
 #include "dynamics/rows.h"
 #include "geometry/box.h"
+#include "voxel/cut/cut_cross.h"
 #include "voxel/cut/cut_lattice.h"
 
 // The box of the links of a brick.
@@ -51,6 +52,7 @@ typedef struct CutBlades {
     // --- result of the last call ---
     int (*hit)[2]; // [hit_count] {cell, axis}, in the order found
     int hit_count;
+    CutCrossing *crossing; // [hit_count] where they were met; NULL: not wanted
 
     // --- scratch ---
     BladeMemory whole;           // memory for commands
@@ -69,6 +71,8 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
 // Load time: BodyOps.reserve_blades.
 void cut_blades_reserve(CutBlades *blades, const char *name, int count, Arena *arena,
                         StateList *state);
+// Load time: also find where links are met.
+void cut_blades_want_crossings(CutBlades *blades, const char *name, Arena *arena);
 // Finds the unbroken faces that the sweep breaks, in blades->hit; `row`: the current rows, `tick`
 // [s]. The body is not changed. True if there are any; otherwise outcome->verdict has the reason.
 // Only sets `verdict` and `separated`.

@@ -18,6 +18,8 @@ static bool follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came,
     cut_masses_follow(&cuts->masses, divided);
     cut_windows_update(&cuts->windows);
     bool shown = cut_faces_follow(&cuts->faces, pieces_came, body, change);
+    if (cuts->fit != NULL)
+        shown |= cut_fit_follow(cuts->fit, divided, body);
     body->element_count = cuts->lattice.leaf_count;
     cut_lattice_forget_changes(&cuts->lattice);
     return shown;
@@ -39,10 +41,13 @@ static bool has_room(VoxelCuts *cuts, CutOutcome *outcome, int faces)
     return true;
 }
 
-// Breaks faces {cell, axis}, if the capacity is sufficient.
-static bool break_faces(VoxelCuts *cuts, Body *body, const int (*face)[2], int count,
-                        CutOutcome *outcome, TopologyChange *change)
+// Breaks faces {cell, axis}, met at the crossings (NULL: they tear), if the capacity is sufficient.
+static bool break_faces(VoxelCuts *cuts, Body *body, const int (*face)[2],
+                        const CutCrossing *crossing, int count, CutOutcome *outcome,
+                        TopologyChange *change)
 {
+    if (cuts->fit != NULL)
+        cut_fit_keep(cuts->fit, face, crossing, count);
     const int before = cut_lattice_used(&cuts->lattice);
     cut_lattice_break(&cuts->lattice, face, count);
     const bool pieces_came = cut_pieces_follow(&cuts->pieces, face, count);
@@ -67,8 +72,8 @@ bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, Topolo
         outcome->separated = 0;
         return false;
     }
-    return break_faces(cuts, body, (const int(*)[2])cuts->blades.hit, cuts->blades.hit_count,
-                       outcome, change);
+    return break_faces(cuts, body, (const int(*)[2])cuts->blades.hit, cuts->blades.crossing,
+                       cuts->blades.hit_count, outcome, change);
 }
 
 bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change)
@@ -80,8 +85,8 @@ bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange 
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
     if (!cut_tear_find(&cuts->tear, &pass) || !has_room(cuts, outcome, cuts->tear.hit_count))
         return false;
-    return break_faces(cuts, body, (const int(*)[2])cuts->tear.hit, cuts->tear.hit_count, outcome,
-                       change);
+    return break_faces(cuts, body, (const int(*)[2])cuts->tear.hit, NULL, cuts->tear.hit_count,
+                       outcome, change);
 }
 
 bool cut_body_reconstruct(Body *body, TopologyChange *change)
@@ -114,6 +119,8 @@ static bool derive(VoxelCuts *cuts, Body *body)
     cut_windows_restored(&cuts->windows);
     const bool pieces = cut_pieces_derive(&cuts->pieces);
     const bool faces = cut_faces_derive(&cuts->faces, body);
+    if (cuts->fit != NULL)
+        cut_fit_derive(cuts->fit, body);
     body->element_count = cuts->lattice.leaf_count;
     return pieces && faces;
 }
@@ -345,6 +352,7 @@ void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena
 bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body *body, Arena *arena,
                              StateList *state, Status *status)
 {
+    const char *name = model->cuts->name;
     const VoxelOptions *options = making->options;
     VoxelCuts *cuts = model->cuts;
     if (options->tear_stress > 0.0 || options->tear_force > 0.0)
@@ -356,6 +364,12 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     if (!cut_faces_create(&cuts->faces, &cuts->pieces, &model->vertices, making, body, arena, state,
                           status))
         return false;
+    if (options->field != NULL && !options->publish_all) {
+        cuts->fit = ALLOCATE(ARENA_OUTPUT, 1, CutFit, "fit");
+        cut_fit_create(cuts->fit, &cuts->faces, &cuts->lattice, making, body, arena, state);
+        cut_blades_want_crossings(&cuts->blades, cuts->name, arena);
+        model->fitted = &cuts->fit->fitted;
+    }
     // Published nodes come and go with the faces.
     model->node = cuts->faces.slot_vertex;
     model->node_count = cuts->faces.slot_count;

@@ -5,6 +5,7 @@
 
 #include "voxel/cut/cut_blade.h"
 #include "voxel/cut/cut_faces.h"
+#include "voxel/cut/cut_fit.h"
 #include "voxel/cut/cut_masses.h"
 #include "voxel/cut/cut_pieces.h"
 #include "voxel/cut/cut_tear.h"
@@ -21,6 +22,7 @@ typedef struct VoxelCuts {
     CutFaces faces;
     CutBlades blades;
     CutTear tear;    // of bodies that tear
+    CutFit *fit;     // of a smooth surface, or NULL
     bool sound;      // the last derivation from the state succeeded
     int64_t refused; // reconstructions left incomplete for lack of capacity, since the start
 } VoxelCuts;

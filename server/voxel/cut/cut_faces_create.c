@@ -290,6 +290,7 @@ static void describe(CutFaces *faces, double size, Body *body)
         .parent = (const int(*)[2])faces->parent,
         .piece = faces->piece,
         .level = faces->level,
+        .first_wall = 2 * faces->outer_squares,
     };
 }
 

@@ -307,7 +307,7 @@ void cut_near_find_codes(BladeSearch *search)
 // Links: like cut_boxes_apart, but the sides of the edge's box are computed once per cell for all
 // its links. One bit of a code per side (low, high by axis).
 
-static CutPath path_of(const BladeSearch *search, int cell)
+CutPath cut_near_path(const BladeSearch *search, int cell)
 {
     CutPath path;
     for (int c = 0; c < 3; c++) {
@@ -322,7 +322,7 @@ static unsigned code_of(BladeSearch *search, int cell)
     CutBlades *blades = search->blades;
     if (blades->code_stamp[cell] == search->stamp)
         return blades->code[cell];
-    const CutPath path = path_of(search, cell);
+    const CutPath path = cut_near_path(search, cell);
     unsigned code = 0;
     for (int c = 0; c < 3; c++) {
         const double a = (double)path.at[0].x[c], b = (double)path.at[1].x[c];
@@ -365,8 +365,8 @@ static bool offer_cell(BladeSearch *search, LinkFinder *links, int cell)
             continue;
         // The lower cell first, so that neighbours agree.
         const bool ordered = cell < beyond;
-        const CutPath link[2] = {path_of(search, ordered ? cell : beyond),
-                                 path_of(search, ordered ? beyond : cell)};
+        const CutPath link[2] = {cut_near_path(search, ordered ? cell : beyond),
+                                 cut_near_path(search, ordered ? beyond : cell)};
         if (!link_finder_meet(links, 3 * cell + axis, link))
             return false;
     }

@@ -31,6 +31,8 @@ void cut_near_find_bricks(BladeSearch *search, const CutPoint from[2], const Cut
 void cut_near_look_at_brick(BladeSearch *search, int brick);
 // Commands: computes the codes of all cells, with the edge set without shifts.
 void cut_near_find_codes(BladeSearch *search);
+// Returns the path of a cell's centre, after it was looked at.
+CutPath cut_near_path(const BladeSearch *search, int cell);
 // LinkOffer; the model is a BladeSearch.
 bool cut_near_offer(LinkFinder *links, void *model);
 

@@ -1,0 +1,566 @@
+#include "voxel/cut/cut_fit.h"
+
+#include "base/check.h"
+#include "voxel/cut/cut_parts.h"
+#include "voxel/lattice_faces.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SMALLEST_JUMP 1e-7 // [cells] less is no jump
+
+// ---------------------------------------------------------------------------------------------
+// The offset of a point
+
+// The crossings of the broken links around a point.
+typedef struct Wall {
+    int count;
+    double mean[3];   // of the crossings [cells]
+    double normal[3]; // unit
+} Wall;
+
+static void point_of_index(const CutLattice *lattice, int index, int point[3])
+{
+    const int *n = lattice->scratch->points;
+    point[0] = index % n[0];
+    point[1] = index / n[0] % n[1];
+    point[2] = index / n[0] / n[1];
+}
+
+static void add_crossing(Wall *wall, const CutCrossing *crossing, const int cell[3], int axis)
+{
+    double along = 0.0;
+    for (int c = 0; c < 3; c++) {
+        wall->mean[c] += cell[c] + 0.5;
+        along += crossing->normal[c] * wall->normal[c];
+    }
+    wall->mean[axis] += ((double)crossing->along + 0.5) / CROSSING_ALONG;
+    // A sheet has two sides: all normals to that of the first.
+    for (int c = 0; c < 3; c++)
+        wall->normal[c] += (along < 0.0 ? -1.0 : 1.0) * crossing->normal[c] / CROSSING_UNIT;
+    wall->count++;
+}
+
+static Wall find_wall(const CutFit *fit, const int point[3])
+{
+    Wall wall = {0};
+    for (int axis = 0; axis < 3; axis++)
+        for (int k = 0; k < 4; k++) {
+            int cell[3] = {point[0], point[1], point[2]};
+            cell[axis]--;
+            cell[(axis + 1) % 3] -= k & 1;
+            cell[(axis + 2) % 3] -= k >> 1;
+            const int low = cut_parts_block(fit->lattice, 0, cell[0], cell[1], cell[2]);
+            if (low >= 0 && (fit->lattice->broken[low] >> axis & 1))
+                add_crossing(&wall, &fit->crossing[low][axis], cell, axis);
+        }
+    double length = 1e-12;
+    for (int c = 0; c < 3 && wall.count > 0; c++) {
+        wall.mean[c] /= wall.count;
+        length += wall.normal[c] * wall.normal[c];
+    }
+    for (int c = 0; c < 3; c++)
+        wall.normal[c] /= sqrt(length);
+    return wall;
+}
+
+// Where a wall meets the outer surface: a point on both.
+static void find_rim(const CutFit *fit, const Wall *wall, const double point[3], double offset[3])
+{
+    enum { ROUNDS = 12 };
+    const double limit[3] = {FITTED_LIMIT, FITTED_LIMIT, FITTED_LIMIT};
+    for (int round = 0; round < ROUNDS; round++) {
+        double away = 0.0;
+        fitted_step(&fit->field, fit->level, point, offset, limit);
+        for (int c = 0; c < 3; c++)
+            away += (point[c] + offset[c] - wall->mean[c]) * wall->normal[c];
+        for (int c = 0; c < 3; c++)
+            offset[c] = fmin(fmax(offset[c] - away * wall->normal[c], -FITTED_LIMIT), FITTED_LIMIT);
+    }
+}
+
+// Finds the offset of a point [cells]; true if it is not that of before.
+static bool find_offset(CutFit *fit, int index)
+{
+    int at[3];
+    point_of_index(fit->lattice, index, at);
+    const Wall wall = find_wall(fit, at);
+    const double point[3] = {at[0], at[1], at[2]};
+    float found[3];
+    memcpy(found, fit->outer[index], sizeof found);
+    if (wall.count > 0) {
+        double offset[3];
+        for (int c = 0; c < 3; c++)
+            offset[c] = fmin(fmax(wall.mean[c] - point[c], -FITTED_LIMIT), FITTED_LIMIT);
+        if (fit->is_outer[index])
+            find_rim(fit, &wall, point, offset);
+        for (int c = 0; c < 3; c++)
+            found[c] = (float)offset[c];
+    }
+    const bool moved = memcmp(found, fit->point_offset[index], sizeof found) != 0;
+    memcpy(fit->point_offset[index], found, sizeof found);
+    return moved;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Rows, cells and nodes
+
+static int row_for(CutFit *fit, int vertex)
+{
+    int *row = &fit->row_of[vertex];
+    if (*row < 0) {
+        *row = fit->fitted.fit.row_count++;
+        fit->vertex[*row] = vertex;
+        memset(fit->offset[*row], 0, sizeof *fit->offset);
+    }
+    return *row;
+}
+
+// Enters a cell that has a node, or updates its corners.
+static void enter_cell(CutFit *fit, int cell)
+{
+    int *at = &fit->cell_at[cell];
+    if (*at < 0) {
+        *at = fit->fitted.fit.cell_count++;
+        fit->cell_of[*at] = cell;
+    }
+    for (int k = 0; k < FIT_CORNERS; k++)
+        fit->cell[*at][k] = row_for(fit, fit->lattice->corner[cell][k]);
+}
+
+static bool is_node(const CutFit *fit, int vertex)
+{
+    return fit->faces->slot_of[vertex] >= 0;
+}
+
+// Enters the cells around a point that have a node of this change.
+static void enter_point(CutFit *fit, int index)
+{
+    int point[3], leaf[8];
+    point_of_index(fit->lattice, index, point);
+    cut_lattice_around(fit->lattice, point, leaf);
+    for (int s = 0; s < 8; s++)
+        if (leaf[s] >= 0 && leaf[s] < fit->faces->cell_count &&
+            is_node(fit, fit->lattice->corner[leaf[s]][7 - s]))
+            enter_cell(fit, leaf[s]);
+}
+
+static void set_offsets(CutFit *fit, int index)
+{
+    const CutScratch *scratch = fit->lattice->scratch;
+    for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
+        if (is_node(fit, v))
+            memcpy(fit->offset[row_for(fit, v)], fit->point_offset[index], sizeof *fit->offset);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Triangles: the better diagonal of each square
+
+static void choose_diagonal(CutFit *fit, int square)
+{
+    CutFaces *faces = fit->faces;
+    const int code = faces->square[square];
+    int slot[4];
+    double at[4][3];
+    for (int k = 0; k < 4; k++) {
+        const int v = fit->lattice->corner[code / 6][SQUARE_CORNER[code % 6][k]];
+        int point[3];
+        cut_lattice_point(fit->lattice, v, point);
+        const float *offset = fit->point_offset[cut_parts_index(fit->lattice->scratch, point)];
+        slot[k] = faces->slot_of[v];
+        for (int c = 0; c < 3; c++)
+            at[k][c] = point[c] + (double)offset[c];
+    }
+    const bool turned = fitted_turns_diagonal((const double(*)[3])at, code % 2 == 0);
+    for (int half = 0; half < 2; half++)
+        for (int c = 0; c < 3; c++)
+            faces->triangle[2 * square + half][c] = slot[FITTED_TRIANGLES[turned][half][c]];
+}
+
+// Those of the squares around a point.
+static void choose_diagonals(CutFit *fit, int index)
+{
+    const CutScratch *scratch = fit->lattice->scratch;
+    const CutFaces *faces = fit->faces;
+    for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
+        for (int k = faces->start[v]; k < faces->end[v]; k++) {
+            const int square = faces->list[k] / 2;
+            if (fit->seen_square[square] != fit->seen)
+                choose_diagonal(fit, square);
+            fit->seen_square[square] = fit->seen;
+        }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Fades: a node stays where it was at the moment of the change
+
+// Returns the deformation of a cell, in the rows' axes.
+static double (*gradient_of(CutFit *fit, const void *row, int cell))[3]
+{
+    double(*gradient)[3] = fit->gradient[cell];
+    if (fit->known[cell] == fit->stamp)
+        return gradient;
+    fit->known[cell] = fit->stamp;
+    memset(gradient, 0, sizeof *fit->gradient);
+    const double quarter = 0.25 / fit->fitted.size;
+    for (int k = 0; k < FIT_CORNERS; k++) {
+        const Vec3 u = rows_vector(&fit->vertices->rows, row, fit->lattice->corner[cell][k], 0);
+        for (int axis = 0; axis < 3; axis++) {
+            const double sign = k >> axis & 1 ? quarter : -quarter;
+            gradient[axis][0] += sign * u.x;
+            gradient[axis][1] += sign * u.y;
+            gradient[axis][2] += sign * u.z;
+        }
+    }
+    for (int axis = 0; axis < 3; axis++)
+        gradient[axis][axis] += 1.0;
+    return gradient;
+}
+
+static int root_of(const CutFit *fit, int vertex)
+{
+    while (fit->origin[vertex] >= 0)
+        vertex = fit->origin[vertex];
+    return vertex;
+}
+
+// Finds F o of a vertex, from the cells that it has, or had before the change, in the rows' axes
+// [m]. Returns the number of cells.
+static int find_displacement(CutFit *fit, const void *row, int index, int vertex, bool before,
+                             const float offset[3], double out[3])
+{
+    int point[3], leaf[8], count = 0;
+    double sum[3] = {0.0};
+    point_of_index(fit->lattice, index, point);
+    cut_lattice_around(fit->lattice, point, leaf);
+    for (int s = 0; s < 8; s++) {
+        if (leaf[s] < 0 || leaf[s] >= fit->faces->cell_count)
+            continue;
+        const int own = fit->lattice->corner[leaf[s]][7 - s];
+        if ((before ? root_of(fit, own) : own) != vertex)
+            continue;
+        double(*gradient)[3] = gradient_of(fit, row, leaf[s]);
+        for (int axis = 0; axis < 3; axis++)
+            for (int c = 0; c < 3; c++)
+                sum[c] += gradient[axis][c] * (double)offset[axis];
+        count++;
+    }
+    for (int c = 0; c < 3; c++)
+        out[c] = count > 0 ? sum[c] * fit->fitted.size / count : 0.0;
+    return count;
+}
+
+// Marks a vertex for the list of fades.
+static void list_fade(CutFit *fit, int vertex)
+{
+    if (fit->is_fading[vertex] || fit->fading_count == fit->fitted.fit.fade_capacity)
+        return;
+    fit->is_fading[vertex] = 1;
+    fit->fading_vertex[fit->fading_count++] = vertex;
+}
+
+// Returns where a vertex is shown at present if it was a node before the change, else where its
+// point would be, in the rows' axes from the vertex [m]. `had`: number of cells.
+static void find_before(CutFit *fit, const void *row, const CutMoved *point, int root, int *had,
+                        double out[3])
+{
+    const int slot = fit->faces->slot_of[root];
+    const bool was_node = slot >= 0 && slot < fit->slots;
+    const CutFade *fade = &fit->fade[root];
+    *had = find_displacement(fit, row, point->index, root, true,
+                             was_node ? point->before : fit->point_offset[point->index], out);
+    const double left = was_node && fade->step > 0
+                            ? (double)fit_left(fade->step, fit->fitted.fit.fade_steps, fit->step)
+                            : 0.0;
+    for (int c = 0; c < 3; c++)
+        out[c] = (1.0 - left) * out[c] + left * (double)fade->from[c];
+}
+
+// Lets the nodes of a point start from where they, or what they were part of, are shown.
+static void start_fades(CutFit *fit, const void *row, const CutMoved *point)
+{
+    const CutScratch *scratch = fit->lattice->scratch;
+    int vertex[8], count = 0;
+    CutFade begun[8];
+    for (int v = scratch->head[point->index]; v >= 0; v = scratch->next[v]) {
+        double before[3], after[3], square = 0.0;
+        int had;
+        if (!is_node(fit, v))
+            continue;
+        const int root = root_of(fit, v);
+        find_before(fit, row, point, root, &had, before);
+        const int has = find_displacement(fit, row, point->index, v, false,
+                                          fit->point_offset[point->index], after);
+        if (v == root && had == has && !point->moved)
+            continue;
+        begun[count] = (CutFade){.step = (int)fit->step};
+        for (int c = 0; c < 3; c++) {
+            begun[count].from[c] = (float)before[c];
+            square += (after[c] - before[c]) * (after[c] - before[c]);
+        }
+        if (!(square > SMALLEST_JUMP * SMALLEST_JUMP * fit->fitted.size * fit->fitted.size))
+            begun[count].step = 0;
+        vertex[count++] = v;
+    }
+    // Not before all are known: copies start from the fade of their original.
+    for (int k = 0; k < count; k++) {
+        fit->fade[vertex[k]] = begun[k];
+        if (begun[k].step > 0)
+            list_fade(fit, vertex[k]);
+    }
+}
+
+// Drops fades that have ended, and writes the others for clients.
+static void write_fades(CutFit *fit)
+{
+    const Rows *rows = &fit->vertices->rows;
+    BodyFit *out = &fit->fitted.fit;
+    int kept = 0;
+    for (int k = 0; k < fit->fading_count; k++) {
+        const int v = fit->fading_vertex[k];
+        const CutFade *fade = &fit->fade[v];
+        if (fade->step <= 0 || fit->step - fade->step >= out->fade_steps) {
+            fit->is_fading[v] = 0;
+            continue;
+        }
+        Vec3 from = vec3((double)fade->from[0], (double)fade->from[1], (double)fade->from[2]);
+        if (rows->turned)
+            from = quat_rotate(rows->frame->turn, from);
+        fit->fading[kept] = (FitFade){.node = fit->faces->slot_of[v],
+                                      .step = fade->step,
+                                      .from = {(float)from.x, (float)from.y, (float)from.z}};
+        fit->fading_vertex[kept++] = v;
+    }
+    fit->fading_count = out->fade_count = kept;
+}
+
+// ---------------------------------------------------------------------------------------------
+// After changes of the lattice
+
+void cut_fit_keep(CutFit *fit, const int (*face)[2], const CutCrossing *crossing, int count)
+{
+    for (int f = 0; f < count; f++) {
+        const int cell = face[f][0], axis = face[f][1];
+        fit->crossing[cell][axis] = crossing != NULL ? crossing[f] : cut_crossing_middle(axis);
+    }
+}
+
+static void list_point(CutFit *fit, int index)
+{
+    if (fit->is_listed[index])
+        return;
+    fit->is_listed[index] = 1;
+    fit->moved[fit->moved_count++].index = index;
+}
+
+// Lists the corners of broken faces; after divisions also those of changed cells.
+static void list_points(CutFit *fit, bool divided)
+{
+    const CutLattice *lattice = fit->lattice;
+    const CutChanges *changes = &lattice->changes;
+    const int *n = lattice->scratch->points, step[3] = {1, n[0], n[0] * n[1]};
+    fit->moved_count = 0;
+    for (int f = 0; f < changes->face_count; f++) {
+        const int axis = changes->face[f][1];
+        const int first =
+            cut_parts_index(lattice->scratch, lattice->element[changes->face[f][0]].cell) +
+            step[axis];
+        for (int k = 0; k < 4; k++)
+            list_point(fit, first + (k & 1 ? step[(axis + 1) % 3] : 0) +
+                                (k >> 1 ? step[(axis + 2) % 3] : 0));
+    }
+    for (int i = 0; i < changes->element_count && divided; i++) {
+        const int element = changes->element[i];
+        if (element >= fit->faces->cell_count || !cut_lattice_is_leaf(lattice, element))
+            continue;
+        const int first = cut_parts_index(lattice->scratch, lattice->element[element].cell);
+        for (int k = 0; k < 8; k++)
+            list_point(fit, first + (k & 1 ? step[0] : 0) + (k >> 1 & 1 ? step[1] : 0) +
+                                (k >> 2 ? step[2] : 0));
+    }
+    for (int p = 0; p < fit->moved_count; p++)
+        fit->is_listed[fit->moved[p].index] = 0;
+}
+
+// Enters what clients need of the nodes, and updates the corners of changed cells.
+static void enter(CutFit *fit)
+{
+    const CutChanges *changes = &fit->lattice->changes;
+    for (int p = 0; p < fit->moved_count; p++) {
+        enter_point(fit, fit->moved[p].index);
+        set_offsets(fit, fit->moved[p].index);
+    }
+    for (int i = 0; i < changes->element_count; i++) {
+        const int element = changes->element[i];
+        if (element < fit->faces->cell_count && fit->cell_at[element] >= 0)
+            enter_cell(fit, element);
+    }
+    const int slots = (int)*fit->faces->slot_count;
+    for (; fit->slots < slots; fit->slots++)
+        fit->row[fit->slots] = row_for(fit, fit->faces->slot_vertex[fit->slots]);
+    fit->seen++;
+    for (int p = 0; p < fit->moved_count; p++)
+        choose_diagonals(fit, fit->moved[p].index);
+}
+
+static void note_births(CutFit *fit, bool born)
+{
+    const CutChanges *changes = &fit->lattice->changes;
+    for (int b = 0; b < changes->birth_count; b++)
+        fit->origin[changes->birth[b].vertex] = born ? changes->birth[b].origin : -1;
+}
+
+bool cut_fit_follow(CutFit *fit, bool divided, Body *body)
+{
+    const void *row = vertices_row(fit->vertices);
+    bool moved = false;
+    fit->stamp++;
+    fit->step = body->step + 1; // that of the frame after this tick
+    list_points(fit, divided);
+    for (int p = 0; p < fit->moved_count; p++) {
+        CutMoved *point = &fit->moved[p];
+        memcpy(point->before, fit->point_offset[point->index], sizeof point->before);
+        point->moved = find_offset(fit, point->index);
+        moved |= point->moved;
+    }
+    note_births(fit, true);
+    for (int p = 0; p < fit->moved_count; p++)
+        start_fades(fit, row, &fit->moved[p]);
+    note_births(fit, false);
+    enter(fit);
+    write_fades(fit);
+    body->mesh.fit = fit->fitted.fit;
+    return moved;
+}
+
+// ---------------------------------------------------------------------------------------------
+// From scratch
+
+// Lists the fades that the newest change may have left.
+static void derive_fades(CutFit *fit)
+{
+    const int vertices = fit->faces->vertex_count, steps = fit->fitted.fit.fade_steps;
+    int newest = 0;
+    memset(fit->is_fading, 0, (size_t)fit->lattice->vertex_capacity);
+    fit->fading_count = 0;
+    for (int v = 0; v < vertices; v++)
+        newest = fit->fade[v].step > newest ? fit->fade[v].step : newest;
+    fit->step = newest;
+    for (int v = 0; v < vertices; v++)
+        if (fit->fade[v].step > 0 && newest - fit->fade[v].step < steps && is_node(fit, v))
+            list_fade(fit, v);
+    write_fades(fit);
+}
+
+void cut_fit_derive(CutFit *fit, Body *body)
+{
+    const CutScratch *scratch = fit->lattice->scratch;
+    const int points = scratch->points[0] * scratch->points[1] * scratch->points[2];
+    BodyFit *out = &fit->fitted.fit;
+    out->row_count = out->cell_count = 0;
+    memset(fit->row_of, -1, (size_t)fit->lattice->vertex_capacity * sizeof *fit->row_of);
+    memset(fit->cell_at, -1, (size_t)fit->faces->cell_count * sizeof *fit->cell_at);
+    for (fit->slots = 0; fit->slots < (int)*fit->faces->slot_count; fit->slots++)
+        fit->row[fit->slots] = row_for(fit, fit->faces->slot_vertex[fit->slots]);
+    for (int p = 0; p < points; p++) {
+        (void)find_offset(fit, p);
+        enter_point(fit, p);
+        set_offsets(fit, p);
+    }
+    for (int s = 0; s < *fit->faces->shown; s++)
+        choose_diagonal(fit, s);
+    derive_fades(fit);
+    body->mesh.fit = *out;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Load time
+
+// Spreads the offsets of the outer vertices over the lattice points.
+static void create_outer(CutFit *fit, const VoxelMaking *making, const char *name, Arena *arena)
+{
+    const LatticeMesh *mesh = &making->mesh;
+    const int *n = fit->lattice->scratch->points, points = n[0] * n[1] * n[2];
+    float(*outer)[3] = arena_allocate(arena, ARENA_OUTPUT, (size_t)points, sizeof *outer, "%s/%s",
+                                      name, "outer offsets");
+    unsigned char *is_outer = ALLOCATE(ARENA_OUTPUT, points, unsigned char, "outer points");
+    float(*found)[3] = fitted_offsets(mesh, &making->layout, making->options->field, &fit->level);
+    for (int v = 0; v < mesh->surface_count; v++) {
+        const int index = cut_parts_index(fit->lattice->scratch, mesh->point[v]);
+        memcpy(outer[index], found[v], sizeof outer[index]);
+        is_outer[index] = 1;
+    }
+    free(found);
+    fit->outer = (const float(*)[3])outer;
+    fit->is_outer = is_outer;
+    const SurfaceField *field = making->options->field;
+    const size_t samples =
+        (size_t)field->count[0] * (size_t)field->count[1] * (size_t)field->count[2];
+    fit->field = *field;
+    fit->field.value = ALLOCATE(ARENA_OUTPUT, samples, float, "surface field");
+    memcpy(fit->field.value, field->value, samples * sizeof *field->value);
+}
+
+static void create_rows(CutFit *fit, const char *name, Arena *arena)
+{
+    const size_t vertices = (size_t)fit->lattice->vertex_capacity;
+    const size_t cells = (size_t)fit->faces->cell_count;
+    fit->vertex = ALLOCATE(ARENA_OUTPUT, vertices, int, "fitted vertices");
+    fit->row_of = ALLOCATE(ARENA_OUTPUT, vertices, int, "fitted rows of vertices");
+    fit->row = ALLOCATE(ARENA_OUTPUT, vertices, int, "fitted rows");
+    fit->offset = arena_allocate(arena, ARENA_OUTPUT, vertices, sizeof *fit->offset,
+                                 "%s/fitted offsets", name);
+    fit->cell_at = ALLOCATE(ARENA_OUTPUT, cells, int, "fitted cells of cells");
+    fit->cell_of = ALLOCATE(ARENA_OUTPUT, cells, int, "cells of fitted cells");
+    fit->cell =
+        arena_allocate(arena, ARENA_OUTPUT, cells, sizeof *fit->cell, "%s/fitted cells", name);
+    const int fades = (int)vertices / 4 + 64;
+    fit->fading = ALLOCATE(ARENA_OUTPUT, fades, FitFade, "fades");
+    fit->fading_vertex = ALLOCATE(ARENA_OUTPUT, fades, int, "fading vertices");
+    fit->is_fading = ALLOCATE(ARENA_OUTPUT, vertices, unsigned char, "fading");
+    fit->fitted.vertex = fit->vertex;
+    fit->fitted.fit = (BodyFit){.row_capacity = (int)vertices,
+                                .cell_capacity = (int)cells,
+                                .fade_capacity = fades,
+                                .row = fit->row,
+                                .offset = (const float(*)[3])fit->offset,
+                                .cell = (const int(*)[FIT_CORNERS])fit->cell,
+                                .fade = fit->fading};
+    fitted_reserve(&fit->fitted, name, arena);
+}
+
+static void create_scratch(CutFit *fit, const char *name, Arena *arena)
+{
+    const int *n = fit->lattice->scratch->points, points = n[0] * n[1] * n[2];
+    const size_t cells = (size_t)fit->faces->cell_count;
+    fit->point_offset = arena_allocate(arena, ARENA_OUTPUT, (size_t)points,
+                                       sizeof *fit->point_offset, "%s/point offsets", name);
+    fit->moved = ALLOCATE(ARENA_OUTPUT, points, CutMoved, "moved points");
+    fit->is_listed = ALLOCATE(ARENA_OUTPUT, points, unsigned char, "listed points");
+    fit->origin = ALLOCATE(ARENA_OUTPUT, fit->lattice->vertex_capacity, int, "fitted births");
+    memset(fit->origin, -1, (size_t)fit->lattice->vertex_capacity * sizeof *fit->origin);
+    fit->gradient = arena_allocate(arena, ARENA_OUTPUT, cells, sizeof *fit->gradient,
+                                   "%s/fitted gradients", name);
+    fit->known = ALLOCATE(ARENA_OUTPUT, cells, int, "known gradients");
+    fit->seen_square = ALLOCATE(ARENA_OUTPUT, fit->faces->square_capacity, int, "seen squares");
+}
+
+void cut_fit_create(CutFit *fit, CutFaces *faces, CutLattice *lattice, const VoxelMaking *making,
+                    Body *body, Arena *arena, StateList *state)
+{
+    const char *name = making->options->body.name;
+    const size_t cells = (size_t)faces->cell_count, vertices = (size_t)lattice->vertex_capacity;
+    *fit = (CutFit){.faces = faces, .lattice = lattice, .vertices = faces->vertices};
+    fit->fitted.size = making->options->lattice->size;
+    create_outer(fit, making, name, arena);
+    create_rows(fit, name, arena);
+    create_scratch(fit, name, arena);
+    fit->fitted.fit.fade_steps = (int)fmax(1.0, ceil(FIT_FADE_TIME / making->options->tick));
+    fit->crossing =
+        arena_allocate(arena, ARENA_TOPOLOGY, cells, sizeof *fit->crossing, "%s/crossings", name);
+    fit->fade = ALLOCATE(ARENA_TOPOLOGY, vertices, CutFade, "fades of vertices");
+    state_add_aside(state, fit->crossing, cells * sizeof *fit->crossing, "%s/crossings", name);
+    state_add_aside(state, fit->fade, vertices * sizeof *fit->fade, "%s/fades", name);
+    cut_fit_derive(fit, body);
+}
