@@ -134,6 +134,7 @@ static bool is_finer_inside(const PlaneCut *cut, const PlaneElement *own, int qu
     const int i = own->cell[0] + x * half, j = own->cell[1] + y * half;
     for (int k = 0; k < 2 && own->level >= 2; k++) {
         const int along = k == 0 ? 0 : half / 2;
+        // The elements inside of the square along the quarter's inner edges.
         const int beside[2] = {plane_layout_at(&cut->layout, x ? i - 1 : i + half, j + along),
                                plane_layout_at(&cut->layout, i + along, y ? j - 1 : j + half)};
         for (int d = 0; d < 2; d++)
@@ -172,11 +173,13 @@ static void carve(PlaneCut *cut, int element, unsigned carved)
     for (int q = 0; q < 4; q++) {
         if (!(carved >> q & 1))
             continue;
+        // The quarter becomes an element of its own, which was there without quarters.
         int e = cut->layout.lut[level][((own->cell[1] >> level) + (q >> 1)) * wide +
                                        (own->cell[0] >> level) + (q & 1)];
         ASSERT(cut->layout.element[e].cell[0] == own->cell[0] + (q & 1) * half);
         cut->quarters[e] = cut->layout.element[e].quarters = PLANE_WHOLE;
     }
+    // What is left of the square.
     own->quarters &= (unsigned char)~carved;
     cut->quarters[element] = own->quarters;
 }

@@ -96,6 +96,7 @@ static void bear(PlaneModel *model, int v, int row, TopologyChange *change)
     int element[4], place[4], count = around_vertex(cut, v, element, place);
     const PlaneSource source = source_of_vertex(cut, element, place, count);
     void *present = vertices->row[vertices->current];
+    // Position and velocity are the means of its sources.
     for (int k = 0; k < ROW; k++) {
         double sum = 0.0;
         for (int i = 0; i < source.count; i++)
@@ -104,6 +105,7 @@ static void bear(PlaneModel *model, int v, int row, TopologyChange *change)
         const bool stops = k >= 4 && cut->fixed_point[cut->mesh.id[v] % cut->points];
         rows_put(rows, present, (long)row * ROW + k, stops ? 0.0 : sum / source.count);
     }
+    // Whoever holds a node of the strip follows it to these.
     const int a = source.row[0], b = source.row[source.count - 1];
     cut->origin_id[row] = source.count == 1 ? cut->origin_id[a] : cut->mesh.id[v];
     for (int n = 0; n < 2; n++)

@@ -301,6 +301,7 @@ static void put_others(PlaneModel *model, const Entry *entry, int count)
     PlaneBatches *batches = &model->batches;
     batches->other_count = 0;
     for (int at = 0; at < count;) {
+        // One number of vertices per batch.
         int b = batches->other_count++, length = run_length(entry, count, at);
         int vertices = model->form[entry[at].element].shape->count;
         batches->start[b + 1] = batches->start[b] + vertices;

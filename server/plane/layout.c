@@ -115,6 +115,7 @@ static void list_level(PlaneLayout *layout, const Levels *levels, int level)
                 element.quarters |= (unsigned char)(1u << q);
                 element.material = (unsigned char)label_at(levels, x, y);
             }
+            // The first pass counts, the second fills.
             *slot = element.quarters != 0 ? layout->element_count++ : -1;
             if (*slot >= 0 && layout->element != NULL)
                 layout->element[*slot] = element;

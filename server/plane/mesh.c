@@ -66,6 +66,7 @@ static bool is_released(const PlaneLayout *layout, const unsigned char *broken, 
     for (int s = 0; s < 4; s++) {
         if (point.component[s] < 0)
             continue;
+        // Two components around one point: the point joins them no longer.
         if (first >= 0 && point.component[s] != first)
             return true;
         first = point.component[s];
@@ -85,6 +86,7 @@ bool plane_must_carve(const PlaneLayout *layout, const unsigned char *broken, in
         return is_released(layout, broken, i + x, j + y) ||
                is_released(layout, broken, i + 1 - x, j + y) ||
                is_released(layout, broken, i + x, j + 1 - y);
+    // Larger squares: whether what is beside them has become too small.
     const int beside[2] = {x ? i + half : i - 1, y ? j + half : j - 1};
     for (int k = 0; k < 2; k++) {
         int along = k == 0 ? 0 : half / 2;
@@ -118,14 +120,17 @@ static void place_point(PlaneMesh *mesh, const PlaneLayout *layout, const unsign
     for (int c = 0; c < 4; c++) {
         if (point.component[c] != c)
             continue;
+        // The lowest component keeps the number of the point.
         const int id = i + (layout->lattice_count[0] + 1) * j + (first ? 0 : points * c);
         first = false;
         if (!point.vertex[c])
             continue;
+        // A vertex where an element has a corner.
         int vertex = mesh->vertex_count++;
         mesh->point[vertex][0] = i;
         mesh->point[vertex][1] = j;
         mesh->id[vertex] = id;
+        // All elements of the component share it.
         for (int s = 0; s < 4; s++) {
             if (point.component[s] != c)
                 continue;
@@ -164,6 +169,7 @@ static bool is_ear(const Outline *outline, int k)
 {
     const int n = outline->count;
     int a = outline->place[(k + n - 1) % n], b = outline->place[k], c = outline->place[(k + 1) % n];
+    // It must be convex, and no other corner inside.
     if (turn(a, b, c) <= 0)
         return false;
     for (int i = 0; i < n; i++) {
@@ -207,8 +213,10 @@ static void add_side(const PlaneRoom *room, int index, int from, int to)
     const int low = from < to ? from : to, high = from < to ? to : from;
     PlaneSide *side = room->side;
     int *link = &room->first_side[low];
+    // Sides are listed by their lower vertex, ascending by the other.
     while (*link >= 0 && side[*link].high < high)
         link = &side[*link].next;
+    // Two elements have it, in opposite directions: it is inside.
     if (*link >= 0 && side[*link].high == high) {
         ASSERT(side[*link].forward != (from < to) && !side[*link].inner);
         side[*link].inner = true;
@@ -282,6 +290,7 @@ static void most_of(PlaneRoom *room, const PlaneLayout *layout)
 {
     int cells = 0;
     long points = (layout->lattice_count[0] + 1L) * (layout->lattice_count[1] + 1L);
+    // The cells that elements cover.
     for (int e = 0; e < layout->element_count; e++) {
         const PlaneElement *element = &layout->element[e];
         for (int q = 0; q < 4; q++)
@@ -326,6 +335,7 @@ bool plane_mesh_create(PlaneMesh *mesh, const PlaneLayout *layout, const unsigne
 {
     double points = (layout->lattice_count[0] + 1.0) * (layout->lattice_count[1] + 1.0);
     *mesh = (PlaneMesh){0};
+    // An id counts points up to four times.
     if (4.0 * points > INT_MAX)
         return status_fail(status, STATUS_INVALID,
                            "a plane lattice with %.0f points has more than an id can tell", points);

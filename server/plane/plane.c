@@ -16,6 +16,7 @@ static void evaluate_elements(PlaneModel *model, const Stage *stage, double h)
 {
     Vertices *vertices = &model->vertices;
     const BodyParameters *p = vertices->parameters;
+    // What the kernel reads and writes.
     const PlanePass pass = {
         .batches = &model->batches,
         .law = model->law,

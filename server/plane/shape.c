@@ -152,11 +152,13 @@ void plane_stiffness(PlaneStiffness *stiffness, const PlaneShape *shape, double 
     const double e = youngs_modulus * thickness, nu = poisson_ratio;
     const PlaneLaw law = stiffness->law;
     *stiffness = (PlaneStiffness){.law = law, .mu = 0.5 * e / (1.0 + nu)};
+    // The paper's springs have one constant.
     if (law == PLANE_MIYAZAKI2004) {
         stiffness->residual = shape->count * 2.0 * e * shape->extent / spread(shape);
         stiffness->damping = beta * stiffness->residual;
         return;
     }
+    // Plane stress, with the residual that makes bending exact.
     stiffness->lambda = e * nu / (1.0 - nu * nu);
     stiffness->damping = beta * 4.0 * 2.0 * stiffness->mu;
     stiffness->residual = (1.0 + nu) / 3.0 * 4.0 * 2.0 * stiffness->mu;
@@ -197,6 +199,7 @@ static double paper_forces(const PlaneShape *shape, double k, double size, const
 static void fit_linear(const PlaneShape *shape, double size, const double (*r)[2], double g[2][2])
 {
     double a[2][2] = {{0.0}}, m[2][2] = {{0.0}};
+    // Moments of positions with rest positions, and of these with themselves.
     for (int i = 0; i < shape->count; i++)
         for (int d = 0; d < 2; d++)
             for (int e = 0; e < 2; e++) {

@@ -66,12 +66,14 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
                           const PlaneOptions *options, Arena *arena)
 {
     const char *name = options->body.name;
+    // The strip as a mesh, which gives the neighbours.
     int *node = number_nodes(model, mesh, name, arena);
     TriMesh strip;
     make_strip(&strip, model, mesh, node);
     WingedMesh winged;
     winged_create(&winged, &strip);
     const int nodes = strip.node_count, faces = strip.triangle_count;
+    // Copies for the life of the body.
     int(*face)[3] = ALLOCATE_ROWS(faces, face, "faces");
     int(*neighbor)[3] = ALLOCATE_ROWS(faces, neighbor, "face neighbours");
     double *area = ALLOCATE(ARENA_TOPOLOGY, faces, double, "face areas");
@@ -83,6 +85,7 @@ void plane_create_surface(PlaneModel *model, Body *body, const PlaneMesh *mesh,
     memcpy(neighbor, winged.face_neighbor, (size_t)faces * sizeof *neighbor);
     memcpy(start, winged.node_face_start, (size_t)(nodes + 1) * sizeof *start);
     memcpy(list, winged.node_face, (size_t)(3 * faces) * sizeof *list);
+    // Areas, of nodes a third of those around.
     double longest = 0.0;
     for (int f = 0; f < faces; f++) {
         Vec3 side[3];
@@ -174,6 +177,7 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const PlaneOptions 
         model->node_vertex[n] = n / 2;
     for (int v = 0; v < cut->vertex_capacity; v++)
         model->vertex[v] = v;
+    // Room for the outline of any mesh.
     PlaneStrip *strip = &cut->strip;
     strip->face = ALLOCATE_ROWS(faces, strip->face, "faces");
     strip->neighbor = ALLOCATE_ROWS(faces, strip->neighbor, "face neighbours");
@@ -189,6 +193,7 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const PlaneOptions 
         strip->start[n] = strip->end[n] = n * FACES_OF_NODE;
     model->node_face_start = strip->start;
     model->node_face_end = strip->end;
+    // The least area is that of a finest edge.
     for (int f = 0; f < faces; f++)
         strip->finest_area[f] = 0.5 * cut->forms.size * cut->forms.size;
     body->surface = (BodySurface){
@@ -208,6 +213,7 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const PlaneOptions 
         .solid = true,
     };
     plane_create_firmness(body, &options->body, arena);
+    // For clients, likewise.
     cut->triangle = ALLOCATE_ROWS(cut->room.sides, cut->triangle, "triangles");
     body->mesh = (BodyMesh){
         .topology = 1,
@@ -269,6 +275,7 @@ static void show_strip(PlaneModel *model, Body *body)
     const PlaneCut *cut = model->cut;
     const PlaneStrip *strip = &cut->strip;
     clear_nodes(model, &body->surface);
+    // Draw all edges, then join each with the one that starts where it ends.
     for (int v = 0; v < model->vertices.count; v++)
         strip->edge_from[v] = -1;
     for (int k = 0; k < cut->mesh.edge_count; k++)

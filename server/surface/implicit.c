@@ -176,6 +176,7 @@ static void add_spin(const Implicit *system, const int *member, int count, const
         const Quad r = quad_row(rows, slot, 0) - spin->middle,
                    v = quad_row(rows, slot, 4) - spin->velocity;
         const double square = quad_dot(r, r);
+        // About the middle, and relative to its motion.
         spin->momentum += w * quad_cross(r, v);
         for (int a = 0; a < 3; a++)
             for (int b = 0; b < 3; b++)

@@ -24,6 +24,7 @@ static void spread(SurfaceModel *model, int node, Vec3 force,
 {
     const NodeStatus status =
         model->detail == NULL ? NODE_FREE : (NodeStatus)model->detail->set.status[node];
+    // Masters receive half each, and may hang themselves.
     if (status == NODE_HANGING) {
         int parent[2];
         levels_parents(&model->detail->set.levels, node, parent);
@@ -85,6 +86,7 @@ void surface_add_forces(void *self, const int *node, int count, const Vec3 *forc
 void surface_reserve_forces(void *self, const char *name, int count, Arena *arena)
 {
     SurfaceModel *model = self;
+    // As many lanes as nodes that one evaluation can touch.
     size_t lanes = (size_t)(count < model->lane_count ? count : model->lane_count);
     model->touched_capacity = (int)lanes;
     model->touched = arena_allocate(arena, ARENA_CONTACT, lanes, sizeof *model->touched,
@@ -133,6 +135,7 @@ void model_turn_loads(SurfaceModel *model)
     for (int s = 0; s < model->basis.count; s++) {
         if (model->node[s] < 0)
             continue;
+        // From the world frame to that of the rows.
         const double *load = model->world_load[s];
         Vec3 f = rows_turn_in(&model->basis, (Vec3){load[0], load[1], load[2]});
         const double part[3] = {f.x, f.y, f.z};

@@ -48,6 +48,7 @@ static void set_levels(LevelRules *rules, double total_area)
     const SurfaceMaterial *material = &rules->options->material;
     const Levels *levels = rules->levels;
     int nodes = levels->level[0].node_count;
+    // The total mass is the same at every level.
     double mass =
         material->uniform ? material->node_mass * nodes : material->areal_density * total_area;
     rules->mean_mass = mass / nodes;
@@ -56,6 +57,7 @@ static void set_levels(LevelRules *rules, double total_area)
     rules->same_springs = rules->same_nodes || material->uniform;
     if (!rules->same_springs)
         return;
+    // What all springs or nodes of a level have in common.
     double stiffness = material->uniform ? material->spring_stiffness : mean_stiffness(rules);
     for (int l = 0; l <= levels->finest; l++) {
         double share = (double)nodes / levels->level[l].node_count; // of a node's mass

@@ -128,8 +128,10 @@ static void add_springs(const SurfaceModel *model, Patch *patch, int node)
     for (int e = springs->start[chunk]; e < end; e++) {
         long entry = (long)e * LANES + lane % LANES;
         int other = model->node[springs->neighbour[entry]];
+        // Skip padding and springs that are off.
         if (other < 0 || other == node || model_get(model, springs->stiffness, entry) == 0.0)
             continue;
+        // A spring inside the patch is met at both ends: take it once.
         if (patch->local[other] == -1 || node < other)
             add_spring(model, patch, node, other, entry);
     }

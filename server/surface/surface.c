@@ -17,6 +17,7 @@ void surface_drift(void *self, double dt)
     const size_t row = ROW * model_real_size(model);
     const char *from = model->rows[model->current];
     char *to = model->stage[0];
+    // Only slots in use; velocities stay.
     for (int r = 0; r < model->run_count; r++) {
         const int first = model->run[r][0], count = model->run[r][1] - first;
         model->kernels->drift(from + (size_t)first * row, to + (size_t)first * row, count, dt);
@@ -111,6 +112,7 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
     if (model->detail != NULL) {
         detail_evaluate(model, &pass);
     } else {
+        // The kernel without outside forces, unless there are any.
         bool external = *model->loaded != 0 || model->touched_count > 0;
         model_run_kernel(
             model,
@@ -158,6 +160,7 @@ static void surface_restore(void *self, RestoreMode mode)
 {
     SurfaceModel *model = self;
     void *rows = model->rows[model->current];
+    // Loads stay, but the frame has turned back.
     if (mode == RESTORE_SHAPE) {
         rows_return_to_rest(&model->basis, rows);
         if (model->world_load != NULL)
@@ -240,6 +243,7 @@ static double outer_potential(const SurfaceModel *model, int slot, Vec3 x)
 {
     const double *g = model->parameters->gravity, mass = model->mass[model->node[slot]];
     Vec3 force = {mass * g[0], mass * g[1], mass * g[2]};
+    // Loads, in the frame in which they are kept.
     if (*model->loaded != 0 && model->world_load != NULL) {
         const double *load = model->world_load[slot];
         force = vec3_add(force, (Vec3){load[0], load[1], load[2]});

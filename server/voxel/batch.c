@@ -232,6 +232,7 @@ void batches_create(Batches *out, const BatchOptions *options, Arena *arena)
     *out = (Batches){.element_count = count};
     Key *key = calloc((size_t)count + 1, sizeof *key);
     ASSERT(key != NULL);
+    // Plain elements come first in the order of keys.
     int *become = unite_classes(out, options, arena);
     int plain = sort_elements(options, become, key);
     out->lane = ALLOCATE(ARENA_STEP, count, int, "places of elements");
@@ -293,9 +294,11 @@ int batch_runs_count(const BatchRuns *runs, int kind)
 void batch_runs_end(BatchRuns *runs, int kind)
 {
     int *end = &runs->run_end[kind][1], k = kind_begin(runs, kind);
+    // Find the run in which the first half ends.
     int left = batch_runs_count(runs, kind) / 2;
     for (; k < *end && left >= runs->run[k].count; k++)
         left -= runs->run[k].count;
+    // Split it there.
     if (k < *end && left > 0) {
         BatchRun *run = &runs->run[k++];
         memmove(run + 1, run, (size_t)(*end - (k - 1)) * sizeof *run);

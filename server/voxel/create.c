@@ -154,6 +154,7 @@ static void add_masses(const VoxelMaking *making, double *to)
             template_create(&shape, making->mask[e]);
         const double mass = mass_of(making, e);
         for (int i = 0; i < shape.count; i++) {
+            // The paper gives all vertices of an element the same share.
             bool unit = making->options->law == VOXEL_MIYAZAKI2004;
             double share = unit ? 1.0 / shape.count : shape.weight[i] / 8.0;
             to[mesh->vertex[e][shape.node[i]]] += share * mass;
@@ -223,6 +224,7 @@ static void create_rows(Vertices *vertices, const VoxelMaking *making, Arena *ar
                               0.5 * lattice->count[2]};
     Rows *rows = &vertices->rows;
     rows->longest_edge = lattice->size;
+    // Rest positions are relative to the middle of the lattice.
     rows->rest_origin = lattice_point(lattice, middle[0], middle[1], middle[2]);
     rows->rest_turn = lattice->turn;
     rows->rest = arena_allocate(arena, ARENA_STEP, (size_t)making->capacity + 1, sizeof *rows->rest,
@@ -281,6 +283,7 @@ static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)
     const BodyOps *ops = model->cuts == NULL ? &voxel_ops
                          : tears             ? &voxel_ops_of_tearing
                                              : &voxel_ops_of_cuttable;
+    // Mass, counts and bounds, which cuts will change.
     *body = body_of_options(&options->body, ops, model);
     for (int e = 0; e < making->mesh.element_count; e++)
         body->mass += mass_of(making, e);

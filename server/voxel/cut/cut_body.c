@@ -28,6 +28,7 @@ static bool follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came,
 static bool has_room(VoxelCuts *cuts, CutOutcome *outcome, int faces)
 {
     const CutLattice *lattice = &cuts->lattice;
+    // Each broken face may need four vertices.
     if (!cut_lattice_has_room(lattice, faces)) {
         outcome->verdict = CUT_NO_NODES;
         outcome->needed = 4 * faces;
@@ -68,6 +69,7 @@ bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, Topolo
     const double tick = body->h * body->substeps;
     if (!cut_blades_find(&cuts->blades, row, tick, sweep, outcome))
         return false;
+    // All or nothing: a cut that does not fit breaks no face.
     if (!has_room(cuts, outcome, cuts->blades.hit_count)) {
         outcome->separated = 0;
         return false;
@@ -218,6 +220,7 @@ static unsigned char slots_of_vertex(const VoxelMaking *making, int vertex)
     const int *point = mesh->point[vertex];
     unsigned char slots = 0;
     for (int s = 0; s < 8; s++) {
+        // The element in each slot around the point, and whether the vertex is its node.
         const int leaf = layout_leaf_at(&making->layout, point[0] - 1 + (s & 1),
                                         point[1] - 1 + (s >> 1 & 1), point[2] - 1 + (s >> 2));
         bool has = false;
@@ -307,6 +310,7 @@ static const ElementClass *classes_of(const VoxelMaking *making, const char *nam
     Template plain;
     template_create(&plain, 0);
     for (int c = 0; c < count; c++) {
+        // By level, then by material.
         const double edge = options->lattice->size * (double)(1 << c / materials);
         stiffness_of_element(options->law, &options->material[c % materials], edge, &plain,
                              &classes[c]);

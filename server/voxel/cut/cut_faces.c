@@ -132,6 +132,7 @@ static bool follow_corners(CutFaces *faces, int square)
             const int before = faces->face[face][c], now = corner_vertex(faces, face, c);
             if (before == now)
                 continue;
+            // The corner has got a vertex of its own.
             take_from_node(faces, before, face);
             cut_faces_touch(faces, before);
             set_corner(faces, face, c, now);
@@ -223,6 +224,7 @@ static int cell_of_vertex(const CutLattice *lattice, int vertex)
     cut_lattice_point(lattice, vertex, point);
     const long points = (long)(lattice->lattice_count[0] + 1) * (lattice->lattice_count[1] + 1) *
                         (lattice->lattice_count[2] + 1);
+    // The id tells the lowest slot of the part, or that it is the lowest solid one.
     int slot = (int)(lattice->vertex_id[vertex] / points);
     cut_lattice_around(lattice, point, leaf);
     while (slot < 8 && leaf[slot] < 0)
@@ -310,6 +312,7 @@ static void touch_masses(CutFaces *faces)
         const int element = changes->element[i];
         if (!cut_lattice_is_leaf(lattice, element))
             continue;
+        // Firmness follows the masses of the vertices on the surface.
         const int *node = cut_lattice_nodes(lattice, element);
         const int count = element < faces->cell_count ? NODE_CORNERS : NODE_COUNT;
         for (int n = 0; n < count; n++)

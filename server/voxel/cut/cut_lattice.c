@@ -350,6 +350,7 @@ static void enter_leaves(CutLattice *lattice)
 {
     const long margin =
         cut_parts_grid(lattice, lattice->count[0], lattice->count[1], lattice->count[2]) + 1;
+    // The grid has a margin of void cells.
     memset(lattice->scratch->grid, -1, (size_t)margin * sizeof *lattice->scratch->grid);
     lattice->leaf_count = 0;
     memset(lattice->leaf_at_level, 0, sizeof lattice->leaf_at_level);
@@ -405,10 +406,12 @@ static bool find_vertices(CutLattice *lattice)
 bool cut_lattice_derive(CutLattice *lattice)
 {
     cut_lattice_forget_changes(lattice);
+    // Forget what was derived before.
     const size_t cells = (size_t)lattice->level_first[1];
     memset(lattice->corner, -1, cells * sizeof *lattice->corner);
     memset(lattice->node, -1, ((size_t)lattice->element_count - cells) * sizeof *lattice->node);
     lattice->wanted_count = 0;
+    // Bits first; then vertices, which must be those of the ids.
     if (!divisions_are_valid(lattice) || !bits_are_valid(lattice) || !ids_are_valid(lattice))
         return false;
     enter_leaves(lattice);

@@ -14,6 +14,7 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
     masses->share = arena_allocate(arena, ARENA_TOPOLOGY,
                                    (size_t)(lattice->element_count - lattice->level_first[1]),
                                    sizeof *masses->share, "%s/shares of mass", name);
+    // Scratch of a change.
     masses->touched = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "touched vertices");
     masses->group = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "groups of vertices");
     masses->next = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "next in group");

@@ -53,6 +53,7 @@ static void list_leaves(const CutWindows *windows, const CutWindow *own, Leaves 
     for (int e = own->first; e < own->end; e++) {
         if (!cut_lattice_is_leaf(lattice, e))
             continue;
+        // The key sorts by class, or by number of vertices and shape; then by element.
         const unsigned mask = own->level == 0 ? 0 : template_mask_of(cut_lattice_nodes(lattice, e));
         const int kind = mask == 0 ? BATCH_PLAIN : BATCH_HANGING;
         const uint64_t sort = mask == 0 ? (uint64_t)class_of(windows, e)
@@ -73,6 +74,7 @@ static Merge merge_begin(const CutWindows *windows, int group, int kind)
     Merge merge = {.windows = windows};
     for (int w = windows->group[group].first; w < windows->group[group].end; w++) {
         const int *count = windows->rest_count[w];
+        // What each window leaves is sorted already.
         const uint64_t *first = windows->rest + windows->lattice->window[w].first +
                                 (kind == BATCH_PLAIN ? 0 : count[BATCH_PLAIN]);
         if (count[kind] == 0)
@@ -187,11 +189,13 @@ static void put_double(double *to, const double *number, int stride, int count, 
 static void put_numbers(CutWindows *windows, int batch, int lane, int stride, unsigned mask)
 {
     unsigned *held = &windows->hanging_mask[batch][lane];
+    // Most lanes keep their shape from change to change.
     if (*held == mask)
         return;
     const int count = TABLE_HEAD + vertex_count_of(mask) * TABLE_ROW;
     const int before = TABLE_HEAD + vertex_count_of(*held) * TABLE_ROW;
     const void *number = template_cache_numbers(windows->templates, mask);
+    // What a longer shape has left behind it is cleared.
     void *to = (void *)windows->tables[batch].number;
     if (windows->templates->precision == PRECISION_SINGLE)
         put_single((float *)to + lane, number, stride, count, before);
@@ -307,6 +311,7 @@ static void pack_plain_rest(CutWindows *windows, int group, const Turns *turns)
     const int count = list_rest(windows, group, BATCH_PLAIN, key);
     int batch = range->low[BATCH_PLAIN];
     for (int k = 0, end; k < count; k = end) {
+        // As many of one class as fit.
         for (end = k + 1; end < count && end < k + LANES && key[end] >> 32 == key[k] >> 32;)
             end++;
         pack_plain(windows, batch++, key + k, end - k, turns);

@@ -71,6 +71,7 @@ static bool take_numbers(CutPieces *pieces)
         return false;
     for (int n = 0; n < (int)*pieces->count; n++) {
         const int cell = pieces->first[n];
+        // Each number names the first cell of a piece, and no piece twice.
         if (cell < 0 || cell >= pieces->cell_count || pieces->root[cell] != cell ||
             pieces->number[cell] >= 0)
             return false;
