@@ -125,9 +125,9 @@ static Stroke lattice_stroke(uint64_t *seed, int least, int most)
     return stroke;
 }
 
-// A link that a sweep only just touches may be met twice, by neighbouring sub-ticks of a twisted
-// sweep or as tissue moves: then both its ends are on one side, and it is broken for nothing. Where
-// tissue rests and the sweep is flat no link can be met twice.
+// A link that a stroke only just touches may be met twice, in neighbouring ticks of a twisted
+// stroke or as tissue moves: then both its ends are on one side, and it is broken for nothing.
+// Where tissue rests and the sweep is flat no link can be met twice.
 typedef struct Count {
     int met, separated, more, shifted;
     int broken, dead; // links; dead ends among them
