@@ -246,7 +246,9 @@ struct Body {
 
     // Bounds of the body alone, for the step and for the stiffness of contacts.
     double lambda;         // of M^-1 K [1/s2]
-    double damping;        // of M^-1 C [1/s]
+    double damping;        // of M^-1 C [1/s], without drag
+    double damping_time;   // of solids: beta, C = beta K + drag M [s]
+    double drag;           // of solids [1/s]
     double contact_lambda; // lambda of the coarsest level, so that contact is equally stiff at
                            // every level
     double theta;          // implicit bodies: the method's, else 0

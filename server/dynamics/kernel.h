@@ -11,10 +11,10 @@
 
 // Real is float or double below, depending on the kernel's precision.
 
-// Advances all vertices after their forces are complete: v += h (f / m + g), u += advance h v,
-// forces to zero. Vertices with inverse mass 0 do not move. `next` may be `present`. Returns true
-// if every |u| is within position_limit and every |v| within the speed limit; without `check` it
-// may return true unchecked.
+// Advances all vertices after their forces are complete: v += h (f / m + g) - loss v, u += advance
+// h v, forces to zero. Vertices with inverse mass 0 do not move. `next` may be `present`. Returns
+// true if every |u| is within position_limit and every |v| within the speed limit; without `check`
+// it may return true unchecked.
 typedef struct AdvancePass {
     const void *present;      // Real [vertex][ROW]
     void *next;               // Real [vertex][ROW]
@@ -25,6 +25,7 @@ typedef struct AdvancePass {
     double h, advance;
     double gravity[3]; // in the base frame [m/s2]
     double position_limit;
+    double loss; // fraction of the velocity that drag takes; 0: no drag
     bool check;
 } AdvancePass;
 

@@ -198,6 +198,9 @@ double sim_time(const Sim *sim);   // simulated [s] = steps / rate
 double sim_tick(const Sim *sim);   // [s]
 int sim_body_count(const Sim *sim);
 Body *sim_body(Sim *sim, int index);
+// Returns the substeps a tick that the body would need by itself without damping and drag. Load
+// time only.
+int sim_undamped_substeps(Sim *sim, int index);
 const Body *sim_find_body(const Sim *sim, const char *name); // or NULL
 int sim_tool_count(const Sim *sim);
 const ToolOptions *sim_tool(const Sim *sim, int index);

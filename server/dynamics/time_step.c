@@ -25,6 +25,7 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
     const bool implicit = body->integrator == INTEGRATOR_IMPLICIT;
     lambda *= implicit ? 0.0 : fmax(1.0, stiffness_scale);
     damping *= implicit ? 0.0 : fmax(1.0, stiffness_scale * damping_scale);
+    damping += body->drag * fmax(1.0, damping_scale);
     // Whatever may touch or hold the body, each at its worst.
     for (int t = 0; t < sim->tool_count; t++) {
         const ToolOptions *tool = &sim->tool[t];
@@ -103,6 +104,16 @@ void time_step_join(Sim *sim)
         sim->body[b].finest_substeps = sim->body[sim->group[b].first].finest_substeps;
         time_step_follow(sim, &sim->body[b]);
     }
+}
+
+int sim_undamped_substeps(Sim *sim, int index)
+{
+    Body *body = &sim->body[index];
+    const Body own = *body;
+    body->damping = body->drag = 0.0;
+    const int substeps = count_substeps(sim, body);
+    *body = own;
+    return substeps;
 }
 
 double time_step_bound(const Sim *sim, const Body *body)
@@ -280,6 +291,7 @@ static void turn(Sim *sim, Body *body, Knob knob, double factor)
     case KNOB_DAMPING:
         body->damping *= factor;
         body->finest_damping *= factor;
+        body->drag *= factor;
         break;
     case KNOB_CONTACT:
         body->contact_ratio *= factor;

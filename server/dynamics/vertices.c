@@ -139,6 +139,8 @@ void vertices_create(Vertices *vertices, const BodyOptions *options, const Verte
     vertices->parameters = ALLOCATE(ARENA_STEP, 1, BodyParameters, "parameters");
     *vertices->parameters = body_parameters(options->gravity);
     state_add(state, vertices->parameters, sizeof *vertices->parameters, "%s/parameters", name);
+    if (vertices->drag > 0.0 && rows->floating)
+        vertices->drags = drag_create(name, vertices->capacity, arena);
     // Loads need a list of their own.
     if (!options->without_loads)
         create_loads(vertices, name, loadable_count, arena, state);
@@ -205,6 +207,10 @@ void vertices_begin(Vertices *vertices)
         const double *load = vertices->load[vertices->loaded[k]];
         vertices_add_force(vertices, vertices->loaded[k], (Vec3){load[0], load[1], load[2]});
     }
+    if (vertices->drags != NULL)
+        drag_add_forces(vertices->drags, vertices->drag * vertices->parameters->damping_scale,
+                        &vertices->rows, vertices->present, vertices->mass, vertices->count,
+                        vertices->force, vertices->halved ? vertices->team : NULL);
 }
 
 enum { SHARE = 1024 }; // vertices per thread and piece
@@ -275,6 +281,8 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
         .advance = stage->advance,
         .gravity = {g.x, g.y, g.z},
         .position_limit = vertices->position_limit,
+        .loss = vertices->drags == NULL ? h * vertices->drag * vertices->parameters->damping_scale
+                                        : 0.0,
         .check = stage->last, // a number that went bad earlier in the tick is still bad
     };
     // Bad numbers are noticed in the last stage of a tick.
@@ -404,7 +412,8 @@ int vertices_read_state(const void *model, int *id, Vec3 *position, Vec3 *veloci
 bool vertices_set(void *model, BodyParameter parameter, double value)
 {
     Vertices *vertices = model;
-    return body_parameters_set(vertices->parameters, vertices->damped, parameter, value);
+    return body_parameters_set(vertices->parameters, vertices->damped || vertices->drag > 0.0,
+                               parameter, value);
 }
 
 void vertices_measure(const Vertices *vertices, BodyMeasure *measure)
@@ -464,8 +473,12 @@ void vertices_explain(const Vertices *vertices, int lanes, const int *element_at
     // What the scene chooses, by its key.
     if (vertices->team != NULL && vertices->halved)
         fprintf(out, "    shared by two threads\n");
+    fprintf(out, "    drag: %s\n",
+            vertices->drags != NULL ? "on the motion relative to the body's rigid one"
+            : vertices->drag > 0.0  ? "in the kick"
+                                    : "left out (material.drag)");
     fprintf(out, "    damping: %s\n    base frame: %s\n",
-            vertices->damped ? "in the kernel" : "left out (material.damping)",
+            vertices->damped ? "in the kernel" : "left out (material.damping or damping_time)",
             vertices->rows.fall != NULL ? "follows the body, and falls in its place"
             : vertices->rows.floating   ? "follows the body"
                                         : "still");

@@ -11,6 +11,7 @@
 
 #include "base/check.h"
 #include "dynamics/body.h"
+#include "dynamics/drag.h"
 #include "dynamics/kernel.h"
 #include "dynamics/rows.h"
 
@@ -36,6 +37,7 @@ typedef struct Vertices {
     int *id;            // [capacity]
     const VertexKernels *kernels;
     bool damped;           // elements have damping
+    double drag;           // on the vertices, per mass [1/s] (drag.h); 0: none
     double position_limit; // [m] a displacement beyond it counts as a bad number
     // Bodies of many elements sum forces in two arrays, `force` and `more`, one for each half of
     // their batches, so that two threads can work on them; with one thread as well, so that the
@@ -53,6 +55,7 @@ typedef struct Vertices {
     void *force;         // Real [capacity + 1][4]; zero between evaluations
     void *more;          // likewise; NULL unless halved
     bool bad;            // the last rows of the tick were out of bounds
+    Drag *drags;         // NULL unless drag acts on a floating body
 
     // --- constant loads; NULL: disabled ---
     double (*load)[3]; // [loadable_count] of the first vertices, in the world frame [N]; state
@@ -69,7 +72,7 @@ bool vertices_can_create(const BodyOptions *options, bool has_kernels, int count
 typedef Vec3 VertexPlace(const void *context, int vertex);
 bool vertices_mark_fixed(const BodyOptions *options, const VertexId *by_id, int count,
                          VertexPlace *place, const void *context, bool *fixed, Status *status);
-// Creates all other fields after count, capacity (0: count), kernels, damped, rows.rest and
+// Creates all other fields after count, capacity (0: count), kernels, damped, drag, rows.rest and
 // .rest_origin, .rest_turn, .longest_edge, mass and id are set. `by_id` is the order of the initial
 // state; `extent` [m]: size of the body at rest.
 void vertices_create(Vertices *vertices, const BodyOptions *options, const VertexId *by_id,

@@ -69,6 +69,7 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
             rows->rest[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
     // A floating body follows its own fit in the plane: no rigid frame.
     vertices->damped = options->damping > 0.0;
+    vertices->drag = options->drag;
     vertices_create(vertices, &options->body, making->by_id, making->fixed, (int)most,
                     lattice->size * (lattice->count[0] + lattice->count[1]), arena, state);
     for (long v = 0; v < vertices->count; v++) { // remove out-of-plane parts of an initial state
@@ -177,6 +178,8 @@ static void create_body(Body *body, Making *making, const PlaneKernels *kernels,
     body->element_count = model->element_count;
     body->lambda = body->contact_lambda = making->forms.lambda;
     body->damping = making->forms.damping_lambda;
+    body->damping_time = making->forms.beta;
+    body->drag = making->options->drag;
 }
 
 // As for solid bodies: an initial mesh that exceeds the capacity is an error.

@@ -20,6 +20,7 @@ typedef struct PlaneOptions {
     int material_count;
     const SolidMaterial *material; // [material_count] by label - 1
     double damping;                // beta as a multiple of the body's critical step dt0
+    double drag;                   // on the vertices, per mass [1/s]
     double tear_force; // if it can be cut: the paper's threshold on the external force on a vertex
                        // [N]; 0: no tearing
 } PlaneOptions;

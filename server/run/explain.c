@@ -53,8 +53,23 @@ static void print_levels(const Body *body, const SceneBody *described, FILE *out
                 body->mesh.triangle_capacity);
 }
 
+// Prints how a solid is damped: its loss factor at some frequencies, and what that costs. Damping
+// in critical steps takes a little more from bending and less from compression.
+static void print_loss(World *world, const Body *body, bool rough, FILE *out)
+{
+    static const double HZ[] = {2.0, 10.0, 50.0};
+    const double pi = 3.14159265358979323846;
+    fprintf(out, "  damping_time %.4g s, drag %.4g 1/s: %sloss", body->damping_time, body->drag,
+            rough ? "about " : "");
+    for (int i = 0; i < 3; i++)
+        fprintf(out, "%s %.3g at %g Hz", i > 0 ? "," : "",
+                2.0 * pi * HZ[i] * body->damping_time + body->drag / (2.0 * pi * HZ[i]), HZ[i]);
+    fprintf(out, "; %d substeps a tick, %d without\n", body->substeps,
+            sim_undamped_substeps(world->sim, (int)(body - sim_body(world->sim, 0))));
+}
+
 // Prints law and materials of a voxel body.
-static void print_elements(const SceneBody *described, const Body *body, FILE *out)
+static void print_elements(World *world, const SceneBody *described, const Body *body, FILE *out)
 {
     const VoxelOptions *voxel = &described->voxel;
     char law[SCENE_VALUE_TEXT];
@@ -65,6 +80,7 @@ static void print_elements(const SceneBody *described, const Body *body, FILE *o
     // An undamped oscillation of angular frequency w is stable for steps up to 2 / w.
     fprintf(out, "  critical step %.6g s, damping %.6g of it\n", 2.0 / sqrt(body->lambda),
             voxel->damping);
+    print_loss(world, body, voxel->damping > 0.0, out);
     // What the cells are made of.
     for (int i = 0; i < voxel->material_count; i++) {
         const SolidMaterial *material = &voxel->material[i];
@@ -157,7 +173,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     // Its cost, then what only one model has.
     print_time_step(world, body, described, out);
     if (voxel)
-        print_elements(described, body, out);
+        print_elements(world, described, body, out);
     else
         print_levels(body, described, out);
     print_cutting(described, out);

@@ -56,6 +56,7 @@ static bool create_plane(Body *body, World *world, const VoxelOptions *voxel, St
         .material_count = voxel->material_count,
         .material = voxel->material,
         .damping = voxel->damping,
+        .drag = voxel->drag,
         .tear_force = voxel->tear_force,
     };
     return plane_create(body, &plane, &world->arena, &world->state, status);

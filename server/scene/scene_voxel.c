@@ -216,10 +216,23 @@ static const Option MATERIAL_OPTIONS[] = {
               "`miyazaki2004`."},
     {"density", OPTION_REAL, AT(usual.density), "kg/m3", 0.0, 1e6, .open = true, .preset = 1000.0,
      .physics = true, .idle = {&IDLE_LABELS_HAVE_DENSITY}, .about = "Mass per unit volume."},
-    {"damping", OPTION_REAL, AT(voxel.damping), "", 0.0, 10.0, .preset = 0.2, .physics = true,
+    {"damping", OPTION_REAL, AT(voxel.damping), "", 0.0, 10.0, .preset = 0.2,
+     .preset_text = "0.2 without `damping_time`, else 0", .physics = true,
      .feature = "damping of elements",
      .about = "Damping of the elements' deformation over their stiffness, in units of the critical "
-              "time step: below 0.1 crushed elements may not recover."},
+              "time step, so that it depends on cells and stiffness: below 0.1 crushed elements "
+              "may not recover."},
+    {"damping_time", OPTION_REAL, AT(voxel.damping_time), "s", 0.0, 10.0, .physics = true,
+     .feature = "damping by a time",
+     .about = "Damping over stiffness in seconds, whatever the cells; instead of `damping`. A loss "
+              "of 2 pi f times it at a frequency f. Shortens the time step, see `--check`. Solids "
+              "only."},
+    {"drag", OPTION_REAL, AT(voxel.drag), "1/s", 0.0, 1e4,
+     .preset_text = "4 for solids without `damping` and `damping_time`, else 0", .physics = true,
+     .feature = "drag on solids",
+     .about = "Damping over mass: slow swings die out as exp(-drag t/2). A loss of drag/(2 pi f). "
+              "Slows all motion of a body that something fixes, only the deformation of one that "
+              "nothing fixes."},
 };
 const OptionTable VOXEL_MATERIAL_TABLE =
     TITLED_TABLE("`bodies.material` of a voxel body", "bodies.material",
@@ -266,6 +279,27 @@ const OptionTable SKIN_TABLE = OPTION_TABLE(
     "A mesh that is published instead of the cells' faces; tools still collide with the cells.",
     SKIN_OPTIONS);
 
+// Without any key a swing falls to 5 % in 1.5 s, and deformation is damped as crushed elements need
+// it.
+#define DRAG_USUAL 4.0
+
+static bool choose_damping(const SceneReader *reader, const config_setting_t *group,
+                           SceneBody *body)
+{
+    VoxelOptions *voxel = &body->voxel;
+    const config_setting_t *time = option_find(group, "damping_time");
+    const bool given = option_given(group, "damping");
+    if (time != NULL && body->dimensions == 2)
+        return option_fail(&reader->source, time, "damping_time means nothing for a plane body");
+    if (time != NULL && given)
+        return option_fail(&reader->source, time, "damping_time cannot be mixed with damping");
+    if (time != NULL)
+        voxel->damping = 0.0;
+    if (!option_given(group, "drag"))
+        voxel->drag = time != NULL || given || body->dimensions == 2 ? 0.0 : DRAG_USUAL;
+    return true;
+}
+
 // The paper's element has one stiffness: its Poisson ratio is 0.
 static bool check_poisson(const SceneReader *reader, const BodyGroup *raw,
                           const config_setting_t *group, double poisson_ratio)
@@ -311,7 +345,8 @@ static bool read_label(const SceneReader *reader, const BodyGroup *raw,
 static bool read_materials(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
 {
     if (!option_read(&VOXEL_MATERIAL_TABLE, raw->material, &reader->source, body) ||
-        !check_poisson(reader, raw, raw->material, body->usual.poisson_ratio))
+        !check_poisson(reader, raw, raw->material, body->usual.poisson_ratio) ||
+        !choose_damping(reader, raw->material, body))
         return false;
     // Each label begins with the usual material,
     int count = body->voxels.label_count;

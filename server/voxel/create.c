@@ -115,10 +115,12 @@ static void make_elements(VoxelMaking *making)
             template_create(&shape, making->mask[e]);
         set_element(making, e, &shape);
     }
-    // Damping is given in units of the smallest critical step.
-    const double beta = making->options->damping * making->step;
+    // Damping is a time, or in units of the smallest critical step.
+    const VoxelOptions *options = making->options;
+    making->beta =
+        options->damping_time > 0.0 ? options->damping_time : options->damping * making->step;
     for (int e = 0; e < count; e++)
-        making->classes[e].damping *= beta;
+        making->classes[e].damping *= making->beta;
 }
 
 static Vec3 rest_of(const void *context, int vertex)
@@ -258,7 +260,8 @@ static void create_vertices(VoxelModel *model, const VoxelMaking *making, const 
     }
     // Rows and what else all solids have.
     create_rows(vertices, making, arena);
-    vertices->damped = options->damping > 0.0;
+    vertices->damped = making->beta > 0.0;
+    vertices->drag = options->drag;
     vertices_create(vertices, &options->body, making->by_id, making->fixed,
                     model->cuts != NULL ? making->capacity : mesh->surface_count,
                     options->lattice->size * (cells[0] + cells[1] + cells[2]), arena, state);
@@ -289,7 +292,9 @@ static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)
         body->mass += mass_of(making, e);
     body->element_count = making->mesh.element_count;
     body->lambda = body->contact_lambda = making->lambda;
-    body->damping = options->damping * making->step * making->damping_lambda;
+    body->damping = making->beta * (model->viscous ? making->lambda : making->damping_lambda);
+    body->damping_time = making->beta;
+    body->drag = options->drag;
     body->state_capacity = making->capacity;
 }
 
@@ -318,6 +323,7 @@ static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList
     make_elements(making);
     VoxelModel *model = ALLOCATE(ARENA_STEP, 1, VoxelModel, "model");
     model->law = options->law;
+    model->viscous = options->damping_time > 0.0 && options->law == VOXEL_AFFINE;
     model->surface_count = making->mesh.surface_count;
     // The order matters: rows need masses, the frame needs rows, batches need the vertices'
     // precision.

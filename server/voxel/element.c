@@ -1,5 +1,6 @@
 #include "voxel/element.h"
 
+#include "base/check.h"
 #include "voxel/rotation.h"
 
 #include <float.h>
@@ -252,6 +253,73 @@ static void damping_forces(const Element *element, double damping, const Vec3 *p
     }
 }
 
+// Computes what is left of a field of vectors when its mean and its best affine map G are removed.
+static void residual_of(const Element *element, const Vec3 *field, Vec3 *out)
+{
+    const Vec3 rest_centre = mean(element, element->rest), centre = mean(element, field);
+    double g[3][3];
+    affine_fit(element, rest_centre, field, centre, g);
+    for (int i = 0; i < element->count; i++)
+        out[i] = vec3_sub(vec3_sub(field[i], centre),
+                          multiply((const double(*)[3])g, vec3_sub(element->rest[i], rest_centre)));
+}
+
+// s += w (|a|^2 1 - a a^T), moment += w a x b.
+static void add_arm(double w, Vec3 a, Vec3 b, double inertia[3][3], Vec3 *moment)
+{
+    *moment = vec3_madd(*moment, w, vec3_cross(a, b));
+    add_outer(inertia, -w, a, a);
+    for (int i = 0; i < 3; i++)
+        inertia[i][i] += w * vec3_dot(a, a);
+}
+
+// Adds beta times the derivative of
+//   V (mu |F' - omega x F|^2 + lambda/2 (R : F')^2) + alpha k/2 sum w |e'_i - omega x e_i|^2
+// by the velocities, ' = d/dt, with the omega that makes it least: at rest beta K v, exactly. A
+// rigid motion does not change it, so that linear and angular momentum stay; it is a sum of
+// squares, so that energy only falls; and it is at most what it is at rest, so that the bound of
+// the step holds in every state. R : F' is the rate of tr(R^T F), which R leaves stationary.
+static void viscous_forces(const Element *element, const ElementStiffness *stiffness,
+                           const Vec3 *position, Vec3 centre, const Vec3 *velocity, Quat *last,
+                           Vec3 *force)
+{
+    const double beta = stiffness->damping_time;
+    double f[3][3] = {{0.0}}, rate[3][3] = {{0.0}}, r[3][3], inertia[3][3] = {{0.0}};
+    const double stretch = 2.0 * stiffness->mu * element->volume;
+    enum { MOST = 64 }; // vertices
+    ASSERT(element->count <= MOST);
+    Vec3 e[MOST], e_rate[MOST], moment = {0.0, 0.0, 0.0};
+    for (int i = 0; i < element->count; i++) {
+        add_outer(f, 1.0 / element->volume, vec3_sub(position[i], centre), element->area[i]);
+        add_outer(rate, 1.0 / element->volume, velocity[i], element->area[i]);
+    }
+    rotation_fit((const double(*)[3])f, r, last);
+    residual_of(element, position, e);
+    residual_of(element, velocity, e_rate);
+    for (int k = 0; k < 3; k++)
+        add_arm(stretch, vec3(f[0][k], f[1][k], f[2][k]), vec3(rate[0][k], rate[1][k], rate[2][k]),
+                inertia, &moment);
+    for (int i = 0; i < element->count; i++)
+        add_arm(stiffness->residual * element->weight[i], e[i], e_rate[i], inertia, &moment);
+    const Vec3 omega = solve_scaled((const double(*)[3])inertia, moment);
+    double dilation = 0.0, stress[3][3];
+    for (int i = 0; i < 9; i++)
+        dilation += r[i / 3][i % 3] * rate[i / 3][i % 3];
+    for (int k = 0; k < 3; k++) {
+        const Vec3 turn = vec3_cross(omega, vec3(f[0][k], f[1][k], f[2][k]));
+        const double turned[3] = {turn.x, turn.y, turn.z};
+        for (int i = 0; i < 3; i++)
+            stress[i][k] = 2.0 * stiffness->mu * (rate[i][k] - turned[i]) +
+                           stiffness->lambda * dilation * r[i][k];
+    }
+    for (int i = 0; i < element->count; i++) {
+        const Vec3 left = vec3_sub(e_rate[i], vec3_cross(omega, e[i]));
+        force[i] =
+            vec3_madd(force[i], -beta, multiply((const double(*)[3])stress, element->area[i]));
+        force[i] = vec3_madd(force[i], -beta * stiffness->residual * element->weight[i], left);
+    }
+}
+
 double element_forces(const Element *element, const ElementStiffness *stiffness,
                       const Vec3 *position, const Vec3 *velocity, Quat *last, Vec3 *force)
 {
@@ -259,7 +327,9 @@ double element_forces(const Element *element, const ElementStiffness *stiffness,
     double energy = stiffness->law == VOXEL_AFFINE
                         ? affine_forces(element, stiffness, position, centre, last, force)
                         : paper_forces(element, stiffness, position, centre, last, force);
-    if (velocity != NULL && stiffness->damping > 0.0)
+    if (velocity != NULL && stiffness->damping_time > 0.0)
+        viscous_forces(element, stiffness, position, centre, velocity, last, force);
+    else if (velocity != NULL && stiffness->damping > 0.0)
         damping_forces(element, stiffness->damping, position, centre, velocity, force);
     return energy;
 }

@@ -30,6 +30,8 @@ typedef struct ElementStiffness {
     double mu, lambda; // Lame's [Pa] (VOXEL_AFFINE)
     double residual;   // alpha k: stiffness of the residual (VOXEL_AFFINE), or k of the paper [N/m]
     double damping;    // beta k: damps the velocity without its rigid part [N s/m]
+    // Instead of it, beta: damps all in proportion to its stiffness (VOXEL_AFFINE) [s].
+    double damping_time;
 } ElementStiffness;
 
 // Adds forces [N] to `force`; returns the energy [J]. velocity may be NULL (no damping). `last` as

@@ -65,6 +65,7 @@ typedef struct VoxelPass {
     const ElementClass *classes;
     VoxelLaw law;
     bool damped;
+    bool viscous;     // damped: by beta K, if the law is affine; else by beta k alone
     const void *rows; // Real [vertex][ROW]: u [m] and velocity [m/s] in the base frame
     void *force;      // Real [vertex][4] [N]; added to
     // Quaternions w x y z [plain batches, then hanging ones][LANES]: an element's rotation when it

@@ -115,21 +115,24 @@ static void add_element(const Vertices *vertices, Patch *patch, const PatchEleme
     }
 }
 
-// Sets the parameters of a class with the current scales; damping, which acts on all non-rigid
-// motion, is treated like Miyazaki's law. `spread` is tr M in edge lengths squared.
-static void set_factors(const Vertices *vertices, VoxelLaw law, Patch *patch,
-                        const ElementClass *by, double spread, PatchElement *piece)
+// Sets the parameters of a class with the current scales; damping that acts on all non-rigid motion
+// is treated like Miyazaki's law. `spread` is tr M in edge lengths squared.
+static void set_factors(const VoxelModel *model, Patch *patch, const ElementClass *by,
+                        double spread, PatchElement *piece)
 {
+    const Vertices *vertices = &model->vertices;
     const BodyParameters *scale = vertices->parameters;
     const double h = by->size, volume = h * h * h;
-    const bool paper = law == VOXEL_MIYAZAKI2004;
+    const bool paper = model->law == VOXEL_MIYAZAKI2004;
     double drag = vertices->damped ? scale->damping_scale * by->damping : 0.0;
-    double like = drag / patch->time + (paper ? by->residual : 0.0);
-    piece->mu =
-        scale->stiffness_scale * ((paper ? 0.0 : by->mu * volume) + like * spread * h * h / 6.0);
-    piece->lambda = paper ? 0.0 : scale->stiffness_scale * by->lambda * volume;
-    piece->residual = scale->stiffness_scale * (like + (paper ? 0.0 : by->residual));
     double stiff = paper ? by->residual : by->mu * h;
+    double like = (model->viscous ? 0.0 : drag / patch->time) + (paper ? by->residual : 0.0);
+    // What viscous damping adds to the stiffness.
+    double more = 1.0 + (model->viscous && stiff > 0.0 ? drag / (stiff * patch->time) : 0.0);
+    piece->mu = scale->stiffness_scale *
+                ((paper ? 0.0 : more * by->mu * volume) + like * spread * h * h / 6.0);
+    piece->lambda = paper ? 0.0 : scale->stiffness_scale * more * by->lambda * volume;
+    piece->residual = scale->stiffness_scale * (like + (paper ? 0.0 : more * by->residual));
     if (stiff > 0.0)
         patch->relaxation = fmax(patch->relaxation, drag / stiff);
 }
@@ -150,7 +153,7 @@ static bool add_plain(const VoxelModel *model, Patch *patch, int batch, int lane
         piece.weight[p] = 1.0;
         piece.g[p] = vec3_scale(0.5 / by->size, sign);
     }
-    set_factors(&model->vertices, model->law, patch, by, 6.0, &piece);
+    set_factors(model, patch, by, 6.0, &piece);
     add_element(&model->vertices, patch, &piece, model->batches->last[batch][lane]);
     return true;
 }
@@ -192,7 +195,7 @@ static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
         spread += add_row(model->law, by, row, vertex[p * LANES], &piece);
     }
     // Its stiffness, at its current rotation.
-    set_factors(&model->vertices, model->law, patch, by, spread, &piece);
+    set_factors(model, patch, by, spread, &piece);
     add_element(&model->vertices, patch, &piece,
                 model->batches->last[model->batches->plain.batch_count + batch][lane]);
     return true;

@@ -12,6 +12,7 @@ VoxelPass voxel_pass(const VoxelModel *model, const void *rows)
     return (VoxelPass){
         .law = model->law,
         .damped = model->vertices.damped,
+        .viscous = model->viscous,
         .rows = rows,
         .force = model->vertices.force,
         .stiffness_scale = model->vertices.parameters->stiffness_scale,

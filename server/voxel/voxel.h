@@ -18,7 +18,9 @@ typedef struct VoxelOptions {
     VoxelLaw law;
     int material_count;
     const SolidMaterial *material; // [material_count] by label - 1
-    double damping;                // beta as a multiple of the body's critical step dt0
+    double damping;                // beta as a multiple of the body's critical step dt0, or 0 and
+    double damping_time;           // beta [s], of damping in proportion to the stiffness
+    double drag;                   // on the vertices, per mass [1/s]
     bool publish_all;              // also inner vertices
     // If it can be cut:
     int split_budget;    // elements divided per tick

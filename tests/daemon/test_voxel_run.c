@@ -67,6 +67,11 @@ static void check_and_explain_say_what_it_is_made_of(void **state)
                                           "law \"affine\", 3 dimensions, levels 0 to 2",
                                           "critical step ",
                                           "damping 0.2 of it",
+                                          ", drag 4 1/s: about loss ",
+                                          " at 2 Hz, ",
+                                          " at 10 Hz, ",
+                                          " at 50 Hz; ",
+                                          " substeps a tick, ",
                                           "label 1: E 10000 Pa, nu 0, density 1000 kg/m3",
                                           NULL};
     static const char *const explained[] = {"kernel of body sphere:", " by level)",

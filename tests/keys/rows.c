@@ -326,6 +326,16 @@ const KeyRow KEY_ROWS[] = {
     {IN(VOXEL_MATERIAL_TABLE, "poisson_ratio", V | P, MATERIAL("", "poisson_ratio = 0.3;"))},
     {REFUSES(VOXEL_MATERIAL_TABLE, "poisson_ratio", V | P, BODY,
              "law = \"miyazaki2004\"; material = { poisson_ratio = 0.3; };", "knows only 0")},
+    {REFUSES(VOXEL_MATERIAL_TABLE, "damping_time", P, BODY, "material = { damping_time = 1e-3; };",
+             "means nothing for a plane body")},
+    {IN(VOXEL_MATERIAL_TABLE, "damping_time", V,
+        MATERIAL("damping = 0.2;", "damping_time = 1e-3;"))},
+    {REFUSES(VOXEL_MATERIAL_TABLE, "damping_time", V, BODY,
+             "material = { damping = 0.2; damping_time = 1e-3; };",
+             "cannot be mixed with damping")},
+    // Without any of the three there is drag.
+    {IN(VOXEL_MATERIAL_TABLE, "drag", V, MATERIAL("", "drag = 0.0;"))},
+    {IN(VOXEL_MATERIAL_TABLE, "damping", V, MATERIAL("", "damping = 0.2;"))},
 #define LABELS(value) "materials = ( { label = 1; " value " } ); "
     {IS_IDLE(VOXEL_MATERIAL_TABLE, "youngs_modulus", V | P, BODY, LABELS("youngs_modulus = 1e4;"),
              LABELS("youngs_modulus = 1e4;") "material = { youngs_modulus = 2e4; };",

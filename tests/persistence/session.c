@@ -30,6 +30,12 @@ const SessionScene session_scenes[SESSION_SCENES] = {
      true,
      false},
     {"choi2005", 1, {{"ball", {0.0, 0.0, 0.0}, 0.05}}, false, true, false},
+    {"damped",
+     2,
+     {{"organ", {0.0, 0.0, 0.0}, 0.03}, {"free", {0.1, 0.0, 0.0}, 0.02}},
+     true,
+     true,
+     false},
 };
 
 const char *session_scene(const SessionScene *scene, const char *precision, int threads)

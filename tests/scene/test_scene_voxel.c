@@ -45,6 +45,8 @@ static void a_bare_voxel_body_takes_all_defaults(void **unused)
     expect_near(voxel->material[0].poisson_ratio, 0.0, 0.0);
     expect_near(voxel->material[0].density, 1000.0, 0.0);
     expect_near(voxel->damping, 0.2, 0.0);
+    expect_near(voxel->damping_time, 0.0, 0.0);
+    expect_near(voxel->drag, 4.0, 0.0);
     assert_int_equal(voxel->body.integrator, INTEGRATOR_SYMPLECTIC_EULER);
     expect_near(voxel->body.time_step, 0.0, 0.0);
     assert_false(voxel->body.unsafe_time_step);
@@ -425,6 +427,57 @@ static void keys_of_a_surface_body_are_refused(void **unused)
     }
 }
 
+// Whoever says how elements are damped, says all: no drag comes on top of it.
+static void drag_is_for_bodies_that_say_nothing_of_damping(void **unused)
+{
+    (void)unused;
+    static const struct {
+        const char *text;
+        double damping, damping_time, drag;
+    } CASES[] = {
+        {"", 0.2, 0.0, 4.0},
+        {"material = { youngs_modulus = 1e3; };", 0.2, 0.0, 4.0},
+        {"material = { damping = 0.2; };", 0.2, 0.0, 0.0},
+        {"material = { damping = 0.0; };", 0.0, 0.0, 0.0},
+        {"material = { damping_time = 1e-3; };", 0.0, 1e-3, 0.0},
+        {"material = { damping_time = 0.0; };", 0.0, 0.0, 0.0},
+        {"material = { drag = 2.0; };", 0.2, 0.0, 2.0},
+        {"material = { damping = 0.1; drag = 2.0; };", 0.1, 0.0, 2.0},
+        {"material = { damping_time = 1e-3; drag = 2.0; };", 0.0, 1e-3, 2.0},
+    };
+    for (size_t i = 0; i < sizeof CASES / sizeof *CASES; i++) {
+        Scene scene;
+        char text[512];
+        snprintf(text, sizeof text, START "voxels = { generator = \"box\"; }; %s } );",
+                 CASES[i].text);
+        read_valid(text, &scene);
+        expect_near(scene.body[0].voxel.damping, CASES[i].damping, 0.0);
+        expect_near(scene.body[0].voxel.damping_time, CASES[i].damping_time, 0.0);
+        expect_near(scene.body[0].voxel.drag, CASES[i].drag, 0.0);
+        scene_destroy(&scene);
+    }
+    Scene scene;
+    read_valid(START "voxels = { generator = \"disc\"; }; } );", &scene);
+    expect_near(scene.body[0].voxel.damping, 0.2, 0.0);
+    expect_near(scene.body[0].voxel.drag, 0.0, 0.0);
+    scene_destroy(&scene);
+}
+
+static void bad_damping_is_refused(void **unused)
+{
+    (void)unused;
+    expect_error(IN_BODY("material = { damping = 0.2;\n damping_time = 1e-3; };"),
+                 "x.cfg:3: damping_time cannot be mixed with damping");
+    expect_error(IN_BODY("material = { damping_time = -1e-3; };"),
+                 "x.cfg:2: damping_time -0.001 outside [0, 10]");
+    expect_error(IN_BODY("material = { damping_time = 11; };"),
+                 "x.cfg:2: damping_time 11 outside [0, 10]");
+    expect_error(IN_BODY("material = { drag = -1; };"), "x.cfg:2: drag -1 outside [0, 10000]");
+    expect_error(IN_BODY("material = { drag = \"4\"; };"), "x.cfg:2: drag \"4\" must be a number");
+    expect_error(VOXELS("generator = \"disc\"; }; material = { damping_time = 1e-3;"),
+                 "x.cfg:2: damping_time means nothing for a plane body");
+}
+
 static void what_a_voxel_body_cannot_do_is_refused(void **unused)
 {
     (void)unused;
@@ -487,6 +540,8 @@ int main(void)
         cmocka_unit_test(paper_law_has_no_poisson_ratio),
         cmocka_unit_test(skin_is_a_mesh_placed_like_others),
         cmocka_unit_test(keys_of_a_surface_body_are_refused),
+        cmocka_unit_test(drag_is_for_bodies_that_say_nothing_of_damping),
+        cmocka_unit_test(bad_damping_is_refused),
         cmocka_unit_test(what_a_voxel_body_cannot_do_is_refused),
 #else
         cmocka_unit_test(voxel_bodies_that_are_not_built_in_are_refused),

@@ -105,9 +105,12 @@ static void make_shape(Shape *shape, int kind, uint64_t *random)
 
 static ElementStiffness random_stiffness(uint64_t *random, VoxelLaw law)
 {
-    return (ElementStiffness){law, random_between(random, 0.5, 2.0),
-                              random_between(random, 0.0, 4.0), random_between(random, 0.2, 2.0),
-                              random_between(random, 0.2, 2.0)};
+    return (ElementStiffness){law,
+                              random_between(random, 0.5, 2.0),
+                              random_between(random, 0.0, 4.0),
+                              random_between(random, 0.2, 2.0),
+                              random_between(random, 0.2, 2.0),
+                              0.0};
 }
 
 static Quat random_quat(uint64_t *random)
@@ -333,8 +336,8 @@ static void eight_corners_without_lambda_are_the_paper_s_element(void **state)
         double size = random_between(&random, 0.5, 2.0), mu = random_between(&random, 0.5, 2.0);
         Shape shape;
         make_template(&shape, 0, size);
-        ElementStiffness affine = {VOXEL_AFFINE, mu, 0.0, mu * size, 0.0};
-        ElementStiffness paper = {VOXEL_MIYAZAKI2004, 0.0, 0.0, mu * size, 0.0};
+        ElementStiffness affine = {VOXEL_AFFINE, mu, 0.0, mu * size, 0.0, 0.0};
+        ElementStiffness paper = {VOXEL_MIYAZAKI2004, 0.0, 0.0, mu * size, 0.0, 0.0};
         Vec3 position[8], force[8], expected[8];
         any_state(&random, n % 2, &shape.element, position);
         Quat last = {1.0, 0.0, 0.0, 0.0}, other = last;

@@ -65,7 +65,7 @@ INLINE Vector load_inverse_mass(const Real *from)
 }
 
 typedef struct AdvanceFactors {
-    Real h, advance;
+    Real h, advance, loss;
     Vector gravity[2]; // by the numbers of a vertex; the second where WIDTH is 2
     Vector position_limit, speed_limit;
 } AdvanceFactors;
@@ -78,6 +78,7 @@ INLINE AdvanceFactors advance_factors(const AdvancePass *pass)
     AdvanceFactors by = {
         .h = (Real)pass->h,
         .advance = (Real)(pass->advance * pass->h),
+        .loss = (Real)pass->loss,
         .gravity = {vector_load(gravity), vector_load(gravity + (WIDTH < 4 ? 2 : 0))},
         .position_limit = vector_set(pass->position_limit),
         .speed_limit = vector_set(SPEED_LIMIT),
@@ -86,7 +87,8 @@ INLINE AdvanceFactors advance_factors(const AdvancePass *pass)
 }
 
 // Advances the vertices from `i` on. Returns bits set where a limit is exceeded.
-INLINE Vector advance_vertices(const AdvancePass *pass, const AdvanceFactors *by, bool two, long i)
+INLINE Vector advance_vertices(const AdvancePass *pass, const AdvanceFactors *by, bool two,
+                               bool drag, long i)
 {
     const Vector zero = vector_set(0.0);
     Vector inverse_mass = load_inverse_mass((const Real *)pass->inverse_mass + i), bad = zero;
@@ -104,6 +106,8 @@ INLINE Vector advance_vertices(const AdvancePass *pass, const AdvanceFactors *by
         // Kick, then drift by the new velocity.
         load_places((const Real *)pass->present + ROW * i + part, &u, &v);
         Vector kick = by->h * (sum * inverse_mass + by->gravity[part / 2]);
+        if (drag)
+            kick -= by->loss * v;
         v += vector_select_greater(inverse_mass, zero, kick, zero);
         u += move * v;
         store_places((Real *)pass->next + ROW * i + part, u, v);
@@ -116,14 +120,14 @@ INLINE Vector advance_vertices(const AdvancePass *pass, const AdvanceFactors *by
     return bad;
 }
 
-INLINE bool advance_by(const AdvancePass *pass, bool two)
+INLINE bool advance_by(const AdvancePass *pass, bool two, bool drag)
 {
     const AdvanceFactors by = advance_factors(pass);
     Vector bad = vector_set(0.0);
     // Whole groups of vertices.
     const int together = pass->vertex_count / TOGETHER * TOGETHER;
     for (int i = 0; i < together; i += TOGETHER)
-        bad = vector_or(bad, advance_vertices(pass, &by, two, i));
+        bad = vector_or(bad, advance_vertices(pass, &by, two, drag, i));
     if (together == pass->vertex_count)
         return !vector_any(bad);
     // The last few vertices, padded, in copies.
@@ -141,7 +145,7 @@ INLINE bool advance_by(const AdvancePass *pass, bool two)
     last.force = force;
     last.more = more;
     last.inverse_mass = inverse_mass;
-    bad = vector_or(bad, advance_vertices(&last, &by, two, 0));
+    bad = vector_or(bad, advance_vertices(&last, &by, two, drag, 0));
     // Copy the results back; forces are cleared as in whole groups.
     memcpy((Real *)pass->next + (long)together * ROW, row, rest * ROW * sizeof(Real));
     memset((Real *)pass->force + 4L * together, 0, forces);
@@ -152,7 +156,9 @@ INLINE bool advance_by(const AdvancePass *pass, bool two)
 
 static bool advance(const AdvancePass *pass)
 {
-    return pass->more != NULL ? advance_by(pass, true) : advance_by(pass, false);
+    if (pass->loss > 0.0)
+        return pass->more != NULL ? advance_by(pass, true, true) : advance_by(pass, false, true);
+    return pass->more != NULL ? advance_by(pass, true, false) : advance_by(pass, false, false);
 }
 
 // In groups of four: otherwise gcc 12 shuffles several rows together and takes twice as long.

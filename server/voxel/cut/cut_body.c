@@ -314,7 +314,7 @@ static const ElementClass *classes_of(const VoxelMaking *making, const char *nam
         const double edge = options->lattice->size * (double)(1 << c / materials);
         stiffness_of_element(options->law, &options->material[c % materials], edge, &plain,
                              &classes[c]);
-        classes[c].damping *= options->damping * making->step;
+        classes[c].damping *= making->beta;
     }
     return classes;
 }

@@ -10,6 +10,9 @@
 //   f_i = -P a_i - alpha k H w_i (u'_i - c - G X_i) - beta k w_i (v'_i - v_c - omega x r_i)
 //       = -P a_i + w_i (B X_i + b - alpha k H u'_i - beta k v'_i + beta k omega x u'_i),
 //   B = alpha k H G + beta k [omega]x, b = alpha k H c + beta k (v_c - omega x c).
+// With viscous damping ' = d/dt is that of F, G and e_i = u'_i - c - G X_i:
+//   P' = 2 beta k (F' - omega x F) + beta lambda H (R : F') R is added to P, and the residual's
+//   velocities are damped by alpha beta k, so that B = alpha k H G + alpha beta k (G' - omega x G).
 #ifndef PLIANT_VOXEL_KERNEL_HANGING_H
 #define PLIANT_VOXEL_KERNEL_HANGING_H
 
@@ -19,23 +22,25 @@
 
 // Parameters of the elements' classes, with the scales of the pass.
 typedef struct HangingFactors {
-    Vector gradient; // 1 / H
-    Vector stretch;  // 2 mu H^2
-    Vector bulk;     // lambda H^2
-    Vector bend;     // alpha k H
-    Vector drag;     // beta k
+    Vector gradient;  // 1 / H
+    Vector stretch;   // 2 mu H^2
+    Vector bulk;      // lambda H^2
+    Vector bend;      // alpha k H
+    Vector drag;      // beta k
+    Vector bent;      // viscous: alpha
+    Vector bulk_drag; // viscous: beta lambda H
 } HangingFactors;
 
 // The same for a batch, one array after another.
-enum { GRADIENT, STRETCH, BULK, BEND, DRAG, FACTORS };
+enum { GRADIENT, STRETCH, BULK, BEND, DRAG, BENT, BULK_DRAG, FACTORS };
 
-static inline void hanging_factors(const VoxelPass *pass, const int element_class[LANES],
-                                   Real out[FACTORS][LANES])
+INLINE void hanging_factors(const VoxelPass *pass, const int element_class[LANES], bool viscous,
+                            Real out[FACTORS][LANES])
 {
     const double scale = pass->stiffness_scale;
     for (int lane = 0; lane < LANES; lane++) {
         if (lane > 0 && element_class[lane] == element_class[lane - 1]) {
-            for (int k = 0; k < FACTORS; k++)
+            for (int k = 0; k < (viscous ? FACTORS : BENT); k++)
                 out[k][lane] = out[k][lane - 1];
             continue;
         }
@@ -46,16 +51,27 @@ static inline void hanging_factors(const VoxelPass *pass, const int element_clas
         out[BULK][lane] = (Real)(scale * c->lambda * area);
         out[BEND][lane] = (Real)(scale * c->size * c->residual);
         out[DRAG][lane] = (Real)(scale * pass->damping_scale * c->damping);
+        if (!viscous)
+            continue;
+        out[BENT][lane] = (Real)(c->mu > 0.0 ? c->residual / (c->mu * c->size) : 0.0);
+        out[BULK_DRAG][lane] = (Real)(c->mu > 0.0 ? c->lambda / c->mu : 0.0) * out[DRAG][lane];
     }
 }
 
-INLINE HangingFactors hanging_factors_at(Real factor[FACTORS][LANES], int lane)
+INLINE HangingFactors hanging_factors_at(Real factor[FACTORS][LANES], bool viscous, int lane)
 {
-    return (HangingFactors){
-        vector_load(factor[GRADIENT] + lane), vector_load(factor[STRETCH] + lane),
-        vector_load(factor[BULK] + lane),     vector_load(factor[BEND] + lane),
-        vector_load(factor[DRAG] + lane),
+    HangingFactors by = {
+        .gradient = vector_load(factor[GRADIENT] + lane),
+        .stretch = vector_load(factor[STRETCH] + lane),
+        .bulk = vector_load(factor[BULK] + lane),
+        .bend = vector_load(factor[BEND] + lane),
+        .drag = vector_load(factor[DRAG] + lane),
     };
+    if (viscous) {
+        by.bent = vector_load(factor[BENT] + lane);
+        by.bulk_drag = vector_load(factor[BULK_DRAG] + lane);
+    }
+    return by;
 }
 
 // The rest shapes of WIDTH lanes.
@@ -81,20 +97,21 @@ typedef struct Hanging {
     Vector u[NODE_COUNT][3], v[NODE_COUNT][3]; // u', v'
     Vector middle[3], drift[3];                // c, v_c
     Vector slope[3][3];                        // G by rows (affine)
+    Vector rate[3][3], slope_rate[3][3];       // viscous: of F and G, times H
     Deformation deformation;
     Motion motion;
 } Hanging;
 
 // Loads displacements and sums the terms of first order.
 INLINE void gather_hanging(const VoxelPass *pass, const Rest *rest, const int *vertex,
-                           Vector gradient, bool paper, bool damped, Hanging *h)
+                           Vector gradient, bool paper, bool damped, bool viscous, Hanging *h)
 {
     const Vector zero = vector_set(0.0);
     Vector origin[3], origin_speed[3], middle[3], drift[3], g[3][3], slope[3][3];
     for (int i = 0; i < 3; i++) {
         middle[i] = drift[i] = zero;
         for (int k = 0; k < 3; k++)
-            g[i][k] = slope[i][k] = zero;
+            g[i][k] = slope[i][k] = h->rate[i][k] = h->slope_rate[i][k] = zero;
     }
     vector_load_rows(pass->rows, vertex, damped, origin, origin_speed);
     for (int p = 0; p < rest->count; p++) {
@@ -114,6 +131,10 @@ INLINE void gather_hanging(const VoxelPass *pass, const Rest *rest, const int *v
                 h->v[p][i] = v[i];
                 drift[i] += w * v[i];
             }
+            for (int k = 0; k < 3 && viscous; k++) {
+                h->rate[i][k] += rest_of(rest, p, k) * v[i];
+                h->slope_rate[i][k] += rest_of(rest, p, 7 + k) * v[i];
+            }
         }
     }
     // Scale the sums; the deformation of the paper's law has a part at rest.
@@ -128,17 +149,43 @@ INLINE void gather_hanging(const VoxelPass *pass, const Rest *rest, const int *v
     }
 }
 
-// Sums the terms of second order about the middle.
-INLINE void sum_motion(const Rest *rest, Hanging *h)
+// Begins the sums with those of the columns of F, which count twice as at eight corners.
+INLINE void sum_uniform(const Hanging *h, Vector s[SYMMETRIC], Vector l[3])
+{
+    const Vector two = vector_set(2.0);
+    for (int k = 0; k < 3; k++) {
+        Vector arm[3], twice[3], rate[3];
+        for (int i = 0; i < 3; i++) {
+            arm[i] = h->deformation.f[i][k];
+            twice[i] = two * arm[i];
+            rate[i] = h->rate[i][k];
+        }
+        for (int i = 0; i < 3; i++) {
+            s[i] += twice[i] * arm[i];
+            s[3 + i] += twice[(i + 1) % 3] * arm[(i + 2) % 3];
+        }
+        add_cross(twice, rate, l);
+    }
+}
+
+// Sums the terms of second order about the middle; viscous: those of the residual e in place of r,
+// alpha times.
+INLINE void sum_motion(const Rest *rest, Vector bent, bool viscous, Hanging *h)
 {
     Vector s[SYMMETRIC], l[3];
     for (int i = 0; i < 3; i++)
         s[i] = s[3 + i] = l[i] = vector_set(0.0);
+    if (viscous)
+        sum_uniform(h, s, l);
     for (int p = 0; p < rest->count; p++) {
         Vector r[3], wr[3], w = rest_of(rest, p, 3);
         for (int i = 0; i < 3; i++) {
-            r[i] = (h->u[p][i] - h->middle[i]) + rest_of(rest, p, 4 + i);
-            wr[i] = w * r[i];
+            r[i] = h->u[p][i] - h->middle[i];
+            for (int k = 0; k < 3 && viscous; k++)
+                r[i] -= h->slope[i][k] * rest_of(rest, p, 4 + k);
+            if (!viscous)
+                r[i] += rest_of(rest, p, 4 + i);
+            wr[i] = viscous ? bent * (w * r[i]) : w * r[i];
         }
         for (int i = 0; i < 3; i++) {
             s[i] += wr[i] * r[i];
@@ -153,21 +200,31 @@ INLINE void sum_motion(const Rest *rest, Hanging *h)
     }
 }
 
+// Returns the rate of tr(R^T F) from that of F.
+INLINE Vector dilation_rate(const Polar *polar, Vector rate[3][3])
+{
+    Vector sum = vector_set(0.0);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            sum += polar->turn[i][k] * rate[i][k];
+    return sum * polar->inverse + (rate[0][0] + rate[1][1] + rate[2][2]);
+}
+
 // Adds the forces of WIDTH elements to the rows of a batch, from `lane` on.
 INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *vertex,
-                           const HangingFactors *by, bool paper, bool damped, double (*last)[4],
-                           Real (*out)[4 * LANES])
+                           const HangingFactors *by, bool paper, bool damped, bool viscous,
+                           double (*last)[4], Real (*out)[4 * LANES])
 {
     Hanging h;
     Root root;
     Polar polar;
     Vector spin[3] = {{0}};
     // Rotation and spin: independent work between polar_root and polar_fit hides latency.
-    gather_hanging(pass, rest, vertex, by->gradient, paper, damped, &h);
+    gather_hanging(pass, rest, vertex, by->gradient, paper, damped, viscous, &h);
     deformation_complete(&h.deformation);
     polar_root(&h.deformation, &root);
     if (damped) {
-        sum_motion(rest, &h);
+        sum_motion(rest, by->bent, viscous, &h);
         spin_solve(&h.motion, spin);
     }
     Vector unfit = polar_fit(&h.deformation, &root, &polar);
@@ -176,6 +233,9 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
 
     Vector stress[3][3], bend[3][3], shift[3], turn[3]; // P, B, b, beta k omega
     Vector pressure = polar.stretch * by->bulk;
+    if (viscous)
+        pressure += by->bulk_drag * dilation_rate(&polar, h.rate);
+    const Vector drag = viscous ? by->bent * by->drag : by->drag; // of the residual
     // -(2 mu (F - R) + lambda tr(D) R) as parts along G and along R - 1.
     Vector back = (paper ? by->bend : pressure - by->stretch) * polar.inverse;
     for (int i = 0; i < 3; i++) {
@@ -191,14 +251,24 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
         }
         shift[i] = by->bend * h.middle[i];
         if (damped)
-            turn[i] = by->drag * spin[i];
+            turn[i] = drag * spin[i];
     }
     // Damping enters B and b through omega x.
     for (int i = 0; i < 3 && damped; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        bend[i][k] += turn[j];
-        bend[i][j] -= turn[k];
-        shift[i] += by->drag * h.drift[i] - (turn[j] * h.middle[k] - turn[k] * h.middle[j]);
+        if (viscous) {
+            Vector(*f)[3] = h.deformation.f, (*slope)[3] = h.slope;
+            for (int c = 0; c < 3; c++) {
+                stress[i][c] += (by->drag + by->drag) *
+                                (h.rate[i][c] - (spin[j] * f[k][c] - spin[k] * f[j][c]));
+                bend[i][c] +=
+                    drag * h.slope_rate[i][c] - (turn[j] * slope[k][c] - turn[k] * slope[j][c]);
+            }
+        } else {
+            bend[i][k] += turn[j];
+            bend[i][j] -= turn[k];
+        }
+        shift[i] += drag * h.drift[i] - (turn[j] * h.middle[k] - turn[k] * h.middle[j]);
     }
     // Force of each vertex, by the formula above.
     for (int p = 0; p < rest->count; p++) {
@@ -212,7 +282,7 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
             f[i] = bend[i][0] * x[0] + bend[i][1] * x[1] + bend[i][2] * x[2] +
                    (shift[i] - by->bend * u[i]);
             if (damped)
-                f[i] += (turn[j] * u[k] - turn[k] * u[j]) - by->drag * v[i];
+                f[i] += (turn[j] * u[k] - turn[k] * u[j]) - drag * v[i];
             f[i] = f[i] * x[3];
             if (!paper)
                 f[i] -= stress[i][0] * a[0] + stress[i][1] * a[1] + stress[i][2] * a[2];
@@ -221,7 +291,8 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
     }
 }
 
-INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped, bool mixed)
+INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped, bool viscous,
+                             bool mixed)
 {
     const HangingBatches *hanging = pass->hanging;
     double(*last)[LANES][4] = pass->last + pass->plain->batch_count;
@@ -230,13 +301,13 @@ INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped, boo
         const RestTable *table = &pass->tables[hanging->table[batch]];
         const int *vertex = hanging->vertex + (long)hanging->start[batch] * LANES;
         _Alignas(64) Real force[NODE_COUNT][4 * LANES], factor[FACTORS][LANES];
-        hanging_factors(pass, hanging->element_class[batch], factor);
+        hanging_factors(pass, hanging->element_class[batch], viscous, factor);
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const Rest rest = {mixed, table->count,
                                (const Real *)table->number + (mixed ? lane : 0)};
-            const HangingFactors by = hanging_factors_at(factor, lane);
-            hanging_forces(pass, &rest, vertex + lane, &by, paper, damped, last[batch] + lane,
-                           (Real(*)[4 * LANES])(force[0] + 4 * lane));
+            const HangingFactors by = hanging_factors_at(factor, viscous, lane);
+            hanging_forces(pass, &rest, vertex + lane, &by, paper, damped, viscous,
+                           last[batch] + lane, (Real(*)[4 * LANES])(force[0] + 4 * lane));
         }
         for (int p = 0; p < table->count; p++)
             scatter_forces(pass->force, vertex + p * LANES, force[p]);

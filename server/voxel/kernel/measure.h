@@ -81,7 +81,7 @@ INLINE Vector hanging_energy(const VoxelPass *pass, const Rest *rest, const int 
 {
     Hanging h;
     Polar polar;
-    gather_hanging(pass, rest, vertex, by->gradient, paper, false, &h);
+    gather_hanging(pass, rest, vertex, by->gradient, paper, false, false, &h);
     deformation_complete(&h.deformation);
     energy_fit(&h.deformation, last, &polar);
     Vector residual = vector_set(0.0);
@@ -125,11 +125,11 @@ INLINE void hanging_total(const VoxelPass *pass, bool paper, bool mixed, double 
         const int *vertex = hanging->vertex + (long)hanging->start[b] * LANES;
         const double(*last)[4] = (const double(*)[4])pass->last[pass->plain->batch_count + b];
         _Alignas(64) Real factor[FACTORS][LANES];
-        hanging_factors(pass, hanging->element_class[b], factor);
+        hanging_factors(pass, hanging->element_class[b], false, factor);
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const Rest rest = {mixed, table->count,
                                (const Real *)table->number + (mixed ? lane : 0)};
-            const HangingFactors by = hanging_factors_at(factor, lane);
+            const HangingFactors by = hanging_factors_at(factor, false, lane);
             add_lanes(hanging_energy(pass, &rest, vertex + lane, &by, paper, last + lane), total);
         }
     }
@@ -234,7 +234,7 @@ INLINE void hanging_stress(const VoxelPass *pass, double limit, bool paper, bool
         const RestTable *table = &pass->tables[hanging->table[b]];
         const int *vertex = hanging->vertex + (long)hanging->start[b] * LANES;
         _Alignas(64) Real factor[FACTORS][LANES], shear[LANES], bulk[LANES];
-        hanging_factors(pass, hanging->element_class[b], factor);
+        hanging_factors(pass, hanging->element_class[b], false, factor);
         for (int lane = 0; lane < LANES; lane++) {
             const ElementClass *c = &pass->classes[hanging->element_class[b][lane]];
             const StressFactors by = stress_factors(pass, c, limit);
@@ -247,7 +247,7 @@ INLINE void hanging_stress(const VoxelPass *pass, double limit, bool paper, bool
                                (const Real *)table->number + (mixed ? lane : 0)};
             Hanging h;
             gather_hanging(pass, &rest, vertex + lane, vector_load(factor[GRADIENT] + lane), paper,
-                           false, &h);
+                           false, false, &h);
             bits |= beyond(&h.deformation, vector_load(shear + lane), vector_load(bulk + lane))
                     << lane;
         }

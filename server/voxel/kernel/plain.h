@@ -16,26 +16,33 @@ static const int AXIS_MODE[3] = {1, 2, 4}, BENT_MODE[4] = {3, 5, 6, 7};
 // Parameters of a class, with the scales of the pass; forces are of modes, which apply fully to
 // each corner.
 typedef struct PlainFactors {
-    Real gradient; // 1 / (4 H): for sums over the corners
-    Real stretch;  // 2 mu H^2 / 4
-    Real bulk;     // lambda H^2 / 4
-    Real bend;     // 4 H alpha k / 8
-    Real drag;     // beta k / 8
+    Real gradient;             // 1 / (4 H): for sums over the corners
+    Real stretch;              // 2 mu H^2 / 4
+    Real bulk;                 // lambda H^2 / 4
+    Real bend;                 // 4 H alpha k / 8
+    Real drag;                 // beta k / 8
+    Real bent;                 // viscous: alpha
+    Real drag_bent, drag_bulk; // alpha beta k / 8, beta lambda H / 16
 } PlainFactors;
 
-static inline PlainFactors plain_factors(const VoxelPass *pass, int element_class)
+INLINE PlainFactors plain_factors(const VoxelPass *pass, int element_class, bool viscous)
 {
     const ElementClass *c = &pass->classes[element_class];
     // The paper's force k (R R0 - r) at 8 corners is that of mu = k / H, lambda = 0, alpha = 1.
     const bool paper = pass->law == VOXEL_MIYAZAKI2004;
     const double mu = paper ? c->residual / c->size : c->mu, lambda = paper ? 0.0 : c->lambda;
     const double scale = pass->stiffness_scale, area = 0.25 * c->size * c->size;
+    const double drag = scale * pass->damping_scale * 0.125 * c->damping;
+    const double alpha = viscous && mu > 0.0 ? c->residual / (mu * c->size) : 0.0;
     return (PlainFactors){
         .gradient = (Real)(0.25 / c->size),
         .stretch = (Real)(scale * 2.0 * mu * area),
         .bulk = (Real)(scale * lambda * area),
         .bend = (Real)(scale * 0.5 * c->size * c->residual),
-        .drag = (Real)(scale * pass->damping_scale * 0.125 * c->damping),
+        .drag = (Real)drag,
+        .bent = (Real)alpha,
+        .drag_bent = (Real)(alpha * drag),
+        .drag_bulk = (Real)(viscous && mu > 0.0 ? 0.5 * lambda / mu * drag : 0.0),
     };
 }
 
@@ -68,10 +75,21 @@ INLINE void butterfly_back(Vector v[MODES])
     }
 }
 
+// Returns the rate of tr(R^T F), R : dF/dt, of the velocities' modes: R does not contribute, since
+// it makes tr(R^T F) stationary.
+INLINE Vector dilation(const Polar *polar, Vector v[3][MODES])
+{
+    Vector sum = vector_set(0.0);
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < 3; k++)
+            sum += polar->turn[c][k] * v[c][AXIS_MODE[k]];
+    return sum * polar->inverse + (v[0][AXIS_MODE[0]] + v[1][AXIS_MODE[1]] + v[2][AXIS_MODE[2]]);
+}
+
 // Replaces the displacements u of the corners of WIDTH cubes by their forces, from u and the
 // velocities v, by component.
-INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4], Vector u[3][MODES],
-                         Vector v[3][MODES])
+INLINE void plain_forces(const PlainFactors *by, bool damped, bool viscous, double (*last)[4],
+                         Vector u[3][MODES], Vector v[3][MODES])
 {
     Deformation deformation;
     Root root;
@@ -92,14 +110,18 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
     if (damped) {
         for (int c = 0; c < 3; c++)
             butterfly(v[c]);
+        Vector weighted[4][3];
+        for (int m = 0; m < 4; m++)
+            for (int c = 0; c < 3; c++)
+                weighted[m][c] = viscous ? by->bent * bent[m][c] : bent[m][c];
         for (int i = 0; i < 3; i++) {
             int j = (i + 1) % 3, k = (i + 2) % 3;
             motion.spread[i] = deformation.gram[i] + REAL(1.0);
             motion.spread[3 + i] = deformation.gram[3 + i];
             motion.momentum[i] = vector_set(0.0);
             for (int m = 0; m < 4; m++) {
-                motion.spread[i] += bent[m][i] * bent[m][i];
-                motion.spread[3 + i] += bent[m][j] * bent[m][k];
+                motion.spread[i] += weighted[m][i] * bent[m][i];
+                motion.spread[3 + i] += weighted[m][j] * bent[m][k];
             }
         }
         for (int m = 0; m < 3; m++) {
@@ -109,7 +131,7 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
         }
         for (int m = 0; m < 4; m++) {
             const int mode = BENT_MODE[m];
-            add_cross(bent[m], (const Vector[3]){v[0][mode], v[1][mode], v[2][mode]},
+            add_cross(weighted[m], (const Vector[3]){v[0][mode], v[1][mode], v[2][mode]},
                       motion.momentum);
         }
         spin_solve(&motion, spin);
@@ -120,6 +142,9 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
 
     // -(2 mu (F - R) + lambda tr(D) R) H^2 / 4, R - 1 = turn inverse
     Vector pressure = polar.stretch * by->bulk;
+    if (viscous)
+        pressure += by->drag_bulk * dilation(&polar, v);
+    const Real drag_bent = viscous ? by->drag_bent : by->drag;
     Vector back = (by->stretch - pressure) * polar.inverse;
     for (int c = 0; c < 3; c++) {
         int c1 = (c + 1) % 3, c2 = (c + 2) % 3;
@@ -135,7 +160,7 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, double (*last)[4],
         for (int m = 0; m < 4; m++) {
             Vector f = -by->bend * bent[m][c];
             if (damped)
-                f -= by->drag *
+                f -= drag_bent *
                      (v[c][BENT_MODE[m]] - (spin[c1] * bent[m][c2] - spin[c2] * bent[m][c1]));
             u[c][BENT_MODE[m]] = f;
         }
@@ -162,19 +187,19 @@ INLINE void load_corner(const void *rows, const int *vertex, bool damped, int c,
 #define EACH_CORNER(act) act(0) act(1) act(2) act(3) act(4) act(5) act(6) act(7)
 
 INLINE void plain_lanes(const VoxelPass *pass, const PlainFactors *by, const int *vertex,
-                        bool damped, double (*last)[4], Real (*force)[4 * LANES])
+                        bool damped, bool viscous, double (*last)[4], Real (*force)[4 * LANES])
 {
     Vector u[3][MODES], v[3][MODES];
 #define LOAD(c) load_corner(pass->rows, vertex, damped, c, u, v);
     EACH_CORNER(LOAD)
-    plain_forces(by, damped, last, u, v);
+    plain_forces(by, damped, viscous, last, u, v);
 #define SPREAD(c) vector_spread_rows(force[c], u[0][c], u[1][c], u[2][c]);
     EACH_CORNER(SPREAD)
 #undef LOAD
 #undef SPREAD
 }
 
-INLINE void evaluate_plain(const VoxelPass *pass, bool damped)
+INLINE void evaluate_plain(const VoxelPass *pass, bool damped, bool viscous)
 {
     const PlainBatches *plain = pass->plain;
     PlainFactors by = {0};
@@ -183,11 +208,11 @@ INLINE void evaluate_plain(const VoxelPass *pass, bool damped)
         const int *vertex = plain->vertex + (long)batch * NODE_CORNERS * LANES;
         if (plain->element_class[batch] != element_class) {
             element_class = plain->element_class[batch];
-            by = plain_factors(pass, element_class);
+            by = plain_factors(pass, element_class, viscous);
         }
         _Alignas(64) Real force[NODE_CORNERS][4 * LANES];
         for (int lane = 0; lane < LANES; lane += WIDTH)
-            plain_lanes(pass, &by, vertex + lane, damped, pass->last[batch] + lane,
+            plain_lanes(pass, &by, vertex + lane, damped, viscous, pass->last[batch] + lane,
                         (Real(*)[4 * LANES])(force[0] + 4 * lane));
         for (int c = 0; c < NODE_CORNERS; c++)
             scatter_forces(pass->force, vertex + c * LANES, force[c]);

@@ -13,42 +13,56 @@
 
 static void plain_damped(const VoxelPass *pass)
 {
-    evaluate_plain(pass, true);
+    evaluate_plain(pass, true, false);
+}
+
+static void plain_viscous(const VoxelPass *pass)
+{
+    evaluate_plain(pass, true, true);
 }
 
 static void plain_undamped(const VoxelPass *pass)
 {
-    evaluate_plain(pass, false);
+    evaluate_plain(pass, false, false);
 }
 
 // The variants: the kernel of a scene contains only what the scene uses.
-#define HANGING_VARIANT(name, paper, damped, mixed)                                                \
+#define HANGING_VARIANT(name, paper, damped, viscous, mixed)                                       \
     static __attribute__((noinline)) void name(const VoxelPass *pass)                              \
     {                                                                                              \
-        evaluate_hanging(pass, paper, damped, mixed);                                              \
+        evaluate_hanging(pass, paper, damped, viscous, mixed);                                     \
     }
-HANGING_VARIANT(hanging_affine, false, false, false)
-HANGING_VARIANT(hanging_affine_damped, false, true, false)
-HANGING_VARIANT(hanging_paper, true, false, false)
-HANGING_VARIANT(hanging_paper_damped, true, true, false)
-HANGING_VARIANT(mixed_affine, false, false, true)
-HANGING_VARIANT(mixed_affine_damped, false, true, true)
-HANGING_VARIANT(mixed_paper, true, false, true)
-HANGING_VARIANT(mixed_paper_damped, true, true, true)
+HANGING_VARIANT(hanging_affine, false, false, false, false)
+HANGING_VARIANT(hanging_affine_damped, false, true, false, false)
+HANGING_VARIANT(hanging_affine_viscous, false, true, true, false)
+HANGING_VARIANT(hanging_paper, true, false, false, false)
+HANGING_VARIANT(hanging_paper_damped, true, true, false, false)
+HANGING_VARIANT(mixed_affine, false, false, false, true)
+HANGING_VARIANT(mixed_affine_damped, false, true, false, true)
+HANGING_VARIANT(mixed_affine_viscous, false, true, true, true)
+HANGING_VARIANT(mixed_paper, true, false, false, true)
+HANGING_VARIANT(mixed_paper_damped, true, true, false, true)
+
+// By damping: none, of all but the rigid motion alike, in proportion to the stiffness, which for
+// the paper's law is the same.
+enum { UNDAMPED, DAMPED, VISCOUS, DAMPINGS };
 
 static void evaluate(const VoxelPass *pass)
 {
-    static VoxelKernel *const plain[2] = {plain_undamped, plain_damped};
-    static VoxelKernel *const hanging[2][2][2] = {
-        {{hanging_affine, mixed_affine}, {hanging_affine_damped, mixed_affine_damped}},
+    static VoxelKernel *const plain[DAMPINGS] = {plain_undamped, plain_damped, plain_viscous};
+    static VoxelKernel *const hanging[2][DAMPINGS][2] = {
+        {{hanging_affine, mixed_affine},
+         {hanging_affine_damped, mixed_affine_damped},
+         {hanging_affine_viscous, mixed_affine_viscous}},
         {{hanging_paper, mixed_paper}, {hanging_paper_damped, mixed_paper_damped}}};
     const int law = pass->law == VOXEL_MIYAZAKI2004;
+    const int damping = !pass->damped ? UNDAMPED : pass->viscous && law == 0 ? VISCOUS : DAMPED;
     if (pass->plain->batch_count > 0)
-        plain[pass->damped](pass);
+        plain[damping](pass);
     if (pass->hanging->batch_count > pass->hanging->mixed_count)
-        hanging[law][pass->damped][0](pass);
+        hanging[law][damping][0](pass);
     if (pass->hanging->mixed_count > 0)
-        hanging[law][pass->damped][1](pass);
+        hanging[law][damping][1](pass);
 }
 
 extern const VoxelKernels KERNEL_NAME;
