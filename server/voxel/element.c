@@ -1,6 +1,7 @@
 #include "voxel/element.h"
 
 #include "base/check.h"
+#include "voxel/barrier.h"
 #include "voxel/rotation.h"
 
 #include <float.h>
@@ -101,13 +102,15 @@ static void affine_fit(const Element *element, Vec3 rest_centre, const Vec3 *pos
 //   F = sum r_i a_i^T / V,  R = argmax tr(R^T F),  P = 2 mu (F - R) + lambda tr(R^T F - 1) R
 //   f_i = -P a_i - alpha k w_i e_i,  e_i = r_i - G X_i
 // is the negative gradient of V (mu |F - R|^2 + lambda/2 tr^2) + alpha k/2 sum w_i |e_i|^2, as the
-// derivative by R vanishes at the best R, and that by G at the least squares. Neither part has a
+// derivative by R vanishes at the best R, and that by G at the least squares. The barrier
+// (barrier.h) adds k_b (F - N) to P and k_b/2 |F - N|^2 to the energy, N being the nearest matrix
+// that is not crushed. Neither part has a
 // resultant, as sum a_i = 0 and sum w_i e_i = 0; nor a moment, as P F^T is symmetric for the best R
 // and sum w_i e_i X_i^T = 0.
 static double affine_forces(const Element *element, const ElementStiffness *stiffness,
                             const Vec3 *position, Vec3 centre, Quat *last, Vec3 *force)
 {
-    double f[3][3] = {{0.0}}, r[3][3], g[3][3], stress[3][3];
+    double f[3][3] = {{0.0}}, r[3][3], g[3][3], gap[3][3], stress[3][3];
     // Uniform part: deformation gradient, best rotation, stress.
     for (int i = 0; i < element->count; i++)
         add_outer(f, 1.0 / element->volume, vec3_sub(position[i], centre), element->area[i]);
@@ -125,6 +128,11 @@ static double affine_forces(const Element *element, const ElementStiffness *stif
             stress[i][k] =
                 2.0 * stiffness->mu * (f[i][k] - r[i][k]) + stiffness->lambda * trace * r[i][k];
     }
+    // The barrier, in crushed elements.
+    const double barrier = barrier_stiffness(stiffness->mu, stiffness->lambda);
+    const double half = barrier_gap((const double(*)[3])f, (const double(*)[3])r, gap);
+    for (int i = 0; i < 9; i++)
+        stress[i / 3][i % 3] += barrier * gap[i / 3][i % 3];
     // Residual: what the best affine map leaves.
     Vec3 rest_centre = mean(element, element->rest);
     affine_fit(element, rest_centre, position, centre, g);
@@ -136,8 +144,9 @@ static double affine_forces(const Element *element, const ElementStiffness *stif
         force[i] = vec3_sub(force[i], multiply((const double(*)[3])stress, element->area[i]));
         force[i] = vec3_madd(force[i], -stiffness->residual * element->weight[i], e);
     }
-    // Energy of both parts.
-    return element->volume * (stiffness->mu * square + 0.5 * stiffness->lambda * trace * trace) +
+    // Energy of all parts.
+    return element->volume *
+               (stiffness->mu * square + 0.5 * stiffness->lambda * trace * trace + barrier * half) +
            0.5 * stiffness->residual * residual;
 }
 

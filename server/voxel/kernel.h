@@ -83,8 +83,8 @@ typedef double VoxelEnergy(const VoxelPass *pass);
 
 // Finds the elements with more stress than `limit` [Pa]: sets bit `lane` of high[batch], hanging
 // batches after the plain ones, where |P| > limit (Frobenius norm of the nominal stress, scales
-// included), and for elements too flat or inverted for the fast path. `force` and `last` are not
-// used, and nothing is changed.
+// included), and for elements too flat or inverted for the fast path, and crushed ones. `force` and
+// `last` are not used, and nothing is changed.
 typedef void VoxelStress(const VoxelPass *pass, double limit, uint16_t *high);
 
 typedef struct VoxelKernels {

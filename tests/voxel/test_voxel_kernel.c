@@ -370,6 +370,7 @@ static void deform_badly(Problem *p, bool only_unique, uint64_t *random)
                        : kind == 2 ? vec3(1.1, 1.0, -0.5)   // inverted
                        : kind == 3 ? vec3(1.3, 0.06, 0.05)  // a needle
                        : kind == 4 ? vec3(0.07, 0.1, 0.06)  // shrunk
+                       : kind == 5 ? vec3(1.0, 0.9, 0.25)   // crushed
                        : kind == 6 ? vec3(1.0, 0.0, 0.0)    // a line
                        : kind == 7 ? vec3(0.0, 0.0, 0.0)    // a point
                        : kind == 8 ? vec3(1.0, 1.0, -1.0)   // mirrored

@@ -1,5 +1,6 @@
 #include "voxel/cut/cut_tear.h"
 
+#include "voxel/barrier.h"
 #include "voxel/point_parts.h"
 #include "voxel/rotation.h"
 
@@ -113,7 +114,8 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
     const double mu = pass->stiffness_scale * (paper ? c->residual / c->size : c->mu);
     const double lambda = paper ? 0.0 : pass->stiffness_scale * c->lambda;
     enum { STEPS = 6 };
-    double f[3][3], trace;
+    const double barrier = paper ? 0.0 : barrier_stiffness(mu, lambda);
+    double f[3][3], gap[3][3], trace;
     deformation_of(tear, pass->rows, element, c->size, f);
     // The fast rotation, or the exact one for flat and inverted elements.
     if (!rotation_foam((const double(*)[3])f, STEPS, out->rotation, &trace)) {
@@ -122,13 +124,15 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
         Quat last = {q[0], q[1], q[2], q[3]};
         rotation_fit((const double(*)[3])f, out->rotation, &last);
     }
-    // P = 2 mu (F - R) + lambda tr(R^T F - 1) R.
+    // P = 2 mu (F - R) + lambda tr(R^T F - 1) R, and the barrier.
+    barrier_gap((const double(*)[3])f, (const double(*)[3])out->rotation, gap);
     trace = -3.0;
     for (int k = 0; k < 9; k++)
         trace += out->rotation[k / 3][k % 3] * f[k / 3][k % 3];
     for (int k = 0; k < 9; k++)
         out->stress[k / 3][k % 3] = 2.0 * mu * (f[k / 3][k % 3] - out->rotation[k / 3][k % 3]) +
-                                    lambda * trace * out->rotation[k / 3][k % 3];
+                                    lambda * trace * out->rotation[k / 3][k % 3] +
+                                    barrier * gap[k / 3][k % 3];
     return out;
 }
 

@@ -16,7 +16,7 @@
 #ifndef PLIANT_VOXEL_KERNEL_HANGING_H
 #define PLIANT_VOXEL_KERNEL_HANGING_H
 
-#include "voxel/kernel/repair.h"
+#include "voxel/kernel/barrier.h"
 #include "voxel/kernel/scatter.h"
 #include "voxel/template.h"
 
@@ -228,8 +228,12 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
         spin_solve(&h.motion, spin);
     }
     Vector unfit = polar_fit(&h.deformation, &root, &polar);
-    if (__builtin_expect(vector_any(unfit), 0))
+    const Vector rare = paper ? unfit : vector_or(unfit, crushed(&root));
+    if (__builtin_expect(vector_any(rare), 0)) {
         repair(&h.deformation, &h.motion, unfit, damped, last, &polar, spin);
+        if (!paper)
+            barrier(&polar, by->stretch, by->bulk, &h.deformation);
+    }
 
     Vector stress[3][3], bend[3][3], shift[3], turn[3]; // P, B, b, beta k omega
     Vector pressure = polar.stretch * by->bulk;

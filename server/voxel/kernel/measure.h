@@ -6,19 +6,22 @@
 #include "voxel/kernel/hanging.h"
 #include "voxel/kernel/plain.h"
 
-// Computes the rotations of WIDTH deformations, on a copy of `last`.
-INLINE void energy_fit(const Deformation *deformation, const double (*last)[4], Polar *polar)
+// Computes the rotations of WIDTH deformations, on a copy of `last`. Returns half the square of
+// what the barrier closes.
+INLINE Vector energy_fit(const Deformation *deformation, const double (*last)[4], Polar *polar)
 {
     Motion motion;
     Vector spin[3];
     Root root;
     polar_root(deformation, &root);
     Vector unfit = polar_fit(deformation, &root, polar);
-    if (__builtin_expect(vector_any(unfit), 0)) {
-        double scratch[WIDTH][4];
-        memcpy(scratch, last, sizeof scratch);
-        repair(deformation, &motion, unfit, false, scratch, polar, spin);
-    }
+    if (__builtin_expect(!vector_any(vector_or(unfit, crushed(&root))), 1))
+        return vector_set(0.0);
+    double scratch[WIDTH][4];
+    Deformation copy = *deformation;
+    memcpy(scratch, last, sizeof scratch);
+    repair(deformation, &motion, unfit, false, scratch, polar, spin);
+    return barrier(polar, vector_set(0.0), vector_set(0.0), &copy);
 }
 
 // Returns |F - R|^2.
@@ -66,13 +69,14 @@ INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const i
         }
     }
     deformation_complete(&deformation);
-    energy_fit(&deformation, last, &polar);
+    const Vector gap = energy_fit(&deformation, last, &polar);
     // The displacement of a mode is H / 2 times its `bent` at each of 8 corners.
     const double mu = paper ? c->residual / c->size : c->mu;
     const double lambda = paper ? 0.0 : c->lambda;
     return (Real)mu * square_strain(&deformation, &polar) +
            (Real)(0.5 * lambda) * (polar.stretch * polar.stretch) +
-           (Real)(c->residual / c->size) * bent;
+           (Real)(c->residual / c->size) * bent +
+           (Real)(paper ? 0.0 : barrier_stiffness(mu, lambda)) * gap;
 }
 
 // Returns the energy of elements with hanging vertices [J].
@@ -83,7 +87,7 @@ INLINE Vector hanging_energy(const VoxelPass *pass, const Rest *rest, const int 
     Polar polar;
     gather_hanging(pass, rest, vertex, by->gradient, paper, false, false, &h);
     deformation_complete(&h.deformation);
-    energy_fit(&h.deformation, last, &polar);
+    const Vector gap = energy_fit(&h.deformation, last, &polar);
     Vector residual = vector_set(0.0);
     for (int p = 0; p < rest->count; p++)
         for (int i = 0; i < 3; i++) {
@@ -96,7 +100,8 @@ INLINE Vector hanging_energy(const VoxelPass *pass, const Rest *rest, const int 
     Vector sum = by->bend * residual;
     if (!paper)
         sum += by->stretch * square_strain(&h.deformation, &polar) +
-               by->bulk * (polar.stretch * polar.stretch);
+               by->bulk * (polar.stretch * polar.stretch) +
+               REAL(2.0 * BARRIER_SHARE) * (by->stretch + REAL(3.0) * by->bulk) * gap;
     return REAL(0.5) * sum / by->gradient;
 }
 
@@ -169,7 +174,7 @@ static inline StressFactors stress_factors(const VoxelPass *pass, const ElementC
 }
 
 // Returns the bits of WIDTH lanes above the limit. Elements too flat or inverted for the fast path,
-// and bad numbers, count as above every limit.
+// crushed ones and bad numbers count as above every limit.
 INLINE unsigned beyond(Deformation *deformation, Vector shear, Vector bulk)
 {
     Root root;
@@ -179,7 +184,8 @@ INLINE unsigned beyond(Deformation *deformation, Vector shear, Vector bulk)
     Vector unfit = polar_fit(deformation, &root, &polar);
     Vector square =
         shear * square_strain(deformation, &polar) + bulk * (polar.stretch * polar.stretch);
-    Mask high = (Mask)vector_or(unfit, vector_not_within(square, vector_set(1.0)));
+    Vector rare = vector_or(unfit, crushed(&root));
+    Mask high = (Mask)vector_or(rare, vector_not_within(square, vector_set(1.0)));
     if (__builtin_expect(!vector_any((Vector)high), 1))
         return 0;
     unsigned bits = 0;

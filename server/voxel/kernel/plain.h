@@ -6,7 +6,7 @@
 #ifndef PLIANT_VOXEL_KERNEL_PLAIN_H
 #define PLIANT_VOXEL_KERNEL_PLAIN_H
 
-#include "voxel/kernel/repair.h"
+#include "voxel/kernel/barrier.h"
 #include "voxel/kernel/scatter.h"
 
 // Modes by the axes whose signs they are the product of: x 1, y 2, z 4.
@@ -23,6 +23,7 @@ typedef struct PlainFactors {
     Real drag;                 // beta k / 8
     Real bent;                 // viscous: alpha
     Real drag_bent, drag_bulk; // alpha beta k / 8, beta lambda H / 16
+    bool paper;                // no barrier
 } PlainFactors;
 
 INLINE PlainFactors plain_factors(const VoxelPass *pass, int element_class, bool viscous)
@@ -43,6 +44,7 @@ INLINE PlainFactors plain_factors(const VoxelPass *pass, int element_class, bool
         .bent = (Real)alpha,
         .drag_bent = (Real)(alpha * drag),
         .drag_bulk = (Real)(viscous && mu > 0.0 ? 0.5 * lambda / mu * drag : 0.0),
+        .paper = paper,
     };
 }
 
@@ -137,8 +139,11 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, bool viscous, doub
         spin_solve(&motion, spin);
     }
     Vector unfit = polar_fit(&deformation, &root, &polar);
-    if (__builtin_expect(vector_any(unfit), 0))
+    if (__builtin_expect(vector_any(vector_or(unfit, crushed(&root))), 0)) {
         repair(&deformation, &motion, unfit, damped, last, &polar, spin);
+        if (!by->paper)
+            barrier(&polar, by->stretch - (Vector){0}, by->bulk - (Vector){0}, &deformation);
+    }
 
     // -(2 mu (F - R) + lambda tr(D) R) H^2 / 4, R - 1 = turn inverse
     Vector pressure = polar.stretch * by->bulk;
