@@ -33,11 +33,35 @@ typedef bool AdvanceKernel(const AdvancePass *pass);
 // Moves all vertices by their velocities: u += dt v. `next` may be `present`.
 typedef void DriftKernel(const void *present, void *next, int vertex_count, double dt);
 
+// Of vertices at x = rest + u, sums about the origin of their coordinates; the fourth numbers are
+// unused.
+typedef struct RigidSums {
+    double mass;                  // [kg]
+    double first[4], momentum[4]; // sum m x, sum m v
+    double square[4], product[4]; // sum m x x^T as xx yy zz, yz zx xy
+    double spin[4];               // sum m x X v
+} RigidSums;
+
+// A drag on what differs from a rigid motion: f += -drag m (v - velocity - turn X x).
+typedef struct SlowPass {
+    const void *row;         // Real [vertex][ROW]
+    const double (*rest)[3]; // [vertex + 1]: the last is read, not used
+    const double *mass;
+    double drag, velocity[4], turn[4]; // the fourth numbers are 0
+    void *force;                       // Real [vertex][4]
+} SlowPass;
+
+// Of vertices `first` to `end` - 1.
+typedef void SumKernel(const SlowPass *pass, int first, int end, RigidSums *sums);
+typedef void SlowKernel(const SlowPass *pass, int first, int end);
+
 typedef struct VertexKernels {
     const char *level;
     Precision precision;
     AdvanceKernel *advance;
     DriftKernel *drift;
+    SumKernel *sum;
+    SlowKernel *slow;
 } VertexKernels;
 
 // Finds the kernels of a level; NULL if it was not compiled in or does not run on this machine.

@@ -207,10 +207,17 @@ void vertices_begin(Vertices *vertices)
         const double *load = vertices->load[vertices->loaded[k]];
         vertices_add_force(vertices, vertices->loaded[k], (Vec3){load[0], load[1], load[2]});
     }
-    if (vertices->drags != NULL)
-        drag_add_forces(vertices->drags, vertices->drag * vertices->parameters->damping_scale,
-                        &vertices->rows, vertices->present, vertices->mass, vertices->count,
-                        vertices->force, vertices->halved ? vertices->team : NULL);
+    if (vertices->drags == NULL)
+        return;
+    SlowPass pass = {
+        .row = vertices->present,
+        .rest = (const double(*)[3])vertices->rows.rest,
+        .mass = vertices->mass,
+        .drag = vertices->drag * vertices->parameters->damping_scale,
+        .force = vertices->force,
+    };
+    drag_add_forces(vertices->drags, vertices->kernels, &pass, vertices->count,
+                    vertices->halved ? vertices->team : NULL);
 }
 
 enum { SHARE = 1024 }; // vertices per thread and piece

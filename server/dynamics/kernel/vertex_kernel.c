@@ -175,10 +175,68 @@ static void drift(const void *present, void *next, int vertex_count, double dt)
     }
 }
 
+// Sums for drag (drag.h), in double precision: x y z and an unused number side by side.
+typedef double Four __attribute__((vector_size(32)));
+#define NEXT(a)  __builtin_shufflevector(a, a, 1, 2, 0, 3)
+#define AFTER(a) __builtin_shufflevector(a, a, 2, 0, 1, 3)
+// The vertex `i` of a pass: x and v.
+#define READ_VERTEX(pass, i, x, v)                                                                 \
+    Four x, v;                                                                                     \
+    {                                                                                              \
+        Block place, speed;                                                                        \
+        memcpy(&x, (pass)->rest[i], sizeof x);                                                     \
+        memcpy(&place, (const Real *)(pass)->row + (long)(i)*ROW, sizeof place);                   \
+        memcpy(&speed, (const Real *)(pass)->row + (long)(i)*ROW + 4, sizeof speed);               \
+        x += __builtin_convertvector(place, Four);                                                 \
+        v = __builtin_convertvector(speed, Four);                                                  \
+    }
+
+static void sum(const SlowPass *pass, int first, int end, RigidSums *sums)
+{
+    double mass = 0.0;
+    Four moment = {0}, momentum = {0}, square = {0}, product = {0}, spin = {0};
+    for (int i = first; i < end; i++) {
+        READ_VERTEX(pass, i, x, v)
+        const double m = pass->mass[i];
+        const Four mx = m * x;
+        mass += m;
+        moment += mx;
+        momentum += m * v;
+        square += mx * x;
+        product += NEXT(mx) * AFTER(x);
+        spin += NEXT(mx) * AFTER(v) - AFTER(mx) * NEXT(v);
+    }
+    sums->mass = mass;
+    memcpy(sums->first, &moment, sizeof moment);
+    memcpy(sums->momentum, &momentum, sizeof momentum);
+    memcpy(sums->square, &square, sizeof square);
+    memcpy(sums->product, &product, sizeof product);
+    memcpy(sums->spin, &spin, sizeof spin);
+}
+
+static void slow(const SlowPass *pass, int first, int end)
+{
+    Four velocity, turn;
+    memcpy(&velocity, pass->velocity, sizeof velocity);
+    memcpy(&turn, pass->turn, sizeof turn);
+    const Four next = NEXT(turn), after = AFTER(turn);
+    for (int i = first; i < end; i++) {
+        READ_VERTEX(pass, i, x, v)
+        const double by = -pass->drag * pass->mass[i];
+        const Four f = by * (v - velocity - (next * AFTER(x) - after * NEXT(x)));
+        Block before;
+        memcpy(&before, (Real *)pass->force + 4L * i, sizeof before);
+        before += __builtin_convertvector(f, Block);
+        memcpy((Real *)pass->force + 4L * i, &before, sizeof before);
+    }
+}
+
 extern const VertexKernels KERNEL_NAME;
 const VertexKernels KERNEL_NAME = {
     .level = KERNEL_LEVEL,
     .precision = KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE,
     .advance = advance,
     .drift = drift,
+    .sum = sum,
+    .slow = slow,
 };
