@@ -216,6 +216,7 @@ int main(int argc, char **argv)
     bench_voxel_presses(&bench);
     bench_windows(&bench);
     bench_divisions(&bench);
+    bench_fitted(&bench);
     bench_guard_voxels(&bench);
 #endif
     bench_live(&bench);
