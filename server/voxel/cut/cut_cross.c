@@ -4,48 +4,62 @@
 
 enum { PARTS = 4, STEPS = 6 }; // of the time of a sub-tick that are searched; steps in one
 
-static Vec3 at_time(const CutPath *path, double t)
-{
-    double x[3];
-    for (int c = 0; c < 3; c++)
-        x[c] = (double)path->at[0].x[c] + t * (double)(path->at[1].x[c] - path->at[0].x[c]);
-    return vec3(x[0], x[1], x[2]);
-}
-
-static Vec3 motion_of(const CutPath *path)
-{
-    return vec3((double)(path->at[1].x[0] - path->at[0].x[0]),
-                (double)(path->at[1].x[1] - path->at[0].x[1]),
-                (double)(path->at[1].x[2] - path->at[0].x[2]));
-}
-
-// Edge and link at one time.
+// Edge and link at one time, or their motion: directions, and from the link's begin to the edge's.
 typedef struct Lines {
-    Vec3 u, v, w; // directions of edge and link; from the link's begin to the edge's
+    Vec3 u, v, w;
 } Lines;
 
-static Lines lines_at(const CutPath edge[2], const CutPath link[2], double t)
+// Both in a sub-tick: where they begin, and how they move until its end.
+typedef struct Meeting {
+    Lines begin, motion;
+    Vec3 edge[2], link[2]; // motions of the ends
+} Meeting;
+
+static Vec3 place_of(const CutPoint *point)
 {
-    const Vec3 e = at_time(&edge[0], t), l = at_time(&link[0], t);
-    return (Lines){vec3_sub(at_time(&edge[1], t), e), vec3_sub(at_time(&link[1], t), l),
-                   vec3_sub(e, l)};
+    return vec3((double)point->x[0], (double)point->x[1], (double)point->x[2]);
+}
+
+static Lines lines_between(const Vec3 edge[2], const Vec3 link[2])
+{
+    return (Lines){vec3_sub(edge[1], edge[0]), vec3_sub(link[1], link[0]),
+                   vec3_sub(edge[0], link[0])};
+}
+
+static void begin(Meeting *meeting, const CutPath edge[2], const CutPath link[2])
+{
+    Vec3 from[2][2];
+    for (int k = 0; k < 2; k++) {
+        from[0][k] = place_of(&edge[k].at[0]);
+        from[1][k] = place_of(&link[k].at[0]);
+        meeting->edge[k] = vec3_sub(place_of(&edge[k].at[1]), from[0][k]);
+        meeting->link[k] = vec3_sub(place_of(&link[k].at[1]), from[1][k]);
+    }
+    meeting->begin = lines_between(from[0], from[1]);
+    meeting->motion = lines_between(meeting->edge, meeting->link);
+}
+
+static Lines lines_at(const Meeting *meeting, double t)
+{
+    const Lines *a = &meeting->begin, *b = &meeting->motion;
+    return (Lines){vec3_madd(a->u, t, b->u), vec3_madd(a->v, t, b->v), vec3_madd(a->w, t, b->w)};
 }
 
 // Zero when the lines are in one plane.
-static double apart(const CutPath edge[2], const CutPath link[2], double t)
+static double apart(const Meeting *meeting, double t)
 {
-    const Lines now = lines_at(edge, link, t);
+    const Lines now = lines_at(meeting, t);
     return vec3_dot(vec3_cross(now.u, now.v), now.w);
 }
 
 // Returns the time within [from, to] when the lines meet; the signs there differ.
-static double meet_between(const CutPath edge[2], const CutPath link[2], double from, double to,
-                           double before, double after)
+static double meet_between(const Meeting *meeting, double from, double to, double before,
+                           double after)
 {
     double t = from;
     for (int step = 0; step < STEPS; step++) {
         t = from + (to - from) * before / (before - after);
-        const double here = apart(edge, link, t);
+        const double here = apart(meeting, t);
         if (fabs(here) <= 1e-6 * (fabs(before) + fabs(after)))
             break;
         // Regula falsi; the end that stays counts half (Illinois).
@@ -71,18 +85,17 @@ static void find_along(const Lines *now, double *on_edge, double *on_link)
 }
 
 // Finds the time, and where on the edge and the link; of several the one well within both.
-static double find_time(const CutPath edge[2], const CutPath link[2], double *on_edge,
-                        double *on_link)
+static double find_time(const Meeting *meeting, double *on_edge, double *on_link)
 {
     double best = (double)INFINITY, time = 0.5;
-    double before = apart(edge, link, 0.0);
+    double before = apart(meeting, 0.0);
     *on_edge = *on_link = 0.5;
     for (int part = 0; part < PARTS && best > 0.0; part++) {
         const double from = (double)part / PARTS, to = (double)(part + 1) / PARTS;
-        const double after = apart(edge, link, to);
+        const double after = apart(meeting, to);
         if ((before > 0.0) != (after > 0.0)) {
-            const double t = meet_between(edge, link, from, to, before, after);
-            const Lines now = lines_at(edge, link, t);
+            const double t = meet_between(meeting, from, to, before, after);
+            const Lines now = lines_at(meeting, t);
             double e, l;
             find_along(&now, &e, &l);
             const double out = fmax(0.0, fabs(e - 0.5) - 0.5) + fmax(0.0, fabs(l - 0.5) - 0.5);
@@ -94,14 +107,14 @@ static double find_time(const CutPath edge[2], const CutPath link[2], double *on
     return time;
 }
 
-// Adds F^T n of the leaf that covers a cell, up to a factor.
+// Adds F^T n of the leaf that covers a cell, up to a factor; n in the rows' coordinates.
 static void add_normal(const CellCentres *centres, int cell, Vec3 n, double sum[3])
 {
     const int leaf = cut_lattice_leaf_of(centres->lattice, cell);
     const int *node = cut_lattice_nodes(centres->lattice, leaf);
     const double edge = (double)(1 << centres->lattice->element[leaf].level);
     for (int k = 0; k < NODE_CORNERS; k++) {
-        const double along = vec3_dot(cut_centres_vertex(centres, node[k]), n) / edge;
+        const double along = vec3_dot(cut_centres_local(centres, node[k]), n) / edge;
         for (int axis = 0; axis < 3; axis++)
             sum[axis] += k >> axis & 1 ? along : -along;
     }
@@ -129,14 +142,18 @@ CutCrossing cut_crossing_find(const CellCentres *centres, const CutPath edge[2],
                               const CutPath link[2], int cell, int axis)
 {
     double on_edge, on_link, normal[3] = {0.0};
-    const double t = find_time(edge, link, &on_edge, &on_link);
-    const Lines now = lines_at(edge, link, t);
-    const Vec3 of_edge = vec3_add(vec3_scale(1.0 - on_edge, motion_of(&edge[0])),
-                                  vec3_scale(on_edge, motion_of(&edge[1])));
-    const Vec3 of_link = vec3_add(vec3_scale(1.0 - on_link, motion_of(&link[0])),
-                                  vec3_scale(on_link, motion_of(&link[1])));
+    Meeting meeting;
+    begin(&meeting, edge, link);
+    const double t = find_time(&meeting, &on_edge, &on_link);
+    const Lines now = lines_at(&meeting, t);
+    const Vec3 of_edge = vec3_madd(meeting.edge[0], on_edge, meeting.motion.u);
+    const Vec3 of_link = vec3_madd(meeting.link[0], on_link, meeting.motion.v);
     const Vec3 n = vec3_unit(vec3_cross(now.u, vec3_sub(of_edge, of_link)));
-    add_normal(centres, cell, n, normal);
-    add_normal(centres, cut_lattice_beyond(centres->lattice, cell, axis), n, normal);
+    const double(*m)[3] = centres->turn;
+    const Vec3 local = vec3(m[0][0] * n.x + m[1][0] * n.y + m[2][0] * n.z,
+                            m[0][1] * n.x + m[1][1] * n.y + m[2][1] * n.z,
+                            m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z);
+    add_normal(centres, cell, local, normal);
+    add_normal(centres, cut_lattice_beyond(centres->lattice, cell, axis), local, normal);
     return crossing_of(on_link, normal, axis);
 }

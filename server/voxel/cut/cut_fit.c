@@ -9,6 +9,7 @@
 #include <string.h>
 
 #define SMALLEST_JUMP 1e-7 // [cells] less is no jump
+#define RIM_CLOSE     1e-3 // [cells] a step that ends the search for a rim
 
 // ---------------------------------------------------------------------------------------------
 // The offset of a point
@@ -19,14 +20,6 @@ typedef struct Wall {
     double mean[3];   // of the crossings [cells]
     double normal[3]; // unit
 } Wall;
-
-static void point_of_index(const CutLattice *lattice, int index, int point[3])
-{
-    const int *n = lattice->scratch->points;
-    point[0] = index % n[0];
-    point[1] = index / n[0] % n[1];
-    point[2] = index / n[0] / n[1];
-}
 
 static void add_crossing(Wall *wall, const CutCrossing *crossing, const int cell[3], int axis)
 {
@@ -70,37 +63,39 @@ static void find_rim(const CutFit *fit, const Wall *wall, const double point[3],
 {
     enum { ROUNDS = 12 };
     const double limit[3] = {FITTED_LIMIT, FITTED_LIMIT, FITTED_LIMIT};
-    for (int round = 0; round < ROUNDS; round++) {
+    double square = 1.0;
+    for (int round = 0; round < ROUNDS && square > RIM_CLOSE * RIM_CLOSE; round++) {
+        const double last[3] = {offset[0], offset[1], offset[2]};
         double away = 0.0;
         fitted_step(&fit->field, fit->level, point, offset, limit);
         for (int c = 0; c < 3; c++)
             away += (point[c] + offset[c] - wall->mean[c]) * wall->normal[c];
-        for (int c = 0; c < 3; c++)
+        square = 0.0;
+        for (int c = 0; c < 3; c++) {
             offset[c] = fmin(fmax(offset[c] - away * wall->normal[c], -FITTED_LIMIT), FITTED_LIMIT);
+            square += (offset[c] - last[c]) * (offset[c] - last[c]);
+        }
     }
 }
 
-// Finds the offset of a point [cells]; true if it is not that of before.
-static bool find_offset(CutFit *fit, int index)
+// Finds the present offset of a point [cells], and notes that of before.
+static void find_offset(CutFit *fit, CutMoved *at)
 {
-    int at[3];
-    point_of_index(fit->lattice, index, at);
-    const Wall wall = find_wall(fit, at);
-    const double point[3] = {at[0], at[1], at[2]};
-    float found[3];
-    memcpy(found, fit->outer[index], sizeof found);
+    const Wall wall = find_wall(fit, at->point);
+    const double point[3] = {at->point[0], at->point[1], at->point[2]};
+    float *found = fit->point_offset[at->index];
+    memcpy(at->before, found, sizeof at->before);
+    memcpy(found, fit->outer[at->index], sizeof at->before);
     if (wall.count > 0) {
         double offset[3];
         for (int c = 0; c < 3; c++)
             offset[c] = fmin(fmax(wall.mean[c] - point[c], -FITTED_LIMIT), FITTED_LIMIT);
-        if (fit->is_outer[index])
+        if (fit->is_outer[at->index])
             find_rim(fit, &wall, point, offset);
         for (int c = 0; c < 3; c++)
             found[c] = (float)offset[c];
     }
-    const bool moved = memcmp(found, fit->point_offset[index], sizeof found) != 0;
-    memcpy(fit->point_offset[index], found, sizeof found);
-    return moved;
+    at->moved = memcmp(found, at->before, sizeof at->before) != 0;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -134,16 +129,21 @@ static bool is_node(const CutFit *fit, int vertex)
     return fit->faces->slot_of[vertex] >= 0;
 }
 
-// Enters the cells around a point that have a node of this change.
-static void enter_point(CutFit *fit, int index)
+// Returns the vertex at a point of a leaf around it; -1: no leaf, or one of several cells.
+static int vertex_of(const CutFit *fit, const CutMoved *at, int slot)
 {
-    int point[3], leaf[8];
-    point_of_index(fit->lattice, index, point);
-    cut_lattice_around(fit->lattice, point, leaf);
-    for (int s = 0; s < 8; s++)
-        if (leaf[s] >= 0 && leaf[s] < fit->faces->cell_count &&
-            is_node(fit, fit->lattice->corner[leaf[s]][7 - s]))
-            enter_cell(fit, leaf[s]);
+    const int leaf = at->leaf[slot];
+    return leaf < 0 || leaf >= fit->faces->cell_count ? -1 : fit->lattice->corner[leaf][7 - slot];
+}
+
+// Enters the cells around a point that have a node there.
+static void enter_point(CutFit *fit, const CutMoved *at)
+{
+    for (int s = 0; s < 8; s++) {
+        const int v = vertex_of(fit, at, s);
+        if (v >= 0 && is_node(fit, v))
+            enter_cell(fit, at->leaf[s]);
+    }
 }
 
 static void set_offsets(CutFit *fit, int index)
@@ -161,16 +161,18 @@ static void choose_diagonal(CutFit *fit, int square)
 {
     CutFaces *faces = fit->faces;
     const int code = faces->square[square];
+    const int *cell = fit->lattice->element[code / 6].cell, *n = fit->lattice->scratch->points;
+    const int first = cut_parts_index(fit->lattice->scratch, cell);
     int slot[4];
     double at[4][3];
     for (int k = 0; k < 4; k++) {
-        const int v = fit->lattice->corner[code / 6][SQUARE_CORNER[code % 6][k]];
-        int point[3];
-        cut_lattice_point(fit->lattice, v, point);
-        const float *offset = fit->point_offset[cut_parts_index(fit->lattice->scratch, point)];
-        slot[k] = faces->slot_of[v];
-        for (int c = 0; c < 3; c++)
-            at[k][c] = point[c] + (double)offset[c];
+        const int corner = SQUARE_CORNER[code % 6][k];
+        const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
+        const float *offset = fit->point_offset[first + (z * n[1] + y) * n[0] + x];
+        slot[k] = faces->slot_of[fit->lattice->corner[code / 6][corner]];
+        at[k][0] = x + (double)offset[0];
+        at[k][1] = y + (double)offset[1];
+        at[k][2] = z + (double)offset[2];
     }
     const bool turned = fitted_turns_diagonal((const double(*)[3])at, code % 2 == 0);
     for (int half = 0; half < 2; half++)
@@ -225,29 +227,47 @@ static int root_of(const CutFit *fit, int vertex)
     return vertex;
 }
 
-// Finds F o of a vertex, from the cells that it has, or had before the change, in the rows' axes
-// [m]. Returns the number of cells.
-static int find_displacement(CutFit *fit, const void *row, int index, int vertex, bool before,
-                             const float offset[3], double out[3])
+// F o of the cells around a point, in the rows' axes [m].
+typedef struct Around {
+    int vertex[8], root[8];      // by slot; -1: none
+    double now[8][3], was[8][3]; // with the present offset, and that of before
+} Around;
+
+static void times(const double gradient[3][3], const float offset[3], double size, double out[3])
 {
-    int point[3], leaf[8], count = 0;
-    double sum[3] = {0.0};
-    point_of_index(fit->lattice, index, point);
-    cut_lattice_around(fit->lattice, point, leaf);
+    for (int c = 0; c < 3; c++)
+        out[c] = size * (gradient[0][c] * (double)offset[0] + gradient[1][c] * (double)offset[1] +
+                         gradient[2][c] * (double)offset[2]);
+}
+
+static void find_around(CutFit *fit, const void *row, const CutMoved *at, Around *around)
+{
+    const double size = fit->fitted.size;
     for (int s = 0; s < 8; s++) {
-        if (leaf[s] < 0 || leaf[s] >= fit->faces->cell_count)
+        const int v = around->vertex[s] = vertex_of(fit, at, s);
+        around->root[s] = v < 0 ? -1 : root_of(fit, v);
+        if (v < 0)
             continue;
-        const int own = fit->lattice->corner[leaf[s]][7 - s];
-        if ((before ? root_of(fit, own) : own) != vertex)
+        double(*gradient)[3] = gradient_of(fit, row, at->leaf[s]);
+        times((const double(*)[3])gradient, fit->point_offset[at->index], size, around->now[s]);
+        times((const double(*)[3])gradient, at->before, size, around->was[s]);
+    }
+}
+
+// Returns the number of entries that are `which`, and the mean of their values.
+static int mean_of(const int entry[8], int which, const double value[8][3], double mean[3])
+{
+    int count = 0;
+    mean[0] = mean[1] = mean[2] = 0.0;
+    for (int s = 0; s < 8; s++) {
+        if (entry[s] != which)
             continue;
-        double(*gradient)[3] = gradient_of(fit, row, leaf[s]);
-        for (int axis = 0; axis < 3; axis++)
-            for (int c = 0; c < 3; c++)
-                sum[c] += gradient[axis][c] * (double)offset[axis];
+        for (int c = 0; c < 3; c++)
+            mean[c] += value[s][c];
         count++;
     }
-    for (int c = 0; c < 3; c++)
-        out[c] = count > 0 ? sum[c] * fit->fitted.size / count : 0.0;
+    for (int c = 0; c < 3 && count > 0; c++)
+        mean[c] /= count;
     return count;
 }
 
@@ -260,46 +280,46 @@ static void list_fade(CutFit *fit, int vertex)
     fit->fading_vertex[fit->fading_count++] = vertex;
 }
 
-// Returns where a vertex is shown at present if it was a node before the change, else where its
-// point would be, in the rows' axes from the vertex [m]. `had`: number of cells.
-static void find_before(CutFit *fit, const void *row, const CutMoved *point, int root, int *had,
-                        double out[3])
+// Finds where a vertex is shown at present if it was a node before the change, else where its point
+// would be, in the rows' axes from the vertex [m]. Returns the number of its cells.
+static int find_before(const CutFit *fit, const Around *around, int root, double out[3])
 {
     const int slot = fit->faces->slot_of[root];
     const bool was_node = slot >= 0 && slot < fit->slots;
     const CutFade *fade = &fit->fade[root];
-    *had = find_displacement(fit, row, point->index, root, true,
-                             was_node ? point->before : fit->point_offset[point->index], out);
-    const double left = was_node && fade->step > 0
-                            ? (double)fit_left(fade->step, fit->fitted.fit.fade_steps, fit->step)
-                            : 0.0;
+    const int had = mean_of(around->root, root,
+                            (const double(*)[3])(was_node ? around->was : around->now), out);
+    if (!was_node || fade->step <= 0)
+        return had;
+    const double left = (double)fit_left(fade->step, fit->fitted.fit.fade_steps, fit->step);
     for (int c = 0; c < 3; c++)
         out[c] = (1.0 - left) * out[c] + left * (double)fade->from[c];
+    return had;
 }
 
 // Lets the nodes of a point start from where they, or what they were part of, are shown.
-static void start_fades(CutFit *fit, const void *row, const CutMoved *point)
+static void start_fades(CutFit *fit, const void *row, const CutMoved *at)
 {
     const CutScratch *scratch = fit->lattice->scratch;
+    const double close = SMALLEST_JUMP * fit->fitted.size;
     int vertex[8], count = 0;
     CutFade begun[8];
-    for (int v = scratch->head[point->index]; v >= 0; v = scratch->next[v]) {
+    Around around;
+    find_around(fit, row, at, &around);
+    for (int v = scratch->head[at->index]; v >= 0; v = scratch->next[v]) {
         double before[3], after[3], square = 0.0;
-        int had;
         if (!is_node(fit, v))
             continue;
-        const int root = root_of(fit, v);
-        find_before(fit, row, point, root, &had, before);
-        const int has = find_displacement(fit, row, point->index, v, false,
-                                          fit->point_offset[point->index], after);
-        if (v == root && had == has && !point->moved)
+        const int root = root_of(fit, v), had = find_before(fit, &around, root, before);
+        const int has = mean_of(around.vertex, v, (const double(*)[3])around.now, after);
+        if (v == root && had == has && !at->moved)
             continue;
         begun[count] = (CutFade){.step = (int)fit->step};
         for (int c = 0; c < 3; c++) {
             begun[count].from[c] = (float)before[c];
             square += (after[c] - before[c]) * (after[c] - before[c]);
         }
-        if (!(square > SMALLEST_JUMP * SMALLEST_JUMP * fit->fitted.size * fit->fitted.size))
+        if (!(square > close * close))
             begun[count].step = 0;
         vertex[count++] = v;
     }
@@ -346,12 +366,24 @@ void cut_fit_keep(CutFit *fit, const int (*face)[2], const CutCrossing *crossing
     }
 }
 
-static void list_point(CutFit *fit, int index)
+// Points without a node have no offset until they get one: a face inside a larger element is listed
+// again when it opens.
+static void list_point(CutFit *fit, const int point[3])
 {
+    const CutScratch *scratch = fit->lattice->scratch;
+    const int index = cut_parts_index(scratch, point);
     if (fit->is_listed[index])
         return;
+    bool shown = false;
+    for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
+        shown |= is_node(fit, v);
+    if (!shown)
+        return;
     fit->is_listed[index] = 1;
-    fit->moved[fit->moved_count++].index = index;
+    CutMoved *at = &fit->moved[fit->moved_count++];
+    at->index = index;
+    memcpy(at->point, point, sizeof at->point);
+    cut_lattice_around(fit->lattice, point, at->leaf);
 }
 
 // Lists the corners of broken faces; after divisions also those of changed cells.
@@ -359,25 +391,24 @@ static void list_points(CutFit *fit, bool divided)
 {
     const CutLattice *lattice = fit->lattice;
     const CutChanges *changes = &lattice->changes;
-    const int *n = lattice->scratch->points, step[3] = {1, n[0], n[0] * n[1]};
     fit->moved_count = 0;
     for (int f = 0; f < changes->face_count; f++) {
-        const int axis = changes->face[f][1];
-        const int first =
-            cut_parts_index(lattice->scratch, lattice->element[changes->face[f][0]].cell) +
-            step[axis];
-        for (int k = 0; k < 4; k++)
-            list_point(fit, first + (k & 1 ? step[(axis + 1) % 3] : 0) +
-                                (k >> 1 ? step[(axis + 2) % 3] : 0));
+        const int axis = changes->face[f][1], *cell = lattice->element[changes->face[f][0]].cell;
+        for (int k = 0; k < 4; k++) {
+            int point[3] = {cell[0], cell[1], cell[2]};
+            point[axis]++;
+            point[(axis + 1) % 3] += k & 1;
+            point[(axis + 2) % 3] += k >> 1;
+            list_point(fit, point);
+        }
     }
     for (int i = 0; i < changes->element_count && divided; i++) {
-        const int element = changes->element[i];
+        const int element = changes->element[i], *cell = lattice->element[element].cell;
         if (element >= fit->faces->cell_count || !cut_lattice_is_leaf(lattice, element))
             continue;
-        const int first = cut_parts_index(lattice->scratch, lattice->element[element].cell);
         for (int k = 0; k < 8; k++)
-            list_point(fit, first + (k & 1 ? step[0] : 0) + (k >> 1 & 1 ? step[1] : 0) +
-                                (k >> 2 ? step[2] : 0));
+            list_point(fit,
+                       (int[3]){cell[0] + (k & 1), cell[1] + (k >> 1 & 1), cell[2] + (k >> 2)});
     }
     for (int p = 0; p < fit->moved_count; p++)
         fit->is_listed[fit->moved[p].index] = 0;
@@ -388,7 +419,7 @@ static void enter(CutFit *fit)
 {
     const CutChanges *changes = &fit->lattice->changes;
     for (int p = 0; p < fit->moved_count; p++) {
-        enter_point(fit, fit->moved[p].index);
+        enter_point(fit, &fit->moved[p]);
         set_offsets(fit, fit->moved[p].index);
     }
     for (int i = 0; i < changes->element_count; i++) {
@@ -419,10 +450,8 @@ bool cut_fit_follow(CutFit *fit, bool divided, Body *body)
     fit->step = body->step + 1; // that of the frame after this tick
     list_points(fit, divided);
     for (int p = 0; p < fit->moved_count; p++) {
-        CutMoved *point = &fit->moved[p];
-        memcpy(point->before, fit->point_offset[point->index], sizeof point->before);
-        point->moved = find_offset(fit, point->index);
-        moved |= point->moved;
+        find_offset(fit, &fit->moved[p]);
+        moved |= fit->moved[p].moved;
     }
     note_births(fit, true);
     for (int p = 0; p < fit->moved_count; p++)
@@ -463,10 +492,19 @@ void cut_fit_derive(CutFit *fit, Body *body)
     memset(fit->cell_at, -1, (size_t)fit->faces->cell_count * sizeof *fit->cell_at);
     for (fit->slots = 0; fit->slots < (int)*fit->faces->slot_count; fit->slots++)
         fit->row[fit->slots] = row_for(fit, fit->faces->slot_vertex[fit->slots]);
-    for (int p = 0; p < points; p++) {
-        (void)find_offset(fit, p);
-        enter_point(fit, p);
-        set_offsets(fit, p);
+    memset(fit->point_offset, 0, (size_t)points * sizeof *fit->point_offset);
+    fit->moved_count = 0;
+    for (int s = 0; s < *fit->faces->slot_count; s++) {
+        int point[3];
+        cut_lattice_point(fit->lattice, fit->faces->slot_vertex[s], point);
+        list_point(fit, point);
+    }
+    for (int p = 0; p < fit->moved_count; p++) {
+        CutMoved *at = &fit->moved[p];
+        fit->is_listed[at->index] = 0;
+        find_offset(fit, at);
+        enter_point(fit, at);
+        set_offsets(fit, at->index);
     }
     for (int s = 0; s < *fit->faces->shown; s++)
         choose_diagonal(fit, s);

@@ -21,7 +21,8 @@ typedef struct CutFade {
 
 // A lattice point around which something changed.
 typedef struct CutMoved {
-    int index;
+    int index, point[3];
+    int leaf[8];     // around it, by slot
     bool moved;      // its offset is not that of before:
     float before[3]; // [cells]
 } CutMoved;
