@@ -280,6 +280,23 @@ static void list_fade(CutFit *fit, int vertex)
     fit->fading_vertex[fit->fading_count++] = vertex;
 }
 
+// Converts a direction of the world to the rows' axes, and back.
+static Vec3 turned_in(const CutFit *fit, const float from[3])
+{
+    const Rows *rows = &fit->vertices->rows;
+    const Vec3 world = vec3((double)from[0], (double)from[1], (double)from[2]);
+    return rows->turned ? quat_rotate(quat_conjugate(rows->frame->turn), world) : world;
+}
+
+static void turn_out(const CutFit *fit, const double local[3], float to[3])
+{
+    const Rows *rows = &fit->vertices->rows;
+    Vec3 world = vec3(local[0], local[1], local[2]);
+    if (rows->turned)
+        world = quat_rotate(rows->frame->turn, world);
+    to[0] = (float)world.x, to[1] = (float)world.y, to[2] = (float)world.z;
+}
+
 // Finds where a vertex is shown at present if it was a node before the change, else where its point
 // would be, in the rows' axes from the vertex [m]. Returns the number of its cells.
 static int find_before(const CutFit *fit, const Around *around, int root, double out[3])
@@ -292,8 +309,10 @@ static int find_before(const CutFit *fit, const Around *around, int root, double
     if (!was_node || fade->step <= 0)
         return had;
     const double left = (double)fit_left(fade->step, fit->fitted.fit.fade_steps, fit->step);
-    for (int c = 0; c < 3; c++)
-        out[c] = (1.0 - left) * out[c] + left * (double)fade->from[c];
+    const Vec3 from = turned_in(fit, fade->from);
+    out[0] = (1.0 - left) * out[0] + left * from.x;
+    out[1] = (1.0 - left) * out[1] + left * from.y;
+    out[2] = (1.0 - left) * out[2] + left * from.z;
     return had;
 }
 
@@ -315,10 +334,9 @@ static void start_fades(CutFit *fit, const void *row, const CutMoved *at)
         if (v == root && had == has && !at->moved)
             continue;
         begun[count] = (CutFade){.step = (int)fit->step};
-        for (int c = 0; c < 3; c++) {
-            begun[count].from[c] = (float)before[c];
+        turn_out(fit, before, begun[count].from);
+        for (int c = 0; c < 3; c++)
             square += (after[c] - before[c]) * (after[c] - before[c]);
-        }
         if (!(square > close * close))
             begun[count].step = 0;
         vertex[count++] = v;
@@ -334,7 +352,6 @@ static void start_fades(CutFit *fit, const void *row, const CutMoved *at)
 // Drops fades that have ended, and writes the others for clients.
 static void write_fades(CutFit *fit)
 {
-    const Rows *rows = &fit->vertices->rows;
     BodyFit *out = &fit->fitted.fit;
     int kept = 0;
     for (int k = 0; k < fit->fading_count; k++) {
@@ -344,12 +361,9 @@ static void write_fades(CutFit *fit)
             fit->is_fading[v] = 0;
             continue;
         }
-        Vec3 from = vec3((double)fade->from[0], (double)fade->from[1], (double)fade->from[2]);
-        if (rows->turned)
-            from = quat_rotate(rows->frame->turn, from);
         fit->fading[kept] = (FitFade){.node = fit->faces->slot_of[v],
                                       .step = fade->step,
-                                      .from = {(float)from.x, (float)from.y, (float)from.z}};
+                                      .from = {fade->from[0], fade->from[1], fade->from[2]}};
         fit->fading_vertex[kept++] = v;
     }
     fit->fading_count = out->fade_count = kept;

@@ -15,7 +15,7 @@
 
 // The place of a vertex when its fade began.
 typedef struct CutFade {
-    float from[3]; // from the vertex, in the rows' axes [m]
+    float from[3]; // from the vertex, in the world's axes [m]
     int step;      // 0: never
 } CutFade;
 
