@@ -25,12 +25,13 @@ static void forget_boxes(const CutBlades *blades, BladeMemory *memory)
 }
 
 // Returns where the sweep met a link.
-static CutCrossing crossing_of(const BladeSearch *search, int cell, int axis)
+static CutCrossing crossing_of(const BladeSearch *search, CrossGradients *gradients, int cell,
+                               int axis)
 {
     const CutBlades *blades = search->blades;
     const CutPath link[2] = {cut_near_path(search, cell),
                              cut_near_path(search, blades->beyond[cell][axis])};
-    return cut_crossing_find(&search->centres, blades->links.edge, link, cell, axis);
+    return cut_crossing_find(&search->centres, gradients, blades->links.edge, link, cell, axis);
 }
 
 // Tests the links near a sweep and lists in `hit` those that break.
@@ -45,12 +46,14 @@ static CutVerdict find_hits(BladeSearch *search, const CutSweep *sweep, CutTrail
     if (verdict != CUT_DONE || search->lost)
         return search->lost ? CUT_TOO_LARGE : verdict;
     // Of those met, list the ones that are not broken yet.
+    CrossGradients gradients;
+    memset(gradients.leaf, 0, sizeof gradients.leaf);
     for (int k = 0; k < links->met_count; k++) {
         const int cell = links->met[k] / 3, axis = links->met[k] % 3;
         if (blades->lattice->broken[cell] >> axis & 1)
             continue;
         if (blades->crossing != NULL)
-            blades->crossing[blades->hit_count] = crossing_of(search, cell, axis);
+            blades->crossing[blades->hit_count] = crossing_of(search, &gradients, cell, axis);
         int *hit = blades->hit[blades->hit_count++];
         hit[0] = cell, hit[1] = axis;
     }

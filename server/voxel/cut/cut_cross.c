@@ -1,6 +1,7 @@
 #include "voxel/cut/cut_cross.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { PARTS = 4, STEPS = 6 }; // of the time of a sub-tick that are searched; steps in one
 
@@ -107,17 +108,37 @@ static double find_time(const Meeting *meeting, double *on_edge, double *on_link
     return time;
 }
 
-// Adds F^T n of the leaf that covers a cell, up to a factor; n in the rows' coordinates.
-static void add_normal(const CellCentres *centres, int cell, Vec3 n, double sum[3])
+static const double (*gradient_of(const CellCentres *centres, CrossGradients *gradients,
+                                  int leaf))[3]
+{
+    const int at = leaf % CROSS_GRADIENTS;
+    double(*column)[3] = gradients->column[at];
+    if (gradients->leaf[at] == leaf + 1)
+        return (const double(*)[3])column;
+    gradients->leaf[at] = leaf + 1;
+    memset(column, 0, sizeof *gradients->column);
+    const int *node = cut_lattice_nodes(centres->lattice, leaf);
+    const double part = 1.0 / (double)(1 << centres->lattice->element[leaf].level);
+    for (int k = 0; k < NODE_CORNERS; k++) {
+        const Vec3 x = cut_centres_local(centres, node[k]);
+        for (int axis = 0; axis < 3; axis++) {
+            const double sign = k >> axis & 1 ? part : -part;
+            column[axis][0] += sign * x.x;
+            column[axis][1] += sign * x.y;
+            column[axis][2] += sign * x.z;
+        }
+    }
+    return (const double(*)[3])column;
+}
+
+// Adds F^T n of the leaf that covers a cell, up to a factor; n in the rows' axes.
+static void add_normal(const CellCentres *centres, CrossGradients *gradients, int cell, Vec3 n,
+                       double sum[3])
 {
     const int leaf = cut_lattice_leaf_of(centres->lattice, cell);
-    const int *node = cut_lattice_nodes(centres->lattice, leaf);
-    const double edge = (double)(1 << centres->lattice->element[leaf].level);
-    for (int k = 0; k < NODE_CORNERS; k++) {
-        const double along = vec3_dot(cut_centres_local(centres, node[k]), n) / edge;
-        for (int axis = 0; axis < 3; axis++)
-            sum[axis] += k >> axis & 1 ? along : -along;
-    }
+    const double(*column)[3] = gradient_of(centres, gradients, leaf);
+    for (int axis = 0; axis < 3; axis++)
+        sum[axis] += column[axis][0] * n.x + column[axis][1] * n.y + column[axis][2] * n.z;
 }
 
 static CutCrossing crossing_of(double along, const double normal[3], int axis)
@@ -138,8 +159,8 @@ CutCrossing cut_crossing_middle(int axis)
     return crossing;
 }
 
-CutCrossing cut_crossing_find(const CellCentres *centres, const CutPath edge[2],
-                              const CutPath link[2], int cell, int axis)
+CutCrossing cut_crossing_find(const CellCentres *centres, CrossGradients *gradients,
+                              const CutPath edge[2], const CutPath link[2], int cell, int axis)
 {
     double on_edge, on_link, normal[3] = {0.0};
     Meeting meeting;
@@ -153,7 +174,7 @@ CutCrossing cut_crossing_find(const CellCentres *centres, const CutPath edge[2],
     const Vec3 local = vec3(m[0][0] * n.x + m[1][0] * n.y + m[2][0] * n.z,
                             m[0][1] * n.x + m[1][1] * n.y + m[2][1] * n.z,
                             m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z);
-    add_normal(centres, cell, local, normal);
-    add_normal(centres, cut_lattice_beyond(centres->lattice, cell, axis), local, normal);
+    add_normal(centres, gradients, cell, local, normal);
+    add_normal(centres, gradients, cut_lattice_beyond(centres->lattice, cell, axis), local, normal);
     return crossing_of(on_link, normal, axis);
 }

@@ -16,11 +16,18 @@ typedef struct CutCrossing {
 
 enum { CROSSING_ALONG = 1 << 16, CROSSING_UNIT = 32767 };
 
+// Deformations of the leaves that were last asked for; many links share one. Begins with no leaf.
+enum { CROSS_GRADIENTS = 64 };
+typedef struct CrossGradients {
+    int leaf[CROSS_GRADIENTS];            // plus 1; 0: none
+    double column[CROSS_GRADIENTS][3][3]; // by axis at rest, in the rows' axes; up to a factor
+} CrossGradients;
+
 // Returns the crossing in the middle of a link, along the face: of tears.
 CutCrossing cut_crossing_middle(int axis);
 // Finds where an edge met a link in a sub-tick in which both moved; `link` from the cell to the one
 // beyond. The centres give the cells' present deformation.
-CutCrossing cut_crossing_find(const CellCentres *centres, const CutPath edge[2],
-                              const CutPath link[2], int cell, int axis);
+CutCrossing cut_crossing_find(const CellCentres *centres, CrossGradients *gradients,
+                              const CutPath edge[2], const CutPath link[2], int cell, int axis);
 
 #endif

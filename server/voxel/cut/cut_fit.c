@@ -35,18 +35,19 @@ static void add_crossing(Wall *wall, const CutCrossing *crossing, const int cell
     wall->count++;
 }
 
-static Wall find_wall(const CutFit *fit, const int point[3])
+// Faces open between the cells around the point.
+static Wall find_wall(const CutFit *fit, const CutMoved *at)
 {
+    const CutLattice *lattice = fit->lattice;
     Wall wall = {0};
-    for (int axis = 0; axis < 3; axis++)
-        for (int k = 0; k < 4; k++) {
-            int cell[3] = {point[0], point[1], point[2]};
-            cell[axis]--;
-            cell[(axis + 1) % 3] -= k & 1;
-            cell[(axis + 2) % 3] -= k >> 1;
-            const int low = cut_parts_block(fit->lattice, 0, cell[0], cell[1], cell[2]);
-            if (low >= 0 && (fit->lattice->broken[low] >> axis & 1))
-                add_crossing(&wall, &fit->crossing[low][axis], cell, axis);
+    for (int s = 0; s < 8; s++)
+        for (int axis = 0; axis < 3; axis++) {
+            if (s >> axis & 1)
+                continue;
+            const int low = at->leaf[s], high = at->leaf[s | 1 << axis];
+            if (low >= 0 && low < fit->faces->cell_count && high >= 0 &&
+                high < fit->faces->cell_count && (lattice->broken[low] >> axis & 1))
+                add_crossing(&wall, &fit->crossing[low][axis], lattice->element[low].cell, axis);
         }
     double length = 1e-12;
     for (int c = 0; c < 3 && wall.count > 0; c++) {
@@ -81,7 +82,7 @@ static void find_rim(const CutFit *fit, const Wall *wall, const double point[3],
 // Finds the present offset of a point [cells], and notes that of before.
 static void find_offset(CutFit *fit, CutMoved *at)
 {
-    const Wall wall = find_wall(fit, at->point);
+    const Wall wall = find_wall(fit, at);
     const double point[3] = {at->point[0], at->point[1], at->point[2]};
     float *found = fit->point_offset[at->index];
     memcpy(at->before, found, sizeof at->before);
@@ -115,6 +116,9 @@ static int row_for(CutFit *fit, int vertex)
 // Enters a cell that has a node, or updates its corners.
 static void enter_cell(CutFit *fit, int cell)
 {
+    if (fit->entered[cell] == fit->stamp)
+        return;
+    fit->entered[cell] = fit->stamp;
     int *at = &fit->cell_at[cell];
     if (*at < 0) {
         *at = fit->fitted.fit.cell_count++;
@@ -380,8 +384,7 @@ void cut_fit_keep(CutFit *fit, const int (*face)[2], const CutCrossing *crossing
     }
 }
 
-// Points without a node have no offset until they get one: a face inside a larger element is listed
-// again when it opens.
+// Points without a node have no offset until they get one.
 static void list_point(CutFit *fit, const int point[3])
 {
     const CutScratch *scratch = fit->lattice->scratch;
@@ -408,6 +411,8 @@ static void list_points(CutFit *fit, bool divided)
     fit->moved_count = 0;
     for (int f = 0; f < changes->face_count; f++) {
         const int axis = changes->face[f][1], *cell = lattice->element[changes->face[f][0]].cell;
+        if (!cut_lattice_is_open(lattice, changes->face[f][0], axis))
+            continue; // it is listed again when it opens
         for (int k = 0; k < 4; k++) {
             int point[3] = {cell[0], cell[1], cell[2]};
             point[axis]++;
@@ -502,6 +507,7 @@ void cut_fit_derive(CutFit *fit, Body *body)
     const int points = scratch->points[0] * scratch->points[1] * scratch->points[2];
     BodyFit *out = &fit->fitted.fit;
     out->row_count = out->cell_count = 0;
+    fit->stamp++;
     memset(fit->row_of, -1, (size_t)fit->lattice->vertex_capacity * sizeof *fit->row_of);
     memset(fit->cell_at, -1, (size_t)fit->faces->cell_count * sizeof *fit->cell_at);
     for (fit->slots = 0; fit->slots < (int)*fit->faces->slot_count; fit->slots++)
@@ -594,6 +600,7 @@ static void create_scratch(CutFit *fit, const char *name, Arena *arena)
     memset(fit->origin, -1, (size_t)fit->lattice->vertex_capacity * sizeof *fit->origin);
     fit->gradient = arena_allocate(arena, ARENA_OUTPUT, cells, sizeof *fit->gradient,
                                    "%s/fitted gradients", name);
+    fit->entered = ALLOCATE(ARENA_OUTPUT, cells, int, "entered cells");
     fit->known = ALLOCATE(ARENA_OUTPUT, cells, int, "known gradients");
     fit->seen_square = ALLOCATE(ARENA_OUTPUT, fit->faces->square_capacity, int, "seen squares");
 }

@@ -64,6 +64,7 @@ typedef struct CutFit {
     int *origin;              // [vertex] born in the current change: its copy's original; else -1
     double (*gradient)[3][3]; // [cell] by axis; valid where `known` has the current stamp
     int *known, stamp;
+    int *entered;           // [cell] stamp of its last entry
     int *seen_square, seen; // stamps
 } CutFit;
 
