@@ -86,7 +86,7 @@ static void find_motion(const Drag *by, int parts, SlowPass *pass)
     }
 }
 
-void drag_add_forces(Drag *by, const VertexKernels *kernels, SlowPass *pass, int count, Team *team)
+void drag_slow(Drag *by, const VertexKernels *kernels, SlowPass *pass, int count, Team *team)
 {
     Work work = {by, kernels, pass, count};
     const int parts = (count + SHARE - 1) / SHARE;

@@ -42,13 +42,12 @@ typedef struct RigidSums {
     double spin[4];               // sum m x X v
 } RigidSums;
 
-// A drag on what differs from a rigid motion: f += -drag m (v - velocity - turn X x).
+// Takes a share of what differs from a rigid motion: v -= loss (v - velocity - turn X x).
 typedef struct SlowPass {
-    const void *row;         // Real [vertex][ROW]
-    const double (*rest)[3]; // [vertex + 1]: the last is read, not used
-    const double *mass;
-    double drag, velocity[4], turn[4]; // the fourth numbers are 0
-    void *force;                       // Real [vertex][4]
+    void *row;                         // Real [vertex][ROW]
+    const double (*rest)[3];           // [vertex + 1]: the last is read, not used
+    const double *mass;                // [vertex] for the sums [kg]
+    double loss, velocity[4], turn[4]; // the fourth numbers are 0
 } SlowPass;
 
 // Of vertices `first` to `end` - 1.

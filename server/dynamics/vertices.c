@@ -207,17 +207,6 @@ void vertices_begin(Vertices *vertices)
         const double *load = vertices->load[vertices->loaded[k]];
         vertices_add_force(vertices, vertices->loaded[k], (Vec3){load[0], load[1], load[2]});
     }
-    if (vertices->drags == NULL)
-        return;
-    SlowPass pass = {
-        .row = vertices->present,
-        .rest = (const double(*)[3])vertices->rows.rest,
-        .mass = vertices->mass,
-        .drag = vertices->drag * vertices->parameters->damping_scale,
-        .force = vertices->force,
-    };
-    drag_add_forces(vertices->drags, vertices->kernels, &pass, vertices->count,
-                    vertices->halved ? vertices->team : NULL);
 }
 
 enum { SHARE = 1024 }; // vertices per thread and piece
@@ -270,6 +259,25 @@ static void forget_spare(const Vertices *vertices)
         memset((char *)vertices->more + (size_t)vertices->capacity * bytes, 0, bytes);
 }
 
+// The drag of a body that nothing fixes, on its new rows: once a tick where elements have enough
+// damping for that to be stable, else in each substep (README.md, "Drag").
+static void slow(Vertices *vertices, const Stage *stage, double h, void *row)
+{
+    Drag *drags = vertices->drags;
+    drags->time += h;
+    if (!stage->last && vertices->damping_time >= vertices->drag * h * h)
+        return;
+    SlowPass pass = {
+        .row = row,
+        .rest = (const double(*)[3])vertices->rows.rest,
+        .mass = vertices->mass,
+        .loss = -expm1(-vertices->drag * vertices->parameters->damping_scale * drags->time),
+    };
+    drag_slow(drags, vertices->kernels, &pass, vertices->count,
+              vertices->halved ? vertices->team : NULL);
+    drags->time = 0.0;
+}
+
 // The first kick of a tick writes the rows that are not current, so that the state before the tick
 // stays intact until the end; later ones stay there.
 void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gravity)
@@ -295,6 +303,8 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
     // Bad numbers are noticed in the last stage of a tick.
     vertices->bad |= !advance_all(vertices, &pass);
     rows_advance(&vertices->rows, stage, h, gravity);
+    if (vertices->drags != NULL)
+        slow(vertices, stage, h, next);
     // Unused places stay zero.
     if (vertices->count < vertices->capacity)
         forget_spare(vertices);
@@ -321,6 +331,8 @@ void vertices_abandon(void *model)
     rows_end_tick(&vertices->rows, false);
     vertices->present = vertices_row(vertices);
     vertices->bad = false;
+    if (vertices->drags != NULL)
+        vertices->drags->time = 0.0;
 }
 
 bool vertices_commit(void *model)

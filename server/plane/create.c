@@ -69,6 +69,7 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
             rows->rest[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
     // A floating body follows its own fit in the plane: no rigid frame.
     vertices->damped = options->damping > 0.0;
+    vertices->damping_time = making->forms.beta;
     vertices->drag = options->drag;
     vertices_create(vertices, &options->body, making->by_id, making->fixed, (int)most,
                     lattice->size * (lattice->count[0] + lattice->count[1]), arena, state);

@@ -222,12 +222,9 @@ static void slow(const SlowPass *pass, int first, int end)
     const Four next = NEXT(turn), after = AFTER(turn);
     for (int i = first; i < end; i++) {
         READ_VERTEX(pass, i, x, v)
-        const double by = -pass->drag * pass->mass[i];
-        const Four f = by * (v - velocity - (next * AFTER(x) - after * NEXT(x)));
-        Block before;
-        memcpy(&before, (Real *)pass->force + 4L * i, sizeof before);
-        before += __builtin_convertvector(f, Block);
-        memcpy((Real *)pass->force + 4L * i, &before, sizeof before);
+        v -= pass->loss * (v - velocity - (next * AFTER(x) - after * NEXT(x)));
+        const Block slower = __builtin_convertvector(v, Block);
+        memcpy((Real *)pass->row + (long)i * ROW + 4, &slower, sizeof slower);
     }
 }
 
