@@ -339,7 +339,7 @@ static double growth(double share, double nu, double times, double drag, Integra
     world.body->ops->measure(world.body->model, &now);
     const double start = now.elastic;
     double worst = 0.0;
-    for (int n = 0; n < EFFORT(4000) && worst < 100.0; n++) {
+    for (int n = 0; n * substeps < EFFORT(4000) && worst < 100.0; n++) {
         sim_step(world.sim);
         if (n % 10 != 9)
             continue;
