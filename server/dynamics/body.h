@@ -103,7 +103,7 @@ typedef enum BodyParameter {
     BODY_GRAVITY_Y,
     BODY_GRAVITY_Z,       // [m/s2]
     BODY_STIFFNESS_SCALE, // factor on the stiffness of springs, as loaded
-    BODY_DAMPING_SCALE,   // factor on the damping of springs, as loaded
+    BODY_DAMPING_SCALE,   // factor on damping and drag, as loaded
     // thresholds of refinement (server/surface/detail/README.md, "Refinement criteria")
     BODY_ADAPT_FORCE,
     BODY_ADAPT_SPEED,
