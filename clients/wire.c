@@ -15,6 +15,7 @@
 #include "pliant_rest_t.h"
 #include "pliant_status_t.h"
 #include "pliant_tool_pose_t.h"
+#include "pliant_walls_t.h"
 
 const WireType WIRE_TOOL_POSE = {"l iii 3d 4d 6d b d b", __pliant_tool_pose_t_get_hash};
 const WireType WIRE_COMMAND = {"l iii l s", __pliant_command_t_get_hash};
@@ -24,6 +25,7 @@ const WireType WIRE_MESH = {"l iiiiiii n *0i i nn *1i *1i *2i *1i *1b", __pliant
 const WireType WIRE_MESH_DELTA = {"l iiiiiii nn *0i *1i nn *2i *2i *2i *3i *2i *2b",
                                   __pliant_mesh_delta_t_get_hash};
 const WireType WIRE_REST = {"l iiiii i n *0f n *1f", __pliant_rest_t_get_hash};
+const WireType WIRE_WALLS = {"l iii", __pliant_walls_t_get_hash};
 const WireType WIRE_CONTACT = {"l ii l d ll b 3d 3d 3d 3d 3d d 9d d", __pliant_contact_t_get_hash};
 const WireType WIRE_STATUS = {"l i ss l ddd lll 4d 4d n *0s *0d n *1(sss iiiiii dddddd) n *2s *2l",
                               __pliant_status_t_get_hash};

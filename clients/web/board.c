@@ -35,10 +35,10 @@ static void put(unsigned char **at, const void *from, size_t count, size_t size)
 }
 
 static void put_header(unsigned char **at, uint32_t kind, int body, int32_t topology, int nodes,
-                       uint32_t fifth)
+                       uint32_t fifth, uint32_t sixth)
 {
     const uint32_t header[HEADER_WORDS] = {
-        kind, (uint32_t)body, (uint32_t)topology, (uint32_t)nodes, fifth, 0};
+        kind, (uint32_t)body, (uint32_t)topology, (uint32_t)nodes, fifth, sixth};
     put(at, header, kind == KIND_NODES ? 4 : HEADER_WORDS, sizeof *header);
 }
 
@@ -50,14 +50,14 @@ Parcel *parcel_text(const char *text)
     return parcel;
 }
 
-Parcel *parcel_mesh(int body, const MeshFrame *mesh)
+Parcel *parcel_mesh(int body, const MeshFrame *mesh, int first_wall)
 {
     size_t n = (size_t)mesh->node_count, t = (size_t)mesh->triangle_count;
     Parcel *parcel = make(false, 4 * HEADER_WORDS + 12 * t + (4 + 4 + 8 + 4 + 1) * n);
     // A header, then arrays as they are: the page reads them without copying.
     unsigned char *at = parcel->data;
     put_header(&at, KIND_MESH, body, mesh->topology, mesh->node_count,
-               (uint32_t)mesh->triangle_count);
+               (uint32_t)mesh->triangle_count, (uint32_t)first_wall);
     put(&at, mesh->triangle, 3 * t, sizeof *mesh->triangle);
     put(&at, mesh->id, n, sizeof *mesh->id);
     put(&at, mesh->origin, n, sizeof *mesh->origin);
@@ -73,7 +73,7 @@ Parcel *parcel_nodes(int body, const NodesFrame *nodes)
     size_t n = (size_t)nodes->node_count;
     Parcel *parcel = make(false, 16 + sizeof times + 12 * n);
     unsigned char *at = parcel->data;
-    put_header(&at, KIND_NODES, body, nodes->topology, nodes->node_count, 0);
+    put_header(&at, KIND_NODES, body, nodes->topology, nodes->node_count, 0, 0);
     put(&at, times, 3, sizeof *times);
     put(&at, nodes->position, 3 * n, sizeof *nodes->position);
     return parcel;
@@ -84,7 +84,7 @@ Parcel *parcel_rest(int body, const RestFrame *rest)
     size_t n = (size_t)rest->node_count;
     Parcel *parcel = make(false, 4 * HEADER_WORDS + (rest->textured ? 20 : 12) * n);
     unsigned char *at = parcel->data;
-    put_header(&at, KIND_REST, body, rest->topology, rest->node_count, rest->textured);
+    put_header(&at, KIND_REST, body, rest->topology, rest->node_count, rest->textured, 0);
     put(&at, rest->position, 3 * n, sizeof *rest->position);
     put(&at, rest->texture, rest->textured ? 2 * n : 0, sizeof *rest->texture);
     return parcel;

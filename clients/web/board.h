@@ -25,8 +25,8 @@ typedef struct Parcel {
 // Copies `text`; the caller owns one reference.
 Parcel *parcel_text(const char *text);
 // Make the binary messages of protocol.md for body number `body`; the caller owns one reference.
-// The frames are complete.
-Parcel *parcel_mesh(int body, const MeshFrame *mesh);
+// The frames are complete. Triangles from `first_wall` on are walls of cuts; 0: none, or unknown.
+Parcel *parcel_mesh(int body, const MeshFrame *mesh, int first_wall);
 Parcel *parcel_nodes(int body, const NodesFrame *nodes);
 Parcel *parcel_rest(int body, const RestFrame *rest);
 

@@ -5,6 +5,7 @@
 #include "pliant_command_t.h"
 #include "pliant_event_t.h"
 #include "pliant_reply_t.h"
+#include "pliant_walls_t.h"
 #include "texts.h"
 #include "wire.h"
 
@@ -105,7 +106,7 @@ static void show(Bodies *bodies, Body *body)
     BoardBody *on_board = &bodies->board->body[index];
     Parcel *new_mesh = NULL, *new_rest = NULL, *new_nodes = NULL;
     if (body->new_mesh)
-        new_mesh = unless_shown(&on_board->mesh, parcel_mesh(index, mesh));
+        new_mesh = unless_shown(&on_board->mesh, parcel_mesh(index, mesh, body->first_wall));
     bool fits = rest->whole && rest->topology == mesh->topology;
     if (body->new_rest && fits)
         new_rest = unless_shown(&on_board->rest, parcel_rest(index, rest));
@@ -163,6 +164,19 @@ void bodies_take_rest(Bodies *bodies, const char *name, const void *data, size_t
     if (!body || rest_frame_add(&body->rest, data, size) != FRAMES_WHOLE)
         return;
     body->new_rest = true;
+    show(bodies, body);
+}
+
+void bodies_take_walls(Bodies *bodies, const char *name, const void *data, size_t size)
+{
+    Body *body = find(bodies, name);
+    pliant_walls_t walls;
+    if (!body || !wire_check(&WIRE_WALLS, data, size) ||
+        pliant_walls_t_decode(data, 0, (int)size, &walls) < 0 || walls.first_wall < 0 ||
+        walls.first_wall == body->first_wall)
+        return;
+    body->first_wall = walls.first_wall;
+    body->new_mesh = body->mesh.whole;
     show(bodies, body);
 }
 
@@ -378,6 +392,13 @@ static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *use
                      buffer->data_size);
 }
 
+static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Feed *feed = user;
+    bodies_take_walls(&feed->bodies, body_of(feed, "WALLS", channel), buffer->data,
+                      buffer->data_size);
+}
+
 // Subscribes to poses, those of pages included.
 static bool subscribe_poses(Feed *feed)
 {
@@ -400,7 +421,8 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Cl
               client_subscribe(client, "MESH", ".+", 4096, on_mesh, feed) &&
               client_subscribe(client, "MESH_DELTA", ".+", 4096, on_delta, feed) &&
               client_subscribe(client, "NODES", ".+", 4096, on_nodes, feed) &&
-              client_subscribe(client, "REST", ".+", 4096, on_rest, feed);
+              client_subscribe(client, "REST", ".+", 4096, on_rest, feed) &&
+              client_subscribe(client, "WALLS", ".+", 64, on_walls, feed);
     if (!ok)
         return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
     feed->patience_s = ASK_FIRST_S;

@@ -7,6 +7,20 @@ import { addNormals, boxOf, isClosed } from './normals.js';
 import { RestShape } from './rest_shape.js';
 import { tissueMaterial } from './tissue.js';
 
+/** The nodes at rims: of outer triangles and of walls of cuts. */
+function twinsOf(mesh) {
+    const outer = 3 * mesh.firstWall, { triangle } = mesh;
+    if (outer === 0 || outer >= triangle.length) return [];
+    const seen = new Uint8Array(mesh.n), twin = [];
+    for (let i = 0; i < outer; i++) seen[triangle[i]] = 1;
+    for (let i = outer; i < triangle.length; i++)
+        if (seen[triangle[i]] === 1) {
+            seen[triangle[i]] = 2;
+            twin.push(triangle[i]);
+        }
+    return twin;
+}
+
 const room = (count) => Math.ceil(Math.max(count, 64) * 1.25);
 
 export class Body {
@@ -17,6 +31,7 @@ export class Body {
         this.images = images; // {drawn, of(name), plain}
         this.topology = null; // of the mesh; null: none yet
         this.n = 0;
+        this.twin = [];       // nodes that are drawn once more, behind the others: at rims, for walls of cuts
         this.m = 0;           // indices of triangles in use
         this.finest = 0;      // level of its nodes
         this.index = new Uint32Array(0);
@@ -35,19 +50,24 @@ export class Body {
 
     /** Kept until positions of it come: the present ones are not its own. */
     takeMesh(mesh) {
-        if (mesh.topology === this.topology && mesh.n === this.n) return; // a repeat of the same mesh
+        if (mesh.topology === this.topology && mesh.n === this.n && mesh.firstWall === this.mesh.firstWall)
+            return; // a repeat of the same mesh
         this.next = mesh;
         this.nextRest = null;
     }
 
     changeMesh(mesh) {
-        if (mesh.n > this.capacityNodes() || mesh.triangle.length > this.index.length) this.grow(mesh);
+        this.twin = twinsOf(mesh);
+        if (mesh.n + this.twin.length > this.capacityNodes() || mesh.triangle.length > this.index.length) this.grow(mesh);
         this.topology = mesh.topology;
         this.n = mesh.n;
         this.id = mesh.id.slice();
         this.mesh = mesh;
-        let m = 0;
+        const twinOf = new Map(this.twin.map((node, k) => [node, mesh.n + k]));
+        const wall = mesh.firstWall > 0 ? 3 * mesh.firstWall : Infinity;
+        let m = 0, outer = 0;
         for (let i = 0; i < mesh.triangle.length; i += 3) {
+            if (i === wall) outer = m;
             const a = mesh.triangle[i], b = mesh.triangle[i + 1], c = mesh.triangle[i + 2];
             if (a === b || b === c || a === c) continue; // a free slot
             this.index[m++] = a;
@@ -56,16 +76,27 @@ export class Body {
         }
         this.m = m;
         this.closed = isClosed(this.index, m);
+        // Walls have normals of their own.
+        for (let i = outer; i < m && this.twin.length > 0; i++)
+            this.index[i] = twinOf.get(this.index[i]) ?? this.index[i];
         this.surface.geometry.index.needsUpdate = true;
         this.surface.geometry.setDrawRange(0, m);
         this.fillInfo(mesh);
         this.edgesValid = false;
     }
 
+    /** Gives twins the values of their nodes. */
+    repeat(array, size) {
+        for (let k = 0; k < this.twin.length; k++) {
+            const from = size * this.twin[k], to = size * (this.n + k);
+            for (let c = 0; c < size; c++) array[to + c] = array[from + c];
+        }
+    }
+
     capacityNodes() { return this.position.length / 3; }
 
     grow(mesh) {
-        const n = room(mesh.n), m = 3 * room(mesh.triangle.length / 3);
+        const n = room(mesh.n + this.twin.length), m = 3 * room(mesh.triangle.length / 3);
         const geometry = new BufferGeometry();
         const add = (name, array, size) => {
             const attribute = new BufferAttribute(array, size);
@@ -126,6 +157,7 @@ export class Body {
             this.info[at + 2] =
                 split.size > 0 && (mesh.origin[i] !== mesh.id[i] || split.has(mesh.id[i])) ? 1 : 0;
         }
+        this.repeat(this.info, 4);
         this.surface.geometry.attributes.info.needsUpdate = true;
         this.lips = split.size;
         this.finest = 0;
@@ -142,6 +174,8 @@ export class Body {
 
     fillRest() {
         this.restShape.fill(this.mesh, this.position, this.rest, this.uv);
+        this.repeat(this.rest, 3);
+        this.repeat(this.uv, 2);
         const { attributes } = this.surface.geometry;
         addNormals(this.index, this.m, this.rest, this.restNormal);
         attributes.rest.needsUpdate = attributes.restNormal.needsUpdate = attributes.uv.needsUpdate = true;
@@ -168,6 +202,7 @@ export class Body {
         if (!changes && (message.topology !== this.topology || message.n !== this.n)) return false;
         if (changes) this.changeMesh(next);
         this.position.set(message.position);
+        this.repeat(this.position, 3);
         this.moved = this.shown = true;
         if (changes) {
             this.next = this.nextRest = null;
@@ -221,7 +256,7 @@ export class Body {
         for (let i = 0; i < this.m; i += 3)
             for (let k = 0; k < 3; k++) {
                 const a = this.index[i + k], b = this.index[i + ((k + 1) % 3)];
-                const key = Math.min(a, b) * this.n + Math.max(a, b);
+                const key = Math.min(a, b) * (this.n + this.twin.length) + Math.max(a, b);
                 if (seen.has(key)) continue;
                 seen.add(key);
                 list.push(a, b);

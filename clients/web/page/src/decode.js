@@ -15,7 +15,7 @@ export function decode(buffer) {
     if (message.n > NODES_MAX) return null;
     if (kind === NODES) return nodes(message, buffer, head);
     if (buffer.byteLength < 24) return null;
-    if (kind === MESH) return mesh(message, buffer, head.getUint32(16, true));
+    if (kind === MESH) return mesh(message, buffer, head.getUint32(16, true), head.getUint32(20, true));
     if (kind === REST) return rest(message, buffer, head.getUint32(16, true));
     return null;
 }
@@ -30,7 +30,7 @@ function nodes(message, buffer, head) {
     return message;
 }
 
-function mesh(message, buffer, t) {
+function mesh(message, buffer, t, firstWall) {
     const n = message.n;
     if (t > TRIANGLES_MAX || buffer.byteLength !== 24 + 12 * t + 21 * n) return null;
     let at = 24;
@@ -40,6 +40,7 @@ function mesh(message, buffer, t) {
         return view;
     };
     message.t = t;
+    message.firstWall = firstWall; // triangles from here on are walls of cuts; 0: none
     message.triangle = ints(3 * t);
     message.id = ints(n);
     message.origin = ints(n);
