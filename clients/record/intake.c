@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "pliant_event_t.h"
+#include "pliant_walls_t.h"
 
 void intake_create(Intake *intake, const IntakeOptions *options, Queue *queue)
 {
@@ -368,12 +369,25 @@ static int find_body(Intake *intake, const char *name)
     return name ? survey_find_body(&intake->survey, name) : -1;
 }
 
+static void take_walls(SurveyBody *body, const void *data, size_t size)
+{
+    pliant_walls_t walls;
+    if (wire_check(&WIRE_WALLS, data, size) &&
+        pliant_walls_t_decode(data, 0, (int)size, &walls) >= 0 && walls.first_wall >= 0)
+        body->first_wall = walls.first_wall;
+}
+
 static void take_of_body(Intake *intake, const char *name, const void *data, size_t size)
 {
     // Which of its streams, by the channel's name.
     int body = find_body(intake, behind_head(name, "NODES_"));
     if (body >= 0) {
         take_nodes(intake, body, data, size);
+        return;
+    }
+    body = find_body(intake, behind_head(name, "WALLS_"));
+    if (body >= 0) {
+        take_walls(&intake->survey.body[body], data, size);
         return;
     }
     body = find_body(intake, behind_head(name, "MESH_DELTA_"));
@@ -450,7 +464,8 @@ static void push_begin(Intake *intake)
         body[intake->bodies++] =
             (RecordingBody){.name = survey->body[i].name,
                             .nodes = kept_together(survey->body[i].nodes),
-                            .triangles = kept_together(survey->body[i].triangles)};
+                            .triangles = kept_together(survey->body[i].triangles),
+                            .first_wall = survey->body[i].first_wall};
     }
     // All tools of the survey have one.
     for (int i = 0; i < ITEM_TOOLS; i++)

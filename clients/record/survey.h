@@ -12,6 +12,7 @@ typedef struct SurveyBody {
     bool listed;          // in the last status
     bool seen;            // nodes of it arrived
     int nodes, triangles; // slots of its mesh; 0: unknown
+    int first_wall;       // triangles from this slot on are walls of cuts; 0: none, or unknown
 } SurveyBody;
 
 typedef struct SurveyTool {

@@ -155,6 +155,8 @@ static bool create_body(Recording *recording, int index, const RecordingBody *de
         if (!create_table(recording, group, &body_form[t], chunk, &body->table[t]))
             return false;
     }
+    if (!hdf_write_long(&recording->file, group, "first_wall", described->first_wall))
+        return false;
     // Counts are there from the start, to be set at the end.
     for (int i = 0; i < RECORDING_COUNTS; i++)
         if (!hdf_write_long(&recording->file, group, recording_count_form[i].name, 0))

@@ -16,6 +16,7 @@ enum { RECORDING_BODY_TEXT = 32, RECORDING_KIND_TEXT = 16, RECORDING_EVENT_TEXT 
 typedef struct RecordingBody {
     const char *name;     // unique
     int nodes, triangles; // in its first topology: chunk size of HDF5
+    int first_wall; // triangles of a mesh from this one on are walls of cuts; 0: none, or unknown
 } RecordingBody;
 
 typedef struct RecordingOptions {

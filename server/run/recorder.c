@@ -234,7 +234,8 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
         body[i] = (RecordingBody){
             .name = from->name,
             .nodes = kept_together(changes, mesh->node_count, mesh->node_capacity),
-            .triangles = kept_together(changes, mesh->triangle_count, mesh->triangle_capacity)};
+            .triangles = kept_together(changes, mesh->triangle_count, mesh->triangle_capacity),
+            .first_wall = mesh->first_wall};
     }
     for (int i = 0; i < tools; i++)
         tool[i] = sim_tool(sim, i)->id;

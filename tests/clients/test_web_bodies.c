@@ -10,6 +10,7 @@
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_rest_t.h"
+#include "pliant_walls_t.h"
 
 enum { DATA = 4096 };
 
@@ -204,6 +205,32 @@ static void rest_positions_wait_for_their_mesh(void **state)
     assert_int_equal(topology_of(&board.body[0].rest), 2);
 }
 
+// Of the mesh on the board.
+static int32_t wall_of(const BoardSlot *slot)
+{
+    int32_t word[6];
+    assert_non_null(slot->parcel);
+    memcpy(word, slot->parcel->data, sizeof word);
+    return word[5];
+}
+
+static void walls_are_told_with_the_mesh(void **state)
+{
+    (void)state;
+    unsigned char data[DATA];
+    const pliant_walls_t walls = {.utime = 1, .sequence = 1, .topology = 1, .first_wall = 7};
+    const int size = pliant_walls_t_encode(data, 0, DATA, &walls);
+    send_mesh("a", 1);
+    send_nodes("a", 1, 3);
+    assert_int_equal(wall_of(&board.body[0].mesh), 0);
+    bodies_take_walls(&bodies, "a", data, (size_t)size - 1); // not whole: dropped
+    assert_int_equal(wall_of(&board.body[0].mesh), 0);
+    bodies_take_walls(&bodies, "nobody", data, (size_t)size);
+    bodies_take_walls(&bodies, "a", data, (size_t)size);
+    assert_int_equal(wall_of(&board.body[0].mesh), 7);
+    assert_int_equal(topology_of(&board.body[0].mesh), 1);
+}
+
 static void bodies_of_a_scene_that_pages_do_not_know_stay_back(void **state)
 {
     (void)state;
@@ -231,6 +258,7 @@ int main(void)
         on_board(nodes_of_a_mesh_that_was_missed_are_not_shown_but_counted_as_time),
         on_board(what_is_repeated_unchanged_is_not_news),
         on_board(rest_positions_wait_for_their_mesh),
+        on_board(walls_are_told_with_the_mesh),
         on_board(bodies_of_a_scene_that_pages_do_not_know_stay_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
