@@ -167,6 +167,10 @@ typedef struct BodyOps {
     bool (*is_fixed)(const void *model, int node);
     // Adds forces [N] for the next evaluation only.
     void (*add_forces)(void *model, const int *node, int count, const Vec3 *force);
+    // Gives nodes impulses [N s] after an evaluate of kicks, as if they had been part of it: as
+    // forces over `h` [s], and positions follow by `drift` [s]. Solid bodies only, else NULL.
+    void (*kick_nodes)(void *model, const int *node, int count, const Vec3 *impulse, double h,
+                       double drift);
     // Finds the nodes of faces inside a region, in an order that depends on the topology alone.
     // Returns their number, writes at most `capacity` of them; skips free slots.
     int (*find_nodes)(const void *model, const Region *region, int *node, int capacity);

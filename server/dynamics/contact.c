@@ -6,6 +6,7 @@
 
 enum { RETREATS = 8 };               // steps back per substep before forces are scaled instead
 static const double AWAY_TIME = 0.1; // [s] after which a tool caught behind a wall is released
+static const double EASE_TIME = 0.1; // [s] in which the force of a tool that was inside grows
 
 // ---------------------------------------------------------------------------------------------
 // Start of a tick
@@ -60,6 +61,31 @@ static void move_towards(Proxy *proxy, Vec3 target, Quat orientation, double lev
     proxy->orientation = quat_unit(quat_multiply(quat_from_rotation(turn), proxy->orientation));
 }
 
+// Leads a tool that is inside of a solid out of it, where it is felt gently at first. One that was
+// outside before, and over which the body was thrown, begins again where it last was clear of the
+// body; one that appeared inside leaves by the nearest way.
+static void begin_tick_solid(Contact *contact, const ToolPlacement *at, bool fresh, double tick)
+{
+    Proxy *proxy = contact->proxy;
+    Vec3 out;
+    proxy->away = fmax(0.0, proxy->away - tick);
+    if (contact_solid_look(contact, at, &out)) {
+        if (contact->tool->kind != TOOL_STATIC)
+            proxy->position =
+                contact->touched_count > 0 ? *contact->clear : vec3_add(proxy->position, out);
+        proxy->away = EASE_TIME;
+        contact_forget_candidates(contact);
+    } else if (!(contact->forces.depth > 0.0)) {
+        *contact->clear = proxy->position;
+    } else if (fresh) {
+        *contact->clear = proxy->position;
+        proxy->away = EASE_TIME;
+    }
+    contact->touched_count = 0;
+    const double eased = 1.0 - proxy->away / EASE_TIME; // its cube: 3 N is 0.03 N after 20 ms
+    contact->limit = contact->tool->max_force * eased * eased * eased;
+}
+
 static void begin_tick_plane(Contact *contact)
 {
     // Nodes just above the plane may reach it within the tick.
@@ -77,9 +103,10 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     }
     Proxy *proxy = contact->proxy;
     const double r = contact->smallest_radius;
-    if (contact->tool->kind != TOOL_STATIC && proxy->valid)
+    const bool solid = contact->body->surface.solid, fresh = !proxy->valid;
+    if (contact->tool->kind != TOOL_STATIC && proxy->valid && !solid)
         watch_caught(contact, begin, r, tick);
-    if (!proxy->valid) {
+    if (fresh) {
         proxy->valid = 1;
         proxy->position = begin;
         proxy->orientation = orientation;
@@ -96,15 +123,14 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     // Search walls of hollow bodies early, so that sides are known before contact. A solid's faces
     // approach by their own motion alone: by an edge per tick in a sound body.
     const BodySurface *surface = &contact->body->surface;
-    double margin = r;
-    if (surface->solid)
-        margin = fmin(
-            r, fmax((CONTACT_SOLID_REACH - 1.0) * contact->largest_radius, surface->longest_edge));
+    double margin = solid ? fmin(r, surface->longest_edge) : r;
     if (!clear)
         contact_find_candidates(contact, &at, margin + fmin(way, cap) + fmin(swing, cap));
+    if (solid)
+        begin_tick_solid(contact, &at, fresh, tick);
     // Near a body the proxy moves in small steps, substep by substep; in free air it follows
     // immediately, or as far as the search reached.
-    if (contact->local_count == 0)
+    if (contact->local_count == 0 && proxy->away < EASE_TIME)
         move_towards(proxy, end, orientation, contact->lever, clear ? (double)INFINITY : cap);
     contact->sums = (ContactSums){.about = proxy->position};
     contact->next = *proxy;
@@ -178,7 +204,12 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
         return;
     const double r = contact->smallest_radius;
     Proxy *next = &contact->next;
-    move_towards(next, target, orientation, contact->lever, CONTACT_STEP_CAP * r);
+    double cap = CONTACT_STEP_CAP * r;
+    if (contact->body->surface.solid && contact->touched_count > 0) // never across a face
+        cap = fmin(cap, 0.5 * contact->forces.floor);
+    move_towards(next, target, orientation, contact->lever, cap);
+    if (contact->body->surface.solid)
+        return; // contact_kick decides
 
     // Step back along the force until it is at most max_force and the axis is clear of the wall.
     read_local_nodes(contact);
@@ -203,6 +234,12 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
 
 void contact_apply(Contact *contact, double fraction, double weight, double h)
 {
+    if (contact->body->surface.solid && !contact->is_plane) {
+        read_local_nodes(contact);
+        ToolPlacement at = placement(contact, 0.0, h);
+        contact_solid_evaluate(contact, &at);
+        return;
+    }
     // Evaluate unless the last evaluation of the substep was at this very placement.
     if (!contact->fresh || fraction != 1.0) {
         read_local_nodes(contact);
@@ -239,6 +276,12 @@ void contact_apply(Contact *contact, double fraction, double weight, double h)
     contact->kicked = kicks ? contact->kicked : 0.0;
 }
 
+void contact_kick(Contact *contact, const Stage *stage, double h)
+{
+    if (contact->body->surface.solid && !contact->is_plane)
+        contact_solid_kick(contact, stage, h);
+}
+
 void contact_end_tick(Contact *contact)
 {
     enum { AT_ONCE = 64 };
@@ -270,6 +313,11 @@ void contact_end_substep(Contact *contact)
             contact->plane_bristle[contact->node[i]] = contact->plane_trial[i];
         return;
     }
+    if (contact->body->surface.solid) {
+        contact->next.away = contact->proxy->away;
+        *contact->proxy = contact->next;
+        return;
+    }
     for (int shape = 0; shape < contact->tool->capsule_count && contact->local_count > 0; shape++)
         contact->next.bristle[shape] = contact->trial[shape];
     const ContactForces *last = &contact->forces;
@@ -289,7 +337,8 @@ void contact_clear(Contact *contact)
         memset(contact->proxy, 0, sizeof *contact->proxy);
         contact->proxy->orientation.w = 1.0;
         for (int shape = 0; shape < contact->tool->capsule_count; shape++)
-            memset(contact->side[shape], 0, (size_t)contact->body->surface.face_count);
+            if (contact->side[shape] != NULL)
+                memset(contact->side[shape], 0, (size_t)contact->body->surface.face_count);
     }
     contact_forget_candidates(contact);
     contact->sums = (ContactSums){.about = contact->proxy->position};
@@ -304,7 +353,10 @@ int contact_springs(Contact *contact, ContactSpring *spring, int capacity)
     read_local_nodes(contact);
     ToolPlacement at = {.position = contact->proxy->position,
                         .orientation = contact->proxy->orientation};
-    contact_evaluate(contact, &at, 0.0);
+    if (contact->body->surface.solid)
+        contact_solid_evaluate(contact, &at);
+    else
+        contact_evaluate(contact, &at, 0.0);
     contact->fresh = false;
     contact->spring = NULL;
     return contact->spring_count > capacity ? -1 : contact->spring_count;

@@ -49,8 +49,12 @@ bool contact_is_near(const Contact *contact);
 // Chooses the proxy's motion in a substep, towards the tool's pose; before its first stage.
 void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, double h);
 // Adds the contact's forces to the body's nodes for this evaluation, with the proxy a `fraction` of
-// its way along; `weight` is the stage's share of the substep's impulse. At every stage.
+// its way along; `weight` is the stage's share of the substep's impulse. At every stage. With
+// solids only evaluates them.
 void contact_apply(Contact *contact, double fraction, double weight, double h);
+// With solids: gives the nodes their impulses of this substep, after the body's own kick, and the
+// proxy its motion (README.md, "Contact of solids"). Others have nothing left to do.
+void contact_kick(Contact *contact, const Stage *stage, double h);
 // Updates the friction's memory; after the last stage of a substep.
 void contact_end_substep(Contact *contact);
 // Completes the work in the sums; after a good tick, with its result as the current state.
@@ -77,6 +81,7 @@ typedef struct ContactSpring {
     // Sideways yield, for a point that stays while the tool moves: the force acts from it, and so
     // turns as the tool moves around. force / distance [N/m]; negative: it pulls back.
     double yield;
+    bool stays; // the point stays in the face (solids), else it slides in it towards the tool
 } ContactSpring;
 
 // Lists the springs at the end of the last tick, without friction; between two ticks. Returns their

@@ -73,8 +73,9 @@ static const double FIRM = 2.0;
 // Returns the stiffness of the contacts with a tool, relative to the body's own.
 static double share_of(const Body *body, const ToolOptions *tool)
 {
-    // A face penalty adds at most a lambda_b a capsule; a plane acts on nodes: a third of that.
-    const double of_capsule = body->surface.solid ? CONTACT_SOLID_BOUND : 1.0;
+    // A face penalty adds at most a lambda_b a capsule, implicit contact with solids nothing; a
+    // plane acts on nodes: a third of a lambda_b.
+    const double of_capsule = body->surface.solid ? 0.0 : 1.0;
     const double count = of_capsule * tool->capsule_count + (tool->has_plane ? 1.0 / 3.0 : 0.0);
     return count * body->contact_ratio;
 }
@@ -181,6 +182,29 @@ static void create_memory(Contact *contact, const char *name, Arena *arena, Stat
     }
 }
 
+static void create_for_wall(Contact *contact, const char *name, Arena *arena)
+{
+    contact->distance = ALLOCATE(ARENA_CONTACT, contact->face_capacity, double, "distances");
+    contact->corners =
+        ALLOCATE(ARENA_CONTACT, contact->face_capacity, unsigned char, "nearest corners");
+    contact->seen_side = ALLOCATE(ARENA_CONTACT, contact->face_capacity, signed char, "seen sides");
+    contact->has_side = ALLOCATE(ARENA_CONTACT, contact->face_capacity, bool, "sides at all");
+    contact->side_from = ALLOCATE(ARENA_CONTACT, contact->face_capacity, int, "sides_from");
+    contact->push = ALLOCATE(ARENA_CONTACT, contact->push_capacity, Push, "pushes");
+}
+
+static void create_for_solid(Contact *contact, const char *name, Arena *arena, StateList *state)
+{
+    contact_solid_create(contact);
+    contact->yield = arena_allocate(arena, ARENA_CONTACT, (size_t)contact->node_capacity,
+                                    sizeof *contact->yield, "%s/yield", name);
+    contact->touched = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Touched, "touched nodes");
+    contact->touched_node = ALLOCATE(ARENA_CONTACT, contact->node_capacity, int, "their numbers");
+    contact->clear = ALLOCATE(ARENA_CONTACT, 1, Vec3, "clear of the body");
+    state_add(state, contact->clear, sizeof *contact->clear, "%s/clear", name);
+    contact->impulse = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "impulses");
+}
+
 static void create_for_capsules(Contact *contact, const char *name, Arena *arena, StateList *state)
 {
     int nodes = contact->body->surface.node_count, faces = contact->body->surface.face_count;
@@ -193,10 +217,12 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
         contact->smallest_radius = fmin(contact->smallest_radius, capsule->radius);
         contact->lever =
             fmax(contact->lever, fmax(vec3_length(capsule->from), vec3_length(capsule->to)));
+        if (contact->body->surface.solid)
+            continue;
         contact->side[k] = ALLOCATE(ARENA_CONTACT, faces, signed char, "sides");
         state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
     }
-    if (body_changes(contact->body))
+    if (body_changes(contact->body) && !contact->body->surface.solid)
         create_memory(contact, name, arena, state);
     contact->node = ALLOCATE(ARENA_CONTACT, nodes, int, "nodes");
     contact->local = ALLOCATE(ARENA_CONTACT, nodes, int, "local numbers");
@@ -211,18 +237,13 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
         contact->gap_begin[k] =
             ALLOCATE(ARENA_CONTACT, contact->face_capacity, double, "distances before");
     contact->candidate = ALLOCATE(ARENA_CONTACT, contact->face_capacity, Candidate, "candidates");
-    contact->distance = ALLOCATE(ARENA_CONTACT, contact->face_capacity, double, "distances");
-    contact->corners =
-        ALLOCATE(ARENA_CONTACT, contact->face_capacity, unsigned char, "nearest corners");
-    contact->seen_side = ALLOCATE(ARENA_CONTACT, contact->face_capacity, signed char, "seen sides");
-    contact->has_side = ALLOCATE(ARENA_CONTACT, contact->face_capacity, bool, "sides at all");
-    contact->side_from = ALLOCATE(ARENA_CONTACT, contact->face_capacity, int, "sides_from");
-    contact->push = ALLOCATE(ARENA_CONTACT, contact->push_capacity, Push, "pushes");
     contact->x = ALLOCATE(ARENA_CONTACT, contact->ring_capacity, Vec3, "positions");
     contact->x_begin = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "positions before");
     contact->node_normal = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "node normals");
     if (contact->body->surface.solid)
-        contact->ridge = ALLOCATE(ARENA_CONTACT, contact->node_capacity, double, "ridges");
+        create_for_solid(contact, name, arena, state);
+    else
+        create_for_wall(contact, name, arena);
 }
 
 Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, Body *body,

@@ -21,7 +21,9 @@ typedef struct Proxy {
     Quat orientation;
     Vec3 bristle[TOOL_SHAPES]; // tangential memory of each capsule's friction [m]
     int64_t crossed_only;      // 1: in the last substep only faces that the axis has crossed acted
-    double away; // time that only crossed faces acted while the pose was clear of the body [s]
+    // Hollow walls: time that only crossed faces acted while the pose was clear of the body [s].
+    // Solids: time in which the force of a tool that was inside still grows to max_force [s].
+    double away;
 } Proxy;
 
 // One push between a capsule and a face, kept until friction is added.
@@ -42,13 +44,6 @@ typedef struct PushSums {
 // Largest step of the proxy in a substep, relative to the radius.
 #define CONTACT_STEP_CAP 0.25
 
-// Relative to the radius: least distance of the axis from a solid's faces, and largest distance at
-// which a solid's face then acts.
-#define CONTACT_SOLID_FLOOR (1.0 / 3.0)
-#define CONTACT_SOLID_REACH 1.14
-// Factor on the bounds for the push of a solid's faces, relative to a pair along its distance.
-#define CONTACT_SOLID_BOUND 1.3
-
 // Largest distance of a crossed wall behind a tool with a proxy, relative to the radius. The proxy
 // steps back before its axis reaches a wall, so a wall whose back is visible farther off was not
 // crossed but seen through another wall.
@@ -61,6 +56,15 @@ typedef struct PushSums {
 
 enum { CONTACT_PUSHES = 2048 }; // at most, with friction; more pushes act without it
 
+// A node that a tool touches, with solids.
+typedef struct Touched {
+    int local;
+    double mass; // [kg]; 0: it cannot move
+    Vec3 swing;  // velocity of the tool's point there by its rotation [m/s]
+} Touched;
+
+enum { CONTACT_POINTS = 16 }; // of a face of a solid, at most
+
 // The result of one evaluation at one placement.
 typedef struct ContactForces {
     Vec3 force;          // on the tool [N]
@@ -68,7 +72,9 @@ typedef struct ContactForces {
     Vec3 point, normal;  // force-weighted sums
     double weight;       // sum of normal forces [N]
     double stiffness[6]; // sum k n n^T: xx yy zz xy xz yz [N/m]
-    double floor;        // smallest (signed distance - least allowed) of an acting face [m]
+    double floor;        // smallest (signed distance - least allowed) of an acting face [m];
+                         // solids: least distance of an axis
+    double energy;       // of the potential, solids only [J]
     double depth;        // largest overlap [m]
     int acting, crossed; // faces that act, and those among them that the axis has crossed
 } ContactForces;
@@ -104,7 +110,6 @@ struct Contact {
     Vec3 *x;              // [ring_capacity] position [m]
     Vec3 *v, *f;          // velocity [m/s], force [N]
     Vec3 *node_normal;    // area-weighted, not unit; zero on a border
-    double *ridge;        // solids only: height of a node above its neighbours, in edges
     ToolPlacement begin;  // of the proxy
     Vec3 *x_begin;        // [m]
     double *gap_begin[TOOL_SHAPES]; // distance per capsule [m]
@@ -128,6 +133,18 @@ struct Contact {
     ContactSpring *spring;
     int spring_count, spring_capacity;
     double spring_turn; // of the pair: rotation of the normal per sideways motion of the tool [1/m]
+
+    // --- solids only ---
+    // Points spread over a face, where it feels the tool: barycentric weights.
+    int point_count;
+    double point_weight[CONTACT_POINTS][3];
+    double (*yield)[6]; // of a local node: bound of how its force falls as it moves [N/m]
+    double limit;       // of the force now [N]
+    Vec3 *clear;        // where the tool last was clear of the body [m]; state
+    int touched_count;  // nodes within the tool; by their number:
+    Touched *touched;
+    int *touched_node;
+    Vec3 *impulse; // [N s]
 
     double kicked; // half the duration of the forces `f` whose work is half counted [s], or 0
     ContactSums sums;
@@ -154,6 +171,25 @@ void contact_nearest_pair(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere, ClosestP
 // Decides the side of new candidates and forgets that of old ones; call when the candidates are
 // known.
 void contact_update_sides(Contact *contact, const ToolPlacement *at);
+
+// contact_solid.c: computes the potential of a solid and a tool at a placement, its forces on the
+// nodes and what bounds their change; then the impulses of a substep, after the body's own kick.
+void contact_solid_evaluate(Contact *contact, const ToolPlacement *at);
+void contact_solid_kick(Contact *contact, const Stage *stage, double h);
+// Measures the candidates at the start of a tick. Returns true if the tool is inside of the solid:
+// `out` leads its origin out again.
+bool contact_solid_look(Contact *contact, const ToolPlacement *at, Vec3 *out);
+// Spreads the points over the faces. Load time.
+void contact_solid_create(Contact *contact);
+
+// contact_force.c: stiffness of the contact of a face [N/m].
+double contact_face_stiffness(const Body *body, int face);
+double contact_friction(const Contact *contact);
+// Returns how much nearer any face may be to any point of the tool's axes than at the tick's start.
+double contact_approach(const Contact *contact, const ToolPlacement *at);
+// Records a spring for contact_springs, of stiffness [N/m]; `yield` and `stays` as there.
+void contact_note_spring(Contact *contact, const Candidate *candidate, const double weight[3],
+                         Vec3 normal, double stiffness, double yield, bool stays);
 
 // contact_force.c: computes forces on the tool and, in `f`, on the local nodes, at a placement and
 // the current x and v. `dt`: time by which friction's memory advances [s].

@@ -30,7 +30,7 @@ static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
                 mark_face(contact, surface->node_face[k]);
         }
         const signed char *side = contact->side[shape];
-        for (int f = 0; f < surface->face_used; f++) {
+        for (int f = 0; side != NULL && f < surface->face_used; f++) {
             uint64_t eight; // nearly all are 0: check eight at a time
             while (f + 8 <= surface->face_used && (memcpy(&eight, side + f, 8), eight == 0))
                 f += 8;
@@ -124,7 +124,7 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
                 continue;
             contact->refused += reached;
             contact->mark[word] &= ~(bits & -bits);
-            for (int shape = 0; shape < contact->tool->capsule_count; shape++)
+            for (int shape = 0; shape < contact->tool->capsule_count && !surface->solid; shape++)
                 contact->side[shape][face] = 0;
         }
     }
@@ -157,24 +157,6 @@ static Vec3 node_normal(const Contact *contact, int node)
     return sum;
 }
 
-// Returns the height of a node above its neighbours, along its normal, in edges: 0 on a plane, 0.35
-// and more at a cube's edges and corners, negative in a hollow.
-static double node_ridge(const Contact *contact, int node, Vec3 normal)
-{
-    const BodySurface *surface = &contact->body->surface;
-    Vec3 sum = {0.0, 0.0, 0.0}, x = contact->x[contact->local[node]];
-    double length = 0.0;
-    for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
-        const int *corner = surface->face[surface->node_face[k]];
-        for (int c = 0; c < 3; c++) { // the node itself adds nothing
-            Vec3 away = vec3_sub(x, contact->x[contact->local[corner[c]]]);
-            sum = vec3_add(sum, away);
-            length += vec3_length(away);
-        }
-    }
-    return length > 0.0 ? vec3_dot(sum, vec3_unit(normal)) / length : 0.0;
-}
-
 static void compute_node_normals(Contact *contact)
 {
     const BodySurface *surface = &contact->body->surface;
@@ -195,9 +177,6 @@ static void compute_node_normals(Contact *contact)
     for (int i = 0; i < own; i++) // without a ring, as on a border: the face's own normal decides
         contact->node_normal[i] =
             i < whole ? node_normal(contact, contact->node[i]) : (Vec3){0.0, 0.0, 0.0};
-    for (int i = 0; i < own && contact->ridge != NULL; i++)
-        contact->ridge[i] =
-            i < whole ? node_ridge(contact, contact->node[i], contact->node_normal[i]) : 1.0;
     for (int i = 0; i < contact->local_count; i++)
         contact->local[contact->node[i]] = -1;
     contact->local_count = own; // the ring was needed for the normals only
@@ -226,7 +205,8 @@ void contact_find_candidates(Contact *contact, const ToolPlacement *at, double m
     keep_candidates(contact, at, margin);
     compute_node_normals(contact);
     contact->begin = *at;
-    contact_update_sides(contact, at);
+    if (!contact->body->surface.solid)
+        contact_update_sides(contact, at);
 }
 
 // --- after a change of topology ------------------------------------------------------------------
@@ -275,7 +255,7 @@ void contact_topology_changed(Contact *contact, const TopologyChange *change)
 {
     if (contact->is_plane)
         follow_nodes(contact->plane_bristle, change);
-    else
+    else if (!contact->body->surface.solid)
         for (int shape = 0; shape < contact->tool->capsule_count; shape++)
             follow_faces(contact, shape, change);
     contact_forget_candidates(contact);

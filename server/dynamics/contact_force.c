@@ -80,8 +80,7 @@ static void add_force(Contact *contact, const Candidate *candidate, const double
             vec3_madd(contact->f[candidate->node[k]], -weight[k], force);
 }
 
-// Returns the contact stiffness of a face [N/m].
-static double face_stiffness(const Body *body, int face)
+double contact_face_stiffness(const Body *body, int face)
 {
     double stiffness = body->contact_kappa * body->surface.face_area[face];
     const double *firmness = body->surface.face_firmness;
@@ -96,14 +95,13 @@ static double node_stiffness(const Body *body, int node)
     return firmness != NULL ? stiffness * firmness[node] : stiffness;
 }
 
-static double friction_of(const Contact *contact)
+double contact_friction(const Contact *contact)
 {
     return contact->tool->has_friction ? contact->tool->friction : contact->body->tuning.friction;
 }
 
-// Records a spring for contact_springs.
-static void note_spring(Contact *contact, const Candidate *candidate, const double weight[3],
-                        Vec3 normal, double stiffness, double depth)
+void contact_note_spring(Contact *contact, const Candidate *candidate, const double weight[3],
+                         Vec3 normal, double stiffness, double yield, bool stays)
 {
     int i = contact->spring_count++;
     if (i >= contact->spring_capacity)
@@ -115,7 +113,8 @@ static void note_spring(Contact *contact, const Candidate *candidate, const doub
     }
     spring->normal = normal;
     spring->stiffness = stiffness;
-    spring->yield = stiffness * depth * contact->spring_turn;
+    spring->yield = yield;
+    spring->stays = stays;
 }
 
 // Adds the push of one pair: `share` of the face's stiffness, along `normal`, for an overlap
@@ -125,7 +124,7 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
 {
     const Candidate *candidate = &contact->candidate[index];
     ContactForces *sum = &contact->forces;
-    double stiffness = face_stiffness(contact->body, candidate->face);
+    double stiffness = contact_face_stiffness(contact->body, candidate->face);
     Vec3 relative = vec3_sub(tool_velocity(at, point), node_velocity(contact, candidate, weight));
     double separating = vec3_dot(relative, normal);
     // Damped, but never adhesive.
@@ -145,9 +144,11 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
     sum->point = vec3_madd(sum->point, force, point);
     sum->normal = vec3_madd(sum->normal, force, normal);
     if (contact->spring != NULL)
-        note_spring(contact, candidate, weight, normal, k, depth);
+        contact_note_spring(contact, candidate, weight, normal, k, k * depth * contact->spring_turn,
+                            false);
     // Friction needs the push again, with its slip.
-    if (force > 0.0 && friction_of(contact) > 0.0 && contact->push_count < contact->push_capacity) {
+    if (force > 0.0 && contact_friction(contact) > 0.0 &&
+        contact->push_count < contact->push_capacity) {
         contact->push[contact->push_count++] =
             (Push){.candidate = index, .weight = {weight[0], weight[1], weight[2]}, .force = force};
         PushSums *sums = &contact->push_sums;
@@ -245,8 +246,7 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
     forces->acting++;
     forces->crossed += face->crossed || face->turn < 0;
     forces->depth = fmax(forces->depth, depth);
-    double least = contact->body->surface.solid ? CONTACT_SOLID_FLOOR : AXIS_FLOOR;
-    forces->floor = fmin(forces->floor, phi - least * radius);
+    forces->floor = fmin(forces->floor, phi - AXIS_FLOOR * radius);
     // Each pair pushes along its own direction; without a distance, along the face's normal.
     for (int j = 0; j < face->pair_count; j++) {
         if (share[j] == 0.0)
@@ -262,108 +262,6 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
                                 vec3_sub(pair->on_segment, pair->on_triangle));
         add_push(contact, at, index, pair->weight, pair->on_triangle, normal, depth,
                  share[j] / sum);
-    }
-}
-
-// --- one face of a solid and one capsule (README.md, "Contact of solids") ---
-//
-// Along the distance to its nearest point a face beside a tool is pushed sideways, so that a ball
-// at height z above a flat wall of small faces feels only pi kappa z (r - z)^2, which is largest at
-// z = r / 3, 0.47 kappa r^3. Where faces are flat or hollow and small against the tool, how deep it
-// lies in them is measured along their own normal instead: with the height H of the axis above the
-// face, and rho beside it,
-//   phi = H + r q(rho / r),   q(s) = 1 - sqrt(1 - s^2), from slope 1 on a straight line,
-// which is the shape of the ball up to 45 degrees, then a cone. That is the same where it touches,
-// and its force goes on rising while the axis comes nearer: 1.2 kappa r^3 at r / 3. The nearest
-// point is the same, as H is that of the whole face, so that the gradient is exact for a ball, and
-// closed loops give no work. At ridges, where faces turn away from the tool, the distance decides.
-//
-// Straight on, until the axis was inside, was tried too: forces rise further, but a ball held at
-// its floor trembles by 30 %.
-
-// Limits of the radius, relative to the edge of a square of two faces: the normal counts partly
-// from the first on, fully from the second. The
-// square of the gradient is 2 on the cone, but only faces that turn the same corner or edge to the
-// tool are there: with these limits a node bears 1.3 times the bound's share at most (rings of 4 to
-// 8 faces, by search), and 1.0 from twice the edge on.
-static const double FLAT_FROM = 0.5, FLAT_ALL = 1.25;
-static const double RIDGE_FROM = 0.05, RIDGE_ALL = 0.2; // node_ridge: a ridge from there on, wholly
-
-// Returns a smooth step from 0 to 1 between two limits.
-static double rise(double x, double low, double high)
-{
-    double t = fmin(1.0, fmax(0.0, (x - low) / (high - low)));
-    return t * t * (3.0 - 2.0 * t);
-}
-
-// Returns the weight of the face's normal against the distance. Constant in a tick, so that it does
-// no work.
-static double flatness(const Contact *contact, const Candidate *candidate, double radius)
-{
-    double edge = sqrt(2.0 * contact->body->surface.face_area[candidate->face]), ridge = -1.0;
-    for (int k = 0; k < 3; k++)
-        ridge = fmax(ridge, contact->ridge[candidate->node[k]]);
-    return rise(radius / edge, FLAT_FROM, FLAT_ALL) * (1.0 - rise(ridge, RIDGE_FROM, RIDGE_ALL));
-}
-
-// Computes the signed distance of a pair and its gradient, whose length is not 1.
-static double measure_flat(const ClosestPair *pair, Vec3 normal, double flat, double radius,
-                           Vec3 *gradient)
-{
-    const double knee = 0.70710678118654752; // sqrt(1/2): slope 1
-    Vec3 away = vec3_sub(pair->on_segment, pair->on_triangle);
-    double height = vec3_dot(away, normal);
-    Vec3 beside = vec3_madd(away, -height, normal);
-    double s = vec3_length(beside) / radius, slope = 1.0, q = 1.0 - 2.0 * knee + s;
-    if (s < knee) {
-        double root = sqrt(1.0 - s * s);
-        slope = s / root;
-        q = 1.0 - root;
-    }
-    *gradient = vec3_scale(flat, vec3_madd(normal, slope, vec3_unit(beside)));
-    *gradient = vec3_madd(*gradient, 1.0 - flat, vec3_unit(away));
-    return flat * (height + radius * q) + (1.0 - flat) * pair->distance;
-}
-
-// Adds the pushes of a face seen from its front; like push_face.
-static void push_solid(Contact *contact, const ToolPlacement *at, int index,
-                       const FaceDistance *face, int side, double radius)
-{
-    const Candidate *candidate = &contact->candidate[index];
-    const double flat = flatness(contact, candidate, radius), eps = SOFT * radius;
-    // At ridges, and without a distance, the plain law of a face.
-    if (flat == 0.0 || face->crossed || face->distance < TOUCHING) {
-        if (face->phi < (1.0 + SOFT_REACH * SOFT) * radius)
-            push_face(contact, at, index, face, side, radius);
-        return;
-    }
-    double phi[DISTANCE_PAIRS], share[DISTANCE_PAIRS], least = (double)INFINITY, sum = 0.0;
-    Vec3 gradient[DISTANCE_PAIRS], normal = contact_face_normal(contact, candidate);
-    for (int j = 0; j < face->pair_count; j++) {
-        phi[j] = measure_flat(&face->pair[j], normal, flat, radius, &gradient[j]);
-        least = fmin(least, phi[j]);
-    }
-    // Soft minimum of the pairs, as in push_face.
-    for (int j = 0; j < face->pair_count; j++) {
-        share[j] = phi[j] - least > 20.0 * eps ? 0.0 : exp((least - phi[j]) / eps);
-        sum += share[j];
-    }
-    double depth = radius - (least - eps * log(sum));
-    if (!(depth > 0.0))
-        return;
-    ContactForces *forces = &contact->forces;
-    forces->acting++;
-    forces->depth = fmax(forces->depth, depth);
-    forces->floor = fmin(forces->floor, face->distance - CONTACT_SOLID_FLOOR * radius);
-    for (int j = 0; j < face->pair_count; j++) {
-        double size = vec3_length(gradient[j]);
-        if (share[j] == 0.0 || !(size > 0.0))
-            continue;
-        // Approximately the sideways curvature of phi, that of the ball.
-        contact->spring_turn = (flat / radius + (1.0 - flat) / face->pair[j].distance) / size;
-        // k depth gradient, along a unit vector: a spring of k size^2, compressed by depth / size.
-        add_push(contact, at, index, face->pair[j].weight, face->pair[j].on_triangle,
-                 vec3_scale(1.0 / size, gradient[j]), depth / size, share[j] / sum * size * size);
     }
 }
 
@@ -388,21 +286,12 @@ static bool is_locally_nearest(const Contact *contact, int index)
     return true;
 }
 
-// Returns how much nearer any face may be to any point of the tool's axes than at the tick's start.
-static double approach(const Contact *contact, const ToolPlacement *at)
+double contact_approach(const Contact *contact, const ToolPlacement *at)
 {
     const ToolPlacement *begin = &contact->begin;
     Quat turn = quat_multiply(at->orientation, quat_conjugate(begin->orientation));
     return contact->yielded + vec3_length(vec3_sub(at->position, begin->position)) +
            vec3_length(quat_to_rotation(turn)) * contact->lever;
-}
-
-// True if a face leads to a nearer way out of a solid than another one: the nearest face decides
-// whether an axis is inside; of several that the axis pierces, the shallowest.
-static bool is_nearer_way_out(const FaceDistance *face, const FaceDistance *than)
-{
-    return face->distance < than->distance ||
-           (face->distance == than->distance && face->phi > than->phi);
 }
 
 // Pushes out of the walls that the capsule crossed, of which the locally nearest faces push: that
@@ -434,38 +323,26 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
 {
     const Capsule *capsule = &contact->tool->capsule[shape];
     const double reach = (1.0 + SOFT_REACH * SOFT) * capsule->radius;
-    const bool solid = contact->body->surface.solid;
-    const double crossed_reach = contact->tool->kind == TOOL_STATIC ? (double)INFINITY
-                                 : solid                            ? reach
-                                         : CONTACT_CROSSED_REACH * capsule->radius;
+    const double crossed_reach = contact->tool->kind == TOOL_STATIC
+                                     ? (double)INFINITY
+                                     : CONTACT_CROSSED_REACH * capsule->radius;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
     bool sphere = contact_is_sphere(capsule);
     bool crossed = false;
-    const double farthest = solid ? CONTACT_SOLID_REACH * capsule->radius : reach;
-    const double may_act = fmax(farthest, crossed_reach) + approach(contact, at);
-    FaceDistance face, out = {.distance = (double)INFINITY};
-    int way_out = -1; // solids: the nearest face, if that one is seen from behind
+    const double may_act = fmax(reach, crossed_reach) + contact_approach(contact, at);
+    FaceDistance face;
     for (int i = 0; i < contact->candidate_count; i++) {
         const Candidate *candidate = &contact->candidate[i];
         int side = contact->side[shape][candidate->face];
         if (side == 0 || contact->gap_begin[shape][i] > may_act)
             continue;
         measure_face(contact, candidate, p, q, sphere, side, &face);
-        if (solid && is_nearer_way_out(&face, &out)) {
-            out = face;
-            way_out = face.phi < 0.0 ? i : -1;
-        }
-        if (!solid && face.phi < 0.0 && face.distance < crossed_reach)
+        if (face.phi < 0.0 && face.distance < crossed_reach)
             crossed = true;
-        else if (solid && face.phi >= 0.0 && face.phi < CONTACT_SOLID_REACH * capsule->radius)
-            push_solid(contact, at, i, &face, side, capsule->radius);
         else if (face.phi >= 0.0 && face.phi < reach)
             push_face(contact, at, i, &face, side, capsule->radius);
     }
-    if (way_out >= 0 && out.distance < crossed_reach)
-        push_face(contact, at, way_out, &out,
-                  contact->side[shape][contact->candidate[way_out].face], capsule->radius);
     if (crossed)
         push_crossed(contact, at, shape, crossed_reach);
 }
@@ -485,7 +362,7 @@ static void add_friction(Contact *contact, int first, Vec3 *bristle, double dt)
     double stiffness = sums->stiffness / normal_force;
     Vec3 s = vec3_madd(*bristle, dt, slip);
     s = vec3_madd(s, -vec3_dot(s, normal), normal);
-    const double cap = friction_of(contact) * normal_force;
+    const double cap = contact_friction(contact) * normal_force;
     double stretch = stiffness * vec3_length(s);
     Vec3 force;
     if (stretch > cap) { // sliding
@@ -526,7 +403,7 @@ static void evaluate_plane(Contact *contact, double dt)
             double push = stiffness * fmax(0.0, -height - body->contact_damping * leaving);
             Vec3 force = vec3_scale(push, plane->normal); // on the node
             // Friction as for capsules, one bristle per node.
-            const double cap = friction_of(contact) * push;
+            const double cap = contact_friction(contact) * push;
             if (cap > 0.0) {
                 Vec3 slip = vec3_madd(contact->v[i], -leaving, plane->normal);
                 bristle = vec3_madd(contact->plane_bristle[contact->node[i]], dt, slip);

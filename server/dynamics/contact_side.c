@@ -6,9 +6,7 @@
 // is seen, because it went around the edge; behind it, the tool has crossed both. Faces beyond a
 // fold are seen from behind, through the wall, until the tool comes around to them, so a side seen
 // from afar must not be remembered.
-// A solid has no interior in which a tool could be: its undecided faces always push from outside,
-// and nothing is remembered.
-// outside, always, and nothing is remembered.
+// Solids have no sides: contact_solid.c.
 #include "dynamics/contact_data.h"
 
 #include "geometry/distance.h"
@@ -123,7 +121,6 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
     signed char *side = contact->side[shape];
     // Static tools have no proxy that keeps them in front: every face is on the same side, however
     // far behind.
-    const bool solid = contact->body->surface.solid;
     const double remember_within = contact->tool->kind == TOOL_STATIC
                                        ? (double)INFINITY
                                        : CONTACT_CROSSED_REACH * capsule->radius;
@@ -142,10 +139,6 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
         const Candidate *candidate = &contact->candidate[i];
         if (contact->side_from[i] != i)
             continue;
-        if (solid) {
-            side[candidate->face] = 1;
-            continue;
-        }
         // A wall out of contact has not been crossed.
         if (!contact->has_side[i] || contact->distance[i] > remember_within)
             side[candidate->face] = contact->seen_side[i];

@@ -190,8 +190,8 @@ static Region choose_region(const StiffnessEstimator *all, const Contact *contac
     return region;
 }
 
-// Adds the sideways yield of a spring whose point does not follow the tool: at a corner in every
-// direction, at an edge across it, inside a face in none.
+// Adds the sideways yield of a spring whose point does not follow the tool: at a corner, and where
+// it stays, in every direction, at an edge across it, inside a face in none.
 static void add_yield(const Contact *contact, const ContactSpring *spring, double yield[6])
 {
     const Vec3 axis[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
@@ -201,7 +201,7 @@ static void add_yield(const Contact *contact, const ContactSpring *spring, doubl
         corners += spring->weight[k] > 0.0;
         off = spring->weight[k] > 0.0 ? off : k;
     }
-    if (corners == 1) {
+    if (corners == 1 || spring->stays) {
         for (int c = 0; c < 3; c++)
             add_outer(yield, spring->yield, axis[c], axis[c]);
         add_outer(yield, -spring->yield, n, n);

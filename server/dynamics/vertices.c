@@ -189,6 +189,21 @@ void vertices_add_forces(void *model, const int *vertex, int count, const Vec3 *
         vertices_add_force(vertices, vertex[i], force[i]);
 }
 
+void vertices_kick(Vertices *vertices, int vertex, Vec3 impulse, double drift)
+{
+    const Rows *rows = &vertices->rows;
+    void *row = vertices->row[1 - vertices->current]; // what the advance has written
+    const double by_mass = rows_get(rows, vertices->inverse_mass, vertex);
+    const Vec3 dv = vec3_scale(by_mass, rows_turn_in(rows, impulse));
+    const double part[3] = {dv.x, dv.y, dv.z};
+    for (int c = 0; c < 3; c++) {
+        const long at = (long)vertex * ROW + c;
+        rows_put(rows, row, at, rows_get(rows, row, at) + drift * part[c]);
+        rows_put(rows, row, at + 4, rows_get(rows, row, at + 4) + part[c]);
+    }
+    vertices->bad |= !(vec3_length(dv) <= SPEED_LIMIT);
+}
+
 static void list_loads(Vertices *vertices)
 {
     vertices->loaded_count = 0;

@@ -97,6 +97,8 @@ bool vertices_check(const Vertices *vertices);
 
 // In the world frame [N].
 void vertices_add_force(Vertices *vertices, int vertex, Vec3 force);
+// Adds an impulse [N s] to a vertex that has been advanced; its position follows by `drift` [s].
+void vertices_kick(Vertices *vertices, int vertex, Vec3 impulse, double drift);
 // After the state list was restored: lists the loads again.
 void vertices_restored(Vertices *vertices);
 

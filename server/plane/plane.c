@@ -195,6 +195,21 @@ static void plane_add_forces(void *self, const int *node, int count, const Vec3 
                            (Vec3){force[i].x, force[i].y, 0.0});
 }
 
+// A vertex receives the impulses of both of its nodes.
+static void plane_kick_nodes(void *self, const int *node, int count, const Vec3 *impulse, double h,
+                             double drift)
+{
+    PlaneModel *model = self;
+    double *felt = model->cut != NULL ? model->cut->felt : NULL;
+    for (int i = 0; i < count; i++) {
+        const int vertex = model->node_vertex[node[i]];
+        const Vec3 in_plane = {impulse[i].x, impulse[i].y, 0.0};
+        vertices_kick(&model->vertices, vertex, in_plane, drift);
+        if (felt != NULL) // of both nodes of a vertex alike: half of its force each
+            felt[vertex] = fmax(felt[vertex], 4.0 * vec3_dot(in_plane, in_plane) / (h * h));
+    }
+}
+
 // Transforms the region to the rows' coordinates rather than every node to the world.
 static int plane_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
@@ -310,7 +325,7 @@ static const char *plane_isa(const void *self)
     .model = "voxel", .drift = vertices_drift, .evaluate = plane_evaluate, .commit = plane_commit, \
     .abandon = vertices_abandon, .check = plane_check, .restore = plane_restore,                   \
     .read_nodes = plane_read_nodes, .add_forces = plane_add_forces,                                \
-    .find_nodes = plane_find_nodes, .add_load = plane_add_load,                                    \
+    .kick_nodes = plane_kick_nodes, .find_nodes = plane_find_nodes, .add_load = plane_add_load,    \
     .clear_loads = vertices_clear_loads, .snapshot = plane_snapshot,                               \
     .snapshot_rest = plane_snapshot_rest, .read_state = vertices_read_state,                       \
     .measure = plane_measure, .is_fixed = plane_is_fixed, .set = plane_set,                        \

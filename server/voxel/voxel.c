@@ -101,6 +101,16 @@ static int voxel_find_nodes(const void *self, const Region *region, int *node, i
     return found;
 }
 
+static void voxel_kick_nodes(void *self, const int *node, int count, const Vec3 *impulse, double h,
+                             double drift)
+{
+    VoxelModel *model = self;
+    for (int i = 0; i < count; i++)
+        vertices_kick(&model->vertices, node[i], impulse[i], drift);
+    if (model->cuts != NULL)
+        cut_body_feel_kick(model->cuts, node, count, impulse, h);
+}
+
 // ---------------------------------------------------------------------------------------------
 // Out
 
@@ -177,12 +187,13 @@ static const char *voxel_isa(const void *self)
     .model = "voxel", .drift = vertices_drift, .evaluate = voxel_evaluate,                         \
     .commit = vertices_commit, .abandon = vertices_abandon, .check = voxel_check,                  \
     .restore = voxel_restore, .read_nodes = vertices_read_nodes,                                   \
-    .add_forces = vertices_add_forces, .find_nodes = voxel_find_nodes,                             \
-    .add_load = vertices_add_load, .clear_loads = vertices_clear_loads,                            \
-    .snapshot = voxel_snapshot, .snapshot_rows = voxel_snapshot_rows,                              \
-    .snapshot_rest = voxel_snapshot_rest, .read_state = vertices_read_state,                       \
-    .measure = voxel_measure, .is_fixed = vertices_is_fixed, .gather_patch = voxel_gather_patch,   \
-    .set = vertices_set, .restored = voxel_restored, .explain = voxel_explain, .isa = voxel_isa
+    .add_forces = vertices_add_forces, .kick_nodes = voxel_kick_nodes,                             \
+    .find_nodes = voxel_find_nodes, .add_load = vertices_add_load,                                 \
+    .clear_loads = vertices_clear_loads, .snapshot = voxel_snapshot,                               \
+    .snapshot_rows = voxel_snapshot_rows, .snapshot_rest = voxel_snapshot_rest,                    \
+    .read_state = vertices_read_state, .measure = voxel_measure, .is_fixed = vertices_is_fixed,    \
+    .gather_patch = voxel_gather_patch, .set = vertices_set, .restored = voxel_restored,           \
+    .explain = voxel_explain, .isa = voxel_isa
 #define OPERATIONS_OF_CUTTABLE                                                                     \
     OPERATIONS, .cut = cut_body_cut, .reconstruct = cut_body_reconstruct,                          \
                 .reserve_blades = cut_body_reserve_blades

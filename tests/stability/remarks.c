@@ -68,12 +68,6 @@ static const Remark REMARKS[] = {
     {"time step 1.1 of the bound, unsafe", "", "", VERDICT_RESET, BEYOND},
     {"time step 1.2 of the bound, unsafe", "", "", VERDICT_RESET, BEYOND},
     {"time step 2.5 of the bound, unsafe", "", "", VERDICT_RESET, BEYOND},
-    {"pressed by two radii", "voxel", "", VERDICT_TREMBLES,
-     "Known to be wrong: the contact of solids yields to a thin tool that is pressed so deep, "
-     "faces turn over under it, and the force does not settle."},
-    {"pressed by two radii", "voxel", "", VERDICT_SINKS,
-     "Known to be wrong: the contact of solids is as stiff as a share of the cells at the surface, "
-     "and yields to a thin tool that is pressed so deep."},
     {"node masses 1 : 1e6", "surface, choi2005, held", "", VERDICT_BOUNDED, CIRCLES},
     {"starts at random", "surface, choi2005, held", "", VERDICT_BOUNDED, CIRCLES},
     {"1e3 N", "surface, choi2005, held", "", VERDICT_BOUNDED, CIRCLES},

@@ -149,6 +149,14 @@ void cut_body_feel(VoxelCuts *cuts)
         cut_tear_feel(&cuts->tear);
 }
 
+void cut_body_feel_kick(VoxelCuts *cuts, const int *vertex, int count, const Vec3 *impulse,
+                        double h)
+{
+    double *felt = cuts->tear.felt;
+    for (int i = 0; i < count && felt != NULL; i++)
+        felt[vertex[i]] = fmax(felt[vertex[i]], vec3_dot(impulse[i], impulse[i]) / (h * h));
+}
+
 void cut_body_explain(const VoxelCuts *cuts, FILE *out)
 {
     fprintf(out, "    cuttable: room for %d vertices, %d triangles; %d divisions a tick\n",

@@ -36,6 +36,9 @@ void cut_body_reserve_blades(void *self, int blades, Arena *arena, StateList *st
 // --- parts of operations that all voxel bodies have ---
 // Records what pushes from outside; after vertices_begin.
 void cut_body_feel(VoxelCuts *cuts);
+// The same of impulses [N s] of a substep h [s] on some vertices.
+void cut_body_feel_kick(VoxelCuts *cuts, const int *vertex, int count, const Vec3 *impulse,
+                        double h);
 // Cuts stay: broken bits are no numbers that a reset restores.
 void cut_body_restore(VoxelCuts *cuts, RestoreMode mode);
 // After the state list was restored: derives everything that follows from it.

@@ -1,0 +1,424 @@
+// Contact with solids (README.md, "Contact of solids"): one potential of the tool's capsules and
+// the nodes, without memory and without branches that change a force by a jump, and its implicit
+// impulses on the nodes of each substep, with the proxy as a massless part of the same solve. Step
+// thread.
+#include "dynamics/contact_data.h"
+
+#include "geometry/distance.h"
+
+#include <string.h>
+
+// Distance of the axis at which the barrier begins [radius]: shallow presses feel the points alone.
+static const double BARRIER_FROM = 0.85;
+// Its stiffness as that of the points, of a `contact.stiffness` of so much, whatever the scene's:
+// with 32 and less the surface of block.cfg snapped past a probe pressed by two to four radii, and
+// the force fell by a tenth.
+static const double BARRIER_RATIO = 512.0;
+
+static const double BARRIER_LEAST = 1e-3; // nearer, the barrier's force goes straight on [radius]
+static const double SOFT = 0.01; // width of the soft minimum over a capsule's pairs [radius]
+// log 5, rounded up: how far the soft minimum of five pairs lies below them all [width]
+static const double SOFT_REACH = 1.61;
+static const double TOUCHING = 1e-9; // [m] closer, a pair has no direction of its own
+enum { PASSES = 4 };                 // at most, to find which nodes separate
+
+// --- where a face feels the tool -----------------------------------------------------------------
+
+// Divides every face into n x n equal triangles with a point in the middle of each, such that
+// points lie closer than half a radius, where faces are not much larger than the tool.
+void contact_solid_create(Contact *contact)
+{
+    const double edges = contact->body->surface.longest_edge / contact->smallest_radius;
+    const int n = edges > 2.2 ? 4 : edges > 1.5 ? 3 : 2;
+    const double third = 1.0 / 3.0;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; i + j < n; j++)
+            for (int turned = 0; turned < 2 && i + j + turned < n; turned++) {
+                double *w = contact->point_weight[contact->point_count++];
+                w[0] = (i + third * (1 + turned)) / n;
+                w[1] = (j + third * (1 + turned)) / n;
+                w[2] = 1.0 - w[0] - w[1];
+            }
+}
+
+// The way out for an axis that passes through a face, or whose nearest face shows its back.
+static bool leads_out(const Contact *contact, const Candidate *candidate,
+                      const ClosestPair *nearest, Vec3 p, Vec3 q, double radius, Vec3 *out)
+{
+    const Vec3 normal = contact_face_normal(contact, candidate);
+    if (!(nearest->distance > TOUCHING)) { // crossed: the end behind the face leaves by its front
+        const Vec3 x = contact->x[candidate->node[0]];
+        const double at_p = vec3_dot(vec3_sub(p, x), normal),
+                     at_q = vec3_dot(vec3_sub(q, x), normal);
+        *out = vec3_scale(radius - fmin(at_p, at_q), normal);
+        return true;
+    }
+    if (contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
+                     nearest->on_segment) >= 0)
+        return false;
+    const Vec3 away = vec3_sub(nearest->on_triangle, nearest->on_segment);
+    *out = vec3_scale((nearest->distance + radius) / nearest->distance, away);
+    return true;
+}
+
+bool contact_solid_look(Contact *contact, const ToolPlacement *at, Vec3 *out)
+{
+    bool inside = false;
+    contact->forces.depth = 0.0;
+    for (int shape = 0; shape < contact->tool->capsule_count && !inside; shape++) {
+        const Capsule *capsule = &contact->tool->capsule[shape];
+        ClosestPair nearest, least = {.distance = (double)INFINITY};
+        int way = -1;
+        Vec3 p, q;
+        contact_axis(capsule, at, &p, &q);
+        for (int i = 0; i < contact->candidate_count; i++) {
+            const Candidate *candidate = &contact->candidate[i];
+            const Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
+                               contact->x[candidate->node[2]]};
+            nearest = (ClosestPair){0};
+            contact_nearest_pair(x, p, q, contact_is_sphere(capsule), &nearest);
+            contact->gap_begin[shape][i] = nearest.distance;
+            if (nearest.distance < least.distance) {
+                least = nearest;
+                way = i;
+            }
+        }
+        contact->forces.depth = fmax(contact->forces.depth, capsule->radius - least.distance);
+        if (way >= 0)
+            inside =
+                leads_out(contact, &contact->candidate[way], &least, p, q, capsule->radius, out);
+    }
+    return inside;
+}
+
+// --- the potential -------------------------------------------------------------------------------
+
+// Returns the derivative of the barrier -(s - s0)^2 log(s / s0) (Li et al. 2020, Incremental
+// Potential Contact, equation 6), and its second one, at a distance of s radii.
+static double barrier(double s, double *curvature)
+{
+    const double s0 = BARRIER_FROM, at = fmax(s, BARRIER_LEAST), off = at - s0;
+    const double log_ratio = log(at / s0);
+    const double slope = -2.0 * off * log_ratio - off * off / at;
+    *curvature = -2.0 * log_ratio - 4.0 * off / at + off * off / (at * at);
+    return slope + *curvature * (s - at);
+}
+
+static double barrier_energy(double s)
+{
+    const double s0 = BARRIER_FROM, at = fmax(s, BARRIER_LEAST), off = at - s0;
+    double curvature, slope = barrier(at, &curvature);
+    return -off * off * log(at / s0) + (s - at) * (slope + 0.5 * curvature * (s - at));
+}
+
+// Adds a push at a point of a face: a force on the tool along `normal`, the opposite on the nodes,
+// and the stiffness with which it grows.
+static void add_push(Contact *contact, const Candidate *candidate, const double weight[3],
+                     Vec3 point, Vec3 normal, double force, double stiffness, double distance,
+                     bool stays)
+{
+    ContactForces *sum = &contact->forces;
+    sum->weight += force;
+    sum->point = vec3_madd(sum->point, force, point);
+    sum->normal = vec3_madd(sum->normal, force, normal);
+    if (contact->spring != NULL)
+        contact_note_spring(contact, candidate, weight, normal, stiffness, force / distance, stays);
+    const Vec3 n = vec3_scale(stiffness, normal);
+    const double k[6] = {n.x * normal.x, n.y * normal.y, n.z * normal.z,
+                         n.x * normal.y, n.x * normal.z, n.y * normal.z};
+    for (int c = 0; c < 3; c++) {
+        const int i = candidate->node[c];
+        contact->f[i] = vec3_madd(contact->f[i], -weight[c] * force, normal);
+        for (int j = 0; j < 6; j++)
+            contact->yield[i][j] += weight[c] * k[j];
+    }
+}
+
+// Adds the pushes of points spread over a face: each as far as it lies inside the capsule.
+static void push_points(Contact *contact, const Candidate *candidate, const Vec3 x[3], Vec3 p,
+                        Vec3 q, double radius, double stiffness)
+{
+    const double share = stiffness / contact->point_count;
+    const Vec3 axis = vec3_sub(q, p);
+    const double length2 = vec3_dot(axis, axis);
+    for (int k = 0; k < contact->point_count; k++) {
+        const double *w = contact->point_weight[k];
+        Vec3 z = vec3_madd(vec3_madd(vec3_scale(w[0], x[0]), w[1], x[1]), w[2], x[2]);
+        Vec3 away = vec3_sub(p, z);
+        if (length2 > 0.0)
+            away = vec3_madd(away, fmin(1.0, fmax(0.0, -vec3_dot(away, axis) / length2)), axis);
+        const double distance2 = vec3_dot(away, away);
+        if (distance2 >= radius * radius || distance2 < TOUCHING * TOUCHING)
+            continue;
+        const double distance = sqrt(distance2), depth = radius - distance;
+        ContactForces *sum = &contact->forces;
+        sum->acting++;
+        sum->depth = fmax(sum->depth, depth);
+        sum->energy += 0.5 * share * depth * depth;
+        add_push(contact, candidate, w, z, vec3_scale(1.0 / distance, away), share * depth, share,
+                 distance, true);
+    }
+}
+
+// Adds the barrier between a face and the capsule's axis, of the soft minimum of their distances
+// (README.md, "Capsules").
+static void push_barrier(Contact *contact, const Candidate *candidate, const Vec3 x[3], Vec3 p,
+                         Vec3 q, bool sphere, double radius, double stiffness)
+{
+    ClosestPair pair[DISTANCE_PAIRS];
+    int pairs = DISTANCE_PAIRS;
+    if (sphere) {
+        distance_point_triangle(p, x, &pair[0]);
+        pair[0].on_segment = p;
+        pairs = 1;
+    } else {
+        double along, weight[3];
+        if (distance_segment_crosses(p, q, x, &along, weight)) {
+            contact->forces.floor = 0.0; // inside: the next tick leads the proxy out
+            return;
+        }
+        distance_segment_triangle_pairs(p, q, x, pair);
+    }
+    double least = pair[0].distance, share[DISTANCE_PAIRS], sum = 0.0;
+    for (int j = 1; j < pairs; j++)
+        least = fmin(least, pair[j].distance);
+    const double eps = SOFT * radius;
+    for (int j = 0; j < pairs; j++) {
+        share[j] =
+            pair[j].distance - least > 20.0 * eps ? 0.0 : exp((least - pair[j].distance) / eps);
+        sum += share[j];
+    }
+    const double s = (least - eps * log(sum)) / radius;
+    ContactForces *forces = &contact->forces;
+    forces->floor = fmin(forces->floor, least);
+    if (s >= BARRIER_FROM)
+        return;
+    double curvature;
+    const double force = -stiffness * radius * barrier(s, &curvature);
+    forces->acting++;
+    forces->depth = fmax(forces->depth, radius - least);
+    forces->energy += stiffness * radius * radius * barrier_energy(s);
+    for (int j = 0; j < pairs; j++) {
+        if (share[j] == 0.0 || pair[j].distance < TOUCHING)
+            continue;
+        // Where two pairs are equally near, the force turns from one to the other within eps.
+        const double part = share[j] / sum, turn = force * part * (1.0 - part) / eps;
+        Vec3 normal =
+            vec3_scale(1.0 / pair[j].distance, vec3_sub(pair[j].on_segment, pair[j].on_triangle));
+        add_push(contact, candidate, pair[j].weight, pair[j].on_triangle, normal, part * force,
+                 part * stiffness * curvature + turn, pair[j].distance, false);
+    }
+}
+
+static void evaluate_shape(Contact *contact, const ToolPlacement *at, int shape, double approach)
+{
+    const Capsule *capsule = &contact->tool->capsule[shape];
+    const bool sphere = contact_is_sphere(capsule);
+    const double radius = capsule->radius;
+    const double ratio = contact->body->contact_ratio;
+    const double barrier = ratio > 0.0 ? fmax(1.0, BARRIER_RATIO / ratio) : 0.0;
+    Vec3 p, q;
+    contact_axis(capsule, at, &p, &q);
+    for (int i = 0; i < contact->candidate_count; i++) {
+        if (contact->gap_begin[shape][i] >= radius + approach)
+            continue;
+        const Candidate *candidate = &contact->candidate[i];
+        const Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
+                           contact->x[candidate->node[2]]};
+        const double stiffness = contact_face_stiffness(contact->body, candidate->face);
+        push_points(contact, candidate, x, p, q, radius, stiffness);
+        if (contact->gap_begin[shape][i] < (BARRIER_FROM + SOFT_REACH * SOFT) * radius + approach)
+            push_barrier(contact, candidate, x, p, q, sphere, radius, barrier * stiffness);
+    }
+}
+
+void contact_solid_evaluate(Contact *contact, const ToolPlacement *at)
+{
+    contact->forces = (ContactForces){.floor = (double)INFINITY};
+    memset(contact->f, 0, (size_t)contact->local_count * sizeof *contact->f);
+    memset(contact->yield, 0, (size_t)contact->local_count * sizeof *contact->yield);
+    const double approach = contact_approach(contact, at);
+    for (int shape = 0; shape < contact->tool->capsule_count; shape++)
+        evaluate_shape(contact, at, shape, approach);
+    // The nodes that are touched, in ascending order.
+    contact->touched_count = 0;
+    for (int i = 0; i < contact->local_count; i++)
+        if (contact->yield[i][0] + contact->yield[i][1] + contact->yield[i][2] > 0.0) {
+            contact->touched_node[contact->touched_count] = contact->node[i];
+            contact->touched[contact->touched_count++].local = i;
+        }
+}
+
+// --- the impulses of a substep -------------------------------------------------------------------
+
+// Symmetric matrices: xx yy zz xy xz yz.
+static Vec3 times(const double k[6], Vec3 x)
+{
+    return vec3(k[0] * x.x + k[3] * x.y + k[4] * x.z, k[3] * x.x + k[1] * x.y + k[5] * x.z,
+                k[4] * x.x + k[5] * x.y + k[2] * x.z);
+}
+
+// Solves (k + add 1) y = x for a positive matrix.
+static Vec3 solve(const double k[6], double add, Vec3 x)
+{
+    const double a = k[0] + add, b = k[1] + add, c = k[2] + add;
+    const double xx = b * c - k[5] * k[5], yy = a * c - k[4] * k[4], zz = a * b - k[3] * k[3],
+                 xy = k[4] * k[5] - k[3] * c, xz = k[3] * k[5] - k[4] * b,
+                 yz = k[3] * k[4] - a * k[5];
+    const double inverse = 1.0 / (a * xx + k[3] * xy + k[4] * xz);
+    const double adjugate[6] = {xx, yy, zz, xy, xz, yz};
+    return vec3_scale(inverse, times(adjugate, x));
+}
+
+// What a node receives in a substep, and how it grows with the velocity of the tool there.
+typedef struct NodeImpulse {
+    Vec3 impulse;    // [N s]
+    double slope[6]; // [kg]
+} NodeImpulse;
+
+// Adds s (1 - n n^T).
+static void add_across(double k[6], double s, Vec3 n)
+{
+    k[0] += s * (1.0 - n.x * n.x);
+    k[1] += s * (1.0 - n.y * n.y);
+    k[2] += s * (1.0 - n.z * n.z);
+    k[3] -= s * n.x * n.y;
+    k[4] -= s * n.x * n.z;
+    k[5] -= s * n.y * n.z;
+}
+
+// Adds Coulomb friction: as much as stops the node beside the tool, at most mu times the push.
+// Implicit, so that what sticks does not creep.
+static void add_friction(NodeImpulse *on, double mu, double mass, Vec3 slip)
+{
+    const double size = vec3_length(on->impulse);
+    const Vec3 normal = vec3_scale(1.0 / size, on->impulse);
+    slip = vec3_madd(slip, -vec3_dot(slip, normal), normal);
+    const double speed = vec3_length(slip),
+                 held = mass * speed > mu * size ? mu * size / speed : mass;
+    on->impulse = vec3_madd(on->impulse, -held, slip);
+    add_across(on->slope, held, normal);
+}
+
+// Computes the impulse on a node that moves at `v` after the body's own kick, with the tool's point
+// there moving at `tool`: m dv of
+//   (m + g D) dv = h f - g D (v - tool),   g = h (h + b),
+// then friction. A node that cannot move gets what it withholds.
+static NodeImpulse impulse_on(const Contact *contact, int t, Vec3 tool, double h, double mu)
+{
+    const Touched *touched = &contact->touched[t];
+    const double m = touched->mass, g = h * (h + contact->body->contact_damping);
+    const double *d = contact->yield[touched->local];
+    const Vec3 f = contact->f[touched->local], slip = vec3_sub(contact->v[t], tool);
+    double k[6];
+    for (int j = 0; j < 6; j++)
+        k[j] = m > 0.0 ? g / m * d[j] : 0.0;
+    NodeImpulse on = {.impulse = solve(k, 1.0, vec3_madd(vec3_scale(h, f), -g, times(d, slip)))};
+    // Damping must not pull: a node that separates faster than it is pushed is free.
+    if (!(vec3_dot(on.impulse, f) > 0.0))
+        return (NodeImpulse){0};
+    // m (m + g D)^-1 g D, column by column; symmetric.
+    const Vec3 x = solve(k, 1.0, vec3(g * d[0], g * d[3], g * d[4])),
+               y = solve(k, 1.0, vec3(g * d[3], g * d[1], g * d[5])),
+               z = solve(k, 1.0, vec3(g * d[4], g * d[5], g * d[2]));
+    const double slope[6] = {x.x, y.y, z.z, x.y, x.z, y.z};
+    memcpy(on.slope, slope, sizeof slope);
+    if (mu > 0.0)
+        add_friction(&on, mu, contact->body->surface.node_mass[contact->touched_node[t]], slip);
+    return on;
+}
+
+// Computes the impulses on all touched nodes with the proxy moving at `u`; returns their sum and in
+// `slope` its derivative by u.
+static Vec3 impulses(Contact *contact, Vec3 u, double h, double mu, double slope[6])
+{
+    Vec3 sum = {0.0, 0.0, 0.0};
+    memset(slope, 0, 6 * sizeof *slope);
+    for (int t = 0; t < contact->touched_count; t++) {
+        const NodeImpulse on =
+            impulse_on(contact, t, vec3_add(u, contact->touched[t].swing), h, mu);
+        contact->impulse[t] = on.impulse;
+        sum = vec3_add(sum, on.impulse);
+        for (int j = 0; j < 6; j++)
+            slope[j] += on.slope[j];
+    }
+    return sum;
+}
+
+// Returns how much slower than the hand the proxy moves, such that the impulse is the largest
+// allowed one and leads towards the hand: (S + mu) s = T, mu |s| = most; |T| > most.
+static Vec3 slack(const double slope[6], Vec3 impulse, double most)
+{
+    enum { HALVINGS = 60 };
+    const double size = vec3_length(impulse);
+    // mu |s| rises with mu, from 0 to |T|. S is below its trace.
+    double low = 0.0, high = (slope[0] + slope[1] + slope[2]) * most / (size - most) + 1e-300;
+    for (int i = 0; i < HALVINGS && high - low > 1e-12 * high; i++) {
+        const double mu = 0.5 * (low + high);
+        if (mu * vec3_length(solve(slope, mu, impulse)) < most)
+            low = mu;
+        else
+            high = mu;
+    }
+    return solve(slope, high, impulse);
+}
+
+void contact_solid_kick(Contact *contact, const Stage *stage, double h)
+{
+    if (contact->touched_count == 0)
+        return;
+    Body *body = contact->body;
+    const Proxy *from = contact->proxy;
+    Proxy *next = &contact->next;
+    ContactSums *sums = &contact->sums;
+    // The nodes after the body's own kick, and the tool's turn at each.
+    const Quat turn = quat_multiply(next->orientation, quat_conjugate(from->orientation));
+    const Vec3 angular = vec3_scale(1.0 / h, quat_to_rotation(turn));
+    for (int t = 0; t < contact->touched_count; t++) {
+        Touched *touched = &contact->touched[t];
+        const int node = contact->touched_node[t];
+        touched->mass =
+            body->ops->is_fixed(body->model, node) ? 0.0 : body->surface.node_mass[node];
+        touched->swing = vec3_cross(angular, vec3_sub(contact->x[touched->local], from->position));
+    }
+    body->ops->read_nodes(body->model, contact->touched_node, contact->touched_count,
+                          contact->impulse, contact->v); // positions are not needed
+
+    // The proxy follows the hand as far as its force allows.
+    const double mu = contact_friction(contact);
+    const double most = contact->tool->kind == TOOL_STATIC ? (double)INFINITY : h * contact->limit;
+    Vec3 u = vec3_scale(1.0 / h, vec3_sub(next->position, from->position));
+    double slope[6];
+    Vec3 sum = impulses(contact, u, h, mu, slope);
+    // Pulled towards the hand by the largest force, from where the hand is: `behind`.
+    Vec3 behind = {0.0, 0.0, 0.0};
+    const bool yields = vec3_length(sum) > most;
+    for (int pass = 0; pass < PASSES && yields; pass++) {
+        const Vec3 whole = vec3_add(sum, times(slope, behind));
+        const Vec3 step = vec3_length(whole) > most ? slack(slope, whole, most) : vec3(0, 0, 0);
+        u = vec3_add(vec3_sub(u, step), behind);
+        behind = step;
+        sum = impulses(contact, u, h, mu, slope);
+    }
+    const double size = vec3_length(sum), scale = size > most ? most / size : 1.0;
+    next->position = vec3_madd(from->position, h, u);
+
+    // Impulses on the nodes, the opposite on the tool.
+    for (int t = 0; t < contact->touched_count; t++) {
+        const Touched *touched = &contact->touched[t];
+        Vec3 *impulse = &contact->impulse[t];
+        *impulse = vec3_scale(scale, *impulse);
+        // The kick comes before the drift: it acts where the forces were evaluated.
+        const Vec3 arm = vec3_sub(contact->x[touched->local], sums->about);
+        sums->impulse = vec3_sub(sums->impulse, *impulse);
+        sums->moment = vec3_sub(sums->moment, vec3_cross(arm, *impulse));
+        const double by_mass = touched->mass > 0.0 ? 0.5 / touched->mass : 0.0;
+        sums->work += vec3_dot(*impulse, vec3_madd(contact->v[t], by_mass, *impulse));
+    }
+    body->ops->kick_nodes(body->model, contact->touched_node, contact->touched_count,
+                          contact->impulse, h, stage->advance * h);
+    sums->point = vec3_madd(sums->point, h, contact->forces.point);
+    sums->normal = vec3_madd(sums->normal, h, contact->forces.normal);
+    sums->weight += h * contact->forces.weight;
+    sums->depth = fmax(sums->depth, contact->forces.depth);
+}
