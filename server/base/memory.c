@@ -118,6 +118,15 @@ void state_add_aside(StateList *list, void *memory, size_t bytes, const char *fo
     va_end(arguments);
 }
 
+void state_add_shown(StateList *list, void *memory, size_t bytes, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    StateArray *array = append(list, memory, bytes, format, arguments);
+    va_end(arguments);
+    array->aside = array->rare = true;
+}
+
 void *state_memory(const StateArray *array)
 {
     return array->memory[array->current == NULL ? 0 : *array->current];

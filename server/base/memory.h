@@ -77,6 +77,9 @@ void state_add_rare(StateList *list, void *memory, size_t bytes, const char *for
 // Adds an array that the motion does not depend on, such as statistics; it never enters the hash.
 void state_add_aside(StateList *list, void *memory, size_t bytes, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
+// Adds an array that only what is shown depends on: likewise, and a file may lack it; it is then 0.
+void state_add_shown(StateList *list, void *memory, size_t bytes, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
 // Returns the memory that holds an array's state now.
 void *state_memory(const StateArray *array);
 // Returns the total size of all arrays.

@@ -96,7 +96,9 @@ static bool create_voxel(World *world, const Scene *scene, int dimensions,
 static bool is_fitted(const Scene *scene, const SceneBody *body)
 {
     const bool known = body->voxels.kind == VOXELS_FILE || body->voxels.kind == VOXELS_MESH;
-    return body->dimensions == 3 && body->skin.file == NULL && !scene->publish.all_nodes &&
+    const ScenePublish *publish = &scene->publish;
+    return body->dimensions == 3 && body->skin.file == NULL && !publish->all_nodes &&
+           publish->nodes_hz > 0.0 &&
            (body->shown == SHOWN_FITTED || (body->shown == SHOWN_AUTO && known));
 }
 

@@ -199,10 +199,11 @@ bool cut_body_check(VoxelMaking *making, Status *status)
     const int vertices = making->mesh.vertex_count;
     making->capacity = choose_capacity(making, status);
     if (options->skin != NULL)
-        return status_fail(status, STATUS_INVALID,
-                           "body %s: a skin does not follow cuts; leave it out or set cuttable = "
-                           "false",
-                           options->body.name);
+        return status_fail(
+            status, STATUS_INVALID,
+            "body %s: a skin does not follow cuts; leave it out (surface = \"fitted\" is "
+            "smooth and does), or set cuttable = false",
+            options->body.name);
     // The uncut body must fit.
     if (vertices > making->capacity)
         return status_fail(status, STATUS_INVALID,

@@ -21,8 +21,12 @@ typedef struct Wall {
     double normal[3]; // unit
 } Wall;
 
-static void add_crossing(Wall *wall, const CutCrossing *crossing, const int cell[3], int axis)
+// A state from a body without crossings has zeros: then the middle.
+static void add_crossing(Wall *wall, const CutCrossing *kept, const int cell[3], int axis)
 {
+    const CutCrossing middle = cut_crossing_middle(axis);
+    const bool known = kept->normal[0] != 0 || kept->normal[1] != 0 || kept->normal[2] != 0;
+    const CutCrossing *crossing = known ? kept : &middle;
     double along = 0.0;
     for (int c = 0; c < 3; c++) {
         wall->mean[c] += cell[c] + 0.5;
@@ -485,6 +489,13 @@ bool cut_fit_follow(CutFit *fit, bool divided, Body *body)
 // ---------------------------------------------------------------------------------------------
 // From scratch
 
+// True if a fade can be shown; a file may hold anything.
+static bool fade_is_valid(const CutFade *fade)
+{
+    return fade->step > 0 && isfinite(fade->from[0]) && isfinite(fade->from[1]) &&
+           isfinite(fade->from[2]);
+}
+
 // Lists the fades that the newest change may have left.
 static void derive_fades(CutFit *fit)
 {
@@ -492,8 +503,11 @@ static void derive_fades(CutFit *fit)
     int newest = 0;
     memset(fit->is_fading, 0, (size_t)fit->lattice->vertex_capacity);
     fit->fading_count = 0;
-    for (int v = 0; v < vertices; v++)
+    for (int v = 0; v < vertices; v++) {
+        if (!fade_is_valid(&fit->fade[v]))
+            fit->fade[v] = (CutFade){.step = 0};
         newest = fit->fade[v].step > newest ? fit->fade[v].step : newest;
+    }
     fit->step = newest;
     for (int v = 0; v < vertices; v++)
         if (fit->fade[v].step > 0 && newest - fit->fade[v].step < steps && is_node(fit, v))
@@ -619,7 +633,7 @@ void cut_fit_create(CutFit *fit, CutFaces *faces, CutLattice *lattice, const Vox
     fit->crossing =
         arena_allocate(arena, ARENA_TOPOLOGY, cells, sizeof *fit->crossing, "%s/crossings", name);
     fit->fade = ALLOCATE(ARENA_TOPOLOGY, vertices, CutFade, "fades of vertices");
-    state_add_aside(state, fit->crossing, cells * sizeof *fit->crossing, "%s/crossings", name);
-    state_add_aside(state, fit->fade, vertices * sizeof *fit->fade, "%s/fades", name);
+    state_add_shown(state, fit->crossing, cells * sizeof *fit->crossing, "%s/crossings", name);
+    state_add_shown(state, fit->fade, vertices * sizeof *fit->fade, "%s/fades", name);
     cut_fit_derive(fit, body);
 }
