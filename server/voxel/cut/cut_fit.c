@@ -346,7 +346,7 @@ static void start_fades(CutFit *fit, const void *row, const CutMoved *at)
         for (int c = 0; c < 3; c++)
             square += (after[c] - before[c]) * (after[c] - before[c]);
         if (!(square > close * close))
-            begun[count].step = 0;
+            begun[count] = (CutFade){.step = 0};
         vertex[count++] = v;
     }
     // Not before all are known: copies start from the fade of their original.

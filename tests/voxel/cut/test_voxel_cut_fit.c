@@ -562,6 +562,11 @@ static void state_that_was_brought_back_shows_the_same(void **unused)
     state_copy_in(&again.world.state, block);
     again.world.body->ops->restored(again.world.body);
     again.world.body->step = it.world.body->step;
+    void *kept = malloc(state_bytes(&again.world.state));
+    assert_non_null(kept);
+    state_copy_out(&again.world.state, kept); // deriving changes no state
+    assert_memory_equal(kept, block, state_bytes(&again.world.state));
+    free(kept);
     free(block);
     assert_int_equal(mesh->node_count, other->node_count);
     assert_int_equal(mesh->fit.fade_count, other->fit.fade_count);
