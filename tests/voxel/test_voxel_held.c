@@ -19,7 +19,9 @@ typedef struct Press {
     bool snaps; // crushed elements turn over: known, see held_presses_rest_and_rise_with_depth
 } Press;
 
-static void create(VoxelWorld *world, const Press *press, double max_force, double damping)
+// With two tools alike, capsules along x or balls; those that are not placed are not there.
+static void create_with(VoxelWorld *world, const Press *press, double length, double max_force,
+                        double damping)
 {
     static const FixedRegion bottom = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0249}};
@@ -37,21 +39,34 @@ static void create(VoxelWorld *world, const Press *press, double max_force, doub
     options.body.body.fixed_count = 1;
     options.body.body.friction = press->friction;
     options.body.body.contact_ratio = press->ratio;
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_PROBE,
-                                    .capsule_count = 1,
-                                    .capsule = {{.radius = press->cells * CELL}},
-                                    .max_force = max_force};
+    for (options.tool_count = 0; options.tool_count < 2; options.tool_count++)
+        options.tool[options.tool_count] =
+            (ToolOptions){.id = 1 + options.tool_count,
+                          .kind = TOOL_PROBE,
+                          .capsule_count = 1,
+                          .capsule = {{.from = {-0.5 * length, 0.0, 0.0},
+                                       .to = {0.5 * length, 0.0, 0.0},
+                                       .radius = press->cells * CELL}},
+                          .max_force = max_force};
     voxel_world_create(world, &options);
     sim_set_lockstep(world->sim, true);
 }
 
-static double step_at(VoxelWorld *world, Vec3 position)
+static void create(VoxelWorld *world, const Press *press, double max_force, double damping)
+{
+    create_with(world, press, 0.0, max_force, damping);
+}
+
+static void place(VoxelWorld *world, int tool, Vec3 position)
 {
     const ToolPose pose = {
         .position = position, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
-    sim_apply_pose(world->sim, 0, &pose, true);
+    sim_apply_pose(world->sim, tool, &pose, true);
+}
+
+static double step_at(VoxelWorld *world, Vec3 position)
+{
+    place(world, 0, position);
     sim_step(world->sim);
     return vec3_length(sim_wrench(world->sim, 0)->force);
 }
@@ -306,6 +321,41 @@ static void fast_tools_do_not_pass(void **state)
     }
 }
 
+// A capsule flat on its side, and two balls that pinch the block by 12 mm from both sides: both
+// come to rest.
+static void flat_capsules_and_pinches_rest(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        const bool pinch = k == 1;
+        const Press press = {1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
+        const double radius = press.cells * CELL;
+        VoxelWorld world;
+        create_with(&world, &press, pinch ? 0.0 : 0.03, 3.3, 0.2);
+        double low = (double)INFINITY, high = 0.0, other = 0.0;
+        for (int i = 0; i < 4000; i++) {
+            const double deep = (pinch ? 0.006 : 0.008) * fmin(1.0, i / 500.0);
+            const double away = TOP + radius - deep;
+            if (pinch)
+                place(&world, 1, vec3(0.0, -away, 0.01));
+            const double force =
+                step_at(&world, pinch ? vec3(0.0, away, 0.01) : vec3(0.001, 0.0007, away));
+            if (i < 3000)
+                continue;
+            low = fmin(low, force);
+            high = fmax(high, force);
+            other = vec3_length(sim_wrench(world.sim, 1)->force);
+        }
+        print_message("%s: %.3f to %.3f N\n", pinch ? "pinch" : "flat capsule", low, high);
+        expect_at_least(low, 0.1);
+        expect_at_most(high - low, 0.01 * high);
+        if (pinch) // it stands on its bottom alike on both sides
+            expect_near(other, high, 0.02 * high);
+        assert_int_equal(world.body->resets, 0);
+        voxel_world_destroy(&world);
+    }
+}
+
 // A tool that appears inside is let out without a blow: the force grows to that of the same press,
 // and never beyond.
 static void a_tool_that_appears_inside_is_felt_gently(void **state)
@@ -340,6 +390,7 @@ int main(void)
         cmocka_unit_test(a_press_ends_at_the_largest_force),
         cmocka_unit_test(closed_ways_give_no_work),
         cmocka_unit_test(fast_tools_do_not_pass),
+        cmocka_unit_test(flat_capsules_and_pinches_rest),
         cmocka_unit_test(a_tool_that_appears_inside_is_felt_gently),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
