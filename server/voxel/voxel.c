@@ -173,6 +173,9 @@ static void voxel_explain(const void *self, FILE *out)
             batch_runs_count(model->batches, BATCH_PLAIN),
             batch_runs_count(model->batches, BATCH_HANGING));
     fprintf(out, "    law: %s\n", model->law == VOXEL_AFFINE ? "affine" : "miyazaki2004");
+    if (model->fitted != NULL)
+        fprintf(out, "    surface: fitted, from %d vertices and %d cells\n",
+                model->fitted->fit.row_count, model->fitted->fit.cell_count);
     if (model->cuts != NULL)
         cut_body_explain(model->cuts, out);
 }
