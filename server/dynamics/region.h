@@ -5,6 +5,7 @@
 
 #include "base/vec.h"
 
+#include <math.h>
 #include <stdbool.h>
 
 // --- of a scene ---
@@ -37,26 +38,42 @@ typedef struct Region {
     double radius; // [m]; for the plane: signed height below which nodes are found
 } Region;
 
-// A region prepared for testing many points.
+// A region prepared for testing many points, most of which lie outside of a box around it.
 typedef struct RegionTest {
     bool plane;
-    Vec3 from, axis; // from -> to, or the plane's normal
-    double square;   // of the axis
-    double limit;    // square of the radius, or height
+    Vec3 from, axis;      // from -> to, or the plane's normal
+    double square;        // of the axis
+    double limit;         // square of the radius, or height
+    Vec3 middle, halfway; // of a box around it, and from there to the sides
 } RegionTest;
 
 static inline RegionTest region_test(const Region *region)
 {
     if (region->kind == REGION_BELOW_PLANE)
-        return (RegionTest){true, region->from, region->to, 0.0, region->radius};
-    Vec3 axis = vec3_sub(region->to, region->from);
-    double square = vec3_dot(axis, axis);
-    return (RegionTest){false, region->from, axis, square, region->radius * region->radius};
+        return (RegionTest){.plane = true,
+                            .from = region->from,
+                            .axis = region->to,
+                            .limit = region->radius,
+                            .halfway = {(double)INFINITY, (double)INFINITY, (double)INFINITY}};
+    const Vec3 axis = vec3_sub(region->to, region->from);
+    // Larger by more than all that is rounded.
+    const double size = region->radius + fabs(axis.x) + fabs(axis.y) + fabs(axis.z),
+                 reach = region->radius + 1e-6 * size;
+    return (RegionTest){.from = region->from,
+                        .axis = axis,
+                        .square = vec3_dot(axis, axis),
+                        .limit = region->radius * region->radius,
+                        .middle = vec3_madd(region->from, 0.5, axis),
+                        .halfway = {0.5 * fabs(axis.x) + reach, 0.5 * fabs(axis.y) + reach,
+                                    0.5 * fabs(axis.z) + reach}};
 }
 
 static inline bool region_contains(const RegionTest *test, Vec3 x)
 {
-    Vec3 d = vec3_sub(x, test->from);
+    Vec3 d = vec3_sub(x, test->middle);
+    if (fabs(d.x) > test->halfway.x || fabs(d.y) > test->halfway.y || fabs(d.z) > test->halfway.z)
+        return false;
+    d = vec3_sub(x, test->from);
     double along = vec3_dot(d, test->axis);
     if (test->plane)
         return along < test->limit;

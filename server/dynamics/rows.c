@@ -39,7 +39,8 @@ void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *
         p = vec3_add(rest_of(rows, at), p);
         if (rows->turned) {
             p = quat_rotate(rows->frame->turn, p);
-            v = quat_rotate(rows->frame->turn, v);
+            if (velocity != NULL)
+                v = quat_rotate(rows->frame->turn, v);
         }
         p = vec3_add(rows_origin(rows), p);
         // A falling frame has a velocity that its rows lack.
@@ -81,13 +82,6 @@ Region rows_region(const Rows *rows, const Region *region)
     here.to = region->kind == REGION_BELOW_PLANE ? rows_turn_in(rows, region->to)
                                                  : rows_turn_in(rows, vec3_sub(region->to, origin));
     return here;
-}
-
-Vec3 rows_local(const Rows *rows, const void *row, int at)
-{
-    Vec3 p, v;
-    load(row, rows->precision == PRECISION_SINGLE, at, &p, &v);
-    return rows->displaced ? vec3_add(rest_of(rows, at), p) : p;
 }
 
 Vec3 rows_rest(const Rows *rows, int at)

@@ -140,7 +140,14 @@ void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocit
 Vec3 rows_turn_in(const Rows *rows, Vec3 direction);
 // Converts a region of the world to the rows' coordinates, which rows_local uses.
 Region rows_region(const Rows *rows, const Region *region);
-Vec3 rows_local(const Rows *rows, const void *row, int at);
+static inline Vec3 rows_local(const Rows *rows, const void *row, int at)
+{
+    const Vec3 u = rows_vector(rows, row, at, 0);
+    if (!rows->displaced)
+        return u;
+    const double *rest = rows->rest[at];
+    return vec3_add((Vec3){rest[0], rest[1], rest[2]}, u);
+}
 // Returns the rest position of a row in the world [m].
 Vec3 rows_rest(const Rows *rows, int at);
 // True if all numbers, the frame's included, are finite, coordinates within `limit` [m] and
