@@ -162,6 +162,9 @@ Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate);
 // plane), in ascending order, their local nodes and normals; then their sides.
 void contact_find_candidates(Contact *contact, const ToolPlacement *at, double margin);
 void contact_forget_candidates(Contact *contact);
+// Computes the normals at the nodes of a solid's candidate; those of walls are known. At the start
+// of a tick.
+void contact_find_normals(Contact *contact, const Candidate *candidate);
 // Returns the number of a face among the known candidates, or -1.
 int contact_find_candidate(const Contact *contact, int face);
 

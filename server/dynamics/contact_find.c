@@ -63,14 +63,18 @@ static void face_bounds(const Vec3 x[3], Vec3 p, Vec3 q, double *lower, double *
     *lower = *upper - sqrt(radius2);
 }
 
-static bool within_reach(const Contact *contact, const ToolPlacement *at, const Vec3 x[3],
-                         double margin)
+// An axis of the tool, and how far its capsule reaches in this search.
+typedef struct Reach {
+    Vec3 p, q;
+    double reach;
+    bool sphere;
+} Reach;
+
+static bool within_reach(const Reach *axis, int count, const Vec3 x[3])
 {
-    for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
-        const Capsule *capsule = &contact->tool->capsule[shape];
-        const double reach = capsule->radius + margin;
-        Vec3 p, q;
-        contact_axis(capsule, at, &p, &q);
+    for (int shape = 0; shape < count; shape++) {
+        const Vec3 p = axis[shape].p, q = axis[shape].q;
+        const double reach = axis[shape].reach;
         double lower, upper;
         face_bounds(x, p, q, &lower, &upper);
         if (upper <= reach)
@@ -81,15 +85,29 @@ static bool within_reach(const Contact *contact, const ToolPlacement *at, const 
             if (distance_point_segment(x[k], p, q) <= reach)
                 return true;
         ClosestPair nearest;
-        contact_nearest_pair(x, p, q, contact_is_sphere(capsule), &nearest);
+        contact_nearest_pair(x, p, q, axis[shape].sphere, &nearest);
         if (nearest.distance <= reach)
             return true;
     }
     return false;
 }
 
-// Makes a face the next candidate; returns false if it or its nodes exceed the capacity.
-static bool add_candidate(Contact *contact, int face)
+// Reads the corners of a face; those with a local number are known.
+static void read_corners(const Contact *contact, const int *corner, Vec3 x[3])
+{
+    const Body *body = contact->body;
+    for (int k = 0; k < 3; k++) {
+        const int local = contact->local[corner[k]];
+        if (local >= 0)
+            x[k] = contact->x[local];
+        else
+            body->ops->read_nodes(body->model, &corner[k], 1, &x[k], NULL);
+    }
+}
+
+// Makes a face with corners at `x` the next candidate; returns false if it or its nodes exceed the
+// capacity.
+static bool add_candidate(Contact *contact, int face, const Vec3 x[3])
 {
     const BodySurface *surface = &contact->body->surface;
     int fresh = 0;
@@ -103,6 +121,7 @@ static bool add_candidate(Contact *contact, int face)
     for (int k = 0; k < 3; k++) {
         candidate->border[k] = surface->face_neighbor[face][k] < 0;
         candidate->node[k] = local_number(contact, surface->face[face][k]);
+        contact->x[candidate->node[k]] = x[k];
     }
     return true;
 }
@@ -112,19 +131,26 @@ static bool add_candidate(Contact *contact, int face)
 static void keep_candidates(Contact *contact, const ToolPlacement *at, double margin)
 {
     const BodySurface *surface = &contact->body->surface;
-    const Body *body = contact->body;
+    const int shapes = contact->tool->capsule_count;
+    Reach axis[TOOL_SHAPES];
+    for (int shape = 0; shape < shapes; shape++) {
+        const Capsule *capsule = &contact->tool->capsule[shape];
+        contact_axis(capsule, at, &axis[shape].p, &axis[shape].q);
+        axis[shape].reach = capsule->radius + margin;
+        axis[shape].sphere = contact_is_sphere(capsule);
+    }
     for (int word = 0; word < (surface->face_used + 63) / 64; word++) {
         contact->rank[word] = contact->candidate_count;
         for (uint64_t bits = contact->mark[word]; bits != 0; bits &= bits - 1) {
             int face = word * 64 + __builtin_ctzll(bits);
             Vec3 x[3];
-            body->ops->read_nodes(body->model, surface->face[face], 3, x, NULL);
-            bool reached = within_reach(contact, at, x, margin);
-            if (reached && add_candidate(contact, face))
+            read_corners(contact, surface->face[face], x);
+            bool reached = within_reach(axis, shapes, x);
+            if (reached && add_candidate(contact, face, x))
                 continue;
             contact->refused += reached;
             contact->mark[word] &= ~(bits & -bits);
-            for (int shape = 0; shape < contact->tool->capsule_count && !surface->solid; shape++)
+            for (int shape = 0; shape < shapes && !surface->solid; shape++)
                 contact->side[shape][face] = 0;
         }
     }
@@ -150,11 +176,24 @@ static Vec3 node_normal(const Contact *contact, int node)
             if (surface->face_neighbor[face][c] < 0 &&
                 (corner[c] == node || corner[(c + 1) % 3] == node))
                 return (Vec3){0.0, 0.0, 0.0};
-        Vec3 a = contact->x[contact->local[corner[0]]], b = contact->x[contact->local[corner[1]]],
-             c = contact->x[contact->local[corner[2]]];
-        sum = vec3_add(sum, vec3_cross(vec3_sub(b, a), vec3_sub(c, a)));
+        Vec3 x[3];
+        read_corners(contact, corner, x);
+        sum = vec3_add(sum, vec3_cross(vec3_sub(x[1], x[0]), vec3_sub(x[2], x[0])));
     }
     return sum;
+}
+
+void contact_find_normals(Contact *contact, const Candidate *candidate)
+{
+    for (int c = 0; c < 3; c++)
+        contact->node_normal[candidate->node[c]] =
+            node_normal(contact, contact->node[candidate->node[c]]);
+}
+
+static void forget_local_numbers(Contact *contact)
+{
+    for (int i = 0; i < contact->local_count; i++)
+        contact->local[contact->node[i]] = -1;
 }
 
 static void compute_node_normals(Contact *contact)
@@ -173,14 +212,13 @@ static void compute_node_normals(Contact *contact)
             for (int c = 0; c < 3; c++)
                 local_number(contact, surface->face[surface->node_face[k]][c]);
         }
-    body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, NULL);
+    body->ops->read_nodes(body->model, contact->node + own, contact->local_count - own,
+                          contact->x + own, NULL);
     for (int i = 0; i < own; i++) // without a ring, as on a border: the face's own normal decides
         contact->node_normal[i] =
             i < whole ? node_normal(contact, contact->node[i]) : (Vec3){0.0, 0.0, 0.0};
-    for (int i = 0; i < contact->local_count; i++)
-        contact->local[contact->node[i]] = -1;
+    forget_local_numbers(contact);
     contact->local_count = own; // the ring was needed for the normals only
-    memcpy(contact->x_begin, contact->x, (size_t)own * sizeof *contact->x);
 }
 
 void contact_forget_candidates(Contact *contact)
@@ -203,7 +241,11 @@ void contact_find_candidates(Contact *contact, const ToolPlacement *at, double m
     }
     mark_faces(contact, at, margin);
     keep_candidates(contact, at, margin);
-    compute_node_normals(contact);
+    if (contact->body->surface.solid)
+        forget_local_numbers(contact);
+    else
+        compute_node_normals(contact);
+    memcpy(contact->x_begin, contact->x, (size_t)contact->local_count * sizeof *contact->x);
     contact->begin = *at;
     if (!contact->body->surface.solid)
         contact_update_sides(contact, at);

@@ -42,8 +42,8 @@ void contact_solid_create(Contact *contact)
 }
 
 // The way out for an axis that passes through a face, or whose nearest face shows its back.
-static bool leads_out(const Contact *contact, const Candidate *candidate,
-                      const ClosestPair *nearest, Vec3 p, Vec3 q, double radius, Vec3 *out)
+static bool leads_out(Contact *contact, const Candidate *candidate, const ClosestPair *nearest,
+                      Vec3 p, Vec3 q, double radius, Vec3 *out)
 {
     const Vec3 normal = contact_face_normal(contact, candidate);
     if (!(nearest->distance > TOUCHING)) { // crossed: the end behind the face leaves by its front
@@ -53,6 +53,7 @@ static bool leads_out(const Contact *contact, const Candidate *candidate,
         *out = vec3_scale(radius - fmin(at_p, at_q), normal);
         return true;
     }
+    contact_find_normals(contact, candidate);
     if (contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
                      nearest->on_segment) >= 0)
         return false;
