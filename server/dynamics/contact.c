@@ -67,20 +67,23 @@ static void move_towards(Proxy *proxy, Vec3 target, Quat orientation, double lev
 static void begin_tick_solid(Contact *contact, const ToolPlacement *at, bool fresh, double tick)
 {
     Proxy *proxy = contact->proxy;
+    Clear *clear = contact->clear;
     Vec3 out;
     proxy->away = fmax(0.0, proxy->away - tick);
     if (contact_solid_look(contact, at, &out)) {
+        if (clear->touched == 0)
+            clear->position = vec3_add(proxy->position, out);
         if (contact->tool->kind != TOOL_STATIC)
-            proxy->position =
-                contact->touched_count > 0 ? *contact->clear : vec3_add(proxy->position, out);
+            proxy->position = clear->position;
         proxy->away = EASE_TIME;
         contact_forget_candidates(contact);
     } else if (!(contact->forces.depth > 0.0)) {
-        *contact->clear = proxy->position;
+        clear->position = proxy->position;
     } else if (fresh) {
-        *contact->clear = proxy->position;
+        clear->position = proxy->position;
         proxy->away = EASE_TIME;
     }
+    clear->touched = 0;
     contact->touched_count = 0;
     const double eased = 1.0 - proxy->away / EASE_TIME; // its cube: 3 N is 0.03 N after 20 ms
     contact->limit = contact->tool->max_force * eased * eased * eased;
@@ -205,7 +208,7 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
     const double r = contact->smallest_radius;
     Proxy *next = &contact->next;
     double cap = CONTACT_STEP_CAP * r;
-    if (contact->body->surface.solid && contact->touched_count > 0) // never across a face
+    if (contact->body->surface.solid) // never across a face
         cap = fmin(cap, 0.5 * contact->forces.floor);
     move_towards(next, target, orientation, contact->lever, cap);
     if (contact->body->surface.solid)
@@ -316,6 +319,7 @@ void contact_end_substep(Contact *contact)
     if (contact->body->surface.solid) {
         contact->next.away = contact->proxy->away;
         *contact->proxy = contact->next;
+        contact->clear->touched = contact_is_near(contact) && contact->touched_count > 0;
         return;
     }
     for (int shape = 0; shape < contact->tool->capsule_count && contact->local_count > 0; shape++)
@@ -339,6 +343,8 @@ void contact_clear(Contact *contact)
         for (int shape = 0; shape < contact->tool->capsule_count; shape++)
             if (contact->side[shape] != NULL)
                 memset(contact->side[shape], 0, (size_t)contact->body->surface.face_count);
+        if (contact->clear != NULL)
+            *contact->clear = (Clear){.touched = 0};
     }
     contact_forget_candidates(contact);
     contact->sums = (ContactSums){.about = contact->proxy->position};

@@ -200,7 +200,7 @@ static void create_for_solid(Contact *contact, const char *name, Arena *arena, S
                                     sizeof *contact->yield, "%s/yield", name);
     contact->touched = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Touched, "touched nodes");
     contact->touched_node = ALLOCATE(ARENA_CONTACT, contact->node_capacity, int, "their numbers");
-    contact->clear = ALLOCATE(ARENA_CONTACT, 1, Vec3, "clear of the body");
+    contact->clear = ALLOCATE(ARENA_CONTACT, 1, Clear, "clear of the body");
     state_add(state, contact->clear, sizeof *contact->clear, "%s/clear", name);
     contact->impulse = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "impulses");
 }

@@ -63,6 +63,12 @@ typedef struct Touched {
     Vec3 swing;  // velocity of the tool's point there by its rotation [m/s]
 } Touched;
 
+// What a contact with a solid remembers; plain data, part of the state.
+typedef struct Clear {
+    Vec3 position;   // of the proxy where it last was clear of the body [m]
+    int64_t touched; // 1: the tool touched the body in the last substep
+} Clear;
+
 enum { CONTACT_POINTS = 16 }; // of a face of a solid, at most
 
 // The result of one evaluation at one placement.
@@ -140,7 +146,7 @@ struct Contact {
     double point_weight[CONTACT_POINTS][3];
     double (*yield)[6]; // of a local node: bound of how its force falls as it moves [N/m]
     double limit;       // of the force now [N]
-    Vec3 *clear;        // where the tool last was clear of the body [m]; state
+    Clear *clear;       // state
     int touched_count;  // nodes within the tool; by their number:
     Touched *touched;
     int *touched_node;

@@ -20,7 +20,10 @@ static const double SOFT = 0.01; // width of the soft minimum over a capsule's p
 // log 5, rounded up: how far the soft minimum of five pairs lies below them all [width]
 static const double SOFT_REACH = 1.61;
 static const double TOUCHING = 1e-9; // [m] closer, a pair has no direction of its own
-enum { PASSES = 4 };                 // at most, to find which nodes separate
+// Least pull towards the hand, as a share of the nodes' slope: where all pushes lie in a plane or
+// on a line, the slope alone cannot be inverted, and little force is as nothing.
+static const double LEAST_PULL = 1e-6;
+enum { PASSES = 4 }; // at most, to find which nodes separate
 
 // --- where a face feels the tool -----------------------------------------------------------------
 
@@ -66,6 +69,7 @@ bool contact_solid_look(Contact *contact, const ToolPlacement *at, Vec3 *out)
 {
     bool inside = false;
     contact->forces.depth = 0.0;
+    contact->forces.floor = (double)INFINITY;
     for (int shape = 0; shape < contact->tool->capsule_count && !inside; shape++) {
         const Capsule *capsule = &contact->tool->capsule[shape];
         ClosestPair nearest, least = {.distance = (double)INFINITY};
@@ -85,6 +89,7 @@ bool contact_solid_look(Contact *contact, const ToolPlacement *at, Vec3 *out)
             }
         }
         contact->forces.depth = fmax(contact->forces.depth, capsule->radius - least.distance);
+        contact->forces.floor = fmin(contact->forces.floor, least.distance);
         if (way >= 0)
             inside =
                 leads_out(contact, &contact->candidate[way], &least, p, q, capsule->radius, out);
@@ -352,8 +357,9 @@ static Vec3 slack(const double slope[6], Vec3 impulse, double most)
 {
     enum { HALVINGS = 60 };
     const double size = vec3_length(impulse);
+    const double trace = slope[0] + slope[1] + slope[2];
     // mu |s| rises with mu, from 0 to |T|. S is below its trace.
-    double low = 0.0, high = (slope[0] + slope[1] + slope[2]) * most / (size - most) + 1e-300;
+    double low = 0.0, high = trace * most / (size - most) + 1e-300;
     for (int i = 0; i < HALVINGS && high - low > 1e-12 * high; i++) {
         const double mu = 0.5 * (low + high);
         if (mu * vec3_length(solve(slope, mu, impulse)) < most)
@@ -361,7 +367,7 @@ static Vec3 slack(const double slope[6], Vec3 impulse, double most)
         else
             high = mu;
     }
-    return solve(slope, high, impulse);
+    return solve(slope, fmax(high, LEAST_PULL * trace), impulse);
 }
 
 void contact_solid_kick(Contact *contact, const Stage *stage, double h)

@@ -382,6 +382,72 @@ static void a_tool_that_appears_inside_is_felt_gently(void **state)
     voxel_world_destroy(&world);
 }
 
+static Vec3 proxy_of(const VoxelWorld *world)
+{
+    Vec3 position;
+    Quat orientation;
+    contact_proxy(world->sim->contact[0], &position, &orientation);
+    return position;
+}
+
+// A capsule that appears flat on the top, hardly inside, without friction: all pushes lie in a
+// plane, and its force begins at zero. It stays where it is.
+static void a_tool_that_appears_flat_stays(void **state)
+{
+    (void)state;
+    static const double deep[] = {1e-8, 3e-7, 2e-6, 1e-5, 3e-4};
+    for (int k = 0; k < EFFORT(5); k++) {
+        const Press press = {1.6, 0.5, 0.0, 0.0, PRECISION_SINGLE, false};
+        VoxelWorld world;
+        create_with(&world, &press, 0.02, 3.3, 0.2);
+        const Vec3 at = {CELL / 6.0, CELL / 6.0, TOP + 1.6 * CELL - deep[k]};
+        for (int i = 0; i < 300; i++) {
+            step_at(&world, at);
+            expect_at_most(vec3_length(vec3_sub(proxy_of(&world), at)), 1e-3);
+        }
+        voxel_world_destroy(&world);
+    }
+}
+
+// A tool that may not push at all stays in front of the body.
+static void a_tool_without_force_stays_outside(void **state)
+{
+    (void)state;
+    const Press press = {1.6, 0.5, 0.0, 0.0, PRECISION_SINGLE, false};
+    VoxelWorld world;
+    create(&world, &press, 0.0, 0.2);
+    const double radius = 1.6 * CELL;
+    for (int i = 0; i < 1500; i++) {
+        const double deep = fmin(3.0, 0.004 * i - 0.05) * radius;
+        expect_at_most(step_at(&world, vec3(0.001, 0.0007, TOP + radius - deep)), 0.0);
+    }
+    expect_near(proxy_of(&world).z, TOP + radius, 0.02 * radius);
+    voxel_world_destroy(&world);
+}
+
+// A tool that was withdrawn from a press and returns inside elsewhere is let out there; that it
+// touches is part of the state.
+static void a_tool_that_returns_inside_leaves_there(void **state)
+{
+    (void)state;
+    const Press press = {1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
+    VoxelWorld world;
+    create(&world, &press, 3.3, 0.2);
+    const double radius = 1.6 * CELL;
+    for (int i = 0; i < 500; i++)
+        step_at(&world, vec3(-0.015, 0.0, TOP + radius * (1.05 - fmin(1.0, 0.004 * i))));
+    const Clear *clear = world.sim->contact[0]->clear;
+    assert_int_equal(clear->touched, 1);
+    const ToolPose away = {.orientation = {1.0, 0.0, 0.0, 0.0}, .active = false};
+    sim_apply_pose(world.sim, 0, &away, true);
+    sim_step(world.sim);
+    assert_int_equal(clear->touched, 0);
+    const Vec3 inside = {0.015, 0.0, TOP - 0.001};
+    step_at(&world, inside);
+    expect_at_most(vec3_length(vec3_sub(proxy_of(&world), inside)), 0.001 + 1.1 * radius);
+    voxel_world_destroy(&world);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -392,6 +458,9 @@ int main(void)
         cmocka_unit_test(fast_tools_do_not_pass),
         cmocka_unit_test(flat_capsules_and_pinches_rest),
         cmocka_unit_test(a_tool_that_appears_inside_is_felt_gently),
+        cmocka_unit_test(a_tool_that_appears_flat_stays),
+        cmocka_unit_test(a_tool_without_force_stays_outside),
+        cmocka_unit_test(a_tool_that_returns_inside_leaves_there),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
