@@ -208,6 +208,24 @@ static void sign_distances(SurfaceField *field, const Lattice *fine)
             }
 }
 
+// Makes samples in the middles of fine cells, and some around, with the largest distance.
+static void create_around(SurfaceField *field, const Lattice *lattice, const Lattice *fine)
+{
+    const double offset[3] = {fine->origin.x - lattice->origin.x,
+                              fine->origin.y - lattice->origin.y,
+                              fine->origin.z - lattice->origin.z};
+    size_t samples = 1;
+    *field = (SurfaceField){0};
+    for (int a = 0; a < 3; a++) {
+        field->count[a] = fine->count[a] + 2 * FIELD_PARTS * FIELD_MARGIN;
+        field->low[a] = offset[a] / lattice->size + 0.5 / FIELD_PARTS - FIELD_MARGIN;
+        samples *= (size_t)field->count[a];
+    }
+    field->value = sized(samples, sizeof *field->value);
+    for (size_t s = 0; s < samples; s++)
+        field->value[s] = (float)(FIELD_NEAR * FIELD_PARTS);
+}
+
 void surface_field_of_mesh(SurfaceField *field, const Lattice *lattice, const TriMesh *mesh)
 {
     Lattice fine;
@@ -216,27 +234,15 @@ void surface_field_of_mesh(SurfaceField *field, const Lattice *lattice, const Tr
         surface_field_of_cells(field, lattice);
         return;
     }
-    // Samples are the middles of the fine cells, and some around.
-    const double offset[3] = {fine.origin.x - lattice->origin.x, fine.origin.y - lattice->origin.y,
-                              fine.origin.z - lattice->origin.z};
-    size_t samples = 1;
-    *field = (SurfaceField){0};
-    for (int a = 0; a < 3; a++) {
-        field->count[a] = fine.count[a] + 2 * FIELD_PARTS * FIELD_MARGIN;
-        field->low[a] = offset[a] / lattice->size + 0.5 / FIELD_PARTS - FIELD_MARGIN;
-        samples *= (size_t)field->count[a];
-    }
-    field->value = sized(samples, sizeof *field->value);
-    for (size_t s = 0; s < samples; s++)
-        field->value[s] = (float)(FIELD_NEAR * FIELD_PARTS);
+    create_around(field, lattice, &fine);
     const double scale = FIELD_PARTS / lattice->size;
+    const Vec3 low =
+        vec3(FIELD_PARTS * field->low[0], FIELD_PARTS * field->low[1], FIELD_PARTS * field->low[2]);
     for (int t = 0; t < mesh->triangle_count; t++) {
         Vec3 x[3];
         for (int c = 0; c < 3; c++) {
-            x[c] =
-                vec3_scale(scale, vec3_sub(mesh->position[mesh->triangle[t][c]], lattice->origin));
-            x[c] = vec3_sub(x[c], vec3(FIELD_PARTS * field->low[0], FIELD_PARTS * field->low[1],
-                                       FIELD_PARTS * field->low[2]));
+            const Vec3 at = vec3_sub(mesh->position[mesh->triangle[t][c]], lattice->origin);
+            x[c] = vec3_sub(vec3_scale(scale, at), low);
         }
         enter_triangle(field, x);
     }

@@ -1,4 +1,4 @@
-#include "voxel/cut/cut_fit.h"
+#include "voxel/cut/cut_fit_parts.h"
 
 #include "base/check.h"
 #include "voxel/cut/cut_parts.h"
@@ -8,8 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SMALLEST_JUMP 1e-7 // [cells] less is no jump
-#define RIM_CLOSE     1e-3 // [cells] a step that ends the search for a rim
+#define RIM_CLOSE 1e-3 // [cells] a step that ends the search for a rim
 
 // ---------------------------------------------------------------------------------------------
 // The offset of a point
@@ -132,24 +131,12 @@ static void enter_cell(CutFit *fit, int cell)
         fit->cell[*at][k] = row_for(fit, fit->lattice->corner[cell][k]);
 }
 
-static bool is_node(const CutFit *fit, int vertex)
-{
-    return fit->faces->slot_of[vertex] >= 0;
-}
-
-// Returns the vertex at a point of a leaf around it; -1: no leaf, or one of several cells.
-static int vertex_of(const CutFit *fit, const CutMoved *at, int slot)
-{
-    const int leaf = at->leaf[slot];
-    return leaf < 0 || leaf >= fit->faces->cell_count ? -1 : fit->lattice->corner[leaf][7 - slot];
-}
-
 // Enters the cells around a point that have a node there.
 static void enter_point(CutFit *fit, const CutMoved *at)
 {
     for (int s = 0; s < 8; s++) {
-        const int v = vertex_of(fit, at, s);
-        if (v >= 0 && is_node(fit, v))
+        const int v = cut_fit_vertex_of(fit, at, s);
+        if (v >= 0 && cut_fit_is_node(fit, v))
             enter_cell(fit, at->leaf[s]);
     }
 }
@@ -158,7 +145,7 @@ static void set_offsets(CutFit *fit, int index)
 {
     const CutScratch *scratch = fit->lattice->scratch;
     for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
-        if (is_node(fit, v))
+        if (cut_fit_is_node(fit, v))
             memcpy(fit->offset[row_for(fit, v)], fit->point_offset[index], sizeof *fit->offset);
 }
 
@@ -203,181 +190,6 @@ static void choose_diagonals(CutFit *fit, int index)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Fades: a node stays where it was at the moment of the change
-
-// Returns the deformation of a cell, in the rows' axes.
-static double (*gradient_of(CutFit *fit, const void *row, int cell))[3]
-{
-    double(*gradient)[3] = fit->gradient[cell];
-    if (fit->known[cell] == fit->stamp)
-        return gradient;
-    fit->known[cell] = fit->stamp;
-    memset(gradient, 0, sizeof *fit->gradient);
-    const double quarter = 0.25 / fit->fitted.size;
-    for (int k = 0; k < FIT_CORNERS; k++) {
-        const Vec3 u = rows_vector(&fit->vertices->rows, row, fit->lattice->corner[cell][k], 0);
-        for (int axis = 0; axis < 3; axis++) {
-            const double sign = k >> axis & 1 ? quarter : -quarter;
-            gradient[axis][0] += sign * u.x;
-            gradient[axis][1] += sign * u.y;
-            gradient[axis][2] += sign * u.z;
-        }
-    }
-    for (int axis = 0; axis < 3; axis++)
-        gradient[axis][axis] += 1.0;
-    return gradient;
-}
-
-static int root_of(const CutFit *fit, int vertex)
-{
-    while (fit->origin[vertex] >= 0)
-        vertex = fit->origin[vertex];
-    return vertex;
-}
-
-// F o of the cells around a point, in the rows' axes [m].
-typedef struct Around {
-    int vertex[8], root[8];      // by slot; -1: none
-    double now[8][3], was[8][3]; // with the present offset, and that of before
-} Around;
-
-static void times(const double gradient[3][3], const float offset[3], double size, double out[3])
-{
-    for (int c = 0; c < 3; c++)
-        out[c] = size * (gradient[0][c] * (double)offset[0] + gradient[1][c] * (double)offset[1] +
-                         gradient[2][c] * (double)offset[2]);
-}
-
-static void find_around(CutFit *fit, const void *row, const CutMoved *at, Around *around)
-{
-    const double size = fit->fitted.size;
-    for (int s = 0; s < 8; s++) {
-        const int v = around->vertex[s] = vertex_of(fit, at, s);
-        around->root[s] = v < 0 ? -1 : root_of(fit, v);
-        if (v < 0)
-            continue;
-        double(*gradient)[3] = gradient_of(fit, row, at->leaf[s]);
-        times((const double(*)[3])gradient, fit->point_offset[at->index], size, around->now[s]);
-        times((const double(*)[3])gradient, at->before, size, around->was[s]);
-    }
-}
-
-// Returns the number of entries that are `which`, and the mean of their values.
-static int mean_of(const int entry[8], int which, const double value[8][3], double mean[3])
-{
-    int count = 0;
-    mean[0] = mean[1] = mean[2] = 0.0;
-    for (int s = 0; s < 8; s++) {
-        if (entry[s] != which)
-            continue;
-        for (int c = 0; c < 3; c++)
-            mean[c] += value[s][c];
-        count++;
-    }
-    for (int c = 0; c < 3 && count > 0; c++)
-        mean[c] /= count;
-    return count;
-}
-
-// Marks a vertex for the list of fades.
-static void list_fade(CutFit *fit, int vertex)
-{
-    if (fit->is_fading[vertex] || fit->fading_count == fit->fitted.fit.fade_capacity)
-        return;
-    fit->is_fading[vertex] = 1;
-    fit->fading_vertex[fit->fading_count++] = vertex;
-}
-
-// Converts a direction of the world to the rows' axes, and back.
-static Vec3 turned_in(const CutFit *fit, const float from[3])
-{
-    const Rows *rows = &fit->vertices->rows;
-    const Vec3 world = vec3((double)from[0], (double)from[1], (double)from[2]);
-    return rows->turned ? quat_rotate(quat_conjugate(rows->frame->turn), world) : world;
-}
-
-static void turn_out(const CutFit *fit, const double local[3], float to[3])
-{
-    const Rows *rows = &fit->vertices->rows;
-    Vec3 world = vec3(local[0], local[1], local[2]);
-    if (rows->turned)
-        world = quat_rotate(rows->frame->turn, world);
-    to[0] = (float)world.x, to[1] = (float)world.y, to[2] = (float)world.z;
-}
-
-// Finds where a vertex is shown at present if it was a node before the change, else where its point
-// would be, in the rows' axes from the vertex [m]. Returns the number of its cells.
-static int find_before(const CutFit *fit, const Around *around, int root, double out[3])
-{
-    const int slot = fit->faces->slot_of[root];
-    const bool was_node = slot >= 0 && slot < fit->slots;
-    const CutFade *fade = &fit->fade[root];
-    const int had = mean_of(around->root, root,
-                            (const double(*)[3])(was_node ? around->was : around->now), out);
-    if (!was_node || fade->step <= 0)
-        return had;
-    const double left = (double)fit_left(fade->step, fit->fitted.fit.fade_steps, fit->step);
-    const Vec3 from = turned_in(fit, fade->from);
-    out[0] = (1.0 - left) * out[0] + left * from.x;
-    out[1] = (1.0 - left) * out[1] + left * from.y;
-    out[2] = (1.0 - left) * out[2] + left * from.z;
-    return had;
-}
-
-// Lets the nodes of a point start from where they, or what they were part of, are shown.
-static void start_fades(CutFit *fit, const void *row, const CutMoved *at)
-{
-    const CutScratch *scratch = fit->lattice->scratch;
-    const double close = SMALLEST_JUMP * fit->fitted.size;
-    int vertex[8], count = 0;
-    CutFade begun[8];
-    Around around;
-    find_around(fit, row, at, &around);
-    for (int v = scratch->head[at->index]; v >= 0; v = scratch->next[v]) {
-        double before[3], after[3], square = 0.0;
-        if (!is_node(fit, v))
-            continue;
-        const int root = root_of(fit, v), had = find_before(fit, &around, root, before);
-        const int has = mean_of(around.vertex, v, (const double(*)[3])around.now, after);
-        if (v == root && had == has && !at->moved)
-            continue;
-        begun[count] = (CutFade){.step = (int)fit->step};
-        turn_out(fit, before, begun[count].from);
-        for (int c = 0; c < 3; c++)
-            square += (after[c] - before[c]) * (after[c] - before[c]);
-        if (!(square > close * close))
-            begun[count] = (CutFade){.step = 0};
-        vertex[count++] = v;
-    }
-    // Not before all are known: copies start from the fade of their original.
-    for (int k = 0; k < count; k++) {
-        fit->fade[vertex[k]] = begun[k];
-        if (begun[k].step > 0)
-            list_fade(fit, vertex[k]);
-    }
-}
-
-// Drops fades that have ended, and writes the others for clients.
-static void write_fades(CutFit *fit)
-{
-    BodyFit *out = &fit->fitted.fit;
-    int kept = 0;
-    for (int k = 0; k < fit->fading_count; k++) {
-        const int v = fit->fading_vertex[k];
-        const CutFade *fade = &fit->fade[v];
-        if (fade->step <= 0 || fit->step - fade->step >= out->fade_steps) {
-            fit->is_fading[v] = 0;
-            continue;
-        }
-        fit->fading[kept] = (FitFade){.node = fit->faces->slot_of[v],
-                                      .step = fade->step,
-                                      .from = {fade->from[0], fade->from[1], fade->from[2]}};
-        fit->fading_vertex[kept++] = v;
-    }
-    fit->fading_count = out->fade_count = kept;
-}
-
-// ---------------------------------------------------------------------------------------------
 // After changes of the lattice
 
 void cut_fit_keep(CutFit *fit, const int (*face)[2], const CutCrossing *crossing, int count)
@@ -397,7 +209,7 @@ static void list_point(CutFit *fit, const int point[3])
         return;
     bool shown = false;
     for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
-        shown |= is_node(fit, v);
+        shown |= cut_fit_is_node(fit, v);
     if (!shown)
         return;
     fit->is_listed[index] = 1;
@@ -478,10 +290,10 @@ bool cut_fit_follow(CutFit *fit, bool divided, Body *body)
     }
     note_births(fit, true);
     for (int p = 0; p < fit->moved_count; p++)
-        start_fades(fit, row, &fit->moved[p]);
+        cut_fit_start_fades(fit, row, &fit->moved[p]);
     note_births(fit, false);
     enter(fit);
-    write_fades(fit);
+    cut_fit_write_fades(fit);
     body->mesh.fit = fit->fitted.fit;
     return moved;
 }
@@ -510,9 +322,9 @@ static void derive_fades(CutFit *fit)
     }
     fit->step = newest;
     for (int v = 0; v < vertices; v++)
-        if (fit->fade[v].step > 0 && newest - fit->fade[v].step < steps && is_node(fit, v))
-            list_fade(fit, v);
-    write_fades(fit);
+        if (fit->fade[v].step > 0 && newest - fit->fade[v].step < steps && cut_fit_is_node(fit, v))
+            cut_fit_list_fade(fit, v);
+    cut_fit_write_fades(fit);
 }
 
 void cut_fit_derive(CutFit *fit, Body *body)

@@ -1,0 +1,27 @@
+// Private to the smooth surface of cut bodies: what its files share.
+#ifndef PLIANT_VOXEL_CUT_CUT_FIT_PARTS_H
+#define PLIANT_VOXEL_CUT_CUT_FIT_PARTS_H
+
+#include "voxel/cut/cut_fit.h"
+
+static inline bool cut_fit_is_node(const CutFit *fit, int vertex)
+{
+    return fit->faces->slot_of[vertex] >= 0;
+}
+
+// Returns the vertex at a point of a leaf around it; -1: no leaf, or one of several cells.
+static inline int cut_fit_vertex_of(const CutFit *fit, const CutMoved *at, int slot)
+{
+    const int leaf = at->leaf[slot];
+    return leaf < 0 || leaf >= fit->faces->cell_count ? -1 : fit->lattice->corner[leaf][7 - slot];
+}
+
+// cut_fit_fade.c. Lets the nodes of a point start from where they, or what they were part of, are
+// shown.
+void cut_fit_start_fades(CutFit *fit, const void *row, const CutMoved *at);
+// Lists a vertex whose fade has begun, unless there are too many.
+void cut_fit_list_fade(CutFit *fit, int vertex);
+// Drops fades that have ended, and writes the others for clients.
+void cut_fit_write_fades(CutFit *fit);
+
+#endif
