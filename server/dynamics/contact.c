@@ -73,8 +73,7 @@ static void begin_tick_solid(Contact *contact, const ToolPlacement *at, bool fre
     if (contact_solid_look(contact, at, &out)) {
         if (clear->touched == 0)
             clear->position = vec3_add(proxy->position, out);
-        if (contact->tool->kind != TOOL_STATIC)
-            proxy->position = clear->position;
+        proxy->position = clear->position;
         proxy->away = EASE_TIME;
         contact_forget_candidates(contact);
     } else if (!(contact->forces.depth > 0.0)) {

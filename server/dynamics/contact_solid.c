@@ -90,7 +90,7 @@ bool contact_solid_look(Contact *contact, const ToolPlacement *at, Vec3 *out)
         }
         contact->forces.depth = fmax(contact->forces.depth, capsule->radius - least.distance);
         contact->forces.floor = fmin(contact->forces.floor, least.distance);
-        if (way >= 0)
+        if (way >= 0 && contact->tool->kind != TOOL_STATIC) // which never leaves
             inside =
                 leads_out(contact, &contact->candidate[way], &least, p, q, capsule->radius, out);
     }

@@ -400,6 +400,34 @@ static void a_cube_rests_on_a_table(void **state)
     voxel_world_destroy(&world);
 }
 
+// Static capsules that lie inside a falling body, sticking out of it at both ends: they cannot
+// leave, and hold it.
+static void a_body_hangs_on_what_it_encloses(void **state)
+{
+    (void)state;
+    VoxelWorldOptions options = voxel_world_cube(16);
+    options.body.body.gravity = vec3(0.0, 0.0, -9.81);
+    for (options.tool_count = 0; options.tool_count < 2; options.tool_count++) {
+        ToolOptions *tool = &options.tool[options.tool_count];
+        const double x = options.tool_count == 0 ? -0.025 : 0.025;
+        *tool = make_tool(0.0, 0.008);
+        tool->id = 1 + options.tool_count;
+        tool->kind = TOOL_STATIC;
+        tool->capsule[0].from = vec3(x, -0.2, 0.0);
+        tool->capsule[0].to = vec3(x, 0.2, 0.0);
+    }
+    VoxelWorld world;
+    voxel_world_create(&world, &options);
+    voxel_world_run(&world, 1.0); // 4.9 m of fall
+    voxel_world_read(&world);
+    Vec3 middle = {0.0, 0.0, 0.0};
+    for (int i = 0; i < world.count; i++)
+        middle = vec3_madd(middle, 1.0 / world.count, world.x[i]);
+    expect_at_most(vec3_length(middle), 0.1);
+    assert_int_equal(world.body->resets, 0);
+    voxel_world_destroy(&world);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -408,6 +436,7 @@ int main(void)
         cmocka_unit_test(held_vertices_bear_what_the_tool_feels),
         cmocka_unit_test(body_and_tool_exchange_momentum_exactly),
         cmocka_unit_test(a_tool_inside_is_let_out),
+        cmocka_unit_test(a_body_hangs_on_what_it_encloses),
         cmocka_unit_test(jumps_stay_finite_and_outside),
         cmocka_unit_test(a_plate_of_one_cell_holds_a_thick_tool),
         cmocka_unit_test(an_edge_of_four_faces_pushes_back),
