@@ -39,6 +39,7 @@ struct Team {
     void *context;
     int count;
     uint64_t loop;
+    uint64_t woken;    // the loop before which workers were last woken
     int64_t alone;     // loops still to run without help
     atomic_llong late; // how often a worker exceeded TEAM_LATE_NS
 };
@@ -115,8 +116,10 @@ static uint64_t wait_for_loop(Share *share, uint64_t seen)
             return loop;
         pause_briefly();
         // The clock is not asked every time: that costs more than a look.
-        if (looks % LOOKS_A_CLOCK == 0 && clock_now_ns() > until)
+        if (looks % LOOKS_A_CLOCK == 0 && clock_now_ns() > until) {
             sleep_until_called(share, seen);
+            until = clock_now_ns() + TEAM_SPIN_NS;
+        }
     }
 }
 
@@ -219,6 +222,15 @@ static void wait_for_worker(Team *team, Share *share, unsigned pieces, int64_t p
             team->alone = TEAM_ALONE_LOOPS;
         }
     }
+}
+
+void team_wake(Team *team)
+{
+    if (team == NULL || team->alone > 0 || team->woken == team->loop)
+        return;
+    team->woken = team->loop;
+    for (int i = 1; i < team->running; i++)
+        wake(&team->share[i]);
 }
 
 void team_run(Team *team, TeamWork *work, void *context, int count)

@@ -43,6 +43,9 @@ int team_threads(const Team *team);
 // Returns the memory of any team in bytes, without the workers' stacks.
 size_t team_bytes(void);
 
+// Wakes workers that sleep, if there was a loop since the last call: the next ones will come within
+// TEAM_SPIN_NS. `team` may be NULL.
+void team_wake(Team *team);
 // Runs `work` over `count` items and returns when all are done.
 void team_run(Team *team, TeamWork *work, void *context, int count);
 // Returns how often the caller waited for a worker longer than TEAM_LATE_NS.

@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "base/clock.h"
+#include "base/team.h"
 #include "run/realtime.h"
 #include "run/files_thread.h"
 
@@ -278,6 +279,8 @@ static void take_poses(Loop *loop)
 static void tick(Loop *loop, int64_t begin_ns)
 {
     Sim *sim = loop->sim;
+    // Workers wake up while inputs are taken and contacts are sought.
+    team_wake(loop->world->team);
     // Inputs, then the step.
     if (loop->away_ns > 0)
         release_tools(loop);
