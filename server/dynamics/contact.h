@@ -1,7 +1,8 @@
-// Contact of one tool with one body (README.md, "Contact of faces"): a penalty on faces with one
-// closest pair each, a soft minimum for capsules, remembered sides, a proxy that yields beyond
-// max_force, bristle friction. Independent of the body's physics: it reads node rows and adds node
-// forces. Step thread.
+// Contact of one tool with one body. Hollow walls (README.md, "Contact of faces"): a penalty on
+// faces with one closest pair each, a soft minimum for capsules, remembered sides, a proxy that
+// yields beyond max_force, bristle friction. Solids ("Contact of solids"): one potential, implicit
+// impulses. Independent of the body's physics: it reads node rows and adds forces or impulses. Step
+// thread.
 #ifndef PLIANT_DYNAMICS_CONTACT_H
 #define PLIANT_DYNAMICS_CONTACT_H
 

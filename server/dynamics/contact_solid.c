@@ -10,9 +10,12 @@
 
 // Distance of the axis at which the barrier begins [radius]: shallow presses feel the points alone.
 static const double BARRIER_FROM = 0.85;
-// Its stiffness as that of the points, of a `contact.stiffness` of so much, whatever the scene's:
-// with 32 and less the surface of block.cfg snapped past a probe pressed by two to four radii, and
-// the force fell by a tenth.
+// What is added to `contact.stiffness` for the points: without, a tool that is dragged rests on the
+// barrier, and its force jumps from face to face, by a quarter.
+static const double POINT_RATIO = 4.0;
+// The barrier's stiffness as that of the points, of a `contact.stiffness` of so much, whatever the
+// scene's: with 32 and less the surface of block.cfg snapped past a probe pressed by two to four
+// radii, and the force fell by a tenth.
 static const double BARRIER_RATIO = 512.0;
 
 static const double BARRIER_LEAST = 1e-3; // nearer, the barrier's force goes straight on [radius]
@@ -222,7 +225,7 @@ static void evaluate_shape(Contact *contact, const ToolPlacement *at, int shape,
     const bool sphere = contact_is_sphere(capsule);
     const double radius = capsule->radius;
     const double ratio = contact->body->contact_ratio;
-    const double barrier = ratio > 0.0 ? fmax(1.0, BARRIER_RATIO / ratio) : 0.0;
+    const double points = 1.0 + POINT_RATIO / ratio, barrier = 1.0 + BARRIER_RATIO / ratio;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
     for (int i = 0; i < contact->candidate_count; i++) {
@@ -232,7 +235,7 @@ static void evaluate_shape(Contact *contact, const ToolPlacement *at, int shape,
         const Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
                            contact->x[candidate->node[2]]};
         const double stiffness = contact_face_stiffness(contact->body, candidate->face);
-        push_points(contact, candidate, x, p, q, radius, stiffness);
+        push_points(contact, candidate, x, p, q, radius, points * stiffness);
         if (contact->gap_begin[shape][i] < (BARRIER_FROM + SOFT_REACH * SOFT) * radius + approach)
             push_barrier(contact, candidate, x, p, q, sphere, radius, barrier * stiffness);
     }

@@ -123,8 +123,8 @@ static const Option CONTACT_OPTIONS[] = {
     {"stiffness", OPTION_REAL, offsetof(SceneBody, options.contact_ratio), "", 0.0, 100.0,
      .open = true, .preset = 0.5, .physics = true, .idle = {&IDLE_MEETS_NO_TOOL},
      .about =
-         "Stiffness of the contact as a share of the body's own. On solids it costs nothing under "
-         "probes; elsewhere a stiffer contact needs a smaller time step."},
+         "Stiffness of the contact as a share of the body's own. For probes on solids 4 is "
+         "added, and it costs nothing; elsewhere a stiffer contact needs a smaller time step."},
     {"damping_time", OPTION_REAL, offsetof(SceneBody, options.contact_damping), "s", 0.0, 1.0,
      .preset = 2e-4, .physics = true, .idle = {&IDLE_MEETS_NO_TOOL},
      .about = "Damping of the contact over its stiffness. With 0, or little in stiff contacts, the "

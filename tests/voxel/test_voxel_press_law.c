@@ -240,13 +240,13 @@ static void a_flat_wall_pushes_as_the_integral_over_it(void **state)
         const double force = feel(&world, vec3(0.0, 0.0, TOP + z * r), QUAT_NONE).force.z;
         const BodySurface *surface = &world.body->surface;
         // Vertices inside a flat wall; firmness is that of the weakest face.
-        double kappa = world.body->contact_kappa;
+        double kappa = 9.0 * world.body->contact_kappa; // 4 and 0.5, in place of 0.5
         for (int f = 0; f < surface->face_count && surface->face_firmness != NULL; f++) {
             Vec3 x[3];
             world.body->ops->read_nodes(world.body->model, surface->face[f], 3, x, NULL);
             if (fabs(x[0].x) + fabs(x[0].y) < 0.012 && x[0].z > TOP - 1e-9 && x[1].z > TOP - 1e-9 &&
                 x[2].z > TOP - 1e-9)
-                kappa = world.body->contact_kappa * surface->face_firmness[f];
+                kappa = 9.0 * world.body->contact_kappa * surface->face_firmness[f];
         }
         // Force on the tool along z: the integral of kappa (r - d) z / d over the disc.
         const double h = z * r;
