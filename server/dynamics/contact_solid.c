@@ -313,7 +313,7 @@ static void add_friction(NodeImpulse *on, double mu, double mass, Vec3 slip)
 // there moving at `tool`: m dv of
 //   (m + g D) dv = h f - g D (v - tool),   g = h (h + b),
 // then friction. A node that cannot move gets what it withholds.
-static NodeImpulse impulse_on(const Contact *contact, int t, Vec3 tool, double h, double mu)
+static NodeImpulse impulse_on(const Contact *contact, int t, Vec3 tool, double h, double friction)
 {
     const Touched *touched = &contact->touched[t];
     const double m = touched->mass, g = h * (h + contact->body->contact_damping);
@@ -332,20 +332,21 @@ static NodeImpulse impulse_on(const Contact *contact, int t, Vec3 tool, double h
                z = solve(k, 1.0, vec3(g * d[4], g * d[5], g * d[2]));
     const double slope[6] = {x.x, y.y, z.z, x.y, x.z, y.z};
     memcpy(on.slope, slope, sizeof slope);
-    if (mu > 0.0)
-        add_friction(&on, mu, contact->body->surface.node_mass[contact->touched_node[t]], slip);
+    if (friction > 0.0)
+        add_friction(&on, friction, contact->body->surface.node_mass[contact->touched_node[t]],
+                     slip);
     return on;
 }
 
 // Computes the impulses on all touched nodes with the proxy moving at `u`; returns their sum and in
 // `slope` its derivative by u.
-static Vec3 impulses(Contact *contact, Vec3 u, double h, double mu, double slope[6])
+static Vec3 impulses(Contact *contact, Vec3 u, double h, double friction, double slope[6])
 {
     Vec3 sum = {0.0, 0.0, 0.0};
     memset(slope, 0, 6 * sizeof *slope);
     for (int t = 0; t < contact->touched_count; t++) {
         const NodeImpulse on =
-            impulse_on(contact, t, vec3_add(u, contact->touched[t].swing), h, mu);
+            impulse_on(contact, t, vec3_add(u, contact->touched[t].swing), h, friction);
         contact->impulse[t] = on.impulse;
         sum = vec3_add(sum, on.impulse);
         for (int j = 0; j < 6; j++)
@@ -373,15 +374,11 @@ static Vec3 slack(const double slope[6], Vec3 impulse, double most)
     return solve(slope, fmax(high, LEAST_PULL * trace), impulse);
 }
 
-void contact_solid_kick(Contact *contact, const Stage *stage, double h)
+// Reads the touched nodes after the body's own kick, and the tool's turn at each.
+static void read_touched(Contact *contact, double h)
 {
-    if (contact->touched_count == 0)
-        return;
-    Body *body = contact->body;
-    const Proxy *from = contact->proxy;
-    Proxy *next = &contact->next;
-    ContactSums *sums = &contact->sums;
-    // The nodes after the body's own kick, and the tool's turn at each.
+    const Body *body = contact->body;
+    const Proxy *from = contact->proxy, *next = &contact->next;
     const Quat turn = quat_multiply(next->orientation, quat_conjugate(from->orientation));
     const Vec3 angular = vec3_scale(1.0 / h, quat_to_rotation(turn));
     for (int t = 0; t < contact->touched_count; t++) {
@@ -393,26 +390,43 @@ void contact_solid_kick(Contact *contact, const Stage *stage, double h)
     }
     body->ops->read_nodes(body->model, contact->touched_node, contact->touched_count,
                           contact->impulse, contact->v); // positions are not needed
+}
 
-    // The proxy follows the hand as far as its force allows.
-    const double mu = contact_friction(contact);
+// Moves the proxy as far towards the hand as its largest force allows, and computes the impulses of
+// that motion. Returns a factor on them: 1, less where the passes were not enough.
+static double follow_hand(Contact *contact, double h)
+{
+    const Proxy *from = contact->proxy;
+    Proxy *next = &contact->next;
+    const double friction = contact_friction(contact);
     const double most = contact->tool->kind == TOOL_STATIC ? (double)INFINITY : h * contact->limit;
     Vec3 u = vec3_scale(1.0 / h, vec3_sub(next->position, from->position));
     double slope[6];
-    Vec3 sum = impulses(contact, u, h, mu, slope);
-    // Pulled towards the hand by the largest force, from where the hand is: `behind`.
-    Vec3 behind = {0.0, 0.0, 0.0};
+    Vec3 sum = impulses(contact, u, h, friction, slope);
+    // Too much: it stays behind the hand. Each pass solves anew for how far, since nodes separate
+    // and slide.
     const bool yields = vec3_length(sum) > most;
+    Vec3 behind = {0.0, 0.0, 0.0};
     for (int pass = 0; pass < PASSES && yields; pass++) {
         const Vec3 whole = vec3_add(sum, times(slope, behind));
         const Vec3 step = vec3_length(whole) > most ? slack(slope, whole, most) : vec3(0, 0, 0);
         u = vec3_add(vec3_sub(u, step), behind);
         behind = step;
-        sum = impulses(contact, u, h, mu, slope);
+        sum = impulses(contact, u, h, friction, slope);
     }
-    const double size = vec3_length(sum), scale = size > most ? most / size : 1.0;
     next->position = vec3_madd(from->position, h, u);
+    const double size = vec3_length(sum);
+    return size > most ? most / size : 1.0;
+}
 
+void contact_solid_kick(Contact *contact, const Stage *stage, double h)
+{
+    if (contact->touched_count == 0)
+        return;
+    const Body *body = contact->body;
+    ContactSums *sums = &contact->sums;
+    read_touched(contact, h);
+    const double scale = follow_hand(contact, h);
     // Impulses on the nodes, the opposite on the tool.
     for (int t = 0; t < contact->touched_count; t++) {
         const Touched *touched = &contact->touched[t];
@@ -427,6 +441,7 @@ void contact_solid_kick(Contact *contact, const Stage *stage, double h)
     }
     body->ops->kick_nodes(body->model, contact->touched_node, contact->touched_count,
                           contact->impulse, h, stage->advance * h);
+    // Weighted means for the wrench.
     sums->point = vec3_madd(sums->point, h, contact->forces.point);
     sums->normal = vec3_madd(sums->normal, h, contact->forces.normal);
     sums->weight += h * contact->forces.weight;
