@@ -39,8 +39,7 @@ typedef struct BodySurface {
     const double *node_area; // a third of the surrounding faces [m2]
     const double *node_mass; // [kg]
     double longest_edge;     // at rest, of the coarsest level [m]: constant
-    bool solid; // closed and filled: only the front of each face acts, and a tool inside is pushed
-                // out
+    bool solid; // closed and filled: tools are felt by contact_solid.c, through kick_nodes
     // Factors on contact_kappa: contact stiffness of a face, and of a node against a plane. Both
     // NULL: 1. The model's memory, set by contact_set_stiffness, for bodies whose nodes have very
     // different masses per area.

@@ -105,7 +105,7 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
     }
     Proxy *proxy = contact->proxy;
     const double r = contact->smallest_radius;
-    const bool solid = contact->body->surface.solid, fresh = !proxy->valid;
+    const bool solid = contact->is_solid, fresh = !proxy->valid;
     if (contact->tool->kind != TOOL_STATIC && proxy->valid && !solid)
         watch_caught(contact, begin, r, tick);
     if (fresh) {
@@ -184,7 +184,9 @@ static void add_work(Contact *contact)
 static void read_local_nodes(Contact *contact)
 {
     const Body *body = contact->body;
-    body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, contact->v);
+    // Solids feel velocities after the body's own kick.
+    body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x,
+                          contact->is_solid ? NULL : contact->v);
     if (contact->kicked > 0.0)
         add_work(contact); // of the last forces
     contact->kicked = 0.0;
@@ -207,10 +209,10 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
     const double r = contact->smallest_radius;
     Proxy *next = &contact->next;
     double cap = CONTACT_STEP_CAP * r;
-    if (contact->body->surface.solid) // never across a face
+    if (contact->is_solid) // never across a face
         cap = fmin(cap, 0.5 * contact->forces.floor);
     move_towards(next, target, orientation, contact->lever, cap);
-    if (contact->body->surface.solid)
+    if (contact->is_solid)
         return; // contact_kick decides
 
     // Step back along the force until it is at most max_force and the axis is clear of the wall.
@@ -236,7 +238,7 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
 
 void contact_apply(Contact *contact, double fraction, double weight, double h)
 {
-    if (contact->body->surface.solid && !contact->is_plane) {
+    if (contact->is_solid) {
         read_local_nodes(contact);
         ToolPlacement at = placement(contact, 0.0, h);
         contact_solid_evaluate(contact, &at);
@@ -280,7 +282,7 @@ void contact_apply(Contact *contact, double fraction, double weight, double h)
 
 void contact_kick(Contact *contact, const Stage *stage, double h)
 {
-    if (contact->body->surface.solid && !contact->is_plane)
+    if (contact->is_solid)
         contact_solid_kick(contact, stage, h);
 }
 
@@ -315,7 +317,7 @@ void contact_end_substep(Contact *contact)
             contact->plane_bristle[contact->node[i]] = contact->plane_trial[i];
         return;
     }
-    if (contact->body->surface.solid) {
+    if (contact->is_solid) {
         contact->next.away = contact->proxy->away;
         *contact->proxy = contact->next;
         contact->clear->touched = contact_is_near(contact) && contact->touched_count > 0;
@@ -358,7 +360,7 @@ int contact_springs(Contact *contact, ContactSpring *spring, int capacity)
     read_local_nodes(contact);
     ToolPlacement at = {.position = contact->proxy->position,
                         .orientation = contact->proxy->orientation};
-    if (contact->body->surface.solid)
+    if (contact->is_solid)
         contact_solid_evaluate(contact, &at);
     else
         contact_evaluate(contact, &at, 0.0);

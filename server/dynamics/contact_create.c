@@ -196,8 +196,8 @@ static void create_for_wall(Contact *contact, const char *name, Arena *arena)
 static void create_for_solid(Contact *contact, const char *name, Arena *arena, StateList *state)
 {
     contact_solid_create(contact);
-    contact->yield = arena_allocate(arena, ARENA_CONTACT, (size_t)contact->node_capacity,
-                                    sizeof *contact->yield, "%s/yield", name);
+    contact->lumped = arena_allocate(arena, ARENA_CONTACT, (size_t)contact->node_capacity,
+                                     sizeof *contact->lumped, "%s/lumped stiffness", name);
     contact->touched = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Touched, "touched nodes");
     contact->touched_node = ALLOCATE(ARENA_CONTACT, contact->node_capacity, int, "their numbers");
     contact->clear = ALLOCATE(ARENA_CONTACT, 1, Clear, "clear of the body");
@@ -217,12 +217,12 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
         contact->smallest_radius = fmin(contact->smallest_radius, capsule->radius);
         contact->lever =
             fmax(contact->lever, fmax(vec3_length(capsule->from), vec3_length(capsule->to)));
-        if (contact->body->surface.solid)
+        if (contact->is_solid)
             continue;
         contact->side[k] = ALLOCATE(ARENA_CONTACT, faces, signed char, "sides");
         state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
     }
-    if (body_changes(contact->body) && !contact->body->surface.solid)
+    if (body_changes(contact->body) && !contact->is_solid)
         create_memory(contact, name, arena, state);
     contact->node = ALLOCATE(ARENA_CONTACT, nodes, int, "nodes");
     contact->local = ALLOCATE(ARENA_CONTACT, nodes, int, "local numbers");
@@ -240,7 +240,7 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
     contact->x = ALLOCATE(ARENA_CONTACT, contact->ring_capacity, Vec3, "positions");
     contact->x_begin = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "positions before");
     contact->node_normal = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "node normals");
-    if (contact->body->surface.solid)
+    if (contact->is_solid)
         create_for_solid(contact, name, arena, state);
     else
         create_for_wall(contact, name, arena);
@@ -251,6 +251,7 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
 {
     Contact *contact = ALLOCATE(ARENA_CONTACT, 1, Contact, "contact");
     contact->is_plane = plane;
+    contact->is_solid = !plane && body->surface.solid;
     contact->tool = tool;
     contact->body = body;
     contact->proxy = ALLOCATE(ARENA_CONTACT, 1, Proxy, "proxy");

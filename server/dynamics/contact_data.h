@@ -88,7 +88,9 @@ typedef struct ContactForces {
 struct Contact {
     const ToolOptions *tool;
     Body *body;
-    bool is_plane;                          // the tool's plane, else its capsules
+    // Which of three laws: of the tool's plane, of its capsules against a solid (contact_solid.c),
+    // or of its capsules against a hollow wall.
+    bool is_plane, is_solid;
     double smallest_radius, largest_radius; // of the capsules [m]
     double lever;                           // farthest point of an axis from the tool's origin [m]
 
@@ -144,10 +146,10 @@ struct Contact {
     // Points spread over a face, where it feels the tool: barycentric weights.
     int point_count;
     double point_weight[CONTACT_POINTS][3];
-    double (*yield)[6]; // of a local node: bound of how its force falls as it moves [N/m]
-    double limit;       // of the force now [N]
-    Clear *clear;       // state
-    int touched_count;  // nodes within the tool; by their number:
+    double (*lumped)[6]; // of a local node: lumped stiffness, xx yy zz xy xz yz [N/m]
+    double limit;        // of the force now [N]
+    Clear *clear;        // state
+    int touched_count;   // nodes within the tool; by their number:
     Touched *touched;
     int *touched_node;
     Vec3 *impulse; // [N s]

@@ -150,7 +150,7 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
                 continue;
             contact->refused += reached;
             contact->mark[word] &= ~(bits & -bits);
-            for (int shape = 0; shape < shapes && !surface->solid; shape++)
+            for (int shape = 0; shape < shapes && !contact->is_solid; shape++)
                 contact->side[shape][face] = 0;
         }
     }
@@ -241,13 +241,13 @@ void contact_find_candidates(Contact *contact, const ToolPlacement *at, double m
     }
     mark_faces(contact, at, margin);
     keep_candidates(contact, at, margin);
-    if (contact->body->surface.solid)
+    if (contact->is_solid)
         forget_local_numbers(contact);
     else
         compute_node_normals(contact);
     memcpy(contact->x_begin, contact->x, (size_t)contact->local_count * sizeof *contact->x);
     contact->begin = *at;
-    if (!contact->body->surface.solid)
+    if (!contact->is_solid)
         contact_update_sides(contact, at);
 }
 
@@ -297,7 +297,7 @@ void contact_topology_changed(Contact *contact, const TopologyChange *change)
 {
     if (contact->is_plane)
         follow_nodes(contact->plane_bristle, change);
-    else if (!contact->body->surface.solid)
+    else if (!contact->is_solid)
         for (int shape = 0; shape < contact->tool->capsule_count; shape++)
             follow_faces(contact, shape, change);
     contact_forget_candidates(contact);

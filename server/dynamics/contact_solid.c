@@ -13,9 +13,8 @@ static const double BARRIER_FROM = 0.85;
 // What is added to `contact.stiffness` for the points: without, a tool that is dragged rests on the
 // barrier, and its force jumps from face to face, by a quarter.
 static const double POINT_RATIO = 4.0;
-// The barrier's stiffness as that of the points, of a `contact.stiffness` of so much, whatever the
-// scene's: with 32 and less the surface of block.cfg snapped past a probe pressed by two to four
-// radii, and the force fell by a tenth.
+// What is added to it for the barrier: with 32 and less the surface of block.cfg snapped past a
+// probe pressed by two to four radii, and the force fell by a tenth.
 static const double BARRIER_RATIO = 512.0;
 
 static const double BARRIER_LEAST = 1e-3; // nearer, the barrier's force goes straight on [radius]
@@ -139,7 +138,7 @@ static void add_push(Contact *contact, const Candidate *candidate, const double 
         const int i = candidate->node[c];
         contact->f[i] = vec3_madd(contact->f[i], -weight[c] * force, normal);
         for (int j = 0; j < 6; j++)
-            contact->yield[i][j] += weight[c] * k[j];
+            contact->lumped[i][j] += weight[c] * k[j];
     }
 }
 
@@ -225,7 +224,7 @@ static void evaluate_shape(Contact *contact, const ToolPlacement *at, int shape,
     const bool sphere = contact_is_sphere(capsule);
     const double radius = capsule->radius;
     const double ratio = contact->body->contact_ratio;
-    const double points = 1.0 + POINT_RATIO / ratio, barrier = 1.0 + BARRIER_RATIO / ratio;
+    const double of_points = 1.0 + POINT_RATIO / ratio, of_barrier = 1.0 + BARRIER_RATIO / ratio;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
     for (int i = 0; i < contact->candidate_count; i++) {
@@ -235,9 +234,9 @@ static void evaluate_shape(Contact *contact, const ToolPlacement *at, int shape,
         const Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
                            contact->x[candidate->node[2]]};
         const double stiffness = contact_face_stiffness(contact->body, candidate->face);
-        push_points(contact, candidate, x, p, q, radius, points * stiffness);
+        push_points(contact, candidate, x, p, q, radius, of_points * stiffness);
         if (contact->gap_begin[shape][i] < (BARRIER_FROM + SOFT_REACH * SOFT) * radius + approach)
-            push_barrier(contact, candidate, x, p, q, sphere, radius, barrier * stiffness);
+            push_barrier(contact, candidate, x, p, q, sphere, radius, of_barrier * stiffness);
     }
 }
 
@@ -245,14 +244,14 @@ void contact_solid_evaluate(Contact *contact, const ToolPlacement *at)
 {
     contact->forces = (ContactForces){.floor = (double)INFINITY};
     memset(contact->f, 0, (size_t)contact->local_count * sizeof *contact->f);
-    memset(contact->yield, 0, (size_t)contact->local_count * sizeof *contact->yield);
+    memset(contact->lumped, 0, (size_t)contact->local_count * sizeof *contact->lumped);
     const double approach = contact_approach(contact, at);
     for (int shape = 0; shape < contact->tool->capsule_count; shape++)
         evaluate_shape(contact, at, shape, approach);
     // The nodes that are touched, in ascending order.
     contact->touched_count = 0;
     for (int i = 0; i < contact->local_count; i++)
-        if (contact->yield[i][0] + contact->yield[i][1] + contact->yield[i][2] > 0.0) {
+        if (contact->lumped[i][0] + contact->lumped[i][1] + contact->lumped[i][2] > 0.0) {
             contact->touched_node[contact->touched_count] = contact->node[i];
             contact->touched[contact->touched_count++].local = i;
         }
@@ -296,15 +295,15 @@ static void add_across(double k[6], double s, Vec3 n)
     k[5] -= s * n.y * n.z;
 }
 
-// Adds Coulomb friction: as much as stops the node beside the tool, at most mu times the push.
-// Implicit, so that what sticks does not creep.
-static void add_friction(NodeImpulse *on, double mu, double mass, Vec3 slip)
+// Adds Coulomb friction: as much as stops the node beside the tool, at most `friction` times the
+// push. Implicit, so that what sticks does not creep.
+static void add_friction(NodeImpulse *on, double friction, double mass, Vec3 slip)
 {
     const double size = vec3_length(on->impulse);
     const Vec3 normal = vec3_scale(1.0 / size, on->impulse);
     slip = vec3_madd(slip, -vec3_dot(slip, normal), normal);
     const double speed = vec3_length(slip),
-                 held = mass * speed > mu * size ? mu * size / speed : mass;
+                 held = mass * speed > friction * size ? friction * size / speed : mass;
     on->impulse = vec3_madd(on->impulse, -held, slip);
     add_across(on->slope, held, normal);
 }
@@ -317,7 +316,7 @@ static NodeImpulse impulse_on(const Contact *contact, int t, Vec3 tool, double h
 {
     const Touched *touched = &contact->touched[t];
     const double m = touched->mass, g = h * (h + contact->body->contact_damping);
-    const double *d = contact->yield[touched->local];
+    const double *d = contact->lumped[touched->local];
     const Vec3 f = contact->f[touched->local], slip = vec3_sub(contact->v[t], tool);
     double k[6];
     for (int j = 0; j < 6; j++)
@@ -356,20 +355,20 @@ static Vec3 impulses(Contact *contact, Vec3 u, double h, double friction, double
 }
 
 // Returns how much slower than the hand the proxy moves, such that the impulse is the largest
-// allowed one and leads towards the hand: (S + mu) s = T, mu |s| = most; |T| > most.
+// allowed one and leads towards the hand: (S + p 1) s = T, p |s| = most; |T| > most.
 static Vec3 slack(const double slope[6], Vec3 impulse, double most)
 {
     enum { HALVINGS = 60 };
     const double size = vec3_length(impulse);
     const double trace = slope[0] + slope[1] + slope[2];
-    // mu |s| rises with mu, from 0 to |T|. S is below its trace.
+    // p |s| rises with p, from 0 to |T|. S is below its trace.
     double low = 0.0, high = trace * most / (size - most) + 1e-300;
     for (int i = 0; i < HALVINGS && high - low > 1e-12 * high; i++) {
-        const double mu = 0.5 * (low + high);
-        if (mu * vec3_length(solve(slope, mu, impulse)) < most)
-            low = mu;
+        const double pull = 0.5 * (low + high);
+        if (pull * vec3_length(solve(slope, pull, impulse)) < most)
+            low = pull;
         else
-            high = mu;
+            high = pull;
     }
     return solve(slope, fmax(high, LEAST_PULL * trace), impulse);
 }

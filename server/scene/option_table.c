@@ -1,5 +1,6 @@
 #include "scene/option_table.h"
 
+#include "base/arguments.h"
 #include "base/check.h"
 
 #include <stdarg.h>
@@ -264,12 +265,6 @@ static bool read_word(const config_setting_t *setting, const Option *option,
                        allowed);
 }
 
-static bool is_name_character(char c)
-{
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-';
-}
-
 static bool read_string(const config_setting_t *setting, const Option *option,
                         const OptionSource *source, const char **value)
 {
@@ -284,12 +279,11 @@ static bool read_string(const config_setting_t *setting, const Option *option,
         return option_fail(source, setting, "%s %s has %zu characters, outside [%.0f, %.0f]",
                            option->key, quoted_text(text, string), length, option->low,
                            option->high);
-    for (size_t i = 0; i < length; i++) {
-        if (name && !is_name_character(string[i]))
-            return fail_type(option, setting, source, "made of letters, digits, _ and -");
+    if (name && !argument_is_name(string, length))
+        return fail_type(option, setting, source, "made of letters, digits, _ and -");
+    for (size_t i = 0; i < length; i++)
         if ((unsigned char)string[i] < ' ' || string[i] == 127)
             return fail_type(option, setting, source, "free of control characters");
-    }
     *value = string;
     return true;
 }

@@ -74,26 +74,6 @@ static double move_tool(VoxelWorld *world, Vec3 from, Vec3 to, double speed, dou
     return least;
 }
 
-// The tool's axis is outside of the body as it is now: the nearest outer face shows its front.
-static bool is_outside(const VoxelWorld *world, Vec3 point)
-{
-    const BodySurface *surface = &world->body->surface;
-    double solid_angle = 0.0;
-    for (int f = 0; f < surface->face_count; f++) {
-        Vec3 x[3];
-        world->body->ops->read_nodes(world->body->model, surface->face[f], 3, x, NULL);
-        for (int k = 0; k < 3; k++)
-            x[k] = vec3_sub(x[k], point);
-        // Van Oosterom and Strackee 1983, eq. 8.
-        double a = vec3_length(x[0]), b = vec3_length(x[1]), c = vec3_length(x[2]);
-        double over = vec3_dot(x[0], vec3_cross(x[1], x[2]));
-        double under = a * b * c + vec3_dot(x[0], x[1]) * c + vec3_dot(x[1], x[2]) * a +
-                       vec3_dot(x[2], x[0]) * b;
-        solid_angle += 2.0 * atan2(over, under);
-    }
-    return fabs(solid_angle) < 6.28; // 4 pi inside, 0 outside
-}
-
 static void expect_quiet(const VoxelWorld *world)
 {
     assert_int_equal(world->body->resets, 0);
@@ -135,7 +115,7 @@ static void press_everywhere(VoxelWorldOptions (*make)(void), const char *name)
                               name, t.x, t.y, t.z, length == 0 ? "ball" : "capsule", radius * 1e3,
                               vec3_dot(wrench->force, out), least, wrench->depth * 1e3);
                 expect_at_least(least, 1e-3);
-                assert_true(is_outside(&world, at));
+                assert_true(voxel_world_is_outside(&world, at));
                 expect_quiet(&world);
                 voxel_world_destroy(&world);
             }
@@ -256,7 +236,7 @@ static void a_tool_inside_is_let_out(void **state)
         }
         contact_proxy(world.sim->contact[0], &at, &turn);
         if (k < 2) {
-            assert_true(is_outside(&world, at));
+            assert_true(voxel_world_is_outside(&world, at));
             expect_at_least(sim_wrench(world.sim, 0)->force.z, 0.01);
         } else {
             expect_near(most, 0.0, 0.0);
@@ -300,7 +280,7 @@ static void jumps_stay_finite_and_outside(void **state)
         contact_proxy(world.sim->contact[0], &at, &turn);
         print_message("jump of %g mm: %.3g N at most, the proxy %.3g mm from the pose\n",
                       jumps[k] * 1e3, most, 1e3 * vec3_length(vec3_sub(at, above)));
-        assert_true(is_outside(&world, at));
+        assert_true(voxel_world_is_outside(&world, at));
         expect_at_most(most, tool.max_force * (1.0 + 1e-9));
         expect_at_least(sim_wrench(world.sim, 0)->force.z, 1e-3);
         expect_quiet(&world);
@@ -336,7 +316,7 @@ static void a_plate_of_one_cell_holds_a_thick_tool(void **state)
         print_message("plate: least %.3g N, overlap %.2g mm\n", least,
                       1e3 * sim_wrench(world.sim, 0)->depth);
         expect_at_least(least, 1e-4);
-        assert_true(is_outside(&world, at));
+        assert_true(voxel_world_is_outside(&world, at));
         expect_quiet(&world);
         voxel_world_destroy(&world);
     }
@@ -362,7 +342,7 @@ static void an_edge_of_four_faces_pushes_back(void **state)
     double down = move_tool(&world, vec3(0.0, 0.0, HALF + 0.0051), vec3(0.0, 0.0, HALF - 0.005),
                             0.1, 0.004, up);
     contact_proxy(world.sim->contact[0], &at, &turn);
-    assert_true(is_outside(&world, at));
+    assert_true(voxel_world_is_outside(&world, at));
     for (int i = 0; i < 50; i++) // away and round
         step_at(&world, vec3(0.0, 0.0, 0.1 + 1e-3 * i));
     step_at(&world, vec3(0.05, 0.05, 0.1));
@@ -373,7 +353,7 @@ static void an_edge_of_four_faces_pushes_back(void **state)
     print_message("four faces: %.3g N down, %.3g N into the notch\n", down, in);
     expect_at_least(down, 1e-3);
     expect_at_least(in, 1e-3);
-    assert_true(is_outside(&world, at));
+    assert_true(voxel_world_is_outside(&world, at));
     expect_quiet(&world);
     voxel_world_destroy(&world);
 }

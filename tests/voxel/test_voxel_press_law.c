@@ -117,7 +117,7 @@ static void random_ways(const Contact *contact, uint64_t *random, Vec3 *way)
 static const double LENGTHS[] = {0.0, 0.02}, CELLS[] = {0.5, 1.0, 3.0};
 
 // For every position of the nodes and of the tool, the forces on the nodes and on the tool are the
-// slope of one energy, and `yield` is at least how fast they fall.
+// slope of one energy, and the lumped stiffness is about how fast they fall.
 static void forces_are_the_gradient_of_one_potential(void **state)
 {
     (void)state;
@@ -147,7 +147,7 @@ static void forces_are_the_gradient_of_one_potential(void **state)
             slope = vec3_dot(force_on_tool(contact), move);
             for (int i = 0; i < contact->local_count; i++) {
                 const Vec3 d = vec3_sub(way[i], move);
-                const double *y = contact->yield[i];
+                const double *y = contact->lumped[i];
                 slope += vec3_dot(contact->f[i], way[i]);
                 scale += vec3_length(contact->f[i]);
                 bound += y[0] * d.x * d.x + y[1] * d.y * d.y + y[2] * d.z * d.z +
@@ -205,7 +205,7 @@ static void no_force_jumps_on_short_ways(void **state)
                 double bound = contact->forces.weight /
                                fmin(contact->forces.floor, 0.85 * contact->largest_radius);
                 for (int n = 0; n < contact->local_count; n++)
-                    bound += contact->yield[n][0] + contact->yield[n][1] + contact->yield[n][2];
+                    bound += contact->lumped[n][0] + contact->lumped[n][1] + contact->lumped[n][2];
                 const double change = vec3_length(vec3_sub(force, before));
                 // Nodes and tool part by up to 2 sqrt(3) steps. The bound itself changes on the
                 // way.

@@ -150,3 +150,22 @@ void voxel_world_momentum(const VoxelWorld *world, Vec3 *linear, Vec3 *angular)
         *angular = vec3_add(*angular, vec3_cross(world->x[i], p));
     }
 }
+
+bool voxel_world_is_outside(const VoxelWorld *world, Vec3 point)
+{
+    const BodySurface *surface = &world->body->surface;
+    double solid_angle = 0.0;
+    for (int f = 0; f < surface->face_used; f++) {
+        Vec3 x[3];
+        world->body->ops->read_nodes(world->body->model, surface->face[f], 3, x, NULL);
+        for (int k = 0; k < 3; k++)
+            x[k] = vec3_sub(x[k], point);
+        // Van Oosterom and Strackee 1983, eq. 8.
+        double a = vec3_length(x[0]), b = vec3_length(x[1]), c = vec3_length(x[2]);
+        double over = vec3_dot(x[0], vec3_cross(x[1], x[2]));
+        double under = a * b * c + vec3_dot(x[0], x[1]) * c + vec3_dot(x[1], x[2]) * a +
+                       vec3_dot(x[2], x[0]) * b;
+        solid_angle += 2.0 * atan2(over, under);
+    }
+    return fabs(solid_angle) < 6.28; // 4 pi inside, 0 outside
+}

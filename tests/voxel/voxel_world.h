@@ -47,6 +47,9 @@ void voxel_world_run(VoxelWorld *world, double seconds);
 void voxel_world_read(VoxelWorld *world);
 // Replaces the state of all vertices.
 void voxel_world_write(VoxelWorld *world, const Vec3 *x, const Vec3 *v);
+// True if a point is outside of the body as it is now, by the solid angle of its faces (van
+// Oosterom and Strackee 1983, eq. 8).
+bool voxel_world_is_outside(const VoxelWorld *world, Vec3 point);
 // Sums over the vertices, about the origin, of x and v as read.
 void voxel_world_momentum(const VoxelWorld *world, Vec3 *linear, Vec3 *angular);
 
