@@ -279,7 +279,7 @@ static bool read_string(const config_setting_t *setting, const Option *option,
         return option_fail(source, setting, "%s %s has %zu characters, outside [%.0f, %.0f]",
                            option->key, quoted_text(text, string), length, option->low,
                            option->high);
-    if (name && !argument_is_name(string, length))
+    if (name && length > 0 && !argument_is_name(string, length))
         return fail_type(option, setting, source, "made of letters, digits, _ and -");
     for (size_t i = 0; i < length; i++)
         if ((unsigned char)string[i] < ' ' || string[i] == 127)
