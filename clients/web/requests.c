@@ -97,7 +97,7 @@ static bool take_body(const json_t *object, Ask *ask, ClientError *error)
 {
     if (!take_text(object, "body", ask->text, error))
         return false;
-    if (ask->text[0] && !argument_is_name(ask->text, 31))
+    if (ask->text[0] && !argument_is_name(ask->text, ARGUMENT_NAME_MOST))
         return client_fail(error, "body: expected the name of a body, or \"\" for all");
     return true;
 }

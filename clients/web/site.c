@@ -101,9 +101,7 @@ static bool path_valid(const char *path)
 {
     bool begins = true;
     for (const char *c = path; *c; c++) {
-        bool plain = (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z') ||
-                     (*c >= '0' && *c <= '9') || *c == '_' || *c == '-';
-        if (!plain && *c != '/' && (*c != '.' || begins))
+        if (!is_name_character(*c) && *c != '/' && (*c != '.' || begins))
             return false;
         begins = *c == '/';
     }
@@ -175,7 +173,7 @@ bool site_add_texture(Site *site, const char *argument, Status *why)
     if (!path || (size_t)(path - argument) >= sizeof texture->body)
         return status_fail(why, STATUS_INVALID, "is not BODY=IMAGE");
     snprintf(texture->body, sizeof texture->body, "%.*s", (int)(path - argument), argument);
-    if (!argument_is_name(texture->body, 31))
+    if (!argument_is_name(texture->body, ARGUMENT_NAME_MOST))
         return status_fail(why, STATUS_INVALID, "has no name of a body before '='");
     FILE *file = fopen(++path, "rbe");
     struct stat info;

@@ -55,7 +55,7 @@ static bool take_host(void *target, const char *name, Status *why)
 {
     Door *door = &((Options *)target)->site->door;
     for (const char *c = name; *c; c++) {
-        if (!argument_is_name((char[]){*c, '\0'}, 1) && *c != '.')
+        if (!is_name_character(*c) && *c != '.')
             return status_fail(why, STATUS_INVALID, "is not a name, without a port");
     }
     if (strlen(name) >= sizeof door->host)

@@ -39,10 +39,10 @@ static const ArgumentRow COMMON[] = {
 
 bool argument_is_name(const char *text, size_t most)
 {
-    static const char letters[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
-    const size_t length = strlen(text);
-    return length >= 1 && length <= most && strspn(text, letters) == length;
+    size_t length = 0;
+    while (length <= most && is_name_character(text[length]))
+        length++;
+    return length >= 1 && length <= most && text[length] == '\0';
 }
 
 bool argument_read_numbers(const char *text, int count, double low, double high, double *number)

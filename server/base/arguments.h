@@ -74,6 +74,13 @@ extern const ArgumentRow ARGUMENTS_LOG_LEVEL[]; // --log-level, which sets the l
 
 // --- values ---
 
+// True for letters, digits, _ and -.
+static inline bool is_name_character(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+}
+
 // True for 1 to `most` letters, digits, _ and -: what may be part of a channel's name, since
 // subscriptions are patterns.
 bool argument_is_name(const char *text, size_t most);

@@ -3,7 +3,9 @@
 
 #include <math.h>
 
-enum { SHARE = 1024 }; // vertices per thread and piece
+enum {
+    SHARE = 1024
+}; // vertices per thread and piece; another number sums in another order: other bits
 
 Drag *drag_create(const char *name, int capacity, Arena *arena)
 {

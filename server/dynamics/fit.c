@@ -16,7 +16,8 @@ static void add_cell(const BodyFit *fit, const int corner[FIT_CORNERS], const fl
     for (int k = 0; k < FIT_CORNERS; k++) {
         const float *o = fit->offset[corner[k]];
         double *to = sum[corner[k]];
-        for (int c = 0; c < 3; c++) { // sums are exact: the order of cells does not matter
+        for (int c = 0; c < 3; c++) { // exact, so that the order of cells does not matter, where
+                                      // parts are within 2^26 of each other
             const float part =
                 gradient[0][c] * o[0] + gradient[1][c] * o[1] + gradient[2][c] * o[2];
             to[c] += (double)(0.25F * part);

@@ -66,7 +66,7 @@ static const Option BODY_OPTIONS[] = {
     {"skin", OPTION_GROUP, AT(skin), "", .preset_text = "the cells' own faces", .only = VOXEL_ONLY,
      .about = "Voxel: display surface carried by the elements."},
     {"surface", OPTION_WORD, AT(body.shown), "", .words = SHOWN_WORDS, .preset = SHOWN_AUTO,
-     .only = VOXEL_ONLY,
+     .only = VOXEL_ONLY, .idle = {&IDLE_PUBLISHES_NO_NODES, &IDLE_PUBLISHES_ALL_NODES},
      .about = "Voxel: what is published of the outer faces and of cuts: `fitted`, a smooth surface "
               "through the labels or the mesh that the cells were made of; `blocks`, the faces of "
               "the cells, whose nodes are the vertices that move. `auto`: `fitted` for bodies from "

@@ -49,6 +49,11 @@ static bool publishes_no_nodes(const OptionPlace *place)
     return !(place->scene->publish.nodes_hz > 0.0);
 }
 
+static bool publishes_all_nodes(const OptionPlace *place)
+{
+    return place->scene->publish.all_nodes;
+}
+
 static bool publishes_no_contacts(const OptionPlace *place)
 {
     return !(place->scene->publish.contact_hz > 0.0);
@@ -133,6 +138,7 @@ static bool touches_nothing(const OptionPlace *place)
 const OptionIdle IDLE_MOVES_NO_TOOL = {moves_no_tool, "no tool is moved by messages"};
 const OptionIdle IDLE_HAS_NO_INSIDE = {shows_all_anyhow, "no body has an inside"};
 const OptionIdle IDLE_PUBLISHES_NO_NODES = {publishes_no_nodes, "nodes_hz is 0"};
+const OptionIdle IDLE_PUBLISHES_ALL_NODES = {publishes_all_nodes, "publish.nodes is \"all\""};
 const OptionIdle IDLE_HAS_NO_TOOL = {publishes_contacts_of_none, "there is no tool"};
 const OptionIdle IDLE_HAS_ONLY_PLANES = {has_only_planes, "plane bodies report none"};
 const OptionIdle IDLE_PUBLISHES_NO_CONTACTS = {publishes_no_contacts, "contact_hz is 0"};

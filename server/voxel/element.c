@@ -104,9 +104,8 @@ static void affine_fit(const Element *element, Vec3 rest_centre, const Vec3 *pos
 // is the negative gradient of V (mu |F - R|^2 + lambda/2 tr^2) + alpha k/2 sum w_i |e_i|^2, as the
 // derivative by R vanishes at the best R, and that by G at the least squares. The barrier
 // (barrier.h) adds k_b (F - N) to P and k_b/2 |F - N|^2 to the energy, N being the nearest matrix
-// that is not crushed. Neither part has a
-// resultant, as sum a_i = 0 and sum w_i e_i = 0; nor a moment, as P F^T is symmetric for the best R
-// and sum w_i e_i X_i^T = 0.
+// that is not crushed. The uniform part and the residual have no resultant, as sum a_i = 0 and
+// sum w_i e_i = 0; nor a moment, as P F^T is symmetric for the best R and sum w_i e_i X_i^T = 0.
 static double affine_forces(const Element *element, const ElementStiffness *stiffness,
                             const Vec3 *position, Vec3 centre, Quat *last, Vec3 *force)
 {

@@ -3,7 +3,6 @@
 
 #include "base/check.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -3,7 +3,6 @@
 #include "voxel/cut/cut_near.h"
 
 #include <limits.h>
-#include <math.h>
 #include <string.h>
 
 enum { PARTS_OF_CELL = 1024 }; // q is a cell's edge divided by this
@@ -40,9 +39,9 @@ static CutVerdict find_hits(BladeSearch *search, const CutSweep *sweep, CutTrail
     CutBlades *blades = search->blades;
     LinkFinder *links = &blades->links;
     const BladeEdge edge[2] = {sweep->before, sweep->after};
-    CutVerdict verdict = CUT_TOO_LARGE;
-    if (!search->lost)
-        verdict = link_finder_sweep(links, edge, 2, trail, cut_near_offer, search);
+    if (search->lost)
+        return CUT_TOO_LARGE;
+    const CutVerdict verdict = link_finder_sweep(links, edge, 2, trail, cut_near_offer, search);
     if (verdict != CUT_DONE || search->lost)
         return search->lost ? CUT_TOO_LARGE : verdict;
     // Of those met, list the ones that are not broken yet.

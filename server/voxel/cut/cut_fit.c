@@ -1,6 +1,5 @@
 #include "voxel/cut/cut_fit_parts.h"
 
-#include "base/check.h"
 #include "voxel/cut/cut_parts.h"
 #include "voxel/lattice_faces.h"
 
@@ -123,10 +122,8 @@ static void enter_cell(CutFit *fit, int cell)
         return;
     fit->entered[cell] = fit->stamp;
     int *at = &fit->cell_at[cell];
-    if (*at < 0) {
+    if (*at < 0)
         *at = fit->fitted.fit.cell_count++;
-        fit->cell_of[*at] = cell;
-    }
     for (int k = 0; k < FIT_CORNERS; k++)
         fit->cell[*at][k] = row_for(fit, fit->lattice->corner[cell][k]);
 }
@@ -396,7 +393,6 @@ static void create_rows(CutFit *fit, const char *name, Arena *arena)
     fit->offset = arena_allocate(arena, ARENA_OUTPUT, vertices, sizeof *fit->offset,
                                  "%s/fitted offsets", name);
     fit->cell_at = ALLOCATE(ARENA_OUTPUT, cells, int, "fitted cells of cells");
-    fit->cell_of = ALLOCATE(ARENA_OUTPUT, cells, int, "cells of fitted cells");
     fit->cell =
         arena_allocate(arena, ARENA_OUTPUT, cells, sizeof *fit->cell, "%s/fitted cells", name);
     const int fades = (int)vertices / 4 + 64;

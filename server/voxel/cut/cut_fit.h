@@ -49,7 +49,6 @@ typedef struct CutFit {
     int *row;                 // [slot]
     float (*offset)[3];       // [row]; zero unless it is a node's
     int *cell_at;             // [cell] in `cell`; -1: not needed
-    int *cell_of;             // [entry of `cell`]
     int (*cell)[FIT_CORNERS]; // rows
     FitFade *fading;
     int *fading_vertex, fading_count;

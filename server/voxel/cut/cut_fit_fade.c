@@ -3,7 +3,6 @@
 
 #include "voxel/cut/cut_parts.h"
 
-#include <math.h>
 #include <string.h>
 
 #define SMALLEST_JUMP 1e-7 // [cells] less is no jump
@@ -91,14 +90,7 @@ void cut_fit_list_fade(CutFit *fit, int vertex)
     fit->fading_vertex[fit->fading_count++] = vertex;
 }
 
-// Converts a direction of the world to the rows' axes, and back.
-static Vec3 turned_in(const CutFit *fit, const float from[3])
-{
-    const Rows *rows = &fit->vertices->rows;
-    const Vec3 world = vec3((double)from[0], (double)from[1], (double)from[2]);
-    return rows->turned ? quat_rotate(quat_conjugate(rows->frame->turn), world) : world;
-}
-
+// Converts a direction of the rows' axes to the world's.
 static void turn_out(const CutFit *fit, const double local[3], float to[3])
 {
     const Rows *rows = &fit->vertices->rows;
@@ -120,7 +112,9 @@ static int find_before(const CutFit *fit, const Around *around, int root, double
     if (!was_node || fade->step <= 0)
         return had;
     const double left = (double)fit_left(fade->step, fit->fitted.fit.fade_steps, fit->step);
-    const Vec3 from = turned_in(fit, fade->from);
+    const Vec3 from =
+        rows_turn_in(&fit->vertices->rows,
+                     vec3((double)fade->from[0], (double)fade->from[1], (double)fade->from[2]));
     out[0] = (1.0 - left) * out[0] + left * from.x;
     out[1] = (1.0 - left) * out[1] + left * from.y;
     out[2] = (1.0 - left) * out[2] + left * from.z;
