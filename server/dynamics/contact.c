@@ -88,6 +88,16 @@ static void begin_tick_solid(Contact *contact, const ToolPlacement *at, bool fre
     contact->limit = contact->tool->max_force * eased * eased * eased;
 }
 
+// Returns the distance of the nearest candidate from its axis at the start of the tick.
+static double least_gap(const Contact *contact)
+{
+    double least = (double)INFINITY;
+    for (int shape = 0; shape < contact->tool->capsule_count; shape++)
+        for (int i = 0; i < contact->candidate_count; i++)
+            least = fmin(least, contact->gap_begin[shape][i]);
+    return least;
+}
+
 static void begin_tick_plane(Contact *contact)
 {
     // Nodes just above the plane may reach it within the tick.
@@ -130,6 +140,8 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
         contact_find_candidates(contact, &at, margin + fmin(way, cap) + fmin(swing, cap));
     if (solid)
         begin_tick_solid(contact, &at, fresh, tick);
+    else
+        contact->forces.floor = least_gap(contact) - CONTACT_AXIS_FLOOR * r;
     // Near a body the proxy moves in small steps, substep by substep; in free air it follows
     // immediately, or as far as the search reached.
     if (contact->local_count == 0 && proxy->away < EASE_TIME)
@@ -211,6 +223,8 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
     double cap = CONTACT_STEP_CAP * r;
     if (contact->is_solid) // never across a face
         cap = fmin(cap, 0.5 * contact->forces.floor);
+    else // or beyond the wall that it lies on, of which only an end of its axis would be known
+        cap = fmin(cap, fmax(contact->forces.floor, 0.0) + 0.9 * CONTACT_AXIS_FLOOR * r);
     move_towards(next, target, orientation, contact->lever, cap);
     if (contact->is_solid)
         return; // contact_kick decides
@@ -231,8 +245,10 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
         double along = K[0] * n.x * n.x + K[1] * n.y * n.y + K[2] * n.z * n.z +
                        2.0 * (K[3] * n.x * n.y + K[4] * n.x * n.z + K[5] * n.y * n.z);
         along *= 1.0 + contact->body->contact_damping / h; // a step back also slows the approach
-        double back = fmax(along > 0.0 ? excess / along : 0.0, -f->floor);
-        next->position = vec3_madd(next->position, fmin(0.5 * r, fmax(0.0, back)), n);
+        double back = along > 0.0 ? fmax(0.0, excess / along) : 0.0;
+        next->position = vec3_madd(next->position, fmin(0.5 * r, back), n);
+        if (f->floor < 0.0)
+            next->position = vec3_madd(next->position, fmin(0.5 * r, -f->floor), f->floor_normal);
     }
 }
 

@@ -236,6 +236,9 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
     for (int k = 0; k < tool->capsule_count; k++)
         contact->gap_begin[k] =
             ALLOCATE(ARENA_CONTACT, contact->face_capacity, double, "distances before");
+    for (int k = 0; k < tool->capsule_count && !contact->is_solid; k++)
+        contact->in_front[k] =
+            ALLOCATE(ARENA_CONTACT, contact->face_capacity, double, "sides that neighbours know");
     contact->candidate = ALLOCATE(ARENA_CONTACT, contact->face_capacity, Candidate, "candidates");
     contact->x = ALLOCATE(ARENA_CONTACT, contact->ring_capacity, Vec3, "positions");
     contact->x_begin = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "positions before");

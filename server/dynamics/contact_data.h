@@ -44,6 +44,9 @@ typedef struct PushSums {
 // Largest step of the proxy in a substep, relative to the radius.
 #define CONTACT_STEP_CAP 0.25
 
+// Least distance of an axis from a hollow wall, relative to the radius: there the proxy stays.
+#define CONTACT_AXIS_FLOOR 0.1
+
 // Largest distance of a crossed wall behind a tool with a proxy, relative to the radius. The proxy
 // steps back before its axis reaches a wall, so a wall whose back is visible farther off was not
 // crossed but seen through another wall.
@@ -80,6 +83,7 @@ typedef struct ContactForces {
     double stiffness[6]; // sum k n n^T: xx yy zz xy xz yz [N/m]
     double floor;        // smallest (signed distance - least allowed) of an acting face [m];
                          // solids: least distance of an axis
+    Vec3 floor_normal;   // of that face, hollow walls only
     double energy;       // of the potential, solids only [J]
     double depth;        // largest overlap [m]
     int acting, crossed; // faces that act, and those among them that the axis has crossed
@@ -121,6 +125,9 @@ struct Contact {
     ToolPlacement begin;  // of the proxy
     Vec3 *x_begin;        // [m]
     double *gap_begin[TOOL_SHAPES]; // distance per capsule [m]
+    // Hollow walls, per capsule: where a nearer candidate has the tool in front of itself, and so
+    // of this one, its distance: until the tool can have crossed it [m]; else 0.
+    double *in_front[TOOL_SHAPES];
     unsigned char *corners; // bit mask of the corners that carry the nearest point, at the start
     signed char *seen_side; // when the tick began
     bool *has_side;         // false if the nearest point is on a free border

@@ -12,8 +12,7 @@
 static const double SOFT = 0.01;
 // log 5, rounded up: largest distance, in widths, of the soft minimum of five pairs below them all.
 static const double SOFT_REACH = 1.61;
-static const double AXIS_FLOOR = 0.1; // least distance of an axis from a wall, over the radius
-static const double TOUCHING = 1e-9;  // [m] closer, a pair has no direction of its own
+static const double TOUCHING = 1e-9; // [m] closer, a pair has no direction of its own
 
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate)
 {
@@ -193,13 +192,15 @@ static void measure_crossed(const Contact *contact, const Candidate *candidate, 
     out->distance = 0.0;
 }
 
-static void measure_face(const Contact *contact, const Candidate *candidate, Vec3 p, Vec3 q,
-                         bool sphere, int side, FaceDistance *out)
+// `approach`: of contact_approach.
+static void measure_face(const Contact *contact, int shape, int index, Vec3 p, Vec3 q, int side,
+                         double approach, FaceDistance *out)
 {
+    const Candidate *candidate = &contact->candidate[index];
     Vec3 x[3];
     face_corners(contact, candidate, x);
     out->crossed = false;
-    if (sphere) {
+    if (contact_is_sphere(&contact->tool->capsule[shape])) {
         distance_point_triangle(p, x, &out->pair[0]);
         out->pair[0].on_segment = p;
         out->pair_count = 1;
@@ -216,10 +217,13 @@ static void measure_face(const Contact *contact, const Candidate *candidate, Vec
     for (int j = 1; j < out->pair_count; j++)
         if (out->pair[j].distance < nearest->distance)
             nearest = &out->pair[j];
-    int sign = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
-                            nearest->on_segment);
     out->distance = nearest->distance;
-    out->turn = sign == 0 ? 1 : side * sign;
+    out->turn = 1;
+    if (contact->in_front[shape][index] <= approach) {
+        int sign = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
+                                nearest->on_segment);
+        out->turn = sign == 0 ? 1 : side * sign;
+    }
     out->phi = out->turn * nearest->distance;
 }
 
@@ -246,7 +250,7 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
     forces->acting++;
     forces->crossed += face->crossed || face->turn < 0;
     forces->depth = fmax(forces->depth, depth);
-    forces->floor = fmin(forces->floor, phi - AXIS_FLOOR * radius);
+    const double above = phi - CONTACT_AXIS_FLOOR * radius;
     // Each pair pushes along its own direction; without a distance, along the face's normal.
     for (int j = 0; j < face->pair_count; j++) {
         if (share[j] == 0.0)
@@ -260,6 +264,10 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
         else
             normal = vec3_scale(face->turn / pair->distance,
                                 vec3_sub(pair->on_segment, pair->on_triangle));
+        if (share[j] == 1.0 && above < forces->floor) { // the nearest pair
+            forces->floor = above;
+            forces->floor_normal = normal;
+        }
         add_push(contact, at, index, pair->weight, pair->on_triangle, normal, depth,
                  share[j] / sum);
     }
@@ -299,21 +307,21 @@ double contact_approach(const Contact *contact, const ToolPlacement *at)
 static void push_crossed(Contact *contact, const ToolPlacement *at, int shape, double reach)
 {
     const Capsule *capsule = &contact->tool->capsule[shape];
-    const bool sphere = contact_is_sphere(capsule);
     const signed char *sides = contact->side[shape];
+    const double approach = contact_approach(contact, at);
     FaceDistance face;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
     for (int i = 0; i < contact->candidate_count; i++) {
         int side = sides[contact->candidate[i].face];
-        measure_face(contact, &contact->candidate[i], p, q, sphere, side == 0 ? 1 : side, &face);
+        measure_face(contact, shape, i, p, q, side == 0 ? 1 : side, approach, &face);
         contact->distance[i] = face.distance;
     }
     for (int i = 0; i < contact->candidate_count; i++) {
         int side = sides[contact->candidate[i].face];
         if (side == 0 || contact->distance[i] >= reach)
             continue;
-        measure_face(contact, &contact->candidate[i], p, q, sphere, side, &face);
+        measure_face(contact, shape, i, p, q, side, approach, &face);
         if (face.phi < 0.0 && is_locally_nearest(contact, i))
             push_face(contact, at, i, &face, side, capsule->radius);
     }
@@ -328,16 +336,15 @@ static void evaluate_capsule(Contact *contact, const ToolPlacement *at, int shap
                                      : CONTACT_CROSSED_REACH * capsule->radius;
     Vec3 p, q;
     contact_axis(capsule, at, &p, &q);
-    bool sphere = contact_is_sphere(capsule);
     bool crossed = false;
-    const double may_act = fmax(reach, crossed_reach) + contact_approach(contact, at);
+    const double approach = contact_approach(contact, at);
+    const double may_act = fmax(reach, crossed_reach) + approach;
     FaceDistance face;
     for (int i = 0; i < contact->candidate_count; i++) {
-        const Candidate *candidate = &contact->candidate[i];
-        int side = contact->side[shape][candidate->face];
+        int side = contact->side[shape][contact->candidate[i].face];
         if (side == 0 || contact->gap_begin[shape][i] > may_act)
             continue;
-        measure_face(contact, candidate, p, q, sphere, side, &face);
+        measure_face(contact, shape, i, p, q, side, approach, &face);
         if (face.phi < 0.0 && face.distance < crossed_reach)
             crossed = true;
         else if (face.phi >= 0.0 && face.phi < reach)

@@ -151,12 +151,16 @@ static void update_shape(Contact *contact, const ToolPlacement *at, int shape)
         int root = i;
         while (contact->side_from[root] != root) // distances decrease, so it ends
             root = contact->side_from[root];
+        contact->in_front[shape][i] = 0.0;
         if (root == i)
             continue;
         signed char *own = &side[contact->candidate[i].face];
         signed char told = side[contact->candidate[root].face];
         if (contact->distance[root] > 0.0 || *own == 0)
             *own = (signed char)(told * contact->seen_side[root] * contact->seen_side[i]);
+        // At a corner that is not the nearest one, the sign may change while the tool slides on.
+        if (*own == contact->seen_side[i])
+            contact->in_front[shape][i] = contact->distance[root];
     }
     float *gap = contact->gap[shape];
     for (int i = 0; i < count && gap != NULL; i++)
