@@ -14,6 +14,13 @@ static const double SHARE = 0.04;  // of a tick, approximately, if a block takes
 static const double BLOCK_TIME = 12e-9; // [s]
 static const double SHRINK = 0.8;       // factor on the radius if a patch exceeds the capacity
 
+// The slope of the force over ways of the tool:
+static const double WAY = 1e-4;                    // at least so long [m]
+static const double QUICKEST = 0.004, REST = 0.25; // duration of a way; longer, it begins anew [s]
+static const double STRAIGHT = 0.7;                // cosine to the normal, at least
+static const double SLOW = 0.05;                   // speed up to which a way counts wholly [m/s]
+static const double RISE = 0.5, FALL = 0.2; // of the difference, per way: too stiff is passive
+
 enum {
     STEPS = 30, // of conjugate gradients, at most
     SPRINGS = 1024,
@@ -23,17 +30,24 @@ typedef enum Phase { PHASE_IDLE, PHASE_GATHER, PHASE_SOLVE } Phase;
 
 // Data of one contact. The last solution is the start of the next.
 typedef struct Estimate {
-    bool valid;
+    bool valid, is_solved;
     ContactStiffness stiffness;
-    int64_t begun;       // tick of the last start, plus 1; 0: never
-    int count;           // of `node` and `moved`
-    int *node;           // [PATCH_NODES]
-    PatchColumns *moved; // [PATCH_NODES] of a node, by the tool's direction
+    double solved[6];     // by the patch
+    bool whole;           // the patch is as large as it should be
+    Vec3 normal;          // mean
+    double felt;          // slope of the force along the normal [N/m]; negative: not known
+    double age;           // of the start of the way [s]; negative: none
+    Vec3 position, force; // of the tool at the start
+    int64_t begun;        // tick of the last start, plus 1; 0: never
+    int count;            // of `node` and `moved`
+    int *node;            // [PATCH_NODES]
+    PatchColumns *moved;  // [PATCH_NODES] of a node, by the tool's direction
 } Estimate;
 
 struct StiffnessEstimator {
     Contact *const *contact;
     int count;
+    double tick;        // [s]
     int period;         // ticks between two estimates of a contact
     int budget;         // blocks per tick
     Estimate *estimate; // [count]
@@ -44,10 +58,12 @@ struct StiffnessEstimator {
     int at;         // contact
     int next_block; // of the current product
     bool failed;    // the current system is not positive
+    bool whole;     // the patch has not been shrunk
     int topology;   // of its body at the start
     int spring_count, step_count;
     ContactSpring spring[SPRINGS];
-    double kc[6], yield[6];         // sums over the springs, along and sideways
+    double tangent[SPRINGS][6];     // of a spring's force, by its length and by its direction
+    double kc[6];                   // their sum
     Vec3 normal;                    // mean
     double inverse[PATCH_NODES][6]; // of the diagonal blocks
     PatchColumns u[PATCH_NODES], r[PATCH_NODES], d[PATCH_NODES], q[PATCH_NODES], b[PATCH_NODES];
@@ -79,6 +95,7 @@ StiffnessEstimator *stiffness_create(Contact *const *contact, int count, double 
         arena_allocate(arena, ARENA_CONTACT, 1, sizeof *all, "stiffness/estimator");
     all->contact = contact;
     all->count = count;
+    all->tick = tick;
     all->period = (int)fmax(1.0, ceil(1.0 / RATE / tick - 1e-9));
     all->budget = (int)fmin(1e6, ceil(SHARE * tick / BLOCK_TIME));
     all->patch = patch_create(slots, "stiffness", arena);
@@ -190,12 +207,18 @@ static Region choose_region(const StiffnessEstimator *all, const Contact *contac
     return region;
 }
 
-// Adds the sideways yield of a spring whose point does not follow the tool: at a corner, and where
-// it stays, in every direction, at an edge across it, inside a face in none.
-static void add_yield(const Contact *contact, const ContactSpring *spring, double yield[6])
+// Computes how a spring's force on the tool falls as the tool moves away from its point: by its
+// length and, where the point does not slide along with the tool, by its direction: at a corner,
+// and where it stays, for all sideways motion, at an edge across it, inside a face for none.
+static void find_tangent(const Contact *contact, const ContactSpring *spring, bool turns,
+                         double tangent[6])
 {
     const Vec3 axis[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     Vec3 n = spring->normal, x[3];
+    memset(tangent, 0, 6 * sizeof *tangent);
+    add_outer(tangent, spring->stiffness, n, n);
+    if (!turns)
+        return;
     int corners = 0, off = 0; // corners that carry the point; the last one that does not
     for (int k = 0; k < 3; k++) {
         corners += spring->weight[k] > 0.0;
@@ -203,13 +226,24 @@ static void add_yield(const Contact *contact, const ContactSpring *spring, doubl
     }
     if (corners == 1 || spring->stays) {
         for (int c = 0; c < 3; c++)
-            add_outer(yield, spring->yield, axis[c], axis[c]);
-        add_outer(yield, -spring->yield, n, n);
+            add_outer(tangent, -spring->yield, axis[c], axis[c]);
+        add_outer(tangent, spring->yield, n, n);
     } else if (corners == 2) {
         contact->body->ops->read_nodes(contact->body->model, spring->node, 3, x, NULL);
         Vec3 along = vec3_sub(x[(off + 2) % 3], x[(off + 1) % 3]);
         Vec3 across = vec3_unit(vec3_cross(along, n));
-        add_outer(yield, spring->yield, across, across);
+        add_outer(tangent, -spring->yield, across, across);
+    }
+}
+
+// `turns`: with the turning of the springs, which can leave the system without balance.
+static void find_tangents(StiffnessEstimator *all, bool turns)
+{
+    memset(all->kc, 0, sizeof all->kc);
+    for (int i = 0; i < all->spring_count; i++) {
+        find_tangent(all->contact[all->at], &all->spring[i], turns, all->tangent[i]);
+        for (int e = 0; e < 6; e++)
+            all->kc[e] += all->tangent[i][e];
     }
 }
 
@@ -226,26 +260,22 @@ static void begin_next(StiffnessEstimator *all, int64_t step)
         const Contact *contact = all->contact[at];
         Estimate *estimate = &all->estimate[at];
         if (estimate->node == NULL || !is_touching(contact) ||
-            (estimate->valid && step + 1 - estimate->begun < all->period))
+            (estimate->is_solved && step + 1 - estimate->begun < all->period))
             continue;
         all->spring_count = contact_springs(all->contact[at], all->spring, SPRINGS);
         if (all->spring_count <= 0)
             continue;
-        memset(all->kc, 0, sizeof all->kc);
-        memset(all->yield, 0, sizeof all->yield);
+        all->at = at;
+        find_tangents(all, !(contact_friction(contact) > 0.0));
         all->normal = (Vec3){0.0, 0.0, 0.0};
-        for (int i = 0; i < all->spring_count; i++) {
-            const ContactSpring *spring = &all->spring[i];
-            add_outer(all->kc, spring->stiffness, spring->normal, spring->normal);
-            add_yield(contact, spring, all->yield);
-            all->normal = vec3_madd(all->normal, spring->stiffness, spring->normal);
-        }
+        for (int i = 0; i < all->spring_count; i++)
+            all->normal = vec3_madd(all->normal, all->spring[i].stiffness, all->spring[i].normal);
         all->normal = vec3_unit(all->normal);
         Region region = choose_region(all, contact);
         patch_begin(all->patch, &region, TIME, false);
+        all->whole = true;
         all->topology = contact->body->mesh.topology;
         estimate->begun = step + 1;
-        all->at = at;
         all->phase = PHASE_GATHER;
         return;
     }
@@ -273,18 +303,16 @@ static void add_springs(StiffnessEstimator *all)
     memset(all->b, 0, (size_t)all->patch->node_count * sizeof *all->b);
     for (int i = 0; i < all->spring_count; i++) {
         const ContactSpring *spring = &all->spring[i];
-        const double k = spring->stiffness;
-        Vec3 n = spring->normal;
-        const double v[3] = {n.x, n.y, n.z};
+        const double *k = all->tangent[i];
+        const double m[9] = {k[0], k[5], k[4], k[5], k[1], k[3], k[4], k[3], k[2]};
         short local[3 * PATCH_CARRIERS];
-        double share[3 * PATCH_CARRIERS], m[9];
+        double share[3 * PATCH_CARRIERS];
         int count = spring_carriers(all, spring, local, share);
-        for (int e = 0; e < 9; e++)
-            m[e] = k * v[e / 3] * v[e % 3];
         patch_add_form(all->patch, count, local, share, m);
         for (int e = 0; e < count; e++)
             for (int c = 0; c < 3; c++)
-                all->b[local[e]].of[c] = vec3_madd(all->b[local[e]].of[c], share[e] * k * v[c], n);
+                all->b[local[e]].of[c] = vec3_madd(all->b[local[e]].of[c], share[e],
+                                                   vec3(m[3 * c], m[3 * c + 1], m[3 * c + 2]));
     }
 }
 
@@ -409,12 +437,13 @@ static double find_damping(const StiffnessEstimator *all)
     }
     for (int i = 0; i < all->spring_count; i++) {
         short local[3 * PATCH_CARRIERS];
-        double share[3 * PATCH_CARRIERS], moved = 0.0;
+        double share[3 * PATCH_CARRIERS];
+        Vec3 moved = {0.0, 0.0, 0.0};
         int count = spring_carriers(all, &all->spring[i], local, share);
         for (int e = 0; e < count; e++)
             for (int c = 0; c < 3; c++)
-                moved += share[e] * n[c] * vec3_dot(all->spring[i].normal, all->u[local[e]].of[c]);
-        contact += all->spring[i].stiffness * moved * moved;
+                moved = vec3_madd(moved, share[e] * n[c], all->u[local[e]].of[c]);
+        contact += vec3_dot(moved, times(all->tangent[i], moved));
     }
     return of_nodes + patch->relaxation * fmax(0.0, inner - alone - contact);
 }
@@ -450,6 +479,71 @@ static void clamp_eigenvalues(double k[6], double limit)
     }
 }
 
+// Publishes the solved stiffness, of the size that was felt along the normal; one alone if the
+// other is not known.
+static void publish(Estimate *estimate)
+{
+    double *k = estimate->stiffness.k;
+    const Vec3 n = estimate->normal;
+    const double along = estimate->is_solved ? vec3_dot(n, times(estimate->solved, n)) : 0.0;
+    estimate->valid = estimate->is_solved || estimate->felt >= 0.0;
+    memset(k, 0, 6 * sizeof *k);
+    if (along > 0.0)
+        for (int e = 0; e < 6; e++)
+            k[e] = (estimate->felt >= 0.0 ? estimate->felt / along : 1.0) * estimate->solved[e];
+    else
+        add_outer(k, fmax(0.0, estimate->felt), n, n);
+}
+
+// Follows the slope of the force over the tool's ways along the normal: it is known sooner than
+// what is solved, which a patch too small for a wide contact makes too large, and friction too.
+static void feel(const StiffnessEstimator *all, const Contact *contact, Estimate *estimate)
+{
+    const ContactSums *sums = contact_sums(contact);
+    Vec3 position;
+    Quat orientation;
+    contact_proxy(contact, &position, &orientation);
+    const Vec3 force = vec3_scale(1.0 / all->tick, sums->impulse);
+    const Vec3 step = vec3_sub(position, estimate->position);
+    const double way = vec3_length(step), age = estimate->age + all->tick;
+    const bool begins = estimate->age<0.0, rests = age> REST;
+    if (!begins && !rests && (age < QUICKEST || way < WAY)) {
+        estimate->age = age;
+        return;
+    }
+    if (!estimate->is_solved)
+        estimate->normal = vec3_unit(sums->normal);
+    if (!begins && !rests && fabs(vec3_dot(step, estimate->normal)) > STRAIGHT * way) {
+        const double slope =
+            fmax(0.0, -vec3_dot(step, vec3_sub(force, estimate->force)) / (way * way));
+        // Quickly, the tool feels the wall's mass too.
+        const double slow = fmin(1.0, SLOW * age / way), off = slope - estimate->felt;
+        if (estimate->felt < 0.0)
+            estimate->felt = slope;
+        else
+            estimate->felt += slow * slow * (off > 0.0 ? RISE : FALL) * off;
+        publish(estimate);
+    }
+    // What was felt is forgotten at rest, for the mass and friction in it: unless the patch is too
+    // small, and more was solved than felt.
+    if (rests && estimate->is_solved &&
+        (estimate->whole ||
+         estimate->felt > vec3_dot(estimate->normal, times(estimate->solved, estimate->normal)))) {
+        estimate->felt = -1.0;
+        publish(estimate);
+    }
+    estimate->age = 0.0;
+    estimate->position = position;
+    estimate->force = force;
+}
+
+static void forget(Estimate *estimate)
+{
+    estimate->valid = estimate->is_solved = false;
+    estimate->felt = estimate->age = -1.0;
+    estimate->stiffness.damping = 0.0;
+}
+
 // For any u, solved or not, Kc - (B^T u + u^T B - u^T A u) = K + (u - A^-1 B)^T A (u - A^-1 B):
 // what is left of the residual makes it stiffer, never softer. B - A u = r.
 static void finish(StiffnessEstimator *all)
@@ -464,12 +558,14 @@ static void finish(StiffnessEstimator *all)
         k[e] -= 0.5 * (dot(all, all->b, all->u, c, f) + dot(all, all->u, all->r, c, f) +
                        dot(all, all->b, all->u, f, c) + dot(all, all->u, all->r, f, c));
     }
-    for (int e = 0; e < 6; e++)
-        k[e] -= all->yield[e];
     stiffness_eigenvalues(all->kc, &least, &most);
     clamp_eigenvalues(k, most);
+    memcpy(estimate->solved, k, sizeof estimate->solved);
+    estimate->is_solved = true;
+    estimate->normal = all->normal;
+    estimate->whole = all->whole;
+    publish(estimate);
     estimate->stiffness.damping = find_damping(all);
-    estimate->valid = true;
     estimate->count = patch->node_count;
     memcpy(estimate->node, patch->node, (size_t)patch->node_count * sizeof *patch->node);
     memcpy(estimate->moved, all->u, (size_t)patch->node_count * sizeof *all->u);
@@ -490,6 +586,7 @@ static void gather(StiffnessEstimator *all)
     }
     Region smaller = patch->region;
     smaller.radius *= SHRINK;
+    all->whole = false;
     patch_begin(patch, &smaller, patch->time, patch->tensed);
 }
 
@@ -499,6 +596,7 @@ static void solve(StiffnessEstimator *all)
     for (int budget = all->budget; budget > 0;) {
         if (all->failed) { // out of balance: compressed parts are about to buckle
             Region region = patch->region;
+            find_tangents(all, false);
             patch_begin(all->patch, &region, patch->time, true);
             all->phase = PHASE_GATHER;
             return;
@@ -522,8 +620,10 @@ static void solve(StiffnessEstimator *all)
 void stiffness_step(StiffnessEstimator *all, int64_t step)
 {
     for (int i = 0; i < all->count; i++)
-        if (all->estimate[i].valid && !is_touching(all->contact[i]))
-            all->estimate[i].valid = false;
+        if (all->estimate[i].node != NULL && is_touching(all->contact[i]))
+            feel(all, all->contact[i], &all->estimate[i]);
+        else
+            forget(&all->estimate[i]);
     if (all->phase != PHASE_IDLE) {
         const Contact *contact = all->contact[all->at];
         if (contact->body->mesh.topology != all->topology || !is_touching(contact)) {
@@ -548,7 +648,7 @@ void stiffness_forget(StiffnessEstimator *all)
 {
     all->phase = PHASE_IDLE;
     for (int i = 0; i < all->count; i++) {
-        all->estimate[i].valid = false;
+        forget(&all->estimate[i]);
         all->estimate[i].count = 0;
         all->estimate[i].begun = 0;
     }

@@ -1,11 +1,13 @@
 // The stiffness of bodies against the tools that touch them, for haptic clients behind a network:
 // they show F - K (x - x_of_F) until the next force arrives, which does no work on the hand
 // (README.md, "Stiffness for clients").
-// With the springs of the contact Kc = sum k n n^T, which move with the faces' points W u, and a
+// With the springs of the contact Kc = sum T, which move with the faces' points W u, and a
 // patch of the body around them (patch.h) with K_p, M and C, fixed all around, and t = 0.1 s:
-//   K = Kc - B^T A^-1 B,   A = M / t^2 + C / t + K_p + sum k W^T n n^T W,   B = sum k W^T n n^T.
-// The work is spread over ticks: one contact at a time, in turn, each at most 60 times per second.
-// The result is published and never affects the motion: it is no part of the state. Step thread.
+//   K = Kc - B^T A^-1 B,   A = M / t^2 + C / t + K_p + sum W^T T W,   B = sum W^T T,   T = k n n^T
+// and, without friction, what the turning of the springs adds; of the size that the force shows as
+// the tool moves along the normal. The work is spread over ticks: one contact at a time, in turn,
+// each at most 60 times per second. The result is published and never affects the motion: it is no
+// part of the state. Step thread.
 #ifndef PLIANT_DYNAMICS_STIFFNESS_H
 #define PLIANT_DYNAMICS_STIFFNESS_H
 

@@ -5,9 +5,9 @@
 #include "stiffness_trial.h"
 #include "voxel_world.h"
 
-// No prestress is in it, only how elements resist about their present rotation. Measured here: 0.10
-// to 0.41 over all, 1.09 to 1.41 along the normal, most where the patch is full (the last case):
-// its rim is held, and the contact is too firm to hide that.
+// No prestress is in it, only how elements resist about their present rotation. Measured here: 0.21
+// to 0.30 over all, 1.2 along the normal at the small balls. The large ones need more than a patch:
+// there what the press showed is told, 0.76 along the normal, since it was quick (5 cm/s).
 static void voxels_tell_what_a_slow_hand_feels(void **state)
 {
     (void)state;
@@ -39,7 +39,7 @@ static void voxels_tell_what_a_slow_hand_feels(void **state)
             sim_step(world.sim);
         }
         StiffnessVerdict verdict = stiffness_judge(world.sim, &world.state);
-        expect_at_most(verdict.error, k < 3 ? 0.30 : 0.45);
+        expect_at_most(verdict.error, 0.35);
         voxel_world_destroy(&world);
     }
 }
