@@ -167,14 +167,12 @@ static bool check_sweep(const Detail *detail)
               is_within(sweep->urgent, 0, (int64_t)detail->set.levels.finest * roots) &&
               is_number(sweep->credit) && is_number(sweep->scale) &&
               is_within(sweep->level, 0, detail->set.levels.finest) &&
-              is_within(sweep->topology, 0, INT64_MAX / 2) && sweep->refined >= 0 &&
-              sweep->coarsened >= 0 && sweep->refused >= 0;
+              is_within(sweep->topology, 0, INT64_MAX / 2) && sweep->count >= 0 &&
+              sweep->refined >= 0 && sweep->coarsened >= 0 && sweep->refused >= 0;
     for (int k = 0; k < 3; k++)
         ok = ok && is_number(sweep->thresholds[k]);
     // What it has found so far.
     ok = ok && is_within(*detail->adapt.felt_count, 0, detail->adapt.felt_capacity);
-    for (int f = 0; ok && f < detail->set.face_base[detail->set.levels.finest + 1]; f++)
-        ok = detail->adapt.crease[f] <= CREASE_SHARP;
     for (int64_t i = 0; ok && i < *detail->adapt.felt_count; i++)
         ok = is_within(detail->adapt.felt[i].node, 0, detail->set.node_count - 1);
     return ok;

@@ -193,10 +193,6 @@ static void create_bits(SurfaceModel *model, const SurfaceOptions *options, Aren
         .scale = 1.0,
         .level = set->levels.finest,
     };
-    // Creases are found for any face.
-    int faces = set->face_base[set->levels.finest + 1];
-    adapt->crease = ALLOCATE(ARENA_TOPOLOGY, faces, unsigned char, "creases");
-    state_add(state, adapt->crease, (size_t)faces, "%s/creases", name);
     adapt->felt_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "felt count");
     state_add(state, set->refined, (size_t)coarse, "%s/refined", name);
     state_add(state, adapt->calm_since, (size_t)coarse * sizeof *adapt->calm_since, "%s/calm_since",

@@ -4,8 +4,10 @@
 // face is coarsened when all indicators of its four children have been below CALM for HOLD seconds.
 // Step thread.
 //
-// The faces of level 0 are swept check_hz times per second, a part of them in each tick; leaves
-// that a tool presses or a new load acts on are examined in the same tick.
+// The faces of level 0 are swept check_hz times per second, those of a small body in one tick and
+// those of a large one in slices, so that topology changes once per sweep and not in every tick;
+// leaves that a tool presses or a new load acts on are examined in the same tick. Whether leaves
+// are calm is asked in fewer sweeps: twice per HOLD.
 #include "surface/detail/detail.h"
 
 #include <math.h>
@@ -13,9 +15,12 @@
 #define CALM 0.35 // below a half, because an indicator doubles when its leaf is coarsened
 #define HOLD 0.05 // [s]
 
+static const double PERIOD_MOST = 0.01; // [s] of which a sweep may use the budget at once
+
 enum {
     FACES_PER_SECOND = 16000, // divided, and as many coarsened: bounds the work of a tick
     FACES_LEAST = 16,         // per tick
+    SLICE = 2048,             // leaves examined in one tick, at most, if ticks are short
 };
 
 // Limits that a sweep compares with, computed from the thresholds.
@@ -30,7 +35,8 @@ typedef struct Marks {
     Vec3 center, velocity, angular; // of the rigid motion of the body
 } Marks;
 
-typedef enum Verdict { VERDICT_CALM, VERDICT_KEEP, VERDICT_DIVIDE = CREASE_SHARP } Verdict;
+// VERDICT_NEVER: beyond all.
+typedef enum Verdict { VERDICT_CALM, VERDICT_KEEP, VERDICT_DIVIDE, VERDICT_NEVER } Verdict;
 
 static Vec3 read_row(const SurfaceModel *model, int slot, int first)
 {
@@ -110,30 +116,27 @@ typedef struct Bent {
     int count, face[3];
 } Bent;
 
-// True if the corners of a leaf have moved so uniformly that it cannot have tilted far.
-static bool is_still(Vec3 a, Vec3 b, Vec3 c, double still2)
+// True if two corners have moved so alike that a leaf cannot have tilted far by them.
+static bool is_still(Vec3 a, Vec3 b, double still2)
 {
-    Vec3 ab = vec3_sub(b, a), ac = vec3_sub(c, a);
-    return vec3_dot(ab, ab) < still2 && vec3_dot(ac, ac) < still2;
+    Vec3 ab = vec3_sub(b, a);
+    return vec3_dot(ab, ab) < still2;
 }
 
-// Judges the angles at the edges of a leaf. Two still leaves are calm. Any other pair is evaluated
-// once, from a leaf that is not still, the lower number if both are; it leaves the result for the
-// other.
+// Judges the angles at the edges of a leaf, until one is `enough`.
 static Verdict judge_curvature(SurfaceModel *model, int level, int face, const Vec3 now[3],
-                               const Vec3 moved[3], const Marks *marks, Bent *bent)
+                               const Vec3 moved[3], const Marks *marks, Verdict enough, Bent *bent)
 {
-    Detail *detail = model->detail;
+    const Detail *detail = model->detail;
     const LeafSet *set = &detail->set;
     const Level *at = &set->levels.level[level];
     const int *corner = at->face[face];
-    unsigned char *note = &detail->adapt.crease[set->face_base[level]];
-    Verdict verdict = (Verdict)note[face];
-    note[face] = VERDICT_CALM;
-    if (is_still(moved[0], moved[1], moved[2], marks->still2[level]))
-        return verdict;
+    const double still2 = marks->still2[level];
+    Verdict verdict = VERDICT_CALM;
+    bool still = is_still(moved[0], moved[1], still2) && is_still(moved[0], moved[2], still2) &&
+                 is_still(moved[1], moved[2], still2);
     // Skip borders, leaves of other levels and broken edges: they have no angle.
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 3 && verdict < enough; k++) {
         int edge = at->face_edge[face][k];
         int across = levels_beyond(at, edge, face);
         if (across < 0 || !detail_is_leaf(set, level, across) ||
@@ -146,9 +149,8 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
         const int node[4] = {corner[k], corner[(k + 1) % 3], corner[(k + 2) % 3],
                              at->face[across][(opposite + 2) % 3]};
         const NodeLook *beyond = look_at(model, node[3], marks);
-        // If it moves the other leaf looks at this edge itself.
-        if (across < face &&
-            !is_still(moved[k], moved[(k + 1) % 3], beyond->moved, marks->still2[level]))
+        // Two still leaves have not turned.
+        if (still && is_still(moved[k], beyond->moved, still2))
             continue;
         const Vec3 x[4] = {now[k], now[(k + 1) % 3], now[(k + 2) % 3], beyond->position};
         // How far they have turned against each other since rest.
@@ -159,8 +161,6 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
         if (pair == VERDICT_DIVIDE)
             bent->face[bent->count++] = across;
         verdict = verdict > pair ? verdict : pair;
-        // The leaf across learns of it when its turn comes.
-        note[across] = note[across] > pair ? note[across] : (unsigned char)pair;
     }
     return verdict;
 }
@@ -175,7 +175,9 @@ static Verdict judge_number(double eta)
     return eta > 1.0 ? VERDICT_DIVIDE : eta > CALM ? VERDICT_KEEP : VERDICT_CALM;
 }
 
-static Verdict judge(SurfaceModel *model, int level, int face, const Marks *marks, Bent *bent)
+// Judges a leaf. A verdict of `enough` ends it: the others could only say the same.
+static Verdict judge(SurfaceModel *model, int level, int face, const Marks *marks, Verdict enough,
+                     Bent *bent)
 {
     const Detail *detail = model->detail;
     const int *corner = detail->set.levels.level[level].face[face];
@@ -191,8 +193,10 @@ static Verdict judge(SurfaceModel *model, int level, int face, const Marks *mark
                                  : eta2 > CALM * CALM ? VERDICT_KEEP
                                                       : VERDICT_CALM);
         verdict = worse(verdict, judge_number(look->traction * marks->per_force[level]));
+        if (verdict >= enough)
+            return verdict;
     }
-    return worse(verdict, judge_curvature(model, level, face, now, moved, marks, bent));
+    return worse(verdict, judge_curvature(model, level, face, now, moved, marks, enough, bent));
 }
 
 // --- forces of tools ---
@@ -217,7 +221,8 @@ void detail_feel(DetailAdapt *adapt, int node, Vec3 force)
 typedef struct SweepPass {
     SurfaceModel *model;
     Marks marks;
-    int64_t left; // faces that may still be divided in this tick
+    int64_t left;   // faces that may still be divided in this tick
+    bool asks_calm; // this sweep asks which leaves are calm
 } SweepPass;
 
 static void divide_leaf(SweepPass *pass, int level, int face)
@@ -229,8 +234,9 @@ static void divide_leaf(SweepPass *pass, int level, int face)
 }
 
 // Judges the leaves of a face, divides those that require it, and tracks how long the four children
-// have been calm. Returns the verdict on a leaf, KEEP for others.
-static Verdict sweep_face(SweepPass *pass, int level, int face)
+// have been calm. Returns the verdict on a leaf, KEEP for others. `asks_calm`: the caller needs to
+// know whether it is calm.
+static Verdict sweep_face(SweepPass *pass, int level, int face, bool asks_calm)
 {
     SurfaceModel *model = pass->model;
     Detail *detail = model->detail;
@@ -242,8 +248,10 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
         if (level > marks->level)
             return VERDICT_CALM; // the next level may not exist
         Bent bent = {0};
-        Verdict verdict = judge(model, level, face, marks, &bent);
-        if (verdict != VERDICT_DIVIDE || level >= marks->level || pass->left <= 0)
+        if (level == marks->level) // cannot be divided: all but calm is alike
+            return asks_calm ? judge(model, level, face, marks, VERDICT_KEEP, &bent) : VERDICT_KEEP;
+        Verdict verdict = judge(model, level, face, marks, VERDICT_NEVER, &bent);
+        if (verdict != VERDICT_DIVIDE || pass->left <= 0)
             return verdict;
         divide_leaf(pass, level, face);
         for (int k = 0; k < bent.count; k++)
@@ -251,14 +259,19 @@ static Verdict sweep_face(SweepPass *pass, int level, int face)
         return verdict;
     }
     // A refined face: coarsen it after HOLD seconds in which all four children were calm leaves.
-    bool leaves = true, calm = true;
-    for (int k = 0; k < 4; k++) {
+    bool leaves = true;
+    for (int k = 0; k < 4; k++)
         leaves &= !detail_is_refined(set, level + 1, 4 * face + k);
-        calm &= sweep_face(pass, level + 1, 4 * face + k) == VERDICT_CALM;
-    }
+    // One child that is not calm decides for all four.
+    bool calm = leaves && pass->asks_calm;
+    for (int k = 0; k < 4; k++)
+        if (calm || !leaves || level + 1 < marks->level)
+            calm &= sweep_face(pass, level + 1, 4 * face + k, calm) == VERDICT_CALM;
+    if (!pass->asks_calm)
+        return VERDICT_KEEP;
     // The time since when it has been calm.
     int64_t *since = &adapt->calm_since[set->face_base[level] + face];
-    if (!leaves || !calm) {
+    if (!calm) {
         *since = 0;
         return VERDICT_KEEP;
     }
@@ -344,6 +357,28 @@ static void coarsen_calm(SweepPass *pass)
     adapt->calm_count = 0;
 }
 
+// Returns the number of faces of level 0 to sweep in this tick. A new load sweeps all of them;
+// else it waits until a slice is due. `share`: of the faces that one sweep may divide.
+static int64_t find_quota(const Detail *detail, double tick, double *share)
+{
+    const DetailAdapt *adapt = &detail->adapt;
+    Sweep *sweep = adapt->sweep;
+    const int roots = detail->set.levels.level[0].face_count;
+    double leaves = 0.0;
+    for (int l = 0; l <= detail->set.levels.finest; l++)
+        leaves += detail->set.leaf_count[l];
+    const double slice = fmin(roots, ceil(roots * (SLICE / leaves)));
+    // Halves allow for the rounding of sums of ticks.
+    sweep->credit = fmin(sweep->credit + roots * detail->options.adapt.check_hz * tick, roots);
+    if (adapt->again_count > 0)
+        sweep->credit = roots;
+    int64_t due = sweep->credit >= slice - 0.5 ? (int64_t)floor(sweep->credit + 0.5) : 0;
+    int64_t urgent = sweep->urgent < roots ? sweep->urgent : roots;
+    int64_t quota = due > urgent ? due : urgent;
+    *share = fmin((double)quota, slice) / roots;
+    return quota;
+}
+
 bool detail_sweep(Body *body, int64_t step, double tick)
 {
     SurfaceModel *model = body->model;
@@ -351,7 +386,15 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     DetailAdapt *adapt = &detail->adapt;
     Sweep *sweep = adapt->sweep;
     const int roots = detail->set.levels.level[0].face_count;
-    const int64_t budget = (int64_t)fmax(FACES_LEAST, ceil((double)FACES_PER_SECOND * tick));
+    const double check_hz = detail->options.adapt.check_hz;
+    double share;
+    const int64_t quota = find_quota(detail, tick, &share);
+    if (quota == 0 && *adapt->felt_count == 0)
+        return false;
+    // A sweep may use the budget of the time since the last one.
+    const double span = fmax(tick, fmin(PERIOD_MOST, 1.0 / check_hz) * share);
+    const int64_t budget = (int64_t)fmax(FACES_LEAST, ceil((double)FACES_PER_SECOND * span));
+    const int64_t calm_sweeps = (int64_t)fmax(1.0, fmin(floor(0.5 * HOLD * check_hz), 1e6));
     SweepPass pass = {.model = model, .left = budget};
     const int64_t before = sweep->refined;
     const bool urgent = sweep->urgent > 0;
@@ -362,27 +405,25 @@ bool detail_sweep(Body *body, int64_t step, double tick)
         adapt->felt_force[adapt->felt[i].node] += vec3_length(adapt->felt[i].force);
     look_at_felt(&pass);
 
-    // The number of roots for this tick; a new load sweeps all of them.
-    sweep->credit = fmin(sweep->credit + roots * detail->options.adapt.check_hz * tick, roots);
-    if (adapt->again_count > 0)
-        sweep->credit = roots;
-    int64_t quota = (int64_t)fmax(floor(sweep->credit), fmin((double)sweep->urgent, roots));
     for (int64_t i = 0; i < quota && pass.left > 0;
-         i++) { // the sweep continues here in the next tick
-        sweep_face(&pass, 0, (int)sweep->root);
+         i++) { // the sweep continues here with the next slice
+        pass.asks_calm = sweep->count % calm_sweeps == 0 || body->finest_level > sweep->level;
+        sweep_face(&pass, 0, (int)sweep->root, false);
         sweep->root = (sweep->root + 1) % roots;
+        sweep->count += sweep->root == 0;
         sweep->credit = fmax(sweep->credit - 1.0, 0.0);
         sweep->urgent -= sweep->urgent > 0;
     }
-    // Coarsening has a budget of its own, so that refinement cannot starve it.
-    pass.left = budget;
+    // Coarsening has a budget of its own, so that refinement cannot starve it: that of all sweeps
+    // since leaves were last asked.
+    pass.left = budget * calm_sweeps;
     coarsen_calm(&pass);
     for (int64_t i = 0; i < *adapt->felt_count; i++)
         adapt->felt_force[adapt->felt[i].node] = 0.0;
     *adapt->felt_count = 0;
     // If a tick is at least as long as a sweep's period, a new load gets all its levels in one
     // tick.
-    bool whole = detail->options.adapt.check_hz * tick >= 1.0;
+    bool whole = check_hz * tick >= 1.0;
     bool divided = sweep->refined > before;
     adapt->again = whole && divided && urgent && adapt->again_count < detail->set.levels.finest;
     adapt->again_count = adapt->again ? adapt->again_count + 1 : 0;

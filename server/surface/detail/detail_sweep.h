@@ -9,11 +9,10 @@
 
 #include <stdint.h>
 
-enum { CREASE_SHARP = 2 }; // largest value in DetailAdapt.crease: divide the leaf
-
 // Progress of the sweep over the criteria; plain data, part of the state.
 typedef struct Sweep {
     int64_t root;                        // next face of level 0
+    int64_t count;                       // completed sweeps
     int64_t urgent;                      // roots to sweep at once, after a new load
     double credit;                       // number of roots that may be swept by now
     double thresholds[3];                // force, speed, curvature
@@ -48,8 +47,6 @@ typedef struct DetailAdapt {
     int64_t *calm_since; // [faces above the finest level] tick since which a face's children are
                          // calm, plus 1; 0: not calm
     Sweep *sweep;
-    unsigned char *crease; // [faces of all levels] what the sweep has found for a face from the
-                           // other side of its edges
     Felt *felt;            // [felt_capacity]
     int64_t *felt_count;
     int felt_capacity;

@@ -235,7 +235,8 @@ static void faces_between_the_marks_stay(void **unused)
     }
 }
 
-// 50 ms of calm, no less: and once they are over, at the next look.
+// 50 ms of calm, no less: and once they are over, at the next look at it. Whether leaves are calm is
+// asked in each sweep, but no more than every 25 ms.
 static void calm_faces_are_taken_back_after_the_hold(void **unused)
 {
     (void)unused;
@@ -252,10 +253,11 @@ static void calm_faces_are_taken_back_after_the_hold(void **unused)
             assert_true(++step < 400);
             adapt(&bench, step);
         }
-        int period = (int)(1000.0 / rates[k]); // [ticks] between two looks at a face
+        // [ticks] between two looks at the calm of a face: whole sweeps
+        int period = (int)(1000.0 / rates[k] * fmax(1.0, floor(0.025 * rates[k])));
         assert_in_range(first, 50, 50 + 2 * period);
-        // All of them within a look; their neighbours' 2:1 holds none back.
-        assert_in_range((int)(step - 100), 50, 50 + 2 * period + 1);
+        // All of them at the same look; their neighbours' 2:1 holds none back.
+        assert_int_equal((int)(step - 100), first);
         bench_expect_sound(&bench);
         bench_destroy(&bench);
     }
@@ -272,32 +274,60 @@ static void calm_that_is_interrupted_begins_anew(void **unused)
         for (int i = 0; i < 48; i++)
             assert_false(adapt(&bench, step++));
         set_eta(&bench, 0.4);
-        assert_false(adapt(&bench, step++));
+        for (int i = 0; i < 25; i++) // a look at least
+            assert_false(adapt(&bench, step++));
     }
     bench_destroy(&bench);
 }
 
-// All faces ask for refinement at once: each is looked at once a check period, evenly over it.
-static void faces_are_looked_at_check_hz_times_a_second(void **unused)
+// All faces ask for refinement: those of a small body are looked at in one tick of a check period,
+// so that its topology changes once.
+static void a_small_body_is_looked_at_at_once_check_hz_times_a_second(void **unused)
 {
     (void)unused;
-    static const double rates[3] = {200.0, 100.0, 50.0}; // 16, 8, 4 of the 80 faces a tick
+    static const double rates[3] = {200.0, 100.0, 50.0};
     for (int k = 0; k < 3; k++) {
         SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, rates[k]);
         DetailBench bench;
         create_sphere(&bench, &options);
         const int period = (int)(1000.0 / rates[k]), faces = 80;
-        for (int i = 0; i < period; i++) {
+        for (int i = 1; i <= 3 * period; i++) {
             move_all(&bench, (Vec3){3.0, 0.0, 0.0});
             adapt(&bench, i);
-            // To a face, for the share of a tick may be rounded down.
-            assert_in_range(bench.detail->adapt.sweep->refined, faces * (i + 1) / period - 1,
-                            faces * (i + 1) / period);
+            const Sweep *sweep = bench.detail->adapt.sweep;
+            assert_int_equal(sweep->refined, i < period ? 0 : faces);
+            assert_int_equal(sweep->topology, i < period ? 0 : 1);
+            assert_int_equal(sweep->count, i / period);
         }
-        adapt(&bench, period);
         assert_int_equal(leaves(&bench, 1), 4 * faces);
         bench_destroy(&bench);
     }
+}
+
+// A large body in slices of 2048 leaves: no tick looks at more, and each face is looked at check_hz
+// times a second.
+static void a_large_body_is_looked_at_in_slices(void **unused)
+{
+    (void)unused;
+    TriMesh mesh;
+    Status status = {0};
+    SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, 100.0);
+    DetailBench bench;
+    const int faces = 20480, slice = 2048;
+    assert_true(generate_ico_sphere(&mesh, 5, 0.05, &status));
+    assert_int_equal(mesh.triangle_count, faces);
+    bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
+    const Sweep *sweep = bench.detail->adapt.sweep;
+    int64_t looked = 0;
+    for (int i = 1; i <= 100; i++) {
+        int64_t before = looked;
+        adapt(&bench, i);
+        looked = sweep->count * faces + sweep->root;
+        assert_in_range(looked - before, 0, slice);
+        assert_in_range(looked, (int64_t)faces * (i - 1) / 10, (int64_t)faces * i / 10);
+    }
+    assert_int_equal(sweep->count, 10);
+    bench_destroy(&bench);
 }
 
 // What cannot wait: with faces looked at once in ages, loads and tools still refine.
@@ -440,7 +470,7 @@ static void the_governors_scale_raises_all_thresholds(void **unused)
     put(&bench, MIDDLE, rest_of(&bench, MIDDLE), (Vec3){4.01 * speed, 0.0, 0.0});
     assert_true(adapt(&bench, 1));
     assert_true(set(&bench, "body.adapt_scale", 100.0)); // now all is calm
-    for (int64_t step = 2; step < 60; step++)
+    for (int64_t step = 2; step < 2 + 50 + 2 * 25; step++) // the hold, and a look before and after
         adapt(&bench, step);
     assert_int_equal(finest(&bench), 0);
     bench_destroy(&bench);
@@ -484,7 +514,8 @@ int main(void)
         cmocka_unit_test(faces_between_the_marks_stay),
         cmocka_unit_test(calm_faces_are_taken_back_after_the_hold),
         cmocka_unit_test(calm_that_is_interrupted_begins_anew),
-        cmocka_unit_test(faces_are_looked_at_check_hz_times_a_second),
+        cmocka_unit_test(a_small_body_is_looked_at_at_once_check_hz_times_a_second),
+        cmocka_unit_test(a_large_body_is_looked_at_in_slices),
         cmocka_unit_test(a_new_load_refines_in_its_own_tick),
         cmocka_unit_test(a_tool_that_presses_refines_in_the_next_tick),
         cmocka_unit_test(a_load_that_follows_a_change_asks_for_no_look_at_all_faces),
