@@ -306,7 +306,7 @@ static const Option ADAPT_OPTIONS[] = {
     {"speed", OPTION_REAL, AT(speed), "", 0.0, 1e9, .open = true, .preset = 0.3, .physics = true,
      .about = "Speed relative to the body's rigid motion, over the wave speed in the membrane "
               "times 2^level, beyond which a face is refined."},
-    {"curvature", OPTION_REAL, AT(curvature), "rad", 0.0, 1e9, .open = true, .preset = 0.4,
+    {"curvature", OPTION_REAL, AT(curvature), "rad", 0.0, 1e9, .open = true, .preset = 1.6,
      .physics = true,
      .about = "Change of the angle between two faces beyond which they are refined."},
     {"check_hz", OPTION_REAL, AT(check_hz), "Hz", 0.0, 10000.0, .open = true, .preset = 100.0,

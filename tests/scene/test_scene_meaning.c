@@ -208,7 +208,7 @@ static void levels_are_read_as_written(void **unused)
     assert_int_equal(surface->adjust, ADJUST_CONTINUUM);
     expect_near(surface->adapt.force, 0.005, 0.0);
     expect_near(surface->adapt.speed, 0.3, 0.0);
-    expect_near(surface->adapt.curvature, 0.4, 0.0);
+    expect_near(surface->adapt.curvature, 1.6, 0.0);
     expect_near(surface->adapt.check_hz, 100.0, 0.0);
     assert_int_equal(surface->body.node_capacity, 0);
     scene_destroy(&scene);

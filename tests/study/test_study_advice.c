@@ -245,7 +245,7 @@ static void adaptive_keys_scale_the_scene_s_thresholds(void **unused)
     assert_int_equal(surface->start_level, 0);
     assert_true(surface->adapt.force == 0.005);
     assert_true(surface->adapt.speed == 0.15);
-    assert_true(surface->adapt.curvature == 0.2);
+    assert_true(surface->adapt.curvature == 0.8);
     assert_true(surface->body.time_step == 0.0); // the key is gone: the bound decides
     assert_true(scene.body[1].surface.adaptive); // by the usual thresholds
     assert_true(scene.body[1].surface.adapt.force == 0.0025);

@@ -21,7 +21,7 @@ SurfaceOptions bench_options(int levels, int start_level)
         .shape = {.wanted = true, .angular_frequency = 50.0, .damping_ratio = 0.1},
         .body.levels = levels,
         .start_level = start_level,
-        .adapt = {.force = 0.005, .speed = 0.3, .curvature = 0.4, .check_hz = 1e-9},
+        .adapt = {.force = 0.005, .speed = 0.3, .curvature = 1.6, .check_hz = 1e-9},
         .body.integrator = INTEGRATOR_RK4,
         .body.precision = PRECISION_DOUBLE,
         .body.contact_ratio = 0.5,

@@ -173,6 +173,8 @@ static bool check_sweep(const Detail *detail)
         ok = ok && is_number(sweep->thresholds[k]);
     // What it has found so far.
     ok = ok && is_within(*detail->adapt.felt_count, 0, detail->adapt.felt_capacity);
+    for (int f = 0; ok && f < roots; f++)
+        ok = detail->adapt.skip[f] <= SKIP_MOST;
     for (int64_t i = 0; ok && i < *detail->adapt.felt_count; i++)
         ok = is_within(detail->adapt.felt[i].node, 0, detail->set.node_count - 1);
     return ok;

@@ -193,6 +193,9 @@ static void create_bits(SurfaceModel *model, const SurfaceOptions *options, Aren
         .scale = 1.0,
         .level = set->levels.finest,
     };
+    int roots = set->levels.level[0].face_count;
+    adapt->skip = ALLOCATE(ARENA_TOPOLOGY, roots, unsigned char, "quiet faces");
+    state_add(state, adapt->skip, (size_t)roots, "%s/quiet", name);
     adapt->felt_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "felt count");
     state_add(state, set->refined, (size_t)coarse, "%s/refined", name);
     state_add(state, adapt->calm_since, (size_t)coarse * sizeof *adapt->calm_since, "%s/calm_since",
@@ -204,6 +207,8 @@ static void create_bits(SurfaceModel *model, const SurfaceOptions *options, Aren
     adapt->felt_force = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "felt forces");
     adapt->calm_capacity = coarse < 4096 ? coarse : 4096;
     adapt->calm = ALLOCATE(ARENA_TOPOLOGY, adapt->calm_capacity, Leaf, "calm for long");
+    adapt->want_capacity = adapt->calm_capacity;
+    adapt->want = ALLOCATE(ARENA_TOPOLOGY, adapt->want_capacity, Leaf, "leaves to divide");
 }
 
 // What is derived from the bits, and rebuilt after a restore.
@@ -226,7 +231,8 @@ static void create_packing(SurfaceModel *model, const char *name, Arena *arena)
     lists->free_chunk = ALLOCATE(ARENA_STEP, chunks, int, "chunks");
     lists->hanging_chunk = ALLOCATE(ARENA_STEP, chunks, int, "hanging chunks");
     lists->carries = ALLOCATE(ARENA_STEP, chunks, unsigned char, "carrying chunks");
-    model->run = ALLOCATE(ARENA_STEP, pack->window_count, *model->run, "runs of slots");
+    model->run = ALLOCATE(ARENA_STEP, pack->window_count * (pack->width / BLOCK), *model->run,
+                          "runs of slots");
     lists->handed = model_allocate_reals(model, (size_t)model->basis.count * ROW, name,
                                          "forces of hanging nodes", arena);
 }

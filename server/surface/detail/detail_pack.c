@@ -308,18 +308,24 @@ static void pack_window(SurfaceModel *model, int w)
                &free_nodes); // recall reads lanes: list all before any lane is written
     list_nodes(model, w, NODE_HANGING, &hanging);
     // Nodes that are off have no lane, mass or bound.
+    uint32_t used = 0;
     for (int s = w * pack->width; s < (w + 1) * pack->width; s++) {
         int node = pack->of_slot[s];
         model->lane[s] = -1;
-        if (node < 0 || detail->set.status[node] != NODE_OFF)
+        if (node < 0)
             continue;
+        if (detail->set.status[node] != NODE_OFF) {
+            used |= UINT32_C(1) << (s % pack->width / BLOCK);
+            continue;
+        }
         model->mass[node] = pack->bound[node] = 0.0;
         if (model->rigid_weight != NULL)
             model->rigid_weight[s] = 0.0;
     }
     // Free nodes fill the first chunks of the window, hanging ones the next.
     int first = w * pack->window_chunks;
-    pack->window[w] = (Window){.free_count = free_nodes.count, .hanging_count = hanging.count};
+    pack->window[w] =
+        (Window){.free_count = free_nodes.count, .hanging_count = hanging.count, .used = used};
     pack->window[w].free_chunks = pack_nodes(model, w, NODE_FREE, first, &free_nodes);
     pack_nodes(model, w, NODE_HANGING, first + pack->window[w].free_chunks, &hanging);
 }
@@ -380,11 +386,13 @@ static void list_chunks(SurfaceModel *model)
             lists->free_chunk[lists->free_chunk_count++] = chunk++;
         for (int k = 0; k < window->hanging_count; k += LANES)
             lists->hanging_chunk[lists->hanging_chunk_count++] = chunk++;
-        // Adjacent windows form one run of slots.
-        int first = w * pack->width;
-        if (model->run_count == 0 || model->run[model->run_count - 1][1] != first)
-            model->run[model->run_count++][0] = first;
-        model->run[model->run_count - 1][1] = first + pack->width;
+        // Adjacent blocks form one run of slots.
+        for (uint32_t left = window->used; left != 0; left &= left - 1) {
+            int first = w * pack->width + __builtin_ctz(left) * BLOCK;
+            if (model->run_count == 0 || model->run[model->run_count - 1][1] != first)
+                model->run[model->run_count++][0] = first;
+            model->run[model->run_count - 1][1] = first + BLOCK;
+        }
         // Sums and maxima over windows.
         pack->mass += window->mass;
         pack->lambda = fmax(pack->lambda, window->lambda);

@@ -6,10 +6,15 @@
 #include "base/isa.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 
 // Slots that are packed together: larger windows leave fewer lanes empty, smaller ones are packed
 // faster.
 enum { WINDOW_MOST = 1024, WINDOW_LEAST = 256 };
+
+// Slots of a block: what no node of a block is on for is not visited. A window has one bit for each
+// of its blocks.
+enum { BLOCK = 32 };
 
 // The springs of a node: slots of the other ends, ascending.
 typedef struct NodeSprings {
@@ -22,6 +27,7 @@ typedef struct NodeSprings {
 typedef struct Window {
     int free_count, hanging_count;
     int free_chunks; // the hanging nodes' chunks follow
+    uint32_t used;   // bit b: block b has nodes that are on
     double mass;     // [kg]
     double lambda, damping;
     int spring_ends;

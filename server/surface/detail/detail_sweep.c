@@ -14,6 +14,9 @@
 
 #define CALM 0.35 // below a half, because an indicator doubles when its leaf is coarsened
 #define HOLD 0.05 // [s]
+// Below this a face of level 0 is looked at in every fourth sweep only: no wave raises an indicator
+// fivefold in three.
+#define QUIET 0.2
 
 static const double PERIOD_MOST = 0.01; // [s] of which a sweep may use the budget at once
 
@@ -26,7 +29,8 @@ enum {
 // Limits that a sweep compares with, computed from the thresholds.
 typedef struct Marks {
     double per_force[LEVELS_MAX + 1]; // one over the traction that requires more [m2/N]
-    double still2[LEVELS_MAX + 1];    // square of displacements that cannot bend a leaf enough [m2]
+    // square of displacements that cannot bend a leaf enough, to be divided and not to be calm [m2]
+    double still2_divide[LEVELS_MAX + 1], still2_calm[LEVELS_MAX + 1];
     double per_speed2[LEVELS_MAX + 1]; // one over the square of the limiting speed [s2/m2]
     double cos_divide, cos_calm;
     int64_t pass;                   // number of this pass over the body
@@ -35,26 +39,22 @@ typedef struct Marks {
     Vec3 center, velocity, angular; // of the rigid motion of the body
 } Marks;
 
-// VERDICT_NEVER: beyond all.
-typedef enum Verdict { VERDICT_CALM, VERDICT_KEEP, VERDICT_DIVIDE, VERDICT_NEVER } Verdict;
+typedef enum Verdict { VERDICT_CALM, VERDICT_KEEP, VERDICT_DIVIDE } Verdict;
 
-static Vec3 read_row(const SurfaceModel *model, int slot, int first)
+// Reads a slot's position [m] and velocity [m/s].
+static void read_row(const SurfaceModel *model, int slot, Vec3 *x, Vec3 *v)
 {
     const void *rows = model->rows[model->current];
-    long at = (long)slot * ROW + first;
     if (model->basis.precision == PRECISION_SINGLE) {
-        const float *row = (const float *)rows + at;
-        return (Vec3){(double)row[0], (double)row[1], (double)row[2]};
+        const float *row = (const float *)rows + (long)slot * ROW;
+        *x = vec3_add((Vec3){(double)row[0], (double)row[1], (double)row[2]},
+                      model_rest(model, slot));
+        *v = (Vec3){(double)row[4], (double)row[5], (double)row[6]};
+        return;
     }
-    const double *row = (const double *)rows + at;
-    return (Vec3){row[0], row[1], row[2]};
-}
-
-static Vec3 read_position(const SurfaceModel *model, int slot)
-{
-    Vec3 row = read_row(model, slot, 0);
-    return model->basis.precision == PRECISION_SINGLE ? vec3_add(row, model_rest(model, slot))
-                                                      : row;
+    const double *row = (const double *)rows + (long)slot * ROW;
+    *x = (Vec3){row[0], row[1], row[2]};
+    *v = (Vec3){row[4], row[5], row[6]};
 }
 
 // Returns |f| over the area that a node represents [N/m2].
@@ -67,15 +67,15 @@ static double traction_of(const SurfaceModel *model, int node, double force)
     return area > 0.0 ? force / area : 0.0;
 }
 
+// Returns the size of the loads on a node [N]; a node created in this sweep has no lane yet.
 static double load_on(const SurfaceModel *model, int slot)
 {
-    double square = 0.0;
-    for (int c = 0; c < 3 && model->lane[slot] >= 0;
-         c++) { // a node created in this sweep has no lane yet
-        double f = model_get(model, model->external, model_lane(model->lane[slot]) + c * LANES);
-        square += f * f;
-    }
-    return sqrt(square);
+    if (model->lane[slot] < 0)
+        return 0.0;
+    long at = model_lane(model->lane[slot]);
+    Vec3 f = {model_get(model, model->external, at), model_get(model, model->external, at + LANES),
+              model_get(model, model->external, at + 2L * LANES)};
+    return f.x == 0.0 && f.y == 0.0 && f.z == 0.0 ? 0.0 : vec3_length(f);
 }
 
 // Computes the indicators' inputs at a node, once per pass for all leaves around it.
@@ -88,8 +88,9 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
         return look;
     int slot = model->slot[node];
     // Position and displacement.
+    Vec3 slip;
     look->pass = marks->pass;
-    look->position = read_position(model, slot);
+    read_row(model, slot, &look->position, &slip);
     look->moved = vec3_sub(look->position, model_rest(model, slot));
     Vec3 center = marks->center, velocity = marks->velocity, angular = marks->angular;
     if (detail->frames != NULL) { // relative to its own piece
@@ -99,8 +100,10 @@ static const NodeLook *look_at(const SurfaceModel *model, int node, const Marks 
         angular = (Vec3){pose->angular[0], pose->angular[1], pose->angular[2]};
     }
     // Speed beyond the rigid motion.
-    Vec3 slip = vec3_sub(read_row(model, slot, 4), velocity);
-    slip = vec3_sub(slip, vec3_cross(angular, vec3_sub(look->position, center)));
+    if (model->basis.rigid != NULL) {
+        slip = vec3_sub(slip, velocity);
+        slip = vec3_sub(slip, vec3_cross(angular, vec3_sub(look->position, center)));
+    }
     look->slip2 = vec3_dot(slip, slip);
     // Forces of tools and loads.
     double force = detail->adapt.felt_force[node];
@@ -123,20 +126,36 @@ static bool is_still(Vec3 a, Vec3 b, double still2)
     return vec3_dot(ab, ab) < still2;
 }
 
-// Judges the angles at the edges of a leaf, until one is `enough`.
+// What a sweep wants to know of a leaf. One answer of those that it asks for ends it: the other
+// criteria could only say the same.
+typedef enum Question {
+    ASK_DIVIDE = 1, // whether to divide it: angles that it does not leave to the leaf across
+    ASK_CALM = 2,   // whether it is calm: all its angles
+} Question;
+
+static bool answers(Verdict verdict, int question)
+{
+    return question == ASK_CALM && verdict > VERDICT_CALM;
+}
+
+// Judges the angles at the edges of a leaf.
 static Verdict judge_curvature(SurfaceModel *model, int level, int face, const Vec3 now[3],
-                               const Vec3 moved[3], const Marks *marks, Verdict enough, Bent *bent)
+                               const Vec3 moved[3], const Marks *marks, int question, Bent *bent)
 {
     const Detail *detail = model->detail;
     const LeafSet *set = &detail->set;
     const Level *at = &set->levels.level[level];
     const int *corner = at->face[face];
-    const double still2 = marks->still2[level];
+    const bool asks_calm = (question & ASK_CALM) != 0;
+    const double still2 = asks_calm ? marks->still2_calm[level] : marks->still2_divide[level];
     Verdict verdict = VERDICT_CALM;
     bool still = is_still(moved[0], moved[1], still2) && is_still(moved[0], moved[2], still2) &&
                  is_still(moved[1], moved[2], still2);
+    // To divide two leaves one that has moved looks at their angle, the lower number of two.
+    if (still && !asks_calm)
+        return verdict;
     // Skip borders, leaves of other levels and broken edges: they have no angle.
-    for (int k = 0; k < 3 && verdict < enough; k++) {
+    for (int k = 0; k < 3 && !answers(verdict, question); k++) {
         int edge = at->face_edge[face][k];
         int across = levels_beyond(at, edge, face);
         if (across < 0 || !detail_is_leaf(set, level, across) ||
@@ -150,7 +169,9 @@ static Verdict judge_curvature(SurfaceModel *model, int level, int face, const V
                              at->face[across][(opposite + 2) % 3]};
         const NodeLook *beyond = look_at(model, node[3], marks);
         // Two still leaves have not turned.
-        if (still && is_still(moved[k], beyond->moved, still2))
+        bool still_across = is_still(moved[k], beyond->moved, still2) &&
+                            is_still(moved[(k + 1) % 3], beyond->moved, still2);
+        if (asks_calm ? still && still_across : across < face && !still_across)
             continue;
         const Vec3 x[4] = {now[k], now[(k + 1) % 3], now[(k + 2) % 3], beyond->position};
         // How far they have turned against each other since rest.
@@ -175,8 +196,7 @@ static Verdict judge_number(double eta)
     return eta > 1.0 ? VERDICT_DIVIDE : eta > CALM ? VERDICT_KEEP : VERDICT_CALM;
 }
 
-// Judges a leaf. A verdict of `enough` ends it: the others could only say the same.
-static Verdict judge(SurfaceModel *model, int level, int face, const Marks *marks, Verdict enough,
+static Verdict judge(SurfaceModel *model, int level, int face, const Marks *marks, int question,
                      Bent *bent)
 {
     const Detail *detail = model->detail;
@@ -193,10 +213,27 @@ static Verdict judge(SurfaceModel *model, int level, int face, const Marks *mark
                                  : eta2 > CALM * CALM ? VERDICT_KEEP
                                                       : VERDICT_CALM);
         verdict = worse(verdict, judge_number(look->traction * marks->per_force[level]));
-        if (verdict >= enough)
+        if (answers(verdict, question))
             return verdict;
     }
-    return worse(verdict, judge_curvature(model, level, face, now, moved, marks, enough, bent));
+    return worse(verdict, judge_curvature(model, level, face, now, moved, marks, question, bent));
+}
+
+// True if nothing happens at a leaf: all indicators are far below what would divide it.
+static bool is_quiet(const SurfaceModel *model, int level, int face, const Marks *marks)
+{
+    const int *corner = model->detail->set.levels.level[level].face[face];
+    const NodeLook *look[3];
+    for (int k = 0; k < 3; k++) {
+        look[k] = look_at(model, corner[k], marks);
+        if (look[k]->slip2 * marks->per_speed2[level] > QUIET * QUIET ||
+            look[k]->traction * marks->per_force[level] > QUIET)
+            return false;
+    }
+    double still2 = marks->still2_calm[level];
+    return is_still(look[0]->moved, look[1]->moved, still2) &&
+           is_still(look[0]->moved, look[2]->moved, still2) &&
+           is_still(look[1]->moved, look[2]->moved, still2);
 }
 
 // --- forces of tools ---
@@ -225,12 +262,50 @@ typedef struct SweepPass {
     bool asks_calm; // this sweep asks which leaves are calm
 } SweepPass;
 
-static void divide_leaf(SweepPass *pass, int level, int face)
+static void divide_one(SweepPass *pass, int level, int face)
 {
     Detail *detail = pass->model->detail;
     int64_t before = detail->adapt.sweep->refined;
     detail_refine(pass->model, level, face);
     pass->left -= detail->adapt.sweep->refined - before;
+}
+
+// Divides a leaf. With the continuum rule a leaf of level 0 takes those around its corners along:
+// its halo, so that what is pressed does not end at what cannot bend.
+static void divide_leaf(SweepPass *pass, int level, int face)
+{
+    const LeafSet *set = &pass->model->detail->set;
+    divide_one(pass, level, face);
+    if (level > 0 || !set->constrained)
+        return;
+    const int *corner = set->levels.level[0].face[face];
+    for (int k = 0; k < 3; k++) {
+        int node = detail_original(set, corner[k]);
+        for (int i = set->root_ring_start[node]; i < set->root_ring_start[node + 1]; i++)
+            divide_one(pass, 0, set->root_ring[i]);
+    }
+}
+
+// Notes a leaf to be divided when the sweep has judged all of them.
+static void want(DetailAdapt *adapt, int level, int face)
+{
+    if (adapt->want_count < adapt->want_capacity)
+        adapt->want[adapt->want_count++] = (Leaf){level, face, 0};
+}
+
+static void divide_wanted(SweepPass *pass)
+{
+    DetailAdapt *adapt = &pass->model->detail->adapt;
+    for (int i = 0; i < adapt->want_count; i++)
+        divide_leaf(pass, adapt->want[i].level, adapt->want[i].face);
+    adapt->want_count = 0;
+}
+
+// True if a refined face has been calm for HOLD seconds.
+static bool has_rested(const Detail *detail, const Marks *marks, int level, int face)
+{
+    int64_t since = detail->adapt.calm_since[detail->set.face_base[level] + face];
+    return since > 0 && (marks->step + 1 - since >= marks->hold || level >= marks->level);
 }
 
 // Judges the leaves of a face, divides those that require it, and tracks how long the four children
@@ -248,14 +323,15 @@ static Verdict sweep_face(SweepPass *pass, int level, int face, bool asks_calm)
         if (level > marks->level)
             return VERDICT_CALM; // the next level may not exist
         Bent bent = {0};
-        if (level == marks->level) // cannot be divided: all but calm is alike
-            return asks_calm ? judge(model, level, face, marks, VERDICT_KEEP, &bent) : VERDICT_KEEP;
-        Verdict verdict = judge(model, level, face, marks, VERDICT_NEVER, &bent);
-        if (verdict != VERDICT_DIVIDE || pass->left <= 0)
-            return verdict;
-        divide_leaf(pass, level, face);
-        for (int k = 0; k < bent.count; k++)
-            divide_leaf(pass, level, bent.face[k]); // unless balance already has
+        const int question = (level < marks->level ? ASK_DIVIDE : 0) | (asks_calm ? ASK_CALM : 0);
+        if (question == 0)
+            return VERDICT_KEEP;
+        Verdict verdict = judge(model, level, face, marks, question, &bent);
+        if (verdict == VERDICT_DIVIDE && level < marks->level) {
+            want(adapt, level, face);
+            for (int k = 0; k < bent.count; k++)
+                want(adapt, level, bent.face[k]);
+        }
         return verdict;
     }
     // A refined face: coarsen it after HOLD seconds in which all four children were calm leaves.
@@ -277,10 +353,25 @@ static Verdict sweep_face(SweepPass *pass, int level, int face, bool asks_calm)
     }
     if (*since == 0)
         *since = marks->step + 1;
-    bool held = marks->step + 1 - *since >= marks->hold || level >= marks->level;
-    if (held && adapt->calm_count < adapt->calm_capacity)
+    if (has_rested(detail, marks, level, face) && adapt->calm_count < adapt->calm_capacity)
         adapt->calm[adapt->calm_count++] = (Leaf){level, face, 0};
     return VERDICT_KEEP;
+}
+
+// Sweeps a face of level 0, unless it is quiet and its turn has not come.
+static void sweep_root(SweepPass *pass, int face)
+{
+    const Detail *detail = pass->model->detail;
+    const LeafSet *set = &detail->set;
+    unsigned char *skip = &detail->adapt.skip[face];
+    if (*skip > 0 && detail->adapt.sweep->urgent == 0 && !detail_is_refined(set, 0, face)) {
+        --*skip;
+        return;
+    }
+    *skip = 0;
+    sweep_face(pass, 0, face, false);
+    if (!detail_is_refined(set, 0, face) && is_quiet(pass->model, 0, face, &pass->marks))
+        *skip = SKIP_MOST;
 }
 
 static void set_marks(const SurfaceModel *model, int64_t step, double tick, Marks *marks)
@@ -304,9 +395,12 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     for (int l = 0; l <= detail->set.levels.finest; l++) {
         marks->per_force[l] = ldexp(1.0 / force, -l);
         // Relative to the third corner, a corner that moves by d tilts its leaf by at most asin(d /
-        // height): two corners of each of two leaves, and a tenth as a margin for the asin.
-        double still = 0.9 / 4.0 * fmin(CALM * turn, 0.5) * detail->folds.least_height[l];
-        marks->still2[l] = still * still;
+        // height): two corners of each of two leaves, and a tenth as a margin for rounding.
+        double height = 0.9 * detail->folds.least_height[l];
+        double divide = height * sin(fmin(turn, pi) / 4.0);
+        double calm = height * sin(fmin(CALM * turn, pi) / 4.0);
+        marks->still2_divide[l] = divide * divide;
+        marks->still2_calm[l] = calm * calm;
         marks->per_speed2[l] = ldexp(1.0 / (speed * speed), -2 * l);
     }
     // The motion against which speeds are measured.
@@ -318,7 +412,7 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     }
 }
 
-// Divides at once the leaves that a tool presses.
+// Wants the leaves that a tool presses.
 static void look_at_felt(SweepPass *pass)
 {
     SurfaceModel *model = pass->model;
@@ -329,17 +423,35 @@ static void look_at_felt(SweepPass *pass)
         int node = (int)adapt->felt[i].node;
         if (set->status[node] == NODE_OFF)
             continue;
-        // Leaves around a pressed node are divided at once, as many as a tick may.
+        // Leaves around a pressed node, as many as a tick may divide.
         Leaf *leaf = set->ring[LEVELS_MAX];
         int count = detail_leaves_around(set, node, leaf);
-        for (int k = 0; k < count && pass->left > 0; k++)
+        for (int k = 0; k < count && adapt->want_count < pass->left; k++)
             if (leaf[k].level < pass->marks.level &&
-                detail_is_leaf(set, leaf[k].level, leaf[k].face) &&
                 traction_of(model, node, adapt->felt_force[node]) *
                         pass->marks.per_force[leaf[k].level] >
                     1.0)
-                divide_leaf(pass, leaf[k].level, leaf[k].face);
+                want(adapt, leaf[k].level, leaf[k].face);
     }
+}
+
+// True if a face is in the halo of one that has not rested; what a cut holds refined has none.
+static bool is_in_halo(const Detail *detail, const Marks *marks, const Leaf *leaf)
+{
+    const LeafSet *set = &detail->set;
+    if (leaf->level > 0 || !set->constrained)
+        return false;
+    const int *corner = set->levels.level[0].face[leaf->face];
+    for (int k = 0; k < 3; k++) {
+        int node = detail_original(set, corner[k]);
+        for (int i = set->root_ring_start[node]; i < set->root_ring_start[node + 1]; i++) {
+            int face = set->root_ring[i];
+            bool held = set->cut != NULL && set->cut->locked[face] != 0;
+            if (detail_is_refined(set, 0, face) && !held && !has_rested(detail, marks, 0, face))
+                return true;
+        }
+    }
+    return false;
 }
 
 static void coarsen_calm(SweepPass *pass)
@@ -349,6 +461,7 @@ static void coarsen_calm(SweepPass *pass)
     for (int i = 0; i < adapt->calm_count; i++) {
         const Leaf *calm = &adapt->calm[i];
         if (pass->left > 0 && detail_is_refined(&detail->set, calm->level, calm->face) &&
+            !is_in_halo(detail, &pass->marks, calm) &&
             detail_may_coarsen(&detail->set, calm->level, calm->face)) {
             detail_coarsen(pass->model, calm->level, calm->face);
             pass->left--;
@@ -405,15 +518,16 @@ bool detail_sweep(Body *body, int64_t step, double tick)
         adapt->felt_force[adapt->felt[i].node] += vec3_length(adapt->felt[i].force);
     look_at_felt(&pass);
 
-    for (int64_t i = 0; i < quota && pass.left > 0;
+    for (int64_t i = 0; i < quota && adapt->want_count < pass.left;
          i++) { // the sweep continues here with the next slice
         pass.asks_calm = sweep->count % calm_sweeps == 0 || body->finest_level > sweep->level;
-        sweep_face(&pass, 0, (int)sweep->root, false);
+        sweep_root(&pass, (int)sweep->root);
         sweep->root = (sweep->root + 1) % roots;
         sweep->count += sweep->root == 0;
         sweep->credit = fmax(sweep->credit - 1.0, 0.0);
         sweep->urgent -= sweep->urgent > 0;
     }
+    divide_wanted(&pass);
     // Coarsening has a budget of its own, so that refinement cannot starve it: that of all sweeps
     // since leaves were last asked.
     pass.left = budget * calm_sweeps;

@@ -9,6 +9,8 @@
 
 #include <stdint.h>
 
+enum { SKIP_MOST = 3 }; // sweeps that a quiet face of level 0 is not looked at
+
 // Progress of the sweep over the criteria; plain data, part of the state.
 typedef struct Sweep {
     int64_t root;                        // next face of level 0
@@ -47,13 +49,16 @@ typedef struct DetailAdapt {
     int64_t *calm_since; // [faces above the finest level] tick since which a face's children are
                          // calm, plus 1; 0: not calm
     Sweep *sweep;
-    Felt *felt;            // [felt_capacity]
+    unsigned char *skip; // [faces of level 0] sweeps in which it need not be looked at
+    Felt *felt;          // [felt_capacity]
     int64_t *felt_count;
     int felt_capacity;
 
     // --- of the change in progress ---
     Leaf *calm; // [calm_capacity] refined faces whose four children have been calm for long
     int calm_count, calm_capacity;
+    Leaf *want; // [want_capacity] leaves to be divided
+    int want_count, want_capacity;
     bool again; // of TopologyChange
     int again_count;
 

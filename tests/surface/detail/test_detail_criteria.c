@@ -87,7 +87,9 @@ static double mean_edge(const Levels *levels)
 // ---------------------------------------------------------------------------------------------
 // The indicators
 
-enum { MIDDLE = 24, AROUND = 6 }; // of the sheet of 7 x 7 nodes: its node, the faces around it
+// Of the sheet of 7 x 7 nodes: its node, the faces around it, and those with their halo: all with a
+// corner among theirs.
+enum { MIDDLE = 24, AROUND = 6, HALO = 24 };
 
 // (|f| / A_i) L_l / E2D against the threshold; A_i = m_i / rho_A.
 static void force_refines_at_its_threshold(void **unused)
@@ -109,7 +111,7 @@ static void force_refines_at_its_threshold(void **unused)
             char why[128];
             assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
             assert_int_equal(adapt(&bench, 0), over);
-            assert_int_equal(leaves(&bench, 1), over ? 4 * AROUND : 0);
+            assert_int_equal(leaves(&bench, 1), over ? 4 * HALO : 0);
             bench_destroy(&bench);
         }
 }
@@ -129,7 +131,8 @@ static void speed_refines_at_its_threshold(void **unused)
             speed *= over ? 1.001 : 0.999;
             put(&bench, MIDDLE, rest_of(&bench, MIDDLE), (Vec3){0.0, 0.6 * speed, 0.8 * speed});
             assert_int_equal(adapt(&bench, 0), over);
-            assert_int_equal(leaves(&bench, level + 1), before + (over ? 4 * AROUND : 0));
+            int divided = level == 0 ? HALO : AROUND;
+            assert_int_equal(leaves(&bench, level + 1), before + (over ? 4 * divided : 0));
             bench_destroy(&bench);
         }
 }
@@ -207,7 +210,7 @@ static void create_refined(DetailBench *bench, double check_hz)
     create_sheet(bench, &options, NULL);
     put(bench, MIDDLE, rest_of(bench, MIDDLE),
         (Vec3){1.01 * 0.3 * bench->detail->adapt.wave_speed, 0.0, 0.0});
-    for (int64_t step = 0; leaves(bench, 1) < 4 * AROUND; step++) {
+    for (int64_t step = 0; leaves(bench, 1) < 4 * HALO; step++) {
         assert_true(step < 30);
         adapt(bench, step);
     }
@@ -328,6 +331,34 @@ static void a_large_body_is_looked_at_in_slices(void **unused)
     }
     assert_int_equal(sweep->count, 10);
     bench_destroy(&bench);
+}
+
+// Where nothing happens a face is looked at in every fourth sweep; a load does not wait for it.
+static void a_face_at_ease_is_looked_at_in_every_fourth_sweep(void **unused)
+{
+    (void)unused;
+    for (int loaded = 0; loaded < 2; loaded++) {
+        SurfaceOptions options = adapting(1, 1e-9, 0.3, NEVER, EVERY_TICK);
+        DetailBench bench;
+        char why[128];
+        create_sheet(&bench, &options, NULL);
+        assert_false(adapt(&bench, 0)); // finds all at ease
+        put(&bench, MIDDLE, rest_of(&bench, MIDDLE),
+            (Vec3){2.0 * 0.3 * bench.detail->adapt.wave_speed, 0.0, 0.0});
+        if (loaded == 0) {
+            for (int64_t step = 1; step <= SKIP_MOST; step++)
+                assert_false(adapt(&bench, step));
+        } else { // far away
+            const LoadOptions load = {.center = {0.06, 0.06, 0.0},
+                                      .radius = 0.001,
+                                      .force = {0.0, 0.0, 1e-12},
+                                      .duration = 1.0};
+            assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
+        }
+        assert_true(adapt(&bench, 1 + SKIP_MOST));
+        assert_int_equal(leaves(&bench, 1), 4 * HALO);
+        bench_destroy(&bench);
+    }
 }
 
 // What cannot wait: with faces looked at once in ages, loads and tools still refine.
@@ -516,6 +547,7 @@ int main(void)
         cmocka_unit_test(calm_that_is_interrupted_begins_anew),
         cmocka_unit_test(a_small_body_is_looked_at_at_once_check_hz_times_a_second),
         cmocka_unit_test(a_large_body_is_looked_at_in_slices),
+        cmocka_unit_test(a_face_at_ease_is_looked_at_in_every_fourth_sweep),
         cmocka_unit_test(a_new_load_refines_in_its_own_tick),
         cmocka_unit_test(a_tool_that_presses_refines_in_the_next_tick),
         cmocka_unit_test(a_load_that_follows_a_change_asks_for_no_look_at_all_faces),

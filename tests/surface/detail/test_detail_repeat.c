@@ -22,7 +22,7 @@ static const LoadOptions PRESS = {.center = {0.0, 0.0, -0.05},
                                   .start = 0.05,
                                   .duration = 0.35};
 
-enum { KINDS = 5, TICKS = 600, MIDDLE = 290 };
+enum { KINDS = 5, TICKS = 800, MIDDLE = 290 };
 
 static void create(DetailBench *bench, int kind, const char *isa)
 {
@@ -40,7 +40,7 @@ static void create(DetailBench *bench, int kind, const char *isa)
     bench_create(bench, BENCH_ADAPTIVE, &mesh, &options, &BALL, &PRESS);
 }
 
-// The probe circles on the body and is gone for the last third.
+// The probe circles on the body and is gone for the last half.
 static void run_to(DetailBench *bench, int tick, bool look)
 {
     while (sim_steps(bench->sim) < tick) {
