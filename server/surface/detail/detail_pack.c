@@ -269,9 +269,13 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
     // A chunk has as many entries as its node with the most springs.
     for (int i = 0; i < chunks * LANES; i++) {
         int lane = chunk * LANES + i, at = lane / LANES;
-        if (i % LANES == 0)
+        if (i % LANES == 0) {
             entries = most_springs(pack, list, i);
-        model->springs.end[at] = model->springs.start[at] + entries;
+            // Without gaps: memory is read ahead.
+            if (at % pack->window_chunks != 0)
+                model->springs.start[at] = model->springs.end[at - 1];
+            model->springs.end[at] = model->springs.start[at] + entries;
+        }
         // Lanes without a node read the window's spare row.
         if (i >= list->count) {
             pack_springs(model, lane, pack->spare_slot + w, entries, &none);

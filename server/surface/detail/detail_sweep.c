@@ -6,8 +6,8 @@
 //
 // The faces of level 0 are swept check_hz times per second, those of a small body in one tick and
 // those of a large one in slices, so that topology changes once per sweep and not in every tick;
-// leaves that a tool presses or a new load acts on are examined in the same tick. Whether leaves
-// are calm is asked in fewer sweeps: twice per HOLD.
+// leaves that a tool presses or a new load acts on are examined in the same tick. Refined faces are
+// looked at in fewer sweeps: twice per HOLD, and once to learn which of them are calm.
 #include "surface/detail/detail.h"
 
 #include <math.h>
@@ -23,6 +23,7 @@ static const double PERIOD_MOST = 0.01; // [s] of which a sweep may use the budg
 enum {
     FACES_PER_SECOND = 16000, // divided, and as many coarsened: bounds the work of a tick
     FACES_LEAST = 16,         // per tick
+    COARSEN_MOST = 256,       // in one tick
     SLICE = 2048,             // leaves examined in one tick, at most, if ticks are short
 };
 
@@ -260,6 +261,7 @@ typedef struct SweepPass {
     Marks marks;
     int64_t left;   // faces that may still be divided in this tick
     bool asks_calm; // this sweep asks which leaves are calm
+    bool asks_fine; // this sweep looks below level 0
 } SweepPass;
 
 static void divide_one(SweepPass *pass, int level, int face)
@@ -364,8 +366,11 @@ static void sweep_root(SweepPass *pass, int face)
     const Detail *detail = pass->model->detail;
     const LeafSet *set = &detail->set;
     unsigned char *skip = &detail->adapt.skip[face];
-    if (*skip > 0 && detail->adapt.sweep->urgent == 0 && !detail_is_refined(set, 0, face)) {
-        --*skip;
+    // Levels below are looked at when they are asked for calm.
+    const bool refined = detail_is_refined(set, 0, face),
+               waits = refined ? !pass->asks_fine : *skip > 0;
+    if (waits && detail->adapt.sweep->urgent == 0) {
+        *skip -= *skip > 0;
         return;
     }
     *skip = 0;
@@ -507,7 +512,8 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     // A sweep may use the budget of the time since the last one.
     const double span = fmax(tick, fmin(PERIOD_MOST, 1.0 / check_hz) * share);
     const int64_t budget = (int64_t)fmax(FACES_LEAST, ceil((double)FACES_PER_SECOND * span));
-    const int64_t calm_sweeps = (int64_t)fmax(1.0, fmin(floor(0.5 * HOLD * check_hz), 1e6));
+    const int64_t calm_sweeps = (int64_t)fmax(1.0, fmin(floor(HOLD * check_hz), 1e6));
+    const int64_t fine_sweeps = calm_sweeps > 1 ? calm_sweeps / 2 : 1;
     SweepPass pass = {.model = model, .left = budget};
     const int64_t before = sweep->refined;
     const bool urgent = sweep->urgent > 0;
@@ -521,6 +527,7 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     for (int64_t i = 0; i < quota && adapt->want_count < pass.left;
          i++) { // the sweep continues here with the next slice
         pass.asks_calm = sweep->count % calm_sweeps == 0 || body->finest_level > sweep->level;
+        pass.asks_fine = pass.asks_calm || sweep->count % fine_sweeps == 0;
         sweep_root(&pass, (int)sweep->root);
         sweep->root = (sweep->root + 1) % roots;
         sweep->count += sweep->root == 0;
@@ -529,8 +536,9 @@ bool detail_sweep(Body *body, int64_t step, double tick)
     }
     divide_wanted(&pass);
     // Coarsening has a budget of its own, so that refinement cannot starve it: that of all sweeps
-    // since leaves were last asked.
+    // since leaves were last asked, if a tick allows it.
     pass.left = budget * calm_sweeps;
+    pass.left = pass.left < COARSEN_MOST ? pass.left : COARSEN_MOST;
     coarsen_calm(&pass);
     for (int64_t i = 0; i < *adapt->felt_count; i++)
         adapt->felt_force[adapt->felt[i].node] = 0.0;
