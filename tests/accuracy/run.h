@@ -34,7 +34,7 @@ typedef struct Probe {
 void probe_create(const Scene *scene, Probe *probe);
 void probe_destroy(Probe *probe);
 
-enum { TRACE_MOST = 1024 };
+enum { TRACE_MOST = 2048 };
 
 typedef struct Trace {
     int count;                       // ticks

@@ -13,9 +13,9 @@
 
 static const double SECONDS = 1.2; // pressed for one half, released for the other
 
-enum { COARSE, REFINED, ADAPTIVE, MODEL_COUNT };
-static const Model *const models[MODEL_COUNT] = {&MODEL_COARSE, &MODEL_REFINED_2,
-                                                 &MODEL_ADAPTIVE_2};
+enum { COARSE, REFINED, ADAPTIVE, REFINED_1, ADAPTIVE_1, MODEL_COUNT };
+static const Model *const models[MODEL_COUNT] = {&MODEL_COARSE, &MODEL_REFINED_2, &MODEL_ADAPTIVE_2,
+                                                 &MODEL_REFINED_1, &MODEL_ADAPTIVE_1};
 
 // All stages of a tick; contacts are part of the forces.
 static double all_stages_ns(const Sim *sim)
@@ -38,7 +38,11 @@ static void run_model(const Scene *scene, const Model *model, const Probe *probe
     world_destroy(&world);
 }
 
-static void run_press(Bench *bench, const char *name, const char *file, double force)
+// As the scene has it (RK4 at 60 Hz), or at the rate of a haptic device with the default
+// integrator.
+typedef enum Pace { AS_SCENE, HAPTIC } Pace;
+
+static void run_press(Bench *bench, const char *name, const char *file, double force, Pace pace)
 {
     static Trace trace[MODEL_COUNT];
     Scene scene;
@@ -49,6 +53,11 @@ static void run_press(Bench *bench, const char *name, const char *file, double f
         return;
     run_read(PLIANT_BENCH_SCENES, file, &scene);
     scene_scale_loads(&scene, force);
+    if (pace == HAPTIC) {
+        scene.rate_hz = 1000.0;
+        scene.body[0].surface.adapt.check_hz = 100.0;
+        scene.body[0].surface.body.integrator = INTEGRATOR_LEAPFROG;
+    }
     probe_create(&scene, &probe);
     for (int r = 0; r < (bench->quick ? 1 : 15); r++)
         for (int m = 0; m < MODEL_COUNT; m++) {
@@ -65,6 +74,11 @@ static void run_press(Bench *bench, const char *name, const char *file, double f
     bench_row(bench, name, nodes, "curve_difference",
               100.0 * trace_difference(&trace[ADAPTIVE], &trace[REFINED]), "%");
     bench_row(bench, name, nodes, "adapt_share", 100.0 * ns[ADAPTIVE][0] / ns[ADAPTIVE][1], "%");
+    const double saved_1 =
+        1.0 - samples_min(&samples[ADAPTIVE_1]) / samples_min(&samples[REFINED_1]);
+    bench_row(bench, name, nodes, "saved_of_1", 100.0 * saved_1, "%");
+    bench_row(bench, name, nodes, "curve_difference_of_1",
+              100.0 * trace_difference(&trace[ADAPTIVE_1], &trace[REFINED_1]), "%");
     bench_row(bench, name, nodes, "nodes_most", trace[ADAPTIVE].nodes[1], "1");
     probe_destroy(&probe);
     scene_destroy(&scene);
@@ -192,9 +206,12 @@ static void run_topology(Bench *bench)
 
 void bench_levels(Bench *bench)
 {
-    run_press(bench, "levels.sphere.1N", "sphere", 1.0);
-    run_press(bench, "levels.sphere.0.2N", "sphere", 0.2);
-    run_press(bench, "levels.stomach", "stomach", 1.0);
+    run_press(bench, "levels.sphere.1N", "sphere", 1.0, AS_SCENE);
+    run_press(bench, "levels.sphere.0.2N", "sphere", 0.2, AS_SCENE);
+    run_press(bench, "levels.stomach", "stomach", 1.0, AS_SCENE);
+    run_press(bench, "levels.haptic.sphere.1N", "sphere", 1.0, HAPTIC);
+    run_press(bench, "levels.haptic.sphere.0.2N", "sphere", 0.2, HAPTIC);
+    run_press(bench, "levels.haptic.stomach", "stomach", 1.0, HAPTIC);
     if (bench_wants(bench, TOPOLOGY))
         run_topology(bench);
 }

@@ -14,8 +14,8 @@
 
 #define CALM 0.35 // below a half, because an indicator doubles when its leaf is coarsened
 #define HOLD 0.05 // [s]
-// Below this a face of level 0 is looked at in every fourth sweep only: no wave raises an indicator
-// fivefold in three.
+// Below this a face of level 0 is looked at in every fourth sweep only: the presses of
+// tests/accuracy refine the same faces at the same time as if it were looked at in all.
 #define QUIET 0.2
 
 static const double PERIOD_MOST = 0.01; // [s] of which a sweep may use the budget at once
@@ -127,13 +127,13 @@ static bool is_still(Vec3 a, Vec3 b, double still2)
     return vec3_dot(ab, ab) < still2;
 }
 
-// What a sweep wants to know of a leaf. One answer of those that it asks for ends it: the other
-// criteria could only say the same.
+// What a sweep wants to know of a leaf, as bits.
 typedef enum Question {
     ASK_DIVIDE = 1, // whether to divide it: angles that it does not leave to the leaf across
     ASK_CALM = 2,   // whether it is calm: all its angles
 } Question;
 
+// True if the other criteria could only say the same.
 static bool answers(Verdict verdict, int question)
 {
     return question == ASK_CALM && verdict > VERDICT_CALM;
@@ -310,7 +310,7 @@ static bool has_rested(const Detail *detail, const Marks *marks, int level, int 
     return since > 0 && (marks->step + 1 - since >= marks->hold || level >= marks->level);
 }
 
-// Judges the leaves of a face, divides those that require it, and tracks how long the four children
+// Judges the leaves of a face, notes those to be divided, and tracks how long the four children
 // have been calm. Returns the verdict on a leaf, KEEP for others. `asks_calm`: the caller needs to
 // know whether it is calm.
 static Verdict sweep_face(SweepPass *pass, int level, int face, bool asks_calm)
@@ -366,7 +366,7 @@ static void sweep_root(SweepPass *pass, int face)
     const Detail *detail = pass->model->detail;
     const LeafSet *set = &detail->set;
     unsigned char *skip = &detail->adapt.skip[face];
-    // Levels below are looked at when they are asked for calm.
+    // What is refined is looked at in fewer sweeps.
     const bool refined = detail_is_refined(set, 0, face),
                waits = refined ? !pass->asks_fine : *skip > 0;
     if (waits && detail->adapt.sweep->urgent == 0) {

@@ -238,8 +238,8 @@ static void faces_between_the_marks_stay(void **unused)
     }
 }
 
-// 50 ms of calm, no less: and once they are over, at the next look at it. Whether leaves are calm is
-// asked in whole sweeps, as many as fit into 50 ms.
+// 50 ms of calm, no less: and once they are over, at the next look at it. Whether leaves are calm
+// is asked in whole sweeps, as many as fit into 50 ms.
 static void calm_faces_are_taken_back_after_the_hold(void **unused)
 {
     (void)unused;
@@ -500,7 +500,7 @@ static void the_governors_scale_raises_all_thresholds(void **unused)
     assert_false(adapt(&bench, 0));
     put(&bench, MIDDLE, rest_of(&bench, MIDDLE), (Vec3){4.01 * speed, 0.0, 0.0});
     assert_true(adapt(&bench, 1));
-    assert_true(set(&bench, "body.adapt_scale", 100.0)); // now all is calm
+    assert_true(set(&bench, "body.adapt_scale", 100.0));   // now all is calm
     for (int64_t step = 2; step < 2 + 50 + 2 * 50; step++) // the hold, and a look before and after
         adapt(&bench, step);
     assert_int_equal(finest(&bench), 0);
