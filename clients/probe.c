@@ -19,7 +19,8 @@
 #include "pliant_tool_pose_t.h"
 
 enum { OTHER_TOOLS = 8 };
-#define AUTO_REACH 0.1 // how far --auto searches beyond the body's nearest node [m]
+#define AUTO_BEGINS 0.05 // --auto that touches sooner begins in the body [s]
+#define AUTO_REACH  0.1  // how far --auto searches beyond the body's nearest node [m]
 
 typedef enum Mode { MODE_NONE, MODE_POSES, MODE_PRESS, MODE_AUTO, MODE_KEYS } Mode;
 
@@ -53,6 +54,7 @@ typedef struct Probe {
     pliant_contact_t contact;  // the last one computed for a pose of ours
     int64_t contact_ns;        // its arrival; 0: none yet
     int64_t contacts, foreign; // foreign: of our tool, but for another client's pose
+    double begun;              // --auto: when what is felt counts [s]
     bool touched, deepened;    // --auto deepens its press at the first contact
     double force_max, force_sum, depth_max;
     int64_t touching;
@@ -330,6 +332,21 @@ static void withdraw(Probe *probe)
 
 // --- paths ---
 
+// --auto, of a tool that is wider than its clearance, and so begins in the body: begins farther
+// away.
+static void step_back(Probe *probe, double begun)
+{
+    Options *options = &probe->options;
+    const double back = options->clearance + probe->contact.depth;
+    for (int k = 0; k < 3; k++)
+        options->start[k] -= back * options->direction[k];
+    track_destroy(&probe->track);
+    track_press(&probe->track, options->start, options->direction,
+                options->clearance + back + AUTO_REACH, options->speed, 0.0, 1);
+    probe->begun = begun;
+    printf("the tool begins in the body; starting %.1f mm farther away\n", 1e3 * back);
+}
+
 // --auto, at the first contact: extends the current press to the required depth from here. Start
 // and speed stay the same, so the tool does not jump.
 static void deepen(Probe *probe, double time)
@@ -387,6 +404,15 @@ static bool next_pose(Probe *probe, double time, double period)
     if (probe->options.mode == MODE_KEYS) {
         follow_keys(probe, period);
         return !probe->leave;
+    }
+    // Before a quarter of its way to the body a tool should not feel it. What it felt before it
+    // stepped back is still on the way for as long.
+    const double soon = fmin(AUTO_BEGINS, 0.25 * probe->options.clearance / probe->options.speed);
+    if (probe->options.mode == MODE_AUTO && probe->touched && !probe->deepened &&
+        time < probe->begun + soon) {
+        probe->touched = false;
+        if (time >= probe->begun)
+            step_back(probe, time + soon);
     }
     if (probe->options.mode == MODE_AUTO && probe->touched && probe->options.hand)
         return false; // the keyboard takes over here

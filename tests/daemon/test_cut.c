@@ -291,6 +291,21 @@ static void an_unknown_body_is_answered_with_those_there_are(void **state)
     assert_non_null(strstr(run.err, says));
 }
 
+// A ball of 5 mm, 2 mm before the nearest node, is in the body before it has moved.
+static void a_tool_that_begins_in_the_body_begins_again_outside(void **state)
+{
+    (void)state;
+    Process run;
+    process_run(&run, prober, "--auto --body box --clearance 0.002 --depth 0.003 --hold 0.1");
+    assert_int_equal(run.code, 0);
+    assert_non_null(strstr(run.out, "the tool begins in the body; starting 5."));
+    // From 2 mm before its surface; a pose and its contact are 2 ms of 50 mm/s, or more, on the
+    // way.
+    const char *touched = strstr(run.out, "touched after ");
+    assert_non_null(touched);
+    expect_at_least(strtod(touched + strlen("touched after "), NULL), 1.5);
+}
+
 static void the_client_says_what_is_wrong_with_its_arguments(void **state)
 {
     (void)state;
@@ -570,6 +585,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(random_cuts_do_no_harm),
         cmocka_unit_test(the_client_cuts_planes_polylines_and_files),
         cmocka_unit_test(an_unknown_body_is_answered_with_those_there_are),
+        cmocka_unit_test(a_tool_that_begins_in_the_body_begins_again_outside),
         cmocka_unit_test(the_client_says_what_is_wrong_with_its_arguments),
         cmocka_unit_test(the_client_moves_a_blade),
         cmocka_unit_test(a_blade_that_is_put_elsewhere_cuts_nothing_between),
