@@ -108,7 +108,8 @@ static void a_wall_keeps_its_side_while_it_is_divided_and_merged(void **unused)
                       deepest);
         // From when it touches; a wall that falls back lets go for a moment.
         assert_true(pushed > 1850);
-        assert_true(walls[w].depth < 0.01 || deepest > 0.004);
+        // Deep presses end with the axis on the wall, a tenth of the radius before it.
+        assert_true(walls[w].depth < 0.01 || deepest > 0.0035);
         assert_true(bench.detail->adapt.sweep->refined > 50);
         assert_true(walls[w].low == 3.0 || bench.detail->adapt.sweep->coarsened > 300);
         bench_destroy(&bench);
