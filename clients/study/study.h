@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { STUDY_CASES = 512, STUDY_REPEATS = 32, STUDY_NAME = 80, STUDY_WHY = 200 };
+enum { STUDY_CASES = 512, STUDY_REPEATS = 32, STUDY_NAME = 80, STUDY_WHY = 400 };
 
 // How finely the bodies are subdivided.
 typedef enum StudyDetail {
