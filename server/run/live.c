@@ -1,5 +1,6 @@
 #include "run/modes.h"
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "run/files_thread.h"
 
@@ -83,14 +84,51 @@ static bool prepare(Live *live, Status *status)
            (!live->exchange.records || open_recording(live, status));
 }
 
+// Whether ticks are in time, looked at once a second.
+typedef struct Pace {
+    int64_t next_ns, ticks, late; // when to look again; counts at the last look
+    int slow, calm;               // seconds in a row with and without late ticks
+    bool warned;
+} Pace;
+
+// Warns of a scene that has been slower than real time for two seconds, and again only when it has
+// been in time for ten.
+static void look_at_pace(Pace *pace, const Live *live)
+{
+    enum { SLOW_SECONDS = 2, CALM_SECONDS = 10 };
+    const double late_share = 0.05; // fewer are the machine's
+    const int64_t now = clock_now_ns();
+    if (now < pace->next_ns)
+        return;
+    const int64_t ticks = atomic_load_explicit(&live->exchange.step, memory_order_relaxed),
+                  late = atomic_load_explicit(&live->exchange.late, memory_order_relaxed);
+    const int64_t done = ticks - pace->ticks, missed = late - pace->late;
+    const bool slow = pace->next_ns > 0 && (double)missed > late_share * (double)(done + missed);
+    pace->slow = slow ? pace->slow + 1 : 0;
+    pace->calm = slow ? 0 : pace->calm + 1;
+    pace->warned &= pace->calm < CALM_SECONDS;
+    if (pace->slow >= SLOW_SECONDS && !pace->warned) {
+        pace->warned = true;
+        log_line(LOG_WARNING,
+                 "slower than real time for %d s: %lld of %.0f ticks a second; fewer nodes, larger "
+                 "cells, threads, or a lower rate_hz (pliant-monitor shows the stages)",
+                 pace->slow, (long long)done, live->loop.options.rate_hz);
+    }
+    pace->ticks = ticks;
+    pace->late = late;
+    pace->next_ns = now + 1000000000;
+}
+
 // Waits until the loop ends by itself or by a signal.
 static void wait_for_end(Live *live)
 {
+    Pace pace = {0};
     struct pollfd fds[2] = {{.fd = live->done_fd, .events = POLLIN},
                             {.fd = live->signal_fd, .events = POLLIN}};
     while ((fds[0].revents & POLLIN) == 0) {
-        // Either the loop has ended, or there is a signal.
-        if (poll(fds, 2, -1) < 0 || (fds[1].revents & POLLIN) == 0)
+        look_at_pace(&pace, live);
+        // Either the loop has ended, or there is a signal, or a second has gone.
+        if (poll(fds, 2, 1000) <= 0 || (fds[1].revents & POLLIN) == 0)
             continue;
         struct signalfd_siginfo signal;
         if (read(live->signal_fd, &signal, sizeof signal) != sizeof signal)

@@ -42,6 +42,23 @@ static void late_ticks_are_skipped_not_replayed(void **state)
     client_destroy(client);
 }
 
+// 10 242 nodes in 400 substeps take several milliseconds on any machine.
+static void a_scene_slower_than_real_time_is_warned_of_once(void **state)
+{
+    (void)state;
+    const char *path = scratch("slow.cfg"), *says = "slower than real time for 2 s: ";
+    write_text(path, "name = \"slow\"; publish = { nodes_hz = 0.0; };\n"
+                     "bodies = ( { name = \"ball\"; time_step = 2.5e-6; shape = {};\n"
+                     "  mesh = { generator = \"ico_sphere\"; subdivisions = 5; }; } );\n");
+    Process daemon;
+    run_daemon(&daemon, "--duration 5 %s", path);
+    assert_int_equal(daemon.code, 0);
+    const char *warning = strstr(daemon.err, says);
+    assert_non_null(warning);
+    assert_non_null(strstr(warning, " of 1000 ticks a second"));
+    assert_null(strstr(warning + 1, says));
+}
+
 static void nodes_come_at_the_steps_when_they_are_due(void **state)
 {
     (void)state;
@@ -210,6 +227,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         daemon_test(ticks_and_late_ticks_add_up_to_the_duration),
         daemon_test(late_ticks_are_skipped_not_replayed),
+        daemon_test(a_scene_slower_than_real_time_is_warned_of_once),
         daemon_test(nodes_come_at_the_steps_when_they_are_due),
         daemon_test(the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep),
         daemon_test(frames_larger_than_a_datagram_come_in_chunks),
