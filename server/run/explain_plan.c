@@ -185,6 +185,8 @@ static void print_surface(const SurfaceOptions *options, const Body *body, FILE 
     const SceneFeature features[] = {
         {is_damped(&options->material), "damping of springs",
          "material.damping_time or spring_damping"},
+        {options->material.thickness > 0.0 || options->material.bending_stiffness > 0.0,
+         "bending of the wall", "material.thickness or bending_stiffness"},
         {options->shape.wanted, "shape springs", "shape = { ... }"},
         {body->integrator == INTEGRATOR_IMPLICIT, "implicit integration",
          "integrator = \"implicit\" or \"auto\""},

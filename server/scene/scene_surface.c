@@ -171,6 +171,13 @@ static const Option MATERIAL_OPTIONS[] = {
     {"damping_time", OPTION_REAL, AT(damping_time), "s", 0.0, 10.0, .preset = 2e-4, .physics = true,
      .about = "Damping of a spring over its stiffness. Reduced, with a warning, where it would "
               "shorten explicit steps; `implicit` uses at most one step of it."},
+    {"thickness", OPTION_REAL, AT(thickness), "m", 0.0, 1.0, .physics = true,
+     .about =
+         "Thickness t of the wall, which then resists bending with E2D t^2 / 10.67 (Poisson "
+         "ratio 1/3); 0: it does not. Only bodies that stay at one level, with explicit steps."},
+    {"bending_stiffness", OPTION_REAL, AT(bending_stiffness), "N m", 0.0, 1e9, .physics = true,
+     .about =
+         "Instead of `thickness`, and with uniform values too: bending stiffness of the wall."},
     {"spring_stiffness", OPTION_REAL, AT(spring_stiffness), "N/m", 0.0, 1e9, .open = true,
      .preset_text = "none", .physics = true, .about = "Uniform: stiffness of every spring."},
     {"spring_damping", OPTION_REAL, AT(spring_damping), "N s/m", 0.0, 1e6, .physics = true,
@@ -188,9 +195,9 @@ const OptionTable MATERIAL_TABLE = TITLED_TABLE(
     "both.",
     MATERIAL_OPTIONS);
 
-enum { NO_KEYS = 4 };
+enum { NO_KEYS = 5 };
 static const char *const PHYSICAL_KEYS[NO_KEYS] = {"youngs_modulus_2d", "areal_density",
-                                                   "damping_time"};
+                                                   "damping_time", "thickness"};
 static const char *const UNIFORM_KEYS[NO_KEYS] = {"spring_stiffness", "spring_damping",
                                                   "node_mass"};
 static const char *const FREQUENCY_KEYS[NO_KEYS] = {"angular_frequency", "damping_ratio"};
@@ -232,6 +239,9 @@ bool scene_read_material(const SceneReader *reader, const config_setting_t *grou
     if (!option_read(&MATERIAL_TABLE, group, &reader->source, material) ||
         !choose(reader, group, PHYSICAL_KEYS, UNIFORM_KEYS, &material->uniform))
         return false;
+    if (option_given(group, "thickness") && option_given(group, "bending_stiffness"))
+        return option_fail(&reader->source, option_find(group, "bending_stiffness"),
+                           "bending_stiffness cannot be mixed with thickness");
     if (!material->uniform)
         return true;
     const char *because = first_given(group, UNIFORM_KEYS);

@@ -7,6 +7,7 @@
 #include "base/sets.h"
 #include "dynamics/integrator.h"
 #include "geometry/edges.h"
+#include "surface/bending.h"
 #include "surface/detail/detail.h"
 #include "surface/implicit.h"
 #include "surface/model.h"
@@ -350,7 +351,37 @@ static bool options_fit(const SurfaceOptions *options, Status *status)
         return status_fail(status, STATUS_INVALID,
                            "cuttable needs adjust = \"continuum\", whose masses and springs belong "
                            "to faces: a cut then keeps their sums");
+    // What hinges do not do yet is refused, not ignored.
+    if (bending_stiffness(&options->material) > 0.0) {
+        const char *what = options->adaptive        ? "adapt"
+                           : options->body.cuttable ? "cuttable"
+                           : options->automatic     ? "integrator = \"auto\""
+                           : options->body.integrator == INTEGRATOR_IMPLICIT
+                               ? "integrator = \"implicit\""
+                           : options->body.levels > 0 && options->adjust == ADJUST_CHOI2005
+                               ? "adjust = \"choi2005\""
+                               : NULL;
+        if (what != NULL)
+            return status_fail(status, STATUS_INVALID,
+                               "material: bending needs a body that stays at one level, with "
+                               "explicit steps and adjust = \"continuum\"; it does not go with %s",
+                               what);
+    }
     return true;
+}
+
+// Adds the bending part to the bounds of a network. The damping of hinges is that of springs, and
+// must not dictate the time step either.
+static void add_bending(SpringNetwork *network, const SurfaceMaterial *material, double lambda)
+{
+    const double before = network->damping_time, both = network->finest_lambda + lambda;
+    if (!material->uniform)
+        network->damping_time = fmin(before, 0.8 / sqrt(both));
+    network->clamped |= network->damping_time < before;
+    network->lambda += lambda;
+    network->finest_lambda = both;
+    network->damping += network->damping_time * lambda;
+    network->finest_damping += network->damping_time * lambda;
 }
 
 // The fields that bodies with levels and without share.
@@ -414,6 +445,10 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
         winged_destroy(&winged);
         return false;
     }
+    const double bending = bending_stiffness(&options->material);
+    if (bending > 0.0)
+        add_bending(&network, &options->material,
+                    bending_bound(mesh, &winged, bending, network.mass, network.fixed));
     // The bounds of the springs are known now, and with them the integrator.
     choose_integrator(&chosen, &network);
     const bool implicit = options->body.integrator == INTEGRATOR_IMPLICIT;
@@ -435,6 +470,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
         detail_create(body, model, mesh, &winged, &network, options, arena, state);
     else
         create_dense(body, model, mesh, &winged, &network, options, arena, state);
+    if (bending > 0.0)
+        bending_create(model, mesh, &winged, bending, name, arena);
     // What follows from either.
     body->surface.node_mass = model->mass;
     body->surface.longest_edge = model->basis.longest_edge;

@@ -38,6 +38,7 @@ typedef struct SurfaceModel {
     int lane_count; // of the tables by chunk and lane: the number of slots, unless there is `lane`
     int *lane;      // [slots] bodies with levels: index in the tables; else NULL: the slot itself
     struct Detail *detail;     // bodies with levels, else NULL
+    struct Bending *bending;   // of bodies with bending stiffness (bending.h), else NULL
     struct Implicit *implicit; // of bodies with integrator = "implicit", else NULL
 
     // --- springs; by entry and lane ---

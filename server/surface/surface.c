@@ -1,4 +1,5 @@
 // The operations of a surface body (dynamics/body.h). Step thread: no allocation, no lock.
+#include "surface/bending.h"
 #include "surface/detail/detail.h"
 #include "surface/implicit.h"
 #include "surface/model.h"
@@ -114,6 +115,10 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
     } else {
         // The kernel without outside forces, unless there are any.
         bool external = *model->loaded != 0 || model->touched_count > 0;
+        if (model->bending != NULL) {
+            bending_evaluate(model, &pass, external);
+            external = true;
+        }
         model_run_kernel(
             model,
             model->kernels->evaluate[model->damped][model->shape][external][model->prestressed],
@@ -297,6 +302,8 @@ static void surface_measure(const void *self, BodyMeasure *measure)
             shape += 0.5 * mass * away *
                      model_get(model, model->nodes.shape_rate, model_lane_of(model, s));
     }
+    if (model->bending != NULL)
+        elastic += bending_energy(model, rows);
     if (model->shape == SHAPE_FRAME_BODY)
         shape = rigid_frame_energy(model->basis.rigid, rows);
     *measure = (BodyMeasure){
@@ -344,6 +351,8 @@ static void surface_explain(const void *self, FILE *out)
             model->damped ? "in the kernel" : "left out (material.damping_time, spring_damping)");
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],
             model->shape == SHAPE_FRAME_NONE ? " (shape)" : "");
+    if (model->bending != NULL)
+        fprintf(out, "    bending: %d hinges, one thread\n", bending_hinges(model));
     fprintf(out, "    outside forces: read only while a load or a tool acts\n");
     if (model->detail != NULL)
         detail_explain(model->detail, out);

@@ -17,12 +17,15 @@ typedef struct SurfaceMaterial {
     double youngs_modulus_2d; // E2D [N/m]
     double areal_density;     // rho_A [kg/m2]
     double damping_time;      // beta [s]
+    double thickness;         // t of the wall, for its bending [m]; 0: none
     // uniform: the same for every spring and node
     double spring_stiffness; // k_s [N/m]
     double spring_damping;   // k_d [N s/m]
     double node_mass;        // [kg]
     // both: gamma of eq 1, the same for every node
     double node_damping; // [N s/m]
+    // both: D, instead of a thickness; bodies of one level and explicit steps only (bending.h)
+    double bending_stiffness; // [N m]; 0: none
 } SurfaceMaterial;
 
 typedef enum ShapeFrame { SHAPE_WORLD, SHAPE_BODY } ShapeFrame;

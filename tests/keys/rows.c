@@ -274,6 +274,11 @@ const KeyRow KEY_ROWS[] = {
     {IN(MATERIAL_TABLE, "spring_damping", S, MATERIAL(UNIFORM, UNIFORM "spring_damping = 0.001;"))},
     {IN(MATERIAL_TABLE, "node_mass", S,
         MATERIAL(UNIFORM, "spring_stiffness = 60.0; node_mass = 2.0e-3;"))},
+    {IN(MATERIAL_TABLE, "thickness", S, MATERIAL("", "thickness = 0.004;"))},
+    {IN(MATERIAL_TABLE, "bending_stiffness", S, MATERIAL("", "bending_stiffness = 1.0e-4;"))},
+    {REFUSES(MATERIAL_TABLE, "bending_stiffness", S, BODY,
+             "material = { thickness = 0.004; bending_stiffness = 1.0e-4; };",
+             "bending_stiffness cannot be mixed with thickness")},
     {IN(MATERIAL_TABLE, "node_damping", S, MATERIAL(UNIFORM, UNIFORM "node_damping = 0.01;"))},
 
 #define SHAPED(base, changed) STATE, BODY, "shape = { " base " };", "shape = { " changed " };"
