@@ -480,19 +480,19 @@ static void clamp_eigenvalues(double k[6], double limit)
 }
 
 // Publishes the solved stiffness, of the size that was felt along the normal; one alone if the
-// other is not known.
+// other is not known. What is felt less makes all of it less. What is felt more is added along the
+// normal: where little is solved along it, a factor would have no bound, and sideways no sense.
 static void publish(Estimate *estimate)
 {
     double *k = estimate->stiffness.k;
     const Vec3 n = estimate->normal;
-    const double along = estimate->is_solved ? vec3_dot(n, times(estimate->solved, n)) : 0.0;
+    const double along = estimate->is_solved ? vec3_dot(n, times(estimate->solved, n)) : 0.0,
+                 felt = estimate->felt >= 0.0 ? estimate->felt : along,
+                 share = along > felt ? felt / along : 1.0;
     estimate->valid = estimate->is_solved || estimate->felt >= 0.0;
-    memset(k, 0, 6 * sizeof *k);
-    if (along > 0.0)
-        for (int e = 0; e < 6; e++)
-            k[e] = (estimate->felt >= 0.0 ? estimate->felt / along : 1.0) * estimate->solved[e];
-    else
-        add_outer(k, fmax(0.0, estimate->felt), n, n);
+    for (int e = 0; e < 6; e++)
+        k[e] = estimate->is_solved ? share * estimate->solved[e] : 0.0;
+    add_outer(k, felt - share * along, n, n);
 }
 
 // Follows the slope of the force over the tool's ways along the normal: it is known sooner than
