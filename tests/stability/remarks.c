@@ -59,6 +59,9 @@ static const Remark REMARKS[] = {
      "It stands still, but with a fold in its wall: a wall of springs has no bending stiffness, "
      "and "
      "shape springs as soft as these do not open every fold of a crumpled wall that was cut."},
+    {"starts inside out", "surface, adaptive", "", VERDICT_BOUNDED,
+     "It stands still, but with a fold in its wall: a wall of springs has no bending stiffness, "
+     "and shape springs as soft as these do not open every fold."},
     {"cut while", "voxel", "", VERDICT_BOUNDED,
      "The cut sets pieces free whose elements push apart: they fly off, and nothing slows them."},
     {"everything cut away", "voxel", "", VERDICT_BOUNDED,
