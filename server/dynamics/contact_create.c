@@ -140,7 +140,8 @@ static int choose_face_capacity(const Contact *contact)
 }
 
 // Chooses the nodes of so many faces, and of these with the surrounding faces. The longest border
-// for its faces has a strip one face wide: a node per face and two, and as many around.
+// for its faces has a strip one face wide: a node per face and two, and as many around. Only
+// hollow walls list the nodes around; solids read them where they need a normal.
 static void choose_capacity(Contact *contact)
 {
     int nodes = contact->body->surface.node_count;
@@ -154,6 +155,8 @@ static void choose_capacity(Contact *contact)
         contact->node_capacity = nodes;
     if (contact->node_capacity == nodes || contact->ring_capacity > nodes)
         contact->ring_capacity = nodes + 3; // never full
+    if (contact->is_solid)
+        contact->ring_capacity = contact->node_capacity;
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -112,16 +112,18 @@ struct Contact {
     // Indexed by candidate [face_capacity] or local node [node_capacity] unless stated.
     int candidate_count, local_count;
     int face_capacity, node_capacity, push_capacity;
-    int ring_capacity;    // of x: local nodes and the nodes around them
+    int ring_capacity;    // of x: local nodes and, of hollow walls, the nodes around them
     int64_t refused;      // faces within reach, and rings, beyond the capacity, since the start
     Candidate *candidate; // by face number
-    int *node;            // [node_count] of a local node; candidates' nodes first, then their ring
+    int *node;            // [node_count] of a local node; of walls, while normals are computed,
+                          // then of the nodes around them
     int *local;           // [node_count] of a node; -1
     uint64_t *mark;       // one bit per face: marked, then candidates
     int *rank;            // candidates before each word of `mark`
     Vec3 *x;              // [ring_capacity] position [m]
     Vec3 *v, *f;          // velocity [m/s], force [N]
-    Vec3 *node_normal;    // area-weighted, not unit; zero on a border
+    Vec3 *node_normal;    // area-weighted, not unit; zero on a border; of solids valid only for
+                          // candidates that contact_find_normals was asked for in this tick
     ToolPlacement begin;  // of the proxy
     Vec3 *x_begin;        // [m]
     double *gap_begin[TOOL_SHAPES]; // distance per capsule [m]

@@ -1,6 +1,7 @@
 // Finds the faces (or nodes) that a tool can reach in a tick: first nodes near an axis, then the
-// faces around them by exact distance (README.md, "Candidate faces"); and the normals at their
-// nodes. Step thread, once per tick.
+// faces around them by exact distance (README.md, "Candidate faces"). Computes the normals at the
+// nodes of hollow walls; those of solids only where they are asked for (contact_find_normals). Step
+// thread, once per tick.
 #include "dynamics/contact_data.h"
 
 #include "geometry/distance.h"
