@@ -84,10 +84,14 @@ Region rows_region(const Rows *rows, const Region *region)
     return here;
 }
 
+Vec3 rows_rest_out(const Rows *rows, Vec3 rest)
+{
+    return vec3_add(rows->rest_origin, rows->turned ? quat_rotate(rows->rest_turn, rest) : rest);
+}
+
 Vec3 rows_rest(const Rows *rows, int at)
 {
-    Vec3 rest = rest_of(rows, at);
-    return vec3_add(rows->rest_origin, rows->turned ? quat_rotate(rows->rest_turn, rest) : rest);
+    return rows_rest_out(rows, rest_of(rows, at));
 }
 
 static bool is_within(Vec3 v, double limit)

@@ -148,6 +148,8 @@ static inline Vec3 rows_local(const Rows *rows, const void *row, int at)
     const double *rest = rows->rest[at];
     return vec3_add((Vec3){rest[0], rest[1], rest[2]}, u);
 }
+// Converts a rest position in the axes of `rest`, less rest_origin, to the world [m].
+Vec3 rows_rest_out(const Rows *rows, Vec3 rest);
 // Returns the rest position of a row in the world [m].
 Vec3 rows_rest(const Rows *rows, int at);
 // True if all numbers, the frame's included, are finite, coordinates within `limit` [m] and

@@ -37,12 +37,6 @@ static void *sized(int count, size_t size)
 // ---------------------------------------------------------------------------------------------
 // Squares
 
-static void corners_of(const LatticeMesh *mesh, int square, int corner[4])
-{
-    memcpy(corner, mesh->face[2 * square], 3 * sizeof *corner);
-    corner[3] = mesh->face[2 * square + 1][2];
-}
-
 // Returns the squared sine of the least angle of a triangle: the least angle lies between the two
 // longest edges.
 static double least_sine(const double *a, const double *b, const double *c)
@@ -78,7 +72,7 @@ static void place_of(const Fitting *fit, int vertex, double at[3])
 static void places_of(const Fitting *fit, int square, double at[4][3])
 {
     int corner[4];
-    corners_of(fit->mesh, square, corner);
+    lattice_mesh_corners(fit->mesh, square, corner);
     for (int k = 0; k < 4; k++)
         place_of(fit, corner[k], at[k]);
 }
@@ -114,7 +108,7 @@ static void find_means(Fitting *fit)
     for (int q = 0; q < mesh->face_count / 2; q++) {
         int corner[4];
         double at[4][3];
-        corners_of(mesh, q, corner);
+        lattice_mesh_corners(mesh, q, corner);
         places_of(fit, q, at);
         for (int k = 0; k < 4; k++)
             for (int side = 1; side < 4; side += 2)
@@ -240,7 +234,7 @@ static void repair(Fitting *fit)
         for (int q = 0; q < mesh->face_count / 2; q++) {
             int corner[4];
             double at[4][3];
-            corners_of(mesh, q, corner);
+            lattice_mesh_corners(mesh, q, corner);
             places_of(fit, q, at);
             const bool turned = fitted_turns_diagonal((const double(*)[3])at, false);
             const Vec3 cube = normal_of_cube(mesh, corner);
@@ -295,7 +289,7 @@ static void create(Fitting *fit, const Layout *layout)
     }
     for (int q = 0; q < mesh->face_count / 2; q++) {
         int corner[4];
-        corners_of(mesh, q, corner);
+        lattice_mesh_corners(mesh, q, corner);
         for (int k = 0; k < 4; k++)
             fit->neighbors[fit->first[corner[k]]] += 2;
     }

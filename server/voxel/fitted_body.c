@@ -48,9 +48,9 @@ static const int (*choose_triangles(const LatticeMesh *mesh, const float (*offse
     int(*triangle)[3] = arena_allocate(arena, ARENA_OUTPUT, (size_t)mesh->face_count,
                                        sizeof *triangle, "%s/%s", name, "fitted triangles");
     for (int q = 0; q < mesh->face_count / 2; q++) {
-        const int *face = mesh->face[2 * q];
-        const int corner[4] = {face[0], face[1], face[2], mesh->face[2 * q + 1][2]};
+        int corner[4];
         double at[4][3];
+        lattice_mesh_corners(mesh, q, corner);
         for (int k = 0; k < 4; k++)
             for (int c = 0; c < 3; c++)
                 at[k][c] = mesh->point[corner[k]][c] + (double)offset[corner[k]][c];
@@ -145,15 +145,12 @@ void fitted_snapshot_rest(const FittedBody *fitted, const Rows *rows, int node_c
 {
     const BodyFit *fit = &fitted->fit;
     for (int i = 0; i < node_count; i++) {
-        const int r = fit->row[i], vertex = fitted->vertex[r];
-        const double *rest = rows->rest[vertex];
+        const int r = fit->row[i];
+        const double *rest = rows->rest[fitted->vertex[r]];
         double at[3];
         for (int c = 0; c < 3; c++)
             at[c] = rest[c] + fitted->size * (double)fit->offset[r][c];
-        Vec3 x = vec3(at[0], at[1], at[2]);
-        if (rows->turned)
-            x = quat_rotate(rows->rest_turn, x);
-        x = vec3_add(rows->rest_origin, x);
+        const Vec3 x = rows_rest_out(rows, vec3(at[0], at[1], at[2]));
         position[3L * i] = (float)x.x;
         position[3L * i + 1] = (float)x.y;
         position[3L * i + 2] = (float)x.z;

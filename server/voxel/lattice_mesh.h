@@ -34,4 +34,14 @@ typedef struct LatticeMesh {
 bool lattice_mesh_create(LatticeMesh *mesh, const Layout *layout, Status *status);
 void lattice_mesh_destroy(LatticeMesh *mesh);
 
+// Returns the vertices of an outer square, counter-clockwise from outside; its triangles have the
+// first three, and the first, third and fourth.
+static inline void lattice_mesh_corners(const LatticeMesh *mesh, int square, int corner[4])
+{
+    const int(*triangle)[3] = (const int(*)[3])mesh->face + 2 * square;
+    for (int k = 0; k < 3; k++)
+        corner[k] = triangle[0][k];
+    corner[3] = triangle[1][2];
+}
+
 #endif

@@ -113,11 +113,6 @@ Vec3 cut_centre(CellCentres *centres, int cell)
     return to_world(centres, vec3_scale(0.125, sum));
 }
 
-Vec3 cut_centres_local(const CellCentres *centres, int vertex)
-{
-    return vertex_at(centres, vertex);
-}
-
 Vec3 cut_centres_vertex(const CellCentres *centres, int vertex)
 {
     return to_world(centres, vertex_at(centres, vertex));

@@ -23,8 +23,6 @@ void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Ro
 // Returns a cell's centre in the world frame [m].
 Vec3 cut_centre(CellCentres *centres, int cell);
 Vec3 cut_centres_vertex(const CellCentres *centres, int vertex); // likewise
-// Returns the place of a vertex in the rows' coordinates [m].
-Vec3 cut_centres_local(const CellCentres *centres, int vertex);
 // Extends a box in the rows' coordinates by the vertices of the leaf that covers a cell; if the
 // cell is that leaf, by those of the given corners (one bit each).
 void cut_centres_grow(const CellCentres *centres, int cell, unsigned corners, Box *box);

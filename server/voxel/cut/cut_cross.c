@@ -120,7 +120,7 @@ static const double (*gradient_of(const CellCentres *centres, CrossGradients *gr
     const int *node = cut_lattice_nodes(centres->lattice, leaf);
     const double part = 1.0 / (double)(1 << centres->lattice->element[leaf].level);
     for (int k = 0; k < NODE_CORNERS; k++) {
-        const Vec3 x = cut_centres_local(centres, node[k]);
+        const Vec3 x = rows_local(centres->rows, centres->row, node[k]);
         for (int axis = 0; axis < 3; axis++) {
             const double sign = k >> axis & 1 ? part : -part;
             column[axis][0] += sign * x.x;
