@@ -446,8 +446,9 @@ int vertices_read_state(const void *model, int *id, Vec3 *position, Vec3 *veloci
 bool vertices_set(void *model, BodyParameter parameter, double value)
 {
     Vertices *vertices = model;
-    return body_parameters_set(vertices->parameters, vertices->damped || vertices->drag > 0.0,
-                               parameter, value);
+    return body_parameters_set(vertices->parameters,
+                               vertices->damping_time > 0.0 || vertices->drag > 0.0, parameter,
+                               value);
 }
 
 void vertices_measure(const Vertices *vertices, BodyMeasure *measure)
@@ -512,7 +513,8 @@ void vertices_explain(const Vertices *vertices, int lanes, const int *element_at
             : vertices->drag > 0.0  ? "in the kick"
                                     : "left out (material.drag)");
     fprintf(out, "    damping: %s\n    base frame: %s\n",
-            vertices->damped ? "in the kernel" : "left out (material.damping or damping_time)",
+            vertices->damping_time > 0.0 ? "in the kernel"
+                                         : "left out (material.damping or damping_time)",
             vertices->rows.fall != NULL ? "follows the body, and falls in its place"
             : vertices->rows.floating   ? "follows the body"
                                         : "still");

@@ -36,8 +36,7 @@ typedef struct Vertices {
     void *inverse_mass; // Real [capacity + 1] [1/kg]; 0: fixed
     int *id;            // [capacity]
     const VertexKernels *kernels;
-    bool damped;           // elements have damping
-    double damping_time;   // of the elements: damping over stiffness [s]
+    double damping_time;   // of the elements: damping over stiffness [s]; 0: they have none
     double drag;           // on the vertices, per mass [1/s] (drag.h); 0: none
     double position_limit; // [m] a displacement beyond it counts as a bad number
     // Bodies of many elements sum forces in two arrays, `force` and `more`, one for each half of
@@ -73,7 +72,7 @@ bool vertices_can_create(const BodyOptions *options, bool has_kernels, int count
 typedef Vec3 VertexPlace(const void *context, int vertex);
 bool vertices_mark_fixed(const BodyOptions *options, const VertexId *by_id, int count,
                          VertexPlace *place, const void *context, bool *fixed, Status *status);
-// Creates all other fields after count, capacity (0: count), kernels, damped, damping_time, drag,
+// Creates all other fields after count, capacity (0: count), kernels, damping_time, drag,
 // rows.rest and .rest_origin, .rest_turn, .longest_edge, mass and id are set. `by_id` is the order
 // of the initial state; `extent` [m]: size of the body at rest.
 void vertices_create(Vertices *vertices, const BodyOptions *options, const VertexId *by_id,

@@ -68,7 +68,6 @@ static void create_vertices(PlaneModel *model, const Making *making, const char 
         for (int d = 0; d < 2; d++)
             rows->rest[v][d] = lattice->size * (making->mesh.point[v][d] - middle[d]);
     // A floating body follows its own fit in the plane: no rigid frame.
-    vertices->damped = options->damping > 0.0;
     vertices->damping_time = making->forms.beta;
     vertices->drag = options->drag;
     vertices_create(vertices, &options->body, making->by_id, making->fixed, (int)most,

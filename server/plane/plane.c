@@ -20,7 +20,7 @@ static void evaluate_elements(PlaneModel *model, const Stage *stage, double h)
     const PlanePass pass = {
         .batches = &model->batches,
         .law = model->law,
-        .damped = vertices->damped,
+        .damped = vertices->damping_time > 0.0,
         .rows = vertices->present,
         .force = vertices->force,
         .stiffness_scale = p->stiffness_scale,

@@ -260,7 +260,6 @@ static void create_vertices(VoxelModel *model, const VoxelMaking *making, const 
     }
     // Rows and what else all solids have.
     create_rows(vertices, making, arena);
-    vertices->damped = making->beta > 0.0;
     vertices->damping_time = making->beta;
     vertices->drag = options->drag;
     vertices_create(vertices, &options->body, making->by_id, making->fixed,

@@ -124,17 +124,17 @@ static void set_factors(const VoxelModel *model, Patch *patch, const ElementClas
     const BodyParameters *scale = vertices->parameters;
     const double h = by->size, volume = h * h * h;
     const bool paper = model->law == VOXEL_MIYAZAKI2004;
-    double drag = vertices->damped ? scale->damping_scale * by->damping : 0.0;
+    double damping = vertices->damping_time > 0.0 ? scale->damping_scale * by->damping : 0.0;
     double stiff = paper ? by->residual : by->mu * h;
-    double like = (model->viscous ? 0.0 : drag / patch->time) + (paper ? by->residual : 0.0);
+    double like = (model->viscous ? 0.0 : damping / patch->time) + (paper ? by->residual : 0.0);
     // What viscous damping adds to the stiffness.
-    double more = 1.0 + (model->viscous && stiff > 0.0 ? drag / (stiff * patch->time) : 0.0);
+    double more = 1.0 + (model->viscous && stiff > 0.0 ? damping / (stiff * patch->time) : 0.0);
     piece->mu = scale->stiffness_scale *
                 ((paper ? 0.0 : more * by->mu * volume) + like * spread * h * h / 6.0);
     piece->lambda = paper ? 0.0 : scale->stiffness_scale * more * by->lambda * volume;
     piece->residual = scale->stiffness_scale * (like + (paper ? 0.0 : more * by->residual));
     if (stiff > 0.0)
-        patch->relaxation = fmax(patch->relaxation, drag / stiff);
+        patch->relaxation = fmax(patch->relaxation, damping / stiff);
 }
 
 static bool add_plain(const VoxelModel *model, Patch *patch, int batch, int lane)

@@ -11,7 +11,7 @@ VoxelPass voxel_pass(const VoxelModel *model, const void *rows)
 {
     return (VoxelPass){
         .law = model->law,
-        .damped = model->vertices.damped,
+        .damped = model->vertices.damping_time > 0.0,
         .viscous = model->viscous,
         .rows = rows,
         .force = model->vertices.force,

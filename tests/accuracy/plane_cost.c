@@ -184,7 +184,7 @@ static void time_server(const Lattice *lattice, int levels, PlaneLaw law, Precis
     // pushed out once.
     const PlanePass pass = {.batches = &model->batches,
                             .law = law,
-                            .damped = model->vertices.damped,
+                            .damped = model->vertices.damping_time > 0.0,
                             .rows = model->vertices.present,
                             .force = model->vertices.force,
                             .stiffness_scale = 1.0,

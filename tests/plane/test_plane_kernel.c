@@ -58,7 +58,7 @@ static void evaluate(PlaneModel *model, double stiffness_scale)
     const PlanePass pass = {
         .batches = &model->batches,
         .law = model->law,
-        .damped = model->vertices.damped,
+        .damped = model->vertices.damping_time > 0.0,
         .rows = model->vertices.row[0],
         .force = model->vertices.force,
         .stiffness_scale = stiffness_scale,

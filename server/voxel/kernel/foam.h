@@ -135,6 +135,17 @@ typedef struct Motion {
     Vector momentum[3];
 } Motion;
 
+// Returns the rate of tr(R^T F), R : dF/dt, from that of F: R does not contribute, since it makes
+// tr(R^T F) stationary.
+INLINE Vector dilation_rate(const Polar *polar, Vector rate[3][3])
+{
+    Vector sum = vector_set(0.0);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            sum += polar->turn[i][k] * rate[i][k];
+    return sum * polar->inverse + (rate[0][0] + rate[1][1] + rate[2][2]);
+}
+
 INLINE void add_cross(const Vector a[3], const Vector b[3], Vector sum[3])
 {
     for (int i = 0; i < 3; i++) {

@@ -22,17 +22,17 @@
 
 // Parameters of the elements' classes, with the scales of the pass.
 typedef struct HangingFactors {
-    Vector gradient;  // 1 / H
-    Vector stretch;   // 2 mu H^2
-    Vector bulk;      // lambda H^2
-    Vector bend;      // alpha k H
-    Vector drag;      // beta k
-    Vector bent;      // viscous: alpha
-    Vector bulk_drag; // viscous: beta lambda H
+    Vector gradient;     // 1 / H
+    Vector stretch;      // 2 mu H^2
+    Vector bulk;         // lambda H^2
+    Vector bend;         // alpha k H
+    Vector damping;      // beta k
+    Vector bent;         // viscous: alpha
+    Vector bulk_damping; // viscous: beta lambda H
 } HangingFactors;
 
 // The same for a batch, one array after another.
-enum { GRADIENT, STRETCH, BULK, BEND, DRAG, BENT, BULK_DRAG, FACTORS };
+enum { GRADIENT, STRETCH, BULK, BEND, DAMPING, BENT, BULK_DAMPING, FACTORS };
 
 INLINE void hanging_factors(const VoxelPass *pass, const int element_class[LANES], bool viscous,
                             Real out[FACTORS][LANES])
@@ -50,11 +50,12 @@ INLINE void hanging_factors(const VoxelPass *pass, const int element_class[LANES
         out[STRETCH][lane] = (Real)(scale * 2.0 * c->mu * area);
         out[BULK][lane] = (Real)(scale * c->lambda * area);
         out[BEND][lane] = (Real)(scale * c->size * c->residual);
-        out[DRAG][lane] = (Real)(scale * pass->damping_scale * c->damping);
+        out[DAMPING][lane] = (Real)(scale * pass->damping_scale * c->damping);
         if (!viscous)
             continue;
         out[BENT][lane] = (Real)(c->mu > 0.0 ? c->residual / (c->mu * c->size) : 0.0);
-        out[BULK_DRAG][lane] = (Real)(c->mu > 0.0 ? c->lambda / c->mu : 0.0) * out[DRAG][lane];
+        out[BULK_DAMPING][lane] =
+            (Real)(c->mu > 0.0 ? c->lambda / c->mu : 0.0) * out[DAMPING][lane];
     }
 }
 
@@ -65,11 +66,11 @@ INLINE HangingFactors hanging_factors_at(Real factor[FACTORS][LANES], bool visco
         .stretch = vector_load(factor[STRETCH] + lane),
         .bulk = vector_load(factor[BULK] + lane),
         .bend = vector_load(factor[BEND] + lane),
-        .drag = vector_load(factor[DRAG] + lane),
+        .damping = vector_load(factor[DAMPING] + lane),
     };
     if (viscous) {
         by.bent = vector_load(factor[BENT] + lane);
-        by.bulk_drag = vector_load(factor[BULK_DRAG] + lane);
+        by.bulk_damping = vector_load(factor[BULK_DAMPING] + lane);
     }
     return by;
 }
@@ -200,16 +201,6 @@ INLINE void sum_motion(const Rest *rest, Vector bent, bool viscous, Hanging *h)
     }
 }
 
-// Returns the rate of tr(R^T F) from that of F.
-INLINE Vector dilation_rate(const Polar *polar, Vector rate[3][3])
-{
-    Vector sum = vector_set(0.0);
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++)
-            sum += polar->turn[i][k] * rate[i][k];
-    return sum * polar->inverse + (rate[0][0] + rate[1][1] + rate[2][2]);
-}
-
 // Adds the forces of WIDTH elements to the rows of a batch, from `lane` on.
 INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *vertex,
                            const HangingFactors *by, bool paper, bool damped, bool viscous,
@@ -238,8 +229,8 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
     Vector stress[3][3], bend[3][3], shift[3], turn[3]; // P, B, b, beta k omega
     Vector pressure = polar.stretch * by->bulk;
     if (viscous)
-        pressure += by->bulk_drag * dilation_rate(&polar, h.rate);
-    const Vector drag = viscous ? by->bent * by->drag : by->drag; // of the residual
+        pressure += by->bulk_damping * dilation_rate(&polar, h.rate);
+    const Vector damping = viscous ? by->bent * by->damping : by->damping; // of the residual
     // -(2 mu (F - R) + lambda tr(D) R) as parts along G and along R - 1.
     Vector back = (paper ? by->bend : pressure - by->stretch) * polar.inverse;
     for (int i = 0; i < 3; i++) {
@@ -255,7 +246,7 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
         }
         shift[i] = by->bend * h.middle[i];
         if (damped)
-            turn[i] = drag * spin[i];
+            turn[i] = damping * spin[i];
     }
     // Damping enters B and b through omega x.
     for (int i = 0; i < 3 && damped; i++) {
@@ -263,16 +254,16 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
         if (viscous) {
             Vector(*f)[3] = h.deformation.f, (*slope)[3] = h.slope;
             for (int c = 0; c < 3; c++) {
-                stress[i][c] += (by->drag + by->drag) *
+                stress[i][c] += (by->damping + by->damping) *
                                 (h.rate[i][c] - (spin[j] * f[k][c] - spin[k] * f[j][c]));
                 bend[i][c] +=
-                    drag * h.slope_rate[i][c] - (turn[j] * slope[k][c] - turn[k] * slope[j][c]);
+                    damping * h.slope_rate[i][c] - (turn[j] * slope[k][c] - turn[k] * slope[j][c]);
             }
         } else {
             bend[i][k] += turn[j];
             bend[i][j] -= turn[k];
         }
-        shift[i] += drag * h.drift[i] - (turn[j] * h.middle[k] - turn[k] * h.middle[j]);
+        shift[i] += damping * h.drift[i] - (turn[j] * h.middle[k] - turn[k] * h.middle[j]);
     }
     // Force of each vertex, by the formula above.
     for (int p = 0; p < rest->count; p++) {
@@ -286,7 +277,7 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
             f[i] = bend[i][0] * x[0] + bend[i][1] * x[1] + bend[i][2] * x[2] +
                    (shift[i] - by->bend * u[i]);
             if (damped)
-                f[i] += (turn[j] * u[k] - turn[k] * u[j]) - drag * v[i];
+                f[i] += (turn[j] * u[k] - turn[k] * u[j]) - damping * v[i];
             f[i] = f[i] * x[3];
             if (!paper)
                 f[i] -= stress[i][0] * a[0] + stress[i][1] * a[1] + stress[i][2] * a[2];

@@ -16,14 +16,14 @@ static const int AXIS_MODE[3] = {1, 2, 4}, BENT_MODE[4] = {3, 5, 6, 7};
 // Parameters of a class, with the scales of the pass; forces are of modes, which apply fully to
 // each corner.
 typedef struct PlainFactors {
-    Real gradient;             // 1 / (4 H): for sums over the corners
-    Real stretch;              // 2 mu H^2 / 4
-    Real bulk;                 // lambda H^2 / 4
-    Real bend;                 // 4 H alpha k / 8
-    Real drag;                 // beta k / 8
-    Real bent;                 // viscous: alpha
-    Real drag_bent, drag_bulk; // alpha beta k / 8, beta lambda H / 16
-    bool paper;                // no barrier
+    Real gradient;                   // 1 / (4 H): for sums over the corners
+    Real stretch;                    // 2 mu H^2 / 4
+    Real bulk;                       // lambda H^2 / 4
+    Real bend;                       // 4 H alpha k / 8
+    Real damping;                    // beta k / 8
+    Real bent;                       // viscous: alpha
+    Real damping_bent, damping_bulk; // alpha beta k / 8, beta lambda H / 16
+    bool paper;                      // no barrier
 } PlainFactors;
 
 INLINE PlainFactors plain_factors(const VoxelPass *pass, int element_class, bool viscous)
@@ -33,17 +33,17 @@ INLINE PlainFactors plain_factors(const VoxelPass *pass, int element_class, bool
     const bool paper = pass->law == VOXEL_MIYAZAKI2004;
     const double mu = paper ? c->residual / c->size : c->mu, lambda = paper ? 0.0 : c->lambda;
     const double scale = pass->stiffness_scale, area = 0.25 * c->size * c->size;
-    const double drag = scale * pass->damping_scale * 0.125 * c->damping;
+    const double damping = scale * pass->damping_scale * 0.125 * c->damping;
     const double alpha = viscous && mu > 0.0 ? c->residual / (mu * c->size) : 0.0;
     return (PlainFactors){
         .gradient = (Real)(0.25 / c->size),
         .stretch = (Real)(scale * 2.0 * mu * area),
         .bulk = (Real)(scale * lambda * area),
         .bend = (Real)(scale * 0.5 * c->size * c->residual),
-        .drag = (Real)drag,
+        .damping = (Real)damping,
         .bent = (Real)alpha,
-        .drag_bent = (Real)(alpha * drag),
-        .drag_bulk = (Real)(viscous && mu > 0.0 ? 0.5 * lambda / mu * drag : 0.0),
+        .damping_bent = (Real)(alpha * damping),
+        .damping_bulk = (Real)(viscous && mu > 0.0 ? 0.5 * lambda / mu * damping : 0.0),
         .paper = paper,
     };
 }
@@ -75,17 +75,6 @@ INLINE void butterfly_back(Vector v[MODES])
             v[i | bit] = low + high;
         }
     }
-}
-
-// Returns the rate of tr(R^T F), R : dF/dt, of the velocities' modes: R does not contribute, since
-// it makes tr(R^T F) stationary.
-INLINE Vector dilation(const Polar *polar, Vector v[3][MODES])
-{
-    Vector sum = vector_set(0.0);
-    for (int c = 0; c < 3; c++)
-        for (int k = 0; k < 3; k++)
-            sum += polar->turn[c][k] * v[c][AXIS_MODE[k]];
-    return sum * polar->inverse + (v[0][AXIS_MODE[0]] + v[1][AXIS_MODE[1]] + v[2][AXIS_MODE[2]]);
 }
 
 // Replaces the displacements u of the corners of WIDTH cubes by their forces, from u and the
@@ -147,9 +136,14 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, bool viscous, doub
 
     // -(2 mu (F - R) + lambda tr(D) R) H^2 / 4, R - 1 = turn inverse
     Vector pressure = polar.stretch * by->bulk;
-    if (viscous)
-        pressure += by->drag_bulk * dilation(&polar, v);
-    const Real drag_bent = viscous ? by->drag_bent : by->drag;
+    if (viscous) {
+        Vector rate[3][3];
+        for (int c = 0; c < 3; c++)
+            for (int k = 0; k < 3; k++)
+                rate[c][k] = v[c][AXIS_MODE[k]];
+        pressure += by->damping_bulk * dilation_rate(&polar, rate);
+    }
+    const Real damping_bent = viscous ? by->damping_bent : by->damping;
     Vector back = (by->stretch - pressure) * polar.inverse;
     for (int c = 0; c < 3; c++) {
         int c1 = (c + 1) % 3, c2 = (c + 2) % 3;
@@ -158,14 +152,14 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, bool viscous, doub
             if (c == k)
                 f -= pressure;
             if (damped)
-                f -= by->drag * (v[c][AXIS_MODE[k]] - (spin[c1] * deformation.f[c2][k] -
-                                                       spin[c2] * deformation.f[c1][k]));
+                f -= by->damping * (v[c][AXIS_MODE[k]] - (spin[c1] * deformation.f[c2][k] -
+                                                          spin[c2] * deformation.f[c1][k]));
             u[c][AXIS_MODE[k]] = f;
         }
         for (int m = 0; m < 4; m++) {
             Vector f = -by->bend * bent[m][c];
             if (damped)
-                f -= drag_bent *
+                f -= damping_bent *
                      (v[c][BENT_MODE[m]] - (spin[c1] * bent[m][c2] - spin[c2] * bent[m][c1]));
             u[c][BENT_MODE[m]] = f;
         }
