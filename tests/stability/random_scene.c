@@ -396,6 +396,24 @@ static const char *comma_less(const RandomScene *scene, int line)
     return last && strcmp(text, "},") == 0 ? "}" : text;
 }
 
+// Finds the last line of each group: a line that ends with an open bracket begins one, a line that
+// begins with a closed one ends the latest.
+static void find_groups(RandomScene *scene)
+{
+    static int open[SCENE_LINES];
+    int depth = 0;
+    for (int i = 0; i < scene->count; i++) {
+        const char *text = scene->line[i].text;
+        const size_t length = strlen(text);
+        if (text[0] == '#')
+            continue;
+        if (depth > 0 && (text[0] == '}' || text[0] == ')'))
+            scene->line[open[--depth]].last = i;
+        if (length > 0 && (text[length - 1] == '{' || text[length - 1] == '('))
+            open[depth++] = i;
+    }
+}
+
 bool random_scene_read(RandomScene *scene, const char *path)
 {
     FILE *file = fopen(path, "r");
@@ -415,6 +433,7 @@ bool random_scene_read(RandomScene *scene, const char *path)
         scene->count++;
     }
     fclose(file);
+    find_groups(scene);
     return fits;
 }
 
