@@ -1,4 +1,5 @@
-// Hinges between the faces of a surface body. Step thread, except for creation.
+// Hinges between the faces of a surface body: tables and bounds. Their forces are in kernel/bend.h.
+// Step thread, except for creation.
 #include "surface/bending.h"
 
 #include "base/check.h"
@@ -10,66 +11,6 @@
 // A face smaller than this share of its rest area, squared, weakens its hinges.
 static const double FADES_BELOW = 0.5;
 
-typedef struct Hinge {
-    int slot[4];          // both ends of the edge, the third nodes of its left and right face
-    double stiffness;     // k [N m]
-    double angle;         // at rest [rad]
-    double twice_area[2]; // of the faces at rest, squared [m4]
-} Hinge;
-
-struct Bending {
-    int count;
-    Hinge *hinge;       // [count] in the order of the edges
-    double (*force)[3]; // [slots] [N]
-    void *external;     // Real [chunk][3][LANES] what the kernel reads [N]
-};
-
-// The angle between two faces and how it changes with their nodes.
-typedef struct Fold {
-    double angle;     // [rad] in (-pi, pi]
-    double square[2]; // of twice the areas [m4]
-    Vec3 gradient[4]; // [1/m]; zero if a face has no area
-} Fold;
-
-static void fold_at(const Vec3 x[4], Fold *fold)
-{
-    *fold = (Fold){0};
-    Vec3 edge = vec3_sub(x[1], x[0]), c = vec3_sub(x[2], x[0]), d = vec3_sub(x[3], x[0]);
-    Vec3 left = vec3_cross(edge, c), right = vec3_cross(d, edge);
-    double length = vec3_length(edge);
-    fold->square[0] = vec3_dot(left, left);
-    fold->square[1] = vec3_dot(right, right);
-    // Also refuses numbers that are not finite: the kernel reports those.
-    if (!(length > 0.0 && fold->square[0] > 0.0 && fold->square[1] > 0.0))
-        return;
-    fold->angle = atan2(vec3_dot(vec3_cross(left, right), edge) / length, vec3_dot(left, right));
-    // Turning a face about the edge moves its third node by its height; the ends of the edge
-    // balance forces and moments.
-    double square = length * length;
-    double s = vec3_dot(c, edge) / square, t = vec3_dot(d, edge) / square;
-    Vec3 third = vec3_scale(-length / fold->square[0], left);
-    Vec3 fourth = vec3_scale(-length / fold->square[1], right);
-    fold->gradient[1] = vec3_scale(-1.0, vec3_add(vec3_scale(s, third), vec3_scale(t, fourth)));
-    fold->gradient[2] = third;
-    fold->gradient[3] = fourth;
-    fold->gradient[0] = vec3_scale(-1.0, vec3_add(fold->gradient[1], vec3_add(third, fourth)));
-}
-
-// Returns a change of an angle in [-pi, pi].
-static double turn_of(double angle)
-{
-    const double pi = 3.14159265358979323846;
-    return angle > pi ? angle - 2.0 * pi : angle < -pi ? angle + 2.0 * pi : angle;
-}
-
-// Returns the share of its moment that a hinge keeps.
-static double share_of(const Hinge *hinge, const Fold *fold)
-{
-    double least =
-        fmin(fold->square[0] / hinge->twice_area[0], fold->square[1] / hinge->twice_area[1]);
-    return fmin(1.0, least / FADES_BELOW);
-}
-
 double bending_stiffness(const SurfaceMaterial *material)
 {
     if (material->bending_stiffness > 0.0)
@@ -78,33 +19,89 @@ double bending_stiffness(const SurfaceMaterial *material)
     return material->youngs_modulus_2d * material->thickness * material->thickness * 9.0 / 96.0;
 }
 
-// Finds the nodes of the hinge at an edge and its fold at rest. False at a border.
-static bool hinge_at(const TriMesh *mesh, const WingedMesh *winged, int edge, int node[4],
-                     Fold *fold)
+// Two faces at an edge: x[0] and x[1] are its ends, the others the third nodes of its left and
+// right face.
+typedef struct Fold {
+    Vec3 left, right; // normals, as long as twice the areas [m2]
+    double area[2];   // twice the areas [m2]
+    double length;    // of the edge [m]
+} Fold;
+
+static Fold fold_of(const Vec3 x[4])
 {
-    const WingedEdge *at = &winged->edge[edge];
-    if (at->face[0] < 0 || at->face[1] < 0)
-        return false;
-    node[0] = at->node[0];
-    node[1] = at->node[1];
-    for (int side = 0; side < 2; side++) {
-        const int *face = mesh->triangle[at->face[side]];
-        node[2 + side] = face[0] + face[1] + face[2] - node[0] - node[1];
-    }
-    Vec3 x[4];
-    for (int k = 0; k < 4; k++)
-        x[k] = mesh->position[node[k]];
-    fold_at(x, fold);
-    return true;
+    Vec3 edge = vec3_sub(x[1], x[0]);
+    Fold fold = {.left = vec3_cross(edge, vec3_sub(x[2], x[0])),
+                 .right = vec3_cross(vec3_sub(x[3], x[0]), edge),
+                 .length = vec3_length(edge)};
+    fold.area[0] = vec3_length(fold.left);
+    fold.area[1] = vec3_length(fold.right);
+    return fold;
 }
 
-// Returns k of a hinge [N m]: D l^2 / (A_1 + A_2).
-static double hinge_stiffness(const TriMesh *mesh, const int node[4], const Fold *fold,
-                              double stiffness)
+// Returns k [N m]: D l^2 / (A_1 + A_2); 0 if a face has no area, and so no angle.
+static double hinge_stiffness(const Fold *fold, double stiffness)
 {
-    Vec3 edge = vec3_sub(mesh->position[node[1]], mesh->position[node[0]]);
-    double areas = 0.5 * (sqrt(fold->square[0]) + sqrt(fold->square[1]));
-    return areas > 0.0 ? stiffness * vec3_dot(edge, edge) / areas : 0.0;
+    if (!(fold->area[0] > 0.0 && fold->area[1] > 0.0))
+        return 0.0;
+    return stiffness * fold->length * fold->length / (0.5 * (fold->area[0] + fold->area[1]));
+}
+
+// ---------------------------------------------------------------------------------------------
+// Bounds
+
+// Adds the blocks of a hinge to the row sums of its nodes: that of two nodes is k g_i g_j^T, of
+// norm k |g_i| |g_j|, with g the change of the angle with a node.
+static void add_rows(const int node[4], const Vec3 *position, double stiffness, double *sum)
+{
+    Vec3 x[4];
+    for (int i = 0; i < 4; i++)
+        x[i] = position[node[i]];
+    Fold fold = fold_of(x);
+    double k = hinge_stiffness(&fold, stiffness), length[4], total = 0.0;
+    if (k == 0.0)
+        return;
+    // The third nodes move at their heights, the ends of the edge balance them.
+    Vec3 edge = vec3_sub(x[1], x[0]);
+    double square = fold.length * fold.length;
+    double s = vec3_dot(vec3_sub(x[2], x[0]), edge) / square,
+           t = vec3_dot(vec3_sub(x[3], x[0]), edge) / square;
+    Vec3 third = vec3_scale(fold.length / (fold.area[0] * fold.area[0]), fold.left),
+         fourth = vec3_scale(fold.length / (fold.area[1] * fold.area[1]), fold.right);
+    length[2] = vec3_length(third);
+    length[3] = vec3_length(fourth);
+    length[1] = vec3_length(vec3_add(vec3_scale(s, third), vec3_scale(t, fourth)));
+    length[0] = vec3_length(vec3_add(vec3_scale(1.0 - s, third), vec3_scale(1.0 - t, fourth)));
+    for (int i = 0; i < 4; i++)
+        total += length[i];
+    for (int i = 0; i < 4; i++)
+        sum[node[i]] += k * length[i] * total;
+}
+
+// Returns the largest sum over its mass, of free nodes as for springs.
+static double largest_row(const double *sum, const double *mass, const bool *fixed, int count)
+{
+    bool any_free = false;
+    double most = 0.0;
+    for (int i = 0; i < count; i++)
+        any_free |= !fixed[i];
+    for (int i = 0; i < count; i++)
+        if (!fixed[i] || !any_free)
+            most = fmax(most, sum[i] / mass[i]);
+    return most / FADES_BELOW;
+}
+
+// Finds the nodes of the hinge at an edge; false at a border.
+static bool hinge_at(const int end[2], const int face[2], const int (*corner)[3], int node[4])
+{
+    if (face[0] < 0 || face[1] < 0)
+        return false;
+    node[0] = end[0];
+    node[1] = end[1];
+    for (int side = 0; side < 2; side++) {
+        const int *at = corner[face[side]];
+        node[2 + side] = at[0] + at[1] + at[2] - end[0] - end[1];
+    }
+    return true;
 }
 
 double bending_bound(const TriMesh *mesh, const WingedMesh *winged, double stiffness,
@@ -112,142 +109,211 @@ double bending_bound(const TriMesh *mesh, const WingedMesh *winged, double stiff
 {
     double *sum = calloc((size_t)mesh->node_count + 1, sizeof *sum);
     ASSERT(sum != NULL);
-    // The block of two nodes of a hinge is k g_i g_j^T, of norm k |g_i| |g_j|.
     for (int e = 0; e < winged->edge_count; e++) {
         int node[4];
-        Fold fold;
-        if (!hinge_at(mesh, winged, e, node, &fold))
-            continue;
-        double k = hinge_stiffness(mesh, node, &fold, stiffness), total = 0.0;
-        for (int i = 0; i < 4; i++)
-            total += vec3_length(fold.gradient[i]);
-        for (int i = 0; i < 4; i++)
-            sum[node[i]] += k * vec3_length(fold.gradient[i]) * total;
+        if (hinge_at(winged->edge[e].node, winged->edge[e].face, (const int(*)[3])mesh->triangle,
+                     node))
+            add_rows(node, mesh->position, stiffness, sum);
     }
-    // Over the free nodes, as for springs.
-    bool any_free = false;
-    double most = 0.0;
-    for (int i = 0; i < mesh->node_count; i++)
-        any_free |= !fixed[i];
-    for (int i = 0; i < mesh->node_count; i++)
-        if (!fixed[i] || !any_free)
-            most = fmax(most, sum[i] / mass[i]);
+    double most = largest_row(sum, mass, fixed, mesh->node_count);
     free(sum);
-    return most / FADES_BELOW;
+    return most;
+}
+
+double bending_level_bound(const LevelRules *rules, int level, double stiffness, const bool *fixed)
+{
+    const Level *at = &rules->levels->level[level];
+    double *sum = calloc((size_t)at->node_count, sizeof *sum);
+    double *mass = calloc((size_t)at->node_count, sizeof *mass);
+    ASSERT(sum != NULL && mass != NULL);
+    // A node stands for a third of the faces around it.
+    for (int f = 0; f < at->face_count; f++)
+        for (int k = 0; k < 3; k++)
+            mass[at->face[f][k]] += level_rules_area(rules, level, f) / 3.0;
+    for (int i = 0; i < at->node_count; i++)
+        mass[i] = level_rules_node_mass(rules, level, mass[i]);
+    for (int e = 0; e < at->edge_count; e++) {
+        int node[4];
+        if (hinge_at(at->edge[e], at->edge_face[e], (const int(*)[3])at->face, node))
+            add_rows(node, rules->levels->position, stiffness, sum);
+    }
+    double most = largest_row(sum, mass, fixed, at->node_count);
+    free(sum);
+    free(mass);
+    return most;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Tables
+
+// Returns the index of a number of a hinge.
+static long value_at(const Bending *bending, int group, int value, int lane)
+{
+    return ((long)group * bending->hinges.values + value) * LANES + lane;
+}
+
+Bending *bending_allocate(const SurfaceModel *model, int groups, double stiffness, const char *name,
+                          Arena *arena)
+{
+    Bending *bending = ALLOCATE(ARENA_STEP, 1, Bending, "bending");
+    const int values = model->basis.displaced ? HINGE_REST + HINGE_VECTORS : HINGE_REST;
+    bending->stiffness = stiffness;
+    bending->hinges.values = values;
+    bending->hinges.slot = ALLOCATE(ARENA_STEP, 4 * LANES * groups + 1, int, "nodes of hinges");
+    bending->hinges.value = model_allocate_reals(model, (size_t)values * LANES * (size_t)groups + 1,
+                                                 name, "hinges", arena);
+    bending->group = ALLOCATE(ARENA_STEP, groups + 1, int, "groups of hinges");
+    return bending;
+}
+
+void bending_put(const SurfaceModel *model, Bending *bending, int group, const int (*slot)[4],
+                 int count)
+{
+    // Rest vectors, in single precision as the kernel will read them.
+    double vectors[HINGE_VECTORS * LANES], angle[LANES], square[2 * LANES];
+    memset(vectors, 0, sizeof vectors);
+    for (int lane = 0; lane < LANES; lane++)
+        for (int k = 0; k < 4; k++) {
+            // Lanes without a hinge have one node four times.
+            int at = lane < count ? slot[lane][k] : slot[0][0];
+            bending->hinges.slot[((long)group * 4 + k) * LANES + lane] = at;
+            const double *p = model->basis.rest[at],
+                         *o = model->basis.rest[lane < count ? slot[lane][0] : at];
+            for (int c = 0; c < 3 && k > 0; c++)
+                model_put(model, vectors, (long)(3 * (k - 1) + c) * LANES + lane, p[c] - o[c]);
+        }
+    model->kernels->bend_rest(vectors, angle, square);
+    for (int lane = 0; lane < LANES; lane++) {
+        double k = 0.0, fade[2] = {0.0, 0.0};
+        if (lane < count) {
+            Vec3 x[4];
+            for (int i = 0; i < 4; i++)
+                x[i] = model_rest(model, slot[lane][i]);
+            Fold fold = fold_of(x);
+            k = hinge_stiffness(&fold, bending->stiffness);
+        }
+        for (int side = 0; side < 2 && k > 0.0; side++)
+            fade[side] = 1.0 / (FADES_BELOW * model_get(model, square, side * LANES + lane));
+        void *value = bending->hinges.value;
+        model_put(model, value, value_at(bending, group, HINGE_STIFFNESS, lane), k);
+        model_put(model, value, value_at(bending, group, HINGE_ANGLE, lane),
+                  model_get(model, angle, lane));
+        for (int side = 0; side < 2; side++)
+            model_put(model, value, value_at(bending, group, HINGE_FADE + side, lane), fade[side]);
+        for (int v = 0; v < bending->hinges.values - HINGE_REST; v++)
+            model_put(model, value, value_at(bending, group, HINGE_REST + v, lane),
+                      model_get(model, vectors, (long)v * LANES + lane));
+    }
+}
+
+static int by_first_slot(const void *a, const void *b)
+{
+    const int *p = a, *q = b;
+    for (int k = 0; k < 4; k++)
+        if (p[k] != q[k])
+            return p[k] < q[k] ? -1 : 1;
+    return 0;
 }
 
 void bending_create(SurfaceModel *model, const TriMesh *mesh, const WingedMesh *winged,
                     double stiffness, const char *name, Arena *arena)
 {
+    // Hinges in the order of slots: their nodes are close in memory, and sums have one order.
+    int(*slot)[4] = calloc((size_t)winged->edge_count + 1, sizeof *slot);
     int count = 0;
-    for (int e = 0; e < winged->edge_count; e++)
-        count += winged->edge[e].face[0] >= 0 && winged->edge[e].face[1] >= 0;
-    struct Bending *bending = ALLOCATE(ARENA_STEP, 1, struct Bending, "bending");
-    bending->hinge = ALLOCATE(ARENA_STEP, count + 1, Hinge, "hinges");
-    bending->force = arena_allocate(arena, ARENA_STEP, (size_t)model->basis.count,
-                                    sizeof *bending->force, "%s/bending forces", name);
+    ASSERT(slot != NULL);
+    for (int e = 0; e < winged->edge_count; e++) {
+        const WingedEdge *edge = &winged->edge[e];
+        // The edge from its lower slot: left and right are then the other way round, too.
+        const bool turned = model->slot[edge->node[0]] > model->slot[edge->node[1]];
+        const int end[2] = {edge->node[turned], edge->node[!turned]};
+        const int face[2] = {edge->face[turned], edge->face[!turned]};
+        int node[4];
+        if (!hinge_at(end, face, (const int(*)[3])mesh->triangle, node))
+            continue;
+        for (int k = 0; k < 4; k++)
+            slot[count][k] = model->slot[node[k]];
+        count++;
+    }
+    qsort(slot, (size_t)count, sizeof *slot, by_first_slot);
+    const int groups = (count + LANES - 1) / LANES;
+    Bending *bending = bending_allocate(model, groups, stiffness, name, arena);
+    for (int g = 0; g < groups; g++) {
+        const int left = count - g * LANES;
+        bending_put(model, bending, g, (const int(*)[4])slot + g * LANES,
+                    left < LANES ? left : LANES);
+        bending->group[g] = g;
+    }
+    bending->group_count = groups;
+    bending->hinge_count = count;
+    free(slot);
+    bending->force = model_allocate_reals(model, (size_t)model->basis.count * ROW, name,
+                                          "bending forces", arena);
     bending->external = model_allocate_reals(model, 3 * (size_t)model->basis.count, name,
                                              "bending and outside forces", arena);
     model->bending = bending;
-    // In the order of the edges, so that the sums have one order.
-    for (int e = 0; e < winged->edge_count; e++) {
-        int node[4];
-        Fold fold;
-        if (!hinge_at(mesh, winged, e, node, &fold))
-            continue;
-        Hinge *hinge = &bending->hinge[bending->count];
-        hinge->stiffness = hinge_stiffness(mesh, node, &fold, stiffness);
-        // A face without area has no angle, and no hinge.
-        if (!(fold.square[0] > 0.0 && fold.square[1] > 0.0))
-            continue;
-        bending->count++;
-        // The angle of the positions that the rows are relative to: no force at rest, to the bit.
-        Vec3 x[4];
-        for (int k = 0; k < 4; k++) {
-            hinge->slot[k] = model->slot[node[k]];
-            x[k] = model_rest(model, hinge->slot[k]);
-        }
-        fold_at(x, &fold);
-        hinge->angle = fold.angle;
-        hinge->twice_area[0] = fold.square[0];
-        hinge->twice_area[1] = fold.square[1];
-    }
 }
 
-static void read_hinge(const SurfaceModel *model, const void *rows, const Hinge *hinge, Vec3 x[4])
-{
-    for (int k = 0; k < 4; k++) {
-        const int slot = hinge->slot[k];
-        const long at = (long)slot * ROW;
-        x[k] = (Vec3){model_get(model, rows, at), model_get(model, rows, at + 1),
-                      model_get(model, rows, at + 2)};
-        if (model->basis.displaced)
-            x[k] = vec3_add(x[k], model_rest(model, slot));
-    }
-}
+// ---------------------------------------------------------------------------------------------
+// Forces and energy
 
-// Returns the angular velocity of a fold [rad/s].
-static double fold_speed(const SurfaceModel *model, const void *rows, const Hinge *hinge,
-                         const Fold *fold)
+void bending_add(const SurfaceModel *model, const SpringPass *pass)
 {
-    double speed = 0.0;
-    for (int k = 0; k < 4; k++) {
-        const long at = (long)hinge->slot[k] * ROW + 4;
-        speed += vec3_dot(fold->gradient[k],
-                          (Vec3){model_get(model, rows, at), model_get(model, rows, at + 1),
-                                 model_get(model, rows, at + 2)});
-    }
-    return speed;
+    const Bending *bending = model->bending;
+    const BendPass bend = {.hinges = &bending->hinges,
+                           .group = bending->group,
+                           .group_count = bending->group_count,
+                           .present = pass->present,
+                           .force = bending->force,
+                           .damping_time = pass->damping_time};
+    // Damped as the springs are: by the same time.
+    model->kernels->bend[model->damped](&bend);
 }
 
 void bending_evaluate(const SurfaceModel *model, SpringPass *pass, bool external)
 {
-    const struct Bending *bending = model->bending;
-    memset(bending->force, 0, (size_t)model->basis.count * sizeof *bending->force);
-    for (int h = 0; h < bending->count; h++) {
-        const Hinge *hinge = &bending->hinge[h];
-        Vec3 x[4];
-        Fold fold;
-        read_hinge(model, pass->present, hinge, x);
-        fold_at(x, &fold);
-        // Damped as the springs are: by the same time.
-        double change = turn_of(fold.angle - hinge->angle);
-        if (model->damped)
-            change += pass->damping_time * fold_speed(model, pass->present, hinge, &fold);
-        double moment = -pass->stiffness_scale * hinge->stiffness * share_of(hinge, &fold) * change;
-        for (int k = 0; k < 4; k++) {
-            double *force = bending->force[hinge->slot[k]];
-            force[0] += moment * fold.gradient[k].x;
-            force[1] += moment * fold.gradient[k].y;
-            force[2] += moment * fold.gradient[k].z;
-        }
-    }
+    const Bending *bending = model->bending;
+    memset(bending->force, 0, (size_t)model->basis.count * ROW * model_real_size(model));
+    bending_add(model, pass);
     // The kernel reads them with the external forces.
-    for (int s = 0; s < model->basis.count; s++)
-        for (int c = 0; c < 3; c++) {
-            const long at = model_lane(s) + c * LANES;
-            const double outer = external ? model_get(model, model->external, at) : 0.0;
-            model_put(model, bending->external, at, outer + bending->force[s][c]);
-        }
+    model->kernels->bend_gather(bending->force, pass->stiffness_scale,
+                                external ? model->external : NULL, model->springs.chunk_count,
+                                bending->external);
     pass->external = bending->external;
+}
+
+// Returns the energy of a hinge [J].
+static double hinge_energy(const SurfaceModel *model, const void *rows, int group, int lane)
+{
+    const double pi = 3.14159265358979323846;
+    const Bending *bending = model->bending;
+    const void *value = bending->hinges.value;
+    const double k = model_get(model, value, value_at(bending, group, HINGE_STIFFNESS, lane));
+    Vec3 x[4];
+    for (int i = 0; i < 4; i++)
+        rows_read(&model->basis, rows, bending->hinges.slot[((long)group * 4 + i) * LANES + lane],
+                  &x[i], NULL);
+    Fold fold = fold_of(x);
+    if (k == 0.0 || !(fold.area[0] > 0.0 && fold.area[1] > 0.0))
+        return 0.0;
+    double change = atan2(-vec3_dot(fold.left, vec3_sub(x[3], x[0])) * fold.length,
+                          vec3_dot(fold.left, fold.right)) -
+                    model_get(model, value, value_at(bending, group, HINGE_ANGLE, lane));
+    change = change > pi ? change - 2.0 * pi : change < -pi ? change + 2.0 * pi : change;
+    double share = 1.0;
+    for (int side = 0; side < 2; side++)
+        share = fmin(
+            share, fold.area[side] * fold.area[side] *
+                       model_get(model, value, value_at(bending, group, HINGE_FADE + side, lane)));
+    return 0.5 * k * share * change * change;
 }
 
 double bending_energy(const SurfaceModel *model, const void *rows)
 {
+    const Bending *bending = model->bending;
     double energy = 0.0;
-    for (int h = 0; h < model->bending->count; h++) {
-        const Hinge *hinge = &model->bending->hinge[h];
-        Vec3 x[4];
-        Fold fold;
-        read_hinge(model, rows, hinge, x);
-        fold_at(x, &fold);
-        double change = turn_of(fold.angle - hinge->angle);
-        energy += 0.5 * hinge->stiffness * share_of(hinge, &fold) * change * change;
-    }
+    for (int g = 0; g < bending->group_count; g++)
+        for (int lane = 0; lane < LANES; lane++)
+            energy += hinge_energy(model, rows, bending->group[g], lane);
     return energy;
-}
-
-int bending_hinges(const SurfaceModel *model)
-{
-    return model->bending->count;
 }

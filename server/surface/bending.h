@@ -1,5 +1,5 @@
-// Bending of a wall: an elastic hinge at every edge between two faces (Grinspun et al. 2003).
-// Bodies that stay at one level, explicit steps. Derived in README.md, "Bending".
+// Bending of a wall: an elastic hinge at every edge between two faces (Grinspun et al. 2003), of
+// bodies of one level and of several. Explicit steps. Derived in README.md, "Bending".
 //
 // The energy of a hinge is k (theta - theta_0)^2 / 2 with theta the angle between the normals of
 // its faces, and k = D l^2 / (A_1 + A_2) of its rest shape: on equilateral triangles exactly that
@@ -10,31 +10,56 @@
 #define PLIANT_SURFACE_BENDING_H
 
 #include "geometry/edges.h"
+#include "surface/kernel.h"
+#include "surface/network.h"
 #include "surface/surface.h"
 
 struct SurfaceModel;
-struct SpringPass;
+
+typedef struct Bending {
+    double stiffness; // D [N m]
+    HingeTable hinges;
+    int *group; // [group_count] in use, ascending
+    int group_count, hinge_count;
+    void *force; // Real [slots][ROW], half of it used: forces of hinges [N]
+    // bodies of one level: what the kernel reads, Real [chunk][3][LANES] [N]
+    void *external;
+    // bodies with levels: the hinges of each window of slots, by the slot that owns them
+    int *window_start;             // [windows + 1] first group of each window
+    int *window_hinges;            // [windows] in use
+    int *first, *count;            // [slots]
+    int (*scratch)[4];             // [most hinges of a window] slots
+    double lambda[LEVELS_MAX + 1]; // bound by the finest level in use [1/s2]
+} Bending;
 
 // Returns D of the material [N m]: as given, or E2D t^2 / (12 (1 - nu^2)) with the Poisson ratio
 // 1/3 of the springs.
 double bending_stiffness(const SurfaceMaterial *material);
 
-// Returns a bound of the bending part of M^-1 K [1/s2] near the rest shape, by blocks of its rows,
-// twice over for faces that are smaller than at rest. mass [node_count] [kg]; fixed nodes do not
-// count, unless all are.
+// Return a bound of the bending part of M^-1 K [1/s2] near the rest shape, by blocks of its rows,
+// twice over for faces that are smaller than at rest: of a mesh, with mass [node_count] [kg], and
+// of a body all of whose faces are of one level. Fixed nodes do not count, unless all are.
 double bending_bound(const TriMesh *mesh, const WingedMesh *winged, double stiffness,
                      const double *mass, const bool *fixed);
+double bending_level_bound(const LevelRules *rules, int level, double stiffness, const bool *fixed);
 
 // Adds hinges to a body of one level after its rows: model->bending.
 void bending_create(struct SurfaceModel *model, const TriMesh *mesh, const WingedMesh *winged,
                     double stiffness, const char *name, Arena *arena);
+// Allocates a table of that many groups and the list of those in use.
+Bending *bending_allocate(const struct SurfaceModel *model, int groups, double stiffness,
+                          const char *name, Arena *arena);
+// Fills a group with hinges between these slots, `count` up to LANES, as they are at rest.
+void bending_put(const struct SurfaceModel *model, Bending *bending, int group,
+                 const int (*slot)[4], int count);
 
-// Evaluates the hinges at pass->present and lets the pass add their forces to the external ones,
-// which count only if `external`.
-void bending_evaluate(const struct SurfaceModel *model, struct SpringPass *pass, bool external);
+// Adds the forces of the hinges at pass->present to bending->force, before the stiffness scale.
+void bending_add(const struct SurfaceModel *model, const SpringPass *pass);
+// The same for a body of one level: the pass adds them to the external forces, which count only if
+// `external`.
+void bending_evaluate(const struct SurfaceModel *model, SpringPass *pass, bool external);
 
 // Returns the energy of the hinges [J], not scaled.
 double bending_energy(const struct SurfaceModel *model, const void *rows);
-int bending_hinges(const struct SurfaceModel *model);
 
 #endif

@@ -353,35 +353,49 @@ static bool options_fit(const SurfaceOptions *options, Status *status)
                            "to faces: a cut then keeps their sums");
     // What hinges do not do yet is refused, not ignored.
     if (bending_stiffness(&options->material) > 0.0) {
-        const char *what = options->adaptive        ? "adapt"
-                           : options->body.cuttable ? "cuttable"
-                           : options->automatic     ? "integrator = \"auto\""
+        const char *what = options->automatic ? "integrator = \"auto\""
                            : options->body.integrator == INTEGRATOR_IMPLICIT
                                ? "integrator = \"implicit\""
                            : options->body.levels > 0 && options->adjust == ADJUST_CHOI2005
                                ? "adjust = \"choi2005\""
                                : NULL;
         if (what != NULL)
-            return status_fail(status, STATUS_INVALID,
-                               "material: bending needs a body that stays at one level, with "
-                               "explicit steps and adjust = \"continuum\"; it does not go with %s",
-                               what);
+            return status_fail(
+                status, STATUS_INVALID,
+                "material: bending needs explicit steps and adjust = \"continuum\"; it "
+                "does not go with %s",
+                what);
     }
     return true;
 }
 
-// Adds the bending part to the bounds of a network. The damping of hinges is that of springs, and
-// must not dictate the time step either.
-static void add_bending(SpringNetwork *network, const SurfaceMaterial *material, double lambda)
+// Adds the bending part to the bounds of a network, lambda at its own level and at the finest. The
+// damping of hinges is that of springs, and must not dictate the time step either.
+static void add_bending(SpringNetwork *network, const SurfaceMaterial *material, double lambda,
+                        double finest)
 {
-    const double before = network->damping_time, both = network->finest_lambda + lambda;
+    const double before = network->damping_time, both = network->finest_lambda + finest;
     if (!material->uniform)
         network->damping_time = fmin(before, 0.8 / sqrt(both));
     network->clamped |= network->damping_time < before;
     network->lambda += lambda;
     network->finest_lambda = both;
     network->damping += network->damping_time * lambda;
-    network->finest_damping += network->damping_time * lambda;
+    network->finest_damping += network->damping_time * finest;
+}
+
+static void bound_bending(SpringNetwork *network, const TriMesh *mesh, const WingedMesh *winged,
+                          const SurfaceOptions *options, double stiffness)
+{
+    double here = bending_bound(mesh, winged, stiffness, network->mass, network->fixed);
+    double finest = here;
+    if (options->hierarchy != NULL && surface_changes(options)) {
+        LevelRules rules;
+        level_rules_create(&rules, mesh, options);
+        finest = bending_level_bound(&rules, options->hierarchy->finest, stiffness, network->fixed);
+        level_rules_destroy(&rules);
+    }
+    add_bending(network, &options->material, here, fmax(here, finest));
 }
 
 // The fields that bodies with levels and without share.
@@ -447,8 +461,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     }
     const double bending = bending_stiffness(&options->material);
     if (bending > 0.0)
-        add_bending(&network, &options->material,
-                    bending_bound(mesh, &winged, bending, network.mass, network.fixed));
+        bound_bending(&network, mesh, &winged, &coarse, bending);
     // The bounds of the springs are known now, and with them the integrator.
     choose_integrator(&chosen, &network);
     const bool implicit = options->body.integrator == INTEGRATOR_IMPLICIT;
@@ -470,7 +483,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
         detail_create(body, model, mesh, &winged, &network, options, arena, state);
     else
         create_dense(body, model, mesh, &winged, &network, options, arena, state);
-    if (bending > 0.0)
+    if (bending > 0.0 && !changes)
         bending_create(model, mesh, &winged, bending, name, arena);
     // What follows from either.
     body->surface.node_mass = model->mass;

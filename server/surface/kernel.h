@@ -46,6 +46,41 @@ typedef struct NodeTable {
     void *drag;       // Real gamma / m (and k'_d / m, unless apart) [1/s]; 0: fixed
 } NodeTable;
 
+// The numbers of a hinge: k [N m], the angle at rest [rad], twice 1 / (the square of twice the area
+// of a face at rest) [1/m4], and, in single precision, the rest vectors from the first node to the
+// others [m].
+enum { HINGE_STIFFNESS, HINGE_ANGLE, HINGE_FADE, HINGE_REST = HINGE_FADE + 2, HINGE_VECTORS = 9 };
+
+// Hinges between faces (bending.h), LANES to a group.
+typedef struct HingeTable {
+    int values;  // per hinge: HINGE_REST, in single precision HINGE_VECTORS more
+    int *slot;   // [group][4][LANES] both ends of the edge, the third nodes of its left and right
+                 // face; padding: one node four times
+    void *value; // Real [group][values][LANES]
+} HingeTable;
+
+// One pass over the groups of hinges that are listed, by one thread.
+typedef struct BendPass {
+    const HingeTable *hinges;
+    const int *group; // [group_count]
+    int group_count;
+    const void *present; // Real rows to be evaluated
+    void *force; // Real rows, x y z 0 and four unused numbers, to which forces are added [N]
+    double damping_time; // of the springs, scaled [s]
+} BendPass;
+
+typedef void BendKernel(const BendPass *pass);
+
+// Measures LANES hinges at rest: the angle [rad] and the squares of twice the areas of both faces
+// [m4] from Real vectors[HINGE_VECTORS][LANES], in the arithmetic of a BendKernel, so that bodies
+// at rest feel no force.
+typedef void BendRestKernel(const void *vectors, void *angle, void *squares);
+
+// Writes what the springs' kernel reads as external forces: Real to[chunk][3][LANES] becomes
+// `scale` times the rows of forces, plus `external`, unless NULL.
+typedef void BendGatherKernel(const void *force, double scale, const void *external,
+                              int chunk_count, void *to);
+
 // One pass over the chunks first_chunk to last_chunk - 1.
 typedef struct SpringPass {
     int first_chunk, last_chunk;
@@ -65,8 +100,9 @@ typedef struct SpringPass {
     double position_limit; // a row longer than this counts as bad [m]
     const int *chunk; // scattered only: the chunks to process; first and last chunk are indices
                       // into this list
-    // Scattered only: rows of forces that are transferred from hanging nodes, Real x y z 0 and four
-    // unused numbers [N]; written by the `sum` kernels.
+    // Scattered only: rows of forces that are transferred from hanging nodes, and those of hinges,
+    // Real x y z 0 and four unused numbers [N]; those of hanging nodes are written by the `sum`
+    // kernels.
     void *handed;
     const unsigned char *carries; // [chunk] true if any of its nodes receives such a force
     bool *bad; // set, never cleared, when the row of a completed substep is not finite or out of
@@ -109,6 +145,9 @@ typedef struct SpringKernels {
     // their rows anywhere; `sum` stores forces and moves nothing.
     SpringKernel *scattered[2][SHAPE_VARIANTS][2][2]; // as `evaluate`
     SpringKernel *sum[2][2];                          // [damped][prestressed]
+    BendKernel *bend[2];                              // [damped]
+    BendRestKernel *bend_rest;
+    BendGatherKernel *bend_gather;
     DriftKernel *drift;
 } SpringKernels;
 

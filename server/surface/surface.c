@@ -352,7 +352,7 @@ static void surface_explain(const void *self, FILE *out)
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],
             model->shape == SHAPE_FRAME_NONE ? " (shape)" : "");
     if (model->bending != NULL)
-        fprintf(out, "    bending: %d hinges, one thread\n", bending_hinges(model));
+        fprintf(out, "    bending: %d hinges, one thread\n", model->bending->hinge_count);
     fprintf(out, "    outside forces: read only while a load or a tool acts\n");
     if (model->detail != NULL)
         detail_explain(model->detail, out);

@@ -43,6 +43,14 @@ double detail_mass(const SurfaceModel *model, int node);
 // Packs the stale windows, then updates the sums over windows.
 void detail_pack(SurfaceModel *model);
 
+// --- detail_bend.c: hinges between leaves ---
+// Load time: the table of hinges and the bounds of each level; the first packing fills it.
+void detail_bend_create(SurfaceModel *model, double stiffness, const char *name, Arena *arena);
+// Packs the hinges of a stale window, before its marks are cleared.
+void detail_bend_pack(SurfaceModel *model, int window);
+// After packing: lists the groups in use.
+void detail_bend_list(SurfaceModel *model);
+
 // --- detail_rows.c: rows of nodes that hang, are created or removed ---
 // Returns the velocity of a node that is on, from its masters if it hangs [m/s].
 Vec3 detail_velocity(const SurfaceModel *model, int node);

@@ -1,7 +1,10 @@
 // What levels add to the operations of a surface body. Step thread, but for the check at load.
 #include "surface/detail/detail.h"
 
+#include "surface/bending.h"
+
 #include <limits.h>
+#include <string.h>
 
 bool detail_adapt(Body *body, int64_t step, double tick, TopologyChange *change)
 {
@@ -25,19 +28,35 @@ static void run(SurfaceModel *model, SpringKernel *kernel, const SpringPass *pas
         model_run_kernel(model, kernel, pass);
 }
 
+// Hinges add to the rows of all nodes.
+static void clear_handed(const SurfaceModel *model)
+{
+    const size_t row = ROW * model_real_size(model);
+    for (int r = 0; r < model->run_count; r++)
+        memset((char *)model->bending->force + (size_t)model->run[r][0] * row, 0,
+               (size_t)(model->run[r][1] - model->run[r][0]) * row);
+}
+
 void detail_evaluate(SurfaceModel *model, SpringPass *pass)
 {
     Detail *detail = model->detail;
     const DetailLists *lists = &detail->lists;
     pass->handed = lists->handed;
     pass->carries = lists->carries;
-    // Hanging nodes first: their masters need their forces.
+    // Forces of hanging nodes and of hinges first: they go to other nodes.
+    if (model->bending != NULL)
+        clear_handed(model);
+    else if (lists->hanging_count > 0)
+        detail_clear_masters(lists, model->basis.precision);
     if (lists->hanging_count > 0) {
         pass->chunk = lists->hanging_chunk;
         pass->last_chunk = lists->hanging_chunk_count;
         run(model, model->kernels->sum[model->damped][model->prestressed], pass);
-        detail_hand_over(lists, model->basis.precision);
     }
+    if (model->bending != NULL)
+        bending_add(model, pass);
+    if (lists->hanging_count > 0)
+        detail_hand_over(lists, model->basis.precision);
     // Then the free nodes, which move.
     pass->chunk = lists->free_chunk;
     pass->last_chunk = lists->free_chunk_count;

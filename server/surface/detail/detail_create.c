@@ -3,6 +3,7 @@
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
+#include "surface/bending.h"
 #include "base/log.h"
 #include "geometry/edges.h"
 #include "surface/network.h"
@@ -262,6 +263,11 @@ void detail_publish(Body *body)
         if (set->leaf_count[l] > 0)
             body->finest_level = l;
     }
+    if (model->bending != NULL) {
+        const double bending = model->bending->lambda[body->finest_level];
+        body->lambda += bending;
+        body->damping += model->damping_time * bending;
+    }
     level_rules_raise_bounds(&detail->rules, body->finest_level, pack->least_lambda,
                              pack->least_damping, &body->lambda, &body->damping);
     // The mesh as clients see it.
@@ -479,6 +485,8 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     create_bits(model, options, arena, state);
     create_packing(model, name, arena);
     model_create_rows(model, mesh, network->fixed, options, arena, state);
+    if (bending_stiffness(&options->material) > 0.0)
+        detail_bend_create(model, bending_stiffness(&options->material), name, arena);
     start_at_level(model, options->start_level);
 
     // Everything else follows from the bits.

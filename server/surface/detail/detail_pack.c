@@ -328,6 +328,8 @@ static void pack_window(SurfaceModel *model, int w)
     }
     // Free nodes fill the first chunks of the window, hanging ones the next.
     int first = w * pack->window_chunks;
+    if (model->bending != NULL)
+        detail_bend_pack(model, w);
     pack->window[w] =
         (Window){.free_count = free_nodes.count, .hanging_count = hanging.count, .used = used};
     pack->window[w].free_chunks = pack_nodes(model, w, NODE_FREE, first, &free_nodes);
@@ -421,6 +423,8 @@ void detail_pack(SurfaceModel *model)
     list_chunks(model);
     if (detail->set.constrained)
         list_hanging(model);
+    if (model->bending != NULL)
+        detail_bend_list(model);
     if (detail->frames != NULL)
         detail_frames_sort(model);
     // The fit of the rigid frame has other nodes and weights.

@@ -74,7 +74,8 @@ typedef struct DetailLists {
 // --- detail_rows.c ---
 // Sets hanging rows to the means of their masters.
 void detail_hang(const DetailLists *lists, Precision precision, void *rows);
-// Adds half of each hanging node's force to each of its masters.
+// Adds half of each hanging node's force to each of its masters, whose rows were cleared.
+void detail_clear_masters(const DetailLists *lists, Precision precision);
 void detail_hand_over(const DetailLists *lists, Precision precision);
 
 #endif

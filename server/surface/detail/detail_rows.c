@@ -362,13 +362,18 @@ void detail_hang(const DetailLists *lists, Precision precision, void *rows)
         HANG(double)
 }
 
+void detail_clear_masters(const DetailLists *lists, Precision precision)
+{
+    const size_t row = ROW * (precision == PRECISION_SINGLE ? sizeof(float) : sizeof(double));
+    for (int i = 0; i < lists->carrier_count; i++)
+        memset((char *)lists->handed + (size_t)lists->carrier[i] * row, 0, row / 2);
+}
+
 // Finest level first, so that a master that hangs itself passes on what it received.
 #define HAND_OVER(Real)                                                                            \
     {                                                                                              \
         typedef Real Force __attribute__((vector_size(4 * sizeof(Real))));                         \
         Force *force = lists->handed;                                                              \
-        for (int i = 0; i < lists->carrier_count; i++)                                             \
-            force[2 * lists->carrier[i]] = (Force){0};                                             \
         for (int i = 0; i < lists->hanging_count; i++) {                                           \
             Force half = force[2 * lists->hanging[i]] / 2;                                         \
             force[2 * lists->master[i][0]] += half;                                                \

@@ -10,6 +10,7 @@
 #include "surface/kernel.h"
 
 #include "base/vector.h"
+#include "surface/kernel/bend.h"
 
 #include <string.h>
 
@@ -418,5 +419,8 @@ const SpringKernels KERNEL_NAME = {
           SHAPE_VARIANT_NAMES(damped_body_scattered),
           SHAPE_VARIANT_NAMES(damped_radial_scattered)}},
     .sum = {{sum_plain, sum_plain_prestressed}, {sum_damped, sum_damped_prestressed}},
+    .bend = {bend_plain, bend_damped},
+    .bend_rest = bend_rest,
+    .bend_gather = bend_gather,
     .drift = drift,
 };
