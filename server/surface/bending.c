@@ -158,6 +158,7 @@ Bending *bending_allocate(const SurfaceModel *model, int groups, double stiffnes
     Bending *bending = ALLOCATE(ARENA_STEP, 1, Bending, "bending");
     const int values = model->basis.displaced ? HINGE_REST + HINGE_VECTORS : HINGE_REST;
     bending->stiffness = stiffness;
+    bending->capacity = groups * LANES;
     bending->hinges.values = values;
     bending->hinges.slot = ALLOCATE(ARENA_STEP, 4 * LANES * groups + 1, int, "nodes of hinges");
     bending->hinges.value = model_allocate_reals(model, (size_t)values * LANES * (size_t)groups + 1,
@@ -166,44 +167,69 @@ Bending *bending_allocate(const SurfaceModel *model, int groups, double stiffnes
     return bending;
 }
 
-void bending_put(const SurfaceModel *model, Bending *bending, int group, const int (*slot)[4],
-                 int count)
+static int groups_of(int count)
+{
+    return (count + LANES - 1) / LANES;
+}
+
+const int *bending_slots(const Bending *bending, int first, int count, int i)
+{
+    const int groups = groups_of(count);
+    return bending->hinges.slot + (long)(first + i % groups) * 4 * LANES + i / groups;
+}
+
+// Fills a group; lanes without a hinge are NULL.
+static void put_group(const SurfaceModel *model, Bending *bending, int group,
+                      const int *const slot[LANES])
 {
     // Rest vectors, in single precision as the kernel will read them.
     double vectors[HINGE_VECTORS * LANES], angle[LANES], square[2 * LANES];
     memset(vectors, 0, sizeof vectors);
     for (int lane = 0; lane < LANES; lane++)
         for (int k = 0; k < 4; k++) {
-            // Lanes without a hinge have one node four times.
-            int at = lane < count ? slot[lane][k] : slot[0][0];
+            // Without a hinge: one node four times.
+            const int at = slot[lane] != NULL ? slot[lane][k] : slot[0][0];
+            const int from = slot[lane] != NULL ? slot[lane][0] : at;
             bending->hinges.slot[((long)group * 4 + k) * LANES + lane] = at;
-            const double *p = model->basis.rest[at],
-                         *o = model->basis.rest[lane < count ? slot[lane][0] : at];
             for (int c = 0; c < 3 && k > 0; c++)
-                model_put(model, vectors, (long)(3 * (k - 1) + c) * LANES + lane, p[c] - o[c]);
+                model_put(model, vectors, (long)(3 * (k - 1) + c) * LANES + lane,
+                          model->basis.rest[at][c] - model->basis.rest[from][c]);
         }
-    model->kernels->bend_rest(vectors, angle, square);
+    model->kernels->bend_measure(vectors, angle, square);
+    void *value = bending->hinges.value;
     for (int lane = 0; lane < LANES; lane++) {
-        double k = 0.0, fade[2] = {0.0, 0.0};
-        if (lane < count) {
+        double k = 0.0;
+        if (slot[lane] != NULL) {
             Vec3 x[4];
             for (int i = 0; i < 4; i++)
                 x[i] = model_rest(model, slot[lane][i]);
             Fold fold = fold_of(x);
             k = hinge_stiffness(&fold, bending->stiffness);
         }
-        for (int side = 0; side < 2 && k > 0.0; side++)
-            fade[side] = 1.0 / (FADES_BELOW * model_get(model, square, side * LANES + lane));
-        void *value = bending->hinges.value;
         model_put(model, value, value_at(bending, group, HINGE_STIFFNESS, lane), k);
         model_put(model, value, value_at(bending, group, HINGE_ANGLE, lane),
                   model_get(model, angle, lane));
         for (int side = 0; side < 2; side++)
-            model_put(model, value, value_at(bending, group, HINGE_FADE + side, lane), fade[side]);
+            model_put(model, value, value_at(bending, group, HINGE_FADE + side, lane),
+                      k > 0.0 ? 1.0 / (FADES_BELOW * model_get(model, square, side * LANES + lane))
+                              : 0.0);
         for (int v = 0; v < bending->hinges.values - HINGE_REST; v++)
             model_put(model, value, value_at(bending, group, HINGE_REST + v, lane),
                       model_get(model, vectors, (long)v * LANES + lane));
     }
+}
+
+int bending_put(const SurfaceModel *model, Bending *bending, int first, const int (*slot)[4],
+                int count)
+{
+    const int groups = groups_of(count);
+    for (int g = 0; g < groups; g++) {
+        const int *lanes[LANES];
+        for (int lane = 0; lane < LANES; lane++)
+            lanes[lane] = lane * groups + g < count ? slot[lane * groups + g] : NULL;
+        put_group(model, bending, first + g, lanes);
+    }
+    return groups;
 }
 
 static int by_first_slot(const void *a, const void *b)
@@ -236,15 +262,10 @@ void bending_create(SurfaceModel *model, const TriMesh *mesh, const WingedMesh *
         count++;
     }
     qsort(slot, (size_t)count, sizeof *slot, by_first_slot);
-    const int groups = (count + LANES - 1) / LANES;
-    Bending *bending = bending_allocate(model, groups, stiffness, name, arena);
-    for (int g = 0; g < groups; g++) {
-        const int left = count - g * LANES;
-        bending_put(model, bending, g, (const int(*)[4])slot + g * LANES,
-                    left < LANES ? left : LANES);
+    Bending *bending = bending_allocate(model, groups_of(count), stiffness, name, arena);
+    bending->group_count = bending_put(model, bending, 0, (const int(*)[4])slot, count);
+    for (int g = 0; g < bending->group_count; g++)
         bending->group[g] = g;
-    }
-    bending->group_count = groups;
     bending->hinge_count = count;
     free(slot);
     bending->force = model_allocate_reals(model, (size_t)model->basis.count * ROW, name,

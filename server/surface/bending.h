@@ -1,5 +1,5 @@
 // Bending of a wall: an elastic hinge at every edge between two faces (Grinspun et al. 2003), of
-// bodies of one level and of several. Explicit steps. Derived in README.md, "Bending".
+// bodies of one level and of several. Derived in README.md, "Bending".
 //
 // The energy of a hinge is k (theta - theta_0)^2 / 2 with theta the angle between the normals of
 // its faces, and k = D l^2 / (A_1 + A_2) of its rest shape: on equilateral triangles exactly that
@@ -21,13 +21,14 @@ typedef struct Bending {
     HingeTable hinges;
     int *group; // [group_count] in use, ascending
     int group_count, hinge_count;
-    void *force; // Real [slots][ROW], half of it used: forces of hinges [N]
+    int capacity; // most hinges
+    void *force;  // Real [slots][ROW], half of it used: forces of hinges [N]
     // bodies of one level: what the kernel reads, Real [chunk][3][LANES] [N]
     void *external;
     // bodies with levels: the hinges of each window of slots, by the slot that owns them
     int *window_start;             // [windows + 1] first group of each window
     int *window_hinges;            // [windows] in use
-    int *first, *count;            // [slots]
+    int *first, *count;            // [slots] in the list of the window
     int (*scratch)[4];             // [most hinges of a window] slots
     double lambda[LEVELS_MAX + 1]; // bound by the finest level in use [1/s2]
 } Bending;
@@ -49,9 +50,13 @@ void bending_create(struct SurfaceModel *model, const TriMesh *mesh, const Winge
 // Allocates a table of that many groups and the list of those in use.
 Bending *bending_allocate(const struct SurfaceModel *model, int groups, double stiffness,
                           const char *name, Arena *arena);
-// Fills a group with hinges between these slots, `count` up to LANES, as they are at rest.
-void bending_put(const struct SurfaceModel *model, Bending *bending, int group,
-                 const int (*slot)[4], int count);
+// Fills the groups from `first` on with hinges between these slots, as they are at rest; returns
+// how many it takes. Neighbours in the list go to different groups: their sums then do not wait for
+// one another.
+int bending_put(const struct SurfaceModel *model, Bending *bending, int first, const int (*slot)[4],
+                int count);
+// Returns where the slots of hinge i of such a list are, LANES apart.
+const int *bending_slots(const Bending *bending, int first, int count, int i);
 
 // Adds the forces of the hinges at pass->present to bending->force, before the stiffness scale.
 void bending_add(const struct SurfaceModel *model, const SpringPass *pass);

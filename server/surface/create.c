@@ -351,21 +351,12 @@ static bool options_fit(const SurfaceOptions *options, Status *status)
         return status_fail(status, STATUS_INVALID,
                            "cuttable needs adjust = \"continuum\", whose masses and springs belong "
                            "to faces: a cut then keeps their sums");
-    // What hinges do not do yet is refused, not ignored.
-    if (bending_stiffness(&options->material) > 0.0) {
-        const char *what = options->automatic ? "integrator = \"auto\""
-                           : options->body.integrator == INTEGRATOR_IMPLICIT
-                               ? "integrator = \"implicit\""
-                           : options->body.levels > 0 && options->adjust == ADJUST_CHOI2005
-                               ? "adjust = \"choi2005\""
-                               : NULL;
-        if (what != NULL)
-            return status_fail(
-                status, STATUS_INVALID,
-                "material: bending needs explicit steps and adjust = \"continuum\"; it "
-                "does not go with %s",
-                what);
-    }
+    if (bending_stiffness(&options->material) > 0.0 && options->body.levels > 0 &&
+        options->adjust == ADJUST_CHOI2005)
+        return status_fail(
+            status, STATUS_INVALID,
+            "material: bending needs adjust = \"continuum\", with hanging nodes in the "
+            "middle of their edges; it does not go with \"choi2005\"");
     return true;
 }
 

@@ -2,6 +2,7 @@
 #include "surface/implicit_quad.h"
 
 #include "base/isa.h"
+#include "surface/bending.h"
 #include "surface/detail/detail.h"
 
 #include <math.h>
@@ -407,6 +408,11 @@ void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *
     system->edge_capacity = most_edges(model);
     system->spring = ALLOCATE(ARENA_STEP, system->edge_capacity, Quad, "implicit springs");
     system->end = ALLOCATE(ARENA_STEP, system->edge_capacity, *system->end, "implicit ends");
+    if (model->bending != NULL) {
+        const int hinges = model->bending->capacity;
+        system->hinge = ALLOCATE(ARENA_STEP, hinges, *system->hinge, "implicit hinges");
+        system->corner = ALLOCATE(ARENA_STEP, hinges, *system->corner, "implicit corners");
+    }
     system->inertia = ALLOCATE(ARENA_STEP, numbers, double, "implicit inertia");
     system->weight = ALLOCATE(ARENA_STEP, numbers, double, "implicit weights");
     system->inverse = ALLOCATE(ARENA_STEP, numbers, Block, "implicit blocks");

@@ -13,11 +13,12 @@
 //
 // Conjugate gradients with the inverses of the diagonal 3 x 3 blocks solve the system, matrix free:
 // a spring is one vector g, with g g^T its stiffness along it, and one number a, with a I its
-// stiffness across. The solver would find the rigid motion last; it is corrected separately before
-// the solve (so that only deformation is left to solve for, and nothing in free fall) and after it.
-// All this runs in double precision, on one thread, from the state alone, and is therefore
-// deterministic. theta is 1 for a step in which springs change by more than their length, or gain
-// more energy by turning than the motion has.
+// stiffness across. A hinge (bending.h) is its gradient at four nodes, with the root of its
+// stiffness for length; how the gradient itself turns is left out. The solver would find the rigid
+// motion last; it is corrected separately before the solve (so that only deformation is left to
+// solve for, and nothing in free fall) and after it. All this runs in double precision, on one
+// thread, from the state alone, and is therefore deterministic. theta is 1 for a step in which
+// springs change by more than their length, or gain more energy by turning than the motion has.
 //
 // External forces (contacts, attachments) are not in the matrix. They are evaluated at x + h_ v,
 // like the forces of the step, and are stable as in explicit steps (time_step.c).
@@ -76,6 +77,11 @@ typedef struct Implicit {
     int edge_count;
     Quad *spring;  // [edge_capacity] g and a, of h_^2 K + h_ C
     int (*end)[2]; // [edge_capacity] numbers
+
+    int hinge_count;
+    Quad (*hinge)[4]; // [hinge capacity] G of its nodes, whose products with one another are its
+                      // part of h_^2 K + h_ C; NULL: no bending
+    int (*corner)[4]; // [hinge capacity] numbers
 
     // by number
     Quad *outer;     // external forces, gravity included, and damping [N]

@@ -71,10 +71,10 @@ typedef struct BendPass {
 
 typedef void BendKernel(const BendPass *pass);
 
-// Measures LANES hinges at rest: the angle [rad] and the squares of twice the areas of both faces
-// [m4] from Real vectors[HINGE_VECTORS][LANES], in the arithmetic of a BendKernel, so that bodies
-// at rest feel no force.
-typedef void BendRestKernel(const void *vectors, void *angle, void *squares);
+// Measures LANES hinges: Real angle[LANES] [rad] and squares[2][LANES] of twice the areas of both
+// faces [m4] from Real vectors[HINGE_VECTORS][LANES], in the arithmetic of a BendKernel, so that
+// bodies at rest feel no force.
+typedef void BendMeasureKernel(const void *vectors, void *angle, void *squares);
 
 // Writes what the springs' kernel reads as external forces: Real to[chunk][3][LANES] becomes
 // `scale` times the rows of forces, plus `external`, unless NULL.
@@ -146,7 +146,7 @@ typedef struct SpringKernels {
     SpringKernel *scattered[2][SHAPE_VARIANTS][2][2]; // as `evaluate`
     SpringKernel *sum[2][2];                          // [damped][prestressed]
     BendKernel *bend[2];                              // [damped]
-    BendRestKernel *bend_rest;
+    BendMeasureKernel *bend_measure;
     BendGatherKernel *bend_gather;
     DriftKernel *drift;
 } SpringKernels;

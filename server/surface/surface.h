@@ -24,7 +24,7 @@ typedef struct SurfaceMaterial {
     double node_mass;        // [kg]
     // both: gamma of eq 1, the same for every node
     double node_damping; // [N s/m]
-    // both: D, instead of a thickness; bodies of one level and explicit steps only (bending.h)
+    // both: D, instead of a thickness; adjust = "continuum" only (bending.h)
     double bending_stiffness; // [N m]; 0: none
 } SurfaceMaterial;
 

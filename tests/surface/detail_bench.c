@@ -4,6 +4,7 @@
 #include "random.h"
 
 #include "base/check.h"
+#include "surface/bending.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -182,6 +183,41 @@ static void expect_published(DetailBench *bench)
     free(velocity);
 }
 
+// A broken edge whose ends still hold together has faces on both sides, and no hinge.
+static bool is_broken_between(const DetailBench *bench, int face, int a, int b)
+{
+    const DetailCut *cut = bench->detail->set.cut;
+    for (int k = 0; cut != NULL && k < 3; k++)
+        if (cut->node[face][k] == a && cut->node[face][(k + 1) % 3] == b)
+            return (cut->broken[face] >> k & 1) != 0;
+    return false;
+}
+
+// As many hinges as triangles of different leaves meet: what clients draw has no cracks, so each of
+// its edges belongs to one triangle or two.
+static void expect_hinges(const DetailBench *bench)
+{
+    const BodySurface *surface = &bench->body->surface;
+    const int finest = bench->detail->set.levels.finest;
+    int count = 0;
+    for (int f = 0; f < bench->detail->set.face_count; f++)
+        for (int k = 0; k < 3 && surface->face[f][0] != surface->face[f][1]; k++) {
+            const int other = surface->face_neighbor[f][k];
+            if (other < f) // -1: a border
+                continue;
+            // Slots of triangles of one leaf have its number in common.
+            bool same = false;
+            for (int l = 0; l <= finest && !same; l++) {
+                const int shift = 2 * (finest - l);
+                same = f >> shift == other >> shift &&
+                       detail_is_leaf(&bench->detail->set, l, f >> shift);
+            }
+            const int corner = surface->face[f][k], next = surface->face[f][(k + 1) % 3];
+            count += !same && !is_broken_between(bench, f, corner, next);
+        }
+    assert_int_equal(count, bench->model->bending->hinge_count);
+}
+
 // What the kernel reads for every lane in use, and what contacts see, as one number.
 static uint64_t mix(uint64_t hash, const void *data, size_t bytes)
 {
@@ -217,6 +253,13 @@ static uint64_t hash_tables(const DetailBench *bench)
                 hash = mix(hash, (char *)model->nodes.rest + (size_t)chunk * 3 * LANES * real,
                            3 * LANES * real);
         }
+    }
+    const Bending *bending = model->bending;
+    for (int i = 0; bending != NULL && i < bending->group_count; i++) {
+        const long group = bending->group[i], values = bending->hinges.values;
+        hash = mix(hash, bending->hinges.slot + 4 * LANES * group, 4 * LANES * sizeof(int));
+        hash = mix(hash, (char *)bending->hinges.value + (size_t)(values * LANES * group) * real,
+                   (size_t)(values * LANES) * real);
     }
     hash = mix(hash, detail->lists.hanging,
                (size_t)detail->lists.hanging_count * sizeof *detail->lists.hanging);
@@ -254,6 +297,8 @@ void bench_expect_sound(DetailBench *bench)
     expect_statuses(bench);
     if (bench->detail->set.cut == NULL || *bench->detail->set.cut->copies == 0)
         expect_published(bench);
+    if (bench->model->bending != NULL)
+        expect_hinges(bench);
     uint64_t grown = hash_tables(bench), state = state_hash(&bench->state);
     detail_rebuild(bench->body);
     assert_true(hash_tables(bench) == grown);

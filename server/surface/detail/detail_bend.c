@@ -105,37 +105,30 @@ void detail_bend_create(SurfaceModel *model, double stiffness, const char *name,
     model->bending = bending;
 }
 
-// Reads the hinges of an unchanged slot back, which is cheaper than finding them.
-static int recall(const Bending *bending, int slot, int (*out)[4])
-{
-    for (int i = 0; i < bending->count[slot]; i++) {
-        const long hinge = bending->first[slot] + i;
-        const int *at = bending->hinges.slot + hinge / LANES * 4 * LANES + hinge % LANES;
-        for (int k = 0; k < 4; k++)
-            out[i][k] = at[k * LANES];
-    }
-    return bending->count[slot];
-}
-
 void detail_bend_pack(SurfaceModel *model, int w)
 {
     const Detail *detail = model->detail;
     const DetailPack *pack = &detail->pack;
     Bending *bending = model->bending;
-    // All are listed before any is written, since unchanged ones are read from the table.
+    const int first = bending->window_start[w], old_count = bending->window_hinges[w];
     int count = 0;
     for (int s = w * pack->width; s < (w + 1) * pack->width; s++) {
-        const int node = pack->of_slot[s], before = count;
-        if (node >= 0 && detail->set.status[node] != NODE_OFF)
-            count += pack->is_dirty[node] ? list_hinges(model, node, bending->scratch + count)
-                                          : recall(bending, s, bending->scratch + count);
-        bending->first[s] = bending->window_start[w] * LANES + before;
-        bending->count[s] = count - before;
+        const int node = pack->of_slot[s], old = bending->first[s],
+                  old_end = old + bending->count[s];
+        bending->first[s] = count;
+        if (node >= 0 && detail->set.status[node] != NODE_OFF) {
+            if (pack->is_dirty[node])
+                count += list_hinges(model, node, bending->scratch + count);
+            // Those of an unchanged node are read back, which is cheaper than finding them.
+            for (int i = old; i < old_end && !pack->is_dirty[node]; i++, count++) {
+                const int *slot = bending_slots(bending, first, old_count, i);
+                for (int k = 0; k < 4; k++)
+                    bending->scratch[count][k] = slot[k * LANES];
+            }
+        }
+        bending->count[s] = count - bending->first[s];
     }
-    for (int done = 0; done < count; done += LANES)
-        bending_put(model, bending, bending->window_start[w] + done / LANES,
-                    (const int(*)[4])bending->scratch + done,
-                    count - done < LANES ? count - done : LANES);
+    bending_put(model, bending, first, (const int(*)[4])bending->scratch, count);
     bending->window_hinges[w] = count;
 }
 

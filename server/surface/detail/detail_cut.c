@@ -372,12 +372,14 @@ static void split_vertex(SurfaceModel *model, int vertex)
     const LeafSet *set = &detail->set;
     DetailCut *cut = set->cut;
     int count, found = find_new_parts(set, vertex, &count);
-    if (found == 0)
+    // Where the node stays one, only the hinge at the edge goes.
+    if (found == 0 && model->bending == NULL)
         return;
     for (int i = 0; i < found; i++)
         copy_node(model, vertex, cut->fresh[i], count);
     for (int i = 0; i < count; i++) {
-        detail_touch(&detail->faces, set->levels.finest, cut->ring[i].face);
+        if (found > 0)
+            detail_touch(&detail->faces, set->levels.finest, cut->ring[i].face);
         for (int k = 0; k < 3; k++)
             detail_mark(model, cut->node[cut->ring[i].face][k]);
     }

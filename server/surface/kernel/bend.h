@@ -95,6 +95,15 @@ INLINE void load_three(const Real *from, Vector out[3])
         out[c] = vector_load(from + c * LANES);
 }
 
+INLINE void add_row(Real *to, const Real *from)
+{
+    Block sum, add;
+    memcpy(&sum, to, sizeof sum);
+    memcpy(&add, from, sizeof add);
+    sum += add;
+    memcpy(to, &sum, sizeof sum);
+}
+
 INLINE void bend(const BendPass *pass, bool damped)
 {
     const HingeTable *table = pass->hinges;
@@ -170,15 +179,12 @@ INLINE void bend(const BendPass *pass, bool damped)
             vector_spread_rows(row[1], second[0], second[1], second[2]);
             vector_spread_rows(row[2], third[0], third[1], third[2]);
             vector_spread_rows(row[3], fourth[0], fourth[1], fourth[2]);
-            for (int i = 0; i < WIDTH; i++)
-                for (int k = 0; k < 4; k++) {
-                    Block sum, add;
-                    Real *to = force + (long)slot[k * LANES + i] * ROW;
-                    memcpy(&sum, to, sizeof sum);
-                    memcpy(&add, row[k] + vector_row_at(i), sizeof add);
-                    sum += add;
-                    memcpy(to, &sum, sizeof sum);
-                }
+            enum { PART = WIDTH < 4 ? WIDTH : 4 };
+            for (int i = 0; i < WIDTH; i += PART)
+                for (int j = 0; j < PART; j++)
+                    for (int k = 0; k < 4; k++)
+                        add_row(force + (long)slot[k * LANES + i + j] * ROW,
+                                row[k] + vector_row_at(j) + i);
         }
 }
 
@@ -192,7 +198,7 @@ static void bend_damped(const BendPass *pass)
     bend(pass, true);
 }
 
-static void bend_rest(const void *vectors, void *angle, void *squares)
+static void bend_measure(const void *vectors, void *angle, void *squares)
 {
     for (int lane = 0; lane < LANES; lane += WIDTH) {
         Vector arm[3][3];

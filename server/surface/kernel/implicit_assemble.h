@@ -5,6 +5,7 @@
 
 #include "surface/implicit_quad.h"
 
+#include "surface/bending.h"
 #include "surface/detail/detail.h"
 
 #include <math.h>
@@ -143,6 +144,79 @@ static void add_springs(SurfaceModel *model, const Scales *by)
         add_chunk(model, by, detail->lists.hanging_chunk[k]);
 }
 
+// Adds a hinge between four slots, `arm` from the first to the others: its angle has changed by
+// `change` since rest [rad], the squares of twice the areas of its faces are `square` [m4].
+INLINE void add_hinge(Implicit *system, const Scales *by, const int slot[4], const Quad arm[3],
+                      double stiffness, double change, const double square[2])
+{
+    // How the angle changes with the nodes, as in kernel/bend.h.
+    const Quad left = quad_cross(arm[0], arm[1]), right = quad_cross(arm[2], arm[0]);
+    const double length2 = quad_dot(arm[0], arm[0]), length = sqrt(length2);
+    const double s = quad_dot(arm[1], arm[0]) / length2, t = quad_dot(arm[2], arm[0]) / length2;
+    Quad g[4];
+    g[2] = (-length / square[0]) * left;
+    g[3] = (-length / square[1]) * right;
+    g[1] = -(s * g[2] + t * g[3]);
+    g[0] = -(g[1] + g[2] + g[3]);
+    double speed = 0.0;
+    for (int k = 0; k < 4; k++)
+        speed += quad_dot(g[k], quad_row(system->rows, slot[k], 4));
+    // Its moment with what its stiffness adds during the step; then its part of the matrix.
+    const double moment = stiffness * (change + (by->damping_time + by->part) * speed);
+    const double root = sqrt(by->part * stiffness * (by->part + by->damping_time));
+    const int h = system->hinge_count++;
+    for (int k = 0; k < 4; k++) {
+        const int number = system->number[slot[k]];
+        system->residual[number] -= (by->h * moment) * g[k];
+        g[k] = root * g[k];
+        add_square(&system->inverse[number], &g[k]);
+        system->hinge[h][k] = g[k];
+        system->corner[h][k] = number;
+    }
+}
+
+// Adds the hinges of a group.
+static void add_group(SurfaceModel *model, const Scales *by, int group)
+{
+    const double whole = 2.0 * 3.14159265358979323846;
+    Implicit *system = model->implicit;
+    const HingeTable *table = &model->bending->hinges;
+    const int *slots = table->slot + (long)group * 4 * LANES;
+    const double *value = (const double *)table->value + (long)group * table->values * LANES;
+    // Angles in the arithmetic that measured them at rest.
+    double vectors[HINGE_VECTORS * LANES], angle[LANES], square[2 * LANES];
+    Quad arm[LANES][3];
+    for (int lane = 0; lane < LANES; lane++)
+        for (int k = 0; k < 3; k++) {
+            arm[lane][k] = quad_row(system->rows, slots[(k + 1) * LANES + lane], 0) -
+                           quad_row(system->rows, slots[lane], 0);
+            for (int c = 0; c < 3; c++)
+                vectors[(3 * k + c) * LANES + lane] = arm[lane][k][c];
+        }
+    model->kernels->bend_measure(vectors, angle, square);
+    for (int lane = 0; lane < LANES; lane++) {
+        const double now[2] = {square[lane], square[LANES + lane]};
+        double stiffness = by->stiffness * value[HINGE_STIFFNESS * LANES + lane], share = 1.0;
+        if (!(stiffness > 0.0 && now[0] > 0.0 && now[1] > 0.0))
+            continue;
+        double change = angle[lane] - value[HINGE_ANGLE * LANES + lane];
+        if (fabs(change) > 0.5 * whole)
+            change -= copysign(whole, change);
+        for (int side = 0; side < 2; side++)
+            share = fmin(share, now[side] * value[(HINGE_FADE + side) * LANES + lane]);
+        int slot[4];
+        for (int k = 0; k < 4; k++)
+            slot[k] = slots[k * LANES + lane];
+        add_hinge(system, by, slot, arm[lane], stiffness * share, change, now);
+    }
+}
+
+static void add_hinges(SurfaceModel *model, const Scales *by)
+{
+    for (int i = 0; i < model->bending->group_count; i++)
+        add_group(model, by, model->bending->group[i]);
+}
+
 // Gives half of a hanging node's force to each master, and a quarter of its block, which drops the
 // coupling of the masters and keeps the sum positive.
 static void hand_over(Implicit *system)
@@ -262,7 +336,7 @@ static void assemble(SurfaceModel *model)
     const size_t numbers = (size_t)(system->moving + system->hanging) + 1;
     memset(system->residual, 0, numbers * sizeof *system->residual);
     memset(system->inverse, 0, numbers * sizeof *system->inverse);
-    system->edge_count = 0;
+    system->edge_count = system->hinge_count = 0;
     // Virtual nodes follow the rigid motion at the start of the step.
     if (model->shape == SHAPE_FRAME_BODY) {
         rigid_frame_fit(model->basis.rigid, system->rows);
@@ -271,6 +345,8 @@ static void assemble(SurfaceModel *model)
     }
     // Springs; hanging nodes hand theirs on; then all that is diagonal.
     add_springs(model, &by);
+    if (model->bending != NULL)
+        add_hinges(model, &by);
     hand_over(system);
     const Quad gravity = {p->gravity[0], p->gravity[1], p->gravity[2], 0.0};
     const bool external = *model->loaded != 0 || model->touched_count > 0;

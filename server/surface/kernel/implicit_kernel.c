@@ -163,6 +163,15 @@ static double multiply(const Implicit *system, Quad *restrict p, Quad *restrict 
         q[i] += pull;
         q[j] -= pull;
     }
+    // Hinges: G G^T over their four nodes.
+    for (int h = 0; h < system->hinge_count; h++) {
+        const Quad *g = system->hinge[h];
+        const int *at = system->corner[h];
+        const double bend = (quad_dot(g[0], p[at[0]]) + quad_dot(g[1], p[at[1]])) +
+                            (quad_dot(g[2], p[at[2]]) + quad_dot(g[3], p[at[3]]));
+        for (int k = 0; k < 4; k++)
+            q[at[k]] += bend * g[k];
+    }
     // Hanging nodes pass half of their product to each master.
     for (int i = 0; i < hanging; i++)
         for (int k = 0; k < 2; k++)

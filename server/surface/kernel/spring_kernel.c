@@ -420,7 +420,7 @@ const SpringKernels KERNEL_NAME = {
           SHAPE_VARIANT_NAMES(damped_radial_scattered)}},
     .sum = {{sum_plain, sum_plain_prestressed}, {sum_damped, sum_damped_prestressed}},
     .bend = {bend_plain, bend_damped},
-    .bend_rest = bend_rest,
+    .bend_measure = bend_measure,
     .bend_gather = bend_gather,
     .drift = drift,
 };

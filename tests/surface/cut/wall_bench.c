@@ -10,6 +10,7 @@ SurfaceOptions wall_options(int levels, int start_level)
 {
     SurfaceOptions options = bench_options(levels, start_level);
     options.prestress = 0.1;
+    options.material.thickness = 0.002;
     return options;
 }
 

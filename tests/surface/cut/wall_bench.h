@@ -6,7 +6,7 @@
 
 typedef enum WallMesh { WALL_SPHERE, WALL_SHEET, WALL_MESHES } WallMesh;
 
-// bench_options with a tenth of prestress.
+// bench_options with a tenth of prestress, and walls of 2 mm that bend.
 SurfaceOptions wall_options(int levels, int start_level);
 // A cuttable body on fixture_sphere or fixture_sheet, swollen, twisted and moving as much as said,
 // in [0, 1]; adaptive if the options say so. `tool` may be NULL.

@@ -70,6 +70,90 @@ static void pull(Plain *plain, int a, int b, double k)
     }
 }
 
+// A hinge between the left face (a, b, c) and the right face (b, a, d).
+static void fold(Plain *plain, int a, int b, int c, int d, double stiffness)
+{
+    const int node[4] = {a, b, c, d};
+    Vec3 gradient[4];
+    double angle[2], k = 0.0, least = 1.0;
+    double square[2][2]; // [at rest, now][face] of twice the areas
+    for (int now = 0; now < 2; now++) {
+        const Vec3 *x = now ? plain->x : plain->rest;
+        Vec3 e = vec3_sub(x[b], x[a]);
+        Vec3 left = vec3_cross(e, vec3_sub(x[c], x[a])),
+             right = vec3_cross(vec3_sub(x[d], x[a]), e);
+        double length = vec3_length(e);
+        square[now][0] = vec3_dot(left, left);
+        square[now][1] = vec3_dot(right, right);
+        angle[now] = atan2(vec3_dot(vec3_cross(left, right), e) / length, vec3_dot(left, right));
+        if (!now)
+            k = stiffness * length * length / (0.5 * (sqrt(square[0][0]) + sqrt(square[0][1])));
+        // Shares of the third nodes' feet on the edge.
+        double s = vec3_dot(vec3_sub(x[c], x[a]), e) / (length * length),
+               t = vec3_dot(vec3_sub(x[d], x[a]), e) / (length * length);
+        gradient[2] = vec3_scale(-length / square[now][0], left);
+        gradient[3] = vec3_scale(-length / square[now][1], right);
+        gradient[0] = vec3_add(vec3_scale(s - 1.0, gradient[2]), vec3_scale(t - 1.0, gradient[3]));
+        gradient[1] = vec3_add(vec3_scale(-s, gradient[2]), vec3_scale(-t, gradient[3]));
+    }
+    for (int side = 0; side < 2; side++)
+        least = fmin(least, square[1][side] / (0.5 * square[0][side]));
+    double change = angle[1] - angle[0], speed = 0.0;
+    for (int i = 0; i < 4; i++)
+        speed += vec3_dot(gradient[i], plain->v[node[i]]);
+    double beta = plain->bench->model->damping_time;
+    for (int i = 0; i < 4; i++) {
+        Sum *to = &plain->force[node[i]];
+        add(to, vec3_scale(-k * least * change, gradient[i]));
+        add(to, vec3_scale(-k * least * beta * speed, gradient[i]));
+        // Angles are differences of terms of their size, and of the folds of all faces.
+        to->size += k * least * vec3_length(gradient[i]);
+    }
+}
+
+// Corner of a face that is neither end of an edge.
+static int opposite(const int corner[3], const int end[2])
+{
+    return corner[0] + corner[1] + corner[2] - end[0] - end[1];
+}
+
+// Edge by edge of all levels: a hinge between two leaves; an edge that only one side has divided
+// has a hinge at each half, where the whole leaf is as wide as the half.
+static void fold_all(Plain *plain, double stiffness)
+{
+    const LeafSet *set = &plain->bench->detail->set;
+    for (int l = 0; l <= set->levels.finest; l++) {
+        const Level *level = &set->levels.level[l];
+        for (int e = 0; e < level->edge_count; e++) {
+            const int *face = level->edge_face[e], *end = level->edge[e];
+            if (face[0] < 0 || face[1] < 0)
+                continue;
+            const bool leaf[2] = {detail_is_leaf(set, l, face[0]), detail_is_leaf(set, l, face[1])};
+            if (leaf[0] && leaf[1])
+                fold(plain, end[0], end[1], opposite(level->face[face[0]], end),
+                     opposite(level->face[face[1]], end), stiffness);
+            for (int side = 0; side < 2; side++) {
+                if (!leaf[side] || !detail_is_refined(set, l, face[1 - side]))
+                    continue;
+                const int middle = level->node_count + e;
+                const int whole = opposite(level->face[face[side]], end);
+                for (int h = 0; h < 2; h++) {
+                    // The child at this end of the edge: its third node is the midpoint of the
+                    // parent's other edge there.
+                    const int *corner = level->face[face[1 - side]];
+                    const int q = corner[0] == end[h] ? 0 : corner[1] == end[h] ? 1 : 2;
+                    const int *around = level->face_edge[face[1 - side]];
+                    const int other = around[q] == e ? around[(q + 2) % 3] : around[q];
+                    const int third = level->node_count + other;
+                    const int half[2] = {h == 0 ? end[0] : middle, h == 0 ? middle : end[1]};
+                    fold(plain, half[0], half[1], side == 0 ? whole : third,
+                         side == 0 ? third : whole, stiffness);
+                }
+            }
+        }
+    }
+}
+
 // Every leaf pulls along its edges with what it adds to their springs; with choi2005 a spring
 // belongs to the edge, and to the first of its leaves here.
 static void pull_all(Plain *plain)
@@ -93,6 +177,11 @@ static void pull_all(Plain *plain)
             }
         }
     }
+}
+
+static void hand_over(Plain *plain)
+{
+    const Detail *detail = plain->bench->detail;
     for (int i = detail->set.node_count - 1; i >= 0; i--) { // finest first
         if (detail->set.status[i] != NODE_HANGING)
             continue;
@@ -172,6 +261,9 @@ static void check(DetailBench *bench, const SurfaceOptions *options, bool loaded
             add(&plain.force[i], push);
         }
     pull_all(&plain);
+    if (options->material.bending_stiffness > 0.0)
+        fold_all(&plain, options->material.bending_stiffness);
+    hand_over(&plain);
     ops->evaluate(model, &kick, 1.0);
     assert_true(ops->commit(model));
     double most = 0.0;
@@ -246,6 +338,9 @@ static void every_variant_agrees_with_a_plain_sum(void **unused)
                                                   : SHAPE_DAMPS_ALL;
                     options.body.fixed = &held;
                     options.body.fixed_count = variant / 4 != SHAPE_FRAME_NONE;
+                    // Every second body bends, as stiff as the springs of its faces.
+                    if (adjust == ADJUST_CONTINUUM && variant % 2 == 0)
+                        options.material.bending_stiffness = 1e-3;
                     check_variant(&options, variant % 3 > 0, 40 + (uint64_t)variant);
                 }
 }

@@ -39,6 +39,8 @@ static void random_changes_keep_every_invariant(void **unused)
         for (int levels = 1; levels <= 4; levels++) {
             SurfaceOptions options = bench_options(levels, 0);
             options.adjust = (SurfaceAdjust)adjust;
+            if (adjust == ADJUST_CONTINUUM)
+                options.material.thickness = 0.002;
             fixture_sphere(&mesh);
             fuzz(&mesh, &options, 17 + (uint64_t)levels, EFFORT(120));
             fixture_sheet(&mesh);
@@ -47,6 +49,8 @@ static void random_changes_keep_every_invariant(void **unused)
         SurfaceOptions options = bench_options(2, 1);
         options.adjust = (SurfaceAdjust)adjust;
         options.body.precision = PRECISION_SINGLE;
+        if (adjust == ADJUST_CONTINUUM)
+            options.material.thickness = 0.002;
         fixture_organ(&mesh);
         fuzz(&mesh, &options, 5, EFFORT(120));
     }
