@@ -172,9 +172,8 @@ static const Option MATERIAL_OPTIONS[] = {
      .about = "Damping of a spring over its stiffness. Reduced, with a warning, where it would "
               "shorten explicit steps; `implicit` uses at most one step of it."},
     {"thickness", OPTION_REAL, AT(thickness), "m", 0.0, 1.0, .physics = true,
-     .about =
-         "Thickness t of the wall, which then resists bending with E2D t^2 / 10.67 (Poisson "
-         "ratio 1/3); 0: it does not. Only bodies that stay at one level, with explicit steps."},
+     .about = "Thickness t of the wall, which then resists bending with E2D t^2 / 10.67 (Poisson "
+              "ratio 1/3); 0: it does not. Needs `adjust = \"continuum\"`."},
     {"bending_stiffness", OPTION_REAL, AT(bending_stiffness), "N m", 0.0, 1e9, .physics = true,
      .about =
          "Instead of `thickness`, and with uniform values too: bending stiffness of the wall."},
