@@ -360,6 +360,20 @@ static bool options_fit(const SurfaceOptions *options, Status *status)
     return true;
 }
 
+// False with `status`: a wall thicker than its body is long. Its hinges outweigh its springs so far
+// that energy grows (README.md, "Limits of the model").
+static bool thickness_fits(const TriMesh *mesh, const SurfaceOptions *options, Status *status)
+{
+    const double extent = mesh_extent(mesh);
+    if (options->material.thickness <= extent)
+        return true;
+    return status_fail(
+        status, STATUS_INVALID,
+        "material: a thickness of %g m is more than the body's largest extent, %g m; "
+        "what is that thick is no wall: use a voxel body",
+        options->material.thickness, extent);
+}
+
 // Adds the bending part to the bounds of a network, lambda at its own level and at the finest. The
 // damping of hinges is that of springs, and must not dictate the time step either.
 static void add_bending(SpringNetwork *network, const SurfaceMaterial *material, double lambda,
@@ -435,7 +449,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     if (kernels == NULL)
         return status_fail(status, STATUS_INVALID,
                            "isa %s is not a level that this machine can run", options->body.isa);
-    if (!options_fit(options, status))
+    if (!options_fit(options, status) || !thickness_fits(mesh, options, status))
         return false;
 
     // Springs and masses, of level 0 if faces come and go.

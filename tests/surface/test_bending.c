@@ -252,19 +252,28 @@ static void bound_holds_the_largest_eigenvalue(void **state)
     }
 }
 
-static void refuses_free_hanging_nodes(void **state)
+static void refuses(const FixtureOptions *options, const char *reason)
+{
+    TriMesh mesh;
+    fixture_sphere(&mesh);
+    Fixture fixture;
+    Status status = {0};
+    assert_false(fixture_try(&fixture, &mesh, options, &status));
+    assert_non_null(strstr(status.text, reason));
+    fixture_destroy(&fixture);
+}
+
+static void refuses_free_hanging_nodes_and_what_is_no_wall(void **state)
 {
     (void)state;
     FixtureOptions options = hinged(80.0);
     options.levels = 1;
     options.adjust = ADJUST_CHOI2005;
-    TriMesh mesh;
-    fixture_sphere(&mesh);
-    Fixture fixture;
-    Status status = {0};
-    assert_false(fixture_try(&fixture, &mesh, &options, &status));
-    assert_non_null(strstr(status.text, "bending"));
-    fixture_destroy(&fixture);
+    refuses(&options, "bending");
+    options = hinged(80.0);
+    options.material.bending_stiffness = 0.0;
+    options.material.thickness = 0.11; // of a sphere of 0.1 m
+    refuses(&options, "thickness");
 }
 
 static void thickness_gives_the_stiffness_of_a_plate(void **state)
@@ -283,7 +292,7 @@ int main(void)
         cmocka_unit_test(free_body_keeps_its_momentum),
         cmocka_unit_test(folded_faces_give_finite_forces),
         cmocka_unit_test(bound_holds_the_largest_eigenvalue),
-        cmocka_unit_test(refuses_free_hanging_nodes),
+        cmocka_unit_test(refuses_free_hanging_nodes_and_what_is_no_wall),
         cmocka_unit_test(thickness_gives_the_stiffness_of_a_plate),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
