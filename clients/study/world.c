@@ -36,6 +36,7 @@ static void change_surface(SurfaceOptions *surface, const StudyCase *what)
         return;
     surface->adaptive = what->detail == DETAIL_ADAPTIVE;
     surface->start_level = surface->adaptive ? 0 : what->level;
+    surface->adapt.coarsest = 0; // levels are the study's
     // Rules of levels need levels; a body held at level 0 gets one too.
     surface->body.levels = what->level > 0 ? what->level : 1;
     if (!surface->adaptive)

@@ -322,6 +322,9 @@ static const Option ADAPT_OPTIONS[] = {
      .physics = true,
      .about =
          "How often all faces are checked; at most `rate_hz`, to which the default is lowered."},
+    {"coarsest", OPTION_INT, AT(coarsest), "", 0.0, LEVELS_MAX, .physics = true,
+     .about = "Level below which no faces are merged, where level 0 is too coarse for the whole "
+              "body's shape; `start_level` is then at least this."},
 };
 #undef AT
 const OptionTable ADAPT_TABLE =
@@ -347,6 +350,17 @@ static bool read_levels(const SceneReader *reader, const BodyGroup *raw, Surface
                            "adapt needs levels, the finest level of detail: set it to 1 or more");
     if (!option_read(&ADAPT_TABLE, raw->adapt, source, &surface->adapt))
         return false;
+    if (surface->adapt.coarsest > surface->body.levels)
+        return option_fail(source, option_find(raw->adapt, "coarsest"),
+                           "coarsest %d exceeds levels %d", surface->adapt.coarsest,
+                           surface->body.levels);
+    if (surface->start_level < surface->adapt.coarsest) {
+        if (option_given(raw->at, "start_level"))
+            return option_fail(source, option_find(raw->at, "start_level"),
+                               "start_level %d is below adapt.coarsest %d", surface->start_level,
+                               surface->adapt.coarsest);
+        surface->start_level = surface->adapt.coarsest;
+    }
     // A default rate of checks is lowered to the tick rate; one that the scene gives is refused.
     if (surface->adapt.check_hz <= reader->scene->rate_hz)
         return true;

@@ -56,6 +56,7 @@ typedef struct SurfaceAdapt {
     double speed; // of a node relative to the body's rigid motion, over the wave speed times 2^l
     double curvature; // change of the angle between two faces [rad]
     double check_hz;  // how often all faces are examined [Hz]
+    int coarsest;     // no face is merged into one of a level below; start_level is at least that
 } SurfaceAdapt;
 
 // The theta method (implicit.h); zeros select the defaults.

@@ -43,7 +43,7 @@ void run_build(const Scene *scene, const Model *model, World *world)
     Scene changed = *scene;
     Status status = {0};
     body.surface.adaptive = !held;
-    body.surface.start_level = held ? model->levels : 0;
+    body.surface.start_level = held ? model->levels : body.surface.adapt.coarsest;
     // There are no rules of levels without levels, and a body held at level 0 shall have them.
     body.surface.body.levels = model->levels > 0 ? model->levels : 1;
     changed.body = &body;

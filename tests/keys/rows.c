@@ -294,6 +294,10 @@ const KeyRow KEY_ROWS[] = {
     {IN(ADAPT_TABLE, "speed", S, STATE, BODY, ADAPTS("speed = 1e6;"), ADAPTS("speed = 1e-4;"))},
     {IN(ADAPT_TABLE, "curvature", S, STATE, BODY, ADAPTS("curvature = 1e6;"),
         ADAPTS("curvature = 1e-3;"))},
+    {IN(ADAPT_TABLE, "coarsest", S, STATE, BODY, ADAPTS("coarsest = 0;"), ADAPTS("coarsest = 1;"))},
+    {REFUSES(ADAPT_TABLE, "coarsest", S, BODY, ADAPTS("coarsest = 3;"), "exceeds levels")},
+    {REFUSES(ADAPT_TABLE, "coarsest", S, BODY, "start_level = 0; " ADAPTS("coarsest = 1;"),
+             "is below adapt.coarsest")},
     {IN(ADAPT_TABLE, "check_hz", S, STATE, BODY, ADAPTS("check_hz = 1000.0;"),
         ADAPTS("check_hz = 50.0;"))},
 

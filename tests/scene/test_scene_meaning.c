@@ -225,6 +225,10 @@ static void levels_that_do_not_go_together_are_refused(void **unused)
     expect_error(IN_BODY("start_level = 1;"), "x.cfg:2: start_level 1 exceeds levels 0");
     expect_error(IN_BODY("levels = 2;\nstart_level = 3;"),
                  "x.cfg:3: start_level 3 exceeds levels 2");
+    expect_error(IN_BODY("levels = 2; adapt = { coarsest = 3; };"),
+                 "x.cfg:2: coarsest 3 exceeds levels 2");
+    expect_error(IN_BODY("levels = 2;\nstart_level = 0; adapt = { coarsest = 1; };"),
+                 "x.cfg:3: start_level 0 is below adapt.coarsest 1");
     expect_error(IN_BODY("adapt = {};"),
                  "x.cfg:2: adapt needs levels, the finest level of detail: set it to 1 or more");
     expect_error(IN_BODY("levels = 1; adapt = { force = 0; };"),

@@ -340,8 +340,8 @@ static Verdict sweep_face(SweepPass *pass, int level, int face, bool asks_calm)
     bool leaves = true;
     for (int k = 0; k < 4; k++)
         leaves &= !detail_is_refined(set, level + 1, 4 * face + k);
-    // One child that is not calm decides for all four.
-    bool calm = leaves && pass->asks_calm;
+    // One child that is not calm decides for all four; those of the coarsest level stay.
+    bool calm = leaves && pass->asks_calm && level >= detail->options.adapt.coarsest;
     for (int k = 0; k < 4; k++)
         if (calm || !leaves || level + 1 < marks->level)
             calm &= sweep_face(pass, level + 1, 4 * face + k, calm) == VERDICT_CALM;

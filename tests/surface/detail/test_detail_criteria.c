@@ -22,7 +22,7 @@ static SurfaceOptions adapting(int levels, double force, double speed, double cu
                                double check_hz)
 {
     SurfaceOptions options = bench_options(levels, 0);
-    options.adapt = (SurfaceAdapt){force, speed, curvature, check_hz};
+    options.adapt = (SurfaceAdapt){force, speed, curvature, check_hz, 0};
     return options;
 }
 
