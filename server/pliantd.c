@@ -39,7 +39,8 @@ static const ArgumentRow ROWS[] = {
      .help = "Refuse the command STOP, as with the scene's stop_command = false"},
     {.type = ARGUMENT_HEADING, .help = "Instead of a live run:"},
     {"check", 0, ARGUMENT_FLAG, NULL, AT(check),
-     .help = "Read and validate everything, print a summary, exit"},
+     .help = "Read and validate everything, print a summary and what a tick takes on this "
+             "machine, exit"},
     {"explain", 0, ARGUMENT_FLAG, NULL, AT(explain),
      .help = "Print stages, kernels, bytes of every array and disabled features, exit"},
     {"offline", 0, ARGUMENT_NUMBER, "SECONDS", AT(offline_s), 0.0, 1e7, .preset = -1.0,
@@ -205,8 +206,9 @@ static void explain_run(World *world, const Scene *scene, const DaemonArguments 
     explain_plan(world, scene, arguments->offline ? NULL : &asked, stdout);
 }
 
-static bool run_world(World *world, Scene *scene, const DaemonArguments *arguments,
-                      InputLogReader *input, sigset_t signals, Status *status)
+static bool run_world(World *world, Scene *scene, const BuildOptions *build,
+                      const DaemonArguments *arguments, InputLogReader *input, sigset_t signals,
+                      Status *status)
 {
     // Print and end,
     if (arguments->explain) {
@@ -215,6 +217,7 @@ static bool run_world(World *world, Scene *scene, const DaemonArguments *argumen
     }
     if (arguments->check) {
         explain_summary(world, scene, stdout);
+        explain_time(world, scene, build, stdout);
         return true;
     }
     // run without network,
@@ -337,7 +340,7 @@ static bool run(DaemonArguments *arguments, Status *status)
         if (whole)
             plausible_warn(&world, &scene);
         whole = whole && start_world(&world, arguments, status) &&
-                run_world(&world, &scene, arguments, input, block_signals(), status);
+                run_world(&world, &scene, &build, arguments, input, block_signals(), status);
         world_destroy(&world);
     }
     scene_destroy(&scene);

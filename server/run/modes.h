@@ -20,6 +20,10 @@
 
 // Prints bodies, tools and publishing of a valid scene.
 void explain_summary(World *world, const Scene *scene, FILE *out);
+// Measures a tick at rest, and one with all faces of adaptive bodies at their finest level; prints
+// both with a verdict. Steps the world, and builds another with `options`; a second at most, and
+// five ticks of each.
+void explain_time(World *world, const Scene *scene, const BuildOptions *options, FILE *out);
 // Prints pipeline stages, kernel variants, the bytes of every array, and each feature: enabled or
 // disabled, and the key or option that enables it. `asked`: of the live run that was reserved;
 // NULL: offline.

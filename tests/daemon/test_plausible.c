@@ -161,6 +161,34 @@ static void no_scene_of_ours_is_warned_of(void **state)
     assert_true(looked_at >= 15);
 }
 
+// What a tick takes is measured: a scene with a hundredth of its time to spare fits, one with a
+// tenth of the time that it needs does not, whatever the machine does besides.
+static void the_time_of_a_tick_has_a_verdict(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *rate, *nodes, *more, *says;
+    } cases[] = {
+        {"10.0", "42", "", ": fits\n"},
+        {"10000.0", "10242", "material = { youngs_modulus_2d = 1e5; };", ": misses: try "},
+        {"10.0", "42", "levels = 1; adapt = {};", "with all faces at the finest level, of 100 ms"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Process run;
+        char text[1024];
+        snprintf(text, sizeof text,
+                 "rate_hz = %s; bodies = ( { name = \"ball\"; mesh = { generator = "
+                 "\"ico_sphere\"; nodes = %s; radius = 0.05; }; shape = { }; %s } );\n",
+                 cases[i].rate, cases[i].nodes, cases[i].more);
+        write_text(scratch("scene.cfg"), text);
+        run_daemon(&run, "--check %s", scratch("scene.cfg"));
+        assert_int_equal(run.code, 0);
+        const char *line = strstr(run.out, "time of a tick on this machine: ");
+        assert_non_null(line);
+        assert_non_null(strstr(line, cases[i].says));
+    }
+}
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
@@ -170,6 +198,7 @@ int main(int argc, char **argv)
         daemon_test(a_body_without_gravity_is_warned_of_where_a_probe_can_push_it),
         daemon_test(a_run_warns_as_the_check_does),
         daemon_test(no_scene_of_ours_is_warned_of),
+        daemon_test(the_time_of_a_tick_has_a_verdict),
     };
     harness_start(argc, argv);
     scenes = argv[2];
