@@ -249,8 +249,13 @@ static void measure_times(const Experiment *experiment, Pressed *pressed)
             keep_least(&pressed[m].step_us, (double)(clock_thread_ns() - begin) / steps);
         }
     for (int m = 0; m < PRESSED_MODELS; m++) {
-        pressed[m].usual_force = sim_wrench(timed[m].world.sim, 0)->force.z;
-        pressed[m].usual_depth = sim_wrench(timed[m].world.sim, 0)->depth;
+        // The mean of 2 s, in which the cube swings on.
+        enum { TICKS = 1000 };
+        for (int tick = 0; tick < TICKS; tick++) {
+            sim_step(timed[m].world.sim);
+            pressed[m].usual_force += sim_wrench(timed[m].world.sim, 0)->force.z / TICKS;
+            pressed[m].usual_depth += sim_wrench(timed[m].world.sim, 0)->depth / TICKS;
+        }
         pressed[m].h = timed[m].world.body->h;
         destroy(&timed[m]);
     }
