@@ -217,8 +217,7 @@ static bool run_world(World *world, Scene *scene, const BuildOptions *build,
     }
     if (arguments->check) {
         explain_summary(world, scene, stdout);
-        explain_time(world, scene, build, stdout);
-        return true;
+        return explain_time(world, scene, build, stdout, status);
     }
     // run without network,
     if (arguments->offline) {

@@ -421,6 +421,16 @@ void sim_try_step(Sim *sim, int body)
     estimate_try(sim, body);
 }
 
+void sim_step_alone(Sim *sim, int index)
+{
+    const Body *body = &sim->body[index];
+    advance_alone(sim, index, body->substeps);
+    if (body->ops->abandon != NULL)
+        body->ops->abandon(body->model);
+    else
+        body->ops->commit(body->model);
+}
+
 double sim_take_error(Sim *sim, int body)
 {
     return estimate_take(sim->estimator, body);

@@ -232,6 +232,10 @@ bool sim_next_grasp(Sim *sim, GraspEvent *event);
 // Tries a step of a body to estimate its error (estimate.c), between two ticks, with
 // SimOptions.estimate_error; the motion stays bit-identical.
 void sim_try_step(Sim *sim, int body);
+// Computes a tick's substeps of one body, as bodies without tools, loads and attachments take them,
+// and discards them, to time them. Between two ticks, load time only: warm starts stay changed, and
+// a body whose steps cannot be tried moves.
+void sim_step_alone(Sim *sim, int body);
 // Returns the largest estimated error of a tick of that body since the last call [m]; 0: unknown.
 double sim_take_error(Sim *sim, int body);
 

@@ -20,10 +20,13 @@
 
 // Prints bodies, tools and publishing of a valid scene.
 void explain_summary(World *world, const Scene *scene, FILE *out);
-// Measures a tick at rest, and one with all faces of adaptive bodies at their finest level; prints
-// both with a verdict. Steps the world, and builds another with `options`; a second at most, and
-// five ticks of each.
-void explain_time(World *world, const Scene *scene, const BuildOptions *options, FILE *out);
+// Measures ticks: at rest, pressed by the scene's tools, of each body alone, and with all faces of
+// adaptive bodies at their finest level; prints medians with a verdict against the tick, and what
+// to do about a scene that does not fit. Steps the world, which is of no use afterwards, and builds
+// another with `options`; a second at most, or eight ticks of each. Returns false with `status` if
+// a thread of the step did not start.
+bool explain_time(World *world, const Scene *scene, const BuildOptions *options, FILE *out,
+                  Status *status);
 // Prints pipeline stages, kernel variants, the bytes of every array, and each feature: enabled or
 // disabled, and the key or option that enables it. `asked`: of the live run that was reserved;
 // NULL: offline.

@@ -3,18 +3,17 @@
 
 #include <string.h>
 
+#define SMALL_BOX                                                                                  \
+    "model = \"voxel\"; voxels = { generator = \"box\"; count = [8, 8, 8]; size = 0.0125; };"
+
 // The small scene, of a model that is built in.
 static const char *write_any(const char *file, const char *head, const char *tail)
 {
     if (WITH_SURFACE)
         return write_scene(file, head, tail);
     return write_body_scene(
-        file, &(SceneParts){.head = head,
-                            .source = "model = \"voxel\"; voxels = { generator = \"box\"; "
-                                      "count = [8, 8, 8]; size = 0.0125; };",
-                            .material = "",
-                            .body = "",
-                            .tail = tail});
+        file,
+        &(SceneParts){.head = head, .source = SMALL_BOX, .material = "", .body = "", .tail = tail});
 }
 
 static void expect_only_refusal(const Process *daemon, int code, const char *text)
@@ -117,6 +116,40 @@ static void check_and_explain_print_and_exit_0(void **state)
     assert_non_null(strstr(daemon.out, "settle_s"));
 }
 
+// Expects --check to give the scene and its body this verdict.
+static void expect_verdict(const char *scene, const char *verdict, Process *daemon)
+{
+    static const char *const starts[] = {"\ntime of a tick of body sphere alone: ",
+                                         "\ntime of a tick on this machine: "};
+    run_daemon(daemon, "--check %s", scene);
+    assert_int_equal(daemon->code, 0);
+    for (int i = 0; i < 2; i++) {
+        char line[512];
+        const char *start = strstr(daemon->out, starts[i]);
+        assert_non_null(start);
+        snprintf(line, sizeof line, "%.*s", (int)strcspn(start + 1, "\n"), start + 1);
+        assert_non_null(strstr(line, verdict));
+    }
+}
+
+// Times of machines and builds differ by less than the factor to either limit: some ten
+// microseconds of a tick of 20 ms, and 90,000 substeps, tens of milliseconds, of a tick of 1 ms.
+static void check_says_whether_a_tick_fits(void **state)
+{
+    (void)state;
+    Process daemon;
+    expect_verdict(write_any("small.cfg", "rate_hz = 50.0;", PROBE_TOOL), " ms: fits", &daemon);
+    assert_non_null(strstr(daemon.out, " ms pressed by its tools, of 20 ms: fits\n"));
+    const char *large = write_body_scene(
+        "large.cfg", &(SceneParts){.source = WITH_SURFACE ? SMALL_SPHERE : SMALL_BOX,
+                                   .material = WITH_SURFACE ? SOFT_MATERIAL : "",
+                                   .body = "time_step = 1.1e-8;\n" LOWER_FIXED});
+    expect_verdict(large, " ms: misses", &daemon);
+    assert_non_null(strstr(daemon.out, ": misses: try for body sphere: "));
+    assert_non_null(strstr(daemon.out, WITH_SURFACE ? "a coarser mesh" : "larger cells"));
+    assert_null(strstr(daemon.out, " pressed")); // it has no tool
+}
+
 // No tool and no load can push its nodes, but springs do.
 static void a_body_that_is_only_attached_runs_off_line(void **state)
 {
@@ -160,6 +193,7 @@ int main(int argc, char **argv)
         daemon_test(a_bad_scene_names_file_line_and_value),
         daemon_test(a_missing_folder_for_the_input_log_exits_1),
         daemon_test(check_and_explain_print_and_exit_0),
+        daemon_test(check_says_whether_a_tick_fits),
         daemon_test(a_body_that_is_only_attached_runs_off_line),
         daemon_test(version_and_help_exit_0),
         daemon_test(rate_replaces_the_scenes),
