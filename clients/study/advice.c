@@ -176,6 +176,42 @@ static void say_time_only(const Want *want, Advice *advice)
                     "total error whose own error is known.");
 }
 
+// Steps a tick from which an implicit step is worth trying: half of where costs cross
+// (server/surface/README.md, "Implicit step").
+enum { MANY_SUBSTEPS = 32 };
+
+// Says why the total error may have no reference.
+static void say_folds(const StudyResult *result, Advice *advice)
+{
+    if (advice->time_only && result->wall && !result->bends)
+        say(advice, " A wall that does not bend folds at the size of its faces, elsewhere at each "
+                    "level: give its material a thickness, and they can converge.");
+}
+
+// Says what to change in the scene where no case of the study is enough.
+static void say_next(const Want *want, const StudyRun *run, Advice *advice)
+{
+    const StudyResult *result = want->result;
+    if (advice->met)
+        return;
+    const Measure m = measure(want, run);
+    const double slow = fmax(m.p99, m.cost);
+    if (slow <= 1.0) {
+        say(advice, " Try one level more%s.",
+            result->wall ? ", a finer or more even mesh, or a solid if the wall is thick"
+                         : " or smaller cells");
+        return;
+    }
+    if (result->wall && run->substeps >= MANY_SUBSTEPS &&
+        run->what.integrator != INTEGRATOR_IMPLICIT)
+        say(advice, " Try integrator = \"implicit\": %d steps a tick are many.", run->substeps);
+    // Steps a tick grow with the root of the nodes of a wall, with their cube root in a solid.
+    const double nodes = run->nodes_most * pow(slow, result->wall ? -2.0 / 3.0 : -3.0 / 4.0);
+    say(advice, " A mesh of about %.2g %s would hold the rate%s.", nodes,
+        result->wall ? "nodes" : "vertices",
+        result->wall ? "; so do fewer levels" : "; larger elements inside (levels) cost less, too");
+}
+
 void advice_make(const StudyResult *result, double error, double rate_hz, Advice *advice)
 {
     // What is compared: the finest reference, if it is good enough, and the scene's own choice.
@@ -194,6 +230,7 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
             "No advice: no case that a scene can ask for could be compared with a "
             "reference that is known to %s.",
             table_percent(error, limit));
+        say_folds(result, advice);
         return;
     }
     // Of the chosen run its own error and that of its reference count.
@@ -217,6 +254,8 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
     }
     say(advice, ".");
     say_time_only(&want, advice);
+    say_folds(result, advice);
+    say_next(&want, run, advice);
 }
 
 double study_error(const StudyErrors *errors)

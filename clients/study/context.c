@@ -372,4 +372,9 @@ void study_describe(const StudyContext *context, StudyResult *result)
              level < ISA_COUNT ? isa_name(level) : context->options.isa, COMPILER);
     result->duration_s = context->options.duration_s;
     result->rate_hz = context->options.rate_hz;
+    const SceneBody *body = &context->scene.body[context->body];
+    const SurfaceMaterial *material = &body->surface.material;
+    result->wall = body->model == MODEL_SURFACE;
+    result->bends =
+        result->wall && (material->thickness > 0.0 || material->bending_stiffness > 0.0);
 }

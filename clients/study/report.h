@@ -144,7 +144,7 @@ const char *table_percent(double fraction, char *text);
 // a busier body.
 #define ADVICE_SHARE 0.7
 
-enum { ADVICE_TEXT = 1024 };
+enum { ADVICE_TEXT = 1536 };
 
 typedef struct Advice {
     int run;  // in result->run; -1: none, no case can be compared

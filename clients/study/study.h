@@ -97,6 +97,8 @@ typedef struct StudyResult {
         inputs[STUDY_WHY];   // inputs: how it is pressed, in words
     char machine[STUDY_WHY]; // processor, kernels' level, compiler
     double duration_s, rate_hz;
+    bool wall;  // the body is a surface,
+    bool bends; // and its wall resists bending
     int mesh_count, run_count;
     StudyMesh mesh[STUDY_MESHES];
     StudyReference finest; // of the total error

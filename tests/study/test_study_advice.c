@@ -97,6 +97,38 @@ static void a_share_of_the_tick_is_kept_free(void **unused)
     assert_string_equal(advised(0.01, 1000.0), "slow, level 2");
 }
 
+// What to change where nothing is enough: eight times too slow, a wall needs a quarter of its
+// nodes; what misses the error alone needs more; walls without bending do not converge.
+static void the_next_step_is_said(void **unused)
+{
+    (void)unused;
+    sample_begin(&result, 0.001, 1e-6);
+    StudyRun *run = sample_add(&result, "slow, level 1", 5.6, 5.6e-3, 0.001, 0.001);
+    run->cpu_median = 5.6;
+    run->nodes_most = 4000;
+    result.wall = result.bends = true;
+    advised(0.01, 1000.0);
+    assert_false(advice.met);
+    assert_non_null(strstr(advice.sentence, "A mesh of about 1e+03 nodes would hold the rate"));
+    assert_null(strstr(advice.sentence, "implicit"));
+    run->substeps = 40;
+    advised(0.01, 1000.0);
+    assert_non_null(strstr(advice.sentence, "Try integrator = \"implicit\": 40 steps"));
+    // The error alone.
+    run->cpu_median = 0.1;
+    run->tick_p99 = 1e-4;
+    run->total.patch = run->total.surface = 0.05;
+    advised(0.01, 1000.0);
+    assert_non_null(strstr(advice.sentence, "Try one level more"));
+    assert_null(strstr(advice.sentence, "thickness"));
+    // No reference, as the wall folds.
+    fill();
+    result.wall = true;
+    result.finest.own_error = result.finest.difference[1] = 0.2;
+    advised(0.01, 1000.0);
+    assert_non_null(strstr(advice.sentence, "give its material a thickness"));
+}
+
 // Also when single ticks are short: the processor must keep up.
 static void mean_cost_must_fit_too(void **unused)
 {
@@ -392,6 +424,7 @@ int main(void)
         cmocka_unit_test(reference_s_own_error_counts),
         cmocka_unit_test(last_difference_of_the_reference_counts),
         cmocka_unit_test(a_share_of_the_tick_is_kept_free),
+        cmocka_unit_test(the_next_step_is_said),
         cmocka_unit_test(mean_cost_must_fit_too),
         cmocka_unit_test(where_nothing_fits_the_nearest_is_named_with_what_it_misses),
         cmocka_unit_test(without_a_total_reference_the_promise_is_about_time),
