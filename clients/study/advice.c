@@ -33,14 +33,23 @@ static bool is_usable(const StudyReference *reference, double error)
            own_error(reference) <= error;
 }
 
-// Includes the error of the reference; NAN: unknown.
+// Returns how far the motion itself is undefined; 0: unknown.
+static double nudged(const StudyResult *result)
+{
+    const double moved = study_error(&result->nudged);
+    return isfinite(moved) ? moved : 0.0;
+}
+
+// Includes the error of the reference, or what nearly equal inputs differ by; NAN: unknown.
 static double whole_error(const Want *want, const StudyRun *run)
 {
+    const double least = nudged(want->result);
     if (want->finest != NULL)
-        return study_error(&run->total) + own_error(want->finest);
+        return study_error(&run->total) + fmax(own_error(want->finest), least);
     const StudyReference *reference = study_time_reference(want->result, &run->what);
-    return is_usable(reference, want->error) ? study_error(&run->time) + own_error(reference)
-                                             : (double)NAN;
+    return is_usable(reference, want->error)
+               ? study_error(&run->time) + fmax(own_error(reference), least)
+               : (double)NAN;
 }
 
 static bool is_candidate(const Want *want, const StudyRun *run)
@@ -61,29 +70,37 @@ static Measure measure(const Want *want, const StudyRun *run)
                      .rate = want->rate_hz / run->rate_hz - 1e-9};
 }
 
-static double worst(const Measure *m)
+static double slowness(const Measure *m)
 {
-    return fmax(fmax(m->error, m->p99), fmax(m->cost, m->rate));
+    return fmax(fmax(m->p99, m->cost), m->rate);
 }
 
-// Returns the cheapest run within all limits; if none is, the one that exceeds them least.
-static int choose(const Want *want, bool *met)
+// Returns the cheapest run within all limits; if none is, the one that exceeds them least, of those
+// that hold the rate if there are any.
+static int choose(const Want *want, bool *met, bool *holds)
 {
     int best = -1;
     double best_cost = 0.0, best_miss = 0.0;
-    *met = false;
+    bool best_slow = false;
+    *met = *holds = false;
     // The least miss wins, and among runs that miss nothing the cheapest.
     for (int i = 0; i < want->result->run_count; i++) {
         const StudyRun *run = &want->result->run[i];
         if (!is_candidate(want, run))
             continue;
         Measure m = measure(want, run);
-        double miss = fmax(worst(&m), 1.0), cost = run->cpu_median;
-        if (best < 0 || miss < best_miss || (miss <= best_miss && cost < best_cost)) {
+        const bool slow = slowness(&m) > 1.0;
+        const double miss = fmax(fmax(m.error, slowness(&m)), 1.0), cost = run->cpu_median;
+        if (best >= 0 && slow && !best_slow)
+            continue;
+        if (best < 0 || slow != best_slow || miss < best_miss ||
+            (miss <= best_miss && cost < best_cost)) {
             best = i;
             best_cost = cost;
             best_miss = miss;
+            best_slow = slow;
             *met = miss <= 1.0;
+            *holds = !slow;
         }
     }
     return best;
@@ -122,10 +139,15 @@ static void say_error(const Want *want, const StudyRun *run, Advice *advice)
     char sum[24], own[24], measured[24];
     const StudyReference *reference =
         want->finest != NULL ? want->finest : study_time_reference(want->result, &run->what);
-    say(advice, "%s error %s (%s measured, up to %s of the reference itself)",
+    const StudyErrors *errors = want->finest != NULL ? &run->total : &run->time;
+    const bool unsure = nudged(want->result) > own_error(reference);
+    say(advice, "%s error %s (%s measured, up to %s of the %s itself)",
         want->finest != NULL ? "total" : "time-discretisation", table_percent(advice->error, sum),
-        table_percent(study_error(want->finest != NULL ? &run->total : &run->time), measured),
-        own_words(reference, own));
+        table_percent(study_error(errors), measured),
+        unsure ? table_percent(nudged(want->result), own) : own_words(reference, own),
+        unsure ? "motion" : "reference");
+    if (isfinite(errors->force))
+        say(advice, ", of the force on the tool %s measured", table_percent(errors->force, own));
 }
 
 static void say_cost(const StudyRun *run, Advice *advice)
@@ -196,6 +218,16 @@ static void say_next(const Want *want, const StudyRun *run, Advice *advice)
         return;
     const Measure m = measure(want, run);
     const double slow = fmax(m.p99, m.cost);
+    if (nudged(result) > 0.5 * want->error) {
+        char moved[24];
+        say(advice,
+            " Inputs that differ by %g %% already move the patch by %s: no step and no mesh is "
+            "much nearer, ask for --error %.2g%%.",
+            100.0 * STUDY_NUDGE, table_percent(nudged(result), moved),
+            100.0 * 1.05 * advice->error);
+        if (slow <= 1.0)
+            return;
+    }
     if (slow <= 1.0) {
         say(advice, " Try one level more%s.",
             result->wall ? ", a finer or more even mesh, or a solid if the wall is thick"
@@ -223,7 +255,7 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
                  .rate_hz = rate_hz};
     char limit[24];
     *advice = (Advice){.time_only = want.finest == NULL};
-    advice->run = choose(&want, &advice->met);
+    advice->run = choose(&want, &advice->met, &advice->holds);
     // Nothing to compare: say so and stop.
     if (advice->run < 0) {
         say(advice,
@@ -240,11 +272,15 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
     if (advice->met)
         say(advice, "The cheapest choice within %s that holds %.4g Hz on this machine is \"%s\": ",
             table_percent(error, limit), rate_hz, run->what.name);
-    else
+    else if (advice->holds)
         say(advice,
             "Nothing here is within %s and holds %.4g Hz on this machine; the nearest is "
             "\"%s\": ",
             table_percent(error, limit), rate_hz, run->what.name);
+    else
+        say(advice,
+            "No advice: nothing here holds %.4g Hz on this machine; the nearest is \"%s\": ",
+            rate_hz, run->what.name);
     say_error(&want, run, advice);
     say(advice, "; ");
     say_cost(run, advice);

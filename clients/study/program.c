@@ -120,6 +120,8 @@ static bool measure(StudyContext *context, const StudyCase *cases, int count, St
     ok = ranks_run_all(context, cases, count, context->options.jobs,
                        ranks_is_first() ? print_case : NULL, &progress, result, status);
     progress_end(&progress);
+    if (ok && ranks_is_first())
+        result->nudged = study_nudge(context, &cases[0]);
     return ok;
 }
 

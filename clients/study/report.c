@@ -161,7 +161,7 @@ static bool advise(const StudyResult *result, const Scene *scene, const StudyOpt
     SceneKeys keys;
     advice_make(result, options->error, options->rate_hz, &advice);
     printf("\n%s\n", advice.sentence);
-    if (advice.run < 0)
+    if (advice.run < 0 || !advice.holds)
         return true;
     if (!scene_keys_of_case(scene, &result->run[advice.run].what, options->rate_hz, &keys))
         return status_fail(status, STATUS_FAILED, "pliant-study: no memory");

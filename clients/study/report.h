@@ -147,9 +147,10 @@ const char *table_percent(double fraction, char *text);
 enum { ADVICE_TEXT = 1536 };
 
 typedef struct Advice {
-    int run;  // in result->run; -1: none, no case can be compared
-    bool met; // all limits are met; else the nearest case is named and `sentence` says what it
-              // misses
+    int run;    // in result->run; -1: none, no case can be compared
+    bool met;   // all limits are met; else the nearest case is named and `sentence` says what it
+                // misses
+    bool holds; // the case holds the rate; else it is only named, and not advised
     bool time_only; // no usable reference of the total error: only the error of the time steps is
                     // judged
     double error;   // of the run and its reference together
@@ -160,9 +161,10 @@ typedef struct Advice {
 // run has the least median cost of those whose error plus that of the reference (its estimate, but
 // at least the last difference that it is based on) is at most `error` (a fraction), that ran at
 // `rate_hz` or more, whose 99th percentile of a tick is at most ADVICE_SHARE of the period, and
-// whose median cost is at most ADVICE_SHARE. If the reference of the total error is missing or
-// itself has an error above `error`, the error in time counts, for runs on the scene's own mesh
-// alone: it does not apply to coarser ones.
+// whose median cost is at most ADVICE_SHARE. The error includes how far StudyResult.nudged moves.
+// If none has all that, the nearest of those that hold the rate. If the reference of the total
+// error is missing or itself has an error above `error`, the error in time counts, for runs on the
+// scene's own mesh alone: it does not apply to coarser ones.
 void advice_make(const StudyResult *result, double error, double rate_hz, Advice *advice);
 
 // The Pareto front: runs that no other run beats in both cost and error.

@@ -377,6 +377,45 @@ bool study_run_case(const StudyContext *context, const StudyCase *what, StudyRun
     return ok;
 }
 
+// Makes all inputs larger by STUDY_NUDGE. The loads are owned by the caller.
+static bool nudge_inputs(StudyContext *context)
+{
+    Scene *scene = &context->scene;
+    const double factor = 1.0 + STUDY_NUDGE;
+    const size_t loads = (size_t)scene->load_count;
+    context->inputs.press.way *= factor;
+    if (loads == 0)
+        scene->gravity = vec3_scale(factor, scene->gravity);
+    SceneLoad *load = calloc(loads + 1, sizeof *load);
+    if (load == NULL)
+        return false;
+    for (size_t i = 0; i < loads; i++) {
+        load[i] = scene->load[i];
+        load[i].load.force = vec3_scale(factor, load[i].load.force);
+    }
+    scene->load = load;
+    return true;
+}
+
+StudyErrors study_nudge(const StudyContext *context, const StudyCase *what)
+{
+    StudyErrors moved = study_no_errors();
+    StudyContext nudged = *context;
+    if (context->inputs.drive == DRIVE_LOG || !nudge_inputs(&nudged))
+        return moved;
+    StudyRun run[2];
+    StudyTrace *own = study_trace_create(context->sample_count, context->points.count);
+    StudyTrace *other = study_trace_create(context->sample_count, context->points.count);
+    if (own != NULL && other != NULL && study_trace_case(context, what, 1, &run[0], own) &&
+        study_trace_case(&nudged, what, 1, &run[1], other) && run[0].verdict == STUDY_OK &&
+        run[1].verdict == STUDY_OK)
+        moved = study_errors(other, own);
+    free(own);
+    free(other);
+    free(nudged.scene.load);
+    return moved;
+}
+
 // --- all cases -----------------------------------------------------------------------------------
 
 typedef struct Schedule {

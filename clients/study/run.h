@@ -46,6 +46,10 @@ bool study_run_case(const StudyContext *context, const StudyCase *what, StudyRun
 bool study_trace_case(const StudyContext *context, const StudyCase *what, int repeats,
                       StudyRun *run, StudyTrace *trace);
 
+// Returns how far a case moves if loads, the way of the press or, without both, gravity are larger
+// by STUDY_NUDGE: a body that buckles amplifies it. NAN: with a log, or if a run fails.
+StudyErrors study_nudge(const StudyContext *context, const StudyCase *what);
+
 // Runs all cases of a study, several at a time.
 
 // Receives a finished case; in the parent, in order of completion.

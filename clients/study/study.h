@@ -71,6 +71,8 @@ typedef struct StudyRun {
     StudyErrors total; // from the finest reference: of everything
 } StudyRun;
 
+#define STUDY_NUDGE 1e-4 // relative: far above rounding, far below what a hand controls
+
 // Estimate of a reference's own error from three runs, each twice as fine as the one before.
 typedef struct StudyReference {
     char what[STUDY_NAME]; // "rk4 double, 0.0625 ms, level 4"
@@ -102,6 +104,9 @@ typedef struct StudyResult {
     int mesh_count, run_count;
     StudyMesh mesh[STUDY_MESHES];
     StudyReference finest; // of the total error
+    // How far the scene's own run moves if its inputs differ by STUDY_NUDGE: no error below is
+    // meaningful. 0 or NAN: unknown.
+    StudyErrors nudged;
     StudyRun run[STUDY_CASES];
 } StudyResult;
 

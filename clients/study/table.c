@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { COLUMN_COUNT = 9, CELL = STUDY_NAME + 16, PERCENT = 24 };
+enum { COLUMN_COUNT = 10, CELL = STUDY_NAME + 16, PERCENT = 24 };
 
 static const char *const TITLE[COLUMN_COUNT][2] = {{"case", ""},
                                                    {"nodes", ""},
@@ -14,7 +14,8 @@ static const char *const TITLE[COLUMN_COUNT][2] = {{"case", ""},
                                                    {"least..most", "[ms]"},
                                                    {"p99 of a", "tick [us]"},
                                                    {"error", "in time [%]"},
-                                                   {"error", "in all [%]"}};
+                                                   {"error", "in all [%]"},
+                                                   {"force: in time", "in all [%]"}};
 
 typedef struct Row {
     char cell[COLUMN_COUNT][CELL];
@@ -62,6 +63,8 @@ static void fill_row(const StudyRun *run, Row *row)
     // and how far it is off.
     put_number(row->cell[7], study_error(&run->time), 100.0);
     put_number(row->cell[8], study_error(&run->total), 100.0);
+    snprintf(row->cell[9], CELL, "%.20s  %.20s", three_digits(100.0 * run->time.force, least),
+             three_digits(100.0 * run->total.force, most));
 }
 
 // Counts bytes that a terminal shows as one character once.
@@ -171,10 +174,19 @@ void table_print(const StudyResult *result, FILE *out)
         snprintf(of, sizeof of, "in time, %.60s", study_mesh_words(result, &like));
         print_reference(of, &mesh->reference, out);
     }
+    // how well the motion is defined at all,
+    if (study_error(&result->nudged) > 0.0) {
+        char patch[PERCENT], force[PERCENT];
+        fprintf(out, "inputs larger by %g %% change the patch's displacement by %s%s%s\n",
+                100.0 * STUDY_NUDGE, table_percent(study_error(&result->nudged), patch),
+                isnan(result->nudged.force) ? "" : ", the force on the tool by ",
+                isnan(result->nudged.force) ? "" : table_percent(result->nudged.force, force));
+    }
     // and the cases.
-    fputs("\nerrors: of the pressed patch's displacement, L2 over time, relative to the "
-          "reference's\n",
-          out);
+    fputs(
+        "\nerrors: of the pressed patch's displacement and of the force on the tool, L2 over time, "
+        "relative to the reference's\n",
+        out);
     print_rows(result, out);
     print_missing(result, out);
 }

@@ -144,15 +144,37 @@ static void where_nothing_fits_the_nearest_is_named_with_what_it_misses(void **u
 {
     (void)unused;
     fill();
-    assert_string_equal(advised(0.0015, 1000.0), "late, level 1"); // 0.8 ms of 0.7 ms; b: 6 times
-    result.run[0].verdict = STUDY_BAD;                             // which had it all
-    assert_string_equal(advised(0.0025, 1000.0), "late, level 1");
-    assert_false(advice.met);
-    assert_non_null(strstr(advice.sentence, "it misses the time of a tick (1.14 times"));
-    result.run[3].verdict = STUDY_BAD;
-    result.run[4].verdict = STUDY_BAD;
+    assert_string_equal(advised(0.0015, 1000.0),
+                        "slow, level 2"); // "late" errs as little, but late
+    result.run[0].verdict = STUDY_BAD;    // which had it all
     assert_string_equal(advised(0.0025, 1000.0), "b, level 1");
+    assert_false(advice.met);
+    assert_true(advice.holds);
     assert_non_null(strstr(advice.sentence, "it misses the error (3.6 times"));
+    // Where none holds the rate none is advised.
+    result.run[1].verdict = result.run[2].verdict = STUDY_BAD;
+    assert_string_equal(advised(0.0025, 1000.0), "late, level 1");
+    assert_false(advice.holds);
+    assert_non_null(strstr(advice.sentence, "No advice: nothing here holds 1000 Hz"));
+    assert_non_null(strstr(advice.sentence, "it misses the time of a tick (1.14 times"));
+}
+
+// A body that makes 2 % of inputs that differ by 0.01 % is known to 2 %, whatever the references.
+static void what_nearly_equal_inputs_differ_by_counts(void **unused)
+{
+    (void)unused;
+    fill();
+    result.nudged = (StudyErrors){.patch = 0.02, .force = 0.05};
+    assert_string_equal(advised(0.03, 1000.0), "b, level 1"); // 0.8 + 2 %; else the coarse one
+    assert_true(advice.met);
+    expect_near(advice.error, 0.028, 1e-12);
+    assert_non_null(strstr(advice.sentence, "up to 2 % of the motion itself"));
+    advised(0.01, 1000.0);
+    assert_false(advice.met);
+    assert_non_null(strstr(advice.sentence, "already move the patch by 2 %"));
+    assert_non_null(strstr(advice.sentence, "ask for --error 2.2%"));
+    result.nudged.patch = (double)NAN;
+    assert_string_equal(advised(0.03, 1000.0), "coarse, level 0");
 }
 
 static void without_a_total_reference_the_promise_is_about_time(void **unused)
@@ -425,6 +447,7 @@ int main(void)
         cmocka_unit_test(last_difference_of_the_reference_counts),
         cmocka_unit_test(a_share_of_the_tick_is_kept_free),
         cmocka_unit_test(the_next_step_is_said),
+        cmocka_unit_test(what_nearly_equal_inputs_differ_by_counts),
         cmocka_unit_test(mean_cost_must_fit_too),
         cmocka_unit_test(where_nothing_fits_the_nearest_is_named_with_what_it_misses),
         cmocka_unit_test(without_a_total_reference_the_promise_is_about_time),

@@ -227,6 +227,24 @@ static void a_run_says_what_it_was(void **state)
     bench_destroy(&bench);
 }
 
+// A taut sheet answers a slightly larger load with a slightly larger motion: by as much, if it is
+// linear, as it is for small loads.
+static void a_nudge_moves_a_sheet_by_as_much(void **state)
+{
+    (void)state;
+    Bench bench;
+    bench_create(&bench, SHEET, &SHORT);
+    StudyCase what = study_scene_case(&bench.scene);
+    what.precision = PRECISION_DOUBLE;
+    what.is_scene = false;
+    const StudyErrors moved = study_nudge(&bench.context, &what);
+    print_message("moved by %.3g\n", moved.patch);
+    expect_at_least(moved.patch, 0.2 * STUDY_NUDGE); // its springs stiffen
+    expect_at_most(moved.patch, 1.5 * STUDY_NUDGE);
+    assert_true(isnan(moved.force)); // it has no tool
+    bench_destroy(&bench);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -239,6 +257,7 @@ int main(void)
         cmocka_unit_test(step_doubling_meets_its_tolerance),
         cmocka_unit_test(the_patch_is_where_the_load_is),
         cmocka_unit_test(a_run_says_what_it_was),
+        cmocka_unit_test(a_nudge_moves_a_sheet_by_as_much),
     };
     return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
 }
