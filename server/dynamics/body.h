@@ -271,6 +271,7 @@ struct Body {
     double time_step_wanted; // of the scene; 0: none
     bool unsafe_time_step;
     int substeps;        // per tick
+    int auto_substeps;   // from more on "auto" is implicit; 0: not asked
     int finest_substeps; // at the finest level as loaded, if known: the maximum
     double h;            // tick / substeps [s]
 

@@ -151,8 +151,11 @@ static void print_time_step(const World *world, const Body *body, const SceneBod
                 body->contact_damping > 0.0 ? "little" : "no", body->contact_damping);
     // Why "auto" chose this integrator.
     if (described->model == MODEL_SURFACE && described->surface.automatic)
-        fprintf(out, "  integrator = \"auto\": leapfrog would take %s%d substeps for its springs\n",
-                implicit ? "more than " : "at most ", SURFACE_AUTO_SUBSTEPS);
+        fprintf(out,
+                "  integrator = \"auto\": leapfrog would take %s%d substeps for its springs, whose "
+                "time is that "
+                "of an implicit tick\n",
+                implicit ? "more than " : "at most ", body->auto_substeps);
 }
 
 static void print_body(World *world, const Scene *scene, int index, FILE *out)

@@ -252,7 +252,7 @@ static void refuse_wall(const Proposals *all, const Built *built, Verdict *verdi
     units_length(all->shortest, edge);
     if (built == NULL)
         say(verdict, false, "edges of %s need more than 100000 substeps a tick", edge);
-    else if (built->substeps > SURFACE_AUTO_SUBSTEPS)
+    else if (built->substeps > surface_auto_substeps(built->springs, built->nodes, 0))
         say(verdict, false, "edges of %s need %d substeps a tick, about %.2g ms of 1 ms", edge,
             built->substeps, 1e3 * built->tick_s);
     else

@@ -81,7 +81,8 @@ static const Option BODY_OPTIONS[] = {
          "per tick, or once per `time_step`, and is stable for any stiffness of the body; its "
          "contacts, graspers and attachments are at most as stiff as that step allows (`--explain` "
          "prints it), and its positions have double precision. `auto`: for a surface body "
-         "`leapfrog`, but `implicit` where leapfrog would take more than 64 steps per tick at the "
+         "`leapfrog`, but `implicit` where that is cheaper, by counts of nodes, springs and steps "
+         "per tick at the "
          "finest level; for a voxel body its default. Bodies that are joined by `attachments` need "
          "the same integrator: those that name none take that of the others; if none names one and "
          "both models are joined, all take `leapfrog`."},

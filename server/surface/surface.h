@@ -66,9 +66,10 @@ typedef struct SurfaceImplicit {
     int iterations;   // at most
 } SurfaceImplicit;
 
-// Number of leapfrog substeps per tick from which the implicit method is chosen: its tick costs as
-// much as 17 to 110 of them (tests/bench, `implicit`), depending on stiffness and size.
-enum { SURFACE_AUTO_SUBSTEPS = 64 };
+// Returns the most leapfrog substeps per tick that take no longer than an implicit tick of the same
+// mesh, estimated from counts alone: the same on every machine. `iterations`: at most, of the
+// linear solver; 0: its default.
+int surface_auto_substeps(int springs, int nodes, int iterations);
 
 typedef struct SurfaceOptions {
     BodyOptions body; // implicit bodies always use double precision
@@ -83,7 +84,7 @@ typedef struct SurfaceOptions {
                              // cuttable
     double prestress;        // rest lengths shortened by this fraction, [0, 0.9]
     SurfaceImplicit implicit;
-    // Leapfrog where the bound of the springs requires at most SURFACE_AUTO_SUBSTEPS per `tick`
+    // Leapfrog where the bound of the springs requires at most surface_auto_substeps per `tick`
     // [s], else implicit; `integrator` is ignored.
     bool automatic;
     double tick; // if automatic

@@ -69,13 +69,13 @@ static void the_choice_is_told_before_anything_runs(void **state)
     run_daemon(&daemon, "--check %s", write_auto("stiff.cfg", STIFF, "", PROBE_TOOL));
     assert_int_equal(daemon.code, 0);
     assert_non_null(strstr(daemon.out, "model surface, implicit"));
-    assert_non_null(strstr(daemon.out, "leapfrog would take more than 64 substeps"));
+    assert_non_null(strstr(daemon.out, "leapfrog would take more than 34 substeps"));
     assert_non_null(strstr(daemon.out, "contacts and attachments: "));
     assert_non_null(strstr(daemon.out, "contact.stiffness changes nothing, time_step = "));
     run_daemon(&daemon, "--explain %s", write_auto("soft.cfg", SOFT, "", ""));
     assert_int_equal(daemon.code, 0);
     assert_non_null(strstr(daemon.out, "model surface, leapfrog"));
-    assert_non_null(strstr(daemon.out, "leapfrog would take at most 64 substeps"));
+    assert_non_null(strstr(daemon.out, "leapfrog would take at most 34 substeps"));
     assert_null(strstr(daemon.out, "sphere/implicit")); // no array
 }
 
