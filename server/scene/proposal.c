@@ -245,6 +245,17 @@ static void say(Verdict *verdict, bool usable, const char *format, ...)
     verdict->usable = usable;
 }
 
+// True if implicit steps would be cheaper.
+static bool has_many_substeps(const Built *built)
+{
+#ifdef PLIANT_WITH_SURFACE
+    return built->substeps > surface_auto_substeps(built->springs, built->nodes, 0);
+#else
+    (void)built; // of a build without walls none is judged
+    return false;
+#endif
+}
+
 // Says why explicit steps are unsuitable; `built` NULL: there would be too many to count.
 static void refuse_wall(const Proposals *all, const Built *built, Verdict *verdict)
 {
@@ -252,7 +263,7 @@ static void refuse_wall(const Proposals *all, const Built *built, Verdict *verdi
     units_length(all->shortest, edge);
     if (built == NULL)
         say(verdict, false, "edges of %s need more than 100000 substeps a tick", edge);
-    else if (built->substeps > surface_auto_substeps(built->springs, built->nodes, 0))
+    else if (has_many_substeps(built))
         say(verdict, false, "edges of %s need %d substeps a tick, about %.2g ms of 1 ms", edge,
             built->substeps, 1e3 * built->tick_s);
     else

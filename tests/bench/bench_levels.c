@@ -52,7 +52,7 @@ static double field_difference(const Scene *scene, const Probe *probe)
     Arena arena = {0};
     Status status = {0};
     if (!levels_create(&levels, &probe->mesh, models[ADAPTIVE]->levels, "field", &arena, &status))
-        return NAN;
+        return (double)NAN;
     const int nodes = levels.level[levels.finest].node_count;
     Vec3 *u[2];
     double sum = 0.0, size = 0.0;
