@@ -17,7 +17,7 @@ typedef struct Want {
 
 // The ratio of each quantity of a run to its limit: 1 is the limit.
 typedef struct Measure {
-    double error, p99, cost, rate;
+    double error, force, p99, cost, rate;
 } Measure;
 
 // Returns at least the change by the last refinement: extrapolation relies on an order that three
@@ -52,6 +52,15 @@ static double whole_error(const Want *want, const StudyRun *run)
                : (double)NAN;
 }
 
+// Returns the error of the force on the tool, with what nearly equal inputs differ by; 0: unknown.
+// Where a tool prescribes the displacement of the patch, this is what a hand feels.
+static double force_error(const Want *want, const StudyRun *run)
+{
+    const double force = want->finest != NULL ? run->total.force : run->time.force;
+    const double least = want->result->nudged.force;
+    return isfinite(force) ? force + (isfinite(least) ? least : 0.0) : 0.0;
+}
+
 static bool is_candidate(const Want *want, const StudyRun *run)
 {
     if (run->verdict != STUDY_OK || run->what.step_doubling || run->what.level < 0 ||
@@ -64,6 +73,7 @@ static bool is_candidate(const Want *want, const StudyRun *run)
 static Measure measure(const Want *want, const StudyRun *run)
 {
     return (Measure){.error = whole_error(want, run) / want->error,
+                     .force = force_error(want, run) / want->error,
                      .p99 = run->tick_p99 * run->rate_hz / ADVICE_SHARE,
                      .cost = run->cpu_median / ADVICE_SHARE,
                      // only for a rate that was lowered for a long step; not for rounding
@@ -90,7 +100,8 @@ static int choose(const Want *want, bool *met, bool *holds)
             continue;
         Measure m = measure(want, run);
         const bool slow = slowness(&m) > 1.0;
-        const double miss = fmax(fmax(m.error, slowness(&m)), 1.0), cost = run->cpu_median;
+        const double miss = fmax(fmax(fmax(m.error, m.force), slowness(&m)), 1.0),
+                     cost = run->cpu_median;
         if (best >= 0 && slow && !best_slow)
             continue;
         if (best < 0 || slow != best_slow || miss < best_miss ||
@@ -169,6 +180,10 @@ static void say_misses(const Want *want, const StudyRun *run, Advice *advice)
     say(advice, "it misses ");
     if (m.error > 1.0) {
         say(advice, "the error (%.3g times what is allowed)", m.error);
+        comma = " and ";
+    }
+    if (m.force > 1.0) {
+        say(advice, "%sthe error of the force on the tool (%.3g times)", comma, m.force);
         comma = " and ";
     }
     if (m.rate > 1.0) {
@@ -263,6 +278,12 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
             "reference that is known to %s.",
             table_percent(error, limit));
         say_folds(result, advice);
+        const StudyReference *known = result->finest.known ? &result->finest : NULL;
+        if (known == NULL && scene != NULL)
+            known = study_time_reference(result, &scene->what);
+        if (known != NULL && known->known && isfinite(own_error(known)))
+            say(advice, " References are known to %s: ask for more with --error.",
+                table_percent(own_error(known), limit));
         return;
     }
     // Of the chosen run its own error and that of its reference count.

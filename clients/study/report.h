@@ -161,10 +161,11 @@ typedef struct Advice {
 // run has the least median cost of those whose error plus that of the reference (its estimate, but
 // at least the last difference that it is based on) is at most `error` (a fraction), that ran at
 // `rate_hz` or more, whose 99th percentile of a tick is at most ADVICE_SHARE of the period, and
-// whose median cost is at most ADVICE_SHARE. The error includes how far StudyResult.nudged moves.
-// If none has all that, the nearest of those that hold the rate. If the reference of the total
-// error is missing or itself has an error above `error`, the error in time counts, for runs on the
-// scene's own mesh alone: it does not apply to coarser ones.
+// whose median cost is at most ADVICE_SHARE. The error includes how far StudyResult.nudged moves;
+// that of the force on the tool, if there is one, must be within `error` too. If none has all that,
+// the nearest of those that hold the rate. If the reference of the total error is missing or itself
+// has an error above `error`, the error in time counts, for runs on the scene's own mesh alone: it
+// does not apply to coarser ones.
 void advice_make(const StudyResult *result, double error, double rate_hz, Advice *advice);
 
 // The Pareto front: runs that no other run beats in both cost and error.

@@ -159,6 +159,25 @@ static void where_nothing_fits_the_nearest_is_named_with_what_it_misses(void **u
     assert_non_null(strstr(advice.sentence, "it misses the time of a tick (1.14 times"));
 }
 
+// Under a tool the patch goes where the tool does: what a hand feels must be right, too.
+static void error_of_the_force_counts_too(void **unused)
+{
+    (void)unused;
+    fill();
+    result.run[1].total.force = 0.4;
+    assert_string_equal(advised(0.01, 1000.0), "slow, level 2");
+    result.run[0].total.force = 0.5;
+    result.run[2].total.force = 0.6;
+    result.run[3].verdict = result.run[4].verdict = STUDY_BAD;
+    assert_string_equal(advised(0.01, 1000.0), "b, level 1");
+    assert_false(advice.met);
+    assert_non_null(
+        strstr(advice.sentence, "misses the error of the force on the tool (40 times)"));
+    result.nudged.force = 0.1;
+    advised(0.01, 1000.0);
+    assert_non_null(strstr(advice.sentence, "(50 times)"));
+}
+
 // A body that makes 2 % of inputs that differ by 0.01 % is known to 2 %, whatever the references.
 static void what_nearly_equal_inputs_differ_by_counts(void **unused)
 {
@@ -447,6 +466,7 @@ int main(void)
         cmocka_unit_test(last_difference_of_the_reference_counts),
         cmocka_unit_test(a_share_of_the_tick_is_kept_free),
         cmocka_unit_test(the_next_step_is_said),
+        cmocka_unit_test(error_of_the_force_counts_too),
         cmocka_unit_test(what_nearly_equal_inputs_differ_by_counts),
         cmocka_unit_test(mean_cost_must_fit_too),
         cmocka_unit_test(where_nothing_fits_the_nearest_is_named_with_what_it_misses),
