@@ -5,6 +5,7 @@
 #include "run/files_thread.h"
 
 #include <errno.h>
+#include <math.h>
 #include <poll.h>
 #include <stdlib.h>
 #include <string.h>
@@ -102,17 +103,22 @@ static void look_at_pace(Pace *pace, const Live *live)
         return;
     const int64_t ticks = atomic_load_explicit(&live->exchange.step, memory_order_relaxed),
                   late = atomic_load_explicit(&live->exchange.late, memory_order_relaxed);
-    const int64_t done = ticks - pace->ticks, missed = late - pace->late;
-    const bool slow = pace->next_ns > 0 && (double)missed > late_share * (double)(done + missed);
-    pace->slow = slow ? pace->slow + 1 : 0;
-    pace->calm = slow ? 0 : pace->calm + 1;
+    const int64_t done = ticks - pace->ticks, missed = late - pace->late, due = done + missed;
+    // Nothing came due: a pause, lockstep, or a tick that takes longer than this.
+    if (pace->next_ns > 0 && due == 0)
+        return;
+    const double rate = live->loop.options.rate_hz;
+    const int seconds = (int)fmax(1.0, round((double)due / rate));
+    const bool slow = pace->next_ns > 0 && (double)missed > late_share * (double)due;
+    pace->slow = slow ? pace->slow + seconds : 0;
+    pace->calm = slow ? 0 : pace->calm + seconds;
     pace->warned &= pace->calm < CALM_SECONDS;
     if (pace->slow >= SLOW_SECONDS && !pace->warned) {
         pace->warned = true;
         log_line(LOG_WARNING,
-                 "slower than real time for %d s: %lld of %.0f ticks a second; fewer nodes, larger "
+                 "slower than real time for %d s: %.3g of %.0f ticks a second; fewer nodes, larger "
                  "cells, threads, or a lower rate_hz (pliant-monitor shows the stages)",
-                 pace->slow, (long long)done, live->loop.options.rate_hz);
+                 pace->slow, (double)done / seconds, rate);
     }
     pace->ticks = ticks;
     pace->late = late;
