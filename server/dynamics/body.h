@@ -162,6 +162,9 @@ typedef struct BodyOps {
     // Reads positions [m] and velocities [m/s] of the current rows; velocity may be NULL.
     void (*read_nodes)(const void *model, const int *node, int count, Vec3 *position,
                        Vec3 *velocity);
+    // Tells what the place of a node follows from, of a body with BodyMesh.fit. `step`: ticks
+    // completed. NULL: no body of the model has any.
+    void (*fit_node)(const void *model, int node, int64_t step, FitNode *fit);
     // Whether the node is held by the scene (does not move).
     bool (*is_fixed)(const void *model, int node);
     // Adds forces [N] for the next evaluation only.

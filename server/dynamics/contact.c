@@ -37,7 +37,7 @@ static bool may_meet(const Contact *contact, const ToolPlacement *at, double tra
         Region region = {.kind = REGION_CAPSULE};
         contact_axis(&contact->tool->capsule[shape], at, &region.from, &region.to);
         region.radius = contact->tool->capsule[shape].radius + contact->smallest_radius + travel +
-                        CONTACT_FACE_REACH * body->surface.longest_edge;
+                        CONTACT_FACE_REACH * body->surface.longest_edge + contact->reach;
         int node; // not used, only the count is
         if (body->ops->find_nodes(body->model, &region, &node, 0) > 0)
             return true;
@@ -106,7 +106,8 @@ static void begin_tick_plane(Contact *contact)
     contact_find_candidates(contact, &unmoved, 0.25 * contact->body->surface.longest_edge);
 }
 
-void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick)
+void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick,
+                        int64_t step)
 {
     contact->kicked = 0.0;
     if (contact->is_plane) {
@@ -124,6 +125,8 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
         proxy->orientation = orientation;
     }
     contact->forces = (ContactForces){0};
+    if (contact->fit != NULL)
+        contact->fit->step = step;
 
     ToolPlacement at = {.position = proxy->position, .orientation = proxy->orientation};
     Quat turn = quat_multiply(orientation, quat_conjugate(proxy->orientation));
@@ -197,8 +200,11 @@ static void read_local_nodes(Contact *contact)
 {
     const Body *body = contact->body;
     // Solids feel velocities after the body's own kick.
-    body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x,
-                          contact->is_solid ? NULL : contact->v);
+    if (contact->fit != NULL)
+        contact_fit_read(contact);
+    else
+        body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x,
+                              contact->is_solid ? NULL : contact->v);
     if (contact->kicked > 0.0)
         add_work(contact); // of the last forces
     contact->kicked = 0.0;

@@ -44,7 +44,8 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
 
 // Clears the sums; finds the faces (or nodes) that the tool can reach as it moves from `begin` to
 // `end`, and on which side of them it is. Once per tick.
-void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick);
+void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick,
+                        int64_t step);
 // Returns false if the tool cannot reach the body in this tick: contact_apply is not needed.
 bool contact_is_near(const Contact *contact);
 // Chooses the proxy's motion in a substep, towards the tool's pose; before its first stage.
@@ -76,6 +77,7 @@ int64_t contact_refused(const Contact *contact);
 // One push, as a spring between the tool and a point of a face.
 typedef struct ContactSpring {
     int node[3];      // of BodySurface
+    int local[3];     // their local numbers in this tick
     double weight[3]; // barycentric
     Vec3 normal;      // unit
     double stiffness; // [N/m]

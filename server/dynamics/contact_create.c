@@ -196,16 +196,25 @@ static void create_for_wall(Contact *contact, const char *name, Arena *arena)
     contact->push = ALLOCATE(ARENA_CONTACT, contact->push_capacity, Push, "pushes");
 }
 
+static int carrier_capacity(const Contact *contact)
+{
+    return contact->fit != NULL ? contact->fit->capacity : contact->node_capacity;
+}
+
 static void create_for_solid(Contact *contact, const char *name, Arena *arena, StateList *state)
 {
     contact_solid_create(contact);
     contact->lumped = arena_allocate(arena, ARENA_CONTACT, (size_t)contact->node_capacity,
                                      sizeof *contact->lumped, "%s/lumped stiffness", name);
-    contact->touched = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Touched, "touched nodes");
-    contact->touched_node = ALLOCATE(ARENA_CONTACT, contact->node_capacity, int, "their numbers");
+    if (contact->body->mesh.fit.row_count > 0)
+        contact_fit_create(contact, name, arena);
+    contact->pressed = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Pressed, "pressed nodes");
+    const int carriers = carrier_capacity(contact);
+    contact->touched = ALLOCATE(ARENA_CONTACT, carriers, Touched, "touched nodes");
+    contact->touched_node = ALLOCATE(ARENA_CONTACT, carriers, int, "their numbers");
     contact->clear = ALLOCATE(ARENA_CONTACT, 1, Clear, "clear of the body");
     state_add(state, contact->clear, sizeof *contact->clear, "%s/clear", name);
-    contact->impulse = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "impulses");
+    contact->impulse = ALLOCATE(ARENA_CONTACT, carriers, Vec3, "impulses");
 }
 
 static void create_for_capsules(Contact *contact, const char *name, Arena *arena, StateList *state)
@@ -267,8 +276,16 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
     else
         create_for_capsules(contact, name, arena, state);
     state_add(state, contact->proxy, sizeof *contact->proxy, "%s/proxy", name);
-    contact->v = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "velocities");
+    contact->v = ALLOCATE(ARENA_CONTACT, carrier_capacity(contact), Vec3, "velocities");
     contact->f = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "forces");
+    if (contact->is_solid && contact->fit == NULL) {
+        Carriers *carriers = &contact->carriers;
+        carriers->node = contact->node;
+        carriers->x = contact->x;
+        carriers->f = contact->f;
+        carriers->lumped = contact->lumped;
+        carriers->touched = ALLOCATE(ARENA_CONTACT, contact->node_capacity, int, "numbers");
+    }
     return contact;
 }
 

@@ -10,8 +10,9 @@
 // A face that the tool can reach in this tick.
 typedef struct Candidate {
     int face;
-    int node[3];    // local
-    bool border[3]; // edge (k, k + 1) belongs to this face alone
+    int node[3];      // local
+    double stiffness; // [N/m]; solids only
+    bool border[3];   // edge (k, k + 1) belongs to this face alone
 } Candidate;
 
 // The tool's position for this body; plain data, part of the state.
@@ -59,18 +60,69 @@ typedef struct PushSums {
 
 enum { CONTACT_PUSHES = 2048 }; // at most, with friction; more pushes act without it
 
-// A node that a tool touches, with solids.
+// With solids, a carrier that a tool moves.
 typedef struct Touched {
-    int local;
+    int carrier;
+    bool acts;   // a node that it carries is pushed
     double mass; // [kg]; 0: it cannot move
     Vec3 swing;  // velocity of the tool's point there by its rotation [m/s]
+    Vec3 force;  // of the nodes that do not separate [N]
+    // Of contact_fit_solve: residual [N s], step [m/s] and what it does [N s].
+    Vec3 left, way, image;
 } Touched;
+
+// With solids, a local node that a tool pushes.
+typedef struct Pressed {
+    int local;
+    bool acts;  // it does not separate
+    Vec3 speed; // after the body's own kick [m/s]
+    Vec3 swing; // as in Touched
+} Pressed;
 
 // What a contact with a solid remembers; plain data, part of the state.
 typedef struct Clear {
     Vec3 position;   // of the proxy where it last was clear of the body [m]
     int64_t touched; // 1: the tool touched the body in the last substep
 } Clear;
+
+// The vertices that move as a tool pushes: the local nodes themselves, or with a fitted surface the
+// corners of the cells around them. [count]
+typedef struct Carriers {
+    int count;
+    int *node;           // of the body
+    Vec3 *x, *f;         // position [m], force [N]
+    double (*lumped)[6]; // stiffness, xx yy zz xy xz yz [N/m]
+    double *push;        // share of the pushes on the surface [N]; NULL: the size of `f`
+    int *touched;        // number among the touched ones
+} Carriers;
+
+typedef struct CarrierWeight {
+    int carrier;
+    double weight;
+} CarrierWeight;
+
+// A local node is where its carriers put it: at the weighted sum of their positions, and `shift`.
+typedef struct Follower {
+    int first, count; // of ContactFit.weight; the node's own vertex first
+    double size;      // sum of all |weight|
+    double rest[3];   // [m]
+    Vec3 shift;       // [m]
+} Follower;
+
+// Contact on a fitted surface (contact_fit.c).
+typedef struct ContactFit {
+    int capacity, weight_capacity, weight_count; // of carriers, and of `weight`
+    int *carrier_of;                             // by vertex of the body; -1
+    int *weight_of;                              // by carrier, of the node at hand; -1
+    CarrierWeight *weight;
+    Follower *follower; // [local node]
+    // Of the search for candidates, where `read` by vertex and `found` by node of the surface say
+    // the number of this search: positions of vertices, places of nodes [m].
+    int64_t search, *read, *found;
+    Vec3 *vertex, *place;
+    double density; // mean mass of the nodes per area of the faces around them [kg/m2]
+    int64_t step;   // ticks completed
+} ContactFit;
 
 enum { CONTACT_POINTS = 16 }; // of a face of a solid, at most
 
@@ -96,6 +148,7 @@ struct Contact {
     // or of its capsules against a hollow wall.
     bool is_plane, is_solid;
     double smallest_radius, largest_radius; // of the capsules [m]
+    double reach;                           // farthest node from its vertex, of fitted surfaces [m]
     double lever;                           // farthest point of an axis from the tool's origin [m]
 
     // --- part of the state ---
@@ -156,16 +209,38 @@ struct Contact {
     int point_count;
     double point_weight[CONTACT_POINTS][3];
     double (*lumped)[6]; // of a local node: lumped stiffness, xx yy zz xy xz yz [N/m]
-    double limit;        // of the force now [N]
-    Clear *clear;        // state
-    int touched_count;   // nodes within the tool; by their number:
+    Carriers carriers;
+    ContactFit *fit;                  // of a fitted surface, else NULL
+    double limit;                     // of the force now [N]
+    Clear *clear;                     // state
+    int pressed_count, touched_count; // local nodes that the tool pushes; carriers that it moves
+    Pressed *pressed;
     Touched *touched;
-    int *touched_node;
-    Vec3 *impulse; // [N s]
+    int *touched_node; // of the body
+    Vec3 *impulse;     // on the touched carriers [N s]
 
     double kicked; // half the duration of the forces `f` whose work is half counted [s], or 0
     ContactSums sums;
 };
+
+// Symmetric matrices: xx yy zz xy xz yz.
+static inline Vec3 sym_times(const double k[6], Vec3 x)
+{
+    return vec3(k[0] * x.x + k[3] * x.y + k[4] * x.z, k[3] * x.x + k[1] * x.y + k[5] * x.z,
+                k[4] * x.x + k[5] * x.y + k[2] * x.z);
+}
+
+// Solves (k + add 1) y = x for a positive matrix.
+static inline Vec3 sym_solve(const double k[6], double add, Vec3 x)
+{
+    const double a = k[0] + add, b = k[1] + add, c = k[2] + add;
+    const double xx = b * c - k[5] * k[5], yy = a * c - k[4] * k[4], zz = a * b - k[3] * k[3],
+                 xy = k[4] * k[5] - k[3] * c, xz = k[3] * k[5] - k[4] * b,
+                 yz = k[3] * k[4] - a * k[5];
+    const double inverse = 1.0 / (a * xx + k[3] * xy + k[4] * xz);
+    const double adjugate[6] = {xx, yy, zz, xy, xz, yz};
+    return vec3_scale(inverse, sym_times(adjugate, x));
+}
 
 // A capsule without length.
 bool contact_is_sphere(const Capsule *capsule);
@@ -201,6 +276,39 @@ void contact_solid_kick(Contact *contact, const Stage *stage, double h);
 bool contact_solid_look(Contact *contact, const ToolPlacement *at, Vec3 *out);
 // Spreads the points over the faces. Load time.
 void contact_solid_create(Contact *contact);
+
+// contact_fit.c. Load time: creates what a contact on a fitted surface needs.
+void contact_fit_create(Contact *contact, const char *name, Arena *arena);
+// As the search for candidates began: reads the vertices of a face's corners, and returns the place
+// of a node [m].
+void contact_fit_read_vertices(const Contact *contact, const int corner[3], Vec3 x[3]);
+Vec3 contact_fit_place(const Contact *contact, int node);
+// Gathers what the local nodes follow from, and the stiffness of the candidates; then reads their
+// places. At the start of a tick.
+void contact_fit_gather(Contact *contact);
+// Reads the carriers and, in `x`, the places of the local nodes.
+void contact_fit_read(Contact *contact);
+// Spreads `f` and `lumped` of the local nodes over the carriers.
+void contact_fit_spread(Contact *contact);
+
+// Improves the impulses on the touched carriers, which were found as if each were alone, to those
+// of
+//   (M + g W^T K W) dv = W^T (h f - g K (W v - u)),
+// with the weights W of the pressed nodes, and the tool moving at `u` [m/s].
+void contact_fit_solve(Contact *contact, Vec3 u, double h, double g);
+
+// The vertices that carry most of a spring's point. [count], of which CONTACT_MAIN for each corner
+// of its face.
+enum { CONTACT_MAIN = 6 };
+typedef struct ContactCarriers {
+    int count, vertex[3 * CONTACT_MAIN];
+    float share[3 * CONTACT_MAIN];
+} ContactCarriers;
+
+// Finds what carries a spring of contact_springs, called before in this tick; the shares
+// of a corner are scaled to a sum of its weight. Of a fitted surface.
+void contact_find_carriers(const Contact *contact, const ContactSpring *spring,
+                           ContactCarriers *carriers);
 
 // contact_force.c: stiffness of the contact of a face [N/m].
 double contact_face_stiffness(const Body *body, int face);

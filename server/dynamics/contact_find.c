@@ -22,7 +22,7 @@ static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
         Region region = {.kind = REGION_CAPSULE};
         contact_axis(&contact->tool->capsule[shape], at, &region.from, &region.to);
         region.radius = contact->tool->capsule[shape].radius + margin +
-                        CONTACT_FACE_REACH * surface->longest_edge;
+                        CONTACT_FACE_REACH * surface->longest_edge + contact->reach;
         int count = contact->body->ops->find_nodes(contact->body->model, &region, contact->node,
                                                    surface->node_count);
         for (int i = 0; i < count; i++) {
@@ -101,6 +101,8 @@ static void read_corners(const Contact *contact, const int *corner, Vec3 x[3])
         const int local = contact->local[corner[k]];
         if (local >= 0)
             x[k] = contact->x[local];
+        else if (contact->fit != NULL)
+            x[k] = contact_fit_place(contact, corner[k]);
         else
             body->ops->read_nodes(body->model, &corner[k], 1, &x[k], NULL);
     }
@@ -119,6 +121,7 @@ static bool add_candidate(Contact *contact, int face, const Vec3 x[3])
         return false;
     Candidate *candidate = &contact->candidate[contact->candidate_count++];
     candidate->face = face;
+    candidate->stiffness = contact_face_stiffness(contact->body, face);
     for (int k = 0; k < 3; k++) {
         candidate->border[k] = surface->face_neighbor[face][k] < 0;
         candidate->node[k] = local_number(contact, surface->face[face][k]);
@@ -133,20 +136,29 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
 {
     const BodySurface *surface = &contact->body->surface;
     const int shapes = contact->tool->capsule_count;
-    Reach axis[TOOL_SHAPES];
+    Reach axis[TOOL_SHAPES], wide[TOOL_SHAPES]; // wide: of the vertices of a fitted surface
     for (int shape = 0; shape < shapes; shape++) {
         const Capsule *capsule = &contact->tool->capsule[shape];
         contact_axis(capsule, at, &axis[shape].p, &axis[shape].q);
         axis[shape].reach = capsule->radius + margin;
         axis[shape].sphere = contact_is_sphere(capsule);
+        wide[shape] = axis[shape];
+        wide[shape].reach += contact->reach;
     }
     for (int word = 0; word < (surface->face_used + 63) / 64; word++) {
         contact->rank[word] = contact->candidate_count;
         for (uint64_t bits = contact->mark[word]; bits != 0; bits &= bits - 1) {
             int face = word * 64 + __builtin_ctzll(bits);
             Vec3 x[3];
-            read_corners(contact, surface->face[face], x);
-            bool reached = within_reach(axis, shapes, x);
+            bool reached = true;
+            if (contact->fit != NULL) {
+                contact_fit_read_vertices(contact, surface->face[face], x);
+                reached = within_reach(wide, shapes, x);
+            }
+            if (reached) {
+                read_corners(contact, surface->face[face], x);
+                reached = within_reach(axis, shapes, x);
+            }
             if (reached && add_candidate(contact, face, x))
                 continue;
             contact->refused += reached;
@@ -241,7 +253,11 @@ void contact_find_candidates(Contact *contact, const ToolPlacement *at, double m
         return;
     }
     mark_faces(contact, at, margin);
+    if (contact->fit != NULL)
+        contact->fit->search++;
     keep_candidates(contact, at, margin);
+    if (contact->fit != NULL)
+        contact_fit_gather(contact);
     if (contact->is_solid)
         forget_local_numbers(contact);
     else

@@ -107,6 +107,7 @@ void contact_note_spring(Contact *contact, const Candidate *candidate, const dou
         return;
     ContactSpring *spring = &contact->spring[i];
     for (int k = 0; k < 3; k++) {
+        spring->local[k] = candidate->node[k];
         spring->node[k] = contact->node[candidate->node[k]];
         spring->weight[k] = weight[k];
     }

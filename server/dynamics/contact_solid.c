@@ -58,6 +58,10 @@ static bool leads_out(Contact *contact, const Candidate *candidate, const Closes
         *out = vec3_scale(radius - fmin(at_p, at_q), normal);
         return true;
     }
+    // A tool that touched the body was outside: it cannot have gone so far through in a tick, and
+    // sees the back of a fold.
+    if (contact->clear->touched != 0 && nearest->distance > CONTACT_CROSSED_REACH * radius)
+        return false;
     contact_find_normals(contact, candidate);
     if (contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
                      nearest->on_segment) >= 0)
@@ -233,10 +237,36 @@ static void evaluate_shape(Contact *contact, const ToolPlacement *at, int shape,
         const Candidate *candidate = &contact->candidate[i];
         const Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
                            contact->x[candidate->node[2]]};
-        const double stiffness = contact_face_stiffness(contact->body, candidate->face);
+        const double stiffness = candidate->stiffness;
         push_points(contact, candidate, x, p, q, radius, of_points * stiffness);
         if (contact->gap_begin[shape][i] < (BARRIER_FROM + SOFT_REACH * SOFT) * radius + approach)
             push_barrier(contact, candidate, x, p, q, sphere, radius, of_barrier * stiffness);
+    }
+}
+
+static bool is_stiff(const double lumped[6])
+{
+    return lumped[0] + lumped[1] + lumped[2] > 0.0;
+}
+
+// Lists the nodes that are pushed, then the carriers that move with them, in ascending order.
+static void list_touched(Contact *contact)
+{
+    Carriers *carriers = &contact->carriers;
+    contact->pressed_count = contact->touched_count = 0;
+    for (int i = 0; i < contact->local_count; i++)
+        if (is_stiff((const double *)contact->lumped[i]))
+            contact->pressed[contact->pressed_count++].local = i;
+    if (contact->fit != NULL)
+        contact_fit_spread(contact);
+    else
+        carriers->count = contact->local_count;
+    for (int i = 0; i < carriers->count; i++) {
+        if (!is_stiff((const double *)carriers->lumped[i]))
+            continue;
+        carriers->touched[i] = contact->touched_count;
+        contact->touched_node[contact->touched_count] = carriers->node[i];
+        contact->touched[contact->touched_count++].carrier = i;
     }
 }
 
@@ -248,41 +278,24 @@ void contact_solid_evaluate(Contact *contact, const ToolPlacement *at)
     const double approach = contact_approach(contact, at);
     for (int shape = 0; shape < contact->tool->capsule_count; shape++)
         evaluate_shape(contact, at, shape, approach);
-    // The nodes that are touched, in ascending order.
-    contact->touched_count = 0;
-    for (int i = 0; i < contact->local_count; i++)
-        if (contact->lumped[i][0] + contact->lumped[i][1] + contact->lumped[i][2] > 0.0) {
-            contact->touched_node[contact->touched_count] = contact->node[i];
-            contact->touched[contact->touched_count++].local = i;
-        }
+    list_touched(contact);
 }
 
 // --- the impulses of a substep -------------------------------------------------------------------
 
-// Symmetric matrices: xx yy zz xy xz yz.
-static Vec3 times(const double k[6], Vec3 x)
+// Returns the carriers of a local node; `own` is written where the node carries itself.
+static const CarrierWeight *weights_of(const Contact *contact, int local, CarrierWeight *own,
+                                       int *count)
 {
-    return vec3(k[0] * x.x + k[3] * x.y + k[4] * x.z, k[3] * x.x + k[1] * x.y + k[5] * x.z,
-                k[4] * x.x + k[5] * x.y + k[2] * x.z);
+    if (contact->fit == NULL) {
+        *own = (CarrierWeight){local, 1.0};
+        *count = 1;
+        return own;
+    }
+    const Follower *follower = &contact->fit->follower[local];
+    *count = follower->count;
+    return contact->fit->weight + follower->first;
 }
-
-// Solves (k + add 1) y = x for a positive matrix.
-static Vec3 solve(const double k[6], double add, Vec3 x)
-{
-    const double a = k[0] + add, b = k[1] + add, c = k[2] + add;
-    const double xx = b * c - k[5] * k[5], yy = a * c - k[4] * k[4], zz = a * b - k[3] * k[3],
-                 xy = k[4] * k[5] - k[3] * c, xz = k[3] * k[5] - k[4] * b,
-                 yz = k[3] * k[4] - a * k[5];
-    const double inverse = 1.0 / (a * xx + k[3] * xy + k[4] * xz);
-    const double adjugate[6] = {xx, yy, zz, xy, xz, yz};
-    return vec3_scale(inverse, times(adjugate, x));
-}
-
-// What a node receives in a substep, and how it grows with the velocity of the tool there.
-typedef struct NodeImpulse {
-    Vec3 impulse;    // [N s]
-    double slope[6]; // [kg]
-} NodeImpulse;
 
 // Adds s (1 - n n^T).
 static void add_across(double k[6], double s, Vec3 n)
@@ -295,61 +308,117 @@ static void add_across(double k[6], double s, Vec3 n)
     k[5] -= s * n.y * n.z;
 }
 
-// Adds Coulomb friction: as much as stops the node beside the tool, at most `friction` times the
-// push. Implicit, so that what sticks does not creep.
-static void add_friction(NodeImpulse *on, double friction, double mass, Vec3 slip)
+// Returns the mass with which a pressed node resists; 0: it cannot move.
+static double mass_of(const Contact *contact, const CarrierWeight *weight, int count)
 {
-    const double size = vec3_length(on->impulse);
-    const Vec3 normal = vec3_scale(1.0 / size, on->impulse);
-    slip = vec3_madd(slip, -vec3_dot(slip, normal), normal);
-    const double speed = vec3_length(slip),
-                 held = mass * speed > friction * size ? friction * size / speed : mass;
-    on->impulse = vec3_madd(on->impulse, -held, slip);
-    add_across(on->slope, held, normal);
+    double inverse = 0.0;
+    for (int c = 0; c < count; c++) {
+        const double m = contact->touched[contact->carriers.touched[weight[c].carrier]].mass;
+        if (count == 1)
+            return m;
+        inverse += m > 0.0 ? weight[c].weight * weight[c].weight / m : 0.0;
+    }
+    return inverse > 0.0 ? 1.0 / inverse : 0.0;
 }
 
-// Computes the impulse on a node that moves at `v` after the body's own kick, with the tool's point
-// there moving at `tool`: m dv of
-//   (m + g D) dv = h f - g D (v - tool),   g = h (h + b),
-// then friction. A node that cannot move gets what it withholds.
-static NodeImpulse impulse_on(const Contact *contact, int t, Vec3 tool, double h, double friction)
+// Adds the force on a node to its carriers, if the tool that moves at `u` pushes it. Damping must
+// not pull: a node that separates faster than it is pushed is free.
+static void add_pressed(Contact *contact, Pressed *pressed, Vec3 u, double h, double g)
 {
-    const Touched *touched = &contact->touched[t];
-    const double m = touched->mass, g = h * (h + contact->body->contact_damping);
-    const double *d = contact->lumped[touched->local];
-    const Vec3 f = contact->f[touched->local], slip = vec3_sub(contact->v[t], tool);
+    const double *d = contact->lumped[pressed->local];
+    const Vec3 f = contact->f[pressed->local],
+               slip = vec3_sub(pressed->speed, vec3_add(u, pressed->swing));
+    int count;
+    CarrierWeight own;
+    const CarrierWeight *weight = weights_of(contact, pressed->local, &own, &count);
+    const double m = mass_of(contact, weight, count);
     double k[6];
     for (int j = 0; j < 6; j++)
         k[j] = m > 0.0 ? g / m * d[j] : 0.0;
-    NodeImpulse on = {.impulse = solve(k, 1.0, vec3_madd(vec3_scale(h, f), -g, times(d, slip)))};
-    // Damping must not pull: a node that separates faster than it is pushed is free.
-    if (!(vec3_dot(on.impulse, f) > 0.0))
-        return (NodeImpulse){0};
-    // m (m + g D)^-1 g D, column by column; symmetric.
-    const Vec3 x = solve(k, 1.0, vec3(g * d[0], g * d[3], g * d[4])),
-               y = solve(k, 1.0, vec3(g * d[3], g * d[1], g * d[5])),
-               z = solve(k, 1.0, vec3(g * d[4], g * d[5], g * d[2]));
-    const double slope[6] = {x.x, y.y, z.z, x.y, x.z, y.z};
-    memcpy(on.slope, slope, sizeof slope);
-    if (friction > 0.0)
-        add_friction(&on, friction, contact->body->surface.node_mass[contact->touched_node[t]],
-                     slip);
-    return on;
+    const Vec3 push = sym_solve(k, 1.0, vec3_madd(vec3_scale(h, f), -g, sym_times(d, slip)));
+    pressed->acts = vec3_dot(push, f) > 0.0;
+    for (int c = 0; c < count && pressed->acts; c++) {
+        Touched *to = &contact->touched[contact->carriers.touched[weight[c].carrier]];
+        to->force = vec3_madd(to->force, weight[c].weight, f);
+        to->acts = true;
+    }
 }
 
-// Computes the impulses on all touched nodes with the proxy moving at `u`; returns their sum and in
-// `slope` its derivative by u.
+// Returns the part of a carrier's impulse that friction counts: some carriers of a fitted surface
+// pull a little and others push more, but their shares add up to the push on the surface.
+static double friction_share(const Contact *contact, const Touched *touched)
+{
+    const Carriers *carriers = &contact->carriers;
+    const double force = vec3_length(carriers->f[touched->carrier]);
+    return carriers->push == NULL ? 1.0 : fmin(1.0, carriers->push[touched->carrier] / force);
+}
+
+// Adds Coulomb friction: as much as stops the carrier beside the tool, at most `friction` times its
+// share of the push. Implicit, so that what sticks does not creep.
+static void add_friction(const Contact *contact, int t, double friction, Vec3 slip, double slope[6])
+{
+    Vec3 *impulse = &contact->impulse[t];
+    const double length = vec3_length(*impulse);
+    if (!(length > 0.0))
+        return;
+    const double mass = contact->body->surface.node_mass[contact->touched_node[t]],
+                 most = friction * friction_share(contact, &contact->touched[t]) * length;
+    const Vec3 normal = vec3_scale(1.0 / length, *impulse);
+    slip = vec3_madd(slip, -vec3_dot(slip, normal), normal);
+    const double speed = vec3_length(slip), held = mass * speed > most ? most / speed : mass;
+    *impulse = vec3_madd(*impulse, -held, slip);
+    add_across(slope, held, normal);
+}
+
+// Computes the impulse on a carrier, m dv of
+//   (m + g D) dv = h f - g D (v - u),   g = h (h + b),
+// with the tool moving at u, and adds its derivative by u. One that cannot move gets what it
+// withholds. Of a node that carries itself D is its stiffness K; where several nodes share carriers
+// D bounds the stiffness of all, and contact_fit_solve starts from here.
+static void find_impulse(Contact *contact, int t, Vec3 u, double h, double g, double slope[6])
+{
+    const Touched *touched = &contact->touched[t];
+    contact->impulse[t] = vec3(0.0, 0.0, 0.0);
+    if (!touched->acts)
+        return;
+    const double m = touched->mass, *d = contact->carriers.lumped[touched->carrier];
+    const Vec3 slip = vec3_sub(contact->v[t], vec3_add(u, touched->swing));
+    double k[6];
+    for (int j = 0; j < 6; j++)
+        k[j] = m > 0.0 ? g / m * d[j] : 0.0;
+    contact->impulse[t] =
+        sym_solve(k, 1.0, vec3_madd(vec3_scale(h, touched->force), -g, sym_times(d, slip)));
+    // m (m + g D)^-1 g D, column by column; symmetric.
+    const Vec3 x = sym_solve(k, 1.0, vec3(g * d[0], g * d[3], g * d[4])),
+               y = sym_solve(k, 1.0, vec3(g * d[3], g * d[1], g * d[5])),
+               z = sym_solve(k, 1.0, vec3(g * d[4], g * d[5], g * d[2]));
+    const double own[6] = {x.x, y.y, z.z, x.y, x.z, y.z};
+    for (int j = 0; j < 6; j++)
+        slope[j] += own[j];
+}
+
+// Computes the impulses on all touched carriers with the proxy moving at `u`; returns their sum and
+// in `slope` its derivative by u.
 static Vec3 impulses(Contact *contact, Vec3 u, double h, double friction, double slope[6])
 {
+    const double g = h * (h + contact->body->contact_damping);
     Vec3 sum = {0.0, 0.0, 0.0};
     memset(slope, 0, 6 * sizeof *slope);
     for (int t = 0; t < contact->touched_count; t++) {
-        const NodeImpulse on =
-            impulse_on(contact, t, vec3_add(u, contact->touched[t].swing), h, friction);
-        contact->impulse[t] = on.impulse;
-        sum = vec3_add(sum, on.impulse);
-        for (int j = 0; j < 6; j++)
-            slope[j] += on.slope[j];
+        contact->touched[t].force = sum;
+        contact->touched[t].acts = false;
+    }
+    for (int p = 0; p < contact->pressed_count; p++)
+        add_pressed(contact, &contact->pressed[p], u, h, g);
+    for (int t = 0; t < contact->touched_count; t++)
+        find_impulse(contact, t, u, h, g, slope);
+    if (contact->fit != NULL)
+        contact_fit_solve(contact, u, h, g);
+    for (int t = 0; t < contact->touched_count; t++) {
+        if (friction > 0.0)
+            add_friction(contact, t, friction,
+                         vec3_sub(contact->v[t], vec3_add(u, contact->touched[t].swing)), slope);
+        sum = vec3_add(sum, contact->impulse[t]);
     }
     return sum;
 }
@@ -365,18 +434,20 @@ static Vec3 slack(const double slope[6], Vec3 impulse, double most)
     double low = 0.0, high = trace * most / (size - most) + 1e-300;
     for (int i = 0; i < HALVINGS && high - low > 1e-12 * high; i++) {
         const double pull = 0.5 * (low + high);
-        if (pull * vec3_length(solve(slope, pull, impulse)) < most)
+        if (pull * vec3_length(sym_solve(slope, pull, impulse)) < most)
             low = pull;
         else
             high = pull;
     }
-    return solve(slope, fmax(high, LEAST_PULL * trace), impulse);
+    return sym_solve(slope, fmax(high, LEAST_PULL * trace), impulse);
 }
 
-// Reads the touched nodes after the body's own kick, and the tool's turn at each.
+// Reads the touched carriers after the body's own kick, and the tool's turn at each; then how fast
+// the pressed nodes move with them.
 static void read_touched(Contact *contact, double h)
 {
     const Body *body = contact->body;
+    const Carriers *carriers = &contact->carriers;
     const Proxy *from = contact->proxy, *next = &contact->next;
     const Quat turn = quat_multiply(next->orientation, quat_conjugate(from->orientation));
     const Vec3 angular = vec3_scale(1.0 / h, quat_to_rotation(turn));
@@ -385,10 +456,23 @@ static void read_touched(Contact *contact, double h)
         const int node = contact->touched_node[t];
         touched->mass =
             body->ops->is_fixed(body->model, node) ? 0.0 : body->surface.node_mass[node];
-        touched->swing = vec3_cross(angular, vec3_sub(contact->x[touched->local], from->position));
+        touched->swing =
+            vec3_cross(angular, vec3_sub(carriers->x[touched->carrier], from->position));
     }
     body->ops->read_nodes(body->model, contact->touched_node, contact->touched_count,
                           contact->impulse, contact->v); // positions are not needed
+    for (int p = 0; p < contact->pressed_count; p++) {
+        Pressed *pressed = &contact->pressed[p];
+        pressed->swing = vec3_cross(angular, vec3_sub(contact->x[pressed->local], from->position));
+        pressed->speed = vec3(0.0, 0.0, 0.0);
+        int count;
+        CarrierWeight own;
+        const CarrierWeight *weight = weights_of(contact, pressed->local, &own, &count);
+        for (int c = 0; c < count; c++) {
+            const int t = carriers->touched[weight[c].carrier];
+            pressed->speed = vec3_madd(pressed->speed, weight[c].weight, contact->v[t]);
+        }
+    }
 }
 
 // Moves the proxy as far towards the hand as its largest force allows, and computes the impulses of
@@ -407,7 +491,7 @@ static double follow_hand(Contact *contact, double h)
     const bool yields = vec3_length(sum) > most;
     Vec3 behind = {0.0, 0.0, 0.0};
     for (int pass = 0; pass < PASSES && yields; pass++) {
-        const Vec3 whole = vec3_add(sum, times(slope, behind));
+        const Vec3 whole = vec3_add(sum, sym_times(slope, behind));
         const Vec3 step = vec3_length(whole) > most ? slack(slope, whole, most) : vec3(0, 0, 0);
         u = vec3_add(vec3_sub(u, step), behind);
         behind = step;
@@ -432,7 +516,7 @@ void contact_solid_kick(Contact *contact, const Stage *stage, double h)
         Vec3 *impulse = &contact->impulse[t];
         *impulse = vec3_scale(scale, *impulse);
         // The kick comes before the drift: it acts where the forces were evaluated.
-        const Vec3 arm = vec3_sub(contact->x[touched->local], sums->about);
+        const Vec3 arm = vec3_sub(contact->carriers.x[touched->carrier], sums->about);
         sums->impulse = vec3_sub(sums->impulse, *impulse);
         sums->moment = vec3_sub(sums->moment, vec3_cross(arm, *impulse));
         const double by_mass = touched->mass > 0.0 ? 0.5 / touched->mass : 0.0;

@@ -6,9 +6,21 @@
 #ifndef PLIANT_DYNAMICS_FIT_H
 #define PLIANT_DYNAMICS_FIT_H
 
+#include "base/vec.h"
+
 #include <stdint.h>
 
 enum { FIT_CORNERS = 8 };
+
+// What the place of one node follows from: y = x + sum over axes of o_axis G_axis + shift, with G
+// the mean gradient of the cells that have its vertex as a corner.
+typedef struct FitNode {
+    int cell_count;
+    int corner[FIT_CORNERS][FIT_CORNERS]; // vertices, x first
+    double offset[3];                     // [edges]
+    double rest[3];                       // its place at rest, in some axes of the body [m]
+    Vec3 shift;                           // of a fade [m]
+} FitNode;
 
 // A node that a change of topology would let jump: it goes from where it was to where it belongs.
 typedef struct FitFade {
@@ -20,6 +32,7 @@ typedef struct FitFade {
 typedef struct BodyFit {
     int row_count, cell_count, fade_count;
     int row_capacity, cell_capacity, fade_capacity;
+    double reach;                   // no node is farther from its vertex at rest [m]
     int fade_steps;                 // ticks that a fade takes
     const int *row;                 // [node] row of its vertex
     const float (*offset)[3];       // [row] o in edges of a cell, along its axes at rest

@@ -180,7 +180,7 @@ static void find_contacts(Sim *sim)
         double age = sim_pose_age(sim, motion);
         tool_motion_at(motion, age + sim->tick, &end, &orientation);
         tool_motion_at(motion, age, &begin, &orientation);
-        contact_begin_tick(contact, begin, end, orientation, sim->tick);
+        contact_begin_tick(contact, begin, end, orientation, sim->tick, sim->clock->step);
     }
 }
 

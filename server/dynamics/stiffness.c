@@ -24,6 +24,7 @@ static const double RISE = 0.5, FALL = 0.2; // of the difference, per way: too s
 enum {
     STEPS = 30, // of conjugate gradients, at most
     SPRINGS = 1024,
+    SPRING_CARRIERS = 3 * CONTACT_MAIN * PATCH_CARRIERS,
 };
 
 typedef enum Phase { PHASE_IDLE, PHASE_GATHER, PHASE_SOLVE } Phase;
@@ -62,6 +63,7 @@ struct StiffnessEstimator {
     int topology;   // of its body at the start
     int spring_count, step_count;
     ContactSpring spring[SPRINGS];
+    ContactCarriers *carried;       // [SPRINGS] with a fitted surface, else NULL
     double tangent[SPRINGS][6];     // of a spring's force, by its length and by its direction
     double kc[6];                   // their sum
     Vec3 normal;                    // mean
@@ -104,6 +106,9 @@ StiffnessEstimator *stiffness_create(Contact *const *contact, int count, double 
     for (int i = 0; i < count; i++) {
         if (!is_measurable(contact[i]))
             continue;
+        if (all->carried == NULL && contact[i]->fit != NULL)
+            all->carried = arena_allocate(arena, ARENA_CONTACT, SPRINGS, sizeof *all->carried,
+                                          "stiffness/carriers");
         Estimate *estimate = &all->estimate[i];
         estimate->node = arena_allocate(arena, ARENA_CONTACT, PATCH_NODES, sizeof *estimate->node,
                                         "stiffness/nodes");
@@ -266,6 +271,8 @@ static void begin_next(StiffnessEstimator *all, int64_t step)
         if (all->spring_count <= 0)
             continue;
         all->at = at;
+        for (int i = 0; i < all->spring_count && contact->fit != NULL; i++)
+            contact_find_carriers(contact, &all->spring[i], &all->carried[i]);
         find_tangents(all, !(contact_friction(contact) > 0.0));
         all->normal = (Vec3){0.0, 0.0, 0.0};
         for (int i = 0; i < all->spring_count; i++)
@@ -285,14 +292,19 @@ static void begin_next(StiffnessEstimator *all, int64_t step)
 // The system
 
 // Finds the moving nodes under a spring, with their shares.
-static int spring_carriers(const StiffnessEstimator *all, const ContactSpring *spring,
-                           short local[3 * PATCH_CARRIERS], double share[3 * PATCH_CARRIERS])
+static int spring_carriers(const StiffnessEstimator *all, int index, short local[SPRING_CARRIERS],
+                           double share[SPRING_CARRIERS])
 {
+    const ContactSpring *spring = &all->spring[index];
+    const ContactCarriers *carried =
+        all->contact[all->at]->fit != NULL ? &all->carried[index] : NULL;
     int count = 0;
-    for (int k = 0; k < 3; k++) {
-        int more = patch_carriers(all->patch, spring->node[k], local + count, share + count);
+    for (int k = 0; k < (carried != NULL ? carried->count : 3); k++) {
+        const int node = carried != NULL ? carried->vertex[k] : spring->node[k];
+        const double weight = carried != NULL ? (double)carried->share[k] : spring->weight[k];
+        int more = patch_carriers(all->patch, node, local + count, share + count);
         for (int i = count; i < count + more; i++)
-            share[i] *= spring->weight[k];
+            share[i] *= weight;
         count += more;
     }
     return count;
@@ -302,12 +314,11 @@ static void add_springs(StiffnessEstimator *all)
 {
     memset(all->b, 0, (size_t)all->patch->node_count * sizeof *all->b);
     for (int i = 0; i < all->spring_count; i++) {
-        const ContactSpring *spring = &all->spring[i];
         const double *k = all->tangent[i];
         const double m[9] = {k[0], k[5], k[4], k[5], k[1], k[3], k[4], k[3], k[2]};
-        short local[3 * PATCH_CARRIERS];
-        double share[3 * PATCH_CARRIERS];
-        int count = spring_carriers(all, spring, local, share);
+        short local[SPRING_CARRIERS];
+        double share[SPRING_CARRIERS];
+        int count = spring_carriers(all, i, local, share);
         patch_add_form(all->patch, count, local, share, m);
         for (int e = 0; e < count; e++)
             for (int c = 0; c < 3; c++)
@@ -436,10 +447,10 @@ static double find_damping(const StiffnessEstimator *all)
         inner += vec3_dot(u, au);
     }
     for (int i = 0; i < all->spring_count; i++) {
-        short local[3 * PATCH_CARRIERS];
-        double share[3 * PATCH_CARRIERS];
+        short local[SPRING_CARRIERS];
+        double share[SPRING_CARRIERS];
         Vec3 moved = {0.0, 0.0, 0.0};
-        int count = spring_carriers(all, &all->spring[i], local, share);
+        int count = spring_carriers(all, i, local, share);
         for (int e = 0; e < count; e++)
             for (int c = 0; c < 3; c++)
                 moved = vec3_madd(moved, share[e] * n[c], all->u[local[e]].of[c]);

@@ -266,14 +266,26 @@ static void add_attachment(uint64_t *hash, const AttachmentOptions *attachment)
     add_region(hash, &attachment->region);
 }
 
+bool build_is_fitted(const Scene *scene, const SceneBody *body)
+{
+    const bool known = body->voxels.kind == VOXELS_FILE || body->voxels.kind == VOXELS_MESH;
+    const ScenePublish *publish = &scene->publish;
+    return body->model == MODEL_VOXEL && body->dimensions == 3 && body->skin.file == NULL &&
+           !publish->all_nodes && (publish->nodes_hz > 0.0 || scene->tool_count > 0) &&
+           (body->shown == SHOWN_FITTED || (body->shown == SHOWN_AUTO && known));
+}
+
 uint64_t physics_hash(const Scene *scene, const World *world)
 {
     uint64_t hash = FNV_START;
     // The scene's own keys, then each of its lists with its length.
     add_keys(&hash, &SCENE_TABLE, scene);
     fnv_int(&hash, scene->body_count);
-    for (int i = 0; i < scene->body_count; i++)
+    for (int i = 0; i < scene->body_count; i++) {
         add_body(&hash, &scene->body[i], &world->mesh[i], world->cells[i].hash);
+        if (scene->tool_count > 0 && build_is_fitted(scene, &scene->body[i]))
+            add_text(&hash, "fitted"); // what tools feel: `publish.nodes` and the cells decide too
+    }
     // Tools and attachments have no names that matter.
     fnv_int(&hash, scene->tool_count);
     for (int i = 0; i < scene->tool_count; i++)

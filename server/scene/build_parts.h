@@ -19,6 +19,9 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
 void build_complete(BodyOptions *body, const World *world, const Scene *scene,
                     const BuildOptions *options);
 
+// True if a body has a smooth surface: it is shown, or tools feel it.
+bool build_is_fitted(const Scene *scene, const SceneBody *body);
+
 // Texture coordinates by node id (Body.texture); uv NULL: none, or not published.
 typedef struct Texture {
     const float (*uv)[2];

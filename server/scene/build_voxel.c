@@ -92,16 +92,6 @@ static bool create_voxel(World *world, const Scene *scene, int dimensions,
     return true;
 }
 
-// True if the body is published with a smooth surface.
-static bool is_fitted(const Scene *scene, const SceneBody *body)
-{
-    const bool known = body->voxels.kind == VOXELS_FILE || body->voxels.kind == VOXELS_MESH;
-    const ScenePublish *publish = &scene->publish;
-    return body->dimensions == 3 && body->skin.file == NULL && !publish->all_nodes &&
-           publish->nodes_hz > 0.0 &&
-           (body->shown == SHOWN_FITTED || (body->shown == SHOWN_AUTO && known));
-}
-
 // Makes the lattice, or takes the prepared one, and the field of its smooth surface.
 static bool make_lattice(const SceneBody *described, const Prepared *prepared, bool fitted,
                          Lattice *lattice, SurfaceField *field, Status *status)
@@ -126,7 +116,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
     TriMesh skin = {0};
     Vec3 *position = NULL, *velocity = NULL;
     // The lattice, prepared or made from scratch, and the skin.
-    const bool fitted = is_fitted(scene, described);
+    const bool fitted = build_is_fitted(scene, described);
     bool ok = make_lattice(described, prepared, fitted, &lattice, &field, status);
     ok = ok && memory_check_voxel(described, (double)lattice_solid(&lattice), status);
     ok = ok && (described->skin.file == NULL || body_skin_make(described, &skin, status));

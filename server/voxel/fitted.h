@@ -11,6 +11,7 @@
 // cells. With more, triangles fold.
 #define FITTED_LIMIT      0.45
 #define FITTED_LIMIT_THIN 0.25
+#define FITTED_REACH      (1.7320508 * FITTED_LIMIT)
 
 // A point moves by one step towards the zero level of a field; `level` is subtracted from the
 // field. Any thread.

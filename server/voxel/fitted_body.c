@@ -62,10 +62,26 @@ static const int (*choose_triangles(const LatticeMesh *mesh, const float (*offse
     return (const int(*)[3])triangle;
 }
 
+// Lists the cells around each outer point.
+static const int (*list_around(const Gathering *gathered, const char *name, Arena *arena))[8]
+{
+    const int nodes = gathered->mesh->surface_count;
+    int(*around)[8] = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes, sizeof *around, "%s/%s",
+                                     name, "fitted cells of nodes");
+    memset(around, -1, (size_t)nodes * sizeof *around);
+    for (int c = 0; c < gathered->cell_count; c++)
+        for (int k = 0; k < FIT_CORNERS; k++)
+            if (gathered->cell[c][k] < nodes)
+                around[gathered->cell[c][k]][FIT_CORNERS - 1 - k] = c;
+    return (const int(*)[8])around;
+}
+
 static FittedBody *create_rows(const Gathering *gathered, const float (*offset)[3],
-                               const char *name, Arena *arena)
+                               const VoxelOptions *options, Arena *arena)
 {
     const int rows = gathered->row_count, cells = gathered->cell_count;
+    const double size = options->lattice->size;
+    const char *name = options->body.name;
     FittedBody *fitted = ALLOCATE(ARENA_OUTPUT, 1, FittedBody, "fitted");
     int *vertex = ALLOCATE(ARENA_OUTPUT, rows, int, "fitted vertices");
     int *row = ALLOCATE(ARENA_OUTPUT, gathered->mesh->surface_count, int, "fitted rows");
@@ -79,8 +95,12 @@ static FittedBody *create_rows(const Gathering *gathered, const float (*offset)[
         row[i] = i;
         memcpy(of_row[i], offset[i], sizeof of_row[i]);
     }
+    if (!options->body.without_contacts)
+        fitted->around = list_around(gathered, name, arena);
     fitted->vertex = vertex;
-    fitted->fit = (BodyFit){.row_count = rows,
+    fitted->size = size;
+    fitted->fit = (BodyFit){.reach = FITTED_REACH * size,
+                            .row_count = rows,
                             .cell_count = cells,
                             .row_capacity = rows,
                             .cell_capacity = cells,
@@ -110,8 +130,7 @@ void fitted_create(VoxelModel *model, Body *body, const LatticeMesh *mesh, const
     gathered.cell = malloc(((size_t)layout->leaf_count + 1) * sizeof *gathered.cell);
     ASSERT(gathered.row_of != NULL && gathered.vertex != NULL && gathered.cell != NULL);
     gather(&gathered, layout);
-    model->fitted = create_rows(&gathered, (const float(*)[3])offset, name, arena);
-    model->fitted->size = options->lattice->size;
+    model->fitted = create_rows(&gathered, (const float(*)[3])offset, options, arena);
     fitted_reserve(model->fitted, name, arena);
     body->mesh.fit = model->fitted->fit;
     body->mesh.triangle = choose_triangles(mesh, (const float(*)[3])offset, name, arena);
@@ -122,6 +141,23 @@ void fitted_create(VoxelModel *model, Body *body, const LatticeMesh *mesh, const
 }
 
 // ---------------------------------------------------------------------------------------------
+
+void fitted_node(const FittedBody *fitted, const Rows *rows, int node, FitNode *out)
+{
+    *out = (FitNode){0};
+    for (int c = 0; c < 3; c++) {
+        out->offset[c] = (double)fitted->fit.offset[node][c];
+        out->rest[c] = rows->rest[node][c] + fitted->size * out->offset[c];
+    }
+    for (int s = 0; s < 8; s++) {
+        const int cell = fitted->around[node][s];
+        if (cell < 0)
+            continue;
+        for (int k = 0; k < FIT_CORNERS; k++)
+            out->corner[out->cell_count][k] = fitted->vertex[fitted->fit.cell[cell][k]];
+        out->cell_count++;
+    }
+}
 
 void fitted_snapshot_rows(const FittedBody *fitted, const Rows *rows, const void *row,
                           float *position, float *velocity)

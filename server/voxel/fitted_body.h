@@ -10,6 +10,8 @@
 typedef struct FittedBody {
     BodyFit fit;                // also that of body->mesh
     const int *vertex;          // [row]
+    const int (*around)[8];     // [node] the cells around its point, by octant; -1: none. NULL: the
+                                // body can be cut
     double size;                // edge of a cell [m]
     float *position, *velocity; // for snapshots: of rows
     double *scratch;
@@ -21,6 +23,8 @@ void fitted_create(VoxelModel *model, Body *body, const LatticeMesh *mesh, const
 // Load time: the memory of snapshots.
 void fitted_reserve(FittedBody *fitted, const char *name, Arena *arena);
 
+// BodyOps.fit_node of a body that cannot be cut.
+void fitted_node(const FittedBody *fitted, const Rows *rows, int node, FitNode *out);
 // BodyOps.snapshot_rows, .snapshot, as if all fades had ended, and .snapshot_rest.
 void fitted_snapshot_rows(const FittedBody *fitted, const Rows *rows, const void *row,
                           float *position, float *velocity);

@@ -101,6 +101,15 @@ static int voxel_find_nodes(const void *self, const Region *region, int *node, i
     return found;
 }
 
+static void voxel_fit_node(const void *self, int node, int64_t step, FitNode *out)
+{
+    const VoxelModel *model = self;
+    if (model->cuts != NULL)
+        cut_fit_node(model->cuts->fit, node, step, out);
+    else
+        fitted_node(model->fitted, &model->vertices.rows, node, out);
+}
+
 static void voxel_kick_nodes(void *self, const int *node, int count, const Vec3 *impulse, double h,
                              double drift)
 {
@@ -189,7 +198,7 @@ static const char *voxel_isa(const void *self)
 #define OPERATIONS                                                                                 \
     .model = "voxel", .drift = vertices_drift, .evaluate = voxel_evaluate,                         \
     .commit = vertices_commit, .abandon = vertices_abandon, .check = voxel_check,                  \
-    .restore = voxel_restore, .read_nodes = vertices_read_nodes,                                   \
+    .restore = voxel_restore, .read_nodes = vertices_read_nodes, .fit_node = voxel_fit_node,       \
     .add_forces = vertices_add_forces, .kick_nodes = voxel_kick_nodes,                             \
     .find_nodes = voxel_find_nodes, .add_load = vertices_add_load,                                 \
     .clear_loads = vertices_clear_loads, .snapshot = voxel_snapshot,                               \

@@ -240,7 +240,7 @@ static void candidates_are_all_faces_within_reach(void **state)
             Vec3 arm = quat_rotate(turn, vec3(0.025, 0.0, 0.0));
             Vec3 p = vec3_sub(place, arm), q = vec3_add(place, arm);
             contact_clear(contact);
-            contact_begin_tick(contact, place, place, turn, sim_tick(bench.sim));
+            contact_begin_tick(contact, place, place, turn, sim_tick(bench.sim), 0);
             for (int i = 1; i < contact->candidate_count; i++)
                 assert_true(contact->candidate[i].face > contact->candidate[i - 1].face);
             for (int f = 0; f < bench.mesh.triangle_count; f++) {
@@ -282,8 +282,8 @@ static void candidates_reach_as_far_as_the_proxy_may_go(void **state)
         Quat end = quat_multiply(quat_from_rotation(vec3_scale(swing, turn)), begin);
         Vec3 goal = vec3_madd(place, -cap, out);
         contact_clear(contact);
-        contact_begin_tick(contact, place, place, begin, sim_tick(bench.sim));
-        contact_begin_tick(contact, place, goal, end, sim_tick(bench.sim));
+        contact_begin_tick(contact, place, place, begin, sim_tick(bench.sim), 0);
+        contact_begin_tick(contact, place, goal, end, sim_tick(bench.sim), 0);
         if (contact->candidate_count == 0)
             continue;
         Vec3 arm = quat_rotate(end, vec3(0.025, 0.0, 0.0));

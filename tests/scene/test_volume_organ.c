@@ -172,13 +172,19 @@ static void a_press_that_is_held_is_calm(void **unused)
     Scene scene;
     World world;
     make_organ(&scene, &world);
+    // The shaft, +z of the tool, points to the front, -y.
+    ToolPose pose = {.position = {-0.05, -0.07, 0.01},
+                     .orientation = {M_SQRT1_2, M_SQRT1_2, 0.0, 0.0},
+                     .active = true};
+    for (; pose.position.y < 0.0 && !sim_wrench(world.sim, 0)->contact; pose.position.y += 5e-5) {
+        sim_apply_pose(world.sim, 0, &pose, true);
+        sim_step(world.sim);
+    }
+    const double touch = pose.position.y;
+    assert_true(sim_wrench(world.sim, 0)->contact);
     double least = HUGE_VAL, most = -HUGE_VAL;
     for (int k = 0; k < TICKS; k++) {
-        const double depth = 0.003 * fmin(1.0, (double)k / DOWN);
-        // The shaft, +z of the tool, points to the front, -y.
-        const ToolPose pose = {.position = {-0.05, -0.0585 + depth, 0.01},
-                               .orientation = {M_SQRT1_2, M_SQRT1_2, 0.0, 0.0},
-                               .active = true};
+        pose.position.y = touch + 0.003 * fmin(1.0, (double)k / DOWN);
         sim_apply_pose(world.sim, 0, &pose, true);
         sim_step(world.sim);
         if (k < TICKS - LAST)
@@ -188,10 +194,98 @@ static void a_press_that_is_held_is_calm(void **unused)
         most = fmax(most, force);
     }
     print_message("held: %.4f to %.4f N\n", least, most);
-    expect_at_least(least, 0.1);
+    expect_at_least(least, 0.03); // it presses
     expect_at_most(most, 1.005 * least);
     world_destroy(&world);
     scene_destroy(&scene);
+}
+
+enum { PATH = 401 };
+
+// Finds how high the middle of a ball lies that rests on the surface as shown, at points along x.
+static void find_heights(const Body *body, const double from[2], double length, double radius,
+                         double height[PATH])
+{
+    const BodyMesh *mesh = &body->mesh;
+    float *x = calloc(3 * (size_t)mesh->node_capacity, sizeof *x);
+    assert_non_null(x);
+    body->ops->snapshot(body->model, x, NULL);
+    enum { PARTS = 6 }; // points of a face, to an edge
+    for (int k = 0; k < PATH; k++)
+        height[k] = -HUGE_VAL;
+    for (int t = 0; t < mesh->triangle_count; t++)
+        for (int a = 0; a <= PARTS; a++)
+            for (int b = 0; a + b <= PARTS; b++) {
+                const int *corner = mesh->triangle[t];
+                const double weight[3] = {(double)a / PARTS, (double)b / PARTS,
+                                          (double)(PARTS - a - b) / PARTS};
+                double at[3] = {0.0};
+                for (int c = 0; c < 9; c++)
+                    at[c % 3] += weight[c / 3] * (double)x[3 * corner[c / 3] + c % 3];
+                for (int k = 0; k < PATH; k++) {
+                    const double dx = at[0] - from[0] - length * k / (PATH - 1),
+                                 dy = at[1] - from[1], square = radius * radius - dx * dx - dy * dy;
+                    if (square > 0.0)
+                        height[k] = fmax(height[k], at[2] + sqrt(square));
+                }
+            }
+    free(x);
+}
+
+// Dragged by 80 mm over the organ at 5 and 10 mm depth, below a path that follows its shape and not
+// its cells (the mean over 20 mm): what the force changes by in a tenth of a millimetre.
+static void a_drag_over_the_organ_is_smooth(void **unused)
+{
+    (void)unused;
+    enum { DOWN = 500, TICKS = 2000, SMOOTH = 50 };
+    const double length = 0.08, from[2] = {-0.05, 0.0}, depths[] = {0.005, 0.01};
+    for (int d = 0; d < 2; d++) {
+        Scene scene;
+        World world;
+        make_organ(&scene, &world);
+        double height[PATH], path[PATH];
+        find_heights(sim_body(world.sim, 0), from, length, scene.tool[0].capsule[0].radius, height);
+        for (int k = 0; k < PATH; k++) {
+            int count = 0;
+            path[k] = 0.0;
+            for (int j = k - SMOOTH; j <= k + SMOOTH; j++)
+                if (j >= 0 && j < PATH) {
+                    path[k] += height[j];
+                    count++;
+                }
+            path[k] /= count;
+        }
+        double mean = 0.0, change = 0.0;
+        Vec3 last = {0.0, 0.0, 0.0};
+        for (int i = -DOWN; i <= TICKS; i++) {
+            const double along = fmax(0.0, (double)i / TICKS) * (PATH - 1);
+            const int k = (int)fmin(along, PATH - 2);
+            const double deep = depths[d] * fmin(1.0, 1.0 + (double)i / DOWN);
+            const ToolPose pose = {
+                .position = {from[0] + length * along / (PATH - 1), from[1],
+                             path[k] + (along - k) * (path[k + 1] - path[k]) - deep},
+                .orientation = {1.0, 0.0, 0.0, 0.0},
+                .active = true};
+            sim_apply_pose(world.sim, 0, &pose, true);
+            sim_step(world.sim);
+            // 40 mm/s: three ticks go a little more than a tenth of a millimetre. The first 2 mm,
+            // in which a tool that moves at once drags the tissue along, do not count.
+            if (i < 50 || i % 3 != 0)
+                continue;
+            const Vec3 force = sim_wrench(world.sim, 0)->force;
+            if (i > 52)
+                change = fmax(change, vec3_length(vec3_sub(force, last)));
+            mean += vec3_length(force) * 3.0 / (TICKS - 50);
+            last = force;
+        }
+        print_message("%g mm: %.4f N, changes by %.2f %%\n", 1e3 * depths[d], mean,
+                      100.0 * change / mean);
+        expect_at_least(mean, 0.05);
+        // Over the edges of the faces of cells it changed by 8 and 89 %.
+        expect_at_most(change, 0.03 * mean);
+        world_destroy(&world);
+        scene_destroy(&scene);
+    }
 }
 
 int main(int argc, char **argv)
@@ -200,6 +294,7 @@ int main(int argc, char **argv)
         return write_volume(argv[2]);
     const struct CMUnitTest tests[] = {cmocka_unit_test(volume_in_config_is_that_of_the_formula),
                                        cmocka_unit_test(a_swing_of_the_organ_dies_out),
-                                       cmocka_unit_test(a_press_that_is_held_is_calm)};
+                                       cmocka_unit_test(a_press_that_is_held_is_calm),
+                                       cmocka_unit_test(a_drag_over_the_organ_is_smooth)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

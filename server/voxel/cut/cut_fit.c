@@ -437,11 +437,15 @@ void cut_fit_create(CutFit *fit, CutFaces *faces, CutLattice *lattice, const Vox
     create_outer(fit, making, name, arena);
     create_rows(fit, name, arena);
     create_scratch(fit, name, arena);
+    fit->fitted.fit.reach = FITTED_REACH * fit->fitted.size;
     fit->fitted.fit.fade_steps = (int)fmax(1.0, ceil(FIT_FADE_TIME / making->options->tick));
     fit->crossing =
         arena_allocate(arena, ARENA_TOPOLOGY, cells, sizeof *fit->crossing, "%s/crossings", name);
     fit->fade = ALLOCATE(ARENA_TOPOLOGY, vertices, CutFade, "fades of vertices");
-    state_add_shown(state, fit->crossing, cells * sizeof *fit->crossing, "%s/crossings", name);
-    state_add_shown(state, fit->fade, vertices * sizeof *fit->fade, "%s/fades", name);
+    // Tools feel the surface that is shown.
+    void (*add)(StateList *, void *, size_t, const char *, ...) =
+        making->options->body.without_contacts ? state_add_shown : state_add_rare;
+    add(state, fit->crossing, cells * sizeof *fit->crossing, "%s/crossings", name);
+    add(state, fit->fade, vertices * sizeof *fit->fade, "%s/fades", name);
     cut_fit_derive(fit, body);
 }

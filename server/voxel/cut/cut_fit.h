@@ -75,6 +75,8 @@ void cut_fit_keep(CutFit *fit, const int (*face)[2], const CutCrossing *crossing
 // Updates the surface after changes of the lattice, after cut_faces_follow. True if anything that
 // clients see changed.
 bool cut_fit_follow(CutFit *fit, bool divided, Body *body);
+// BodyOps.fit_node. A pure function of the state.
+void cut_fit_node(const CutFit *fit, int vertex, int64_t step, FitNode *out);
 // Derives everything that follows from the state.
 void cut_fit_derive(CutFit *fit, Body *body);
 

@@ -154,6 +154,30 @@ void cut_fit_start_fades(CutFit *fit, const void *row, const CutMoved *at)
     }
 }
 
+void cut_fit_node(const CutFit *fit, int vertex, int64_t step, FitNode *out)
+{
+    const CutFade *fade = &fit->fade[vertex];
+    const float left =
+        fade->step > 0 ? fit_left(fade->step, fit->fitted.fit.fade_steps, step) : 0.0F;
+    CutMoved at;
+    cut_lattice_point(fit->lattice, vertex, at.point);
+    cut_lattice_around(fit->lattice, at.point, at.leaf);
+    const float *offset = fit->point_offset[cut_parts_index(fit->lattice->scratch, at.point)];
+    const double *rest = fit->vertices->rows.rest[vertex];
+    *out = (FitNode){.shift = vec3((double)(left * fade->from[0]), (double)(left * fade->from[1]),
+                                   (double)(left * fade->from[2]))};
+    for (int c = 0; c < 3; c++) {
+        out->offset[c] = (double)(1.0F - left) * (double)offset[c];
+        out->rest[c] = rest[c] + fit->fitted.size * (double)offset[c];
+    }
+    for (int s = 0; s < 8; s++) {
+        if (cut_fit_vertex_of(fit, &at, s) != vertex)
+            continue;
+        memcpy(out->corner[out->cell_count++], fit->lattice->corner[at.leaf[s]],
+               sizeof out->corner[0]);
+    }
+}
+
 // Drops fades that have ended, and writes the others for clients.
 void cut_fit_write_fades(CutFit *fit)
 {

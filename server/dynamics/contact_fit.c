@@ -1,0 +1,379 @@
+// Contact on a fitted surface (README.md, "Contact on a smooth surface"): its nodes follow linearly
+// from the vertices of the cells around them, the carriers; forces go back to these by the same
+// weights. Step thread, except contact_fit_create.
+#include "dynamics/contact_data.h"
+
+#include <math.h>
+#include <string.h>
+
+// Faces may be stretched to twice their size, and offsets with them.
+static const double STRETCH = 2.0;
+enum { WEIGHTS = 26 }; // corners of the eight cells around a point, on average at most
+
+// Returns the mean mass of the nodes over the mean area of the faces around them [kg/m2]. The
+// surface of a whole organ is as stiff everywhere, however its cells are cut off.
+static double mean_density(const Body *body)
+{
+    double mass = 0.0, area = 0.0;
+    for (int i = 0; i < body->surface.node_used; i++) {
+        mass += body->surface.node_area[i] > 0.0 ? body->surface.node_mass[i] : 0.0;
+        area += 3.0 * body->surface.node_area[i];
+    }
+    return mass / area;
+}
+
+void contact_fit_create(Contact *contact, const char *name, Arena *arena)
+{
+    const Body *body = contact->body;
+    const int vertices = body->state_capacity;
+    const int nodes = contact->node_capacity;
+    ContactFit *fit = ALLOCATE(ARENA_CONTACT, 1, ContactFit, "fit");
+    contact->fit = fit;
+    contact->reach = STRETCH * body->mesh.fit.reach;
+    fit->density = mean_density(body);
+    // Carriers are the surface and the layer below, thrice where it is rough.
+    fit->capacity = nodes < vertices / 4 ? 4 * nodes : vertices;
+    fit->weight_capacity = nodes * (1 + WEIGHTS);
+    const int slots = body->surface.node_count;
+    fit->read = ALLOCATE(ARENA_CONTACT, vertices, int64_t, "searches of vertices");
+    fit->vertex = ALLOCATE(ARENA_CONTACT, vertices, Vec3, "vertices read");
+    fit->found = ALLOCATE(ARENA_CONTACT, slots, int64_t, "searches of nodes");
+    fit->place = ALLOCATE(ARENA_CONTACT, slots, Vec3, "places of nodes");
+    fit->carrier_of = ALLOCATE(ARENA_CONTACT, vertices, int, "carriers of vertices");
+    memset(fit->carrier_of, -1, (size_t)vertices * sizeof *fit->carrier_of);
+    fit->weight_of = ALLOCATE(ARENA_CONTACT, fit->capacity, int, "weights of carriers");
+    memset(fit->weight_of, -1, (size_t)fit->capacity * sizeof *fit->weight_of);
+    fit->weight = ALLOCATE(ARENA_CONTACT, fit->weight_capacity, CarrierWeight, "weights");
+    fit->follower = ALLOCATE(ARENA_CONTACT, nodes, Follower, "nodes that follow");
+    Carriers *carriers = &contact->carriers;
+    carriers->node = ALLOCATE(ARENA_CONTACT, fit->capacity, int, "carriers");
+    carriers->x = ALLOCATE(ARENA_CONTACT, fit->capacity, Vec3, "carrier positions");
+    carriers->f = ALLOCATE(ARENA_CONTACT, fit->capacity, Vec3, "carrier forces");
+    carriers->push = ALLOCATE(ARENA_CONTACT, fit->capacity, double, "carrier pushes");
+    carriers->touched = ALLOCATE(ARENA_CONTACT, fit->capacity, int, "numbers of carriers");
+    carriers->lumped = arena_allocate(arena, ARENA_CONTACT, (size_t)fit->capacity,
+                                      sizeof *carriers->lumped, "%s/carrier stiffness", name);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Places
+
+// Computes the mean gradient of a cell with corners at `x`, times an edge: its columns by axis.
+static void find_gradient(const Vec3 x[FIT_CORNERS], Vec3 gradient[3])
+{
+    for (int axis = 0; axis < 3; axis++) {
+        gradient[axis] = vec3(0.0, 0.0, 0.0);
+        for (int k = 0; k < FIT_CORNERS; k++)
+            gradient[axis] = vec3_madd(gradient[axis], k >> axis & 1 ? 0.25 : -0.25, x[k]);
+    }
+}
+
+// Returns the position of a vertex [m]; each is read once in a search, with its neighbours.
+static void read_vertices(const Contact *contact, const int *vertex, int count, Vec3 *x)
+{
+    const ContactFit *fit = contact->fit;
+    const Body *body = contact->body;
+    bool known = true;
+    for (int k = 0; k < count; k++) {
+        known = known && fit->read[vertex[k]] == fit->search;
+        x[k] = fit->vertex[vertex[k]];
+    }
+    if (known)
+        return;
+    body->ops->read_nodes(body->model, vertex, count, x, NULL);
+    for (int k = 0; k < count; k++) {
+        fit->read[vertex[k]] = fit->search;
+        fit->vertex[vertex[k]] = x[k];
+    }
+}
+
+void contact_fit_read_vertices(const Contact *contact, const int corner[3], Vec3 x[3])
+{
+    read_vertices(contact, corner, 3, x);
+}
+
+static Vec3 find_place(const Contact *contact, int node)
+{
+    const Body *body = contact->body;
+    FitNode fit;
+    Vec3 place;
+    body->ops->fit_node(body->model, node, contact->fit->step, &fit);
+    read_vertices(contact, &node, 1, &place);
+    place = vec3_add(place, fit.shift);
+    for (int c = 0; c < fit.cell_count; c++) {
+        Vec3 x[FIT_CORNERS], gradient[3];
+        read_vertices(contact, fit.corner[c], FIT_CORNERS, x);
+        find_gradient((const Vec3 *)x, gradient);
+        for (int axis = 0; axis < 3; axis++)
+            place = vec3_madd(place, fit.offset[axis] / fit.cell_count, gradient[axis]);
+    }
+    return place;
+}
+
+Vec3 contact_fit_place(const Contact *contact, int node)
+{
+    const ContactFit *fit = contact->fit;
+    if (fit->found[node] != fit->search) {
+        fit->found[node] = fit->search;
+        fit->place[node] = find_place(contact, node);
+    }
+    return fit->place[node];
+}
+
+void contact_fit_read(Contact *contact)
+{
+    const ContactFit *fit = contact->fit;
+    const Carriers *carriers = &contact->carriers;
+    const Body *body = contact->body;
+    body->ops->read_nodes(body->model, carriers->node, carriers->count, carriers->x, NULL);
+    for (int i = 0; i < contact->local_count; i++) {
+        const Follower *follower = &fit->follower[i];
+        const CarrierWeight *weight = fit->weight + follower->first;
+        Vec3 place = follower->shift;
+        for (int c = 0; c < follower->count; c++)
+            place = vec3_madd(place, weight[c].weight, carriers->x[weight[c].carrier]);
+        contact->x[i] = place;
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Start of a tick
+
+static int carrier_for(Contact *contact, int vertex)
+{
+    int *carrier = &contact->fit->carrier_of[vertex];
+    if (*carrier < 0 && contact->carriers.count < contact->fit->capacity) {
+        *carrier = contact->carriers.count;
+        contact->carriers.node[contact->carriers.count++] = vertex;
+    }
+    return *carrier;
+}
+
+// Adds to the weight of a vertex in a node; false: no room.
+static bool add_weight(Contact *contact, Follower *to, int vertex, double weight)
+{
+    ContactFit *fit = contact->fit;
+    const int carrier = carrier_for(contact, vertex);
+    if (carrier < 0)
+        return false;
+    int *at = &fit->weight_of[carrier];
+    if (*at < 0 && fit->weight_count == fit->weight_capacity)
+        return false;
+    if (*at < 0) {
+        *at = fit->weight_count++;
+        to->count++;
+        fit->weight[*at] = (CarrierWeight){.carrier = carrier};
+    }
+    fit->weight[*at].weight += weight;
+    return true;
+}
+
+static void gather_node(Contact *contact, int local)
+{
+    ContactFit *fit = contact->fit;
+    const Body *body = contact->body;
+    Follower *to = &fit->follower[local];
+    FitNode from;
+    body->ops->fit_node(body->model, contact->node[local], fit->step, &from);
+    *to = (Follower){.first = fit->weight_count, .shift = from.shift};
+    memcpy(to->rest, from.rest, sizeof to->rest);
+    bool room = add_weight(contact, to, contact->node[local], 1.0);
+    for (int c = 0; c < from.cell_count; c++)
+        for (int k = 0; k < FIT_CORNERS; k++) {
+            double weight = 0.0;
+            for (int axis = 0; axis < 3; axis++)
+                weight += (k >> axis & 1 ? 0.25 : -0.25) * from.offset[axis];
+            room = room && add_weight(contact, to, from.corner[c][k], weight / from.cell_count);
+        }
+    // Without room for all of it, the node is where its vertex is.
+    if (!room) {
+        contact->refused++;
+        fit->weight[to->first].weight = 1.0;
+    }
+    for (int w = to->first; w < fit->weight_count; w++)
+        fit->weight_of[fit->weight[w].carrier] = -1;
+    if (!room)
+        fit->weight_count = to->first + (to->count = 1);
+    for (int w = to->first; w < fit->weight_count; w++)
+        to->size += fabs(fit->weight[w].weight);
+}
+
+// Returns the area of a candidate at rest [m2].
+static double rest_area(const Contact *contact, const Candidate *candidate)
+{
+    Vec3 x[3];
+    for (int k = 0; k < 3; k++) {
+        const double *rest = contact->fit->follower[candidate->node[k]].rest;
+        x[k] = vec3(rest[0], rest[1], rest[2]);
+    }
+    return 0.5 * vec3_length(vec3_cross(vec3_sub(x[1], x[0]), vec3_sub(x[2], x[0])));
+}
+
+void contact_fit_gather(Contact *contact)
+{
+    ContactFit *fit = contact->fit;
+    const Body *body = contact->body;
+    contact->carriers.count = fit->weight_count = 0;
+    // The local nodes' own vertices first: there is room for them.
+    for (int i = 0; i < contact->local_count; i++)
+        carrier_for(contact, contact->node[i]);
+    for (int i = 0; i < contact->local_count; i++)
+        gather_node(contact, i);
+    for (int i = 0; i < contact->carriers.count; i++)
+        fit->carrier_of[contact->carriers.node[i]] = -1;
+    const double per_area = body->contact_ratio * body->contact_lambda * fit->density;
+    for (int i = 0; i < contact->candidate_count; i++)
+        contact->candidate[i].stiffness = per_area * rest_area(contact, &contact->candidate[i]);
+    contact_fit_read(contact);
+}
+
+void contact_fit_spread(Contact *contact)
+{
+    const ContactFit *fit = contact->fit;
+    Carriers *carriers = &contact->carriers;
+    memset(carriers->f, 0, (size_t)carriers->count * sizeof *carriers->f);
+    memset(carriers->push, 0, (size_t)carriers->count * sizeof *carriers->push);
+    memset(carriers->lumped, 0, (size_t)carriers->count * sizeof *carriers->lumped);
+    for (int p = 0; p < contact->pressed_count; p++) {
+        const int local = contact->pressed[p].local;
+        const Follower *follower = &fit->follower[local];
+        const Vec3 f = contact->f[local];
+        const double push = vec3_length(f) / follower->size;
+        for (int c = 0; c < follower->count; c++) {
+            const CarrierWeight *weight = &fit->weight[follower->first + c];
+            const int i = weight->carrier;
+            // k w w^T of a spring is at most k |w| (sum of |w|) on each carrier alone.
+            const double share = fabs(weight->weight);
+            carriers->f[i] = vec3_madd(carriers->f[i], weight->weight, f);
+            carriers->push[i] += share * push;
+            for (int j = 0; j < 6; j++)
+                carriers->lumped[i][j] += share * follower->size * contact->lumped[local][j];
+        }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Impulses
+
+// Rounds of conjugate gradients at most, and the residual that is small enough. After two the force
+// of a tool that is dragged changes by less than a thousandth; without any, what the bound D adds
+// to the stiffness is felt as toughness, twice as much force along the way at 80 mm/s.
+enum { ROUNDS = 4 };
+static const double ENOUGH = 1e-4;
+
+// Sets each carrier's image of the steps: what they change of the impulses that the nodes give, and
+// with `u` also the motion of before.
+static void find_images(Contact *contact, double g, const Vec3 *u)
+{
+    const ContactFit *fit = contact->fit;
+    Touched *touched = contact->touched;
+    const int *number = contact->carriers.touched;
+    for (int t = 0; t < contact->touched_count; t++)
+        touched[t].image = vec3_scale(touched[t].mass, touched[t].way);
+    for (int p = 0; p < contact->pressed_count; p++) {
+        const Pressed *pressed = &contact->pressed[p];
+        if (!pressed->acts)
+            continue;
+        const Follower *follower = &fit->follower[pressed->local];
+        const CarrierWeight *weight = fit->weight + follower->first;
+        Vec3 move = {0.0, 0.0, 0.0};
+        if (u != NULL)
+            move = vec3_sub(pressed->speed, vec3_add(*u, pressed->swing));
+        for (int c = 0; c < follower->count; c++)
+            move = vec3_madd(move, weight[c].weight, touched[number[weight[c].carrier]].way);
+        const Vec3 push = vec3_scale(g, sym_times(contact->lumped[pressed->local], move));
+        for (int c = 0; c < follower->count; c++) {
+            Vec3 *image = &touched[number[weight[c].carrier]].image;
+            *image = vec3_madd(*image, weight[c].weight, push);
+        }
+    }
+}
+
+// Returns the velocity by which a carrier alone would answer its residual.
+static Vec3 answer(const Contact *contact, const Touched *touched, double g)
+{
+    const double m = touched->mass, *d = contact->carriers.lumped[touched->carrier];
+    double k[6];
+    if (!(m > 0.0))
+        return vec3(0.0, 0.0, 0.0);
+    for (int j = 0; j < 6; j++)
+        k[j] = g / m * d[j];
+    return vec3_scale(1.0 / m, sym_solve(k, 1.0, touched->left));
+}
+
+// Conjugate gradients, preconditioned by the carriers alone (Saad 2003, algorithm 9.1). The energy
+// of the error falls with each round, so that it is as stable when it ends early.
+void contact_fit_solve(Contact *contact, Vec3 u, double h, double g)
+{
+    Touched *touched = contact->touched;
+    const int count = contact->touched_count;
+    for (int t = 0; t < count; t++)
+        touched[t].way = touched[t].mass > 0.0
+                             ? vec3_scale(1.0 / touched[t].mass, contact->impulse[t])
+                             : vec3(0.0, 0.0, 0.0);
+    find_images(contact, g, &u);
+    double size = 0.0, first;
+    for (int t = 0; t < count; t++) {
+        touched[t].left = vec3_sub(vec3_scale(h, touched[t].force), touched[t].image);
+        touched[t].way = answer(contact, &touched[t], g);
+        size += vec3_dot(touched[t].way, touched[t].left);
+    }
+    first = size;
+    for (int round = 0; round < ROUNDS && size > ENOUGH * ENOUGH * first; round++) {
+        double along = 0.0, next = 0.0;
+        find_images(contact, g, NULL);
+        for (int t = 0; t < count; t++)
+            along += vec3_dot(touched[t].way, touched[t].image);
+        const double part = size / along;
+        for (int t = 0; t < count; t++) {
+            contact->impulse[t] =
+                vec3_madd(contact->impulse[t], part * touched[t].mass, touched[t].way);
+            touched[t].left = vec3_madd(touched[t].left, -part, touched[t].image);
+            touched[t].image = answer(contact, &touched[t], g);
+            next += vec3_dot(touched[t].image, touched[t].left);
+        }
+        for (int t = 0; t < count; t++)
+            touched[t].way = vec3_madd(touched[t].image, next / size, touched[t].way);
+        size = next;
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Stiffness
+
+// Adds the CONTACT_MAIN largest carriers of a node, in descending order.
+static void add_main(const Contact *contact, int local, double weight, ContactCarriers *to)
+{
+    const ContactFit *fit = contact->fit;
+    const Follower *follower = &fit->follower[local];
+    int *vertex = to->vertex + to->count, count = 0;
+    float *share = to->share + to->count, sum = 0.0F;
+    for (int w = follower->first; w < follower->first + follower->count; w++) {
+        const float own = (float)fit->weight[w].weight;
+        int at = count;
+        while (at > 0 && fabsf(share[at - 1]) < fabsf(own))
+            at--;
+        if (at == CONTACT_MAIN)
+            continue;
+        count += count < CONTACT_MAIN;
+        for (int k = count - 1; k > at; k--) {
+            vertex[k] = vertex[k - 1];
+            share[k] = share[k - 1];
+        }
+        vertex[at] = contact->carriers.node[fit->weight[w].carrier];
+        share[at] = own;
+    }
+    for (int k = 0; k < count; k++)
+        sum += share[k];
+    for (int k = 0; k < count; k++)
+        share[k] *= (float)weight / sum;
+    to->count += count;
+}
+
+void contact_find_carriers(const Contact *contact, const ContactSpring *spring,
+                           ContactCarriers *carriers)
+{
+    carriers->count = 0;
+    for (int k = 0; k < 3; k++)
+        add_main(contact, spring->local[k], spring->weight[k], carriers);
+}
