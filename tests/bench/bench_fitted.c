@@ -1,5 +1,6 @@
 // What the smooth surface of a solid costs: the step thread, which copies the vertices that
-// clients' nodes follow from, and keeps up with cuts; the thread that computes the nodes.
+// clients' nodes follow from, keeps up with cuts and lets tools feel it; the thread that computes
+// the nodes.
 #include "bench.h"
 #include "daemon.h"
 
@@ -8,6 +9,7 @@
 #include "run/exchange.h"
 #include "scene/build.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -37,7 +39,8 @@ static bool create(Case *it, int kind, int cells, Status *status)
              "    material = { youngs_modulus = 1.0e4;  density = 1000.0; };\n"
              "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0499]); } ); } );\n"
              "tools = ( { id = 1;  kind = \"blade\";\n"
-             "    edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.11]); } );\n",
+             "    edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.11]); },\n"
+             "    { id = 2;  kind = \"probe\";  capsules = ( { radius = 0.006; } ); } );\n",
              WORD[kind], cells, size);
     if (!daemon_write_scene(text, path, sizeof path))
         return status_fail(status, STATUS_FAILED, "cannot write a scene");
@@ -144,6 +147,44 @@ static void time_stroke(Bench *bench, Case it[KINDS], int cells)
     }
 }
 
+// A probe that hovers 50 mm above the cube for 0.1 s, then is dragged over it by 20 mm in 0.5 s, 5
+// mm deep.
+static void time_touch(Bench *bench, Case it[KINDS], int cells)
+{
+    enum { AWAY = 100, DOWN = 100, TICKS = 700 };
+    const double radius = 0.006, top = 0.05;
+    for (int kind = 0; kind < KINDS; kind++) {
+        double us[TICKS], sum[2] = {0.0};
+        for (int r = 0; r < (bench->quick ? 1 : 5); r++) {
+            Sim *sim = it[kind].world.sim;
+            sim_reset(sim);
+            for (int i = 0; i < TICKS; i++) {
+                const double down = fmin(1.0, fmax(0.0, (i - AWAY) / (double)DOWN));
+                const double along = fmax(0.0, i - AWAY - DOWN) * 4e-5;
+                const double height = i < AWAY ? 0.05 : -0.005 * down;
+                const ToolPose pose = {.position = {-0.01 + along, 0.0013, top + radius + height},
+                                       .orientation = {1.0, 0.0, 0.0, 0.0},
+                                       .active = true};
+                sim_apply_pose(sim, 1, &pose, false);
+                const int64_t begin = clock_thread_ns();
+                sim_step(sim);
+                const double spent = 1e-3 * (double)(clock_thread_ns() - begin);
+                us[i] = r == 0 || spent < us[i] ? spent : us[i];
+            }
+            if (!sim_wrench(sim, 1)->contact)
+                bench_fail(bench, "fitted.touch", "the probe touches nothing");
+        }
+        for (int i = 0; i < TICKS; i++)
+            sum[i >= AWAY + DOWN] += i < AWAY || i >= AWAY + DOWN ? us[i] : 0.0;
+        char name[32];
+        snprintf(name, sizeof name, "fitted.touch.%s", WORD[kind]);
+        const double away = sum[0] / AWAY, touched = sum[1] / (TICKS - AWAY - DOWN);
+        bench_row(bench, name, cells, "us_tick_away", away, "us");
+        bench_row(bench, name, cells, "us_tick_touched", touched, "us");
+        bench_row(bench, name, cells, "ratio", touched / away, "1");
+    }
+}
+
 // A cut of 75 mm by a message, each after a RESET.
 static void time_message(Bench *bench, Case it[KINDS], int cells)
 {
@@ -185,6 +226,7 @@ void bench_fitted(Bench *bench)
         time_frames(bench, it);
         time_stroke(bench, it, cells);
         time_message(bench, it, cells);
+        time_touch(bench, it, cells);
     } else {
         bench_fail(bench, "fitted", status.text);
     }
