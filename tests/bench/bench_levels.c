@@ -139,6 +139,95 @@ static void run_press(Bench *bench, const char *name, const char *file, double f
 }
 
 // ---------------------------------------------------------------------------------------------
+// Bodies on which nothing was tuned
+
+// At 1 kHz with the default integrator, criteria and springs; loads last 0.6 s.
+static const char OTHER_SCENE[] =
+    "name = \"other\";  rate_hz = 1000.0;  gravity = [%s];\n"
+    "bodies = ( { name = \"other\";  mesh = { %s };  levels = 2;  adapt = {};  %s } );\n"
+    "loads = ( %s );\n";
+#define WORLD_SHAPE "shape = { angular_frequency = 50.0;  damping_ratio = 0.1; };"
+#define FRAME                                                                                      \
+    "fixed = ( { box = ([-1.0, -1.0, -1.0], [-0.0999, 1.0, 1.0]); },"                              \
+    " { box = ([0.0999, -1.0, -1.0], [1.0, 1.0, 1.0]); } );"
+#define STILL "0.0, 0.0, 0.0"
+#define LOAD(at, radius, force)                                                                    \
+    "{ center = [" at "];  radius = " radius ";  force = [" force "];  duration = 0.6; }"
+
+static const struct {
+    const char *name, *gravity, *mesh, *rest, *loads;
+} OTHERS[] = {
+    {"ball.poked", STILL, "generator = \"ico_sphere\";  nodes = 162;  radius = 0.05;", WORLD_SHAPE,
+     LOAD("0.0, 0.0, 0.05", "0.02", "0.0, 0.0, -0.3")},
+    {"ball.pushed", STILL, "generator = \"sphere\";  nodes = 300;  radius = 0.06;", WORLD_SHAPE,
+     LOAD("0.06, 0.0, 0.0", "0.03", "-0.5, 0.0, 0.0")},
+    {"ball.large", STILL, "generator = \"sphere\";  nodes = 642;  radius = 0.06;", WORLD_SHAPE,
+     LOAD("0.0, 0.0, 0.06", "0.015", "0.0, 0.0, -0.3")},
+    {"ball.pinched", STILL,
+     "generator = \"uv_sphere\";  rings = 10;  segments = 20;  radius = 0.05;", WORLD_SHAPE,
+     LOAD("0.0, 0.05, 0.0", "0.02", "0.0, -0.3, 0.0") ", " LOAD("0.0, -0.05, 0.0", "0.02",
+                                                                "0.0, 0.3, 0.0")},
+    {"ball.half", STILL, "generator = \"sphere\";  nodes = 162;  radius = 0.05;",
+     WORLD_SHAPE " fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.03]); } );",
+     LOAD("0.0, 0.0, 0.05", "0.06", "0.0, 0.0, -2.0")},
+    {"ball.swinging", "3.0, 0.0, 0.0", "generator = \"sphere\";  nodes = 114;  radius = 0.05;",
+     WORLD_SHAPE, ""},
+    {"sheet.poked", STILL,
+     "generator = \"sheet\";  columns = 15;  rows = 15;  width = 0.2;  height = 0.2;",
+     WORLD_SHAPE FRAME, LOAD("0.0, 0.0, 0.0", "0.03", "0.0, 0.0, -0.3")},
+    {"sheet.sagging", "0.0, 0.0, -9.81",
+     "generator = \"sheet\";  columns = 9;  rows = 9;  width = 0.2;  height = 0.2;", FRAME, ""},
+    {"stomach.poked", STILL, "generator = \"stomach\";  nodes = 400;  length = 0.25;", WORLD_SHAPE,
+     LOAD("-0.1067, 0.0, 0.0187", "0.03", "0.4, 0.0, 0.0")},
+    {"stomach.pressed", STILL, "generator = \"stomach\";  nodes = 188;  length = 0.25;",
+     WORLD_SHAPE,
+     LOAD("-0.1067, 0.0, 0.0187", "0.06", "0.6, 0.0, 0.0") ", " LOAD(
+         "0.05, 0.0, 0.0", "0.06", "-0.6, 0.0, 0.0") ", " LOAD("0.0, 0.03, 0.05", "0.06",
+                                                               "0.0, -0.5, -0.5")},
+};
+
+// CPU time of the press as adaptive and as refined everywhere, with two levels and with one.
+static void run_other(Bench *bench, int other)
+{
+    char name[64], text[2048], path[64];
+    Scene scene = {0};
+    Status status = {0};
+    Samples samples[MODEL_COUNT] = {0};
+    snprintf(name, sizeof name, "levels.other.%s", OTHERS[other].name);
+    if (!bench_wants(bench, name))
+        return;
+    snprintf(text, sizeof text, OTHER_SCENE, OTHERS[other].gravity, OTHERS[other].mesh,
+             OTHERS[other].rest, OTHERS[other].loads);
+    if (!daemon_write_scene(text, path, sizeof path)) {
+        bench_fail(bench, name, "cannot write a scene");
+        return;
+    }
+    const bool read = scene_read(path, &scene, &status);
+    unlink(path);
+    if (!read) {
+        bench_fail(bench, name, status.text);
+        return;
+    }
+    int nodes = 0;
+    for (int r = 0; r < (bench->quick ? 1 : 5); r++)
+        for (int m = 0; m < MODEL_COUNT; m++) {
+            World world;
+            int64_t ns = 0;
+            run_build(&scene, models[m], &world);
+            nodes = m == COARSE ? run_node_count(sim_body(world.sim, 0)) : nodes;
+            for (int i = 0; i < (bench->quick ? 20 : 1200); i++)
+                ns += run_step(&world);
+            world_destroy(&world);
+            samples_add(&samples[m], 1e-3 * (double)ns);
+        }
+    bench_row(bench, name, nodes, "adaptive_over_refined",
+              samples_min(&samples[ADAPTIVE]) / samples_min(&samples[REFINED]), "1");
+    bench_row(bench, name, nodes, "adaptive_over_refined_of_1",
+              samples_min(&samples[ADAPTIVE_1]) / samples_min(&samples[REFINED_1]), "1");
+    scene_destroy(&scene);
+}
+
+// ---------------------------------------------------------------------------------------------
 // One tick
 
 // The load holds a cap at the finest level; the probe, drawn over what is coarse, divides faces
@@ -272,6 +361,8 @@ void bench_levels(Bench *bench)
     run_press(bench, "levels.bends.haptic.sphere.1N", "sphere", 1.0, HAPTIC, WALL);
     run_press(bench, "levels.bends.haptic.sphere.0.2N", "sphere", 0.2, HAPTIC, WALL);
     run_press(bench, "levels.bends.haptic.stomach", "stomach", 1.0, HAPTIC, WALL);
+    for (int other = 0; other < (int)(sizeof OTHERS / sizeof *OTHERS); other++)
+        run_other(bench, other);
     if (bench_wants(bench, TOPOLOGY))
         run_topology(bench);
 }
