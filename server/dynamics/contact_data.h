@@ -294,8 +294,9 @@ void contact_fit_spread(Contact *contact);
 // Improves the impulses on the touched carriers, which were found as if each were alone, to those
 // of
 //   (M + g W^T K W) dv = W^T (h f - g K (W v - u)),
-// with the weights W of the pressed nodes, and the tool moving at `u` [m/s].
-void contact_fit_solve(Contact *contact, Vec3 u, double h, double g);
+// with the weights W of the pressed nodes, and the tool moving at `u` [m/s]. Sets those on carriers
+// that cannot move to what these withhold, and adds the derivative of these by `u` to `slope`.
+void contact_fit_solve(Contact *contact, Vec3 u, double h, double g, double slope[6]);
 
 // The vertices that carry most of a spring's point. [count], of which CONTACT_MAIN for each corner
 // of its face.

@@ -33,7 +33,7 @@ void contact_fit_create(Contact *contact, const char *name, Arena *arena)
     fit->density = mean_density(body);
     // Carriers are the surface and the layer below, thrice where it is rough.
     fit->capacity = nodes < vertices / 4 ? 4 * nodes : vertices;
-    fit->weight_capacity = nodes * (1 + WEIGHTS);
+    fit->weight_capacity = nodes * WEIGHTS; // and one for each node's own vertex
     const int slots = body->surface.node_count;
     fit->read = ALLOCATE(ARENA_CONTACT, vertices, int64_t, "searches of vertices");
     fit->vertex = ALLOCATE(ARENA_CONTACT, vertices, Vec3, "vertices read");
@@ -43,7 +43,7 @@ void contact_fit_create(Contact *contact, const char *name, Arena *arena)
     memset(fit->carrier_of, -1, (size_t)vertices * sizeof *fit->carrier_of);
     fit->weight_of = ALLOCATE(ARENA_CONTACT, fit->capacity, int, "weights of carriers");
     memset(fit->weight_of, -1, (size_t)fit->capacity * sizeof *fit->weight_of);
-    fit->weight = ALLOCATE(ARENA_CONTACT, fit->weight_capacity, CarrierWeight, "weights");
+    fit->weight = ALLOCATE(ARENA_CONTACT, fit->weight_capacity + nodes, CarrierWeight, "weights");
     fit->follower = ALLOCATE(ARENA_CONTACT, nodes, Follower, "nodes that follow");
     Carriers *carriers = &contact->carriers;
     carriers->node = ALLOCATE(ARENA_CONTACT, fit->capacity, int, "carriers");
@@ -149,7 +149,7 @@ static int carrier_for(Contact *contact, int vertex)
     return *carrier;
 }
 
-// Adds to the weight of a vertex in a node; false: no room.
+// Adds to the weight of a vertex in a node; false: no room. There always is for its first one.
 static bool add_weight(Contact *contact, Follower *to, int vertex, double weight)
 {
     ContactFit *fit = contact->fit;
@@ -157,7 +157,7 @@ static bool add_weight(Contact *contact, Follower *to, int vertex, double weight
     if (carrier < 0)
         return false;
     int *at = &fit->weight_of[carrier];
-    if (*at < 0 && fit->weight_count == fit->weight_capacity)
+    if (*at < 0 && to->count > 0 && fit->weight_count >= fit->weight_capacity)
         return false;
     if (*at < 0) {
         *at = fit->weight_count++;
@@ -166,6 +166,18 @@ static bool add_weight(Contact *contact, Follower *to, int vertex, double weight
     }
     fit->weight[*at].weight += weight;
     return true;
+}
+
+// Drops vertices without weight, as all others where an offset is zero: they are not pushed, so
+// that they have no number among the touched carriers.
+static void drop_idle_weights(ContactFit *fit, Follower *of)
+{
+    const int end = fit->weight_count;
+    fit->weight_count = of->first;
+    for (int w = of->first; w < end; w++)
+        if (fit->weight[w].weight != 0.0)
+            fit->weight[fit->weight_count++] = fit->weight[w];
+    of->count = fit->weight_count - of->first;
 }
 
 static void gather_node(Contact *contact, int local)
@@ -194,6 +206,7 @@ static void gather_node(Contact *contact, int local)
         fit->weight_of[fit->weight[w].carrier] = -1;
     if (!room)
         fit->weight_count = to->first + (to->count = 1);
+    drop_idle_weights(fit, to);
     for (int w = to->first; w < fit->weight_count; w++)
         to->size += fabs(fit->weight[w].weight);
 }
@@ -301,9 +314,29 @@ static Vec3 answer(const Contact *contact, const Touched *touched, double g)
     return vec3_scale(1.0 / m, sym_solve(k, 1.0, touched->left));
 }
 
+// Adds the derivative, by the tool's velocity, of what carriers that cannot move withhold. More, as
+// by D, would let a hand that pulls at its largest force drag the proxy into a rigid surface.
+static void add_withheld(const Contact *contact, double g, double slope[6])
+{
+    for (int p = 0; p < contact->pressed_count; p++) {
+        const Pressed *pressed = &contact->pressed[p];
+        if (!pressed->acts)
+            continue;
+        const Follower *follower = &contact->fit->follower[pressed->local];
+        const CarrierWeight *weight = contact->fit->weight + follower->first;
+        double share = 0.0;
+        for (int c = 0; c < follower->count; c++) {
+            const int t = contact->carriers.touched[weight[c].carrier];
+            share += contact->touched[t].mass > 0.0 ? 0.0 : weight[c].weight;
+        }
+        for (int j = 0; j < 6 && share > 0.0; j++)
+            slope[j] += share * g * contact->lumped[pressed->local][j];
+    }
+}
+
 // Conjugate gradients, preconditioned by the carriers alone (Saad 2003, algorithm 9.1). The energy
 // of the error falls with each round, so that it is as stable when it ends early.
-void contact_fit_solve(Contact *contact, Vec3 u, double h, double g)
+void contact_fit_solve(Contact *contact, Vec3 u, double h, double g, double slope[6])
 {
     Touched *touched = contact->touched;
     const int count = contact->touched_count;
@@ -336,6 +369,11 @@ void contact_fit_solve(Contact *contact, Vec3 u, double h, double g)
             touched[t].way = vec3_madd(touched[t].image, next / size, touched[t].way);
         size = next;
     }
+    // What cannot move withholds what is left. D would pull a tool that leaves.
+    for (int t = 0; t < count; t++)
+        if (!(touched[t].mass > 0.0))
+            contact->impulse[t] = touched[t].left;
+    add_withheld(contact, g, slope);
 }
 
 // ---------------------------------------------------------------------------------------------
