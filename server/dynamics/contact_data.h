@@ -67,8 +67,8 @@ typedef struct Touched {
     double mass; // [kg]; 0: it cannot move
     Vec3 swing;  // velocity of the tool's point there by its rotation [m/s]
     Vec3 force;  // of the nodes that do not separate [N]
-    // Of contact_fit_solve: residual [N s], step [m/s] and what it does [N s].
-    Vec3 left, way, image;
+    // Of contact_fit_solve: residual [N s] and change of velocity [m/s].
+    Vec3 left, change;
 } Touched;
 
 // With solids, a local node that a tool pushes.

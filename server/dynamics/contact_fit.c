@@ -268,36 +268,40 @@ void contact_fit_spread(Contact *contact)
 // ---------------------------------------------------------------------------------------------
 // Impulses
 
-// Rounds of conjugate gradients at most, and the residual that is small enough. After two the force
-// of a tool that is dragged changes by less than a thousandth; without any, what the bound D adds
-// to the stiffness is felt as toughness, twice as much force along the way at 80 mm/s.
+// Rounds of Richardson's iteration (Saad 2003, 12.3), two with each step. With L the matrix over
+// M + g D, at most 1, the start has the error 1 - L, and all rounds (1 - L) q(L)^2, with q the
+// Chebyshev polynomial of degree 2 on 0.2 to 1. It lies between 0 and 1 for every mode, so that
+// the step is the exact one of contact somewhat stiffer or more damped, which is stable. Conjugate
+// gradients overshoot in some modes while others settle: pressed by five radii, nodes trembled by
+// 0.6 m/s.
 enum { ROUNDS = 4 };
-static const double ENOUGH = 1e-4;
+static const double STEPS[ROUNDS] = {1.0 / 0.8828, 1.0 / 0.8828, 1.0 / 0.3172, 1.0 / 0.3172};
 
-// Sets each carrier's image of the steps: what they change of the impulses that the nodes give, and
-// with `u` also the motion of before.
-static void find_images(Contact *contact, double g, const Vec3 *u)
+// Finds what the present impulses leave of the right side.
+static void find_left(Contact *contact, Vec3 u, double h, double g)
 {
     const ContactFit *fit = contact->fit;
     Touched *touched = contact->touched;
     const int *number = contact->carriers.touched;
-    for (int t = 0; t < contact->touched_count; t++)
-        touched[t].image = vec3_scale(touched[t].mass, touched[t].way);
+    for (int t = 0; t < contact->touched_count; t++) {
+        const double m = touched[t].mass;
+        touched[t].change =
+            m > 0.0 ? vec3_scale(1.0 / m, contact->impulse[t]) : vec3(0.0, 0.0, 0.0);
+        touched[t].left = vec3_sub(vec3_scale(h, touched[t].force), contact->impulse[t]);
+    }
     for (int p = 0; p < contact->pressed_count; p++) {
         const Pressed *pressed = &contact->pressed[p];
         if (!pressed->acts)
             continue;
         const Follower *follower = &fit->follower[pressed->local];
         const CarrierWeight *weight = fit->weight + follower->first;
-        Vec3 move = {0.0, 0.0, 0.0};
-        if (u != NULL)
-            move = vec3_sub(pressed->speed, vec3_add(*u, pressed->swing));
+        Vec3 move = vec3_sub(pressed->speed, vec3_add(u, pressed->swing));
         for (int c = 0; c < follower->count; c++)
-            move = vec3_madd(move, weight[c].weight, touched[number[weight[c].carrier]].way);
+            move = vec3_madd(move, weight[c].weight, touched[number[weight[c].carrier]].change);
         const Vec3 push = vec3_scale(g, sym_times(contact->lumped[pressed->local], move));
         for (int c = 0; c < follower->count; c++) {
-            Vec3 *image = &touched[number[weight[c].carrier]].image;
-            *image = vec3_madd(*image, weight[c].weight, push);
+            Vec3 *left = &touched[number[weight[c].carrier]].left;
+            *left = vec3_madd(*left, -weight[c].weight, push);
         }
     }
 }
@@ -334,41 +338,17 @@ static void add_withheld(const Contact *contact, double g, double slope[6])
     }
 }
 
-// Conjugate gradients, preconditioned by the carriers alone (Saad 2003, algorithm 9.1). The energy
-// of the error falls with each round, so that it is as stable when it ends early.
 void contact_fit_solve(Contact *contact, Vec3 u, double h, double g, double slope[6])
 {
     Touched *touched = contact->touched;
     const int count = contact->touched_count;
-    for (int t = 0; t < count; t++)
-        touched[t].way = touched[t].mass > 0.0
-                             ? vec3_scale(1.0 / touched[t].mass, contact->impulse[t])
-                             : vec3(0.0, 0.0, 0.0);
-    find_images(contact, g, &u);
-    double size = 0.0, first;
-    for (int t = 0; t < count; t++) {
-        touched[t].left = vec3_sub(vec3_scale(h, touched[t].force), touched[t].image);
-        touched[t].way = answer(contact, &touched[t], g);
-        size += vec3_dot(touched[t].way, touched[t].left);
-    }
-    first = size;
-    for (int round = 0; round < ROUNDS && size > ENOUGH * ENOUGH * first; round++) {
-        double along = 0.0, next = 0.0;
-        find_images(contact, g, NULL);
+    for (int round = 0; round < ROUNDS; round++) {
+        find_left(contact, u, h, g);
         for (int t = 0; t < count; t++)
-            along += vec3_dot(touched[t].way, touched[t].image);
-        const double part = size / along;
-        for (int t = 0; t < count; t++) {
-            contact->impulse[t] =
-                vec3_madd(contact->impulse[t], part * touched[t].mass, touched[t].way);
-            touched[t].left = vec3_madd(touched[t].left, -part, touched[t].image);
-            touched[t].image = answer(contact, &touched[t], g);
-            next += vec3_dot(touched[t].image, touched[t].left);
-        }
-        for (int t = 0; t < count; t++)
-            touched[t].way = vec3_madd(touched[t].image, next / size, touched[t].way);
-        size = next;
+            contact->impulse[t] = vec3_madd(contact->impulse[t], STEPS[round] * touched[t].mass,
+                                            answer(contact, &touched[t], g));
     }
+    find_left(contact, u, h, g);
     // What cannot move withholds what is left. D would pull a tool that leaves.
     for (int t = 0; t < count; t++)
         if (!(touched[t].mass > 0.0))
