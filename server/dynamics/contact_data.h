@@ -67,8 +67,8 @@ typedef struct Touched {
     double mass; // [kg]; 0: it cannot move
     Vec3 swing;  // velocity of the tool's point there by its rotation [m/s]
     Vec3 force;  // of the nodes that do not separate [N]
-    // Of contact_fit_solve: residual [N s], step [m/s] and what it does [N s].
-    Vec3 left, way, image;
+    // Of contact_fit_solve: residual [N s] and change of velocity [m/s].
+    Vec3 left, change;
 } Touched;
 
 // With solids, a local node that a tool pushes.
@@ -294,8 +294,9 @@ void contact_fit_spread(Contact *contact);
 // Improves the impulses on the touched carriers, which were found as if each were alone, to those
 // of
 //   (M + g W^T K W) dv = W^T (h f - g K (W v - u)),
-// with the weights W of the pressed nodes, and the tool moving at `u` [m/s].
-void contact_fit_solve(Contact *contact, Vec3 u, double h, double g);
+// with the weights W of the pressed nodes, and the tool moving at `u` [m/s]. Sets those on carriers
+// that cannot move to what these withhold, and adds the derivative of these by `u` to `slope`.
+void contact_fit_solve(Contact *contact, Vec3 u, double h, double g, double slope[6]);
 
 // The vertices that carry most of a spring's point. [count], of which CONTACT_MAIN for each corner
 // of its face.

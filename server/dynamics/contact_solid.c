@@ -374,12 +374,12 @@ static void add_friction(const Contact *contact, int t, double friction, Vec3 sl
 //   (m + g D) dv = h f - g D (v - u),   g = h (h + b),
 // with the tool moving at u, and adds its derivative by u. One that cannot move gets what it
 // withholds. Of a node that carries itself D is its stiffness K; where several nodes share carriers
-// D bounds the stiffness of all, and contact_fit_solve starts from here.
+// D bounds the stiffness of all, and contact_fit_solve starts from here, for those that can move.
 static void find_impulse(Contact *contact, int t, Vec3 u, double h, double g, double slope[6])
 {
     const Touched *touched = &contact->touched[t];
     contact->impulse[t] = vec3(0.0, 0.0, 0.0);
-    if (!touched->acts)
+    if (!touched->acts || (contact->fit != NULL && !(touched->mass > 0.0)))
         return;
     const double m = touched->mass, *d = contact->carriers.lumped[touched->carrier];
     const Vec3 slip = vec3_sub(contact->v[t], vec3_add(u, touched->swing));
@@ -413,7 +413,7 @@ static Vec3 impulses(Contact *contact, Vec3 u, double h, double friction, double
     for (int t = 0; t < contact->touched_count; t++)
         find_impulse(contact, t, u, h, g, slope);
     if (contact->fit != NULL)
-        contact_fit_solve(contact, u, h, g);
+        contact_fit_solve(contact, u, h, g, slope);
     for (int t = 0; t < contact->touched_count; t++) {
         if (friction > 0.0)
             add_friction(contact, t, friction,

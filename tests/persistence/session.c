@@ -36,6 +36,7 @@ const SessionScene session_scenes[SESSION_SCENES] = {
      true,
      true,
      false},
+    {"fitted", 1, {{"organ", {0.0, 0.0, 0.0}, 0.03}}, true, true, false},
 };
 
 const char *session_scene(const SessionScene *scene, const char *precision, int threads)
