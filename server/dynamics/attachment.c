@@ -165,6 +165,70 @@ Attachment *attachment_create(const char *name, const AttachmentOptions *options
     return attachment;
 }
 
+// ---------------------------------------------------------------------------------------------
+// Ties by message
+
+Attachment *attachment_reserve(const char *name, int capacity, const TieScratch *scratch,
+                               Arena *arena, StateList *state)
+{
+    Attachment *attachment = ALLOCATE(ARENA_CONTACT, 1, Attachment, "attachment");
+    attachment->capacity = capacity;
+    attachment->of_tie = true;
+    attachment->mark = scratch->mark;
+    attachment->given = scratch->given;
+    attachment->hold = ALLOCATE(ARENA_CONTACT, 1, HoldState, "hold");
+    attachment->node = ALLOCATE(ARENA_CONTACT, capacity, int, "held");
+    attachment->held = ALLOCATE(ARENA_CONTACT, capacity, HeldNode, "held at");
+    state_add(state, attachment->hold, sizeof *attachment->hold, "%s/hold", name);
+    state_add(state, attachment->node, (size_t)capacity * sizeof(int), "%s/nodes", name);
+    state_add(state, attachment->held, (size_t)capacity * sizeof(HeldNode), "%s/places", name);
+    attachment->x = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "positions");
+    attachment->v = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "velocities");
+    attachment->f = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "forces");
+    return attachment;
+}
+
+void attachment_assign(Attachment *attachment, const AttachmentOptions *options,
+                       const ToolOptions *tool, Body *body)
+{
+    attachment->options = *options;
+    attachment->tool = tool;
+    attachment->body = body;
+    attachment->changes = body_changes(body);
+}
+
+void attachment_hold(Attachment *attachment, const int *node, int count)
+{
+    ASSERT(count <= attachment->capacity);
+    for (int i = 0; i < count; i++) {
+        attachment->node[i] = node[i];
+        attachment->held[i] = (HeldNode){.share = 1.0};
+    }
+    attachment->hold->count = count;
+    attachment->sums = (ContactSums){0};
+}
+
+void attachment_drop(Attachment *attachment)
+{
+    const size_t count = (size_t)attachment->hold->count;
+    memset(attachment->node, 0, count * sizeof *attachment->node);
+    memset(attachment->held, 0, count * sizeof *attachment->held);
+    *attachment->hold = (HoldState){0};
+    attachment->sums = (ContactSums){0};
+}
+
+bool attachment_is_empty(const Attachment *attachment)
+{
+    static const HoldState NOTHING = {0};
+    return memcmp(attachment->hold, &NOTHING, sizeof NOTHING) == 0;
+}
+
+const int *attachment_nodes(const Attachment *attachment, int *count)
+{
+    *count = (int)attachment->hold->count;
+    return attachment->node;
+}
+
 const AttachmentOptions *attachment_options(const Attachment *attachment)
 {
     return &attachment->options;
