@@ -14,7 +14,7 @@
 
 // The stages of a tick, in order. Timers, status, --explain and the benchmark use this list.
 typedef enum StageId {
-    STAGE_INPUTS,        // take poses, loads and commands (the runner's)
+    STAGE_INPUTS,        // take poses and requests (the runner's)
     STAGE_TOOLS,         // place tools, withdraw stale ones
     STAGE_LOADS,         // start and end loads
     STAGE_CUT,           // strokes of blades, tearing

@@ -5,6 +5,9 @@
 #include "expect.h"
 #include "scratch.h"
 
+#ifdef PLIANT_WITH_HDF5
+#include "io/checkpoint.h"
+#endif
 #include "run/input_log.h"
 #include "run/loop.h"
 
@@ -41,6 +44,7 @@ typedef struct Rig {
     Scene scene;
     World world;
     void *start, *middle;
+    WorldImage image; // of the middle
 } Rig;
 
 static void build(Rig *rig)
@@ -58,6 +62,7 @@ static void build(Rig *rig)
     assert_non_null(rig->start);
     assert_non_null(rig->middle);
     state_copy_out(&rig->world.state, rig->start);
+    world_image_reserve(&rig->image, &rig->world.arena, &rig->world);
 }
 
 static void destroy(Rig *rig)
@@ -201,8 +206,10 @@ static uint64_t run_live(Rig *rig, const char *path, unsigned seed, Tally *tally
     go_to(rig, rig->start);
     int number = 0;
     for (int tick = 0; tick < TICKS; tick++) {
-        if (tick == TICKS / 2)
+        if (tick == TICKS / 2) {
+            world_image_take(&rig->image, &rig->world);
             state_copy_out(&rig->world.state, rig->middle);
+        }
         for (int i = 0; i < 2; i++) {
             Input input = random() % 2 == 0 ? draw_tie() : draw_other();
             if (random() % 4 == 0)
@@ -255,6 +262,20 @@ static void random_sequences_repeat_bit_for_bit(void **state)
             fail_msg("sequence %d differs from its log", k);
         if (run_again(&again, path, live.middle) != hash)
             fail_msg("sequence %d differs from the middle on", k);
+#ifdef PLIANT_WITH_HDF5
+        // The middle of some also through a file, which takes a process to read.
+        char file[SCRATCH_PATH];
+        Status status = {0};
+        if (k % 20 != 0)
+            continue;
+        remove(scratch_path(&scratch, "tied.h5", file));
+        if (!checkpoint_write(file, &live.image, &live.world, &status) ||
+            !checkpoint_read(file, &again.world, &status))
+            fail_msg("%s", status.text);
+        state_copy_out(&again.world.state, again.middle);
+        if (run_again(&again, path, again.middle) != hash)
+            fail_msg("sequence %d differs from a checkpoint of the middle on", k);
+#endif
     }
     print_message("%d sequences: %d ties made, %d cuts, %d ties broken, %d refused, %lld bodies "
                   "restored\n",

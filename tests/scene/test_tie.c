@@ -665,6 +665,25 @@ static void nodes_are_tied_by_their_ids(void **state)
     run_destroy(&run);
 }
 
+// Both of a plane body's nodes at a vertex are pinned; its two sides are no walls of an opening.
+static void plane_bodies_are_pinned_and_not_clipped(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run, "max_ties = 2; gravity = [0.0, -1.0, 0.0];\n"
+                     "bodies = ( { name = \"disc\"; model = \"voxel\"; dimensions = 2;\n"
+                     "  voxels = { generator = \"disc\"; radius = 0.05; size = 0.01; }; } );");
+    TieOptions tie = tie_at(TIE_CLIP, (Vec3){0, 0.04, 0}, 0.02);
+    tie.to_body = 0;
+    expect_refused(&run, &tie, "no walls of body disc");
+    tie = tie_at(TIE_PIN, (Vec3){0, 0.04, 0}, 0.02);
+    apply(&run, &tie);
+    steps(&run, 1000);
+    assert_true(figures_of(&run, 1).pull.y > 0.0);
+    assert_true(middle_of(&run, 0).y > -0.05); // else it has fallen by half a metre
+    run_destroy(&run);
+}
+
 // Numbers from a file that no run can have are found before they act.
 static void a_state_that_cannot_be_is_found(void **state)
 {
@@ -728,6 +747,7 @@ int main(void)
         cmocka_unit_test(a_tool_carries_what_is_tied_to_it),
         cmocka_unit_test(what_cannot_be_tied_is_refused_by_name),
         cmocka_unit_test(nodes_are_tied_by_their_ids),
+        cmocka_unit_test(plane_bodies_are_pinned_and_not_clipped),
         cmocka_unit_test(a_state_that_cannot_be_is_found),
     };
     return cmocka_run_group_tests(tests, run_begin, run_end);
