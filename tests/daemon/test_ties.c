@@ -8,7 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Two balls that fall side by side, and a table far below.
+static const char *tier; // path of pliant-tie
+
+// Two balls that fall side by side.
 static const char SCENE[] =
     "name = \"ties\"; max_ties = 4; gravity = [0.0, 0.0, -1.0]; start = \"paused\";\n"
     "publish = { nodes_hz = 20.0; status_hz = 20.0; };\n"
@@ -117,11 +119,55 @@ static void ties_are_made_changed_released_and_repeated(void **state)
     assert_string_equal(live, repeated);
 }
 
+// --- pliant-tie ---
+
+static void expect_tie(int code, const char *says, const char *arguments)
+{
+    Process tie;
+    process_run(&tie, tier, "%s", arguments);
+    const char *said = code == 0 ? tie.out : tie.err;
+    if (tie.code != code || strstr(said, says) == NULL)
+        fail_msg("%s: %d, '%s' does not say '%s'", arguments, tie.code, said, says);
+}
+
+static void pliant_tie_makes_changes_and_releases(void **state)
+{
+    (void)state;
+    Process daemon;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s", write_ties_scene());
+    client_wait_for_daemon(client);
+    expect_tie(0, "tie 1: pin of ", "--make pin --body one --at 0,0,0.05 --radius 0.02");
+    expect_tie(0, "tie 5: tie of ",
+               "--make tie --body one --to two --at 0.05,0,0 --radius 0.02 -n 5");
+    expect_tie(0, "tie 2: clip of ", "--make clip --body one --at 0.02,0,0 --radius 0.048");
+    expect_tie(0, "tie 3: carry of 2 nodes of body two to tool 1",
+               "--make carry --body two --nodes 3,4 --tool 1");
+    expect_tie(1, "all 4 ties are in use (max_ties)",
+               "--make pin --body one --at 0,0,0.05 --radius 0.02");
+    expect_tie(0, "tie 1: stiffness 0.1, damping_ratio 1, break_force 2 N",
+               "--change 1 --stiffness 0.1 --damping-ratio 1 --break-force 2");
+    expect_tie(0, "tie 5 released", "--release 5");
+    expect_tie(1, "the daemon refuses: tie 5 does not exist", "--release 5");
+    // What cannot be is not sent.
+    expect_tie(2, "one of --make, --change and --release", "--at 0,0,0");
+    expect_tie(2, "one of --at and --nodes", "--make pin --body one");
+    expect_tie(2, "needs --to", "--make tie --body one --at 0,0,0");
+    expect_tie(2, "--stiffness", "--change 1 --stiffness 5");
+    step(client, 20);
+    assert_int_equal(client->status.resets, 0);
+    process_end(&daemon);
+    client_destroy(client);
+    expect_tie(1, "no reply on PLIANT_REPLY", "--release 1 --timeout 0.05 --tries 2");
+}
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         daemon_test(ties_are_made_changed_released_and_repeated),
+        daemon_test(pliant_tie_makes_changes_and_releases),
     };
+    tier = argv[2];
     harness_start(argc, argv);
     return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

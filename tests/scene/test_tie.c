@@ -215,7 +215,7 @@ static double energy_grows(const char *integrator, double damping_ratio, bool bo
     assert_true(sim_apply_load(sim, &kick, why, sizeof why));
     BodyMeasure measure = {0};
     double most = 0.0;
-    for (int i = 0; i < EFFORT(300); i++) {
+    for (int i = 0; i < 300; i++) {
         sim_step(sim);
         sim_body(sim, 0)->ops->measure(sim_body(sim, 0)->model, &measure);
         if (i < 50)
