@@ -122,6 +122,10 @@ int64_t attachment_refused(const Attachment *attachment);
 
 typedef struct Joint Joint;
 
+// Largest distance of a node from the other body when they are tied, in that body's longest edges:
+// farther away, a face does not define the motion of a point.
+#define JOINT_REACH 2.0
+
 // Creates a joint at load time. The bodies outlive it and have the same integrator. Returns NULL
 // with a status for a region without a free node, or one too far from the other body.
 Joint *joint_create(const char *name, const AttachmentOptions *options, Body *body, Body *other,

@@ -48,10 +48,6 @@ struct Joint {
     int64_t refused;
 };
 
-// Largest distance of a region from the other body, in its longest edges: farther away, a face does
-// not define the motion of a point.
-#define REACH 2.0
-
 // ---------------------------------------------------------------------------------------------
 // Faces
 
@@ -220,13 +216,13 @@ static bool tie_all(Joint *joint, const int *node, int count, Status *status)
         double distance;
         body->ops->read_nodes(body->model, &node[i], 1, &x, NULL);
         int64_t face = nearest_face(joint, x, &distance);
-        if (face < 0 || distance > REACH * other->surface.longest_edge)
+        if (face < 0 || distance > JOINT_REACH * other->surface.longest_edge)
             return status_fail(
                 status, STATUS_INVALID,
                 "a node at (%.6g, %.6g, %.6g) m of body %s is %.4g m from body %s, at "
                 "most %.4g m, twice its longest edge",
                 x.x, x.y, x.z, body->name, distance, other->name,
-                REACH * other->surface.longest_edge);
+                JOINT_REACH * other->surface.longest_edge);
         // The distance stays what it is now.
         joint->tie[i].node = node[i];
         fit(joint, &joint->tie[i], face, x);

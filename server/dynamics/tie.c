@@ -15,8 +15,6 @@ enum {
     GROWTH = 4,       // nodes that one may become where faces are divided or cut
     TIE_FACES = 4096, // most faces among which the other ends of a tie are searched
 };
-// Largest distance of a tied node from the other body, in that body's longest edges (joint.c).
-#define REACH 2.0
 // Time in which a clip closes [s].
 #define CLIP_TIME 0.2
 // Walls face each other if the cosine between their normals is below.
@@ -493,7 +491,7 @@ static bool join_nodes(Sim *sim, int slot, const TieOptions *options, const int 
     Vec3 center = options->center;
     double reach = options->radius;
     if (!clip || options->node_count > 0)
-        reach = enclose(search.body, node, count, &center) + (REACH + 1.0) * edge;
+        reach = enclose(search.body, node, count, &center) + (JOINT_REACH + 1.0) * edge;
     const int faces = collect_faces(pool, search.other, center, reach);
     if (faces < 0)
         return REFUSE("radius %g m: more than %d faces of body %s there", options->radius,
@@ -505,10 +503,10 @@ static bool join_nodes(Sim *sim, int slot, const TieOptions *options, const int 
         search.body->ops->read_nodes(search.body->model, &node[i], 1, &search.x, NULL);
         search.normal = clip ? node_normal(search.body, node[i]) : (Vec3){0.0, 0.0, 0.0};
         const int face = nearest_face(pool, &search, faces, &distance);
-        if (!clip && !(distance <= REACH * edge))
+        if (!clip && !(distance <= JOINT_REACH * edge))
             return REFUSE("to_body: a node at (%.4g, %.4g, %.4g) m of body %s is farther than "
                           "%.3g m, two edges, from body %s",
-                          search.x.x, search.x.y, search.x.z, search.body->name, REACH * edge,
+                          search.x.x, search.x.y, search.x.z, search.body->name, JOINT_REACH * edge,
                           search.other->name);
         if (face >= 0)
             joint_add(joint, node[i], face);
