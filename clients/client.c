@@ -252,10 +252,10 @@ static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *us
     pliant_reply_t_decode_cleanup(&reply);
 }
 
-bool client_request(Client *client, int32_t kind, int64_t value, const char *argument,
-                    double timeout_s, int tries, ClientError *error)
+bool client_ask(Client *client, const char *name, ClientPublish *publish, const void *message,
+                double timeout_s, int tries, ClientError *error)
 {
-    char channel[CLIENT_CHANNEL_MAX], text[256];
+    char channel[CLIENT_CHANNEL_MAX];
     // Hear replies before the first question.
     if (!client->subscribed && !client_subscribe(client, "REPLY", NULL, 64, on_reply, client))
         return client_fail(error, "LCM refuses to subscribe to %s_REPLY", client->prefix);
@@ -266,17 +266,10 @@ bool client_request(Client *client, int32_t kind, int64_t value, const char *arg
     client->reply = NULL;
     client->reply_come = false;
     client->last_id++;
-    snprintf(text, sizeof text, "%s", argument);
-    client_channel(client, "COMMAND", NULL, channel);
-    // The same id each time, so that the daemon executes the command once.
+    client_channel(client, name, NULL, channel);
+    // The same id each time, so that the daemon executes the request once.
     for (int k = 0; k < tries && !client->reply_come; k++) {
-        pliant_command_t command = {.utime = client_utime(),
-                                    .sender = client->sender,
-                                    .id = client->last_id,
-                                    .kind = kind,
-                                    .value = value,
-                                    .argument = text};
-        pliant_command_t_publish(client->lcm, channel, &command);
+        publish(client, channel, message);
         int64_t deadline = client_now_ns() + (int64_t)(timeout_s * 1e9);
         if (!client_wait(client, deadline, &client->reply_come))
             return client_fail(error, client->broken ? "the LCM connection failed" : "interrupted");
@@ -288,6 +281,24 @@ bool client_request(Client *client, int32_t kind, int64_t value, const char *arg
     if (!client->reply->ok)
         return client_fail(error, "the daemon refuses: %s", client->reply->text);
     return true;
+}
+
+static void publish_command(Client *client, const char *channel, const void *message)
+{
+    pliant_command_t command = *(const pliant_command_t *)message;
+    command.utime = client_utime();
+    command.sender = client->sender;
+    command.id = client->last_id;
+    pliant_command_t_publish(client->lcm, channel, &command);
+}
+
+bool client_request(Client *client, int32_t kind, int64_t value, const char *argument,
+                    double timeout_s, int tries, ClientError *error)
+{
+    char text[256];
+    snprintf(text, sizeof text, "%s", argument);
+    const pliant_command_t command = {.kind = kind, .value = value, .argument = text};
+    return client_ask(client, "COMMAND", publish_command, &command, timeout_s, tries, error);
 }
 
 // --- bodies by name ---

@@ -101,6 +101,12 @@ bool client_hear_daemon(Client *client, double timeout_s, ClientError *error);
 bool client_request(Client *client, int32_t kind, int64_t value, const char *argument,
                     double timeout_s, int tries, ClientError *error);
 
+// The same for any request: `publish` sends the message, each time with client->last_id as its id,
+// which this call has drawn, and with client->sender.
+typedef void ClientPublish(Client *client, const char *channel, const void *message);
+bool client_ask(Client *client, const char *name, ClientPublish *publish, const void *message,
+                double timeout_s, int tries, ClientError *error);
+
 // --- bodies by name ---
 
 // The names of a daemon's bodies, and whether a wanted one is among them.

@@ -153,6 +153,7 @@ static void take_text(Page *page, const char *data, size_t size)
         break;
     case ASK_CUT:
     case ASK_LOAD:
+    case ASK_TIE:
     case ASK_COMMAND:
         if (!requests_send(page->shared->requests, page->slot->sender, &ask))
             refuse(page, ask.id, "too many requests wait for an answer");

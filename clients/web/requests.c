@@ -6,6 +6,7 @@
 #include "pliant_command_t.h"
 #include "pliant_cut_t.h"
 #include "pliant_load_t.h"
+#include "pliant_tie_t.h"
 #include "pliant_tool_pose_t.h"
 
 #include <jansson.h>
@@ -165,6 +166,81 @@ static bool take_load(const json_t *object, Ask *ask, ClientError *error)
                        &ask->load.duration, error);
 }
 
+// Finds a word in a list that begins with 1; NULL ends it.
+static bool take_word(const json_t *object, const char *name, const char *const *words,
+                      int32_t *out, ClientError *error)
+{
+    const char *word = json_string_value(json_object_get(object, name));
+    char list[64] = "";
+    size_t length = 0;
+    for (int32_t k = 1; words[k]; k++) {
+        if (word && strcmp(word, words[k]) == 0) {
+            *out = k;
+            return true;
+        }
+        length += (size_t)snprintf(list + length, sizeof list - length, "%s%s", k > 1 ? ", " : "",
+                                   words[k]);
+    }
+    return client_fail(error, "%s: expected one of %s", name, list);
+}
+
+// The springs of a tie, which are the usual ones where the page does not say.
+static bool take_springs(const json_t *object, Ask *ask, ClientError *error)
+{
+    const struct {
+        const char *name;
+        double low, high, usual, *out;
+    } numbers[] = {{"stiffness", 1e-9, 4.0, 0.3, &ask->tie.stiffness},
+                   {"damping_ratio", 0.0, 2.0, 0.5, &ask->tie.damping_ratio},
+                   {"break_force", 0.0, FORCE_MAX, 0.0, &ask->tie.break_force}};
+    for (int k = 0; k < 3; k++) {
+        const json_t *value = json_object_get(object, numbers[k].name);
+        *numbers[k].out = numbers[k].usual;
+        if (value && !take_number(value, numbers[k].name, numbers[k].low, numbers[k].high,
+                                  numbers[k].out, error))
+            return false;
+    }
+    return true;
+}
+
+static bool take_tie(const json_t *object, Ask *ask, ClientError *error)
+{
+    static const char *const ACTIONS[] = {"", "make", "change", "release", NULL};
+    static const char *const KINDS[] = {"", "pin", "tie", "clip", "carry", NULL};
+    ask->kind = ASK_TIE;
+    int64_t number = 0, tool = 0;
+    if (!take_id(object, ask, error) ||
+        !take_word(object, "action", ACTIONS, &ask->tie.action, error))
+        return false;
+    // Its number: the lowest free one where a new tie has none.
+    const bool made = ask->tie.action == PLIANT_TIE_T_MAKE;
+    if ((!made || json_object_get(object, "tie")) &&
+        !take_integer(object, "tie", made ? 0 : 1, INT32_MAX, &number, error))
+        return false;
+    ask->tie.number = (int32_t)number;
+    if (!take_springs(object, ask, error))
+        return false;
+    if (!made)
+        return true;
+    // What is tied to what.
+    char to[ASK_TEXT_MAX] = "";
+    if (!take_word(object, "kind", KINDS, &ask->tie.kind, error) ||
+        !take_body(object, ask, error) || !take_text(object, "to_body", to, error) ||
+        !take_vector(json_object_get(object, "center"), "center", 3, POSITION_MAX, ask->tie.center,
+                     error) ||
+        !take_number(json_object_get(object, "radius"), "radius", 1e-9, POSITION_MAX,
+                     &ask->tie.radius, error))
+        return false;
+    if (to[0] && !argument_is_name(to, ARGUMENT_NAME_MOST))
+        return client_fail(error, "to_body: expected the name of a body");
+    snprintf(ask->tie.to_body, sizeof ask->tie.to_body, "%.*s", ARGUMENT_NAME_MOST, to);
+    if (ask->tie.kind == PLIANT_TIE_T_CARRY &&
+        !take_integer(object, "tool", 0, INT32_MAX, &tool, error))
+        return false;
+    ask->tie.tool = (int32_t)tool;
+    return true;
+}
+
 static bool take_command(const json_t *object, Ask *ask, ClientError *error)
 {
     static const struct {
@@ -210,11 +286,8 @@ static bool take_message(const json_t *object, Ask *ask, ClientError *error)
     static const struct {
         const char *type;
         bool (*take)(const json_t *, Ask *, ClientError *);
-    } types[] = {{"drawn", take_drawn},
-                 {"tool", take_tool},
-                 {"cut", take_cut},
-                 {"load", take_load},
-                 {"command", take_command}};
+    } types[] = {{"drawn", take_drawn}, {"tool", take_tool}, {"cut", take_cut},
+                 {"load", take_load},   {"tie", take_tie},   {"command", take_command}};
     const char *type = json_string_value(json_object_get(object, "type"));
     for (size_t k = 0; type && k < sizeof types / sizeof *types; k++) {
         if (strcmp(type, types[k].type) != 0)
@@ -222,7 +295,7 @@ static bool take_message(const json_t *object, Ask *ask, ClientError *error)
         ClientError why;
         return types[k].take(object, ask, &why) || client_fail(error, "%s: %s", type, why.text);
     }
-    return client_fail(error, "type: expected drawn, tool, cut, load or command");
+    return client_fail(error, "type: expected drawn, tool, cut, load, tie or command");
 }
 
 bool ask_parse(const char *text, size_t size, Ask *ask, ClientError *error)
@@ -254,6 +327,7 @@ void requests_init(Requests *requests, Client *client, const char *prefix)
     __pliant_tool_pose_t_get_hash();
     __pliant_cut_t_get_hash();
     __pliant_load_t_get_hash();
+    __pliant_tie_t_get_hash();
     __pliant_command_t_get_hash();
 }
 
@@ -292,6 +366,27 @@ static void publish_load(const Requests *requests, int32_t sender, int64_t utime
     pliant_load_t_publish(requests->client->lcm, channel, &message);
 }
 
+static void publish_tie(const Requests *requests, int32_t sender, int64_t utime, Ask *ask)
+{
+    char channel[CLIENT_CHANNEL_MAX];
+    requests_channel(requests, "TIE", channel);
+    pliant_tie_t message = {.utime = utime,
+                            .sender = sender,
+                            .id = ask->id,
+                            .action = ask->tie.action,
+                            .tie = ask->tie.number,
+                            .kind = ask->tie.kind,
+                            .tool = ask->tie.tool,
+                            .radius = ask->tie.radius,
+                            .stiffness = ask->tie.stiffness,
+                            .damping_ratio = ask->tie.damping_ratio,
+                            .break_force = ask->tie.break_force,
+                            .body = ask->text};
+    memcpy(message.center, ask->tie.center, sizeof message.center);
+    memcpy(message.to_body, ask->tie.to_body, sizeof ask->tie.to_body);
+    pliant_tie_t_publish(requests->client->lcm, channel, &message);
+}
+
 static void publish_command(const Requests *requests, int32_t sender, int64_t utime, Ask *ask)
 {
     char channel[CLIENT_CHANNEL_MAX];
@@ -312,6 +407,8 @@ static void publish(const Requests *requests, const Request *request)
         publish_cut(requests, request->sender, request->utime, &copy);
     else if (copy.kind == ASK_LOAD)
         publish_load(requests, request->sender, request->utime, &copy);
+    else if (copy.kind == ASK_TIE)
+        publish_tie(requests, request->sender, request->utime, &copy);
     else if (copy.kind == ASK_COMMAND)
         publish_command(requests, request->sender, request->utime, &copy);
 }
@@ -369,7 +466,7 @@ void requests_forget(Requests *requests, int32_t sender)
 static void tell(Board *board, const Request *request, const char *format)
 {
     static const char *const names[] = {
-        [ASK_CUT] = "cut", [ASK_LOAD] = "load", [ASK_COMMAND] = "command"};
+        [ASK_CUT] = "cut", [ASK_LOAD] = "load", [ASK_TIE] = "tie", [ASK_COMMAND] = "command"};
     char what[32], text[192];
     snprintf(what, sizeof what, "%s %d", names[request->ask.kind], (int)request->ask.id);
     snprintf(text, sizeof text, format, what);

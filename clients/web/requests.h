@@ -15,12 +15,12 @@ enum {
     ASK_TEXT_MAX = 112,    // of a body's name and of an argument, with the terminating zero
 };
 
-typedef enum AskKind { ASK_DRAWN, ASK_TOOL, ASK_CUT, ASK_LOAD, ASK_COMMAND } AskKind;
+typedef enum AskKind { ASK_DRAWN, ASK_TOOL, ASK_CUT, ASK_LOAD, ASK_TIE, ASK_COMMAND } AskKind;
 
 typedef struct Ask {
     AskKind kind;
-    int32_t id;              // of a cut, load or command: the page's own number
-    char text[ASK_TEXT_MAX]; // cut and load: the body, "" = all; command: the argument
+    int32_t id;              // of a cut, load, tie or command: the page's own number
+    char text[ASK_TEXT_MAX]; // cut, load, tie: the body, "" = all; command: the argument
     union {
         int64_t round; // of `drawn`
         struct {
@@ -36,6 +36,12 @@ typedef struct Ask {
         struct {
             double center[3], radius, force[3], duration; // [m], [m], [N], [s]
         } load;
+        struct {
+            int32_t action, kind, number, tool; // as in tie_t
+            double center[3], radius;           // [m]
+            double stiffness, damping_ratio, break_force;
+            char to_body[ARGUMENT_NAME_MOST + 1];
+        } tie;
         struct {
             int32_t kind; // PLIANT_COMMAND_T_...
             int64_t value;
@@ -85,8 +91,8 @@ void requests_destroy(Requests *requests);
 void requests_channel(const Requests *requests, const char *name, char channel[CLIENT_CHANNEL_MAX]);
 // Makes later requests go to the daemon that answered last. The LCM thread.
 void requests_follow(Requests *requests);
-// Publishes a cut, load or command immediately, or in the LCM thread's next iteration. Any thread.
-// Returns false if too many wait for an answer.
+// Publishes a cut, load, tie or command immediately, or in the LCM thread's next iteration. Any
+// thread. Returns false if too many wait for an answer.
 bool requests_send(Requests *requests, int32_t sender, const Ask *ask);
 // Handles an answer. The LCM thread.
 void requests_answered(Requests *requests, int32_t sender, int32_t id);

@@ -101,6 +101,23 @@ int attachment_region_capacity(const Body *body, int count)
     return count < nodes / MOST_OF_ONE ? MOST_OF_ONE * count : nodes;
 }
 
+// Allocates what is held, which is part of the state, and what an evaluation needs of it.
+static void create_lists(Attachment *attachment, const char *name, int capacity, int corners,
+                         Arena *arena, StateList *state)
+{
+    attachment->capacity = capacity;
+    attachment->hold = ALLOCATE(ARENA_CONTACT, 1, HoldState, "hold");
+    attachment->node = ALLOCATE(ARENA_CONTACT, capacity, int, "held");
+    attachment->held = ALLOCATE(ARENA_CONTACT, capacity, HeldNode, "held at");
+    state_add(state, attachment->hold, sizeof *attachment->hold, "%s/hold", name);
+    state_add(state, attachment->node, (size_t)capacity * sizeof(int), "%s/nodes", name);
+    state_add(state, attachment->held, (size_t)capacity * sizeof(HeldNode), "%s/places", name);
+    // Nodes and corners of an evaluation.
+    attachment->x = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "positions");
+    attachment->v = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "velocities");
+    attachment->f = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "forces");
+}
+
 static void create_memory(Attachment *attachment, const char *name, int region_count, Arena *arena,
                           StateList *state)
 {
@@ -110,16 +127,8 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
     int capacity = nodes < HELD_NODES ? nodes : HELD_NODES;
     if (!grasper)
         capacity = attachment_region_capacity(attachment->body, region_count);
-    attachment->capacity = capacity;
-    // What is held is part of the state.
-    attachment->hold = ALLOCATE(ARENA_CONTACT, 1, HoldState, "hold");
-    attachment->node = ALLOCATE(ARENA_CONTACT, capacity, int, "held");
-    attachment->held = ALLOCATE(ARENA_CONTACT, capacity, HeldNode, "held at");
-    state_add(state, attachment->hold, sizeof *attachment->hold, "%s/hold", name);
-    state_add(state, attachment->node, (size_t)capacity * sizeof(int), "%s/nodes", name);
-    state_add(state, attachment->held, (size_t)capacity * sizeof(HeldNode), "%s/places", name);
     // Only graspers hold points of faces and search.
-    int corners = grasper ? 3 * HELD_POINTS : 0;
+    create_lists(attachment, name, capacity, grasper ? 3 * HELD_POINTS : 0, arena, state);
     if (grasper) {
         attachment->point = ALLOCATE(ARENA_CONTACT, HELD_POINTS, HeldPoint, "held points");
         state_add(state, attachment->point, HELD_POINTS * sizeof(HeldPoint), "%s/points", name);
@@ -130,10 +139,6 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
         attachment->mark = ALLOCATE(ARENA_CONTACT, (nodes + 63) / 64, uint64_t, "marks");
     if (attachment->changes)
         attachment->given = ALLOCATE(ARENA_CONTACT, nodes, HeldNode, "held before");
-    // Nodes and corners of an evaluation.
-    attachment->x = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "positions");
-    attachment->v = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "velocities");
-    attachment->f = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "forces");
 }
 
 Attachment *attachment_create(const char *name, const AttachmentOptions *options,
@@ -163,6 +168,61 @@ Attachment *attachment_create(const char *name, const AttachmentOptions *options
     attachment->hold->count = count;
     free(node);
     return attachment;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Ties by message
+
+Attachment *attachment_reserve(const char *name, int capacity, const TieScratch *scratch,
+                               Arena *arena, StateList *state)
+{
+    Attachment *attachment = ALLOCATE(ARENA_CONTACT, 1, Attachment, "attachment");
+    attachment->of_tie = true;
+    attachment->mark = scratch->mark;
+    attachment->given = scratch->given;
+    create_lists(attachment, name, capacity, 0, arena, state);
+    return attachment;
+}
+
+void attachment_assign(Attachment *attachment, const AttachmentOptions *options,
+                       const ToolOptions *tool, Body *body)
+{
+    attachment->options = *options;
+    attachment->tool = tool;
+    attachment->body = body;
+    attachment->changes = body_changes(body);
+}
+
+void attachment_hold(Attachment *attachment, const int *node, int count)
+{
+    ASSERT(count <= attachment->capacity);
+    for (int i = 0; i < count; i++) {
+        attachment->node[i] = node[i];
+        attachment->held[i] = (HeldNode){.share = 1.0};
+    }
+    attachment->hold->count = count;
+    attachment->sums = (ContactSums){0};
+}
+
+void attachment_drop(Attachment *attachment)
+{
+    const size_t count = (size_t)attachment->hold->count;
+    memset(attachment->node, 0, count * sizeof *attachment->node);
+    memset(attachment->held, 0, count * sizeof *attachment->held);
+    *attachment->hold = (HoldState){0};
+    attachment->sums = (ContactSums){0};
+}
+
+bool attachment_is_empty(const Attachment *attachment)
+{
+    static const HoldState NOTHING = {0};
+    return memcmp(attachment->hold, &NOTHING, sizeof NOTHING) == 0;
+}
+
+const int *attachment_nodes(const Attachment *attachment, int *count)
+{
+    *count = (int)attachment->hold->count;
+    return attachment->node;
 }
 
 const AttachmentOptions *attachment_options(const Attachment *attachment)

@@ -57,6 +57,28 @@ void attachment_bounds(const Body *body, double stiffness, double damping_ratio,
 Attachment *attachment_create(const char *name, const AttachmentOptions *options,
                               const ToolOptions *tool, Body *body, Arena *arena, StateList *state,
                               Status *status);
+// Memory that attachments of ties share, since one at a time uses it; sized for the largest body.
+typedef struct TieScratch {
+    uint64_t *mark;         // one bit per node: all 0 between calls
+    struct HeldNode *given; // [nodes]; NULL: no body changes
+    double *demand;         // [nodes]
+} TieScratch;
+
+// Creates an attachment that has no body yet, for ties by message, with space for `capacity` nodes.
+// Load time.
+Attachment *attachment_reserve(const char *name, int capacity, const TieScratch *scratch,
+                               Arena *arena, StateList *state);
+// Lets a reserved attachment belong to a body, as after creation; the state is not changed.
+void attachment_assign(Attachment *attachment, const AttachmentOptions *options,
+                       const ToolOptions *tool, Body *body);
+// Holds these nodes, ascending and at most the capacity, from the next tick on; then releases them
+// and zeroes its state.
+void attachment_hold(Attachment *attachment, const int *node, int count);
+void attachment_drop(Attachment *attachment);
+bool attachment_is_empty(const Attachment *attachment); // as after attachment_drop
+// Returns the nodes that it holds, ascending.
+const int *attachment_nodes(const Attachment *attachment, int *count);
+
 const AttachmentOptions *attachment_options(const Attachment *attachment);
 // Returns the most entries that one evaluation can push, for BodyOps.reserve_forces.
 int attachment_node_capacity(const Attachment *attachment);
@@ -100,10 +122,34 @@ int64_t attachment_refused(const Attachment *attachment);
 
 typedef struct Joint Joint;
 
+// Largest distance of a node from the other body when they are tied, in that body's longest edges:
+// farther away, a face does not define the motion of a point.
+#define JOINT_REACH 2.0
+
 // Creates a joint at load time. The bodies outlive it and have the same integrator. Returns NULL
 // with a status for a region without a free node, or one too far from the other body.
 Joint *joint_create(const char *name, const AttachmentOptions *options, Body *body, Body *other,
                     Arena *arena, StateList *state, Status *status);
+
+// Creates a joint that has no bodies yet, for ties by message. Load time.
+Joint *joint_reserve(const char *name, int capacity, const TieScratch *scratch, Arena *arena,
+                     StateList *state);
+// Lets a reserved joint belong to its bodies, as after creation; the state is not changed. A joint
+// of a body with itself connects two of its walls.
+void joint_assign(Joint *joint, const AttachmentOptions *options, Body *body, Body *other);
+// Adds a spring from a node to the point of a face that is at the node now. Nodes ascend, up to the
+// capacity; joint_stiffen follows the last.
+void joint_add(Joint *joint, int node, int face);
+void joint_drop(Joint *joint); // ends all springs and zeroes its state
+// Draws the ends of the springs by `way` [m] nearer to their faces, until they lie on them.
+void joint_close(Joint *joint, double way);
+double joint_gap(const Joint *joint); // largest distance of an end from its face [m]
+// Adds `share` to the sums of those nodes of a body that the springs act on, at either end.
+void joint_add_shares(const Joint *joint, const Body *of, double share, double *sum);
+// Clear the impulse of the tick, and return it: on the nodes of `body` [N s].
+void joint_begin_tick(Joint *joint);
+Vec3 joint_impulse(const Joint *joint);
+
 const AttachmentOptions *joint_options(const Joint *joint);
 // Returns the most entries that one evaluation pushes, of the one body and the other.
 int joint_node_capacity(const Joint *joint);
@@ -111,8 +157,9 @@ int joint_other_capacity(const Joint *joint);
 // Recomputes the springs after contact_lambda of a body has changed. Load time.
 void joint_stiffen(Joint *joint);
 
-// Adds the springs' forces to the nodes of both bodies, for one evaluation.
-void joint_apply(Joint *joint);
+// Adds the springs' forces to the nodes of both bodies, for one evaluation; `share` times a force
+// is its impulse [s].
+void joint_apply(Joint *joint, double share);
 
 // Call the first before the other body's topology may change; the others after that of either did.
 void joint_remember(Joint *joint);

@@ -34,6 +34,7 @@ struct Attachment {
     int capacity; // of nodes
     bool grasper; // else the nodes of a region, which stay the same whether held or not
     bool changes; // the body's topology can change
+    bool of_tie;  // made by message: belongs to a body from time to time
 
     // --- part of the state; 0 beyond what is in use ---
     HoldState *hold;

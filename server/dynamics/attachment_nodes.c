@@ -262,6 +262,8 @@ static void change_nodes(Attachment *attachment, int held, const TopologyChange 
         for (int k = 0; k < 2 && held == 0 && went.share > 0.0; k++) {
             int parent = change->gone_parent[i][k];
             bool known = attachment_is_marked(attachment, parent);
+            // Where a tie knows no place of the parent, that is where it is when the tick begins.
+            attachment->hold->holding &= known || !attachment->of_tie;
             if (!attachment->body->ops->is_fixed(attachment->body->model, parent))
                 give(attachment, parent, known ? attachment->given[parent].local : went.local, 1.0);
         }

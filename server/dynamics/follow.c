@@ -8,11 +8,9 @@ static void expect(Sim *sim, int b)
     int first, end = holding_of(sim, b, &first);
     for (int k = first; k < end; k++)
         attachment_remember(sim->attachment[k]);
-    for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
-        Joint *joint = sim->scene_attachment[k].joint;
-        if (joint != NULL && joint_options(joint)->to_body == b)
-            joint_remember(joint);
-    }
+    for (int k = 0; k < sim->joint_count; k++)
+        if (joint_options(sim->joint[k])->to_body == b)
+            joint_remember(sim->joint[k]);
 }
 
 static void follow(Sim *sim, int b, const TopologyChange *change)
@@ -25,13 +23,15 @@ static void follow(Sim *sim, int b, const TopologyChange *change)
     int first, end = holding_of(sim, b, &first);
     for (int k = first; k < end; k++)
         attachment_topology_changed(sim->attachment[k], change);
-    for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
-        Joint *joint = sim->scene_attachment[k].joint;
-        if (joint != NULL && joint_options(joint)->to_body == b)
+    for (int k = 0; k < sim->joint_count; k++) {
+        Joint *joint = sim->joint[k];
+        if (joint_options(joint)->to_body == b)
             joint_other_changed(joint, change);
-        if (joint != NULL && joint_options(joint)->body == b)
+        if (joint_options(joint)->body == b)
             joint_topology_changed(joint, change);
     }
+    if (sim->ties != NULL)
+        ties_bound(sim);
     // Loads keep their force; energies are counted anew, and steps may differ.
     loads_follow(&sim->loads, sim->body, sim->body_count, b, change);
     guard_renew(sim, b);

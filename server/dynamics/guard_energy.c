@@ -118,6 +118,8 @@ static bool is_held(const Sim *sim, int b)
     for (; k < end; k++)
         if (attachment_is_holding(sim->attachment[k]))
             return true;
+    if (sim->ties != NULL && sim->ties->lambda[b] > 0.0)
+        return true;
     return sim->group[b].first != b || sim->group[b].next >= 0; // joined with another
 }
 

@@ -56,7 +56,7 @@ bool sim_check(const Sim *sim)
     return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
            sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
            loads_check(&sim->loads, sim->body, sim->body_count) && cutting_check(sim) &&
-           guard_check(sim);
+           guard_check(sim) && (sim->ties == NULL || ties_check(sim));
 }
 
 // A mesh changes about once per tick at most: clients of another run have no number this high.
@@ -91,6 +91,8 @@ static void follow_state(Sim *sim, bool another_run)
                 topology_after(another_run ? number_by_step(sim, before) : before);
         time_step_follow(sim, body);
     }
+    if (sim->ties != NULL)
+        ties_follow(sim);
 }
 
 void sim_restored(Sim *sim)
@@ -175,7 +177,7 @@ static bool set_scale(Sim *sim, Body *body, const SetKey *key, double value, cha
         return false;
     }
     // Where steps follow the level of detail they change at once.
-    if (body_changes(body))
+    if (body_changes(body) || sim->ties != NULL)
         time_step_follow(sim, body);
     return true;
 }
@@ -306,7 +308,7 @@ static bool set_every_body(Sim *sim, const SetKey *key, double value, char *why,
             body->tuning = before[k];
             body->ops->set(body->model, BODY_STIFFNESS_SCALE, before[k].stiffness_scale);
             body->ops->set(body->model, BODY_DAMPING_SCALE, before[k].damping_scale);
-            if (body_changes(body))
+            if (body_changes(body) || sim->ties != NULL)
                 time_step_follow(sim, body);
         }
         return false;

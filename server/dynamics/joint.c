@@ -30,6 +30,7 @@ struct Joint {
     AttachmentOptions options;
     Body *body, *other;
     int capacity;
+    bool of_tie; // made by message: the impulse of the tick is summed
 
     // --- part of the state; 0 beyond what is in use ---
     int64_t *count;
@@ -43,12 +44,9 @@ struct Joint {
     // --- scratch ---
     Vec3 *before;   // [capacity] the other ends' positions before a change [m]
     double *demand; // [node slots of the other] sums of e_j
+    Vec3 impulse;   // on the nodes, of this tick [N s]
     int64_t refused;
 };
-
-// Largest distance of a region from the other body, in its longest edges: farther away, a face does
-// not define the motion of a point.
-#define REACH 2.0
 
 // ---------------------------------------------------------------------------------------------
 // Faces
@@ -218,13 +216,13 @@ static bool tie_all(Joint *joint, const int *node, int count, Status *status)
         double distance;
         body->ops->read_nodes(body->model, &node[i], 1, &x, NULL);
         int64_t face = nearest_face(joint, x, &distance);
-        if (face < 0 || distance > REACH * other->surface.longest_edge)
+        if (face < 0 || distance > JOINT_REACH * other->surface.longest_edge)
             return status_fail(
                 status, STATUS_INVALID,
                 "a node at (%.6g, %.6g, %.6g) m of body %s is %.4g m from body %s, at "
                 "most %.4g m, twice its longest edge",
                 x.x, x.y, x.z, body->name, distance, other->name,
-                REACH * other->surface.longest_edge);
+                JOINT_REACH * other->surface.longest_edge);
         // The distance stays what it is now.
         joint->tie[i].node = node[i];
         fit(joint, &joint->tie[i], face, x);
@@ -235,23 +233,11 @@ static bool tie_all(Joint *joint, const int *node, int count, Status *status)
     return true;
 }
 
-Joint *joint_create(const char *name, const AttachmentOptions *options, Body *body, Body *other,
-                    Arena *arena, StateList *state, Status *status)
+static Joint *create_memory(const char *name, int capacity, Arena *arena, StateList *state)
 {
-    // The nodes to tie are those of the region.
-    int *node = NULL, count = 0;
-    if (!attachment_find_region(body, &options->region, &node, &count, status)) {
-        free(node);
-        return NULL;
-    }
-    ASSERT(body->integrator == other->integrator);
-    // It belongs to both bodies for good.
     Joint *joint = ALLOCATE(ARENA_CONTACT, 1, Joint, "joint");
-    joint->options = *options;
-    joint->body = body;
-    joint->other = other;
-    // Ties are part of the state, with space for the nodes that these may become.
-    const int capacity = joint->capacity = attachment_region_capacity(body, count);
+    joint->capacity = capacity;
+    // Ties are part of the state.
     joint->count = ALLOCATE(ARENA_CONTACT, 1, int64_t, "count");
     joint->tie = ALLOCATE(ARENA_CONTACT, capacity, Tie, "ties");
     state_add(state, joint->count, sizeof *joint->count, "%s/count", name);
@@ -266,11 +252,107 @@ Joint *joint_create(const char *name, const AttachmentOptions *options, Body *bo
     joint->velocity = ALLOCATE(ARENA_CONTACT, 3 * capacity, Vec3, "corners' velocities");
     joint->on = ALLOCATE(ARENA_CONTACT, 3 * capacity, Vec3, "corners' forces");
     joint->before = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "ends before");
+    return joint;
+}
+
+Joint *joint_create(const char *name, const AttachmentOptions *options, Body *body, Body *other,
+                    Arena *arena, StateList *state, Status *status)
+{
+    // The nodes to tie are those of the region.
+    int *node = NULL, count = 0;
+    if (!attachment_find_region(body, &options->region, &node, &count, status)) {
+        free(node);
+        return NULL;
+    }
+    ASSERT(body->integrator == other->integrator);
+    // It belongs to both bodies for good, with space for the nodes that these may become.
+    Joint *joint = create_memory(name, attachment_region_capacity(body, count), arena, state);
+    joint_assign(joint, options, body, other);
     joint->demand = ALLOCATE(ARENA_CONTACT, other->surface.node_count, double, "demand");
     // Tie each node to what is beside it now.
     bool ok = tie_all(joint, node, count, status);
     free(node);
     return ok ? joint : NULL;
+}
+
+// --- ties by message ---
+
+Joint *joint_reserve(const char *name, int capacity, const TieScratch *scratch, Arena *arena,
+                     StateList *state)
+{
+    Joint *joint = create_memory(name, capacity, arena, state);
+    joint->of_tie = true;
+    joint->demand = scratch->demand;
+    return joint;
+}
+
+void joint_assign(Joint *joint, const AttachmentOptions *options, Body *body, Body *other)
+{
+    joint->options = *options;
+    joint->body = body;
+    joint->other = other;
+}
+
+void joint_add(Joint *joint, int node, int face)
+{
+    Tie *tie = &joint->tie[*joint->count];
+    Vec3 x;
+    ASSERT(*joint->count < joint->capacity);
+    ASSERT(*joint->count == 0 || tie[-1].node < node);
+    joint->body->ops->read_nodes(joint->body->model, &node, 1, &x, NULL);
+    tie->node = node;
+    fit(joint, tie, face, x);
+    ++*joint->count;
+}
+
+void joint_drop(Joint *joint)
+{
+    memset(joint->tie, 0, (size_t)*joint->count * sizeof *joint->tie);
+    *joint->count = 0;
+    joint->impulse = (Vec3){0.0, 0.0, 0.0};
+}
+
+void joint_close(Joint *joint, double way)
+{
+    for (int64_t i = 0; i < *joint->count; i++) {
+        double *offset = &joint->tie[i].offset;
+        *offset = copysign(fmax(0.0, fabs(*offset) - way), *offset);
+    }
+}
+
+double joint_gap(const Joint *joint)
+{
+    double gap = 0.0;
+    for (int64_t i = 0; i < *joint->count; i++)
+        gap = fmax(gap, fabs(joint->tie[i].offset));
+    return gap;
+}
+
+void joint_add_shares(const Joint *joint, const Body *of, double share, double *sum)
+{
+    for (int64_t i = 0; i < *joint->count && joint->body == of; i++)
+        sum[joint->tie[i].node] += share;
+    if (joint->other != of)
+        return;
+    // A corner has its share once, however many springs divide it.
+    memset(joint->demand, 0, (size_t)of->surface.node_count * sizeof *joint->demand);
+    for (int64_t i = 0; i < *joint->count; i++) {
+        for (int k = 0; k < 3; k++) {
+            const int corner = of->surface.face[joint->tie[i].face][k];
+            sum[corner] += joint->demand[corner] == 0.0 ? share : 0.0;
+            joint->demand[corner] = 1.0;
+        }
+    }
+}
+
+void joint_begin_tick(Joint *joint)
+{
+    joint->impulse = (Vec3){0.0, 0.0, 0.0};
+}
+
+Vec3 joint_impulse(const Joint *joint)
+{
+    return joint->impulse;
 }
 
 const AttachmentOptions *joint_options(const Joint *joint)
@@ -331,7 +413,7 @@ static Vec3 damp(Joint *joint, int i, const Vec3 x[3], const Facet *facet)
     return force;
 }
 
-void joint_apply(Joint *joint)
+void joint_apply(Joint *joint, double share)
 {
     const Body *body = joint->body, *other = joint->other;
     const int count = (int)*joint->count;
@@ -356,6 +438,9 @@ void joint_apply(Joint *joint)
         force = vec3_add(force, damp(joint, i, x, &facet));
         joint->f[i] = vec3_scale(-1.0, force);
     }
+    // What breaks a tie.
+    for (int i = 0; i < count && joint->of_tie; i++)
+        joint->impulse = vec3_madd(joint->impulse, share, joint->f[i]);
     // The sums go to both bodies.
     body->ops->add_forces(body->model, joint->node, count, joint->f);
     other->ops->add_forces(other->model, joint->corner, 3 * count, joint->on);
@@ -448,15 +533,45 @@ static void walk(const Joint *joint, Tie *tie, Vec3 target)
     }
 }
 
+// Inserts a tie where its node belongs: ties ascend by node.
+static void insert(Joint *joint, const Tie *tie)
+{
+    int64_t at = find_tie(joint, (int)tie->node);
+    memmove(&joint->tie[at + 1], &joint->tie[at],
+            (size_t)(*joint->count - at) * sizeof *joint->tie);
+    joint->tie[at] = *tie;
+    ++*joint->count;
+}
+
+// Ties a parent of the last tied node where it is now.
+static void inherit(Joint *joint, const Tie *went, int parent)
+{
+    const Body *body = joint->body;
+    Tie tie = *went;
+    Vec3 x;
+    if (body->ops->is_fixed(body->model, parent) || tie_of(joint, parent) != NULL ||
+        *joint->count == joint->capacity)
+        return;
+    body->ops->read_nodes(body->model, &parent, 1, &x, NULL);
+    tie.node = parent;
+    walk(joint, &tie, x);
+    insert(joint, &tie);
+}
+
 // Ties a new node between two tied ones between their ends; a copy like its original.
 void joint_topology_changed(Joint *joint, const TopologyChange *change)
 {
     const Body *body = joint->body;
-    // Ties of nodes that are gone end.
+    // Ties of nodes that are gone end; the last ones go on at the nodes between which these were.
     for (int i = 0; i < change->gone_count; i++) {
         Tie *tie = tie_of(joint, change->gone[i]);
-        if (tie != NULL)
-            remove_tie(joint, tie - joint->tie);
+        if (tie == NULL)
+            continue;
+        const Tie went = *tie;
+        remove_tie(joint, tie - joint->tie);
+        const bool last = joint->of_tie && *joint->count == 0;
+        for (int k = 0; k < 2 && last; k++)
+            inherit(joint, &went, change->gone_parent[i][k]);
     }
     // A new node between two tied ones is tied, too.
     for (int i = 0; i < change->born_count; i++) {
@@ -474,12 +589,7 @@ void joint_topology_changed(Joint *joint, const TopologyChange *change)
         if (from != to)
             walk(joint, &tie,
                  vec3_scale(0.5, vec3_add(find_end(joint, from), find_end(joint, to))));
-        // Ties ascend by node: make space for this one.
-        int64_t at = find_tie(joint, born->node);
-        memmove(&joint->tie[at + 1], &joint->tie[at],
-                (size_t)(*joint->count - at) * sizeof *joint->tie);
-        joint->tie[at] = tie;
-        ++*joint->count;
+        insert(joint, &tie);
     }
     // Masses have been divided.
     joint_stiffen(joint);

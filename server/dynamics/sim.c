@@ -27,6 +27,10 @@ static void create_arrays(Sim *sim)
                                          sizeof *sim->scene_load, "sim/loads");
     sim->group = arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies, sizeof *sim->group,
                                 "sim/groups");
+    if (capacity.attachments + sim->options.max_ties > 0)
+        sim->joint = arena_allocate(arena, ARENA_CONTACT,
+                                    (size_t)(capacity.attachments + sim->options.max_ties),
+                                    sizeof *sim->joint, "sim/joints");
     if (capacity.attachments > 0)
         sim->scene_attachment = arena_allocate(arena, ARENA_CONTACT, (size_t)capacity.attachments,
                                                sizeof *sim->scene_attachment, "sim/attachments");
@@ -70,8 +74,7 @@ void sim_add_load(Sim *sim, const LoadOptions *options)
     sim->scene_load[at] = *options;
 }
 
-// Merges the groups of two bodies.
-static void join(Sim *sim, int a, int b)
+void sim_join(Sim *sim, int a, int b)
 {
     const int from = sim->group[a].first, to = sim->group[b].first, first = from < to ? from : to;
     int last = -1;
@@ -108,8 +111,8 @@ bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *stat
                                  sim->state, status);
         if (at->joint == NULL)
             return false;
-        join(sim, options->body, options->to_body);
-        sim->joint_count++;
+        sim_join(sim, options->body, options->to_body);
+        sim->joint[sim->joint_count++] = at->joint;
     } else {
         const ToolOptions *tool = options->to == ATTACH_TOOL ? &sim->tool[options->tool] : NULL;
         at->attachment =
@@ -147,6 +150,7 @@ static void create_attachments(Sim *sim)
     for (int t = 0; t < sim->tool_count; t++)
         graspers += sim->tool[t].kind == TOOL_GRASPER;
     int most = sim->scene_attachment_count - sim->joint_count + graspers * sim->body_count;
+    most += sim->options.max_ties;
     if (most == 0)
         return;
     // Those of a body are consecutive: attachment_start leads to them.
@@ -216,7 +220,8 @@ static void create_contacts(Sim *sim)
 // Reserves space for all nodes that contacts and attachments can push in one evaluation.
 static void reserve_forces(Sim *sim)
 {
-    if (sim->contact_start == NULL && sim->attachment == NULL && sim->joint_count == 0)
+    if (sim->contact_start == NULL && sim->attachment == NULL && sim->joint_count == 0 &&
+        sim->ties == NULL)
         return;
     // Sum up what may push at the same time.
     for (int b = 0; b < sim->body_count; b++) {
@@ -231,13 +236,15 @@ static void reserve_forces(Sim *sim)
              k < (sim->attachment_count > 0 ? sim->attachment_start[b + 1] : 0); k++)
             pushed += attachment_node_capacity(sim->attachment[k]);
         // Ties push at both ends.
-        for (int k = 0; k < sim->scene_attachment_count && sim->joint_count > 0; k++) {
-            const Joint *joint = sim->scene_attachment[k].joint;
-            if (joint != NULL && joint_options(joint)->body == b)
+        for (int k = 0; k < sim->joint_count; k++) {
+            const Joint *joint = sim->joint[k];
+            if (joint_options(joint)->body == b)
                 pushed += joint_node_capacity(joint);
-            if (joint != NULL && joint_options(joint)->to_body == b)
+            if (joint_options(joint)->to_body == b)
                 pushed += joint_other_capacity(joint);
         }
+        if (sim->ties != NULL)
+            pushed += ties_node_capacity(sim);
         // The body makes space for it.
         body->ops->reserve_forces(body->model, body->name, pushed, sim->arena);
     }
@@ -263,6 +270,8 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     time_step_join(sim);
     create_contacts(sim);
     create_attachments(sim);
+    if (sim->options.max_ties > 0)
+        ties_create(sim);
     reserve_forces(sim);
     guard_create(sim);
     if (sim->options.contact_stiffness && sim->contact_count > 0)
@@ -386,17 +395,19 @@ int64_t sim_refused_holds(const Sim *sim)
     for (int k = 0; k < sim->scene_attachment_count; k++)
         if (sim->scene_attachment[k].joint != NULL)
             refused += joint_refused(sim->scene_attachment[k].joint);
+    if (sim->ties != NULL)
+        refused += ties_refused(sim);
     return refused;
 }
 
 bool sim_next_grasp(Sim *sim, GraspEvent *event)
 {
-    for (int k = 0; k < sim->attachment_count; k++) {
+    for (int k = 0, graspers = 0; k < sim->attachment_count; k++) {
         const AttachmentOptions *options = attachment_options(sim->attachment[k]);
-        GraspEvent *told = &sim->told[k];
         // Only graspers are told.
         if (options->to != ATTACH_GRASPER)
             continue;
+        GraspEvent *told = &sim->told[graspers++];
         GraspEvent now = {.tool = options->tool,
                           .body = options->body,
                           .taken = attachment_taken(sim->attachment[k]),

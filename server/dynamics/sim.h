@@ -14,7 +14,7 @@
 
 // The stages of a tick, in order. Timers, status, --explain and the benchmark use this list.
 typedef enum StageId {
-    STAGE_INPUTS,        // take poses, loads and commands (the runner's)
+    STAGE_INPUTS,        // take poses and requests (the runner's)
     STAGE_TOOLS,         // place tools, withdraw stale ones
     STAGE_LOADS,         // start and end loads
     STAGE_CUT,           // strokes of blades, tearing
@@ -26,6 +26,7 @@ typedef enum StageId {
     STAGE_CONTACT,       // contact forces inside the substeps
     STAGE_WRENCHES,      // impulses to wrenches
     STAGE_CHECK,         // numbers finite; else restore
+    STAGE_TIES,          // ties by message that break
     STAGE_STIFFNESS,     // contact stiffness, a part of it per tick
     STAGE_ESTIMATE,      // tried steps for the error estimate (the runner's, in the time left)
     STAGE_SNAPSHOT,      // hand positions to the bus (the runner's)
@@ -54,6 +55,50 @@ typedef struct CutOptions {
     BladeEdge before, after;
 } CutOptions;
 
+// --- ties by message ---
+// A scene with max_ties > 0 has a pool of that many ties, reserved at load (tie.c).
+
+enum {
+    SIM_TIES = 256,  // most that a scene may reserve
+    TIE_IDS = 16,    // node ids in one message
+    TIE_NODES = 128, // most nodes that a tie takes when it is made
+};
+#define TIE_STIFFNESS_MOST 4.0 // of one tie, and of all that act on one node together
+#define TIE_DAMPING_MOST   2.0
+
+typedef enum TieAction { TIE_MAKE = 1, TIE_CHANGE, TIE_RELEASE } TieAction;
+typedef enum TieKind {
+    TIE_PIN = 1, // to the world
+    TIE_BODIES,  // to another body
+    TIE_CLIP,    // two walls of one body, or of two, which it draws together
+    TIE_CARRY,   // to a tool
+} TieKind;
+
+// What a tie_t asks for; all numbers within the ranges of the message.
+typedef struct TieOptions {
+    TieAction action;
+    int number; // MAKE: 0 takes the lowest free one
+    // --- MAKE ---
+    TieKind kind;
+    int body, to_body; // indices; of a clip the same for two walls of one body
+    int tool;          // index, of TIE_CARRY
+    int node_count;    // 0: the nodes inside the sphere
+    int node[TIE_IDS]; // ids as in BodyMesh
+    Vec3 center;       // [m]
+    double radius;     // [m]
+    // --- MAKE and CHANGE ---
+    double stiffness, damping_ratio;
+    double break_force; // [N]; 0: never
+} TieOptions;
+
+// A tie now.
+typedef struct TieFigures {
+    TieKind kind;
+    int body, to_body, tool; // indices, or -1
+    int nodes;               // tied now
+    Vec3 pull;               // on the nodes of `body`, mean of the last tick [N]
+} TieFigures;
+
 enum { SIM_EVENTS = 64, SIM_EVENT_TEXT = 184 };
 
 // An event in a tick or a cut.
@@ -61,7 +106,7 @@ typedef struct SimEvent {
     int64_t step; // ticks completed when it happened
     int body;
     const char *kind; // "cut" (a stroke ended), "tear", "piece", "cut_refused", "restored",
-                      // "withdrawn"
+                      // "withdrawn", "tie_broken"
     char text[SIM_EVENT_TEXT];
 } SimEvent;
 
@@ -144,6 +189,7 @@ typedef struct SimOptions {
     bool may_load;          // loads can come at run time (by message or log)
     bool contact_stiffness; // compute ToolWrench.stiffness
     bool estimate_error;    // steps may be tried
+    int max_ties;           // ties by message at a time; 0: none
     SimCounts counts;
 } SimOptions;
 
@@ -172,6 +218,14 @@ void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold);
 // Starts a load now (options->start is ignored). Returns false with a sentence in `why`: no free
 // node inside, or no slot.
 bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_size);
+// Makes, changes or releases a tie; it acts from the next tick on. Returns false if it cannot; then
+// nothing was changed. `why`: a sentence in both cases, which names the tie or the member of the
+// message that is at fault.
+bool sim_apply_tie(Sim *sim, const TieOptions *options, char *why, size_t why_size);
+// Returns how many ties the scene has reserved.
+int sim_tie_capacity(const Sim *sim);
+// Finds a tie by its number; returns false if there is none.
+bool sim_find_tie(const Sim *sim, int number, TieFigures *figures);
 // Cuts now. Returns true if a link was severed; `sum`: the result, with the counts of all bodies
 // added. `why`: a sentence in both cases; if false, nothing was changed.
 bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, size_t why_size);
@@ -223,7 +277,7 @@ bool sim_take_event(Sim *sim, SimEvent *event);
 int64_t sim_refused_faces(const Sim *sim);
 // Returns the nodes of the scene's attachment, in the order of sim_add_attachment.
 int sim_attachment_nodes(const Sim *sim, int index);
-// Returns the nodes and points of faces beyond the capacity of graspers and attachments.
+// Returns the nodes and points of faces beyond the capacity of graspers, attachments and ties.
 int64_t sim_refused_holds(const Sim *sim);
 // Returns the next grasp or release since the last call; for each body and tool at most ten per
 // simulated second. Returns false if there is none. Between two ticks.

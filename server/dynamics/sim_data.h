@@ -61,6 +61,47 @@ typedef struct EventRing {
     int first, count;
 } EventRing;
 
+// --- ties by message (tie.c) ---
+
+// One tie; plain data, part of the state. All zero: the slot is free.
+typedef struct TieRecord {
+    int64_t number;              // from 1
+    int64_t kind;                // TieKind
+    int64_t body, to_body, tool; // indices, or -1
+    double stiffness, damping_ratio;
+    double break_force; // [N]; 0: never
+    double closing;     // of a clip: how fast its gap closes [m/s]
+} TieRecord;
+
+// All memory of a scene's ties. A slot is an attachment or a joint while it is used.
+typedef struct TiePool {
+    int capacity; // slots
+    int room;     // nodes that each may hold
+    TieRecord *record;
+    Attachment **attachment; // [capacity] reserved
+    Joint **joint;           // [capacity] reserved
+
+    // --- what the scene has without ties, constant ---
+    GroupMember *group; // [body_count]
+    Attachment **own;   // of the scene, and graspers, for each body
+    int *own_start;     // [body_count + 1]
+    int joint_count;
+
+    // --- follows from the state ---
+    bool *live;               // [capacity] used, and its state is consistent
+    double *lambda, *damping; // [body_count] what ties add to the bounds: [1/s2], [1/s]
+
+    // --- scratch, for the largest body ---
+    TieScratch shared;
+    int *found;           // [node slots]
+    int *face;            // [TIE_FACES] on which ends may be
+    Vec3 *corner;         // [3 TIE_FACES] of them
+    uint64_t *mark_face;  // one bit per face: all 0 between calls
+    int *id;              // [state rows]
+    Vec3 *x, *v;          // [state rows]
+    double *share, *root; // [node slots] sums of g, and of 2 zeta sqrt(g)
+} TiePool;
+
 // --- the memory of the guard ---
 // Ticks count from 1 here, so that 0 means never. All plain data, part of the state, and 0 until a
 // tick is bad or a SET comes.
@@ -150,13 +191,16 @@ struct Sim {
     LoadSet loads;
     Cutting *cutting;                // NULL: no body can be cut
     SimAttachment *scene_attachment; // [room.attachments] as given
-    int scene_attachment_count, joint_count;
+    int scene_attachment_count;
+    Joint **joint; // [joint_count] of the scene, then of ties
+    int joint_count;
     Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] grasps that sim_next_grasp has reported
     Estimator *estimator;    // of the steps' error; NULL: disabled
     StiffnessEstimator *stiffness; // NULL: disabled, or no contact has any
+    TiePool *ties;                 // NULL: none by message
 
     // --- results of the last tick ---
     EventRing *events; // including earlier ones that were not taken
@@ -285,6 +329,28 @@ bool time_step_allows(const Sim *sim, const Body *body, double stiffness_scale,
 // Writes ", or <key> of at most <value>": the smallest change of a single key that lets the body
 // take steps of h [s], or "" if there is none. Load time.
 void time_step_advise(Sim *sim, Body *body, double h, char *text, size_t size);
+
+// sim.c
+// Merges the groups of two bodies.
+void sim_join(Sim *sim, int a, int b);
+
+// tie.c
+// Reserves the pool. Load time, when all that the scene itself attaches exists.
+void ties_create(Sim *sim);
+// Returns the most entries that the ties can push on a body in one evaluation.
+int ties_node_capacity(const Sim *sim);
+// Recomputes what follows from the state: which ties act, groups and time steps.
+// Returns the largest sum of their stiffness at one node.
+double ties_follow(Sim *sim);
+// Recomputes what ties add to the bounds of the bodies, after a change of topology; returns
+// likewise.
+double ties_bound(Sim *sim);
+void ties_begin_tick(Sim *sim);
+// Ends the ties that have pulled harder than they may.
+void ties_stage(Sim *sim);
+// True if the state is consistent, after ties_follow.
+bool ties_check(const Sim *sim);
+int64_t ties_refused(const Sim *sim);
 
 // estimate.c
 // Allocates memory for the state that a try changes; load time, after the state of all bodies is

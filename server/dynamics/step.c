@@ -23,6 +23,7 @@ static bool has_attachments(const Sim *sim);
 static bool has_shapes(const Sim *sim);
 static bool has_tools(const Sim *sim);
 static bool has_stiffness(const Sim *sim);
+static bool has_ties(const Sim *sim);
 static bool has_estimate(const Sim *sim);
 static bool always(const Sim *sim);
 
@@ -45,6 +46,7 @@ static const struct {
     [STAGE_CONTACT] = {"contact", has_shapes, NULL},
     [STAGE_WRENCHES] = {"wrenches", has_tools, take_wrenches},
     [STAGE_CHECK] = {"check", always, check_numbers},
+    [STAGE_TIES] = {"ties", has_ties, ties_stage},
     [STAGE_STIFFNESS] = {"stiffness", has_stiffness, estimate_stiffness},
     [STAGE_ESTIMATE] = {"estimate", has_estimate, NULL},
     [STAGE_SNAPSHOT] = {"snapshot", has_inputs, NULL},
@@ -132,6 +134,8 @@ static void adapt_bodies(Sim *sim)
 // Makes graspers grasp and release at the pose at the start of the tick.
 static void grasp_and_release(Sim *sim)
 {
+    if (sim->ties != NULL)
+        ties_begin_tick(sim);
     for (int k = 0; k < sim->attachment_count; k++) {
         const int tool = attachment_options(sim->attachment[k])->tool;
         const ToolMotion *motion = tool >= 0 ? &sim->motion[tool] : NULL;
@@ -295,7 +299,7 @@ static int next_body(const Sim *sim, int b, bool alone)
 static void advance_group(Sim *sim, int first, int substeps, bool alone)
 {
     const Integrator *integrator = integrator_get(sim->body[first].integrator);
-    const int ties = sim->joint_count > 0 && !alone ? sim->scene_attachment_count : 0;
+    const int ties = alone ? 0 : sim->joint_count;
     const double part = alone ? 1.0 / substeps : 1.0; // of a substep
     // Schemes of kicks drift first.
     for (int b = first; b >= 0 && integrator->kicks; b = next_body(sim, b, alone))
@@ -309,9 +313,9 @@ static void advance_group(Sim *sim, int first, int substeps, bool alone)
                 add_outer_forces(sim, b, &stage, substep, s == 0);
             // Ties of this group.
             for (int k = 0; k < ties; k++) {
-                Joint *joint = sim->scene_attachment[k].joint;
-                if (joint != NULL && sim->group[joint_options(joint)->body].first == first)
-                    joint_apply(joint);
+                Joint *joint = sim->joint[k];
+                if (sim->group[joint_options(joint)->body].first == first)
+                    joint_apply(joint, stage.weight * sim->body[first].h);
             }
             for (int b = first; b >= 0; b = next_body(sim, b, alone))
                 sim->body[b].ops->evaluate(sim->body[b].model, &stage, part * sim->body[b].h);
@@ -471,7 +475,7 @@ static bool has_loads(const Sim *sim)
 
 static bool has_attachments(const Sim *sim)
 {
-    return sim->attachment_count > 0;
+    return sim->attachment_count > 0 || sim->ties != NULL;
 }
 
 static bool has_cuts(const Sim *sim)
@@ -502,6 +506,11 @@ static bool has_levels_to_cut(const Sim *sim)
 static bool has_stiffness(const Sim *sim)
 {
     return sim->stiffness != NULL;
+}
+
+static bool has_ties(const Sim *sim)
+{
+    return sim->ties != NULL;
 }
 
 static bool has_estimate(const Sim *sim)

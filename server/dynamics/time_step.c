@@ -17,9 +17,9 @@ static const double ROUNDING = 1.0 + 1e-9; // tolerance, as in stability_substep
 // h)^2 k they only reduce h^2 lambda.
 
 // Returns the largest stable step of a body with bounds `lambda` and `damping` of its own and every
-// tool.
+// tool. `ties`: and with the ties by message of now, which shorten steps but no bound of the scene.
 static double bound(const Sim *sim, const Body *body, double lambda, double damping,
-                    double stiffness_scale, double damping_scale)
+                    double stiffness_scale, double damping_scale, bool ties)
 {
     // The body's own springs: implicit ones do not count, softer ones are not relied on.
     const bool implicit = body->integrator == INTEGRATOR_IMPLICIT;
@@ -51,6 +51,10 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
         lambda += more_lambda;
         damping += more_damping;
     }
+    if (ties && sim->ties != NULL) {
+        lambda += sim->ties->lambda[body - sim->body];
+        damping += sim->ties->damping[body - sim->body];
+    }
     // See above: what leapfrog allows for so many times lambda.
     if (implicit)
         lambda *= 4.0 * body->theta - 1.0;
@@ -61,14 +65,14 @@ static double finest_bound(const Sim *sim, const Body *body, double stiffness_sc
                            double damping_scale)
 {
     return bound(sim, body, fmax(body->lambda, body->finest_lambda),
-                 fmax(body->damping, body->finest_damping), stiffness_scale, damping_scale);
+                 fmax(body->damping, body->finest_damping), stiffness_scale, damping_scale, false);
 }
 
 // Returns the substeps that the body needs by itself.
 static int count_substeps(const Sim *sim, Body *body)
 {
     body->time_step_limit = bound(sim, body, body->lambda, body->damping,
-                                  body->tuning.stiffness_scale, body->tuning.damping_scale);
+                                  body->tuning.stiffness_scale, body->tuning.damping_scale, true);
     double wanted = body->time_step_limit;
     if (body->time_step_wanted > 0.0)
         wanted =

@@ -251,6 +251,9 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
         print_tool(sim_tool(sim, i), out);
     for (int i = 0; i < scene->attachment_count; i++)
         print_attachment(world, scene, i, out);
+    if (sim_tie_capacity(sim) > 0)
+        fprintf(out, "ties by message: at most %d at a time, of up to %d nodes\n",
+                sim_tie_capacity(sim), TIE_NODES);
     // What is sent, and to whom it listens.
     const ScenePublish *publish = &scene->publish;
     fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz%s%s\n",

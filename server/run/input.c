@@ -5,6 +5,7 @@
 #include "pliant_command_t.h"
 #include "pliant_cut_t.h"
 #include "pliant_load_t.h"
+#include "pliant_tie_t.h"
 #include "pliant_tool_pose_t.h"
 
 #include <math.h>
@@ -170,6 +171,34 @@ static void decode_command(const void *data, int size, Input *input)
     pliant_command_t_decode_cleanup(&m);
 }
 
+_Static_assert(sizeof((pliant_tie_t *)NULL)->to_body == BODY_NAME_MAX, "a name fits");
+_Static_assert(sizeof((pliant_tie_t *)NULL)->node == TIE_IDS * sizeof(int32_t), "its ids");
+
+static void decode_tie(const void *data, int size, Input *input)
+{
+    pliant_tie_t m;
+    int used = pliant_tie_t_decode(data, 0, size, &m);
+    ASSERT(used == size);
+    input->sender = m.sender;
+    input->id = m.id;
+    input->utime = m.utime;
+    // What is to be done to which tie.
+    input->tie.action = m.action;
+    input->tie.number = m.tie;
+    input->tie.kind = m.kind;
+    input->tie.tool = m.tool;
+    input->tie.node_count = m.node_count;
+    memcpy(input->tie.node, m.node, sizeof m.node);
+    memcpy(input->tie.center, m.center, sizeof m.center);
+    input->tie.radius = m.radius;
+    input->tie.stiffness = m.stiffness;
+    input->tie.damping_ratio = m.damping_ratio;
+    input->tie.break_force = m.break_force;
+    memcpy(input->tie.to_body, m.to_body, sizeof m.to_body);
+    snprintf(input->text, sizeof input->text, "%s", m.body);
+    pliant_tie_t_decode_cleanup(&m);
+}
+
 static int encode_pose(const Input *input, void *data)
 {
     pliant_tool_pose_t m = {.utime = input->utime,
@@ -228,6 +257,27 @@ static int encode_command(const Input *input, void *data)
                           .value = input->command.value,
                           .argument = text};
     return pliant_command_t_encode(data, 0, INPUT_WIRE_MAX, &m);
+}
+
+static int encode_tie(const Input *input, void *data)
+{
+    pliant_tie_t m = {.utime = input->utime,
+                      .sender = input->sender,
+                      .id = input->id,
+                      .action = input->tie.action,
+                      .tie = input->tie.number,
+                      .kind = input->tie.kind,
+                      .tool = input->tie.tool,
+                      .node_count = input->tie.node_count,
+                      .radius = input->tie.radius,
+                      .stiffness = input->tie.stiffness,
+                      .damping_ratio = input->tie.damping_ratio,
+                      .break_force = input->tie.break_force,
+                      .body = (char *)(uintptr_t)input->text};
+    memcpy(m.node, input->tie.node, sizeof m.node);
+    memcpy(m.center, input->tie.center, sizeof m.center);
+    memcpy(m.to_body, input->tie.to_body, sizeof m.to_body);
+    return pliant_tie_t_encode(data, 0, INPUT_WIRE_MAX, &m);
 }
 
 // --- the values ---
@@ -333,6 +383,95 @@ static Refusal check_load(Input *input, Sim *sim, char *why)
     return find_body(input, sim, why);
 }
 
+// Finds the other body of a tie. CLIP may have none: two walls of one body.
+static Refusal find_other_body(Input *input, Sim *sim, char *why)
+{
+    char *name = input->tie.to_body;
+    if (memchr(name, 0, BODY_NAME_MAX) == NULL)
+        return REFUSE(REFUSED_STRING, "to_body of a tie does not end within its %d bytes",
+                      BODY_NAME_MAX);
+    if (name[0] == '\0' && input->tie.kind == PLIANT_TIE_T_CLIP) {
+        input->tie.to_body_index = input->index;
+        return ACCEPTED;
+    }
+    // By name, as the body itself.
+    for (int i = 0; i < sim_body_count(sim); i++)
+        if (strcmp(sim_body(sim, i)->name, name) == 0)
+            input->tie.to_body_index = i;
+    if (input->tie.to_body_index == input->index && input->tie.kind == PLIANT_TIE_T_TIE)
+        return REFUSE(REFUSED_BODY, "to_body '%s' of a tie is the body itself",
+                      sim_body(sim, input->index)->name);
+    return input->tie.to_body_index >= 0
+               ? ACCEPTED
+               : REFUSE(REFUSED_BODY, "to_body of a tie is not in the scene");
+}
+
+// Checks what MAKE ties to what.
+static Refusal check_new_tie(Input *input, Sim *sim, char *why)
+{
+    // Which body, which must be one.
+    Refusal refusal = find_body(input, sim, why);
+    if (refusal != ACCEPTED)
+        return refusal;
+    if (input->index < 0 && sim_body_count(sim) > 1)
+        return REFUSE(REFUSED_BODY, "body of a tie: name one of the %d", sim_body_count(sim));
+    input->index = input->index < 0 ? 0 : input->index;
+    // Which of its nodes.
+    const int count = input->tie.node_count;
+    if (count < 0 || count > TIE_IDS)
+        return REFUSE(REFUSED_RANGE, "node_count %d of a tie outside [0, %d]", count, TIE_IDS);
+    if (!all_finite(input->tie.center, 3) || !isfinite(input->tie.radius))
+        return REFUSE(REFUSED_NOT_FINITE, "center or radius of a tie is not finite");
+    if (count == 0 && !all_within(input->tie.center, 3, POSITION_MAX))
+        return REFUSE(REFUSED_RANGE, "center of a tie is farther than %g m from the origin",
+                      POSITION_MAX);
+    if (count == 0 && !(input->tie.radius > 0.0 && input->tie.radius <= POSITION_MAX))
+        return REFUSE(REFUSED_RANGE, "radius %g of a tie outside (0, %g] m", input->tie.radius,
+                      POSITION_MAX);
+    // To what.
+    if (input->tie.kind == PLIANT_TIE_T_TIE || input->tie.kind == PLIANT_TIE_T_CLIP)
+        return find_other_body(input, sim, why);
+    if (input->tie.kind != PLIANT_TIE_T_PIN && input->tie.kind != PLIANT_TIE_T_CARRY)
+        return REFUSE(REFUSED_COMMAND, "kind %d of a tie is unknown", input->tie.kind);
+    for (int i = 0; i < sim_tool_count(sim) && input->tie.kind == PLIANT_TIE_T_CARRY; i++)
+        if (sim_tool(sim, i)->id == input->tie.tool)
+            input->tie.tool_index = i;
+    if (input->tie.kind == PLIANT_TIE_T_CARRY && input->tie.tool_index < 0)
+        return REFUSE(REFUSED_TOOL, "tool %d of a tie is not in the scene", input->tie.tool);
+    return ACCEPTED;
+}
+
+static Refusal check_tie(Input *input, Sim *sim, char *why)
+{
+    input->tie.tool_index = input->tie.to_body_index = -1;
+    const int32_t action = input->tie.action;
+    // Is it one, and is there room for any?
+    if (action != PLIANT_TIE_T_MAKE && action != PLIANT_TIE_T_CHANGE &&
+        action != PLIANT_TIE_T_RELEASE)
+        return REFUSE(REFUSED_COMMAND, "action %d of a tie is unknown", action);
+    if (sim_tie_capacity(sim) == 0)
+        return REFUSE(REFUSED_NOT_POSSIBLE, "this scene has no ties by message (max_ties)");
+    if (input->tie.number < (action == PLIANT_TIE_T_MAKE ? 0 : 1))
+        return REFUSE(REFUSED_RANGE, "tie %d: numbers begin with 1", input->tie.number);
+    if (action == PLIANT_TIE_T_RELEASE)
+        return ACCEPTED;
+    // Its springs.
+    const double g = input->tie.stiffness, zeta = input->tie.damping_ratio,
+                 most = input->tie.break_force;
+    if (!isfinite(g) || !isfinite(zeta) || !isfinite(most))
+        return REFUSE(REFUSED_NOT_FINITE,
+                      "stiffness, damping_ratio or break_force of a tie is not finite");
+    if (!(g > 0.0 && g <= TIE_STIFFNESS_MOST))
+        return REFUSE(REFUSED_RANGE, "stiffness %g of a tie outside (0, %g]", g,
+                      TIE_STIFFNESS_MOST);
+    if (!(zeta >= 0.0 && zeta <= TIE_DAMPING_MOST))
+        return REFUSE(REFUSED_RANGE, "damping_ratio %g of a tie outside [0, %g]", zeta,
+                      TIE_DAMPING_MOST);
+    if (!(most >= 0.0 && most <= FORCE_MAX))
+        return REFUSE(REFUSED_RANGE, "break_force %g of a tie outside [0, %g] N", most, FORCE_MAX);
+    return action == PLIANT_TIE_T_MAKE ? check_new_tie(input, sim, why) : ACCEPTED;
+}
+
 // Splits "key=value" into the key, left in `text`, and the numbers.
 static Refusal split_setting(Input *input, char *why)
 {
@@ -399,6 +538,7 @@ static const InputType TYPES[INPUT_KINDS] = {
     [INPUT_CUT] = {"CUT", "cut", true, decode_cut, encode_cut, check_cut},
     [INPUT_LOAD] = {"LOAD", "load", true, decode_load, encode_load, check_load},
     [INPUT_COMMAND] = {"COMMAND", NULL, true, decode_command, encode_command, check_command},
+    [INPUT_TIE] = {"TIE", "tie", true, decode_tie, encode_tie, check_tie},
 };
 
 const char *input_channel(InputKind kind)
@@ -477,4 +617,29 @@ LoadOptions input_load(const Input *input)
                          .duration = input->load.duration,
                          .sender = input->sender,
                          .id = input->id};
+}
+
+_Static_assert((int)TIE_MAKE == PLIANT_TIE_T_MAKE && (int)TIE_CHANGE == PLIANT_TIE_T_CHANGE &&
+                   (int)TIE_RELEASE == PLIANT_TIE_T_RELEASE && (int)TIE_PIN == PLIANT_TIE_T_PIN &&
+                   (int)TIE_BODIES == PLIANT_TIE_T_TIE && (int)TIE_CLIP == PLIANT_TIE_T_CLIP &&
+                   (int)TIE_CARRY == PLIANT_TIE_T_CARRY,
+               "the numbers of the message");
+
+TieOptions input_tie(const Input *input)
+{
+    TieOptions tie = {.action = (TieAction)input->tie.action,
+                      .kind = (TieKind)input->tie.kind,
+                      .number = input->tie.number,
+                      .body = input->index,
+                      .to_body = input->tie.to_body_index,
+                      .tool = input->tie.tool_index,
+                      .node_count = input->tie.node_count,
+                      .center = vec3_of(input->tie.center),
+                      .radius = input->tie.radius,
+                      .stiffness = input->tie.stiffness,
+                      .damping_ratio = input->tie.damping_ratio,
+                      .break_force = input->tie.break_force};
+    for (int i = 0; i < TIE_IDS; i++)
+        tie.node[i] = input->tie.node[i];
+    return tie;
 }

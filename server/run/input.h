@@ -10,11 +10,18 @@
 
 // --- one message ---------------------------------------------------------------------------------
 
-// Inputs from other programs (poses, cuts, loads and commands) as plain data of fixed size. They
-// are decoded from raw bytes, and every check comes before generated code reads them. Pure
+// Inputs from other programs (poses, cuts, loads, commands and ties) as plain data of fixed size.
+// They are decoded from raw bytes, and every check comes before generated code reads them. Pure
 // functions for any thread but the step thread, which only reads finished Inputs.
 
-typedef enum InputKind { INPUT_POSE, INPUT_CUT, INPUT_LOAD, INPUT_COMMAND, INPUT_KINDS } InputKind;
+typedef enum InputKind {
+    INPUT_POSE,
+    INPUT_CUT,
+    INPUT_LOAD,
+    INPUT_COMMAND,
+    INPUT_TIE,
+    INPUT_KINDS
+} InputKind;
 
 // Reasons for refusing an input; status_t.reason holds their names.
 typedef enum Refusal {
@@ -75,18 +82,29 @@ typedef struct Input {
             double set_value[3]; // SET: the numbers after "="
             int32_t set_count;   // 1 or 3
         } command;
+        struct {
+            int32_t action, number, kind; // PLIANT_TIE_T_...
+            int32_t tool;                 // id in the scene
+            int32_t node_count, node[TIE_IDS];
+            double center[3]; // [m]
+            double radius;    // [m]
+            double stiffness, damping_ratio;
+            double break_force;                // [N]
+            char to_body[BODY_NAME_MAX];       // as it came: it may lack its end
+            int32_t tool_index, to_body_index; // set by input_check
+        } tie;
     };
-    char text[INPUT_TEXT_MAX]; // cut and load: name of the body; SET: the key; else the argument
+    char text[INPUT_TEXT_MAX]; // cut, load, tie: name of the body; SET: the key; else the argument
 } Input;
 
 // Returns "wrong_size", "not_finite" and so on.
 const char *refusal_name(Refusal refusal);
-// Returns the channel without its prefix: "TOOL_POSE", "CUT", "LOAD", "COMMAND".
+// Returns the channel without its prefix: "TOOL_POSE", "CUT", "LOAD", "COMMAND", "TIE".
 const char *input_channel(InputKind kind);
 // True if the input is a request, which is answered; poses are not.
 bool input_is_request(const Input *input);
 // Returns the kind of the event that tells of a request executed on the scene: "cut", "load",
-// "set", "reset".
+// "tie", "set", "reset".
 const char *input_event(const Input *input);
 
 // Decodes bytes to an Input. Checks size, fingerprint and string before reading any value. If it
@@ -103,6 +121,7 @@ size_t input_encode(const Input *input, void *data);
 ToolPose input_pose(const Input *input);
 CutOptions input_cut(const Input *input);
 LoadOptions input_load(const Input *input);
+TieOptions input_tie(const Input *input);
 
 // --- admission -----------------------------------------------------------------------------------
 

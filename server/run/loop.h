@@ -164,7 +164,8 @@ void requests_event(Loop *loop, int body, const char *kind, const char *format, 
 // Sends the bus the events of the simulation itself: strokes, tears, pieces.
 void requests_report(Loop *loop);
 
-// True for what requests_execute knows: cuts, loads, SET and RESET. Other commands are the loop's.
+// True for what requests_execute knows: cuts, loads, ties, SET and RESET. Other commands are the
+// loop's.
 bool requests_change_scene(const Input *input);
 // Executes a cut, load, RESET or SET on the scene, live or offline. Sets `ok`, `text` and the
 // counts of a cut in the answer; returns `ok`. If false, nothing was changed and `text` says why;

@@ -228,8 +228,8 @@ void replay_report(const Replay *replay)
     // A log of other channels is likely a mistake.
     if (input->used == 0)
         log_line(LOG_WARNING,
-                 "%s: none of its %lld messages is on %s_TOOL_POSE, _CUT, _LOAD or "
-                 "_COMMAND",
+                 "%s: none of its %lld messages is on %s_TOOL_POSE, _CUT, _LOAD, "
+                 "_COMMAND or _TIE",
                  input->log.path, (long long)input->skipped, input->prefix);
     if (input->lost > 0)
         log_line(LOG_WARNING, "%s: lacks %lld inputs, so the run is not the same", input->log.path,

@@ -34,6 +34,12 @@ static bool execute_load(Sim *sim, const Input *input, Answer *answer)
     return true;
 }
 
+static bool execute_tie(Sim *sim, const Input *input, Answer *answer)
+{
+    const TieOptions tie = input_tie(input);
+    return sim_apply_tie(sim, &tie, answer->text, sizeof answer->text);
+}
+
 static bool execute_set(Sim *sim, const Input *input, Answer *answer)
 {
     const double *value = input->command.set_value;
@@ -66,6 +72,8 @@ bool requests_execute(Sim *sim, const Input *input, Answer *answer)
         answer->ok = execute_cut(sim, input, answer);
     else if (input->kind == INPUT_LOAD)
         answer->ok = execute_load(sim, input, answer);
+    else if (input->kind == INPUT_TIE)
+        answer->ok = execute_tie(sim, input, answer);
     else if (input->command.kind == PLIANT_COMMAND_T_SET)
         answer->ok = execute_set(sim, input, answer);
     else if (input->command.kind == PLIANT_COMMAND_T_RESET) {
@@ -309,7 +317,7 @@ static bool take(Loop *loop, const Input *input, Answer *answer)
             loop->reset_step = sim_steps(loop->sim);
         return answered;
     }
-    // Cuts and loads; then what they caused.
+    // Cuts, loads and ties; then what they caused.
     if (requests_execute(loop->sim, input, answer))
         requests_event(loop, input->index, input_event(input), "%s", answer->text);
     requests_report(loop);

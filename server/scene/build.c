@@ -23,7 +23,8 @@ void build_complete(BodyOptions *body, const World *world, const Scene *scene,
     body->precision = scene->precision;
     body->isa = options->isa != NULL ? options->isa : "auto";
     body->team = world->team;
-    body->without_contacts = scene->tool_count == 0 && scene->attachment_count == 0;
+    body->without_contacts =
+        scene->tool_count == 0 && scene->attachment_count == 0 && scene->max_ties == 0;
     body->without_loads = scene->load_count == 0 && !options->may_load;
 }
 
@@ -45,6 +46,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
                       .gravity = scene->gravity,
                       .tool_timeout_s = scene->tool_timeout_s,
                       .may_load = options->may_load,
+                      .max_ties = scene->max_ties,
                       .estimate_error = options->publishes && scene->estimate_error,
                       .contact_stiffness = options->publishes && scene->publish.contact_hz > 0.0 &&
                                            scene->publish.contact_stiffness,

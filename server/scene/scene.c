@@ -85,6 +85,10 @@ static const Option SCENE_OPTIONS[] = {
     {"tools", OPTION_LIST, AT(tools), "", .about = "The tools: up to 32 groups."},
     {"attachments", OPTION_LIST, AT(attachments), "",
      .about = "Springs that attach regions of bodies: up to 64 groups."},
+    {"max_ties", OPTION_INT, AT(scene.max_ties), "", 0.0, SIM_TIES, .physics = true,
+     .about = "Largest number of ties that messages may make at a time (`tie_t`, `pliant-tie`): "
+              "pins to the world, ties between bodies, clips, and what tools carry. Their memory "
+              "is reserved at load."},
     {"loads", OPTION_LIST, AT(loads), "", .about = "Forces at given times: up to 64 groups."},
 };
 #undef AT

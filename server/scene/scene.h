@@ -123,6 +123,7 @@ typedef struct Scene {
     bool remote;                       // accepts messages from other hosts
     bool stop_command;                 // executes STOP
     double tool_timeout_s, settle_s;
+    int max_ties;                     // by message, at a time
     int node_capacity, face_capacity; // of each body; 0: from its mesh and levels
     ScenePublish publish;
     int body_count;

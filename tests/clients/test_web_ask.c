@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "pliant_command_t.h"
+#include "pliant_tie_t.h"
 
 // Parsed from a block of exactly its size, so that the sanitizer sees a read beyond it.
 static bool parse(const char *text, Ask *ask, ClientError *error)
@@ -68,6 +69,23 @@ static void requests_keep_their_numbers_and_bodies(void **state)
                       &ask, &error));
     assert_int_equal(ask.command.kind, PLIANT_COMMAND_T_SET);
     assert_string_equal(ask.text, "gravity=0 0 -9.81");
+    assert_true(parse("{\"type\":\"tie\",\"id\":10,\"action\":\"make\",\"kind\":\"clip\","
+                      "\"center\":[1,2,3],\"radius\":0.1,\"body\":\"gall\",\"to_body\":\"liver\","
+                      "\"break_force\":2}",
+                      &ask, &error));
+    assert_int_equal(ask.kind, ASK_TIE);
+    assert_int_equal(ask.tie.action, PLIANT_TIE_T_MAKE);
+    assert_int_equal(ask.tie.kind, PLIANT_TIE_T_CLIP);
+    assert_int_equal(ask.tie.number, 0);
+    assert_string_equal(ask.text, "gall");
+    assert_string_equal(ask.tie.to_body, "liver");
+    expect_near(ask.tie.center[2], 3.0, 0.0);
+    expect_near(ask.tie.stiffness, 0.3, 0.0); // the usual one
+    expect_near(ask.tie.break_force, 2.0, 0.0);
+    assert_true(
+        parse("{\"type\":\"tie\",\"id\":11,\"action\":\"release\",\"tie\":4}", &ask, &error));
+    assert_int_equal(ask.tie.action, PLIANT_TIE_T_RELEASE);
+    assert_int_equal(ask.tie.number, 4);
     assert_true(parse("{\"type\":\"drawn\",\"round\":41}", &ask, &error));
     assert_int_equal(ask.round, 41);
 }
@@ -76,6 +94,8 @@ static void requests_keep_their_numbers_and_bodies(void **state)
 #define TOOL_AT   TOOL_HEAD "\"position\":[0,0,0],"
 #define TOOL_TAIL "\"orientation\":[1,0,0,0],\"grip\":0,\"active\":true}"
 #define CUT_HEAD  "{\"type\":\"cut\",\"id\":1,"
+#define TIE_HEAD  "{\"type\":\"tie\",\"id\":1"
+#define TIE_AT    ",\"action\":\"make\",\"center\":[0,0,0],\"radius\":0.01"
 #define LOAD_HEAD "{\"type\":\"load\",\"id\":1,\"center\":[0,0,0],"
 
 static void what_is_wrong_is_refused_by_name(void **state)
@@ -126,6 +146,18 @@ static void what_is_wrong_is_refused_by_name(void **state)
         {LOAD_HEAD "\"radius\":1,\"force\":[0,0,1e7],\"duration\":1}", "force: expected"},
         {LOAD_HEAD "\"radius\":1,\"force\":[0,0,1],\"duration\":-1}", "duration: expected"},
         {LOAD_HEAD "\"radius\":1,\"force\":[0,0,1]}", "duration: expected"},
+        {TIE_HEAD "}", "action: expected one of make, change, release"},
+        {TIE_HEAD ",\"action\":\"release\"}", "tie: expected an integer"},
+        {TIE_HEAD ",\"action\":\"release\",\"tie\":0}", "tie: expected an integer in [1, "},
+        {TIE_HEAD ",\"action\":\"change\",\"tie\":1,\"stiffness\":0}", "stiffness: expected"},
+        {TIE_HEAD ",\"action\":\"change\",\"tie\":1,\"damping_ratio\":3}",
+         "damping_ratio: expected"},
+        {TIE_HEAD ",\"action\":\"change\",\"tie\":1,\"break_force\":-1}", "break_force: expected"},
+        {TIE_HEAD ",\"action\":\"make\",\"kind\":\"knot\"}", "kind: expected one of pin, tie"},
+        {TIE_HEAD ",\"action\":\"make\",\"kind\":\"pin\"}", "center: expected 3"},
+        {TIE_HEAD ",\"action\":\"make\",\"kind\":\"pin\",\"center\":[0,0,0]}", "radius: expected"},
+        {TIE_HEAD TIE_AT ",\"kind\":\"tie\",\"to_body\":\"a b\"}", "to_body: expected"},
+        {TIE_HEAD TIE_AT ",\"kind\":\"carry\"}", "tool: expected an integer"},
         {"{\"type\":\"command\",\"id\":1,\"kind\":\"explode\"}", "kind: expected"},
         {"{\"type\":\"command\",\"id\":1}", "kind: expected"},
         {"{\"type\":\"command\",\"id\":1,\"kind\":\"step\",\"value\":1e300}", "value: expected"},

@@ -8,7 +8,8 @@
 #include <string.h>
 
 static const char *const channels[] = {"PLIANT_TOOL_POSE", "PLIANT_CUT", "PLIANT_LOAD",
-                                       "PLIANT_COMMAND"};
+                                       "PLIANT_COMMAND", "PLIANT_TIE"};
+enum { CHANNELS = sizeof channels / sizeof *channels };
 static Process the_daemon;
 
 static int start_daemon(void **state)
@@ -52,6 +53,10 @@ static size_t encode_valid(int channel, unsigned char *data)
         pliant_load_t m = {.radius = 1.0, .duration = 1e-3, .body = text};
         return (size_t)pliant_load_t_encode(data, 0, 512, &m);
     }
+    case 4: {
+        pliant_tie_t m = {.action = 99, .body = text};
+        return (size_t)pliant_tie_t_encode(data, 0, 512, &m);
+    }
     default: {
         pliant_command_t m = {.kind = 99, .argument = text};
         return (size_t)pliant_command_t_encode(data, 0, 512, &m);
@@ -66,7 +71,7 @@ typedef struct Batch {
         int channel;
         size_t size;
         unsigned char data[600];
-    } message[1024];
+    } message[2048];
 } Batch;
 
 static void add(Batch *batch, int channel, const unsigned char *data, size_t size)
@@ -125,7 +130,7 @@ static void garbage_of_every_size_is_refused_and_counted(void **state)
     for (size_t size = 0; size <= sizeof data; size += 3) {
         for (size_t i = 0; i < size; i++)
             data[i] = (unsigned char)rand();
-        for (int c = 0; c < 4; c++)
+        for (int c = 0; c < CHANNELS; c++)
             add(&batch, c, data, size);
     }
     expect_refused(client, NULL, &batch);
@@ -136,7 +141,7 @@ static void cut_off_and_padded_messages_are_refused(void **state)
 {
     Client *client = *state;
     static Batch batch;
-    for (int c = 0; c < 4; c++) {
+    for (int c = 0; c < CHANNELS; c++) {
         unsigned char data[1024] = {0};
         size_t size = encode_valid(c, data);
         for (size_t cut = 8; cut < size; cut++)
@@ -152,7 +157,7 @@ static void corrupt_string_counts_are_refused(void **state)
     Client *client = *state;
     const uint32_t counts[] = {0, 1, 6, 8, 0x40000003, 0x7fffffff, 0x80000000, 0xffffffff};
     static Batch wrong_counts, wrong_ends;
-    for (int c = 1; c < 4; c++) {
+    for (int c = 1; c < CHANNELS; c++) {
         unsigned char data[512];
         const size_t size = encode_valid(c, data);
         unsigned char *at = data + size - 7 - 4; // "sphere" and its NUL behind the count
@@ -280,7 +285,7 @@ static void refusals_are_told_at_most_once_a_second(void **state)
     double start = client_now();
     unsigned char byte = 0;
     for (int i = 0; i < 200; i++) {
-        send_bytes(client, channels[i % 4], &byte, 1);
+        send_bytes(client, channels[i % CHANNELS], &byte, 1);
         client_listen(client, 1);
     }
     client_fresh_status(client);

@@ -37,6 +37,20 @@ static void what_is_encoded_decodes_to_the_same(void **state)
          .load = {.center = {0.1, 0.2, 0.3}, .radius = 0.02, .force = {-1.0}, .duration = 0.5},
          .text = ""},
         {.kind = INPUT_COMMAND, .command = {.kind = PLIANT_COMMAND_T_STEP, .value = 77}},
+        {.kind = INPUT_TIE,
+         .tie = {.action = 1,
+                 .number = 3,
+                 .kind = 2,
+                 .tool = 7,
+                 .node_count = 2,
+                 .node = {11, 12},
+                 .center = {0.1, 0.2, 0.3},
+                 .radius = 0.02,
+                 .stiffness = 1.0 / 3.0,
+                 .damping_ratio = 0.5,
+                 .break_force = 1.5,
+                 .to_body = "gall"},
+         .text = "liver"},
     };
     for (int k = 0; k < INPUT_KINDS; k++) {
         inputs[k].index = -1;

@@ -68,7 +68,9 @@ static void another_host_is_refused_and_counted(void **state)
     send_pose(rig.far, &pose);
     send_load(rig.far, top, 0.03, push, 10.0, "");
     send_command(rig.far, PLIANT_COMMAND_T_STOP, 0, "");
-    wait_until(rig.near, refused(rig.near, "other_host") == 3 && saw_event(rig.near, "refused"));
+    const pliant_tie_t tie = make_tie(rig.far, PLIANT_TIE_T_PIN, top, 0.03, "");
+    pliant_tie_t_publish(rig.far->lcm, "PLIANT_TIE", &tie);
+    wait_until(rig.near, refused(rig.near, "other_host") == 4 && saw_event(rig.near, "refused"));
     assert_int_equal(rig.far->replies, 0);
     expect_unmoved(&rig);
     assert_non_null(strstr(rig.daemon.out, "other_host"));

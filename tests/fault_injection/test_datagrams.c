@@ -40,7 +40,7 @@ static const char *draw_channel(void)
     static const char *const CHANNELS[] = {
         "PLIANT_TOOL_POSE",    "PLIANT_CUT",         "PLIANT_LOAD",         "PLIANT_COMMAND",
         "PLIANT_CLAIM",        "PLIANT_STATUS",      "PLIANT_REPLY",        "PLIANT_EVENT",
-        "PLIANT_CONTACT",      "PLIANT_MESH_sphere", "PLIANT_NODES_sphere", "PLIANT_MESH_DELTA_x",
+        "PLIANT_TIE",          "PLIANT_MESH_sphere", "PLIANT_NODES_sphere", "PLIANT_MESH_DELTA_x",
         "PLIANT_REST_another", "PLIANT_NODES_",      "LCM_SELF_TEST",       ""};
     static char channel[256];
     uint32_t kind = draw(20);

@@ -16,6 +16,9 @@
 
 static const char HEAD[] = "rate_hz = 500.0; publish = { nodes_hz = 20.0; contact_hz = 100.0; "
                            "status_hz = 10.0; };";
+static const char TIES_HEAD[] =
+    "rate_hz = 500.0; max_ties = 4; start = \"paused\"; publish = { nodes_hz = 20.0; "
+    "contact_hz = 100.0; status_hz = 10.0; };";
 static const double SECONDS = 1.5; // that a flood lasts, at least
 
 typedef struct Flood {
@@ -144,7 +147,7 @@ static void a_flood_of_requests_is_refused_when_the_queue_is_full(void **state)
 static void pour_garbage(Flood *flood)
 {
     static const char *const CHANNELS[] = {"PLIANT_TOOL_POSE", "PLIANT_CUT", "PLIANT_LOAD",
-                                           "PLIANT_COMMAND", "PLIANT_CLAIM"};
+                                           "PLIANT_COMMAND",   "PLIANT_TIE", "PLIANT_CLAIM"};
     static unsigned char data[2048];
     static uint64_t random = 5;
     for (size_t i = 0; i < sizeof data; i += 8) {
@@ -158,7 +161,7 @@ static void pour_garbage(Flood *flood)
         pliant_tool_pose_t_encode(data, 0, sizeof data, &pose);
     if (random % 5 <= 1)
         size = (unsigned)pliant_tool_pose_t_encoded_size(&pose);
-    const char *channel = CHANNELS[flood->sequence++ % 5];
+    const char *channel = CHANNELS[flood->sequence++ % 6];
     lcm_publish(flood->lcm, channel, data, size);
     atomic_fetch_add(&flood->sent, 1);
 }
@@ -167,6 +170,92 @@ static void garbage_on_all_channels_is_refused_and_counted(void **state)
 {
     (void)state;
     endure(pour_garbage, "garbage on all channels as fast as it goes", "wrong_size");
+}
+
+// --- ties ---
+
+// 10 000 a second, none of which can be.
+static void pour_ties(Flood *flood)
+{
+    const struct timespec pause = {.tv_nsec = 500000};
+    static const double BAD[] = {(double)NAN, (double)INFINITY, -1.0, 1e300, 1e-300};
+    for (int due = (int)(1e4 * (client_now() - flood->start)); flood->sequence < due;) {
+        const int32_t k = ++flood->sequence;
+        char body[] = "sphere";
+        pliant_tie_t tie = {.sender = 81 + k % 4,
+                            .id = k,
+                            .action = 1,
+                            .kind = 1 + k % 4,
+                            .center = {0.0, 0.0, 0.05},
+                            .radius = 0.02,
+                            .stiffness = 0.3,
+                            .damping_ratio = 0.5,
+                            .tool = 99,
+                            .to_body = "nobody",
+                            .body = body};
+        // One member at a time; an unknown action, kind, number, body or tool; too many nodes.
+        double *fields[] = {&tie.center[0], &tie.radius, &tie.stiffness, &tie.damping_ratio,
+                            &tie.break_force};
+        const double bad = BAD[k / 16 % 4];
+        const int what = k % 16;
+        if (what < 5)
+            *fields[what] = what == 0 && bad == -1.0 ? 1e4 : bad; // -1 m is a good place
+        else if (what < 8)
+            tie.action = (int32_t[]){0, 4, INT32_MIN}[what - 5];
+        else if (what < 10)
+            tie.kind = what == 8 ? 0 : INT32_MAX;
+        else if (what < 12)
+            tie.tie = what == 10 ? -1 : INT32_MIN;
+        else if (what < 14)
+            tie.node_count = what == 12 ? -1 : 17;
+        else if (what == 14)
+            memset(tie.to_body, 'x', sizeof tie.to_body), tie.kind = 2;
+        else
+            tie.action = 2, tie.tie = 1 + k % 1000; // none exists
+        pliant_tie_t_publish(flood->lcm, "PLIANT_TIE", &tie);
+        atomic_fetch_add(&flood->sent, 1);
+    }
+    nanosleep(&pause, NULL);
+}
+
+// So many ticks in lockstep, beside the flood or without it; the state at their end.
+static void run_ticks(bool flooded, char state[32])
+{
+    Process daemon;
+    Flood flood;
+    Client *client = client_create();
+    daemon_start(&daemon, "%s", write_scene("ties.cfg", TIES_HEAD, PROBE_TOOL));
+    client_wait_for_daemon(client);
+    if (flooded)
+        flood_begin(&flood, pour_ties);
+    const double end = client_now() + SECONDS;
+    assert_true(command(client, PLIANT_COMMAND_T_STEP, 100, "")->ok);
+    while (flooded && client_now() < end)
+        client_listen(client, 20);
+    if (flooded)
+        wait_until(client,
+                   refused(client, "out_of_range") > 0 && refused(client, "not_finite") > 0 &&
+                       refused(client, "unknown_command") > 0 &&
+                       refused(client, "bad_string") > 0 && refused(client, "not_possible") > 0);
+    assert_true(command(client, PLIANT_COMMAND_T_STEP, 200, "")->ok);
+    if (flooded)
+        figure("hostile ties at 10 kHz: %lld sent, %lld refused and counted", flood_end(&flood),
+               (long long)client->status.rejected);
+    assert_false(saw_event(client, "tie"));
+    process_end(&daemon);
+    client_destroy(client);
+    assert_int_equal(printed(&daemon, "ticks"), 300);
+    assert_int_equal(printed(&daemon, "resets"), 0);
+    printed_state(&daemon, state);
+}
+
+static void hostile_ties_at_10_khz_change_nothing_but_counters(void **state)
+{
+    (void)state;
+    char flooded[32], quiet[32];
+    run_ticks(true, flooded);
+    run_ticks(false, quiet);
+    assert_string_equal(flooded, quiet);
 }
 
 // --- requests that cost something ---
@@ -305,6 +394,7 @@ int main(int argc, char **argv)
         daemon_test(poses_at_10_khz_move_the_tool_and_hold_up_nothing),
         daemon_test(a_flood_of_requests_is_refused_when_the_queue_is_full),
         daemon_test(garbage_on_all_channels_is_refused_and_counted),
+        daemon_test(hostile_ties_at_10_khz_change_nothing_but_counters),
         daemon_test(requests_that_take_long_leave_ticks_their_time),
     };
     harness_start(argc, argv);

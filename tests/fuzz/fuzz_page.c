@@ -19,6 +19,10 @@ static void check_ask(const Ask *ask)
             length += ask->pose.orientation[c] * ask->pose.orientation[c];
         MUST(isfinite(ask->pose.position[0]) && fabs(sqrt(length) - 1.0) <= 1e-3);
         MUST(ask->pose.grip >= 0.0 && ask->pose.grip <= 1.0);
+    } else if (ask->kind == ASK_TIE) {
+        MUST(memchr(ask->tie.to_body, 0, sizeof ask->tie.to_body) != NULL);
+        MUST(isfinite(ask->tie.radius) && isfinite(ask->tie.stiffness));
+        MUST(ask->tie.action >= 1 && ask->tie.action <= 3 && ask->tie.number >= 0);
     } else if (ask->kind == ASK_LOAD) {
         MUST(isfinite(ask->load.radius) && isfinite(ask->load.duration));
     }

@@ -1,6 +1,6 @@
-// What several senders ask of a running scene in turn: poses, cuts, loads and commands through the
-// gate, applied as the daemon does, with ticks between them. Whatever is let in, the scene stays
-// finite, and its state is one that a checkpoint may hold.
+// What several senders ask of a running scene in turn: poses, cuts, loads, ties and commands
+// through the gate, applied as the daemon does, with ticks between them. Whatever is let in, the
+// scene stays finite, and its state is one that a checkpoint may hold.
 #include "fuzz.h"
 
 #include "run/input.h"
@@ -87,6 +87,28 @@ static void draw_command(Feed *feed, Input *input)
     memcpy(input->text, part.at, part.left);
 }
 
+static void draw_tie(Feed *feed, Input *input)
+{
+    static const char *const bodies[] = {"", "ball", "block", "liver"};
+    input->tie.action = feed_byte(feed) % 5;
+    input->tie.number = feed_byte(feed) % 6;
+    input->tie.kind = feed_byte(feed) % 6;
+    input->tie.tool = feed_byte(feed) % 6;
+    // The sphere as a rule, else a few ids.
+    const uint8_t ids = feed_byte(feed);
+    input->tie.node_count = ids < 200 ? 0 : ids % 20;
+    for (int i = 0; i < TIE_IDS && ids >= 200; i++)
+        input->tie.node[i] = feed_byte(feed);
+    for (int c = 0; c < 3; c++)
+        input->tie.center[c] = feed_number(feed, 0.1);
+    input->tie.radius = feed_number(feed, 0.1);
+    input->tie.stiffness = feed_number(feed, 2.0);
+    input->tie.damping_ratio = feed_number(feed, 1.0);
+    input->tie.break_force = feed_number(feed, 1.0);
+    snprintf(input->tie.to_body, sizeof input->tie.to_body, "%s", bodies[feed_byte(feed) % 4]);
+    draw_text(feed, bodies, 4, input->text);
+}
+
 static void draw_input(Feed *feed, InputKind kind, Input *input)
 {
     static const char *const bodies[] = {"", "ball", "block", "liver"};
@@ -110,6 +132,9 @@ static void draw_input(Feed *feed, InputKind kind, Input *input)
         input->load.radius = feed_number(feed, 0.1);
         input->load.duration = feed_number(feed, 0.1);
         draw_text(feed, bodies, 4, input->text);
+        break;
+    case INPUT_TIE:
+        draw_tie(feed, input);
         break;
     default:
         draw_command(feed, input);

@@ -243,11 +243,16 @@ def inputs(pliant):
         "set": (3, fill(pliant.command_t(), sender=2, id=3, kind=7, argument="gravity=0 0 -9.81")),
         "step": (3, fill(pliant.command_t(), sender=2, id=4, kind=3, value=5, argument="")),
         "reset": (3, fill(pliant.command_t(), sender=2, id=5, kind=4, argument="")),
+        "tie": (4, fill(pliant.tie_t(), sender=2, id=7, action=1, kind=1, center=[0.05, 0.0, 0.0], radius=0.03,
+                        stiffness=0.3, damping_ratio=0.5, to_body=bytes(32), body="ball")),
+        "clip": (4, fill(pliant.tie_t(), sender=2, id=8, action=1, tie=2, kind=3, radius=0.06, stiffness=0.1,
+                         damping_ratio=0.5, break_force=1.0, to_body=bytes(32), body="ball")),
+        "untie": (4, fill(pliant.tie_t(), sender=2, id=9, action=3, tie=2, to_body=bytes(32), body="")),
         "stop": (3, fill(pliant.command_t(), sender=2, id=6, kind=8, argument="")),
     }
 
 
-CHANNELS = ["TOOL_POSE", "CUT", "LOAD", "COMMAND"]
+CHANNELS = ["TOOL_POSE", "CUT", "LOAD", "COMMAND", "TIE"]
 
 
 def event(number, time, channel, data):

@@ -10,7 +10,7 @@
 
 static const char TEXT[] =
     "name = \"fuzz\"; rate_hz = 500.0; tool_timeout_s = 0.05; gravity = [0.0, 0.0, -1.0];\n"
-    "settle_s = 0.01;\n"
+    "settle_s = 0.01; max_ties = 3;\n"
     "bodies = (\n"
 #ifdef PLIANT_WITH_SURFACE
     "  { name = \"ball\"; mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.05; };\n"

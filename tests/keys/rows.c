@@ -74,6 +74,7 @@ const KeyRow KEY_ROWS[] = {
     {IN(SCENE_TABLE, "bodies", ALL, STATE, OTHER, "", SECOND)},
     {IN(SCENE_TABLE, "tools", ALL, STATE, TOOLS, "", PROBE(""))},
     {IN(SCENE_TABLE, "attachments", ALL, STATE, ATTACH, "", HELD(HELD_AT "to = \"world\";"))},
+    {IN(SCENE_TABLE, "max_ties", ALL, STATE, HEAD, "", "max_ties = 2;")},
     {IN(SCENE_TABLE, "loads", ALL, STATE, LOADS, "", LOAD(PUSH))},
 
     {IN(PUBLISH_TABLE, "nodes_hz", ALL, STREAM, HEAD, "", "publish = { nodes_hz = 10.0; };")},

@@ -103,7 +103,7 @@ mount_system() { # ROOT
 check_build() { # CLONE
     local program
     [ -d "$1/build/release/bin" ] || return 0
-    for program in pliantd pliant-prepare pliant-probe pliant-cut pliant-monitor pliant-record pliant-drake \
+    for program in pliantd pliant-prepare pliant-probe pliant-cut pliant-tie pliant-monitor pliant-record pliant-drake \
         pliant-study pliant-web; do
         [ -x "$1/build/release/bin/$program" ] || die "$program was not built"
     done

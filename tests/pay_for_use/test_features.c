@@ -37,6 +37,7 @@ static const Case COMMON[] = {
     {.feature = "attachments",
      .tail = "attachments = ( { body = \"body\"; sphere = [0.0, 0.0, 0.05]; "
              "radius = 0.03; to = \"world\"; } );"},
+    {.feature = "ties by message", .head = "max_ties = 2;"},
     {.feature = "loads of the scene",
      .tail = "loads = ( { center = [0.0, 0.0, 0.05]; radius = 0.03; force = [0.0, 0.0, -0.1]; "
              "start = 0.0; duration = 1.0; } );"},

@@ -52,7 +52,8 @@ static uint64_t hash_message(const char *channel, const void *data, size_t size)
 static bool is_input(const char *channel)
 {
     return strcmp(channel, "PLIANT_TOOL_POSE") == 0 || strcmp(channel, "PLIANT_CUT") == 0 ||
-           strcmp(channel, "PLIANT_LOAD") == 0 || strcmp(channel, "PLIANT_COMMAND") == 0;
+           strcmp(channel, "PLIANT_LOAD") == 0 || strcmp(channel, "PLIANT_COMMAND") == 0 ||
+           strcmp(channel, "PLIANT_TIE") == 0;
 }
 
 static Logged *read_log(const char *path)

@@ -310,6 +310,32 @@ int32_t send_load(Client *client, const double center[3], double radius, const d
     return m.id;
 }
 
+pliant_tie_t make_tie(Client *client, int kind, const double center[3], double radius,
+                      const char *body)
+{
+    pliant_tie_t m = {.utime = utime_now(),
+                      .sender = client->sender,
+                      .id = ++client->next_id,
+                      .action = PLIANT_TIE_T_MAKE,
+                      .kind = kind,
+                      .radius = radius,
+                      .stiffness = 0.3,
+                      .damping_ratio = 0.5,
+                      .body = (char *)(uintptr_t)body};
+    memcpy(m.center, center, sizeof m.center);
+    return m;
+}
+
+static void publish_tie(Client *client, const void *message)
+{
+    assert_int_equal(pliant_tie_t_publish(client->lcm, "PLIANT_TIE", message), 0);
+}
+
+const Reply *apply_tie(Client *client, const pliant_tie_t *tie)
+{
+    return answer_to(client, tie->id, publish_tie, tie);
+}
+
 pliant_tool_pose_t make_pose(Client *client, const double position[3])
 {
     pliant_tool_pose_t m = {.utime = utime_now(),

@@ -8,6 +8,7 @@
 #include "pliant_contact_t.h"
 #include "pliant_cut_t.h"
 #include "pliant_load_t.h"
+#include "pliant_tie_t.h"
 #include "pliant_tool_pose_t.h"
 
 enum { REPLIES_MAX = 512, EVENTS_MAX = 512, REASONS_MAX = 32, NODES_MAX = 12000 };
@@ -111,6 +112,9 @@ void repeat_unanswered(Client *client, int32_t first, int kind, int64_t value,
                        const char *argument);
 int32_t send_load(Client *client, const double center[3], double radius, const double force[3],
                   double duration, const char *body);
+// A tie of `body` at the sphere, of usual stiffness, as no message yet.
+pliant_tie_t make_tie(Client *client, int kind, const double center[3], double radius,
+                      const char *body);
 // A pose of tool 1 at `position`, upright.
 pliant_tool_pose_t make_pose(Client *client, const double position[3]);
 int64_t send_pose(Client *client, const pliant_tool_pose_t *pose);
@@ -138,6 +142,7 @@ int count_replies(const Client *client, int32_t id);
 const Reply *command(Client *client, int kind, int64_t value, const char *argument);
 const Reply *apply_load(Client *client, const double center[3], double radius,
                         const double force[3], double duration, const char *body);
+const Reply *apply_tie(Client *client, const pliant_tie_t *tie);
 // Any request, likewise: `publish` sends the message.
 const Reply *answer_to(Client *client, int32_t id,
                        void (*publish)(Client *client, const void *message), const void *message);

@@ -172,6 +172,29 @@ test('shift_drag_cuts_the_ball_in_two', options, async () => {
     await page.locator('#colouring').selectOption('0');
 });
 
+test('a_click_pins_and_the_list_releases', options, async () => {
+    const list = page.locator('#ties li'), hint = page.locator('#hint');
+    assert.equal(await list.count(), 0);
+    await page.keyboard.press('4');
+    const m = await middle(page);
+    await page.mouse.click(m.x, m.y);
+    await until('the pin is listed', async () => (await list.count()) === 1);
+    assert.match(await list.innerText(), /tie 1: pin of \d+ nodes of body ball/);
+    await shot('8-pinned');
+    // A clip between two places of one side has no walls to close; a drag that ends beside the tissue ties nothing.
+    await drag(m, { x: m.x + 40, y: m.y }, 4);
+    await page.mouse.up();
+    await until('it says why not', async () => /Nothing was tied: .*no walls/.test(await hint.innerText()));
+    await drag(m, { x: m.x + 330, y: m.y }, 8);
+    await page.mouse.up();
+    await until('it says what is missing', async () => /must end on tissue/.test(await hint.innerText()));
+    assert.equal(await list.count(), 1);
+    await list.locator('button').click();
+    await until('it is released', async () => (await list.count()) === 0);
+    assert.equal(await list.isVisible(), false);
+    await page.keyboard.press('1');
+});
+
 test('reset_makes_the_ball_whole_again', options, async () => {
     await reset();
     assert.equal(await nodes(), 162);

@@ -4,6 +4,7 @@
 import { Plane, Quaternion, Vector3 } from 'three';
 import { pickTriangle } from './normals.js';
 import { Knife } from './knife.js';
+import { Ties } from './ties.js';
 import { mostLoad } from './load.js';
 import { lengthText } from './units.js';
 import { turned } from './tools.js';
@@ -16,7 +17,7 @@ const TELL_EVERY = 100;           // [ms]
 export class Hand {
     /**
      * `world`: {stage, tools, bodies(), link, settings, told(text), refused() (why nothing can be done now,
-     * or '')}.
+     * or ''), list (of ties)}.
      */
     constructor(world, trail) {
         this.world = world;
@@ -29,6 +30,7 @@ export class Hand {
         this.cursor = new Vector3(); // the pointer's position on the plane
         this.place = new Vector3();  // of the tool
         this.knife = new Knife(world, trail);
+        this.ties = new Ties(world, trail);
         this.timer = 0;
         this.pick = this.pick.bind(this);
         this.message = { type: 'tool', tool: 0, position: [0, 0, 0], orientation: [1, 0, 0, 0], grip: 0,
@@ -80,6 +82,9 @@ export class Hand {
             return; // the camera's
         }
         if (intent === 'cut') this.drag = this.knife.begin(found, event);
+        else if (intent === 'tie' && found)
+            this.drag = this.ties.begin(found, ray.at(found.distance, new Vector3()), event);
+        else if (intent === 'tie') return; // the camera's
         else if (found) this.drag = this.take(intent, ray, found);
         else if (stage.flat && intent === 'press') this.drag = this.takeStick(ray);
         if (!this.drag) return; // the camera's
@@ -135,6 +140,7 @@ export class Hand {
     follow(event) {
         const { drag } = this;
         if (drag.kind === 'cut') return this.knife.follow(event, this.pick);
+        if (drag.kind === 'tie') return this.ties.follow(event);
         const ray = this.world.stage.rayThrough(event.clientX, event.clientY);
         if (!ray.intersectPlane(this.plane, this.cursor)) return;
         if (drag.tool) this.send();
@@ -143,7 +149,7 @@ export class Hand {
     // Deeper with time, up to the chosen depth; repeats loads and poses before they expire.
     tick() {
         const { drag } = this;
-        if (!drag || drag.kind === 'cut') return;
+        if (!drag || drag.kind === 'cut' || drag.kind === 'tie') return;
         const now = performance.now();
         if (drag.kind === 'load') {
             if (now - drag.sent >= LOAD_EVERY) this.sendLoad(now);
@@ -202,6 +208,7 @@ export class Hand {
         const { drag } = this;
         if (drag?.kind === 'load' && message.id === drag.load) drag.why = message.ok ? '' : message.text;
         this.knife.answered(message);
+        this.ties.answered(message);
     }
 
     /** The force of a load that pulls now [N]: no tool feels it. */
@@ -210,7 +217,7 @@ export class Hand {
     // Describes the drag: its action, and depth or force.
     tell() {
         const { drag } = this;
-        if (!drag || drag.kind === 'cut' || drag.stick) return;
+        if (!drag || drag.kind === 'cut' || drag.kind === 'tie' || drag.stick) return;
         const now = performance.now();
         if (now - (drag.toldAt ?? -Infinity) < TELL_EVERY) return; // more often than anyone can read
         drag.toldAt = now;
@@ -232,7 +239,7 @@ export class Hand {
     }
 
     wheel(event) {
-        if (!this.drag || this.drag.kind === 'cut') return;
+        if (!this.drag || this.drag.kind === 'cut' || this.drag.kind === 'tie') return;
         event.preventDefault();
         event.stopPropagation();
         const step = -Math.sign(event.deltaY) * 0.02 * this.world.stage.size;
@@ -240,16 +247,18 @@ export class Hand {
     }
 
     up(event) {
-        if (this.drag?.pointer === event.pointerId) this.end();
+        if (this.drag?.pointer === event.pointerId) this.end(event.type === 'pointercancel');
     }
 
-    end() {
+    /** `givenUp`: not by the pointer that went up. */
+    end(givenUp = true) {
         const { drag } = this;
         if (!drag) return;
         clearInterval(this.timer);
         this.drag = null;
         this.world.stage.controls.enabled = true;
         if (drag.kind === 'cut') return this.knife.end();
+        if (drag.kind === 'tie') return this.ties.end(this.pick, givenUp);
         if (drag.tool) {
             this.message.active = false;
             this.message.grip = 0;

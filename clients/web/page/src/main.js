@@ -14,6 +14,7 @@ const HINTS = {
     press: 'Drag on tissue: press (wheel: depth) · Shift: cut · Ctrl: pull · empty space or right button: turn',
     pull: 'Drag on tissue: pull (wheel: nearer, farther) · Shift: cut · empty space or right button: turn',
     cut: 'Drag across tissue: cut · right button: turn',
+    tie: 'Click on tissue: pin · drag to another body: tie, to the same one: clip · empty space or right button: turn',
 };
 // Our own requests, and those that the page repeats: not shown in the list.
 const QUIET = new Set(['load', 'tool']);
@@ -53,7 +54,7 @@ const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
 const link = new Link(`${scheme}//${location.host}/live${location.search}`,
     { text: takeText, binary: takeBinary, state: takeState });
 const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
-    told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing }, element('trail'));
+    told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties') }, element('trail'));
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
@@ -97,6 +98,7 @@ function takeText(message) {
         for (const contact of message.tools) tools.takeContact(contact, now);
         return changed();
     case 'event':
+        hand.ties.takeEvent(message.kind, message.text);
         if (!QUIET.has(message.kind) && !isIdleCut(message.text))
             panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
         return undefined;
@@ -174,6 +176,7 @@ function takeScene(scene) {
         stage.scene.add(body.group);
     }
     hand.end();
+    hand.ties.clear();
     tools.take(scene.tools ?? []);
     panel.takeScene(scene);
     fitted = false;
