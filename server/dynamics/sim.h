@@ -224,6 +224,9 @@ bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_
 bool sim_apply_tie(Sim *sim, const TieOptions *options, char *why, size_t why_size);
 // Returns how many ties the scene has reserved.
 int sim_tie_capacity(const Sim *sim);
+// Writes the sentence with which a tie was made, by its slot in [0, capacity); returns false if the
+// slot is free.
+bool sim_describe_tie(const Sim *sim, int slot, char *text, size_t size);
 // Finds a tie by its number; returns false if there is none.
 bool sim_find_tie(const Sim *sim, int number, TieFigures *figures);
 // Cuts now. Returns true if a link was severed; `sum`: the result, with the counts of all bodies

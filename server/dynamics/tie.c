@@ -722,6 +722,14 @@ int sim_tie_capacity(const Sim *sim)
     return sim->options.max_ties;
 }
 
+bool sim_describe_tie(const Sim *sim, int slot, char *text, size_t size)
+{
+    if (sim->ties->record[slot].number == 0)
+        return false;
+    describe(sim, slot, text, size);
+    return true;
+}
+
 bool sim_find_tie(const Sim *sim, int number, TieFigures *figures)
 {
     const int slot = sim->ties != NULL && number > 0 ? find_slot(sim->ties, number) : -1;

@@ -236,6 +236,15 @@ static bool ask_for_checkpoint(Loop *loop, Answer *answer)
     return true;
 }
 
+// Reports the ties by message that there are, as when they were made: for clients that come later.
+static void list_ties(Loop *loop)
+{
+    char text[128];
+    for (int slot = 0; slot < sim_tie_capacity(loop->sim); slot++)
+        if (sim_describe_tie(loop->sim, slot, text, sizeof text))
+            requests_event(loop, -1, "tie", "%s", text);
+}
+
 // Executes a command of the loop. False: the answer follows once the checkpoint's file is complete.
 static bool command(Loop *loop, const Input *input, Answer *answer)
 {
@@ -257,6 +266,7 @@ static bool command(Loop *loop, const Input *input, Answer *answer)
         answer->ok = ask_for_checkpoint(loop, answer);
         return !answer->ok;
     case PLIANT_COMMAND_T_DESCRIBE:
+        list_ties(loop);
         return true; // the bus has the text
     // The rest changes the scene.
     default:

@@ -189,6 +189,9 @@ test('a_click_pins_and_the_list_releases', options, async () => {
     await page.mouse.up();
     await until('it says what is missing', async () => /must end on tissue/.test(await hint.innerText()));
     assert.equal(await list.count(), 1);
+    await page.reload();
+    await untilShown(page);
+    await until('a page that comes later lists it too', async () => (await list.count()) === 1);
     await list.locator('button').click();
     await until('it is released', async () => (await list.count()) === 0);
     assert.equal(await list.isVisible(), false);

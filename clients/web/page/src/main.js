@@ -177,6 +177,9 @@ function takeScene(scene) {
     }
     hand.end();
     hand.ties.clear();
+    // The daemon reports those that there are as events when it is asked to describe itself.
+    if (/^ties by message/m.test(scene.describe ?? ''))
+        link.request({ type: 'command', kind: 'describe', value: 0, argument: '' });
     tools.take(scene.tools ?? []);
     panel.takeScene(scene);
     fitted = false;
