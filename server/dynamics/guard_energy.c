@@ -111,12 +111,16 @@ static double contacts_hold(const Sim *sim, int b)
     return energy;
 }
 
-// True if attachments act on the body: the account ignores the energy of their springs.
+// True if attachments or other bodies act on the body: the account ignores the energy of their
+// springs.
 static bool is_held(const Sim *sim, int b)
 {
     int k, end = holding_of(sim, b, &k);
     for (; k < end; k++)
         if (attachment_is_holding(sim->attachment[k]))
+            return true;
+    for (int t = 0; t < sim->touch_count; t++) // with itself, or another
+        if (touch_options(sim->touch[t])->body[0] == b)
             return true;
     return sim->group[b].first != b || sim->group[b].next >= 0; // joined with another
 }

@@ -49,6 +49,9 @@ bool sim_check(const Sim *sim)
     for (int k = 0; k < sim->scene_attachment_count; k++)
         if (sim->scene_attachment[k].joint != NULL && !joint_check(sim->scene_attachment[k].joint))
             return false;
+    for (int k = 0; k < sim->touch_count; k++)
+        if (!touch_check(sim->touch[k]))
+            return false;
     for (int t = 0; t < sim->tool_count; t++)
         if (!tool_motion_check(&sim->motion[t], sim->clock->step))
             return false;
@@ -91,6 +94,8 @@ static void follow_state(Sim *sim, bool another_run)
                 topology_after(another_run ? number_by_step(sim, before) : before);
         time_step_follow(sim, body);
     }
+    for (int k = 0; k < sim->touch_count; k++)
+        touch_restored(sim->touch[k]);
 }
 
 void sim_restored(Sim *sim)
