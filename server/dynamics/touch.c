@@ -247,10 +247,6 @@ void touch_end_substep(Touch *touch)
 void touch_begin_tick(Touch *touch)
 {
     const Body *a = touch->body[0], *b = touch->body[1];
-    // Derived in README.md, "Stiffness of a touch".
-    touch->kappa =
-        0.5 * touch->options.stiffness *
-        fmin(a->contact_lambda * a->contact_density, b->contact_lambda * b->contact_density);
     touch->damping_time = fmin(a->contact_damping, b->contact_damping);
     touch_search(touch);
 }

@@ -49,6 +49,7 @@ typedef struct TouchEnd {
     int used_count;
     int *used;
     Vec3 *place, *speed, *packed_place, *packed_speed;
+    double density; // mean mass of its free nodes per area of their faces [kg/m2]
     double fastest; // [m/s]
     Box box;
 } TouchEnd;
@@ -94,8 +95,8 @@ struct Touch {
     TouchHalf half[2];
     int half_count;
     int64_t *wait;       // ticks until the boxes of both bodies are looked at again; state
-    double kappa;        // of the tick [N/m3]
     double damping_time; // [s]
+    double deepest;      // [m]
     double slack;        // a point and a face come nearer by at most this within the tick [m]
     double reach;        // of the search [m]
     int64_t refused;

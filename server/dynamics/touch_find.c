@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum {
-    NEAR = 24,         // faces near a point, at most
+    NEAR = 32,         // faces near a point, at most
     MOST_WAIT = 16,    // ticks between two looks at bodies that are apart
     SPARE_ENTRIES = 8, // of a face in the grid
 };
@@ -17,6 +17,8 @@ static const double MOST_SPEED = 2.0;
 // Cosine between the normals of a point and a face of solids beyond which they are no two surfaces
 // in contact but front and back of a thin part.
 static const double ALIGNED = 0.25;
+// Overlap beyond which a point is forgotten, relative to the longest edge.
+static const double DEEPEST = 4.0;
 // Distance, relative to the longest edge, at which two surfaces coincide: lips of a fresh cut.
 static const double COINCIDE = 1e-6;
 
@@ -37,6 +39,15 @@ void touch_list_nodes(TouchEnd *end)
     for (int i = 0; i < surface->node_count; i++)
         if (surface->node_face_end[i] > surface->node_face_start[i])
             end->used[end->used_count++] = i;
+    double mass = 0.0, area = 0.0;
+    for (int i = 0; i < end->used_count; i++) {
+        if (end->body->ops->is_fixed(end->body->model, end->used[i]))
+            continue;
+        mass += surface->node_mass[end->used[i]];
+        area += surface->node_area[end->used[i]];
+    }
+    // A body of which all is fixed is as heavy as need be.
+    end->density = area > 0.0 ? mass / area : 1e9;
 }
 
 // Reads all nodes of a body, their box and the largest speed.
@@ -93,6 +104,11 @@ static Box common_box(const Box *a, const Box *b, double margin)
     return box;
 }
 
+static bool is_empty(const Box *box)
+{
+    return box->low[0] > box->high[0] || box->low[1] > box->high[1] || box->low[2] > box->high[2];
+}
+
 static bool box_has(const Box *box, Vec3 x)
 {
     return x.x >= box->low[0] && x.x <= box->high[0] && x.y >= box->low[1] && x.y <= box->high[1] &&
@@ -124,7 +140,6 @@ static void list_faces(TouchHalf *half, const Box *box)
     const BodySurface *surface = &end->body->surface;
     Box wide = *box;
     box_grow(&wide, 1.16 * surface->longest_edge); // as CONTACT_FACE_REACH
-    half->face_count = 0;
     half->search++;
     for (int i = 0; i < end->used_count; i++) {
         if (!box_has(&wide, end->packed_place[i]))
@@ -278,9 +293,8 @@ typedef struct Look {
     int node;
     Vec3 at, normal;
     bool normal_counts;
-    int64_t ring;        // stamp of faces around it, which it never touches; 0: none
-    double least, limit; // nearest so far; farthest that is remembered [m]
-    double dropped;      // nearest that had no space [m]
+    int64_t ring; // stamp of faces around it, which it never touches; 0: none
+    double least; // nearest so far [m]
     int count;
     Near near[NEAR];
 } Look;
@@ -316,15 +330,66 @@ static void read_corners(const TouchEnd *end, int face, Vec3 x[3])
 static void insert_near(Look *look, int face, const ClosestPair *at)
 {
     const bool full = look->count == NEAR;
-    const double last = full ? look->near[NEAR - 1].at.distance : (double)INFINITY;
-    if (full)
-        look->dropped = fmin(look->dropped, fmax(at->distance, last));
-    if (at->distance >= last)
+    if (full && at->distance >= look->near[NEAR - 1].at.distance)
         return;
     int i = full ? NEAR - 1 : look->count++;
     for (; i > 0 && look->near[i - 1].at.distance > at->distance; i--)
         look->near[i] = look->near[i - 1];
     look->near[i] = (Near){.face = face, .at = *at, .patch = -1};
+}
+
+static double distance_to(const TouchHalf *half, Vec3 at, int face, ClosestPair *pair)
+{
+    Vec3 x[3];
+    read_corners(half->faces, face, x);
+    distance_point_triangle(at, x, pair);
+    return pair->distance;
+}
+
+// Goes from a remembered face to the nearest around it, again and again: also deep inside, a point
+// finds the surface that it came through. Returns that face, or -1 if it is too far.
+static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int face)
+{
+    enum { STEPS = 16 };
+    const BodySurface *surface = &half->faces->body->surface;
+    ClosestPair at;
+    double least = distance_to(half, look->at, face, &at);
+    if (ignores(half, look, face, face_normal(half->faces, face)))
+        least = (double)INFINITY;
+    for (int step = 0, from = -1; step < STEPS && from != face; step++) {
+        from = face;
+        for (int c = 0; c < 3; c++) {
+            const int node = surface->face[from][c];
+            for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
+                const int other = surface->node_face[k];
+                if (other == from || ignores(half, look, other, face_normal(half->faces, other)) ||
+                    !(distance_to(half, look->at, other, &at) < least))
+                    continue;
+                least = at.distance;
+                face = other;
+            }
+        }
+    }
+    return least < touch->deepest ? face : -1;
+}
+
+// Adds the faces around one that may be the nearest within the tick.
+static void add_around(const Touch *touch, const TouchHalf *half, Look *look, int face)
+{
+    const BodySurface *surface = &half->faces->body->surface;
+    ClosestPair at;
+    const double limit = distance_to(half, look->at, face, &at) + 2.0 * touch->slack;
+    for (int c = 0; c < 3; c++) {
+        const int node = surface->face[face][c];
+        for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
+            const int other = surface->node_face[k];
+            bool known = ignores(half, look, other, face_normal(half->faces, other));
+            for (int i = 0; i < look->count && !known; i++)
+                known = look->near[i].face == other;
+            if (!known && distance_to(half, look->at, other, &at) <= limit)
+                insert_near(look, other, &at);
+        }
+    }
 }
 
 // Finds the faces that may be the nearest within the tick.
@@ -333,8 +398,7 @@ static void find_near(Touch *touch, TouchHalf *half, Look *look, int first, int 
     for (int e = first; e < end; e++) {
         const TouchFace *face = &half->face[half->cell_face[e]];
         const Vec3 arm = vec3_sub(look->at, face->center);
-        const double limit =
-            fmin(touch->reach, fmax(look->least, look->limit) + 2.0 * touch->slack);
+        const double limit = fmin(touch->reach, look->least + 2.0 * touch->slack);
         const double around = limit + face->radius, plane = vec3_dot(arm, face->normal);
         if (vec3_dot(arm, arm) > around * around || fabs(plane) > limit ||
             ignores(half, look, face->face, face->normal))
@@ -349,10 +413,9 @@ static void find_near(Touch *touch, TouchHalf *half, Look *look, int first, int 
         insert_near(look, face->face, &at);
     }
     // The limit fell meanwhile.
-    const double limit = fmin(touch->reach, fmax(look->least, look->limit) + 2.0 * touch->slack);
+    const double limit = fmin(touch->reach, look->least + 2.0 * touch->slack);
     while (look->count > 0 && look->near[look->count - 1].at.distance > limit)
         look->count--;
-    touch->refused += look->dropped <= limit;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -490,26 +553,18 @@ static void remember(TouchMemory *memory, const int side[TOUCH_PATCHES], const T
     }
 }
 
-// Returns how far the farthest remembered face is, 0 without one.
-static double remembered_distance(const Touch *touch, const TouchHalf *half, Vec3 at,
-                                  const TouchMemory *memory)
-{
-    double farthest = 0.0;
-    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
-        Vec3 x[3];
-        ClosestPair pair;
-        if (memory->face[patch] == 0)
-            continue;
-        read_corners(half->faces, memory->face[patch] - 1, x);
-        distance_point_triangle(at, x, &pair);
-        if (pair.distance < touch->reach)
-            farthest = fmax(farthest, pair.distance);
-    }
-    return farthest;
-}
-
 // ---------------------------------------------------------------------------------------------
 // Points
+
+// Returns the stiffness of a point before corners are shared.
+static double stiffness_of(const Touch *touch, const TouchHalf *half, int node)
+{
+    const Body *own = half->points->body, *other = half->faces->body;
+    const double mass = own->surface.node_mass[node], area = own->surface.node_area[node];
+    const double from_own = own->contact_lambda * mass,
+                 from_other = other->contact_lambda * half->faces->density * area;
+    return touch->options.stiffness / 6.0 * (mass > 0.0 ? fmin(from_own, from_other) : from_other);
+}
 
 // Adds a point that can meet the other surface in this tick; returns false without space.
 static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TOUCH_PATCHES],
@@ -523,13 +578,12 @@ static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TO
                           .first = half->pair_count,
                           .count = count};
     memcpy(point->side, side, sizeof point->side);
-    point->stiffness = touch->kappa * half->points->body->surface.node_area[node];
+    point->stiffness = stiffness_of(touch, half, node);
     // What it asks of the corners beneath it.
     for (int k = 0; k < 3; k++) {
         point->under[k] = nearest->pair->corner[k];
         point->weight[k] = nearest->weight[k];
-        half->demand[point->under[k]] +=
-            nearest->weight[k] * half->points->body->surface.node_area[node];
+        half->demand[point->under[k]] += nearest->weight[k] * point->stiffness;
     }
     for (int i = 0; i < count; i++) {
         TouchPair *own = &half->pair[half->pair_count++];
@@ -544,10 +598,7 @@ static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TO
 static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int end)
 {
     TouchMemory *memory = &half->memory[node];
-    Look look = {.node = node,
-                 .at = half->points->place[node],
-                 .least = (double)INFINITY,
-                 .dropped = (double)INFINITY};
+    Look look = {.node = node, .at = half->points->place[node], .least = (double)INFINITY};
     TouchPair pair[NEAR];
     int side[TOUCH_PATCHES];
     const double coincide = COINCIDE * half->faces->body->surface.longest_edge;
@@ -555,8 +606,14 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int 
     if (look.normal_counts)
         look.normal = point_normal(half->points, node);
     look.ring = half->self ? stamp_ring(half, node) : 0;
-    look.limit = half->one_sided ? 0.0 : remembered_distance(touch, half, look.at, memory);
     find_near(touch, half, &look, first, end);
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+        const int face = memory->face[patch] - 1;
+        const int now = face >= 0 ? walk(touch, half, &look, face) : -1;
+        memory->face[patch] = now + 1;
+        if (now >= 0)
+            add_around(touch, half, &look, now);
+    }
     const int count = find_patches(half, &look, memory, side, pair, coincide);
     remember(memory, side, pair, count);
     // The nearest of what it can meet.
@@ -565,19 +622,22 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int 
         if (touch_gap(half->faces->place, look.at, pair, count, patch, side[patch], &gap) &&
             gap.distance < nearest.distance)
             nearest = gap;
+    if (!(nearest.distance < touch->reach))
+        *memory = (TouchMemory){.face = {0, 0}};
     if (!(nearest.distance < touch->slack))
         return false;
-    if (add_point(touch, half, node, side, pair, count, &nearest))
-        return true;
-    touch->refused++;
-    return false;
+    const bool added = add_point(touch, half, node, side, pair, count, &nearest);
+    touch->refused += !added;
+    return added;
 }
 
 static void search_half(Touch *touch, TouchHalf *half, const Box *box)
 {
     const TouchEnd *points = half->points;
     half->point_count = half->pair_count = 0;
-    list_faces(half, box);
+    half->face_count = 0;
+    if (!is_empty(box))
+        list_faces(half, box);
     const int entries = half->face_count > 0 ? build_grid(half, box, touch->reach) : 0;
     for (int i = 0; i < points->used_count; i++) {
         const Vec3 x = points->packed_place[i];
@@ -591,10 +651,11 @@ static void search_half(Touch *touch, TouchHalf *half, const Box *box)
             first = start_of(half, number);
             end = end_of(half, number, entries);
         }
-        if (end == first || !look_around(touch, half, points->used[i], first, end))
-            half->memory[points->used[i]].bristle = (Vec3){0.0, 0.0, 0.0};
-        if (end == first)
-            half->memory[points->used[i]] = (TouchMemory){{0, 0}, {0, 0}, {0.0, 0.0, 0.0}};
+        TouchMemory *memory = &half->memory[points->used[i]];
+        if (end == first && memory->face[0] == 0 && memory->face[1] == 0)
+            continue;
+        if (!look_around(touch, half, points->used[i], first, end))
+            memory->bristle = (Vec3){0.0, 0.0, 0.0};
     }
 }
 
@@ -611,14 +672,14 @@ static void share_corners(Touch *touch, TouchHalf *half)
             const int corner = point->under[k];
             const double mass = surface->node_mass[corner], asked = half->demand[corner];
             if (mass > 0.0 && asked > 0.0 && !body->ops->is_fixed(body->model, corner))
-                least = fmin(least, 2.0 / 3.0 * mass / (body->contact_density * asked));
+                least = fmin(least,
+                             touch->options.stiffness / 3.0 * body->contact_lambda * mass / asked);
         }
         point->stiffness *= least;
     }
     for (int i = 0; i < half->point_count; i++)
         for (int k = 0; k < 3; k++)
             half->demand[half->point[i].under[k]] = 0.0;
-    (void)touch;
 }
 
 // Sets how far this tick's search reaches. The slack is the way of both bodies in a tick, by half
@@ -626,11 +687,12 @@ static void share_corners(Touch *touch, TouchHalf *half)
 static void set_reach(Touch *touch)
 {
     const Body *a = touch->body[0], *b = touch->body[1];
-    const double edge = fmin(a->surface.longest_edge, b->surface.longest_edge);
+    const double longest = fmax(a->surface.longest_edge, b->surface.longest_edge),
+                 edge = fmin(a->surface.longest_edge, b->surface.longest_edge);
     const double speed = touch->end[0].fastest + touch->end[touch->self ? 0 : 1].fastest;
-    const bool solid = a->surface.solid && b->surface.solid && !touch->self;
     touch->slack = 1.5 * touch->tick * speed + 0.01 * edge;
-    touch->reach = fmax(2.0 * touch->slack, solid ? edge : 0.5 * edge);
+    touch->reach = 2.0 * touch->slack;
+    touch->deepest = DEEPEST * longest;
 }
 
 void touch_search(Touch *touch)

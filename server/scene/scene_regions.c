@@ -304,7 +304,7 @@ static const Option TOUCH_OPTIONS[] = {
      .about = "The names of two bodies that collide, `[\"a\", \"b\"]`, or of one, `[\"a\"]`, whose "
               "pieces "
               "and folds do."},
-    {"stiffness", OPTION_REAL, AT(options.stiffness), "", 0.0, 1e3, .open = true, .preset = 0.5,
+    {"stiffness", OPTION_REAL, AT(options.stiffness), "", 0.0, 1e3, .open = true, .preset = 2.0,
      .physics = true,
      .about = "Stiffness of the contact, as a share of the softer body's own stiffness; stiffer "
               "contact shortens the time step."},
