@@ -119,10 +119,7 @@ static bool is_held(const Sim *sim, int b)
     for (; k < end; k++)
         if (attachment_is_holding(sim->attachment[k]))
             return true;
-    for (int t = 0; t < sim->touch_count; t++) // with itself, or another
-        if (touch_options(sim->touch[t])->body[0] == b)
-            return true;
-    return sim->group[b].first != b || sim->group[b].next >= 0; // joined with another
+    return sim->group[b].first != b || sim->group[b].next >= 0; // joined with another, or touches
 }
 
 // Adds the contributions of the tick.

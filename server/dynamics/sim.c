@@ -126,6 +126,7 @@ bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *stat
 
 bool sim_add_touch(Sim *sim, const TouchOptions *options, Status *status)
 {
+    ASSERT(options->body[0] != options->body[1]);
     ASSERT(sim->touch_count < sim->capacity.touches);
     Body *first = &sim->body[options->body[0]], *second = &sim->body[options->body[1]];
     // Bodies that touch advance stage by stage, so they must have the same stages.

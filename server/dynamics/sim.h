@@ -161,7 +161,7 @@ void sim_add_tool(Sim *sim, const ToolOptions *options);
 void sim_add_load(Sim *sim, const LoadOptions *options);
 // Call after bodies and tools. Returns false with a status if the region has no free node.
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status);
-// Lets two bodies touch, or one touch itself; call after all bodies. Returns false with a status for
+// Lets two bodies touch; call after all bodies. Returns false with a status for
 // bodies that cannot.
 bool sim_add_touch(Sim *sim, const TouchOptions *options, Status *status);
 // Chooses the stages, contact stiffness and time steps, and lets the bodies settle for `settle_s`

@@ -51,7 +51,7 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
         lambda += more_lambda;
         damping += more_damping;
     }
-    // Contact with other bodies and with itself.
+    // Contact with other bodies.
     for (int k = 0; k < sim->touch_count; k++) {
         const TouchOptions *options = touch_options(sim->touch[k]);
         double more_lambda, more_damping;

@@ -195,7 +195,7 @@ void touch_evaluate(Touch *touch, double dt)
     for (int e = 0; e < 2; e++)
         if (touch->end[e].count > 0)
             memset(touch->end[e].f, 0, (size_t)touch->end[e].count * sizeof(Vec3));
-    for (int k = 0; k < touch->half_count; k++) {
+    for (int k = 0; k < 2; k++) {
         TouchHalf *half = &touch->half[k];
         for (int i = 0; i < half->point_count; i++) {
             TouchPoint *point = &half->point[i];
@@ -235,7 +235,7 @@ void touch_apply(Touch *touch, double dt)
 
 void touch_end_substep(Touch *touch)
 {
-    for (int k = 0; k < touch->half_count && touch->options.friction > 0.0; k++)
+    for (int k = 0; k < 2 && touch->options.friction > 0.0; k++)
         for (int i = 0; i < touch->half[k].point_count; i++)
             touch->half[k].memory[touch->half[k].point[i].node].bristle =
                 touch->half[k].point[i].trial;
@@ -324,20 +324,20 @@ static void follow_points(TouchHalf *half, const TopologyChange *change)
 
 static void start_again(Touch *touch)
 {
-    for (int e = 0; e < touch->half_count; e++) {
+    for (int e = 0; e < 2; e++) {
         TouchEnd *end = &touch->end[e];
         for (int i = 0; i < end->count; i++)
             end->number[end->node[i]] = -1;
         end->count = 0;
         touch_list_nodes(end);
     }
-    for (int k = 0; k < touch->half_count; k++)
+    for (int k = 0; k < 2; k++)
         touch->half[k].point_count = touch->half[k].pair_count = 0;
 }
 
 void touch_topology_changed(Touch *touch, int which, const TopologyChange *change)
 {
-    for (int k = 0; k < touch->half_count; k++) {
+    for (int k = 0; k < 2; k++) {
         if (touch->half[k].faces == &touch->end[which])
             follow_faces(&touch->half[k], change);
         if (touch->half[k].points == &touch->end[which])
@@ -354,7 +354,7 @@ void touch_restored(Touch *touch)
 
 bool touch_check(const Touch *touch)
 {
-    for (int k = 0; k < touch->half_count; k++) {
+    for (int k = 0; k < 2; k++) {
         const TouchHalf *half = &touch->half[k];
         const BodySurface *faces = &half->faces->body->surface;
         for (int i = 0; i < half->points->body->surface.node_count; i++) {
@@ -403,14 +403,12 @@ static void create_end(TouchEnd *end, const char *name, Body *body, Arena *arena
     touch_list_nodes(end);
 }
 
-static void create_half(TouchHalf *half, const char *name, bool self, Arena *arena,
-                        StateList *state)
+static void create_half(TouchHalf *half, const char *name, Arena *arena, StateList *state)
 {
     // A node touches four faces on the whole surface, or more on a part of it.
     enum { PAIRS = 4, LEAST = 256, ENTRIES = 12, LEAST_ENTRIES = 4096, CELLS = 2 };
     const BodySurface *points = &half->points->body->surface, *faces = &half->faces->body->surface;
-    half->self = self;
-    half->one_sided = faces->solid && !self;
+    half->one_sided = faces->solid;
     half->point_capacity = points->node_count;
     half->pair_capacity = PAIRS * points->node_count + LEAST;
     half->cell_capacity = CELLS * faces->face_count + LEAST;
@@ -436,28 +434,26 @@ Touch *touch_create(const char *name, const TouchOptions *options, Body *first, 
     touch->options = *options;
     touch->body[0] = first;
     touch->body[1] = second;
-    touch->self = first == second;
     touch->tick = tick;
-    touch->half_count = touch->self ? 1 : 2;
     touch->wait = ALLOCATE(ARENA_CONTACT, 1, int64_t, "wait");
     state_add(state, touch->wait, sizeof *touch->wait, "%s/wait", name);
-    for (int k = 0; k < touch->half_count; k++) {
+    for (int k = 0; k < 2; k++) {
         char part[48];
         snprintf(part, sizeof part, "%.43s%d", name, k);
         create_end(&touch->end[k], part, touch->body[k], arena);
     }
-    for (int k = 0; k < touch->half_count; k++) {
+    for (int k = 0; k < 2; k++) {
         char part[48];
         TouchHalf *half = &touch->half[k];
         snprintf(part, sizeof part, "%.43s%d", name, k);
         half->points = &touch->end[k];
-        half->faces = &touch->end[touch->self ? 0 : 1 - k];
-        create_half(half, part, touch->self, arena, state);
+        half->faces = &touch->end[1 - k];
+        create_half(half, part, arena, state);
     }
     return touch;
 }
 
 int touch_node_capacity(const Touch *touch, int which)
 {
-    return which < touch->half_count ? touch->body[which]->surface.node_count : 0;
+    return touch->body[which]->surface.node_count;
 }

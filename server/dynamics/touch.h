@@ -1,25 +1,25 @@
-// Contact between deformable surfaces: of two bodies, or of a body with itself (README.md, "Contact
-// between bodies"). Both sides feel exact opposite forces. Step thread unless stated.
+// Contact between the surfaces of two bodies (README.md, "Contact between bodies"). Both feel exact
+// opposite forces. Step thread unless stated.
 #ifndef PLIANT_DYNAMICS_TOUCH_H
 #define PLIANT_DYNAMICS_TOUCH_H
 
 #include "dynamics/body.h"
 
 typedef struct TouchOptions {
-    int body[2];      // indices; the same twice: its pieces and folds among themselves
+    int body[2];      // indices of two different bodies
     double stiffness; // g: share of the bodies' own stiffness that it may add
     double friction;  // mu
 } TouchOptions;
 
 typedef struct Touch Touch;
 
-// Load time. The bodies, in the order of the options, outlive it; twice the same for one with
-// itself. Memory is from `arena`; what it remembers is listed in `state`.
+// Load time. The bodies, in the order of the options, outlive it. Memory is from `arena`; what it
+// remembers is listed in `state`.
 Touch *touch_create(const char *name, const TouchOptions *options, Body *first, Body *second,
                     double tick, Arena *arena, StateList *state);
 const TouchOptions *touch_options(const Touch *touch);
 // Returns the most nodes of a body, by index in the options (0 or 1), that it pushes in one
-// evaluation. A body with itself has the first only.
+// evaluation.
 int touch_node_capacity(const Touch *touch, int which);
 
 // Returns what it adds to the bounds of M^-1 K [1/s2] and M^-1 C [1/s] of one of its bodies.

@@ -65,7 +65,6 @@ typedef struct TouchFace {
 typedef struct TouchHalf {
     TouchEnd *points, *faces;
     bool one_sided; // a point inside is pushed out; else it stays on the side that it came from
-    bool self;
     TouchMemory *memory; // [node slots], state
     int point_count, point_capacity;
     TouchPoint *point;
@@ -89,11 +88,9 @@ typedef struct TouchHalf {
 struct Touch {
     TouchOptions options;
     Body *body[2];
-    bool self;
     double tick; // [s]
     TouchEnd end[2];
     TouchHalf half[2];
-    int half_count;
     int64_t *wait;       // ticks until the boxes of both bodies are looked at again; state
     double damping_time; // [s]
     double deepest;      // [m]

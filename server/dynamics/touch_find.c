@@ -19,8 +19,6 @@ static const double MOST_SPEED = 2.0;
 static const double ALIGNED = 0.25;
 // Overlap beyond which a point is forgotten, relative to the longest edge.
 static const double DEEPEST = 4.0;
-// Distance, relative to the longest edge, at which two surfaces coincide: lips of a fresh cut.
-static const double COINCIDE = 1e-6;
 
 // A face near a point.
 typedef struct Near {
@@ -293,31 +291,15 @@ typedef struct Look {
     int node;
     Vec3 at, normal;
     bool normal_counts;
-    int64_t ring; // stamp of faces around it, which it never touches; 0: none
     double least; // nearest so far [m]
     int count;
     Near near[NEAR];
 } Look;
 
-// Stamps the faces around a point of the same body, and those around them.
-static int64_t stamp_ring(TouchHalf *half, int node)
-{
-    const BodySurface *surface = &half->faces->body->surface;
-    const int64_t ring = ++half->search;
-    for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++)
-        for (int c = 0; c < 3; c++) {
-            const int other = surface->face[surface->node_face[k]][c];
-            for (int j = surface->node_face_start[other]; j < surface->node_face_end[other]; j++)
-                half->stamp[surface->node_face[j]] = ring;
-        }
-    return ring;
-}
-
 // True if a point ignores a face.
-static bool ignores(const TouchHalf *half, const Look *look, int face, Vec3 normal)
+static bool ignores(const Look *look, Vec3 normal)
 {
-    return (look->ring > 0 && half->stamp[face] == look->ring) ||
-           (look->normal_counts && vec3_dot(look->normal, normal) > ALIGNED);
+    return look->normal_counts && vec3_dot(look->normal, normal) > ALIGNED;
 }
 
 static void read_corners(const TouchEnd *end, int face, Vec3 x[3])
@@ -354,7 +336,7 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
     const BodySurface *surface = &half->faces->body->surface;
     ClosestPair at;
     double least = distance_to(half, look->at, face, &at);
-    if (ignores(half, look, face, face_normal(half->faces, face)))
+    if (ignores(look, face_normal(half->faces, face)))
         least = (double)INFINITY;
     for (int step = 0, from = -1; step < STEPS && from != face; step++) {
         from = face;
@@ -362,7 +344,7 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
             const int node = surface->face[from][c];
             for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
                 const int other = surface->node_face[k];
-                if (other == from || ignores(half, look, other, face_normal(half->faces, other)) ||
+                if (other == from || ignores(look, face_normal(half->faces, other)) ||
                     !(distance_to(half, look->at, other, &at) < least))
                     continue;
                 least = at.distance;
@@ -383,7 +365,7 @@ static void add_around(const Touch *touch, const TouchHalf *half, Look *look, in
         const int node = surface->face[face][c];
         for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
             const int other = surface->node_face[k];
-            bool known = ignores(half, look, other, face_normal(half->faces, other));
+            bool known = ignores(look, face_normal(half->faces, other));
             for (int i = 0; i < look->count && !known; i++)
                 known = look->near[i].face == other;
             if (!known && distance_to(half, look->at, other, &at) <= limit)
@@ -401,7 +383,7 @@ static void find_near(Touch *touch, TouchHalf *half, Look *look, int first, int 
         const double limit = fmin(touch->reach, look->least + 2.0 * touch->slack);
         const double around = limit + face->radius, plane = vec3_dot(arm, face->normal);
         if (vec3_dot(arm, arm) > around * around || fabs(plane) > limit ||
-            ignores(half, look, face->face, face->normal))
+            ignores(look, face->normal))
             continue;
         Vec3 x[3];
         ClosestPair at;
@@ -428,8 +410,7 @@ static unsigned borders_of(const TouchHalf *half, const Look *look, int face)
     unsigned border = 0;
     for (int k = 0; k < 3; k++) {
         const int across = surface->face_neighbor[face][k];
-        const bool ends =
-            across < 0 || ignores(half, look, across, face_normal(half->faces, across));
+        const bool ends = across < 0 || ignores(look, face_normal(half->faces, across));
         border |= ends ? 1U << k | 1U << (3 + k) | 1U << (3 + (k + 1) % 3) : 0U;
         // A border that only reaches the corner.
         const int node = surface->face[face][k];
@@ -480,7 +461,7 @@ static int make_pairs(const TouchHalf *half, const Look *look, int patch, TouchP
 // Returns the side of a patch on which a point is: the remembered one, unless the point has come to
 // its border; else the one that is seen. 0: none, at a border or in the patch.
 static int side_of(const TouchHalf *half, const Look *look, int remembered, const TouchPair *pair,
-                   int count, int patch, double coincide)
+                   int count, int patch)
 {
     TouchGap gap;
     if (half->one_sided)
@@ -489,9 +470,6 @@ static int side_of(const TouchHalf *half, const Look *look, int remembered, cons
         return 0;
     if (remembered != 0)
         return remembered;
-    // Lips of a fresh cut lie in front of each other.
-    if (fabs(gap.distance) <= coincide)
-        return half->faces->body->surface.solid ? 1 : 0;
     return gap.distance < 0.0 ? -1 : 1;
 }
 
@@ -510,7 +488,7 @@ static void recall_patches(const BodySurface *surface, Look *look, const TouchMe
 // Finds the patches near a point: those that it remembers, then others, the nearest first. Returns
 // the number of pairs.
 static int find_patches(const TouchHalf *half, Look *look, const TouchMemory *memory,
-                        int side[TOUCH_PATCHES], TouchPair *pair, double coincide)
+                        int side[TOUCH_PATCHES], TouchPair *pair)
 {
     const BodySurface *surface = &half->faces->body->surface;
     int count = 0;
@@ -533,7 +511,7 @@ static int find_patches(const TouchHalf *half, Look *look, const TouchMemory *me
         const int more = make_pairs(half, look, patch, &pair[count]);
         side[patch] = more == 0 ? 0
                                 : side_of(half, look, has ? memory->side[patch] : 0, &pair[count],
-                                          more, patch, coincide);
+                                          more, patch);
         count += side[patch] != 0 ? more : 0;
     }
     return count;
@@ -601,11 +579,9 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int 
     Look look = {.node = node, .at = half->points->place[node], .least = (double)INFINITY};
     TouchPair pair[NEAR];
     int side[TOUCH_PATCHES];
-    const double coincide = COINCIDE * half->faces->body->surface.longest_edge;
     look.normal_counts = half->points->body->surface.solid && half->faces->body->surface.solid;
     if (look.normal_counts)
         look.normal = point_normal(half->points, node);
-    look.ring = half->self ? stamp_ring(half, node) : 0;
     find_near(touch, half, &look, first, end);
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const int face = memory->face[patch] - 1;
@@ -614,7 +590,7 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int 
         if (now >= 0)
             add_around(touch, half, &look, now);
     }
-    const int count = find_patches(half, &look, memory, side, pair, coincide);
+    const int count = find_patches(half, &look, memory, side, pair);
     remember(memory, side, pair, count);
     // The nearest of what it can meet.
     TouchGap nearest = {.distance = (double)INFINITY}, gap;
@@ -689,7 +665,7 @@ static void set_reach(Touch *touch)
     const Body *a = touch->body[0], *b = touch->body[1];
     const double longest = fmax(a->surface.longest_edge, b->surface.longest_edge),
                  edge = fmin(a->surface.longest_edge, b->surface.longest_edge);
-    const double speed = touch->end[0].fastest + touch->end[touch->self ? 0 : 1].fastest;
+    const double speed = touch->end[0].fastest + touch->end[1].fastest;
     touch->slack = 1.5 * touch->tick * speed + 0.01 * edge;
     touch->reach = 2.0 * touch->slack;
     touch->deepest = DEEPEST * longest;
@@ -699,24 +675,24 @@ void touch_search(Touch *touch)
 {
     for (int e = 0; e < 2; e++)
         forget_numbers(&touch->end[e]);
-    for (int k = 0; k < touch->half_count; k++)
+    for (int k = 0; k < 2; k++)
         touch->half[k].point_count = touch->half[k].pair_count = 0;
     if (*touch->wait > 0) {
         --*touch->wait;
         return;
     }
-    for (int e = 0; e < touch->half_count; e++)
+    for (int e = 0; e < 2; e++)
         read_body(&touch->end[e]);
     set_reach(touch);
-    const TouchEnd *first = &touch->end[0], *second = &touch->end[touch->self ? 0 : 1];
+    const TouchEnd *first = &touch->end[0], *second = &touch->end[1];
     // Far apart: nothing until they can have met.
     const double apart = gap_of(&first->box, &second->box) - touch->reach;
     const double speed = first->fastest + second->fastest + 2.0 * SPARE_SPEED;
     if (apart > 0.0)
         *touch->wait = (int64_t)fmin(apart / (touch->tick * speed), MOST_WAIT);
     const Box box = common_box(&first->box, &second->box, touch->reach);
-    for (int k = 0; k < touch->half_count; k++)
+    for (int k = 0; k < 2; k++)
         search_half(touch, &touch->half[k], &box);
-    for (int k = 0; k < touch->half_count; k++)
+    for (int k = 0; k < 2; k++)
         share_corners(touch, &touch->half[k]);
 }

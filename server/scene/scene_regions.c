@@ -301,9 +301,7 @@ typedef struct TouchGroup {
 #define AT(member) offsetof(TouchGroup, member)
 static const Option TOUCH_OPTIONS[] = {
     {"bodies", OPTION_LIST, AT(bodies), "", .preset_text = "none", .required = true,
-     .about = "The names of two bodies that collide, `[\"a\", \"b\"]`, or of one, `[\"a\"]`, whose "
-              "pieces "
-              "and folds do."},
+     .about = "The names of the two bodies, `[\"a\", \"b\"]`."},
     {"stiffness", OPTION_REAL, AT(options.stiffness), "", 0.0, 1e3, .open = true, .preset = 2.0,
      .physics = true,
      .about = "Stiffness of the contact, as a share of the softer body's own stiffness; stiffer "
@@ -314,8 +312,8 @@ static const Option TOUCH_OPTIONS[] = {
 #undef AT
 const OptionTable TOUCH_TABLE = OPTION_TABLE(
     "touch",
-    "Contact between two bodies, or of one body with itself. Bodies that touch are stepped "
-    "together, with one integrator. Not for plane bodies.",
+    "Contact between two bodies. They are stepped together, with one integrator. Not for plane "
+    "bodies, nor of a body with itself.",
     TOUCH_OPTIONS);
 
 // Finds the body that entry `index` of `bodies` names; -1 with a status.
@@ -346,18 +344,18 @@ bool scene_read_touch(const SceneReader *reader, const config_setting_t *group, 
     touch->options = raw.options;
     touch->line = (int)config_setting_source_line(group);
     const int count = option_length(raw.bodies);
-    if (count < 1 || count > 2)
-        return option_fail(source, raw.bodies, "bodies has %d names: two bodies, or one alone",
+    if (count != 2)
+        return option_fail(source, raw.bodies,
+                           "bodies has %d names: it must have two, as a body does not touch itself",
                            count);
     int *body = touch->options.body;
     for (int i = 0; i < count; i++)
         if ((body[i] = find_touched(reader, raw.bodies, i)) < 0)
             return false;
-    if (count == 2 && body[0] == body[1])
+    if (body[0] == body[1])
         return option_fail(source, raw.bodies,
-                           "bodies: \"%s\" is named twice; name a body once to let it touch itself",
+                           "bodies: \"%s\" is named twice; a body does not touch itself",
                            scene->body[body[0]].name);
-    body[1] = count == 1 ? body[0] : body[1];
     // Each pair once: twice would be twice as stiff.
     for (const SceneTouch *other = scene->touch; other < touch; other++)
         if ((other->options.body[0] == body[0] && other->options.body[1] == body[1]) ||
