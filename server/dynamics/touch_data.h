@@ -96,6 +96,7 @@ struct Touch {
     double deepest;      // [m]
     double slack;        // a point and a face come nearer by at most this within the tick [m]
     double reach;        // of the search [m]
+    int64_t budget;      // exact distances left to the search of this tick
     int64_t refused;
     double depth, energy; // of the last evaluation [m], [J]
 };

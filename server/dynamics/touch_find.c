@@ -6,9 +6,9 @@
 #include <string.h>
 
 enum {
-    NEAR = 32,         // faces near a point, at most
-    MOST_WAIT = 16,    // ticks between two looks at bodies that are apart
-    SPARE_ENTRIES = 8, // of a face in the grid
+    NEAR = 16,      // faces near a point, at most
+    MOST_WAIT = 16, // ticks between two looks at bodies that are apart
+    BUDGET = 16,    // exact distances in a tick for each node, at most
 };
 // Bodies that are apart may speed up by this before they are looked at again [m/s].
 static const double SPARE_SPEED = 0.5;
@@ -328,26 +328,41 @@ static double distance_to(const TouchHalf *half, Vec3 at, int face, ClosestPair 
     return pair->distance;
 }
 
+static bool is_known(const Look *look, int face)
+{
+    for (int i = 0; i < look->count; i++)
+        if (look->near[i].face == face)
+            return true;
+    return false;
+}
+
 // Goes from a remembered face to the nearest around it, again and again: also deep inside, a point
 // finds the surface that it came through. Returns that face, or -1 if it is too far.
-static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int face)
+static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int face,
+                ClosestPair *nearest)
 {
     enum { STEPS = 16 };
     const BodySurface *surface = &half->faces->body->surface;
-    ClosestPair at;
-    double least = distance_to(half, look->at, face, &at);
+    double least = distance_to(half, look->at, face, nearest);
     if (ignores(look, face_normal(half->faces, face)))
         least = (double)INFINITY;
     for (int step = 0, from = -1; step < STEPS && from != face; step++) {
+        const ClosestPair here = *nearest;
         from = face;
-        for (int c = 0; c < 3; c++) {
+        // Above the inside of a face no step is nearer at once.
+        const bool inside = here.weight[0] > 0.0 && here.weight[1] > 0.0 && here.weight[2] > 0.0;
+        for (int c = 0; c < 3 && !(inside && least < (double)INFINITY); c++) {
             const int node = surface->face[from][c];
-            for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
+            const bool away = here.weight[c] == 0.0 && least < (double)INFINITY;
+            for (int k = surface->node_face_start[node]; k < surface->node_face_end[node] && !away;
+                 k++) {
                 const int other = surface->node_face[k];
+                ClosestPair at;
                 if (other == from || ignores(look, face_normal(half->faces, other)) ||
                     !(distance_to(half, look->at, other, &at) < least))
                     continue;
                 least = at.distance;
+                *nearest = at;
                 face = other;
             }
         }
@@ -355,36 +370,52 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
     return least < touch->deepest ? face : -1;
 }
 
-// Adds the faces around one that may be the nearest within the tick.
-static void add_around(const Touch *touch, const TouchHalf *half, Look *look, int face)
+static void try_face(const TouchHalf *half, Look *look, int face, double limit)
+{
+    ClosestPair at;
+    if (face < 0 || is_known(look, face) || ignores(look, face_normal(half->faces, face)) ||
+        distance_to(half, look->at, face, &at) > limit)
+        return;
+    look->least = fmin(look->least, at.distance);
+    insert_near(look, face, &at);
+}
+
+// Adds a face and those around it that may be the nearest within the tick. A point of these within
+// reach lies at most `clear` from the nearest point of the face, so that only its corners and edges
+// nearer than that count; twice that, for folds.
+static void add_around(const Touch *touch, const TouchHalf *half, Look *look, int face,
+                       const ClosestPair *nearest)
 {
     const BodySurface *surface = &half->faces->body->surface;
-    ClosestPair at;
-    const double limit = distance_to(half, look->at, face, &at) + 2.0 * touch->slack;
+    const double limit = nearest->distance + 2.0 * touch->slack,
+                 clear = 4.0 * (nearest->distance + touch->slack);
+    Vec3 x[3];
+    read_corners(half->faces, face, x);
+    try_face(half, look, face, limit);
     for (int c = 0; c < 3; c++) {
         const int node = surface->face[face][c];
-        for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
-            const int other = surface->node_face[k];
-            bool known = ignores(look, face_normal(half->faces, other));
-            for (int i = 0; i < look->count && !known; i++)
-                known = look->near[i].face == other;
-            if (!known && distance_to(half, look->at, other, &at) <= limit)
-                insert_near(look, other, &at);
-        }
+        const Vec3 arm = vec3_sub(nearest->on_triangle, x[c]);
+        const bool around = vec3_dot(arm, arm) <= clear * clear;
+        for (int k = surface->node_face_start[node]; k < surface->node_face_end[node] && around;
+             k++)
+            try_face(half, look, surface->node_face[k], limit);
+        if (distance_point_segment(nearest->on_triangle, x[c], x[(c + 1) % 3]) <= clear)
+            try_face(half, look, surface->face_neighbor[face][c], limit);
     }
 }
 
 // Finds the faces that may be the nearest within the tick.
 static void find_near(Touch *touch, TouchHalf *half, Look *look, int first, int end)
 {
-    for (int e = first; e < end; e++) {
+    for (int e = first; e < end && touch->budget > 0; e++) {
         const TouchFace *face = &half->face[half->cell_face[e]];
         const Vec3 arm = vec3_sub(look->at, face->center);
         const double limit = fmin(touch->reach, look->least + 2.0 * touch->slack);
         const double around = limit + face->radius, plane = vec3_dot(arm, face->normal);
         if (vec3_dot(arm, arm) > around * around || fabs(plane) > limit ||
-            ignores(look, face->normal))
+            ignores(look, face->normal) || is_known(look, face->face))
             continue;
+        touch->budget--;
         Vec3 x[3];
         ClosestPair at;
         read_corners(half->faces, face->face, x);
@@ -395,8 +426,8 @@ static void find_near(Touch *touch, TouchHalf *half, Look *look, int first, int 
         insert_near(look, face->face, &at);
     }
     // The limit fell meanwhile.
-    const double limit = fmin(touch->reach, look->least + 2.0 * touch->slack);
-    while (look->count > 0 && look->near[look->count - 1].at.distance > limit)
+    const double limit = look->least + 2.0 * touch->slack;
+    while (half->one_sided && look->count > 0 && look->near[look->count - 1].at.distance > limit)
         look->count--;
 }
 
@@ -582,13 +613,23 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int 
     look.normal_counts = half->points->body->surface.solid && half->faces->body->surface.solid;
     if (look.normal_counts)
         look.normal = point_normal(half->points, node);
-    find_near(touch, half, &look, first, end);
+    bool inside = false; // what it came through decides alone
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const int face = memory->face[patch] - 1;
-        const int now = face >= 0 ? walk(touch, half, &look, face) : -1;
+        ClosestPair at;
+        const int now = face >= 0 ? walk(touch, half, &look, face, &at) : -1;
         memory->face[patch] = now + 1;
-        if (now >= 0)
-            add_around(touch, half, &look, now);
+        if (now < 0)
+            continue;
+        add_around(touch, half, &look, now, &at);
+        inside |= half->one_sided &&
+                  vec3_dot(vec3_sub(look.at, at.on_triangle), face_normal(half->faces, now)) < 0.0;
+    }
+    if (!inside)
+        find_near(touch, half, &look, first, end);
+    if (look.count == 0) {
+        *memory = (TouchMemory){.face = {0, 0}};
+        return false;
     }
     const int count = find_patches(half, &look, memory, side, pair);
     remember(memory, side, pair, count);
@@ -690,9 +731,11 @@ void touch_search(Touch *touch)
     const double speed = first->fastest + second->fastest + 2.0 * SPARE_SPEED;
     if (apart > 0.0)
         *touch->wait = (int64_t)fmin(apart / (touch->tick * speed), MOST_WAIT);
+    touch->budget = BUDGET * (int64_t)(first->used_count + second->used_count);
     const Box box = common_box(&first->box, &second->box, touch->reach);
     for (int k = 0; k < 2; k++)
         search_half(touch, &touch->half[k], &box);
+    touch->refused += touch->budget <= 0;
     for (int k = 0; k < 2; k++)
         share_corners(touch, &touch->half[k]);
 }
