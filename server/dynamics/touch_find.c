@@ -1,6 +1,6 @@
-// Finds the points and faces of a touch that can meet within a tick (README.md, "What is near"):
-// boxes of both bodies, a grid over the faces where they overlap, then the nearest faces of each
-// point and the side of them that it is on. Step thread, once a tick.
+// Finds the points and faces of a touch that can meet within a tick (README.md, "Contact between
+// bodies"): boxes of both bodies, a grid over the faces where they overlap, then the nearest faces
+// of each point and the side of them that it is on. Step thread, once a tick.
 #include "dynamics/touch_data.h"
 
 #include <string.h>
@@ -677,7 +677,7 @@ static void search_half(Touch *touch, TouchHalf *half, const Box *box)
 }
 
 // Softens points whose corners would get more than the bound of the other body allows (README.md,
-// "What is near").
+// "Contact between bodies").
 static void share_corners(Touch *touch, TouchHalf *half)
 {
     const Body *body = half->faces->body;
