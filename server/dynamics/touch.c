@@ -244,10 +244,18 @@ void touch_end_substep(Touch *touch)
 // ---------------------------------------------------------------------------------------------
 // Ticks
 
+// Returns the longest damping time for a body [s]: the scene's, but at most that of the damping
+// ratio 0.2 of what contact alone may add (from which bouncing gains nothing, contact_create.c), so
+// that it dictates no steps.
+static double damping_time(const TouchOptions *options, const Body *body)
+{
+    return fmin(body->contact_damping, 0.4 / sqrt(options->stiffness * body->contact_lambda));
+}
+
 void touch_begin_tick(Touch *touch)
 {
     const Body *a = touch->body[0], *b = touch->body[1];
-    touch->damping_time = fmin(a->contact_damping, b->contact_damping);
+    touch->damping_time = fmin(damping_time(&touch->options, a), damping_time(&touch->options, b));
     touch_search(touch);
 }
 
@@ -382,7 +390,7 @@ void touch_bounds(const TouchOptions *options, const Body *body, double *lambda,
 {
     *lambda =
         options->stiffness * body->contact_lambda * contact_bounce_of(body, options->stiffness);
-    *damping = body->contact_damping * *lambda;
+    *damping = damping_time(options, body) * *lambda;
 }
 
 static void create_end(TouchEnd *end, const char *name, Body *body, Arena *arena)

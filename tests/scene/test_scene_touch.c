@@ -417,7 +417,7 @@ static void a_stack_comes_to_rest_and_stays(void **state)
                                   "touch = ( { bodies = [\"one\", \"two\"]; friction = 0.5; },\n"
                                   "  { bodies = [\"two\", \"three\"]; friction = 0.5; } );\n");
     Sim *sim = run.world.sim;
-    for (int i = 0; i < 7000; i++)
+    for (int i = 0; i < 9000; i++)
         sim_step(sim);
     Vec3 start[3];
     for (int b = 0; b < 3; b++)
