@@ -186,7 +186,6 @@ static double depth_below(const Shell *points, const Shell *sheet)
     return deepest;
 }
 
-#define SHAPED "shape = { frame = \"body\"; };"
 static const char *const KINDS[] = {
     "{ name = \"%s\"; mesh = { generator = \"sphere\"; nodes = 162; radius = 0.02; place = { %s }; "
     "};\n  shape = { frame = \"body\"; }; integrator = \"leapfrog\"; }",

@@ -29,13 +29,6 @@ static inline Touch *touch_of(Run *run)
     return run->world.sim->touch[0];
 }
 
-// Gives all nodes of a body on its surface a velocity, by impulses through its forces: as a load
-// that lasts one tick.
-static inline double mass_of(const Body *body)
-{
-    return body->mass;
-}
-
 static inline Vec3 middle_of(Run *run, int b)
 {
     const Body *body = sim_body(run->world.sim, b);
