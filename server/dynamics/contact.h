@@ -35,6 +35,8 @@ void contact_bounds(const Body *body, const ToolOptions *tool, double *lambda, d
 // have little damping, in a scheme without numerical damping (README.md, "Contacts of little
 // damping").
 double contact_bounce_share(const Body *body, const ToolOptions *tool);
+// The same for contacts of so many times the body's own stiffness.
+double contact_bounce_of(const Body *body, double share);
 
 // Creates the contact of the tool's capsules or of its plane; a tool with both has two contacts.
 // Load time. `name` is "body/tool7" in lists of arrays. The body and the options outlive the

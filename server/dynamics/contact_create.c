@@ -82,7 +82,11 @@ static double share_of(const Body *body, const ToolOptions *tool)
 
 double contact_bounce_share(const Body *body, const ToolOptions *tool)
 {
-    const double share = share_of(body, tool);
+    return contact_bounce_of(body, share_of(body, tool));
+}
+
+double contact_bounce_of(const Body *body, double share)
+{
     const double ratio = 0.5 * body->contact_damping * sqrt(share * body->contact_lambda);
     if (!integrator_is_symplectic(body->integrator))
         return 1.0;

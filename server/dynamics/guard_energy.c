@@ -111,7 +111,8 @@ static double contacts_hold(const Sim *sim, int b)
     return energy;
 }
 
-// True if attachments act on the body: the account ignores the energy of their springs.
+// True if attachments or other bodies act on the body: the account ignores the energy of their
+// springs.
 static bool is_held(const Sim *sim, int b)
 {
     int k, end = holding_of(sim, b, &k);
@@ -120,7 +121,7 @@ static bool is_held(const Sim *sim, int b)
             return true;
     if (sim->ties != NULL && sim->ties->lambda[b] > 0.0)
         return true;
-    return sim->group[b].first != b || sim->group[b].next >= 0; // joined with another
+    return sim->group[b].first != b || sim->group[b].next >= 0; // joined with another, or touches
 }
 
 // Adds the contributions of the tick.

@@ -49,6 +49,9 @@ bool sim_check(const Sim *sim)
     for (int k = 0; k < sim->scene_attachment_count; k++)
         if (sim->scene_attachment[k].joint != NULL && !joint_check(sim->scene_attachment[k].joint))
             return false;
+    for (int k = 0; k < sim->touch_count; k++)
+        if (!touch_check(sim->touch[k]))
+            return false;
     for (int t = 0; t < sim->tool_count; t++)
         if (!tool_motion_check(&sim->motion[t], sim->clock->step))
             return false;
@@ -93,6 +96,8 @@ static void follow_state(Sim *sim, bool another_run)
     }
     if (sim->ties != NULL)
         ties_follow(sim);
+    for (int k = 0; k < sim->touch_count; k++)
+        touch_restored(sim->touch[k]);
 }
 
 void sim_restored(Sim *sim)

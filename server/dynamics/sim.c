@@ -12,7 +12,7 @@
 static void create_arrays(Sim *sim)
 {
     // Without counts there is space for the largest scene.
-    const SimCounts most = {SIM_BODIES, SIM_TOOLS, SIM_SCENE_LOADS, SIM_ATTACHMENTS};
+    const SimCounts most = {SIM_BODIES, SIM_TOOLS, SIM_SCENE_LOADS, SIM_ATTACHMENTS, SIM_TOUCHES};
     const SimCounts capacity = sim->capacity =
         sim->options.counts.bodies > 0 ? sim->options.counts : most;
     Arena *arena = sim->arena;
@@ -34,6 +34,9 @@ static void create_arrays(Sim *sim)
     if (capacity.attachments > 0)
         sim->scene_attachment = arena_allocate(arena, ARENA_CONTACT, (size_t)capacity.attachments,
                                                sizeof *sim->scene_attachment, "sim/attachments");
+    if (capacity.touches > 0)
+        sim->touch = arena_allocate(arena, ARENA_CONTACT, (size_t)capacity.touches,
+                                    sizeof *sim->touch, "sim/touches");
 }
 
 Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
@@ -121,6 +124,30 @@ bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *stat
             return false;
     }
     sim->scene_attachment_count++;
+    return true;
+}
+
+bool sim_add_touch(Sim *sim, const TouchOptions *options, Status *status)
+{
+    ASSERT(options->body[0] != options->body[1]);
+    ASSERT(sim->touch_count < sim->capacity.touches);
+    Body *first = &sim->body[options->body[0]], *second = &sim->body[options->body[1]];
+    // Bodies that touch advance stage by stage, so they must have the same stages.
+    if (first->integrator != second->integrator)
+        return status_fail(status, STATUS_INVALID,
+                           "bodies %s (%s) and %s (%s), which touch, must have one integrator",
+                           first->name, integrator_name(first->integrator), second->name,
+                           integrator_name(second->integrator));
+    for (int k = 0; k < 2; k++)
+        if (sim->body[options->body[k]].half_thickness > 0.0)
+            return status_fail(status, STATUS_INVALID,
+                               "body %s is a plane body: those do not touch others",
+                               sim->body[options->body[k]].name);
+    char name[32];
+    snprintf(name, sizeof name, "touch%d", sim->touch_count);
+    sim->touch[sim->touch_count++] =
+        touch_create(name, options, first, second, sim->tick, sim->arena, sim->state);
+    sim_join(sim, options->body[0], options->body[1]);
     return true;
 }
 
@@ -221,7 +248,7 @@ static void create_contacts(Sim *sim)
 static void reserve_forces(Sim *sim)
 {
     if (sim->contact_start == NULL && sim->attachment == NULL && sim->joint_count == 0 &&
-        sim->ties == NULL)
+        sim->ties == NULL && sim->touch_count == 0)
         return;
     // Sum up what may push at the same time.
     for (int b = 0; b < sim->body_count; b++) {
@@ -245,6 +272,10 @@ static void reserve_forces(Sim *sim)
         }
         if (sim->ties != NULL)
             pushed += ties_node_capacity(sim);
+        for (int k = 0; k < sim->touch_count; k++)
+            for (int which = 0; which < 2; which++)
+                if (touch_options(sim->touch[k])->body[which] == b)
+                    pushed += touch_node_capacity(sim->touch[k], which);
         // The body makes space for it.
         body->ops->reserve_forces(body->model, body->name, pushed, sim->arena);
     }
@@ -378,6 +409,24 @@ int64_t sim_refused_faces(const Sim *sim)
     for (int k = 0; k < sim->contact_count; k++)
         refused += contact_refused(sim->contact[k]);
     return refused;
+}
+
+int64_t sim_refused_touches(const Sim *sim)
+{
+    int64_t refused = 0;
+    for (int k = 0; k < sim->touch_count; k++)
+        refused += touch_refused(sim->touch[k]);
+    return refused;
+}
+
+int sim_touch_count(const Sim *sim)
+{
+    return sim->touch_count;
+}
+
+const Touch *sim_touch(const Sim *sim, int index)
+{
+    return sim->touch[index];
 }
 
 int sim_attachment_nodes(const Sim *sim, int index)

@@ -9,6 +9,7 @@
 #include "dynamics/body.h"
 #include "dynamics/contact.h"
 #include "dynamics/tool.h"
+#include "dynamics/touch.h"
 
 #include <stdint.h>
 
@@ -22,6 +23,7 @@ typedef enum StageId {
     STAGE_ADAPT,         // refine and coarsen
     STAGE_GRASP,         // grasp and release
     STAGE_FIND_CONTACTS, // candidates, sides
+    STAGE_TOUCH,         // contact between bodies: candidates, and its forces in the substeps
     STAGE_FORCES,        // all forces and the integration, substep by substep
     STAGE_CONTACT,       // contact forces inside the substeps
     STAGE_WRENCHES,      // impulses to wrenches
@@ -179,7 +181,7 @@ int64_t guard_reason(const GuardCounts *counts, int index, const char **name);
 // The counts that a scene will add; no more is allocated. All zero: unknown, allocates the largest
 // that a scene may have.
 typedef struct SimCounts {
-    int bodies, tools, loads, attachments;
+    int bodies, tools, loads, attachments, touches;
 } SimCounts;
 
 typedef struct SimOptions {
@@ -196,8 +198,8 @@ typedef struct SimOptions {
 typedef struct Sim Sim;
 
 // Load time, in this order: sim_create, sim_add_body..., sim_add_tool..., sim_add_load...,
-// sim_add_attachment..., sim_seal. Everything is allocated from `arena`; all that changes is listed
-// in `state`; both outlive the Sim.
+// sim_add_attachment..., sim_add_touch..., sim_seal. Everything is allocated from `arena`; all that
+// changes is listed in `state`; both outlive the Sim.
 Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state);
 // Adds a body made by a model (surface_create). The sim owns the returned body.
 Body *sim_add_body(Sim *sim, const Body *body);
@@ -205,6 +207,9 @@ void sim_add_tool(Sim *sim, const ToolOptions *options);
 void sim_add_load(Sim *sim, const LoadOptions *options);
 // Call after bodies and tools. Returns false with a status if the region has no free node.
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status);
+// Lets two bodies touch; call after all bodies. Returns false with a status for
+// bodies that cannot.
+bool sim_add_touch(Sim *sim, const TouchOptions *options, Status *status);
 // Chooses the stages, contact stiffness and time steps, and lets the bodies settle for `settle_s`
 // simulated seconds; RESET returns to the state after that. Returns false for a time step beyond
 // its bound, too many substeps, or bad numbers while settling.
@@ -278,6 +283,11 @@ bool sim_take_event(Sim *sim, SimEvent *event);
 // Returns the faces within a tool's reach but beyond its capacity for candidates, summed over
 // ticks.
 int64_t sim_refused_faces(const Sim *sim);
+// Returns the points and faces of bodies near each other that had no space, summed over ticks.
+int64_t sim_refused_touches(const Sim *sim);
+// Returns a touch of the scene, in the order of sim_add_touch.
+int sim_touch_count(const Sim *sim);
+const Touch *sim_touch(const Sim *sim, int index);
 // Returns the nodes of the scene's attachment, in the order of sim_add_attachment.
 int sim_attachment_nodes(const Sim *sim, int index);
 // Returns the nodes and points of faces beyond the capacity of graspers, attachments and ties.

@@ -9,7 +9,13 @@
 #include "dynamics/sim.h"
 #include "dynamics/stiffness.h"
 
-enum { SIM_BODIES = 64, SIM_TOOLS = 32, SIM_SCENE_LOADS = 64, SIM_ATTACHMENTS = 64 };
+enum {
+    SIM_BODIES = 64,
+    SIM_TOOLS = 32,
+    SIM_SCENE_LOADS = 64,
+    SIM_ATTACHMENTS = 64,
+    SIM_TOUCHES = 64
+};
 
 // The time of a scene; plain data, part of the state.
 typedef struct SimClock {
@@ -41,8 +47,8 @@ typedef struct SimAttachment {
     Joint *joint;
 } SimAttachment;
 
-// Bodies connected by joints, over any number of joints, advance together stage by stage. A body
-// without joints is a group of one.
+// Bodies connected by joints, or that touch, over any number of others, advance together stage by
+// stage. Other bodies are groups of one.
 typedef struct GroupMember {
     int first; // of the group, by index: itself if it is alone
     int next;  // in the group; -1: none
@@ -198,7 +204,9 @@ struct Sim {
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] grasps that sim_next_grasp has reported
-    Estimator *estimator;    // of the steps' error; NULL: disabled
+    Touch **touch;           // [room.touches] as given
+    int touch_count;
+    Estimator *estimator;          // of the steps' error; NULL: disabled
     StiffnessEstimator *stiffness; // NULL: disabled, or no contact has any
     TiePool *ties;                 // NULL: none by message
 

@@ -8,6 +8,7 @@ static void start_and_end_loads(Sim *sim);
 static void adapt_bodies(Sim *sim);
 static void grasp_and_release(Sim *sim);
 static void find_contacts(Sim *sim);
+static void find_touches(Sim *sim);
 static void advance_bodies(Sim *sim);
 static void take_wrenches(Sim *sim);
 static void check_numbers(Sim *sim);
@@ -21,6 +22,7 @@ static bool has_levels_to_cut(const Sim *sim);
 static bool has_levels(const Sim *sim);
 static bool has_attachments(const Sim *sim);
 static bool has_shapes(const Sim *sim);
+static bool has_touches(const Sim *sim);
 static bool has_tools(const Sim *sim);
 static bool has_stiffness(const Sim *sim);
 static bool has_ties(const Sim *sim);
@@ -42,6 +44,7 @@ static const struct {
     [STAGE_ADAPT] = {"adapt", has_levels, adapt_bodies},
     [STAGE_GRASP] = {"grasp", has_attachments, grasp_and_release},
     [STAGE_FIND_CONTACTS] = {"find contacts", has_shapes, find_contacts},
+    [STAGE_TOUCH] = {"touch", has_touches, find_touches},
     [STAGE_FORCES] = {"forces", always, advance_bodies},
     [STAGE_CONTACT] = {"contact", has_shapes, NULL},
     [STAGE_WRENCHES] = {"wrenches", has_tools, take_wrenches},
@@ -188,6 +191,35 @@ static void find_contacts(Sim *sim)
     }
 }
 
+// Finds what bodies can touch of each other in this tick.
+static void find_touches(Sim *sim)
+{
+    for (int k = 0; k < sim->touch_count; k++)
+        touch_begin_tick(sim->touch[k]);
+}
+
+// Adds the forces between the bodies of a group.
+static void add_touches(Sim *sim, int first, double dt)
+{
+    const int64_t begin = clock_now_ns();
+    for (int k = 0; k < sim->touch_count; k++) {
+        Touch *touch = sim->touch[k];
+        if (sim->group[touch_options(touch)->body[0]].first == first && touch_is_near(touch))
+            touch_apply(touch, dt);
+    }
+    // Timed within the forces.
+    const int64_t spent = clock_now_ns() - begin;
+    sim->stage_ns[STAGE_TOUCH] += spent;
+    sim->stage_ns[STAGE_FORCES] -= spent;
+}
+
+// Returns the part of a substep that is over at a stage: 1 at the last evaluation.
+static double fraction_at(const Integrator *integrator, const Stage *stage)
+{
+    const double last = integrator->stage[integrator->stage_count - 1].at;
+    return last > 0.0 ? stage->at / last : 1.0;
+}
+
 // Adds the contact forces of one evaluation. `begins`: first moves the proxy towards the tool's
 // pose at the time of the substep's (last) evaluation.
 static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_time, double h,
@@ -197,7 +229,7 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
     // The proxy arrives at the last evaluation of a substep; earlier ones see it on its way.
     const Integrator *integrator = integrator_get(sim->body[b].integrator);
     double target_at = integrator->stage[integrator->stage_count - 1].at;
-    double fraction = target_at > 0.0 ? stage->at / target_at : 1.0;
+    double fraction = fraction_at(integrator, stage);
     for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {
         Contact *contact = sim->contact[k];
         if (!contact_is_near(contact))
@@ -317,6 +349,8 @@ static void advance_group(Sim *sim, int first, int substeps, bool alone)
                 if (sim->group[joint_options(joint)->body].first == first)
                     joint_apply(joint, stage.weight * sim->body[first].h);
             }
+            if (sim->touch_count > 0 && !alone)
+                add_touches(sim, first, fraction_at(integrator, &stage) * sim->body[first].h);
             for (int b = first; b >= 0; b = next_body(sim, b, alone))
                 sim->body[b].ops->evaluate(sim->body[b].model, &stage, part * sim->body[b].h);
             for (int b = first; b >= 0 && !alone && sim->contact_count > 0; b = sim->group[b].next)
@@ -325,6 +359,9 @@ static void advance_group(Sim *sim, int first, int substeps, bool alone)
         // Contacts keep what friction remembers.
         for (int b = first; b >= 0 && !alone; b = sim->group[b].next)
             end_substep(sim, b);
+        for (int k = 0; k < sim->touch_count && !alone; k++)
+            if (sim->group[touch_options(sim->touch[k])->body[0]].first == first)
+                touch_end_substep(sim->touch[k]);
     }
 }
 
@@ -457,6 +494,11 @@ static bool has_probes(const Sim *sim)
         if (sim->tool[t].kind != TOOL_STATIC)
             return true;
     return false;
+}
+
+static bool has_touches(const Sim *sim)
+{
+    return sim->touch_count > 0;
 }
 
 // True for tools with which bodies collide.

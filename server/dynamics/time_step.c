@@ -55,6 +55,16 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
         lambda += sim->ties->lambda[body - sim->body];
         damping += sim->ties->damping[body - sim->body];
     }
+    // Contact with other bodies.
+    for (int k = 0; k < sim->touch_count; k++) {
+        const TouchOptions *options = touch_options(sim->touch[k]);
+        double more_lambda, more_damping;
+        if (&sim->body[options->body[0]] != body && &sim->body[options->body[1]] != body)
+            continue;
+        touch_bounds(options, body, &more_lambda, &more_damping);
+        lambda += more_lambda;
+        damping += more_damping;
+    }
     // See above: what leapfrog allows for so many times lambda.
     if (implicit)
         lambda *= 4.0 * body->theta - 1.0;
@@ -97,7 +107,7 @@ void time_step_follow(Sim *sim, Body *body)
 
 void time_step_join(Sim *sim)
 {
-    if (sim->joint_count == 0)
+    if (sim->joint_count == 0 && sim->touch_count == 0)
         return;
     for (int b = 0; b < sim->body_count; b++) {
         Body *first = &sim->body[sim->group[b].first], *body = &sim->body[b];

@@ -236,6 +236,14 @@ static void print_attachment(World *world, const Scene *scene, int index, FILE *
             options->damping_ratio);
 }
 
+static void print_touch(const Scene *scene, int index, FILE *out)
+{
+    const TouchOptions *options = &scene->touch[index].options;
+    fprintf(out, "touch %d: body %s with %s, stiffness %.6g of the softer body's, friction %.6g\n",
+            index, scene->body[options->body[0]].name, scene->body[options->body[1]].name,
+            options->stiffness, options->friction);
+}
+
 void explain_summary(World *world, const Scene *scene, FILE *out)
 {
     Sim *sim = world->sim;
@@ -254,6 +262,8 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
     if (sim_tie_capacity(sim) > 0)
         fprintf(out, "ties by message: at most %d at a time, of up to %d nodes\n",
                 sim_tie_capacity(sim), TIE_NODES);
+    for (int i = 0; i < scene->touch_count; i++)
+        print_touch(scene, i, out);
     // What is sent, and to whom it listens.
     const ScenePublish *publish = &scene->publish;
     fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz%s%s\n",

@@ -135,6 +135,7 @@ static void print_scene(World *world, const Scene *scene, FILE *out)
         {has_tool(sim, TOOL_GRASPER), "graspers", "kind = \"grasper\" in tools"},
         {scene->attachment_count > 0, "attachments", "attachments = ( ... )"},
         {sim_tie_capacity(sim) > 0, "ties by message", "max_ties"},
+        {scene->touch_count > 0, "contact between bodies", "touch = ( ... )"},
         {scene->load_count > 0, "loads of the scene", "loads = ( ... )"},
     };
     fprintf(out, "features of the scene, and what enables each:\n");

@@ -34,6 +34,10 @@ static void print_refused(World *world, FILE *out)
     if (refused > 0)
         fprintf(out, "nodes and points without room in graspers and attachments: %lld\n",
                 (long long)refused);
+    refused = sim_refused_touches(world->sim);
+    if (refused > 0)
+        fprintf(out, "points and faces of touching bodies without room: %lld\n",
+                (long long)refused);
     // and division.
     for (int b = 0; b < sim_body_count(world->sim); b++) {
         const Body *body = sim_body(world->sim, b);

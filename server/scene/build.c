@@ -23,8 +23,8 @@ void build_complete(BodyOptions *body, const World *world, const Scene *scene,
     body->precision = scene->precision;
     body->isa = options->isa != NULL ? options->isa : "auto";
     body->team = world->team;
-    body->without_contacts =
-        scene->tool_count == 0 && scene->attachment_count == 0 && scene->max_ties == 0;
+    body->without_contacts = scene->tool_count == 0 && scene->attachment_count == 0 &&
+                             scene->max_ties == 0 && scene->touch_count == 0;
     body->without_loads = scene->load_count == 0 && !options->may_load;
 }
 
@@ -51,7 +51,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
                       .contact_stiffness = options->publishes && scene->publish.contact_hz > 0.0 &&
                                            scene->publish.contact_stiffness,
                       .counts = {scene->body_count, scene->tool_count, scene->load_count,
-                                 scene->attachment_count}};
+                                 scene->attachment_count, scene->touch_count}};
     world->sim = sim_create(&sim, &world->arena, &world->state);
 
     // Bodies first: loads and attachments refer to them.
@@ -75,6 +75,12 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
         Status said = {0};
         ok = sim_add_attachment(world->sim, &attachment->options, &said) ||
              status_fail(status, said.code, "%s:%d: attachments: %s", scene->path, attachment->line,
+                         said.text);
+    }
+    for (int i = 0; i < scene->touch_count && ok; i++) {
+        Status said = {0};
+        ok = sim_add_touch(world->sim, &scene->touch[i].options, &said) ||
+             status_fail(status, said.code, "%s:%d: touch: %s", scene->path, scene->touch[i].line,
                          said.text);
     }
     // Seal checks the complete scene and lets the bodies settle.
@@ -294,6 +300,11 @@ uint64_t physics_hash(const Scene *scene, const World *world)
         add_tool(&hash, &scene->tool[i]);
     for (int i = 0; i < scene->attachment_count; i++)
         add_attachment(&hash, &scene->attachment[i].options);
+    for (int i = 0; i < scene->touch_count; i++) {
+        fnv_int(&hash, scene->touch[i].options.body[0]);
+        fnv_int(&hash, scene->touch[i].options.body[1]);
+        add_keys(&hash, &TOUCH_TABLE, &scene->touch[i].options);
+    }
     fnv_int(&hash, scene->load_count);
     for (int i = 0; i < scene->load_count; i++) {
         fnv_int(&hash, scene->load[i].load.body);

@@ -375,7 +375,7 @@ static bool is_held(const Scene *scene, int index, const BodyOutline *outline)
 {
     const SceneBody *body = &scene->body[index];
     const SurfaceShape *shape = &body->surface.shape;
-    // Fixed, on springs to the world, or attached at either end.
+    // Fixed, on springs to the world, attached at either end, or with a body to fall on.
     if (outline->fixed > 0 || body->options.fixed_count > 0 ||
         (body->model == MODEL_SURFACE && shape->wanted && shape->frame == SHAPE_WORLD))
         return true;
@@ -385,6 +385,9 @@ static bool is_held(const Scene *scene, int index, const BodyOutline *outline)
             (attachment->to == ATTACH_BODY && attachment->to_body == index))
             return true;
     }
+    for (int i = 0; i < scene->touch_count; i++)
+        if (scene->touch[i].options.body[0] == index || scene->touch[i].options.body[1] == index)
+            return true;
     return false;
 }
 

@@ -14,7 +14,7 @@ typedef struct SceneGroup {
     Scene scene; // first: offsets of rows are the same in a Scene
     const char *name, *prefix, *input_prefix, *lcm_url, *prepared;
     int late, start;
-    const config_setting_t *publish, *capacity, *bodies, *tools, *attachments, *loads;
+    const config_setting_t *publish, *capacity, *bodies, *tools, *attachments, *touch, *loads;
 } SceneGroup;
 
 enum { ONLY_WORD, START_RUNNING = 0, START_PAUSED, NODES_SURFACE = 0, NODES_ALL };
@@ -89,6 +89,10 @@ static const Option SCENE_OPTIONS[] = {
      .about = "Largest number of ties that messages may make at a time (`tie_t`, `pliant-tie`): "
               "pins to the world, ties between bodies, clips, and what tools carry. Their memory "
               "is reserved at load."},
+    {"touch", OPTION_LIST, AT(touch), "",
+     .about =
+         "Bodies that collide with each other or with themselves: up to 64 groups. Others pass "
+         "through one another."},
     {"loads", OPTION_LIST, AT(loads), "", .about = "Forces at given times: up to 64 groups."},
 };
 #undef AT
@@ -257,7 +261,21 @@ static bool read_attachments(const SceneReader *reader, const config_setting_t *
             !scene_read_attachment(reader, group, &scene->attachment[scene->attachment_count++]))
             return false;
     }
-    return scene_join_bodies(reader, list);
+    return true;
+}
+
+static bool read_touches(const SceneReader *reader, const config_setting_t *list)
+{
+    Scene *scene = reader->scene;
+    scene->touch = allocate_groups(reader, list, SCENE_TOUCHES, sizeof *scene->touch);
+    if (scene->touch == NULL)
+        return option_length(list) == 0;
+    for (int i = 0; i < option_length(list); i++) {
+        const config_setting_t *group = option_group_at(list, i, &reader->source);
+        if (group == NULL || !scene_read_touch(reader, group, &scene->touch[scene->touch_count++]))
+            return false;
+    }
+    return true;
 }
 
 static bool read_loads(const SceneReader *reader, const config_setting_t *list)
@@ -309,7 +327,8 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
         !option_read(&CAPACITY_TABLE, raw.capacity, &reader->source, scene))
         return false;
     return read_bodies(reader, raw.bodies) && read_tools(reader, raw.tools) &&
-           read_attachments(reader, raw.attachments) && read_loads(reader, raw.loads);
+           read_attachments(reader, raw.attachments) && read_touches(reader, raw.touch) &&
+           scene_join_bodies(reader, raw.attachments, raw.touch) && read_loads(reader, raw.loads);
 }
 
 bool scene_read(const char *path, Scene *scene, Status *status)
@@ -354,6 +373,7 @@ void scene_destroy(Scene *scene)
     for (int i = 0; i < scene->attachment_count; i++)
         free((void *)scene->attachment[i].options.region.node);
     free(scene->attachment);
+    free(scene->touch);
     free(scene->load);
     for (int i = 0; i < scene->idle_count; i++)
         free(scene->idle[i]);

@@ -105,6 +105,11 @@ typedef struct SceneAttachment {
     int line;                  // of the group in the scene file, for later errors
 } SceneAttachment;
 
+typedef struct SceneTouch {
+    TouchOptions options; // indices resolved
+    int line;             // of the group in the scene file, for later errors
+} SceneTouch;
+
 typedef struct Scene {
     char *path; // of the scene file
     char *text; // its text, includes not expanded; stored in files that we write
@@ -133,6 +138,8 @@ typedef struct Scene {
     int *tool_line; // [tool_count] of the groups in the scene file
     int attachment_count;
     SceneAttachment *attachment;
+    int touch_count;
+    SceneTouch *touch;
     int load_count;
     SceneLoad *load;
     int idle_count;

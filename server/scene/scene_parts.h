@@ -9,6 +9,7 @@ enum {
     SCENE_BODIES = 64,
     SCENE_TOOLS = 32,
     SCENE_ATTACHMENTS = 64,
+    SCENE_TOUCHES = 64,
     SCENE_WORD_MAX = 31,   // characters of a name of scene, body or prefix
     SCENE_FILE_MAX = 4000, // characters of a file name
 };
@@ -40,7 +41,7 @@ extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, PLA
 extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, ADAPT_TABLE;
 extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, LABEL_MATERIAL_TABLE, SKIN_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
-extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE;
+extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE, TOUCH_TABLE;
 
 // A group of a body's keys as its options hold it: the rows of the table are offsets in `keys`.
 typedef struct KeyGroup {
@@ -55,7 +56,7 @@ enum { KEY_GROUPS = 6 };
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
 
 // The tables in the order of the reference.
-enum { SCENE_TABLE_COUNT = 21 };
+enum { SCENE_TABLE_COUNT = 22 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -124,10 +125,12 @@ bool scene_read_region(const SceneReader *reader, const config_setting_t *group,
                        const RegionGroup *raw, const char *list, FixedRegion *region);
 bool scene_read_attachment(const SceneReader *reader, const config_setting_t *group,
                            SceneAttachment *attachment);
-// Joined bodies are stepped together: gives those without an integrator the one of the others. Call
-// after all bodies and attachments are read. Returns false with a status if two name different
-// ones.
-bool scene_join_bodies(const SceneReader *reader, const config_setting_t *list);
+bool scene_read_touch(const SceneReader *reader, const config_setting_t *group, SceneTouch *touch);
+// Bodies that are joined or touch are stepped together: gives those without an integrator the one
+// of the others. Call after all bodies, attachments and touches are read. Returns false with a
+// status if two name different ones.
+bool scene_join_bodies(const SceneReader *reader, const config_setting_t *attachments,
+                       const config_setting_t *touch);
 // Returns the index of a body by its name; `at` is the setting that names it. -1 with a status.
 int scene_find_body(const SceneReader *reader, const config_setting_t *at, const char *name);
 bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load);

@@ -182,9 +182,16 @@ static bool is_automatic(const SceneBody *body)
     return body->model == MODEL_SURFACE && body->surface.automatic;
 }
 
-// Finds the two bodies of a joint; returns false for an attachment to anything else.
+// Finds the two bodies of a joint, or past the attachments those that touch; returns false for an
+// attachment to anything else.
 static bool find_joint(const Scene *scene, int index, SceneBody *both[2])
 {
+    if (index >= scene->attachment_count) {
+        const TouchOptions *touch = &scene->touch[index - scene->attachment_count].options;
+        both[0] = &scene->body[touch->body[0]];
+        both[1] = &scene->body[touch->body[1]];
+        return true;
+    }
     const AttachmentOptions *options = &scene->attachment[index].options;
     if (options->to != ATTACH_BODY)
         return false;
@@ -212,30 +219,37 @@ static void share_integrators(const Scene *scene)
     SceneBody *both[2];
     for (bool again = true; again;) {
         again = false;
-        for (int i = 0; i < scene->attachment_count; i++)
+        for (int i = 0; i < scene->attachment_count + scene->touch_count; i++)
             if (find_joint(scene, i, both) &&
                 (take_integrator(both[0], both[1]) || take_integrator(both[1], both[0])))
                 again = true;
     }
 }
 
-bool scene_join_bodies(const SceneReader *reader, const config_setting_t *list)
+bool scene_join_bodies(const SceneReader *reader, const config_setting_t *attachments,
+                       const config_setting_t *touch)
 {
     const Scene *scene = reader->scene;
     SceneBody *both[2];
     // Bodies that choose take the integrator of those that do not.
     share_integrators(scene);
     // What is left must agree: joined bodies are stepped together.
-    for (int i = 0; i < scene->attachment_count; i++) {
+    for (int i = 0; i < scene->attachment_count + scene->touch_count; i++) {
+        const int of_touch = i - scene->attachment_count;
         if (!find_joint(scene, i, both))
             continue;
         IntegratorKind kind[2] = {both[0]->options.integrator, both[1]->options.integrator};
         const bool chooses = is_automatic(both[0]) || is_automatic(both[1]);
-        if (!chooses && kind[0] != kind[1]) // sim.c compares otherwise
-            return option_fail(
-                &reader->source, option_find(config_setting_get_elem(list, (unsigned)i), "to_body"),
-                "to_body: bodies \"%s\" (%s) and \"%s\" (%s) must have one integrator",
-                both[0]->name, integrator_name(kind[0]), both[1]->name, integrator_name(kind[1]));
+        if (chooses || kind[0] == kind[1]) // sim.c compares otherwise
+            continue;
+        const config_setting_t *at =
+            of_touch < 0
+                ? option_find(config_setting_get_elem(attachments, (unsigned)i), "to_body")
+                : option_find(config_setting_get_elem(touch, (unsigned)of_touch), "bodies");
+        return option_fail(&reader->source, at,
+                           "%s: bodies \"%s\" (%s) and \"%s\" (%s) must have one integrator",
+                           of_touch < 0 ? "to_body" : "bodies", both[0]->name,
+                           integrator_name(kind[0]), both[1]->name, integrator_name(kind[1]));
     }
     return true;
 }
@@ -275,6 +289,80 @@ bool scene_read_attachment(const SceneReader *reader, const config_setting_t *gr
     return options->to_body >= 0 &&
            (options->to_body != options->body ||
             option_fail(source, at, "to_body \"%s\" is the body itself", raw.to_body));
+}
+
+// --- one entry of `touch` ------------------------------------------------------------------------
+
+typedef struct TouchGroup {
+    TouchOptions options; // first: offsets of rows are the same in TouchOptions
+    const config_setting_t *bodies;
+} TouchGroup;
+
+#define AT(member) offsetof(TouchGroup, member)
+static const Option TOUCH_OPTIONS[] = {
+    {"bodies", OPTION_LIST, AT(bodies), "", .preset_text = "none", .required = true,
+     .about = "The names of the two bodies, `[\"a\", \"b\"]`."},
+    {"stiffness", OPTION_REAL, AT(options.stiffness), "", 0.0, 1e3, .open = true, .preset = 2.0,
+     .physics = true,
+     .about = "Stiffness of the contact, as a share of the softer body's own stiffness; stiffer "
+              "contact shortens the time step."},
+    {"friction", OPTION_REAL, AT(options.friction), "", 0.0, 10.0, .physics = true,
+     .about = "Coefficient of friction between the surfaces."},
+};
+#undef AT
+const OptionTable TOUCH_TABLE = OPTION_TABLE(
+    "touch",
+    "Contact between two bodies. They are stepped together, with one integrator. Not for plane "
+    "bodies, nor of a body with itself.",
+    TOUCH_OPTIONS);
+
+// Finds the body that entry `index` of `bodies` names; -1 with a status.
+static int find_touched(const SceneReader *reader, const config_setting_t *list, int index)
+{
+    const config_setting_t *at = config_setting_get_elem(list, (unsigned)index);
+    const char *name = config_setting_get_string(at);
+    if (name == NULL) {
+        option_fail(&reader->source, at, "bodies is no list of names");
+        return -1;
+    }
+    const int body = scene_find_body(reader, at, name);
+    if (body >= 0 && reader->scene->body[body].dimensions == 2) {
+        option_fail(&reader->source, at, "bodies: \"%s\" is a plane body, which touches no other",
+                    name);
+        return -1;
+    }
+    return body;
+}
+
+bool scene_read_touch(const SceneReader *reader, const config_setting_t *group, SceneTouch *touch)
+{
+    TouchGroup raw = {0};
+    const OptionSource *source = &reader->source;
+    const Scene *scene = reader->scene;
+    if (!option_read(&TOUCH_TABLE, group, source, &raw))
+        return false;
+    touch->options = raw.options;
+    touch->line = (int)config_setting_source_line(group);
+    const int count = option_length(raw.bodies);
+    if (count != 2)
+        return option_fail(source, raw.bodies,
+                           "bodies has %d names: it must have two, as a body does not touch itself",
+                           count);
+    int *body = touch->options.body;
+    for (int i = 0; i < count; i++)
+        if ((body[i] = find_touched(reader, raw.bodies, i)) < 0)
+            return false;
+    if (body[0] == body[1])
+        return option_fail(source, raw.bodies,
+                           "bodies: \"%s\" is named twice; a body does not touch itself",
+                           scene->body[body[0]].name);
+    // Each pair once: twice would be twice as stiff.
+    for (const SceneTouch *other = scene->touch; other < touch; other++)
+        if ((other->options.body[0] == body[0] && other->options.body[1] == body[1]) ||
+            (other->options.body[0] == body[1] && other->options.body[1] == body[0]))
+            return option_fail(source, raw.bodies, "bodies: these touch already, by line %d",
+                               other->line);
+    return true;
 }
 
 // --- one entry of `loads` ------------------------------------------------------------------------

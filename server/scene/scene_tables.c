@@ -14,7 +14,7 @@ const OptionTable *scene_table(int index)
         &ADAPT_TABLE, &VOXELS_TABLE,    &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE,
         &SKIN_TABLE,  &TEAR_TABLE,      &CONTACT_TABLE,        &FIXED_TABLE,
         &TOOL_TABLE,  &CAPSULE_TABLE,   &PLANE_TABLE,          &ATTACHMENT_TABLE,
-        &LOAD_TABLE,
+        &TOUCH_TABLE, &LOAD_TABLE,
     };
     ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
     return TABLES[index];

@@ -25,6 +25,15 @@
 #define SECOND                                                                                     \
     ", { name = \"b\"; mesh = { generator = \"ico_sphere\"; subdivisions = 1; radius = 0.04;\n"    \
     "    place = { translation = [0.0, 0.1, 0.0]; }; }; }"
+// Beside the first body, onto which it is pushed.
+#define BESIDE                                                                                     \
+    ", { name = \"b\"; mesh = { generator = \"ico_sphere\"; subdivisions = 1; radius = 0.04;\n"    \
+    "    place = { translation = [0.0, 0.092, 0.0]; }; }; }"
+#define TOUCHES(more) "touch = ( { " more " } );"
+#define TWO           "bodies = [\"a\", \"b\"]; "
+#define ONTO                                                                                       \
+    LOAD("body = \"b\"; center = [0.0, 0.092, 0.0]; radius = 0.05; force = [1.0, -4.0, 0.0]; "     \
+         "duration = 1.0; ")
 #define PULLS          "gravity = [0.0, -9.0, 0.0]; "
 #define STIFF(modulus) "material = { " modulus " }; time_step = 1e-3; "
 #define UNIFORM        "spring_stiffness = 60.0; node_mass = 1.0e-3; "
@@ -75,6 +84,9 @@ const KeyRow KEY_ROWS[] = {
     {IN(SCENE_TABLE, "tools", ALL, STATE, TOOLS, "", PROBE(""))},
     {IN(SCENE_TABLE, "attachments", ALL, STATE, ATTACH, "", HELD(HELD_AT "to = \"world\";"))},
     {IN(SCENE_TABLE, "max_ties", ALL, STATE, HEAD, "", "max_ties = 2;")},
+    {IN(SCENE_TABLE, "touch", S | V, STATE, ATTACH, "", TOUCHES(TWO)), .also = {{OTHER, BESIDE}}},
+    {REFUSES(SCENE_TABLE, "touch", P, ATTACH, TOUCHES(TWO), "plane body"),
+     .also = {{OTHER, BESIDE}}},
     {IN(SCENE_TABLE, "loads", ALL, STATE, LOADS, "", LOAD(PUSH))},
 
     {IN(PUBLISH_TABLE, "nodes_hz", ALL, STREAM, HEAD, "", "publish = { nodes_hz = 10.0; };")},
@@ -460,6 +472,16 @@ const KeyRow KEY_ROWS[] = {
         HELD(HELD_AT TO_WORLD "stiffness = 0.1;"))},
     {IN(ATTACHMENT_TABLE, "damping_ratio", ALL, STATE, ATTACH, HELD(HELD_AT TO_WORLD),
         HELD(HELD_AT TO_WORLD "damping_ratio = 0.1;"))},
+
+    {REFUSES_FROM(TOUCH_TABLE, "bodies", S | V, ATTACH, TOUCHES(TWO), TOUCHES("bodies = [\"a\"]; "),
+                  "does not touch itself"),
+     .also = {{OTHER, BESIDE}}},
+    {IN(TOUCH_TABLE, "stiffness", S | V, STATE, ATTACH, TOUCHES(TWO),
+        TOUCHES(TWO "stiffness = 1.0;")),
+     .also = {{OTHER, BESIDE}, {LOADS, ONTO}}},
+    {IN(TOUCH_TABLE, "friction", S | V, STATE, ATTACH, TOUCHES(TWO),
+        TOUCHES(TWO "friction = 0.5;")),
+     .also = {{OTHER, BESIDE}, {LOADS, ONTO}}},
 };
 const int KEY_ROW_COUNT = (int)(sizeof KEY_ROWS / sizeof *KEY_ROWS);
 
@@ -471,7 +493,7 @@ int key_models(const OptionTable *table)
     } OF_SOME[] = {
         {&MESH_TABLE, S},  {&MATERIAL_TABLE, S},           {&SHAPE_TABLE, S},
         {&ADAPT_TABLE, S}, {&VOXELS_TABLE, V | P},         {&VOXEL_MATERIAL_TABLE, V | P},
-        {&SKIN_TABLE, V},  {&LABEL_MATERIAL_TABLE, V | P},
+        {&SKIN_TABLE, V},  {&LABEL_MATERIAL_TABLE, V | P}, {&TOUCH_TABLE, S | V},
     };
     for (size_t i = 0; i < sizeof OF_SOME / sizeof *OF_SOME; i++)
         if (OF_SOME[i].table == table)

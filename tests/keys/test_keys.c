@@ -266,6 +266,7 @@ static int list_targets(const Scene *scene, KeyGroup target[TARGETS_MOST])
         {&PLANE_TABLE, &tool->plane, sizeof(Plane), false},
         {&LOAD_TABLE, &scene->load[0].load, sizeof(LoadOptions), false},
         {&ATTACHMENT_TABLE, &scene->attachment[0].options, sizeof(AttachmentOptions), false},
+        {&TOUCH_TABLE, &scene->touch[0].options, sizeof(TouchOptions), false},
     };
     int count = scene_list_groups(&scene->body[0], target);
     memcpy(&target[count], others, sizeof others);
@@ -337,16 +338,18 @@ static void rows_that_count_change_the_hash_and_no_others(void **unused)
         Scene scene;
         Status status = {0};
         KeyGroup target[TARGETS_MOST];
-        TriMesh mesh = {0};
-        WorldCells cells = {0};
-        const World world = {.mesh = &mesh, .cells = &cells};
+        TriMesh mesh[2] = {{0}};
+        WorldCells cells[2] = {{0}};
+        const World world = {.mesh = mesh, .cells = cells};
         snprintf(
             text, sizeof text,
-            "bodies = ( { name = \"a\"; %s } );\n"
-            "tools = ( { id = 1; kind = \"static\"; capsules = ( { radius = 0.1; } );\n"
+            "bodies = ( { name = \"a\"; %s }, { name = \"b\"; mesh = { generator = \"sphere\"; }; "
+            "} "
+            ");\ntools = ( { id = 1; kind = \"static\"; capsules = ( { radius = 0.1; } );\n"
             "    plane = { normal = [0.0, 0.0, 1.0]; }; } );\n"
             "loads = ( { center = [0, 0, 0]; radius = 1; force = [0, 0, 1]; duration = 1; } );\n"
-            "attachments = ( { body = \"a\"; nodes = [0]; to = \"world\"; } );\n",
+            "attachments = ( { body = \"a\"; nodes = [0]; to = \"world\"; } );\n"
+            "touch = ( { bodies = [\"a\", \"b\"]; } );\n",
             BODIES[model]);
         write_text(path, text);
         assert_true(scene_read(path, &scene, &status));

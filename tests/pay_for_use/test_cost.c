@@ -352,7 +352,7 @@ static void switched_off_by_its_key_is_as_left_out(void **state)
                          .head = "gravity = [0.0, 0.0, 0.0]; threads = 1; settle_s = 0.0; "
                                  "publish = { contact_hz = 0.0; contact_stiffness = false; "
                                  "velocity = false; };",
-                         .tail = "tools = (); loads = (); attachments = ();"};
+                         .tail = "tools = (); loads = (); attachments = (); touch = ();"};
     for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
         static Profile without;
         const Profile *plain = plain_profile(voxel);

@@ -38,6 +38,8 @@ static const Case COMMON[] = {
      .tail = "attachments = ( { body = \"body\"; sphere = [0.0, 0.0, 0.05]; "
              "radius = 0.03; to = \"world\"; } );"},
     {.feature = "ties by message", .head = "max_ties = 2;"},
+    {.feature = "contact between bodies",
+     .tail = "touch = ( { bodies = [\"body\", \"other\"]; } );"},
     {.feature = "loads of the scene",
      .tail = "loads = ( { center = [0.0, 0.0, 0.05]; radius = 0.03; force = [0.0, 0.0, -0.1]; "
              "start = 0.0; duration = 1.0; } );"},
@@ -115,8 +117,11 @@ static const char *const UNDAMPED[2] = {"damping_time = 0.0;", "damping = 0.0;"}
 
 static void explain(Process *daemon, bool voxel, const Case *what)
 {
-    char head[512], groups[1024];
+    char head[512], groups[1024], other[512] = "";
     const char *body = or_else(what->body, "");
+    if (strstr(or_else(what->tail, ""), "other") != NULL)
+        snprintf(other, sizeof other, ", { name = \"other\"; %s material = { %s }; levels = 0; }",
+                 BODIES[voxel], UNDAMPED[voxel]);
     snprintf(head, sizeof head, "%s publish = { %s };", or_else(what->head, ""),
              or_else(what->publish, SILENT));
     snprintf(groups, sizeof groups, "contact = { %s }; %s %s",
@@ -128,6 +133,7 @@ static void explain(Process *daemon, bool voxel, const Case *what)
                                      .source = BODIES[voxel],
                                      .material = or_else(what->material, UNDAMPED[voxel]),
                                      .body = groups,
+                                     .others = other,
                                      .tail = what->tail});
     run_daemon(daemon, "--explain %s %s", or_else(what->arguments, ""), scene);
     if (daemon->code != 0)

@@ -97,6 +97,12 @@ static const Line SCENE[] = {
     {"attachments", "radius", "radius = 0.5;"},
     {"attachments", "to", "to = \"world\";"},
     {"", "attachments", "} );"},
+#ifdef PLIANT_WITH_VOXEL
+    {"", "touch", "touch = ( {"},
+    {"touch", NULL, ""},
+    {"touch", "bodies", "bodies = [\"sphere\", \"liver\"];"},
+    {"", "touch", "} );"},
+#endif
     {"", "loads", "loads = ( {"},
     {"loads", NULL, ""},
     {"loads", "center", "center = [0, 0, 0.05];"},
@@ -129,11 +135,12 @@ static const bool with_plane = true;
 static const bool with_plane = false;
 #endif
 
-// Without voxel bodies there is no place for what is theirs.
+// Without voxel bodies there is no place for what is theirs, nor a second body to touch.
 static bool table_is_built(const OptionTable *table)
 {
-    return with_voxel || (table != &VOXELS_TABLE && table != &VOXEL_MATERIAL_TABLE &&
-                          table != &LABEL_MATERIAL_TABLE && table != &SKIN_TABLE);
+    return with_voxel ||
+           (table != &VOXELS_TABLE && table != &VOXEL_MATERIAL_TABLE &&
+            table != &LABEL_MATERIAL_TABLE && table != &SKIN_TABLE && table != &TOUCH_TABLE);
 }
 
 // The scene with `added` in a table and its line `key` left out (with all inside, for a group);

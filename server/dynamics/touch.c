@@ -1,0 +1,467 @@
+// The law of contact between bodies (README.md, "Contact between bodies"): points of each surface
+// against the faces of the other.
+#include "base/check.h"
+#include "dynamics/contact.h"
+#include "dynamics/touch_data.h"
+
+#include <stdio.h>
+#include <string.h>
+
+// Distances to faces around one edge or corner differ by rounding only.
+static const double TIE = 1e-7, TIE_LEAST = 1e-13; // relative; [m]
+
+// ---------------------------------------------------------------------------------------------
+// Distance
+
+static void gather(const Vec3 *x, const TouchPair *pair, Vec3 corner[3])
+{
+    for (int k = 0; k < 3; k++)
+        corner[k] = x[pair->corner[k]];
+}
+
+static Vec3 normal_of(const Vec3 corner[3])
+{
+    return vec3_unit(vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
+}
+
+// True if the nearest point of a face lies on a border of its surface.
+static bool is_on_border(const TouchPair *pair, const double weight[3])
+{
+    int corners = 0, corner = 0, missing = 0;
+    for (int k = 0; k < 3; k++) {
+        corners += weight[k] > 0.0;
+        corner = weight[k] > 0.0 ? k : corner;
+        missing = weight[k] > 0.0 ? missing : k;
+    }
+    if (corners == 3)
+        return false;
+    // The edge opposite the missing corner, or the corner.
+    const int bit = corners == 2 ? (missing + 1) % 3 : 3 + corner;
+    return (pair->border >> bit & 1U) != 0;
+}
+
+bool touch_gap(const Vec3 *x, Vec3 at, const TouchPair *pair, int count, int patch, int side,
+               TouchGap *gap)
+{
+    ClosestPair nearest = {.distance = (double)INFINITY};
+    Vec3 corner[3], normal = {0.0, 0.0, 0.0};
+    gap->pair = NULL;
+    for (int i = 0; i < count; i++) {
+        ClosestPair one;
+        if (pair[i].patch != patch)
+            continue;
+        gather(x, &pair[i], corner);
+        distance_point_triangle(at, corner, &one);
+        if (one.distance < nearest.distance) {
+            nearest = one;
+            gap->pair = &pair[i];
+        }
+    }
+    if (gap->pair == NULL || is_on_border(gap->pair, nearest.weight))
+        return false;
+    memcpy(gap->weight, nearest.weight, sizeof gap->weight);
+    const Vec3 away = vec3_sub(at, nearest.on_triangle);
+    gather(x, gap->pair, corner);
+    normal = normal_of(corner);
+    double along = vec3_dot(away, normal);
+    const bool inside =
+        nearest.weight[0] > 0.0 && nearest.weight[1] > 0.0 && nearest.weight[2] > 0.0;
+    // At an edge or a corner the face decides that is seen most from above or below.
+    for (int i = 0; i < count && !inside; i++) {
+        ClosestPair one;
+        if (pair[i].patch != patch || &pair[i] == gap->pair)
+            continue;
+        gather(x, &pair[i], corner);
+        distance_point_triangle(at, corner, &one);
+        const double other = vec3_dot(away, normal_of(corner));
+        if (one.distance <= nearest.distance * (1.0 + TIE) + TIE_LEAST && fabs(other) > fabs(along))
+            along = other;
+    }
+    const double sign = along < 0.0 ? -side : side;
+    gap->distance = sign * nearest.distance;
+    gap->out = inside || !(nearest.distance > TIE_LEAST)
+                   ? vec3_scale(side, normal)
+                   : vec3_scale(sign / nearest.distance, away);
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Forces
+
+// A place on the plane of a face and above it, that the corners carry.
+typedef struct Carried {
+    Vec3 a, b, normal; // sides from the first corner
+    double twice;      // area
+    double weight[3], height;
+} Carried;
+
+// Finds how the corners carry the point `at`, also beyond the face's sides.
+static bool carry(const Vec3 x[3], Vec3 at, Carried *carried)
+{
+    carried->a = vec3_sub(x[1], x[0]);
+    carried->b = vec3_sub(x[2], x[0]);
+    const Vec3 cross = vec3_cross(carried->a, carried->b), arm = vec3_sub(at, x[0]);
+    carried->twice = vec3_length(cross);
+    if (!(carried->twice > 1e-9 * vec3_dot(carried->a, carried->a)))
+        return false;
+    carried->normal = vec3_unit(cross);
+    carried->height = vec3_dot(arm, carried->normal);
+    carried->weight[1] = vec3_dot(vec3_cross(arm, carried->b), carried->normal) / carried->twice;
+    carried->weight[2] = vec3_dot(vec3_cross(carried->a, arm), carried->normal) / carried->twice;
+    carried->weight[0] = 1.0 - carried->weight[1] - carried->weight[2];
+    return true;
+}
+
+// Returns the velocity of what the corners carry.
+static Vec3 carried_velocity(const Carried *carried, const Vec3 v[3])
+{
+    const Vec3 a = vec3_sub(v[1], v[0]), b = vec3_sub(v[2], v[0]);
+    Vec3 turn = vec3_add(vec3_cross(a, carried->b), vec3_cross(carried->a, b));
+    turn = vec3_madd(turn, -vec3_dot(turn, carried->normal), carried->normal);
+    Vec3 sum = vec3_scale(carried->height / carried->twice, turn);
+    for (int k = 0; k < 3; k++)
+        sum = vec3_madd(sum, carried->weight[k], v[k]);
+    return sum;
+}
+
+// Distributes a force there to the corners, by the transpose of the velocity: with its moment.
+static void hand_over(const Carried *carried, Vec3 force, Vec3 on[3])
+{
+    const Vec3 across = vec3_madd(force, -vec3_dot(force, carried->normal), carried->normal);
+    const Vec3 g = vec3_scale(carried->height / carried->twice, across);
+    const Vec3 first = vec3_cross(carried->b, g), second = vec3_cross(g, carried->a);
+    on[0] = vec3_sub(vec3_scale(carried->weight[0], force), vec3_add(first, second));
+    on[1] = vec3_madd(first, carried->weight[1], force);
+    on[2] = vec3_madd(second, carried->weight[2], force);
+}
+
+// Adds friction: a bristle per point (README.md, "Friction").
+static void rub(const Touch *touch, TouchHalf *half, TouchPoint *point, const TouchGap *gap,
+                double push, double dt)
+{
+    TouchEnd *points = half->points, *faces = half->faces;
+    const double cap = touch->options.friction * push, k = point->stiffness;
+    Vec3 x[3], v[3], on[3];
+    Carried carried;
+    for (int c = 0; c < 3; c++) {
+        x[c] = faces->x[gap->pair->corner[c]];
+        v[c] = faces->v[gap->pair->corner[c]];
+    }
+    if (!(cap > 0.0) || !carry(x, points->x[point->own], &carried))
+        return;
+    // The bristle follows the slip and stays tangential.
+    Vec3 slip = vec3_sub(points->v[point->own], carried_velocity(&carried, v));
+    slip = vec3_madd(slip, -vec3_dot(slip, gap->out), gap->out);
+    Vec3 s = vec3_madd(half->memory[point->node].bristle, dt, slip);
+    s = vec3_madd(s, -vec3_dot(s, gap->out), gap->out);
+    Vec3 hold = vec3_madd(s, touch->damping_time, slip);
+    const double stretch = k * vec3_length(s);
+    if (stretch > cap)
+        hold = s = vec3_scale(cap / stretch, s);
+    point->trial = s;
+    const double size = k * vec3_length(hold);
+    const Vec3 force = vec3_scale(size > cap ? -k * cap / size : -k, hold);
+    hand_over(&carried, force, on);
+    points->f[point->own] = vec3_add(points->f[point->own], force);
+    for (int c = 0; c < 3; c++) {
+        Vec3 *f = &faces->f[gap->pair->corner[c]];
+        *f = vec3_sub(*f, on[c]);
+    }
+}
+
+// Adds the push of a point and one of its patches. Returns the push [N].
+static double push_apart(Touch *touch, TouchHalf *half, const TouchPoint *point,
+                         const TouchGap *gap)
+{
+    TouchEnd *points = half->points, *faces = half->faces;
+    Vec3 speed = points->v[point->own];
+    for (int c = 0; c < 3; c++)
+        speed = vec3_madd(speed, -gap->weight[c], faces->v[gap->pair->corner[c]]);
+    const double depth = -gap->distance, leaving = vec3_dot(speed, gap->out);
+    const double push = point->stiffness * fmax(0.0, depth - touch->damping_time * leaving);
+    points->f[point->own] = vec3_madd(points->f[point->own], push, gap->out);
+    for (int c = 0; c < 3; c++) {
+        Vec3 *f = &faces->f[gap->pair->corner[c]];
+        *f = vec3_madd(*f, -push * gap->weight[c], gap->out);
+    }
+    touch->depth = fmax(touch->depth, depth);
+    touch->energy += 0.5 * point->stiffness * depth * depth;
+    return push;
+}
+
+void touch_evaluate(Touch *touch, double dt)
+{
+    touch->depth = touch->energy = 0.0;
+    for (int e = 0; e < 2; e++)
+        if (touch->end[e].count > 0)
+            memset(touch->end[e].f, 0, (size_t)touch->end[e].count * sizeof(Vec3));
+    for (int k = 0; k < 2; k++) {
+        TouchHalf *half = &touch->half[k];
+        for (int i = 0; i < half->point_count; i++) {
+            TouchPoint *point = &half->point[i];
+            bool rubbed = false; // one bristle: on the first patch that pushes
+            point->trial = (Vec3){0.0, 0.0, 0.0};
+            for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+                TouchGap gap;
+                if (point->side[patch] == 0 ||
+                    !touch_gap(half->faces->x, half->points->x[point->own],
+                               &half->pair[point->first], point->count, patch, point->side[patch],
+                               &gap) ||
+                    !(gap.distance < 0.0))
+                    continue;
+                const double push = push_apart(touch, half, point, &gap);
+                if (!rubbed && touch->options.friction > 0.0)
+                    rub(touch, half, point, &gap, push, dt);
+                rubbed = true;
+            }
+        }
+    }
+}
+
+void touch_apply(Touch *touch, double dt)
+{
+    for (int e = 0; e < 2; e++) {
+        TouchEnd *end = &touch->end[e];
+        if (end->count > 0)
+            end->body->ops->read_nodes(end->body->model, end->node, end->count, end->x, end->v);
+    }
+    touch_evaluate(touch, dt);
+    for (int e = 0; e < 2 && touch->depth > 0.0; e++) {
+        const TouchEnd *end = &touch->end[e];
+        if (end->count > 0)
+            end->body->ops->add_forces(end->body->model, end->node, end->count, end->f);
+    }
+}
+
+void touch_end_substep(Touch *touch)
+{
+    for (int k = 0; k < 2 && touch->options.friction > 0.0; k++)
+        for (int i = 0; i < touch->half[k].point_count; i++)
+            touch->half[k].memory[touch->half[k].point[i].node].bristle =
+                touch->half[k].point[i].trial;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Ticks
+
+// Returns the longest damping time for a body [s]: the scene's, but at most that of the damping
+// ratio 0.2 of what contact alone may add (from which bouncing gains nothing, contact_create.c), so
+// that it dictates no steps.
+static double damping_time(const TouchOptions *options, const Body *body)
+{
+    return fmin(body->contact_damping, 0.4 / sqrt(options->stiffness * body->contact_lambda));
+}
+
+void touch_begin_tick(Touch *touch)
+{
+    const Body *a = touch->body[0], *b = touch->body[1];
+    touch->damping_time = fmin(damping_time(&touch->options, a), damping_time(&touch->options, b));
+    touch_search(touch);
+}
+
+bool touch_is_near(const Touch *touch)
+{
+    return touch->half[0].point_count + touch->half[1].point_count > 0;
+}
+
+const TouchOptions *touch_options(const Touch *touch)
+{
+    return &touch->options;
+}
+
+int64_t touch_refused(const Touch *touch)
+{
+    return touch->refused;
+}
+
+double touch_depth(const Touch *touch)
+{
+    return touch->depth;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Topology and state
+
+// Lists what a change of faces made of each: 1 + the slot of an heir, -1 for none.
+static void list_heirs(int *heir, const TopologyChange *change)
+{
+    for (int i = 0; i < change->face_count; i++)
+        heir[change->face[i].face] = -1;
+    for (int i = 0; i < change->face_count; i++)
+        if (change->face[i].from >= 0)
+            heir[change->face[i].from] = change->face[i].face + 1;
+}
+
+static void forget_heirs(int *heir, const TopologyChange *change)
+{
+    for (int i = 0; i < change->face_count; i++) {
+        heir[change->face[i].face] = 0;
+        if (change->face[i].from >= 0)
+            heir[change->face[i].from] = 0;
+    }
+}
+
+// What is remembered of faces passes to their heirs: a point looks among faces around it.
+static void follow_faces(TouchHalf *half, const TopologyChange *change)
+{
+    if (half->heir == NULL)
+        return;
+    list_heirs(half->heir, change);
+    for (int i = 0; i < half->points->body->surface.node_count; i++)
+        for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+            int *face = &half->memory[i].face[patch];
+            const int heir = *face > 0 ? half->heir[*face - 1] : 0;
+            if (heir == 0)
+                continue;
+            *face = heir > 0 ? heir : 0;
+            half->memory[i].side[patch] = heir > 0 ? half->memory[i].side[patch] : 0;
+        }
+    forget_heirs(half->heir, change);
+}
+
+// New points remember what the first of their parents does.
+static void follow_points(TouchHalf *half, const TopologyChange *change)
+{
+    for (int i = 0; i < change->gone_count; i++)
+        half->memory[change->gone[i]] = (TouchMemory){.face = {0, 0}};
+    for (int i = 0; i < change->born_count; i++) {
+        const NodeBirth *born = &change->born[i];
+        half->memory[born->node] = half->memory[born->parent[0]];
+    }
+}
+
+static void start_again(Touch *touch)
+{
+    for (int e = 0; e < 2; e++) {
+        TouchEnd *end = &touch->end[e];
+        for (int i = 0; i < end->count; i++)
+            end->number[end->node[i]] = -1;
+        end->count = 0;
+        touch_list_nodes(end);
+    }
+    for (int k = 0; k < 2; k++)
+        touch->half[k].point_count = touch->half[k].pair_count = 0;
+}
+
+void touch_topology_changed(Touch *touch, int which, const TopologyChange *change)
+{
+    for (int k = 0; k < 2; k++) {
+        if (touch->half[k].faces == &touch->end[which])
+            follow_faces(&touch->half[k], change);
+        if (touch->half[k].points == &touch->end[which])
+            follow_points(&touch->half[k], change);
+    }
+    *touch->wait = 0;
+    start_again(touch);
+}
+
+void touch_restored(Touch *touch)
+{
+    start_again(touch);
+}
+
+bool touch_check(const Touch *touch)
+{
+    for (int k = 0; k < 2; k++) {
+        const TouchHalf *half = &touch->half[k];
+        const BodySurface *faces = &half->faces->body->surface;
+        for (int i = 0; i < half->points->body->surface.node_count; i++) {
+            const TouchMemory *memory = &half->memory[i];
+            for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+                const int face = memory->face[patch] - 1, side = memory->side[patch];
+                if (face < -1 || face >= faces->face_count || side < -1 || side > 1)
+                    return false;
+                for (int c = 0; c < 3 && face >= 0; c++)
+                    if (faces->face[face][c] < 0 || faces->face[face][c] >= faces->node_count)
+                        return false;
+            }
+            // No body is that large.
+            if (!(vec3_dot(memory->bristle, memory->bristle) < 1e12))
+                return false;
+        }
+    }
+    return *touch->wait >= 0 && *touch->wait < 1000;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Creation
+
+void touch_bounds(const TouchOptions *options, const Body *body, double *lambda, double *damping)
+{
+    *lambda =
+        options->stiffness * body->contact_lambda * contact_bounce_of(body, options->stiffness);
+    *damping = damping_time(options, body) * *lambda;
+}
+
+static void create_end(TouchEnd *end, const char *name, Body *body, Arena *arena)
+{
+    const int nodes = body->surface.node_count;
+    end->body = body;
+    end->node = ALLOCATE(ARENA_CONTACT, nodes, int, "nodes");
+    end->number = ALLOCATE(ARENA_CONTACT, nodes, int, "numbers");
+    end->x = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "positions");
+    end->v = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "velocities");
+    end->f = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "forces");
+    end->used = ALLOCATE(ARENA_CONTACT, nodes, int, "used");
+    end->place = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "places");
+    end->packed_place = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "packed places");
+    end->packed_speed = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "packed speeds");
+    for (int i = 0; i < nodes; i++)
+        end->number[i] = -1;
+    touch_list_nodes(end);
+}
+
+static void create_half(TouchHalf *half, const char *name, Arena *arena, StateList *state)
+{
+    // A node touches four faces on the whole surface, or more on a part of it.
+    enum { PAIRS = 4, LEAST = 256, ENTRIES = 12, LEAST_ENTRIES = 4096, CELLS = 2 };
+    const BodySurface *points = &half->points->body->surface, *faces = &half->faces->body->surface;
+    half->one_sided = faces->solid;
+    half->point_capacity = points->node_count;
+    half->pair_capacity = PAIRS * points->node_count + LEAST;
+    half->cell_capacity = CELLS * faces->face_count + LEAST;
+    half->entry_capacity = ENTRIES * faces->face_count + LEAST_ENTRIES;
+    half->memory = ALLOCATE(ARENA_CONTACT, points->node_count, TouchMemory, "memory");
+    half->point = ALLOCATE(ARENA_CONTACT, half->point_capacity, TouchPoint, "points");
+    half->pair = ALLOCATE(ARENA_CONTACT, half->pair_capacity, TouchPair, "pairs");
+    half->demand = ALLOCATE(ARENA_CONTACT, faces->node_count, double, "demand");
+    half->face = ALLOCATE(ARENA_CONTACT, faces->face_count, TouchFace, "faces");
+    half->stamp = ALLOCATE(ARENA_CONTACT, faces->face_count, int64_t, "stamps");
+    half->cell_start = ALLOCATE(ARENA_CONTACT, half->cell_capacity + 2, int, "cells");
+    half->cell_face = ALLOCATE(ARENA_CONTACT, half->entry_capacity, int, "cells' faces");
+    if (body_changes(half->faces->body))
+        half->heir = ALLOCATE(ARENA_CONTACT, faces->face_count, int, "heirs");
+    state_add(state, half->memory, (size_t)points->node_count * sizeof *half->memory, "%s/memory",
+              name);
+}
+
+Touch *touch_create(const char *name, const TouchOptions *options, Body *first, Body *second,
+                    double tick, Arena *arena, StateList *state)
+{
+    Touch *touch = ALLOCATE(ARENA_CONTACT, 1, Touch, "touch");
+    touch->options = *options;
+    touch->body[0] = first;
+    touch->body[1] = second;
+    touch->tick = tick;
+    touch->wait = ALLOCATE(ARENA_CONTACT, 1, int64_t, "wait");
+    state_add(state, touch->wait, sizeof *touch->wait, "%s/wait", name);
+    for (int k = 0; k < 2; k++) {
+        char part[48];
+        snprintf(part, sizeof part, "%.43s%d", name, k);
+        create_end(&touch->end[k], part, touch->body[k], arena);
+    }
+    for (int k = 0; k < 2; k++) {
+        char part[48];
+        TouchHalf *half = &touch->half[k];
+        snprintf(part, sizeof part, "%.43s%d", name, k);
+        half->points = &touch->end[k];
+        half->faces = &touch->end[1 - k];
+        create_half(half, part, arena, state);
+    }
+    return touch;
+}
+
+int touch_node_capacity(const Touch *touch, int which)
+{
+    return touch->body[which]->surface.node_count;
+}

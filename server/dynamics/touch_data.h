@@ -1,0 +1,124 @@
+// Private to the dynamics module: the data of a touch. touch_find.c finds what is near, once a
+// tick; touch.c is the law.
+#ifndef PLIANT_DYNAMICS_TOUCH_DATA_H
+#define PLIANT_DYNAMICS_TOUCH_DATA_H
+
+#include "dynamics/touch.h"
+#include "geometry/box.h"
+#include "geometry/distance.h"
+
+enum { TOUCH_PATCHES = 2 };
+
+// What a point remembers of the other surface; plain data, part of the state, whole words. All 0
+// when nothing is near.
+typedef struct TouchMemory {
+    int face[TOUCH_PATCHES]; // 1 + the nearest face of a patch; 0: none
+    int side[TOUCH_PATCHES]; // on which the point is: 1 outside, -1 inside
+    Vec3 bristle;            // of friction [m]
+} TouchMemory;
+
+// A face that a point can reach within the tick.
+typedef struct TouchPair {
+    int face;
+    int corner[3]; // numbers in TouchEnd
+    int patch;
+    unsigned border; // bit k: nothing that counts continues the surface across edge (k, k + 1);
+                     // bit 3 + k: around corner k
+} TouchPair;
+
+// A point that can reach the other surface within the tick.
+typedef struct TouchPoint {
+    int node;         // of its body
+    int own;          // its number in TouchEnd
+    int first, count; // of its pairs
+    double stiffness; // [N/m]
+    int under[3];     // nodes that carry it at the start of the tick, by `weight`
+    double weight[3];
+    int side[TOUCH_PATCHES];
+    Vec3 trial; // bristle of the current evaluation [m]
+} TouchPoint;
+
+// The nodes of one body that a touch reads and pushes.
+typedef struct TouchEnd {
+    Body *body;
+    int count;
+    int *node;   // [count]
+    int *number; // [node slots] of a node; -1
+    Vec3 *x, *v, *f;
+    // Of the search: all nodes in use, and their positions and velocities by node.
+    int used_count;
+    int *used;
+    Vec3 *place, *speed, *packed_place, *packed_speed;
+    double density; // mean mass of its free nodes per area of their faces [kg/m2]
+    double fastest; // [m/s]
+    Box box;
+} TouchEnd;
+
+// A face of the search.
+typedef struct TouchFace {
+    int face;
+    Vec3 center, normal; // unit
+    double radius;       // around the centre [m]
+} TouchFace;
+
+// Points of one body against faces of a body.
+typedef struct TouchHalf {
+    TouchEnd *points, *faces;
+    bool one_sided; // a point inside is pushed out; else it stays on the side that it came from
+    TouchMemory *memory; // [node slots], state
+    int point_count, point_capacity;
+    TouchPoint *point;
+    int pair_count, pair_capacity;
+    TouchPair *pair;
+    double *demand; // [node slots of faces] area that pushes on a corner [m2]
+    // Of the search.
+    int face_count;
+    TouchFace *face;
+    int64_t *stamp; // [face slots] the search in which a face was listed
+    int64_t search;
+    int *heir;   // [face slots] of a body whose topology changes, else NULL; 0 between changes
+    Vec3 low;    // of the grid
+    double cell; // its edge [m]
+    int cells[3];
+    int *cell_start; // [cell_capacity + 2]
+    int *cell_face;  // [entry_capacity]
+    int cell_capacity, entry_capacity;
+} TouchHalf;
+
+struct Touch {
+    TouchOptions options;
+    Body *body[2];
+    double tick; // [s]
+    TouchEnd end[2];
+    TouchHalf half[2];
+    int64_t *wait;       // ticks until the boxes of both bodies are looked at again; state
+    double damping_time; // [s]
+    double deepest;      // [m]
+    double slack;        // a point and a face come nearer by at most this within the tick [m]
+    double reach;        // of the search [m]
+    int64_t budget;      // exact distances left to the search of this tick
+    int64_t refused;
+    double depth, energy; // of the last evaluation [m], [J]
+};
+
+// touch_find.c
+void touch_search(Touch *touch);
+// Lists the nodes in use again.
+void touch_list_nodes(TouchEnd *end);
+
+// touch.c
+// Finds the signed distance of a point to one of its patches: negative across its side. Returns
+// false if nothing of the patch is in front of or behind it.
+typedef struct TouchGap {
+    double distance; // signed [m]
+    Vec3 out;        // unit, the direction in which the distance grows
+    const TouchPair *pair;
+    double weight[3]; // of the nearest point, on the pair's corners
+} TouchGap;
+// `x`: positions by the numbers of TouchPair.corner.
+bool touch_gap(const Vec3 *x, Vec3 at, const TouchPair *pair, int count, int patch, int side,
+               TouchGap *gap);
+// Computes the forces f of both ends at their x and v.
+void touch_evaluate(Touch *touch, double dt);
+
+#endif

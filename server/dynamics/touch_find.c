@@ -1,0 +1,741 @@
+// Finds the points and faces of a touch that can meet within a tick (README.md, "Contact between
+// bodies"): boxes of both bodies, a grid over the faces where they overlap, then the nearest faces
+// of each point and the side of them that it is on. Step thread, once a tick.
+#include "dynamics/touch_data.h"
+
+#include <string.h>
+
+enum {
+    NEAR = 16,      // faces near a point, at most
+    MOST_WAIT = 16, // ticks between two looks at bodies that are apart
+    BUDGET = 16,    // exact distances in a tick for each node, at most
+};
+// Bodies that are apart may speed up by this before they are looked at again [m/s].
+static const double SPARE_SPEED = 0.5;
+// Speed of a body beyond which its contact is searched no farther [m/s].
+static const double MOST_SPEED = 2.0;
+// Cosine between the normals of a point and a face of solids beyond which they are no two surfaces
+// in contact but front and back of a thin part.
+static const double ALIGNED = 0.25;
+// Overlap beyond which a point is forgotten, relative to the longest edge.
+static const double DEEPEST = 4.0;
+
+// A face near a point.
+typedef struct Near {
+    int face;
+    ClosestPair at;
+    int patch; // -1: none yet
+} Near;
+
+// ---------------------------------------------------------------------------------------------
+// Bodies
+
+void touch_list_nodes(TouchEnd *end)
+{
+    const BodySurface *surface = &end->body->surface;
+    end->used_count = 0;
+    for (int i = 0; i < surface->node_count; i++)
+        if (surface->node_face_end[i] > surface->node_face_start[i])
+            end->used[end->used_count++] = i;
+    double mass = 0.0, area = 0.0;
+    for (int i = 0; i < end->used_count; i++) {
+        if (end->body->ops->is_fixed(end->body->model, end->used[i]))
+            continue;
+        mass += surface->node_mass[end->used[i]];
+        area += surface->node_area[end->used[i]];
+    }
+    // A body of which all is fixed is as heavy as need be.
+    end->density = area > 0.0 ? mass / area : 1e9;
+}
+
+// Reads all nodes of a body, their box and the largest speed.
+static void read_body(TouchEnd *end)
+{
+    const Body *body = end->body;
+    body->ops->read_nodes(body->model, end->used, end->used_count, end->packed_place,
+                          end->packed_speed);
+    end->box = box_empty();
+    double fastest = 0.0;
+    for (int i = 0; i < end->used_count; i++) {
+        const Vec3 x = end->packed_place[i], v = end->packed_speed[i];
+        end->place[end->used[i]] = x;
+        box_add(&end->box, x);
+        fastest = fmax(fastest, vec3_dot(v, v));
+    }
+    end->fastest = fmin(sqrt(fastest), MOST_SPEED);
+}
+
+static void forget_numbers(TouchEnd *end)
+{
+    for (int i = 0; i < end->count; i++)
+        end->number[end->node[i]] = -1;
+    end->count = 0;
+}
+
+static int number_of(TouchEnd *end, int node)
+{
+    if (end->number[node] < 0) {
+        end->number[node] = end->count;
+        end->node[end->count++] = node;
+    }
+    return end->number[node];
+}
+
+// Returns the distance between two boxes; 0 if they overlap.
+static double gap_of(const Box *a, const Box *b)
+{
+    double sum = 0.0;
+    for (int c = 0; c < 3; c++) {
+        const double gap = fmax(0.0, fmax(a->low[c] - b->high[c], b->low[c] - a->high[c]));
+        sum += gap * gap;
+    }
+    return sqrt(sum);
+}
+
+static Box common_box(const Box *a, const Box *b, double margin)
+{
+    Box box;
+    for (int c = 0; c < 3; c++) {
+        box.low[c] = fmax(a->low[c], b->low[c]) - margin;
+        box.high[c] = fmin(a->high[c], b->high[c]) + margin;
+    }
+    return box;
+}
+
+static bool is_empty(const Box *box)
+{
+    return box->low[0] > box->high[0] || box->low[1] > box->high[1] || box->low[2] > box->high[2];
+}
+
+static bool box_has(const Box *box, Vec3 x)
+{
+    return x.x >= box->low[0] && x.x <= box->high[0] && x.y >= box->low[1] && x.y <= box->high[1] &&
+           x.z >= box->low[2] && x.z <= box->high[2];
+}
+
+// ---------------------------------------------------------------------------------------------
+// Grid
+
+static void add_face(TouchHalf *half, int face)
+{
+    const Vec3 *place = half->faces->place;
+    const int *corner = half->faces->body->surface.face[face];
+    const Vec3 a = place[corner[0]], b = place[corner[1]], c = place[corner[2]];
+    TouchFace *at = &half->face[half->face_count++];
+    at->face = face;
+    at->center = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(a, b), c));
+    at->normal = vec3_unit(vec3_cross(vec3_sub(b, a), vec3_sub(c, a)));
+    const Vec3 arm[3] = {vec3_sub(a, at->center), vec3_sub(b, at->center), vec3_sub(c, at->center)};
+    at->radius = sqrt(
+        fmax(vec3_dot(arm[0], arm[0]), fmax(vec3_dot(arm[1], arm[1]), vec3_dot(arm[2], arm[2]))));
+}
+
+// Lists the faces around the nodes in a box that is wide enough for faces whose corners all lie
+// outside of `box`.
+static void list_faces(TouchHalf *half, const Box *box)
+{
+    const TouchEnd *end = half->faces;
+    const BodySurface *surface = &end->body->surface;
+    Box wide = *box;
+    box_grow(&wide, 1.16 * surface->longest_edge); // as CONTACT_FACE_REACH
+    half->search++;
+    for (int i = 0; i < end->used_count; i++) {
+        if (!box_has(&wide, end->packed_place[i]))
+            continue;
+        const int node = end->used[i];
+        for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
+            const int face = surface->node_face[k];
+            if (half->stamp[face] == half->search)
+                continue;
+            half->stamp[face] = half->search;
+            add_face(half, face);
+        }
+    }
+}
+
+typedef struct CellRange {
+    int low[3], high[3];
+} CellRange;
+
+// Returns the cells that a face within reach of a point can be asked for in.
+static CellRange cells_of(const TouchHalf *half, const TouchFace *face, double reach)
+{
+    const double center[3] = {face->center.x - half->low.x, face->center.y - half->low.y,
+                              face->center.z - half->low.z};
+    const double around = face->radius + reach;
+    CellRange range;
+    for (int c = 0; c < 3; c++) {
+        const double last = half->cells[c] - 1, inverse = 1.0 / half->cell;
+        const double low = floor((center[c] - around) * inverse),
+                     high = floor((center[c] + around) * inverse);
+        // An empty range stays empty.
+        range.low[c] = (int)fmin(fmax(low, 0.0), last + 1.0);
+        range.high[c] = (int)fmax(fmin(high, last), -1.0);
+    }
+    return range;
+}
+
+static int cell_number(const TouchHalf *half, int i, int j, int k)
+{
+    return (k * half->cells[1] + j) * half->cells[0] + i;
+}
+
+// Counts the faces of each cell. Returns false if there are too many entries.
+static bool count_cells(TouchHalf *half, double reach)
+{
+    const int cells = half->cells[0] * half->cells[1] * half->cells[2];
+    memset(half->cell_start, 0, (size_t)(cells + 1) * sizeof *half->cell_start);
+    int64_t entries = 0;
+    for (int f = 0; f < half->face_count; f++) {
+        const CellRange r = cells_of(half, &half->face[f], reach);
+        for (int k = r.low[2]; k <= r.high[2]; k++)
+            for (int j = r.low[1]; j <= r.high[1]; j++)
+                for (int i = r.low[0]; i <= r.high[0]; i++, entries++)
+                    half->cell_start[cell_number(half, i, j, k) + 1]++;
+    }
+    return entries <= half->entry_capacity;
+}
+
+// Sorts the faces into cells, each face into all from which a point can reach it: a point asks one.
+static void fill_cells(TouchHalf *half, double reach)
+{
+    const int cells = half->cells[0] * half->cells[1] * half->cells[2];
+    for (int c = 0; c < cells; c++)
+        half->cell_start[c + 1] += half->cell_start[c];
+    // Backwards, so that starts become those of the cells and faces ascend.
+    for (int f = half->face_count - 1; f >= 0; f--) {
+        const CellRange r = cells_of(half, &half->face[f], reach);
+        for (int k = r.low[2]; k <= r.high[2]; k++)
+            for (int j = r.low[1]; j <= r.high[1]; j++)
+                for (int i = r.low[0]; i <= r.high[0]; i++)
+                    half->cell_face[--half->cell_start[cell_number(half, i, j, k) + 1]] = f;
+    }
+}
+
+// The start of cell c is kept one place later by fill_cells.
+static int start_of(const TouchHalf *half, int cell)
+{
+    return half->cell_start[cell + 1];
+}
+
+static int end_of(const TouchHalf *half, int cell, int entries)
+{
+    const int cells = half->cells[0] * half->cells[1] * half->cells[2];
+    return cell + 1 < cells ? half->cell_start[cell + 2] : entries;
+}
+
+// Builds the grid over a box. Returns the number of entries.
+static int build_grid(TouchHalf *half, const Box *box, double reach)
+{
+    double widest = 0.0;
+    for (int f = 0; f < half->face_count; f++)
+        widest = fmax(widest, half->face[f].radius);
+    half->low = box_low(box);
+    const Vec3 size = box_size(box);
+    const double side[3] = {size.x, size.y, size.z};
+    // Larger cells until their number and that of the entries fit: one cell always does.
+    for (half->cell = reach + widest;; half->cell *= 2.0) {
+        double cells = 1.0;
+        for (int c = 0; c < 3; c++) {
+            const double along = floor(side[c] / half->cell) + 1.0;
+            cells *= along;
+            half->cells[c] = (int)fmin(along, 1e6);
+        }
+        if (cells <= half->cell_capacity && count_cells(half, reach))
+            break;
+    }
+    const int count = half->cells[0] * half->cells[1] * half->cells[2];
+    int entries = 0;
+    for (int c = 0; c < count; c++)
+        entries += half->cell_start[c + 1];
+    fill_cells(half, reach);
+    return entries;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Faces near a point
+
+static Vec3 point_normal(const TouchEnd *end, int node)
+{
+    const BodySurface *surface = &end->body->surface;
+    Vec3 sum = {0.0, 0.0, 0.0};
+    for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
+        const int *corner = surface->face[surface->node_face[k]];
+        const Vec3 a = end->place[corner[0]];
+        sum = vec3_add(sum, vec3_cross(vec3_sub(end->place[corner[1]], a),
+                                       vec3_sub(end->place[corner[2]], a)));
+    }
+    return vec3_unit(sum);
+}
+
+static Vec3 face_normal(const TouchEnd *end, int face)
+{
+    const int *corner = end->body->surface.face[face];
+    const Vec3 a = end->place[corner[0]];
+    return vec3_unit(
+        vec3_cross(vec3_sub(end->place[corner[1]], a), vec3_sub(end->place[corner[2]], a)));
+}
+
+// True if two faces have a corner in common.
+static bool is_beside(const BodySurface *surface, int a, int b)
+{
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            if (surface->face[a][i] == surface->face[b][k])
+                return true;
+    return false;
+}
+
+// What a point looks for.
+typedef struct Look {
+    int node;
+    Vec3 at, normal;
+    bool normal_counts;
+    double least; // nearest so far [m]
+    int count;
+    Near near[NEAR];
+} Look;
+
+// True if a point ignores a face.
+static bool ignores(const Look *look, Vec3 normal)
+{
+    return look->normal_counts && vec3_dot(look->normal, normal) > ALIGNED;
+}
+
+static void read_corners(const TouchEnd *end, int face, Vec3 x[3])
+{
+    for (int k = 0; k < 3; k++)
+        x[k] = end->place[end->body->surface.face[face][k]];
+}
+
+// Adds a face in the order of distance; drops the farthest if there is no space.
+static void insert_near(Look *look, int face, const ClosestPair *at)
+{
+    const bool full = look->count == NEAR;
+    if (full && at->distance >= look->near[NEAR - 1].at.distance)
+        return;
+    int i = full ? NEAR - 1 : look->count++;
+    for (; i > 0 && look->near[i - 1].at.distance > at->distance; i--)
+        look->near[i] = look->near[i - 1];
+    look->near[i] = (Near){.face = face, .at = *at, .patch = -1};
+}
+
+static double distance_to(const TouchHalf *half, Vec3 at, int face, ClosestPair *pair)
+{
+    Vec3 x[3];
+    read_corners(half->faces, face, x);
+    distance_point_triangle(at, x, pair);
+    return pair->distance;
+}
+
+static bool is_known(const Look *look, int face)
+{
+    for (int i = 0; i < look->count; i++)
+        if (look->near[i].face == face)
+            return true;
+    return false;
+}
+
+// Goes from a remembered face to the nearest around it, again and again: also deep inside, a point
+// finds the surface that it came through. Returns that face, or -1 if it is too far.
+static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int face,
+                ClosestPair *nearest)
+{
+    enum { STEPS = 16 };
+    const BodySurface *surface = &half->faces->body->surface;
+    double least = distance_to(half, look->at, face, nearest);
+    if (ignores(look, face_normal(half->faces, face)))
+        least = (double)INFINITY;
+    for (int step = 0, from = -1; step < STEPS && from != face; step++) {
+        const ClosestPair here = *nearest;
+        from = face;
+        // Above the inside of a face no step is nearer at once.
+        const bool inside = here.weight[0] > 0.0 && here.weight[1] > 0.0 && here.weight[2] > 0.0;
+        for (int c = 0; c < 3 && !(inside && least < (double)INFINITY); c++) {
+            const int node = surface->face[from][c];
+            const bool away = here.weight[c] == 0.0 && least < (double)INFINITY;
+            for (int k = surface->node_face_start[node]; k < surface->node_face_end[node] && !away;
+                 k++) {
+                const int other = surface->node_face[k];
+                ClosestPair at;
+                if (other == from || ignores(look, face_normal(half->faces, other)) ||
+                    !(distance_to(half, look->at, other, &at) < least))
+                    continue;
+                least = at.distance;
+                *nearest = at;
+                face = other;
+            }
+        }
+    }
+    return least < touch->deepest ? face : -1;
+}
+
+static void try_face(const TouchHalf *half, Look *look, int face, double limit)
+{
+    ClosestPair at;
+    if (face < 0 || is_known(look, face) || ignores(look, face_normal(half->faces, face)) ||
+        distance_to(half, look->at, face, &at) > limit)
+        return;
+    look->least = fmin(look->least, at.distance);
+    insert_near(look, face, &at);
+}
+
+// Adds a face and those around it that may be the nearest within the tick. A point of these within
+// reach lies at most `clear` from the nearest point of the face, so that only its corners and edges
+// nearer than that count; twice that, for folds.
+static void add_around(const Touch *touch, const TouchHalf *half, Look *look, int face,
+                       const ClosestPair *nearest)
+{
+    const BodySurface *surface = &half->faces->body->surface;
+    const double limit = nearest->distance + 2.0 * touch->slack,
+                 clear = 4.0 * (nearest->distance + touch->slack);
+    Vec3 x[3];
+    read_corners(half->faces, face, x);
+    try_face(half, look, face, limit);
+    for (int c = 0; c < 3; c++) {
+        const int node = surface->face[face][c];
+        const Vec3 arm = vec3_sub(nearest->on_triangle, x[c]);
+        const bool around = vec3_dot(arm, arm) <= clear * clear;
+        for (int k = surface->node_face_start[node]; k < surface->node_face_end[node] && around;
+             k++)
+            try_face(half, look, surface->node_face[k], limit);
+        if (distance_point_segment(nearest->on_triangle, x[c], x[(c + 1) % 3]) <= clear)
+            try_face(half, look, surface->face_neighbor[face][c], limit);
+    }
+}
+
+// Finds the faces that may be the nearest within the tick.
+static void find_near(Touch *touch, TouchHalf *half, Look *look, int first, int end)
+{
+    for (int e = first; e < end && touch->budget > 0; e++) {
+        const TouchFace *face = &half->face[half->cell_face[e]];
+        const Vec3 arm = vec3_sub(look->at, face->center);
+        const double limit = fmin(touch->reach, look->least + 2.0 * touch->slack);
+        const double around = limit + face->radius, plane = vec3_dot(arm, face->normal);
+        if (vec3_dot(arm, arm) > around * around || fabs(plane) > limit ||
+            ignores(look, face->normal) || is_known(look, face->face))
+            continue;
+        touch->budget--;
+        Vec3 x[3];
+        ClosestPair at;
+        read_corners(half->faces, face->face, x);
+        distance_point_triangle(look->at, x, &at);
+        if (at.distance > limit)
+            continue;
+        look->least = fmin(look->least, at.distance);
+        insert_near(look, face->face, &at);
+    }
+    // The limit fell meanwhile.
+    const double limit = look->least + 2.0 * touch->slack;
+    while (half->one_sided && look->count > 0 && look->near[look->count - 1].at.distance > limit)
+        look->count--;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Patches and sides
+
+// Sets the bits of TouchPair.border.
+static unsigned borders_of(const TouchHalf *half, const Look *look, int face)
+{
+    const BodySurface *surface = &half->faces->body->surface;
+    unsigned border = 0;
+    for (int k = 0; k < 3; k++) {
+        const int across = surface->face_neighbor[face][k];
+        const bool ends = across < 0 || ignores(look, face_normal(half->faces, across));
+        border |= ends ? 1U << k | 1U << (3 + k) | 1U << (3 + (k + 1) % 3) : 0U;
+        // A border that only reaches the corner.
+        const int node = surface->face[face][k];
+        for (int j = surface->node_face_start[node];
+             j < surface->node_face_end[node] && !surface->solid; j++) {
+            const int other = surface->node_face[j];
+            for (int c = 0; c < 3; c++)
+                if (surface->face_neighbor[other][c] < 0 &&
+                    (surface->face[other][c] == node || surface->face[other][(c + 1) % 3] == node))
+                    border |= 1U << (3 + k);
+        }
+    }
+    return border;
+}
+
+// Gives all near faces that are connected with those of a patch to it.
+static void spread_patch(const BodySurface *surface, Look *look, int patch)
+{
+    for (bool again = true; again;) {
+        again = false;
+        for (int i = 0; i < look->count; i++)
+            for (int k = 0; k < look->count && look->near[i].patch < 0; k++)
+                if (look->near[k].patch == patch &&
+                    is_beside(surface, look->near[i].face, look->near[k].face)) {
+                    look->near[i].patch = patch;
+                    again = true;
+                }
+    }
+}
+
+// Moves the near faces of a patch into pairs whose corners are nodes, nearest first. Returns their
+// number.
+static int make_pairs(const TouchHalf *half, const Look *look, int patch, TouchPair *pair)
+{
+    const BodySurface *surface = &half->faces->body->surface;
+    int count = 0;
+    for (int i = 0; i < look->count; i++) {
+        if (look->near[i].patch != patch)
+            continue;
+        pair[count] = (TouchPair){.face = look->near[i].face, .patch = patch};
+        memcpy(pair[count].corner, surface->face[look->near[i].face], sizeof pair->corner);
+        pair[count].border = borders_of(half, look, look->near[i].face);
+        count++;
+    }
+    return count;
+}
+
+// Returns the side of a patch on which a point is: the remembered one, unless the point has come to
+// its border; else the one that is seen. 0: none, at a border or in the patch.
+static int side_of(const TouchHalf *half, const Look *look, int remembered, const TouchPair *pair,
+                   int count, int patch)
+{
+    TouchGap gap;
+    if (half->one_sided)
+        return 1;
+    if (!touch_gap(half->faces->place, look->at, pair, count, patch, 1, &gap))
+        return 0;
+    if (remembered != 0)
+        return remembered;
+    return gap.distance < 0.0 ? -1 : 1;
+}
+
+// Gives near faces to the patches around what the point remembers.
+static void recall_patches(const BodySurface *surface, Look *look, const TouchMemory *memory)
+{
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+        const int from = memory->face[patch] - 1;
+        for (int i = 0; i < look->count && from >= 0; i++)
+            if (look->near[i].patch < 0 && is_beside(surface, look->near[i].face, from))
+                look->near[i].patch = patch;
+        spread_patch(surface, look, patch);
+    }
+}
+
+// Finds the patches near a point: those that it remembers, then others, the nearest first. Returns
+// the number of pairs.
+static int find_patches(const TouchHalf *half, Look *look, const TouchMemory *memory,
+                        int side[TOUCH_PATCHES], TouchPair *pair)
+{
+    const BodySurface *surface = &half->faces->body->surface;
+    int count = 0;
+    if (!half->one_sided)
+        recall_patches(surface, look, memory);
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+        bool has = false;
+        int next = -1;
+        for (int i = look->count - 1; i >= 0; i--) {
+            has |= look->near[i].patch == patch;
+            next = look->near[i].patch < 0 ? i : next;
+        }
+        if (half->one_sided) // all of it is one surface
+            for (int i = 0; i < look->count && patch == 0; i++)
+                look->near[i].patch = 0;
+        else if (!has && next >= 0) {
+            look->near[next].patch = patch;
+            spread_patch(surface, look, patch);
+        }
+        const int more = make_pairs(half, look, patch, &pair[count]);
+        side[patch] = more == 0 ? 0
+                                : side_of(half, look, has ? memory->side[patch] : 0, &pair[count],
+                                          more, patch);
+        count += side[patch] != 0 ? more : 0;
+    }
+    return count;
+}
+
+// Sets what a point remembers: the nearest face of each patch.
+static void remember(TouchMemory *memory, const int side[TOUCH_PATCHES], const TouchPair *pair,
+                     int count)
+{
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+        memory->face[patch] = memory->side[patch] = 0;
+        for (int i = count - 1; i >= 0; i--)
+            if (pair[i].patch == patch) {
+                memory->face[patch] = pair[i].face + 1;
+                memory->side[patch] = side[patch];
+            }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Points
+
+// Returns the stiffness of a point before corners are shared.
+static double stiffness_of(const Touch *touch, const TouchHalf *half, int node)
+{
+    const Body *own = half->points->body, *other = half->faces->body;
+    const double mass = own->surface.node_mass[node], area = own->surface.node_area[node];
+    const double from_own = own->contact_lambda * mass,
+                 from_other = other->contact_lambda * half->faces->density * area;
+    return touch->options.stiffness / 6.0 * (mass > 0.0 ? fmin(from_own, from_other) : from_other);
+}
+
+// Adds a point that can meet the other surface in this tick; returns false without space.
+static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TOUCH_PATCHES],
+                      const TouchPair *pair, int count, const TouchGap *nearest)
+{
+    if (half->point_count == half->point_capacity || half->pair_count + count > half->pair_capacity)
+        return false;
+    TouchPoint *point = &half->point[half->point_count++];
+    *point = (TouchPoint){.node = node,
+                          .own = number_of(half->points, node),
+                          .first = half->pair_count,
+                          .count = count};
+    memcpy(point->side, side, sizeof point->side);
+    point->stiffness = stiffness_of(touch, half, node);
+    // What it asks of the corners beneath it.
+    for (int k = 0; k < 3; k++) {
+        point->under[k] = nearest->pair->corner[k];
+        point->weight[k] = nearest->weight[k];
+        half->demand[point->under[k]] += nearest->weight[k] * point->stiffness;
+    }
+    for (int i = 0; i < count; i++) {
+        TouchPair *own = &half->pair[half->pair_count++];
+        *own = pair[i];
+        for (int k = 0; k < 3; k++)
+            own->corner[k] = number_of(half->faces, pair[i].corner[k]);
+    }
+    return true;
+}
+
+// Looks around one point. Returns true if it can meet anything in this tick.
+static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int end)
+{
+    TouchMemory *memory = &half->memory[node];
+    Look look = {.node = node, .at = half->points->place[node], .least = (double)INFINITY};
+    TouchPair pair[NEAR];
+    int side[TOUCH_PATCHES];
+    look.normal_counts = half->points->body->surface.solid && half->faces->body->surface.solid;
+    if (look.normal_counts)
+        look.normal = point_normal(half->points, node);
+    bool inside = false; // what it came through decides alone
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+        const int face = memory->face[patch] - 1;
+        ClosestPair at;
+        const int now = face >= 0 ? walk(touch, half, &look, face, &at) : -1;
+        memory->face[patch] = now + 1;
+        if (now < 0)
+            continue;
+        add_around(touch, half, &look, now, &at);
+        inside |= half->one_sided &&
+                  vec3_dot(vec3_sub(look.at, at.on_triangle), face_normal(half->faces, now)) < 0.0;
+    }
+    if (!inside)
+        find_near(touch, half, &look, first, end);
+    if (look.count == 0) {
+        *memory = (TouchMemory){.face = {0, 0}};
+        return false;
+    }
+    const int count = find_patches(half, &look, memory, side, pair);
+    remember(memory, side, pair, count);
+    // The nearest of what it can meet.
+    TouchGap nearest = {.distance = (double)INFINITY}, gap;
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++)
+        if (touch_gap(half->faces->place, look.at, pair, count, patch, side[patch], &gap) &&
+            gap.distance < nearest.distance)
+            nearest = gap;
+    if (!(nearest.distance < touch->reach))
+        *memory = (TouchMemory){.face = {0, 0}};
+    if (!(nearest.distance < touch->slack))
+        return false;
+    const bool added = add_point(touch, half, node, side, pair, count, &nearest);
+    touch->refused += !added;
+    return added;
+}
+
+static void search_half(Touch *touch, TouchHalf *half, const Box *box)
+{
+    const TouchEnd *points = half->points;
+    half->point_count = half->pair_count = 0;
+    half->face_count = 0;
+    if (!is_empty(box))
+        list_faces(half, box);
+    const int entries = half->face_count > 0 ? build_grid(half, box, touch->reach) : 0;
+    for (int i = 0; i < points->used_count; i++) {
+        const Vec3 x = points->packed_place[i];
+        int first = 0, end = 0;
+        if (half->face_count > 0 && box_has(box, x)) {
+            const double at[3] = {x.x - half->low.x, x.y - half->low.y, x.z - half->low.z};
+            int cell[3];
+            for (int c = 0; c < 3; c++)
+                cell[c] = (int)fmin(floor(at[c] / half->cell), half->cells[c] - 1);
+            const int number = cell_number(half, cell[0], cell[1], cell[2]);
+            first = start_of(half, number);
+            end = end_of(half, number, entries);
+        }
+        TouchMemory *memory = &half->memory[points->used[i]];
+        if (end == first && memory->face[0] == 0 && memory->face[1] == 0)
+            continue;
+        if (!look_around(touch, half, points->used[i], first, end))
+            memory->bristle = (Vec3){0.0, 0.0, 0.0};
+    }
+}
+
+// Softens points whose corners would get more than the bound of the other body allows (README.md,
+// "Contact between bodies").
+static void share_corners(Touch *touch, TouchHalf *half)
+{
+    const Body *body = half->faces->body;
+    const BodySurface *surface = &body->surface;
+    for (int i = 0; i < half->point_count; i++) {
+        TouchPoint *point = &half->point[i];
+        double least = 1.0;
+        for (int k = 0; k < 3; k++) {
+            const int corner = point->under[k];
+            const double mass = surface->node_mass[corner], asked = half->demand[corner];
+            if (mass > 0.0 && asked > 0.0 && !body->ops->is_fixed(body->model, corner))
+                least = fmin(least,
+                             touch->options.stiffness / 3.0 * body->contact_lambda * mass / asked);
+        }
+        point->stiffness *= least;
+    }
+    for (int i = 0; i < half->point_count; i++)
+        for (int k = 0; k < 3; k++)
+            half->demand[half->point[i].under[k]] = 0.0;
+}
+
+// Sets how far this tick's search reaches. The slack is the way of both bodies in a tick, by half
+// more than at their speeds now.
+static void set_reach(Touch *touch)
+{
+    const Body *a = touch->body[0], *b = touch->body[1];
+    const double longest = fmax(a->surface.longest_edge, b->surface.longest_edge),
+                 edge = fmin(a->surface.longest_edge, b->surface.longest_edge);
+    const double speed = touch->end[0].fastest + touch->end[1].fastest;
+    touch->slack = 1.5 * touch->tick * speed + 0.01 * edge;
+    touch->reach = 2.0 * touch->slack;
+    touch->deepest = DEEPEST * longest;
+}
+
+void touch_search(Touch *touch)
+{
+    for (int e = 0; e < 2; e++)
+        forget_numbers(&touch->end[e]);
+    for (int k = 0; k < 2; k++)
+        touch->half[k].point_count = touch->half[k].pair_count = 0;
+    if (*touch->wait > 0) {
+        --*touch->wait;
+        return;
+    }
+    for (int e = 0; e < 2; e++)
+        read_body(&touch->end[e]);
+    set_reach(touch);
+    const TouchEnd *first = &touch->end[0], *second = &touch->end[1];
+    // Far apart: nothing until they can have met.
+    const double apart = gap_of(&first->box, &second->box) - touch->reach;
+    const double speed = first->fastest + second->fastest + 2.0 * SPARE_SPEED;
+    if (apart > 0.0)
+        *touch->wait = (int64_t)fmin(apart / (touch->tick * speed), MOST_WAIT);
+    touch->budget = BUDGET * (int64_t)(first->used_count + second->used_count);
+    const Box box = common_box(&first->box, &second->box, touch->reach);
+    for (int k = 0; k < 2; k++)
+        search_half(touch, &touch->half[k], &box);
+    touch->refused += touch->budget <= 0;
+    for (int k = 0; k < 2; k++)
+        share_corners(touch, &touch->half[k]);
+}

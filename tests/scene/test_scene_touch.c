@@ -1,0 +1,552 @@
+// Bodies that touch each other: the law, momentum, energy, what rests, what is refused.
+#include "effort.h"
+#include "touching_bodies.h"
+
+// --- the law -------------------------------------------------------------------------------------
+
+static double component(Vec3 *x, int axis)
+{
+    return axis == 0 ? x->x : axis == 1 ? x->y : x->z;
+}
+
+static void shift(Vec3 *x, int axis, double by)
+{
+    if (axis == 0)
+        x->x += by;
+    else if (axis == 1)
+        x->y += by;
+    else
+        x->z += by;
+}
+
+// At rest in some overlap: each force against the difference of energies.
+static void expect_gradient(Run *run)
+{
+    Touch *touch = touch_of(run);
+    touch_begin_tick(touch);
+    read_still(touch);
+    touch_evaluate(touch, 0.0);
+    assert_true(touch->energy > 0.0);
+    double largest = 0.0;
+    for (int e = 0; e < 2; e++)
+        for (int i = 0; i < touch->end[e].count; i++)
+            largest = fmax(largest, vec3_length(touch->end[e].f[i]));
+    const double step = 1e-4 * touch->depth;
+    for (int e = 0; e < 2; e++)
+        for (int i = 0; i < touch->end[e].count; i++) {
+            Vec3 force;
+            touch_evaluate(touch, 0.0);
+            force = touch->end[e].f[i];
+            for (int axis = 0; axis < 3; axis++) {
+                double energy[2];
+                for (int side = 0; side < 2; side++) {
+                    const Vec3 kept = touch->end[e].x[i];
+                    shift(&touch->end[e].x[i], axis, side == 0 ? -step : step);
+                    touch_evaluate(touch, 0.0);
+                    energy[side] = touch->energy;
+                    touch->end[e].x[i] = kept;
+                }
+                const double slope = (energy[1] - energy[0]) / (2.0 * step);
+                if (fabs(slope + component(&force, axis)) > 1e-6 * largest)
+                    printf("end %d node %d axis %d: %g against %g of %g\n", e, i, axis, -slope,
+                           component(&force, axis), largest);
+                expect_at_most(fabs(slope + component(&force, axis)), 1e-6 * largest);
+            }
+        }
+}
+
+// Presses the second of two bodies onto the first.
+#define PRESS                                                                                      \
+    "loads = ( { body = \"two\"; center = [0, 0, 0.02]; radius = 0.1; force = [0, 0, -0.5];\n"     \
+    "  duration = 1.0; } );\n"
+
+static const char *const PAIRS[][2] = {
+    {CUBE("one", "translation = [-0.0213, -0.0197, -0.04];", ""),
+     CUBE("two", "translation = [-0.0101, -0.0053, 0.001]; rotation = [0.05, -0.03, 0.4];", "")},
+    {BALL("one", "translation = [0.0, 0.0, -0.02];", ""),
+     BALL("two", "translation = [0.0031, 0.0017, 0.0209]; rotation = [0.3, 0.2, 0.1];", "")},
+    {CUBE("one", "translation = [-0.0213, -0.0197, -0.04];", ""),
+     BALL("two", "translation = [0.0031, 0.0017, 0.0209]; rotation = [0.3, 0.2, 0.1];", "")},
+};
+
+static void forces_are_the_gradient_of_the_energy(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 3; k++) {
+        char text[4096];
+        Run run;
+        snprintf(text, sizeof text, DOUBLE "bodies = ( %s, %s );\n" TOUCH("") PRESS, PAIRS[k][0],
+                 PAIRS[k][1]);
+        run_create(&run, text);
+        for (int i = 0; i < 200 && touch_of(&run)->depth < 5e-4; i++)
+            sim_step(run.world.sim);
+        expect_gradient(&run);
+        run_destroy(&run);
+    }
+}
+
+// --- pushes --------------------------------------------------------------------------------------
+
+// Surfaces as they are at the end, with an exact test of its own: which nodes of one body are
+// inside of the other, and how deep.
+typedef struct Shell {
+    int nodes, faces;
+    Vec3 *x;
+    const int (*face)[3];
+    bool *used;
+} Shell;
+
+static Shell shell_of(Run *run, int b)
+{
+    const Body *body = sim_body(run->world.sim, b);
+    const BodySurface *surface = &body->surface;
+    Shell shell = {surface->node_count, surface->face_used, NULL, surface->face, NULL};
+    shell.x = calloc((size_t)shell.nodes, sizeof *shell.x);
+    shell.used = calloc((size_t)shell.nodes, sizeof *shell.used);
+    for (int i = 0; i < shell.nodes; i++) {
+        shell.used[i] = surface->node_face_end[i] > surface->node_face_start[i];
+        if (shell.used[i])
+            body->ops->read_nodes(body->model, &i, 1, &shell.x[i], NULL);
+    }
+    return shell;
+}
+
+static void shell_free(Shell *shell)
+{
+    free(shell->x);
+    free(shell->used);
+}
+
+static bool is_face(const Shell *shell, int f)
+{
+    return shell->face[f][0] != shell->face[f][1];
+}
+
+// The number of times that a closed surface winds around a point: by its solid angles (van Oosterom
+// and Strackee 1983).
+static double winding(const Shell *shell, Vec3 p)
+{
+    double sum = 0.0;
+    for (int f = 0; f < shell->faces; f++) {
+        if (!is_face(shell, f))
+            continue;
+        Vec3 a = vec3_sub(shell->x[shell->face[f][0]], p),
+             b = vec3_sub(shell->x[shell->face[f][1]], p),
+             c = vec3_sub(shell->x[shell->face[f][2]], p);
+        const double la = vec3_length(a), lb = vec3_length(b), lc = vec3_length(c);
+        const double triple = vec3_dot(a, vec3_cross(b, c));
+        sum += 2.0 * atan2(triple, la * lb * lc + vec3_dot(a, b) * lc + vec3_dot(b, c) * la +
+                                       vec3_dot(c, a) * lb);
+    }
+    return sum / (4.0 * acos(-1.0));
+}
+
+static double nearest_distance(const Shell *shell, Vec3 p, Vec3 *normal, Vec3 *away)
+{
+    double least = (double)INFINITY;
+    for (int f = 0; f < shell->faces; f++) {
+        Vec3 x[3];
+        ClosestPair pair;
+        if (!is_face(shell, f))
+            continue;
+        for (int k = 0; k < 3; k++)
+            x[k] = shell->x[shell->face[f][k]];
+        distance_point_triangle(p, x, &pair);
+        if (pair.distance >= least)
+            continue;
+        least = pair.distance;
+        *away = vec3_sub(p, pair.on_triangle);
+        *normal = vec3_unit(vec3_cross(vec3_sub(x[1], x[0]), vec3_sub(x[2], x[0])));
+    }
+    return least;
+}
+
+// The deepest node of `points` inside of `closed` [m].
+static double depth_inside(const Shell *points, const Shell *closed)
+{
+    double deepest = 0.0;
+    Vec3 normal, away;
+    for (int i = 0; i < points->nodes; i++)
+        if (points->used[i] && winding(closed, points->x[i]) > 0.5)
+            deepest = fmax(deepest, nearest_distance(closed, points->x[i], &normal, &away));
+    return deepest;
+}
+
+// The deepest node below a sheet that faces up [m].
+static double depth_below(const Shell *points, const Shell *sheet)
+{
+    double deepest = 0.0;
+    Vec3 normal, away;
+    for (int i = 0; i < points->nodes; i++)
+        if (points->used[i]) {
+            const double distance = nearest_distance(sheet, points->x[i], &normal, &away);
+            if (vec3_dot(normal, away) < 0.0)
+                deepest = fmax(deepest, distance);
+        }
+    return deepest;
+}
+
+static const char *const KINDS[] = {
+    "{ name = \"%s\"; mesh = { generator = \"sphere\"; nodes = 162; radius = 0.02; place = { %s }; "
+    "};\n  shape = { frame = \"body\"; }; integrator = \"leapfrog\"; }",
+    "{ name = \"%s\"; model = \"voxel\"; voxels = { generator = \"box\"; count = [4, 4, 4];\n"
+    "  size = 0.01; place = { %s }; }; integrator = \"leapfrog\"; }",
+    "{ name = \"%s\"; model = \"voxel\"; voxels = { generator = \"ball\"; radius = 0.02;\n"
+    "  size = 0.005; place = { %s }; }; integrator = \"leapfrog\"; }",
+    "{ name = \"%s\"; mesh = { generator = \"sheet\"; columns = 13; rows = 13; width = 0.12;\n"
+    "  height = 0.12; place = { %s }; }; integrator = \"leapfrog\"; material = {};\n"
+    "  fixed = ( { box = ([-1, -1, -1], [-0.0599, 1, 1]); }, { box = ([0.0599, -1, -1], [1, 1, "
+    "1]); },\n"
+    "    { box = ([-1, -1, -1], [1, -0.0599, 1]); }, { box = ([-1, 0.0599, -1], [1, 1, 1]); } ); }",
+};
+static const double OUTER[] = {0.02, 0.0347, 0.026, 0.0};
+enum { BALL_KIND, CUBE_KIND, LUMP_KIND, SHEET_KIND };
+
+typedef struct Push {
+    int kind[2];
+    double speed; // of the approach
+    // Of the last push: deepest overlap on the way and at its end [m], and how much energy grew
+    // while nothing acted from outside, relative to what there was.
+    double way, depth, gain;
+} Push;
+
+// What both bodies and their contact have [J].
+static double energy_of(Run *run)
+{
+    double sum = touch_of(run)->energy;
+    for (int b = 0; b < 2; b++) {
+        BodyMeasure measure;
+        const Body *body = sim_body(run->world.sim, b);
+        body->ops->measure(body->model, &measure);
+        sum += measure.kinetic + measure.elastic;
+    }
+    return sum;
+}
+
+// One random push of two bodies into each other.
+static void push_once(uint64_t *seed, Push *push)
+{
+    char text[4096], first[1024], second[1024], place[2][256];
+    const bool sheet = push->kind[0] == SHEET_KIND;
+    Vec3 from = vec3_unit(random_vec3(seed)), turn[2] = {random_vec3(seed), random_vec3(seed)};
+    if (sheet)
+        from = vec3_unit(vec3(0.1 * from.x, 0.1 * from.y, 1.0));
+    const double start = OUTER[push->kind[0]] + OUTER[push->kind[1]] + 1e-3;
+    for (int b = 0; b < 2; b++) {
+        const Vec3 rotation = vec3_scale(sheet && b == 0 ? 0.0 : 2.0, turn[b]);
+        const Vec3 at = b == 0 ? vec3(0, 0, 0) : vec3_scale(start, from);
+        snprintf(place[b], sizeof place[b],
+                 "translation = [%.9f, %.9f, %.9f]; rotation = [%.9f, %.9f, %.9f];", at.x, at.y,
+                 at.z, rotation.x, rotation.y, rotation.z);
+    }
+    snprintf(first, sizeof first, KINDS[push->kind[0]], "one", place[0]);
+    snprintf(second, sizeof second, KINDS[push->kind[1]], "two", place[1]);
+    snprintf(text, sizeof text, "bodies = ( %s,\n %s );\n" TOUCH(""), first, second);
+    Run run;
+    run_create(&run, text);
+    Sim *sim = run.world.sim;
+    const Vec3 aim = vec3_madd(vec3_scale(-1.0, from), sheet ? 0.1 : 0.4, random_vec3(seed));
+    bool beyond = false; // the border of a sheet, where it may go below
+    const double mass = sim_body(sim, 1)->mass;
+    char why[128];
+    // A kick of 20 ms, then it is pressed on for a while and released.
+    LoadOptions load = {
+        .body = 1, .center = vec3_scale(start, from), .radius = 0.1, .duration = 0.02};
+    load.force = vec3_scale(mass * push->speed / load.duration, vec3_unit(aim));
+    assert_true(sim_apply_load(sim, &load, why, sizeof why));
+    double had = 0.0;
+    push->way = push->gain = 0.0;
+    for (int i = 0; i < 250; i++) {
+        sim_step(sim);
+        push->way = fmax(push->way, touch_depth(touch_of(&run)));
+        if (i == 20)
+            had = energy_of(&run);
+        if (i > 20 && i <= 100)
+            push->gain = fmax(push->gain, energy_of(&run) / had - 1.0);
+        const Vec3 middle = middle_of(&run, 1);
+        beyond |= sheet && fmax(fabs(middle.x), fabs(middle.y)) > 0.058 - OUTER[push->kind[1]];
+        if (i == 100) {
+            load.center = middle_of(&run, 1);
+            load.duration = 0.1;
+            load.force = vec3_scale(-mass * 2.0 * random_between(seed, 0.0, 1.0),
+                                    vec3_unit(vec3_sub(load.center, middle_of(&run, 0))));
+            assert_true(sim_apply_load(sim, &load, why, sizeof why));
+        }
+    }
+    assert_int_equal(sim_resets(sim), 0);
+    assert_int_equal(sim_refused_touches(sim), 0);
+    Shell one = shell_of(&run, 0), two = shell_of(&run, 1);
+    push->depth = beyond  ? 0.0
+                  : sheet ? depth_below(&two, &one)
+                          : fmax(depth_inside(&one, &two), depth_inside(&two, &one));
+    shell_free(&one);
+    shell_free(&two);
+    run_destroy(&run);
+}
+
+// Half of the cubes' edges: nodes of one surface against faces of the other do not see two edges
+// that cross between nodes, so that two of these can overlap by a third of an edge (3.0 mm in 300
+// pushes, 3.8 mm in 1500).
+static const double DEEPEST = 5e-3;
+
+// Bodies and contact are damped by default, so that only rounding and the swing of leapfrog's
+// energy within a step are left: 7e-9 of it in 100 pushes.
+static const double MOST_GAIN = 1e-6;
+
+static void nothing_passes_through_and_nothing_gains_energy(void **state)
+{
+    (void)state;
+    const char *count = getenv("PUSHES"); // more of them by hand
+    uint64_t seed = 0x1234567;
+    double depth = 0.0, gain = 0.0;
+    for (int i = 0; i < (count != NULL ? atoi(count) : EFFORT(100)); i++) {
+        Push push = {.kind = {random_below(&seed, 4), random_below(&seed, 3)},
+                     .speed = random_between(&seed, 0.05, 0.5)};
+        push_once(&seed, &push);
+        expect_at_most(push.depth, DEEPEST);
+        expect_at_most(push.gain, MOST_GAIN);
+        depth = fmax(depth, push.depth);
+        gain = fmax(gain, push.gain);
+    }
+    print_message("deepest at the end %.2f mm, energy grew by %.2g\n", 1e3 * depth, gain);
+}
+
+// --- momentum ------------------------------------------------------------------------------------
+
+// Every force has its opposite, with friction and damping: the sums of an evaluation in motion.
+static void forces_and_moments_cancel(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 3; k++) {
+        char text[4096];
+        Run run;
+        snprintf(text, sizeof text, DOUBLE "bodies = ( %s, %s );\n" TOUCH("friction = 0.5;") PRESS,
+                 PAIRS[k][0], PAIRS[k][1]);
+        run_create(&run, text);
+        int acted = 0;
+        for (int i = 0; i < 300; i++) {
+            sim_step(run.world.sim);
+            const Touch *touch = touch_of(&run);
+            Vec3 force = {0, 0, 0}, moment = {0, 0, 0};
+            double size = 0.0;
+            for (int e = 0; e < 2; e++)
+                for (int n = 0; n < touch->end[e].count; n++) {
+                    force = vec3_add(force, touch->end[e].f[n]);
+                    moment = vec3_add(moment, vec3_cross(touch->end[e].x[n], touch->end[e].f[n]));
+                    size += vec3_length(touch->end[e].f[n]);
+                }
+            acted += touch->depth > 0.0;
+            // Rounding; an arm of 5 cm.
+            expect_at_most(vec3_length(force), 1e-14 * size);
+            expect_at_most(vec3_length(moment), 1e-14 * 0.05 * size);
+        }
+        assert_true(acted > 30);
+        run_destroy(&run);
+    }
+}
+
+typedef struct Momentum {
+    Vec3 linear, angular;
+} Momentum;
+
+static Momentum momentum_of(Run *run)
+{
+    Momentum sum = {0};
+    for (int b = 0; b < 2; b++) {
+        const Body *body = sim_body(run->world.sim, b);
+        for (int i = 0; i < body->surface.node_count; i++) {
+            Vec3 x, v;
+            body->ops->read_nodes(body->model, &i, 1, &x, &v);
+            sum.linear = vec3_madd(sum.linear, body->surface.node_mass[i], v);
+            sum.angular = vec3_madd(sum.angular, body->surface.node_mass[i], vec3_cross(x, v));
+        }
+    }
+    return sum;
+}
+
+// Two hollow balls, all of whose mass is in nodes that can be read, after a kick.
+static void colliding_balls_keep_their_momentum(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run, DOUBLE "bodies = ( " BALL("one", "translation = [0, 0, 0];", "") ", " BALL(
+                         "two", "translation = [0.041, 0.005, 0.0];", "") " );\n" //
+               TOUCH("friction = 0.3;") "loads = ( { body = \"two\"; center = [0.04, 0, 0];\n"
+                                        "  radius = 0.1; force = [-0.2, 0.0, 0.02]; duration "
+                                        "= 0.02; } );\n");
+    Sim *sim = run.world.sim;
+    for (int i = 0; i < 25; i++)
+        sim_step(sim);
+    const Momentum before = momentum_of(&run);
+    const double size = vec3_length(before.linear);
+    double deepest = 0.0;
+    for (int i = 0; i < EFFORT(500); i++) {
+        sim_step(sim);
+        const Momentum now = momentum_of(&run);
+        deepest = fmax(deepest, touch_depth(touch_of(&run)));
+        expect_at_most(vec3_length(vec3_sub(now.linear, before.linear)), 1e-12 * size);
+        expect_at_most(vec3_length(vec3_sub(now.angular, before.angular)), 1e-10 * 0.02 * size);
+    }
+    assert_true(deepest > 1e-5);
+    run_destroy(&run);
+}
+
+// --- rest ----------------------------------------------------------------------------------------
+
+#define STACKED(name, place)                                                                       \
+    "{ name = \"" name                                                                             \
+    "\"; model = \"voxel\"; voxels = { generator = \"box\"; count = [4, 4, 4];\n"                  \
+    "  size = 0.01; place = { translation = [" place "]; }; };\n"                                  \
+    "  material = { youngs_modulus = 1e5; damping_time = 0.005; }; integrator = \"leapfrog\";\n"   \
+    "  contact = { friction = 0.5; damping_time = 0.005; }; }"
+
+// Three soft cubes on a table, a little beside each other.
+static void a_stack_comes_to_rest_and_stays(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(
+        &run, DOUBLE "gravity = [0, 0, -9.81];\nbodies = ( " STACKED("one", "0, 0, 0.02") ",\n" //
+        STACKED("two", "0.002, 0.001, 0.06") ",\n"                                              //
+        STACKED(
+            "three",
+            "-0.001, 0.001, 0.1") " );\n"
+                                  "tools = ( { id = 1; kind = \"static\"; plane = { normal = [0, "
+                                  "0, 1]; }; } );\n"
+                                  "touch = ( { bodies = [\"one\", \"two\"]; friction = 0.5; },\n"
+                                  "  { bodies = [\"two\", \"three\"]; friction = 0.5; } );\n");
+    Sim *sim = run.world.sim;
+    for (int i = 0; i < 9000; i++)
+        sim_step(sim);
+    Vec3 start[3];
+    for (int b = 0; b < 3; b++)
+        start[b] = middle_of(&run, b);
+    for (int i = 0; i < 1000; i++)
+        sim_step(sim);
+    for (int b = 0; b < 3; b++) {
+        const Vec3 moved = vec3_sub(middle_of(&run, b), start[b]);
+        print_message("cube %d: z %.5f m, moved by %.3g m in 1 s\n", b, start[b].z,
+                      vec3_length(moved));
+        expect_at_most(vec3_length(moved), 1e-6); // a micrometre a second
+    }
+    // Each lies on the one below: no more than a cell of it is lost to weight and overlap.
+    for (int b = 1; b < 3; b++)
+        expect_near(start[b].z - start[b - 1].z, 0.04, 0.01);
+    assert_int_equal(sim_resets(sim), 0);
+    run_destroy(&run);
+}
+
+// --- topology, states ----------------------------------------------------------------------------
+
+static const char CUT_ON_CUBE[] =
+    "gravity = [0, 0, -9.81];\n"
+    "bodies = ( { name = \"one\"; model = \"voxel\"; voxels = { generator = \"box\"; count = [8, "
+    "6, 2];\n"
+    "  size = 0.01; }; fixed = ( { box = ([-1, -1, -1], [1, 1, -0.0099]); } ); integrator = "
+    "\"leapfrog\"; },\n"
+    "  { name = \"two\"; %s\n"
+    "  integrator = \"leapfrog\"; cuttable = true; } );\n" TOUCH("friction = 0.4;");
+static const char *const CUTTABLE[] = {
+    "model = \"voxel\"; voxels = { generator = \"box\"; count = [4, 4, 2]; size = 0.01;\n"
+    "  place = { translation = [0.0003, 0.0002, 0.0205]; }; };",
+    "mesh = { generator = \"sheet\"; columns = 9; rows = 9; width = 0.04; height = 0.04;\n"
+    "  place = { translation = [0.0003, 0.0002, 0.011]; }; }; levels = 1; adapt = {};",
+};
+
+// What lies on another body is cut in two, and both halves still lie on it. From the middle, just
+// before the cut, all of it repeats.
+static void what_is_cut_still_lies_there_and_repeats(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        char text[2048], why[256];
+        Run run;
+        snprintf(text, sizeof text, CUT_ON_CUBE, CUTTABLE[k]);
+        run_create(&run, text);
+        Sim *sim = run.world.sim;
+        for (int i = 0; i < 150; i++)
+            sim_step(sim);
+        assert_true(touch_depth(touch_of(&run)) > 0.0);
+        void *middle = malloc(state_bytes(&run.world.state));
+        assert_non_null(middle);
+        state_copy_out(&run.world.state, middle);
+        uint64_t hash[2];
+        for (int pass = 0; pass < 2; pass++) {
+            const CutOptions cut = {.body = 1,
+                                    .before = {{{0.0005, -0.1, -0.1}, {0.0005, -0.1, 0.1}}},
+                                    .after = {{{0.0005, 0.1, -0.1}, {0.0005, 0.1, 0.1}}}};
+            CutOutcome sum = {0};
+            assert_true(sim_apply_cut(sim, &cut, &sum, why, sizeof why));
+            for (int i = 0; i < EFFORT(500); i++)
+                sim_step(sim);
+            assert_int_equal(sim_pieces(sim, 1), 2);
+            // All nodes on top, beyond what the weight presses in.
+            Shell one = shell_of(&run, 0), two = shell_of(&run, 1);
+            const double depth = depth_inside(&two, &one);
+            print_message("%s: %d faces, deepest %.3f mm\n", k == 0 ? "solid" : "sheet", two.faces,
+                          1e3 * depth);
+            expect_at_most(depth, 1e-3);
+            shell_free(&one);
+            shell_free(&two);
+            hash[pass] = state_hash(&run.world.state);
+            state_copy_in(&run.world.state, middle);
+            sim_restored(sim);
+            assert_true(sim_check(sim));
+        }
+        assert_true(hash[0] == hash[1]);
+        // A state from elsewhere is checked.
+        touch_of(&run)->half[0].memory[0].face[0] = 1 << 30;
+        assert_false(sim_check(sim));
+        free(middle);
+        run_destroy(&run);
+    }
+}
+
+// --- what is refused -----------------------------------------------------------------------------
+
+static void expect_refused(const char *touch, const char *said)
+{
+    char text[2048];
+    World world;
+    snprintf(
+        text, sizeof text,
+        "bodies = ( " BALL("one", "", "") ",\n" BALL(
+            "two", "",
+            "") ",\n"
+                "{ name = \"flat\"; model = \"voxel\"; voxels = { generator = \"disc\"; }; },\n"
+                "{ name = \"other\"; mesh = { generator = \"sphere\"; }; integrator = \"rk4\"; } "
+                ");\n"
+                "touch = ( %s );\n",
+        touch);
+    const char *got = try_world(&world, text, &(BuildOptions){.isa = "auto"});
+    if (strstr(got, said) == NULL)
+        fail_msg("%s: \"%s\" is not in \"%s\"", touch, said, got);
+}
+
+static void pairs_that_cannot_touch_are_refused_by_name(void **state)
+{
+    (void)state;
+    expect_refused("{ bodies = [\"one\"]; }", "a body does not touch itself");
+    expect_refused("{ bodies = [\"one\", \"one\"]; }", "\"one\" is named twice");
+    expect_refused("{ bodies = [\"one\", \"none\"]; }", "none");
+    expect_refused("{ bodies = [1, 2]; }", "list of names");
+    expect_refused("{ bodies = [\"one\", \"flat\"]; }", "\"flat\" is a plane body");
+    expect_refused("{ bodies = [\"one\", \"other\"]; }", "must have one integrator");
+    expect_refused("{ bodies = [\"one\", \"two\"]; }, { bodies = [\"two\", \"one\"]; }",
+                   "touch already");
+    expect_refused("{ bodies = [\"one\", \"two\"]; stiffness = 0.0; }", "stiffness");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(forces_are_the_gradient_of_the_energy),
+        cmocka_unit_test(forces_and_moments_cancel),
+        cmocka_unit_test(colliding_balls_keep_their_momentum),
+        cmocka_unit_test(a_stack_comes_to_rest_and_stays),
+        cmocka_unit_test(what_is_cut_still_lies_there_and_repeats),
+        cmocka_unit_test(pairs_that_cannot_touch_are_refused_by_name),
+        cmocka_unit_test(nothing_passes_through_and_nothing_gains_energy),
+    };
+    return cmocka_run_group_tests(tests, run_begin, run_end);
+}
