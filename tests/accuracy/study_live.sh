@@ -42,7 +42,7 @@ verify() {
     case $advice in *'": total error'*) kind=all error=total_patch ;; esac
     # The whole grid's budget; of all errors with levels above those of the advised mesh.
     cp advised/advised.cfg finer.cfg
-    [ $kind != all ] || grep -q 'adapt =' finer.cfg || sed 's/levels = [0-9];/levels = 2;/' advised/advised.cfg >finer.cfg
+    [ "$kind" != all ] || grep -q 'adapt =' finer.cfg || sed 's/levels = [0-9];/levels = 2;/' advised/advised.cfg >finer.cfg
     quietly "$programs/pliant-study" --rate 1000 --only 'no such case' --repeat 1 --out finer finer.cfg
     set -- $ran
     printf '%s: %s\t%s\t%s\t%s\t%s\t%s\t%s\t%s\t%s\n' "$name" \
