@@ -447,13 +447,13 @@ Touch *touch_create(const char *name, const TouchOptions *options, Body *first, 
     state_add(state, touch->wait, sizeof *touch->wait, "%s/wait", name);
     for (int k = 0; k < 2; k++) {
         char part[48];
-        snprintf(part, sizeof part, "%.43s%d", name, k);
+        snprintf(part, sizeof part, "%.34s%d", name, k);
         create_end(&touch->end[k], part, touch->body[k], arena);
     }
     for (int k = 0; k < 2; k++) {
         char part[48];
         TouchHalf *half = &touch->half[k];
-        snprintf(part, sizeof part, "%.43s%d", name, k);
+        snprintf(part, sizeof part, "%.34s%d", name, k);
         half->points = &touch->end[k];
         half->faces = &touch->end[1 - k];
         create_half(half, part, arena, state);
