@@ -49,7 +49,7 @@ static void a_scene_slower_than_real_time_is_warned_of_once(void **state)
     const char *path = scratch("slow.cfg"), *says = "slower than real time for 2 s: ";
     write_text(path, "name = \"slow\"; publish = { nodes_hz = 0.0; };\n"
                      "bodies = ( { name = \"ball\"; time_step = 2.5e-6; shape = {};\n"
-                     "  mesh = { generator = \"ico_sphere\"; subdivisions = 5; }; } );\n");
+                     "  mesh = { generator = \"ico_sphere\"; subdivisions = 4; }; } );\n");
     Process daemon;
     run_daemon(&daemon, "--duration 5 %s", path);
     assert_int_equal(daemon.code, 0);
