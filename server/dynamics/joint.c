@@ -12,6 +12,7 @@
 #include "base/check.h"
 #include "dynamics/attachment.h"
 #include "dynamics/attachment_data.h"
+#include "dynamics/facet.h"
 #include "geometry/distance.h"
 
 #include <stdlib.h>
@@ -19,10 +20,9 @@
 
 // Whole words: no padding in the state.
 typedef struct Tie {
-    int64_t node; // of the body
-    int64_t face; // of the other
-    double weight[3];
-    double offset;             // along the face's normal [m]
+    int64_t node;              // of the body
+    int64_t face;              // of the other
+    FacetPlace end;            // on the face
     double stiffness, damping; // [N/m], [N s/m]
 } Tie;
 
@@ -51,29 +51,6 @@ struct Joint {
 // ---------------------------------------------------------------------------------------------
 // Faces
 
-// A face's two sides from its first corner, twice its area and its normal.
-typedef struct Facet {
-    Vec3 a, b, normal;
-    double twice;
-} Facet;
-
-static Facet facet_of(const Vec3 x[3])
-{
-    Facet facet = {.a = vec3_sub(x[1], x[0]), .b = vec3_sub(x[2], x[0])};
-    Vec3 cross = vec3_cross(facet.a, facet.b);
-    facet.twice = vec3_length(cross);
-    facet.normal = vec3_unit(cross);
-    return facet;
-}
-
-static Vec3 end_of(const Tie *tie, const Vec3 x[3], const Facet *facet)
-{
-    Vec3 z = vec3_scale(tie->offset, facet->normal);
-    for (int k = 0; k < 3; k++)
-        z = vec3_madd(z, tie->weight[k], x[k]);
-    return z;
-}
-
 static void read_face(const Joint *joint, int64_t face, Vec3 x[3])
 {
     const Body *other = joint->other;
@@ -85,25 +62,18 @@ static Vec3 find_end(const Joint *joint, const Tie *tie)
     Vec3 x[3];
     read_face(joint, tie->face, x);
     Facet facet = facet_of(x);
-    return end_of(tie, x, &facet);
+    return facet_position(&facet, &tie->end, x);
 }
 
-// Finds weights and offset with which the face's corners x carry the point `target`, also beyond
-// the face's sides.
+// Lets the face's corners x carry the point `target`.
 static void fit_to(Tie *tie, const Vec3 x[3], const Facet *facet, Vec3 target)
 {
-    tie->offset = 0.0;
-    if (!(facet->twice > 1e-12 * vec3_dot(facet->a, facet->a))) { // degenerate face
-        ClosestPair pair;
-        distance_point_triangle(target, x, &pair);
-        memcpy(tie->weight, pair.weight, sizeof tie->weight);
+    ClosestPair pair;
+    if (facet_place(facet, x[0], target, &tie->end))
         return;
-    }
-    Vec3 arm = vec3_sub(target, x[0]);
-    tie->offset = vec3_dot(arm, facet->normal);
-    tie->weight[1] = vec3_dot(vec3_cross(arm, facet->b), facet->normal) / facet->twice;
-    tie->weight[2] = vec3_dot(vec3_cross(facet->a, arm), facet->normal) / facet->twice;
-    tie->weight[0] = 1.0 - tie->weight[1] - tie->weight[2];
+    distance_point_triangle(target, x, &pair);
+    memcpy(tie->end.weight, pair.weight, sizeof tie->end.weight);
+    tie->end.offset = 0.0;
 }
 
 static void fit(const Joint *joint, Tie *tie, int64_t face, Vec3 target)
@@ -121,10 +91,10 @@ static void fit(const Joint *joint, Tie *tie, int64_t face, Vec3 target)
 // twice the area.
 static double find_pulls(const Tie *tie, const Vec3 x[3], const Facet *facet, double e[3])
 {
-    double turn = facet->twice > 0.0 ? fabs(tie->offset) / facet->twice : 0.0, sum = 0.0;
+    double turn = facet->twice > 0.0 ? fabs(tie->end.offset) / facet->twice : 0.0, sum = 0.0;
     for (int k = 0; k < 3; k++) {
         double side = vec3_length(vec3_sub(x[(k + 1) % 3], x[(k + 2) % 3]));
-        e[k] = fabs(tie->weight[k]) + turn * side;
+        e[k] = fabs(tie->end.weight[k]) + turn * side;
         sum += e[k];
     }
     return sum;
@@ -315,7 +285,7 @@ void joint_drop(Joint *joint)
 void joint_close(Joint *joint, double way)
 {
     for (int64_t i = 0; i < *joint->count; i++) {
-        double *offset = &joint->tie[i].offset;
+        double *offset = &joint->tie[i].end.offset;
         *offset = copysign(fmax(0.0, fabs(*offset) - way), *offset);
     }
 }
@@ -324,7 +294,7 @@ double joint_gap(const Joint *joint)
 {
     double gap = 0.0;
     for (int64_t i = 0; i < *joint->count; i++)
-        gap = fmax(gap, fabs(joint->tie[i].offset));
+        gap = fmax(gap, fabs(joint->tie[i].end.offset));
     return gap;
 }
 
@@ -373,29 +343,6 @@ int joint_other_capacity(const Joint *joint)
 // ---------------------------------------------------------------------------------------------
 // Forces
 
-// Distributes the force on the end z of a spring to the corners.
-static void hand_over(const Tie *tie, const Facet *facet, Vec3 force, Vec3 on[3])
-{
-    // F . d dn = G . (da x b + a x db) with G = d (F - (F . n) n) / |a x b|.
-    Vec3 across = vec3_madd(force, -vec3_dot(force, facet->normal), facet->normal);
-    Vec3 g = vec3_scale(facet->twice > 0.0 ? tie->offset / facet->twice : 0.0, across);
-    Vec3 first = vec3_cross(facet->b, g), second = vec3_cross(g, facet->a);
-    on[0] = vec3_sub(vec3_scale(tie->weight[0], force), vec3_add(first, second));
-    on[1] = vec3_madd(first, tie->weight[1], force);
-    on[2] = vec3_madd(second, tie->weight[2], force);
-}
-
-static Vec3 end_velocity(const Tie *tie, const Facet *facet, const Vec3 v[3])
-{
-    Vec3 a = vec3_sub(v[1], v[0]), b = vec3_sub(v[2], v[0]);
-    Vec3 turn = vec3_add(vec3_cross(a, facet->b), vec3_cross(facet->a, b));
-    turn = vec3_madd(turn, -vec3_dot(turn, facet->normal), facet->normal);
-    Vec3 sum = vec3_scale(facet->twice > 0.0 ? tie->offset / facet->twice : 0.0, turn);
-    for (int k = 0; k < 3; k++)
-        sum = vec3_madd(sum, tie->weight[k], v[k]);
-    return sum;
-}
-
 // Adds the damping. A dashpot does not act along its spring: its moments cancel only if both ends
 // act at the same point, the node; if stretching has moved that far off the face, it is weakened so
 // that it requires no shorter steps than at the start.
@@ -405,9 +352,9 @@ static Vec3 damp(Joint *joint, int i, const Vec3 x[3], const Facet *facet)
     double e[3], on_start = find_pulls(&here, x, facet, e);
     fit_to(&here, x, facet, joint->x[i]);
     double weak = on_start / fmax(on_start, find_pulls(&here, x, facet, e));
-    Vec3 speed = vec3_sub(joint->v[i], end_velocity(&here, facet, &joint->velocity[3 * i]));
+    Vec3 speed = vec3_sub(joint->v[i], facet_velocity(facet, &here.end, &joint->velocity[3 * i]));
     Vec3 force = vec3_scale(weak * weak * here.damping, speed), on[3];
-    hand_over(&here, facet, force, on);
+    facet_distribute(facet, &here.end, force, on);
     for (int k = 0; k < 3; k++)
         joint->on[3 * i + k] = vec3_add(joint->on[3 * i + k], on[k]);
     return force;
@@ -431,9 +378,9 @@ void joint_apply(Joint *joint, double share)
         const Tie *tie = &joint->tie[i];
         const Vec3 *x = &joint->at[3 * i];
         Facet facet = facet_of(x);
-        Vec3 stretch = vec3_sub(joint->x[i], end_of(tie, x, &facet));
+        Vec3 stretch = vec3_sub(joint->x[i], facet_position(&facet, &tie->end, x));
         Vec3 force = vec3_scale(tie->stiffness, stretch);
-        hand_over(tie, &facet, force, &joint->on[3 * i]);
+        facet_distribute(&facet, &tie->end, force, &joint->on[3 * i]);
         // Damping, likewise at both ends.
         force = vec3_add(force, damp(joint, i, x, &facet));
         joint->f[i] = vec3_scale(-1.0, force);
@@ -524,10 +471,10 @@ static void walk(const Joint *joint, Tie *tie, Vec3 target)
     for (int step = 0; step < STEPS; step++) {
         int worst = 0;
         for (int k = 1; k < 3; k++)
-            if (tie->weight[k] < tie->weight[worst])
+            if (tie->end.weight[k] < tie->end.weight[worst])
                 worst = k;
         int next = joint->other->surface.face_neighbor[tie->face][(worst + 1) % 3];
-        if (tie->weight[worst] >= 0.0 || next < 0)
+        if (tie->end.weight[worst] >= 0.0 || next < 0)
             return;
         fit(joint, tie, next, target);
     }
@@ -615,12 +562,13 @@ bool joint_check(const Joint *joint)
             return false;
         // Weights sum to 1, and all numbers are sensible.
         for (int k = 0; k < 3; k++) {
-            sum += tie->weight[k];
-            if (!(fabs(tie->weight[k]) < 1e12)) // far beyond the thinnest face
+            sum += tie->end.weight[k];
+            if (!(fabs(tie->end.weight[k]) < 1e12)) // far beyond the thinnest face
                 return false;
         }
-        if (!(fabs(sum - 1.0) < 1e-6) || !(fabs(tie->offset) < 1e6) || !(tie->stiffness >= 0.0) ||
-            !(tie->stiffness < 1e15) || !(tie->damping >= 0.0) || !(tie->damping < 1e15))
+        if (!(fabs(sum - 1.0) < 1e-6) || !(fabs(tie->end.offset) < 1e6) ||
+            !(tie->stiffness >= 0.0) || !(tie->stiffness < 1e15) || !(tie->damping >= 0.0) ||
+            !(tie->damping < 1e15))
             return false;
     }
     return true;

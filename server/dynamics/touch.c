@@ -2,6 +2,7 @@
 // against the faces of the other.
 #include "base/check.h"
 #include "dynamics/contact.h"
+#include "dynamics/facet.h"
 #include "dynamics/touch_data.h"
 
 #include <stdio.h>
@@ -88,53 +89,6 @@ bool touch_gap(const Vec3 *x, Vec3 at, const TouchPair *pair, int count, int pat
 // ---------------------------------------------------------------------------------------------
 // Forces
 
-// A place on the plane of a face and above it, that the corners carry.
-typedef struct Carried {
-    Vec3 a, b, normal; // sides from the first corner
-    double twice;      // area
-    double weight[3], height;
-} Carried;
-
-// Finds how the corners carry the point `at`, also beyond the face's sides.
-static bool carry(const Vec3 x[3], Vec3 at, Carried *carried)
-{
-    carried->a = vec3_sub(x[1], x[0]);
-    carried->b = vec3_sub(x[2], x[0]);
-    const Vec3 cross = vec3_cross(carried->a, carried->b), arm = vec3_sub(at, x[0]);
-    carried->twice = vec3_length(cross);
-    if (!(carried->twice > 1e-9 * vec3_dot(carried->a, carried->a)))
-        return false;
-    carried->normal = vec3_unit(cross);
-    carried->height = vec3_dot(arm, carried->normal);
-    carried->weight[1] = vec3_dot(vec3_cross(arm, carried->b), carried->normal) / carried->twice;
-    carried->weight[2] = vec3_dot(vec3_cross(carried->a, arm), carried->normal) / carried->twice;
-    carried->weight[0] = 1.0 - carried->weight[1] - carried->weight[2];
-    return true;
-}
-
-// Returns the velocity of what the corners carry.
-static Vec3 carried_velocity(const Carried *carried, const Vec3 v[3])
-{
-    const Vec3 a = vec3_sub(v[1], v[0]), b = vec3_sub(v[2], v[0]);
-    Vec3 turn = vec3_add(vec3_cross(a, carried->b), vec3_cross(carried->a, b));
-    turn = vec3_madd(turn, -vec3_dot(turn, carried->normal), carried->normal);
-    Vec3 sum = vec3_scale(carried->height / carried->twice, turn);
-    for (int k = 0; k < 3; k++)
-        sum = vec3_madd(sum, carried->weight[k], v[k]);
-    return sum;
-}
-
-// Distributes a force there to the corners, by the transpose of the velocity: with its moment.
-static void hand_over(const Carried *carried, Vec3 force, Vec3 on[3])
-{
-    const Vec3 across = vec3_madd(force, -vec3_dot(force, carried->normal), carried->normal);
-    const Vec3 g = vec3_scale(carried->height / carried->twice, across);
-    const Vec3 first = vec3_cross(carried->b, g), second = vec3_cross(g, carried->a);
-    on[0] = vec3_sub(vec3_scale(carried->weight[0], force), vec3_add(first, second));
-    on[1] = vec3_madd(first, carried->weight[1], force);
-    on[2] = vec3_madd(second, carried->weight[2], force);
-}
-
 // Adds friction: a bristle per point (README.md, "Friction").
 static void rub(const Touch *touch, TouchHalf *half, TouchPoint *point, const TouchGap *gap,
                 double push, double dt)
@@ -142,15 +96,16 @@ static void rub(const Touch *touch, TouchHalf *half, TouchPoint *point, const To
     TouchEnd *points = half->points, *faces = half->faces;
     const double cap = touch->options.friction * push, k = point->stiffness;
     Vec3 x[3], v[3], on[3];
-    Carried carried;
+    FacetPlace place;
     for (int c = 0; c < 3; c++) {
         x[c] = faces->x[gap->pair->corner[c]];
         v[c] = faces->v[gap->pair->corner[c]];
     }
-    if (!(cap > 0.0) || !carry(x, points->x[point->own], &carried))
+    const Facet facet = facet_of(x);
+    if (!(cap > 0.0) || !facet_place(&facet, x[0], points->x[point->own], &place))
         return;
     // The bristle follows the slip and stays tangential.
-    Vec3 slip = vec3_sub(points->v[point->own], carried_velocity(&carried, v));
+    Vec3 slip = vec3_sub(points->v[point->own], facet_velocity(&facet, &place, v));
     slip = vec3_madd(slip, -vec3_dot(slip, gap->out), gap->out);
     Vec3 s = vec3_madd(half->memory[point->node].bristle, dt, slip);
     s = vec3_madd(s, -vec3_dot(s, gap->out), gap->out);
@@ -161,7 +116,7 @@ static void rub(const Touch *touch, TouchHalf *half, TouchPoint *point, const To
     point->trial = s;
     const double size = k * vec3_length(hold);
     const Vec3 force = vec3_scale(size > cap ? -k * cap / size : -k, hold);
-    hand_over(&carried, force, on);
+    facet_distribute(&facet, &place, force, on);
     points->f[point->own] = vec3_add(points->f[point->own], force);
     for (int c = 0; c < 3; c++) {
         Vec3 *f = &faces->f[gap->pair->corner[c]];
@@ -330,14 +285,11 @@ static void follow_points(TouchHalf *half, const TopologyChange *change)
     }
 }
 
-static void start_again(Touch *touch)
+void touch_restored(Touch *touch)
 {
     for (int e = 0; e < 2; e++) {
-        TouchEnd *end = &touch->end[e];
-        for (int i = 0; i < end->count; i++)
-            end->number[end->node[i]] = -1;
-        end->count = 0;
-        touch_list_nodes(end);
+        touch_forget_numbers(&touch->end[e]);
+        touch_list_nodes(&touch->end[e]);
     }
     for (int k = 0; k < 2; k++)
         touch->half[k].point_count = touch->half[k].pair_count = 0;
@@ -352,12 +304,7 @@ void touch_topology_changed(Touch *touch, int which, const TopologyChange *chang
             follow_points(&touch->half[k], change);
     }
     *touch->wait = 0;
-    start_again(touch);
-}
-
-void touch_restored(Touch *touch)
-{
-    start_again(touch);
+    touch_restored(touch);
 }
 
 bool touch_check(const Touch *touch)

@@ -45,10 +45,11 @@ typedef struct TouchEnd {
     int *node;   // [count]
     int *number; // [node slots] of a node; -1
     Vec3 *x, *v, *f;
-    // Of the search: all nodes in use, and their positions and velocities by node.
+    // Of the search: all nodes in use; their positions by node, and positions and velocities in
+    // the order of `used`.
     int used_count;
     int *used;
-    Vec3 *place, *speed, *packed_place, *packed_speed;
+    Vec3 *place, *packed_place, *packed_speed;
     double density; // mean mass of its free nodes per area of their faces [kg/m2]
     double fastest; // [m/s]
     Box box;
@@ -105,6 +106,8 @@ struct Touch {
 void touch_search(Touch *touch);
 // Lists the nodes in use again.
 void touch_list_nodes(TouchEnd *end);
+// Gives back all numbers of nodes.
+void touch_forget_numbers(TouchEnd *end);
 
 // touch.c
 // Finds the signed distance of a point to one of its patches: negative across its side. Returns

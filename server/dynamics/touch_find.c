@@ -65,7 +65,7 @@ static void read_body(TouchEnd *end)
     end->fastest = fmin(sqrt(fastest), MOST_SPEED);
 }
 
-static void forget_numbers(TouchEnd *end)
+void touch_forget_numbers(TouchEnd *end)
 {
     for (int i = 0; i < end->count; i++)
         end->number[end->node[i]] = -1;
@@ -79,38 +79,6 @@ static int number_of(TouchEnd *end, int node)
         end->node[end->count++] = node;
     }
     return end->number[node];
-}
-
-// Returns the distance between two boxes; 0 if they overlap.
-static double gap_of(const Box *a, const Box *b)
-{
-    double sum = 0.0;
-    for (int c = 0; c < 3; c++) {
-        const double gap = fmax(0.0, fmax(a->low[c] - b->high[c], b->low[c] - a->high[c]));
-        sum += gap * gap;
-    }
-    return sqrt(sum);
-}
-
-static Box common_box(const Box *a, const Box *b, double margin)
-{
-    Box box;
-    for (int c = 0; c < 3; c++) {
-        box.low[c] = fmax(a->low[c], b->low[c]) - margin;
-        box.high[c] = fmin(a->high[c], b->high[c]) + margin;
-    }
-    return box;
-}
-
-static bool is_empty(const Box *box)
-{
-    return box->low[0] > box->high[0] || box->low[1] > box->high[1] || box->low[2] > box->high[2];
-}
-
-static bool box_has(const Box *box, Vec3 x)
-{
-    return x.x >= box->low[0] && x.x <= box->high[0] && x.y >= box->low[1] && x.y <= box->high[1] &&
-           x.z >= box->low[2] && x.z <= box->high[2];
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -653,7 +621,7 @@ static void search_half(Touch *touch, TouchHalf *half, const Box *box)
     const TouchEnd *points = half->points;
     half->point_count = half->pair_count = 0;
     half->face_count = 0;
-    if (!is_empty(box))
+    if (!box_is_empty(box))
         list_faces(half, box);
     const int entries = half->face_count > 0 ? build_grid(half, box, touch->reach) : 0;
     for (int i = 0; i < points->used_count; i++) {
@@ -715,7 +683,7 @@ static void set_reach(Touch *touch)
 void touch_search(Touch *touch)
 {
     for (int e = 0; e < 2; e++)
-        forget_numbers(&touch->end[e]);
+        touch_forget_numbers(&touch->end[e]);
     for (int k = 0; k < 2; k++)
         touch->half[k].point_count = touch->half[k].pair_count = 0;
     if (*touch->wait > 0) {
@@ -727,12 +695,12 @@ void touch_search(Touch *touch)
     set_reach(touch);
     const TouchEnd *first = &touch->end[0], *second = &touch->end[1];
     // Far apart: nothing until they can have met.
-    const double apart = gap_of(&first->box, &second->box) - touch->reach;
+    const double apart = box_gap(&first->box, &second->box) - touch->reach;
     const double speed = first->fastest + second->fastest + 2.0 * SPARE_SPEED;
     if (apart > 0.0)
         *touch->wait = (int64_t)fmin(apart / (touch->tick * speed), MOST_WAIT);
     touch->budget = BUDGET * (int64_t)(first->used_count + second->used_count);
-    const Box box = common_box(&first->box, &second->box, touch->reach);
+    const Box box = box_common(&first->box, &second->box, touch->reach);
     for (int k = 0; k < 2; k++)
         search_half(touch, &touch->half[k], &box);
     touch->refused += touch->budget <= 0;

@@ -5,6 +5,7 @@
 #include "base/vec.h"
 
 #include <math.h>
+#include <stdbool.h>
 
 typedef struct Box {
     double low[3], high[3]; // low > high: holds no point
@@ -33,6 +34,39 @@ static inline void box_grow(Box *box, double margin)
         box->low[c] -= margin;
         box->high[c] += margin;
     }
+}
+
+static inline bool box_is_empty(const Box *box)
+{
+    return box->low[0] > box->high[0] || box->low[1] > box->high[1] || box->low[2] > box->high[2];
+}
+
+static inline bool box_has(const Box *box, Vec3 x)
+{
+    return x.x >= box->low[0] && x.x <= box->high[0] && x.y >= box->low[1] && x.y <= box->high[1] &&
+           x.z >= box->low[2] && x.z <= box->high[2];
+}
+
+// Returns what two boxes have in common once both have grown by `margin`; perhaps nothing.
+static inline Box box_common(const Box *a, const Box *b, double margin)
+{
+    Box box;
+    for (int c = 0; c < 3; c++) {
+        box.low[c] = fmax(a->low[c], b->low[c]) - margin;
+        box.high[c] = fmin(a->high[c], b->high[c]) + margin;
+    }
+    return box;
+}
+
+// Returns the distance between two boxes; 0 if they overlap.
+static inline double box_gap(const Box *a, const Box *b)
+{
+    double sum = 0.0;
+    for (int c = 0; c < 3; c++) {
+        const double gap = fmax(0.0, fmax(a->low[c] - b->high[c], b->low[c] - a->high[c]));
+        sum += gap * gap;
+    }
+    return sqrt(sum);
 }
 
 static inline Vec3 box_low(const Box *box)
