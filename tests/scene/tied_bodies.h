@@ -45,20 +45,4 @@ static inline Momentum momentum_of(Run *run)
     return sum;
 }
 
-static inline Vec3 middle_of(Run *run, int b)
-{
-    const Body *body = sim_body(run->world.sim, b);
-    Vec3 sum = {0, 0, 0};
-    double mass = 0.0;
-    for (int i = 0; i < body->surface.node_count; i++) {
-        Vec3 x;
-        if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
-            continue;
-        body->ops->read_nodes(body->model, &i, 1, &x, NULL);
-        sum = vec3_madd(sum, body->surface.node_mass[i], x);
-        mass += body->surface.node_mass[i];
-    }
-    return vec3_scale(1.0 / mass, sum);
-}
-
 #endif

@@ -29,22 +29,6 @@ static inline Touch *touch_of(Run *run)
     return run->world.sim->touch[0];
 }
 
-static inline Vec3 middle_of(Run *run, int b)
-{
-    const Body *body = sim_body(run->world.sim, b);
-    Vec3 sum = {0, 0, 0};
-    int count = 0;
-    for (int i = 0; i < body->surface.node_count; i++) {
-        Vec3 x;
-        if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
-            continue;
-        body->ops->read_nodes(body->model, &i, 1, &x, NULL);
-        sum = vec3_add(sum, x);
-        count++;
-    }
-    return vec3_scale(1.0 / count, sum);
-}
-
 // Reads the ends of a touch as an evaluation does, with no speed.
 static inline void read_still(Touch *touch)
 {
