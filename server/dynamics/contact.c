@@ -7,6 +7,7 @@
 enum { RETREATS = 8 };               // steps back per substep before forces are scaled instead
 static const double AWAY_TIME = 0.1; // [s] after which a tool caught behind a wall is released
 static const double EASE_TIME = 0.1; // [s] in which the force of a tool that was inside grows
+static const double EASE_LAG = 0.2;  // of the time left: in it the tool goes the rest of the way
 
 // ---------------------------------------------------------------------------------------------
 // Start of a tick
@@ -45,6 +46,13 @@ static bool may_meet(const Contact *contact, const ToolPlacement *at, double tra
     return false;
 }
 
+// Returns how far a proxy is from a pose, at any point of the tool [m].
+static double way_to(const Proxy *proxy, Vec3 target, Quat orientation, double lever)
+{
+    Vec3 turn = quat_to_rotation(quat_multiply(orientation, quat_conjugate(proxy->orientation)));
+    return fmax(vec3_length(vec3_sub(target, proxy->position)), vec3_length(turn) * lever);
+}
+
 // Moves a proxy towards a pose, by at most `cap` [m] at any point of the tool.
 static void move_towards(Proxy *proxy, Vec3 target, Quat orientation, double lever, double cap)
 {
@@ -70,7 +78,7 @@ static void begin_tick_solid(Contact *contact, const ToolPlacement *at, bool fre
     Clear *clear = contact->clear;
     Vec3 out;
     proxy->away = fmax(0.0, proxy->away - tick);
-    if (contact_solid_look(contact, at, &out)) {
+    if (contact_solid_look(contact, at, fresh, &out)) {
         if (clear->touched == 0)
             clear->position = vec3_add(proxy->position, out);
         proxy->position = clear->position;
@@ -231,6 +239,9 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
         cap = fmin(cap, 0.5 * contact->forces.floor);
     else // or beyond the wall that it lies on, of which only an end of its axis would be known
         cap = fmin(cap, fmax(contact->forces.floor, 0.0) + 0.9 * CONTACT_AXIS_FLOOR * r);
+    if (contact->is_solid && next->away > 0.0) // rather than run into the hand with all its force
+        cap = fmin(cap, way_to(next, target, orientation, contact->lever) * h /
+                            (EASE_LAG * next->away + h));
     move_towards(next, target, orientation, contact->lever, cap);
     if (contact->is_solid)
         return; // contact_kick decides

@@ -271,9 +271,9 @@ void contact_update_sides(Contact *contact, const ToolPlacement *at);
 // nodes and what bounds their change; then the impulses of a substep, after the body's own kick.
 void contact_solid_evaluate(Contact *contact, const ToolPlacement *at);
 void contact_solid_kick(Contact *contact, const Stage *stage, double h);
-// Measures the candidates at the start of a tick. Returns true if the tool is inside of the solid:
-// `out` leads its origin out again.
-bool contact_solid_look(Contact *contact, const ToolPlacement *at, Vec3 *out);
+// Measures the candidates at the start of a tick. Returns true if the tool is inside of the solid,
+// or, `fresh` (it has just appeared), overlaps it: `out` leads its origin out again.
+bool contact_solid_look(Contact *contact, const ToolPlacement *at, bool fresh, Vec3 *out);
 // Spreads the points over the faces. Load time.
 void contact_solid_create(Contact *contact);
 

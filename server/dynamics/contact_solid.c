@@ -46,9 +46,10 @@ void contact_solid_create(Contact *contact)
             }
 }
 
-// The way out for an axis that passes through a face, or whose nearest face shows its back.
+// The way out for an axis that passes through a face, or whose nearest face shows its back; of a
+// tool that has just appeared also for one in front that is too near.
 static bool leads_out(Contact *contact, const Candidate *candidate, const ClosestPair *nearest,
-                      Vec3 p, Vec3 q, double radius, Vec3 *out)
+                      Vec3 p, Vec3 q, double radius, bool fresh, Vec3 *out)
 {
     const Vec3 normal = contact_face_normal(contact, candidate);
     if (!(nearest->distance > TOUCHING)) { // crossed: the end behind the face leaves by its front
@@ -63,15 +64,15 @@ static bool leads_out(Contact *contact, const Candidate *candidate, const Closes
     if (contact->clear->touched != 0 && nearest->distance > CONTACT_CROSSED_REACH * radius)
         return false;
     contact_find_normals(contact, candidate);
-    if (contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
-                     nearest->on_segment) >= 0)
-        return false;
-    const Vec3 away = vec3_sub(nearest->on_triangle, nearest->on_segment);
-    *out = vec3_scale((nearest->distance + radius) / nearest->distance, away);
-    return true;
+    const bool behind = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
+                                     nearest->on_segment) < 0;
+    const Vec3 towards = vec3_sub(nearest->on_triangle, nearest->on_segment);
+    *out =
+        vec3_scale((nearest->distance + (behind ? radius : -radius)) / nearest->distance, towards);
+    return behind || (fresh && nearest->distance < radius);
 }
 
-bool contact_solid_look(Contact *contact, const ToolPlacement *at, Vec3 *out)
+bool contact_solid_look(Contact *contact, const ToolPlacement *at, bool fresh, Vec3 *out)
 {
     bool inside = false;
     contact->forces.depth = 0.0;
@@ -97,8 +98,8 @@ bool contact_solid_look(Contact *contact, const ToolPlacement *at, Vec3 *out)
         contact->forces.depth = fmax(contact->forces.depth, capsule->radius - least.distance);
         contact->forces.floor = fmin(contact->forces.floor, least.distance);
         if (way >= 0 && contact->tool->kind != TOOL_STATIC) // which never leaves
-            inside =
-                leads_out(contact, &contact->candidate[way], &least, p, q, capsule->radius, out);
+            inside = leads_out(contact, &contact->candidate[way], &least, p, q, capsule->radius,
+                               fresh, out);
     }
     return inside;
 }

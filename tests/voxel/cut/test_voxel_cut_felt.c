@@ -166,7 +166,7 @@ static void forces_on_vertices_are_the_gradient(void **unused)
             contact_find_candidates(contact, &place, PROBE);
             contact->yielded = 0.0;
             Vec3 leads;
-            if (contact_solid_look(contact, &place, &leads))
+            if (contact_solid_look(contact, &place, false, &leads))
                 continue;
             const Vec3 middle = place.position;
             double energy[2], slope = 0.0, scale = 0.0;
