@@ -40,7 +40,9 @@ struct Team {
     int count;
     uint64_t loop;
     uint64_t woken;    // the loop before which workers were last woken
-    int64_t alone;     // loops still to run without help
+    int alone;         // loops still to run without help,
+    int leave;         // of so many since a worker was last late,
+    uint64_t last;     // which was in this loop
     atomic_llong late; // how often a worker exceeded TEAM_LATE_NS
 };
 
@@ -219,7 +221,12 @@ static void wait_for_worker(Team *team, Share *share, unsigned pieces, int64_t p
         since = since == 0 ? now : since;
         if (now - since > patience && team->alone == 0) {
             atomic_fetch_add_explicit(&team->late, 1, memory_order_relaxed);
-            team->alone = TEAM_ALONE_LOOPS;
+            const bool soon = team->leave > 0 && team->loop - team->last < TEAM_SOON_LOOPS;
+            team->leave = soon ? 2 * team->leave : 1;
+            if (team->leave > TEAM_ALONE_MOST)
+                team->leave = TEAM_ALONE_MOST;
+            team->alone = team->leave;
+            team->last = team->loop;
         }
     }
 }

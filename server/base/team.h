@@ -19,7 +19,8 @@ enum {
     TEAM_THREADS_MOST = 8,  // the caller included
     TEAM_SPIN_NS = 100000,  // how long a worker spins for the next loop before it sleeps
     TEAM_LATE_NS = 200000,  // how long the caller waits for a piece that a worker has begun...
-    TEAM_ALONE_LOOPS = 4000 // ...before it runs this many loops without help
+    TEAM_ALONE_MOST = 4000, // ...before it runs a loop without help; twice as many, up to this,
+    TEAM_SOON_LOOPS = 128   // each time a worker is late again so soon
 };
 
 typedef struct Team Team;

@@ -16,10 +16,11 @@ typedef struct Count {
     atomic_int done[ITEMS];
     pthread_t caller;
     atomic_int by_workers;
-    // A worker holds the first piece that it gets until the caller has lost patience with it.
+    // A worker holds the first piece that it gets of a loop until the caller has lost patience.
     Team *team;
     bool holds;
     atomic_bool held;
+    int64_t late; // as counted before the loop
 } Count;
 
 static void sleep_ms(int ms)
@@ -42,7 +43,7 @@ static void count_items(void *context, int first, int last)
         for (int i = 0; i < 2000 && !atomic_load(&count->held); i++)
             sleep_ms(1);
     else if (!atomic_exchange(&count->held, true))
-        for (int i = 0; i < 20000 && team_late(count->team) == 0; i++)
+        for (int i = 0; i < 20000 && team_late(count->team) == count->late; i++)
             sleep_ms(1);
 }
 
@@ -97,6 +98,20 @@ static void team_without_workers_is_its_caller(void **state)
     team_destroy(NULL);
 }
 
+// Runs a loop in which a worker is late.
+static void be_late(Count *count)
+{
+    count->holds = true;
+    atomic_store(&count->held, false);
+    count->late = team_late(count->team);
+    team_run(count->team, count_items, count, ITEMS);
+    count->holds = false;
+    assert_true(atomic_load(&count->held));
+    assert_int_equal(team_late(count->team), count->late + 1);
+}
+
+// A worker that is late now and then is missed for one loop, one that is late again and again for
+// twice as many loops each time, up to TEAM_ALONE_MOST.
 static void late_worker_is_waited_for_once_and_then_left_out(void **state)
 {
     (void)state;
@@ -104,17 +119,24 @@ static void late_worker_is_waited_for_once_and_then_left_out(void **state)
     memset(&count, 0, sizeof count);
     count.caller = pthread_self();
     count.team = make_team(2);
-    count.holds = true;
-    team_run(count.team, count_items, &count, ITEMS);
+    be_late(&count);
     expect_each_item(&count, ITEMS, 1);
-    assert_true(atomic_load(&count.held));
-    assert_int_equal(team_late(count.team), 1);
-
-    count.holds = false;
-    int before = atomic_load(&count.by_workers);
-    for (int loop = 0; loop < TEAM_ALONE_LOOPS; loop++)
+    int expected = 1;
+    for (int again = 0; again < 14; again++) {
+        const int before = atomic_load(&count.by_workers);
+        for (int loop = 0; loop < expected; loop++)
+            team_run(count.team, count_items, &count, 1);
+        assert_int_equal(atomic_load(&count.by_workers), before);
+        be_late(&count);
+        expected = 2 * expected < TEAM_ALONE_MOST ? 2 * expected : TEAM_ALONE_MOST;
+    }
+    assert_int_equal(expected, TEAM_ALONE_MOST);
+    // After so many loops in time, once is once again.
+    for (int loop = 0; loop < expected + TEAM_SOON_LOOPS; loop++)
         team_run(count.team, count_items, &count, 1);
-    assert_int_equal(atomic_load(&count.by_workers), before);
+    be_late(&count);
+    team_run(count.team, count_items, &count, 1);
+    be_late(&count);
     team_destroy(count.team);
 }
 
