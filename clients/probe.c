@@ -20,6 +20,7 @@
 
 enum { OTHER_TOOLS = 8 };
 #define AUTO_BEGINS 0.05 // --auto that touches sooner begins in the body [s]
+#define AUTO_APART  1e-3 // so does one that the server leads out by more than this [m]
 #define AUTO_REACH  0.1  // how far --auto searches beyond the body's nearest node [m]
 
 typedef enum Mode { MODE_NONE, MODE_POSES, MODE_PRESS, MODE_AUTO, MODE_KEYS } Mode;
@@ -55,6 +56,7 @@ typedef struct Probe {
     int64_t contact_ns;        // its arrival; 0: none yet
     int64_t contacts, foreign; // foreign: of our tool, but for another client's pose
     double begun;              // --auto: when what is felt counts [s]
+    double apart;              // of the tool from our pose [m]
     bool touched, deepened;    // --auto deepens its press at the first contact
     double force_max, force_sum, depth_max;
     int64_t touching;
@@ -240,6 +242,10 @@ static void take_contact(Probe *probe, const pliant_contact_t *contact)
     probe->contact = *contact;
     probe->contact_ns = client_now_ns();
     probe->contacts++;
+    double way[3];
+    for (int k = 0; k < 3; k++)
+        way[k] = contact->position[k] - probe->pose.position[k];
+    probe->apart = length_of(way);
     // Its figures for the summary.
     double force = length_of(contact->force);
     if (contact->contact) {
@@ -337,7 +343,7 @@ static void withdraw(Probe *probe)
 static void step_back(Probe *probe, double begun)
 {
     Options *options = &probe->options;
-    const double back = options->clearance + probe->contact.depth;
+    const double back = options->clearance + fmax(probe->contact.depth, probe->apart);
     for (int k = 0; k < 3; k++)
         options->start[k] -= back * options->direction[k];
     track_destroy(&probe->track);
@@ -408,7 +414,8 @@ static bool next_pose(Probe *probe, double time, double period)
     // Before a quarter of its way to the body a tool should not feel it. What it felt before it
     // stepped back is still on the way for as long.
     const double soon = fmin(AUTO_BEGINS, 0.25 * probe->options.clearance / probe->options.speed);
-    if (probe->options.mode == MODE_AUTO && probe->touched && !probe->deepened &&
+    const bool led_out = probe->begun == 0.0 && probe->apart > AUTO_APART;
+    if (probe->options.mode == MODE_AUTO && (probe->touched || led_out) && !probe->deepened &&
         time < probe->begun + soon) {
         probe->touched = false;
         if (time >= probe->begun)

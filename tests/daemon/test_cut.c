@@ -298,7 +298,10 @@ static void a_tool_that_begins_in_the_body_begins_again_outside(void **state)
     Process run;
     process_run(&run, prober, "--auto --body box --clearance 0.002 --depth 0.003 --hold 0.1");
     assert_int_equal(run.code, 0);
-    assert_non_null(strstr(run.out, "the tool begins in the body; starting 5."));
+    // The server leads it out by 3 mm, less what it has come back since.
+    const char *begins = "the tool begins in the body; starting ", *back = strstr(run.out, begins);
+    assert_non_null(back);
+    expect_at_least(strtod(back + strlen(begins), NULL), 4.5);
     // From 2 mm before its surface; a pose and its contact are 2 ms of 50 mm/s, or more, on the
     // way.
     const char *touched = strstr(run.out, "touched after ");
