@@ -42,14 +42,14 @@ static bool is_on_border(const TouchPair *pair, const double weight[3])
 }
 
 bool touch_gap(const Vec3 *x, Vec3 at, const TouchPair *pair, int count, int patch, int side,
-               TouchGap *gap)
+               double moved, TouchGap *gap)
 {
     ClosestPair nearest = {.distance = (double)INFINITY};
     Vec3 corner[3], normal = {0.0, 0.0, 0.0};
     gap->pair = NULL;
     for (int i = 0; i < count; i++) {
         ClosestPair one;
-        if (pair[i].patch != patch)
+        if (pair[i].patch != patch || pair[i].least - moved > nearest.distance)
             continue;
         gather(x, &pair[i], corner);
         distance_point_triangle(at, corner, &one);
@@ -58,6 +58,7 @@ bool touch_gap(const Vec3 *x, Vec3 at, const TouchPair *pair, int count, int pat
             gap->pair = &pair[i];
         }
     }
+    gap->distance = nearest.distance;
     if (gap->pair == NULL || is_on_border(gap->pair, nearest.weight))
         return false;
     memcpy(gap->weight, nearest.weight, sizeof gap->weight);
@@ -68,14 +69,15 @@ bool touch_gap(const Vec3 *x, Vec3 at, const TouchPair *pair, int count, int pat
     const bool inside =
         nearest.weight[0] > 0.0 && nearest.weight[1] > 0.0 && nearest.weight[2] > 0.0;
     // At an edge or a corner the face decides that is seen most from above or below.
+    const double as_near = nearest.distance * (1.0 + TIE) + TIE_LEAST;
     for (int i = 0; i < count && !inside; i++) {
         ClosestPair one;
-        if (pair[i].patch != patch || &pair[i] == gap->pair)
+        if (pair[i].patch != patch || &pair[i] == gap->pair || pair[i].least - moved > as_near)
             continue;
         gather(x, &pair[i], corner);
         distance_point_triangle(at, corner, &one);
         const double other = vec3_dot(away, normal_of(corner));
-        if (one.distance <= nearest.distance * (1.0 + TIE) + TIE_LEAST && fabs(other) > fabs(along))
+        if (one.distance <= as_near && fabs(other) > fabs(along))
             along = other;
     }
     const double sign = along < 0.0 ? -side : side;
@@ -144,8 +146,20 @@ static double push_apart(Touch *touch, TouchHalf *half, const TouchPoint *point,
     return push;
 }
 
+// Returns how far any node of an end moved since the search [m].
+static double way_of(const TouchEnd *end)
+{
+    double most = 0.0;
+    for (int i = 0; i < end->count; i++) {
+        const Vec3 way = vec3_sub(end->x[i], end->from[i]);
+        most = fmax(most, vec3_dot(way, way));
+    }
+    return sqrt(most);
+}
+
 void touch_evaluate(Touch *touch, double dt)
 {
+    const double moved = way_of(&touch->end[0]) + way_of(&touch->end[1]);
     touch->depth = touch->energy = 0.0;
     for (int e = 0; e < 2; e++)
         if (touch->end[e].count > 0)
@@ -156,12 +170,12 @@ void touch_evaluate(Touch *touch, double dt)
             TouchPoint *point = &half->point[i];
             bool rubbed = false; // one bristle: on the first patch that pushes
             point->trial = (Vec3){0.0, 0.0, 0.0};
-            for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+            for (int patch = 0; patch < TOUCH_PATCHES && point->clear <= moved; patch++) {
                 TouchGap gap;
                 if (point->side[patch] == 0 ||
                     !touch_gap(half->faces->x, half->points->x[point->own],
                                &half->pair[point->first], point->count, patch, point->side[patch],
-                               &gap) ||
+                               moved, &gap) ||
                     !(gap.distance < 0.0))
                     continue;
                 const double push = push_apart(touch, half, point, &gap);
@@ -293,6 +307,8 @@ void touch_restored(Touch *touch)
     }
     for (int k = 0; k < 2; k++)
         touch->half[k].point_count = touch->half[k].pair_count = 0;
+    if (touch->kept->holds != 0)
+        touch_search_again(touch);
 }
 
 void touch_topology_changed(Touch *touch, int which, const TopologyChange *change)
@@ -303,31 +319,38 @@ void touch_topology_changed(Touch *touch, int which, const TopologyChange *chang
         if (touch->half[k].points == &touch->end[which])
             follow_points(&touch->half[k], change);
     }
-    *touch->wait = 0;
+    touch->kept->wait = touch->kept->holds = 0;
     touch_restored(touch);
+}
+
+// True if what a point remembers can be.
+static bool check_memory(const TouchMemory *memory, const BodySurface *faces)
+{
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+        const int face = memory->face[patch] - 1, side = memory->side[patch];
+        if (face < -1 || face >= faces->face_count || side < -1 || side > 1)
+            return false;
+        for (int c = 0; c < 3 && face >= 0; c++)
+            if (faces->face[face][c] < 0 || faces->face[face][c] >= faces->node_count)
+                return false;
+    }
+    return vec3_dot(memory->bristle, memory->bristle) < 1e12; // no body is that large
 }
 
 bool touch_check(const Touch *touch)
 {
+    const TouchKept *kept = touch->kept;
     for (int k = 0; k < 2; k++) {
         const TouchHalf *half = &touch->half[k];
         const BodySurface *faces = &half->faces->body->surface;
-        for (int i = 0; i < half->points->body->surface.node_count; i++) {
-            const TouchMemory *memory = &half->memory[i];
-            for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
-                const int face = memory->face[patch] - 1, side = memory->side[patch];
-                if (face < -1 || face >= faces->face_count || side < -1 || side > 1)
-                    return false;
-                for (int c = 0; c < 3 && face >= 0; c++)
-                    if (faces->face[face][c] < 0 || faces->face[face][c] >= faces->node_count)
-                        return false;
-            }
-            // No body is that large.
-            if (!(vec3_dot(memory->bristle, memory->bristle) < 1e12))
+        for (int i = 0; i < half->points->body->surface.node_count; i++)
+            if (!check_memory(&half->memory[i], faces) || !check_memory(&half->before[i], faces) ||
+                !(vec3_dot(half->points->place[i], half->points->place[i]) < 1e12))
                 return false;
-        }
+        if (!(kept->fastest[k] >= 0.0 && kept->fastest[k] < 1e6))
+            return false;
     }
-    return *touch->wait >= 0 && *touch->wait < 1000;
+    return kept->wait >= 0 && kept->wait < 1000 && (kept->holds == 0 || kept->holds == 1);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -340,7 +363,7 @@ void touch_bounds(const TouchOptions *options, const Body *body, double *lambda,
     *damping = damping_time(options, body) * *lambda;
 }
 
-static void create_end(TouchEnd *end, const char *name, Body *body, Arena *arena)
+static void create_end(TouchEnd *end, const char *name, Body *body, Arena *arena, StateList *state)
 {
     const int nodes = body->surface.node_count;
     end->body = body;
@@ -349,6 +372,7 @@ static void create_end(TouchEnd *end, const char *name, Body *body, Arena *arena
     end->x = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "positions");
     end->v = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "velocities");
     end->f = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "forces");
+    end->from = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "starts");
     end->used = ALLOCATE(ARENA_CONTACT, nodes, int, "used");
     end->place = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "places");
     end->packed_place = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "packed places");
@@ -356,6 +380,7 @@ static void create_end(TouchEnd *end, const char *name, Body *body, Arena *arena
     for (int i = 0; i < nodes; i++)
         end->number[i] = -1;
     touch_list_nodes(end);
+    state_add(state, end->place, (size_t)nodes * sizeof *end->place, "%s/places", name);
 }
 
 static void create_half(TouchHalf *half, const char *name, Arena *arena, StateList *state)
@@ -378,7 +403,10 @@ static void create_half(TouchHalf *half, const char *name, Arena *arena, StateLi
     half->cell_face = ALLOCATE(ARENA_CONTACT, half->entry_capacity, int, "cells' faces");
     if (body_changes(half->faces->body))
         half->heir = ALLOCATE(ARENA_CONTACT, faces->face_count, int, "heirs");
+    half->before = ALLOCATE(ARENA_CONTACT, points->node_count, TouchMemory, "memory before");
     state_add(state, half->memory, (size_t)points->node_count * sizeof *half->memory, "%s/memory",
+              name);
+    state_add(state, half->before, (size_t)points->node_count * sizeof *half->before, "%s/before",
               name);
 }
 
@@ -390,12 +418,12 @@ Touch *touch_create(const char *name, const TouchOptions *options, Body *first, 
     touch->body[0] = first;
     touch->body[1] = second;
     touch->tick = tick;
-    touch->wait = ALLOCATE(ARENA_CONTACT, 1, int64_t, "wait");
-    state_add(state, touch->wait, sizeof *touch->wait, "%s/wait", name);
+    touch->kept = ALLOCATE(ARENA_CONTACT, 1, TouchKept, "kept");
+    state_add(state, touch->kept, sizeof *touch->kept, "%s/kept", name);
     for (int k = 0; k < 2; k++) {
         char part[48];
         snprintf(part, sizeof part, "%.34s%d", name, k);
-        create_end(&touch->end[k], part, touch->body[k], arena);
+        create_end(&touch->end[k], part, touch->body[k], arena, state);
     }
     for (int k = 0; k < 2; k++) {
         char part[48];

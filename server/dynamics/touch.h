@@ -25,7 +25,7 @@ int touch_node_capacity(const Touch *touch, int which);
 // Returns what it adds to the bounds of M^-1 K [1/s2] and M^-1 C [1/s] of one of its bodies.
 void touch_bounds(const TouchOptions *options, const Body *body, double *lambda, double *damping);
 
-// Finds what can touch within the tick.
+// Finds what can touch within the tick, if that is not known yet.
 void touch_begin_tick(Touch *touch);
 // True if anything can touch in this tick: without, an evaluation does nothing.
 bool touch_is_near(const Touch *touch);

@@ -17,22 +17,31 @@ typedef struct TouchMemory {
     Vec3 bristle;            // of friction [m]
 } TouchMemory;
 
-// A face that a point can reach within the tick.
+// Of the last search, plain data, part of the state, whole words.
+typedef struct TouchKept {
+    int64_t holds;     // 1: what it found is still all that can meet
+    int64_t wait;      // ticks until the boxes of bodies that are apart are looked at again
+    double fastest[2]; // speed of any node of each body at that time [m/s]
+} TouchKept;
+
+// A face that a point can reach until the next search.
 typedef struct TouchPair {
     int face;
     int corner[3]; // numbers in TouchEnd
     int patch;
+    double least;    // distance from the point at the search [m]
     unsigned border; // bit k: nothing that counts continues the surface across edge (k, k + 1);
                      // bit 3 + k: around corner k
 } TouchPair;
 
-// A point that can reach the other surface within the tick.
+// A point that can reach the other surface until the next search.
 typedef struct TouchPoint {
     int node;         // of its body
     int own;          // its number in TouchEnd
     int first, count; // of its pairs
     double stiffness; // [N/m]
-    int under[3];     // nodes that carry it at the start of the tick, by `weight`
+    double clear;     // what it was off at the search, negative inside [m]
+    int under[3];     // nodes that carried it at the search, by `weight`
     double weight[3];
     int side[TOUCH_PATCHES];
     Vec3 trial; // bristle of the current evaluation [m]
@@ -45,8 +54,9 @@ typedef struct TouchEnd {
     int *node;   // [count]
     int *number; // [node slots] of a node; -1
     Vec3 *x, *v, *f;
-    // Of the search: all nodes in use; their positions by node, and positions and velocities in
-    // the order of `used`.
+    Vec3 *from; // x at the search
+    // Of the search: all nodes in use; positions at the last one by node, state; positions and
+    // velocities now in the order of `used`.
     int used_count;
     int *used;
     Vec3 *place, *packed_place, *packed_speed;
@@ -67,6 +77,7 @@ typedef struct TouchHalf {
     TouchEnd *points, *faces;
     bool one_sided; // a point inside is pushed out; else it stays on the side that it came from
     TouchMemory *memory; // [node slots], state
+    TouchMemory *before; // likewise, as it was before the last search
     int point_count, point_capacity;
     TouchPoint *point;
     int pair_count, pair_capacity;
@@ -92,18 +103,21 @@ struct Touch {
     double tick; // [s]
     TouchEnd end[2];
     TouchHalf half[2];
-    int64_t *wait;       // ticks until the boxes of both bodies are looked at again; state
+    TouchKept *kept;
     double damping_time; // [s]
     double deepest;      // [m]
-    double slack;        // a point and a face come nearer by at most this within the tick [m]
+    double slack;        // how much nearer a point and a face may come until the next search [m]
     double reach;        // of the search [m]
-    int64_t budget;      // exact distances left to the search of this tick
+    int64_t budget;      // exact distances left to this search
     int64_t refused;
     double depth, energy; // of the last evaluation [m], [J]
 };
 
 // touch_find.c
+// Finds what can meet in this tick, unless the last search covers that too.
 void touch_search(Touch *touch);
+// Finds again what the last search found, after its state was restored.
+void touch_search_again(Touch *touch);
 // Lists the nodes in use again.
 void touch_list_nodes(TouchEnd *end);
 // Gives back all numbers of nodes.
@@ -111,16 +125,18 @@ void touch_forget_numbers(TouchEnd *end);
 
 // touch.c
 // Finds the signed distance of a point to one of its patches: negative across its side. Returns
-// false if nothing of the patch is in front of or behind it.
+// false if nothing of the patch is in front of or behind it; the distance is then that to its
+// border, or infinite.
 typedef struct TouchGap {
     double distance; // signed [m]
     Vec3 out;        // unit, the direction in which the distance grows
     const TouchPair *pair;
     double weight[3]; // of the nearest point, on the pair's corners
 } TouchGap;
-// `x`: positions by the numbers of TouchPair.corner.
+// `x`: positions by the numbers of TouchPair.corner. `moved`: how much nearer point and faces may
+// have come since the search [m].
 bool touch_gap(const Vec3 *x, Vec3 at, const TouchPair *pair, int count, int patch, int side,
-               TouchGap *gap);
+               double moved, TouchGap *gap);
 // Computes the forces f of both ends at their x and v.
 void touch_evaluate(Touch *touch, double dt);
 

@@ -1,6 +1,6 @@
-// Finds the points and faces of a touch that can meet within a tick (README.md, "Contact between
-// bodies"): boxes of both bodies, a grid over the faces where they overlap, then the nearest faces
-// of each point and the side of them that it is on. Step thread, once a tick.
+// Finds the points and faces of a touch that can meet in the next ticks (README.md, "Contact
+// between bodies"): boxes of both bodies, a grid over the faces where they overlap, then the
+// nearest faces of each point and the side of them that it is on. Step thread, at most once a tick.
 #include "dynamics/touch_data.h"
 
 #include <string.h>
@@ -8,8 +8,10 @@
 enum {
     NEAR = 16,      // faces near a point, at most
     MOST_WAIT = 16, // ticks between two looks at bodies that are apart
-    BUDGET = 16,    // exact distances in a tick for each node, at most
+    BUDGET = 16,    // exact distances in a search for each node, at most
+    AHEAD = 8,      // ticks that a search covers, at most,
 };
+static const double AHEAD_WAY = 0.1; // and edges on which bodies come nearer meanwhile
 // Bodies that are apart may speed up by this before they are looked at again [m/s].
 static const double SPARE_SPEED = 0.5;
 // Speed of a body beyond which its contact is searched no farther [m/s].
@@ -48,21 +50,31 @@ void touch_list_nodes(TouchEnd *end)
     end->density = area > 0.0 ? mass / area : 1e9;
 }
 
-// Reads all nodes of a body, their box and the largest speed.
-static void read_body(TouchEnd *end)
+// Reads all nodes of a body and the largest speed. Returns how far any moved since the search [m].
+static double read_body(TouchEnd *end)
 {
     const Body *body = end->body;
     body->ops->read_nodes(body->model, end->used, end->used_count, end->packed_place,
                           end->packed_speed);
-    end->box = box_empty();
-    double fastest = 0.0;
+    double fastest = 0.0, farthest = 0.0;
     for (int i = 0; i < end->used_count; i++) {
-        const Vec3 x = end->packed_place[i], v = end->packed_speed[i];
-        end->place[end->used[i]] = x;
-        box_add(&end->box, x);
+        const Vec3 v = end->packed_speed[i],
+                   way = vec3_sub(end->packed_place[i], end->place[end->used[i]]);
         fastest = fmax(fastest, vec3_dot(v, v));
+        farthest = fmax(farthest, vec3_dot(way, way));
     }
     end->fastest = fmin(sqrt(fastest), MOST_SPEED);
+    return sqrt(farthest);
+}
+
+// Sets where the nodes of a body are for a search, and their box.
+static void place_body(TouchEnd *end)
+{
+    end->box = box_empty();
+    for (int i = 0; i < end->used_count; i++) {
+        end->place[end->used[i]] = end->packed_place[i];
+        box_add(&end->box, end->packed_place[i]);
+    }
 }
 
 void touch_forget_numbers(TouchEnd *end)
@@ -76,6 +88,7 @@ static int number_of(TouchEnd *end, int node)
 {
     if (end->number[node] < 0) {
         end->number[node] = end->count;
+        end->from[end->count] = end->place[node];
         end->node[end->count++] = node;
     }
     return end->number[node];
@@ -449,7 +462,8 @@ static int make_pairs(const TouchHalf *half, const Look *look, int patch, TouchP
     for (int i = 0; i < look->count; i++) {
         if (look->near[i].patch != patch)
             continue;
-        pair[count] = (TouchPair){.face = look->near[i].face, .patch = patch};
+        pair[count] = (TouchPair){
+            .face = look->near[i].face, .patch = patch, .least = look->near[i].at.distance};
         memcpy(pair[count].corner, surface->face[look->near[i].face], sizeof pair->corner);
         pair[count].border = borders_of(half, look, look->near[i].face);
         count++;
@@ -465,7 +479,7 @@ static int side_of(const TouchHalf *half, const Look *look, int remembered, cons
     TouchGap gap;
     if (half->one_sided)
         return 1;
-    if (!touch_gap(half->faces->place, look->at, pair, count, patch, 1, &gap))
+    if (!touch_gap(half->faces->place, look->at, pair, count, patch, 1, 0.0, &gap))
         return 0;
     if (remembered != 0)
         return remembered;
@@ -545,7 +559,7 @@ static double stiffness_of(const Touch *touch, const TouchHalf *half, int node)
 
 // Adds a point that can meet the other surface in this tick; returns false without space.
 static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TOUCH_PATCHES],
-                      const TouchPair *pair, int count, const TouchGap *nearest)
+                      const TouchPair *pair, int count, const TouchGap *nearest, double clear)
 {
     if (half->point_count == half->point_capacity || half->pair_count + count > half->pair_capacity)
         return false;
@@ -553,7 +567,8 @@ static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TO
     *point = (TouchPoint){.node = node,
                           .own = number_of(half->points, node),
                           .first = half->pair_count,
-                          .count = count};
+                          .count = count,
+                          .clear = clear};
     memcpy(point->side, side, sizeof point->side);
     point->stiffness = stiffness_of(touch, half, node);
     // What it asks of the corners beneath it.
@@ -603,15 +618,19 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int 
     remember(memory, side, pair, count);
     // The nearest of what it can meet.
     TouchGap nearest = {.distance = (double)INFINITY}, gap;
-    for (int patch = 0; patch < TOUCH_PATCHES; patch++)
-        if (touch_gap(half->faces->place, look.at, pair, count, patch, side[patch], &gap) &&
-            gap.distance < nearest.distance)
+    double clear = (double)INFINITY; // borders included, which may become faces
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+        const bool meets =
+            touch_gap(half->faces->place, look.at, pair, count, patch, side[patch], 0.0, &gap);
+        clear = fmin(clear, gap.distance);
+        if (meets && gap.distance < nearest.distance)
             nearest = gap;
+    }
     if (!(nearest.distance < touch->reach))
         *memory = (TouchMemory){.face = {0, 0}};
     if (!(nearest.distance < touch->slack))
         return false;
-    const bool added = add_point(touch, half, node, side, pair, count, &nearest);
+    const bool added = add_point(touch, half, node, side, pair, count, &nearest, clear);
     touch->refused += !added;
     return added;
 }
@@ -667,38 +686,30 @@ static void share_corners(Touch *touch, TouchHalf *half)
             half->demand[half->point[i].under[k]] = 0.0;
 }
 
-// Sets how far this tick's search reaches. The slack is the way of both bodies in a tick, by half
-// more than at their speeds now.
+// Returns how much nearer bodies come in a tick, by half more than at their speeds now [m].
+static double way_of_tick(const Touch *touch)
+{
+    return 1.5 * touch->tick * (touch->end[0].fastest + touch->end[1].fastest);
+}
+
+// Sets how far a search reaches: over a tick, or several of slow bodies.
 static void set_reach(Touch *touch)
 {
     const Body *a = touch->body[0], *b = touch->body[1];
     const double longest = fmax(a->surface.longest_edge, b->surface.longest_edge),
                  edge = fmin(a->surface.longest_edge, b->surface.longest_edge);
-    const double speed = touch->end[0].fastest + touch->end[1].fastest;
-    touch->slack = 1.5 * touch->tick * speed + 0.01 * edge;
+    const double way = way_of_tick(touch);
+    touch->slack = fmax(way, fmin(AHEAD * way, AHEAD_WAY * edge)) + 0.01 * edge;
     touch->reach = 2.0 * touch->slack;
     touch->deepest = DEEPEST * longest;
 }
 
-void touch_search(Touch *touch)
+// Searches from where the nodes are placed.
+static void search(Touch *touch)
 {
     for (int e = 0; e < 2; e++)
         touch_forget_numbers(&touch->end[e]);
-    for (int k = 0; k < 2; k++)
-        touch->half[k].point_count = touch->half[k].pair_count = 0;
-    if (*touch->wait > 0) {
-        --*touch->wait;
-        return;
-    }
-    for (int e = 0; e < 2; e++)
-        read_body(&touch->end[e]);
-    set_reach(touch);
     const TouchEnd *first = &touch->end[0], *second = &touch->end[1];
-    // Far apart: nothing until they can have met.
-    const double apart = box_gap(&first->box, &second->box) - touch->reach;
-    const double speed = first->fastest + second->fastest + 2.0 * SPARE_SPEED;
-    if (apart > 0.0)
-        *touch->wait = (int64_t)fmin(apart / (touch->tick * speed), MOST_WAIT);
     touch->budget = BUDGET * (int64_t)(first->used_count + second->used_count);
     const Box box = box_common(&first->box, &second->box, touch->reach);
     for (int k = 0; k < 2; k++)
@@ -706,4 +717,51 @@ void touch_search(Touch *touch)
     touch->refused += touch->budget <= 0;
     for (int k = 0; k < 2; k++)
         share_corners(touch, &touch->half[k]);
+}
+
+void touch_search(Touch *touch)
+{
+    TouchKept *kept = touch->kept;
+    if (kept->wait > 0) { // nothing is near
+        kept->wait--;
+        return;
+    }
+    const double moved = read_body(&touch->end[0]) + read_body(&touch->end[1]);
+    if (kept->holds != 0 && moved + way_of_tick(touch) <= touch->slack)
+        return;
+    // What a search depends on is kept, so that it can be repeated.
+    for (int e = 0; e < 2; e++) {
+        place_body(&touch->end[e]);
+        kept->fastest[e] = touch->end[e].fastest;
+        memcpy(touch->half[e].before, touch->half[e].memory,
+               (size_t)touch->half[e].points->body->surface.node_count * sizeof(TouchMemory));
+    }
+    set_reach(touch);
+    search(touch);
+    // Far apart: nothing until they can have met.
+    const double apart = box_gap(&touch->end[0].box, &touch->end[1].box) - touch->reach;
+    const double speed = kept->fastest[0] + kept->fastest[1] + 2.0 * SPARE_SPEED;
+    if (apart > 0.0)
+        kept->wait = (int64_t)fmin(apart / (touch->tick * speed), MOST_WAIT);
+    kept->holds = !(apart > 0.0);
+}
+
+void touch_search_again(Touch *touch)
+{
+    const int64_t refused = touch->refused;
+    for (int e = 0; e < 2; e++) {
+        TouchEnd *end = &touch->end[e];
+        TouchHalf *half = &touch->half[e];
+        end->fastest = touch->kept->fastest[e];
+        for (int i = 0; i < end->used_count; i++)
+            end->packed_place[i] = end->place[end->used[i]];
+        place_body(end);
+        for (int i = 0; i < half->points->body->surface.node_count; i++) {
+            memcpy(half->memory[i].face, half->before[i].face, sizeof half->memory[i].face);
+            memcpy(half->memory[i].side, half->before[i].side, sizeof half->memory[i].side);
+        }
+    }
+    set_reach(touch);
+    search(touch);
+    touch->refused = refused; // counted when it was done first
 }
