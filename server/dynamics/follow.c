@@ -34,7 +34,7 @@ static void follow(Sim *sim, int b, const TopologyChange *change)
         ties_bound(sim);
     // What touches the body, and what of it touches others.
     for (int k = 0; k < sim->touch_count; k++)
-        for (int which = 0; which < 2; which++)
+        for (int which = 0; which < touch_bodies(touch_options(sim->touch[k])); which++)
             if (touch_options(sim->touch[k])->body[which] == b)
                 touch_topology_changed(sim->touch[k], which, change);
     // Loads keep their force; energies are counted anew, and steps may differ.

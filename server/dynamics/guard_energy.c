@@ -121,7 +121,11 @@ static bool is_held(const Sim *sim, int b)
             return true;
     if (sim->ties != NULL && sim->ties->lambda[b] > 0.0)
         return true;
-    return sim->group[b].first != b || sim->group[b].next >= 0; // joined with another, or touches
+    for (int t = 0; t < sim->touch_count; t++)
+        if (touch_options(sim->touch[t])->body[0] == b ||
+            touch_options(sim->touch[t])->body[1] == b)
+            return true;
+    return sim->group[b].first != b || sim->group[b].next >= 0; // joined with another
 }
 
 // Adds the contributions of the tick.

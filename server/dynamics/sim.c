@@ -129,7 +129,6 @@ bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *stat
 
 bool sim_add_touch(Sim *sim, const TouchOptions *options, Status *status)
 {
-    ASSERT(options->body[0] != options->body[1]);
     ASSERT(sim->touch_count < sim->capacity.touches);
     Body *first = &sim->body[options->body[0]], *second = &sim->body[options->body[1]];
     // Bodies that touch advance stage by stage, so they must have the same stages.
@@ -273,7 +272,7 @@ static void reserve_forces(Sim *sim)
         if (sim->ties != NULL)
             pushed += ties_node_capacity(sim);
         for (int k = 0; k < sim->touch_count; k++)
-            for (int which = 0; which < 2; which++)
+            for (int which = 0; which < touch_bodies(touch_options(sim->touch[k])); which++)
                 if (touch_options(sim->touch[k])->body[which] == b)
                     pushed += touch_node_capacity(sim->touch[k], which);
         // The body makes space for it.

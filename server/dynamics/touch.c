@@ -159,12 +159,12 @@ static double way_of(const TouchEnd *end)
 
 void touch_evaluate(Touch *touch, double dt)
 {
-    const double moved = way_of(&touch->end[0]) + way_of(&touch->end[1]);
+    const double moved = way_of(&touch->end[0]) + way_of(&touch->end[touch->count - 1]);
     touch->depth = touch->energy = 0.0;
-    for (int e = 0; e < 2; e++)
+    for (int e = 0; e < touch->count; e++)
         if (touch->end[e].count > 0)
             memset(touch->end[e].f, 0, (size_t)touch->end[e].count * sizeof(Vec3));
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < touch->count; k++) {
         TouchHalf *half = &touch->half[k];
         for (int i = 0; i < half->point_count; i++) {
             TouchPoint *point = &half->point[i];
@@ -189,13 +189,13 @@ void touch_evaluate(Touch *touch, double dt)
 
 void touch_apply(Touch *touch, double dt)
 {
-    for (int e = 0; e < 2; e++) {
+    for (int e = 0; e < touch->count; e++) {
         TouchEnd *end = &touch->end[e];
         if (end->count > 0)
             end->body->ops->read_nodes(end->body->model, end->node, end->count, end->x, end->v);
     }
     touch_evaluate(touch, dt);
-    for (int e = 0; e < 2 && touch->depth > 0.0; e++) {
+    for (int e = 0; e < touch->count && touch->depth > 0.0; e++) {
         const TouchEnd *end = &touch->end[e];
         if (end->count > 0)
             end->body->ops->add_forces(end->body->model, end->node, end->count, end->f);
@@ -204,7 +204,7 @@ void touch_apply(Touch *touch, double dt)
 
 void touch_end_substep(Touch *touch)
 {
-    for (int k = 0; k < 2 && touch->options.friction > 0.0; k++)
+    for (int k = 0; k < touch->count && touch->options.friction > 0.0; k++)
         for (int i = 0; i < touch->half[k].point_count; i++)
             touch->half[k].memory[touch->half[k].point[i].node].bristle =
                 touch->half[k].point[i].trial;
@@ -230,7 +230,7 @@ void touch_begin_tick(Touch *touch)
 
 bool touch_is_near(const Touch *touch)
 {
-    return touch->half[0].point_count + touch->half[1].point_count > 0;
+    return touch->half[0].point_count + touch->half[1].point_count > 0; // the second may be empty
 }
 
 const TouchOptions *touch_options(const Touch *touch)
@@ -288,7 +288,7 @@ static void follow_faces(TouchHalf *half, const TopologyChange *change)
     forget_heirs(half->heir, change);
 }
 
-// New points remember what the first of their parents does.
+// New points remember what the first of their parents does, and were where it was.
 static void follow_points(TouchHalf *half, const TopologyChange *change)
 {
     for (int i = 0; i < change->gone_count; i++)
@@ -296,16 +296,17 @@ static void follow_points(TouchHalf *half, const TopologyChange *change)
     for (int i = 0; i < change->born_count; i++) {
         const NodeBirth *born = &change->born[i];
         half->memory[born->node] = half->memory[born->parent[0]];
+        half->points->place[born->node] = half->points->place[born->parent[0]];
     }
 }
 
 void touch_restored(Touch *touch)
 {
-    for (int e = 0; e < 2; e++) {
+    for (int e = 0; e < touch->count; e++) {
         touch_forget_numbers(&touch->end[e]);
         touch_list_nodes(&touch->end[e]);
     }
-    for (int k = 0; k < 2; k++)
+    for (int k = 0; k < touch->count; k++)
         touch->half[k].point_count = touch->half[k].pair_count = 0;
     if (touch->kept->holds != 0)
         touch_search_again(touch);
@@ -313,7 +314,7 @@ void touch_restored(Touch *touch)
 
 void touch_topology_changed(Touch *touch, int which, const TopologyChange *change)
 {
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < touch->count; k++) {
         if (touch->half[k].faces == &touch->end[which])
             follow_faces(&touch->half[k], change);
         if (touch->half[k].points == &touch->end[which])
@@ -328,7 +329,8 @@ static bool check_memory(const TouchMemory *memory, const BodySurface *faces)
 {
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const int face = memory->face[patch] - 1, side = memory->side[patch];
-        if (face < -1 || face >= faces->face_count || side < -1 || side > 1)
+        if (face < -1 || face >= faces->face_count || side < -1 || side > 1 ||
+            !(fabs(memory->gap[patch]) < 1e6))
             return false;
         for (int c = 0; c < 3 && face >= 0; c++)
             if (faces->face[face][c] < 0 || faces->face[face][c] >= faces->node_count)
@@ -340,7 +342,7 @@ static bool check_memory(const TouchMemory *memory, const BodySurface *faces)
 bool touch_check(const Touch *touch)
 {
     const TouchKept *kept = touch->kept;
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < touch->count; k++) {
         const TouchHalf *half = &touch->half[k];
         const BodySurface *faces = &half->faces->body->surface;
         for (int i = 0; i < half->points->body->surface.node_count; i++)
@@ -350,7 +352,8 @@ bool touch_check(const Touch *touch)
         if (!(kept->fastest[k] >= 0.0 && kept->fastest[k] < 1e6))
             return false;
     }
-    return kept->wait >= 0 && kept->wait < 1000 && (kept->holds == 0 || kept->holds == 1);
+    return kept->moved >= 0.0 && kept->moved < 1e6 && kept->wait >= 0 && kept->wait < 1000 &&
+           (kept->holds == 0 || kept->holds == 1);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -363,7 +366,8 @@ void touch_bounds(const TouchOptions *options, const Body *body, double *lambda,
     *damping = damping_time(options, body) * *lambda;
 }
 
-static void create_end(TouchEnd *end, const char *name, Body *body, Arena *arena, StateList *state)
+static void create_end(TouchEnd *end, bool itself, const char *name, Body *body, Arena *arena,
+                       StateList *state)
 {
     const int nodes = body->surface.node_count;
     end->body = body;
@@ -375,6 +379,8 @@ static void create_end(TouchEnd *end, const char *name, Body *body, Arena *arena
     end->from = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "starts");
     end->used = ALLOCATE(ARENA_CONTACT, nodes, int, "used");
     end->place = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "places");
+    if (itself && !body->surface.solid)
+        end->piece = ALLOCATE(ARENA_CONTACT, nodes, int, "pieces");
     end->packed_place = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "packed places");
     end->packed_speed = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "packed speeds");
     for (int i = 0; i < nodes; i++)
@@ -388,7 +394,7 @@ static void create_half(TouchHalf *half, const char *name, Arena *arena, StateLi
     // A node touches four faces on the whole surface, or more on a part of it.
     enum { PAIRS = 4, LEAST = 256, ENTRIES = 12, LEAST_ENTRIES = 4096, CELLS = 2 };
     const BodySurface *points = &half->points->body->surface, *faces = &half->faces->body->surface;
-    half->one_sided = faces->solid;
+    half->one_sided = faces->solid && half->points != half->faces;
     half->point_capacity = points->node_count;
     half->pair_capacity = PAIRS * points->node_count + LEAST;
     half->cell_capacity = CELLS * faces->face_count + LEAST;
@@ -415,22 +421,23 @@ Touch *touch_create(const char *name, const TouchOptions *options, Body *first, 
 {
     Touch *touch = ALLOCATE(ARENA_CONTACT, 1, Touch, "touch");
     touch->options = *options;
+    touch->count = touch_bodies(options);
     touch->body[0] = first;
     touch->body[1] = second;
     touch->tick = tick;
     touch->kept = ALLOCATE(ARENA_CONTACT, 1, TouchKept, "kept");
     state_add(state, touch->kept, sizeof *touch->kept, "%s/kept", name);
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < touch->count; k++) {
         char part[48];
         snprintf(part, sizeof part, "%.34s%d", name, k);
-        create_end(&touch->end[k], part, touch->body[k], arena, state);
+        create_end(&touch->end[k], touch->count == 1, part, touch->body[k], arena, state);
     }
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < touch->count; k++) {
         char part[48];
         TouchHalf *half = &touch->half[k];
         snprintf(part, sizeof part, "%.34s%d", name, k);
         half->points = &touch->end[k];
-        half->faces = &touch->end[1 - k];
+        half->faces = &touch->end[touch->count - 1 - k];
         create_half(half, part, arena, state);
     }
     return touch;

@@ -1,17 +1,24 @@
-// Contact between the surfaces of two bodies (README.md, "Contact between bodies"). Both feel exact
-// opposite forces. Step thread unless stated.
+// Contact between the surfaces of two bodies, or of a body with itself: its folds, and the pieces
+// that it is cut into (README.md, "Contact between bodies"). Both sides feel exactly opposite
+// forces. Step thread unless stated.
 #ifndef PLIANT_DYNAMICS_TOUCH_H
 #define PLIANT_DYNAMICS_TOUCH_H
 
 #include "dynamics/body.h"
 
 typedef struct TouchOptions {
-    int body[2];      // indices of two different bodies
+    int body[2];      // indices; twice the same: the body with itself
     double stiffness; // g: share of the bodies' own stiffness that it may add
     double friction;  // mu
 } TouchOptions;
 
 typedef struct Touch Touch;
+
+// Returns the number of bodies, 2 or 1; loops over TouchOptions.body end there.
+static inline int touch_bodies(const TouchOptions *options)
+{
+    return options->body[0] == options->body[1] ? 1 : 2;
+}
 
 // Load time. The bodies, in the order of the options, outlive it. Memory is from `arena`; what it
 // remembers is listed in `state`.

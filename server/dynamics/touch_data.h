@@ -12,9 +12,10 @@ enum { TOUCH_PATCHES = 2 };
 // What a point remembers of the other surface; plain data, part of the state, whole words. All 0
 // when nothing is near.
 typedef struct TouchMemory {
-    int face[TOUCH_PATCHES]; // 1 + the nearest face of a patch; 0: none
-    int side[TOUCH_PATCHES]; // on which the point is: 1 outside, -1 inside
-    Vec3 bristle;            // of friction [m]
+    int face[TOUCH_PATCHES];   // 1 + the nearest face of a patch; 0: none
+    int side[TOUCH_PATCHES];   // on which the point is: 1 outside, -1 inside
+    double gap[TOUCH_PATCHES]; // TouchGap.distance [m]
+    Vec3 bristle;              // of friction [m]
 } TouchMemory;
 
 // Of the last search, plain data, part of the state, whole words.
@@ -22,6 +23,7 @@ typedef struct TouchKept {
     int64_t holds;     // 1: what it found is still all that can meet
     int64_t wait;      // ticks until the boxes of bodies that are apart are looked at again
     double fastest[2]; // speed of any node of each body at that time [m/s]
+    double moved;      // how much nearer bodies may have come since the search before [m]
 } TouchKept;
 
 // A face that a point can reach until the next search.
@@ -59,6 +61,8 @@ typedef struct TouchEnd {
     // velocities now in the order of `used`.
     int used_count;
     int *used;
+    int *piece; // [node slots] of a hollow body that touches itself, else NULL: a node of the piece
+                // of surface that a node is on
     Vec3 *place, *packed_place, *packed_speed;
     double density; // mean mass of its free nodes per area of their faces [kg/m2]
     double fastest; // [m/s]
@@ -72,9 +76,9 @@ typedef struct TouchFace {
     double radius;       // around the centre [m]
 } TouchFace;
 
-// Points of one body against faces of a body.
+// Points of one body against faces of a body, or of the same.
 typedef struct TouchHalf {
-    TouchEnd *points, *faces;
+    TouchEnd *points, *faces; // equal: contact with itself
     bool one_sided; // a point inside is pushed out; else it stays on the side that it came from
     TouchMemory *memory; // [node slots], state
     TouchMemory *before; // likewise, as it was before the last search
@@ -101,6 +105,7 @@ struct Touch {
     TouchOptions options;
     Body *body[2];
     double tick; // [s]
+    int count;   // of ends and halves: touch_bodies
     TouchEnd end[2];
     TouchHalf half[2];
     TouchKept *kept;

@@ -19,6 +19,8 @@ static const double MOST_SPEED = 2.0;
 // Cosine between the normals of a point and a face of solids beyond which they are no two surfaces
 // in contact but front and back of a thin part.
 static const double ALIGNED = 0.25;
+// Distance below which a point is on neither side of a face, relative to the longest edge.
+static const double SAME_PLACE = 1e-9;
 // Overlap beyond which a point is forgotten, relative to the longest edge.
 static const double DEEPEST = 4.0;
 
@@ -31,6 +33,30 @@ typedef struct Near {
 
 // ---------------------------------------------------------------------------------------------
 // Bodies
+
+static int root_of(int *piece, int node)
+{
+    while (piece[node] != node)
+        node = piece[node] = piece[piece[node]];
+    return node;
+}
+
+// Finds the pieces of a surface: nodes that are connected by faces.
+static void list_pieces(const TouchEnd *end)
+{
+    const BodySurface *surface = &end->body->surface;
+    int *piece = end->piece;
+    for (int i = 0; i < surface->node_count; i++)
+        piece[i] = i;
+    for (int i = 0; i < end->used_count; i++)
+        for (int k = surface->node_face_start[end->used[i]];
+             k < surface->node_face_end[end->used[i]]; k++) {
+            const int *corner = surface->face[surface->node_face[k]];
+            piece[root_of(piece, corner[0])] = root_of(piece, end->used[i]);
+        }
+    for (int i = 0; i < end->used_count; i++)
+        piece[end->used[i]] = root_of(piece, end->used[i]);
+}
 
 void touch_list_nodes(TouchEnd *end)
 {
@@ -48,6 +74,8 @@ void touch_list_nodes(TouchEnd *end)
     }
     // A body of which all is fixed is as heavy as need be.
     end->density = area > 0.0 ? mass / area : 1e9;
+    if (end->piece != NULL)
+        list_pieces(end);
 }
 
 // Reads all nodes of a body and the largest speed. Returns how far any moved since the search [m].
@@ -277,10 +305,22 @@ typedef struct Look {
     Near near[NEAR];
 } Look;
 
-// True if a point ignores a face.
-static bool ignores(const Look *look, Vec3 normal)
+static bool has_corner(const BodySurface *surface, int face, int node)
 {
-    return look->normal_counts && vec3_dot(look->normal, normal) > ALIGNED;
+    const int *corner = surface->face[face];
+    return corner[0] == node || corner[1] == node || corner[2] == node;
+}
+
+// True if a point ignores a face: the back of a thin part, or in the body itself one of its own, of
+// a hollow one all of its piece.
+static bool ignores(const TouchHalf *half, const Look *look, int face, Vec3 normal)
+{
+    const BodySurface *surface = &half->faces->body->surface;
+    const int *piece = half->faces->piece;
+    return (look->normal_counts && vec3_dot(look->normal, normal) > ALIGNED) ||
+           (half->points == half->faces &&
+            (piece == NULL ? has_corner(surface, face, look->node)
+                           : piece[surface->face[face][0]] == piece[look->node]));
 }
 
 static void read_corners(const TouchEnd *end, int face, Vec3 x[3])
@@ -325,7 +365,7 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
     enum { STEPS = 16 };
     const BodySurface *surface = &half->faces->body->surface;
     double least = distance_to(half, look->at, face, nearest);
-    if (ignores(look, face_normal(half->faces, face)))
+    if (ignores(half, look, face, face_normal(half->faces, face)))
         least = (double)INFINITY;
     for (int step = 0, from = -1; step < STEPS && from != face; step++) {
         const ClosestPair here = *nearest;
@@ -339,7 +379,7 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
                  k++) {
                 const int other = surface->node_face[k];
                 ClosestPair at;
-                if (other == from || ignores(look, face_normal(half->faces, other)) ||
+                if (other == from || ignores(half, look, other, face_normal(half->faces, other)) ||
                     !(distance_to(half, look->at, other, &at) < least))
                     continue;
                 least = at.distance;
@@ -354,7 +394,8 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
 static void try_face(const TouchHalf *half, Look *look, int face, double limit)
 {
     ClosestPair at;
-    if (face < 0 || is_known(look, face) || ignores(look, face_normal(half->faces, face)) ||
+    if (face < 0 || is_known(look, face) ||
+        ignores(half, look, face, face_normal(half->faces, face)) ||
         distance_to(half, look->at, face, &at) > limit)
         return;
     look->least = fmin(look->least, at.distance);
@@ -394,7 +435,7 @@ static void find_near(Touch *touch, TouchHalf *half, Look *look, int first, int 
         const double limit = fmin(touch->reach, look->least + 2.0 * touch->slack);
         const double around = limit + face->radius, plane = vec3_dot(arm, face->normal);
         if (vec3_dot(arm, arm) > around * around || fabs(plane) > limit ||
-            ignores(look, face->normal) || is_known(look, face->face))
+            ignores(half, look, face->face, face->normal) || is_known(look, face->face))
             continue;
         touch->budget--;
         Vec3 x[3];
@@ -422,7 +463,8 @@ static unsigned borders_of(const TouchHalf *half, const Look *look, int face)
     unsigned border = 0;
     for (int k = 0; k < 3; k++) {
         const int across = surface->face_neighbor[face][k];
-        const bool ends = across < 0 || ignores(look, face_normal(half->faces, across));
+        const bool ends =
+            across < 0 || ignores(half, look, across, face_normal(half->faces, across));
         border |= ends ? 1U << k | 1U << (3 + k) | 1U << (3 + (k + 1) % 3) : 0U;
         // A border that only reaches the corner.
         const int node = surface->face[face][k];
@@ -472,18 +514,24 @@ static int make_pairs(const TouchHalf *half, const Look *look, int patch, TouchP
 }
 
 // Returns the side of a patch on which a point is: the remembered one, unless the point has come to
-// its border; else the one that is seen. 0: none, at a border or in the patch.
-static int side_of(const TouchHalf *half, const Look *look, int remembered, const TouchPair *pair,
-                   int count, int patch)
+// its border or to another surface; else the one that is seen. 0: none, at a border or in the
+// patch.
+static int side_of(const Touch *touch, const TouchHalf *half, const Look *look,
+                   const TouchMemory *memory, const TouchPair *pair, int count, int patch)
 {
     TouchGap gap;
     if (half->one_sided)
         return 1;
     if (!touch_gap(half->faces->place, look->at, pair, count, patch, 1, 0.0, &gap))
         return 0;
-    if (remembered != 0)
-        return remembered;
-    return gap.distance < 0.0 ? -1 : 1;
+    // The distance to one surface changes by no more than both have moved.
+    const int side = memory->side[patch];
+    const double moved = touch->kept->moved + SAME_PLACE * half->faces->body->surface.longest_edge;
+    if (side != 0 && fabs(side * gap.distance - memory->gap[patch]) <= moved)
+        return side;
+    // What a solid sees from within is its own back: not of a cut, whose sides are at one place.
+    const bool behind = gap.distance < -SAME_PLACE * half->faces->body->surface.longest_edge;
+    return !behind ? 1 : half->faces->body->surface.solid ? 0 : -1;
 }
 
 // Gives near faces to the patches around what the point remembers.
@@ -500,8 +548,8 @@ static void recall_patches(const BodySurface *surface, Look *look, const TouchMe
 
 // Finds the patches near a point: those that it remembers, then others, the nearest first. Returns
 // the number of pairs.
-static int find_patches(const TouchHalf *half, Look *look, const TouchMemory *memory,
-                        int side[TOUCH_PATCHES], TouchPair *pair)
+static int find_patches(const Touch *touch, const TouchHalf *half, Look *look,
+                        const TouchMemory *memory, int side[TOUCH_PATCHES], TouchPair *pair)
 {
     const BodySurface *surface = &half->faces->body->surface;
     int count = 0;
@@ -523,23 +571,25 @@ static int find_patches(const TouchHalf *half, Look *look, const TouchMemory *me
         }
         const int more = make_pairs(half, look, patch, &pair[count]);
         side[patch] = more == 0 ? 0
-                                : side_of(half, look, has ? memory->side[patch] : 0, &pair[count],
-                                          more, patch);
+                                : side_of(touch, half, look, has ? memory : &(TouchMemory){0},
+                                          &pair[count], more, patch);
         count += side[patch] != 0 ? more : 0;
     }
     return count;
 }
 
-// Sets what a point remembers: the nearest face of each patch.
-static void remember(TouchMemory *memory, const int side[TOUCH_PATCHES], const TouchPair *pair,
-                     int count)
+// Sets what a point remembers of each patch: the nearest face, and on which side and how far it is.
+static void remember(TouchMemory *memory, const int side[TOUCH_PATCHES],
+                     const double gap[TOUCH_PATCHES], const TouchPair *pair, int count)
 {
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         memory->face[patch] = memory->side[patch] = 0;
+        memory->gap[patch] = 0.0;
         for (int i = count - 1; i >= 0; i--)
             if (pair[i].patch == patch) {
                 memory->face[patch] = pair[i].face + 1;
                 memory->side[patch] = side[patch];
+                memory->gap[patch] = gap[patch];
             }
     }
 }
@@ -614,18 +664,20 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int 
         *memory = (TouchMemory){.face = {0, 0}};
         return false;
     }
-    const int count = find_patches(half, &look, memory, side, pair);
-    remember(memory, side, pair, count);
+    const int count = find_patches(touch, half, &look, memory, side, pair);
     // The nearest of what it can meet.
     TouchGap nearest = {.distance = (double)INFINITY}, gap;
+    double off[TOUCH_PATCHES];
     double clear = (double)INFINITY; // borders included, which may become faces
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const bool meets =
             touch_gap(half->faces->place, look.at, pair, count, patch, side[patch], 0.0, &gap);
         clear = fmin(clear, gap.distance);
+        off[patch] = gap.distance;
         if (meets && gap.distance < nearest.distance)
             nearest = gap;
     }
+    remember(memory, side, off, pair, count);
     if (!(nearest.distance < touch->reach))
         *memory = (TouchMemory){.face = {0, 0}};
     if (!(nearest.distance < touch->slack))
@@ -689,7 +741,7 @@ static void share_corners(Touch *touch, TouchHalf *half)
 // Returns how much nearer bodies come in a tick, by half more than at their speeds now [m].
 static double way_of_tick(const Touch *touch)
 {
-    return 1.5 * touch->tick * (touch->end[0].fastest + touch->end[1].fastest);
+    return 1.5 * touch->tick * (touch->end[0].fastest + touch->end[touch->count - 1].fastest);
 }
 
 // Sets how far a search reaches: over a tick, or several of slow bodies.
@@ -707,15 +759,15 @@ static void set_reach(Touch *touch)
 // Searches from where the nodes are placed.
 static void search(Touch *touch)
 {
-    for (int e = 0; e < 2; e++)
+    for (int e = 0; e < touch->count; e++)
         touch_forget_numbers(&touch->end[e]);
-    const TouchEnd *first = &touch->end[0], *second = &touch->end[1];
+    const TouchEnd *first = &touch->end[0], *second = &touch->end[touch->count - 1];
     touch->budget = BUDGET * (int64_t)(first->used_count + second->used_count);
     const Box box = box_common(&first->box, &second->box, touch->reach);
-    for (int k = 0; k < 2; k++)
+    for (int k = 0; k < touch->count; k++)
         search_half(touch, &touch->half[k], &box);
     touch->refused += touch->budget <= 0;
-    for (int k = 0; k < 2; k++)
+    for (int k = 0; k < touch->count; k++)
         share_corners(touch, &touch->half[k]);
 }
 
@@ -726,11 +778,13 @@ void touch_search(Touch *touch)
         kept->wait--;
         return;
     }
-    const double moved = read_body(&touch->end[0]) + read_body(&touch->end[1]);
+    double moved = read_body(&touch->end[0]);
+    moved += touch->count == 2 ? read_body(&touch->end[1]) : moved;
     if (kept->holds != 0 && moved + way_of_tick(touch) <= touch->slack)
         return;
     // What a search depends on is kept, so that it can be repeated.
-    for (int e = 0; e < 2; e++) {
+    kept->moved = moved;
+    for (int e = 0; e < touch->count; e++) {
         place_body(&touch->end[e]);
         kept->fastest[e] = touch->end[e].fastest;
         memcpy(touch->half[e].before, touch->half[e].memory,
@@ -739,7 +793,8 @@ void touch_search(Touch *touch)
     set_reach(touch);
     search(touch);
     // Far apart: nothing until they can have met.
-    const double apart = box_gap(&touch->end[0].box, &touch->end[1].box) - touch->reach;
+    const double apart =
+        box_gap(&touch->end[0].box, &touch->end[touch->count - 1].box) - touch->reach;
     const double speed = kept->fastest[0] + kept->fastest[1] + 2.0 * SPARE_SPEED;
     if (apart > 0.0)
         kept->wait = (int64_t)fmin(apart / (touch->tick * speed), MOST_WAIT);
@@ -749,7 +804,7 @@ void touch_search(Touch *touch)
 void touch_search_again(Touch *touch)
 {
     const int64_t refused = touch->refused;
-    for (int e = 0; e < 2; e++) {
+    for (int e = 0; e < touch->count; e++) {
         TouchEnd *end = &touch->end[e];
         TouchHalf *half = &touch->half[e];
         end->fastest = touch->kept->fastest[e];
@@ -759,6 +814,7 @@ void touch_search_again(Touch *touch)
         for (int i = 0; i < half->points->body->surface.node_count; i++) {
             memcpy(half->memory[i].face, half->before[i].face, sizeof half->memory[i].face);
             memcpy(half->memory[i].side, half->before[i].side, sizeof half->memory[i].side);
+            memcpy(half->memory[i].gap, half->before[i].gap, sizeof half->memory[i].gap);
         }
     }
     set_reach(touch);

@@ -240,7 +240,8 @@ static void print_touch(const Scene *scene, int index, FILE *out)
 {
     const TouchOptions *options = &scene->touch[index].options;
     fprintf(out, "touch %d: body %s with %s, stiffness %.6g of the softer body's, friction %.6g\n",
-            index, scene->body[options->body[0]].name, scene->body[options->body[1]].name,
+            index, scene->body[options->body[0]].name,
+            touch_bodies(options) == 1 ? "itself" : scene->body[options->body[1]].name,
             options->stiffness, options->friction);
 }
 

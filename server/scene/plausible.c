@@ -386,7 +386,8 @@ static bool is_held(const Scene *scene, int index, const BodyOutline *outline)
             return true;
     }
     for (int i = 0; i < scene->touch_count; i++)
-        if (scene->touch[i].options.body[0] == index || scene->touch[i].options.body[1] == index)
+        if (touch_bodies(&scene->touch[i].options) == 2 &&
+            (scene->touch[i].options.body[0] == index || scene->touch[i].options.body[1] == index))
             return true;
     return false;
 }

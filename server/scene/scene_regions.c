@@ -301,7 +301,8 @@ typedef struct TouchGroup {
 #define AT(member) offsetof(TouchGroup, member)
 static const Option TOUCH_OPTIONS[] = {
     {"bodies", OPTION_LIST, AT(bodies), "", .preset_text = "none", .required = true,
-     .about = "The names of the two bodies, `[\"a\", \"b\"]`."},
+     .about = "The names of two bodies, `[\"a\", \"b\"]`, or of one, `[\"a\"]`, that then touches "
+              "itself: its folds, and the pieces that it is cut into."},
     {"stiffness", OPTION_REAL, AT(options.stiffness), "", 0.0, 1e3, .open = true, .preset = 2.0,
      .physics = true,
      .about = "Stiffness of the contact, as a share of the softer body's own stiffness; stiffer "
@@ -310,11 +311,11 @@ static const Option TOUCH_OPTIONS[] = {
      .about = "Coefficient of friction between the surfaces."},
 };
 #undef AT
-const OptionTable TOUCH_TABLE = OPTION_TABLE(
-    "touch",
-    "Contact between two bodies. They are stepped together, with one integrator. Not for plane "
-    "bodies, nor of a body with itself.",
-    TOUCH_OPTIONS);
+const OptionTable TOUCH_TABLE = OPTION_TABLE("touch",
+                                             "Contact between two bodies, which are then stepped "
+                                             "together, with one integrator, or of a body "
+                                             "with itself. Not for plane bodies.",
+                                             TOUCH_OPTIONS);
 
 // Finds the body that entry `index` of `bodies` names; -1 with a status.
 static int find_touched(const SceneReader *reader, const config_setting_t *list, int index)
@@ -327,7 +328,7 @@ static int find_touched(const SceneReader *reader, const config_setting_t *list,
     }
     const int body = scene_find_body(reader, at, name);
     if (body >= 0 && reader->scene->body[body].dimensions == 2) {
-        option_fail(&reader->source, at, "bodies: \"%s\" is a plane body, which touches no other",
+        option_fail(&reader->source, at, "bodies: \"%s\" is a plane body, which touches nothing",
                     name);
         return -1;
     }
@@ -344,18 +345,19 @@ bool scene_read_touch(const SceneReader *reader, const config_setting_t *group, 
     touch->options = raw.options;
     touch->line = (int)config_setting_source_line(group);
     const int count = option_length(raw.bodies);
-    if (count != 2)
-        return option_fail(source, raw.bodies,
-                           "bodies has %d names: it must have two, as a body does not touch itself",
+    if (count != 1 && count != 2)
+        return option_fail(source, raw.bodies, "bodies has %d names: it must have one or two",
                            count);
     int *body = touch->options.body;
     for (int i = 0; i < count; i++)
         if ((body[i] = find_touched(reader, raw.bodies, i)) < 0)
             return false;
-    if (body[0] == body[1])
+    if (count == 1)
+        body[1] = body[0];
+    else if (body[0] == body[1])
         return option_fail(source, raw.bodies,
-                           "bodies: \"%s\" is named twice; a body does not touch itself",
-                           scene->body[body[0]].name);
+                           "bodies: \"%s\" is named twice: [\"%s\"] alone lets it touch itself",
+                           scene->body[body[0]].name, scene->body[body[0]].name);
     // Each pair once: twice would be twice as stiff.
     for (const SceneTouch *other = scene->touch; other < touch; other++)
         if ((other->options.body[0] == body[0] && other->options.body[1] == body[1]) ||

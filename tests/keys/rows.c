@@ -473,9 +473,8 @@ const KeyRow KEY_ROWS[] = {
     {IN(ATTACHMENT_TABLE, "damping_ratio", ALL, STATE, ATTACH, HELD(HELD_AT TO_WORLD),
         HELD(HELD_AT TO_WORLD "damping_ratio = 0.1;"))},
 
-    {REFUSES_FROM(TOUCH_TABLE, "bodies", S | V, ATTACH, TOUCHES(TWO), TOUCHES("bodies = [\"a\"]; "),
-                  "does not touch itself"),
-     .also = {{OTHER, BESIDE}}},
+    {IN(TOUCH_TABLE, "bodies", S | V, STATE, ATTACH, TOUCHES("bodies = [\"a\"]; "), TOUCHES(TWO)),
+     .also = {{OTHER, BESIDE}, {LOADS, ONTO}}},
     {IN(TOUCH_TABLE, "stiffness", S | V, STATE, ATTACH, TOUCHES(TWO),
         TOUCHES(TWO "stiffness = 1.0;")),
      .also = {{OTHER, BESIDE}, {LOADS, ONTO}}},

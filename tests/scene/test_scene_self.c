@@ -1,0 +1,289 @@
+// A body that touches itself: the pieces that it is cut into, and the lips of a cut.
+#include "touching_bodies.h"
+
+#define SELF(more) "touch = ( { bodies = [\"one\"]; " more " } );\n"
+
+// Marks the nodes that are connected by faces with a node.
+static void spread(const Shell *shell, int from, bool *mark)
+{
+    mark[from] = true;
+    for (bool again = true; again;) {
+        again = false;
+        for (int f = 0; f < shell->faces; f++) {
+            const int *c = shell->face[f];
+            if (is_face(shell, f) && (mark[c[0]] || mark[c[1]] || mark[c[2]]) &&
+                !(mark[c[0]] && mark[c[1]] && mark[c[2]]))
+                again = mark[c[0]] = mark[c[1]] = mark[c[2]] = true;
+        }
+    }
+}
+
+// The surface of what is connected with the lowest (or highest) node.
+static Shell piece_of(Run *run, bool highest)
+{
+    Shell shell = shell_of(run, 0);
+    int(*face)[3] = calloc((size_t)shell.faces + 1, sizeof *face), count = 0, from = -1;
+    bool *mark = calloc((size_t)shell.nodes, sizeof *mark);
+    for (int i = 0; i < shell.nodes; i++)
+        if (shell.used[i] && (from < 0 || (shell.x[i].z > shell.x[from].z) == highest))
+            from = i;
+    spread(&shell, from, mark);
+    for (int f = 0; f < shell.faces; f++)
+        if (is_face(&shell, f) && mark[shell.face[f][0]])
+            memcpy(face[count++], shell.face[f], sizeof *face);
+    free(shell.used);
+    shell.used = mark;
+    shell.face = (const int(*)[3])face;
+    shell.faces = count;
+    return shell;
+}
+
+static void piece_free(Shell *shell)
+{
+    free((void *)shell->face);
+    shell_free(shell);
+}
+
+static void cut(Run *run, Vec3 a, Vec3 b, Vec3 way)
+{
+    char why[256];
+    const CutOptions cut = {
+        .body = 0, .before = {{a, b}}, .after = {{vec3_add(a, way), vec3_add(b, way)}}};
+    CutOutcome sum = {0};
+    if (!sim_apply_cut(run->world.sim, &cut, &sum, why, sizeof why))
+        fail_msg("%s", why);
+}
+
+static void step(Run *run, int ticks)
+{
+    for (int i = 0; i < ticks; i++)
+        sim_step(run->world.sim);
+}
+
+static double highest_speed(Run *run)
+{
+    const Body *body = sim_body(run->world.sim, 0);
+    double most = 0.0;
+    for (int i = 0; i < body->surface.node_count; i++) {
+        Vec3 x, v;
+        if (body->surface.node_face_end[i] == body->surface.node_face_start[i])
+            continue;
+        body->ops->read_nodes(body->model, &i, 1, &x, &v);
+        most = fmax(most, vec3_length(v));
+    }
+    return most;
+}
+
+// Every force has its opposite.
+static void expect_forces_cancel(const Touch *touch)
+{
+    Vec3 force = {0, 0, 0}, moment = {0, 0, 0};
+    double size = 0.0;
+    for (int n = 0; n < touch->end[0].count; n++) {
+        force = vec3_add(force, touch->end[0].f[n]);
+        moment = vec3_add(moment, vec3_cross(touch->end[0].x[n], touch->end[0].f[n]));
+        size += vec3_length(touch->end[0].f[n]);
+    }
+    // Rounding; an arm of 5 cm.
+    expect_at_most(vec3_length(force), 1e-14 * size);
+    expect_at_most(vec3_length(moment), 1e-14 * 0.05 * size);
+}
+
+// A tower of tissue is cut through, level and at a slope that friction holds: the upper piece stays
+// on the lower one, from the tick of the cut on, and comes to rest. All of it repeats from the
+// middle.
+static void a_piece_lies_on_what_it_was_cut_from(void **state)
+{
+    (void)state;
+    static const double slope[] = {0.0, 0.2, 0.5};
+    for (int k = 0; k < 3; k++) {
+        Run run;
+        run_create(&run, DOUBLE
+                   "gravity = [0, 0, -9.81];\n"
+                   "bodies = ( { name = \"one\"; model = \"voxel\"; cuttable = true; voxels = { "
+                   "generator = \"box\"; count = [6, 6, 8]; size = 0.005; };\n"
+                   "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.0199]); } ); } );\n" SELF(
+                       "friction = 0.7;"));
+        Sim *sim = run.world.sim;
+        step(&run, 300);
+        assert_true(touch_depth(touch_of(&run)) == 0.0); // no part of it touches another
+        const double speed = highest_speed(&run), rise = 0.05 * slope[k];
+        cut(&run, vec3(-0.05, -0.05, 0.0003 - rise), vec3(0.05, -0.05, 0.0003 + rise),
+            vec3(0, 0.1, 0));
+        double deepest = 0.0, jump = 0.0;
+        for (int i = 0; i < 1500; i++) {
+            step(&run, 1);
+            expect_forces_cancel(touch_of(&run));
+            deepest = fmax(deepest, touch_depth(touch_of(&run)));
+            jump = i < 3 ? fmax(jump, highest_speed(&run) - speed) : jump;
+        }
+        void *middle = malloc(state_bytes(&run.world.state));
+        assert_non_null(middle);
+        state_copy_out(&run.world.state, middle);
+        uint64_t hash[2];
+        for (int pass = 0; pass < 2; pass++) {
+            step(&run, 500);
+            hash[pass] = state_hash(&run.world.state);
+            if (pass == 0) {
+                state_copy_in(&run.world.state, middle);
+                sim_restored(sim);
+                assert_true(sim_check(sim));
+            }
+        }
+        assert_true(hash[0] == hash[1]);
+        assert_int_equal(sim_pieces(sim, 0), 2);
+        assert_int_equal(sim_resets(sim), 0);
+        assert_int_equal(sim_refused_touches(sim), 0);
+        Shell low = piece_of(&run, false), high = piece_of(&run, true);
+        const double overlap = fmax(depth_inside(&low, &high), depth_inside(&high, &low));
+        print_message(
+            "slope %g: deepest %.3g m, %.3g m at rest, %.2g m/s after the cut, %.2g m/s at "
+            "the end\n",
+            slope[k], deepest, overlap, jump, highest_speed(&run));
+        assert_true(touch_depth(touch_of(&run)) > 0.0);
+        expect_at_most(deepest, 1e-3); // a fifth of a cell, as what hits at 0.1 m/s
+        expect_at_most(overlap, 5e-4);
+        // What was tense moves at once, but by no more than gravity lets it in a few ticks.
+        expect_at_most(jump, 0.1);
+        expect_at_most(highest_speed(&run), 5e-3);
+        free(middle);
+        piece_free(&low);
+        piece_free(&high);
+        run_destroy(&run);
+    }
+}
+
+// The deepest node of a closed surface that is inside of it where it overlaps itself [m]: moved in
+// a little, the surface winds around it twice.
+static double overlap_of(const Shell *shell)
+{
+    Vec3 *normal = calloc((size_t)shell->nodes, sizeof *normal);
+    double deepest = 0.0;
+    for (int f = 0; f < shell->faces; f++)
+        for (int k = 0; k < 3 && is_face(shell, f); k++) {
+            const int *c = shell->face[f];
+            normal[c[k]] =
+                vec3_add(normal[c[k]], vec3_cross(vec3_sub(shell->x[c[1]], shell->x[c[0]]),
+                                                  vec3_sub(shell->x[c[2]], shell->x[c[0]])));
+        }
+    for (int i = 0; i < shell->nodes; i++) {
+        if (!shell->used[i])
+            continue;
+        const Vec3 in = vec3_madd(shell->x[i], -1e-6, vec3_unit(normal[i]));
+        if (winding(shell, in) < 1.5)
+            continue;
+        double least = 1.0;
+        for (int f = 0; f < shell->faces; f++) {
+            const int *c = shell->face[f];
+            if (!is_face(shell, f) || c[0] == i || c[1] == i || c[2] == i)
+                continue;
+            const Vec3 x[3] = {shell->x[c[0]], shell->x[c[1]], shell->x[c[2]]};
+            ClosestPair pair;
+            distance_point_triangle(in, x, &pair);
+            least = fmin(least, pair.distance);
+        }
+        deepest = fmax(deepest, least);
+    }
+    free(normal);
+    return deepest;
+}
+
+// A beam with a slit on its upper side is bent upwards: the lips close and press on each other.
+// Without contact they pass through each other.
+static void lips_of_a_slit_do_not_pass_each_other(void **state)
+{
+    (void)state;
+    double overlap[2];
+    for (int with = 0; with < 2; with++) {
+        char text[1024];
+        Run run;
+        snprintf(text, sizeof text,
+                 "gravity = [0, 0, 9.0];\n"
+                 "bodies = ( { name = \"one\"; model = \"voxel\"; cuttable = true; voxels = { "
+                 "generator = \"box\"; count = [16, 4, 4]; size = 0.005; };\n"
+                 "material = { youngs_modulus = 1.0e4; };\n"
+                 "fixed = ( { box = ([-1, -1, -1], [-0.0399, 1, 1]); } ); } );\n%s",
+                 with == 1 ? SELF("") : "");
+        run_create(&run, text);
+        cut(&run, vec3(-0.0204, -0.05, -0.0024), vec3(-0.0204, -0.05, 0.05), vec3(0, 0.1, 0));
+        step(&run, 1500);
+        Shell shell = shell_of(&run, 0);
+        overlap[with] = overlap_of(&shell);
+        shell_free(&shell);
+        assert_int_equal(sim_pieces(run.world.sim, 0), 1);
+        assert_int_equal(sim_resets(run.world.sim), 0);
+        run_destroy(&run);
+    }
+    print_message("lips overlap by %.3g m, by %.3g m without contact\n", overlap[1], overlap[0]);
+    expect_at_least(overlap[0], 2e-3);
+    // A tenth of a cell; a quarter at the rim of a lip, whose nodes see an edge of the other.
+    expect_at_most(overlap[1], 0.3 * 0.005);
+}
+
+// A body that is pressed far in but not cut moves as one that does not touch itself, bit for bit:
+// neither its corners nor its thin parts touch anything.
+static void a_whole_body_does_not_feel_itself(void **state)
+{
+    (void)state;
+    Run run[2];
+    for (int with = 0; with < 2; with++) {
+        char text[1024];
+        snprintf(text, sizeof text,
+                 "bodies = ( { name = \"one\"; model = \"voxel\"; time_step = 0.0002; voxels = { "
+                 "generator = \"ball\"; radius = 0.03; size = 0.004; };\n"
+                 "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.02]); } ); } );\n"
+                 "tools = ( { id = 1; kind = \"probe\"; max_force = 10.0;\n"
+                 "  capsules = ( { radius = 0.008; } ); } );\n%s",
+                 with == 1 ? SELF("") : "");
+        run_create(&run[with], text);
+        ToolPose pose = {
+            .position = {0.0, 0.0, 0.05}, .orientation = {1.0, 0, 0, 0}, .active = true};
+        for (int i = 0; i < 400; i++) {
+            pose.position.z -= i < 150 ? 0.2e-3 : 0.0;
+            sim_apply_pose(run[with].world.sim, 0, &pose, true);
+            step(&run[with], 1);
+            assert_true(with == 0 || touch_depth(touch_of(&run[with])) == 0.0);
+        }
+        assert_true(sim_wrench(run[with].world.sim, 0)->contact);
+    }
+    Shell one = shell_of(&run[0], 0), two = shell_of(&run[1], 0);
+    assert_memory_equal(one.x, two.x, (size_t)one.nodes * sizeof *one.x);
+    for (int with = 0; with < 2; with++)
+        run_destroy(&run[with]);
+    shell_free(&one);
+    shell_free(&two);
+}
+
+// A hollow ball is cut in two: the upper half falls into the lower one and stays there.
+static void halves_of_a_hollow_ball_touch(void **state)
+{
+    (void)state;
+    Run run;
+    run_create(&run, "gravity = [0.0, 0, -9.0];\n"
+                     "bodies = ( { name = \"one\"; cuttable = true; mesh = { generator = "
+                     "\"sphere\"; nodes = 642; radius = 0.03; };\n"
+                     "shape = { frame = \"body\"; angular_frequency = 150.0; };\n"
+                     "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.015]); } ); } );\n" SELF(""));
+    cut(&run, vec3(-0.05, -0.1, 0.0003), vec3(-0.05, 0.1, 0.0003), vec3(0.1, 0.0, 0));
+    step(&run, 1500);
+    assert_int_equal(sim_pieces(run.world.sim, 0), 2);
+    assert_int_equal(sim_resets(run.world.sim), 0);
+    Shell all = shell_of(&run, 0);
+    double lowest = 1.0;
+    for (int i = 0; i < all.nodes; i++)
+        lowest = all.used[i] ? fmin(lowest, all.x[i].z) : lowest;
+    print_message("lowest %.4f m, %.2g m/s\n", lowest, highest_speed(&run));
+    expect_at_least(lowest, -0.0301); // it would have fallen by 10 m
+    expect_at_most(highest_speed(&run), 0.02);
+    shell_free(&all);
+    run_destroy(&run);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_piece_lies_on_what_it_was_cut_from),
+                                       cmocka_unit_test(lips_of_a_slit_do_not_pass_each_other),
+                                       cmocka_unit_test(a_whole_body_does_not_feel_itself),
+                                       cmocka_unit_test(halves_of_a_hollow_ball_touch)};
+    return cmocka_run_group_tests(tests, run_begin, run_end);
+}
