@@ -166,7 +166,8 @@ static const char CASES[] =
     "sizes and of one), live.loop, live.rk4, live.voxel and live.voxel.pressed (a cube of 32 cells "
     "an edge, free and with a ball in it) and live.largest.* (the real pliantd at 1 kHz in a "
     "private network), cut.* (a blade through half of a cube, cut messages) and live.cuts (a "
-    "hundred cuts a second while a tool presses).";
+    "hundred cuts a second while a tool presses), fitted.* (the smooth surface of a solid), "
+    "touch.solids and touch.balls (two bodies, without contact, apart and at rest on each other).";
 
 static const ArgumentTable TABLE = {.program = "pliant-bench",
                                     .usage = "[NEW.tsv]",
@@ -217,6 +218,7 @@ int main(int argc, char **argv)
     bench_windows(&bench);
     bench_divisions(&bench);
     bench_fitted(&bench);
+    bench_touches(&bench);
     bench_guard_voxels(&bench);
 #endif
     bench_live(&bench);
