@@ -414,7 +414,9 @@ static bool next_pose(Probe *probe, double time, double period)
     // Before a quarter of its way to the body a tool should not feel it. What it felt before it
     // stepped back is still on the way for as long.
     const double soon = fmin(AUTO_BEGINS, 0.25 * probe->options.clearance / probe->options.speed);
-    const bool led_out = probe->begun == 0.0 && probe->apart > AUTO_APART;
+    // Since its start it has gone no farther than this, which the last contact need not know.
+    const double gone = probe->options.speed * time;
+    const bool led_out = probe->begun == 0.0 && probe->apart > AUTO_APART + gone;
     if (probe->options.mode == MODE_AUTO && (probe->touched || led_out) && !probe->deepened &&
         time < probe->begun + soon) {
         probe->touched = false;

@@ -111,7 +111,7 @@ static double contacts_hold(const Sim *sim, int b)
     return energy;
 }
 
-// True if attachments or other bodies act on the body: the account ignores the energy of their
+// True if attachments, other bodies or the body itself act on the body: the account ignores the energy of their
 // springs.
 static bool is_held(const Sim *sim, int b)
 {

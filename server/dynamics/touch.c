@@ -288,7 +288,7 @@ static void follow_faces(TouchHalf *half, const TopologyChange *change)
     forget_heirs(half->heir, change);
 }
 
-// New points remember what the first of their parents does, and were where it was.
+// New points remember what the first of their parents does.
 static void follow_points(TouchHalf *half, const TopologyChange *change)
 {
     for (int i = 0; i < change->gone_count; i++)
@@ -296,8 +296,26 @@ static void follow_points(TouchHalf *half, const TopologyChange *change)
     for (int i = 0; i < change->born_count; i++) {
         const NodeBirth *born = &change->born[i];
         half->memory[born->node] = half->memory[born->parent[0]];
-        half->points->place[born->node] = half->points->place[born->parent[0]];
     }
+}
+
+// Nodes that come into use have not moved since the last search.
+static void place_new_nodes(TouchEnd *end)
+{
+    touch_forget_numbers(end);
+    for (int i = 0; i < end->used_count; i++)
+        end->number[end->used[i]] = 0; // in use before
+    const int before = end->used_count;
+    int *former = end->node; // free between searches
+    memcpy(former, end->used, (size_t)before * sizeof *former);
+    touch_list_nodes(end);
+    for (int i = 0; i < end->used_count; i++) {
+        const int node = end->used[i];
+        if (end->number[node] < 0)
+            end->body->ops->read_nodes(end->body->model, &node, 1, &end->place[node], NULL);
+    }
+    for (int i = 0; i < before; i++)
+        end->number[former[i]] = -1;
 }
 
 void touch_restored(Touch *touch)
@@ -308,7 +326,8 @@ void touch_restored(Touch *touch)
     }
     for (int k = 0; k < touch->count; k++)
         touch->half[k].point_count = touch->half[k].pair_count = 0;
-    if (touch->kept->holds != 0)
+    // A state from elsewhere is not checked yet.
+    if (touch->kept->holds != 0 && touch_check(touch))
         touch_search_again(touch);
 }
 
@@ -321,6 +340,7 @@ void touch_topology_changed(Touch *touch, int which, const TopologyChange *chang
             follow_points(&touch->half[k], change);
     }
     touch->kept->wait = touch->kept->holds = 0;
+    place_new_nodes(&touch->end[which]);
     touch_restored(touch);
 }
 
@@ -349,11 +369,13 @@ bool touch_check(const Touch *touch)
             if (!check_memory(&half->memory[i], faces) || !check_memory(&half->before[i], faces) ||
                 !(vec3_dot(half->points->place[i], half->points->place[i]) < 1e12))
                 return false;
-        if (!(kept->fastest[k] >= 0.0 && kept->fastest[k] < 1e6))
-            return false;
     }
-    return kept->moved >= 0.0 && kept->moved < 1e6 && kept->wait >= 0 && kept->wait < 1000 &&
-           (kept->holds == 0 || kept->holds == 1);
+    for (int k = 0; k < 2; k++)
+        if (!(kept->fastest[k] >= 0.0 && kept->fastest[k] <= TOUCH_MOST_SPEED))
+            return false;
+    return kept->moved >= 0.0 && kept->moved < 1e6 && kept->wait >= 0 &&
+           kept->wait <= TOUCH_MOST_WAIT &&
+           (kept->holds == 0 || (kept->holds == 1 && kept->wait == 0));
 }
 
 // ---------------------------------------------------------------------------------------------

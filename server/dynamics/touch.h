@@ -1,6 +1,6 @@
-// Contact between the surfaces of two bodies, or of a body with itself: its folds, and the pieces
-// that it is cut into (README.md, "Contact between bodies"). Both sides feel exactly opposite
-// forces. Step thread unless stated.
+// Contact between the surfaces of two bodies, or of a body with itself: the pieces that it is cut
+// into, and a solid's lips of cuts and folds (README.md, "Contact between bodies"). Both sides feel
+// exactly opposite forces. Step thread unless stated.
 #ifndef PLIANT_DYNAMICS_TOUCH_H
 #define PLIANT_DYNAMICS_TOUCH_H
 
@@ -48,7 +48,7 @@ void touch_restored(Touch *touch);
 // True if the state read from a checkpoint is consistent.
 bool touch_check(const Touch *touch);
 
-// Since the start, summed over ticks: points and faces near each other beyond the capacity.
+// Since the start, summed over searches: points and faces near each other beyond the capacity.
 int64_t touch_refused(const Touch *touch);
 // Returns the deepest overlap of the last evaluation [m].
 double touch_depth(const Touch *touch);

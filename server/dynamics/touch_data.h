@@ -1,5 +1,5 @@
-// Private to the dynamics module: the data of a touch. touch_find.c finds what is near, once a
-// tick; touch.c is the law.
+// Private to the dynamics module: the data of a touch. touch_find.c finds what is near, at most
+// once a tick; touch.c is the law.
 #ifndef PLIANT_DYNAMICS_TOUCH_DATA_H
 #define PLIANT_DYNAMICS_TOUCH_DATA_H
 
@@ -7,7 +7,12 @@
 #include "geometry/box.h"
 #include "geometry/distance.h"
 
-enum { TOUCH_PATCHES = 2 };
+enum {
+    TOUCH_PATCHES = 2,
+    TOUCH_MOST_WAIT = 16, // ticks between two looks at bodies that are apart
+};
+// Speed of a body beyond which its contact is searched no farther [m/s].
+static const double TOUCH_MOST_SPEED = 2.0;
 
 // What a point remembers of the other surface; plain data, part of the state, whole words. All 0
 // when nothing is near.
@@ -112,7 +117,9 @@ struct Touch {
     double damping_time; // [s]
     double deepest;      // [m]
     double slack;        // how much nearer a point and a face may come until the next search [m]
+    double margin;       // of the slack, for nodes that become faster within a tick [m]
     double reach;        // of the search [m]
+    bool expires;        // the search holds for its tick only
     int64_t budget;      // exact distances left to this search
     int64_t refused;
     double depth, energy; // of the last evaluation [m], [J]

@@ -6,16 +6,13 @@
 #include <string.h>
 
 enum {
-    NEAR = 16,      // faces near a point, at most
-    MOST_WAIT = 16, // ticks between two looks at bodies that are apart
-    BUDGET = 16,    // exact distances in a search for each node, at most
-    AHEAD = 8,      // ticks that a search covers, at most,
+    NEAR = 16,   // faces near a point, at most
+    BUDGET = 16, // exact distances in a search for each node, at most
+    AHEAD = 8,   // ticks that a search covers, at most,
 };
 static const double AHEAD_WAY = 0.1; // and edges on which bodies come nearer meanwhile
 // Bodies that are apart may speed up by this before they are looked at again [m/s].
 static const double SPARE_SPEED = 0.5;
-// Speed of a body beyond which its contact is searched no farther [m/s].
-static const double MOST_SPEED = 2.0;
 // Cosine between the normals of a point and a face of solids beyond which they are no two surfaces
 // in contact but front and back of a thin part.
 static const double ALIGNED = 0.25;
@@ -91,7 +88,7 @@ static double read_body(TouchEnd *end)
         fastest = fmax(fastest, vec3_dot(v, v));
         farthest = fmax(farthest, vec3_dot(way, way));
     }
-    end->fastest = fmin(sqrt(fastest), MOST_SPEED);
+    end->fastest = fmin(sqrt(fastest), TOUCH_MOST_SPEED);
     return sqrt(farthest);
 }
 
@@ -402,7 +399,7 @@ static void try_face(const TouchHalf *half, Look *look, int face, double limit)
     insert_near(look, face, &at);
 }
 
-// Adds a face and those around it that may be the nearest within the tick. A point of these within
+// Adds a face and those around it that may be the nearest meanwhile. A point of these within
 // reach lies at most `clear` from the nearest point of the face, so that only its corners and edges
 // nearer than that count; twice that, for folds.
 static void add_around(const Touch *touch, const TouchHalf *half, Look *look, int face,
@@ -426,7 +423,7 @@ static void add_around(const Touch *touch, const TouchHalf *half, Look *look, in
     }
 }
 
-// Finds the faces that may be the nearest within the tick.
+// Finds the faces that may be the nearest until the next search.
 static void find_near(Touch *touch, TouchHalf *half, Look *look, int first, int end)
 {
     for (int e = first; e < end && touch->budget > 0; e++) {
@@ -516,14 +513,17 @@ static int make_pairs(const TouchHalf *half, const Look *look, int patch, TouchP
 // Returns the side of a patch on which a point is: the remembered one, unless the point has come to
 // its border or to another surface; else the one that is seen. 0: none, at a border or in the
 // patch.
-static int side_of(const Touch *touch, const TouchHalf *half, const Look *look,
-                   const TouchMemory *memory, const TouchPair *pair, int count, int patch)
+static int side_of(Touch *touch, const TouchHalf *half, const Look *look, const TouchMemory *memory,
+                   const TouchPair *pair, int count, int patch)
 {
     TouchGap gap;
     if (half->one_sided)
         return 1;
-    if (!touch_gap(half->faces->place, look->at, pair, count, patch, 1, 0.0, &gap))
+    if (!touch_gap(half->faces->place, look->at, pair, count, patch, 1, 0.0, &gap)) {
+        // From the border of a wall it may come in front of it, where its side must be seen.
+        touch->expires |= !half->faces->body->surface.solid && gap.distance < touch->slack;
         return 0;
+    }
     // The distance to one surface changes by no more than both have moved.
     const int side = memory->side[patch];
     const double moved = touch->kept->moved + SAME_PLACE * half->faces->body->surface.longest_edge;
@@ -548,8 +548,8 @@ static void recall_patches(const BodySurface *surface, Look *look, const TouchMe
 
 // Finds the patches near a point: those that it remembers, then others, the nearest first. Returns
 // the number of pairs.
-static int find_patches(const Touch *touch, const TouchHalf *half, Look *look,
-                        const TouchMemory *memory, int side[TOUCH_PATCHES], TouchPair *pair)
+static int find_patches(Touch *touch, const TouchHalf *half, Look *look, const TouchMemory *memory,
+                        int side[TOUCH_PATCHES], TouchPair *pair)
 {
     const BodySurface *surface = &half->faces->body->surface;
     int count = 0;
@@ -607,7 +607,7 @@ static double stiffness_of(const Touch *touch, const TouchHalf *half, int node)
     return touch->options.stiffness / 6.0 * (mass > 0.0 ? fmin(from_own, from_other) : from_other);
 }
 
-// Adds a point that can meet the other surface in this tick; returns false without space.
+// Adds a point that can meet the other surface until the next search; returns false without space.
 static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TOUCH_PATCHES],
                       const TouchPair *pair, int count, const TouchGap *nearest, double clear)
 {
@@ -636,7 +636,7 @@ static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TO
     return true;
 }
 
-// Looks around one point. Returns true if it can meet anything in this tick.
+// Looks around one point. Returns true if it can meet anything until the next search.
 static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int end)
 {
     TouchMemory *memory = &half->memory[node];
@@ -751,7 +751,8 @@ static void set_reach(Touch *touch)
     const double longest = fmax(a->surface.longest_edge, b->surface.longest_edge),
                  edge = fmin(a->surface.longest_edge, b->surface.longest_edge);
     const double way = way_of_tick(touch);
-    touch->slack = fmax(way, fmin(AHEAD * way, AHEAD_WAY * edge)) + 0.01 * edge;
+    touch->margin = 0.01 * edge;
+    touch->slack = fmax(way, fmin(AHEAD * way, AHEAD_WAY * edge)) + 2.0 * touch->margin;
     touch->reach = 2.0 * touch->slack;
     touch->deepest = DEEPEST * longest;
 }
@@ -762,6 +763,7 @@ static void search(Touch *touch)
     for (int e = 0; e < touch->count; e++)
         touch_forget_numbers(&touch->end[e]);
     const TouchEnd *first = &touch->end[0], *second = &touch->end[touch->count - 1];
+    touch->expires = false;
     touch->budget = BUDGET * (int64_t)(first->used_count + second->used_count);
     const Box box = box_common(&first->box, &second->box, touch->reach);
     for (int k = 0; k < touch->count; k++)
@@ -780,7 +782,7 @@ void touch_search(Touch *touch)
     }
     double moved = read_body(&touch->end[0]);
     moved += touch->count == 2 ? read_body(&touch->end[1]) : moved;
-    if (kept->holds != 0 && moved + way_of_tick(touch) <= touch->slack)
+    if (kept->holds != 0 && moved + way_of_tick(touch) + touch->margin <= touch->slack)
         return;
     // What a search depends on is kept, so that it can be repeated.
     kept->moved = moved;
@@ -796,9 +798,10 @@ void touch_search(Touch *touch)
     const double apart =
         box_gap(&touch->end[0].box, &touch->end[touch->count - 1].box) - touch->reach;
     const double speed = kept->fastest[0] + kept->fastest[1] + 2.0 * SPARE_SPEED;
-    if (apart > 0.0)
-        kept->wait = (int64_t)fmin(apart / (touch->tick * speed), MOST_WAIT);
-    kept->holds = !(apart > 0.0);
+    const bool far = apart > 0.0 && !touch_is_near(touch);
+    if (far)
+        kept->wait = (int64_t)fmin(apart / (touch->tick * speed), TOUCH_MOST_WAIT);
+    kept->holds = !far && !touch->expires;
 }
 
 void touch_search_again(Touch *touch)

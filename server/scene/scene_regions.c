@@ -302,7 +302,7 @@ typedef struct TouchGroup {
 static const Option TOUCH_OPTIONS[] = {
     {"bodies", OPTION_LIST, AT(bodies), "", .preset_text = "none", .required = true,
      .about = "The names of two bodies, `[\"a\", \"b\"]`, or of one, `[\"a\"]`, that then touches "
-              "itself: its folds, and the pieces that it is cut into."},
+              "itself: the pieces that it is cut into, and a solid's lips of cuts and folds."},
     {"stiffness", OPTION_REAL, AT(options.stiffness), "", 0.0, 1e3, .open = true, .preset = 2.0,
      .physics = true,
      .about = "Stiffness of the contact, as a share of the softer body's own stiffness; stiffer "

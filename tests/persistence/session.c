@@ -37,6 +37,12 @@ const SessionScene session_scenes[SESSION_SCENES] = {
      true,
      false},
     {"fitted", 1, {{"organ", {0.0, 0.0, 0.0}, 0.03}}, true, true, false},
+    {"touching",
+     2,
+     {{"bed", {0.0, 0.0, 0.0}, 0.02}, {"gall", {0.0, 0.0, 0.027}, 0.015}},
+     true,
+     true,
+     false},
 };
 
 const char *session_scene(const SessionScene *scene, const char *precision, int threads)

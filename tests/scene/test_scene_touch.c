@@ -361,6 +361,39 @@ static const char *const CUTTABLE[] = {
     "  place = { translation = [0.0003, 0.0002, 0.011]; }; }; levels = 1; adapt = {};",
 };
 
+// A state from elsewhere is checked, before anything is searched by it.
+static void refuse_what_cannot_be(Run *run)
+{
+    Touch *touch = touch_of(run);
+    void *state = malloc(state_bytes(&run->world.state));
+    assert_non_null(state);
+    state_copy_out(&run->world.state, state);
+    for (int what = 0; what < 7; what++) {
+        touch->kept->holds = 1;
+        touch->kept->wait = 0;
+        if (what == 0)
+            touch->half[0].memory[0].face[0] = 1 << 30;
+        else if (what == 1)
+            touch->half[0].before[0].face[0] = 1 << 30;
+        else if (what == 2)
+            touch->end[0].place[0].x = (double)INFINITY;
+        else if (what == 3)
+            touch->kept->fastest[0] = (double)INFINITY;
+        else if (what == 4)
+            touch->kept->moved = (double)NAN;
+        else if (what == 5)
+            touch->half[1].before[0].gap[1] = (double)NAN;
+        else
+            touch->kept->wait = 5; // and holds
+        sim_restored(run->world.sim);
+        assert_false(sim_check(run->world.sim));
+        state_copy_in(&run->world.state, state);
+        sim_restored(run->world.sim);
+        assert_true(sim_check(run->world.sim));
+    }
+    free(state);
+}
+
 // What lies on another body is cut in two, and both halves still lie on it. From the middle,
 // between two searches and some ticks before the cut, all of it repeats.
 static void what_is_cut_still_lies_there_and_repeats(void **state)
@@ -376,11 +409,14 @@ static void what_is_cut_still_lies_there_and_repeats(void **state)
             sim_step(sim);
         assert_true(touch_depth(touch_of(&run)) > 0.0);
         const TouchEnd *end = &touch_of(&run)->end[1];
-        for (int i = 0; i < 20 && (touch_of(&run)->kept->holds == 0 ||
-                                   memcmp(end->from, end->x, sizeof *end->x) == 0);
-             i++)
+        bool between = false;
+        for (int i = 0; i < 50 && !between; i++) {
             sim_step(sim);
-        assert_int_equal(touch_of(&run)->kept->holds, 1);
+            const Vec3 way = vec3_sub(end->packed_place[0], end->place[end->used[0]]);
+            between = touch_of(&run)->kept->holds == 1 && vec3_length(way) > 0.0;
+        }
+        // An adaptive sheet changes its faces, and is searched at once.
+        assert_true(between || k == 1);
         void *middle = malloc(state_bytes(&run.world.state));
         assert_non_null(middle);
         state_copy_out(&run.world.state, middle);
@@ -410,9 +446,7 @@ static void what_is_cut_still_lies_there_and_repeats(void **state)
             assert_true(sim_check(sim));
         }
         assert_true(hash[0] == hash[1]);
-        // A state from elsewhere is checked.
-        touch_of(&run)->half[0].memory[0].face[0] = 1 << 30;
-        assert_false(sim_check(sim));
+        refuse_what_cannot_be(&run);
         free(middle);
         run_destroy(&run);
     }
