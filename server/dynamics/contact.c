@@ -86,9 +86,6 @@ static void begin_tick_solid(Contact *contact, const ToolPlacement *at, bool fre
         contact_forget_candidates(contact);
     } else if (!(contact->forces.depth > 0.0)) {
         clear->position = proxy->position;
-    } else if (fresh) {
-        clear->position = proxy->position;
-        proxy->away = EASE_TIME;
     }
     clear->touched = 0;
     contact->touched_count = 0;

@@ -299,15 +299,23 @@ static void follow_points(TouchHalf *half, const TopologyChange *change)
     }
 }
 
-// Nodes that come into use have not moved since the last search.
-static void place_new_nodes(TouchEnd *end)
+// Forgets what the last search found.
+static void clear(Touch *touch)
 {
-    touch_forget_numbers(end);
-    for (int i = 0; i < end->used_count; i++)
-        end->number[end->used[i]] = 0; // in use before
+    for (int k = 0; k < touch->count; k++) {
+        touch_forget_numbers(&touch->end[k]);
+        touch->half[k].point_count = touch->half[k].pair_count = 0;
+    }
+}
+
+// Lists nodes again. Those that come into use have not moved since the last search.
+static void list_nodes_anew(TouchEnd *end)
+{
     const int before = end->used_count;
-    int *former = end->node; // free between searches
+    int *former = end->node; // free while nothing is found
     memcpy(former, end->used, (size_t)before * sizeof *former);
+    for (int i = 0; i < before; i++)
+        end->number[former[i]] = 0;
     touch_list_nodes(end);
     for (int i = 0; i < end->used_count; i++) {
         const int node = end->used[i];
@@ -320,12 +328,9 @@ static void place_new_nodes(TouchEnd *end)
 
 void touch_restored(Touch *touch)
 {
-    for (int e = 0; e < touch->count; e++) {
-        touch_forget_numbers(&touch->end[e]);
+    clear(touch);
+    for (int e = 0; e < touch->count; e++)
         touch_list_nodes(&touch->end[e]);
-    }
-    for (int k = 0; k < touch->count; k++)
-        touch->half[k].point_count = touch->half[k].pair_count = 0;
     // A state from elsewhere is not checked yet.
     if (touch->kept->holds != 0 && touch_check(touch))
         touch_search_again(touch);
@@ -340,8 +345,8 @@ void touch_topology_changed(Touch *touch, int which, const TopologyChange *chang
             follow_points(&touch->half[k], change);
     }
     touch->kept->wait = touch->kept->holds = 0;
-    place_new_nodes(&touch->end[which]);
-    touch_restored(touch);
+    clear(touch);
+    list_nodes_anew(&touch->end[which]);
 }
 
 // True if what a point remembers can be.

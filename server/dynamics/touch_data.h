@@ -1,5 +1,5 @@
 // Private to the dynamics module: the data of a touch. touch_find.c finds what is near, at most
-// once a tick; touch.c is the law.
+// once a tick, with the grid of touch_grid.c; touch.c is the law.
 #ifndef PLIANT_DYNAMICS_TOUCH_DATA_H
 #define PLIANT_DYNAMICS_TOUCH_DATA_H
 
@@ -103,7 +103,7 @@ typedef struct TouchHalf {
     int cells[3];
     int *cell_start; // [cell_capacity + 2]
     int *cell_face;  // [entry_capacity]
-    int cell_capacity, entry_capacity;
+    int entries, cell_capacity, entry_capacity;
 } TouchHalf;
 
 struct Touch {
@@ -134,6 +134,14 @@ void touch_search_again(Touch *touch);
 void touch_list_nodes(TouchEnd *end);
 // Gives back all numbers of nodes.
 void touch_forget_numbers(TouchEnd *end);
+
+// touch_grid.c
+// Builds the grid of a half over the faces in a box, which may be empty. `reach` [m]: of its
+// points.
+void touch_grid_build(TouchHalf *half, const Box *box, double reach);
+// Finds the faces that a point in the box can reach, by index in `face` of the half. Returns their
+// number, 0 without setting `near` if the grid is empty.
+int touch_grid_at(const TouchHalf *half, Vec3 x, const int **near);
 
 // touch.c
 // Finds the signed distance of a point to one of its patches: negative across its side. Returns

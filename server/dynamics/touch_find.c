@@ -1,6 +1,7 @@
 // Finds the points and faces of a touch that can meet in the next ticks (README.md, "Contact
-// between bodies"): boxes of both bodies, a grid over the faces where they overlap, then the
-// nearest faces of each point and the side of them that it is on. Step thread, at most once a tick.
+// between bodies"): boxes of both bodies, a grid over the faces where they overlap (touch_grid.c),
+// then the nearest faces of each point and the side of them that it is on. Step thread, at most
+// once a tick.
 #include "dynamics/touch_data.h"
 
 #include <string.h>
@@ -117,145 +118,6 @@ static int number_of(TouchEnd *end, int node)
         end->node[end->count++] = node;
     }
     return end->number[node];
-}
-
-// ---------------------------------------------------------------------------------------------
-// Grid
-
-static void add_face(TouchHalf *half, int face)
-{
-    const Vec3 *place = half->faces->place;
-    const int *corner = half->faces->body->surface.face[face];
-    const Vec3 a = place[corner[0]], b = place[corner[1]], c = place[corner[2]];
-    TouchFace *at = &half->face[half->face_count++];
-    at->face = face;
-    at->center = vec3_scale(1.0 / 3.0, vec3_add(vec3_add(a, b), c));
-    at->normal = vec3_unit(vec3_cross(vec3_sub(b, a), vec3_sub(c, a)));
-    const Vec3 arm[3] = {vec3_sub(a, at->center), vec3_sub(b, at->center), vec3_sub(c, at->center)};
-    at->radius = sqrt(
-        fmax(vec3_dot(arm[0], arm[0]), fmax(vec3_dot(arm[1], arm[1]), vec3_dot(arm[2], arm[2]))));
-}
-
-// Lists the faces around the nodes in a box that is wide enough for faces whose corners all lie
-// outside of `box`.
-static void list_faces(TouchHalf *half, const Box *box)
-{
-    const TouchEnd *end = half->faces;
-    const BodySurface *surface = &end->body->surface;
-    Box wide = *box;
-    box_grow(&wide, 1.16 * surface->longest_edge); // as CONTACT_FACE_REACH
-    half->search++;
-    for (int i = 0; i < end->used_count; i++) {
-        if (!box_has(&wide, end->packed_place[i]))
-            continue;
-        const int node = end->used[i];
-        for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
-            const int face = surface->node_face[k];
-            if (half->stamp[face] == half->search)
-                continue;
-            half->stamp[face] = half->search;
-            add_face(half, face);
-        }
-    }
-}
-
-typedef struct CellRange {
-    int low[3], high[3];
-} CellRange;
-
-// Returns the cells that a face within reach of a point can be asked for in.
-static CellRange cells_of(const TouchHalf *half, const TouchFace *face, double reach)
-{
-    const double center[3] = {face->center.x - half->low.x, face->center.y - half->low.y,
-                              face->center.z - half->low.z};
-    const double around = face->radius + reach;
-    CellRange range;
-    for (int c = 0; c < 3; c++) {
-        const double last = half->cells[c] - 1, inverse = 1.0 / half->cell;
-        const double low = floor((center[c] - around) * inverse),
-                     high = floor((center[c] + around) * inverse);
-        // An empty range stays empty.
-        range.low[c] = (int)fmin(fmax(low, 0.0), last + 1.0);
-        range.high[c] = (int)fmax(fmin(high, last), -1.0);
-    }
-    return range;
-}
-
-static int cell_number(const TouchHalf *half, int i, int j, int k)
-{
-    return (k * half->cells[1] + j) * half->cells[0] + i;
-}
-
-// Counts the faces of each cell. Returns false if there are too many entries.
-static bool count_cells(TouchHalf *half, double reach)
-{
-    const int cells = half->cells[0] * half->cells[1] * half->cells[2];
-    memset(half->cell_start, 0, (size_t)(cells + 1) * sizeof *half->cell_start);
-    int64_t entries = 0;
-    for (int f = 0; f < half->face_count; f++) {
-        const CellRange r = cells_of(half, &half->face[f], reach);
-        for (int k = r.low[2]; k <= r.high[2]; k++)
-            for (int j = r.low[1]; j <= r.high[1]; j++)
-                for (int i = r.low[0]; i <= r.high[0]; i++, entries++)
-                    half->cell_start[cell_number(half, i, j, k) + 1]++;
-    }
-    return entries <= half->entry_capacity;
-}
-
-// Sorts the faces into cells, each face into all from which a point can reach it: a point asks one.
-static void fill_cells(TouchHalf *half, double reach)
-{
-    const int cells = half->cells[0] * half->cells[1] * half->cells[2];
-    for (int c = 0; c < cells; c++)
-        half->cell_start[c + 1] += half->cell_start[c];
-    // Backwards, so that starts become those of the cells and faces ascend.
-    for (int f = half->face_count - 1; f >= 0; f--) {
-        const CellRange r = cells_of(half, &half->face[f], reach);
-        for (int k = r.low[2]; k <= r.high[2]; k++)
-            for (int j = r.low[1]; j <= r.high[1]; j++)
-                for (int i = r.low[0]; i <= r.high[0]; i++)
-                    half->cell_face[--half->cell_start[cell_number(half, i, j, k) + 1]] = f;
-    }
-}
-
-// The start of cell c is kept one place later by fill_cells.
-static int start_of(const TouchHalf *half, int cell)
-{
-    return half->cell_start[cell + 1];
-}
-
-static int end_of(const TouchHalf *half, int cell, int entries)
-{
-    const int cells = half->cells[0] * half->cells[1] * half->cells[2];
-    return cell + 1 < cells ? half->cell_start[cell + 2] : entries;
-}
-
-// Builds the grid over a box. Returns the number of entries.
-static int build_grid(TouchHalf *half, const Box *box, double reach)
-{
-    double widest = 0.0;
-    for (int f = 0; f < half->face_count; f++)
-        widest = fmax(widest, half->face[f].radius);
-    half->low = box_low(box);
-    const Vec3 size = box_size(box);
-    const double side[3] = {size.x, size.y, size.z};
-    // Larger cells until their number and that of the entries fit: one cell always does.
-    for (half->cell = reach + widest;; half->cell *= 2.0) {
-        double cells = 1.0;
-        for (int c = 0; c < 3; c++) {
-            const double along = floor(side[c] / half->cell) + 1.0;
-            cells *= along;
-            half->cells[c] = (int)fmin(along, 1e6);
-        }
-        if (cells <= half->cell_capacity && count_cells(half, reach))
-            break;
-    }
-    const int count = half->cells[0] * half->cells[1] * half->cells[2];
-    int entries = 0;
-    for (int c = 0; c < count; c++)
-        entries += half->cell_start[c + 1];
-    fill_cells(half, reach);
-    return entries;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -424,10 +286,10 @@ static void add_around(const Touch *touch, const TouchHalf *half, Look *look, in
 }
 
 // Finds the faces that may be the nearest until the next search.
-static void find_near(Touch *touch, TouchHalf *half, Look *look, int first, int end)
+static void find_near(Touch *touch, const TouchHalf *half, Look *look, const int *near, int count)
 {
-    for (int e = first; e < end && touch->budget > 0; e++) {
-        const TouchFace *face = &half->face[half->cell_face[e]];
+    for (int i = 0; i < count && touch->budget > 0; i++) {
+        const TouchFace *face = &half->face[near[i]];
         const Vec3 arm = vec3_sub(look->at, face->center);
         const double limit = fmin(touch->reach, look->least + 2.0 * touch->slack);
         const double around = limit + face->radius, plane = vec3_dot(arm, face->normal);
@@ -637,7 +499,7 @@ static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TO
 }
 
 // Looks around one point. Returns true if it can meet anything until the next search.
-static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int end)
+static bool look_around(Touch *touch, TouchHalf *half, int node, const int *near, int near_count)
 {
     TouchMemory *memory = &half->memory[node];
     Look look = {.node = node, .at = half->points->place[node], .least = (double)INFINITY};
@@ -659,7 +521,7 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, int first, int 
                   vec3_dot(vec3_sub(look.at, at.on_triangle), face_normal(half->faces, now)) < 0.0;
     }
     if (!inside)
-        find_near(touch, half, &look, first, end);
+        find_near(touch, half, &look, near, near_count);
     if (look.count == 0) {
         *memory = (TouchMemory){.face = {0, 0}};
         return false;
@@ -691,26 +553,15 @@ static void search_half(Touch *touch, TouchHalf *half, const Box *box)
 {
     const TouchEnd *points = half->points;
     half->point_count = half->pair_count = 0;
-    half->face_count = 0;
-    if (!box_is_empty(box))
-        list_faces(half, box);
-    const int entries = half->face_count > 0 ? build_grid(half, box, touch->reach) : 0;
+    touch_grid_build(half, box, touch->reach);
     for (int i = 0; i < points->used_count; i++) {
         const Vec3 x = points->packed_place[i];
-        int first = 0, end = 0;
-        if (half->face_count > 0 && box_has(box, x)) {
-            const double at[3] = {x.x - half->low.x, x.y - half->low.y, x.z - half->low.z};
-            int cell[3];
-            for (int c = 0; c < 3; c++)
-                cell[c] = (int)fmin(floor(at[c] / half->cell), half->cells[c] - 1);
-            const int number = cell_number(half, cell[0], cell[1], cell[2]);
-            first = start_of(half, number);
-            end = end_of(half, number, entries);
-        }
+        const int *near = NULL;
+        const int count = box_has(box, x) ? touch_grid_at(half, x, &near) : 0;
         TouchMemory *memory = &half->memory[points->used[i]];
-        if (end == first && memory->face[0] == 0 && memory->face[1] == 0)
+        if (count == 0 && memory->face[0] == 0 && memory->face[1] == 0)
             continue;
-        if (!look_around(touch, half, points->used[i], first, end))
+        if (!look_around(touch, half, points->used[i], near, count))
             memory->bristle = (Vec3){0.0, 0.0, 0.0};
     }
 }
