@@ -111,8 +111,8 @@ static double contacts_hold(const Sim *sim, int b)
     return energy;
 }
 
-// True if attachments, other bodies or the body itself act on the body: the account ignores the energy of their
-// springs.
+// True if attachments, other bodies or the body itself act on the body: the account ignores the
+// energy of their springs.
 static bool is_held(const Sim *sim, int b)
 {
     int k, end = holding_of(sim, b, &k);
