@@ -320,28 +320,36 @@ static void kick_contacts(Sim *sim, int b, const Stage *stage)
     sim->stage_ns[STAGE_FORCES] -= spent;
 }
 
+// What is advanced stage by stage.
+typedef enum Advance {
+    ADVANCE_GROUP, // all bodies that are joined to this one, or can touch it
+    ADVANCE_BODY,  // the body by itself: nothing of its group acts on it in this tick
+    ADVANCE_ALONE, // without external forces either, by a single substep's time
+} Advance;
+
 // Returns the body that is advanced beside this one; -1: none.
-static int next_body(const Sim *sim, int b, bool alone)
+static int next_body(const Sim *sim, int b, Advance what)
 {
-    return alone ? -1 : sim->group[b].next;
+    return what == ADVANCE_GROUP ? sim->group[b].next : -1;
 }
 
 // Advances all bodies of a group: the forces of a stage are complete before any of them moves.
-// `alone`: one body without external forces, by a single substep's time.
-static void advance_group(Sim *sim, int first, int substeps, bool alone)
+static void advance(Sim *sim, int first, int substeps, Advance what)
 {
     const Integrator *integrator = integrator_get(sim->body[first].integrator);
-    const int ties = alone ? 0 : sim->joint_count;
-    const double part = alone ? 1.0 / substeps : 1.0; // of a substep
+    const bool forced = what != ADVANCE_ALONE;
+    const int ties = what == ADVANCE_GROUP ? sim->joint_count : 0,
+              touches = what == ADVANCE_GROUP ? sim->touch_count : 0;
+    const double part = forced ? 1.0 : 1.0 / substeps; // of a substep
     // Schemes of kicks drift first.
-    for (int b = first; b >= 0 && integrator->kicks; b = next_body(sim, b, alone))
+    for (int b = first; b >= 0 && integrator->kicks; b = next_body(sim, b, what))
         sim->body[b].ops->drift(sim->body[b].model,
                                 integrator->first_drift * (part * sim->body[b].h));
     for (int substep = 0; substep < substeps; substep++) {
         // Every stage: forces from outside, ties, then each body's own, which moves it.
         for (int s = 0; s < integrator->stage_count; s++) {
             Stage stage = integrator_stage(integrator, s, substep == substeps - 1);
-            for (int b = first; b >= 0 && !alone; b = sim->group[b].next)
+            for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))
                 add_outer_forces(sim, b, &stage, substep, s == 0);
             // Ties of this group.
             for (int k = 0; k < ties; k++) {
@@ -349,17 +357,18 @@ static void advance_group(Sim *sim, int first, int substeps, bool alone)
                 if (sim->group[joint_options(joint)->body].first == first)
                     joint_apply(joint, stage.weight * sim->body[first].h);
             }
-            if (sim->touch_count > 0 && !alone)
+            if (touches > 0)
                 add_touches(sim, first, fraction_at(integrator, &stage) * sim->body[first].h);
-            for (int b = first; b >= 0; b = next_body(sim, b, alone))
+            for (int b = first; b >= 0; b = next_body(sim, b, what))
                 sim->body[b].ops->evaluate(sim->body[b].model, &stage, part * sim->body[b].h);
-            for (int b = first; b >= 0 && !alone && sim->contact_count > 0; b = sim->group[b].next)
+            for (int b = first; b >= 0 && forced && sim->contact_count > 0;
+                 b = next_body(sim, b, what))
                 kick_contacts(sim, b, &stage);
         }
         // Contacts keep what friction remembers.
-        for (int b = first; b >= 0 && !alone; b = sim->group[b].next)
+        for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))
             end_substep(sim, b);
-        for (int k = 0; k < sim->touch_count && !alone; k++)
+        for (int k = 0; k < touches; k++)
             if (sim->group[touch_options(sim->touch[k])->body[0]].first == first)
                 touch_end_substep(sim->touch[k]);
     }
@@ -367,14 +376,31 @@ static void advance_group(Sim *sim, int first, int substeps, bool alone)
 
 void advance_alone(Sim *sim, int body, int substeps)
 {
-    advance_group(sim, body, substeps, true);
+    advance(sim, body, substeps, ADVANCE_ALONE);
+}
+
+// True if anything of a group acts on another body of it, or on itself, in this tick.
+static bool is_joined(const Sim *sim, int first)
+{
+    for (int k = 0; k < sim->joint_count; k++)
+        if (sim->group[joint_options(sim->joint[k])->body].first == first)
+            return true;
+    for (int k = 0; k < sim->touch_count; k++)
+        if (sim->group[touch_options(sim->touch[k])->body[0]].first == first &&
+            touch_is_near(sim->touch[k]))
+            return true;
+    return false;
 }
 
 static void advance_bodies(Sim *sim)
 {
-    for (int b = 0; b < sim->body_count; b++)
-        if (sim->group[b].first == b)
-            advance_group(sim, b, sim->body[b].substeps, false);
+    for (int b = 0; b < sim->body_count; b++) {
+        const int first = sim->group[b].first;
+        if (!is_joined(sim, first))
+            advance(sim, b, sim->body[b].substeps, ADVANCE_BODY);
+        else if (first == b)
+            advance(sim, b, sim->body[b].substeps, ADVANCE_GROUP);
+    }
 }
 
 static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)

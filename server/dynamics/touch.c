@@ -8,6 +8,9 @@
 #include <stdio.h>
 #include <string.h>
 
+// Time in which surfaces that were too near become as thick as they are [s].
+static const double TOUCH_GROWTH = 0.1;
+
 // Distances to faces around one edge or corner differ by rounding only.
 static const double TIE = 1e-7, TIE_LEAST = 1e-13; // relative; [m]
 
@@ -91,6 +94,28 @@ bool touch_gap(const Vec3 *x, Vec3 at, const TouchPair *pair, int count, int pat
 // ---------------------------------------------------------------------------------------------
 // Forces
 
+// Returns the square of how far a node of an end moved since the search [m2].
+static double way_squared(const TouchEnd *end, int number)
+{
+    const Vec3 way = vec3_sub(end->x[number], end->from[number]);
+    return vec3_dot(way, way);
+}
+
+// True if the distance to a patch changed by more than point and face moved since the search: then
+// it is that to another surface. So is what a crease shows that folds beyond half a turn.
+static bool has_jumped(const Touch *touch, const TouchHalf *half, const TouchPoint *point,
+                       const TouchGap *gap, int patch)
+{
+    double farthest = 0.0;
+    for (int k = 0; k < 3; k++) {
+        const double way = way_squared(half->faces, gap->pair->corner[k]);
+        farthest = way > farthest ? way : farthest;
+    }
+    const double change = gap->distance - half->memory[point->node].gap[patch];
+    return fabs(change) >
+           sqrt(way_squared(half->points, point->own)) + sqrt(farthest) + touch->margin;
+}
+
 // Adds friction: a bristle per point (README.md, "Friction").
 static void rub(const Touch *touch, TouchHalf *half, TouchPoint *point, const TouchGap *gap,
                 double push, double dt)
@@ -128,21 +153,23 @@ static void rub(const Touch *touch, TouchHalf *half, TouchPoint *point, const To
 
 // Adds the push of a point and one of its patches. Returns the push [N].
 static double push_apart(Touch *touch, TouchHalf *half, const TouchPoint *point,
-                         const TouchGap *gap)
+                         const TouchGap *gap, double depth)
 {
     TouchEnd *points = half->points, *faces = half->faces;
     Vec3 speed = points->v[point->own];
     for (int c = 0; c < 3; c++)
         speed = vec3_madd(speed, -gap->weight[c], faces->v[gap->pair->corner[c]]);
-    const double depth = -gap->distance, leaving = vec3_dot(speed, gap->out);
-    const double push = point->stiffness * fmax(0.0, depth - touch->damping_time * leaving);
+    const double leaving = vec3_dot(speed, gap->out);
+    const double push = point->stiffness * (depth - touch->damping_time * leaving);
+    touch->depth = depth > touch->depth ? depth : touch->depth;
+    touch->energy += 0.5 * point->stiffness * depth * depth;
+    if (!(push > 0.0)) // damping does not pull
+        return 0.0;
     points->f[point->own] = vec3_madd(points->f[point->own], push, gap->out);
     for (int c = 0; c < 3; c++) {
         Vec3 *f = &faces->f[gap->pair->corner[c]];
         *f = vec3_madd(*f, -push * gap->weight[c], gap->out);
     }
-    touch->depth = fmax(touch->depth, depth);
-    touch->energy += 0.5 * point->stiffness * depth * depth;
     return push;
 }
 
@@ -151,8 +178,8 @@ static double way_of(const TouchEnd *end)
 {
     double most = 0.0;
     for (int i = 0; i < end->count; i++) {
-        const Vec3 way = vec3_sub(end->x[i], end->from[i]);
-        most = fmax(most, vec3_dot(way, way));
+        const double way = way_squared(end, i);
+        most = way > most ? way : most;
     }
     return sqrt(most);
 }
@@ -168,6 +195,7 @@ void touch_evaluate(Touch *touch, double dt)
         TouchHalf *half = &touch->half[k];
         for (int i = 0; i < half->point_count; i++) {
             TouchPoint *point = &half->point[i];
+            const double *off = half->memory[point->node].off;
             bool rubbed = false; // one bristle: on the first patch that pushes
             point->trial = (Vec3){0.0, 0.0, 0.0};
             for (int patch = 0; patch < TOUCH_PATCHES && point->clear <= moved; patch++) {
@@ -176,9 +204,10 @@ void touch_evaluate(Touch *touch, double dt)
                     !touch_gap(half->faces->x, half->points->x[point->own],
                                &half->pair[point->first], point->count, patch, point->side[patch],
                                moved, &gap) ||
-                    !(gap.distance < 0.0))
+                    !(gap.distance < off[patch]) ||
+                    (!half->one_sided && has_jumped(touch, half, point, &gap, patch)))
                     continue;
-                const double push = push_apart(touch, half, point, &gap);
+                const double push = push_apart(touch, half, point, &gap, off[patch] - gap.distance);
                 if (!rubbed && touch->options.friction > 0.0)
                     rub(touch, half, point, &gap, push, dt);
                 rubbed = true;
@@ -221,11 +250,27 @@ static double damping_time(const TouchOptions *options, const Body *body)
     return fmin(body->contact_damping, 0.4 / sqrt(options->stiffness * body->contact_lambda));
 }
 
+// Surfaces that were nearer than their thickness when they were first seen part slowly.
+static void grow_thick(Touch *touch)
+{
+    const double step = touch->thickness * touch->tick / TOUCH_GROWTH;
+    for (int k = 0; k < touch->count; k++)
+        for (int i = 0; i < touch->half[k].point_count; i++) {
+            const TouchPoint *point = &touch->half[k].point[i];
+            double *off = touch->half[k].memory[point->node].off;
+            for (int patch = 0; patch < TOUCH_PATCHES; patch++)
+                if (point->side[patch] != 0)
+                    off[patch] = fmin(off[patch] + step, point->thickness);
+        }
+}
+
 void touch_begin_tick(Touch *touch)
 {
     const Body *a = touch->body[0], *b = touch->body[1];
     touch->damping_time = fmin(damping_time(&touch->options, a), damping_time(&touch->options, b));
     touch_search(touch);
+    if (touch->thickness > 0.0)
+        grow_thick(touch);
 }
 
 bool touch_is_near(const Touch *touch)
@@ -355,7 +400,8 @@ static bool check_memory(const TouchMemory *memory, const BodySurface *faces)
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const int face = memory->face[patch] - 1, side = memory->side[patch];
         if (face < -1 || face >= faces->face_count || side < -1 || side > 1 ||
-            !(fabs(memory->gap[patch]) < 1e6))
+            !(fabs(memory->gap[patch]) < 1e6) ||
+            !(memory->off[patch] >= 0.0 && memory->off[patch] < 1e6))
             return false;
         for (int c = 0; c < 3 && face >= 0; c++)
             if (faces->face[face][c] < 0 || faces->face[face][c] >= faces->node_count)
@@ -386,6 +432,14 @@ bool touch_check(const Touch *touch)
 // ---------------------------------------------------------------------------------------------
 // Creation
 
+double touch_thickness(const TouchOptions *options, const Body *first)
+{
+    const bool folds = touch_bodies(options) == 1 && !first->surface.solid;
+    if (options->thickness >= 0.0)
+        return options->thickness;
+    return folds ? TOUCH_THICKNESS * first->surface.longest_edge : 0.0;
+}
+
 void touch_bounds(const TouchOptions *options, const Body *body, double *lambda, double *damping)
 {
     *lambda =
@@ -408,6 +462,7 @@ static void create_end(TouchEnd *end, bool itself, const char *name, Body *body,
     end->place = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "places");
     if (itself && !body->surface.solid)
         end->piece = ALLOCATE(ARENA_CONTACT, nodes, int, "pieces");
+    end->speed = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "speeds");
     end->packed_place = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "packed places");
     end->packed_speed = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "packed speeds");
     for (int i = 0; i < nodes; i++)
@@ -419,7 +474,7 @@ static void create_end(TouchEnd *end, bool itself, const char *name, Body *body,
 static void create_half(TouchHalf *half, const char *name, Arena *arena, StateList *state)
 {
     // A node touches four faces on the whole surface, or more on a part of it.
-    enum { PAIRS = 4, LEAST = 256, ENTRIES = 12, LEAST_ENTRIES = 4096, CELLS = 2 };
+    enum { PAIRS = 16, LEAST = 256, ENTRIES = 12, LEAST_ENTRIES = 4096, CELLS = 2 };
     const BodySurface *points = &half->points->body->surface, *faces = &half->faces->body->surface;
     half->one_sided = faces->solid && half->points != half->faces;
     half->point_capacity = points->node_count;
@@ -431,11 +486,14 @@ static void create_half(TouchHalf *half, const char *name, Arena *arena, StateLi
     half->pair = ALLOCATE(ARENA_CONTACT, half->pair_capacity, TouchPair, "pairs");
     half->demand = ALLOCATE(ARENA_CONTACT, faces->node_count, double, "demand");
     half->face = ALLOCATE(ARENA_CONTACT, faces->face_count, TouchFace, "faces");
+    half->in = ALLOCATE(ARENA_CONTACT, faces->face_count, TouchCells, "faces' cells");
     half->stamp = ALLOCATE(ARENA_CONTACT, faces->face_count, int64_t, "stamps");
     half->cell_start = ALLOCATE(ARENA_CONTACT, half->cell_capacity + 2, int, "cells");
     half->cell_face = ALLOCATE(ARENA_CONTACT, half->entry_capacity, int, "cells' faces");
     if (body_changes(half->faces->body))
         half->heir = ALLOCATE(ARENA_CONTACT, faces->face_count, int, "heirs");
+    if (half->points == half->faces && !faces->solid)
+        half->cell_smooth = ALLOCATE(ARENA_CONTACT, half->cell_capacity, bool, "smooth cells");
     half->before = ALLOCATE(ARENA_CONTACT, points->node_count, TouchMemory, "memory before");
     state_add(state, half->memory, (size_t)points->node_count * sizeof *half->memory, "%s/memory",
               name);
@@ -452,6 +510,7 @@ Touch *touch_create(const char *name, const TouchOptions *options, Body *first, 
     touch->body[0] = first;
     touch->body[1] = second;
     touch->tick = tick;
+    touch->thickness = touch_thickness(options, first);
     touch->kept = ALLOCATE(ARENA_CONTACT, 1, TouchKept, "kept");
     state_add(state, touch->kept, sizeof *touch->kept, "%s/kept", name);
     for (int k = 0; k < touch->count; k++) {

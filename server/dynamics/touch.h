@@ -10,7 +10,11 @@ typedef struct TouchOptions {
     int body[2];      // indices; twice the same: the body with itself
     double stiffness; // g: share of the bodies' own stiffness that it may add
     double friction;  // mu
+    double thickness; // distance at which the surfaces rest on each other [m]; negative: 0, or of a
+                      // hollow body with itself TOUCH_THICKNESS edges
 } TouchOptions;
+
+static const double TOUCH_THICKNESS = 0.1; // of the body's longest edge
 
 typedef struct Touch Touch;
 
@@ -28,6 +32,9 @@ const TouchOptions *touch_options(const Touch *touch);
 // Returns the most nodes of a body, by index in the options (0 or 1), that it pushes in one
 // evaluation.
 int touch_node_capacity(const Touch *touch, int which);
+
+// Returns the thickness of options for bodies that exist [m].
+double touch_thickness(const TouchOptions *options, const Body *first);
 
 // Returns what it adds to the bounds of M^-1 K [1/s2] and M^-1 C [1/s] of one of its bodies.
 void touch_bounds(const TouchOptions *options, const Body *body, double *lambda, double *damping);
@@ -50,7 +57,7 @@ bool touch_check(const Touch *touch);
 
 // Since the start, summed over searches: points and faces near each other beyond the capacity.
 int64_t touch_refused(const Touch *touch);
-// Returns the deepest overlap of the last evaluation [m].
+// Returns the deepest overlap of the last evaluation, of surfaces as thick as they are now [m].
 double touch_depth(const Touch *touch);
 
 #endif

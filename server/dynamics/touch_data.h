@@ -11,6 +11,8 @@ enum {
     TOUCH_PATCHES = 2,
     TOUCH_MOST_WAIT = 16, // ticks between two looks at bodies that are apart
 };
+// Cosine between two normals beyond which surfaces face the same way.
+static const double TOUCH_ALIGNED = 0.25;
 // Speed of a body beyond which its contact is searched no farther [m/s].
 static const double TOUCH_MOST_SPEED = 2.0;
 
@@ -20,6 +22,8 @@ typedef struct TouchMemory {
     int face[TOUCH_PATCHES];   // 1 + the nearest face of a patch; 0: none
     int side[TOUCH_PATCHES];   // on which the point is: 1 outside, -1 inside
     double gap[TOUCH_PATCHES]; // TouchGap.distance [m]
+    double off[TOUCH_PATCHES]; // distance at which it rests on the patch now: grows to the
+                               // thickness [m]
     Vec3 bristle;              // of friction [m]
 } TouchMemory;
 
@@ -47,9 +51,10 @@ typedef struct TouchPoint {
     int own;          // its number in TouchEnd
     int first, count; // of its pairs
     double stiffness; // [N/m]
-    double clear;     // what it was off at the search, negative inside [m]
-    int under[3];     // nodes that carried it at the search, by `weight`
-    double weight[3];
+    double thickness; // [m]
+    double clear;     // distance beyond that at the search, negative inside [m]
+    int under_count;  // nodes that carried it at the search
+    int under[3 * TOUCH_PATCHES];
     int side[TOUCH_PATCHES];
     Vec3 trial; // bristle of the current evaluation [m]
 } TouchPoint;
@@ -62,13 +67,13 @@ typedef struct TouchEnd {
     int *number; // [node slots] of a node; -1
     Vec3 *x, *v, *f;
     Vec3 *from; // x at the search
-    // Of the search: all nodes in use; positions at the last one by node, state; positions and
-    // velocities now in the order of `used`.
+    // Of the search: all nodes in use; positions (state) and velocities at the last one, by node;
+    // both now in the order of `used`.
     int used_count;
     int *used;
     int *piece; // [node slots] of a hollow body that touches itself, else NULL: a node of the piece
                 // of surface that a node is on
-    Vec3 *place, *packed_place, *packed_speed;
+    Vec3 *place, *speed, *packed_place, *packed_speed;
     double density; // mean mass of its free nodes per area of their faces [kg/m2]
     double fastest; // [m/s]
     Box box;
@@ -80,6 +85,11 @@ typedef struct TouchFace {
     Vec3 center, normal; // unit
     double radius;       // around the centre [m]
 } TouchFace;
+
+// Cells of the grid; empty if a low one is beyond the high one.
+typedef struct TouchCells {
+    int low[3], high[3];
+} TouchCells;
 
 // Points of one body against faces of a body, or of the same.
 typedef struct TouchHalf {
@@ -95,14 +105,17 @@ typedef struct TouchHalf {
     // Of the search.
     int face_count;
     TouchFace *face;
+    TouchCells *in; // that a face is in
     int64_t *stamp; // [face slots] the search in which a face was listed
     int64_t search;
     int *heir;   // [face slots] of a body whose topology changes, else NULL; 0 between changes
     Vec3 low;    // of the grid
     double cell; // its edge [m]
     int cells[3];
-    int *cell_start; // [cell_capacity + 2]
-    int *cell_face;  // [entry_capacity]
+    int *cell_start;   // [cell_capacity + 2]
+    bool *cell_smooth; // [cell_capacity] of a hollow body with itself: all faces are of one piece
+                       // and face the same way, so that no point in it touches any; else NULL
+    int *cell_face; // [entry_capacity]
     int entries, cell_capacity, entry_capacity;
 } TouchHalf;
 
@@ -115,11 +128,14 @@ struct Touch {
     TouchHalf half[2];
     TouchKept *kept;
     double damping_time; // [s]
+    double thickness;    // [m]
     double deepest;      // [m]
     double slack;        // how much nearer a point and a face may come until the next search [m]
     double margin;       // of the slack, for nodes that become faster within a tick [m]
     double reach;        // of the search [m]
-    bool expires;        // the search holds for its tick only
+    double least_slack;  // of it, whatever the speeds [m]
+    bool hurries;        // a hollow body with itself is fast: the search holds for its tick only
+    bool expires;        // likewise: points are at borders
     int64_t budget;      // exact distances left to this search
     int64_t refused;
     double depth, energy; // of the last evaluation [m], [J]

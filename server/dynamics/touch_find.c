@@ -12,11 +12,9 @@ enum {
     AHEAD = 8,   // ticks that a search covers, at most,
 };
 static const double AHEAD_WAY = 0.1; // and edges on which bodies come nearer meanwhile
+static const double HASTE = 1.5;     // speeds may become as many times what they are within a tick
 // Bodies that are apart may speed up by this before they are looked at again [m/s].
 static const double SPARE_SPEED = 0.5;
-// Cosine between the normals of a point and a face of solids beyond which they are no two surfaces
-// in contact but front and back of a thin part.
-static const double ALIGNED = 0.25;
 // Distance below which a point is on neither side of a face, relative to the longest edge.
 static const double SAME_PLACE = 1e-9;
 // Overlap beyond which a point is forgotten, relative to the longest edge.
@@ -99,6 +97,7 @@ static void place_body(TouchEnd *end)
     end->box = box_empty();
     for (int i = 0; i < end->used_count; i++) {
         end->place[end->used[i]] = end->packed_place[i];
+        end->speed[end->used[i]] = end->packed_speed[i];
         box_add(&end->box, end->packed_place[i]);
     }
 }
@@ -170,16 +169,39 @@ static bool has_corner(const BodySurface *surface, int face, int node)
     return corner[0] == node || corner[1] == node || corner[2] == node;
 }
 
-// True if a point ignores a face: the back of a thin part, or in the body itself one of its own, of
-// a hollow one all of its piece.
-static bool ignores(const TouchHalf *half, const Look *look, int face, Vec3 normal)
+// True if a node of a hollow body's surface and a face of it are neighbours or have one in common:
+// they bend, and do not touch.
+static bool is_around(const BodySurface *surface, int node, int face)
+{
+    for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++)
+        if (is_beside(surface, surface->node_face[k], face))
+            return true;
+    return false;
+}
+
+// True for a face that faces the same way as a point: in solids the back of a thin part, in a
+// hollow body a part of its own piece.
+static bool is_aligned(const TouchHalf *half, const Look *look, int face, Vec3 normal)
+{
+    const int *piece = half->faces->piece;
+    return look->normal_counts && vec3_dot(look->normal, normal) > TOUCH_ALIGNED &&
+           (piece == NULL || piece[half->faces->body->surface.face[face][0]] == piece[look->node]);
+}
+
+// True for a face around a point of the same body.
+static bool is_own(const TouchHalf *half, const Look *look, int face)
 {
     const BodySurface *surface = &half->faces->body->surface;
-    const int *piece = half->faces->piece;
-    return (look->normal_counts && vec3_dot(look->normal, normal) > ALIGNED) ||
-           (half->points == half->faces &&
-            (piece == NULL ? has_corner(surface, face, look->node)
-                           : piece[surface->face[face][0]] == piece[look->node]));
+    return half->points == half->faces &&
+           (half->faces->piece == NULL ? has_corner(surface, face, look->node)
+                                       : is_around(surface, look->node, face));
+}
+
+// True if a point ignores a face.
+static bool ignores(const TouchHalf *half, const Look *look, int face)
+{
+    return is_own(half, look, face) ||
+           (look->normal_counts && is_aligned(half, look, face, face_normal(half->faces, face)));
 }
 
 static void read_corners(const TouchEnd *end, int face, Vec3 x[3])
@@ -224,7 +246,7 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
     enum { STEPS = 16 };
     const BodySurface *surface = &half->faces->body->surface;
     double least = distance_to(half, look->at, face, nearest);
-    if (ignores(half, look, face, face_normal(half->faces, face)))
+    if (ignores(half, look, face))
         least = (double)INFINITY;
     for (int step = 0, from = -1; step < STEPS && from != face; step++) {
         const ClosestPair here = *nearest;
@@ -238,7 +260,7 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
                  k++) {
                 const int other = surface->node_face[k];
                 ClosestPair at;
-                if (other == from || ignores(half, look, other, face_normal(half->faces, other)) ||
+                if (other == from || ignores(half, look, other) ||
                     !(distance_to(half, look->at, other, &at) < least))
                     continue;
                 least = at.distance;
@@ -250,12 +272,28 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
     return least < touch->deepest ? face : -1;
 }
 
-static void try_face(const TouchHalf *half, Look *look, int face, double limit)
+// Returns how much nearer a point and a face may come until the next search [m]. One that holds for
+// its tick only looks at how fast they are to each other.
+static double slack_of(const Touch *touch, const TouchHalf *half, const Look *look, int face)
+{
+    if (!touch->hurries)
+        return touch->slack;
+    const Vec3 *speed = half->faces->speed, own = half->points->speed[look->node];
+    const int *corner = half->faces->body->surface.face[face];
+    double fastest = 0.0;
+    for (int k = 0; k < 3; k++) {
+        const Vec3 v = vec3_sub(speed[corner[k]], own);
+        fastest = fmax(fastest, vec3_dot(v, v));
+    }
+    return fmin(touch->slack, HASTE * touch->tick * sqrt(fastest) + touch->least_slack);
+}
+
+// Adds a face that is no farther than `off`, besides how it may move.
+static void try_face(const Touch *touch, const TouchHalf *half, Look *look, int face, double off)
 {
     ClosestPair at;
-    if (face < 0 || is_known(look, face) ||
-        ignores(half, look, face, face_normal(half->faces, face)) ||
-        distance_to(half, look->at, face, &at) > limit)
+    if (face < 0 || is_known(look, face) || ignores(half, look, face) ||
+        distance_to(half, look->at, face, &at) > off + 2.0 * slack_of(touch, half, look, face))
         return;
     look->least = fmin(look->least, at.distance);
     insert_near(look, face, &at);
@@ -268,21 +306,25 @@ static void add_around(const Touch *touch, const TouchHalf *half, Look *look, in
                        const ClosestPair *nearest)
 {
     const BodySurface *surface = &half->faces->body->surface;
-    const double limit = nearest->distance + 2.0 * touch->slack,
-                 clear = 4.0 * (nearest->distance + touch->slack);
+    const double off = nearest->distance, clear = 4.0 * (off + touch->slack);
     Vec3 x[3];
     read_corners(half->faces, face, x);
-    try_face(half, look, face, limit);
+    try_face(touch, half, look, face, off);
     for (int c = 0; c < 3; c++) {
         const int node = surface->face[face][c];
         const Vec3 arm = vec3_sub(nearest->on_triangle, x[c]);
         const bool around = vec3_dot(arm, arm) <= clear * clear;
         for (int k = surface->node_face_start[node]; k < surface->node_face_end[node] && around;
              k++)
-            try_face(half, look, surface->node_face[k], limit);
+            try_face(touch, half, look, surface->node_face[k], off);
         if (distance_point_segment(nearest->on_triangle, x[c], x[(c + 1) % 3]) <= clear)
-            try_face(half, look, surface->face_neighbor[face][c], limit);
+            try_face(touch, half, look, surface->face_neighbor[face][c], off);
     }
+}
+
+static double square(double x)
+{
+    return x * x;
 }
 
 // Finds the faces that may be the nearest until the next search.
@@ -291,10 +333,15 @@ static void find_near(Touch *touch, const TouchHalf *half, Look *look, const int
     for (int i = 0; i < count && touch->budget > 0; i++) {
         const TouchFace *face = &half->face[near[i]];
         const Vec3 arm = vec3_sub(look->at, face->center);
-        const double limit = fmin(touch->reach, look->least + 2.0 * touch->slack);
-        const double around = limit + face->radius, plane = vec3_dot(arm, face->normal);
-        if (vec3_dot(arm, arm) > around * around || fabs(plane) > limit ||
-            ignores(half, look, face->face, face->normal) || is_known(look, face->face))
+        const double most = fmin(touch->thickness, look->least);
+        double limit = most + 2.0 * touch->slack;
+        const double far = vec3_dot(arm, arm), plane = fabs(vec3_dot(arm, face->normal));
+        if (far > square(limit + face->radius) || plane > limit ||
+            is_aligned(half, look, face->face, face->normal))
+            continue;
+        limit = most + 2.0 * slack_of(touch, half, look, face->face);
+        if (far > square(limit + face->radius) || plane > limit || is_own(half, look, face->face) ||
+            is_known(look, face->face))
             continue;
         touch->budget--;
         Vec3 x[3];
@@ -322,8 +369,7 @@ static unsigned borders_of(const TouchHalf *half, const Look *look, int face)
     unsigned border = 0;
     for (int k = 0; k < 3; k++) {
         const int across = surface->face_neighbor[face][k];
-        const bool ends =
-            across < 0 || ignores(half, look, across, face_normal(half->faces, across));
+        const bool ends = across < 0 || ignores(half, look, across);
         border |= ends ? 1U << k | 1U << (3 + k) | 1U << (3 + (k + 1) % 3) : 0U;
         // A border that only reaches the corner.
         const int node = surface->face[face][k];
@@ -372,6 +418,40 @@ static int make_pairs(const TouchHalf *half, const Look *look, int patch, TouchP
     return count;
 }
 
+static double volume_of(Vec3 a, Vec3 b, Vec3 c, Vec3 d)
+{
+    return vec3_dot(vec3_sub(a, d), vec3_cross(vec3_sub(b, d), vec3_sub(c, d)));
+}
+
+// True if a segment passes through a triangle.
+static bool passes(Vec3 from, Vec3 to, const Vec3 x[3])
+{
+    const double above = volume_of(x[0], x[1], x[2], from), below = volume_of(x[0], x[1], x[2], to);
+    const double u = volume_of(from, to, x[0], x[1]), v = volume_of(from, to, x[1], x[2]),
+                 w = volume_of(from, to, x[2], x[0]);
+    return above * below < 0.0 &&
+           ((u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0));
+}
+
+// True if an edge of the point's own passes through a patch of its body: then no side is right.
+static bool is_tangled(const TouchHalf *half, const Look *look, const TouchPair *pair, int count,
+                       int patch)
+{
+    const BodySurface *surface = &half->points->body->surface;
+    for (int k = surface->node_face_start[look->node]; k < surface->node_face_end[look->node]; k++)
+        for (int c = 0; c < 3; c++) {
+            const int other = surface->face[surface->node_face[k]][c];
+            for (int i = 0; i < count && other != look->node; i++) {
+                Vec3 x[3];
+                read_corners(half->faces, pair[i].face, x);
+                if (pair[i].patch == patch && !has_corner(surface, pair[i].face, other) &&
+                    passes(look->at, half->points->place[other], x))
+                    return true;
+            }
+        }
+    return false;
+}
+
 // Returns the side of a patch on which a point is: the remembered one, unless the point has come to
 // its border or to another surface; else the one that is seen. 0: none, at a border or in the
 // patch.
@@ -382,15 +462,21 @@ static int side_of(Touch *touch, const TouchHalf *half, const Look *look, const 
     if (half->one_sided)
         return 1;
     if (!touch_gap(half->faces->place, look->at, pair, count, patch, 1, 0.0, &gap)) {
-        // From the border of a wall it may come in front of it, where its side must be seen.
-        touch->expires |= !half->faces->body->surface.solid && gap.distance < touch->slack;
+        // From the border of a wall it may come in front of it, where its side must be seen. Within
+        // a body that is less urgent: what it comes in front of is its own lip.
+        touch->expires |= half->points != half->faces && !half->faces->body->surface.solid &&
+                          gap.distance < touch->slack + touch->thickness;
         return 0;
     }
     // The distance to one surface changes by no more than both have moved.
     const int side = memory->side[patch];
     const double moved = touch->kept->moved + SAME_PLACE * half->faces->body->surface.longest_edge;
-    if (side != 0 && fabs(side * gap.distance - memory->gap[patch]) <= moved)
+    const bool folds = half->points->piece != NULL,
+               known = side != 0 && fabs(side * gap.distance - memory->gap[patch]) <= moved;
+    if (known && !(folds && side * gap.distance < 0.0))
         return side;
+    if (folds && is_tangled(half, look, pair, count, patch))
+        return 0;
     // What a solid sees from within is its own back: not of a cut, whose sides are at one place.
     const bool behind = gap.distance < -SAME_PLACE * half->faces->body->surface.longest_edge;
     return !behind ? 1 : half->faces->body->surface.solid ? 0 : -1;
@@ -410,7 +496,7 @@ static void recall_patches(const BodySurface *surface, Look *look, const TouchMe
 
 // Finds the patches near a point: those that it remembers, then others, the nearest first. Returns
 // the number of pairs.
-static int find_patches(Touch *touch, const TouchHalf *half, Look *look, const TouchMemory *memory,
+static int find_patches(Touch *touch, const TouchHalf *half, Look *look, TouchMemory *memory,
                         int side[TOUCH_PATCHES], TouchPair *pair)
 {
     const BodySurface *surface = &half->faces->body->surface;
@@ -432,32 +518,47 @@ static int find_patches(Touch *touch, const TouchHalf *half, Look *look, const T
             spread_patch(surface, look, patch);
         }
         const int more = make_pairs(half, look, patch, &pair[count]);
-        side[patch] = more == 0 ? 0
-                                : side_of(touch, half, look, has ? memory : &(TouchMemory){0},
-                                          &pair[count], more, patch);
+        if (!has)
+            memory->face[patch] = memory->side[patch] = 0;
+        side[patch] = more == 0 ? 0 : side_of(touch, half, look, memory, &pair[count], more, patch);
         count += side[patch] != 0 ? more : 0;
     }
     return count;
 }
 
-// Sets what a point remembers of each patch: the nearest face, and on which side and how far it is.
+// Sets what a point remembers of each patch: the nearest face, on which side and how far it is. A
+// surface that is new may be nearer than its thickness.
 static void remember(TouchMemory *memory, const int side[TOUCH_PATCHES],
-                     const double gap[TOUCH_PATCHES], const TouchPair *pair, int count)
+                     const double gap[TOUCH_PATCHES], double thickness, const TouchPair *pair,
+                     int count)
 {
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+        const bool known = memory->side[patch] == side[patch]; // which is not 0 if there are pairs
+        const double off = known ? memory->off[patch] : fmax(gap[patch], 0.0);
         memory->face[patch] = memory->side[patch] = 0;
-        memory->gap[patch] = 0.0;
+        memory->gap[patch] = memory->off[patch] = 0.0;
         for (int i = count - 1; i >= 0; i--)
             if (pair[i].patch == patch) {
                 memory->face[patch] = pair[i].face + 1;
                 memory->side[patch] = side[patch];
                 memory->gap[patch] = gap[patch];
+                memory->off[patch] = fmin(off, thickness);
             }
     }
 }
 
 // ---------------------------------------------------------------------------------------------
 // Points
+
+// Returns the thickness at a point [m]. What folds is no thicker than half of what its faces are
+// wide, so that a flat surface does not feel itself.
+static double thickness_of(const Touch *touch, const TouchHalf *half, int node)
+{
+    const BodySurface *surface = &half->points->body->surface;
+    return half->points->piece != NULL
+               ? fmin(touch->thickness, 0.5 * sqrt(surface->node_area[node]))
+               : touch->thickness;
+}
 
 // Returns the stiffness of a point before corners are shared.
 static double stiffness_of(const Touch *touch, const TouchHalf *half, int node)
@@ -471,7 +572,8 @@ static double stiffness_of(const Touch *touch, const TouchHalf *half, int node)
 
 // Adds a point that can meet the other surface until the next search; returns false without space.
 static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TOUCH_PATCHES],
-                      const TouchPair *pair, int count, const TouchGap *nearest, double clear)
+                      const TouchPair *pair, int count, const TouchGap gap[TOUCH_PATCHES],
+                      double thickness, double clear)
 {
     if (half->point_count == half->point_capacity || half->pair_count + count > half->pair_capacity)
         return false;
@@ -480,15 +582,17 @@ static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TO
                           .own = number_of(half->points, node),
                           .first = half->pair_count,
                           .count = count,
-                          .clear = clear};
+                          .thickness = thickness,
+                          .clear = clear - thickness};
     memcpy(point->side, side, sizeof point->side);
     point->stiffness = stiffness_of(touch, half, node);
     // What it asks of the corners beneath it.
-    for (int k = 0; k < 3; k++) {
-        point->under[k] = nearest->pair->corner[k];
-        point->weight[k] = nearest->weight[k];
-        half->demand[point->under[k]] += nearest->weight[k] * point->stiffness;
-    }
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++)
+        for (int k = 0; k < 3 && gap[patch].pair != NULL; k++) {
+            const int corner = gap[patch].pair->corner[k];
+            point->under[point->under_count++] = corner;
+            half->demand[corner] += gap[patch].weight[k] * point->stiffness;
+        }
     for (int i = 0; i < count; i++) {
         TouchPair *own = &half->pair[half->pair_count++];
         *own = pair[i];
@@ -505,7 +609,8 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, const int *near
     Look look = {.node = node, .at = half->points->place[node], .least = (double)INFINITY};
     TouchPair pair[NEAR];
     int side[TOUCH_PATCHES];
-    look.normal_counts = half->points->body->surface.solid && half->faces->body->surface.solid;
+    look.normal_counts = half->points == half->faces ||
+                         (half->points->body->surface.solid && half->faces->body->surface.solid);
     if (look.normal_counts)
         look.normal = point_normal(half->points, node);
     bool inside = false; // what it came through decides alone
@@ -527,24 +632,26 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, const int *near
         return false;
     }
     const int count = find_patches(touch, half, &look, memory, side, pair);
-    // The nearest of what it can meet.
-    TouchGap nearest = {.distance = (double)INFINITY}, gap;
-    double off[TOUCH_PATCHES];
+    const double thickness = thickness_of(touch, half, node);
+    // What it can meet of them.
+    TouchGap gap[TOUCH_PATCHES];
+    double off[TOUCH_PATCHES], nearest = (double)INFINITY;
     double clear = (double)INFINITY; // borders included, which may become faces
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
-        const bool meets =
-            touch_gap(half->faces->place, look.at, pair, count, patch, side[patch], 0.0, &gap);
-        clear = fmin(clear, gap.distance);
-        off[patch] = gap.distance;
-        if (meets && gap.distance < nearest.distance)
-            nearest = gap;
+        const bool meets = touch_gap(half->faces->place, look.at, pair, count, patch, side[patch],
+                                     0.0, &gap[patch]);
+        clear = fmin(clear, gap[patch].distance);
+        off[patch] = gap[patch].distance;
+        nearest = meets ? fmin(nearest, gap[patch].distance) : nearest;
+        if (!meets || !(gap[patch].distance < touch->slack + thickness))
+            gap[patch].pair = NULL;
     }
-    remember(memory, side, off, pair, count);
-    if (!(nearest.distance < touch->reach))
+    remember(memory, side, off, thickness, pair, count);
+    if (!(nearest < touch->reach))
         *memory = (TouchMemory){.face = {0, 0}};
-    if (!(nearest.distance < touch->slack))
+    if (!(nearest < touch->slack + thickness))
         return false;
-    const bool added = add_point(touch, half, node, side, pair, count, &nearest, clear);
+    const bool added = add_point(touch, half, node, side, pair, count, gap, thickness, clear);
     touch->refused += !added;
     return added;
 }
@@ -572,27 +679,28 @@ static void share_corners(Touch *touch, TouchHalf *half)
 {
     const Body *body = half->faces->body;
     const BodySurface *surface = &body->surface;
+    const double share = surface->solid ? 1.0 / 3.0 : 1.0 / 6.0; // points between two walls
     for (int i = 0; i < half->point_count; i++) {
         TouchPoint *point = &half->point[i];
         double least = 1.0;
-        for (int k = 0; k < 3; k++) {
+        for (int k = 0; k < point->under_count; k++) {
             const int corner = point->under[k];
             const double mass = surface->node_mass[corner], asked = half->demand[corner];
             if (mass > 0.0 && asked > 0.0 && !body->ops->is_fixed(body->model, corner))
-                least = fmin(least,
-                             touch->options.stiffness / 3.0 * body->contact_lambda * mass / asked);
+                least = fmin(least, share * touch->options.stiffness * body->contact_lambda * mass /
+                                        asked);
         }
         point->stiffness *= least;
     }
     for (int i = 0; i < half->point_count; i++)
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < half->point[i].under_count; k++)
             half->demand[half->point[i].under[k]] = 0.0;
 }
 
 // Returns how much nearer bodies come in a tick, by half more than at their speeds now [m].
 static double way_of_tick(const Touch *touch)
 {
-    return 1.5 * touch->tick * (touch->end[0].fastest + touch->end[touch->count - 1].fastest);
+    return HASTE * touch->tick * (touch->end[0].fastest + touch->end[touch->count - 1].fastest);
 }
 
 // Sets how far a search reaches: over a tick, or several of slow bodies.
@@ -603,8 +711,10 @@ static void set_reach(Touch *touch)
                  edge = fmin(a->surface.longest_edge, b->surface.longest_edge);
     const double way = way_of_tick(touch);
     touch->margin = 0.01 * edge;
+    touch->hurries = touch->end[0].piece != NULL && way > AHEAD_WAY * edge;
+    touch->least_slack = AHEAD_WAY * edge + 2.0 * touch->margin;
     touch->slack = fmax(way, fmin(AHEAD * way, AHEAD_WAY * edge)) + 2.0 * touch->margin;
-    touch->reach = 2.0 * touch->slack;
+    touch->reach = 2.0 * touch->slack + touch->thickness;
     touch->deepest = DEEPEST * longest;
 }
 
@@ -652,7 +762,7 @@ void touch_search(Touch *touch)
     const bool far = apart > 0.0 && !touch_is_near(touch);
     if (far)
         kept->wait = (int64_t)fmin(apart / (touch->tick * speed), TOUCH_MOST_WAIT);
-    kept->holds = !far && !touch->expires;
+    kept->holds = !far && !touch->expires && !touch->hurries;
 }
 
 void touch_search_again(Touch *touch)
@@ -666,6 +776,7 @@ void touch_search_again(Touch *touch)
             end->packed_place[i] = end->place[end->used[i]];
         place_body(end);
         for (int i = 0; i < half->points->body->surface.node_count; i++) {
+            memcpy(half->before[i].off, half->memory[i].off, sizeof half->before[i].off);
             memcpy(half->memory[i].face, half->before[i].face, sizeof half->memory[i].face);
             memcpy(half->memory[i].side, half->before[i].side, sizeof half->memory[i].side);
             memcpy(half->memory[i].gap, half->before[i].gap, sizeof half->memory[i].gap);
@@ -673,5 +784,9 @@ void touch_search_again(Touch *touch)
     }
     set_reach(touch);
     search(touch);
+    for (int e = 0; e < touch->count; e++)
+        for (int i = 0; i < touch->half[e].points->body->surface.node_count; i++)
+            memcpy(touch->half[e].memory[i].off, touch->half[e].before[i].off,
+                   sizeof touch->half[e].memory[i].off);
     touch->refused = refused; // counted when it was done first
 }

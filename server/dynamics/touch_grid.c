@@ -41,24 +41,19 @@ static void list_faces(TouchHalf *half, const Box *box)
     }
 }
 
-typedef struct CellRange {
-    int low[3], high[3];
-} CellRange;
-
 // Returns the cells that a face within reach of a point can be asked for in.
-static CellRange cells_of(const TouchHalf *half, const TouchFace *face, double reach)
+static TouchCells cells_of(const TouchHalf *half, const TouchFace *face, double reach)
 {
     const double center[3] = {face->center.x - half->low.x, face->center.y - half->low.y,
                               face->center.z - half->low.z};
-    const double around = face->radius + reach;
-    CellRange range;
+    const double around = face->radius + reach, inverse = 1.0 / half->cell;
+    TouchCells range;
     for (int c = 0; c < 3; c++) {
-        const double last = half->cells[c] - 1, inverse = 1.0 / half->cell;
-        const double low = floor((center[c] - around) * inverse),
-                     high = floor((center[c] + around) * inverse);
+        const double low = (center[c] - around) * inverse, high = (center[c] + around) * inverse;
+        const int last = half->cells[c] - 1;
         // An empty range stays empty.
-        range.low[c] = (int)fmin(fmax(low, 0.0), last + 1.0);
-        range.high[c] = (int)fmax(fmin(high, last), -1.0);
+        range.low[c] = low < 0.0 ? 0 : low > last ? last + 1 : (int)low;
+        range.high[c] = high < 0.0 ? -1 : high > last ? last : (int)high;
     }
     return range;
 }
@@ -75,7 +70,7 @@ static bool count_cells(TouchHalf *half, double reach)
     memset(half->cell_start, 0, (size_t)(cells + 1) * sizeof *half->cell_start);
     int64_t entries = 0;
     for (int f = 0; f < half->face_count; f++) {
-        const CellRange r = cells_of(half, &half->face[f], reach);
+        const TouchCells r = half->in[f] = cells_of(half, &half->face[f], reach);
         for (int k = r.low[2]; k <= r.high[2]; k++)
             for (int j = r.low[1]; j <= r.high[1]; j++)
                 for (int i = r.low[0]; i <= r.high[0]; i++, entries++)
@@ -86,14 +81,14 @@ static bool count_cells(TouchHalf *half, double reach)
 }
 
 // Sorts the faces into cells, each face into all from which a point can reach it: a point asks one.
-static void fill_cells(TouchHalf *half, double reach)
+static void fill_cells(TouchHalf *half)
 {
     const int cells = half->cells[0] * half->cells[1] * half->cells[2];
     for (int c = 0; c < cells; c++)
         half->cell_start[c + 1] += half->cell_start[c];
     // Backwards, so that starts become those of the cells and faces ascend.
     for (int f = half->face_count - 1; f >= 0; f--) {
-        const CellRange r = cells_of(half, &half->face[f], reach);
+        const TouchCells r = half->in[f];
         for (int k = r.low[2]; k <= r.high[2]; k++)
             for (int j = r.low[1]; j <= r.high[1]; j++)
                 for (int i = r.low[0]; i <= r.high[0]; i++)
@@ -101,21 +96,60 @@ static void fill_cells(TouchHalf *half, double reach)
     }
 }
 
+// True if all faces of a cell are of one piece and within a cone, so that no two face each other.
+static bool is_smooth(const TouchHalf *half, const int *near, int count)
+{
+    const int *piece = half->faces->piece;
+    const int(*corner)[3] = half->faces->body->surface.face;
+    Vec3 sum = {0.0, 0.0, 0.0};
+    for (int i = 0; i < count; i++)
+        sum = vec3_add(sum, half->face[near[i]].normal);
+    // Within twice the angle to the axis.
+    const double least = sqrt(0.5 * (1.0 + TOUCH_ALIGNED)) * vec3_length(sum);
+    for (int i = 0; i < count; i++)
+        if (!(vec3_dot(sum, half->face[near[i]].normal) > least) ||
+            piece[corner[half->face[near[i]].face][0]] !=
+                piece[corner[half->face[near[0]].face][0]])
+            return false;
+    return true;
+}
+
+static int faces_of_cell(const TouchHalf *half, int cell, const int **near)
+{
+    // The start of cell c is kept one place later by fill_cells.
+    const int last = half->cells[0] * half->cells[1] * half->cells[2] - 1,
+              first = half->cell_start[cell + 1],
+              end = cell < last ? half->cell_start[cell + 2] : half->entries;
+    *near = &half->cell_face[first];
+    return end - first;
+}
+
+// Marks cells in which nothing can touch.
+static void find_smooth(TouchHalf *half)
+{
+    const int cells = half->cells[0] * half->cells[1] * half->cells[2];
+    for (int c = 0; c < cells; c++) {
+        const int *near;
+        const int count = faces_of_cell(half, c, &near);
+        half->cell_smooth[c] = is_smooth(half, near, count);
+    }
+}
+
 void touch_grid_build(TouchHalf *half, const Box *box, double reach)
 {
-    double widest = 0.0;
+    double width = 0.0;
     half->face_count = 0;
     if (!box_is_empty(box))
         list_faces(half, box);
     if (half->face_count == 0)
         return;
     for (int f = 0; f < half->face_count; f++)
-        widest = fmax(widest, half->face[f].radius);
+        width += half->face[f].radius / half->face_count;
     half->low = box_low(box);
     const Vec3 size = box_size(box);
     const double side[3] = {size.x, size.y, size.z};
     // Larger cells until their number and that of the entries fit: one cell always does.
-    for (half->cell = reach + widest;; half->cell *= 2.0) {
+    for (half->cell = reach + width;; half->cell *= 1.5) {
         double cells = 1.0;
         for (int c = 0; c < 3; c++) {
             const double along = floor(side[c] / half->cell) + 1.0;
@@ -125,7 +159,9 @@ void touch_grid_build(TouchHalf *half, const Box *box, double reach)
         if (cells <= half->cell_capacity && count_cells(half, reach))
             break;
     }
-    fill_cells(half, reach);
+    fill_cells(half);
+    if (half->cell_smooth != NULL)
+        find_smooth(half);
 }
 
 int touch_grid_at(const TouchHalf *half, Vec3 x, const int **near)
@@ -136,11 +172,8 @@ int touch_grid_at(const TouchHalf *half, Vec3 x, const int **near)
     int cell[3];
     for (int c = 0; c < 3; c++)
         cell[c] = (int)fmin(floor(at[c] / half->cell), half->cells[c] - 1);
-    // The start of cell c is kept one place later by fill_cells.
-    const int number = cell_number(half, cell[0], cell[1], cell[2]),
-              last = half->cells[0] * half->cells[1] * half->cells[2] - 1,
-              first = half->cell_start[number + 1],
-              end = number < last ? half->cell_start[number + 2] : half->entries;
-    *near = &half->cell_face[first];
-    return end - first;
+    const int number = cell_number(half, cell[0], cell[1], cell[2]);
+    if (half->cell_smooth != NULL && half->cell_smooth[number])
+        return 0;
+    return faces_of_cell(half, number, near);
 }

@@ -309,6 +309,9 @@ static const Option TOUCH_OPTIONS[] = {
               "contact shortens the time step."},
     {"friction", OPTION_REAL, AT(options.friction), "", 0.0, 10.0, .physics = true,
      .about = "Coefficient of friction between the surfaces."},
+    {"thickness", OPTION_REAL, AT(options.thickness), "m", 0.0, POSITION_LIMIT, .preset = -1.0,
+     .preset_text = "0; of a hollow body with itself a tenth of its longest edge", .physics = true,
+     .about = "Distance at which the surfaces rest on each other: walls as thick as that."},
 };
 #undef AT
 const OptionTable TOUCH_TABLE = OPTION_TABLE("touch",

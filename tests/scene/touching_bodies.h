@@ -41,6 +41,57 @@ static inline void read_still(Touch *touch)
     }
 }
 
+static inline double component(Vec3 *x, int axis)
+{
+    return axis == 0 ? x->x : axis == 1 ? x->y : x->z;
+}
+
+static inline void shift(Vec3 *x, int axis, double by)
+{
+    if (axis == 0)
+        x->x += by;
+    else if (axis == 1)
+        x->y += by;
+    else
+        x->z += by;
+}
+
+// At rest in some overlap: each force against the difference of energies.
+static inline void expect_gradient(Run *run)
+{
+    Touch *touch = touch_of(run);
+    touch_begin_tick(touch);
+    read_still(touch);
+    touch_evaluate(touch, 0.0);
+    assert_true(touch->energy > 0.0);
+    double largest = 0.0;
+    for (int e = 0; e < 2; e++)
+        for (int i = 0; i < touch->end[e].count; i++)
+            largest = fmax(largest, vec3_length(touch->end[e].f[i]));
+    const double step = 1e-4 * touch->depth;
+    for (int e = 0; e < 2; e++)
+        for (int i = 0; i < touch->end[e].count; i++) {
+            Vec3 force;
+            touch_evaluate(touch, 0.0);
+            force = touch->end[e].f[i];
+            for (int axis = 0; axis < 3; axis++) {
+                double energy[2];
+                for (int side = 0; side < 2; side++) {
+                    const Vec3 kept = touch->end[e].x[i];
+                    shift(&touch->end[e].x[i], axis, side == 0 ? -step : step);
+                    touch_evaluate(touch, 0.0);
+                    energy[side] = touch->energy;
+                    touch->end[e].x[i] = kept;
+                }
+                const double slope = (energy[1] - energy[0]) / (2.0 * step);
+                if (fabs(slope + component(&force, axis)) > 1e-6 * largest)
+                    printf("end %d node %d axis %d: %g against %g of %g\n", e, i, axis, -slope,
+                           component(&force, axis), largest);
+                expect_at_most(fabs(slope + component(&force, axis)), 1e-6 * largest);
+            }
+        }
+}
+
 // Surfaces as they are, with an exact test of its own: which nodes of one body are inside of the
 // other, and how deep.
 typedef struct Shell {
@@ -138,6 +189,35 @@ static inline double depth_below(const Shell *points, const Shell *sheet)
                 deepest = fmax(deepest, distance);
         }
     return deepest;
+}
+
+static inline double volume_of(Vec3 a, Vec3 b, Vec3 c, Vec3 d)
+{
+    return vec3_dot(vec3_sub(a, d), vec3_cross(vec3_sub(b, d), vec3_sub(c, d)));
+}
+
+static inline bool edge_crosses(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c)
+{
+    const double u = volume_of(p, q, a, b), v = volume_of(p, q, b, c), w = volume_of(p, q, c, a);
+    return volume_of(a, b, c, p) * volume_of(a, b, c, q) < 0.0 &&
+           ((u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0));
+}
+
+// Returns how often an edge of a surface passes through a face of it.
+static inline int crossings(const Shell *shell)
+{
+    int count = 0;
+    for (int f = 0; f < shell->faces; f++)
+        for (int g = 0; g < shell->faces && is_face(shell, f); g++)
+            for (int k = 0; k < 3 && is_face(shell, g); k++) {
+                const int *c = shell->face[f], a = shell->face[g][k],
+                          b = shell->face[g][(k + 1) % 3];
+                if (a < b && a != c[0] && a != c[1] && a != c[2] && b != c[0] && b != c[1] &&
+                    b != c[2])
+                    count += edge_crosses(shell->x[a], shell->x[b], shell->x[c[0]], shell->x[c[1]],
+                                          shell->x[c[2]]);
+            }
+    return count;
 }
 
 #endif
