@@ -474,11 +474,19 @@ static void create_end(TouchEnd *end, bool itself, const char *name, Body *body,
 static void create_half(TouchHalf *half, const char *name, Arena *arena, StateList *state)
 {
     // A node touches four faces on the whole surface, or more on a part of it.
-    enum { PAIRS = 16, LEAST = 256, ENTRIES = 12, LEAST_ENTRIES = 4096, CELLS = 2 };
+    enum {
+        PAIRS = 4,
+        PAIRS_ITSELF = 16,
+        LEAST = 256,
+        ENTRIES = 12,
+        LEAST_ENTRIES = 4096,
+        CELLS = 2
+    };
     const BodySurface *points = &half->points->body->surface, *faces = &half->faces->body->surface;
     half->one_sided = faces->solid && half->points != half->faces;
     half->point_capacity = points->node_count;
-    half->pair_capacity = PAIRS * points->node_count + LEAST;
+    half->pair_capacity =
+        (half->points == half->faces ? PAIRS_ITSELF : PAIRS) * points->node_count + LEAST;
     half->cell_capacity = CELLS * faces->face_count + LEAST;
     half->entry_capacity = ENTRIES * faces->face_count + LEAST_ENTRIES;
     half->memory = ALLOCATE(ARENA_CONTACT, points->node_count, TouchMemory, "memory");

@@ -115,7 +115,7 @@ typedef struct TouchHalf {
     int *cell_start;   // [cell_capacity + 2]
     bool *cell_smooth; // [cell_capacity] of a hollow body with itself: all faces are of one piece
                        // and face the same way, so that no point in it touches any; else NULL
-    int *cell_face; // [entry_capacity]
+    int *cell_face;    // [entry_capacity]
     int entries, cell_capacity, entry_capacity;
 } TouchHalf;
 

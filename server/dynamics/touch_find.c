@@ -7,9 +7,10 @@
 #include <string.h>
 
 enum {
-    NEAR = 16,   // faces near a point, at most
-    BUDGET = 16, // exact distances in a search for each node, at most
-    AHEAD = 8,   // ticks that a search covers, at most,
+    NEAR = 16,    // faces near a point, at most
+    NORMALS = 16, // of a point that count, at most
+    BUDGET = 16,  // exact distances in a search for each node, at most
+    AHEAD = 8,    // ticks that a search covers, at most,
 };
 static const double AHEAD_WAY = 0.1; // and edges on which bodies come nearer meanwhile
 static const double HASTE = 1.5;     // speeds may become as many times what they are within a tick
@@ -156,8 +157,9 @@ static bool is_beside(const BodySurface *surface, int a, int b)
 // What a point looks for.
 typedef struct Look {
     int node;
-    Vec3 at, normal;
-    bool normal_counts;
+    Vec3 at;
+    int normal_count; // 0: however faces face they count
+    Vec3 normal[NORMALS];
     double least; // nearest so far [m]
     int count;
     Near near[NEAR];
@@ -179,12 +181,30 @@ static bool is_around(const BodySurface *surface, int node, int face)
     return false;
 }
 
+// Finds which ways a point faces: in its own body by one normal, in another solid by those of its
+// faces, since a corner meets more than what its mean normal shows.
+static void find_normals(const TouchHalf *half, Look *look)
+{
+    const BodySurface *own = &half->points->body->surface;
+    look->normal_count = 0;
+    if (half->points == half->faces)
+        look->normal[look->normal_count++] = point_normal(half->points, look->node);
+    for (int k = own->node_face_start[look->node];
+         k < own->node_face_end[look->node] && half->one_sided && own->solid &&
+         look->normal_count < NORMALS;
+         k++)
+        look->normal[look->normal_count++] = face_normal(half->points, own->node_face[k]);
+}
+
 // True for a face that faces the same way as a point: in solids the back of a thin part, in a
 // hollow body a part of its own piece.
 static bool is_aligned(const TouchHalf *half, const Look *look, int face, Vec3 normal)
 {
     const int *piece = half->faces->piece;
-    return look->normal_counts && vec3_dot(look->normal, normal) > TOUCH_ALIGNED &&
+    for (int i = 0; i < look->normal_count; i++)
+        if (!(vec3_dot(look->normal[i], normal) > TOUCH_ALIGNED))
+            return false;
+    return look->normal_count > 0 &&
            (piece == NULL || piece[half->faces->body->surface.face[face][0]] == piece[look->node]);
 }
 
@@ -201,7 +221,7 @@ static bool is_own(const TouchHalf *half, const Look *look, int face)
 static bool ignores(const TouchHalf *half, const Look *look, int face)
 {
     return is_own(half, look, face) ||
-           (look->normal_counts && is_aligned(half, look, face, face_normal(half->faces, face)));
+           (look->normal_count > 0 && is_aligned(half, look, face, face_normal(half->faces, face)));
 }
 
 static void read_corners(const TouchEnd *end, int face, Vec3 x[3])
@@ -418,34 +438,22 @@ static int make_pairs(const TouchHalf *half, const Look *look, int patch, TouchP
     return count;
 }
 
-static double volume_of(Vec3 a, Vec3 b, Vec3 c, Vec3 d)
-{
-    return vec3_dot(vec3_sub(a, d), vec3_cross(vec3_sub(b, d), vec3_sub(c, d)));
-}
-
-// True if a segment passes through a triangle.
-static bool passes(Vec3 from, Vec3 to, const Vec3 x[3])
-{
-    const double above = volume_of(x[0], x[1], x[2], from), below = volume_of(x[0], x[1], x[2], to);
-    const double u = volume_of(from, to, x[0], x[1]), v = volume_of(from, to, x[1], x[2]),
-                 w = volume_of(from, to, x[2], x[0]);
-    return above * below < 0.0 &&
-           ((u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0));
-}
-
 // True if an edge of the point's own passes through a patch of its body: then no side is right.
 static bool is_tangled(const TouchHalf *half, const Look *look, const TouchPair *pair, int count,
                        int patch)
 {
     const BodySurface *surface = &half->points->body->surface;
+    double along, weight[3];
     for (int k = surface->node_face_start[look->node]; k < surface->node_face_end[look->node]; k++)
         for (int c = 0; c < 3; c++) {
             const int other = surface->face[surface->node_face[k]][c];
             for (int i = 0; i < count && other != look->node; i++) {
                 Vec3 x[3];
+                if (pair[i].patch != patch || has_corner(surface, pair[i].face, other))
+                    continue;
                 read_corners(half->faces, pair[i].face, x);
-                if (pair[i].patch == patch && !has_corner(surface, pair[i].face, other) &&
-                    passes(look->at, half->points->place[other], x))
+                if (distance_segment_crosses(look->at, half->points->place[other], x, &along,
+                                             weight))
                     return true;
             }
         }
@@ -609,10 +617,7 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, const int *near
     Look look = {.node = node, .at = half->points->place[node], .least = (double)INFINITY};
     TouchPair pair[NEAR];
     int side[TOUCH_PATCHES];
-    look.normal_counts = half->points == half->faces ||
-                         (half->points->body->surface.solid && half->faces->body->surface.solid);
-    if (look.normal_counts)
-        look.normal = point_normal(half->points, node);
+    find_normals(half, &look);
     bool inside = false; // what it came through decides alone
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const int face = memory->face[patch] - 1;

@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "dynamics/body.h"
+#include "dynamics/touch.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -236,13 +237,16 @@ static void print_attachment(World *world, const Scene *scene, int index, FILE *
             options->damping_ratio);
 }
 
-static void print_touch(const Scene *scene, int index, FILE *out)
+static void print_touch(const World *world, const Scene *scene, int index, FILE *out)
 {
     const TouchOptions *options = &scene->touch[index].options;
-    fprintf(out, "touch %d: body %s with %s, stiffness %.6g of the softer body's, friction %.6g\n",
+    fprintf(out,
+            "touch %d: body %s with %s, stiffness %.6g of the softer body's, friction %.6g, "
+            "thickness %.6g m\n",
             index, scene->body[options->body[0]].name,
             touch_bodies(options) == 1 ? "itself" : scene->body[options->body[1]].name,
-            options->stiffness, options->friction);
+            options->stiffness, options->friction,
+            touch_thickness(options, sim_body(world->sim, options->body[0])));
 }
 
 void explain_summary(World *world, const Scene *scene, FILE *out)
@@ -264,7 +268,7 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
         fprintf(out, "ties by message: at most %d at a time, of up to %d nodes\n",
                 sim_tie_capacity(sim), TIE_NODES);
     for (int i = 0; i < scene->touch_count; i++)
-        print_touch(scene, i, out);
+        print_touch(world, scene, i, out);
     // What is sent, and to whom it listens.
     const ScenePublish *publish = &scene->publish;
     fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz%s%s\n",

@@ -167,7 +167,8 @@ static const char CASES[] =
     "an edge, free and with a ball in it) and live.largest.* (the real pliantd at 1 kHz in a "
     "private network), cut.* (a blade through half of a cube, cut messages) and live.cuts (a "
     "hundred cuts a second while a tool presses), fitted.* (the smooth surface of a solid), "
-    "touch.solids and touch.balls (two bodies, without contact, apart and at rest on each other).";
+    "touch.solids and touch.balls (two bodies, without contact, apart and at rest on each other), "
+    "touch.folds (a hollow body with itself).";
 
 static const ArgumentTable TABLE = {.program = "pliant-bench",
                                     .usage = "[NEW.tsv]",

@@ -1,5 +1,5 @@
 // What contact between two bodies costs: the same two without it but with its time step, with it a
-// tool's length apart, and one at rest on the other.
+// tool's length apart, and one at rest on the other; and of a hollow body with itself.
 #include "bench.h"
 #include "daemon.h"
 
@@ -38,6 +38,16 @@ static const char BALLS[] =
     "loads = ( { body = \"upper\"; center = [0.0, 0.0, 0.1]; radius = 0.3;\n"
     "    force = [0.0, 0.0, -2.0]; duration = 1000.0; } );\n%s";
 
+// A hollow ball that is pulled apart at its poles, or pressed in until they meet.
+static const char FOLDS[] =
+    "name = \"folds\"; rate_hz = 1000.0;\n"
+    "bodies = ( { name = \"lower\"; integrator = \"leapfrog\"; %s\n"
+    "    shape = { angular_frequency = 30.0; };\n"
+    "    mesh = { generator = \"sphere\"; nodes = %d; radius = 0.05; }; } );\n"
+    "loads = ( { center = [0.0, 0.0, 0.05]; radius = 0.02; force = [0.0, 0.0, %g];\n"
+    "    duration = 1000.0; }, { center = [0.0, 0.0, -0.05]; radius = 0.02;\n"
+    "    force = [0.0, 0.0, %g]; duration = 1000.0; } );\n%s";
+
 static bool create(Case *it, const char *form, int size, int kind, double height, double time_step,
                    Status *status)
 {
@@ -49,9 +59,15 @@ static bool create(Case *it, const char *form, int size, int kind, double height
     if (form == SOLIDS && kind != RESTS)
         snprintf(held, sizeof held, "fixed = ( { box = ([-1.0, -1.0, %.4f], [1.0, 1.0, 1.0]); } );",
                  height + 0.0239);
-    snprintf(text, sizeof text, form, step, size, step, size, height, held,
-             kind == NONE ? ""
-                          : "touch = ( { bodies = [\"lower\", \"upper\"]; friction = 0.3; } );");
+    const double force = height > 0.1 ? 1.0 : -1.0; // by the same rule as heights
+    if (form == FOLDS)
+        snprintf(text, sizeof text, form, step, size, force, -force,
+                 kind == NONE ? "" : "touch = ( { bodies = [\"lower\"]; } );");
+    else
+        snprintf(text, sizeof text, form, step, size, step, size, height, held,
+                 kind == NONE
+                     ? ""
+                     : "touch = ( { bodies = [\"lower\", \"upper\"]; friction = 0.3; } );");
     if (!daemon_write_scene(text, path, sizeof path))
         return status_fail(status, STATUS_FAILED, "cannot write a scene");
     const bool whole = scene_read(path, &it->scene, status) &&
@@ -102,4 +118,6 @@ void bench_touches(Bench *bench)
                   bench->quick ? 0.0125 : 0.0485);
     if (bench_wants(bench, "touch.balls"))
         time_pair(bench, "touch.balls", BALLS, bench->quick ? 162 : 5000, 0.1);
+    if (bench_wants(bench, "touch.folds"))
+        time_pair(bench, "touch.folds", FOLDS, bench->quick ? 162 : 5000, 0.1);
 }
