@@ -407,7 +407,8 @@ static bool check_memory(const TouchMemory *memory, const BodySurface *faces)
             if (faces->face[face][c] < 0 || faces->face[face][c] >= faces->node_count)
                 return false;
     }
-    return vec3_dot(memory->bristle, memory->bristle) < 1e12; // no body is that large
+    return memory->stiffness >= 0.0 && isfinite(memory->stiffness) &&
+           vec3_dot(memory->bristle, memory->bristle) < 1e12; // no body is that large
 }
 
 bool touch_check(const Touch *touch)

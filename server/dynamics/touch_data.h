@@ -24,6 +24,7 @@ typedef struct TouchMemory {
     double gap[TOUCH_PATCHES]; // TouchGap.distance [m]
     double off[TOUCH_PATCHES]; // distance at which it rests on the patch now: grows to the
                                // thickness [m]
+    double stiffness;          // that it presses with [N/m]; 0: it does not press
     Vec3 bristle;              // of friction [m]
 } TouchMemory;
 

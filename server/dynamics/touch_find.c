@@ -696,6 +696,12 @@ static void share_corners(Touch *touch, TouchHalf *half)
                                         asked);
         }
         point->stiffness *= least;
+        // What presses gets no stiffer by a search, which would add energy.
+        double *kept = &half->memory[point->node].stiffness;
+        const bool presses = point->clear < 0.0;
+        if (presses && *kept > 0.0)
+            point->stiffness = fmin(point->stiffness, *kept);
+        *kept = presses ? point->stiffness : 0.0;
     }
     for (int i = 0; i < half->point_count; i++)
         for (int k = 0; k < half->point[i].under_count; k++)
@@ -785,6 +791,7 @@ void touch_search_again(Touch *touch)
             memcpy(half->memory[i].face, half->before[i].face, sizeof half->memory[i].face);
             memcpy(half->memory[i].side, half->before[i].side, sizeof half->memory[i].side);
             memcpy(half->memory[i].gap, half->before[i].gap, sizeof half->memory[i].gap);
+            half->memory[i].stiffness = half->before[i].stiffness;
         }
     }
     set_reach(touch);

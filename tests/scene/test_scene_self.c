@@ -292,7 +292,7 @@ static void halves_of_a_hollow_ball_touch(void **state)
 typedef struct Fold {
     const char *name, *scene;
     void (*act)(Run *run, int tick);
-    int ticks, most; // crossings at the end and at every 100 ticks, at most
+    int ticks, most; // crossings, seen every 100 ticks
 } Fold;
 
 #define SHEET(more, size)                                                                          \
@@ -336,20 +336,20 @@ static void turn_flap(Run *run, int tick)
 // A sheet hangs over its fixed middle; two bars press its halves together.
 static const char PINCHED[] = "gravity = [0, 0, -9.81];\n" SHEET(
     "0.002; };\n  fixed = ( { box = ([-0.004, -1, -1], [0.004, 1, 1]); } ); ",
-    "columns = 31; rows = 11; width = 0.15; height = 0.05;") "tools = ( { id = 1; kind = "
-                                                             "\"probe\"; max_force = 3.0; capsules "
-                                                             "= ( { from = [0, -0.1, 0];\n"
-                                                             "  to = [0, 0.1, 0]; radius = 0.008; "
-                                                             "} ); }, { id = 2; kind = \"probe\"; "
-                                                             "max_force = 3.0;\n"
-                                                             "  capsules = ( { from = [0, -0.1, "
-                                                             "0]; to = [0, 0.1, 0]; radius = "
-                                                             "0.008; } ); } );\n";
+    "columns = 31; rows = 7; width = 0.15; height = 0.03;") "tools = ( { id = 1; kind = "
+                                                            "\"probe\"; max_force = 0.3; capsules "
+                                                            "= ( { from = [0, -0.1, 0];\n"
+                                                            "  to = [0, 0.1, 0]; radius = 0.008; "
+                                                            "} ); }, { id = 2; kind = \"probe\"; "
+                                                            "max_force = 0.3;\n"
+                                                            "  capsules = ( { from = [0, -0.1, "
+                                                            "0]; to = [0, 0.1, 0]; radius = "
+                                                            "0.008; } ); } );\n";
 
 static void pinch(Run *run, int tick)
 {
-    const double x = fmax(0.0, 0.06 - 0.0005 * (tick - 300));
-    for (int t = 0; t < 2 && tick >= 300; t++)
+    const double x = fmax(0.0, 0.06 - 0.0005 * (tick - 250));
+    for (int t = 0; t < 2 && tick >= 250; t++)
         place_tool(run, t, vec3(t == 0 ? x : -x, 0.0, -0.04));
 }
 
@@ -386,10 +386,10 @@ static void leave(Run *run, int tick)
 static void folds_do_not_pass_each_other(void **state)
 {
     (void)state;
-    static const Fold fold[] = {{"flap", FLAP, turn_flap, 1100, 10},
-                                {"pinched", PINCHED, pinch, 700, 0},
+    static const Fold fold[] = {{"flap", FLAP, turn_flap, 900, 10},
+                                {"pinched", PINCHED, pinch, 520, 0},
                                 {"pressed", PRESSED, press, 500, 0},
-                                {"collapsed", COLLAPSED, leave, 500, 1000}};
+                                {"collapsed", COLLAPSED, leave, 400, 1000}};
     for (int i = 0; i < (int)(sizeof fold / sizeof fold[0]); i++) {
         int most[2] = {0, 0}, last = 0;
         double speed = 0.0, deepest = 0.0;
@@ -405,7 +405,7 @@ static void folds_do_not_pass_each_other(void **state)
                     forces_cancel(touch_of(&run));
                     deepest = fmax(deepest, touch_depth(touch_of(&run)));
                 }
-                if (tick % 50 < 49)
+                if (tick % 100 < 99)
                     continue;
                 Shell shell = shell_of(&run, 0);
                 last = crossings(&shell);

@@ -73,27 +73,37 @@ static double energy_of(Run *run)
     return sum;
 }
 
-// One random push of two bodies into each other.
-static void push_once(uint64_t *seed, Push *push)
+// Two bodies side by side, turned at random. Returns from where the second is to come, a unit
+// vector; sets its distance.
+static Vec3 create_pair(Run *run, uint64_t *seed, const int kind[2], double *start)
 {
     char text[4096], first[1024], second[1024], place[2][256];
-    const bool sheet = push->kind[0] == SHEET_KIND;
+    const bool sheet = kind[0] == SHEET_KIND;
     Vec3 from = vec3_unit(random_vec3(seed)), turn[2] = {random_vec3(seed), random_vec3(seed)};
     if (sheet)
         from = vec3_unit(vec3(0.1 * from.x, 0.1 * from.y, 1.0));
-    const double start = OUTER[push->kind[0]] + OUTER[push->kind[1]] + 1e-3;
+    *start = OUTER[kind[0]] + OUTER[kind[1]] + 1e-3;
     for (int b = 0; b < 2; b++) {
         const Vec3 rotation = vec3_scale(sheet && b == 0 ? 0.0 : 2.0, turn[b]);
-        const Vec3 at = b == 0 ? vec3(0, 0, 0) : vec3_scale(start, from);
+        const Vec3 at = b == 0 ? vec3(0, 0, 0) : vec3_scale(*start, from);
         snprintf(place[b], sizeof place[b],
                  "translation = [%.9f, %.9f, %.9f]; rotation = [%.9f, %.9f, %.9f];", at.x, at.y,
                  at.z, rotation.x, rotation.y, rotation.z);
     }
-    snprintf(first, sizeof first, KINDS[push->kind[0]], "one", place[0]);
-    snprintf(second, sizeof second, KINDS[push->kind[1]], "two", place[1]);
+    snprintf(first, sizeof first, KINDS[kind[0]], "one", place[0]);
+    snprintf(second, sizeof second, KINDS[kind[1]], "two", place[1]);
     snprintf(text, sizeof text, "bodies = ( %s,\n %s );\n" TOUCH(""), first, second);
+    run_create(run, text);
+    return from;
+}
+
+// One random push of two bodies into each other.
+static void push_once(uint64_t *seed, Push *push)
+{
     Run run;
-    run_create(&run, text);
+    const bool sheet = push->kind[0] == SHEET_KIND;
+    double start;
+    const Vec3 from = create_pair(&run, seed, push->kind, &start);
     Sim *sim = run.world.sim;
     const Vec3 aim = vec3_madd(vec3_scale(-1.0, from), sheet ? 0.1 : 0.4, random_vec3(seed));
     bool beyond = false; // the border of a sheet, where it may go below
@@ -167,6 +177,94 @@ static void nothing_passes_through_and_few_gain_energy(void **state)
     print_message("deepest at the end %.2f mm, energy grew by %.2g, %d times of %d\n", 1e3 * depth,
                   gain, gained, pushes);
     assert_in_range(gained, 0, pushes / 100);
+}
+
+// --- closed ways ---------------------------------------------------------------------------------
+
+// The second body is moved as it is, by nothing but the reading of its nodes.
+static const BodyOps *still_ops;
+static Vec3 shifted, shifting;
+
+static void read_shifted(const void *model, const int *node, int count, Vec3 *x, Vec3 *v)
+{
+    still_ops->read_nodes(model, node, count, x, NULL);
+    for (int i = 0; i < count; i++) {
+        x[i] = vec3_add(x[i], shifted);
+        if (v != NULL)
+            v[i] = shifting;
+    }
+}
+
+// Moves it into the first and out on another way. Returns what contact gave it [J], without
+// damping; sets the most that contact held.
+static double close_way(uint64_t *seed, const int kind[2], double *most)
+{
+    enum { STEPS = 400 };
+    Run run;
+    double start;
+    const Vec3 from = create_pair(&run, seed, kind, &start);
+    Body *body = sim_body(run.world.sim, 1);
+    Touch *touch = touch_of(&run);
+    BodyOps ops = *body->ops;
+    still_ops = body->ops;
+    ops.read_nodes = read_shifted;
+    body->ops = &ops;
+    double inner = 0.0; // of which the surfaces may be farther in than their corners
+    for (int b = 0; b < 2; b++)
+        inner += kind[b] == SHEET_KIND ? 0.0 : OUTER[kind[b]] - OUTER[BALL_KIND];
+    const double deep =
+        1e-3 + random_between(seed, 0.5, 1.0) * inner + random_between(seed, 1e-3, 4e-3);
+    const Vec3 side = vec3_scale(4e-3, vec3_unit(vec3_cross(from, random_vec3(seed))));
+    Vec3 before = {0, 0, 0};
+    double gain = 0.0;
+    shifted = before;
+    *most = 0.0;
+    for (int i = 1; i <= STEPS; i++) {
+        const double angle = 2.0 * acos(-1.0) * i / STEPS;
+        const Vec3 at =
+            vec3_madd(vec3_scale(-0.5 * deep * (1.0 - cos(angle)), from), sin(angle), side);
+        const Vec3 way = vec3_sub(at, shifted);
+        shifting = vec3_scale(1e3, way);
+        shifted = at;
+        touch_begin_tick(touch);
+        read_still(touch);
+        touch_evaluate(touch, 0.0);
+        Vec3 force = {0, 0, 0};
+        for (int n = 0; n < touch->end[1].count; n++)
+            force = vec3_add(force, touch->end[1].f[n]);
+        gain += 0.5 * vec3_dot(vec3_add(before, force), way);
+        before = force;
+        *most = fmax(*most, touch->energy);
+    }
+    body->ops = still_ops;
+    run_destroy(&run);
+    return gain;
+}
+
+// Rigid as they are here, bodies overlap by more than they would: up to 4 mm, on cells of 10 mm. A
+// point that finds another face than the one that it left gives or takes energy: in 19 of 1000 ways
+// contact gave more than 2 % of the most that it held, at most 19 % (28 % in 3000 ways). In every
+// third it took that, since what presses gets softer, but not stiffer.
+static void closed_ways_rarely_gain(void **state)
+{
+    (void)state;
+    const int ways = pushes < 500 ? pushes : 500;
+    uint64_t seed = 0x7654321;
+    int pressed = 0, gained = 0;
+    double worst = 0.0;
+    for (int i = 0; i < ways; i++) {
+        const int kind[2] = {random_below(&seed, 4), random_below(&seed, 3)};
+        double most;
+        const double gain = close_way(&seed, kind, &most);
+        pressed += most > 0.0;
+        gained += gain > 0.02 * most;
+        worst = most > 0.0 ? fmax(worst, gain / most) : worst;
+    }
+    print_message("%d of %d closed ways pressed, %d gained, at most %.2g of what contact held\n",
+                  pressed, ways, gained, worst);
+    assert_true(pressed > 3 * ways / 4);
+    assert_in_range(gained, 0, 1 + ways / 40);
+    expect_at_most(worst, 0.3);
 }
 
 // --- momentum ------------------------------------------------------------------------------------
@@ -449,10 +547,12 @@ int main(int argc, char **argv)
         cmocka_unit_test(what_is_cut_still_lies_there_and_repeats),
         cmocka_unit_test(pairs_that_cannot_touch_are_refused_by_name),
         cmocka_unit_test(nothing_passes_through_and_few_gain_energy),
+        cmocka_unit_test(closed_ways_rarely_gain),
     };
     const struct CMUnitTest slow[] = {
         cmocka_unit_test(a_stack_comes_to_rest_and_stays),
         cmocka_unit_test(nothing_passes_through_and_few_gain_energy),
+        cmocka_unit_test(closed_ways_rarely_gain),
     };
     pushes = EFFORT(argc > 1 ? atoi(argv[1]) : pushes);
     return argc > 1 ? cmocka_run_group_tests(slow, run_begin, run_end)
