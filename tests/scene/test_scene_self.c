@@ -334,17 +334,14 @@ static void turn_flap(Run *run, int tick)
 }
 
 // A sheet hangs over its fixed middle; two bars press its halves together.
+#define BARS                                                                                       \
+    "tools = ( { id = 1; kind = \"probe\"; max_force = 0.3;\n"                                     \
+    "  capsules = ( { from = [0, -0.1, 0]; to = [0, 0.1, 0]; radius = 0.008; } ); },\n"            \
+    "  { id = 2; kind = \"probe\"; max_force = 0.3;\n"                                             \
+    "  capsules = ( { from = [0, -0.1, 0]; to = [0, 0.1, 0]; radius = 0.008; } ); } );\n"
 static const char PINCHED[] = "gravity = [0, 0, -9.81];\n" SHEET(
     "0.002; };\n  fixed = ( { box = ([-0.004, -1, -1], [0.004, 1, 1]); } ); ",
-    "columns = 31; rows = 7; width = 0.15; height = 0.03;") "tools = ( { id = 1; kind = "
-                                                            "\"probe\"; max_force = 0.3; capsules "
-                                                            "= ( { from = [0, -0.1, 0];\n"
-                                                            "  to = [0, 0.1, 0]; radius = 0.008; "
-                                                            "} ); }, { id = 2; kind = \"probe\"; "
-                                                            "max_force = 0.3;\n"
-                                                            "  capsules = ( { from = [0, -0.1, "
-                                                            "0]; to = [0, 0.1, 0]; radius = "
-                                                            "0.008; } ); } );\n";
+    "columns = 31; rows = 7; width = 0.15; height = 0.03;") BARS;
 
 static void pinch(Run *run, int tick)
 {
