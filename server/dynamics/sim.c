@@ -142,6 +142,12 @@ bool sim_add_touch(Sim *sim, const TouchOptions *options, Status *status)
             return status_fail(status, STATUS_INVALID,
                                "body %s is a plane body: those do not touch others",
                                sim->body[options->body[k]].name);
+    const double edge = fmin(first->surface.longest_edge, second->surface.longest_edge);
+    if (options->thickness > edge)
+        return status_fail(status, STATUS_INVALID,
+                           "thickness %g m is more than the longest edge of body %s, %g m",
+                           options->thickness,
+                           edge < first->surface.longest_edge ? second->name : first->name, edge);
     char name[32];
     snprintf(name, sizeof name, "touch%d", sim->touch_count);
     sim->touch[sim->touch_count++] =

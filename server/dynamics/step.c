@@ -394,12 +394,14 @@ static bool is_joined(const Sim *sim, int first)
 
 static void advance_bodies(Sim *sim)
 {
-    for (int b = 0; b < sim->body_count; b++) {
-        const int first = sim->group[b].first;
-        if (!is_joined(sim, first))
+    for (int first = 0; first < sim->body_count; first++) {
+        if (sim->group[first].first != first)
+            continue;
+        const bool joined = is_joined(sim, first);
+        if (joined)
+            advance(sim, first, sim->body[first].substeps, ADVANCE_GROUP);
+        for (int b = first; b >= 0 && !joined; b = sim->group[b].next)
             advance(sim, b, sim->body[b].substeps, ADVANCE_BODY);
-        else if (first == b)
-            advance(sim, b, sim->body[b].substeps, ADVANCE_GROUP);
     }
 }
 

@@ -328,7 +328,10 @@ static void follow_faces(TouchHalf *half, const TopologyChange *change)
             if (heir == 0)
                 continue;
             *face = heir > 0 ? heir : 0;
-            half->memory[i].side[patch] = heir > 0 ? half->memory[i].side[patch] : 0;
+            if (heir < 0) {
+                half->memory[i].side[patch] = 0;
+                half->memory[i].gap[patch] = half->memory[i].off[patch] = 0.0;
+            }
         }
     forget_heirs(half->heir, change);
 }
@@ -395,13 +398,13 @@ void touch_topology_changed(Touch *touch, int which, const TopologyChange *chang
 }
 
 // True if what a point remembers can be.
-static bool check_memory(const TouchMemory *memory, const BodySurface *faces)
+static bool check_memory(const TouchMemory *memory, const BodySurface *faces, double thickness)
 {
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const int face = memory->face[patch] - 1, side = memory->side[patch];
         if (face < -1 || face >= faces->face_count || side < -1 || side > 1 ||
             !(fabs(memory->gap[patch]) < 1e6) ||
-            !(memory->off[patch] >= 0.0 && memory->off[patch] < 1e6))
+            !(memory->off[patch] >= 0.0 && memory->off[patch] <= thickness))
             return false;
         for (int c = 0; c < 3 && face >= 0; c++)
             if (faces->face[face][c] < 0 || faces->face[face][c] >= faces->node_count)
@@ -418,7 +421,8 @@ bool touch_check(const Touch *touch)
         const TouchHalf *half = &touch->half[k];
         const BodySurface *faces = &half->faces->body->surface;
         for (int i = 0; i < half->points->body->surface.node_count; i++)
-            if (!check_memory(&half->memory[i], faces) || !check_memory(&half->before[i], faces) ||
+            if (!check_memory(&half->memory[i], faces, touch->thickness) ||
+                !check_memory(&half->before[i], faces, touch->thickness) ||
                 !(vec3_dot(half->points->place[i], half->points->place[i]) < 1e12))
                 return false;
     }
@@ -474,10 +478,11 @@ static void create_end(TouchEnd *end, bool itself, const char *name, Body *body,
 
 static void create_half(TouchHalf *half, const char *name, Arena *arena, StateList *state)
 {
-    // A node touches four faces on the whole surface, or more on a part of it.
+    // A node touches four faces on the whole surface, or more on a part of it. A crumpled wall has
+    // layers on both sides everywhere.
     enum {
         PAIRS = 4,
-        PAIRS_ITSELF = 16,
+        PAIRS_FOLDED = 16,
         LEAST = 256,
         ENTRIES = 12,
         LEAST_ENTRIES = 4096,
@@ -487,7 +492,7 @@ static void create_half(TouchHalf *half, const char *name, Arena *arena, StateLi
     half->one_sided = faces->solid && half->points != half->faces;
     half->point_capacity = points->node_count;
     half->pair_capacity =
-        (half->points == half->faces ? PAIRS_ITSELF : PAIRS) * points->node_count + LEAST;
+        (half->points->piece != NULL ? PAIRS_FOLDED : PAIRS) * points->node_count + LEAST;
     half->cell_capacity = CELLS * faces->face_count + LEAST;
     half->entry_capacity = ENTRIES * faces->face_count + LEAST_ENTRIES;
     half->memory = ALLOCATE(ARENA_CONTACT, points->node_count, TouchMemory, "memory");

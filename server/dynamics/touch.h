@@ -1,6 +1,6 @@
 // Contact between the surfaces of two bodies, or of a body with itself: the pieces that it is cut
-// into, and a solid's lips of cuts and folds (README.md, "Contact between bodies"). Both sides feel
-// exactly opposite forces. Step thread unless stated.
+// into, its folds, and a solid's lips of cuts (README.md, "Contact between bodies"). Both sides
+// feel exactly opposite forces. Step thread unless stated.
 #ifndef PLIANT_DYNAMICS_TOUCH_H
 #define PLIANT_DYNAMICS_TOUCH_H
 

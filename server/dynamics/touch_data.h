@@ -137,6 +137,7 @@ struct Touch {
     double least_slack;  // of it, whatever the speeds [m]
     bool hurries;        // a hollow body with itself is fast: the search holds for its tick only
     bool expires;        // likewise: points are at borders
+    bool repeats;        // the search is one that was done before
     int64_t budget;      // exact distances left to this search
     int64_t refused;
     double depth, energy; // of the last evaluation [m], [J]

@@ -8,7 +8,7 @@
 
 enum {
     NEAR = 16,    // faces near a point, at most
-    NORMALS = 16, // of a point that count, at most
+    NORMALS = 24, // of a point that count, at most
     BUDGET = 16,  // exact distances in a search for each node, at most
     AHEAD = 8,    // ticks that a search covers, at most,
 };
@@ -353,7 +353,9 @@ static void find_near(Touch *touch, const TouchHalf *half, Look *look, const int
     for (int i = 0; i < count && touch->budget > 0; i++) {
         const TouchFace *face = &half->face[near[i]];
         const Vec3 arm = vec3_sub(look->at, face->center);
-        const double most = fmin(touch->thickness, look->least);
+        // Two walls may both count, of a solid the nearest face alone.
+        const double most =
+            half->one_sided ? fmin(touch->thickness, look->least) : touch->thickness;
         double limit = most + 2.0 * touch->slack;
         const double far = vec3_dot(arm, arm), plane = fabs(vec3_dot(arm, face->normal));
         if (far > square(limit + face->radius) || plane > limit ||
@@ -463,7 +465,7 @@ static bool is_tangled(const TouchHalf *half, const Look *look, const TouchPair 
 // Returns the side of a patch on which a point is: the remembered one, unless the point has come to
 // its border or to another surface; else the one that is seen. 0: none, at a border or in the
 // patch.
-static int side_of(Touch *touch, const TouchHalf *half, const Look *look, const TouchMemory *memory,
+static int side_of(Touch *touch, const TouchHalf *half, const Look *look, TouchMemory *memory,
                    const TouchPair *pair, int count, int patch)
 {
     TouchGap gap;
@@ -483,6 +485,7 @@ static int side_of(Touch *touch, const TouchHalf *half, const Look *look, const 
                known = side != 0 && fabs(side * gap.distance - memory->gap[patch]) <= moved;
     if (known && !(folds && side * gap.distance < 0.0))
         return side;
+    memory->side[patch] = 0; // what is seen now is new
     if (folds && is_tangled(half, look, pair, count, patch))
         return 0;
     // What a solid sees from within is its own back: not of a cut, whose sides are at one place.
@@ -526,7 +529,7 @@ static int find_patches(Touch *touch, const TouchHalf *half, Look *look, TouchMe
             spread_patch(surface, look, patch);
         }
         const int more = make_pairs(half, look, patch, &pair[count]);
-        if (!has)
+        if (!has && !half->one_sided)
             memory->face[patch] = memory->side[patch] = 0;
         side[patch] = more == 0 ? 0 : side_of(touch, half, look, memory, &pair[count], more, patch);
         count += side[patch] != 0 ? more : 0;
@@ -536,13 +539,13 @@ static int find_patches(Touch *touch, const TouchHalf *half, Look *look, TouchMe
 
 // Sets what a point remembers of each patch: the nearest face, on which side and how far it is. A
 // surface that is new may be nearer than its thickness.
-static void remember(TouchMemory *memory, const int side[TOUCH_PATCHES],
+static void remember(const Touch *touch, TouchMemory *memory, const int side[TOUCH_PATCHES],
                      const double gap[TOUCH_PATCHES], double thickness, const TouchPair *pair,
                      int count)
 {
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const bool known = memory->side[patch] == side[patch]; // which is not 0 if there are pairs
-        const double off = known ? memory->off[patch] : fmax(gap[patch], 0.0);
+        const double off = touch->repeats || known ? memory->off[patch] : fmax(gap[patch], 0.0);
         memory->face[patch] = memory->side[patch] = 0;
         memory->gap[patch] = memory->off[patch] = 0.0;
         for (int i = count - 1; i >= 0; i--)
@@ -651,7 +654,7 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, const int *near
         if (!meets || !(gap[patch].distance < touch->slack + thickness))
             gap[patch].pair = NULL;
     }
-    remember(memory, side, off, thickness, pair, count);
+    remember(touch, memory, side, off, thickness, pair, count);
     if (!(nearest < touch->reach))
         *memory = (TouchMemory){.face = {0, 0}};
     if (!(nearest < touch->slack + thickness))
@@ -787,7 +790,6 @@ void touch_search_again(Touch *touch)
             end->packed_place[i] = end->place[end->used[i]];
         place_body(end);
         for (int i = 0; i < half->points->body->surface.node_count; i++) {
-            memcpy(half->before[i].off, half->memory[i].off, sizeof half->before[i].off);
             memcpy(half->memory[i].face, half->before[i].face, sizeof half->memory[i].face);
             memcpy(half->memory[i].side, half->before[i].side, sizeof half->memory[i].side);
             memcpy(half->memory[i].gap, half->before[i].gap, sizeof half->memory[i].gap);
@@ -795,10 +797,8 @@ void touch_search_again(Touch *touch)
         }
     }
     set_reach(touch);
+    touch->repeats = true;
     search(touch);
-    for (int e = 0; e < touch->count; e++)
-        for (int i = 0; i < touch->half[e].points->body->surface.node_count; i++)
-            memcpy(touch->half[e].memory[i].off, touch->half[e].before[i].off,
-                   sizeof touch->half[e].memory[i].off);
+    touch->repeats = false;
     touch->refused = refused; // counted when it was done first
 }

@@ -16,6 +16,8 @@ static void add_face(TouchHalf *half, int face)
     const Vec3 arm[3] = {vec3_sub(a, at->center), vec3_sub(b, at->center), vec3_sub(c, at->center)};
     at->radius = sqrt(
         fmax(vec3_dot(arm[0], arm[0]), fmax(vec3_dot(arm[1], arm[1]), vec3_dot(arm[2], arm[2]))));
+    // The guard deals with a body that has bad numbers.
+    half->face_count -= !isfinite(vec3_dot(at->center, at->center)) || !isfinite(at->radius);
 }
 
 // Lists the faces around the nodes in a box that is wide enough for faces whose corners all lie
@@ -52,7 +54,7 @@ static TouchCells cells_of(const TouchHalf *half, const TouchFace *face, double 
         const double low = (center[c] - around) * inverse, high = (center[c] + around) * inverse;
         const int last = half->cells[c] - 1;
         // An empty range stays empty.
-        range.low[c] = low < 0.0 ? 0 : low > last ? last + 1 : (int)low;
+        range.low[c] = low < 0.0 ? 0 : low >= last + 1 ? last + 1 : (int)low;
         range.high[c] = high < 0.0 ? -1 : high > last ? last : (int)high;
     }
     return range;
@@ -137,6 +139,7 @@ static void find_smooth(TouchHalf *half)
 
 void touch_grid_build(TouchHalf *half, const Box *box, double reach)
 {
+    enum { ROUNDS = 100 };
     double width = 0.0;
     half->face_count = 0;
     if (!box_is_empty(box))
@@ -149,15 +152,21 @@ void touch_grid_build(TouchHalf *half, const Box *box, double reach)
     const Vec3 size = box_size(box);
     const double side[3] = {size.x, size.y, size.z};
     // Larger cells until their number and that of the entries fit: one cell always does.
-    for (half->cell = reach + width;; half->cell *= 1.5) {
+    bool fits = false;
+    half->cell = 2.0 * (reach + width);
+    for (int round = 0; round < ROUNDS && !fits; round++) {
         double cells = 1.0;
+        half->cell *= round > 0 ? 1.5 : 1.0;
         for (int c = 0; c < 3; c++) {
             const double along = floor(side[c] / half->cell) + 1.0;
             cells *= along;
             half->cells[c] = (int)fmin(along, 1e6);
         }
-        if (cells <= half->cell_capacity && count_cells(half, reach))
-            break;
+        fits = cells <= half->cell_capacity && count_cells(half, reach);
+    }
+    if (!fits) { // a body without bounds
+        half->face_count = 0;
+        return;
     }
     fill_cells(half);
     if (half->cell_smooth != NULL)

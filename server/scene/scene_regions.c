@@ -302,7 +302,8 @@ typedef struct TouchGroup {
 static const Option TOUCH_OPTIONS[] = {
     {"bodies", OPTION_LIST, AT(bodies), "", .preset_text = "none", .required = true,
      .about = "The names of two bodies, `[\"a\", \"b\"]`, or of one, `[\"a\"]`, that then touches "
-              "itself: the pieces that it is cut into, and a solid's lips of cuts and folds."},
+              "itself: the pieces that it is cut into, its folds and flaps, and a solid's lips of "
+              "cuts."},
     {"stiffness", OPTION_REAL, AT(options.stiffness), "", 0.0, 1e3, .open = true, .preset = 2.0,
      .physics = true,
      .about = "Stiffness of the contact, as a share of the softer body's own stiffness; stiffer "
@@ -311,7 +312,10 @@ static const Option TOUCH_OPTIONS[] = {
      .about = "Coefficient of friction between the surfaces."},
     {"thickness", OPTION_REAL, AT(options.thickness), "m", 0.0, POSITION_LIMIT, .preset = -1.0,
      .preset_text = "0; of a hollow body with itself a tenth of its longest edge", .physics = true,
-     .about = "Distance at which the surfaces rest on each other: walls as thick as that."},
+     .about =
+         "Distance at which the surfaces rest on each other: walls as thick as that, at most as "
+         "the longest edge. In the folds of a hollow body each node is at most half as thick as "
+         "the faces around it are wide."},
 };
 #undef AT
 const OptionTable TOUCH_TABLE = OPTION_TABLE("touch",

@@ -150,11 +150,9 @@ static void push_once(uint64_t *seed, Push *push)
 static const double DEEPEST = 5e-3;
 
 // Bodies and contact are damped by default, so that only rounding and the swing of leapfrog's
-// energy within a step are left, 7e-9 of it: in all pushes but 10 of 1500, each with a hollow body.
-// In those a point finds another face than the one that it left, and the push with it: seven times
-// up to 5e-4, and three times, where a sheet hits the terraces of a lump and a ball a corner, by 2
-// to 7 %.
-static const double USUAL_GAIN = 1e-6, MOST_GAIN = 0.1;
+// energy within a step are left, 7e-9 of it: in all pushes but 7 of 1500, each with a hollow body.
+// In those a point finds another face than the one that it left, and the push with it.
+static const double USUAL_GAIN = 1e-6, MOST_GAIN = 1e-3;
 
 static int pushes = 20; // the slow run has more
 
@@ -263,8 +261,30 @@ static void closed_ways_rarely_gain(void **state)
     print_message("%d of %d closed ways pressed, %d gained, at most %.2g of what contact held\n",
                   pressed, ways, gained, worst);
     assert_true(pressed > 3 * ways / 4);
-    assert_in_range(gained, 0, 1 + ways / 40);
+    assert_in_range(gained, 0, 2 + ways / 40);
     expect_at_most(worst, 0.3);
+}
+
+// A search among bad numbers ends, and finds nothing in them.
+static void bad_numbers_end_a_search(void **state)
+{
+    (void)state;
+    static const double BAD[] = {(double)NAN, (double)INFINITY, 1e300};
+    for (int k = 0; k < 3; k++) {
+        Run run;
+        run_create(&run, "bodies = ( " BALL("one", "", "") ", " BALL(
+                             "two", "translation = [0.0, 0.0, 0.04];", "") " );\n" TOUCH(""));
+        Body *body = sim_body(run.world.sim, 1);
+        BodyOps ops = *body->ops;
+        still_ops = body->ops;
+        ops.read_nodes = read_shifted;
+        body->ops = &ops;
+        shifting = shifted = vec3(0.0, BAD[k], 0.0);
+        touch_begin_tick(touch_of(&run));
+        assert_false(touch_is_near(touch_of(&run)));
+        body->ops = still_ops;
+        run_destroy(&run);
+    }
 }
 
 // --- momentum ------------------------------------------------------------------------------------
@@ -390,6 +410,33 @@ static void a_stack_comes_to_rest_and_stays(void **state)
         expect_near(start[b].z - start[b - 1].z, 0.04, 0.01);
     assert_int_equal(sim_resets(sim), 0);
     run_destroy(&run);
+}
+
+// A cube on a cube rests as much higher as the scene says that surfaces are thick.
+static void surfaces_rest_at_their_thickness(void **state)
+{
+    (void)state;
+    double height[2];
+    for (int thick = 0; thick < 2; thick++) {
+        char text[2048];
+        Run run;
+        snprintf(
+            text, sizeof text,
+            "gravity = [0, 0, -9.81];\nbodies = ( " STACKED("one", "0, 0, 0.02") ",\n" //
+            STACKED("two", "0.002, 0.001, 0.063") " );\n"
+                                                  "tools = ( { id = 1; kind = \"static\"; plane = "
+                                                  "{ normal = [0, 0, 1]; }; } );\n" TOUCH(
+                                                      "friction = 0.5; %s"),
+            thick == 0 ? "" : "thickness = 0.002;");
+        run_create(&run, text);
+        for (int i = 0; i < 3000; i++)
+            sim_step(run.world.sim);
+        height[thick] = middle_of(&run, 1).z;
+        run_destroy(&run);
+    }
+    print_message("%.3f mm higher\n", 1e3 * (height[1] - height[0]));
+    // The same weight presses both in, but where faces meet at an edge.
+    expect_near(height[1] - height[0], 0.002, 2e-4);
 }
 
 // --- topology, states ----------------------------------------------------------------------------
@@ -535,6 +582,7 @@ static void pairs_that_cannot_touch_are_refused_by_name(void **state)
                    "touch already");
     expect_refused("{ bodies = [\"one\", \"two\"]; stiffness = 0.0; }", "stiffness");
     expect_refused("{ bodies = [\"one\"]; thickness = -0.001; }", "thickness");
+    expect_refused("{ bodies = [\"one\", \"two\"]; thickness = 0.05; }", "longest edge of body");
 }
 
 // With a number: so many pushes, and what takes seconds.
@@ -548,6 +596,8 @@ int main(int argc, char **argv)
         cmocka_unit_test(pairs_that_cannot_touch_are_refused_by_name),
         cmocka_unit_test(nothing_passes_through_and_few_gain_energy),
         cmocka_unit_test(closed_ways_rarely_gain),
+        cmocka_unit_test(surfaces_rest_at_their_thickness),
+        cmocka_unit_test(bad_numbers_end_a_search),
     };
     const struct CMUnitTest slow[] = {
         cmocka_unit_test(a_stack_comes_to_rest_and_stays),
