@@ -1,32 +1,21 @@
 // Finds the points and faces of a touch that can meet in the next ticks (README.md, "Contact
 // between bodies"): boxes of both bodies, a grid over the faces where they overlap (touch_grid.c),
-// then the nearest faces of each point and the side of them that it is on. Step thread, at most
-// once a tick.
-#include "dynamics/touch_data.h"
+// then the nearest faces of each point, and with touch_patch.c the sides of them that it is on.
+// Step thread, at most once a tick.
+#include "dynamics/touch_look.h"
 
 #include <string.h>
 
 enum {
-    NEAR = 16,    // faces near a point, at most
-    NORMALS = 24, // of a point that count, at most
-    BUDGET = 16,  // exact distances in a search for each node, at most
-    AHEAD = 8,    // ticks that a search covers, at most,
+    BUDGET = 16, // exact distances in a search for each node, at most
+    AHEAD = 8,   // ticks that a search covers, at most,
 };
 static const double AHEAD_WAY = 0.1; // and edges on which bodies come nearer meanwhile
 static const double HASTE = 1.5;     // speeds may become as many times what they are within a tick
 // Bodies that are apart may speed up by this before they are looked at again [m/s].
 static const double SPARE_SPEED = 0.5;
-// Distance below which a point is on neither side of a face, relative to the longest edge.
-static const double SAME_PLACE = 1e-9;
 // Overlap beyond which a point is forgotten, relative to the longest edge.
 static const double DEEPEST = 4.0;
-
-// A face near a point.
-typedef struct Near {
-    int face;
-    ClosestPair at;
-    int patch; // -1: none yet
-} Near;
 
 // ---------------------------------------------------------------------------------------------
 // Bodies
@@ -136,54 +125,19 @@ static Vec3 point_normal(const TouchEnd *end, int node)
     return vec3_unit(sum);
 }
 
-static Vec3 face_normal(const TouchEnd *end, int face)
-{
-    const int *corner = end->body->surface.face[face];
-    const Vec3 a = end->place[corner[0]];
-    return vec3_unit(
-        vec3_cross(vec3_sub(end->place[corner[1]], a), vec3_sub(end->place[corner[2]], a)));
-}
-
-// True if two faces have a corner in common.
-static bool is_beside(const BodySurface *surface, int a, int b)
-{
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++)
-            if (surface->face[a][i] == surface->face[b][k])
-                return true;
-    return false;
-}
-
-// What a point looks for.
-typedef struct Look {
-    int node;
-    Vec3 at;
-    int normal_count; // 0: however faces face they count
-    Vec3 normal[NORMALS];
-    double least; // nearest so far [m]
-    int count;
-    Near near[NEAR];
-} Look;
-
-static bool has_corner(const BodySurface *surface, int face, int node)
-{
-    const int *corner = surface->face[face];
-    return corner[0] == node || corner[1] == node || corner[2] == node;
-}
-
 // True if a node of a hollow body's surface and a face of it are neighbours or have one in common:
 // they bend, and do not touch.
 static bool is_around(const BodySurface *surface, int node, int face)
 {
     for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++)
-        if (is_beside(surface, surface->node_face[k], face))
+        if (touch_is_beside(surface, surface->node_face[k], face))
             return true;
     return false;
 }
 
 // Finds which ways a point faces: in its own body by one normal, in another solid by those of its
 // faces, since a corner meets more than what its mean normal shows.
-static void find_normals(const TouchHalf *half, Look *look)
+static void find_normals(const TouchHalf *half, TouchLook *look)
 {
     const BodySurface *own = &half->points->body->surface;
     look->normal_count = 0;
@@ -191,14 +145,14 @@ static void find_normals(const TouchHalf *half, Look *look)
         look->normal[look->normal_count++] = point_normal(half->points, look->node);
     for (int k = own->node_face_start[look->node];
          k < own->node_face_end[look->node] && half->one_sided && own->solid &&
-         look->normal_count < NORMALS;
+         look->normal_count < TOUCH_NORMALS;
          k++)
-        look->normal[look->normal_count++] = face_normal(half->points, own->node_face[k]);
+        look->normal[look->normal_count++] = touch_face_normal(half->points, own->node_face[k]);
 }
 
 // True for a face that faces the same way as a point: in solids the back of a thin part, in a
 // hollow body a part of its own piece.
-static bool is_aligned(const TouchHalf *half, const Look *look, int face, Vec3 normal)
+static bool is_aligned(const TouchHalf *half, const TouchLook *look, int face, Vec3 normal)
 {
     const int *piece = half->faces->piece;
     for (int i = 0; i < look->normal_count; i++)
@@ -209,48 +163,42 @@ static bool is_aligned(const TouchHalf *half, const Look *look, int face, Vec3 n
 }
 
 // True for a face around a point of the same body.
-static bool is_own(const TouchHalf *half, const Look *look, int face)
+static bool is_own(const TouchHalf *half, const TouchLook *look, int face)
 {
     const BodySurface *surface = &half->faces->body->surface;
     return half->points == half->faces &&
-           (half->faces->piece == NULL ? has_corner(surface, face, look->node)
+           (half->faces->piece == NULL ? touch_has_corner(surface, face, look->node)
                                        : is_around(surface, look->node, face));
 }
 
-// True if a point ignores a face.
-static bool ignores(const TouchHalf *half, const Look *look, int face)
+bool touch_ignores(const TouchHalf *half, const TouchLook *look, int face)
 {
     return is_own(half, look, face) ||
-           (look->normal_count > 0 && is_aligned(half, look, face, face_normal(half->faces, face)));
-}
-
-static void read_corners(const TouchEnd *end, int face, Vec3 x[3])
-{
-    for (int k = 0; k < 3; k++)
-        x[k] = end->place[end->body->surface.face[face][k]];
+           (look->normal_count > 0 &&
+            is_aligned(half, look, face, touch_face_normal(half->faces, face)));
 }
 
 // Adds a face in the order of distance; drops the farthest if there is no space.
-static void insert_near(Look *look, int face, const ClosestPair *at)
+static void insert_near(TouchLook *look, int face, const ClosestPair *at)
 {
-    const bool full = look->count == NEAR;
-    if (full && at->distance >= look->near[NEAR - 1].at.distance)
+    const bool full = look->count == TOUCH_NEAR;
+    if (full && at->distance >= look->near[TOUCH_NEAR - 1].at.distance)
         return;
-    int i = full ? NEAR - 1 : look->count++;
+    int i = full ? TOUCH_NEAR - 1 : look->count++;
     for (; i > 0 && look->near[i - 1].at.distance > at->distance; i--)
         look->near[i] = look->near[i - 1];
-    look->near[i] = (Near){.face = face, .at = *at, .patch = -1};
+    look->near[i] = (TouchNear){.face = face, .at = *at, .patch = -1};
 }
 
 static double distance_to(const TouchHalf *half, Vec3 at, int face, ClosestPair *pair)
 {
     Vec3 x[3];
-    read_corners(half->faces, face, x);
+    touch_read_corners(half->faces, face, x);
     distance_point_triangle(at, x, pair);
     return pair->distance;
 }
 
-static bool is_known(const Look *look, int face)
+static bool is_known(const TouchLook *look, int face)
 {
     for (int i = 0; i < look->count; i++)
         if (look->near[i].face == face)
@@ -260,13 +208,13 @@ static bool is_known(const Look *look, int face)
 
 // Goes from a remembered face to the nearest around it, again and again: also deep inside, a point
 // finds the surface that it came through. Returns that face, or -1 if it is too far.
-static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int face,
+static int walk(const Touch *touch, const TouchHalf *half, const TouchLook *look, int face,
                 ClosestPair *nearest)
 {
     enum { STEPS = 16 };
     const BodySurface *surface = &half->faces->body->surface;
     double least = distance_to(half, look->at, face, nearest);
-    if (ignores(half, look, face))
+    if (touch_ignores(half, look, face))
         least = (double)INFINITY;
     for (int step = 0, from = -1; step < STEPS && from != face; step++) {
         const ClosestPair here = *nearest;
@@ -280,7 +228,7 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
                  k++) {
                 const int other = surface->node_face[k];
                 ClosestPair at;
-                if (other == from || ignores(half, look, other) ||
+                if (other == from || touch_ignores(half, look, other) ||
                     !(distance_to(half, look->at, other, &at) < least))
                     continue;
                 least = at.distance;
@@ -294,7 +242,7 @@ static int walk(const Touch *touch, const TouchHalf *half, const Look *look, int
 
 // Returns how much nearer a point and a face may come until the next search [m]. One that holds for
 // its tick only looks at how fast they are to each other.
-static double slack_of(const Touch *touch, const TouchHalf *half, const Look *look, int face)
+static double slack_of(const Touch *touch, const TouchHalf *half, const TouchLook *look, int face)
 {
     if (!touch->hurries)
         return touch->slack;
@@ -309,10 +257,11 @@ static double slack_of(const Touch *touch, const TouchHalf *half, const Look *lo
 }
 
 // Adds a face that is no farther than `off`, besides how it may move.
-static void try_face(const Touch *touch, const TouchHalf *half, Look *look, int face, double off)
+static void try_face(const Touch *touch, const TouchHalf *half, TouchLook *look, int face,
+                     double off)
 {
     ClosestPair at;
-    if (face < 0 || is_known(look, face) || ignores(half, look, face) ||
+    if (face < 0 || is_known(look, face) || touch_ignores(half, look, face) ||
         distance_to(half, look->at, face, &at) > off + 2.0 * slack_of(touch, half, look, face))
         return;
     look->least = fmin(look->least, at.distance);
@@ -322,13 +271,13 @@ static void try_face(const Touch *touch, const TouchHalf *half, Look *look, int 
 // Adds a face and those around it that may be the nearest meanwhile. A point of these within
 // reach lies at most `clear` from the nearest point of the face, so that only its corners and edges
 // nearer than that count; twice that, for folds.
-static void add_around(const Touch *touch, const TouchHalf *half, Look *look, int face,
+static void add_around(const Touch *touch, const TouchHalf *half, TouchLook *look, int face,
                        const ClosestPair *nearest)
 {
     const BodySurface *surface = &half->faces->body->surface;
     const double off = nearest->distance, clear = 4.0 * (off + touch->slack);
     Vec3 x[3];
-    read_corners(half->faces, face, x);
+    touch_read_corners(half->faces, face, x);
     try_face(touch, half, look, face, off);
     for (int c = 0; c < 3; c++) {
         const int node = surface->face[face][c];
@@ -348,7 +297,8 @@ static double square(double x)
 }
 
 // Finds the faces that may be the nearest until the next search.
-static void find_near(Touch *touch, const TouchHalf *half, Look *look, const int *near, int count)
+static void find_near(Touch *touch, const TouchHalf *half, TouchLook *look, const int *near,
+                      int count)
 {
     for (int i = 0; i < count && touch->budget > 0; i++) {
         const TouchFace *face = &half->face[near[i]];
@@ -368,7 +318,7 @@ static void find_near(Touch *touch, const TouchHalf *half, Look *look, const int
         touch->budget--;
         Vec3 x[3];
         ClosestPair at;
-        read_corners(half->faces, face->face, x);
+        touch_read_corners(half->faces, face->face, x);
         distance_point_triangle(look->at, x, &at);
         if (at.distance > limit)
             continue;
@@ -379,183 +329,6 @@ static void find_near(Touch *touch, const TouchHalf *half, Look *look, const int
     const double limit = look->least + 2.0 * touch->slack;
     while (half->one_sided && look->count > 0 && look->near[look->count - 1].at.distance > limit)
         look->count--;
-}
-
-// ---------------------------------------------------------------------------------------------
-// Patches and sides
-
-// Sets the bits of TouchPair.border.
-static unsigned borders_of(const TouchHalf *half, const Look *look, int face)
-{
-    const BodySurface *surface = &half->faces->body->surface;
-    unsigned border = 0;
-    for (int k = 0; k < 3; k++) {
-        const int across = surface->face_neighbor[face][k];
-        const bool ends = across < 0 || ignores(half, look, across);
-        border |= ends ? 1U << k | 1U << (3 + k) | 1U << (3 + (k + 1) % 3) : 0U;
-        // A border that only reaches the corner.
-        const int node = surface->face[face][k];
-        for (int j = surface->node_face_start[node];
-             j < surface->node_face_end[node] && !surface->solid; j++) {
-            const int other = surface->node_face[j];
-            for (int c = 0; c < 3; c++)
-                if (surface->face_neighbor[other][c] < 0 &&
-                    (surface->face[other][c] == node || surface->face[other][(c + 1) % 3] == node))
-                    border |= 1U << (3 + k);
-        }
-    }
-    return border;
-}
-
-// Gives all near faces that are connected with those of a patch to it.
-static void spread_patch(const BodySurface *surface, Look *look, int patch)
-{
-    for (bool again = true; again;) {
-        again = false;
-        for (int i = 0; i < look->count; i++)
-            for (int k = 0; k < look->count && look->near[i].patch < 0; k++)
-                if (look->near[k].patch == patch &&
-                    is_beside(surface, look->near[i].face, look->near[k].face)) {
-                    look->near[i].patch = patch;
-                    again = true;
-                }
-    }
-}
-
-// Moves the near faces of a patch into pairs whose corners are nodes, nearest first. Returns their
-// number.
-static int make_pairs(const TouchHalf *half, const Look *look, int patch, TouchPair *pair)
-{
-    const BodySurface *surface = &half->faces->body->surface;
-    int count = 0;
-    for (int i = 0; i < look->count; i++) {
-        if (look->near[i].patch != patch)
-            continue;
-        pair[count] = (TouchPair){
-            .face = look->near[i].face, .patch = patch, .least = look->near[i].at.distance};
-        memcpy(pair[count].corner, surface->face[look->near[i].face], sizeof pair->corner);
-        pair[count].border = borders_of(half, look, look->near[i].face);
-        count++;
-    }
-    return count;
-}
-
-// True if an edge of the point's own passes through a patch of its body: then no side is right.
-static bool is_tangled(const TouchHalf *half, const Look *look, const TouchPair *pair, int count,
-                       int patch)
-{
-    const BodySurface *surface = &half->points->body->surface;
-    double along, weight[3];
-    for (int k = surface->node_face_start[look->node]; k < surface->node_face_end[look->node]; k++)
-        for (int c = 0; c < 3; c++) {
-            const int other = surface->face[surface->node_face[k]][c];
-            for (int i = 0; i < count && other != look->node; i++) {
-                Vec3 x[3];
-                if (pair[i].patch != patch || has_corner(surface, pair[i].face, other))
-                    continue;
-                read_corners(half->faces, pair[i].face, x);
-                if (distance_segment_crosses(look->at, half->points->place[other], x, &along,
-                                             weight))
-                    return true;
-            }
-        }
-    return false;
-}
-
-// Returns the side of a patch on which a point is: the remembered one, unless the point has come to
-// its border or to another surface; else the one that is seen. 0: none, at a border or in the
-// patch.
-static int side_of(Touch *touch, const TouchHalf *half, const Look *look, TouchMemory *memory,
-                   const TouchPair *pair, int count, int patch)
-{
-    TouchGap gap;
-    if (half->one_sided)
-        return 1;
-    if (!touch_gap(half->faces->place, look->at, pair, count, patch, 1, 0.0, &gap)) {
-        // From the border of a wall it may come in front of it, where its side must be seen. Within
-        // a body that is less urgent: what it comes in front of is its own lip.
-        touch->expires |= half->points != half->faces && !half->faces->body->surface.solid &&
-                          gap.distance < touch->slack + touch->thickness;
-        return 0;
-    }
-    // The distance to one surface changes by no more than both have moved.
-    const int side = memory->side[patch];
-    const double moved = touch->kept->moved + SAME_PLACE * half->faces->body->surface.longest_edge;
-    const bool folds = half->points->piece != NULL,
-               known = side != 0 && fabs(side * gap.distance - memory->gap[patch]) <= moved;
-    if (known && !(folds && side * gap.distance < 0.0))
-        return side;
-    memory->side[patch] = 0; // what is seen now is new
-    if (folds && is_tangled(half, look, pair, count, patch))
-        return 0;
-    // What a solid sees from within is its own back: not of a cut, whose sides are at one place.
-    const bool behind = gap.distance < -SAME_PLACE * half->faces->body->surface.longest_edge;
-    return !behind ? 1 : half->faces->body->surface.solid ? 0 : -1;
-}
-
-// Gives near faces to the patches around what the point remembers.
-static void recall_patches(const BodySurface *surface, Look *look, const TouchMemory *memory)
-{
-    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
-        const int from = memory->face[patch] - 1;
-        for (int i = 0; i < look->count && from >= 0; i++)
-            if (look->near[i].patch < 0 && is_beside(surface, look->near[i].face, from))
-                look->near[i].patch = patch;
-        spread_patch(surface, look, patch);
-    }
-}
-
-// Finds the patches near a point: those that it remembers, then others, the nearest first. Returns
-// the number of pairs.
-static int find_patches(Touch *touch, const TouchHalf *half, Look *look, TouchMemory *memory,
-                        int side[TOUCH_PATCHES], TouchPair *pair)
-{
-    const BodySurface *surface = &half->faces->body->surface;
-    int count = 0;
-    if (!half->one_sided)
-        recall_patches(surface, look, memory);
-    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
-        bool has = false;
-        int next = -1;
-        for (int i = look->count - 1; i >= 0; i--) {
-            has |= look->near[i].patch == patch;
-            next = look->near[i].patch < 0 ? i : next;
-        }
-        if (half->one_sided) // all of it is one surface
-            for (int i = 0; i < look->count && patch == 0; i++)
-                look->near[i].patch = 0;
-        else if (!has && next >= 0) {
-            look->near[next].patch = patch;
-            spread_patch(surface, look, patch);
-        }
-        const int more = make_pairs(half, look, patch, &pair[count]);
-        if (!has && !half->one_sided)
-            memory->face[patch] = memory->side[patch] = 0;
-        side[patch] = more == 0 ? 0 : side_of(touch, half, look, memory, &pair[count], more, patch);
-        count += side[patch] != 0 ? more : 0;
-    }
-    return count;
-}
-
-// Sets what a point remembers of each patch: the nearest face, on which side and how far it is. A
-// surface that is new may be nearer than its thickness.
-static void remember(const Touch *touch, TouchMemory *memory, const int side[TOUCH_PATCHES],
-                     const double gap[TOUCH_PATCHES], double thickness, const TouchPair *pair,
-                     int count)
-{
-    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
-        const bool known = memory->side[patch] == side[patch]; // which is not 0 if there are pairs
-        const double off = touch->repeats || known ? memory->off[patch] : fmax(gap[patch], 0.0);
-        memory->face[patch] = memory->side[patch] = 0;
-        memory->gap[patch] = memory->off[patch] = 0.0;
-        for (int i = count - 1; i >= 0; i--)
-            if (pair[i].patch == patch) {
-                memory->face[patch] = pair[i].face + 1;
-                memory->side[patch] = side[patch];
-                memory->gap[patch] = gap[patch];
-                memory->off[patch] = fmin(off, thickness);
-            }
-    }
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -617,8 +390,8 @@ static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TO
 static bool look_around(Touch *touch, TouchHalf *half, int node, const int *near, int near_count)
 {
     TouchMemory *memory = &half->memory[node];
-    Look look = {.node = node, .at = half->points->place[node], .least = (double)INFINITY};
-    TouchPair pair[NEAR];
+    TouchLook look = {.node = node, .at = half->points->place[node], .least = (double)INFINITY};
+    TouchPair pair[TOUCH_NEAR];
     int side[TOUCH_PATCHES];
     find_normals(half, &look);
     bool inside = false; // what it came through decides alone
@@ -630,8 +403,8 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, const int *near
         if (now < 0)
             continue;
         add_around(touch, half, &look, now, &at);
-        inside |= half->one_sided &&
-                  vec3_dot(vec3_sub(look.at, at.on_triangle), face_normal(half->faces, now)) < 0.0;
+        inside |= half->one_sided && vec3_dot(vec3_sub(look.at, at.on_triangle),
+                                              touch_face_normal(half->faces, now)) < 0.0;
     }
     if (!inside)
         find_near(touch, half, &look, near, near_count);
@@ -639,7 +412,7 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, const int *near
         *memory = (TouchMemory){.face = {0, 0}};
         return false;
     }
-    const int count = find_patches(touch, half, &look, memory, side, pair);
+    const int count = touch_find_patches(touch, half, &look, memory, side, pair);
     const double thickness = thickness_of(touch, half, node);
     // What it can meet of them.
     TouchGap gap[TOUCH_PATCHES];
@@ -654,7 +427,7 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, const int *near
         if (!meets || !(gap[patch].distance < touch->slack + thickness))
             gap[patch].pair = NULL;
     }
-    remember(touch, memory, side, off, thickness, pair, count);
+    touch_remember(touch, memory, side, off, thickness, pair, count);
     if (!(nearest < touch->reach))
         *memory = (TouchMemory){.face = {0, 0}};
     if (!(nearest < touch->slack + thickness))

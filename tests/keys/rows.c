@@ -481,6 +481,9 @@ const KeyRow KEY_ROWS[] = {
     {IN(TOUCH_TABLE, "friction", S | V, STATE, ATTACH, TOUCHES(TWO),
         TOUCHES(TWO "friction = 0.5;")),
      .also = {{OTHER, BESIDE}, {LOADS, ONTO}}},
+    {IN(TOUCH_TABLE, "thickness", S | V, STATE, ATTACH, TOUCHES(TWO),
+        TOUCHES(TWO "thickness = 0.002;")),
+     .also = {{OTHER, BESIDE}, {LOADS, ONTO}}},
 };
 const int KEY_ROW_COUNT = (int)(sizeof KEY_ROWS / sizeof *KEY_ROWS);
 

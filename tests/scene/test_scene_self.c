@@ -1,4 +1,5 @@
 // A body that touches itself: the pieces that it is cut into, and the lips of a cut.
+#include "effort.h"
 #include "touching_bodies.h"
 
 #define SELF(more) "touch = ( { bodies = [\"one\"]; " more " } );\n"
@@ -385,6 +386,7 @@ static void leave(Run *run, int tick)
 static void folds_do_not_pass_each_other(void **state)
 {
     (void)state;
+    const bool full = EFFORT(6) == 6; // a sanitizer needs no comparison
     static const Fold fold[] = {{"flap", FLAP, turn_flap, 900, 4, 2.0},
                                 {"pinched", PINCHED, pinch, 520, 0, 2.0},
                                 {"pressed", PRESSED, press, 500, 0, 2.0},
@@ -392,7 +394,7 @@ static void folds_do_not_pass_each_other(void **state)
     for (int i = 0; i < (int)(sizeof fold / sizeof fold[0]); i++) {
         int most[2] = {0, 0}, last = 0;
         double speed = 0.0, deepest = 0.0;
-        for (int with = 0; with < 2; with++) {
+        for (int with = full ? 0 : 1; with < 2; with++) {
             char text[2048];
             Run run;
             snprintf(text, sizeof text, "%s%s", fold[i].scene, with == 1 ? SELF("") : "");
@@ -420,7 +422,7 @@ static void folds_do_not_pass_each_other(void **state)
         print_message("%s: at most %d crossings, %d at the end (%d without contact), deepest "
                       "%.3g m, %.2g m/s at the end\n",
                       fold[i].name, most[1], last, most[0], deepest, speed);
-        assert_true(most[0] > 0);
+        assert_true(most[0] > 0 || !full);
         assert_true(most[1] <= fold[i].most);
         expect_at_most(speed, fold[i].speed);
     }
