@@ -397,11 +397,9 @@ static void advance_bodies(Sim *sim)
     for (int first = 0; first < sim->body_count; first++) {
         if (sim->group[first].first != first)
             continue;
-        const bool joined = is_joined(sim, first);
-        if (joined)
-            advance(sim, first, sim->body[first].substeps, ADVANCE_GROUP);
-        for (int b = first; b >= 0 && !joined; b = sim->group[b].next)
-            advance(sim, b, sim->body[b].substeps, ADVANCE_BODY);
+        const Advance what = is_joined(sim, first) ? ADVANCE_GROUP : ADVANCE_BODY;
+        for (int b = first; b >= 0; b = what == ADVANCE_BODY ? sim->group[b].next : -1)
+            advance(sim, b, sim->body[b].substeps, what);
     }
 }
 

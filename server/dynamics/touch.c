@@ -195,7 +195,7 @@ void touch_evaluate(Touch *touch, double dt)
         TouchHalf *half = &touch->half[k];
         for (int i = 0; i < half->point_count; i++) {
             TouchPoint *point = &half->point[i];
-            const double *off = half->memory[point->node].off;
+            const double *rest = half->memory[point->node].rest;
             bool rubbed = false; // one bristle: on the first patch that pushes
             point->trial = (Vec3){0.0, 0.0, 0.0};
             for (int patch = 0; patch < TOUCH_PATCHES && point->clear <= moved; patch++) {
@@ -204,10 +204,11 @@ void touch_evaluate(Touch *touch, double dt)
                     !touch_gap(half->faces->x, half->points->x[point->own],
                                &half->pair[point->first], point->count, patch, point->side[patch],
                                moved, &gap) ||
-                    !(gap.distance < off[patch]) ||
+                    !(gap.distance < rest[patch]) ||
                     (!half->one_sided && has_jumped(touch, half, point, &gap, patch)))
                     continue;
-                const double push = push_apart(touch, half, point, &gap, off[patch] - gap.distance);
+                const double push =
+                    push_apart(touch, half, point, &gap, rest[patch] - gap.distance);
                 if (!rubbed && touch->options.friction > 0.0)
                     rub(touch, half, point, &gap, push, dt);
                 rubbed = true;
@@ -257,10 +258,10 @@ static void grow_thick(Touch *touch)
     for (int k = 0; k < touch->count; k++)
         for (int i = 0; i < touch->half[k].point_count; i++) {
             const TouchPoint *point = &touch->half[k].point[i];
-            double *off = touch->half[k].memory[point->node].off;
+            double *rest = touch->half[k].memory[point->node].rest;
             for (int patch = 0; patch < TOUCH_PATCHES; patch++)
                 if (point->side[patch] != 0)
-                    off[patch] = fmin(off[patch] + step, point->thickness);
+                    rest[patch] = fmin(rest[patch] + step, point->thickness);
         }
 }
 
@@ -330,7 +331,7 @@ static void follow_faces(TouchHalf *half, const TopologyChange *change)
             *face = heir > 0 ? heir : 0;
             if (heir < 0) {
                 half->memory[i].side[patch] = 0;
-                half->memory[i].gap[patch] = half->memory[i].off[patch] = 0.0;
+                half->memory[i].gap[patch] = half->memory[i].rest[patch] = 0.0;
             }
         }
     forget_heirs(half->heir, change);
@@ -404,7 +405,7 @@ static bool check_memory(const TouchMemory *memory, const BodySurface *faces, do
         const int face = memory->face[patch] - 1, side = memory->side[patch];
         if (face < -1 || face >= faces->face_count || side < -1 || side > 1 ||
             !(fabs(memory->gap[patch]) < 1e6) ||
-            !(memory->off[patch] >= 0.0 && memory->off[patch] <= thickness))
+            !(memory->rest[patch] >= 0.0 && memory->rest[patch] <= thickness))
             return false;
         for (int c = 0; c < 3 && face >= 0; c++)
             if (faces->face[face][c] < 0 || faces->face[face][c] >= faces->node_count)

@@ -19,13 +19,13 @@ static const double TOUCH_MOST_SPEED = 2.0;
 // What a point remembers of the other surface; plain data, part of the state, whole words. All 0
 // when nothing is near.
 typedef struct TouchMemory {
-    int face[TOUCH_PATCHES];   // 1 + the nearest face of a patch; 0: none
-    int side[TOUCH_PATCHES];   // on which the point is: 1 outside, -1 inside
-    double gap[TOUCH_PATCHES]; // TouchGap.distance [m]
-    double off[TOUCH_PATCHES]; // distance at which it rests on the patch now: grows to the
-                               // thickness [m]
-    double stiffness;          // that it presses with [N/m]; 0: it does not press
-    Vec3 bristle;              // of friction [m]
+    int face[TOUCH_PATCHES];    // 1 + the nearest face of a patch; 0: none
+    int side[TOUCH_PATCHES];    // on which the point is: 1 outside, -1 inside
+    double gap[TOUCH_PATCHES];  // TouchGap.distance [m]
+    double rest[TOUCH_PATCHES]; // distance at which it rests on the patch now: grows to the
+                                // thickness [m]
+    double stiffness;           // that it presses with [N/m]; 0: it does not press
+    Vec3 bristle;               // of friction [m]
 } TouchMemory;
 
 // Of the last search, plain data, part of the state, whole words.
@@ -135,7 +135,7 @@ struct Touch {
     double margin;       // of the slack, for nodes that become faster within a tick [m]
     double reach;        // of the search [m]
     double least_slack;  // of it, whatever the speeds [m]
-    bool hurries;        // a hollow body with itself is fast: the search holds for its tick only
+    bool fast;           // a hollow body with itself is: the search holds for its tick only
     bool expires;        // likewise: points are at borders
     bool repeats;        // the search is one that was done before
     int64_t budget;      // exact distances left to this search

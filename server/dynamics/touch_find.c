@@ -11,7 +11,7 @@ enum {
     AHEAD = 8,   // ticks that a search covers, at most,
 };
 static const double AHEAD_WAY = 0.1; // and edges on which bodies come nearer meanwhile
-static const double HASTE = 1.5;     // speeds may become as many times what they are within a tick
+static const double SPEEDUP = 1.5;   // speeds may become as many times what they are within a tick
 // Bodies that are apart may speed up by this before they are looked at again [m/s].
 static const double SPARE_SPEED = 0.5;
 // Overlap beyond which a point is forgotten, relative to the longest edge.
@@ -244,7 +244,7 @@ static int walk(const Touch *touch, const TouchHalf *half, const TouchLook *look
 // its tick only looks at how fast they are to each other.
 static double slack_of(const Touch *touch, const TouchHalf *half, const TouchLook *look, int face)
 {
-    if (!touch->hurries)
+    if (!touch->fast)
         return touch->slack;
     const Vec3 *speed = half->faces->speed, own = half->points->speed[look->node];
     const int *corner = half->faces->body->surface.face[face];
@@ -253,7 +253,7 @@ static double slack_of(const Touch *touch, const TouchHalf *half, const TouchLoo
         const Vec3 v = vec3_sub(speed[corner[k]], own);
         fastest = fmax(fastest, vec3_dot(v, v));
     }
-    return fmin(touch->slack, HASTE * touch->tick * sqrt(fastest) + touch->least_slack);
+    return fmin(touch->slack, SPEEDUP * touch->tick * sqrt(fastest) + touch->least_slack);
 }
 
 // Adds a face that is no farther than `off`, besides how it may move.
@@ -316,11 +316,8 @@ static void find_near(Touch *touch, const TouchHalf *half, TouchLook *look, cons
             is_known(look, face->face))
             continue;
         touch->budget--;
-        Vec3 x[3];
         ClosestPair at;
-        touch_read_corners(half->faces, face->face, x);
-        distance_point_triangle(look->at, x, &at);
-        if (at.distance > limit)
+        if (distance_to(half, look->at, face->face, &at) > limit)
             continue;
         look->least = fmin(look->least, at.distance);
         insert_near(look, face->face, &at);
@@ -416,18 +413,18 @@ static bool look_around(Touch *touch, TouchHalf *half, int node, const int *near
     const double thickness = thickness_of(touch, half, node);
     // What it can meet of them.
     TouchGap gap[TOUCH_PATCHES];
-    double off[TOUCH_PATCHES], nearest = (double)INFINITY;
+    double distance[TOUCH_PATCHES], nearest = (double)INFINITY;
     double clear = (double)INFINITY; // borders included, which may become faces
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const bool meets = touch_gap(half->faces->place, look.at, pair, count, patch, side[patch],
                                      0.0, &gap[patch]);
         clear = fmin(clear, gap[patch].distance);
-        off[patch] = gap[patch].distance;
+        distance[patch] = gap[patch].distance;
         nearest = meets ? fmin(nearest, gap[patch].distance) : nearest;
         if (!meets || !(gap[patch].distance < touch->slack + thickness))
             gap[patch].pair = NULL;
     }
-    touch_remember(touch, memory, side, off, thickness, pair, count);
+    touch_remember(touch, memory, side, distance, thickness, pair, count);
     if (!(nearest < touch->reach))
         *memory = (TouchMemory){.face = {0, 0}};
     if (!(nearest < touch->slack + thickness))
@@ -487,7 +484,7 @@ static void share_corners(Touch *touch, TouchHalf *half)
 // Returns how much nearer bodies come in a tick, by half more than at their speeds now [m].
 static double way_of_tick(const Touch *touch)
 {
-    return HASTE * touch->tick * (touch->end[0].fastest + touch->end[touch->count - 1].fastest);
+    return SPEEDUP * touch->tick * (touch->end[0].fastest + touch->end[touch->count - 1].fastest);
 }
 
 // Sets how far a search reaches: over a tick, or several of slow bodies.
@@ -498,7 +495,7 @@ static void set_reach(Touch *touch)
                  edge = fmin(a->surface.longest_edge, b->surface.longest_edge);
     const double way = way_of_tick(touch);
     touch->margin = 0.01 * edge;
-    touch->hurries = touch->end[0].piece != NULL && way > AHEAD_WAY * edge;
+    touch->fast = touch->end[0].piece != NULL && way > AHEAD_WAY * edge;
     touch->least_slack = AHEAD_WAY * edge + 2.0 * touch->margin;
     touch->slack = fmax(way, fmin(AHEAD * way, AHEAD_WAY * edge)) + 2.0 * touch->margin;
     touch->reach = 2.0 * touch->slack + touch->thickness;
@@ -549,7 +546,7 @@ void touch_search(Touch *touch)
     const bool far = apart > 0.0 && !touch_is_near(touch);
     if (far)
         kept->wait = (int64_t)fmin(apart / (touch->tick * speed), TOUCH_MOST_WAIT);
-    kept->holds = !far && !touch->expires && !touch->hurries;
+    kept->holds = !far && !touch->expires && !touch->fast;
 }
 
 void touch_search_again(Touch *touch)

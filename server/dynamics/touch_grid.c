@@ -17,7 +17,8 @@ static void add_face(TouchHalf *half, int face)
     at->radius = sqrt(
         fmax(vec3_dot(arm[0], arm[0]), fmax(vec3_dot(arm[1], arm[1]), vec3_dot(arm[2], arm[2]))));
     // The guard deals with a body that has bad numbers.
-    half->face_count -= !isfinite(vec3_dot(at->center, at->center)) || !isfinite(at->radius);
+    if (!isfinite(vec3_dot(at->center, at->center)) || !isfinite(at->radius))
+        half->face_count--;
 }
 
 // Lists the faces around the nodes in a box that is wide enough for faces whose corners all lie

@@ -164,15 +164,15 @@ void touch_remember(const Touch *touch, TouchMemory *memory, const int side[TOUC
 {
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const bool known = memory->side[patch] == side[patch]; // which is not 0 if there are pairs
-        const double off = touch->repeats || known ? memory->off[patch] : fmax(gap[patch], 0.0);
+        const double rest = touch->repeats || known ? memory->rest[patch] : fmax(gap[patch], 0.0);
         memory->face[patch] = memory->side[patch] = 0;
-        memory->gap[patch] = memory->off[patch] = 0.0;
+        memory->gap[patch] = memory->rest[patch] = 0.0;
         for (int i = count - 1; i >= 0; i--)
             if (pair[i].patch == patch) {
                 memory->face[patch] = pair[i].face + 1;
                 memory->side[patch] = side[patch];
                 memory->gap[patch] = gap[patch];
-                memory->off[patch] = fmin(off, thickness);
+                memory->rest[patch] = fmin(rest, thickness);
             }
     }
 }
