@@ -113,7 +113,7 @@ typedef struct Follower {
 typedef struct ContactFit {
     int capacity, weight_capacity, weight_count; // of carriers, and of `weight`
     int *carrier_of;                             // by vertex of the body; -1
-    int *weight_of;                              // by carrier, of the node at hand; -1
+    int *mark;                                   // by vertex, of fit_weights; -1
     CarrierWeight *weight;
     Follower *follower; // [local node]
     // Of the search for candidates, where `read` by vertex and `found` by node of the surface say

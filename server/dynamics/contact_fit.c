@@ -8,7 +8,6 @@
 
 // Faces may be stretched to twice their size, and offsets with them.
 static const double STRETCH = 2.0;
-enum { WEIGHTS = 26 }; // corners of the eight cells around a point, on average at most
 
 // Returns the mean mass of the nodes over the mean area of the faces around them [kg/m2]. The
 // surface of a whole organ is as stiff everywhere, however its cells are cut off.
@@ -33,7 +32,7 @@ void contact_fit_create(Contact *contact, const char *name, Arena *arena)
     fit->density = mean_density(body);
     // Carriers are the surface and the layer below, thrice where it is rough.
     fit->capacity = nodes < vertices / 4 ? 4 * nodes : vertices;
-    fit->weight_capacity = nodes * WEIGHTS; // and one for each node's own vertex
+    fit->weight_capacity = nodes * (FIT_MEAN_WEIGHTS - 1); // and one for each node's own vertex
     const int slots = body->surface.node_count;
     fit->read = ALLOCATE(ARENA_CONTACT, vertices, int64_t, "searches of vertices");
     fit->vertex = ALLOCATE(ARENA_CONTACT, vertices, Vec3, "vertices read");
@@ -41,8 +40,8 @@ void contact_fit_create(Contact *contact, const char *name, Arena *arena)
     fit->place = ALLOCATE(ARENA_CONTACT, slots, Vec3, "places of nodes");
     fit->carrier_of = ALLOCATE(ARENA_CONTACT, vertices, int, "carriers of vertices");
     memset(fit->carrier_of, -1, (size_t)vertices * sizeof *fit->carrier_of);
-    fit->weight_of = ALLOCATE(ARENA_CONTACT, fit->capacity, int, "weights of carriers");
-    memset(fit->weight_of, -1, (size_t)fit->capacity * sizeof *fit->weight_of);
+    fit->mark = ALLOCATE(ARENA_CONTACT, vertices, int, "weights of vertices");
+    memset(fit->mark, -1, (size_t)vertices * sizeof *fit->mark);
     fit->weight = ALLOCATE(ARENA_CONTACT, fit->weight_capacity + nodes, CarrierWeight, "weights");
     fit->follower = ALLOCATE(ARENA_CONTACT, nodes, Follower, "nodes that follow");
     Carriers *carriers = &contact->carriers;
@@ -149,66 +148,33 @@ static int carrier_for(Contact *contact, int vertex)
     return *carrier;
 }
 
-// Adds to the weight of a vertex in a node; false: no room. There always is for its first one.
-static bool add_weight(Contact *contact, Follower *to, int vertex, double weight)
-{
-    ContactFit *fit = contact->fit;
-    const int carrier = carrier_for(contact, vertex);
-    if (carrier < 0)
-        return false;
-    int *at = &fit->weight_of[carrier];
-    if (*at < 0 && to->count > 0 && fit->weight_count >= fit->weight_capacity)
-        return false;
-    if (*at < 0) {
-        *at = fit->weight_count++;
-        to->count++;
-        fit->weight[*at] = (CarrierWeight){.carrier = carrier};
-    }
-    fit->weight[*at].weight += weight;
-    return true;
-}
-
-// Drops vertices without weight, as all others where an offset is zero: they are not pushed, so
-// that they have no number among the touched carriers.
-static void drop_idle_weights(ContactFit *fit, Follower *of)
-{
-    const int end = fit->weight_count;
-    fit->weight_count = of->first;
-    for (int w = of->first; w < end; w++)
-        if (fit->weight[w].weight != 0.0)
-            fit->weight[fit->weight_count++] = fit->weight[w];
-    of->count = fit->weight_count - of->first;
-}
-
+// Finds the carriers of a local node. Without memory for all of them it is where its vertex is, for
+// which there always is.
 static void gather_node(Contact *contact, int local)
 {
     ContactFit *fit = contact->fit;
     const Body *body = contact->body;
     Follower *to = &fit->follower[local];
     FitNode from;
+    FitWeight weight[FIT_WEIGHTS];
     body->ops->fit_node(body->model, contact->node[local], fit->step, &from);
+    int count = fit_weights(&from, contact->node[local], fit->mark, weight);
     *to = (Follower){.first = fit->weight_count, .shift = from.shift};
     memcpy(to->rest, from.rest, sizeof to->rest);
-    bool room = add_weight(contact, to, contact->node[local], 1.0);
-    for (int c = 0; c < from.cell_count; c++)
-        for (int k = 0; k < FIT_CORNERS; k++) {
-            double weight = 0.0;
-            for (int axis = 0; axis < 3; axis++)
-                weight += (k >> axis & 1 ? 0.25 : -0.25) * from.offset[axis];
-            room = room && add_weight(contact, to, from.corner[c][k], weight / from.cell_count);
-        }
-    // Without room for all of it, the node is where its vertex is.
-    if (!room) {
+    bool fits = fit->weight_count + count <= fit->weight_capacity;
+    for (int w = 0; w < count && fits; w++)
+        fits = carrier_for(contact, weight[w].vertex) >= 0;
+    if (!fits) {
         contact->refused++;
-        fit->weight[to->first].weight = 1.0;
+        weight[0] = (FitWeight){contact->node[local], 1.0};
+        count = 1;
     }
-    for (int w = to->first; w < fit->weight_count; w++)
-        fit->weight_of[fit->weight[w].carrier] = -1;
-    if (!room)
-        fit->weight_count = to->first + (to->count = 1);
-    drop_idle_weights(fit, to);
-    for (int w = to->first; w < fit->weight_count; w++)
-        to->size += fabs(fit->weight[w].weight);
+    for (int w = 0; w < count; w++) {
+        fit->weight[fit->weight_count++] = (CarrierWeight){
+            .carrier = carrier_for(contact, weight[w].vertex), .weight = weight[w].weight};
+        to->size += fabs(weight[w].weight);
+    }
+    to->count = count;
 }
 
 // Returns the area of a candidate at rest [m2].

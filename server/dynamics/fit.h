@@ -22,6 +22,18 @@ typedef struct FitNode {
     Vec3 shift;                           // of a fade [m]
 } FitNode;
 
+// A vertex that carries a node: the node is at the weighted sum of the positions of its carriers,
+// and the shift of its fade. The weights of a node add up to 1, some are negative.
+typedef struct FitWeight {
+    int vertex;
+    double weight;
+} FitWeight;
+
+enum {
+    FIT_WEIGHTS = 1 + FIT_CORNERS * (FIT_CORNERS - 1), // of a node, at most
+    FIT_MEAN_WEIGHTS = 27, // on average at most: corners of the eight cells around a point
+};
+
 // A node that a change of topology would let jump: it goes from where it was to where it belongs.
 typedef struct FitFade {
     int node;
@@ -39,6 +51,10 @@ typedef struct BodyFit {
     const int (*cell)[FIT_CORNERS]; // rows of its corners, x first
     const FitFade *fade;            // [fade_count]
 } BodyFit;
+
+// Finds the weights of a node, without those that are zero, that of its own vertex first. `mark`:
+// by vertex, -1; it is left so. Returns their number.
+int fit_weights(const FitNode *node, int vertex, int *mark, FitWeight weight[FIT_WEIGHTS]);
 
 // Returns how much is left of a fade: from 1 to 0, smooth at both ends.
 static inline float fit_left(int began, int steps, int64_t step)
