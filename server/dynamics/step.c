@@ -195,7 +195,7 @@ static void find_contacts(Sim *sim)
 static void find_touches(Sim *sim)
 {
     for (int k = 0; k < sim->touch_count; k++)
-        touch_begin_tick(sim->touch[k]);
+        touch_begin_tick(sim->touch[k], sim->clock->step);
 }
 
 // Adds the forces between the bodies of a group.

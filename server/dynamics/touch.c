@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-// Time in which surfaces that were too near become as thick as they are [s].
+// Time in which surfaces that were too near become as thick as they are, or part by an edge [s].
 static const double TOUCH_GROWTH = 0.1;
 
 // Distances to faces around one edge or corner differ by rounding only.
@@ -221,13 +221,17 @@ void touch_apply(Touch *touch, double dt)
 {
     for (int e = 0; e < touch->count; e++) {
         TouchEnd *end = &touch->end[e];
-        if (end->count > 0)
+        if (end->count > 0 && end->fit != NULL)
+            touch_fit_read(end, end->node, end->count, end->x, end->v);
+        else if (end->count > 0)
             end->body->ops->read_nodes(end->body->model, end->node, end->count, end->x, end->v);
     }
     touch_evaluate(touch, dt);
     for (int e = 0; e < touch->count && touch->depth > 0.0; e++) {
         const TouchEnd *end = &touch->end[e];
-        if (end->count > 0)
+        if (end->count > 0 && end->fit != NULL)
+            touch_fit_push(end);
+        else if (end->count > 0)
             end->body->ops->add_forces(end->body->model, end->node, end->count, end->f);
     }
 }
@@ -251,27 +255,54 @@ static double damping_time(const TouchOptions *options, const Body *body)
     return fmin(body->contact_damping, 0.4 / sqrt(options->stiffness * body->contact_lambda));
 }
 
-// Surfaces that were nearer than their thickness when they were first seen part slowly.
+// Surfaces that were nearer than their thickness when they were first seen part slowly, and so do
+// bodies that overlapped at the start.
 static void grow_thick(Touch *touch)
 {
-    const double step = touch->thickness * touch->tick / TOUCH_GROWTH;
+    const double share = touch->tick / TOUCH_GROWTH;
     for (int k = 0; k < touch->count; k++)
         for (int i = 0; i < touch->half[k].point_count; i++) {
             const TouchPoint *point = &touch->half[k].point[i];
             double *rest = touch->half[k].memory[point->node].rest;
             for (int patch = 0; patch < TOUCH_PATCHES; patch++)
                 if (point->side[patch] != 0)
-                    rest[patch] = fmin(rest[patch] + step, point->thickness);
+                    rest[patch] = fmin(
+                        rest[patch] + share * (rest[patch] < 0.0 ? touch->edge : touch->thickness),
+                        point->thickness);
         }
 }
 
-void touch_begin_tick(Touch *touch)
+// True if a node fades, or did in the last tick.
+static bool fades(const BodyFit *fit, int64_t step)
 {
+    for (int k = 0; k < fit->fade_count; k++)
+        if (step - fit->fade[k].step <= fit->fade_steps + 1)
+            return true;
+    return false;
+}
+
+// While nodes fade, what carries them changes from tick to tick.
+static void follow_fades(Touch *touch, int64_t step)
+{
+    for (int e = 0; e < touch->count; e++) {
+        const TouchEnd *end = &touch->end[e];
+        if (end->fit == NULL)
+            continue;
+        end->fit->step = step;
+        if (!fades(&end->body->mesh.fit, step))
+            continue;
+        touch_fit_forget(end);
+        touch->kept->wait = touch->kept->holds = 0;
+    }
+}
+
+void touch_begin_tick(Touch *touch, int64_t step)
+{
+    follow_fades(touch, step);
     const Body *a = touch->body[0], *b = touch->body[1];
     touch->damping_time = fmin(damping_time(&touch->options, a), damping_time(&touch->options, b));
     touch_search(touch);
-    if (touch->thickness > 0.0)
-        grow_thick(touch);
+    grow_thick(touch);
 }
 
 bool touch_is_near(const Touch *touch)
@@ -369,7 +400,7 @@ static void list_nodes_anew(TouchEnd *end)
     for (int i = 0; i < end->used_count; i++) {
         const int node = end->used[i];
         if (end->number[node] < 0)
-            end->body->ops->read_nodes(end->body->model, &node, 1, &end->place[node], NULL);
+            end->body->ops->read_nodes(end->body->model, &node, 1, &end->start[node], NULL);
     }
     for (int i = 0; i < before; i++)
         end->number[former[i]] = -1;
@@ -378,8 +409,11 @@ static void list_nodes_anew(TouchEnd *end)
 void touch_restored(Touch *touch)
 {
     clear(touch);
-    for (int e = 0; e < touch->count; e++)
+    for (int e = 0; e < touch->count; e++) {
         touch_list_nodes(&touch->end[e]);
+        if (touch->end[e].fit != NULL)
+            touch_fit_forget(&touch->end[e]);
+    }
     // A state from elsewhere is not checked yet.
     if (touch->kept->holds != 0 && touch_check(touch))
         touch_search_again(touch);
@@ -388,6 +422,8 @@ void touch_restored(Touch *touch)
 void touch_topology_changed(Touch *touch, int which, const TopologyChange *change)
 {
     for (int k = 0; k < touch->count; k++) {
+        if (k == 0 && touch->end[which].fit != NULL)
+            touch_fit_forget(&touch->end[which]);
         if (touch->half[k].faces == &touch->end[which])
             follow_faces(&touch->half[k], change);
         if (touch->half[k].points == &touch->end[which])
@@ -405,7 +441,7 @@ static bool check_memory(const TouchMemory *memory, const BodySurface *faces, do
         const int face = memory->face[patch] - 1, side = memory->side[patch];
         if (face < -1 || face >= faces->face_count || side < -1 || side > 1 ||
             !(fabs(memory->gap[patch]) < 1e6) ||
-            !(memory->rest[patch] >= 0.0 && memory->rest[patch] <= thickness))
+            !(memory->rest[patch] >= -1e6 && memory->rest[patch] <= thickness))
             return false;
         for (int c = 0; c < 3 && face >= 0; c++)
             if (faces->face[face][c] < 0 || faces->face[face][c] >= faces->node_count)
@@ -424,14 +460,15 @@ bool touch_check(const Touch *touch)
         for (int i = 0; i < half->points->body->surface.node_count; i++)
             if (!check_memory(&half->memory[i], faces, touch->thickness) ||
                 !check_memory(&half->before[i], faces, touch->thickness) ||
-                !(vec3_dot(half->points->place[i], half->points->place[i]) < 1e12))
+                !(vec3_dot(half->points->place[i], half->points->place[i]) < 1e12) ||
+                !(vec3_dot(half->points->start[i], half->points->start[i]) < 1e12))
                 return false;
     }
     for (int k = 0; k < 2; k++)
         if (!(kept->fastest[k] >= 0.0 && kept->fastest[k] <= TOUCH_MOST_SPEED))
             return false;
-    return kept->moved >= 0.0 && kept->moved < 1e6 && kept->wait >= 0 &&
-           kept->wait <= TOUCH_MOST_WAIT &&
+    return kept->moved >= 0.0 && kept->moved < 1e6 && kept->searches >= 0 && kept->searches <= 2 &&
+           kept->wait >= 0 && kept->wait <= TOUCH_MOST_WAIT &&
            (kept->holds == 0 || (kept->holds == 1 && kept->wait == 0));
 }
 
@@ -475,6 +512,18 @@ static void create_end(TouchEnd *end, bool itself, const char *name, Body *body,
         end->number[i] = -1;
     touch_list_nodes(end);
     state_add(state, end->place, (size_t)nodes * sizeof *end->place, "%s/places", name);
+    end->start = end->place;
+    if (body->mesh.fit.row_count == 0)
+        return;
+    end->start = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "starts of vertices");
+    state_add(state, end->start, (size_t)nodes * sizeof *end->start, "%s/starts", name);
+    touch_fit_create(end, name, arena);
+}
+
+// Returns the number of nodes and other vertices that forces may act on.
+static int vertices_of(const TouchEnd *end)
+{
+    return end->fit != NULL ? end->body->state_capacity : end->body->surface.node_count;
 }
 
 static void create_half(TouchHalf *half, const char *name, Arena *arena, StateList *state)
@@ -499,7 +548,10 @@ static void create_half(TouchHalf *half, const char *name, Arena *arena, StateLi
     half->memory = ALLOCATE(ARENA_CONTACT, points->node_count, TouchMemory, "memory");
     half->point = ALLOCATE(ARENA_CONTACT, half->point_capacity, TouchPoint, "points");
     half->pair = ALLOCATE(ARENA_CONTACT, half->pair_capacity, TouchPair, "pairs");
-    half->demand = ALLOCATE(ARENA_CONTACT, faces->node_count, double, "demand");
+    half->demand = ALLOCATE(ARENA_CONTACT, vertices_of(half->faces), double, "demand");
+    if (half->points->fit != NULL)
+        half->own_demand =
+            ALLOCATE(ARENA_CONTACT, vertices_of(half->points), double, "points' demand");
     half->face = ALLOCATE(ARENA_CONTACT, faces->face_count, TouchFace, "faces");
     half->in = ALLOCATE(ARENA_CONTACT, faces->face_count, TouchCells, "faces' cells");
     half->stamp = ALLOCATE(ARENA_CONTACT, faces->face_count, int64_t, "stamps");
@@ -546,5 +598,5 @@ Touch *touch_create(const char *name, const TouchOptions *options, Body *first, 
 
 int touch_node_capacity(const Touch *touch, int which)
 {
-    return touch->body[which]->surface.node_count;
+    return vertices_of(&touch->end[which]);
 }

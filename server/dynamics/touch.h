@@ -40,7 +40,8 @@ double touch_thickness(const TouchOptions *options, const Body *first);
 void touch_bounds(const TouchOptions *options, const Body *body, double *lambda, double *damping);
 
 // Finds what can touch within the tick, if that is not known yet.
-void touch_begin_tick(Touch *touch);
+// `step`: ticks completed.
+void touch_begin_tick(Touch *touch, int64_t step);
 // True if anything can touch in this tick: without, an evaluation does nothing.
 bool touch_is_near(const Touch *touch);
 // Adds the forces of one evaluation to both bodies. `dt`: time since the start of the substep [s].

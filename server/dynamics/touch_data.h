@@ -23,7 +23,7 @@ typedef struct TouchMemory {
     int side[TOUCH_PATCHES];    // on which the point is: 1 outside, -1 inside
     double gap[TOUCH_PATCHES];  // TouchGap.distance [m]
     double rest[TOUCH_PATCHES]; // distance at which it rests on the patch now: grows to the
-                                // thickness [m]
+                                // thickness, from below 0 where bodies overlapped at the start [m]
     double stiffness;           // that it presses with [N/m]; 0: it does not press
     Vec3 bristle;               // of friction [m]
 } TouchMemory;
@@ -32,6 +32,7 @@ typedef struct TouchMemory {
 typedef struct TouchKept {
     int64_t holds;     // 1: what it found is still all that can meet
     int64_t wait;      // ticks until the boxes of bodies that are apart are looked at again
+    int64_t searches;  // 0, 1 or, of more, 2
     double fastest[2]; // speed of any node of each body at that time [m/s]
     double moved;      // how much nearer bodies may have come since the search before [m]
 } TouchKept;
@@ -60,18 +61,38 @@ typedef struct TouchPoint {
     Vec3 trial; // bristle of the current evaluation [m]
 } TouchPoint;
 
+// Of a body with a smooth surface (fit.h): the vertices that carry its nodes.
+typedef struct TouchFit {
+    int64_t step; // ticks completed
+    // By node of the surface: its weights from `first` on, -1 if they are not known since the last
+    // change of topology; their number, 0 if there was no memory; and its shift [m].
+    int *first, *weights;
+    Vec3 *shift;
+    int weight_count, weight_capacity;
+    FitWeight *weight;
+    int *mark; // by vertex, of fit_weights
+    // The carriers of the nodes that are read.
+    int count;
+    int *vertex;     // [count]
+    int *number;     // by vertex; -1
+    Vec3 *x, *v, *f; // [count]
+} TouchFit;
+
 // The nodes of one body that a touch reads and pushes.
 typedef struct TouchEnd {
     Body *body;
+    TouchFit *fit; // NULL: nodes are where their vertices are
     int count;
     int *node;   // [count]
     int *number; // [node slots] of a node; -1
     Vec3 *x, *v, *f;
     Vec3 *from; // x at the search
-    // Of the search: all nodes in use; positions (state) and velocities at the last one, by node;
-    // both now in the order of `used`.
+    // Of the search: all nodes in use; their places at the last one and where their vertices were
+    // (state; the same array without `fit`) and velocities, by node; both now in the order of
+    // `used`.
     int used_count;
     int *used;
+    Vec3 *start;
     int *piece; // [node slots] of a hollow body that touches itself, else NULL: a node of the piece
                 // of surface that a node is on
     Vec3 *place, *speed, *packed_place, *packed_speed;
@@ -102,7 +123,8 @@ typedef struct TouchHalf {
     TouchPoint *point;
     int pair_count, pair_capacity;
     TouchPair *pair;
-    double *demand; // [node slots of faces] area that pushes on a corner [m2]
+    double *demand;     // [vertices of faces] stiffness that pushes on a carrier of corners [N/m]
+    double *own_demand; // [vertices of points] on a carrier of points; NULL: they carry themselves
     // Of the search.
     int face_count;
     TouchFace *face;
@@ -130,6 +152,8 @@ struct Touch {
     TouchKept *kept;
     double damping_time; // [s]
     double thickness;    // [m]
+    double overlap;      // that a scene may start with, at its first search, else 0 [m]
+    double edge;         // the longest edge of the body with the finer surface [m]
     double deepest;      // [m]
     double slack;        // how much nearer a point and a face may come until the next search [m]
     double margin;       // of the slack, for nodes that become faster within a tick [m]
@@ -160,6 +184,21 @@ void touch_grid_build(TouchHalf *half, const Box *box, double reach);
 // Finds the faces that a point in the box can reach, by index in `face` of the half. Returns their
 // number, 0 without setting `near` if the grid is empty.
 int touch_grid_at(const TouchHalf *half, Vec3 x, const int **near);
+
+// touch_fit.c: only of ends with `fit`, unless stated.
+void touch_fit_create(TouchEnd *end, const char *name, Arena *arena);
+// Forgets what carries nodes: after a change of topology, and while nodes fade.
+void touch_fit_forget(const TouchEnd *end);
+// Returns the weights of a node; `own` is written where it carries itself. Any end.
+const FitWeight *touch_weights(const TouchEnd *end, int node, FitWeight *own, int *count);
+// Returns the sum of the sizes of a node's weights. Any end.
+double touch_size(const TouchEnd *end, int node);
+// Lists the carriers of nodes.
+void touch_fit_list(const TouchEnd *end, const int *node, int nodes);
+// Reads places and velocities of nodes whose carriers are listed; `v` may be NULL.
+void touch_fit_read(const TouchEnd *end, const int *node, int nodes, Vec3 *x, Vec3 *v);
+// Gives the forces on the numbered nodes to their carriers, which are listed.
+void touch_fit_push(const TouchEnd *end);
 
 // touch.c
 // Finds the signed distance of a point to one of its patches: negative across its side. Returns

@@ -14,6 +14,11 @@ static const double AHEAD_WAY = 0.1; // and edges on which bodies come nearer me
 static const double SPEEDUP = 1.5;   // speeds may become as many times what they are within a tick
 // Bodies that are apart may speed up by this before they are looked at again [m/s].
 static const double SPARE_SPEED = 0.5;
+// What the places of nodes on a smooth surface move by, relative to vertices: these and, by the
+// offset of at most 0.45 cells along each axis, the differences between opposite sides of cells.
+static const double FIT_BEYOND = 2.0;
+// Offsets may be stretched so many times.
+static const double FIT_STRETCH = 2.0;
 // Overlap beyond which a point is forgotten, relative to the longest edge.
 static const double DEEPEST = 4.0;
 
@@ -73,23 +78,51 @@ static double read_body(TouchEnd *end)
     double fastest = 0.0, farthest = 0.0;
     for (int i = 0; i < end->used_count; i++) {
         const Vec3 v = end->packed_speed[i],
-                   way = vec3_sub(end->packed_place[i], end->place[end->used[i]]);
+                   way = vec3_sub(end->packed_place[i], end->start[end->used[i]]);
         fastest = fmax(fastest, vec3_dot(v, v));
         farthest = fmax(farthest, vec3_dot(way, way));
     }
     end->fastest = fmin(sqrt(fastest), TOUCH_MOST_SPEED);
-    return sqrt(farthest);
+    // Nodes follow the vertices around their own as well.
+    const double beyond = end->fit != NULL ? FIT_BEYOND : 1.0;
+    end->fastest = fmin(beyond * end->fastest, TOUCH_MOST_SPEED);
+    return beyond * sqrt(farthest);
 }
 
-// Sets where the nodes of a body are for a search, and their box.
+// Sets where the vertices of a body are for a search, and the box of its nodes.
 static void place_body(TouchEnd *end)
 {
     end->box = box_empty();
     for (int i = 0; i < end->used_count; i++) {
-        end->place[end->used[i]] = end->packed_place[i];
+        end->start[end->used[i]] = end->packed_place[i];
         end->speed[end->used[i]] = end->packed_speed[i];
         box_add(&end->box, end->packed_place[i]);
     }
+    if (end->fit != NULL)
+        box_grow(&end->box, FIT_STRETCH * end->body->mesh.fit.reach);
+}
+
+// Sets where the nodes of a smooth surface are that a search looks at; others stay with their
+// vertices. A search that is repeated has the places.
+static void place_nodes(const Touch *touch, TouchEnd *end, const Box *box)
+{
+    Box wide = *box;
+    int *near = end->node, count = 0; // free while nothing is found
+    // Nothing is remembered that is deeper.
+    box_grow(&wide, touch->deepest + 2.0 * end->body->surface.longest_edge);
+    for (int i = 0; i < end->used_count && !touch->repeats; i++) {
+        end->place[end->used[i]] = end->packed_place[i];
+        if (box_has(&wide, end->packed_place[i]))
+            near[count++] = end->used[i];
+    }
+    if (count > 0) {
+        touch_fit_list(end, near, count);
+        touch_fit_read(end, near, count, end->x, NULL);
+    }
+    for (int i = 0; i < count; i++)
+        end->place[near[i]] = end->x[i];
+    for (int i = 0; i < end->used_count; i++)
+        end->packed_place[i] = end->place[end->used[i]];
 }
 
 void touch_forget_numbers(TouchEnd *end)
@@ -306,12 +339,12 @@ static void find_near(Touch *touch, const TouchHalf *half, TouchLook *look, cons
         // Two walls may both count, of a solid the nearest face alone.
         const double most =
             half->one_sided ? fmin(touch->thickness, look->least) : touch->thickness;
-        double limit = most + 2.0 * touch->slack;
+        double limit = most + 2.0 * touch->slack + touch->overlap;
         const double far = vec3_dot(arm, arm), plane = fabs(vec3_dot(arm, face->normal));
         if (far > square(limit + face->radius) || plane > limit ||
             is_aligned(half, look, face->face, face->normal))
             continue;
-        limit = most + 2.0 * slack_of(touch, half, look, face->face);
+        limit = most + 2.0 * slack_of(touch, half, look, face->face) + touch->overlap;
         if (far > square(limit + face->radius) || plane > limit || is_own(half, look, face->face) ||
             is_known(look, face->face))
             continue;
@@ -346,9 +379,21 @@ static double stiffness_of(const Touch *touch, const TouchHalf *half, int node)
 {
     const Body *own = half->points->body, *other = half->faces->body;
     const double mass = own->surface.node_mass[node], area = own->surface.node_area[node];
-    const double from_own = own->contact_lambda * mass,
+    // Where others carry it too, share_stiffness knows what these can bear.
+    const double carried = half->points->fit != NULL ? half->points->density * area : mass;
+    const double from_own = own->contact_lambda * carried,
                  from_other = other->contact_lambda * half->faces->density * area;
     return touch->options.stiffness / 6.0 * (mass > 0.0 ? fmin(from_own, from_other) : from_other);
+}
+
+// Adds what a point asks of the carriers of a node [N/m].
+static void ask(const TouchEnd *end, double *demand, int node, double stiffness)
+{
+    FitWeight own;
+    int count;
+    const FitWeight *weight = touch_weights(end, node, &own, &count);
+    for (int w = 0; w < count; w++)
+        demand[weight[w].vertex] += fabs(weight[w].weight) * stiffness;
 }
 
 // Adds a point that can meet the other surface until the next search; returns false without space.
@@ -367,13 +412,20 @@ static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TO
                           .clear = clear - thickness};
     memcpy(point->side, side, sizeof point->side);
     point->stiffness = stiffness_of(touch, half, node);
-    // What it asks of the corners beneath it.
+    // What it asks of the corners beneath it, and of its own carriers.
+    double most = 1.0;
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++)
+        for (int k = 0; k < 3 && gap[patch].pair != NULL; k++)
+            most = fmax(most, touch_size(half->faces, gap[patch].pair->corner[k]));
+    const double asked = 0.5 * (touch_size(half->points, node) + most) * point->stiffness;
     for (int patch = 0; patch < TOUCH_PATCHES; patch++)
         for (int k = 0; k < 3 && gap[patch].pair != NULL; k++) {
             const int corner = gap[patch].pair->corner[k];
             point->under[point->under_count++] = corner;
-            half->demand[corner] += gap[patch].weight[k] * point->stiffness;
+            ask(half->faces, half->demand, corner, gap[patch].weight[k] * asked);
         }
+    if (half->own_demand != NULL)
+        ask(half->points, half->own_demand, node, asked);
     for (int i = 0; i < count; i++) {
         TouchPair *own = &half->pair[half->pair_count++];
         *own = pair[i];
@@ -451,23 +503,47 @@ static void search_half(Touch *touch, TouchHalf *half, const Box *box)
     }
 }
 
-// Softens points whose corners would get more than the bound of the other body allows (README.md,
-// "Contact between bodies").
-static void share_corners(Touch *touch, TouchHalf *half)
+// Returns what share of its demand the carriers of a node can bear, at most `least`. `each`: of
+// their stiffness, what they may get.
+static double bearable(const TouchEnd *end, const double *demand, int node, double each,
+                       double least)
 {
-    const Body *body = half->faces->body;
-    const BodySurface *surface = &body->surface;
-    const double share = surface->solid ? 1.0 / 3.0 : 1.0 / 6.0; // points between two walls
+    const Body *body = end->body;
+    FitWeight own;
+    int count;
+    const FitWeight *weight = touch_weights(end, node, &own, &count);
+    for (int w = 0; w < count; w++) {
+        const int v = weight[w].vertex;
+        const double mass = body->surface.node_mass[v], asked = demand[v];
+        if (mass > 0.0 && asked > 0.0 && !body->ops->is_fixed(body->model, v))
+            least = fmin(least, each * body->contact_lambda * mass / asked);
+    }
+    return least;
+}
+
+static void forget_demand(const TouchEnd *end, double *demand, int node)
+{
+    FitWeight own;
+    int count;
+    const FitWeight *weight = touch_weights(end, node, &own, &count);
+    for (int w = 0; w < count; w++)
+        demand[weight[w].vertex] = 0.0;
+}
+
+// Softens points whose corners, or whose own carriers, would get more than the bound of their body
+// allows (README.md, "Contact between bodies").
+static void share_stiffness(Touch *touch, TouchHalf *half)
+{
+    const double g = touch->options.stiffness;
+    // Points between two walls ask twice.
+    const double share = half->faces->body->surface.solid ? 1.0 / 3.0 : 1.0 / 6.0;
     for (int i = 0; i < half->point_count; i++) {
         TouchPoint *point = &half->point[i];
         double least = 1.0;
-        for (int k = 0; k < point->under_count; k++) {
-            const int corner = point->under[k];
-            const double mass = surface->node_mass[corner], asked = half->demand[corner];
-            if (mass > 0.0 && asked > 0.0 && !body->ops->is_fixed(body->model, corner))
-                least = fmin(least, share * touch->options.stiffness * body->contact_lambda * mass /
-                                        asked);
-        }
+        for (int k = 0; k < point->under_count; k++)
+            least = bearable(half->faces, half->demand, point->under[k], share * g, least);
+        if (half->own_demand != NULL)
+            least = bearable(half->points, half->own_demand, point->node, g / 6.0, least);
         point->stiffness *= least;
         // What presses gets no stiffer by a search, which would add energy.
         double *kept = &half->memory[point->node].stiffness;
@@ -476,9 +552,13 @@ static void share_corners(Touch *touch, TouchHalf *half)
             point->stiffness = fmin(point->stiffness, *kept);
         *kept = presses ? point->stiffness : 0.0;
     }
-    for (int i = 0; i < half->point_count; i++)
-        for (int k = 0; k < half->point[i].under_count; k++)
-            half->demand[half->point[i].under[k]] = 0.0;
+    for (int i = 0; i < half->point_count; i++) {
+        const TouchPoint *point = &half->point[i];
+        for (int k = 0; k < point->under_count; k++)
+            forget_demand(half->faces, half->demand, point->under[k]);
+        if (half->own_demand != NULL)
+            forget_demand(half->points, half->own_demand, point->node);
+    }
 }
 
 // Returns how much nearer bodies come in a tick, by half more than at their speeds now [m].
@@ -494,11 +574,13 @@ static void set_reach(Touch *touch)
     const double longest = fmax(a->surface.longest_edge, b->surface.longest_edge),
                  edge = fmin(a->surface.longest_edge, b->surface.longest_edge);
     const double way = way_of_tick(touch);
+    touch->edge = edge;
     touch->margin = 0.01 * edge;
     touch->fast = touch->end[0].piece != NULL && way > AHEAD_WAY * edge;
     touch->least_slack = AHEAD_WAY * edge + 2.0 * touch->margin;
     touch->slack = fmax(way, fmin(AHEAD * way, AHEAD_WAY * edge)) + 2.0 * touch->margin;
-    touch->reach = 2.0 * touch->slack + touch->thickness;
+    touch->overlap = touch->count == 2 && touch->kept->searches == 1 ? edge : 0.0;
+    touch->reach = 2.0 * touch->slack + touch->thickness + touch->overlap;
     touch->deepest = DEEPEST * longest;
 }
 
@@ -511,11 +593,17 @@ static void search(Touch *touch)
     touch->expires = false;
     touch->budget = BUDGET * (int64_t)(first->used_count + second->used_count);
     const Box box = box_common(&first->box, &second->box, touch->reach);
+    for (int e = 0; e < touch->count; e++)
+        if (touch->end[e].fit != NULL)
+            place_nodes(touch, &touch->end[e], &box);
     for (int k = 0; k < touch->count; k++)
         search_half(touch, &touch->half[k], &box);
     touch->refused += touch->budget <= 0;
     for (int k = 0; k < touch->count; k++)
-        share_corners(touch, &touch->half[k]);
+        share_stiffness(touch, &touch->half[k]);
+    for (int e = 0; e < touch->count; e++)
+        if (touch->end[e].fit != NULL)
+            touch_fit_list(&touch->end[e], touch->end[e].node, touch->end[e].count);
 }
 
 void touch_search(Touch *touch)
@@ -531,6 +619,7 @@ void touch_search(Touch *touch)
         return;
     // What a search depends on is kept, so that it can be repeated.
     kept->moved = moved;
+    kept->searches += kept->searches < 2;
     for (int e = 0; e < touch->count; e++) {
         place_body(&touch->end[e]);
         kept->fastest[e] = touch->end[e].fastest;
@@ -546,7 +635,7 @@ void touch_search(Touch *touch)
     const bool far = apart > 0.0 && !touch_is_near(touch);
     if (far)
         kept->wait = (int64_t)fmin(apart / (touch->tick * speed), TOUCH_MOST_WAIT);
-    kept->holds = !far && !touch->expires && !touch->fast;
+    kept->holds = !far && !touch->expires && !touch->fast && touch->overlap == 0.0;
 }
 
 void touch_search_again(Touch *touch)
@@ -557,7 +646,7 @@ void touch_search_again(Touch *touch)
         TouchHalf *half = &touch->half[e];
         end->fastest = touch->kept->fastest[e];
         for (int i = 0; i < end->used_count; i++)
-            end->packed_place[i] = end->place[end->used[i]];
+            end->packed_place[i] = end->start[end->used[i]];
         place_body(end);
         for (int i = 0; i < half->points->body->surface.node_count; i++) {
             memcpy(half->memory[i].face, half->before[i].face, sizeof half->memory[i].face);

@@ -164,7 +164,8 @@ void touch_remember(const Touch *touch, TouchMemory *memory, const int side[TOUC
 {
     for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
         const bool known = memory->side[patch] == side[patch]; // which is not 0 if there are pairs
-        const double rest = touch->repeats || known ? memory->rest[patch] : fmax(gap[patch], 0.0);
+        const double least = touch->overlap > 0.0 ? gap[patch] : fmax(gap[patch], 0.0);
+        const double rest = touch->repeats || known ? memory->rest[patch] : least;
         memory->face[patch] = memory->side[patch] = 0;
         memory->gap[patch] = memory->rest[patch] = 0.0;
         for (int i = count - 1; i >= 0; i--)

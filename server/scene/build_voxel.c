@@ -130,7 +130,8 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
     if (ok) {
         build_complete(&voxel.body, world, scene, options);
         voxel.body.name = described->name;
-        voxel.body.without_contacts = scene->tool_count == 0; // attachments need no firmness
+        // Attachments need neither firmness nor the cells around nodes.
+        voxel.body.without_contacts = scene->tool_count == 0 && scene->touch_count == 0;
         voxel.body.initial_position = position;
         voxel.body.initial_velocity = velocity;
         world->cells[index] = summarize(&lattice);

@@ -20,14 +20,16 @@ typedef struct Case {
 } Case;
 
 // Scenes of two bodies, by the height of the upper one, further keys of both, and other groups.
-static const char SOLIDS[] =
-    "name = \"solids\"; rate_hz = 1000.0; gravity = [0.0, 0.0, -9.81];\n"
-    "bodies = ( { name = \"lower\"; model = \"voxel\"; integrator = \"leapfrog\"; %s\n"
-    "    voxels = { generator = \"box\"; count = %d; size = 0.003; };\n"
-    "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0239]); } ); },\n"
-    "  { name = \"upper\"; model = \"voxel\"; integrator = \"leapfrog\"; %s\n"
-    "    voxels = { generator = \"box\"; count = %d; size = 0.003;\n"
-    "      place = { translation = [0.019, 0.0007, %.4f]; }; }; %s } );\n%s";
+#define BLOCKS(name, surface)                                                                      \
+    "name = \"" name "\"; rate_hz = 1000.0; gravity = [0.0, 0.0, -9.81];\n"                        \
+    "bodies = ( { name = \"lower\"; model = \"voxel\"; integrator = \"leapfrog\"; %s\n" surface    \
+    "    voxels = { generator = \"box\"; count = %d; size = 0.003; };\n"                           \
+    "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0239]); } ); },\n"                   \
+    "  { name = \"upper\"; model = \"voxel\"; integrator = \"leapfrog\"; %s\n" surface             \
+    "    voxels = { generator = \"box\"; count = %d; size = 0.003;\n"                              \
+    "      place = { translation = [0.019, 0.0007, %.4f]; }; }; %s } );\n%s"
+static const char SOLIDS[] = BLOCKS("solids", "");
+static const char SMOOTH[] = BLOCKS("smooth", "    surface = \"fitted\";\n");
 static const char BALLS[] =
     "name = \"balls\"; rate_hz = 1000.0;\n"
     "bodies = ( { name = \"lower\"; integrator = \"leapfrog\"; shape = {}; %s\n"
@@ -56,7 +58,7 @@ static bool create(Case *it, const char *form, int size, int kind, double height
     if (kind == NONE)
         snprintf(step, sizeof step, "time_step = %.17g;", time_step);
     // A solid that nothing carries would fall.
-    if (form == SOLIDS && kind != RESTS)
+    if ((form == SOLIDS || form == SMOOTH) && kind != RESTS)
         snprintf(held, sizeof held, "fixed = ( { box = ([-1.0, -1.0, %.4f], [1.0, 1.0, 1.0]); } );",
                  height + 0.0239);
     const double force = height > 0.1 ? 1.0 : -1.0; // by the same rule as heights
@@ -115,6 +117,9 @@ void bench_touches(Bench *bench)
 {
     if (bench_wants(bench, "touch.solids"))
         time_pair(bench, "touch.solids", SOLIDS, bench->quick ? 4 : 16,
+                  bench->quick ? 0.0125 : 0.0485);
+    if (bench_wants(bench, "touch.smooth"))
+        time_pair(bench, "touch.smooth", SMOOTH, bench->quick ? 4 : 16,
                   bench->quick ? 0.0125 : 0.0485);
     if (bench_wants(bench, "touch.balls"))
         time_pair(bench, "touch.balls", BALLS, bench->quick ? 162 : 5000, 0.1);

@@ -22,6 +22,11 @@
     "{ name = \"" name "\"; mesh = { generator = \"sphere\"; nodes = 162; radius = 0.02;\n"        \
     "  place = { " place " }; };\n"                                                                \
     "  integrator = \"leapfrog\"; " more " }"
+// A ball of tissue with a smooth surface.
+#define LUMP(name, place, more)                                                                    \
+    "{ name = \"" name "\"; model = \"voxel\"; surface = \"fitted\";\n"                            \
+    "  voxels = { generator = \"ball\"; radius = 0.02; size = 0.005; place = { " place " }; };\n"  \
+    "  integrator = \"leapfrog\"; " more " }"
 #define TOUCH(more) "touch = ( { bodies = [\"one\", \"two\"]; " more " } );\n"
 
 static inline Touch *touch_of(Run *run)
@@ -34,8 +39,10 @@ static inline void read_still(Touch *touch)
 {
     for (int e = 0; e < 2; e++) {
         TouchEnd *end = &touch->end[e];
-        if (end->count > 0)
-            end->body->ops->read_nodes(end->body->model, end->node, end->count, end->x, end->v);
+        if (end->fit != NULL)
+            touch_fit_read(end, end->node, end->count, end->x, NULL);
+        else if (end->count > 0)
+            end->body->ops->read_nodes(end->body->model, end->node, end->count, end->x, NULL);
         for (int i = 0; i < end->count; i++)
             end->v[i] = (Vec3){0, 0, 0};
     }
@@ -60,7 +67,7 @@ static inline void shift(Vec3 *x, int axis, double by)
 static inline void expect_gradient(Run *run)
 {
     Touch *touch = touch_of(run);
-    touch_begin_tick(touch);
+    touch_begin_tick(touch, 0);
     read_still(touch);
     touch_evaluate(touch, 0.0);
     assert_true(touch->energy > 0.0);
@@ -113,6 +120,17 @@ static inline Shell shell_of(Run *run, int b)
         if (shell.used[i])
             body->ops->read_nodes(body->model, &i, 1, &shell.x[i], NULL);
     }
+    // What is felt of a smooth surface.
+    const TouchEnd *end = run->world.sim->touch_count > 0
+                              ? &touch_of(run)->end[touch_of(run)->count == 1 ? 0 : b]
+                              : NULL;
+    for (int i = 0; i < shell.nodes && end != NULL && end->fit != NULL; i++)
+        if (shell.used[i]) {
+            touch_fit_list(end, &i, 1);
+            touch_fit_read(end, &i, 1, &shell.x[i], NULL);
+        }
+    if (end != NULL && end->fit != NULL)
+        touch_fit_list(end, end->node, end->count);
     return shell;
 }
 
