@@ -79,8 +79,9 @@ static double read_body(TouchEnd *end)
     for (int i = 0; i < end->used_count; i++) {
         const Vec3 v = end->packed_speed[i],
                    way = vec3_sub(end->packed_place[i], end->start[end->used[i]]);
-        fastest = fmax(fastest, vec3_dot(v, v));
-        farthest = fmax(farthest, vec3_dot(way, way));
+        const double speed = vec3_dot(v, v), far = vec3_dot(way, way);
+        fastest = speed > fastest ? speed : fastest;
+        farthest = far > farthest ? far : farthest;
     }
     end->fastest = fmin(sqrt(fastest), TOUCH_MOST_SPEED);
     // Nodes follow the vertices around their own as well.

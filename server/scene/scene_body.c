@@ -67,7 +67,8 @@ static const Option BODY_OPTIONS[] = {
      .about = "Voxel: display surface carried by the elements."},
     {"surface", OPTION_WORD, AT(body.shown), "", .words = SHOWN_WORDS, .preset = SHOWN_AUTO,
      .only = VOXEL_ONLY, .physics = true, .idle = {&IDLE_IS_NOT_SHOWN, &IDLE_PUBLISHES_ALL_NODES},
-     .about = "Voxel: what is published of the outer faces and of cuts, and what tools feel: "
+     .about = "Voxel: what is published of the outer faces and of cuts, and what tools and other "
+              "bodies feel: "
               "`fitted`, a smooth surface "
               "through the labels or the mesh that the cells were made of; `blocks`, the faces of "
               "the cells, whose nodes are the vertices that move. `auto`: `fitted` for bodies from "
