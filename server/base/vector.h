@@ -93,6 +93,12 @@ static inline Vector vector_or(Vector a, Vector b)
     return (Vector)((Mask)a | (Mask)b);
 }
 
+// Returns v, and 0 in the lanes of a mask.
+static inline Vector vector_clear(Vector v, Vector mask)
+{
+    return (Vector)((Mask)v & ~(Mask)mask);
+}
+
 // Returns all bits set in the lanes where a > b does not hold (NaN included).
 static inline Vector vector_not_greater(Vector a, Vector b)
 {

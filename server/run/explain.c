@@ -56,15 +56,22 @@ static void print_levels(const Body *body, const SceneBody *described, FILE *out
 
 // Prints how a solid is damped: its loss factor at some frequencies, and what that costs. Damping
 // in critical steps takes a little more from bending and less from compression.
-static void print_loss(World *world, const Body *body, bool rough, FILE *out)
+static void print_loss(World *world, const Body *body, const VoxelOptions *voxel, FILE *out)
 {
     static const double HZ[] = {2.0, 10.0, 50.0};
     const double pi = 3.14159265358979323846;
+    const bool rough = voxel->damping > 0.0;
+    for (int i = 0; i < voxel->branch_count; i++)
+        fprintf(out, "  relaxes by %.4g of its fast stiffness in %.4g s%s\n",
+                voxel->branch[i].share, voxel->branch[i].time,
+                voxel->branch[i].volumetric ? ", volume as well" : "");
     fprintf(out, "  damping_time %.4g s, drag %.4g 1/s: %sloss", body->damping_time, body->drag,
             rough ? "about " : "");
     for (int i = 0; i < 3; i++)
         fprintf(out, "%s %.3g at %g Hz", i > 0 ? "," : "",
-                2.0 * pi * HZ[i] * body->damping_time + body->drag / (2.0 * pi * HZ[i]), HZ[i]);
+                maxwell_loss(voxel->branch_count, voxel->branch, body->damping_time, HZ[i]) +
+                    body->drag / (2.0 * pi * HZ[i]),
+                HZ[i]);
     fprintf(out, "; %d substeps a tick, %d without\n", body->substeps,
             sim_undamped_substeps(world->sim, (int)(body - sim_body(world->sim, 0))));
 }
@@ -81,7 +88,7 @@ static void print_elements(World *world, const SceneBody *described, const Body 
     // An undamped oscillation of angular frequency w is stable for steps up to 2 / w.
     fprintf(out, "  critical step %.6g s, damping %.6g of it\n", 2.0 / sqrt(body->lambda),
             voxel->damping);
-    print_loss(world, body, voxel->damping > 0.0, out);
+    print_loss(world, body, voxel, out);
     // What the cells are made of.
     for (int i = 0; i < voxel->material_count; i++) {
         const SolidMaterial *material = &voxel->material[i];

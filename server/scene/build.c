@@ -224,6 +224,8 @@ static void add_voxel(uint64_t *hash, const VoxelOptions *voxel, uint64_t cells)
 {
     for (int i = 0; i < voxel->material_count; i++)
         add_keys(hash, &LABEL_MATERIAL_TABLE, &voxel->material[i]);
+    for (int i = 0; i < voxel->branch_count; i++)
+        add_keys(hash, &BRANCH_TABLE, &voxel->branch[i]);
     *hash = fnv_bytes(*hash, &cells, sizeof cells);
 }
 
@@ -279,7 +281,8 @@ bool build_is_fitted(const Scene *scene, const SceneBody *body)
     const bool known = body->voxels.kind == VOXELS_FILE || body->voxels.kind == VOXELS_MESH;
     const ScenePublish *publish = &scene->publish;
     return body->model == MODEL_VOXEL && body->dimensions == 3 && body->skin.file == NULL &&
-           !publish->all_nodes && (publish->nodes_hz > 0.0 || scene->tool_count > 0) &&
+           !publish->all_nodes &&
+           (publish->nodes_hz > 0.0 || scene->tool_count > 0 || scene->touch_count > 0) &&
            (body->shown == SHOWN_FITTED || (body->shown == SHOWN_AUTO && known));
 }
 
@@ -291,8 +294,9 @@ uint64_t physics_hash(const Scene *scene, const World *world)
     fnv_int(&hash, scene->body_count);
     for (int i = 0; i < scene->body_count; i++) {
         add_body(&hash, &scene->body[i], &world->mesh[i], world->cells[i].hash);
-        if (scene->tool_count > 0 && build_is_fitted(scene, &scene->body[i]))
-            add_text(&hash, "fitted"); // what tools feel: `publish.nodes` and the cells decide too
+        // What tools and other bodies feel: `publish.nodes` and the cells decide too.
+        if (scene->tool_count + scene->touch_count > 0 && build_is_fitted(scene, &scene->body[i]))
+            add_text(&hash, "fitted");
     }
     // Tools and attachments have no names that matter.
     fnv_int(&hash, scene->tool_count);

@@ -82,7 +82,9 @@ typedef struct SceneBody {
     // Of a voxel body.
     int dimensions; // 3, or 2: a plane body, created from PlaneOptions that follow from `voxel`
     VoxelSource voxels;
-    SolidMaterial usual;     // of labels without a material of their own
+    SolidMaterial usual;                       // of labels without a material of their own
+    double loss_factor;                        // that voxel.branch follows from; 0: none given
+    const struct config_setting_t *relaxation; // only while it is read
     SolidMaterial *material; // [voxels.label_count]; owned; voxel.material points here
     MeshSource skin;         // file NULL: none
     SceneShown shown;

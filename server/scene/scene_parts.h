@@ -39,7 +39,8 @@ enum { INTEGRATOR_AUTO = INTEGRATOR_COUNT };
 extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
 extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACEMENT_TABLE;
 extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, ADAPT_TABLE;
-extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, LABEL_MATERIAL_TABLE, SKIN_TABLE;
+extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, BRANCH_TABLE, LABEL_MATERIAL_TABLE,
+    SKIN_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
 extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE, TOUCH_TABLE;
 
@@ -56,7 +57,7 @@ enum { KEY_GROUPS = 6 };
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
 
 // The tables in the order of the reference.
-enum { SCENE_TABLE_COUNT = 22 };
+enum { SCENE_TABLE_COUNT = 23 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {

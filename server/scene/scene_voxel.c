@@ -203,6 +203,7 @@ bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
 // --- materials, skin and other keys of the model -------------------------------------------------
 
 #define POISSON_MAX 0.49
+#define LOSS_MAX    0.3
 enum { LEVELS_USUAL = 2 };
 
 #define AT(member) offsetof(SceneBody, member)
@@ -233,12 +234,38 @@ static const Option MATERIAL_OPTIONS[] = {
      .about = "Damping over mass: slow swings die out as exp(-drag t/2). A loss of drag/(2 pi f). "
               "Slows all motion of a body that something fixes, only the deformation of one that "
               "nothing fixes."},
+    {"relaxation", OPTION_LIST, AT(relaxation), "", .preset_text = "none",
+     .about = "Up to three Maxwell branches beside the elastic law, by which stress relaxes: "
+              "`youngs_modulus` is what is left after a long time. Solids only."},
+    {"loss_factor", OPTION_REAL, AT(loss_factor), "", 0.0, LOSS_MAX, .physics = true,
+     .feature = "loss factor",
+     .about = "Tangent of the phase between strain and stress, nearly the same from 1 to 100 Hz, "
+              "by three branches of `relaxation`, instead of it. A swing's damping ratio is half "
+              "of it. Solids only."},
 };
 const OptionTable VOXEL_MATERIAL_TABLE =
     TITLED_TABLE("`bodies.material` of a voxel body", "bodies.material",
                  "Material of all cells without an entry in `materials`.", MATERIAL_OPTIONS);
 
 #undef AT
+
+#define AT(member) offsetof(MaxwellBranch, member)
+static const Option BRANCH_OPTIONS[] = {
+    {"time", OPTION_REAL, AT(time), "s", 1e-6, 1e6, .required = true, .physics = true,
+     .about = "Time in which the stress of the branch falls to 1/e."},
+    {"share", OPTION_REAL, AT(share), "", 0.0, 0.95, .required = true, .physics = true,
+     .about =
+         "Share of the branch in the stiffness to fast strains; that grows to `youngs_modulus` "
+         "/ (1 - the sum of all shares), which is at most 0.95."},
+    {"volumetric", OPTION_BOOL, AT(volumetric), "", .preset = 0.0, .physics = true,
+     .about = "Whether the resistance to changes of volume relaxes as well; else only that to "
+              "changes of shape."},
+};
+#undef AT
+const OptionTable BRANCH_TABLE = OPTION_TABLE("bodies.material.relaxation",
+                                              "One Maxwell branch: a spring and a dashpot in "
+                                              "series.",
+                                              BRANCH_OPTIONS);
 
 typedef struct LabelGroup {
     SolidMaterial material; // first: offsets of rows are the same in a SolidMaterial
@@ -295,8 +322,57 @@ static bool choose_damping(const SceneReader *reader, const config_setting_t *gr
         return option_fail(&reader->source, time, "damping_time cannot be mixed with damping");
     if (time != NULL)
         voxel->damping = 0.0;
+    const bool relaxes = option_given(group, "relaxation") || option_given(group, "loss_factor");
     if (!option_given(group, "drag"))
-        voxel->drag = time != NULL || given || body->dimensions == 2 ? 0.0 : DRAG_USUAL;
+        voxel->drag = time != NULL || given || relaxes || body->dimensions == 2 ? 0.0 : DRAG_USUAL;
+    return true;
+}
+
+static bool read_branches(const SceneReader *reader, const config_setting_t *list,
+                          VoxelOptions *voxel)
+{
+    const int count = option_length(list);
+    if (count < 1 || count > MAXWELL_BRANCHES)
+        return option_fail(&reader->source, list, "relaxation has %d entries, it must have 1 to %d",
+                           count, MAXWELL_BRANCHES);
+    double sum = 0.0;
+    for (int i = 0; i < count; i++) {
+        const config_setting_t *entry = option_group_at(list, i, &reader->source);
+        if (entry == NULL || !option_read(&BRANCH_TABLE, entry, &reader->source, &voxel->branch[i]))
+            return false;
+        sum += voxel->branch[i].share;
+    }
+    if (sum > 0.95)
+        return option_fail(&reader->source, list,
+                           "the shares of relaxation add up to %g, more "
+                           "than 0.95",
+                           sum);
+    voxel->branch_count = count;
+    return true;
+}
+
+// Branches as given, or those of a loss factor.
+static bool choose_branches(const SceneReader *reader, const BodyGroup *raw,
+                            const config_setting_t *group, SceneBody *body)
+{
+    const config_setting_t *list = option_find(group, "relaxation"),
+                           *loss = option_find(group, "loss_factor"),
+                           *at = list != NULL ? list : loss;
+    const char *key = list != NULL ? "relaxation" : "loss_factor";
+    body->relaxation = NULL; // libconfig's, which is gone soon
+    if (at == NULL)
+        return true;
+    if (body->dimensions == 2)
+        return option_fail(&reader->source, at, "%s means nothing for a plane body", key);
+    if (raw->body.voxel.law == VOXEL_MIYAZAKI2004)
+        return option_fail(&reader->source, at, "%s needs law \"affine\"", key);
+    if (list != NULL && loss != NULL)
+        return option_fail(&reader->source, loss, "loss_factor cannot be mixed with relaxation");
+    if (list != NULL)
+        return read_branches(reader, list, &body->voxel);
+    if (!maxwell_of_loss(body->loss_factor, body->voxel.branch))
+        return option_fail(&reader->source, loss, "loss_factor %g is too large", body->loss_factor);
+    body->voxel.branch_count = body->loss_factor > 0.0 ? MAXWELL_BRANCHES : 0;
     return true;
 }
 
@@ -346,7 +422,8 @@ static bool read_materials(const SceneReader *reader, const BodyGroup *raw, Scen
 {
     if (!option_read(&VOXEL_MATERIAL_TABLE, raw->material, &reader->source, body) ||
         !check_poisson(reader, raw, raw->material, body->usual.poisson_ratio) ||
-        !choose_damping(reader, raw->material, body))
+        !choose_damping(reader, raw->material, body) ||
+        !choose_branches(reader, raw, raw->material, body))
         return false;
     // Each label begins with the usual material,
     int count = body->voxels.label_count;

@@ -254,7 +254,7 @@ void batch_runs_create(BatchRuns *runs, int most, const char *name, Arena *arena
     runs->last =
         arena_allocate(arena, ARENA_STEP, batches, sizeof *runs->last, "%s/rotations", name);
     state_add(state, runs->last, batches * sizeof *runs->last, "%s/rotations", name);
-    batch_runs_forget_rotations(runs);
+    batch_runs_forget(runs);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -313,12 +313,21 @@ void batch_runs_end(BatchRuns *runs, int kind)
 // ---------------------------------------------------------------------------------------------
 // Rotations
 
-void batch_runs_forget_rotations(BatchRuns *runs)
+void batch_runs_forget(BatchRuns *runs)
 {
     for (int b = 0; b < batch_runs_capacity(runs); b++)
         for (int lane = 0; lane < LANES; lane++)
             memcpy(runs->last[b][lane], (const double[4]){1.0, 0.0, 0.0, 0.0},
                    sizeof runs->last[b][lane]);
+    if (runs->relaxation != NULL)
+        relaxation_forget(runs->relaxation);
+}
+
+void batch_runs_relax(BatchRuns *runs, int count, const MaxwellBranch *branch, Precision precision,
+                      const char *name, Arena *arena, StateList *state)
+{
+    runs->relaxation =
+        relaxation_create(count, branch, precision, batch_runs_capacity(runs), name, arena, state);
 }
 
 bool batch_runs_check(const BatchRuns *runs)
@@ -329,7 +338,7 @@ bool batch_runs_check(const BatchRuns *runs)
             if (!(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3))
                 return false;
         }
-    return true;
+    return runs->relaxation == NULL || relaxation_check(runs->relaxation);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -342,8 +351,10 @@ typedef struct RunView {
     HangingBatches hanging;
 } RunView;
 
-static void view_run(const BatchRuns *runs, int kind, BatchRun run, RunView *view)
+static void view_run(const BatchRuns *runs, const VoxelPass *given, int kind, BatchRun run,
+                     RunView *view)
 {
+    const int first = (kind == BATCH_HANGING ? runs->plain.batch_count : 0) + run.first;
     view->plain = (PlainBatches){.batch_count = 0};
     view->hanging = (HangingBatches){.batch_count = 0};
     // The kernel sees the run as if there were no other batches.
@@ -362,9 +373,10 @@ static void view_run(const BatchRuns *runs, int kind, BatchRun run, RunView *vie
             .vertex = runs->plain.vertex + (long)run.first * NODE_CORNERS * LANES,
             .element_class = runs->plain.element_class + run.first,
         };
-    // Rotations of the run's elements.
-    view->pass.last =
-        runs->last + (kind == BATCH_HANGING ? runs->plain.batch_count : 0) + run.first;
+    // Rotations and dashpots of the run's elements.
+    view->pass.last = runs->last + first;
+    if (given->branch_count > 0)
+        relaxation_skip(runs->relaxation, first, given, &view->pass);
 }
 
 static void begin_view(const BatchRuns *runs, const VoxelPass *given, RunView *view)
@@ -393,7 +405,7 @@ void batch_runs_evaluate(const BatchRuns *runs, const VoxelPass *pass, int half)
     begin_view(runs, pass, &view);
     for (int kind = 0; kind < BATCH_KINDS; kind++)
         for (int k = half_begin(runs, kind, half); k < half_end(runs, kind, half); k++) {
-            view_run(runs, kind, runs->run[k], &view);
+            view_run(runs, pass, kind, runs->run[k], &view);
             runs->kernels->evaluate(&view.pass);
         }
 }
@@ -405,7 +417,7 @@ double batch_runs_energy(const BatchRuns *runs, const VoxelPass *pass)
     double total = 0.0;
     for (int kind = 0; kind < BATCH_KINDS; kind++)
         for (int k = kind_begin(runs, kind); k < runs->run_end[kind][1]; k++) {
-            view_run(runs, kind, runs->run[k], &view);
+            view_run(runs, pass, kind, runs->run[k], &view);
             total += runs->kernels->energy(&view.pass);
         }
     return total;
@@ -419,7 +431,7 @@ void batch_runs_stress(const BatchRuns *runs, const VoxelPass *pass, double limi
     for (int kind = 0; kind < BATCH_KINDS; kind++)
         for (int k = half_begin(runs, kind, half); k < half_end(runs, kind, half); k++) {
             const BatchRun run = runs->run[k];
-            view_run(runs, kind, run, &view);
+            view_run(runs, pass, kind, run, &view);
             runs->kernels->stress(&view.pass, limit,
                                   high + run.first +
                                       (kind == BATCH_PLAIN ? 0 : runs->plain.batch_count));

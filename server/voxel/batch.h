@@ -5,7 +5,7 @@
 #define PLIANT_VOXEL_BATCH_H
 
 #include "base/memory.h"
-#include "voxel/kernel.h"
+#include "voxel/relaxation.h"
 #include "voxel/template.h"
 
 typedef struct BatchOptions {
@@ -65,6 +65,7 @@ typedef struct BatchRuns {
     // --- batch_runs_create ---
     // [plain, then hanging] see VoxelPass; state. No rotation in lanes without an element.
     double (*last)[LANES][4];
+    Relaxation *relaxation; // NULL: none; see batch_runs_relax
 
     // --- listed below ---
     BatchRun *run;               // plain ones first, then hanging ones
@@ -74,6 +75,10 @@ typedef struct BatchRuns {
 // Load time, once the batches are there. Allocates room for `most` runs, and rotations, which start
 // at none and are added to the state.
 void batch_runs_create(BatchRuns *runs, int most, const char *name, Arena *arena, StateList *state);
+
+// Load time, after batch_runs_create: adds Maxwell branches.
+void batch_runs_relax(BatchRuns *runs, int count, const MaxwellBranch *branch, Precision precision,
+                      const char *name, Arena *arena, StateList *state);
 
 // Lists the batches in use again: begin a kind, add its runs, end it; plain ones before hanging
 // ones. Batches that continue the last run join it.
@@ -89,9 +94,9 @@ static inline int batch_runs_capacity(const BatchRuns *runs)
     return runs->plain.batch_count + runs->hanging.batch_count;
 }
 
-// Resets all rotations to none.
-void batch_runs_forget_rotations(BatchRuns *runs);
-// True if all rotations are valid quaternions.
+// Resets all rotations to none, and relaxes all branches.
+void batch_runs_forget(BatchRuns *runs);
+// True if all rotations are valid quaternions, and what branches remember is finite.
 bool batch_runs_check(const BatchRuns *runs);
 
 // Adds forces as kernels->evaluate does. The caller sets law, damped, rows, force and scales of

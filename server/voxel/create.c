@@ -75,7 +75,10 @@ static double edge_of(const VoxelMaking *making, int element)
 
 static void add_bounds(VoxelMaking *making, const ElementBounds *bounds)
 {
-    making->lambda = fmax(making->lambda, bounds->lambda);
+    const VoxelOptions *options = making->options;
+    const double rigidity = maxwell_rigidity(options->branch_count, options->branch);
+    making->lambda = fmax(making->lambda, rigidity * bounds->lambda);
+    making->elastic = fmax(making->elastic, bounds->lambda);
     making->damping_lambda = fmax(making->damping_lambda, bounds->damping);
     making->step = fmin(making->step, bounds->step);
 }
@@ -207,6 +210,9 @@ static void create_batches(VoxelModel *model, const VoxelMaking *making, const c
     runs->tables =
         voxel_tables_create(&batches, model->law, model->vertices.rows.precision, name, arena);
     batch_runs_create(runs, 3, name, arena, state);
+    if (making->options->branch_count > 0)
+        batch_runs_relax(runs, making->options->branch_count, making->options->branch,
+                         model->vertices.rows.precision, name, arena, state);
     list_runs(runs);
     // For status messages.
     int *at_level = ALLOCATE(ARENA_TOPOLOGY, VOXEL_LEVELS_MAX + 1, int, "elements by level");
@@ -292,7 +298,7 @@ static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)
         body->mass += mass_of(making, e);
     body->element_count = making->mesh.element_count;
     body->lambda = body->contact_lambda = making->lambda;
-    body->damping = making->beta * (model->viscous ? making->lambda : making->damping_lambda);
+    body->damping = making->beta * (model->viscous ? making->elastic : making->damping_lambda);
     body->damping_time = making->beta;
     body->drag = options->drag;
     body->state_capacity = making->capacity;

@@ -61,7 +61,8 @@ typedef struct VoxelMaking {
     double *density;       // [element_count] [kg/m3]
     double beta;           // of damping [s]
     double step;           // dt0: the smallest critical step of the elements [s]
-    double lambda;         // bounds of M^-1 K and, per unit of beta, of M^-1 C [1/s2]
+    double lambda;         // bounds of M^-1 K to fast strains, of the elastic law alone, and, per
+    double elastic;        // unit of beta, of M^-1 C [1/s2]
     double damping_lambda;
 } VoxelMaking;
 

@@ -57,9 +57,28 @@ static void voxel_evaluate(void *self, const Stage *stage, double h)
     vertices_begin(vertices);
     if (model->cuts != NULL)
         cut_body_feel(model->cuts);
-    const VoxelPass pass = voxel_pass(model, vertices->present);
+    VoxelPass pass = voxel_pass(model, vertices->present);
+    if (model->batches->relaxation != NULL)
+        relaxation_begin(model->batches->relaxation, h, &pass);
     evaluate_all(model, &pass);
     vertices_advance(vertices, stage, h, (Vec3){g[0], g[1], g[2]});
+}
+
+static bool voxel_commit(void *self)
+{
+    VoxelModel *model = self;
+    const bool good = vertices_commit(&model->vertices);
+    if (good && model->batches->relaxation != NULL)
+        relaxation_commit(model->batches->relaxation);
+    return good;
+}
+
+static void voxel_abandon(void *self)
+{
+    VoxelModel *model = self;
+    vertices_abandon(&model->vertices);
+    if (model->batches->relaxation != NULL)
+        relaxation_abandon(model->batches->relaxation);
 }
 
 static bool voxel_check(const void *self)
@@ -73,8 +92,10 @@ static void voxel_restore(void *self, RestoreMode mode)
 {
     VoxelModel *model = self;
     vertices_restore(&model->vertices, mode);
+    if (model->batches->relaxation != NULL)
+        relaxation_abandon(model->batches->relaxation);
     if (mode == RESTORE_SHAPE)
-        batch_runs_forget_rotations(model->batches);
+        batch_runs_forget(model->batches);
     if (model->cuts != NULL)
         cut_body_restore(model->cuts, mode);
 }
@@ -158,7 +179,9 @@ static void voxel_snapshot_rest(const void *self, float *position)
 static void voxel_measure(const void *self, BodyMeasure *measure)
 {
     const VoxelModel *model = self;
-    const VoxelPass pass = voxel_pass(model, vertices_row(&model->vertices));
+    VoxelPass pass = voxel_pass(model, vertices_row(&model->vertices));
+    if (model->batches->relaxation != NULL)
+        relaxation_measure(model->batches->relaxation, &pass);
     *measure = (BodyMeasure){
         .elastic = batch_runs_energy(model->batches, &pass),
         .refused = model->cuts != NULL ? model->cuts->refused : 0,
@@ -182,6 +205,9 @@ static void voxel_explain(const void *self, FILE *out)
             batch_runs_count(model->batches, BATCH_PLAIN),
             batch_runs_count(model->batches, BATCH_HANGING));
     fprintf(out, "    law: %s\n", model->law == VOXEL_AFFINE ? "affine" : "miyazaki2004");
+    if (model->batches->relaxation != NULL)
+        fprintf(out, "    relaxation: in the kernel, %d branches\n",
+                model->batches->relaxation->count);
     if (model->fitted != NULL)
         fprintf(out, "    surface: fitted, from %d vertices and %d cells\n",
                 model->fitted->fit.row_count, model->fitted->fit.cell_count);
@@ -196,9 +222,9 @@ static const char *voxel_isa(const void *self)
 }
 
 #define OPERATIONS                                                                                 \
-    .model = "voxel", .drift = vertices_drift, .evaluate = voxel_evaluate,                         \
-    .commit = vertices_commit, .abandon = vertices_abandon, .check = voxel_check,                  \
-    .restore = voxel_restore, .read_nodes = vertices_read_nodes, .fit_node = voxel_fit_node,       \
+    .model = "voxel", .drift = vertices_drift, .evaluate = voxel_evaluate, .commit = voxel_commit, \
+    .abandon = voxel_abandon, .check = voxel_check, .restore = voxel_restore,                      \
+    .read_nodes = vertices_read_nodes, .fit_node = voxel_fit_node,                                 \
     .add_forces = vertices_add_forces, .kick_nodes = voxel_kick_nodes,                             \
     .find_nodes = voxel_find_nodes, .add_load = vertices_add_load,                                 \
     .clear_loads = vertices_clear_loads, .snapshot = voxel_snapshot,                               \

@@ -6,6 +6,7 @@
 #include "base/check.h"
 #include "base/memory.h"
 #include "dynamics/body.h"
+#include "dynamics/maxwell.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"
 #include "geometry/surface_field.h"
@@ -21,7 +22,9 @@ typedef struct VoxelOptions {
     double damping;                // beta as a multiple of the body's critical step dt0, or 0 and
     double damping_time;           // beta [s], of damping in proportion to the stiffness
     double drag;                   // on the vertices, per mass [1/s]
-    bool publish_all;              // also inner vertices
+    int branch_count;              // affine law: what relaxes
+    MaxwellBranch branch[MAXWELL_BRANCHES];
+    bool publish_all; // also inner vertices
     // If it can be cut:
     int split_budget;    // elements divided per tick
     double tear_stress;  // strength of the tissue [Pa]; 0: no tearing by stress

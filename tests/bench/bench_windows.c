@@ -107,8 +107,12 @@ static bool body_create(BatchBody *body, int cells, int levels, int budget, Prec
         return false;
     create_batches(body);
     template_cache_create(&body->templates, "bench", VOXEL_AFFINE, precision, &body->arena);
-    const WindowOptions options = {"bench", body->kernels, &body->lattice, &body->templates,
-                                   1,       body->classes};
+    const WindowOptions options = {.name = "bench",
+                                   .kernels = body->kernels,
+                                   .lattice = &body->lattice,
+                                   .templates = &body->templates,
+                                   .material_count = 1,
+                                   .classes = body->classes};
     cut_windows_create(&body->windows, &options, &body->arena, &body->state);
     create_pass(body, precision);
     return true;

@@ -360,7 +360,35 @@ const KeyRow KEY_ROWS[] = {
     {REFUSES(VOXEL_MATERIAL_TABLE, "damping_time", V, BODY,
              "material = { damping = 0.2; damping_time = 1e-3; };",
              "cannot be mixed with damping")},
-    // Without any of the three there is drag.
+    {REFUSES(VOXEL_MATERIAL_TABLE, "relaxation", P, BODY,
+             "material = { relaxation = ( { time = 0.1; share = 0.2; } ); };",
+             "means nothing for a plane body")},
+    {REFUSES(
+        VOXEL_MATERIAL_TABLE, "relaxation", V, BODY,
+        "law = \"miyazaki2004\"; material = { relaxation = ( { time = 0.1; share = 0.2; } ); };",
+        "needs law \"affine\"")},
+    {REFUSES(
+        VOXEL_MATERIAL_TABLE, "relaxation", V, BODY,
+        "material = { relaxation = ( { time = 0.1; share = 0.6; }, { time = 1.0; share = 0.6; } "
+        "); };",
+        "add up to 1.2, more than 0.95")},
+    {IN(VOXEL_MATERIAL_TABLE, "relaxation", V,
+        MATERIAL("drag = 0.0;", "drag = 0.0; relaxation = ( { time = 0.1; share = 0.2; } );"))},
+    {REFUSES(VOXEL_MATERIAL_TABLE, "loss_factor", P, BODY, "material = { loss_factor = 0.1; };",
+             "means nothing for a plane body")},
+    {REFUSES(VOXEL_MATERIAL_TABLE, "loss_factor", V, BODY,
+             "material = { loss_factor = 0.1; relaxation = ( { time = 0.1; share = 0.2; } ); };",
+             "cannot be mixed with relaxation")},
+    {IN(VOXEL_MATERIAL_TABLE, "loss_factor", V,
+        MATERIAL("drag = 0.0;", "drag = 0.0; loss_factor = 0.1;"))},
+#define BRANCH(values) "material = { drag = 0.0; relaxation = ( { " values " } ); };"
+    {IN(BRANCH_TABLE, "time", V, STATE, BODY, BRANCH("time = 0.1; share = 0.2;"),
+        BRANCH("time = 0.2; share = 0.2;"))},
+    {IN(BRANCH_TABLE, "share", V, STATE, BODY, BRANCH("time = 0.1; share = 0.2;"),
+        BRANCH("time = 0.1; share = 0.3;"))},
+    {IN(BRANCH_TABLE, "volumetric", V, STATE, BODY, BRANCH("time = 0.1; share = 0.2;"),
+        BRANCH("time = 0.1; share = 0.2; volumetric = true;"))},
+    // Without any of these there is drag.
     {IN(VOXEL_MATERIAL_TABLE, "drag", V, MATERIAL("", "drag = 0.0;"))},
     {IN(VOXEL_MATERIAL_TABLE, "damping", V, MATERIAL("", "damping = 0.2;"))},
 #define LABELS(value) "materials = ( { label = 1; " value " } ); "
@@ -493,9 +521,10 @@ int key_models(const OptionTable *table)
         const OptionTable *table;
         int models;
     } OF_SOME[] = {
-        {&MESH_TABLE, S},  {&MATERIAL_TABLE, S},           {&SHAPE_TABLE, S},
-        {&ADAPT_TABLE, S}, {&VOXELS_TABLE, V | P},         {&VOXEL_MATERIAL_TABLE, V | P},
-        {&SKIN_TABLE, V},  {&LABEL_MATERIAL_TABLE, V | P}, {&TOUCH_TABLE, S | V},
+        {&MESH_TABLE, S},      {&MATERIAL_TABLE, S},   {&SHAPE_TABLE, S},
+        {&ADAPT_TABLE, S},     {&VOXELS_TABLE, V | P}, {&VOXEL_MATERIAL_TABLE, V | P},
+        {&SKIN_TABLE, V},      {&BRANCH_TABLE, V},     {&LABEL_MATERIAL_TABLE, V | P},
+        {&TOUCH_TABLE, S | V},
     };
     for (size_t i = 0; i < sizeof OF_SOME / sizeof *OF_SOME; i++)
         if (OF_SOME[i].table == table)

@@ -101,6 +101,11 @@ static const Feature SURFACE[] = {
 static const Feature VOXEL[] = {
     {.name = "damping", .material = "damping = 0.2;", .kernel = "plain_damped"},
     {.name = "damping by a time", .material = "damping_time = 1.0e-4;", .kernel = "plain_viscous"},
+    {.name = "relaxation",
+     .material = "damping = 0.0; relaxation = ( { time = 0.1; share = 0.2; } );",
+     .kernel = "plain_relaxing_undamped",
+     .files = {"voxel/relaxation.c"},
+     .arrays = {"/dashpots"}},
     {.name = "larger elements inside", .body = "levels = 1;", .arrays = {"/hanging vertices"}},
     {.name = "cuts",
      .body = "cuttable = true; tear = { stress = 1.0e6; };",

@@ -96,6 +96,7 @@ static const Case SURFACE[] = {
 static const Case VOXEL[] = {
     {.feature = "damping of elements", .material = "damping = 0.2;"},
     {.feature = "damping by a time", .material = "damping_time = 1.0e-4;"},
+    {.feature = "loss factor", .material = "damping = 0.0; loss_factor = 0.1;"},
     {.feature = "drag on solids", .material = "damping = 0.0; drag = 1.0;"},
     {.feature = "inner vertices in messages",
      .publish = "mesh_hz = 0.0; status_hz = 0.0; nodes = \"all\";",

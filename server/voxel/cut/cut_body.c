@@ -356,7 +356,9 @@ void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena
                                    .lattice = &cuts->lattice,
                                    .templates = &cuts->templates,
                                    .material_count = making->options->material_count,
-                                   .classes = classes_of(making, cuts->name, arena)};
+                                   .classes = classes_of(making, cuts->name, arena),
+                                   .branch_count = making->options->branch_count,
+                                   .branch = making->options->branch};
     cut_windows_create(&cuts->windows, &windows, arena, state);
     model->batches = &cuts->windows.runs;
     model->element_at_level = cuts->lattice.leaf_at_level;

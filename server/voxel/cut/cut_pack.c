@@ -105,7 +105,7 @@ static bool merge_next(Merge *merge, uint64_t *key)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Rotations
+// Rotations, and the dashpots of branches
 
 typedef struct Turns {
     bool moved;
@@ -115,7 +115,7 @@ typedef struct Turns {
 
 static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0};
 
-// Stores the rotation of an element, or of the element from which it was divided.
+// Stores what an element, or the element from which it was divided, remembers.
 static void take_turn(const CutWindows *windows, int element, Turns *turns)
 {
     int from = element;
@@ -124,7 +124,11 @@ static void take_turn(const CutWindows *windows, int element, Turns *turns)
     const int lane = from < 0 ? 0 : windows->lane[from];
     const double *turn = from < 0 ? NO_TURN : windows->runs.last[lane / LANES][lane % LANES];
     memcpy(turns->turn[element - turns->base], turn, sizeof NO_TURN);
+    if (windows->strain != NULL && from >= 0)
+        relaxation_take(windows->runs.relaxation, lane, windows->strain[element - turns->base]);
 }
+
+static const double NO_STRAIN[RELAXATION_NUMBERS];
 
 static void clear_turns(CutWindows *windows, const BatchRange *range)
 {
@@ -132,6 +136,8 @@ static void clear_turns(CutWindows *windows, const BatchRange *range)
         const int first = range->first[kind] + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]);
         for (int i = 0; i < range->used[kind] * LANES; i++)
             memcpy(windows->runs.last[first + i / LANES][i % LANES], NO_TURN, sizeof NO_TURN);
+        for (int i = 0; i < range->used[kind] * LANES && windows->strain != NULL; i++)
+            relaxation_put(windows->runs.relaxation, first * LANES + i, NO_STRAIN);
     }
 }
 
@@ -141,6 +147,8 @@ static void put_lane(CutWindows *windows, int element, int lane, const Turns *tu
     if (turns->moved)
         memcpy(windows->runs.last[lane / LANES][lane % LANES], turns->turn[element - turns->base],
                sizeof NO_TURN);
+    if (turns->moved && windows->strain != NULL)
+        relaxation_put(windows->runs.relaxation, lane, windows->strain[element - turns->base]);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -345,7 +353,7 @@ static void pack_hanging_rest(CutWindows *windows, int group, const Turns *turns
     mixed->used[BATCH_HANGING] = batch - mixed->low[BATCH_HANGING];
 }
 
-// Stores the rotations of all leaves that may move to another lane.
+// Stores what all leaves remember that may move to another lane.
 static void take_turns(const CutWindows *windows, const WindowGroup *own, const Leaves *leaves,
                        Turns *turns)
 {

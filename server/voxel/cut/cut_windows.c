@@ -219,6 +219,12 @@ void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena
     windows->runs.classes = options->classes;
     const int runs = BATCH_KINDS * (windows->lattice->window_count + 2 * windows->group_count);
     batch_runs_create(&windows->runs, runs, name, arena, state);
+    if (options->branch_count > 0) {
+        batch_runs_relax(&windows->runs, options->branch_count, options->branch,
+                         options->templates->precision, name, arena, state);
+        windows->strain = arena_allocate(arena, ARENA_TOPOLOGY, GROUP_ELEMENTS,
+                                         sizeof *windows->strain, "%s/strains that move", name);
+    }
     pack_all(windows);
 }
 

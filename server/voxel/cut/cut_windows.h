@@ -26,6 +26,8 @@ typedef struct WindowOptions {
     // [(levels + 1) * material_count], by level, then material - 1, of plain cubes; also used for
     // those with hanging vertices (template.h).
     const ElementClass *classes;
+    int branch_count;
+    const MaxwellBranch *branch; // [branch_count]
 } WindowOptions;
 
 // Batches [low, high) that belong to a window or a group, and those in use.
@@ -52,7 +54,8 @@ typedef struct CutWindows {
     BatchRange *pooled; // [group] full batches of one mask, from the rest of its windows
     BatchRange *mixed;  // [group] of the remainder
 
-    BatchRuns runs; // what the kernels evaluate; its rotations are state
+    BatchRuns runs; // what the kernels evaluate; its rotations and dashpots are state
+    double (*strain)[RELAXATION_NUMBERS]; // [GROUP_ELEMENTS] scratch; NULL: nothing relaxes
 
     // --- derived from the lattice ---
     int (*plain_vertex)[NODE_CORNERS][LANES]; // [plain]

@@ -17,6 +17,7 @@
 #define PLIANT_VOXEL_KERNEL_HANGING_H
 
 #include "voxel/kernel/barrier.h"
+#include "voxel/kernel/relaxation.h"
 #include "voxel/kernel/scatter.h"
 #include "voxel/template.h"
 
@@ -204,7 +205,8 @@ INLINE void sum_motion(const Rest *rest, Vector bent, bool viscous, Hanging *h)
 // Adds the forces of WIDTH elements to the rows of a batch, from `lane` on.
 INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *vertex,
                            const HangingFactors *by, bool paper, bool damped, bool viscous,
-                           double (*last)[4], Real (*out)[4 * LANES])
+                           bool relaxes, double (*last)[4], const Dashpot *dashpot,
+                           Real (*out)[4 * LANES])
 {
     Hanging h;
     Root root;
@@ -220,10 +222,15 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
     }
     Vector unfit = polar_fit(&h.deformation, &root, &polar);
     const Vector rare = paper ? unfit : vector_or(unfit, crushed(&root));
+    Vector relaxing[3][3] = {{{0}}};
     if (__builtin_expect(vector_any(rare), 0)) {
         repair(&h.deformation, &h.motion, unfit, damped, last, &polar, spin);
+        if (relaxes)
+            relax(pass, by->stretch, by->bulk, &h.deformation, &polar, unfit, dashpot, relaxing);
         if (!paper)
             barrier(&polar, by->stretch, by->bulk, &h.deformation);
+    } else if (relaxes) {
+        relax(pass, by->stretch, by->bulk, &h.deformation, &polar, unfit, dashpot, relaxing);
     }
 
     Vector stress[3][3], bend[3][3], shift[3], turn[3]; // P, B, b, beta k omega
@@ -243,6 +250,8 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
                     stress[i][k] += pressure;
                 bend[i][k] = by->bend * h.slope[i][k];
             }
+            if (relaxes)
+                stress[i][k] += relaxing[i][k];
         }
         shift[i] = by->bend * h.middle[i];
         if (damped)
@@ -287,7 +296,7 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
 }
 
 INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped, bool viscous,
-                             bool mixed)
+                             bool relaxes, bool mixed)
 {
     const HangingBatches *hanging = pass->hanging;
     double(*last)[LANES][4] = pass->last + pass->plain->batch_count;
@@ -301,8 +310,10 @@ INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped, boo
             const Rest rest = {mixed, table->count,
                                (const Real *)table->number + (mixed ? lane : 0)};
             const HangingFactors by = hanging_factors_at(factor, viscous, lane);
-            hanging_forces(pass, &rest, vertex + lane, &by, paper, damped, viscous,
-                           last[batch] + lane, (Real(*)[4 * LANES])(force[0] + 4 * lane));
+            const Dashpot dashpot =
+                dashpot_at(pass, relaxes, (long)pass->plain->batch_count + batch, lane);
+            hanging_forces(pass, &rest, vertex + lane, &by, paper, damped, viscous, relaxes,
+                           last[batch] + lane, &dashpot, (Real(*)[4 * LANES])(force[0] + 4 * lane));
         }
         for (int p = 0; p < table->count; p++)
             scatter_forces(pass->force, vertex + p * LANES, force[p]);

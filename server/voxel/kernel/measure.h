@@ -45,7 +45,7 @@ static void add_lanes(Vector v, double *sum)
 
 // Returns the energy of plain cubes in units of H^3 Pa.
 INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const int *vertex,
-                           const double (*last)[4])
+                           const double (*last)[4], const Real *dashpot)
 {
     const bool paper = pass->law == VOXEL_MIYAZAKI2004;
     const Real gradient = (Real)(0.25 / c->size);
@@ -73,7 +73,12 @@ INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const i
     // The displacement of a mode is H / 2 times its `bent` at each of 8 corners.
     const double mu = paper ? c->residual / c->size : c->mu;
     const double lambda = paper ? 0.0 : c->lambda;
-    return (Real)mu * square_strain(&deformation, &polar) +
+    const Vector relaxing =
+        pass->branch_count > 0
+            ? relax_energy(pass, (Real)(2.0 * mu) + (Vector){0}, (Real)lambda + (Vector){0},
+                           &deformation, &polar, dashpot)
+            : vector_set(0.0);
+    return relaxing + (Real)mu * square_strain(&deformation, &polar) +
            (Real)(0.5 * lambda) * (polar.stretch * polar.stretch) +
            (Real)(c->residual / c->size) * bent +
            (Real)(paper ? 0.0 : barrier_stiffness(mu, lambda)) * gap;
@@ -81,7 +86,8 @@ INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const i
 
 // Returns the energy of elements with hanging vertices [J].
 INLINE Vector hanging_energy(const VoxelPass *pass, const Rest *rest, const int *vertex,
-                             const HangingFactors *by, bool paper, const double (*last)[4])
+                             const HangingFactors *by, bool paper, const double (*last)[4],
+                             const Real *dashpot)
 {
     Hanging h;
     Polar polar;
@@ -102,6 +108,9 @@ INLINE Vector hanging_energy(const VoxelPass *pass, const Rest *rest, const int 
         sum += by->stretch * square_strain(&h.deformation, &polar) +
                by->bulk * (polar.stretch * polar.stretch) +
                REAL(2.0 * BARRIER_SHARE) * (by->stretch + REAL(3.0) * by->bulk) * gap;
+    if (pass->branch_count > 0)
+        sum +=
+            REAL(2.0) * relax_energy(pass, by->stretch, by->bulk, &h.deformation, &polar, dashpot);
     return REAL(0.5) * sum / by->gradient;
 }
 
@@ -115,7 +124,9 @@ static double plain_total(const VoxelPass *pass)
         const double(*last)[4] = (const double(*)[4])pass->last[b];
         double sum = 0.0;
         for (int lane = 0; lane < LANES; lane += WIDTH)
-            add_lanes(plain_energy(pass, c, vertex + lane, last + lane), &sum);
+            add_lanes(plain_energy(pass, c, vertex + lane, last + lane,
+                                   dashpot_at(pass, pass->branch_count > 0, b, lane).from),
+                      &sum);
         total += c->size * c->size * c->size * sum;
     }
     return pass->stiffness_scale * total;
@@ -135,7 +146,11 @@ INLINE void hanging_total(const VoxelPass *pass, bool paper, bool mixed, double 
             const Rest rest = {mixed, table->count,
                                (const Real *)table->number + (mixed ? lane : 0)};
             const HangingFactors by = hanging_factors_at(factor, false, lane);
-            add_lanes(hanging_energy(pass, &rest, vertex + lane, &by, paper, last + lane), total);
+            const Real *dashpot =
+                dashpot_at(pass, pass->branch_count > 0, (long)pass->plain->batch_count + b, lane)
+                    .from;
+            add_lanes(hanging_energy(pass, &rest, vertex + lane, &by, paper, last + lane, dashpot),
+                      total);
         }
     }
 }

@@ -7,6 +7,7 @@
 #define PLIANT_VOXEL_KERNEL_PLAIN_H
 
 #include "voxel/kernel/barrier.h"
+#include "voxel/kernel/relaxation.h"
 #include "voxel/kernel/scatter.h"
 
 // Modes by the axes whose signs they are the product of: x 1, y 2, z 4.
@@ -79,7 +80,9 @@ INLINE void butterfly_back(Vector v[MODES])
 
 // Replaces the displacements u of the corners of WIDTH cubes by their forces, from u and the
 // velocities v, by component.
-INLINE void plain_forces(const PlainFactors *by, bool damped, bool viscous, double (*last)[4],
+// `dashpot`: of these lanes, in two arrays; read if `relaxes`.
+INLINE void plain_forces(const VoxelPass *pass, const PlainFactors *by, bool damped, bool viscous,
+                         bool relaxes, double (*last)[4], const Dashpot *dashpot,
                          Vector u[3][MODES], Vector v[3][MODES])
 {
     Deformation deformation;
@@ -128,10 +131,17 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, bool viscous, doub
         spin_solve(&motion, spin);
     }
     Vector unfit = polar_fit(&deformation, &root, &polar);
+    Vector relaxing[3][3] = {{{0}}};
     if (__builtin_expect(vector_any(vector_or(unfit, crushed(&root))), 0)) {
         repair(&deformation, &motion, unfit, damped, last, &polar, spin);
+        if (relaxes)
+            relax(pass, by->stretch - (Vector){0}, by->bulk - (Vector){0}, &deformation, &polar,
+                  unfit, dashpot, relaxing);
         if (!by->paper)
             barrier(&polar, by->stretch - (Vector){0}, by->bulk - (Vector){0}, &deformation);
+    } else if (relaxes) {
+        relax(pass, by->stretch - (Vector){0}, by->bulk - (Vector){0}, &deformation, &polar, unfit,
+              dashpot, relaxing);
     }
 
     // -(2 mu (F - R) + lambda tr(D) R) H^2 / 4, R - 1 = turn inverse
@@ -154,6 +164,8 @@ INLINE void plain_forces(const PlainFactors *by, bool damped, bool viscous, doub
             if (damped)
                 f -= by->damping * (v[c][AXIS_MODE[k]] - (spin[c1] * deformation.f[c2][k] -
                                                           spin[c2] * deformation.f[c1][k]));
+            if (relaxes)
+                f -= relaxing[c][k];
             u[c][AXIS_MODE[k]] = f;
         }
         for (int m = 0; m < 4; m++) {
@@ -186,19 +198,20 @@ INLINE void load_corner(const void *rows, const int *vertex, bool damped, int c,
 #define EACH_CORNER(act) act(0) act(1) act(2) act(3) act(4) act(5) act(6) act(7)
 
 INLINE void plain_lanes(const VoxelPass *pass, const PlainFactors *by, const int *vertex,
-                        bool damped, bool viscous, double (*last)[4], Real (*force)[4 * LANES])
+                        bool damped, bool viscous, bool relaxes, double (*last)[4],
+                        const Dashpot *dashpot, Real (*force)[4 * LANES])
 {
     Vector u[3][MODES], v[3][MODES];
 #define LOAD(c) load_corner(pass->rows, vertex, damped, c, u, v);
     EACH_CORNER(LOAD)
-    plain_forces(by, damped, viscous, last, u, v);
+    plain_forces(pass, by, damped, viscous, relaxes, last, dashpot, u, v);
 #define SPREAD(c) vector_spread_rows(force[c], u[0][c], u[1][c], u[2][c]);
     EACH_CORNER(SPREAD)
 #undef LOAD
 #undef SPREAD
 }
 
-INLINE void evaluate_plain(const VoxelPass *pass, bool damped, bool viscous)
+INLINE void evaluate_plain(const VoxelPass *pass, bool damped, bool viscous, bool relaxes)
 {
     const PlainBatches *plain = pass->plain;
     PlainFactors by = {0};
@@ -210,9 +223,12 @@ INLINE void evaluate_plain(const VoxelPass *pass, bool damped, bool viscous)
             by = plain_factors(pass, element_class, viscous);
         }
         _Alignas(64) Real force[NODE_CORNERS][4 * LANES];
-        for (int lane = 0; lane < LANES; lane += WIDTH)
-            plain_lanes(pass, &by, vertex + lane, damped, viscous, pass->last[batch] + lane,
+        for (int lane = 0; lane < LANES; lane += WIDTH) {
+            const Dashpot dashpot = dashpot_at(pass, relaxes, batch, lane);
+            plain_lanes(pass, &by, vertex + lane, damped, viscous, relaxes,
+                        pass->last[batch] + lane, &dashpot,
                         (Real(*)[4 * LANES])(force[0] + 4 * lane));
+        }
         for (int c = 0; c < NODE_CORNERS; c++)
             scatter_forces(pass->force, vertex + c * LANES, force[c]);
     }

@@ -11,54 +11,65 @@
 #include "voxel/kernel/hanging.h"
 #include "voxel/kernel/plain.h"
 
-static void plain_damped(const VoxelPass *pass)
-{
-    evaluate_plain(pass, true, false);
-}
+// The variants: the kernel of a scene contains only what the scene uses. By damping: none, of all
+// but the rigid motion alike, in proportion to the stiffness, which for the paper's law is the
+// same.
+enum { UNDAMPED, DAMPED, VISCOUS, DAMPINGS };
 
-static void plain_viscous(const VoxelPass *pass)
-{
-    evaluate_plain(pass, true, true);
-}
-
-static void plain_undamped(const VoxelPass *pass)
-{
-    evaluate_plain(pass, false, false);
-}
-
-// The variants: the kernel of a scene contains only what the scene uses.
-#define HANGING_VARIANT(name, paper, damped, viscous, mixed)                                       \
+#define PLAIN_VARIANT(name, damped, viscous, relaxes)                                              \
     static __attribute__((noinline)) void name(const VoxelPass *pass)                              \
     {                                                                                              \
-        evaluate_hanging(pass, paper, damped, viscous, mixed);                                     \
+        evaluate_plain(pass, damped, viscous, relaxes);                                            \
     }
-HANGING_VARIANT(hanging_affine, false, false, false, false)
-HANGING_VARIANT(hanging_affine_damped, false, true, false, false)
-HANGING_VARIANT(hanging_affine_viscous, false, true, true, false)
-HANGING_VARIANT(hanging_paper, true, false, false, false)
-HANGING_VARIANT(hanging_paper_damped, true, true, false, false)
-HANGING_VARIANT(mixed_affine, false, false, false, true)
-HANGING_VARIANT(mixed_affine_damped, false, true, false, true)
-HANGING_VARIANT(mixed_affine_viscous, false, true, true, true)
-HANGING_VARIANT(mixed_paper, true, false, false, true)
-HANGING_VARIANT(mixed_paper_damped, true, true, false, true)
+PLAIN_VARIANT(plain_undamped, false, false, false)
+PLAIN_VARIANT(plain_damped, true, false, false)
+PLAIN_VARIANT(plain_viscous, true, true, false)
+PLAIN_VARIANT(plain_relaxing_undamped, false, false, true)
+PLAIN_VARIANT(plain_relaxing_damped, true, false, true)
+PLAIN_VARIANT(plain_relaxing_viscous, true, true, true)
 
-// By damping: none, of all but the rigid motion alike, in proportion to the stiffness, which for
-// the paper's law is the same.
-enum { UNDAMPED, DAMPED, VISCOUS, DAMPINGS };
+#define HANGING_VARIANT(name, paper, damped, viscous, relaxes, mixed)                              \
+    static __attribute__((noinline)) void name(const VoxelPass *pass)                              \
+    {                                                                                              \
+        evaluate_hanging(pass, paper, damped, viscous, relaxes, mixed);                            \
+    }
+HANGING_VARIANT(hanging_affine, false, false, false, false, false)
+HANGING_VARIANT(hanging_affine_damped, false, true, false, false, false)
+HANGING_VARIANT(hanging_affine_viscous, false, true, true, false, false)
+HANGING_VARIANT(hanging_relaxing, false, false, false, true, false)
+HANGING_VARIANT(hanging_relaxing_damped, false, true, false, true, false)
+HANGING_VARIANT(hanging_relaxing_viscous, false, true, true, true, false)
+HANGING_VARIANT(hanging_paper, true, false, false, false, false)
+HANGING_VARIANT(hanging_paper_damped, true, true, false, false, false)
+HANGING_VARIANT(mixed_affine, false, false, false, false, true)
+HANGING_VARIANT(mixed_affine_damped, false, true, false, false, true)
+HANGING_VARIANT(mixed_affine_viscous, false, true, true, false, true)
+HANGING_VARIANT(mixed_relaxing, false, false, false, true, true)
+HANGING_VARIANT(mixed_relaxing_damped, false, true, false, true, true)
+HANGING_VARIANT(mixed_relaxing_viscous, false, true, true, true, true)
+HANGING_VARIANT(mixed_paper, true, false, false, false, true)
+HANGING_VARIANT(mixed_paper_damped, true, true, false, false, true)
 
 static void evaluate(const VoxelPass *pass)
 {
-    static VoxelKernel *const plain[DAMPINGS] = {plain_undamped, plain_damped, plain_viscous};
-    static VoxelKernel *const hanging[2][DAMPINGS][2] = {
+    enum { AFFINE, RELAXING, PAPER, LAWS };
+    static VoxelKernel *const plain[2][DAMPINGS] = {
+        {plain_undamped, plain_damped, plain_viscous},
+        {plain_relaxing_undamped, plain_relaxing_damped, plain_relaxing_viscous}};
+    static VoxelKernel *const hanging[LAWS][DAMPINGS][2] = {
         {{hanging_affine, mixed_affine},
          {hanging_affine_damped, mixed_affine_damped},
          {hanging_affine_viscous, mixed_affine_viscous}},
+        {{hanging_relaxing, mixed_relaxing},
+         {hanging_relaxing_damped, mixed_relaxing_damped},
+         {hanging_relaxing_viscous, mixed_relaxing_viscous}},
         {{hanging_paper, mixed_paper}, {hanging_paper_damped, mixed_paper_damped}}};
-    const int law = pass->law == VOXEL_MIYAZAKI2004;
-    const int damping = !pass->damped ? UNDAMPED : pass->viscous && law == 0 ? VISCOUS : DAMPED;
+    const int law = pass->law == VOXEL_MIYAZAKI2004 ? PAPER
+                    : pass->branch_count > 0        ? RELAXING
+                                                    : AFFINE;
+    const int damping = !pass->damped ? UNDAMPED : pass->viscous && law != PAPER ? VISCOUS : DAMPED;
     if (pass->plain->batch_count > 0)
-        plain[damping](pass);
+        plain[law == RELAXING][damping](pass);
     if (pass->hanging->batch_count > pass->hanging->mixed_count)
         hanging[law][damping][0](pass);
     if (pass->hanging->mixed_count > 0)

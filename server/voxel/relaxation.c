@@ -1,0 +1,121 @@
+#include "voxel/relaxation.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { STRAINS = 6 };
+
+static size_t size_of(const Relaxation *relaxation)
+{
+    const size_t real = relaxation->precision == PRECISION_SINGLE ? sizeof(float) : sizeof(double);
+    return (size_t)relaxation->batches * (size_t)relaxation->count * STRAINS * LANES * real;
+}
+
+Relaxation *relaxation_create(int count, const MaxwellBranch *branch, Precision precision,
+                              int batches, const char *name, Arena *arena, StateList *state)
+{
+    Relaxation *relaxation = ALLOCATE(ARENA_STEP, 1, Relaxation, "relaxation");
+    relaxation->count = count;
+    memcpy(relaxation->branch, branch, (size_t)count * sizeof *branch);
+    relaxation->rigidity = maxwell_rigidity(count, branch);
+    relaxation->precision = precision;
+    relaxation->batches = batches;
+    const size_t size = size_of(relaxation);
+    for (int k = 0; k < 2; k++)
+        relaxation->strain[k] =
+            arena_allocate(arena, ARENA_STEP, size, 1, "%s/dashpots %d", name, k);
+    state_add_pair(state, relaxation->strain[0], relaxation->strain[1], &relaxation->current, size,
+                   "%s/dashpots", name);
+    return relaxation;
+}
+
+static void set_branches(const Relaxation *relaxation, double h, VoxelPass *pass)
+{
+    pass->branch_count = relaxation->count;
+    for (int i = 0; i < relaxation->count; i++) {
+        const MaxwellBranch *branch = &relaxation->branch[i];
+        pass->branch[i] = (VoxelBranch){.stiffness = branch->share * relaxation->rigidity,
+                                        .half = exp(-0.5 * h / branch->time),
+                                        .volumetric = branch->volumetric};
+    }
+}
+
+void relaxation_begin(Relaxation *relaxation, double h, VoxelPass *pass)
+{
+    const int other = 1 - relaxation->current;
+    set_branches(relaxation, h, pass);
+    pass->dashpot = relaxation->strain[relaxation->begun ? other : relaxation->current];
+    pass->dashpot_next = relaxation->strain[other];
+    relaxation->begun = true;
+}
+
+void relaxation_measure(const Relaxation *relaxation, VoxelPass *pass)
+{
+    set_branches(relaxation, 0.0, pass);
+    pass->dashpot =
+        relaxation->strain[relaxation->begun ? 1 - relaxation->current : relaxation->current];
+}
+
+void relaxation_skip(const Relaxation *relaxation, int batch, const VoxelPass *from, VoxelPass *to)
+{
+    const size_t bytes = size_of(relaxation) / (size_t)relaxation->batches * (size_t)batch;
+    to->dashpot = (const char *)from->dashpot + bytes;
+    to->dashpot_next = from->dashpot_next == NULL ? NULL : (char *)from->dashpot_next + bytes;
+}
+
+void relaxation_commit(Relaxation *relaxation)
+{
+    relaxation->current = relaxation->begun ? 1 - relaxation->current : relaxation->current;
+    relaxation->begun = false;
+}
+
+void relaxation_abandon(Relaxation *relaxation)
+{
+    relaxation->begun = false;
+}
+
+void relaxation_forget(Relaxation *relaxation)
+{
+    memset(relaxation->strain[relaxation->current], 0, size_of(relaxation));
+}
+
+static double get(const Relaxation *relaxation, size_t at)
+{
+    const void *strain = relaxation->strain[relaxation->current];
+    return relaxation->precision == PRECISION_SINGLE ? (double)((const float *)strain)[at]
+                                                     : ((const double *)strain)[at];
+}
+
+bool relaxation_check(const Relaxation *relaxation)
+{
+    const size_t numbers =
+        (size_t)relaxation->batches * (size_t)relaxation->count * STRAINS * LANES;
+    for (size_t i = 0; i < numbers; i++)
+        if (!(fabs(get(relaxation, i)) < 1e6)) // as far as no tissue is stretched
+            return false;
+    return true;
+}
+
+static size_t place_of(const Relaxation *relaxation, int lane, int number)
+{
+    return ((size_t)(lane / LANES) * (size_t)relaxation->count * STRAINS + (size_t)number) * LANES +
+           (size_t)(lane % LANES);
+}
+
+void relaxation_take(const Relaxation *relaxation, int lane, double strain[RELAXATION_NUMBERS])
+{
+    for (int i = 0; i < relaxation->count * STRAINS; i++)
+        strain[i] = get(relaxation, place_of(relaxation, lane, i));
+}
+
+void relaxation_put(Relaxation *relaxation, int lane, const double strain[RELAXATION_NUMBERS])
+{
+    void *to = relaxation->strain[relaxation->current];
+    for (int i = 0; i < relaxation->count * STRAINS; i++) {
+        const size_t at = place_of(relaxation, lane, i);
+        if (relaxation->precision == PRECISION_SINGLE)
+            ((float *)to)[at] = (float)strain[i];
+        else
+            ((double *)to)[at] = strain[i];
+    }
+}
