@@ -335,6 +335,51 @@ static void run_graded(Bench *bench, int cells)
     cube_destroy(&cube);
 }
 
+// An element pass with Maxwell branches over one without, of plain cubes or of a graded cube.
+static void run_relaxing(Bench *bench, const char *name, int cells, int levels)
+{
+    enum { NONE, ONE, THREE, CASES };
+    static const int BRANCHES[CASES] = {0, 1, 3};
+    Cube cube;
+    Status status = {0};
+    if (!cube_create(&cube, cells, levels, &status)) {
+        bench_fail(bench, name, status.text);
+        return;
+    }
+    Machine machine[CASES];
+    Samples samples[CASES] = {0};
+    for (int k = 0; k < CASES; k++) {
+        Machine *m = &machine[k];
+        machine_create(m, &cube, PRECISION_SINGLE, bench->isa, false);
+        const size_t numbers = (size_t)batches_total(&m->batches) * (size_t)BRANCHES[k] * 6 * LANES;
+        m->pass.branch_count = BRANCHES[k];
+        for (int n = 0; n < BRANCHES[k]; n++)
+            m->pass.branch[n] = (VoxelBranch){.stiffness = 0.2, .half = 0.99};
+        // As in the server: read from one array in the first substep, then in place.
+        m->pass.dashpot = m->pass.dashpot_next =
+            arena_allocate(&m->arena, ARENA_STEP, numbers + 1, sizeof(float), "dashpots");
+    }
+    const int repeats = bench->quick ? 3 : 30, steps = 200000 / cube.element_count + 1;
+    for (int r = -1; r < repeats; r++)
+        for (int k = 0; k < CASES; k++) {
+            const int64_t begin = clock_thread_ns();
+            for (int i = 0; i < steps; i++)
+                machine[k].kernels->evaluate(&machine[k].pass);
+            if (r >= 0)
+                samples_add(&samples[k], (double)(clock_thread_ns() - begin) * 1e-3 / steps);
+            step(&machine[k]); // clears the forces
+        }
+    for (int k = 0; k < CASES; k++) {
+        char row[48];
+        snprintf(row, sizeof row, "%s.%d", name, BRANCHES[k]);
+        bench_row(bench, row, cube.vertex_count, "us_per_pass", samples_min(&samples[k]), "us");
+        bench_row(bench, row, cube.vertex_count, "ratio",
+                  samples_min(&samples[k]) / samples_min(&samples[NONE]), "1");
+        arena_destroy(&machine[k].arena);
+    }
+    cube_destroy(&cube);
+}
+
 void bench_voxels(Bench *bench)
 {
     bool wanted = false, graded = false;
@@ -348,4 +393,8 @@ void bench_voxels(Bench *bench)
         if (graded)
             run_graded(bench, cells);
     }
+    if (bench_wants(bench, "voxel.relaxing.plain"))
+        run_relaxing(bench, "voxel.relaxing.plain", 16, 0);
+    if (bench_wants(bench, "voxel.relaxing.graded"))
+        run_relaxing(bench, "voxel.relaxing.graded", 16, 2);
 }
