@@ -226,6 +226,10 @@ static void add_voxel(uint64_t *hash, const VoxelOptions *voxel, uint64_t cells)
         add_keys(hash, &LABEL_MATERIAL_TABLE, &voxel->material[i]);
     for (int i = 0; i < voxel->branch_count; i++)
         add_keys(hash, &BRANCH_TABLE, &voxel->branch[i]);
+    for (int i = 0; i < voxel->weight_count; i++) {
+        add_region(hash, &voxel->weight[i].region);
+        *hash = fnv_bytes(*hash, &voxel->weight[i].mass, sizeof voxel->weight[i].mass);
+    }
     *hash = fnv_bytes(*hash, &cells, sizeof cells);
 }
 

@@ -360,6 +360,9 @@ void scene_destroy(Scene *scene)
         for (int k = 0; k < body->options.fixed_count; k++)
             free((void *)body->options.fixed[k].node);
         free((void *)body->options.fixed);
+        for (int k = 0; body->weight != NULL && k < body->voxel.weight_count; k++)
+            free((void *)body->weight[k].region.node);
+        free(body->weight);
         free(body->initial);
         free(body->mesh.file);
         free(body->voxels.file);

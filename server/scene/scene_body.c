@@ -105,6 +105,8 @@ static const Option BODY_OPTIONS[] = {
     {"unsafe_time_step", OPTION_BOOL, AT(body.options.unsafe_time_step), "",
      .idle = {&IDLE_HAS_NO_TIME_STEP}, .about = "Accepts a time step beyond the stability bound."},
     {"fixed", OPTION_LIST, AT(fixed), "", .about = "Regions whose nodes never move."},
+    {"weights", OPTION_LIST, AT(weights), "", .only = VOXEL_ONLY,
+     .about = "Voxel: masses that hang on vertices. Not of a body that can be cut."},
     {"initial", OPTION_STRING, AT(initial), "", .low = 1, .high = SCENE_FILE_MAX,
      .preset_text = "at rest",
      .about = "HDF5 file with `/position` and, if not zero, `/velocity`, [n][3], in the order of "

@@ -144,7 +144,8 @@ static bool touches_nothing(const OptionPlace *place)
 const OptionIdle IDLE_MOVES_NO_TOOL = {moves_no_tool, "no tool is moved by messages"};
 const OptionIdle IDLE_HAS_NO_INSIDE = {shows_all_anyhow, "no body has an inside"};
 const OptionIdle IDLE_PUBLISHES_NO_NODES = {publishes_no_nodes, "nodes_hz is 0"};
-const OptionIdle IDLE_IS_NOT_SHOWN = {is_not_shown, "nodes_hz is 0 and there is no tool and no touch"};
+const OptionIdle IDLE_IS_NOT_SHOWN = {is_not_shown,
+                                      "nodes_hz is 0 and there is no tool and no touch"};
 const OptionIdle IDLE_PUBLISHES_ALL_NODES = {publishes_all_nodes, "publish.nodes is \"all\""};
 const OptionIdle IDLE_HAS_NO_TOOL = {publishes_contacts_of_none, "there is no tool"};
 const OptionIdle IDLE_HAS_ONLY_PLANES = {has_only_planes, "plane bodies report none"};

@@ -37,7 +37,8 @@ enum { INTEGRATOR_AUTO = INTEGRATOR_COUNT };
     }
 
 extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
-extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, PLACEMENT_TABLE;
+extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, WEIGHT_TABLE,
+    PLACEMENT_TABLE;
 extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, ADAPT_TABLE;
 extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, BRANCH_TABLE, LABEL_MATERIAL_TABLE,
     SKIN_TABLE;
@@ -57,7 +58,7 @@ enum { KEY_GROUPS = 6 };
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
 
 // The tables in the order of the reference.
-enum { SCENE_TABLE_COUNT = 23 };
+enum { SCENE_TABLE_COUNT = 24 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -72,8 +73,8 @@ typedef struct BodyGroup {
     const config_setting_t *at;
     const char *name, *initial;
     const config_setting_t *material, *contact, *fixed, *tear;
-    const config_setting_t *mesh, *adapt, *shape;      // of a surface body
-    const config_setting_t *voxels, *materials, *skin; // of a voxel body
+    const config_setting_t *mesh, *adapt, *shape;                // of a surface body
+    const config_setting_t *voxels, *materials, *skin, *weights; // of a voxel body
 } BodyGroup;
 
 // Sets of models, for keys that only one of them uses.
@@ -109,6 +110,7 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
 bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, SceneBody *body);
+bool scene_read_weights(const SceneReader *reader, const config_setting_t *list, SceneBody *body);
 bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, MeshSource *mesh);
 // Reads `place` of the group `owner`, "bodies.mesh.place".
 bool scene_read_placement(const SceneReader *reader, const config_setting_t *group,

@@ -121,6 +121,62 @@ bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, S
     return true;
 }
 
+// --- `weights` of a body -------------------------------------------------------------------------
+
+typedef struct WeightGroup {
+    RegionGroup region; // first: offsets of rows are the same in a RegionGroup
+    double mass;
+} WeightGroup;
+
+static const Option WEIGHT_OPTIONS[] = {
+    {"box", OPTION_LIST, offsetof(WeightGroup, region.box), "m",
+     .about = "Two opposite corners, `([x, y, z], [x, y, z])`, the lower one first; faces "
+              "included."},
+    {"sphere", OPTION_VECTOR, offsetof(WeightGroup, region.sphere), "m", 0.0, POSITION_LIMIT,
+     .preset_text = "none", .about = "Centre of a ball; requires `radius`."},
+    {"radius", OPTION_REAL, offsetof(WeightGroup, region.radius), "m", 0.0, POSITION_LIMIT,
+     .open = true, .preset_text = "none", .about = "Radius of the ball."},
+    {"nodes", OPTION_LIST, offsetof(WeightGroup, region.nodes), "",
+     .about = "Lattice points, as `id` in messages."},
+    {"mass", OPTION_REAL, offsetof(WeightGroup, mass), "kg", 0.0, 1e6, .required = true,
+     .about = "Shared equally by the vertices, which gravity then pulls by as much more."},
+};
+const OptionTable WEIGHT_TABLE = OPTION_TABLE(
+    "bodies.weights",
+    "A mass on the vertices that are inside a region at the start. Each entry is one of `{ box = "
+    "...; mass = ...; }`, `{ sphere = ...; radius = ...; mass = ...; }` and `{ nodes = [ ... ]; "
+    "mass = ...; }`.",
+    WEIGHT_OPTIONS);
+
+bool scene_read_weights(const SceneReader *reader, const config_setting_t *list, SceneBody *body)
+{
+    const OptionSource *source = &reader->source;
+    const int count = option_length(list);
+    if (count == 0)
+        return true;
+    if (body->dimensions == 2)
+        return option_fail(source, list, "weights means nothing for a plane body");
+    if (body->options.cuttable)
+        return option_fail(source, list, "weights cannot be mixed with cuttable");
+    if (count > FIXED_REGIONS)
+        return option_fail(source, list, "weights has %d entries, at most %d", count,
+                           FIXED_REGIONS);
+    // The body owns what was read, also after a failure.
+    body->weight = calloc((size_t)count, sizeof *body->weight);
+    ASSERT(body->weight != NULL);
+    body->voxel.weight = body->weight;
+    body->voxel.weight_count = count;
+    for (int i = 0; i < count; i++) {
+        WeightGroup raw = {.mass = 0.0};
+        const config_setting_t *group = option_group_at(list, i, source);
+        if (group == NULL || !option_read(&WEIGHT_TABLE, group, source, &raw) ||
+            !scene_read_region(reader, group, &raw.region, "weights", &body->weight[i].region))
+            return false;
+        body->weight[i].mass = raw.mass;
+    }
+    return true;
+}
+
 // --- one entry of `attachments` ------------------------------------------------------------------
 
 typedef struct AttachmentGroup {

@@ -500,5 +500,5 @@ bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody
     return choose_levels(reader, raw, voxel) && choose_integrator(reader, raw, voxel) &&
            scene_read_voxels(reader, raw->voxels, &body->voxels, &body->dimensions) &&
            read_materials(reader, raw, body) && read_skin(reader, raw, body) &&
-           check_shown(reader, raw, body);
+           scene_read_weights(reader, raw->weights, body) && check_shown(reader, raw, body);
 }

@@ -167,6 +167,32 @@ static void add_masses(const VoxelMaking *making, double *to)
     }
 }
 
+// Hangs masses on vertices. Returns false with a status if there are none for one of them.
+static bool hang_weights(VoxelMaking *making, Status *status)
+{
+    const VoxelOptions *options = making->options;
+    const int vertices = making->mesh.vertex_count;
+    making->hung = calloc((size_t)vertices, sizeof *making->hung);
+    bool *inside = calloc((size_t)vertices, sizeof *inside);
+    ASSERT(making->hung != NULL && inside != NULL);
+    bool whole = true;
+    for (int w = 0; w < options->weight_count && whole; w++) {
+        const BodyOptions region = {.fixed_count = 1, .fixed = &options->weight[w].region};
+        int count = 0;
+        memset(inside, 0, (size_t)vertices * sizeof *inside);
+        whole =
+            vertices_mark_fixed(&region, making->by_id, vertices, rest_of, making, inside, status);
+        for (int v = 0; v < vertices; v++)
+            count += inside[v];
+        if (whole && count == 0)
+            whole = status_fail(status, STATUS_INVALID, "weights: entry %d holds no vertex", w + 1);
+        for (int v = 0; v < vertices && whole; v++)
+            making->hung[v] += inside[v] ? options->weight[w].mass / count : 0.0;
+    }
+    free(inside);
+    return whole;
+}
+
 // One run of plain batches, one of batches of one template each, one of mixed ones.
 static void list_runs(BatchRuns *runs)
 {
@@ -258,6 +284,8 @@ static void create_vertices(VoxelModel *model, const VoxelMaking *making, const 
     // Masses and ids; those of a cut body belong to its lattice.
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, making->capacity, double, "vertex masses");
     add_masses(making, vertices->mass);
+    for (int v = 0; v < mesh->vertex_count && making->hung != NULL; v++)
+        vertices->mass[v] += making->hung[v];
     if (model->cuts != NULL) {
         vertices->id = model->cuts->lattice.vertex_id;
     } else {
@@ -296,6 +324,8 @@ static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)
     *body = body_of_options(&options->body, ops, model);
     for (int e = 0; e < making->mesh.element_count; e++)
         body->mass += mass_of(making, e);
+    for (int w = 0; w < options->weight_count; w++)
+        body->mass += options->weight[w].mass;
     body->element_count = making->mesh.element_count;
     body->lambda = body->contact_lambda = making->lambda;
     body->damping = making->beta * (model->viscous ? making->elastic : making->damping_lambda);
@@ -374,7 +404,9 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     // The body itself.
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);
-    ok = ok && make_fixed(&making, status) && create_body(body, &making, arena, state, status);
+    ok = ok && make_fixed(&making, status) &&
+         (options->weight_count == 0 || hang_weights(&making, status)) &&
+         create_body(body, &making, arena, state, status);
     // What was needed to build it.
     lattice_mesh_destroy(&making.mesh);
     layout_destroy(&making.layout);
@@ -383,5 +415,6 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     free(making.mask);
     free(making.density);
     free(making.fixed);
+    free(making.hung);
     return ok;
 }

@@ -54,6 +54,7 @@ typedef struct VoxelMaking {
     int capacity;     // most vertices; those of the mesh unless the body can be cut
     VertexId *by_id;  // [vertex_count]
     bool *fixed;      // [vertex_count]
+    double *hung;     // [vertex_count] masses that hang there [kg], or NULL
 
     // --- elements ---
     ElementClass *classes; // [element_count]

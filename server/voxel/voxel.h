@@ -12,6 +12,12 @@
 #include "geometry/surface_field.h"
 #include "voxel/element.h"
 
+// A mass that hangs on the vertices in a region, each of which has the same share of it.
+typedef struct HungMass {
+    FixedRegion region;
+    double mass; // [kg]
+} HungMass;
+
 typedef struct VoxelOptions {
     BodyOptions body;       // levels up to VOXEL_LEVELS_MAX (layout.h); integrator symplectic_euler
                             // or leapfrog; fixed nodes: indices of lattice points
@@ -24,6 +30,8 @@ typedef struct VoxelOptions {
     double drag;                   // on the vertices, per mass [1/s]
     int branch_count;              // affine law: what relaxes
     MaxwellBranch branch[MAXWELL_BRANCHES];
+    int weight_count; // of a body that cannot be cut
+    const HungMass *weight;
     bool publish_all; // also inner vertices
     // If it can be cut:
     int split_budget;    // elements divided per tick

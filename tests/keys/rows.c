@@ -242,6 +242,29 @@ const KeyRow KEY_ROWS[] = {
     {IN(FIXED_TABLE, "nodes", S | V, STATE, BODY, "", "fixed = ( { nodes = [ 0 ]; } );")},
     {IN(FIXED_TABLE, "nodes", P, STATE, BODY, "", "fixed = ( { nodes = [ 17 ]; } );")},
 
+#define WEIGHTS(entry) "weights = ( { " entry " } );"
+    {IN(BODY_TABLE, "weights", V, STATE, BODY, "", WEIGHTS("nodes = [ 0 ]; mass = 0.1;"))},
+    {REFUSES(BODY_TABLE, "weights", P, BODY, WEIGHTS("nodes = [ 0 ]; mass = 0.1;"),
+             "means nothing for a plane body")},
+    {REFUSES(BODY_TABLE, "weights", V, BODY,
+             "cuttable = true; " WEIGHTS("nodes = [ 0 ]; mass = 0.1;"),
+             "cannot be mixed with cuttable")},
+    {REFUSES(BODY_TABLE, "weights", V, BODY,
+             WEIGHTS("sphere = [9.0, 0.0, 0.0]; radius = 0.01; mass = 0.1;"), "holds no vertex")},
+    {IN(WEIGHT_TABLE, "box", V, STATE, BODY,
+        WEIGHTS("mass = 0.1; box = ([-1, -1, -1], [1, -0.03, 1]);"),
+        WEIGHTS("mass = 0.1; box = ([-1, 0.03, -1], [1, 1, 1]);"))},
+    {IN(WEIGHT_TABLE, "sphere", V, STATE, BODY,
+        WEIGHTS("mass = 0.1; sphere = [0.0, 0.045, 0.0]; radius = 0.03;"),
+        WEIGHTS("mass = 0.1; sphere = [0.0, -0.045, 0.0]; radius = 0.03;"))},
+    {IN(WEIGHT_TABLE, "radius", V, STATE, BODY,
+        WEIGHTS("mass = 0.1; sphere = [0.0, 0.045, 0.0]; radius = 0.02;"),
+        WEIGHTS("mass = 0.1; sphere = [0.0, 0.045, 0.0]; radius = 0.04;"))},
+    {IN(WEIGHT_TABLE, "nodes", V, STATE, BODY, WEIGHTS("mass = 0.1; nodes = [ 0 ];"),
+        WEIGHTS("mass = 0.1; nodes = [ 1 ];"))},
+    {IN(WEIGHT_TABLE, "mass", V, STATE, BODY, WEIGHTS("nodes = [ 0 ]; mass = 0.1;"),
+        WEIGHTS("nodes = [ 0 ]; mass = 0.2;"))},
+
     // --- meshes and surface bodies ---
     {IN(MESH_TABLE, "file", S, STATE, SOURCE, NULL, MESH("file = \"ball.obj\";"))},
     {IN(MESH_TABLE, "generator", S, STATE, SOURCE, NULL, MESH("generator = \"sphere\";"))},
@@ -521,9 +544,11 @@ int key_models(const OptionTable *table)
         const OptionTable *table;
         int models;
     } OF_SOME[] = {
-        {&MESH_TABLE, S},      {&MATERIAL_TABLE, S},   {&SHAPE_TABLE, S},
-        {&ADAPT_TABLE, S},     {&VOXELS_TABLE, V | P}, {&VOXEL_MATERIAL_TABLE, V | P},
-        {&SKIN_TABLE, V},      {&BRANCH_TABLE, V},     {&LABEL_MATERIAL_TABLE, V | P},
+        {&MESH_TABLE, S},       {&MATERIAL_TABLE, S},
+        {&SHAPE_TABLE, S},      {&ADAPT_TABLE, S},
+        {&VOXELS_TABLE, V | P}, {&VOXEL_MATERIAL_TABLE, V | P},
+        {&SKIN_TABLE, V},       {&BRANCH_TABLE, V},
+        {&WEIGHT_TABLE, V},     {&LABEL_MATERIAL_TABLE, V | P},
         {&TOUCH_TABLE, S | V},
     };
     for (size_t i = 0; i < sizeof OF_SOME / sizeof *OF_SOME; i++)
