@@ -9,10 +9,10 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/pliant-report-XXXXXX")
 trap 'rm -rf "$work"' EXIT
 "$programs/pliant-accuracy" "$here/scenes" "$work" 1 masses collapse damping fabric region constant 2>"$work/log" ||
     { cat "$work/log" >&2; exit 1; }
-"$programs/pliant-voxel-accuracy" "$here/scenes" "$work" 1 disc cube beams organ cuts 2>"$work/log" ||
+"$programs/pliant-voxel-accuracy" "$here/scenes" "$work" 1 disc cube beams organ cuts reality 2>"$work/log" ||
     { cat "$work/log" >&2; exit 1; }
-awk -f "$here/check_report.awk" "$reports/report.md" "$reports/voxel.md" "$work"/*.tsv || {
-    echo "the reports are not those of this build: ./dev report surface voxel" >&2
+awk -f "$here/check_report.awk" "$reports/report.md" "$reports/voxel.md" "$reports/reality.md" "$work"/*.tsv || {
+    echo "the reports are not those of this build: ./dev report surface voxel reality" >&2
     exit 1
 }
 # The study's beams: deflections of the affine element over that of the finest, from rows that give them over
@@ -29,11 +29,12 @@ awk -F '\t' 'NR == FNR { if ($1 == "affine") { of[$2] = $3; n++ } next }
     }' "$work/beam" "$reports/study.md" || { echo "study.md is not that of this build" >&2; exit 1; }
 
 # It can fail: one figure of each report altered is found.
-for report in report voxel; do
+for report in report voxel reality; do
     mkdir -p "$work/altered"
-    cp "$reports/report.md" "$reports/voxel.md" "$work/altered"
+    cp "$reports/report.md" "$reports/voxel.md" "$reports/reality.md" "$work/altered"
     line=$(grep -n '^| [a-z].*[0-9]' "$work/altered/$report.md" | head -n 1 | cut -d: -f1)
     sed -i "$line s/[0-9]/&7/" "$work/altered/$report.md"
-    ! awk -f "$here/check_report.awk" "$work/altered/report.md" "$work/altered/voxel.md" "$work"/*.tsv \
+    ! awk -f "$here/check_report.awk" "$work/altered/report.md" "$work/altered/voxel.md" "$work/altered/reality.md" \
+        "$work"/*.tsv \
         >/dev/null 2>&1 || { echo "an altered figure of $report.md was not found" >&2; exit 1; }
 done
