@@ -1,4 +1,4 @@
-// Maxwell branches: what relaxes beside an elastic law (voxel/README.md, "Relaxation"). Pure
+// Maxwell branches: what relaxes beside an elastic law (server/voxel/README.md, "Relaxation"). Pure
 // functions.
 #ifndef PLIANT_DYNAMICS_MAXWELL_H
 #define PLIANT_DYNAMICS_MAXWELL_H

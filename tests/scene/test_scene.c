@@ -66,7 +66,18 @@ static const Line SCENE[] = {
     {"liver", "", "};"},
     {"liver", "", "material = {"},
     {VOXEL_MATERIAL, NULL, ""},
+    {VOXEL_MATERIAL, "relaxation", "relaxation = ( {"},
+    {"bodies.material.relaxation", NULL, ""},
+    {"bodies.material.relaxation", "time", "time = 0.1;"},
+    {"bodies.material.relaxation", "share", "share = 0.2;"},
+    {VOXEL_MATERIAL, "relaxation", "} );"},
     {"liver", "", "};"},
+    {"liver", "", "weights = ( {"},
+    {"bodies.weights", NULL, ""},
+    {"bodies.weights", "sphere", "sphere = [0, 0, -1];"},
+    {"bodies.weights", "radius", "radius = 0.5;"},
+    {"bodies.weights", "mass", "mass = 0.5;"},
+    {"liver", "", "} );"},
     {"liver", "", "materials = ( {"},
     {"bodies.materials", NULL, ""},
     {"bodies.materials", "label", "label = 1;"},
@@ -140,7 +151,8 @@ static bool table_is_built(const OptionTable *table)
 {
     return with_voxel ||
            (table != &VOXELS_TABLE && table != &VOXEL_MATERIAL_TABLE &&
-            table != &LABEL_MATERIAL_TABLE && table != &SKIN_TABLE && table != &TOUCH_TABLE);
+            table != &LABEL_MATERIAL_TABLE && table != &SKIN_TABLE && table != &TOUCH_TABLE &&
+            table != &BRANCH_TABLE && table != &WEIGHT_TABLE);
 }
 
 // The scene with `added` in a table and its line `key` left out (with all inside, for a group);
