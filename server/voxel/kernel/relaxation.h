@@ -1,6 +1,6 @@
 // Private to the kernels: Maxwell branches beside the uniform part of the affine law
-// (server/voxel/README.md, "Relaxation"). With R^T F = 1 + B and the dashpot's strain Q of a branch,
-// both symmetric,
+// (server/voxel/README.md, "Relaxation"). With R^T F = 1 + B and the dashpot's strain Q of a
+// branch, both symmetric,
 //   D = B - Q,    Q' = D / time,    sigma = e (2 mu (D - tr(D)/3 1) + [volumetric] K tr(D) 1),
 // and P = R (sigma + A). A is skew and makes (sigma + A) (1 + B) symmetric, which is the slope of
 // the energy by F, and has no moment: with S = sum sigma,
