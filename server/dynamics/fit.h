@@ -46,6 +46,7 @@ typedef struct BodyFit {
     int row_capacity, cell_capacity, fade_capacity;
     double reach;                   // no node is farther from its vertex at rest [m]
     int fade_steps;                 // ticks that a fade takes
+    int fade_last;                  // tick in which the newest fade began; 0: none did
     const int *row;                 // [node] row of its vertex
     const float (*offset)[3];       // [row] o in edges of a cell, along its axes at rest
     const int (*cell)[FIT_CORNERS]; // rows of its corners, x first

@@ -97,7 +97,7 @@ static void follow_state(Sim *sim, bool another_run)
     if (sim->ties != NULL)
         ties_follow(sim);
     for (int k = 0; k < sim->touch_count; k++)
-        touch_restored(sim->touch[k]);
+        touch_restored(sim->touch[k], sim->clock->step);
 }
 
 void sim_restored(Sim *sim)

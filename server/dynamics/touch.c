@@ -275,10 +275,7 @@ static void grow_thick(Touch *touch)
 // True if a node fades, or did in the last tick.
 static bool fades(const BodyFit *fit, int64_t step)
 {
-    for (int k = 0; k < fit->fade_count; k++)
-        if (step - fit->fade[k].step <= fit->fade_steps + 1)
-            return true;
-    return false;
+    return fit->fade_last > 0 && step - fit->fade_last <= fit->fade_steps + 1;
 }
 
 // While nodes fade, what carries them changes from tick to tick.
@@ -406,16 +403,27 @@ static void list_nodes_anew(TouchEnd *end)
         end->number[former[i]] = -1;
 }
 
-void touch_restored(Touch *touch)
+// True if a body's own state, from which the places of its nodes follow, is sound.
+static bool is_sound(const Body *body)
+{
+    return body->ops->check == NULL || body->ops->check(body->model);
+}
+
+void touch_restored(Touch *touch, int64_t step)
 {
     clear(touch);
     for (int e = 0; e < touch->count; e++) {
         touch_list_nodes(&touch->end[e]);
-        if (touch->end[e].fit != NULL)
-            touch_fit_forget(&touch->end[e]);
+        if (touch->end[e].fit == NULL)
+            continue;
+        touch_fit_forget(&touch->end[e]);
+        // That of the search: while a node fades there is one in each tick, afterwards all are
+        // alike.
+        touch->end[e].fit->step = step - 1;
     }
     // A state from elsewhere is not checked yet.
-    if (touch->kept->holds != 0 && touch_check(touch))
+    if (touch->kept->holds != 0 && touch_check(touch) && is_sound(touch->body[0]) &&
+        is_sound(touch->body[1]))
         touch_search_again(touch);
 }
 

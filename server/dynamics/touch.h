@@ -51,8 +51,8 @@ void touch_end_substep(Touch *touch);
 
 // Follows a change of topology of the body with this index of the options.
 void touch_topology_changed(Touch *touch, int which, const TopologyChange *change);
-// Recomputes what depends on the state after it was restored.
-void touch_restored(Touch *touch);
+// Recomputes what depends on the state after it was restored. `step`: ticks completed.
+void touch_restored(Touch *touch, int64_t step);
 // True if the state read from a checkpoint is consistent.
 bool touch_check(const Touch *touch);
 

@@ -14,9 +14,10 @@ static const double AHEAD_WAY = 0.1; // and edges on which bodies come nearer me
 static const double SPEEDUP = 1.5;   // speeds may become as many times what they are within a tick
 // Bodies that are apart may speed up by this before they are looked at again [m/s].
 static const double SPARE_SPEED = 0.5;
-// What the places of nodes on a smooth surface move by, relative to vertices: these and, by the
-// offset of at most 0.45 cells along each axis, the differences between opposite sides of cells.
-static const double FIT_BEYOND = 2.0;
+// What the places of nodes on a smooth surface move by at most, relative to vertices, where these
+// move along one line: by their own, and by the offset of at most 0.45 cells along each of three
+// axes times what opposite sides of cells move against each other, twice as much.
+static const double FIT_BEYOND = 2.6; // 1 + 0.45 * 2 * sqrt(3)
 // Offsets may be stretched so many times.
 static const double FIT_STRETCH = 2.0;
 // Overlap beyond which a point is forgotten, relative to the longest edge.
@@ -340,12 +341,13 @@ static void find_near(Touch *touch, const TouchHalf *half, TouchLook *look, cons
         // Two walls may both count, of a solid the nearest face alone.
         const double most =
             half->one_sided ? fmin(touch->thickness, look->least) : touch->thickness;
-        double limit = most + 2.0 * touch->slack + touch->overlap;
+        const double overlap = half->one_sided ? touch->overlap : 0.0; // walls have no inside
+        double limit = most + 2.0 * touch->slack + overlap;
         const double far = vec3_dot(arm, arm), plane = fabs(vec3_dot(arm, face->normal));
         if (far > square(limit + face->radius) || plane > limit ||
             is_aligned(half, look, face->face, face->normal))
             continue;
-        limit = most + 2.0 * slack_of(touch, half, look, face->face) + touch->overlap;
+        limit = most + 2.0 * slack_of(touch, half, look, face->face) + overlap;
         if (far > square(limit + face->radius) || plane > limit || is_own(half, look, face->face) ||
             is_known(look, face->face))
             continue;

@@ -229,8 +229,8 @@ static const Option MATERIAL_OPTIONS[] = {
               "of 2 pi f times it at a frequency f. Shortens the time step, see `--check`. Solids "
               "only."},
     {"drag", OPTION_REAL, AT(voxel.drag), "1/s", 0.0, 1e4,
-     .preset_text = "4 for solids without `damping` and `damping_time`, else 0", .physics = true,
-     .feature = "drag on solids",
+     .preset_text = "4 for solids without any other key of damping or relaxation, else 0",
+     .physics = true, .feature = "drag on solids",
      .about = "Damping over mass: slow swings die out as exp(-drag t/2). A loss of drag/(2 pi f). "
               "Slows all motion of a body that something fixes, only the deformation of one that "
               "nothing fixes."},

@@ -133,6 +133,15 @@ static void set_factors(const VoxelModel *model, Patch *patch, const ElementClas
                 ((paper ? 0.0 : more * by->mu * volume) + like * spread * h * h / 6.0);
     piece->lambda = paper ? 0.0 : scale->stiffness_scale * more * by->lambda * volume;
     piece->residual = scale->stiffness_scale * (like + (paper ? 0.0 : more * by->residual));
+    // What branches resist a motion of that duration by.
+    const Relaxation *relaxation = model->batches->relaxation;
+    for (int i = 0; relaxation != NULL && i < relaxation->count; i++) {
+        const MaxwellBranch *branch = &relaxation->branch[i];
+        const double e = scale->stiffness_scale * volume * branch->share * relaxation->rigidity *
+                         exp(-0.5 * patch->time / branch->time);
+        piece->mu += e * by->mu;
+        piece->lambda += e * (branch->volumetric ? by->lambda : -2.0 / 3.0 * by->mu);
+    }
     if (stiff > 0.0)
         patch->relaxation = fmax(patch->relaxation, damping / stiff);
 }

@@ -76,7 +76,8 @@ void relaxation_abandon(Relaxation *relaxation)
 
 void relaxation_forget(Relaxation *relaxation)
 {
-    memset(relaxation->strain[relaxation->current], 0, size_of(relaxation));
+    for (int k = 0; k < 2; k++)
+        memset(relaxation->strain[k], 0, size_of(relaxation));
 }
 
 static double get(const Relaxation *relaxation, size_t at)
@@ -108,14 +109,15 @@ void relaxation_take(const Relaxation *relaxation, int lane, double strain[RELAX
         strain[i] = get(relaxation, place_of(relaxation, lane, i));
 }
 
+// In both arrays: what is not in use any more is written in neither, and must be alike.
 void relaxation_put(Relaxation *relaxation, int lane, const double strain[RELAXATION_NUMBERS])
 {
-    void *to = relaxation->strain[relaxation->current];
     for (int i = 0; i < relaxation->count * STRAINS; i++) {
         const size_t at = place_of(relaxation, lane, i);
-        if (relaxation->precision == PRECISION_SINGLE)
-            ((float *)to)[at] = (float)strain[i];
-        else
-            ((double *)to)[at] = strain[i];
+        for (int k = 0; k < 2; k++)
+            if (relaxation->precision == PRECISION_SINGLE)
+                ((float *)relaxation->strain[k])[at] = (float)strain[i];
+            else
+                ((double *)relaxation->strain[k])[at] = strain[i];
     }
 }

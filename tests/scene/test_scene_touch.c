@@ -695,6 +695,50 @@ static void refuse_what_cannot_be(Run *run)
     free(state);
 }
 
+// A cap lies on the smooth ball that it was cut from. When a search holds and nothing fades any
+// more, the state goes on alike in another world.
+static void a_cut_goes_on_alike_in_another_world(void **state)
+{
+    (void)state;
+    static const char TEXT[] = "gravity = [0, 0, -9.81];\nbodies = ( " LUMP(
+        "one", "",
+        "cuttable = true; fixed = ( { box = ([-1, -1, -1], [1, 1, -0.01]); } );") " );\n"
+                                                                                  "touch = ( { "
+                                                                                  "bodies = "
+                                                                                  "[\"one\"]; "
+                                                                                  "friction = 0.5; "
+                                                                                  "} );\n";
+    Run run, other;
+    char why[256];
+    const CutOptions cut = {.body = 0,
+                            .before = {{{-0.1, -0.1, 0.004}, {-0.1, 0.1, 0.004}}},
+                            .after = {{{0.1, -0.1, 0.004}, {0.1, 0.1, 0.004}}}};
+    CutOutcome sum = {0};
+    run_create(&run, TEXT);
+    Sim *sim = run.world.sim;
+    assert_true(sim_apply_cut(sim, &cut, &sum, why, sizeof why));
+    for (int i = 0; i < 1500; i++)
+        sim_step(sim);
+    for (int i = 0; i < 200 && touch_of(&run)->kept->holds == 0; i++)
+        sim_step(sim);
+    assert_true(touch_of(&run)->kept->holds != 0 && touch_depth(touch_of(&run)) > 0.0);
+    assert_true(sim_body(sim, 0)->mesh.fit.fade_last > 0);
+    void *middle = malloc(state_bytes(&run.world.state));
+    assert_non_null(middle);
+    state_copy_out(&run.world.state, middle);
+    run_create(&other, TEXT);
+    state_copy_in(&other.world.state, middle);
+    sim_restored(other.world.sim);
+    for (int i = 0; i < 50; i++) {
+        sim_step(sim);
+        sim_step(other.world.sim);
+    }
+    assert_true(state_hash(&run.world.state) == state_hash(&other.world.state));
+    run_destroy(&other);
+    run_destroy(&run);
+    free(middle);
+}
+
 // What lies on another body is cut in two, and both halves still lie on it. From the middle,
 // between two searches and some ticks before the cut, all of it repeats.
 static void what_is_cut_still_lies_there_and_repeats(void **state)
@@ -800,6 +844,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(forces_and_moments_cancel),
         cmocka_unit_test(colliding_balls_keep_their_momentum),
         cmocka_unit_test(what_is_cut_still_lies_there_and_repeats),
+        cmocka_unit_test(a_cut_goes_on_alike_in_another_world),
         cmocka_unit_test(pairs_that_cannot_touch_are_refused_by_name),
         cmocka_unit_test(nothing_passes_through_and_few_gain_energy),
         cmocka_unit_test(closed_ways_rarely_gain),

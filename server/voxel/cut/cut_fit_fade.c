@@ -196,4 +196,7 @@ void cut_fit_write_fades(CutFit *fit)
         fit->fading_vertex[kept++] = v;
     }
     fit->fading_count = out->fade_count = kept;
+    out->fade_last = 0;
+    for (int v = 0; v < fit->faces->vertex_count; v++)
+        out->fade_last = fit->fade[v].step > out->fade_last ? fit->fade[v].step : out->fade_last;
 }

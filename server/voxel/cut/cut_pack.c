@@ -113,7 +113,7 @@ typedef struct Turns {
     double turn[GROUP_ELEMENTS][4];
 } Turns;
 
-static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0};
+static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0}, NO_STRAIN[RELAXATION_NUMBERS];
 
 // Stores what an element, or the element from which it was divided, remembers.
 static void take_turn(const CutWindows *windows, int element, Turns *turns)
@@ -124,11 +124,12 @@ static void take_turn(const CutWindows *windows, int element, Turns *turns)
     const int lane = from < 0 ? 0 : windows->lane[from];
     const double *turn = from < 0 ? NO_TURN : windows->runs.last[lane / LANES][lane % LANES];
     memcpy(turns->turn[element - turns->base], turn, sizeof NO_TURN);
-    if (windows->strain != NULL && from >= 0)
-        relaxation_take(windows->runs.relaxation, lane, windows->strain[element - turns->base]);
+    double *strain = windows->strain != NULL ? windows->strain[element - turns->base] : NULL;
+    if (strain != NULL && from >= 0)
+        relaxation_take(windows->runs.relaxation, lane, strain);
+    else if (strain != NULL)
+        memcpy(strain, NO_STRAIN, sizeof NO_STRAIN);
 }
-
-static const double NO_STRAIN[RELAXATION_NUMBERS];
 
 static void clear_turns(CutWindows *windows, const BatchRange *range)
 {
