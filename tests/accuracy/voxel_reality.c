@@ -2,6 +2,8 @@
 // under gravity alone, then the run with a weight predicted.
 #include "voxel_accuracy.h"
 
+#include "extreme.h"
+
 #include "base/check.h"
 #include "scene/build.h"
 
@@ -160,14 +162,13 @@ static void find_swing(Result *result)
     int found = 0;
     result->swing = 0.0;
     for (int i = 1; i + 1 < result->count && found < MOST_PEAKS; i++) {
-        const double a = result->curve[i - 1], b = result->curve[i], c = result->curve[i + 1];
-        result->swing = fmax(result->swing, b);
-        if ((b - a) * (c - b) >= 0.0 || fabs(b - result->rest) < 0.02 * result->rest)
+        double place, value;
+        result->swing = fmax(result->swing, result->curve[i]);
+        if (!find_extreme(&result->curve[i - 1], &place, &value) ||
+            fabs(value - result->rest) < 0.02 * result->rest)
             continue;
-        // The vertex of a parabola.
-        const double slope = 0.5 * (c - a), bend = c - 2.0 * b + a;
-        at[found] = i - slope / bend;
-        size[found++] = b - 0.5 * slope * slope / bend;
+        at[found] = i + place;
+        size[found++] = value;
     }
     // As many half swings as the measured ones.
     const int halves = found > 9 ? 8 : found - 2;

@@ -2,6 +2,7 @@
 // what a free body keeps, the bound of the step.
 #include "effort.h"
 #include "expect.h"
+#include "extreme.h"
 #include "random.h"
 #include "voxel_world.h"
 
@@ -136,12 +137,11 @@ static double swing(const Beam *beam, double *frequency)
     for (int tick = 1; tick < 10000 && found < PEAKS; tick++) {
         sim_step(world.sim);
         last[0] = last[1], last[1] = last[2], last[2] = amplitude(&world, rest);
-        if ((last[1] - last[0]) * (last[2] - last[1]) >= 0.0 || tick < 3)
+        double place, value;
+        if (tick < 3 || !find_extreme(last, &place, &value))
             continue;
-        // The vertex of a parabola.
-        const double slope = 0.5 * (last[2] - last[0]), bend = last[2] - 2.0 * last[1] + last[0];
-        at[found] = tick - 1.0 - slope / bend;
-        size[found++] = fabs(last[1] - 0.5 * slope * slope / bend);
+        at[found] = tick - 1.0 + place;
+        size[found++] = fabs(value);
     }
     assert_int_equal(found, PEAKS);
     const double half = (at[PEAKS - 1] - at[1]) / (PEAKS - 2);

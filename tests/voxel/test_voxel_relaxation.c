@@ -2,6 +2,7 @@
 // swings at a loss factor, what a free body keeps, states and cuts.
 #include "effort.h"
 #include "expect.h"
+#include "extreme.h"
 #include "random.h"
 #include "voxel_world.h"
 
@@ -229,12 +230,11 @@ static double loss_of(const Swing *swing, double *frequency, double *growth)
         world.body->ops->measure(world.body->model, &now);
         most = fmax(most, (now.kinetic + now.elastic) / (before.kinetic + before.elastic));
         before = now;
-        if ((last[1] - last[0]) * (last[2] - last[1]) >= 0.0 || tick < 3)
+        double place, value;
+        if (tick < 3 || !find_extreme(last, &place, &value))
             continue;
-        // The vertex of a parabola.
-        const double slope = 0.5 * (last[2] - last[0]), bend = last[2] - 2.0 * last[1] + last[0];
-        at[found] = tick - 1.0 - slope / bend;
-        size[found++] = fabs(last[1] - 0.5 * slope * slope / bend);
+        at[found] = tick - 1.0 + place;
+        size[found++] = fabs(value);
     }
     assert_int_equal(found, PEAKS);
     *frequency = 0.5 * (PEAKS - 2) / ((at[PEAKS - 1] - at[1]) * sim_tick(world.sim));
