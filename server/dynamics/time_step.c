@@ -219,8 +219,8 @@ static bool refuse_length(Sim *sim, Body *body, double h, double limit, Status *
 // Limit of an implicit step: ratio of a mesh's longest edge squared to its smallest face, that is
 // lambda h^2 of the stiffest spring on the lightest node. Sheets of 0.1 m by a micrometre or less
 // made 1e9 times the energy of a push, or were restored again and again; even meshes are correct at
-// any stiffness.
-static const double UNEVEN = 1e5, UNEVEN_MOST = 1e10;
+// any stiffness beside which double precision does not lose their masses.
+static const double UNEVEN = 1e5, UNEVEN_MOST = 1e10, LOST = 1e16;
 
 static bool refuse_uneven(const Body *body, Status *status)
 {
@@ -231,8 +231,15 @@ static bool refuse_uneven(const Body *body, Status *status)
     for (int f = 0; f < body->surface.face_used; f++)
         if (body->surface.face_area[f] > 0.0)
             least = fmin(least, body->surface.face_area[f]);
-    // Even meshes are correct at any stiffness.
-    if (longest * longest <= UNEVEN * least)
+    const double ratio = lambda * body->h * body->h;
+    const bool even = longest * longest <= UNEVEN * least;
+    if (even && ratio > LOST)
+        return status_fail(status, STATUS_INVALID,
+                           "body %s: stiffness over mass times time_step^2 is %.3g, beyond %.3g: "
+                           "double precision loses the masses; take more mass or less stiffness, "
+                           "or set unsafe_time_step = true",
+                           body->name, ratio, LOST);
+    if (even)
         return true;
     return status_fail(
         status, STATUS_INVALID,
@@ -240,7 +247,7 @@ static bool refuse_uneven(const Body *body, Status *status)
         "m2) for an implicit step of %.3g s: stiffness over mass times time_step^2 "
         "is %.3g, beyond %.3g; take a time_step of at most %.3g s, less stiffness or "
         "more mass, or an even mesh, or set unsafe_time_step = true",
-        body->name, longest, least, body->h, lambda * body->h * body->h, UNEVEN_MOST,
+        body->name, longest, least, body->h, ratio, UNEVEN_MOST,
         0.999 * sqrt(UNEVEN_MOST / lambda));
 }
 

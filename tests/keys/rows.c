@@ -327,6 +327,9 @@ const KeyRow KEY_ROWS[] = {
              "shape = { frame = \"body\"; damping_direction = \"radial\"; };", "needs frame")},
 
 #define ADAPTS(more) "levels = 2; adapt = { " more " };"
+    {REFUSES(MATERIAL_TABLE, "areal_density", S, BODY,
+             "integrator = \"implicit\"; material = { areal_density = 1e-25; };",
+             "double precision loses the masses")},
     {IN(ADAPT_TABLE, "force", S, STATE, BODY, ADAPTS("force = 1e6;"), ADAPTS("force = 1e-4;"))},
     {IN(ADAPT_TABLE, "speed", S, STATE, BODY, ADAPTS("speed = 1e6;"), ADAPTS("speed = 1e-4;"))},
     {IN(ADAPT_TABLE, "curvature", S, STATE, BODY, ADAPTS("curvature = 1e6;"),

@@ -232,7 +232,7 @@ static const double DEEPEST = 5e-3;
 // Bodies and contact are damped by default, so that only rounding and the swing of leapfrog's
 // energy within a step are left, 7e-9 of it: in all pushes but 7 of 1500, each with a hollow body.
 // In those a point finds another face than the one that it left, and the push with it.
-static const double USUAL_GAIN = 1e-6, MOST_GAIN = 3e-3;
+static const double USUAL_GAIN = 1e-6, MOST_GAIN = 1e-3;
 
 static int pushes = 20; // the slow run has more
 
