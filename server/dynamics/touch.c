@@ -314,7 +314,10 @@ const TouchOptions *touch_options(const Touch *touch)
 
 int64_t touch_refused(const Touch *touch)
 {
-    return touch->refused;
+    int64_t refused = touch->refused;
+    for (int e = 0; e < touch->count; e++)
+        refused += touch->end[e].fit != NULL ? touch->end[e].fit->refused : 0;
+    return refused;
 }
 
 double touch_depth(const Touch *touch)

@@ -56,7 +56,8 @@ void touch_restored(Touch *touch, int64_t step);
 // True if the state read from a checkpoint is consistent.
 bool touch_check(const Touch *touch);
 
-// Since the start, summed over searches: points and faces near each other beyond the capacity.
+// Since the start, summed over searches: points and faces near each other beyond the capacity, and
+// nodes of smooth surfaces without memory for what carries them.
 int64_t touch_refused(const Touch *touch);
 // Returns the deepest overlap of the last evaluation, of surfaces as thick as they are now [m].
 double touch_depth(const Touch *touch);

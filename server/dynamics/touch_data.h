@@ -70,7 +70,8 @@ typedef struct TouchFit {
     Vec3 *shift;
     int weight_count, weight_capacity;
     FitWeight *weight;
-    int *mark; // by vertex, of fit_weights
+    int64_t refused; // nodes without memory for their weights, since the start
+    int *mark;       // by vertex, of fit_weights
     // The carriers of the nodes that are read.
     int count;
     int *vertex;     // [count]

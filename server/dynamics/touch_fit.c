@@ -51,6 +51,7 @@ static void find_carriers(const TouchEnd *end, int node)
     if (fits)
         memcpy(fit->weight + fit->weight_count, weight, (size_t)count * sizeof *weight);
     fit->weight_count += fits ? count : 0;
+    fit->refused += !fits;
 }
 
 const FitWeight *touch_weights(const TouchEnd *end, int node, FitWeight *own, int *count)

@@ -29,6 +29,11 @@
     "  integrator = \"leapfrog\"; " more " }"
 #define TOUCH(more) "touch = ( { bodies = [\"one\", \"two\"]; " more " } );\n"
 
+// Presses the second of two bodies onto the first.
+#define PRESS                                                                                      \
+    "loads = ( { body = \"two\"; center = [0, 0, 0.02]; radius = 0.1; force = [0, 0, -0.5];\n"     \
+    "  duration = 1.0; } );\n"
+
 static inline Touch *touch_of(Run *run)
 {
     return run->world.sim->touch[0];
