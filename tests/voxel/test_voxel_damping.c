@@ -123,7 +123,6 @@ static double amplitude(VoxelWorld *world, const Vec3 *rest)
 // Plucks the beam; returns the damping ratio by the logarithmic decrement, and the frequency [Hz].
 static double swing(const Beam *beam, double *frequency)
 {
-    enum { PEAKS = 8 };
     VoxelWorld world;
     make_beam(&world, beam);
     Vec3 *rest = malloc((size_t)world.count * sizeof *rest);
@@ -132,20 +131,15 @@ static double swing(const Beam *beam, double *frequency)
     for (int i = 0; i < world.count; i++)
         world.v[i] = vec3(0.0, 0.0, 0.02 * mode(rest[i].x + 0.5 * LENGTH));
     voxel_world_write(&world, world.x, world.v);
-    double last[3] = {0.0}, at[PEAKS], size[PEAKS];
-    int found = 0;
-    for (int tick = 1; tick < 10000 && found < PEAKS; tick++) {
+    Extremes extremes = {0};
+    bool more = true;
+    for (int tick = 1; tick < 10000 && more; tick++) {
         sim_step(world.sim);
-        last[0] = last[1], last[1] = last[2], last[2] = amplitude(&world, rest);
-        double place, value;
-        if (tick < 3 || !find_extreme(last, &place, &value))
-            continue;
-        at[found] = tick - 1.0 + place;
-        size[found++] = fabs(value);
+        more = add_sample(&extremes, amplitude(&world, rest));
     }
-    assert_int_equal(found, PEAKS);
-    const double half = (at[PEAKS - 1] - at[1]) / (PEAKS - 2);
-    const double decrement = log(size[1] / size[PEAKS - 1]) / (PEAKS - 2);
+    assert_false(more);
+    double decrement;
+    const double half = half_swing(&extremes, &decrement);
     *frequency = 0.5 / (half * sim_tick(world.sim));
     free(rest);
     voxel_world_destroy(&world);

@@ -190,7 +190,6 @@ static Vec3 shape_of(const Swing *swing, Vec3 rest)
 // Plucks a bar; returns its loss factor, by the logarithmic decrement, and its frequency [Hz].
 static double loss_of(const Swing *swing, double *frequency, double *growth)
 {
-    enum { PEAKS = 8 };
     static const FixedRegion end = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {-0.0999, 1.0, 1.0}};
     VoxelWorldOptions options = voxel_world_cube(4);
@@ -217,33 +216,30 @@ static double loss_of(const Swing *swing, double *frequency, double *growth)
         world.v[i] = vec3_scale(0.05 * sqrt(swing->youngs_modulus / 1e5), shape[i]);
     }
     voxel_world_write(&world, world.x, world.v);
-    double last[3] = {0.0}, at[PEAKS], size[PEAKS], most = 0.0;
+    Extremes extremes = {0};
     BodyMeasure before, now;
     world.body->ops->measure(world.body->model, &before);
-    int found = 0;
-    for (int tick = 1; tick < 20000 && found < PEAKS; tick++) {
+    bool more = true;
+    *growth = 0.0;
+    for (int tick = 1; tick < 20000 && more; tick++) {
+        double part = 0.0; // of the swing's shape
         sim_step(world.sim);
         voxel_world_read(&world);
-        last[0] = last[1], last[1] = last[2], last[2] = 0.0;
         for (int i = 0; i < world.count; i++)
-            last[2] += world.mass[i] * vec3_dot(shape[i], vec3_sub(world.x[i], rest[i]));
+            part += world.mass[i] * vec3_dot(shape[i], vec3_sub(world.x[i], rest[i]));
+        more = add_sample(&extremes, part);
         world.body->ops->measure(world.body->model, &now);
-        most = fmax(most, (now.kinetic + now.elastic) / (before.kinetic + before.elastic));
+        *growth = fmax(*growth, (now.kinetic + now.elastic) / (before.kinetic + before.elastic));
         before = now;
-        double place, value;
-        if (tick < 3 || !find_extreme(last, &place, &value))
-            continue;
-        at[found] = tick - 1.0 + place;
-        size[found++] = fabs(value);
     }
-    assert_int_equal(found, PEAKS);
-    *frequency = 0.5 * (PEAKS - 2) / ((at[PEAKS - 1] - at[1]) * sim_tick(world.sim));
-    *growth = most;
+    assert_false(more);
+    double decrement;
+    *frequency = 0.5 / (half_swing(&extremes, &decrement) * sim_tick(world.sim));
     free(shape);
     free(rest);
     voxel_world_destroy(&world);
     // Half a swing: a decrement of pi times the damping ratio, half of the loss factor.
-    return 2.0 * log(size[1] / size[PEAKS - 1]) / (PEAKS - 2) / PI;
+    return 2.0 * decrement / PI;
 }
 
 // At 3, 10 and 30 Hz, bent and twisted, with moduli that bring the bar there.
