@@ -20,6 +20,9 @@ bool body_parameters_set(BodyParameters *parameters, bool damped, BodyParameter 
         if (damped)
             parameters->damping_scale = value;
         return damped;
+    case BODY_PRESSURE:
+    case BODY_VOLUME:
+    case BODY_SUPPLY:
     case BODY_ADAPT_FORCE:
     case BODY_ADAPT_SPEED:
     case BODY_ADAPT_CURVATURE:

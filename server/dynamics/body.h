@@ -103,6 +103,9 @@ typedef enum BodyParameter {
     BODY_GRAVITY_Z,       // [m/s2]
     BODY_STIFFNESS_SCALE, // factor on the stiffness of springs, as loaded
     BODY_DAMPING_SCALE,   // factor on damping and drag, as loaded
+    BODY_PRESSURE,        // of a cavity, above that outside [Pa]
+    BODY_VOLUME,          // of the gas or fluid in a cavity, without pressure [m3]
+    BODY_SUPPLY,          // 0: a gas or fluid has come to rest at its pressure: seal it
     // thresholds of refinement (server/surface/detail/README.md, "Refinement criteria")
     BODY_ADAPT_FORCE,
     BODY_ADAPT_SPEED,
@@ -246,7 +249,9 @@ struct Body {
     double half_thickness; // [m] of a plane body: distance of the nodes of `surface` above and
                            // below its state's positions; else 0
     IntegratorKind integrator;
-    double mass; // [kg]
+    double pressure_limit; // of a cavity: largest that SET may ask for [Pa]; 0: there is none
+    double volume_limit;   // of the gas or fluid in it [m3]; 0: it holds a constant pressure
+    double mass;           // [kg]
     int spring_count, element_count;
     int finest_level; // finest level in use
 

@@ -139,7 +139,7 @@ static double largest_scale(const Sim *sim, const Body *body, double *scale, dou
 typedef enum SetReach {
     OF_SCENE,  // the same for all bodies: no body can be named
     OF_BODIES, // of one body, or of all: of none if one refuses
-    OF_LEVELS, // of one body, or of all that refine and coarsen
+    OF_THOSE,  // of one body, or of all that have it: levels, a cavity
 } SetReach;
 
 typedef struct SetKey SetKey;
@@ -221,6 +221,42 @@ static bool set_adapt(Sim *sim, Body *body, const SetKey *key, double value, cha
     return count > 0;
 }
 
+// Sets it for one body, or (NULL) for all with a cavity.
+static bool set_cavity(Sim *sim, Body *body, const SetKey *key, double value, char *why,
+                       size_t why_size)
+{
+    const bool pressure = key->parameter == BODY_PRESSURE;
+    int count = 0;
+    // None, if one of them refuses.
+    for (int pass = 0; pass < 2; pass++)
+        for (int b = 0; b < sim->body_count; b++) {
+            Body *at = &sim->body[b];
+            if ((body != NULL && at != body) || !(at->pressure_limit > 0.0))
+                continue;
+            count++;
+            if (pass == 1 && !at->ops->set(at->model, key->parameter, value)) {
+                snprintf(why, why_size, "%s %g leaves nothing in the cavity of body %s", key->key,
+                         value, at->name);
+                return false;
+            }
+            const double most = pressure ? at->pressure_limit : at->volume_limit;
+            if (fabs(value) <= most && (pressure || value > 0.0))
+                continue;
+            if (!(most > 0.0))
+                snprintf(why, why_size, "body %s holds a constant pressure: set that", at->name);
+            else
+                snprintf(why, why_size,
+                         "%s %g is beyond what the time step of body %s leaves "
+                         "room for: at most %.4g",
+                         key->key, value, at->name, most * (1.0 - 1e-4));
+            return false;
+        }
+    if (count == 0)
+        snprintf(why, why_size, "%s%s has no cavity", body == NULL ? "the scene" : "body ",
+                 body == NULL ? "" : body->name);
+    return count > 0;
+}
+
 _Static_assert(LEVELS_MAX == 8, "the range of adapt_level");
 #define RANGE(least, most) .low = (least), .high = (most), .range = "[" #least ", " #most "]"
 static const SetKey KEYS[] = {
@@ -230,11 +266,13 @@ static const SetKey KEYS[] = {
     {"stiffness_scale", BODY_STIFFNESS_SCALE, OF_BODIES, RANGE(0, 1e6), .apply = set_scale},
     {"damping_scale", BODY_DAMPING_SCALE, OF_BODIES, RANGE(0, 1e6), .apply = set_scale},
     {"friction", .reach = OF_BODIES, RANGE(0, 10), .apply = set_friction},
-    {"adapt_force", BODY_ADAPT_FORCE, OF_LEVELS, RANGE(0, 1e+06), .apply = set_adapt},
-    {"adapt_speed", BODY_ADAPT_SPEED, OF_LEVELS, RANGE(0, 1e+06), .apply = set_adapt},
-    {"adapt_curvature", BODY_ADAPT_CURVATURE, OF_LEVELS, RANGE(0, 1e+06), .apply = set_adapt},
-    {"adapt_scale", BODY_ADAPT_SCALE, OF_LEVELS, RANGE(0, 1e+06), .apply = set_adapt},
-    {"adapt_level", BODY_ADAPT_LEVEL, OF_LEVELS, RANGE(0, 8), .whole = true, .apply = set_adapt},
+    {"pressure", BODY_PRESSURE, OF_THOSE, RANGE(-1e6, 1e6), .apply = set_cavity},
+    {"volume", BODY_VOLUME, OF_THOSE, RANGE(0, 1e9), .apply = set_cavity},
+    {"adapt_force", BODY_ADAPT_FORCE, OF_THOSE, RANGE(0, 1e+06), .apply = set_adapt},
+    {"adapt_speed", BODY_ADAPT_SPEED, OF_THOSE, RANGE(0, 1e+06), .apply = set_adapt},
+    {"adapt_curvature", BODY_ADAPT_CURVATURE, OF_THOSE, RANGE(0, 1e+06), .apply = set_adapt},
+    {"adapt_scale", BODY_ADAPT_SCALE, OF_THOSE, RANGE(0, 1e+06), .apply = set_adapt},
+    {"adapt_level", BODY_ADAPT_LEVEL, OF_THOSE, RANGE(0, 8), .whole = true, .apply = set_adapt},
 };
 enum { KEY_COUNT = sizeof KEYS / sizeof *KEYS };
 

@@ -233,6 +233,23 @@ static void say_cost(const Subject *s, double value, char *text, size_t size)
              s->made->substeps, value);
 }
 
+// Returns the pressure inside over the most that a ball of that wall bears
+// (server/surface/README.md).
+static double burst(const Subject *s)
+{
+    const SurfaceOptions *surface = &s->body->surface;
+    if (!has_wall(s) || !surface->cavity.wanted || surface->shape.wanted)
+        return NAN;
+    return surface->cavity.pressure * 0.5 * s->extent /
+           (0.75 * surface->material.youngs_modulus_2d);
+}
+
+static void say_burst(const Subject *s, double value, char *text, size_t size)
+{
+    snprintf(text, size, "has %g Pa inside, %.2g times what a ball of its wall and size bears",
+             s->body->surface.cavity.pressure, value);
+}
+
 #define HOLD "fixed = (...), attachments, or shape springs to the world would support it"
 
 static const Row BODY_ROWS[] = {
@@ -259,6 +276,9 @@ static const Row BODY_ROWS[] = {
     {wall_modulus, 0.5, 1e10, say_wall_modulus,
      "is it in kPa? youngs_modulus_2d is Pa times the wall's thickness in m: 400 for 100 kPa, 4 mm",
      "youngs_modulus_2d is Pa times the wall's thickness in m: 400 for 100 kPa, 4 mm", false},
+    // Beyond, linear springs have no equilibrium.
+    {burst, -HUGE_VAL, 1.0, say_burst, NULL,
+     "it will grow without end; is it in mmHg? cavity.pressure is in Pa, 133 of them", false},
     // A tenth of a percent of an oscillation per year.
     {damping, 1e-10, HUGE_VAL, say_damping, "integrator = \"rk4\" prevents it too", NULL, false},
     // A body in free fall is out of reach within a second.

@@ -58,6 +58,8 @@ static const Option BODY_OPTIONS[] = {
      .about = "Voxel: materials for individual labels of a volume, instead of `material`."},
     {"shape", OPTION_GROUP, AT(shape), "", .preset_text = "no shape springs", .only = SURFACE_ONLY,
      .about = "Surface: springs that pull every node to its rest position."},
+    {"cavity", OPTION_GROUP, AT(cavity), "", .preset_text = "nothing is inside",
+     .only = SURFACE_ONLY, .about = "Surface: what a closed wall encloses, and its pressure."},
     {"contact", OPTION_GROUP, AT(contact), "", .preset_text = "its defaults",
      .about = "Contact of the body with tools."},
     {"prestress", OPTION_REAL, AT(body.surface.prestress), "", 0.0, 0.9, .only = SURFACE_ONLY,

@@ -73,6 +73,16 @@ static bool is_explicit(const OptionPlace *place)
     return !surface->automatic && surface->body.integrator != INTEGRATOR_IMPLICIT;
 }
 
+static bool holds_no_gas(const OptionPlace *place)
+{
+    return !place->body->surface.cavity.gas;
+}
+
+static bool holds_no_fluid(const OptionPlace *place)
+{
+    return !place->body->surface.cavity.fluid;
+}
+
 static bool has_one_level(const OptionPlace *place)
 {
     return place->body->options.levels == 0;
@@ -153,6 +163,8 @@ const OptionIdle IDLE_PUBLISHES_NO_CONTACTS = {publishes_no_contacts, "contact_h
 const OptionIdle IDLE_HAS_ONE_LEVEL = {has_one_level, "levels is 0"};
 const OptionIdle IDLE_IS_EXPLICIT = {is_explicit, "the integrator is not \"implicit\""};
 const OptionIdle IDLE_HAS_NO_TIME_STEP = {has_no_time_step, "there is no time_step"};
+const OptionIdle IDLE_HOLDS_NO_GAS = {holds_no_gas, "gas is false"};
+const OptionIdle IDLE_HOLDS_NO_FLUID = {holds_no_fluid, "fluid is false"};
 const OptionIdle IDLE_IS_WHOLE = {is_whole, "cuttable is false"};
 const OptionIdle IDLE_HAS_ONLY_CELLS = {has_one_level, "levels is 0, and a cell is not divided"};
 const OptionIdle IDLE_MEETS_NO_TOOL = {meets_no_tool, "no tool touches the body"};
@@ -204,6 +216,7 @@ void scene_find_idle(Scene *scene, const config_setting_t *root)
         look(scene, &CONTACT_TABLE, option_find(place.group, "contact"), &place);
         if (place.body->model == MODEL_VOXEL)
             look(scene, &VOXEL_MATERIAL_TABLE, option_find(place.group, "material"), &place);
+        look(scene, &CAVITY_TABLE, option_find(place.group, "cavity"), &place);
     }
     for (int i = 0; i < scene->tool_count; i++) {
         place.tool = &scene->tool[i];

@@ -39,7 +39,7 @@ enum { INTEGRATOR_AUTO = INTEGRATOR_COUNT };
 extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
 extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, WEIGHT_TABLE,
     PLACEMENT_TABLE;
-extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, ADAPT_TABLE;
+extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, CAVITY_TABLE, ADAPT_TABLE;
 extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, BRANCH_TABLE, LABEL_MATERIAL_TABLE,
     SKIN_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
@@ -54,11 +54,11 @@ typedef struct KeyGroup {
 } KeyGroup;
 
 // The groups of a body, without its sources and lists; returns their number.
-enum { KEY_GROUPS = 6 };
+enum { KEY_GROUPS = 7 };
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
 
 // The tables in the order of the reference.
-enum { SCENE_TABLE_COUNT = 24 };
+enum { SCENE_TABLE_COUNT = 25 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -73,7 +73,7 @@ typedef struct BodyGroup {
     const config_setting_t *at;
     const char *name, *initial;
     const config_setting_t *material, *contact, *fixed, *tear;
-    const config_setting_t *mesh, *adapt, *shape;                // of a surface body
+    const config_setting_t *mesh, *adapt, *shape, *cavity;       // of a surface body
     const config_setting_t *voxels, *materials, *skin, *weights; // of a voxel body
 } BodyGroup;
 
@@ -94,7 +94,8 @@ extern const OptionIdle IDLE_MOVES_NO_TOOL, IDLE_HAS_NO_INSIDE, IDLE_PUBLISHES_N
     IDLE_PUBLISHES_ALL_NODES, IDLE_HAS_NO_TOOL, IDLE_HAS_ONLY_PLANES, IDLE_PUBLISHES_NO_CONTACTS,
     IDLE_HAS_ONE_LEVEL, IDLE_IS_EXPLICIT, IDLE_HAS_NO_TIME_STEP, IDLE_IS_WHOLE, IDLE_HAS_ONLY_CELLS,
     IDLE_MEETS_NO_TOOL, IDLE_TOOLS_HAVE_FRICTION, IDLE_LABELS_HAVE_MODULUS, IDLE_LABELS_HAVE_RATIO,
-    IDLE_LABELS_HAVE_DENSITY, IDLE_TOUCHES_NOTHING, IDLE_IS_NOT_SHOWN;
+    IDLE_LABELS_HAVE_DENSITY, IDLE_HOLDS_NO_GAS, IDLE_HOLDS_NO_FLUID, IDLE_TOUCHES_NOTHING,
+    IDLE_IS_NOT_SHOWN;
 
 // The keys that select nodes.
 typedef struct RegionGroup {

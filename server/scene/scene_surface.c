@@ -294,6 +294,52 @@ bool scene_read_shape(const SceneReader *reader, const config_setting_t *group, 
            require(reader, group, SHAPE_TABLE.path, "stiffness", first_given(group, NODE_KEYS));
 }
 
+#define AT(member) offsetof(SurfaceCavity, member)
+static const Option CAVITY_OPTIONS[] = {
+    {"pressure", OPTION_REAL, AT(pressure), "Pa", -1e6, 1e6, .physics = true,
+     .about =
+         "Pressure above that outside. It stays, until a cut opens the wall. `gas` and `fluid` "
+         "are let in at this pressure while the scene settles (`settle_s`), then sealed."},
+    {"gas", OPTION_BOOL, AT(gas), "", .physics = true, .feature = "gas inside",
+     .about = "A gas at constant temperature: (`ambient` + pressure) times volume stays."},
+    {"ambient", OPTION_REAL, AT(ambient), "Pa", 0.0, 1e9, .preset = 101325.0, .physics = true,
+     .idle = {&IDLE_HOLDS_NO_GAS}, .about = "Pressure outside. 0: `pressure` times volume stays."},
+    {"fluid", OPTION_BOOL, AT(fluid), "", .physics = true, .feature = "fluid inside",
+     .about = "A fluid that hardly gives way: the volume stays."},
+    {"bulk_modulus", OPTION_REAL, AT(bulk_modulus), "Pa", 0.0, 1e12, .open = true,
+     .preset_text = "as stiff as makes the bound of the time step 0.7 times as long",
+     .physics = true, .idle = {&IDLE_HOLDS_NO_FLUID},
+     .about = "Pressure over relative change of volume. More shortens the time step."},
+    {"density", OPTION_REAL, AT(density), "kg/m3", 0.0, 1e6, .open = true,
+     .preset_text = "1000, of a `gas` 1.2", .physics = true, .idle = {&IDLE_IS_WHOLE},
+     .about = "Density of what leaks from a wall that was cut, with the speed sqrt(2 pressure / "
+              "density), through 0.62 of the opening's area."},
+};
+#undef AT
+const OptionTable CAVITY_TABLE = OPTION_TABLE(
+    "bodies.cavity",
+    "What a closed wall encloses: a constant pressure, a gas or a fluid. It needs an integrator "
+    "with explicit steps, and `adjust = \"continuum\"`.",
+    CAVITY_OPTIONS);
+
+static bool read_cavity(const SceneReader *reader, const BodyGroup *raw, SurfaceOptions *surface)
+{
+    SurfaceCavity *cavity = &surface->cavity;
+    cavity->wanted = raw->cavity != NULL;
+    if (raw->cavity == NULL)
+        return true;
+    if (!option_read(&CAVITY_TABLE, raw->cavity, &reader->source, cavity))
+        return false;
+    if (cavity->gas && cavity->fluid)
+        return option_fail(&reader->source, option_find(raw->cavity, "fluid"),
+                           "fluid cannot be mixed with gas");
+    if (cavity->gas && !(cavity->ambient + cavity->pressure > 0.0))
+        return option_fail(&reader->source, raw->cavity,
+                           "a gas needs ambient + pressure above 0, not %g + %g Pa",
+                           cavity->ambient, cavity->pressure);
+    return true;
+}
+
 void scene_preset_surface(SurfaceOptions *surface)
 {
     Status status = {0};
@@ -399,5 +445,5 @@ bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBo
     return scene_read_mesh(reader, raw->mesh, &body->mesh) && read_levels(reader, raw, surface) &&
            scene_read_material(reader, raw->material, &surface->material) &&
            scene_read_shape(reader, raw->shape, &surface->shape) &&
-           check_direction(reader, raw, surface);
+           read_cavity(reader, raw, surface) && check_direction(reader, raw, surface);
 }

@@ -9,11 +9,11 @@
 const OptionTable *scene_table(int index)
 {
     static const OptionTable *const TABLES[SCENE_TABLE_COUNT] = {
-        &SCENE_TABLE,          &PUBLISH_TABLE,        &CAPACITY_TABLE, &BODY_TABLE,  &MESH_TABLE,
-        &PLACEMENT_TABLE,      &MATERIAL_TABLE,       &SHAPE_TABLE,    &ADAPT_TABLE, &VOXELS_TABLE,
-        &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE, &BRANCH_TABLE,   &SKIN_TABLE,  &TEAR_TABLE,
-        &CONTACT_TABLE,        &FIXED_TABLE,          &WEIGHT_TABLE,   &TOOL_TABLE,  &CAPSULE_TABLE,
-        &PLANE_TABLE,          &ATTACHMENT_TABLE,     &TOUCH_TABLE,    &LOAD_TABLE,
+        &SCENE_TABLE,     &PUBLISH_TABLE,        &CAPACITY_TABLE,       &BODY_TABLE,   &MESH_TABLE,
+        &PLACEMENT_TABLE, &MATERIAL_TABLE,       &SHAPE_TABLE,          &CAVITY_TABLE, &ADAPT_TABLE,
+        &VOXELS_TABLE,    &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE, &BRANCH_TABLE, &SKIN_TABLE,
+        &TEAR_TABLE,      &CONTACT_TABLE,        &FIXED_TABLE,          &WEIGHT_TABLE, &TOOL_TABLE,
+        &CAPSULE_TABLE,   &PLANE_TABLE,          &ATTACHMENT_TABLE,     &TOUCH_TABLE,  &LOAD_TABLE,
     };
     ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
     return TABLES[index];
@@ -34,6 +34,8 @@ int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
             (KeyGroup){&MATERIAL_TABLE, &surface->material, sizeof surface->material, false};
         group[count++] = (KeyGroup){&SHAPE_TABLE, &surface->shape, sizeof surface->shape,
                                     !surface->shape.wanted};
+        group[count++] = (KeyGroup){&CAVITY_TABLE, &surface->cavity, sizeof surface->cavity,
+                                    !surface->cavity.wanted};
         group[count++] =
             (KeyGroup){&ADAPT_TABLE, &surface->adapt, sizeof surface->adapt, !surface->adaptive};
     }

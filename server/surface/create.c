@@ -8,6 +8,7 @@
 #include "dynamics/integrator.h"
 #include "geometry/edges.h"
 #include "surface/bending.h"
+#include "surface/cavity.h"
 #include "surface/detail/detail.h"
 #include "surface/implicit.h"
 #include "surface/model.h"
@@ -97,12 +98,16 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
                 around[count][0] = model->slot[winged_other(winged, edge, node)];
                 around[count++][1] = edge;
             }
-        // Ascending slots, so that the sums have one order.
-        qsort(around, (size_t)count, sizeof *around, compare_ints);
+        // Ascending slots, so that the sums have one order; around a cavity that of the faces.
+        if (model->cavity == NULL)
+            qsort(around, (size_t)count, sizeof *around, compare_ints);
         int chunk = s / LANES;
         for (int e = start[chunk], i = 0; e < start[chunk + 1]; e++, i++) {
             long at = (long)e * LANES + s % LANES;
-            neighbour[at] = s;
+            if (model->cavity != NULL && node >= 0)
+                model_put_spring(model, at, s, around[0][0], 0.0, 0.0);
+            else
+                neighbour[at] = s;
             if (i < count)
                 model_put_spring(model, at, s, around[i][0], network->rest_length[around[i][1]],
                                  network->stiffness[around[i][1]]);
@@ -261,7 +266,8 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     state_add_pair(state, model->rows[0], model->rows[1], &model->current, bytes, "%s/rows", name);
     // The shape springs of a cut body's pieces act as external forces.
     bool pieces = options->body.cuttable && model->shape == SHAPE_FRAME_BODY;
-    if (!options->body.without_contacts || !options->body.without_loads || pieces) {
+    if (!options->body.without_contacts || !options->body.without_loads || pieces ||
+        options->cavity.wanted) {
         size_t forces = (size_t)model->lane_count * 3;
         model->external = model_allocate_reals(model, forces, name, "outside forces", arena);
         state_add(state, model->external, forces * model_real_size(model), "%s/loads", name);
@@ -303,6 +309,8 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
 
     // Rest positions first: springs and nodes are measured from them.
     model_create_rest(model, mesh, name, arena, state);
+    if (model->cavity != NULL)
+        cavity_create_tables(model, name, arena);
     create_springs(model, winged, network, name, arena);
     create_nodes(model, mesh, network, options, arena, state);
     model_create_rows(model, mesh, network->fixed, options, arena, state);
@@ -339,7 +347,7 @@ int surface_auto_substeps(int springs, int nodes, int iterations)
 // the step of its finest faces.
 static void choose_integrator(SurfaceOptions *options, const SpringNetwork *network, int most)
 {
-    if (options->automatic) {
+    if (options->automatic && !options->cavity.wanted) {
         double limit = stability_time_step(INTEGRATOR_LEAPFROG, network->finest_lambda,
                                            network->finest_damping);
         options->body.integrator = stability_substeps(options->tick, limit) <= most
@@ -472,6 +480,10 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     // Springs and masses, of level 0 if faces come and go.
     WingedMesh winged;
     winged_create(&winged, mesh);
+    if (options->cavity.wanted && !cavity_fits(options, mesh, &winged, status)) {
+        winged_destroy(&winged);
+        return false;
+    }
     SpringNetwork network;
     const bool changes = surface_changes(options);
     SurfaceOptions coarse = *options; // options for a body that changes, which starts from level 0
@@ -484,6 +496,12 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     const double bending = bending_stiffness(&options->material);
     if (bending > 0.0)
         bound_bending(&network, mesh, &winged, &coarse, bending);
+    Cavity cavity;
+    if (options->cavity.wanted) {
+        cavity_start(&cavity, &coarse, mesh, &network);
+        network.lambda += cavity.lambda;
+        network.finest_lambda += cavity.lambda;
+    }
     // The bounds of the springs are known now, and with them the integrator.
     const int most =
         surface_auto_substeps(winged.edge_count, mesh->node_count, options->implicit.iterations);
@@ -500,6 +518,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     model->kernels = implicit ? kernels_find(PRECISION_DOUBLE, kernels->level) : kernels;
     start_model(model, options, &network, mesh->node_count);
     model->basis.longest_edge = longest_edge(mesh, &winged);
+    if (options->cavity.wanted)
+        model->cavity = cavity_create(&cavity, name, arena, state);
     *body = start_body(model, options, &network);
     body->spring_count = winged.edge_count;
     body->auto_substeps = options->automatic ? most : 0;
@@ -510,6 +530,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
         create_dense(body, model, mesh, &winged, &network, options, arena, state);
     if (bending > 0.0 && !changes)
         bending_create(model, mesh, &winged, bending, name, arena);
+    if (model->cavity != NULL)
+        cavity_publish(model->cavity, body);
     // What follows from either.
     body->surface.node_mass = model->mass;
     body->surface.longest_edge = model->basis.longest_edge;

@@ -27,7 +27,8 @@ typedef struct SpringTable {
     int *start;        // [chunk_count + 1]
     int *end;          // [chunk_count] end of a chunk's entries
     int *own;          // scattered only: [chunk][LANES] slot of the rows of a lane
-    int *neighbour;    // [entry][LANES] slot of the other end; padding refers to its own node
+    int *neighbour;    // [entry][LANES] slot of the other end; padding refers to its own node, but
+                       // of a node inside the wall of a cavity to its first neighbour
     void *rest_length; // Real [entry][LANES] r [m]
     void *stiffness;   // Real [entry][LANES] k_s [N/m]; 0 for padding
     void *rest_vector; // single: Real [entry][3][LANES] e = X_own - X_other [m]
@@ -81,6 +82,15 @@ typedef void BendMeasureKernel(const void *vectors, void *angle, void *squares);
 typedef void BendGatherKernel(const void *force, double scale, const void *external,
                               int chunk_count, void *to);
 
+// What a pass needs of a cavity (cavity.h), and returns of its volume.
+typedef struct CavityPass {
+    double pressure;   // above that outside [Pa]
+    const void *place; // single: Real [chunk][3][LANES] rest positions [m]
+    // Real [chunk][LANES] what each node adds to the volume of the rows evaluated, and to its
+    // change up to the rows written [m3]; NULL: not wanted.
+    void *volume, *change;
+} CavityPass;
+
 // One pass over the chunks first_chunk to last_chunk - 1.
 typedef struct SpringPass {
     int first_chunk, last_chunk;
@@ -105,6 +115,7 @@ typedef struct SpringPass {
     // kernels.
     void *handed;
     const unsigned char *carries; // [chunk] true if any of its nodes receives such a force
+    const CavityPass *cavity;     // `cavity` kernels only
     bool *bad; // set, never cleared, when the row of a completed substep is not finite or out of
                // bounds
 } SpringPass;
@@ -145,7 +156,11 @@ typedef struct SpringKernels {
     // their rows anywhere; `sum` stores forces and moves nothing.
     SpringKernel *scattered[2][SHAPE_VARIANTS][2][2]; // as `evaluate`
     SpringKernel *sum[2][2];                          // [damped][prestressed]
-    BendKernel *bend[2];                              // [damped]
+    // For bodies with a cavity, whose springs are in the order of the faces around their node:
+    // [shape][prestressed], [prestressed]; damped, and with external forces.
+    SpringKernel *cavity[SHAPE_VARIANTS][2], *cavity_scattered[SHAPE_VARIANTS][2];
+    SpringKernel *cavity_sum[2];
+    BendKernel *bend[2]; // [damped]
     BendMeasureKernel *bend_measure;
     BendGatherKernel *bend_gather;
     DriftKernel *drift;

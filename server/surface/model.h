@@ -39,6 +39,7 @@ typedef struct SurfaceModel {
     int *lane;      // [slots] bodies with levels: index in the tables; else NULL: the slot itself
     struct Detail *detail;     // bodies with levels, else NULL
     struct Bending *bending;   // of bodies with bending stiffness (bending.h), else NULL
+    struct Cavity *cavity;     // of bodies with a cavity (cavity.h), else NULL
     struct Implicit *implicit; // of bodies with integrator = "implicit", else NULL
 
     // --- springs; by entry and lane ---

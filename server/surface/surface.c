@@ -1,5 +1,6 @@
 // The operations of a surface body (dynamics/body.h). Step thread: no allocation, no lock.
 #include "surface/bending.h"
+#include "surface/cavity.h"
 #include "surface/detail/detail.h"
 #include "surface/implicit.h"
 #include "surface/model.h"
@@ -24,6 +25,8 @@ void surface_drift(void *self, double dt)
         model->kernels->drift(from + (size_t)first * row, to + (size_t)first * row, count, dt);
     }
     rows_drift(&model->basis, dt);
+    if (model->cavity != NULL)
+        cavity_drift(model->cavity, dt);
     model->present = to;
     model->next_stage = 1;
 }
@@ -93,6 +96,10 @@ static void fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringP
         rigid_frame_fit(model->basis.rigid, pass->present);
         pass->frame = &model->basis.rigid->pose;
     }
+    if (model->cavity != NULL) {
+        cavity_begin(model);
+        pass->cavity = &model->cavity->pass;
+    }
 }
 
 static void end_pass(SurfaceModel *model, const SpringPass *pass)
@@ -100,6 +107,8 @@ static void end_pass(SurfaceModel *model, const SpringPass *pass)
     const double *g = model->parameters->gravity;
     if (model->touched_count > 0)
         model_clear_touched(model);
+    if (model->cavity != NULL)
+        cavity_end(model, pass);
     rows_advance(&model->basis, &pass->stage, pass->h, (Vec3){g[0], g[1], g[2]});
     model->present = pass->next;
     model->next_stage = 1 - model->next_stage;
@@ -119,9 +128,12 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
             bending_evaluate(model, &pass, external);
             external = true;
         }
+        const SpringKernels *kernels = model->kernels;
         model_run_kernel(
             model,
-            model->kernels->evaluate[model->damped][model->shape][external][model->prestressed],
+            model->cavity != NULL
+                ? kernels->cavity[model->shape][model->prestressed]
+                : kernels->evaluate[model->damped][model->shape][external][model->prestressed],
             &pass);
     }
     end_pass(model, &pass);
@@ -143,6 +155,10 @@ static bool surface_commit(void *self)
             model_turn_loads(model);
     }
     model->present = model->rows[model->current];
+    if (model->cavity != NULL && good)
+        cavity_commit(model);
+    else if (model->cavity != NULL)
+        cavity_abandon(model->cavity);
     return good;
 }
 
@@ -151,6 +167,8 @@ static void surface_abandon(void *self)
     SurfaceModel *model = self;
     rows_end_tick(&model->basis, false);
     model->present = model->rows[model->current];
+    if (model->cavity != NULL)
+        cavity_abandon(model->cavity);
     model->bad = false;
 }
 
@@ -158,6 +176,7 @@ static bool surface_check(const void *self)
 {
     const SurfaceModel *model = self;
     return (model->detail == NULL || model->detail->is_valid) &&
+           (model->cavity == NULL || cavity_check(model->cavity)) &&
            rows_are_valid(&model->basis, model->rows[model->current], model->position_limit);
 }
 
@@ -174,6 +193,8 @@ static void surface_restore(void *self, RestoreMode mode)
         rows_stop(&model->basis, rows);
     }
     model->present = rows;
+    if (model->cavity != NULL)
+        cavity_forget(model->cavity);
     if (model->detail != NULL)
         detail_forget(model->detail, mode);
 }
@@ -183,6 +204,8 @@ static void surface_restored(Body *body)
     SurfaceModel *model = body->model;
     if (model->detail != NULL)
         detail_restored(body);
+    if (model->cavity != NULL)
+        cavity_restored(model->cavity);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -310,7 +333,7 @@ static void surface_measure(const void *self, BodyMeasure *measure)
         .kinetic = kinetic,
         .elastic = model->parameters->stiffness_scale * elastic + shape,
         .max_displacement = sqrt(farthest),
-        .outer = outer,
+        .outer = outer + (model->cavity != NULL ? cavity_energy(model) : 0.0),
     };
     if (model->detail != NULL)
         measure->refused = model->detail->adapt.sweep->refused;
@@ -332,6 +355,8 @@ static bool surface_set(void *self, BodyParameter parameter, double value)
     SurfaceModel *model = self;
     if (model->detail != NULL && detail_set(model->detail, parameter, value))
         return true;
+    if (parameter == BODY_PRESSURE || parameter == BODY_VOLUME || parameter == BODY_SUPPLY)
+        return model->cavity != NULL && cavity_set(model, parameter, value);
     return body_parameters_set(model->parameters, model->damped, parameter, value);
 }
 
@@ -351,6 +376,8 @@ static void surface_explain(const void *self, FILE *out)
             model->damped ? "in the kernel" : "left out (material.damping_time, spring_damping)");
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],
             model->shape == SHAPE_FRAME_NONE ? " (shape)" : "");
+    if (model->cavity != NULL)
+        cavity_explain(model, out);
     if (model->bending != NULL)
         fprintf(out, "    bending: %d hinges, one thread\n", model->bending->hinge_count);
     fprintf(out, "    outside forces: read only while a load or a tool acts\n");

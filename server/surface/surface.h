@@ -46,6 +46,15 @@ typedef struct SurfaceShape {
     ShapeDamping direction;   // SHAPE_DAMPS_RADIAL: in the world's frame, explicit steps only
 } SurfaceShape;
 
+// What a closed wall encloses (cavity.h): a gas, a fluid, or else a constant pressure.
+typedef struct SurfaceCavity {
+    bool wanted, gas, fluid;
+    double pressure;     // above that outside, at rest [Pa]
+    double ambient;      // outside, of a gas [Pa]
+    double bulk_modulus; // of a fluid [Pa]; 0: as stiff as doubles the bound of the springs
+    double density;      // of what leaks [kg/m3]; 0: that of air or water
+} SurfaceCavity;
+
 // How the properties of springs and nodes depend on the level of detail (network.h).
 typedef enum SurfaceAdjust { ADJUST_CONTINUUM, ADJUST_CHOI2005 } SurfaceAdjust;
 
@@ -75,6 +84,7 @@ typedef struct SurfaceOptions {
     BodyOptions body; // implicit bodies always use double precision
     SurfaceMaterial material;
     SurfaceShape shape;
+    SurfaceCavity cavity;
     int start_level;         // in [0, levels]
     SurfaceAdjust adjust;    // no effect with levels = 0
     bool adaptive;           // refines and coarsens; else it stays at start_level

@@ -239,6 +239,59 @@ static void run_size(Bench *bench, int subdivisions)
     destroy(&b);
 }
 
+// The server's step with a cavity over the one without, in the same state and with the same step.
+static void run_cavity(Bench *bench, int subdivisions, Precision precision)
+{
+    enum { WITHOUT, CONSTANT, GAS, CASES };
+    static const char *const NAMES[2][CASES] = {
+        {"spring.cavity.double.none", "spring.cavity.double.constant", "spring.cavity.double.gas"},
+        {"spring.cavity.single.none", "spring.cavity.single.constant", "spring.cavity.single.gas"}};
+    const char *const *name = NAMES[precision == PRECISION_SINGLE];
+    TriMesh mesh;
+    Status status = {0};
+    if (!generate_ico_sphere(&mesh, subdivisions, RADIUS, &status)) {
+        bench_fail(bench, name[CONSTANT], status.text);
+        return;
+    }
+    Vec3 *velocity = velocities(&mesh);
+    // A tick is one step, shorter than any of the bounds.
+    BenchWorldOptions options = {.integrator = INTEGRATOR_LEAPFROG,
+                                 .rate_hz = 2000.0 * (1 << subdivisions),
+                                 .precision = precision,
+                                 .initial_velocity = velocity,
+                                 .isa = bench->isa};
+    BenchWorld world[CASES];
+    bool whole = true;
+    for (int k = 0; k < CASES; k++) {
+        options.cavity = (SurfaceCavity){
+            .wanted = k != WITHOUT, .gas = k == GAS, .ambient = 1e5, .pressure = 10.0};
+        whole &= bench_world_create(&world[k], &mesh, &options, &status);
+    }
+    free(velocity);
+    const int steps = 40000 / mesh.node_count + 1, repeats = bench->quick ? 3 : 50;
+    Samples samples[CASES] = {0};
+    for (int r = -1; r < repeats && whole; r++)
+        for (int k = 0; k < CASES; k++) {
+            const int64_t begin = clock_thread_ns();
+            for (int i = 0; i < 4 * steps; i++)
+                sim_step(world[k].sim);
+            if (r >= 0)
+                samples_add(&samples[k], (double)(clock_thread_ns() - begin) * 1e-3 / (4 * steps));
+        }
+    if (!whole)
+        bench_fail(bench, name[CONSTANT], status.text);
+    for (int k = 0; k < CASES && whole; k++) {
+        bench_row(bench, name[k], mesh.node_count, "us_per_step", samples_min(&samples[k]), "us");
+        bench_row(bench, name[k], mesh.node_count, "substeps", world[k].body->substeps, "1");
+        if (k != WITHOUT)
+            bench_row(bench, name[k], mesh.node_count, "ratio",
+                      samples_min(&samples[k]) / samples_min(&samples[WITHOUT]), "1");
+    }
+    for (int k = 0; k < CASES; k++)
+        bench_world_destroy(&world[k]);
+    mesh_destroy(&mesh);
+}
+
 void bench_springs(Bench *bench)
 {
     bool wanted = false;
@@ -248,4 +301,9 @@ void bench_springs(Bench *bench)
         bench_skip(bench, "spring.bullet", "built without Bullet (libbullet-dev, PLIANT_BULLET)");
     for (int subdivisions = 3; wanted && subdivisions <= (bench->quick ? 3 : 6); subdivisions++)
         run_size(bench, subdivisions);
+    const bool encloses = bench_wants(bench, "spring.cavity");
+    for (int subdivisions = 3; encloses && subdivisions <= (bench->quick ? 3 : 5); subdivisions++) {
+        run_cavity(bench, subdivisions, PRECISION_DOUBLE);
+        run_cavity(bench, subdivisions, PRECISION_SINGLE);
+    }
 }

@@ -21,6 +21,7 @@ bool bench_world_create(BenchWorld *world, const TriMesh *mesh, const BenchWorld
         .body.name = "body",
         .material = options->material != NULL ? *options->material : bench_material(),
         .shape = bench_shape(),
+        .cavity = options->cavity,
         .body.integrator = options->integrator,
         .body.precision = options->precision,
         .body.time_step = options->time_step,

@@ -13,7 +13,8 @@ typedef struct BenchWorldOptions {
     const Vec3 *initial_velocity;    // [node_count] or NULL
     const ToolOptions *tool;         // or NULL
     const SurfaceMaterial *material; // NULL: bench_material()
-    bool held_below;                 // nodes below half the radius (0.2 m) are held
+    SurfaceCavity cavity;
+    bool held_below; // nodes below half the radius (0.2 m) are held
     bool may_load;
     const char *isa; // NULL: best
 } BenchWorldOptions;

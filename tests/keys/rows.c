@@ -142,6 +142,8 @@ const KeyRow KEY_ROWS[] = {
     {IN(BODY_TABLE, "materials", V | P, STATE, BODY, "",
         "materials = ( { label = 1; density = 900.0; } );")},
     {IN(BODY_TABLE, "shape", S, STATE, BODY, "", "shape = {};")},
+    {IN(BODY_TABLE, "cavity", S, STATE, BODY, "integrator = \"leapfrog\";",
+        "integrator = \"leapfrog\"; cavity = { pressure = 50.0; };")},
     {IN(BODY_TABLE, "contact", ALL, STATE, BODY, "", "contact = { stiffness = 0.3; };")},
     {IN(BODY_TABLE, "skin", V, SHOWN, BODY, "", "skin = { mesh = \"ball.obj\"; };")},
     {REFUSES(BODY_TABLE, "skin", P, BODY, "skin = { mesh = \"ball.obj\"; };",
@@ -326,6 +328,26 @@ const KeyRow KEY_ROWS[] = {
     {REFUSES(SHAPE_TABLE, "damping_direction", S, BODY,
              "shape = { frame = \"body\"; damping_direction = \"radial\"; };", "needs frame")},
 
+#define FILLED(base, changed)                                                                      \
+    STATE, BODY, "integrator = \"leapfrog\"; cavity = { " base " };",                              \
+        "integrator = \"leapfrog\"; cavity = { " changed " };"
+    {IN(CAVITY_TABLE, "pressure", S, FILLED("", "pressure = 50.0;"))},
+    {IN(CAVITY_TABLE, "gas", S, FILLED("pressure = 50.0;", "pressure = 50.0; gas = true;"))},
+    {IN(CAVITY_TABLE, "ambient", S,
+        FILLED("pressure = 50.0; gas = true;", "pressure = 50.0; gas = true; ambient = 1.0e4;"))},
+    {IS_IDLE(CAVITY_TABLE, "ambient", S, BODY, "integrator = \"leapfrog\"; cavity = {};",
+             "integrator = \"leapfrog\"; cavity = { ambient = 1.0e4; };", "gas is false")},
+    {IN(CAVITY_TABLE, "fluid", S, FILLED("pressure = 50.0;", "pressure = 50.0; fluid = true;"))},
+    {REFUSES(CAVITY_TABLE, "fluid", S, BODY,
+             "integrator = \"leapfrog\"; cavity = { gas = true; fluid = true; };",
+             "cannot be mixed with gas")},
+    {IN(CAVITY_TABLE, "bulk_modulus", S,
+        FILLED("pressure = 50.0; fluid = true;",
+               "pressure = 50.0; fluid = true; bulk_modulus = 1.0e4;"))},
+    {IS_IDLE(CAVITY_TABLE, "bulk_modulus", S, BODY, "integrator = \"leapfrog\"; cavity = {};",
+             "integrator = \"leapfrog\"; cavity = { bulk_modulus = 1.0e4; };", "fluid is false")},
+    {IS_IDLE(CAVITY_TABLE, "density", S, BODY, "integrator = \"leapfrog\"; cavity = {};",
+             "integrator = \"leapfrog\"; cavity = { density = 50.0; };", "cuttable is false")},
 #define ADAPTS(more) "levels = 2; adapt = { " more " };"
     {REFUSES(MATERIAL_TABLE, "areal_density", S, BODY,
              "integrator = \"implicit\"; material = { areal_density = 1e-25; };",
@@ -547,11 +569,17 @@ int key_models(const OptionTable *table)
         const OptionTable *table;
         int models;
     } OF_SOME[] = {
-        {&MESH_TABLE, S},       {&MATERIAL_TABLE, S},
-        {&SHAPE_TABLE, S},      {&ADAPT_TABLE, S},
-        {&VOXELS_TABLE, V | P}, {&VOXEL_MATERIAL_TABLE, V | P},
-        {&SKIN_TABLE, V},       {&BRANCH_TABLE, V},
-        {&WEIGHT_TABLE, V},     {&LABEL_MATERIAL_TABLE, V | P},
+        {&MESH_TABLE, S},
+        {&MATERIAL_TABLE, S},
+        {&SHAPE_TABLE, S},
+        {&ADAPT_TABLE, S},
+        {&CAVITY_TABLE, S},
+        {&VOXELS_TABLE, V | P},
+        {&VOXEL_MATERIAL_TABLE, V | P},
+        {&SKIN_TABLE, V},
+        {&BRANCH_TABLE, V},
+        {&WEIGHT_TABLE, V},
+        {&LABEL_MATERIAL_TABLE, V | P},
         {&TOUCH_TABLE, S | V},
     };
     for (size_t i = 0; i < sizeof OF_SOME / sizeof *OF_SOME; i++)

@@ -43,6 +43,12 @@ const SessionScene session_scenes[SESSION_SCENES] = {
      true,
      true,
      false},
+    {"balloon",
+     2,
+     {{"gas", {0.0, 0.0, 0.0}, 0.03}, {"fluid", {0.1, 0.0, 0.0}, 0.03}},
+     true,
+     true,
+     false},
 };
 
 const char *session_scene(const SessionScene *scene, const char *precision, int threads)

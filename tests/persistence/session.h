@@ -26,7 +26,7 @@ typedef struct SessionScene {
     bool flat;           // in the plane z = 0
 } SessionScene;
 
-enum { SESSION_SCENES = 9 };
+enum { SESSION_SCENES = 10 };
 extern const SessionScene session_scenes[SESSION_SCENES];
 
 // The scene with its precision and number of threads in the scratch folder; its path.

@@ -44,6 +44,9 @@ static const Line SCENE[] = {
     {"bodies", "shape", "shape = {"},
     {"bodies.shape", NULL, ""},
     {"bodies", "shape", "};"},
+    {"bodies", "cavity", "cavity = {"},
+    {"bodies.cavity", NULL, ""},
+    {"bodies", "cavity", "};"},
     {"bodies", "cuttable", "cuttable = true;"},
     {"bodies", "tear", "tear = {"},
     {"bodies.tear", NULL, ""},
@@ -266,7 +269,7 @@ static void every_number_refuses_what_is_outside_its_range(void **unused)
                 break;
             case OPTION_REAL:
                 snprintf(value, sizeof value, "%.17e",
-                         option->open ? option->low : nextafter(option->low, -1.0));
+                         option->open ? option->low : nextafter(option->low, -HUGE_VAL));
                 expect_refused(table, option->key, value, "outside");
                 snprintf(value, sizeof value, "%.17e", nextafter(option->high, HUGE_VAL));
                 expect_refused(table, option->key, value, "outside");

@@ -11,6 +11,7 @@
 typedef struct FixtureOptions {
     SurfaceMaterial material;
     SurfaceShape shape;
+    SurfaceCavity cavity;
     double prestress;
     int levels, start_level;
     SurfaceAdjust adjust;

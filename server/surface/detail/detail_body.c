@@ -2,6 +2,7 @@
 #include "surface/detail/detail.h"
 
 #include "surface/bending.h"
+#include "surface/cavity.h"
 
 #include <limits.h>
 #include <string.h>
@@ -48,10 +49,25 @@ void detail_evaluate(SurfaceModel *model, SpringPass *pass)
         clear_handed(model);
     else if (lists->hanging_count > 0)
         detail_clear_masters(lists, model->basis.precision);
+    const SpringKernels *kernels = model->kernels;
+    const bool encloses = model->cavity != NULL;
     if (lists->hanging_count > 0) {
         pass->chunk = lists->hanging_chunk;
         pass->last_chunk = lists->hanging_chunk_count;
-        run(model, model->kernels->sum[model->damped][model->prestressed], pass);
+        // What hanging nodes pass on is scaled as springs are, and the pressure is not.
+        CavityPass handed;
+        const double scale = pass->stiffness_scale;
+        if (encloses) {
+            handed = *pass->cavity;
+            handed.pressure = scale > 0.0 ? handed.pressure / scale : 0.0;
+            pass->cavity = &handed;
+        }
+        run(model,
+            encloses ? kernels->cavity_sum[model->prestressed]
+                     : kernels->sum[model->damped][model->prestressed],
+            pass);
+        if (encloses)
+            pass->cavity = &model->cavity->pass;
     }
     if (model->bending != NULL)
         bending_add(model, pass);
@@ -62,7 +78,9 @@ void detail_evaluate(SurfaceModel *model, SpringPass *pass)
     pass->last_chunk = lists->free_chunk_count;
     bool pieces = detail->frames != NULL && detail_frames_add(model, pass);
     bool external = *model->loaded != 0 || model->touched_count > 0 || pieces;
-    run(model, model->kernels->scattered[model->damped][model->shape][external][model->prestressed],
+    run(model,
+        encloses ? kernels->cavity_scattered[model->shape][model->prestressed]
+                 : kernels->scattered[model->damped][model->shape][external][model->prestressed],
         pass);
     if (pieces)
         detail_frames_take_back(model);

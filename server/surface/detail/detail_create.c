@@ -1,5 +1,6 @@
 // Creates a body with levels, and everything that follows from which faces are refined. Load time;
 // detail_rebuild also after the state was restored.
+#include "surface/cavity.h"
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
@@ -112,21 +113,21 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
                 leaves = detail_most_leaves(set, pack->of_slot[s]);
         most = leaves > most ? leaves : most;
         // Towards each neighbour there may be a whole edge and half of it; at a border there is one
-        // more edge than faces.
+        // more edge than faces. The ring around a cavity's node has a gap between both.
+        const int entries = (model->cavity != NULL ? 3 : 2) * leaves + 2;
         for (int k = 0; k < pack->window_chunks; k++)
             springs->start[w * pack->window_chunks + k + 1] =
-                springs->start[w * pack->window_chunks + k] + 2 * leaves + 2;
+                springs->start[w * pack->window_chunks + k] + entries;
     }
     size_t entries = (size_t)springs->start[chunks] * LANES;
     model_allocate_springs(model, entries, name, arena);
     // Scratch lists of the same bound.
     for (int d = 0; d < LEVELS_MAX + 4; d++)
         set->ring[d] = ALLOCATE(ARENA_TOPOLOGY, most, Leaf, "leaves around");
+    most = (model->cavity != NULL ? 3 : 2) * most + 2;
     for (int i = 0; i < pack->width; i++) {
-        pack->springs[i].neighbour =
-            ALLOCATE(ARENA_TOPOLOGY, 2 * most + 2, int, "springs of a node");
-        pack->springs[i].stiffness =
-            ALLOCATE(ARENA_TOPOLOGY, 2 * most + 2, double, "stiffness of a node");
+        pack->springs[i].neighbour = ALLOCATE(ARENA_TOPOLOGY, most, int, "springs of a node");
+        pack->springs[i].stiffness = ALLOCATE(ARENA_TOPOLOGY, most, double, "stiffness of a node");
     }
 }
 
@@ -270,6 +271,10 @@ void detail_publish(Body *body)
     }
     level_rules_raise_bounds(&detail->rules, body->finest_level, pack->least_lambda,
                              pack->least_damping, &body->lambda, &body->damping);
+    if (model->cavity != NULL) {
+        body->lambda += model->cavity->lambda;
+        cavity_find_borders(model);
+    }
     // The mesh as clients see it.
     const MeshSlots *slots = detail->faces.slots;
     slots_describe(slots, detail_topology(detail), &body->mesh);
@@ -478,6 +483,8 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
 
     // Tables first, then the state, then the level at which it starts.
     model_create_rest(model, mesh, name, arena, state);
+    if (model->cavity != NULL)
+        cavity_create_tables(model, name, arena);
     create_springs(model, name, arena);
     create_nodes(model, options, network->free_count, arena, state);
     detail_faces_create(&detail->faces, &detail->report, set, &detail->rules, name, arena);

@@ -5,6 +5,7 @@
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
+#include "surface/cavity.h"
 
 #include <string.h>
 
@@ -55,6 +56,27 @@ static void add_spring(NodeSprings *springs, int neighbour, double stiffness, bo
     springs->count++;
 }
 
+// Brings the springs of a node into the order of the faces around it.
+static void order_springs(int slot, int count, const int (*side)[2], NodeSprings *springs)
+{
+    int ring[3 * CAVITY_RING];
+    double stiffness[3 * CAVITY_RING];
+    const int length = cavity_ring(slot, count, side, ring);
+    for (int i = 0; i < length; i++) {
+        stiffness[i] = 0.0;
+        for (int k = 0; k < springs->count; k++) {
+            if (springs->neighbour[k] != ring[i])
+                continue;
+            // Once, also where the ring meets the same neighbour again.
+            stiffness[i] = springs->stiffness[k];
+            springs->stiffness[k] = 0.0;
+        }
+    }
+    memcpy(springs->neighbour, ring, (size_t)length * sizeof *ring);
+    memcpy(springs->stiffness, stiffness, (size_t)length * sizeof *stiffness);
+    springs->count = length;
+}
+
 // What moves with a node: mass [kg], and twice the stiffness of its springs [N/m] for the bound on
 // M^-1 K. Masters share those of a hanging node: a spring (h, x) with h = (a + b) / 2 adds to a row
 // sum of a at most half of what it would add to one of h.
@@ -75,6 +97,8 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
     int ends[LEVELS_MAX + 1] = {
         0}; // number of springs by level; one between two leaves is seen twice
     Carried sum = {0.0, 0.0};
+    int sides[CAVITY_RING][2];
+    ASSERT(model->cavity == NULL || count <= CAVITY_RING);
     if (springs != NULL)
         springs->count = 0;
     // Each leaf contributes a third of its mass and its part of the two springs at the node.
@@ -85,6 +109,9 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
         const int k = leaf[i].corner, side[2] = {k, (k + 2) % 3};
         const int other[2] = {corner[(k + 1) % 3], corner[(k + 2) % 3]};
         sum.mass += rules->areal_density * leaf_area(detail, &leaf[i]) / 3.0;
+        if (model->cavity != NULL)
+            for (int s = 0; s < 2; s++)
+                sides[i][s] = model->slot[other[s]];
         for (int s = 0; s < 2; s++) {
             // The spring along one of the leaf's two edges at the node.
             int edge = edges[side[s]], neighbour = model->slot[other[s]];
@@ -113,6 +140,8 @@ static Carried survey(const SurfaceModel *model, int node, int depth, NodeSpring
             }
         }
     }
+    if (model->cavity != NULL && springs != NULL)
+        order_springs(slot, count, (const int(*)[2])sides, springs);
     // The paper's mass is the mean over active edges.
     if (!set->constrained)
         sum.mass = level_rules_mixed_mass(rules, ends);
@@ -139,12 +168,16 @@ static void pack_springs(SurfaceModel *model, int lane, int slot, int entries,
 {
     SpringTable *table = &model->springs;
     int chunk = lane / LANES;
+    // Padding has no stiffness and leads to the node itself, unless it closes a ring.
+    const int padding =
+        model->cavity == NULL ? slot : cavity_padding(slot, springs->count, springs->neighbour);
     table->own[lane] = slot;
+    if (model->cavity != NULL)
+        cavity_put_place(model, lane, slot);
     for (int i = 0; i < entries; i++) {
         long at = (long)(table->start[chunk] + i) * LANES + lane % LANES;
-        // Padding has no stiffness and leads to the node itself.
         bool real = i < springs->count;
-        int other = real ? springs->neighbour[i] : slot;
+        int other = real ? springs->neighbour[i] : padding;
         double length = 0.0;
         // Rest lengths follow from rest positions.
         for (int c = 0; c < 3; c++) {
@@ -188,11 +221,19 @@ static void recall(const SurfaceModel *model, int slot, NodeSprings *springs)
     springs->count = 0;
     for (int e = table->start[chunk]; e < table->end[chunk]; e++) {
         long at = (long)e * LANES + lane % LANES;
-        if (table->neighbour[at] == slot)
+        const int other = table->neighbour[at];
+        if (model->cavity == NULL && other == slot)
             break; // padding
-        springs->neighbour[springs->count] = table->neighbour[at];
+        springs->neighbour[springs->count] = other;
         springs->stiffness[springs->count++] = model_get(model, table->stiffness, at);
     }
+    // Padding of rings: one that is closed ends before its first neighbour comes again, another
+    // after its last gap.
+    const int *other = springs->neighbour;
+    while (model->cavity != NULL && springs->count > 1 &&
+           (other[springs->count - 1] == other[0] ||
+            (other[springs->count - 1] == slot && other[springs->count - 2] == slot)))
+        springs->count--;
 }
 
 // Lists the nodes of a window with a given status, and their springs; those with fewest springs
@@ -258,6 +299,15 @@ static int most_springs(const DetailPack *pack, const PackList *list, int first)
     return most;
 }
 
+// Returns how many springs a node has; a gap in a ring is none.
+static int count_springs(int slot, const NodeSprings *springs)
+{
+    int count = 0;
+    for (int i = 0; i < springs->count; i++)
+        count += springs->neighbour[i] != slot;
+    return count;
+}
+
 // Fills the chunks from `chunk` on with the nodes of a list; returns how many it takes.
 static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
                       const PackList *list)
@@ -293,7 +343,7 @@ static int pack_nodes(SurfaceModel *model, int w, NodeStatus status, int chunk,
         // The node is up to date; its share of the window's sums.
         model->lane[slot] = lane;
         pack->is_dirty[node] = false;
-        pack->window[w].spring_ends += springs->count;
+        pack->window[w].spring_ends += count_springs(slot, springs);
         if (status == NODE_FREE)
             count_node(model, node, &pack->window[w]);
         if (model->rigid_weight != NULL)

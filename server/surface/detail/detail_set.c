@@ -1,5 +1,6 @@
 // The set of refined faces: which exist, which are leaves, which nodes hang; and how single faces
 // are refined and coarsened. Step thread.
+#include "surface/cavity.h"
 #include "surface/detail/detail.h"
 
 #include "base/check.h"
@@ -370,6 +371,8 @@ void detail_end_cut(Body *body)
     detail_hang(&model->detail->lists, model->basis.precision, model->rows[model->current]);
     detail_draw(&model->detail->faces, &model->detail->report);
     model->detail->adapt.sweep->topology++;
+    if (model->cavity != NULL)
+        cavity_forget(model->cavity);
     detail_publish(body);
 }
 

@@ -58,9 +58,20 @@ INLINE void store_nodes(Real *rows, const int *slot, const Nodes *nodes)
     vector_store_rows(rows + 4, slot, nodes->vx, nodes->vy, nodes->vz);
 }
 
-// Sums the spring forces on WIDTH nodes, before the stiffness scale.
+// Adds a x (b - c).
+INLINE void add_product(const Vector a[3], const Vector b[3], const Vector c[3], Vector sum[3])
+{
+    const Vector d[3] = {b[0] - c[0], b[1] - c[1], b[2] - c[2]};
+    sum[0] += a[1] * d[2] - a[2] * d[1];
+    sum[1] += a[2] * d[0] - a[0] * d[2];
+    sum[2] += a[0] * d[1] - a[1] * d[0];
+}
+
+// Sums the spring forces on WIDTH nodes, before the stiffness scale. `area`: twice the vector area
+// of the polygon of neighbours, which is six times the gradient of the volume (cavity.h); NULL: the
+// body has no cavity.
 INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane, bool damped,
-                        bool prestressed, bool scattered, Vector force[3])
+                        bool prestressed, bool scattered, Vector force[3], Vector *area)
 {
     const SpringTable *table = pass->springs;
     const Real *present = pass->present, *rest_length = table->rest_length,
@@ -68,6 +79,11 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
     const Vector one = vector_set(1.0), tiny = vector_set(1e-24); // (1e-12 m)^2
     const Vector zero = vector_set(0.0), beta = vector_set(pass->damping_time);
     Vector fx = zero, fy = zero, fz = zero;
+    // Of the neighbours: the first one, the last at an even number, and the one after that.
+    Vector first[3] = {zero, zero, zero}, even[3] = {zero, zero, zero},
+           between[3] = {zero, zero, zero};
+    for (int c = 0; c < 3 && area != NULL; c++)
+        area[c] = zero;
     const int end = scattered ? table->end[chunk] : table->start[chunk + 1];
     for (int entry = table->start[chunk]; entry < end; entry++) {
         long at = (long)entry * LANES + lane;
@@ -86,6 +102,23 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         if (prestressed)
             growth += vector_load((const Real *)table->preload + at);
 #endif
+        // Neighbours come in the order of the faces around the node. Two products of three in a row
+        // are one: a x b + b x c = b x (c - a).
+        if (area != NULL) {
+            const Vector d[3] = {dx, dy, dz};
+            const int number = entry - table->start[chunk];
+            if (number % 2 == 0) {
+                if (number > 0)
+                    add_product(between, d, even, area);
+                for (int c = 0; c < 3; c++) {
+                    even[c] = d[c];
+                    first[c] = number == 0 ? d[c] : first[c];
+                }
+            } else {
+                for (int c = 0; c < 3; c++)
+                    between[c] = d[c];
+            }
+        }
         Vector length2 = dx * dx + dy * dy + dz * dz;
         Vector k = vector_load(stiffness + at);
 #if KERNEL_SINGLE
@@ -121,6 +154,45 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
     force[0] = fx;
     force[1] = fy;
     force[2] = fz;
+    if (area == NULL)
+        return;
+    // From the last neighbour back to the first.
+    const Vector none[3] = {zero, zero, zero};
+    if ((end - table->start[chunk]) % 2 == 0)
+        add_product(between, first, even, area);
+    else
+        add_product(even, first, none, area);
+}
+
+// Adds the force of the pressure to the sum of WIDTH nodes, and returns the gradient of the volume
+// [m2].
+INLINE void add_pressure(const SpringPass *pass, const Vector area[3], Vector gradient[3],
+                         Vector force[3])
+{
+    const Vector sixth = vector_set(1.0 / 6.0), pressure = vector_set(pass->cavity->pressure);
+    for (int c = 0; c < 3; c++) {
+        gradient[c] = sixth * area[c];
+        force[c] += pressure * gradient[c];
+    }
+}
+
+// Stores what WIDTH nodes add to the volume once they have moved by `way`; at the end of a tick
+// also by how much that changes it.
+INLINE void store_volume(const SpringPass *pass, const Nodes *own, const Vector gradient[3],
+                         const Vector way[3], int chunk, int lane)
+{
+    const CavityPass *cavity = pass->cavity;
+    const long slot = (long)chunk * LANES + lane;
+    Vector x[3] = {own->x, own->y, own->z}, volume = vector_set(0.0), change = vector_set(0.0);
+    for (int c = 0; c < 3; c++) {
+#if KERNEL_SINGLE
+        x[c] += vector_load((const Real *)cavity->place + ((long)chunk * 3 + c) * LANES + lane);
+#endif
+        volume += gradient[c] * x[c];
+        change += gradient[c] * way[c];
+    }
+    vector_store((Real *)cavity->volume + slot, vector_set(1.0 / 3.0) * volume);
+    vector_store((Real *)cavity->change + slot, change);
 }
 
 // Adds virtual nodes in the world, damped only along the spring: eq 10 as printed. A node within
@@ -268,7 +340,7 @@ INLINE Vector square(Vector x, Vector y, Vector z)
 }
 
 INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bool external,
-                     bool prestressed, bool scattered)
+                     bool prestressed, bool cavity, bool scattered)
 {
     const Vector zero = vector_set(0.0), scale = vector_set(pass->stiffness_scale),
                  position_limit = vector_set(pass->position_limit * pass->position_limit),
@@ -290,8 +362,9 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
             Nodes own;
             load_own_nodes(pass, pass->present, slot, scattered, &own);
 
-            Vector force[3], a[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, scattered, force);
+            Vector force[3], a[3], area[3], gradient[3];
+            add_springs(pass, &own, chunk, lane, damped, prestressed, scattered, force,
+                        cavity ? area : NULL);
             // The forces that hanging nodes pass to their masters.
             if (scattered && pass->carries[chunk]) {
                 Vector handed[3], unused[3];
@@ -305,14 +378,21 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
                 if (external)
                     force[c] += vector_load((const Real *)pass->external +
                                             ((long)chunk * 3 + c) * LANES + lane);
+            }
+            if (cavity)
+                add_pressure(pass, area, gradient, force);
+            for (int c = 0; c < 3; c++)
                 a[c] = force[c] * inverse_mass +
                        vector_select_greater(inverse_mass, zero, gravity[c], zero);
-            }
             if (shape != SHAPE_FRAME_NONE)
                 add_shape(pass, &own, chunk, lane, shape, scattered, a);
 
             Nodes next;
             advance(pass, &by, &own, a, chunk, lane, scattered, &next);
+            if (cavity && pass->cavity->volume != NULL) {
+                const Vector way[3] = {next.x - own.x, next.y - own.y, next.z - own.z};
+                store_volume(pass, &own, gradient, way, chunk, lane);
+            }
             if (ends) // a sum of squares is NaN or infinite where one of them is
                 good &= (square(next.x, next.y, next.z) <= position_limit) &
                         (square(next.vx, next.vy, next.vz) <= velocity_limit);
@@ -329,16 +409,25 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
 }
 
 // Sums spring forces only, before the stiffness scale, for nodes that do not move by themselves.
-INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed)
+INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed, bool cavity)
 {
+    const Vector way = vector_set(pass->stage.advance * pass->h);
     for (int k = pass->first_chunk; k < pass->last_chunk; k++)
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const int chunk = pass->chunk[k];
             const int *slot = pass->springs->own + (long)chunk * LANES + lane;
             Nodes own;
             load_own_nodes(pass, pass->present, (long)chunk * LANES + lane, true, &own);
-            Vector force[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, true, force);
+            Vector force[3], area[3], gradient[3];
+            add_springs(pass, &own, chunk, lane, damped, prestressed, true, force,
+                        cavity ? area : NULL);
+            // They move with their masters; here by the velocity before the kick.
+            if (cavity) {
+                const Vector by[3] = {way * own.vx, way * own.vy, way * own.vz};
+                add_pressure(pass, area, gradient, force);
+                if (pass->cavity->volume != NULL)
+                    store_volume(pass, &own, gradient, by, chunk, lane);
+            }
             vector_store_rows(pass->handed, slot, force[0], force[1], force[2]);
         }
 }
@@ -363,17 +452,17 @@ static void drift(const void *present, void *next, int slot_count, double dt)
 #define VARIANT(name, damped, shape, external, prestressed)                                        \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        evaluate(pass, damped, shape, external, prestressed, false);                               \
+        evaluate(pass, damped, shape, external, prestressed, false, false);                        \
     }
 #define SCATTERED_VARIANT(name, damped, shape, external, prestressed)                              \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        evaluate(pass, damped, shape, external, prestressed, true);                                \
+        evaluate(pass, damped, shape, external, prestressed, false, true);                         \
     }
 #define SUM_VARIANT(name, damped, prestressed)                                                     \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        add_up(pass, damped, prestressed);                                                         \
+        add_up(pass, damped, prestressed, false);                                                  \
     }
 #define SHAPE_VARIANT_SET(name, damped, shape)                                                     \
     VARIANT(name, damped, shape, false, false)                                                     \
@@ -404,6 +493,32 @@ SUM_VARIANT(sum_plain_prestressed, false, true)
 SUM_VARIANT(sum_damped, true, false)
 SUM_VARIANT(sum_damped_prestressed, true, true)
 
+// Bodies with a cavity: damped and with forces from outside, of which there may be none.
+#define CAVITY_VARIANT(name, shape, prestressed)                                                   \
+    static void name(const SpringPass *pass)                                                       \
+    {                                                                                              \
+        evaluate(pass, true, shape, true, prestressed, true, false);                               \
+    }                                                                                              \
+    static void name##_scattered(const SpringPass *pass)                                           \
+    {                                                                                              \
+        evaluate(pass, true, shape, true, prestressed, true, true);                                \
+    }
+#define CAVITY_VARIANT_SET(name, shape)                                                            \
+    CAVITY_VARIANT(name, shape, false)                                                             \
+    CAVITY_VARIANT(name##_prestressed, shape, true)
+CAVITY_VARIANT_SET(cavity_none, SHAPE_FRAME_NONE)
+CAVITY_VARIANT_SET(cavity_world, SHAPE_FRAME_WORLD)
+CAVITY_VARIANT_SET(cavity_body, SHAPE_FRAME_BODY)
+CAVITY_VARIANT_SET(cavity_radial, SHAPE_FRAME_WORLD_RADIAL)
+static void cavity_sum(const SpringPass *pass)
+{
+    add_up(pass, true, false, true);
+}
+static void cavity_sum_prestressed(const SpringPass *pass)
+{
+    add_up(pass, true, true, true);
+}
+
 extern const SpringKernels KERNEL_NAME;
 const SpringKernels KERNEL_NAME = {
     .level = KERNEL_LEVEL,
@@ -418,6 +533,15 @@ const SpringKernels KERNEL_NAME = {
          {SHAPE_VARIANT_NAMES(damped_none_scattered), SHAPE_VARIANT_NAMES(damped_world_scattered),
           SHAPE_VARIANT_NAMES(damped_body_scattered),
           SHAPE_VARIANT_NAMES(damped_radial_scattered)}},
+    .cavity = {{cavity_none, cavity_none_prestressed},
+               {cavity_world, cavity_world_prestressed},
+               {cavity_body, cavity_body_prestressed},
+               {cavity_radial, cavity_radial_prestressed}},
+    .cavity_scattered = {{cavity_none_scattered, cavity_none_prestressed_scattered},
+                         {cavity_world_scattered, cavity_world_prestressed_scattered},
+                         {cavity_body_scattered, cavity_body_prestressed_scattered},
+                         {cavity_radial_scattered, cavity_radial_prestressed_scattered}},
+    .cavity_sum = {cavity_sum, cavity_sum_prestressed},
     .sum = {{sum_plain, sum_plain_prestressed}, {sum_damped, sum_damped_prestressed}},
     .bend = {bend_plain, bend_damped},
     .bend_measure = bend_measure,

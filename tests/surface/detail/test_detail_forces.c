@@ -179,6 +179,23 @@ static void pull_all(Plain *plain)
     }
 }
 
+// The pressure on every leaf, a third at each corner.
+static void press(Plain *plain, double pressure)
+{
+    const Detail *detail = plain->bench->detail;
+    for (int l = 0; l <= detail->set.levels.finest; l++)
+        for (int f = 0; f < detail->set.levels.level[l].face_count; f++) {
+            if (!detail_is_leaf(&detail->set, l, f))
+                continue;
+            const int *corner = detail->set.levels.level[l].face[f];
+            const Vec3 *x = plain->x;
+            const Vec3 twice = vec3_cross(vec3_sub(x[corner[1]], x[corner[0]]),
+                                          vec3_sub(x[corner[2]], x[corner[0]]));
+            for (int k = 0; k < 3; k++)
+                add(&plain->force[corner[k]], vec3_scale(pressure / 6.0, twice));
+        }
+}
+
 static void hand_over(Plain *plain)
 {
     const Detail *detail = plain->bench->detail;
@@ -263,6 +280,8 @@ static void check(DetailBench *bench, const SurfaceOptions *options, bool loaded
     pull_all(&plain);
     if (options->material.bending_stiffness > 0.0)
         fold_all(&plain, options->material.bending_stiffness);
+    if (options->cavity.wanted)
+        press(&plain, options->cavity.pressure);
     hand_over(&plain);
     ops->evaluate(model, &kick, 1.0);
     assert_true(ops->commit(model));
@@ -342,6 +361,11 @@ static void every_variant_agrees_with_a_plain_sum(void **unused)
                     if (adjust == ADJUST_CONTINUUM && variant % 2 == 0)
                         options.material.bending_stiffness = 1e-3;
                     check_variant(&options, variant % 3 > 0, 40 + (uint64_t)variant);
+                    // A closed body under pressure, which pushes as hard as springs pull.
+                    if (adjust != ADJUST_CONTINUUM)
+                        continue;
+                    options.cavity = (SurfaceCavity){.wanted = true, .pressure = 2000.0};
+                    check_variant(&options, 1, 80 + (uint64_t)variant);
                 }
 }
 
