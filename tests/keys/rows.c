@@ -346,6 +346,11 @@ const KeyRow KEY_ROWS[] = {
                "pressure = 50.0; fluid = true; bulk_modulus = 1.0e4;"))},
     {IS_IDLE(CAVITY_TABLE, "bulk_modulus", S, BODY, "integrator = \"leapfrog\"; cavity = {};",
              "integrator = \"leapfrog\"; cavity = { bulk_modulus = 1.0e4; };", "fluid is false")},
+    {IN(CAVITY_TABLE, "density", S, STATE, BODY,
+        "integrator = \"leapfrog\"; cuttable = true; cavity = { pressure = 50.0; };",
+        "integrator = \"leapfrog\"; cuttable = true; cavity = { pressure = 50.0; density = 50.0; "
+        "};"),
+     .also = {{TOOLS, BLADE}}},
     {IS_IDLE(CAVITY_TABLE, "density", S, BODY, "integrator = \"leapfrog\"; cavity = {};",
              "integrator = \"leapfrog\"; cavity = { density = 50.0; };", "cuttable is false")},
 #define ADAPTS(more) "levels = 2; adapt = { " more " };"

@@ -49,7 +49,7 @@ void free_fall_strip(RandomScene *scene)
     static const char *const keys[] = {
         "tools = (",          "loads = (",   "attachments = (", "fixed = (",
         "settle_s =",         "prestress =", "initial =",       "node_damping =",
-        "unsafe_time_step =", "tear = {",    "shape = {"};
+        "unsafe_time_step =", "tear = {",    "cavity = {",      "shape = {"};
     for (size_t k = 0; k < sizeof keys / sizeof *keys; k++) {
         int number = 1;
         for (int i = 0; i < scene->count; i++) {
