@@ -297,6 +297,7 @@ bool scene_read_shape(const SceneReader *reader, const config_setting_t *group, 
 #define AT(member) offsetof(SurfaceCavity, member)
 static const Option CAVITY_OPTIONS[] = {
     {"pressure", OPTION_REAL, AT(pressure), "Pa", -1e6, 1e6, .physics = true,
+     .feature = "pressure inside",
      .about =
          "Pressure above that outside. It stays, until a cut opens the wall. `gas` and `fluid` "
          "are let in at this pressure while the scene settles (`settle_s`), then sealed."},

@@ -85,6 +85,9 @@ static const Case SURFACE[] = {
     {.feature = "shape springs damped along themselves",
      .body = "shape = { damping_direction = \"radial\"; };",
      .others = 1}, // shape springs
+    {.feature = "pressure inside", .body = "cavity = { pressure = 50.0; };"},
+    {.feature = "gas inside", .body = "cavity = { gas = true; };"},
+    {.feature = "fluid inside", .body = "cavity = { fluid = true; };"},
     {.feature = "prestress", .body = "prestress = 0.05;"},
     {.feature = "implicit integration", .body = "integrator = \"implicit\";"},
     {.feature = "finer levels of detail", .body = "levels = 1;"},

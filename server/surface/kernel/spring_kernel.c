@@ -506,15 +506,15 @@ SUM_VARIANT(sum_damped_prestressed, true, true)
 #define CAVITY_VARIANT_SET(name, shape)                                                            \
     CAVITY_VARIANT(name, shape, false)                                                             \
     CAVITY_VARIANT(name##_prestressed, shape, true)
-CAVITY_VARIANT_SET(cavity_none, SHAPE_FRAME_NONE)
-CAVITY_VARIANT_SET(cavity_world, SHAPE_FRAME_WORLD)
-CAVITY_VARIANT_SET(cavity_body, SHAPE_FRAME_BODY)
-CAVITY_VARIANT_SET(cavity_radial, SHAPE_FRAME_WORLD_RADIAL)
-static void cavity_sum(const SpringPass *pass)
+CAVITY_VARIANT_SET(damped_cavity_none, SHAPE_FRAME_NONE)
+CAVITY_VARIANT_SET(damped_cavity_world, SHAPE_FRAME_WORLD)
+CAVITY_VARIANT_SET(damped_cavity_body, SHAPE_FRAME_BODY)
+CAVITY_VARIANT_SET(damped_cavity_radial, SHAPE_FRAME_WORLD_RADIAL)
+static void damped_cavity_sum(const SpringPass *pass)
 {
     add_up(pass, true, false, true);
 }
-static void cavity_sum_prestressed(const SpringPass *pass)
+static void damped_cavity_sum_prestressed(const SpringPass *pass)
 {
     add_up(pass, true, true, true);
 }
@@ -533,15 +533,16 @@ const SpringKernels KERNEL_NAME = {
          {SHAPE_VARIANT_NAMES(damped_none_scattered), SHAPE_VARIANT_NAMES(damped_world_scattered),
           SHAPE_VARIANT_NAMES(damped_body_scattered),
           SHAPE_VARIANT_NAMES(damped_radial_scattered)}},
-    .cavity = {{cavity_none, cavity_none_prestressed},
-               {cavity_world, cavity_world_prestressed},
-               {cavity_body, cavity_body_prestressed},
-               {cavity_radial, cavity_radial_prestressed}},
-    .cavity_scattered = {{cavity_none_scattered, cavity_none_prestressed_scattered},
-                         {cavity_world_scattered, cavity_world_prestressed_scattered},
-                         {cavity_body_scattered, cavity_body_prestressed_scattered},
-                         {cavity_radial_scattered, cavity_radial_prestressed_scattered}},
-    .cavity_sum = {cavity_sum, cavity_sum_prestressed},
+    .cavity = {{damped_cavity_none, damped_cavity_none_prestressed},
+               {damped_cavity_world, damped_cavity_world_prestressed},
+               {damped_cavity_body, damped_cavity_body_prestressed},
+               {damped_cavity_radial, damped_cavity_radial_prestressed}},
+    .cavity_scattered = {{damped_cavity_none_scattered, damped_cavity_none_prestressed_scattered},
+                         {damped_cavity_world_scattered, damped_cavity_world_prestressed_scattered},
+                         {damped_cavity_body_scattered, damped_cavity_body_prestressed_scattered},
+                         {damped_cavity_radial_scattered,
+                          damped_cavity_radial_prestressed_scattered}},
+    .cavity_sum = {damped_cavity_sum, damped_cavity_sum_prestressed},
     .sum = {{sum_plain, sum_plain_prestressed}, {sum_damped, sum_damped_prestressed}},
     .bend = {bend_plain, bend_damped},
     .bend_measure = bend_measure,
