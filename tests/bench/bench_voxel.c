@@ -354,7 +354,7 @@ static void run_relaxing(Bench *bench, const char *name, int cells, int levels)
         const size_t numbers = (size_t)batches_total(&m->batches) * (size_t)BRANCHES[k] * 6 * LANES;
         m->pass.branch_count = BRANCHES[k];
         for (int n = 0; n < BRANCHES[k]; n++)
-            m->pass.branch[n] = (VoxelBranch){.stiffness = 0.2, .half = 0.99};
+            m->pass.branch[n] = (RelaxationBranch){.stiffness = 0.2, .half = 0.99};
         // As in the server: read from one array in the first substep, then in place.
         m->pass.dashpot = m->pass.dashpot_next =
             arena_allocate(&m->arena, ARENA_STEP, numbers + 1, sizeof(float), "dashpots");

@@ -104,7 +104,7 @@ static const Feature VOXEL[] = {
     {.name = "relaxation",
      .material = "damping = 0.0; relaxation = ( { time = 0.1; share = 0.2; } );",
      .kernel = "plain_relaxing_undamped",
-     .files = {"voxel/relaxation.c"},
+     .files = {"dynamics/relaxation.c"},
      .arrays = {"/dashpots"}},
     {.name = "larger elements inside", .body = "levels = 1;", .arrays = {"/hanging vertices"}},
     {.name = "cuts",
