@@ -6,6 +6,7 @@
 #include "base/check.h"
 #include "base/memory.h"
 #include "dynamics/body.h"
+#include "dynamics/maxwell.h"
 #include "geometry/levels.h"
 #include "geometry/mesh.h"
 
@@ -26,6 +27,10 @@ typedef struct SurfaceMaterial {
     double node_damping; // [N s/m]
     // both: D, instead of a thickness; adjust = "continuum" only (bending.h)
     double bending_stiffness; // [N m]; 0: none
+    // both: what relaxes of the springs; explicit steps of kicks only (law.h)
+    int branch_count;
+    MaxwellBranch branch[MAXWELL_BRANCHES];
+    double loss_factor; // that the branches follow from; 0: given themselves
 } SurfaceMaterial;
 
 typedef enum ShapeFrame { SHAPE_WORLD, SHAPE_BODY } ShapeFrame;

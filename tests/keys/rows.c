@@ -376,6 +376,24 @@ const KeyRow KEY_ROWS[] = {
         BOX("count = [6, 6, 1]; dimensions = 2;"))},
     {REFUSES(VOXELS_TABLE, "dimensions", P, SOURCE, DISC("dimensions = 3;"), "a plane body")},
 
+    {REFUSES(MATERIAL_TABLE, "relaxation", S, BODY,
+             "integrator = \"rk4\"; material = { relaxation = ( { time = 0.1; share = 0.2; } ); };",
+             "relaxation needs integrator \"leapfrog\" or \"symplectic_euler\", not \"rk4\"")},
+    {REFUSES(MATERIAL_TABLE, "relaxation", S, BODY,
+             "material = { relaxation = ( { time = 0.1; share = 0.6; }, { time = 1.0; share = "
+             "0.6; } ); };",
+             "add up to 1.2, more than 0.95")},
+    {IN(MATERIAL_TABLE, "relaxation", S,
+        MATERIAL("", "relaxation = ( { time = 0.1; share = 0.2; } );"))},
+    {REFUSES(MATERIAL_TABLE, "loss_factor", S, BODY,
+             "integrator = \"implicit\"; material = { loss_factor = 0.1; };",
+             "loss_factor needs integrator \"leapfrog\" or \"symplectic_euler\", not "
+             "\"implicit\"")},
+    {REFUSES(MATERIAL_TABLE, "loss_factor", S, BODY,
+             "material = { loss_factor = 0.1; relaxation = ( { time = 0.1; share = 0.2; } ); };",
+             "cannot be mixed with relaxation")},
+    {IN(MATERIAL_TABLE, "loss_factor", S, MATERIAL("", "loss_factor = 0.1;"))},
+
     {IN(VOXEL_MATERIAL_TABLE, "poisson_ratio", V | P, MATERIAL("", "poisson_ratio = 0.3;"))},
     {REFUSES(VOXEL_MATERIAL_TABLE, "poisson_ratio", V | P, BODY,
              "law = \"miyazaki2004\"; material = { poisson_ratio = 0.3; };", "knows only 0")},
@@ -407,6 +425,14 @@ const KeyRow KEY_ROWS[] = {
              "cannot be mixed with relaxation")},
     {IN(VOXEL_MATERIAL_TABLE, "loss_factor", V,
         MATERIAL("drag = 0.0;", "drag = 0.0; loss_factor = 0.1;"))},
+#define RELAXES(values) "material = { relaxation = ( { " values " } ); };"
+    {IN(BRANCH_TABLE, "time", S, STATE, BODY, RELAXES("time = 0.1; share = 0.2;"),
+        RELAXES("time = 0.2; share = 0.2;"))},
+    {IN(BRANCH_TABLE, "share", S, STATE, BODY, RELAXES("time = 0.1; share = 0.2;"),
+        RELAXES("time = 0.1; share = 0.3;"))},
+    {REFUSES(BRANCH_TABLE, "volumetric", S, BODY,
+             RELAXES("time = 0.1; share = 0.2; volumetric = true;"),
+             "volumetric means nothing for a surface body")},
 #define BRANCH(values) "material = { drag = 0.0; relaxation = ( { " values " } ); };"
     {IN(BRANCH_TABLE, "time", V, STATE, BODY, BRANCH("time = 0.1; share = 0.2;"),
         BRANCH("time = 0.2; share = 0.2;"))},
@@ -550,7 +576,7 @@ int key_models(const OptionTable *table)
         {&MESH_TABLE, S},       {&MATERIAL_TABLE, S},
         {&SHAPE_TABLE, S},      {&ADAPT_TABLE, S},
         {&VOXELS_TABLE, V | P}, {&VOXEL_MATERIAL_TABLE, V | P},
-        {&SKIN_TABLE, V},       {&BRANCH_TABLE, V},
+        {&SKIN_TABLE, V},       {&BRANCH_TABLE, S | V},
         {&WEIGHT_TABLE, V},     {&LABEL_MATERIAL_TABLE, V | P},
         {&TOUCH_TABLE, S | V},
     };
