@@ -159,6 +159,12 @@ bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, M
 
 // --- `material` and `shape`: each in physical units or as the paper's values per spring and node -
 
+// The keys of `material`, and a group that is read further.
+typedef struct MaterialGroup {
+    SurfaceMaterial material; // first: offsets of rows are the same in a SurfaceMaterial
+    const config_setting_t *stiffening;
+} MaterialGroup;
+
 #define AT(member) offsetof(SurfaceMaterial, member)
 static const Option MATERIAL_OPTIONS[] = {
     {"youngs_modulus_2d", OPTION_REAL, AT(youngs_modulus_2d), "N/m", 0.0, 1e9, .open = true,
@@ -185,6 +191,8 @@ static const Option MATERIAL_OPTIONS[] = {
      .physics = true, .about = "Uniform: mass of every node."},
     {"node_damping", OPTION_REAL, AT(node_damping), "N s/m", 0.0, 1e6, .physics = true,
      .feature = "drag on nodes", .about = "Both: drag on every node's velocity."},
+    {"stiffening", OPTION_GROUP, offsetof(MaterialGroup, stiffening), "", .preset_text = "linear",
+     .about = "Both: stiffening of springs with strain. Not built yet."},
 };
 #undef AT
 const OptionTable MATERIAL_TABLE = TITLED_TABLE(
@@ -235,7 +243,14 @@ static bool require(const SceneReader *reader, const config_setting_t *group, co
 bool scene_read_material(const SceneReader *reader, const config_setting_t *group,
                          SurfaceMaterial *material)
 {
-    if (!option_read(&MATERIAL_TABLE, group, &reader->source, material) ||
+    MaterialGroup raw = {0};
+    if (!option_read(&MATERIAL_TABLE, group, &reader->source, &raw))
+        return false;
+    *material = raw.material;
+    if (raw.stiffening != NULL) // remove this once springs stiffen
+        return option_fail(&reader->source, raw.stiffening,
+                           "stiffening is not built yet for a surface body, only for a voxel body");
+    if (!scene_read_stiffening(reader, raw.stiffening, &material->stiffening) ||
         !choose(reader, group, PHYSICAL_KEYS, UNIFORM_KEYS, &material->uniform))
         return false;
     if (option_given(group, "thickness") && option_given(group, "bending_stiffness"))
@@ -299,7 +314,9 @@ void scene_preset_surface(SurfaceOptions *surface)
     Status status = {0};
     const OptionSource nowhere = {.path = "", .status = &status};
     // Defaults cannot fail.
-    option_read(&MATERIAL_TABLE, NULL, &nowhere, &surface->material);
+    MaterialGroup material = {0};
+    option_read(&MATERIAL_TABLE, NULL, &nowhere, &material);
+    surface->material = material.material;
     option_read(&SHAPE_TABLE, NULL, &nowhere, &surface->shape);
     option_read(&ADAPT_TABLE, NULL, &nowhere, &surface->adapt);
     surface->shape.wanted = true;

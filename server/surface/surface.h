@@ -6,6 +6,7 @@
 #include "base/check.h"
 #include "base/memory.h"
 #include "dynamics/body.h"
+#include "dynamics/stiffening.h"
 #include "geometry/levels.h"
 #include "geometry/mesh.h"
 
@@ -26,6 +27,7 @@ typedef struct SurfaceMaterial {
     double node_damping; // [N s/m]
     // both: D, instead of a thickness; adjust = "continuum" only (bending.h)
     double bending_stiffness; // [N m]; 0: none
+    Stiffening stiffening;
 } SurfaceMaterial;
 
 typedef enum ShapeFrame { SHAPE_WORLD, SHAPE_BODY } ShapeFrame;
