@@ -163,6 +163,7 @@ bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, M
 typedef struct MaterialGroup {
     SurfaceMaterial material; // first: offsets of rows are the same in a SurfaceMaterial
     const config_setting_t *relaxation;
+    const config_setting_t *stiffening;
 } MaterialGroup;
 
 #define AT(member) offsetof(SurfaceMaterial, member)
@@ -200,6 +201,8 @@ static const Option MATERIAL_OPTIONS[] = {
      .about = "Both: tangent of the phase between strain and stress, nearly the same from 1 to "
               "100 Hz, by three branches of `relaxation`, instead of it. A swing's damping ratio "
               "by stretching is half of it."},
+    {"stiffening", OPTION_GROUP, offsetof(MaterialGroup, stiffening), "", .preset_text = "linear",
+     .about = "Both: stiffening of springs with strain. Not built yet."},
 };
 #undef AT
 const OptionTable MATERIAL_TABLE = TITLED_TABLE(
@@ -266,9 +269,13 @@ bool scene_read_material(const SceneReader *reader, const config_setting_t *grou
     if (!option_read(&MATERIAL_TABLE, group, &reader->source, &raw))
         return false;
     *material = raw.material;
+    if (raw.stiffening != NULL) // remove this once springs stiffen
+        return option_fail(&reader->source, raw.stiffening,
+                           "stiffening is not built yet for a surface body, only for a voxel body");
     if (!scene_read_branches(reader, group, raw.relaxation, material->loss_factor,
                              &material->branch_count, material->branch) ||
         !check_branches(reader, raw.relaxation, material) ||
+        !scene_read_stiffening(reader, raw.stiffening, &material->stiffening) ||
         !choose(reader, group, PHYSICAL_KEYS, UNIFORM_KEYS, &material->uniform))
         return false;
     if (option_given(group, "thickness") && option_given(group, "bending_stiffness"))

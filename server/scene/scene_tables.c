@@ -9,11 +9,13 @@
 const OptionTable *scene_table(int index)
 {
     static const OptionTable *const TABLES[SCENE_TABLE_COUNT] = {
-        &SCENE_TABLE,          &PUBLISH_TABLE,        &CAPACITY_TABLE, &BODY_TABLE,  &MESH_TABLE,
-        &PLACEMENT_TABLE,      &MATERIAL_TABLE,       &SHAPE_TABLE,    &ADAPT_TABLE, &VOXELS_TABLE,
-        &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE, &BRANCH_TABLE,   &SKIN_TABLE,  &TEAR_TABLE,
-        &CONTACT_TABLE,        &FIXED_TABLE,          &WEIGHT_TABLE,   &TOOL_TABLE,  &CAPSULE_TABLE,
-        &PLANE_TABLE,          &ATTACHMENT_TABLE,     &TOUCH_TABLE,    &LOAD_TABLE,
+        &SCENE_TABLE,   &PUBLISH_TABLE,    &CAPACITY_TABLE,       &BODY_TABLE,
+        &MESH_TABLE,    &PLACEMENT_TABLE,  &MATERIAL_TABLE,       &SHAPE_TABLE,
+        &ADAPT_TABLE,   &VOXELS_TABLE,     &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE,
+        &BRANCH_TABLE,  &STIFFENING_TABLE, &SKIN_TABLE,           &TEAR_TABLE,
+        &CONTACT_TABLE, &FIXED_TABLE,      &WEIGHT_TABLE,         &TOOL_TABLE,
+        &CAPSULE_TABLE, &PLANE_TABLE,      &ATTACHMENT_TABLE,     &TOUCH_TABLE,
+        &LOAD_TABLE,
     };
     ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
     return TABLES[index];
@@ -22,6 +24,7 @@ const OptionTable *scene_table(int index)
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
 {
     const SurfaceOptions *surface = &body->surface;
+    const Stiffening *stiffening = &body->voxel.stiffening;
     int count = 0;
     // What all bodies have, then what belongs to the model.
     group[count++] = (KeyGroup){&BODY_TABLE, body, sizeof *body, false};
@@ -29,6 +32,8 @@ int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
     group[count++] = (KeyGroup){&TEAR_TABLE, body, sizeof *body, !body->options.cuttable};
     if (body->model == MODEL_VOXEL) {
         group[count++] = (KeyGroup){&VOXEL_MATERIAL_TABLE, body, sizeof *body, false};
+        group[count++] = (KeyGroup){&STIFFENING_TABLE, stiffening, sizeof *stiffening,
+                                    !(stiffening->strain > 0.0)};
     } else {
         group[count++] =
             (KeyGroup){&MATERIAL_TABLE, &surface->material, sizeof surface->material, false};

@@ -241,6 +241,8 @@ static const Option MATERIAL_OPTIONS[] = {
      .about = "Tangent of the phase between strain and stress, nearly the same from 1 to 100 Hz, "
               "by three branches of `relaxation`, instead of it. A swing's damping ratio is half "
               "of it. Solids only."},
+    {"stiffening", OPTION_GROUP, AT(stiffening), "", .preset_text = "linear",
+     .about = "Stiffening with strain, of all labels alike. Solids only."},
 };
 const OptionTable VOXEL_MATERIAL_TABLE =
     TITLED_TABLE("`bodies.material` of a voxel body", "bodies.material",
@@ -385,6 +387,17 @@ static bool choose_branches(const SceneReader *reader, const BodyGroup *raw,
                                body->voxel.branch);
 }
 
+static bool choose_stiffening(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
+{
+    const config_setting_t *at = body->stiffening;
+    body->stiffening = NULL; // libconfig's, as above
+    if (at != NULL && body->dimensions == 2)
+        return option_fail(&reader->source, at, "stiffening means nothing for a plane body");
+    if (at != NULL && raw->body.voxel.law == VOXEL_MIYAZAKI2004)
+        return option_fail(&reader->source, at, "stiffening needs law \"affine\"");
+    return scene_read_stiffening(reader, at, &body->voxel.stiffening);
+}
+
 // The paper's element has one stiffness: its Poisson ratio is 0.
 static bool check_poisson(const SceneReader *reader, const BodyGroup *raw,
                           const config_setting_t *group, double poisson_ratio)
@@ -432,7 +445,7 @@ static bool read_materials(const SceneReader *reader, const BodyGroup *raw, Scen
     if (!option_read(&VOXEL_MATERIAL_TABLE, raw->material, &reader->source, body) ||
         !check_poisson(reader, raw, raw->material, body->usual.poisson_ratio) ||
         !choose_damping(reader, raw->material, body) ||
-        !choose_branches(reader, raw, raw->material, body))
+        !choose_branches(reader, raw, raw->material, body) || !choose_stiffening(reader, raw, body))
         return false;
     // Each label begins with the usual material,
     int count = body->voxels.label_count;

@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "dynamics/body.h"
 #include "dynamics/maxwell.h"
+#include "dynamics/stiffening.h"
 #include "geometry/levels.h"
 #include "geometry/mesh.h"
 
@@ -31,6 +32,7 @@ typedef struct SurfaceMaterial {
     int branch_count;
     MaxwellBranch branch[MAXWELL_BRANCHES];
     double loss_factor; // that the branches follow from; 0: given themselves
+    Stiffening stiffening;
 } SurfaceMaterial;
 
 typedef enum ShapeFrame { SHAPE_WORLD, SHAPE_BODY } ShapeFrame;

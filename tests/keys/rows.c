@@ -418,6 +418,24 @@ const KeyRow KEY_ROWS[] = {
         "add up to 1.2, more than 0.95")},
     {IN(VOXEL_MATERIAL_TABLE, "relaxation", V,
         MATERIAL("drag = 0.0;", "drag = 0.0; relaxation = ( { time = 0.1; share = 0.2; } );"))},
+#define STIFFENS(values) "material = { stiffening = { " values " }; };"
+    {REFUSES(MATERIAL_TABLE, "stiffening", S, BODY, STIFFENS("strain = 0.15; cap = 10.0;"),
+             "stiffening is not built yet for a surface body")},
+    {REFUSES(VOXEL_MATERIAL_TABLE, "stiffening", P, BODY, STIFFENS("strain = 0.15; cap = 10.0;"),
+             "means nothing for a plane body")},
+    {REFUSES(VOXEL_MATERIAL_TABLE, "stiffening", V, BODY,
+             "law = \"miyazaki2004\"; " STIFFENS("strain = 0.15; cap = 10.0;"),
+             "needs law \"affine\"")},
+    {IN(VOXEL_MATERIAL_TABLE, "stiffening", V,
+        MATERIAL("", "stiffening = { strain = 0.05; cap = 10.0; };"))},
+    {IN(STIFFENING_TABLE, "strain", V, STATE, BODY, STIFFENS("strain = 0.05; cap = 10.0;"),
+        STIFFENS("strain = 0.08; cap = 10.0;"))},
+    {REFUSES(STIFFENING_TABLE, "strain", V, BODY, STIFFENS("strain = 0.0; cap = 10.0;"),
+             "strain 0 outside (0, 10]")},
+    {IN(STIFFENING_TABLE, "cap", V, STATE, BODY, STIFFENS("strain = 0.05; cap = 10.0;"),
+        STIFFENS("strain = 0.05; cap = 2.0;"))},
+    {REFUSES(STIFFENING_TABLE, "cap", V, BODY, STIFFENS("strain = 0.05; cap = 0.5;"),
+             "cap 0.5 outside [1, 100]")},
     {REFUSES(VOXEL_MATERIAL_TABLE, "loss_factor", P, BODY, "material = { loss_factor = 0.1; };",
              "means nothing for a plane body")},
     {REFUSES(VOXEL_MATERIAL_TABLE, "loss_factor", V, BODY,
@@ -573,12 +591,10 @@ int key_models(const OptionTable *table)
         const OptionTable *table;
         int models;
     } OF_SOME[] = {
-        {&MESH_TABLE, S},       {&MATERIAL_TABLE, S},
-        {&SHAPE_TABLE, S},      {&ADAPT_TABLE, S},
-        {&VOXELS_TABLE, V | P}, {&VOXEL_MATERIAL_TABLE, V | P},
-        {&SKIN_TABLE, V},       {&BRANCH_TABLE, S | V},
-        {&WEIGHT_TABLE, V},     {&LABEL_MATERIAL_TABLE, V | P},
-        {&TOUCH_TABLE, S | V},
+        {&MESH_TABLE, S},   {&MATERIAL_TABLE, S},           {&SHAPE_TABLE, S},
+        {&ADAPT_TABLE, S},  {&VOXELS_TABLE, V | P},         {&VOXEL_MATERIAL_TABLE, V | P},
+        {&SKIN_TABLE, V},   {&BRANCH_TABLE, S | V},         {&STIFFENING_TABLE, V},
+        {&WEIGHT_TABLE, V}, {&LABEL_MATERIAL_TABLE, V | P}, {&TOUCH_TABLE, S | V},
     };
     for (size_t i = 0; i < sizeof OF_SOME / sizeof *OF_SOME; i++)
         if (OF_SOME[i].table == table)

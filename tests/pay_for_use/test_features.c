@@ -98,6 +98,8 @@ static const Case VOXEL[] = {
     {.feature = "damping of elements", .material = "damping = 0.2;"},
     {.feature = "damping by a time", .material = "damping_time = 1.0e-4;"},
     {.feature = "loss factor", .material = "damping = 0.0; loss_factor = 0.1;"},
+    {.feature = "stiffening",
+     .material = "damping = 0.0; stiffening = { strain = 0.2; cap = 5.0; };"},
     {.feature = "drag on solids", .material = "damping = 0.0; drag = 1.0;"},
     {.feature = "inner vertices in messages",
      .publish = "mesh_hz = 0.0; status_hz = 0.0; nodes = \"all\";",
