@@ -68,7 +68,14 @@ static void print_springs(const Body *body, const SurfaceMaterial *material, FIL
 {
     const int count = material->branch_count;
     const MaxwellBranch *branch = material->branch;
+    const StiffeningCurve curve = stiffening_curve(material->stiffening.cap);
     const double damping = material->uniform ? 0.0 : material->damping_time;
+    if (stiffening_is_on(&material->stiffening))
+        fprintf(out,
+                "  springs stiffen: %.4g times the pull of the linear law at a strain of %.4g, at "
+                "most %.4g times its stiffness, which the time step follows\n",
+                stiffening_factor(&curve, 1.0), material->stiffening.strain,
+                material->stiffening.cap);
     if (count == 0)
         return;
     print_branches(count, branch, out);

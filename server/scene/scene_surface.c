@@ -202,7 +202,8 @@ static const Option MATERIAL_OPTIONS[] = {
               "100 Hz, by three branches of `relaxation`, instead of it. A swing's damping ratio "
               "by stretching is half of it."},
     {"stiffening", OPTION_GROUP, offsetof(MaterialGroup, stiffening), "", .preset_text = "linear",
-     .about = "Both: stiffening of springs with strain. Not built yet."},
+     .about = "Both: stiffening of springs as they are pulled; pushed ones stay linear, as fibres "
+              "buckle. Needs an explicit integrator."},
 };
 #undef AT
 const OptionTable MATERIAL_TABLE = TITLED_TABLE(
@@ -269,9 +270,6 @@ bool scene_read_material(const SceneReader *reader, const config_setting_t *grou
     if (!option_read(&MATERIAL_TABLE, group, &reader->source, &raw))
         return false;
     *material = raw.material;
-    if (raw.stiffening != NULL) // remove this once springs stiffen
-        return option_fail(&reader->source, raw.stiffening,
-                           "stiffening is not built yet for a surface body, only for a voxel body");
     if (!scene_read_branches(reader, group, raw.relaxation, material->loss_factor,
                              &material->branch_count, material->branch) ||
         !check_branches(reader, raw.relaxation, material) ||
@@ -416,17 +414,20 @@ static bool read_levels(const SceneReader *reader, const BodyGroup *raw, Surface
     return true;
 }
 
-// Only kicks advance dashpots. A body that chooses takes leapfrog.
+// A body that chooses takes leapfrog.
 static bool check_integrator(const SceneReader *reader, const BodyGroup *raw,
                              const SurfaceOptions *surface)
 {
-    const char *key = option_given(raw->material, "relaxation") ? "relaxation" : "loss_factor";
-    if (surface->material.branch_count == 0 || surface->automatic ||
-        integrator_is_symplectic(surface->body.integrator))
-        return true;
-    return option_fail(&reader->source, option_find(raw->material, key),
-                       "%s needs integrator \"leapfrog\" or \"symplectic_euler\", not \"%s\"", key,
-                       integrator_name(surface->body.integrator));
+#ifdef PLIANT_WITH_SURFACE
+    const char *key, *needs;
+    if (!surface_law_fits(surface, &key, &needs))
+        return option_fail(&reader->source, option_find(raw->material, key),
+                           "%s needs %s, not \"%s\"", key, needs,
+                           integrator_name(surface->body.integrator));
+#else
+    (void)reader, (void)raw, (void)surface;
+#endif
+    return true;
 }
 
 // Eq. 10 as printed cannot be part of the implicit system.

@@ -349,7 +349,7 @@ static void choose_integrator(SurfaceOptions *options, const SpringNetwork *netw
                                            network->finest_damping);
         const bool fast = stability_substeps(options->tick, limit) <= most;
         options->body.integrator =
-            fast || options->material.branch_count > 0 ? INTEGRATOR_LEAPFROG : INTEGRATOR_IMPLICIT;
+            fast || law_is_explicit(&options->material) ? INTEGRATOR_LEAPFROG : INTEGRATOR_IMPLICIT;
     }
     if (options->body.integrator == INTEGRATOR_IMPLICIT)
         options->body.precision = PRECISION_DOUBLE;
@@ -379,7 +379,10 @@ static bool options_fit(const SurfaceOptions *options, Status *status)
             status, STATUS_INVALID,
             "material: bending needs adjust = \"continuum\", with hanging nodes in the "
             "middle of their edges; it does not go with \"choi2005\"");
-    return law_fits(options, status);
+    const char *key, *needs;
+    return surface_law_fits(options, &key, &needs) ||
+           status_fail(status, STATUS_INVALID, "material: %s needs %s, not \"%s\"", key, needs,
+                       integrator_name(options->body.integrator));
 }
 
 // False with `status`: a wall thicker than its body is long. Its hinges outweigh its springs so far

@@ -15,6 +15,7 @@
 #include "dynamics/integrator.h"
 #include "dynamics/relaxation.h"
 #include "dynamics/rows.h"
+#include "dynamics/stiffening.h"
 
 #include <stdbool.h>
 
@@ -85,9 +86,10 @@ typedef void BendGatherKernel(const void *force, double scale, const void *exter
 // Laws of springs beside the linear one, and their kernels: sums of these.
 enum { SPRINGS_RELAX = 1, SPRINGS_STIFFEN = 2, SPRING_LAWS = 4 };
 
-// Stiffening (dynamics/stiffening.h): s, cap, q_c, its root and exp(q_c).
 typedef struct SpringStiffening {
-    double strain, cap, knee, root, at_knee;
+    double strain; // s
+    StiffeningCurve curve;
+    double root; // sqrt(q_c)
 } SpringStiffening;
 
 // One pass over the chunks first_chunk to last_chunk - 1.

@@ -4,25 +4,40 @@
 
 double law_rigidity(const SurfaceMaterial *material)
 {
-    return maxwell_rigidity(material->branch_count, material->branch);
+    return stiffening_cap(&material->stiffening) +
+           (maxwell_rigidity(material->branch_count, material->branch) - 1.0);
 }
 
-bool law_fits(const SurfaceOptions *options, Status *status)
+bool law_is_explicit(const SurfaceMaterial *material)
+{
+    return material->branch_count > 0 || stiffening_is_on(&material->stiffening);
+}
+
+bool surface_law_fits(const SurfaceOptions *options, const char **key, const char **needs)
 {
     const SurfaceMaterial *material = &options->material;
     const IntegratorKind integrator = options->body.integrator;
-    if (material->branch_count == 0 || options->automatic || integrator_is_symplectic(integrator))
-        return true;
-    return status_fail(status, STATUS_INVALID,
-                       "material: %s needs integrator \"leapfrog\" or \"symplectic_euler\", not "
-                       "\"%s\"",
-                       material->loss_factor > 0.0 ? "loss_factor" : "relaxation",
-                       integrator_name(integrator));
+    if (material->branch_count > 0 && !options->automatic &&
+        !integrator_is_symplectic(integrator)) {
+        *key = material->loss_factor > 0.0 ? "loss_factor" : "relaxation";
+        *needs = "integrator \"leapfrog\" or \"symplectic_euler\"";
+        return false;
+    }
+    *key = "stiffening";
+    *needs = "an explicit integrator";
+    return !stiffening_is_on(&material->stiffening) || options->automatic ||
+           integrator < INTEGRATOR_EXPLICIT;
 }
 
 void law_choose(SurfaceModel *model, const SurfaceMaterial *material)
 {
     model->law = material->branch_count > 0 ? SPRINGS_RELAX : 0;
+    if (stiffening_is_on(&material->stiffening)) {
+        const StiffeningCurve curve = stiffening_curve(material->stiffening.cap);
+        model->law |= SPRINGS_STIFFEN;
+        model->stiffening = (SpringStiffening){
+            .strain = material->stiffening.strain, .curve = curve, .root = sqrt(curve.knee)};
+    }
     // The kernels of a law know prestress and damping, which may be zero.
     model->prestressed |= model->law != 0;
 }
@@ -62,6 +77,14 @@ LawSpring law_spring(const SurfaceModel *model, long at, double x, double durati
 {
     LawSpring spring = {0.5 * x * x, x, 1.0};
     const Relaxation *relaxation = model->relaxation;
+    if ((model->law & SPRINGS_STIFFEN) != 0 && x > 0.0) {
+        const StiffeningCurve *curve = &model->stiffening.curve;
+        const double unit =
+            model->stiffening.strain * model_get(model, model->springs.rest_length, at);
+        const double q = x * x / (unit * unit);
+        spring = (LawSpring){0.5 * unit * unit * stiffening_energy(curve, q),
+                             stiffening_factor(curve, q) * x, stiffening_tangent(curve, q)};
+    }
     if (relaxation == NULL)
         return spring;
     double d[RELAXATION_NUMBERS];

@@ -1,15 +1,16 @@
-// Laws of springs beside the linear one: Maxwell branches (README.md, "Relaxation"). The kernel's
-// part is kernel/law.h. Each end of a spring has dashpots of its own: both are computed from the
-// same bits, and stay the same.
+// Laws of springs beside the linear one: Maxwell branches (README.md, "Relaxation") and stiffening
+// (README.md, "Stiffening"). The kernel's part is kernel/law.h. Each end of a spring has dashpots
+// of its own: both are computed from the same bits, and stay the same.
 #ifndef PLIANT_SURFACE_LAW_H
 #define PLIANT_SURFACE_LAW_H
 
 #include "surface/model.h"
 
-// Returns the largest stiffness of springs to fast strains over that of the linear law.
+// Returns the largest stiffness of springs over that of the linear law: to fast strains, and as far
+// as they stiffen.
 double law_rigidity(const SurfaceMaterial *material);
-// False with `status`: a law that the integrator does not know.
-bool law_fits(const SurfaceOptions *options, Status *status);
+// True if a body that chooses its integrator must take an explicit one.
+bool law_is_explicit(const SurfaceMaterial *material);
 
 // Load time: sets the model's law; then, once the springs have their tables, creates what it keeps
 // of them.

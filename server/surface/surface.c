@@ -369,6 +369,8 @@ static void surface_explain(const void *self, FILE *out)
             model->damped ? "in the kernel" : "left out (material.damping_time, spring_damping)");
     if (model->relaxation != NULL)
         fprintf(out, "    relaxation: in the kernel, %d branches\n", model->relaxation->count);
+    if (model->law & SPRINGS_STIFFEN)
+        fprintf(out, "    stiffening: in the kernel\n");
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],
             model->shape == SHAPE_FRAME_NONE ? " (shape)" : "");
     if (model->bending != NULL)

@@ -97,6 +97,10 @@ typedef struct SurfaceOptions {
     double tick; // if automatic
 } SurfaceOptions;
 
+// False if the integrator does not know the springs' law: the key of the material, and what it
+// needs.
+bool surface_law_fits(const SurfaceOptions *options, const char **key, const char **needs);
+
 // True if faces of the body are created and removed: it is built from level 0 and keeps the
 // hierarchy.
 static inline bool surface_changes(const SurfaceOptions *options)

@@ -36,10 +36,10 @@ INLINE Law law_of(const SpringPass *pass, int kind)
     if (kind & SPRINGS_STIFFEN) {
         const SpringStiffening *stiffening = &pass->stiffening;
         law.strain = vector_set(stiffening->strain);
-        law.knee = vector_set(stiffening->knee);
+        law.knee = vector_set(stiffening->curve.knee);
         law.root = vector_set(stiffening->root);
-        law.at_knee = vector_set(stiffening->at_knee);
-        law.rise = vector_set(stiffening->cap - stiffening->at_knee);
+        law.at_knee = vector_set(stiffening->curve.at_knee);
+        law.rise = vector_set(stiffening->curve.cap - stiffening->curve.at_knee);
     }
     return law;
 }
