@@ -85,6 +85,7 @@ typedef struct SceneBody {
     SolidMaterial usual;                       // of labels without a material of their own
     double loss_factor;                        // that voxel.branch follows from; 0: none given
     const struct config_setting_t *relaxation; // only while it is read
+    const struct config_setting_t *stiffening; // likewise
     SolidMaterial *material; // [voxels.label_count]; owned; voxel.material points here
     HungMass *weight;        // [voxel.weight_count]; owned; voxel.weight points here
     MeshSource skin;         // file NULL: none

@@ -162,6 +162,29 @@ const OptionTable TEAR_TABLE = BODY_OPTION_TABLE(
     "bodies.tear", "Threshold at which a body tears by its own strain: one of these.",
     TEAR_OPTIONS);
 
+static const Option STIFFENING_OPTIONS[] = {
+    {"strain", OPTION_REAL, offsetof(Stiffening, strain), "", 0.0, 10.0, .open = true,
+     .required = true, .physics = true, .feature = "stiffening",
+     .about = "Strain s in the law: along one axis the stress at a strain e is E e exp((e/s)^2), "
+              "2.7 times that of the linear law at e = s."},
+    {"cap", OPTION_REAL, offsetof(Stiffening, cap), "", 1.0, 100.0, .required = true,
+     .physics = true,
+     .about = "Largest stiffness over that of the linear law; from there on stress grows in a "
+              "straight line. The time step is that of a linear body so many times as stiff, "
+              "shorter by sqrt(cap), see `--check`. 1: linear."},
+};
+const OptionTable STIFFENING_TABLE = OPTION_TABLE(
+    "bodies.material.stiffening",
+    "Stiffening by Fung's exponential law: the energy W of the linear law becomes c (exp(W/c) - "
+    "1), with c that energy at the strain s along one axis.",
+    STIFFENING_OPTIONS);
+
+bool scene_read_stiffening(const SceneReader *reader, const config_setting_t *group,
+                           Stiffening *stiffening)
+{
+    return group == NULL || option_read(&STIFFENING_TABLE, group, &reader->source, stiffening);
+}
+
 const char *scene_model_name(SceneModel model)
 {
     return MODEL_WORDS[model].word;

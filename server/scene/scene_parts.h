@@ -39,7 +39,8 @@ enum { INTEGRATOR_AUTO = INTEGRATOR_COUNT };
 extern const OptionTable SCENE_TABLE, PUBLISH_TABLE, CAPACITY_TABLE;
 extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, WEIGHT_TABLE,
     PLACEMENT_TABLE;
-extern const OptionTable MESH_TABLE, MATERIAL_TABLE, SHAPE_TABLE, CAVITY_TABLE, ADAPT_TABLE;
+extern const OptionTable MESH_TABLE, MATERIAL_TABLE, STIFFENING_TABLE, SHAPE_TABLE, CAVITY_TABLE,
+    ADAPT_TABLE;
 extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, BRANCH_TABLE, LABEL_MATERIAL_TABLE,
     SKIN_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
@@ -54,11 +55,11 @@ typedef struct KeyGroup {
 } KeyGroup;
 
 // The groups of a body, without its sources and lists; returns their number.
-enum { KEY_GROUPS = 7 };
+enum { KEY_GROUPS = 8 };
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
 
 // The tables in the order of the reference.
-enum { SCENE_TABLE_COUNT = 25 };
+enum { SCENE_TABLE_COUNT = 26 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -116,6 +117,14 @@ bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, M
 // Reads `place` of the group `owner`, "bodies.mesh.place".
 bool scene_read_placement(const SceneReader *reader, const config_setting_t *group,
                           const char *owner, Vec3 *rotation, Vec3 *translation);
+// Finds the branches of a material: those of `list`, or of its loss factor.
+#define LOSS_MAX 0.3
+bool scene_read_branches(const SceneReader *reader, const config_setting_t *group,
+                         const config_setting_t *list, double loss_factor, int *count,
+                         MaxwellBranch branch[MAXWELL_BRANCHES]);
+// Reads `material.stiffening`; NULL: none.
+bool scene_read_stiffening(const SceneReader *reader, const config_setting_t *group,
+                           Stiffening *stiffening);
 bool scene_read_material(const SceneReader *reader, const config_setting_t *group,
                          SurfaceMaterial *material);
 bool scene_read_shape(const SceneReader *reader, const config_setting_t *group,

@@ -9,11 +9,13 @@
 const OptionTable *scene_table(int index)
 {
     static const OptionTable *const TABLES[SCENE_TABLE_COUNT] = {
-        &SCENE_TABLE,     &PUBLISH_TABLE,        &CAPACITY_TABLE,       &BODY_TABLE,   &MESH_TABLE,
-        &PLACEMENT_TABLE, &MATERIAL_TABLE,       &SHAPE_TABLE,          &CAVITY_TABLE, &ADAPT_TABLE,
-        &VOXELS_TABLE,    &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE, &BRANCH_TABLE, &SKIN_TABLE,
-        &TEAR_TABLE,      &CONTACT_TABLE,        &FIXED_TABLE,          &WEIGHT_TABLE, &TOOL_TABLE,
-        &CAPSULE_TABLE,   &PLANE_TABLE,          &ATTACHMENT_TABLE,     &TOUCH_TABLE,  &LOAD_TABLE,
+        &SCENE_TABLE,          &PUBLISH_TABLE,   &CAPACITY_TABLE,   &BODY_TABLE,
+        &MESH_TABLE,           &PLACEMENT_TABLE, &MATERIAL_TABLE,   &SHAPE_TABLE,
+        &CAVITY_TABLE,         &ADAPT_TABLE,     &VOXELS_TABLE,     &VOXEL_MATERIAL_TABLE,
+        &LABEL_MATERIAL_TABLE, &BRANCH_TABLE,    &STIFFENING_TABLE, &SKIN_TABLE,
+        &TEAR_TABLE,           &CONTACT_TABLE,   &FIXED_TABLE,      &WEIGHT_TABLE,
+        &TOOL_TABLE,           &CAPSULE_TABLE,   &PLANE_TABLE,      &ATTACHMENT_TABLE,
+        &TOUCH_TABLE,          &LOAD_TABLE,
     };
     ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
     return TABLES[index];
@@ -22,6 +24,8 @@ const OptionTable *scene_table(int index)
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
 {
     const SurfaceOptions *surface = &body->surface;
+    const Stiffening *stiffening =
+        body->model == MODEL_VOXEL ? &body->voxel.stiffening : &surface->material.stiffening;
     int count = 0;
     // What all bodies have, then what belongs to the model.
     group[count++] = (KeyGroup){&BODY_TABLE, body, sizeof *body, false};
@@ -39,6 +43,8 @@ int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
         group[count++] =
             (KeyGroup){&ADAPT_TABLE, &surface->adapt, sizeof surface->adapt, !surface->adaptive};
     }
+    group[count++] =
+        (KeyGroup){&STIFFENING_TABLE, stiffening, sizeof *stiffening, !(stiffening->strain > 0.0)};
     return count;
 }
 

@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "dynamics/body.h"
 #include "dynamics/maxwell.h"
+#include "dynamics/stiffening.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"
 #include "geometry/surface_field.h"
@@ -30,7 +31,8 @@ typedef struct VoxelOptions {
     double drag;                   // on the vertices, per mass [1/s]
     int branch_count;              // affine law: what relaxes
     MaxwellBranch branch[MAXWELL_BRANCHES];
-    int weight_count; // of a body that cannot be cut
+    Stiffening stiffening; // affine law
+    int weight_count;      // of a body that cannot be cut
     const HungMass *weight;
     bool publish_all; // also inner vertices
     // If it can be cut:

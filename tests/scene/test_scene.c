@@ -74,6 +74,11 @@ static const Line SCENE[] = {
     {"bodies.material.relaxation", "time", "time = 0.1;"},
     {"bodies.material.relaxation", "share", "share = 0.2;"},
     {VOXEL_MATERIAL, "relaxation", "} );"},
+    {VOXEL_MATERIAL, "stiffening", "stiffening = {"},
+    {"bodies.material.stiffening", NULL, ""},
+    {"bodies.material.stiffening", "strain", "strain = 0.2;"},
+    {"bodies.material.stiffening", "cap", "cap = 5.0;"},
+    {VOXEL_MATERIAL, "stiffening", "};"},
     {"liver", "", "};"},
     {"liver", "", "weights = ( {"},
     {"bodies.weights", NULL, ""},
@@ -155,7 +160,7 @@ static bool table_is_built(const OptionTable *table)
     return with_voxel ||
            (table != &VOXELS_TABLE && table != &VOXEL_MATERIAL_TABLE &&
             table != &LABEL_MATERIAL_TABLE && table != &SKIN_TABLE && table != &TOUCH_TABLE &&
-            table != &BRANCH_TABLE && table != &WEIGHT_TABLE);
+            table != &BRANCH_TABLE && table != &STIFFENING_TABLE && table != &WEIGHT_TABLE);
 }
 
 // The scene with `added` in a table and its line `key` left out (with all inside, for a group);

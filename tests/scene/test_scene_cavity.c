@@ -320,6 +320,11 @@ static void a_cut_balloon_repeats_bit_for_bit(void **unused)
         BALL(CUTTABLE "cavity = { pressure = 300.0; };"),
         BALL(CUTTABLE LEVELS "cavity = { gas = true; pressure = 300.0; };"),
         EXACT BALL(CUTTABLE LEVELS "cavity = { fluid = true; pressure = 300.0; };"),
+        // With springs that relax and stiffen.
+        BALL(LEVELS "cuttable = true; cavity = { gas = true; pressure = 300.0; };\n"
+                    "material = { youngs_modulus_2d = 80.0;\n"
+                    "  stiffening = { strain = 0.15; cap = 5.0; };\n"
+                    "  relaxation = ( { time = 0.02; share = 0.3; } ); };"),
     };
     for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
         uint64_t end[3] = {0};

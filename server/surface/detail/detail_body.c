@@ -50,23 +50,22 @@ void detail_evaluate(SurfaceModel *model, SpringPass *pass)
     else if (lists->hanging_count > 0)
         detail_clear_masters(lists, model->basis.precision);
     const SpringKernels *kernels = model->kernels;
-    const bool encloses = model->cavity != NULL;
     if (lists->hanging_count > 0) {
         pass->chunk = lists->hanging_chunk;
         pass->last_chunk = lists->hanging_chunk_count;
         // What hanging nodes pass on is scaled as springs are, and the pressure is not.
         CavityPass handed;
         const double scale = pass->stiffness_scale;
-        if (encloses) {
+        if (model->cavity != NULL) {
             handed = *pass->cavity;
             handed.pressure = scale > 0.0 ? handed.pressure / scale : 0.0;
             pass->cavity = &handed;
         }
         run(model,
-            encloses ? kernels->cavity_sum[model->prestressed]
-                     : kernels->sum[model->damped][model->prestressed],
+            model->law != 0 ? kernels->sum_law[model->law]
+                            : kernels->sum[model->damped][model->prestressed],
             pass);
-        if (encloses)
+        if (model->cavity != NULL)
             pass->cavity = &model->cavity->pass;
     }
     if (model->bending != NULL)
@@ -79,8 +78,9 @@ void detail_evaluate(SurfaceModel *model, SpringPass *pass)
     bool pieces = detail->frames != NULL && detail_frames_add(model, pass);
     bool external = *model->loaded != 0 || model->touched_count > 0 || pieces;
     run(model,
-        encloses ? kernels->cavity_scattered[model->shape][model->prestressed]
-                 : kernels->scattered[model->damped][model->shape][external][model->prestressed],
+        model->law != 0
+            ? kernels->scattered_law[model->law][model->shape]
+            : kernels->scattered[model->damped][model->shape][external][model->prestressed],
         pass);
     if (pieces)
         detail_frames_take_back(model);

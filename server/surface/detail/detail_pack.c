@@ -283,7 +283,7 @@ static void count_node(const SurfaceModel *model, int node, Window *window)
     if (detail->fixed[node])
         return;
     double springs = pack->bound[node] / model->mass[node];
-    window->lambda = fmax(window->lambda, springs + pack->shape_rate);
+    window->lambda = fmax(window->lambda, pack->rigidity * springs + pack->shape_rate);
     window->damping =
         fmax(window->damping, model->damping_time * springs + pack->shape_drag + pack->node_drag);
 }
@@ -458,10 +458,13 @@ static void list_chunks(SurfaceModel *model)
     }
 }
 
-void detail_pack(SurfaceModel *model)
+void detail_pack(SurfaceModel *model, bool changed)
 {
     Detail *detail = model->detail;
     DetailPack *pack = &detail->pack;
+    const bool moves = changed && detail->law != NULL;
+    if (moves)
+        detail_law_save(model);
     // Only windows in which something changed.
     for (int w = 0; w < pack->window_count; w++) {
         if (!pack->stale_window[w])
@@ -469,6 +472,8 @@ void detail_pack(SurfaceModel *model)
         pack->stale_window[w] = false;
         pack_window(model, w);
     }
+    if (moves)
+        detail_law_move(model);
     // What each evaluation visits now.
     list_chunks(model);
     if (detail->set.constrained)

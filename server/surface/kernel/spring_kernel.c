@@ -11,6 +11,7 @@
 
 #include "base/vector.h"
 #include "surface/kernel/bend.h"
+#include "surface/kernel/law.h"
 
 #include <string.h>
 
@@ -67,11 +68,11 @@ INLINE void add_product(const Vector a[3], const Vector b[3], const Vector c[3],
     sum[2] += a[0] * d[1] - a[1] * d[0];
 }
 
-// Sums the spring forces on WIDTH nodes, before the stiffness scale. `area`: twice the vector area
-// of the polygon of neighbours, which is six times the gradient of the volume (cavity.h); NULL: the
-// body has no cavity.
+// Sums the spring forces on WIDTH nodes, before the stiffness scale. `law`: SPRINGS_RELAX and so
+// on. `area`, of a wall that encloses a cavity: twice the vector area of the polygon of neighbours,
+// six times the gradient of the volume.
 INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane, bool damped,
-                        bool prestressed, bool scattered, Vector force[3], Vector *area)
+                        bool prestressed, int law, bool scattered, Vector force[3], Vector area[3])
 {
     const SpringTable *table = pass->springs;
     const Real *present = pass->present, *rest_length = table->rest_length,
@@ -79,10 +80,11 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
     const Vector one = vector_set(1.0), tiny = vector_set(1e-24); // (1e-12 m)^2
     const Vector zero = vector_set(0.0), beta = vector_set(pass->damping_time);
     Vector fx = zero, fy = zero, fz = zero;
+    const Law by = law_of(pass, law);
     // Of the neighbours: the first one, the last at an even number, and the one after that.
     Vector first[3] = {zero, zero, zero}, even[3] = {zero, zero, zero},
            between[3] = {zero, zero, zero};
-    for (int c = 0; c < 3 && area != NULL; c++)
+    for (int c = 0; c < 3 && (law & SPRINGS_ENCLOSE); c++)
         area[c] = zero;
     const int end = scattered ? table->end[chunk] : table->start[chunk + 1];
     for (int entry = table->start[chunk]; entry < end; entry++) {
@@ -99,12 +101,13 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         dy = ey + uy;
         dz = ez + uz;
         Vector growth = (ex + dx) * ux + (ey + dy) * uy + (ez + dz) * uz; // of the squared length
-        if (prestressed)
+        // Kernels with a law serve bodies with prestress and without.
+        if (prestressed && (law == 0 || table->preload != NULL))
             growth += vector_load((const Real *)table->preload + at);
 #endif
         // Neighbours come in the order of the faces around the node. Two products of three in a row
         // are one: a x b + b x c = b x (c - a).
-        if (area != NULL) {
+        if (law & SPRINGS_ENCLOSE) {
             const Vector d[3] = {dx, dy, dz};
             const int number = entry - table->start[chunk];
             if (number % 2 == 0) {
@@ -128,6 +131,8 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         length2 += tiny;
         Vector length = vector_sqrt(length2), both = length + r;
         Vector pull = growth * length;
+        if (law & (SPRINGS_RELAX | SPRINGS_STIFFEN))
+            pull = law_pull(&by, law, entry, lane, growth / both, r) * (both * length);
         if (damped) {
             Vector approach =
                 (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
@@ -138,8 +143,12 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         (void)prestressed; // the rest length includes it
         // A spring of zero length has no direction: its force is 0 (the stiffness is masked).
         k = vector_select_greater(length2, tiny, k, zero);
-        Vector inverse = one / vector_sqrt(vector_select_greater(length2, tiny, length2, one));
-        Vector pull = one - r * inverse;
+        Vector length = vector_sqrt(vector_select_greater(length2, tiny, length2, one));
+        Vector inverse = one / length, pull = one - r * inverse;
+        if (law & (SPRINGS_RELAX | SPRINGS_STIFFEN))
+            pull = law_pull(&by, law, entry, lane,
+                            vector_select_greater(length2, tiny, length, zero) - r, r) *
+                   inverse;
         if (damped) {
             Vector approach =
                 (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
@@ -154,7 +163,7 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
     force[0] = fx;
     force[1] = fy;
     force[2] = fz;
-    if (area == NULL)
+    if (!(law & SPRINGS_ENCLOSE))
         return;
     // From the last neighbour back to the first.
     const Vector none[3] = {zero, zero, zero};
@@ -340,7 +349,7 @@ INLINE Vector square(Vector x, Vector y, Vector z)
 }
 
 INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bool external,
-                     bool prestressed, bool cavity, bool scattered)
+                     bool prestressed, int law, bool scattered)
 {
     const Vector zero = vector_set(0.0), scale = vector_set(pass->stiffness_scale),
                  position_limit = vector_set(pass->position_limit * pass->position_limit),
@@ -363,8 +372,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
             load_own_nodes(pass, pass->present, slot, scattered, &own);
 
             Vector force[3], a[3], area[3], gradient[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, scattered, force,
-                        cavity ? area : NULL);
+            add_springs(pass, &own, chunk, lane, damped, prestressed, law, scattered, force, area);
             // The forces that hanging nodes pass to their masters.
             if (scattered && pass->carries[chunk]) {
                 Vector handed[3], unused[3];
@@ -379,7 +387,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
                     force[c] += vector_load((const Real *)pass->external +
                                             ((long)chunk * 3 + c) * LANES + lane);
             }
-            if (cavity)
+            if (law & SPRINGS_ENCLOSE)
                 add_pressure(pass, area, gradient, force);
             for (int c = 0; c < 3; c++)
                 a[c] = force[c] * inverse_mass +
@@ -389,7 +397,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
 
             Nodes next;
             advance(pass, &by, &own, a, chunk, lane, scattered, &next);
-            if (cavity && pass->cavity->volume != NULL) {
+            if ((law & SPRINGS_ENCLOSE) && pass->cavity->volume != NULL) {
                 const Vector way[3] = {next.x - own.x, next.y - own.y, next.z - own.z};
                 store_volume(pass, &own, gradient, way, chunk, lane);
             }
@@ -409,7 +417,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
 }
 
 // Sums spring forces only, before the stiffness scale, for nodes that do not move by themselves.
-INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed, bool cavity)
+INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed, int law)
 {
     const Vector way = vector_set(pass->stage.advance * pass->h);
     for (int k = pass->first_chunk; k < pass->last_chunk; k++)
@@ -419,10 +427,9 @@ INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed, bool c
             Nodes own;
             load_own_nodes(pass, pass->present, (long)chunk * LANES + lane, true, &own);
             Vector force[3], area[3], gradient[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, true, force,
-                        cavity ? area : NULL);
+            add_springs(pass, &own, chunk, lane, damped, prestressed, law, true, force, area);
             // They move with their masters; here by the velocity before the kick.
-            if (cavity) {
+            if (law & SPRINGS_ENCLOSE) {
                 const Vector by[3] = {way * own.vx, way * own.vy, way * own.vz};
                 add_pressure(pass, area, gradient, force);
                 if (pass->cavity->volume != NULL)
@@ -452,17 +459,17 @@ static void drift(const void *present, void *next, int slot_count, double dt)
 #define VARIANT(name, damped, shape, external, prestressed)                                        \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        evaluate(pass, damped, shape, external, prestressed, false, false);                        \
+        evaluate(pass, damped, shape, external, prestressed, 0, false);                            \
     }
 #define SCATTERED_VARIANT(name, damped, shape, external, prestressed)                              \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        evaluate(pass, damped, shape, external, prestressed, false, true);                         \
+        evaluate(pass, damped, shape, external, prestressed, 0, true);                             \
     }
 #define SUM_VARIANT(name, damped, prestressed)                                                     \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        add_up(pass, damped, prestressed, false);                                                  \
+        add_up(pass, damped, prestressed, 0);                                                      \
     }
 #define SHAPE_VARIANT_SET(name, damped, shape)                                                     \
     VARIANT(name, damped, shape, false, false)                                                     \
@@ -493,31 +500,42 @@ SUM_VARIANT(sum_plain_prestressed, false, true)
 SUM_VARIANT(sum_damped, true, false)
 SUM_VARIANT(sum_damped_prestressed, true, true)
 
-// Bodies with a cavity: damped and with forces from outside, of which there may be none.
-#define CAVITY_VARIANT(name, shape, prestressed)                                                   \
+#define LAW_SHAPE(name, law, shape)                                                                \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        evaluate(pass, true, shape, true, prestressed, true, false);                               \
+        evaluate(pass, true, shape, true, true, law, false);                                       \
     }                                                                                              \
     static void name##_scattered(const SpringPass *pass)                                           \
     {                                                                                              \
-        evaluate(pass, true, shape, true, prestressed, true, true);                                \
+        evaluate(pass, true, shape, true, true, law, true);                                        \
     }
-#define CAVITY_VARIANT_SET(name, shape)                                                            \
-    CAVITY_VARIANT(name, shape, false)                                                             \
-    CAVITY_VARIANT(name##_prestressed, shape, true)
-CAVITY_VARIANT_SET(damped_cavity_none, SHAPE_FRAME_NONE)
-CAVITY_VARIANT_SET(damped_cavity_world, SHAPE_FRAME_WORLD)
-CAVITY_VARIANT_SET(damped_cavity_body, SHAPE_FRAME_BODY)
-CAVITY_VARIANT_SET(damped_cavity_radial, SHAPE_FRAME_WORLD_RADIAL)
-static void damped_cavity_sum(const SpringPass *pass)
-{
-    add_up(pass, true, false, true);
-}
-static void damped_cavity_sum_prestressed(const SpringPass *pass)
-{
-    add_up(pass, true, true, true);
-}
+#define LAW_SET(name, law)                                                                         \
+    LAW_SHAPE(name##_none, law, SHAPE_FRAME_NONE)                                                  \
+    LAW_SHAPE(name##_world, law, SHAPE_FRAME_WORLD)                                                \
+    LAW_SHAPE(name##_body, law, SHAPE_FRAME_BODY)                                                  \
+    LAW_SHAPE(name##_radial, law, SHAPE_FRAME_WORLD_RADIAL)                                        \
+    static void name##_sum(const SpringPass *pass)                                                 \
+    {                                                                                              \
+        add_up(pass, true, true, law);                                                             \
+    }
+LAW_SET(damped_relaxing, SPRINGS_RELAX)
+LAW_SET(damped_stiffening, SPRINGS_STIFFEN)
+LAW_SET(damped_relaxing_stiffening, SPRINGS_RELAX | SPRINGS_STIFFEN)
+LAW_SET(damped_cavity, SPRINGS_ENCLOSE)
+LAW_SET(damped_cavity_relaxing, SPRINGS_ENCLOSE | SPRINGS_RELAX)
+LAW_SET(damped_cavity_stiffening, SPRINGS_ENCLOSE | SPRINGS_STIFFEN)
+LAW_SET(damped_cavity_both, SPRINGS_ENCLOSE | SPRINGS_RELAX | SPRINGS_STIFFEN)
+#define LAW_NAMES(name, end)                                                                       \
+    {                                                                                              \
+        name##_none##end, name##_world##end, name##_body##end, name##_radial##end                  \
+    }
+#define ALL_LAWS(end)                                                                              \
+    {                                                                                              \
+        {NULL}, LAW_NAMES(damped_relaxing, end), LAW_NAMES(damped_stiffening, end),                \
+            LAW_NAMES(damped_relaxing_stiffening, end), LAW_NAMES(damped_cavity, end),             \
+            LAW_NAMES(damped_cavity_relaxing, end), LAW_NAMES(damped_cavity_stiffening, end),      \
+            LAW_NAMES(damped_cavity_both, end)                                                     \
+    }
 
 extern const SpringKernels KERNEL_NAME;
 const SpringKernels KERNEL_NAME = {
@@ -533,17 +551,12 @@ const SpringKernels KERNEL_NAME = {
          {SHAPE_VARIANT_NAMES(damped_none_scattered), SHAPE_VARIANT_NAMES(damped_world_scattered),
           SHAPE_VARIANT_NAMES(damped_body_scattered),
           SHAPE_VARIANT_NAMES(damped_radial_scattered)}},
-    .cavity = {{damped_cavity_none, damped_cavity_none_prestressed},
-               {damped_cavity_world, damped_cavity_world_prestressed},
-               {damped_cavity_body, damped_cavity_body_prestressed},
-               {damped_cavity_radial, damped_cavity_radial_prestressed}},
-    .cavity_scattered = {{damped_cavity_none_scattered, damped_cavity_none_prestressed_scattered},
-                         {damped_cavity_world_scattered, damped_cavity_world_prestressed_scattered},
-                         {damped_cavity_body_scattered, damped_cavity_body_prestressed_scattered},
-                         {damped_cavity_radial_scattered,
-                          damped_cavity_radial_prestressed_scattered}},
-    .cavity_sum = {damped_cavity_sum, damped_cavity_sum_prestressed},
     .sum = {{sum_plain, sum_plain_prestressed}, {sum_damped, sum_damped_prestressed}},
+    .evaluate_law = ALL_LAWS(),
+    .scattered_law = ALL_LAWS(_scattered),
+    .sum_law = {NULL, damped_relaxing_sum, damped_stiffening_sum, damped_relaxing_stiffening_sum,
+                damped_cavity_sum, damped_cavity_relaxing_sum, damped_cavity_stiffening_sum,
+                damped_cavity_both_sum},
     .bend = {bend_plain, bend_damped},
     .bend_measure = bend_measure,
     .bend_gather = bend_gather,
