@@ -54,24 +54,53 @@ static void print_levels(const Body *body, const SceneBody *described, FILE *out
                 body->mesh.triangle_capacity);
 }
 
+static void print_branches(int count, const MaxwellBranch *branch, FILE *out)
+{
+    for (int i = 0; i < count; i++)
+        fprintf(out, "  relaxes by %.4g of its fast stiffness in %.4g s%s\n", branch[i].share,
+                branch[i].time, branch[i].volumetric ? ", volume as well" : "");
+}
+
+static const double LOSS_HZ[] = {2.0, 10.0, 50.0};
+
+// Prints what springs lose as they relax, and what that costs.
+static void print_springs(const Body *body, const SurfaceMaterial *material, FILE *out)
+{
+    const int count = material->branch_count;
+    const MaxwellBranch *branch = material->branch;
+    const StiffeningCurve curve = stiffening_curve(material->stiffening.cap);
+    const double damping = material->uniform ? 0.0 : material->damping_time;
+    if (stiffening_is_on(&material->stiffening))
+        fprintf(out,
+                "  springs stiffen: %.4g times the pull of the linear law at a strain of %.4g, at "
+                "most %.4g times its stiffness, which the time step follows\n",
+                stiffening_factor(&curve, 1.0), material->stiffening.strain,
+                material->stiffening.cap);
+    if (count == 0)
+        return;
+    print_branches(count, branch, out);
+    fprintf(out, "  loss of springs");
+    for (int i = 0; i < 3; i++)
+        fprintf(out, "%s %.3g at %g Hz", i > 0 ? "," : "",
+                maxwell_loss(count, branch, damping, LOSS_HZ[i]), LOSS_HZ[i]);
+    fprintf(out, "; fast strains meet %.4g times the stiffness, with %d substeps a tick\n",
+            maxwell_rigidity(count, branch), body->substeps);
+}
+
 // Prints how a solid is damped: its loss factor at some frequencies, and what that costs. Damping
 // in critical steps takes a little more from bending and less from compression.
 static void print_loss(World *world, const Body *body, const VoxelOptions *voxel, FILE *out)
 {
-    static const double HZ[] = {2.0, 10.0, 50.0};
     const double pi = 3.14159265358979323846;
     const bool rough = voxel->damping > 0.0;
-    for (int i = 0; i < voxel->branch_count; i++)
-        fprintf(out, "  relaxes by %.4g of its fast stiffness in %.4g s%s\n",
-                voxel->branch[i].share, voxel->branch[i].time,
-                voxel->branch[i].volumetric ? ", volume as well" : "");
+    print_branches(voxel->branch_count, voxel->branch, out);
     fprintf(out, "  damping_time %.4g s, drag %.4g 1/s: %sloss", body->damping_time, body->drag,
             rough ? "about " : "");
     for (int i = 0; i < 3; i++)
         fprintf(out, "%s %.3g at %g Hz", i > 0 ? "," : "",
-                maxwell_loss(voxel->branch_count, voxel->branch, body->damping_time, HZ[i]) +
-                    body->drag / (2.0 * pi * HZ[i]),
-                HZ[i]);
+                maxwell_loss(voxel->branch_count, voxel->branch, body->damping_time, LOSS_HZ[i]) +
+                    body->drag / (2.0 * pi * LOSS_HZ[i]),
+                LOSS_HZ[i]);
     fprintf(out, "; %d substeps a tick, %d without\n", body->substeps,
             sim_undamped_substeps(world->sim, (int)(body - sim_body(world->sim, 0))));
 }
@@ -183,10 +212,12 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
             high.y, high.z);
     // Its cost, then what only one model has.
     print_time_step(world, body, described, out);
-    if (voxel)
+    if (voxel) {
         print_elements(world, described, body, out);
-    else
+    } else {
         print_levels(body, described, out);
+        print_springs(body, &described->surface.material, out);
+    }
     print_cutting(described, out);
 }
 

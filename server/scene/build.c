@@ -215,6 +215,8 @@ static void add_surface(uint64_t *hash, const SurfaceOptions *surface, const Tri
     fnv_int(hash, surface->shape.per_node);
     fnv_int(hash, mesh->node_count);
     fnv_int(hash, mesh->triangle_count);
+    for (int i = 0; i < surface->material.branch_count; i++)
+        add_keys(hash, &BRANCH_TABLE, &surface->material.branch[i]);
     *hash = fnv_bytes(*hash, mesh->position, (size_t)mesh->node_count * sizeof *mesh->position);
     *hash = fnv_bytes(*hash, mesh->triangle, (size_t)mesh->triangle_count * sizeof *mesh->triangle);
 }

@@ -115,6 +115,11 @@ bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, M
 // Reads `place` of the group `owner`, "bodies.mesh.place".
 bool scene_read_placement(const SceneReader *reader, const config_setting_t *group,
                           const char *owner, Vec3 *rotation, Vec3 *translation);
+// Finds the branches of a material: those of `list`, or of its loss factor.
+#define LOSS_MAX 0.3
+bool scene_read_branches(const SceneReader *reader, const config_setting_t *group,
+                         const config_setting_t *list, double loss_factor, int *count,
+                         MaxwellBranch branch[MAXWELL_BRANCHES]);
 // Reads `material.stiffening`; NULL: none.
 bool scene_read_stiffening(const SceneReader *reader, const config_setting_t *group,
                            Stiffening *stiffening);

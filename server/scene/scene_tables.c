@@ -24,7 +24,8 @@ const OptionTable *scene_table(int index)
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
 {
     const SurfaceOptions *surface = &body->surface;
-    const Stiffening *stiffening = &body->voxel.stiffening;
+    const Stiffening *stiffening =
+        body->model == MODEL_VOXEL ? &body->voxel.stiffening : &surface->material.stiffening;
     int count = 0;
     // What all bodies have, then what belongs to the model.
     group[count++] = (KeyGroup){&BODY_TABLE, body, sizeof *body, false};
@@ -32,8 +33,6 @@ int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
     group[count++] = (KeyGroup){&TEAR_TABLE, body, sizeof *body, !body->options.cuttable};
     if (body->model == MODEL_VOXEL) {
         group[count++] = (KeyGroup){&VOXEL_MATERIAL_TABLE, body, sizeof *body, false};
-        group[count++] = (KeyGroup){&STIFFENING_TABLE, stiffening, sizeof *stiffening,
-                                    !(stiffening->strain > 0.0)};
     } else {
         group[count++] =
             (KeyGroup){&MATERIAL_TABLE, &surface->material, sizeof surface->material, false};
@@ -42,6 +41,8 @@ int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
         group[count++] =
             (KeyGroup){&ADAPT_TABLE, &surface->adapt, sizeof surface->adapt, !surface->adaptive};
     }
+    group[count++] =
+        (KeyGroup){&STIFFENING_TABLE, stiffening, sizeof *stiffening, !(stiffening->strain > 0.0)};
     return count;
 }
 

@@ -203,7 +203,6 @@ bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
 // --- materials, skin and other keys of the model -------------------------------------------------
 
 #define POISSON_MAX 0.49
-#define LOSS_MAX    0.3
 enum { LEVELS_USUAL = 2 };
 
 #define AT(member) offsetof(SceneBody, member)
@@ -257,11 +256,11 @@ static const Option BRANCH_OPTIONS[] = {
      .about = "Time in which the stress of the branch falls to 1/e."},
     {"share", OPTION_REAL, AT(share), "", 0.0, 0.95, .required = true, .physics = true,
      .about =
-         "Share of the branch in the stiffness to fast strains; that grows to `youngs_modulus` "
-         "/ (1 - the sum of all shares), which is at most 0.95."},
+         "Share of the branch in the stiffness to fast strains; that grows to that of the elastic "
+         "law / (1 - the sum of all shares), which is at most 0.95."},
     {"volumetric", OPTION_BOOL, AT(volumetric), "", .preset = 0.0, .physics = true,
-     .about = "Whether the resistance to changes of volume relaxes as well; else only that to "
-              "changes of shape."},
+     .about = "Solids: whether the resistance to changes of volume relaxes as well; else only that "
+              "to changes of shape."},
 };
 #undef AT
 const OptionTable BRANCH_TABLE = OPTION_TABLE("bodies.material.relaxation",
@@ -330,8 +329,8 @@ static bool choose_damping(const SceneReader *reader, const config_setting_t *gr
     return true;
 }
 
-static bool read_branches(const SceneReader *reader, const config_setting_t *list,
-                          VoxelOptions *voxel)
+static bool read_branches(const SceneReader *reader, const config_setting_t *list, int *branches,
+                          MaxwellBranch branch[MAXWELL_BRANCHES])
 {
     const int count = option_length(list);
     if (count < 1 || count > MAXWELL_BRANCHES)
@@ -340,16 +339,32 @@ static bool read_branches(const SceneReader *reader, const config_setting_t *lis
     double sum = 0.0;
     for (int i = 0; i < count; i++) {
         const config_setting_t *entry = option_group_at(list, i, &reader->source);
-        if (entry == NULL || !option_read(&BRANCH_TABLE, entry, &reader->source, &voxel->branch[i]))
+        if (entry == NULL || !option_read(&BRANCH_TABLE, entry, &reader->source, &branch[i]))
             return false;
-        sum += voxel->branch[i].share;
+        sum += branch[i].share;
     }
     if (sum > 0.95)
         return option_fail(&reader->source, list,
                            "the shares of relaxation add up to %g, more "
                            "than 0.95",
                            sum);
-    voxel->branch_count = count;
+    *branches = count;
+    return true;
+}
+
+bool scene_read_branches(const SceneReader *reader, const config_setting_t *group,
+                         const config_setting_t *list, double loss_factor, int *count,
+                         MaxwellBranch branch[MAXWELL_BRANCHES])
+{
+    const config_setting_t *loss = option_find(group, "loss_factor");
+    *count = 0;
+    if (list != NULL && loss != NULL)
+        return option_fail(&reader->source, loss, "loss_factor cannot be mixed with relaxation");
+    if (list != NULL)
+        return read_branches(reader, list, count, branch);
+    if (!maxwell_of_loss(loss_factor, branch))
+        return option_fail(&reader->source, loss, "loss_factor %g is too large", loss_factor);
+    *count = loss_factor > 0.0 ? MAXWELL_BRANCHES : 0;
     return true;
 }
 
@@ -368,14 +383,8 @@ static bool choose_branches(const SceneReader *reader, const BodyGroup *raw,
         return option_fail(&reader->source, at, "%s means nothing for a plane body", key);
     if (raw->body.voxel.law == VOXEL_MIYAZAKI2004)
         return option_fail(&reader->source, at, "%s needs law \"affine\"", key);
-    if (list != NULL && loss != NULL)
-        return option_fail(&reader->source, loss, "loss_factor cannot be mixed with relaxation");
-    if (list != NULL)
-        return read_branches(reader, list, &body->voxel);
-    if (!maxwell_of_loss(body->loss_factor, body->voxel.branch))
-        return option_fail(&reader->source, loss, "loss_factor %g is too large", body->loss_factor);
-    body->voxel.branch_count = body->loss_factor > 0.0 ? MAXWELL_BRANCHES : 0;
-    return true;
+    return scene_read_branches(reader, group, list, body->loss_factor, &body->voxel.branch_count,
+                               body->voxel.branch);
 }
 
 static bool choose_stiffening(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)

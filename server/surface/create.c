@@ -10,6 +10,7 @@
 #include "surface/bending.h"
 #include "surface/detail/detail.h"
 #include "surface/implicit.h"
+#include "surface/law.h"
 #include "surface/model.h"
 #include "surface/network.h"
 
@@ -63,9 +64,9 @@ void model_put_spring(SurfaceModel *model, long at, int slot, int other_slot, do
 }
 
 // Fills the springs by chunk and entry; a node's springs are in ascending order of the neighbour's
-// slot.
-static void create_springs(SurfaceModel *model, const WingedMesh *winged,
-                           const SpringNetwork *network, const char *name, Arena *arena)
+// slot. Returns the number of entries.
+static size_t create_springs(SurfaceModel *model, const WingedMesh *winged,
+                             const SpringNetwork *network, const char *name, Arena *arena)
 {
     int chunk_count = model->basis.count / LANES;
     // A chunk has as many entries as its node with the most springs.
@@ -109,6 +110,7 @@ static void create_springs(SurfaceModel *model, const WingedMesh *winged,
         }
     }
     free(around);
+    return entries;
 }
 
 void model_create_node_table(SurfaceModel *model, const SurfaceOptions *options, bool all_free,
@@ -261,7 +263,8 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     state_add_pair(state, model->rows[0], model->rows[1], &model->current, bytes, "%s/rows", name);
     // The shape springs of a cut body's pieces act as external forces.
     bool pieces = options->body.cuttable && model->shape == SHAPE_FRAME_BODY;
-    if (!options->body.without_contacts || !options->body.without_loads || pieces) {
+    if (!options->body.without_contacts || !options->body.without_loads || pieces ||
+        model->law != 0) {
         size_t forces = (size_t)model->lane_count * 3;
         model->external = model_allocate_reals(model, forces, name, "outside forces", arena);
         state_add(state, model->external, forces * model_real_size(model), "%s/loads", name);
@@ -303,9 +306,11 @@ static void create_dense(Body *body, SurfaceModel *model, const TriMesh *mesh,
 
     // Rest positions first: springs and nodes are measured from them.
     model_create_rest(model, mesh, name, arena, state);
-    create_springs(model, winged, network, name, arena);
+    const size_t entries = create_springs(model, winged, network, name, arena);
     create_nodes(model, mesh, network, options, arena, state);
     model_create_rows(model, mesh, network->fixed, options, arena, state);
+    law_create(model, &options->material, entries, name, arena, state);
+    law_rest(model);
     model_create_surface(body, mesh, winged, network, name, arena);
     model_create_mesh(model, body, mesh, options, arena);
 }
@@ -342,9 +347,9 @@ static void choose_integrator(SurfaceOptions *options, const SpringNetwork *netw
     if (options->automatic) {
         double limit = stability_time_step(INTEGRATOR_LEAPFROG, network->finest_lambda,
                                            network->finest_damping);
-        options->body.integrator = stability_substeps(options->tick, limit) <= most
-                                       ? INTEGRATOR_LEAPFROG
-                                       : INTEGRATOR_IMPLICIT;
+        const bool fast = stability_substeps(options->tick, limit) <= most;
+        options->body.integrator =
+            fast || law_is_explicit(&options->material) ? INTEGRATOR_LEAPFROG : INTEGRATOR_IMPLICIT;
     }
     if (options->body.integrator == INTEGRATOR_IMPLICIT)
         options->body.precision = PRECISION_DOUBLE;
@@ -374,7 +379,10 @@ static bool options_fit(const SurfaceOptions *options, Status *status)
             status, STATUS_INVALID,
             "material: bending needs adjust = \"continuum\", with hanging nodes in the "
             "middle of their edges; it does not go with \"choi2005\"");
-    return true;
+    const char *key, *needs;
+    return surface_law_fits(options, &key, &needs) ||
+           status_fail(status, STATUS_INVALID, "material: %s needs %s, not \"%s\"", key, needs,
+                       integrator_name(options->body.integrator));
 }
 
 // False with `status`: a wall thicker than its body is long. Its hinges outweigh its springs so far
@@ -427,7 +435,9 @@ static void start_model(SurfaceModel *model, const SurfaceOptions *options,
     const bool implicit = options->body.integrator == INTEGRATOR_IMPLICIT;
     model->basis.precision = options->body.precision;
     model->basis.displaced = options->body.precision == PRECISION_SINGLE;
+    model->prestress = options->prestress;
     model->prestressed = options->prestress > 0.0;
+    law_choose(model, &options->material);
     model->team = nodes < SHARED_LEAST && !surface_changes(options) ? NULL : options->body.team;
     model->damping_time = implicit ? network->asked_damping_time : network->damping_time;
     model->damped = model->damping_time > 0.0;

@@ -13,7 +13,9 @@
 
 #include "base/isa.h"
 #include "dynamics/integrator.h"
+#include "dynamics/relaxation.h"
 #include "dynamics/rows.h"
+#include "dynamics/stiffening.h"
 
 #include <stdbool.h>
 
@@ -81,6 +83,15 @@ typedef void BendMeasureKernel(const void *vectors, void *angle, void *squares);
 typedef void BendGatherKernel(const void *force, double scale, const void *external,
                               int chunk_count, void *to);
 
+// Laws of springs beside the linear one, and their kernels: sums of these.
+enum { SPRINGS_RELAX = 1, SPRINGS_STIFFEN = 2, SPRING_LAWS = 4 };
+
+typedef struct SpringStiffening {
+    double strain; // s
+    StiffeningCurve curve;
+    double root; // sqrt(q_c)
+} SpringStiffening;
+
 // One pass over the chunks first_chunk to last_chunk - 1.
 typedef struct SpringPass {
     int first_chunk, last_chunk;
@@ -97,6 +108,8 @@ typedef struct SpringPass {
     double damping_time; // k_d / k_s, scaled [s]
     double stiffness_scale;
     double gravity[3];
+    RelaxationPass relaxation; // laws that relax: extensions by entry [m]
+    SpringStiffening stiffening;
     double position_limit; // a row longer than this counts as bad [m]
     const int *chunk; // scattered only: the chunks to process; first and last chunk are indices
                       // into this list
@@ -145,7 +158,11 @@ typedef struct SpringKernels {
     // their rows anywhere; `sum` stores forces and moves nothing.
     SpringKernel *scattered[2][SHAPE_VARIANTS][2][2]; // as `evaluate`
     SpringKernel *sum[2][2];                          // [damped][prestressed]
-    BendKernel *bend[2];                              // [damped]
+    // With another law: damped, with outside forces and prestress, which may be zeros. [0]: none.
+    SpringKernel *evaluate_law[SPRING_LAWS][SHAPE_VARIANTS];
+    SpringKernel *scattered_law[SPRING_LAWS][SHAPE_VARIANTS];
+    SpringKernel *sum_law[SPRING_LAWS];
+    BendKernel *bend[2]; // [damped]
     BendMeasureKernel *bend_measure;
     BendGatherKernel *bend_gather;
     DriftKernel *drift;

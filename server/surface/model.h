@@ -45,6 +45,10 @@ typedef struct SurfaceModel {
     SpringTable springs;
     double damping_time; // beta: k_d = beta k [s], as loaded
     bool damped, prestressed;
+    double prestress; // the fraction by which rest lengths are shorter
+    int law;          // beside the linear one (SPRINGS_RELAX, SPRINGS_STIFFEN)
+    SpringStiffening stiffening;
+    Relaxation *relaxation; // extensions of dashpots by entry (law.h); NULL: none
 
     // --- nodes; by slot ---
     NodeTable nodes;

@@ -3,6 +3,7 @@
 #include "surface/network.h"
 
 #include "base/check.h"
+#include "surface/law.h"
 
 #include <stdlib.h>
 
@@ -179,14 +180,16 @@ LevelBounds level_rules_bounds(const LevelRules *rules, int level, const bool *f
     bool any_free = false;
     for (int i = 0; i < at->node_count; i++)
         any_free |= !fixed[i];
-    LevelBounds bounds = {0.0, 0.0};
+    const double rigidity = law_rigidity(&rules->options->material);
+    LevelBounds bounds = {0.0, 0.0, 0.0};
     for (int i = 0; i < at->node_count; i++) {
         if (fixed[i] && any_free)
             continue;
         double mass = level_rules_node_mass(rules, level, area[i]);
         double shape = level_rules_shape_stiffness(rules, mass);
         bounds.springs = fmax(bounds.springs, 2.0 * sum[i] / mass);
-        bounds.lambda = fmax(bounds.lambda, (2.0 * sum[i] + shape) / mass);
+        bounds.linear = fmax(bounds.linear, (2.0 * sum[i] + shape) / mass);
+        bounds.lambda = fmax(bounds.lambda, (rigidity * (2.0 * sum[i]) + shape) / mass);
     }
     free(sum);
     free(area);
@@ -273,7 +276,8 @@ static void set_nodes(SpringNetwork *network, const LevelRules *rules, int level
 static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const LevelRules *rules)
 {
     // Largest row sums over the free nodes.
-    double springs = 0.0, drag = 0.0;
+    const double rigidity = law_rigidity(&rules->options->material);
+    double springs = 0.0, linear = 0.0, drag = 0.0;
     for (int i = 0; i < winged->node_count; i++)
         network->free_count += !network->fixed[i];
     for (int i = 0; i < winged->node_count; i++) {
@@ -286,17 +290,19 @@ static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const L
             sum += network->stiffness[winged->node_edge[k]];
         double m = network->mass[i];
         springs = fmax(springs, 2.0 * sum / m);
-        network->lambda = fmax(network->lambda, (2.0 * sum + network->shape_stiffness[i]) / m);
+        linear = fmax(linear, (2.0 * sum + network->shape_stiffness[i]) / m);
+        network->lambda =
+            fmax(network->lambda, (rigidity * (2.0 * sum) + network->shape_stiffness[i]) / m);
         drag = fmax(drag, (network->shape_damping[i] + network->node_damping[i]) / m);
     }
     // A body with levels must be stable at the finest one.
-    LevelBounds finest = {springs, network->lambda}, coarsest = {springs, network->lambda};
+    LevelBounds finest = {springs, linear, network->lambda}, coarsest = finest;
     if (rules->levels != NULL) {
         finest = level_rules_bounds(rules, rules->levels->finest, network->fixed);
         coarsest = level_rules_bounds(rules, 0, network->fixed);
     }
     // The damping time is that of the finest level.
-    network->contact_lambda = coarsest.lambda;
+    network->contact_lambda = coarsest.linear;
     network->damping_time = level_rules_damping_time(rules, finest.springs);
     const SurfaceMaterial *material = &rules->options->material;
     network->asked_damping_time =

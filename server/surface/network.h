@@ -57,10 +57,10 @@ double level_rules_shape_damping(const LevelRules *rules, double mass);
 double level_rules_node_damping(const LevelRules *rules, double mass);
 
 // Bounds of M^-1 K [1/s2] by its row sums, over the free nodes of a body that is entirely at one
-// level; `springs` without shape springs. fixed [nodes of the level]; if all are fixed, over all
-// nodes.
+// level; `springs` without shape springs, by the linear law; `linear` with them. fixed [nodes of
+// the level]; if all are fixed, over all nodes.
 typedef struct LevelBounds {
-    double springs, lambda;
+    double springs, linear, lambda;
 } LevelBounds;
 LevelBounds level_rules_bounds(const LevelRules *rules, int level, const bool *fixed);
 
@@ -91,7 +91,7 @@ typedef struct SpringNetwork {
     double lambda;             // bound of M^-1 K over free nodes [1/s2]
     double damping;            // bound of M^-1 C over free nodes [1/s]
     double finest_lambda, finest_damping; // the same at the finest level
-    double contact_lambda;                // lambda of level 0
+    double contact_lambda;                // lambda of level 0, by the linear law
     double total_mass;                    // [kg]
     int free_count;
 } SpringNetwork;

@@ -1,7 +1,7 @@
 // Local stiffness of a surface body, for haptics (dynamics/patch.h): each spring with its stiffness
 // along itself, and across itself with that of its tension. Step thread.
 #include "surface/detail/detail.h"
-#include "surface/model.h"
+#include "surface/law.h"
 
 static Vec3 position_of(const SurfaceModel *model, int slot)
 {
@@ -101,10 +101,11 @@ static void add_spring(const SurfaceModel *model, Patch *patch, int node, int ot
     double k =
         model->parameters->stiffness_scale * model_get(model, model->springs.stiffness, entry);
     double rest = model_get(model, model->springs.rest_length, entry);
+    const LawSpring law = law_spring(model, entry, length - rest, patch->time);
     // Tension makes it stiff across itself; damping adds along it.
     double across =
-        length > rest || (length > 0.0 && !patch->tensed) ? k * (1.0 - rest / length) : 0.0;
-    double along = k * (1.0 + patch->relaxation / patch->time) - across;
+        law.pull > 0.0 || (length > 0.0 && !patch->tensed) ? k * law.pull / length : 0.0;
+    double along = k * (law.tangent + patch->relaxation / patch->time) - across;
     // The 3 x 3 block of the pair.
     const double v[3] = {n.x, n.y, n.z};
     double m[9], share[2 * PATCH_CARRIERS];

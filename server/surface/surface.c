@@ -2,6 +2,7 @@
 #include "surface/bending.h"
 #include "surface/detail/detail.h"
 #include "surface/implicit.h"
+#include "surface/law.h"
 #include "surface/model.h"
 
 #include "base/check.h"
@@ -74,8 +75,11 @@ static void fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringP
         .stiffness_scale = p->stiffness_scale,
         .gravity = {gravity.x, gravity.y, gravity.z},
         .position_limit = model->position_limit,
+        .stiffening = model->stiffening,
         .bad = &model->bad,
     };
+    if (model->relaxation != NULL)
+        relaxation_begin(model->relaxation, h, &pass->relaxation);
     // The result of the tick goes to the rows that are not current, so that the state before the
     // tick stays intact until commit.
     void *result = model->rows[1 - model->current];
@@ -119,9 +123,12 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
             bending_evaluate(model, &pass, external);
             external = true;
         }
+        const SpringKernels *kernels = model->kernels;
         model_run_kernel(
             model,
-            model->kernels->evaluate[model->damped][model->shape][external][model->prestressed],
+            model->law != 0
+                ? kernels->evaluate_law[model->law][model->shape]
+                : kernels->evaluate[model->damped][model->shape][external][model->prestressed],
             &pass);
     }
     end_pass(model, &pass);
@@ -136,6 +143,8 @@ static bool surface_commit(void *self)
                 (!model->basis.floating || rows_are_near(&model->basis, model->position_limit));
     model->bad = false;
     rows_end_tick(&model->basis, good);
+    if (good && model->relaxation != NULL)
+        relaxation_commit(model->relaxation);
     if (good) {
         model->current = 1 - model->current;
         if (model->basis.floating && rows_follow(&model->basis, model->rows[model->current]) &&
@@ -150,6 +159,8 @@ static void surface_abandon(void *self)
 {
     SurfaceModel *model = self;
     rows_end_tick(&model->basis, false);
+    if (model->relaxation != NULL)
+        relaxation_abandon(model->relaxation);
     model->present = model->rows[model->current];
     model->bad = false;
 }
@@ -158,6 +169,7 @@ static bool surface_check(const void *self)
 {
     const SurfaceModel *model = self;
     return (model->detail == NULL || model->detail->is_valid) &&
+           (model->relaxation == NULL || relaxation_check(model->relaxation)) &&
            rows_are_valid(&model->basis, model->rows[model->current], model->position_limit);
 }
 
@@ -165,6 +177,10 @@ static void surface_restore(void *self, RestoreMode mode)
 {
     SurfaceModel *model = self;
     void *rows = model->rows[model->current];
+    if (model->relaxation != NULL)
+        relaxation_abandon(model->relaxation);
+    if (mode == RESTORE_SHAPE)
+        law_rest(model);
     // Loads stay, but the frame has turned back.
     if (mode == RESTORE_SHAPE) {
         rows_return_to_rest(&model->basis, rows);
@@ -273,9 +289,11 @@ static double spring_energy(const SurfaceModel *model, const void *rows, int slo
         long at = (long)e * LANES + lane % LANES;
         Vec3 other;
         rows_read(&model->basis, rows, springs->neighbour[at], &other, NULL);
+        const double k = model_get(model, springs->stiffness, at);
         double stretch =
             vec3_length(vec3_sub(x, other)) - model_get(model, springs->rest_length, at);
-        energy += 0.25 * model_get(model, springs->stiffness, at) * stretch * stretch;
+        energy += model->law != 0 ? 0.5 * k * law_spring(model, at, stretch, 0.0).energy
+                                  : 0.25 * k * stretch * stretch;
     }
     return energy;
 }
@@ -349,6 +367,10 @@ static void surface_explain(const void *self, FILE *out)
         fprintf(out, "    shared by %d threads\n", team_threads(model->team));
     fprintf(out, "    spring damping: %s\n",
             model->damped ? "in the kernel" : "left out (material.damping_time, spring_damping)");
+    if (model->relaxation != NULL)
+        fprintf(out, "    relaxation: in the kernel, %d branches\n", model->relaxation->count);
+    if (model->law & SPRINGS_STIFFEN)
+        fprintf(out, "    stiffening: in the kernel\n");
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],
             model->shape == SHAPE_FRAME_NONE ? " (shape)" : "");
     if (model->bending != NULL)

@@ -6,6 +6,7 @@
 #include "base/check.h"
 #include "base/memory.h"
 #include "dynamics/body.h"
+#include "dynamics/maxwell.h"
 #include "dynamics/stiffening.h"
 #include "geometry/levels.h"
 #include "geometry/mesh.h"
@@ -27,6 +28,10 @@ typedef struct SurfaceMaterial {
     double node_damping; // [N s/m]
     // both: D, instead of a thickness; adjust = "continuum" only (bending.h)
     double bending_stiffness; // [N m]; 0: none
+    // both: what relaxes of the springs; explicit steps of kicks only (law.h)
+    int branch_count;
+    MaxwellBranch branch[MAXWELL_BRANCHES];
+    double loss_factor; // that the branches follow from; 0: given themselves
     Stiffening stiffening;
 } SurfaceMaterial;
 
@@ -91,6 +96,10 @@ typedef struct SurfaceOptions {
     bool automatic;
     double tick; // if automatic
 } SurfaceOptions;
+
+// False if the integrator does not know the springs' law: the key of the material, and what it
+// needs.
+bool surface_law_fits(const SurfaceOptions *options, const char **key, const char **needs);
 
 // True if faces of the body are created and removed: it is built from level 0 and keeps the
 // hierarchy.

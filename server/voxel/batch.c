@@ -326,8 +326,9 @@ void batch_runs_forget(BatchRuns *runs)
 void batch_runs_relax(BatchRuns *runs, int count, const MaxwellBranch *branch, Precision precision,
                       const char *name, Arena *arena, StateList *state)
 {
-    runs->relaxation =
-        relaxation_create(count, branch, precision, batch_runs_capacity(runs), name, arena, state);
+    enum { SYMMETRIC = 6 }; // numbers of a strain
+    const RelaxationLayout layout = {batch_runs_capacity(runs), LANES, SYMMETRIC, precision};
+    runs->relaxation = relaxation_create(count, branch, &layout, name, arena, state);
 }
 
 bool batch_runs_check(const BatchRuns *runs)
@@ -375,8 +376,8 @@ static void view_run(const BatchRuns *runs, const VoxelPass *given, int kind, Ba
         };
     // Rotations and dashpots of the run's elements.
     view->pass.last = runs->last + first;
-    if (given->branch_count > 0)
-        relaxation_skip(runs->relaxation, first, given, &view->pass);
+    if (given->relaxation.count > 0)
+        relaxation_skip(runs->relaxation, first, &given->relaxation, &view->pass.relaxation);
 }
 
 static void begin_view(const BatchRuns *runs, const VoxelPass *given, RunView *view)

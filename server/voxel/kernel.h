@@ -10,7 +10,7 @@
 #define PLIANT_VOXEL_KERNEL_H
 
 #include "base/isa.h"
-#include "dynamics/maxwell.h"
+#include "dynamics/relaxation.h"
 #include "dynamics/rows.h"
 #include "voxel/element.h"
 
@@ -59,13 +59,6 @@ typedef struct RestTable {
     const void *number;
 } RestTable;
 
-// A Maxwell branch in one pass (dynamics/maxwell.h).
-typedef struct VoxelBranch {
-    double stiffness; // over that of the elastic law
-    double half;      // what half of a step leaves of its strain
-    bool volumetric;
-} VoxelBranch;
-
 typedef struct VoxelPass {
     const PlainBatches *plain;
     const HangingBatches *hanging;
@@ -83,13 +76,7 @@ typedef struct VoxelPass {
     // stiffness_scale multiplies all forces, damping included (which is beta k); damping_scale only
     // damping.
     double stiffness_scale, damping_scale;
-    // Affine law: Maxwell branches, and the strains of their dashpots, Real [plain batches, then
-    // hanging ones][branch][6][LANES] as xx yy zz yz zx xy: before this pass and after it (NULL
-    // where nothing is changed). May be the same.
-    int branch_count;
-    VoxelBranch branch[MAXWELL_BRANCHES];
-    const void *dashpot;
-    void *dashpot_next;
+    RelaxationPass relaxation; // affine law: strains as xx yy zz yz zx xy, hanging batches last
 } VoxelPass;
 
 typedef void VoxelKernel(const VoxelPass *pass);

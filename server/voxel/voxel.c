@@ -59,7 +59,7 @@ static void voxel_evaluate(void *self, const Stage *stage, double h)
         cut_body_feel(model->cuts);
     VoxelPass pass = voxel_pass(model, vertices->present);
     if (model->batches->relaxation != NULL)
-        relaxation_begin(model->batches->relaxation, h, &pass);
+        relaxation_begin(model->batches->relaxation, h, &pass.relaxation);
     evaluate_all(model, &pass);
     vertices_advance(vertices, stage, h, (Vec3){g[0], g[1], g[2]});
 }
@@ -181,7 +181,7 @@ static void voxel_measure(const void *self, BodyMeasure *measure)
     const VoxelModel *model = self;
     VoxelPass pass = voxel_pass(model, vertices_row(&model->vertices));
     if (model->batches->relaxation != NULL)
-        relaxation_measure(model->batches->relaxation, &pass);
+        relaxation_measure(model->batches->relaxation, &pass.relaxation);
     *measure = (BodyMeasure){
         .elastic = batch_runs_energy(model->batches, &pass),
         .refused = model->cuts != NULL ? model->cuts->refused : 0,

@@ -352,11 +352,11 @@ static void run_relaxing(Bench *bench, const char *name, int cells, int levels)
         Machine *m = &machine[k];
         machine_create(m, &cube, PRECISION_SINGLE, bench->isa, false);
         const size_t numbers = (size_t)batches_total(&m->batches) * (size_t)BRANCHES[k] * 6 * LANES;
-        m->pass.branch_count = BRANCHES[k];
+        m->pass.relaxation.count = BRANCHES[k];
         for (int n = 0; n < BRANCHES[k]; n++)
-            m->pass.branch[n] = (VoxelBranch){.stiffness = 0.2, .half = 0.99};
+            m->pass.relaxation.branch[n] = (RelaxationBranch){.stiffness = 0.2, .half = 0.99};
         // As in the server: read from one array in the first substep, then in place.
-        m->pass.dashpot = m->pass.dashpot_next =
+        m->pass.relaxation.from = m->pass.relaxation.to =
             arena_allocate(&m->arena, ARENA_STEP, numbers + 1, sizeof(float), "dashpots");
     }
     const int repeats = bench->quick ? 3 : 30, steps = 200000 / cube.element_count + 1;

@@ -77,6 +77,9 @@ static const Case COMMON[] = {
 static const Case SURFACE[] = {
     {.feature = "damping of springs", .material = "damping_time = 1.0e-4;"},
     {.feature = "drag on nodes", .material = "damping_time = 0.0; node_damping = 0.001;"},
+    {.feature = "loss factor", .material = "damping_time = 0.0; loss_factor = 0.1;"},
+    {.feature = "stiffening",
+     .material = "damping_time = 0.0; stiffening = { strain = 0.2; cap = 5.0; };"},
     {.feature = "bending of the wall", .material = "damping_time = 0.0; thickness = 0.002;"},
     {.feature = "shape springs", .body = "shape = {};"},
     {.feature = "shape springs that follow the body",

@@ -32,7 +32,7 @@ static void read_forces(const VoxelWorld *world, Vec3 *force)
     Vertices *vertices = &model->vertices;
     const size_t bytes = ((size_t)vertices->capacity + 1) * 4 * rows_real_size(&vertices->rows);
     VoxelPass pass = voxel_pass(model, vertices_row(vertices));
-    relaxation_begin(model->batches->relaxation, 0.0, &pass);
+    relaxation_begin(model->batches->relaxation, 0.0, &pass.relaxation);
     memset(vertices->force, 0, bytes);
     batch_runs_evaluate(model->batches, &pass, BATCHES_ALL);
     relaxation_abandon(model->batches->relaxation);
@@ -83,7 +83,7 @@ static void forces_are_the_gradient_of_the_energy(void **state)
         }
         voxel_world_write(&world, world.x, world.v);
         double strain[RELAXATION_NUMBERS];
-        for (int lane = 0; lane < relaxation->batches * LANES; lane++) {
+        for (int lane = 0; lane < relaxation->layout.groups * LANES; lane++) {
             for (int n = 0; n < RELAXATION_NUMBERS; n++)
                 strain[n] = random_between(&random, -0.2, 0.2);
             relaxation_put(relaxation, lane, strain);

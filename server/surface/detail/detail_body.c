@@ -51,7 +51,10 @@ void detail_evaluate(SurfaceModel *model, SpringPass *pass)
     if (lists->hanging_count > 0) {
         pass->chunk = lists->hanging_chunk;
         pass->last_chunk = lists->hanging_chunk_count;
-        run(model, model->kernels->sum[model->damped][model->prestressed], pass);
+        run(model,
+            model->law != 0 ? model->kernels->sum_law[model->law]
+                            : model->kernels->sum[model->damped][model->prestressed],
+            pass);
     }
     if (model->bending != NULL)
         bending_add(model, pass);
@@ -62,7 +65,10 @@ void detail_evaluate(SurfaceModel *model, SpringPass *pass)
     pass->last_chunk = lists->free_chunk_count;
     bool pieces = detail->frames != NULL && detail_frames_add(model, pass);
     bool external = *model->loaded != 0 || model->touched_count > 0 || pieces;
-    run(model, model->kernels->scattered[model->damped][model->shape][external][model->prestressed],
+    run(model,
+        model->law != 0
+            ? model->kernels->scattered_law[model->law][model->shape]
+            : model->kernels->scattered[model->damped][model->shape][external][model->prestressed],
         pass);
     if (pieces)
         detail_frames_take_back(model);

@@ -4,6 +4,7 @@
 
 #include "base/check.h"
 #include "surface/bending.h"
+#include "surface/law.h"
 #include "base/log.h"
 #include "geometry/edges.h"
 #include "surface/network.h"
@@ -403,6 +404,7 @@ static void create_rules(Detail *detail, const TriMesh *mesh, const SpringNetwor
     detail->adapt.modulus = material->uniform ? material->spring_stiffness * 2.0 / sqrt(3.0)
                                               : material->youngs_modulus_2d;
     detail->adapt.wave_speed = sqrt(detail->adapt.modulus / detail->rules.areal_density);
+    detail->pack.rigidity = law_rigidity(material);
     detail->pack.least_lambda = network->lambda;
     detail->pack.least_damping = network->damping;
 }

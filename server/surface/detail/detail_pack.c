@@ -242,7 +242,7 @@ static void count_node(const SurfaceModel *model, int node, Window *window)
     if (detail->fixed[node])
         return;
     double springs = pack->bound[node] / model->mass[node];
-    window->lambda = fmax(window->lambda, springs + pack->shape_rate);
+    window->lambda = fmax(window->lambda, pack->rigidity * springs + pack->shape_rate);
     window->damping =
         fmax(window->damping, model->damping_time * springs + pack->shape_drag + pack->node_drag);
 }

@@ -43,6 +43,7 @@ typedef struct DetailPack {
                        // hanging ones may be partly filled
     int spare_slot;    // + window: the rows of lanes without a node
     double shape_rate, shape_drag, node_drag; // by mass [1/s2], [1/s], [1/s]
+    double rigidity;                          // of springs to fast strains (law.h)
     double least_lambda, least_damping;       // of level 0: bounds of a body that is entirely fixed
 
     // --- derived from the bits ---

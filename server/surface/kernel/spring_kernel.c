@@ -11,6 +11,7 @@
 
 #include "base/vector.h"
 #include "surface/kernel/bend.h"
+#include "surface/kernel/law.h"
 
 #include <string.h>
 
@@ -58,9 +59,9 @@ INLINE void store_nodes(Real *rows, const int *slot, const Nodes *nodes)
     vector_store_rows(rows + 4, slot, nodes->vx, nodes->vy, nodes->vz);
 }
 
-// Sums the spring forces on WIDTH nodes, before the stiffness scale.
+// Sums the spring forces on WIDTH nodes, before the stiffness scale. `law`: beside the linear one.
 INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane, bool damped,
-                        bool prestressed, bool scattered, Vector force[3])
+                        bool prestressed, int law, bool scattered, Vector force[3])
 {
     const SpringTable *table = pass->springs;
     const Real *present = pass->present, *rest_length = table->rest_length,
@@ -68,6 +69,7 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
     const Vector one = vector_set(1.0), tiny = vector_set(1e-24); // (1e-12 m)^2
     const Vector zero = vector_set(0.0), beta = vector_set(pass->damping_time);
     Vector fx = zero, fy = zero, fz = zero;
+    const Law by = law_of(pass, law);
     const int end = scattered ? table->end[chunk] : table->start[chunk + 1];
     for (int entry = table->start[chunk]; entry < end; entry++) {
         long at = (long)entry * LANES + lane;
@@ -95,6 +97,8 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         length2 += tiny;
         Vector length = vector_sqrt(length2), both = length + r;
         Vector pull = growth * length;
+        if (law != 0)
+            pull = law_pull(&by, law, entry, lane, growth / both, r) * (both * length);
         if (damped) {
             Vector approach =
                 (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
@@ -105,8 +109,12 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         (void)prestressed; // the rest length includes it
         // A spring of zero length has no direction: its force is 0 (the stiffness is masked).
         k = vector_select_greater(length2, tiny, k, zero);
-        Vector inverse = one / vector_sqrt(vector_select_greater(length2, tiny, length2, one));
-        Vector pull = one - r * inverse;
+        Vector length = vector_sqrt(vector_select_greater(length2, tiny, length2, one));
+        Vector inverse = one / length, pull = one - r * inverse;
+        if (law != 0)
+            pull = law_pull(&by, law, entry, lane,
+                            vector_select_greater(length2, tiny, length, zero) - r, r) *
+                   inverse;
         if (damped) {
             Vector approach =
                 (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
@@ -268,7 +276,7 @@ INLINE Vector square(Vector x, Vector y, Vector z)
 }
 
 INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bool external,
-                     bool prestressed, bool scattered)
+                     bool prestressed, int law, bool scattered)
 {
     const Vector zero = vector_set(0.0), scale = vector_set(pass->stiffness_scale),
                  position_limit = vector_set(pass->position_limit * pass->position_limit),
@@ -291,7 +299,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
             load_own_nodes(pass, pass->present, slot, scattered, &own);
 
             Vector force[3], a[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, scattered, force);
+            add_springs(pass, &own, chunk, lane, damped, prestressed, law, scattered, force);
             // The forces that hanging nodes pass to their masters.
             if (scattered && pass->carries[chunk]) {
                 Vector handed[3], unused[3];
@@ -329,7 +337,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
 }
 
 // Sums spring forces only, before the stiffness scale, for nodes that do not move by themselves.
-INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed)
+INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed, int law)
 {
     for (int k = pass->first_chunk; k < pass->last_chunk; k++)
         for (int lane = 0; lane < LANES; lane += WIDTH) {
@@ -338,7 +346,7 @@ INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed)
             Nodes own;
             load_own_nodes(pass, pass->present, (long)chunk * LANES + lane, true, &own);
             Vector force[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, true, force);
+            add_springs(pass, &own, chunk, lane, damped, prestressed, law, true, force);
             vector_store_rows(pass->handed, slot, force[0], force[1], force[2]);
         }
 }
@@ -363,17 +371,17 @@ static void drift(const void *present, void *next, int slot_count, double dt)
 #define VARIANT(name, damped, shape, external, prestressed)                                        \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        evaluate(pass, damped, shape, external, prestressed, false);                               \
+        evaluate(pass, damped, shape, external, prestressed, 0, false);                            \
     }
 #define SCATTERED_VARIANT(name, damped, shape, external, prestressed)                              \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        evaluate(pass, damped, shape, external, prestressed, true);                                \
+        evaluate(pass, damped, shape, external, prestressed, 0, true);                             \
     }
 #define SUM_VARIANT(name, damped, prestressed)                                                     \
     static void name(const SpringPass *pass)                                                       \
     {                                                                                              \
-        add_up(pass, damped, prestressed);                                                         \
+        add_up(pass, damped, prestressed, 0);                                                      \
     }
 #define SHAPE_VARIANT_SET(name, damped, shape)                                                     \
     VARIANT(name, damped, shape, false, false)                                                     \
@@ -404,6 +412,28 @@ SUM_VARIANT(sum_plain_prestressed, false, true)
 SUM_VARIANT(sum_damped, true, false)
 SUM_VARIANT(sum_damped_prestressed, true, true)
 
+#define LAW_SHAPE(name, law, shape)                                                                \
+    static void name(const SpringPass *pass)                                                       \
+    {                                                                                              \
+        evaluate(pass, true, shape, true, true, law, false);                                       \
+    }                                                                                              \
+    static void name##_scattered(const SpringPass *pass)                                           \
+    {                                                                                              \
+        evaluate(pass, true, shape, true, true, law, true);                                        \
+    }
+#define LAW_SET(name, law)                                                                         \
+    LAW_SHAPE(name##_none, law, SHAPE_FRAME_NONE)                                                  \
+    LAW_SHAPE(name##_world, law, SHAPE_FRAME_WORLD)                                                \
+    LAW_SHAPE(name##_body, law, SHAPE_FRAME_BODY)                                                  \
+    LAW_SHAPE(name##_radial, law, SHAPE_FRAME_WORLD_RADIAL)                                        \
+    static void name##_sum(const SpringPass *pass)                                                 \
+    {                                                                                              \
+        add_up(pass, true, true, law);                                                             \
+    }
+LAW_SET(damped_relaxing, SPRINGS_RELAX)
+LAW_SET(damped_stiffening, SPRINGS_STIFFEN)
+LAW_SET(damped_relaxing_stiffening, SPRINGS_RELAX | SPRINGS_STIFFEN)
+
 extern const SpringKernels KERNEL_NAME;
 const SpringKernels KERNEL_NAME = {
     .level = KERNEL_LEVEL,
@@ -419,6 +449,23 @@ const SpringKernels KERNEL_NAME = {
           SHAPE_VARIANT_NAMES(damped_body_scattered),
           SHAPE_VARIANT_NAMES(damped_radial_scattered)}},
     .sum = {{sum_plain, sum_plain_prestressed}, {sum_damped, sum_damped_prestressed}},
+    .evaluate_law = {{NULL},
+                     {damped_relaxing_none, damped_relaxing_world, damped_relaxing_body,
+                      damped_relaxing_radial},
+                     {damped_stiffening_none, damped_stiffening_world, damped_stiffening_body,
+                      damped_stiffening_radial},
+                     {damped_relaxing_stiffening_none, damped_relaxing_stiffening_world,
+                      damped_relaxing_stiffening_body, damped_relaxing_stiffening_radial}},
+    .scattered_law = {{NULL},
+                      {damped_relaxing_none_scattered, damped_relaxing_world_scattered,
+                       damped_relaxing_body_scattered, damped_relaxing_radial_scattered},
+                      {damped_stiffening_none_scattered, damped_stiffening_world_scattered,
+                       damped_stiffening_body_scattered, damped_stiffening_radial_scattered},
+                      {damped_relaxing_stiffening_none_scattered,
+                       damped_relaxing_stiffening_world_scattered,
+                       damped_relaxing_stiffening_body_scattered,
+                       damped_relaxing_stiffening_radial_scattered}},
+    .sum_law = {NULL, damped_relaxing_sum, damped_stiffening_sum, damped_relaxing_stiffening_sum},
     .bend = {bend_plain, bend_damped},
     .bend_measure = bend_measure,
     .bend_gather = bend_gather,

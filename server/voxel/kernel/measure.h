@@ -74,7 +74,7 @@ INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const i
     const double mu = paper ? c->residual / c->size : c->mu;
     const double lambda = paper ? 0.0 : c->lambda;
     const Vector relaxing =
-        pass->branch_count > 0
+        pass->relaxation.count > 0
             ? relax_energy(pass, (Real)(2.0 * mu) + (Vector){0}, (Real)lambda + (Vector){0},
                            &deformation, &polar, dashpot)
             : vector_set(0.0);
@@ -108,7 +108,7 @@ INLINE Vector hanging_energy(const VoxelPass *pass, const Rest *rest, const int 
         sum += by->stretch * square_strain(&h.deformation, &polar) +
                by->bulk * (polar.stretch * polar.stretch) +
                REAL(2.0 * BARRIER_SHARE) * (by->stretch + REAL(3.0) * by->bulk) * gap;
-    if (pass->branch_count > 0)
+    if (pass->relaxation.count > 0)
         sum +=
             REAL(2.0) * relax_energy(pass, by->stretch, by->bulk, &h.deformation, &polar, dashpot);
     return REAL(0.5) * sum / by->gradient;
@@ -125,7 +125,7 @@ static double plain_total(const VoxelPass *pass)
         double sum = 0.0;
         for (int lane = 0; lane < LANES; lane += WIDTH)
             add_lanes(plain_energy(pass, c, vertex + lane, last + lane,
-                                   dashpot_at(pass, pass->branch_count > 0, b, lane).from),
+                                   dashpot_at(pass, pass->relaxation.count > 0, b, lane).from),
                       &sum);
         total += c->size * c->size * c->size * sum;
     }
@@ -147,7 +147,7 @@ INLINE void hanging_total(const VoxelPass *pass, bool paper, bool mixed, double 
                                (const Real *)table->number + (mixed ? lane : 0)};
             const HangingFactors by = hanging_factors_at(factor, false, lane);
             const Real *dashpot =
-                dashpot_at(pass, pass->branch_count > 0, (long)pass->plain->batch_count + b, lane)
+                dashpot_at(pass, pass->relaxation.count > 0, (long)pass->plain->batch_count + b, lane)
                     .from;
             add_lanes(hanging_energy(pass, &rest, vertex + lane, &by, paper, last + lane, dashpot),
                       total);

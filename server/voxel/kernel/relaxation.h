@@ -23,9 +23,9 @@ INLINE Dashpot dashpot_at(const VoxelPass *pass, bool relaxes, long batch, int l
 {
     if (!relaxes)
         return (Dashpot){NULL, NULL};
-    const long at = batch * pass->branch_count * SYMMETRIC * LANES + lane;
-    return (Dashpot){(const Real *)pass->dashpot + at,
-                     pass->dashpot_next == NULL ? NULL : (Real *)pass->dashpot_next + at};
+    const long at = batch * pass->relaxation.count * SYMMETRIC * LANES + lane;
+    return (Dashpot){(const Real *)pass->relaxation.from + at,
+                     pass->relaxation.to == NULL ? NULL : (Real *)pass->relaxation.to + at};
 }
 
 // Computes B, from G = F - 1 and T = R - 1 as B = G + T^T + T^T G, and T.
@@ -76,9 +76,9 @@ INLINE void relax(const VoxelPass *pass, Vector stretch, Vector bulk, const Defo
     stretch_of(by, polar, b, turn);
     for (int i = 0; i < SYMMETRIC; i++)
         s[i] = vector_set(0.0);
-    for (int n = 0; n < pass->branch_count;
+    for (int n = 0; n < pass->relaxation.count;
          n++, from += SYMMETRIC * LANES, to += SYMMETRIC * LANES) {
-        const VoxelBranch *branch = &pass->branch[n];
+        const RelaxationBranch *branch = &pass->relaxation.branch[n];
         const Real e = (Real)branch->stiffness, half = (Real)branch->half,
                    rest = (Real)(branch->half * branch->half);
         Vector d[SYMMETRIC];
@@ -111,8 +111,8 @@ INLINE Vector relax_energy(const VoxelPass *pass, Vector stretch, Vector bulk,
     const Vector third = REAL(1.0 / 3.0) + (Vector){0};
     Vector b[SYMMETRIC], turn[3][3], sum = vector_set(0.0);
     stretch_of(by, polar, b, turn);
-    for (int n = 0; n < pass->branch_count; n++, from += SYMMETRIC * LANES) {
-        const VoxelBranch *branch = &pass->branch[n];
+    for (int n = 0; n < pass->relaxation.count; n++, from += SYMMETRIC * LANES) {
+        const RelaxationBranch *branch = &pass->relaxation.branch[n];
         Vector d[SYMMETRIC], square = vector_set(0.0);
         for (int i = 0; i < SYMMETRIC; i++) {
             d[i] = b[i] - vector_load(from + i * LANES);

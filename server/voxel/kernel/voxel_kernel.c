@@ -65,7 +65,7 @@ static void evaluate(const VoxelPass *pass)
          {hanging_relaxing_viscous, mixed_relaxing_viscous}},
         {{hanging_paper, mixed_paper}, {hanging_paper_damped, mixed_paper_damped}}};
     const int law = pass->law == VOXEL_MIYAZAKI2004 ? PAPER
-                    : pass->branch_count > 0        ? RELAXING
+                    : pass->relaxation.count > 0        ? RELAXING
                                                     : AFFINE;
     const int damping = !pass->damped ? UNDAMPED : pass->viscous && law != PAPER ? VISCOUS : DAMPED;
     if (pass->plain->batch_count > 0)
