@@ -9,8 +9,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STRIP_PATH = 4200, STRIP_CELLS = 3, STRIP_LENGTH = 24, SHEET_ROWS = 7, MARK_NODES = 256 };
+enum {
+    STRIP_PATH = 4200,
+    SOLID_CELLS = 3,
+    SOLID_LENGTH = 24,
+    SHEET_ROWS = 5,
+    SHEET_LENGTH = 48,
+    MARK_NODES = 256
+};
 static const double EDGE = 1e-3; // of cells and triangles [m]
+
+// Returns the length of a strip at rest [m]. Edges that only thin the strip are weak beside those
+// that stiffen: the clamps of a surface show further than those of a solid.
+static double length_of(SceneModel model)
+{
+    return EDGE * (model == MODEL_VOXEL ? SOLID_LENGTH : SHEET_LENGTH);
+}
 
 // --- the scene -----------------------------------------------------------------------------------
 
@@ -21,20 +35,20 @@ static void write_sheet(FILE *out)
     // Every other row has one node less, half an edge further in.
     int first[SHEET_ROWS + 1] = {0};
     for (int r = 0; r < SHEET_ROWS; r++)
-        first[r + 1] = first[r] + STRIP_LENGTH + 1 - r % 2;
-    fprintf(out, "OFF\n%d %d 0\n", first[SHEET_ROWS], (SHEET_ROWS - 1) * (2 * STRIP_LENGTH - 1));
+        first[r + 1] = first[r] + SHEET_LENGTH + 1 - r % 2;
+    fprintf(out, "OFF\n%d %d 0\n", first[SHEET_ROWS], (SHEET_ROWS - 1) * (2 * SHEET_LENGTH - 1));
     for (int r = 0; r < SHEET_ROWS; r++)
         for (int c = first[r]; c < first[r + 1]; c++)
-            fprintf(out, "%.9g %.17g 0\n", EDGE * (c - first[r] - 0.5 * (STRIP_LENGTH - r % 2)),
+            fprintf(out, "%.9g %.17g 0\n", EDGE * (c - first[r] - 0.5 * (SHEET_LENGTH - r % 2)),
                     0.5 * sqrt(3.0) * EDGE * (r - 0.5 * (SHEET_ROWS - 1)));
     // Between a long row and a short one: triangles that stand on the long one, and on the short.
     for (int r = 0; r + 1 < SHEET_ROWS; r++) {
         const bool turned = r % 2 != 0;
         const int near = first[turned ? r + 1 : r], far = first[turned ? r : r + 1];
-        for (int c = 0; c < STRIP_LENGTH; c++) {
+        for (int c = 0; c < SHEET_LENGTH; c++) {
             const int left = near + c, right = left + 1, tip = far + c;
             fprintf(out, "3 %d %d %d\n", turned ? right : left, turned ? left : right, tip);
-            if (c + 1 < STRIP_LENGTH)
+            if (c + 1 < SHEET_LENGTH)
                 fprintf(out, "3 %d %d %d\n", right, turned ? tip : tip + 1, turned ? tip + 1 : tip);
         }
     }
@@ -43,7 +57,7 @@ static void write_sheet(FILE *out)
 static void write_scene(FILE *out, const char *name, SceneModel model, const char *material,
                         const char *note)
 {
-    const double end = 0.5 * STRIP_LENGTH * EDGE;
+    const double end = 0.5 * length_of(model);
     // A surface's end is a row of nodes at its border, and one half an edge further in.
     const double clamp = end - (model == MODEL_VOXEL ? 0.1 : 0.6) * EDGE;
     fprintf(out,
@@ -55,7 +69,7 @@ static void write_scene(FILE *out, const char *name, SceneModel model, const cha
         fprintf(out,
                 "    model = \"voxel\";  levels = 0;\n"
                 "    voxels = { generator = \"box\";  count = [%d, %d, %d];  size = %g; };\n",
-                STRIP_LENGTH, STRIP_CELLS, STRIP_CELLS, EDGE);
+                SOLID_LENGTH, SOLID_CELLS, SOLID_CELLS, EDGE);
     else
         fprintf(out, "    mesh = { file = \"%s.off\"; };\n", name);
     fprintf(out,
@@ -142,6 +156,7 @@ typedef struct Pull {
     World world;
     const Body *body;
     Mark mark[2];
+    double length;  // at rest [m]
     double section; // [m], or [m2] of a solid
     double tick;
 } Pull;
@@ -151,13 +166,13 @@ static bool begin(Pull *pull, const Scene *scene, Status *status)
     const BuildOptions options = {.isa = "auto"};
     if (!world_build(&pull->world, scene, &options, status))
         return false;
-    const double third = STRIP_LENGTH * EDGE / 6.0;
+    pull->length = length_of(scene->body[0].model);
     pull->body = sim_body(pull->world.sim, 0);
     pull->tick = sim_tick(pull->world.sim);
-    pull->section = scene->body[0].model == MODEL_VOXEL ? STRIP_CELLS * EDGE * STRIP_CELLS * EDGE
+    pull->section = scene->body[0].model == MODEL_VOXEL ? SOLID_CELLS * EDGE * SOLID_CELLS * EDGE
                                                         : 0.5 * sqrt(3.0) * EDGE * (SHEET_ROWS - 1);
-    if (mark_find(pull->body, -third, &pull->mark[0]) &&
-        mark_find(pull->body, third, &pull->mark[1]))
+    if (mark_find(pull->body, -pull->length / 6.0, &pull->mark[0]) &&
+        mark_find(pull->body, pull->length / 6.0, &pull->mark[1]))
         return true;
     world_destroy(&pull->world);
     return status_fail(status, STATUS_INVALID, "%s: is no strip", scene->path);
@@ -183,7 +198,7 @@ static void step(Pull *pull, int tick, double way)
 
 static bool run(Pull *pull, double strain, double rate, StripCurve *curve, Status *status)
 {
-    const double length = STRIP_LENGTH * EDGE, duration = strain / rate;
+    const double duration = strain / rate;
     const double rest = pull->mark[1].rest - pull->mark[0].rest;
     // Stiff clamped ends take a part of the way: the middle needs more time than all of the strip.
     const int most = (int)ceil(2.0 * duration / pull->tick);
@@ -194,7 +209,7 @@ static bool run(Pull *pull, double strain, double rate, StripCurve *curve, Statu
     curve->count = 1; // at rest
     double before = 0.0;
     for (int i = 0; i < most; i++) {
-        step(pull, i, way_at((i + 1) * pull->tick, duration, rate * length));
+        step(pull, i, way_at((i + 1) * pull->tick, duration, rate * pull->length));
         if (sim_resets(pull->world.sim) > 0)
             return status_fail(status, STATUS_FAILED, "the strip was restored at a strain of %g",
                                curve->strain[curve->count - 1]);
