@@ -74,7 +74,7 @@ static const ArgumentRow ROWS[] = {
      .help = "Runs per case, for the spread of its cost"},
     {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_ISA, .offset = AT(study.isa)},
     {"out", 0, ARGUMENT_TEXT, "FOLDER", AT(study.out_folder),
-     .help = "Folder for tables and pictures, instead of study-NAME"},
+     .help = "Folder for tables and pictures, instead of study-NAME or fit-NAME"},
     {"lcm-url", 'l', ARGUMENT_TEXT, "URL", .idle = true,
      .help = "a study sends and receives nothing"},
     {"prefix", 0, ARGUMENT_NAME, "NAME", AT(prefix),
@@ -93,26 +93,39 @@ static const ArgumentRow ROWS[] = {
      .help = "Of the wall of a surface [m], for youngs_modulus_2d = E times thickness [N/m]"},
     {0}};
 
+// Checks the options of a fit; `other`: one of a study was given.
+static bool check_fit(const FitOptions *fit, const char *scene_path, bool other, Status *why)
+{
+    const bool surface = strcmp(fit->model, "surface") == 0;
+    if (scene_path != NULL)
+        return status_fail(why, STATUS_INVALID, "--fit takes a table and no scene, got '%s'",
+                           scene_path);
+    if (other)
+        return status_fail(why, STATUS_INVALID,
+                           "--fit goes with --model, --thickness and --out alone");
+    if (surface != (fit->thickness > 0.0))
+        return status_fail(why, STATUS_INVALID,
+                           surface ? "--model surface needs the --thickness of the wall"
+                                   : "--thickness is of --model surface");
+    return true;
+}
+
 static bool check(void *target, Status *why)
 {
     StudyArguments *arguments = target;
+    const StudyOptions *study = &arguments->study;
     FitOptions *fit = &arguments->fit;
-    const bool surface = strcmp(fit->model, "surface") == 0;
-    if (fit->table_path == NULL && (surface || fit->thickness > 0.0))
+    fit->out_folder = study->out_folder;
+    if (fit->table_path != NULL)
+        return check_fit(fit, study->scene_path,
+                         study->input_log != NULL || study->only != NULL || study->quick ||
+                             arguments->list || study->duration_s > 0.0 || study->rate_hz > 0.0 ||
+                             arguments->prefix != NULL,
+                         why);
+    if (strcmp(fit->model, "solid") != 0 || fit->thickness > 0.0)
         return status_fail(why, STATUS_INVALID,
                            "--model and --thickness belong to --fit CURVE.csv");
-    if (fit->table_path == NULL && arguments->study.scene_path == NULL)
-        return status_fail(why, STATUS_INVALID, "no scene given");
-    if (fit->table_path != NULL && arguments->study.scene_path != NULL)
-        return status_fail(why, STATUS_INVALID, "--fit takes a table and no scene, got '%s'",
-                           arguments->study.scene_path);
-    if (surface && !(fit->thickness > 0.0))
-        return status_fail(why, STATUS_INVALID,
-                           "--model surface needs the --thickness of the wall");
-    if (!surface && fit->thickness > 0.0)
-        return status_fail(why, STATUS_INVALID, "--thickness is of --model surface");
-    fit->out_folder = arguments->study.out_folder;
-    return true;
+    return study->scene_path != NULL || status_fail(why, STATUS_INVALID, "no scene given");
 }
 
 static const ArgumentTable TABLE = {
@@ -161,7 +174,7 @@ static bool measure(StudyContext *context, const StudyCase *cases, int count, St
     return ok;
 }
 
-static bool study(const Scene *scene, const StudyArguments *arguments, Status *status)
+static bool run_study(const Scene *scene, const StudyArguments *arguments, Status *status)
 {
     // The cases; with --list that is all.
     static StudyCase cases[STUDY_CASES];
@@ -202,7 +215,7 @@ static void run(const StudyArguments *arguments, Status *status)
     }
     if (scene_read(arguments->study.scene_path, &scene, status) &&
         scene_override(&scene, arguments->study.rate_hz, arguments->prefix, status))
-        study(&scene, arguments, status);
+        run_study(&scene, arguments, status);
     scene_destroy(&scene);
 }
 

@@ -400,6 +400,9 @@ static void options_that_do_not_go_together_are_refused(void **unused)
         {"--fit a.csv --model surface", "pliant-study: --model surface needs the --thickness"},
         {"--fit a.csv --thickness 0.01", "pliant-study: --thickness is of --model surface"},
         {"--fit a.csv --model surface --thickness 0", "--thickness '0' is not a number in [1e-06"},
+        {"--fit a.csv --quick",
+         "pliant-study: --fit goes with --model, --thickness and --out alone"},
+        {"--fit a.csv --rate 100", "pliant-study: --fit goes with --model"},
         {"--model surface a.cfg", "pliant-study: --model and --thickness belong to --fit"},
         {"--fit", "pliant-study: '--fit' is no option or lacks its value"},
     };
