@@ -41,8 +41,8 @@ static void set_branches(const Relaxation *relaxation, double h, RelaxationPass 
     for (int i = 0; i < relaxation->count; i++) {
         const MaxwellBranch *branch = &relaxation->branch[i];
         pass->branch[i] = (RelaxationBranch){.stiffness = branch->share * relaxation->rigidity,
-                                        .half = exp(-0.5 * h / branch->time),
-                                        .volumetric = branch->volumetric};
+                                             .half = exp(-0.5 * h / branch->time),
+                                             .volumetric = branch->volumetric};
     }
 }
 
@@ -65,8 +65,7 @@ void relaxation_measure(const Relaxation *relaxation, RelaxationPass *pass)
 void relaxation_skip(const Relaxation *relaxation, int group, const RelaxationPass *from,
                      RelaxationPass *to)
 {
-    const size_t bytes =
-        size_of(relaxation) / (size_t)relaxation->layout.groups * (size_t)group;
+    const size_t bytes = size_of(relaxation) / (size_t)relaxation->layout.groups * (size_t)group;
     to->from = (const char *)from->from + bytes;
     to->to = from->to == NULL ? NULL : (char *)from->to + bytes;
 }
@@ -92,7 +91,7 @@ static double get(const Relaxation *relaxation, size_t at)
 {
     const void *strain = relaxation->strain[relaxation->current];
     return relaxation->layout.precision == PRECISION_SINGLE ? (double)((const float *)strain)[at]
-                                                     : ((const double *)strain)[at];
+                                                            : ((const double *)strain)[at];
 }
 
 bool relaxation_check(const Relaxation *relaxation)

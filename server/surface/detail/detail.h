@@ -18,6 +18,16 @@
 #include "surface/network.h"
 #include "surface/model.h"
 
+// Scratch of a change: the springs of the windows that are packed again, as they were.
+typedef struct DetailLaw {
+    bool *saved;       // [window_count]
+    int *lane;         // [slots]
+    int *start, *end;  // [chunks]
+    int *neighbour;    // [entry][LANES]
+    void *rest_length; // Real [entry][LANES]
+    int *before;       // [node_count] the node that it was copied from in this change, or itself
+} DetailLaw;
+
 typedef struct Detail {
     // --- constant ---
     SurfaceOptions options;
@@ -33,6 +43,7 @@ typedef struct Detail {
     DetailFolds folds;    // angles at rest
     DetailAdapt adapt;    // progress of the sweep over the criteria
     DetailFrames *frames; // NULL: not cuttable, or virtual nodes follow no frame
+    DetailLaw *law;       // NULL: springs do not relax
     bool is_valid;        // detail_check succeeded, or was not called
 } Detail;
 
@@ -40,8 +51,17 @@ typedef struct Detail {
 // Returns the mass that moves with a node [kg]: a third of the leaves around it, and half of the
 // mass of each hanging node whose master it is; with choi2005 eq 7.
 double detail_mass(const SurfaceModel *model, int node);
-// Packs the stale windows, then updates the sums over windows.
-void detail_pack(SurfaceModel *model);
+// Packs the stale windows, then updates the sums over windows. `changed`: in a change; else the
+// tables follow from a state whose dashpots stay as they are.
+void detail_pack(SurfaceModel *model, bool changed);
+
+// --- detail_law.c: dashpots of springs ---
+// Load time, once the springs have their tables; model->detail exists.
+void detail_law_create(SurfaceModel *model, const SurfaceMaterial *material, size_t entries,
+                       const char *name, Arena *arena, StateList *state);
+// Before stale windows are packed: saves their springs; after: gives the new ones their dashpots.
+void detail_law_save(SurfaceModel *model);
+void detail_law_move(SurfaceModel *model);
 
 // --- detail_bend.c: hinges between leaves ---
 // Load time: the table of hinges and the bounds of each level; the first packing fills it.

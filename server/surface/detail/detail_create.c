@@ -94,7 +94,8 @@ static void order_slots(SurfaceModel *model, const RootKey *root, int root_count
 
 // --- tables ---
 
-static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
+// Returns the number of entries.
+static size_t create_springs(SurfaceModel *model, const char *name, Arena *arena)
 {
     Detail *detail = model->detail;
     DetailPack *pack = &detail->pack;
@@ -129,6 +130,7 @@ static void create_springs(SurfaceModel *model, const char *name, Arena *arena)
         pack->springs[i].stiffness =
             ALLOCATE(ARENA_TOPOLOGY, 2 * most + 2, double, "stiffness of a node");
     }
+    return entries;
 }
 
 static void create_nodes(SurfaceModel *model, const SurfaceOptions *options, int free_count,
@@ -330,7 +332,7 @@ void detail_rebuild(Body *body)
     for (int w = 0; w < pack->window_count; w++)
         pack->stale_window[w] = true;
     memset(pack->is_dirty, true, (size_t)detail->set.node_count);
-    detail_pack(model);
+    detail_pack(model, false);
     // The mesh is drawn from nothing, in the slots that it had.
     slots_restore(detail->faces.slots);
     detail_draw_all(&detail->faces, &detail->report);
@@ -480,7 +482,7 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
 
     // Tables first, then the state, then the level at which it starts.
     model_create_rest(model, mesh, name, arena, state);
-    create_springs(model, name, arena);
+    const size_t entries = create_springs(model, name, arena);
     create_nodes(model, options, network->free_count, arena, state);
     detail_faces_create(&detail->faces, &detail->report, set, &detail->rules, name, arena);
     create_slots(model, mesh, options, arena, state);
@@ -489,11 +491,13 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
     model_create_rows(model, mesh, network->fixed, options, arena, state);
     if (bending_stiffness(&options->material) > 0.0)
         detail_bend_create(model, bending_stiffness(&options->material), name, arena);
+    detail_law_create(model, &options->material, entries, name, arena, state);
     start_at_level(model, options->start_level);
 
     // Everything else follows from the bits.
     detail->is_valid = true;
     detail_rebuild(body);
+    law_rest(model);
     body->state_capacity = body->mesh.node_capacity;
     body->surface = describe_surface(&detail->faces);
 }

@@ -408,10 +408,13 @@ static void list_chunks(SurfaceModel *model)
     }
 }
 
-void detail_pack(SurfaceModel *model)
+void detail_pack(SurfaceModel *model, bool changed)
 {
     Detail *detail = model->detail;
     DetailPack *pack = &detail->pack;
+    const bool moves = changed && detail->law != NULL;
+    if (moves)
+        detail_law_save(model);
     // Only windows in which something changed.
     for (int w = 0; w < pack->window_count; w++) {
         if (!pack->stale_window[w])
@@ -419,6 +422,8 @@ void detail_pack(SurfaceModel *model)
         pack->stale_window[w] = false;
         pack_window(model, w);
     }
+    if (moves)
+        detail_law_move(model);
     // What each evaluation visits now.
     list_chunks(model);
     if (detail->set.constrained)

@@ -366,7 +366,7 @@ void detail_coarsen(SurfaceModel *model, int level, int face)
 void detail_end_cut(Body *body)
 {
     SurfaceModel *model = body->model;
-    detail_pack(model);
+    detail_pack(model, true);
     detail_hang(&model->detail->lists, model->basis.precision, model->rows[model->current]);
     detail_draw(&model->detail->faces, &model->detail->report);
     model->detail->adapt.sweep->topology++;
