@@ -12,6 +12,7 @@
 #include "base/isa.h"
 #include "dynamics/maxwell.h"
 #include "dynamics/rows.h"
+#include "dynamics/stiffening.h"
 #include "voxel/element.h"
 
 #include <stdbool.h>
@@ -66,6 +67,12 @@ typedef struct VoxelBranch {
     bool volumetric;
 } VoxelBranch;
 
+// The law of a body that stiffens (README.md, "Stiffening").
+typedef struct VoxelStiffening {
+    double strain; // s
+    StiffeningCurve curve;
+} VoxelStiffening;
+
 typedef struct VoxelPass {
     const PlainBatches *plain;
     const HangingBatches *hanging;
@@ -83,6 +90,7 @@ typedef struct VoxelPass {
     // stiffness_scale multiplies all forces, damping included (which is beta k); damping_scale only
     // damping.
     double stiffness_scale, damping_scale;
+    const VoxelStiffening *stiffening; // affine law; NULL: linear
     // Affine law: Maxwell branches, and the strains of their dashpots, Real [plain batches, then
     // hanging ones][branch][6][LANES] as xx yy zz yz zx xy: before this pass and after it (NULL
     // where nothing is changed). May be the same.
