@@ -315,13 +315,13 @@ bool plot_write(const StudyResult *result, const char *folder, double error, Sta
     return fclose(out) == 0 || status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
 }
 
-PlotResult plot_draw(const char *program, const char *folder, Status *status)
+PlotResult plot_draw(const char *program, const char *folder, const char *script, Status *status)
 {
     // Run in the folder, so that names in the script do not depend on the caller's.
     posix_spawn_file_actions_t actions;
-    char name[] = "study.gp";
-    char first[PATH];
+    char first[PATH], name[PATH];
     snprintf(first, sizeof first, "%s", program);
+    snprintf(name, sizeof name, "%s", script);
     char *const arguments[] = {first, name, NULL};
     pid_t pid;
     int exit_status = 0;

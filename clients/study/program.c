@@ -1,9 +1,10 @@
 // pliant-study: runs a scene offline in many ways, reports the cost of each and its error relative
-// to the converged motion; then advises a choice.
+// to the converged motion; then advises a choice. With --fit, fits a material to a measured curve.
 #include "base/arguments.h"
 
 #include "base/log.h"
 #include "run/realtime.h"
+#include "study/fit.h"
 #include "study/study.h"
 #include "study/run.h"
 #include "study/report.h"
@@ -13,6 +14,7 @@
 
 typedef struct StudyArguments {
     StudyOptions study;
+    FitOptions fit;
     const char *prefix;
     bool list;
 } StudyArguments;
@@ -36,6 +38,13 @@ static bool take_error(void *target, const char *text, Status *why)
     return (read && *end == '\0' && value > 0.0 && value < 1.0) ||
            status_fail(why, STATUS_INVALID,
                        "is neither a percentage like 1%% nor a fraction in (0, 1)");
+}
+
+static bool take_model(void *target, const char *text, Status *why)
+{
+    ((StudyArguments *)target)->fit.model = text;
+    return strcmp(text, "solid") == 0 || strcmp(text, "surface") == 0 ||
+           status_fail(why, STATUS_INVALID, "is neither solid nor surface");
 }
 
 #define AT(member) offsetof(StudyArguments, member)
@@ -65,29 +74,69 @@ static const ArgumentRow ROWS[] = {
      .help = "Runs per case, for the spread of its cost"},
     {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_ISA, .offset = AT(study.isa)},
     {"out", 0, ARGUMENT_TEXT, "FOLDER", AT(study.out_folder),
-     .help = "Folder for tables and pictures, instead of study-NAME"},
+     .help = "Folder for tables and pictures, instead of study-NAME or fit-NAME"},
     {"lcm-url", 'l', ARGUMENT_TEXT, "URL", .idle = true,
      .help = "a study sends and receives nothing"},
     {"prefix", 0, ARGUMENT_NAME, "NAME", AT(prefix),
      .help = "Prefix of the channels in LOG, instead of the scene's"},
     {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_LOG_LEVEL},
+    {.type = ARGUMENT_HEADING, .help = "A material from a measured curve, instead of a study:"},
+    {"fit", 0, ARGUMENT_TEXT, "CURVE.csv", AT(fit.table_path),
+     .help = "Fit youngs_modulus, alone and with stiffening, to a table of one uniaxial pull, and "
+             "print the material group, the rms error of both, and that of a simulated strip. "
+             "Columns, separated by commas: nominal strain [-], from 0 up, never falling; nominal "
+             "stress (force over the section at rest) [Pa]; # begins a comment, the first line may "
+             "be a header; 4 to 100000 points"},
+    {"model", 0, ARGUMENT_OTHER, "MODEL", .preset_text = "solid", .handler = take_model,
+     .help = "Body that the group is for: solid or surface"},
+    {"thickness", 0, ARGUMENT_NUMBER, "M", AT(fit.thickness), 1e-6, 1.0,
+     .help = "Of the wall of a surface [m], for youngs_modulus_2d = E times thickness [N/m]"},
     {0}};
 
-static bool check_scene(void *target, Status *why)
+// Checks the options of a fit; `other`: one of a study was given.
+static bool check_fit(const FitOptions *fit, const char *scene_path, bool other, Status *why)
 {
-    return ((StudyArguments *)target)->study.scene_path != NULL ||
-           status_fail(why, STATUS_INVALID, "no scene given");
+    const bool surface = strcmp(fit->model, "surface") == 0;
+    if (scene_path != NULL)
+        return status_fail(why, STATUS_INVALID, "--fit takes a table and no scene, got '%s'",
+                           scene_path);
+    if (other)
+        return status_fail(why, STATUS_INVALID,
+                           "--fit goes with --model, --thickness and --out alone");
+    if (surface != (fit->thickness > 0.0))
+        return status_fail(why, STATUS_INVALID,
+                           surface ? "--model surface needs the --thickness of the wall"
+                                   : "--thickness is of --model surface");
+    return true;
+}
+
+static bool check(void *target, Status *why)
+{
+    StudyArguments *arguments = target;
+    const StudyOptions *study = &arguments->study;
+    FitOptions *fit = &arguments->fit;
+    fit->out_folder = study->out_folder;
+    if (fit->table_path != NULL)
+        return check_fit(fit, study->scene_path,
+                         study->input_log != NULL || study->only != NULL || study->quick ||
+                             arguments->list || study->duration_s > 0.0 || study->rate_hz > 0.0 ||
+                             arguments->prefix != NULL,
+                         why);
+    if (strcmp(fit->model, "solid") != 0 || fit->thickness > 0.0)
+        return status_fail(why, STATUS_INVALID,
+                           "--model and --thickness belong to --fit CURVE.csv");
+    return study->scene_path != NULL || status_fail(why, STATUS_INVALID, "no scene given");
 }
 
 static const ArgumentTable TABLE = {
     .program = "pliant-study",
-    .usage = "SCENE.cfg",
+    .usage = "SCENE.cfg\n--fit CURVE.csv",
     .about = "Runs a scene in many variants (time step, integrator, precision, level of detail), "
              "compares each with a converged run, prints the cost and error of each, and "
-             "recommends one.",
+             "recommends one. With --fit, finds the material of a measured curve instead.",
     .end = "Exit code 0: done; 1: failed while running; 2: bad usage, scene, mesh or file.",
     .rows = ROWS,
-    .check = check_scene};
+    .check = check};
 
 // --- the study -----------------------------------------------------------------------------------
 
@@ -125,7 +174,7 @@ static bool measure(StudyContext *context, const StudyCase *cases, int count, St
     return ok;
 }
 
-static bool study(const Scene *scene, const StudyArguments *arguments, Status *status)
+static bool run_study(const Scene *scene, const StudyArguments *arguments, Status *status)
 {
     // The cases; with --list that is all.
     static StudyCase cases[STUDY_CASES];
@@ -142,7 +191,8 @@ static bool study(const Scene *scene, const StudyArguments *arguments, Status *s
     char folder[REPORT_PATH];
     bool ok = study_prepare(&context, scene, &arguments->study, status);
     if (ok && ranks_is_first())
-        ok = report_make_folder(scene, arguments->study.out_folder, folder, status);
+        ok = report_make_folder(&REPORT_STUDY, scene->name, arguments->study.out_folder, folder,
+                                status);
     if (ok) {
         study_describe(&context, result);
         ok = measure(&context, cases, count, result, status);
@@ -158,9 +208,14 @@ static void run(const StudyArguments *arguments, Status *status)
 {
     Scene scene = {0};
     realtime_flush_denormals();
+    if (arguments->fit.table_path != NULL) {
+        if (ranks_is_first())
+            fit_run(&arguments->fit, status);
+        return;
+    }
     if (scene_read(arguments->study.scene_path, &scene, status) &&
         scene_override(&scene, arguments->study.rate_hz, arguments->prefix, status))
-        study(&scene, arguments, status);
+        run_study(&scene, arguments, status);
     scene_destroy(&scene);
 }
 

@@ -46,34 +46,31 @@ static const char *in_folder(char path[REPORT_PATH], const char *folder, const c
     return path;
 }
 
-// Checks that report_all replaces only files of an earlier study: those next to its table.
-static bool check_names(const char *folder, Status *status)
+// Checks that only files of an earlier run are replaced: those next to its table, names[0].
+static bool check_names(const ReportNames *names, const char *folder, Status *status)
 {
-    static const char *const name[] = {"runs.tsv",   "references.tsv", "study.h5", "study.gp",
-                                       "advice.cfg", "advised.cfg",    "time.png", "time.svg",
-                                       "total.png",  "total.svg"};
     char path[REPORT_PATH], table[REPORT_PATH];
     struct stat facts;
     Status why = {0};
-    // A folder with a table of a study is ours,
-    bool studied = stat(in_folder(table, folder, name[0]), &facts) == 0 && facts.st_size > 0;
-    if (!output_check(table, STUDY_RUNS_MARK, status))
+    // A folder with such a table is ours,
+    bool ours = stat(in_folder(table, folder, names->file[0]), &facts) == 0 && facts.st_size > 0;
+    if (!output_check(table, names->mark, status))
         return false;
     // and in it only files of ours may be replaced; elsewhere none.
-    for (size_t i = 0; i < sizeof name / sizeof name[0]; i++) {
-        if (lstat(in_folder(path, folder, name[i]), &facts) != 0)
+    for (int i = 0; names->file[i] != NULL; i++) {
+        if (lstat(in_folder(path, folder, names->file[i]), &facts) != 0)
             continue;
-        if (!(studied && S_ISREG(facts.st_mode)) && !output_check(path, "", &why))
+        if (!(ours && S_ISREG(facts.st_mode)) && !output_check(path, "", &why))
             return status_fail(status, STATUS_INVALID,
-                               "%s: is not of a study and would be replaced: name another folder "
+                               "%s: is not of a %s and would be replaced: name another folder "
                                "with --out",
-                               path);
+                               path, names->kind);
     }
     return true;
 }
 
-bool report_make_folder(const Scene *scene, const char *wanted, char folder[REPORT_PATH],
-                        Status *status)
+bool report_make_folder(const ReportNames *names, const char *subject, const char *wanted,
+                        char folder[REPORT_PATH], Status *status)
 {
     // The folder's name leaves room for those of the files.
     if (wanted != NULL && strlen(wanted) >= REPORT_PATH - FILE_NAME)
@@ -82,15 +79,21 @@ bool report_make_folder(const Scene *scene, const char *wanted, char folder[REPO
     if (wanted != NULL)
         snprintf(folder, REPORT_PATH, "%s", wanted);
     else
-        snprintf(folder, REPORT_PATH, "study-%s", scene->name);
+        snprintf(folder, REPORT_PATH, "%s-%s", names->kind, subject);
     struct stat info;
     // A new folder, or one of ours.
     if (mkdir(folder, 0777) == 0 || (errno == EEXIST && stat(folder, &info) == 0 &&
                                      S_ISDIR(info.st_mode) && access(folder, W_OK) == 0))
-        return check_names(folder, status);
+        return check_names(names, folder, status);
     return status_fail(status, STATUS_FAILED, "%s: cannot be made or written to: %s", folder,
                        strerror(errno));
 }
+
+const ReportNames REPORT_STUDY = {.kind = "study",
+                                  .mark = STUDY_RUNS_MARK,
+                                  .file = {"runs.tsv", "references.tsv", "study.h5", "study.gp",
+                                           "advice.cfg", "advised.cfg", "time.png", "time.svg",
+                                           "total.png", "total.svg"}};
 
 static bool save_tables(const StudyResult *result, const Scene *scene, const char *folder,
                         Status *status)
@@ -118,7 +121,7 @@ static bool draw(const StudyResult *result, const char *folder, double error, St
     // The script is written in any case: others can draw it.
     if (!plot_write(result, folder, error, status))
         return false;
-    switch (plot_draw("gnuplot", folder, &why)) {
+    switch (plot_draw("gnuplot", folder, "study.gp", &why)) {
     case PLOT_DRAWN:
         printf("%s/time.png, total.png, and .svg: error against run time\n", folder);
         break;

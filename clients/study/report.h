@@ -84,10 +84,19 @@ const char *progress_clock(double seconds, char *text);
 void report_begin(Progress *progress);
 void report_progress(Progress *progress, int done, int count, const char *what);
 
-// Makes the folder `wanted`, or study-NAME of the scene for NULL, unless it exists. Refuses a
-// folder that has files of our names but no table of a study, since they are not ours.
-bool report_make_folder(const Scene *scene, const char *wanted, char folder[REPORT_PATH],
-                        Status *status);
+// The files that one kind of output leaves in its folder.
+typedef struct ReportNames {
+    const char *kind;     // "study": folders are called study-SUBJECT
+    const char *mark;     // what the first file, a table, begins with
+    const char *file[16]; // up to NULL
+} ReportNames;
+
+extern const ReportNames REPORT_STUDY;
+
+// Makes the folder `wanted`, or KIND-SUBJECT for NULL, unless it exists. Refuses a folder that has
+// files of these names but no table with the mark, since they are not ours.
+bool report_make_folder(const ReportNames *names, const char *subject, const char *wanted,
+                        char folder[REPORT_PATH], Status *status);
 
 // Prints table and advice; writes runs.tsv, references.tsv, study.h5, the pictures and, if a case
 // is advised, advice.cfg (its keys) and advised.cfg (the scene with them). `options` as in the
@@ -121,9 +130,9 @@ typedef enum PlotResult { PLOT_DRAWN, PLOT_NO_GNUPLOT, PLOT_FAILED } PlotResult;
 // total.svg (total error over cost, by detail, with the Pareto front). `error`: the limit that is
 // drawn, as a fraction.
 bool plot_write(const StudyResult *result, const char *folder, double error, Status *status);
-// Runs `program` (found by name, "gnuplot") on it. A failed picture is no failure of the study;
-// `status` has the reason.
-PlotResult plot_draw(const char *program, const char *folder, Status *status);
+// Runs `program` (found by name, "gnuplot") on a script in the folder. A failed picture is no
+// failure of the study; `status` has the reason.
+PlotResult plot_draw(const char *program, const char *folder, const char *script, Status *status);
 
 // The terminal output of a study: inputs, the references and their reliability, a row per case, and
 // the reasons for missing cases.

@@ -81,6 +81,45 @@ static inline Vector vector_select_greater(Vector a, Vector b, Vector yes, Vecto
     return (Vector)((mask & (Mask)yes) | (~mask & (Mask)no));
 }
 
+// Returns a < b ? a : b, and a > b ? a : b, lane by lane.
+static inline Vector vector_min(Vector a, Vector b)
+{
+#if !defined(__x86_64__)
+    return vector_select_greater(b, a, a, b);
+#elif KERNEL_SINGLE && KERNEL_WIDTH == 16
+    return (Vector)_mm512_min_ps((__m512)a, (__m512)b);
+#elif KERNEL_SINGLE && KERNEL_WIDTH == 8
+    return (Vector)_mm256_min_ps((__m256)a, (__m256)b);
+#elif KERNEL_SINGLE
+    return (Vector)_mm_min_ps((__m128)a, (__m128)b);
+#elif KERNEL_WIDTH == 8
+    return (Vector)_mm512_min_pd((__m512d)a, (__m512d)b);
+#elif KERNEL_WIDTH == 4
+    return (Vector)_mm256_min_pd((__m256d)a, (__m256d)b);
+#else
+    return (Vector)_mm_min_pd((__m128d)a, (__m128d)b);
+#endif
+}
+
+static inline Vector vector_max(Vector a, Vector b)
+{
+#if !defined(__x86_64__)
+    return vector_select_greater(a, b, a, b);
+#elif KERNEL_SINGLE && KERNEL_WIDTH == 16
+    return (Vector)_mm512_max_ps((__m512)a, (__m512)b);
+#elif KERNEL_SINGLE && KERNEL_WIDTH == 8
+    return (Vector)_mm256_max_ps((__m256)a, (__m256)b);
+#elif KERNEL_SINGLE
+    return (Vector)_mm_max_ps((__m128)a, (__m128)b);
+#elif KERNEL_WIDTH == 8
+    return (Vector)_mm512_max_pd((__m512d)a, (__m512d)b);
+#elif KERNEL_WIDTH == 4
+    return (Vector)_mm256_max_pd((__m256d)a, (__m256d)b);
+#else
+    return (Vector)_mm_max_pd((__m128d)a, (__m128d)b);
+#endif
+}
+
 // Returns all bits set in the lanes where |v| <= limit does not hold (NaN included).
 static inline Vector vector_not_within(Vector v, Vector limit)
 {

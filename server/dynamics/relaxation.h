@@ -60,8 +60,8 @@ void relaxation_forget(Relaxation *relaxation);
 // True if all strains are finite.
 bool relaxation_check(const Relaxation *relaxation);
 
-// Between ticks: copies the strains of an element or spring by group * lanes + lane, all branches. Numbers of
-// an element: RELAXATION_NUMBERS at most.
+// Between ticks: copies the strains of an element or spring by group * lanes + lane, all branches.
+// Numbers of one: RELAXATION_NUMBERS at most.
 enum { RELAXATION_NUMBERS = 6 * MAXWELL_BRANCHES };
 void relaxation_take(const Relaxation *relaxation, int lane, double strain[RELAXATION_NUMBERS]);
 void relaxation_put(Relaxation *relaxation, int lane, const double strain[RELAXATION_NUMBERS]);

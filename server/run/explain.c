@@ -87,6 +87,16 @@ static void print_springs(const Body *body, const SurfaceMaterial *material, FIL
             maxwell_rigidity(count, branch), body->substeps);
 }
 
+static void print_stiffening(const Stiffening *stiffening, FILE *out)
+{
+    const double knee = stiffening->strain * sqrt(stiffening_curve(stiffening->cap).knee);
+    fprintf(
+        out,
+        "  stiffens as exp((strain/%.4g)^2) up to a strain of %.3g, from there on %.4g times as "
+        "stiff as at rest, which bounds the step\n",
+        stiffening->strain, knee, stiffening->cap);
+}
+
 // Prints how a solid is damped: its loss factor at some frequencies, and what that costs. Damping
 // in critical steps takes a little more from bending and less from compression.
 static void print_loss(World *world, const Body *body, const VoxelOptions *voxel, FILE *out)
@@ -117,6 +127,8 @@ static void print_elements(World *world, const SceneBody *described, const Body 
     // An undamped oscillation of angular frequency w is stable for steps up to 2 / w.
     fprintf(out, "  critical step %.6g s, damping %.6g of it\n", 2.0 / sqrt(body->lambda),
             voxel->damping);
+    if (stiffening_is_on(&voxel->stiffening))
+        print_stiffening(&voxel->stiffening, out);
     print_loss(world, body, voxel, out);
     // What the cells are made of.
     for (int i = 0; i < voxel->material_count; i++) {

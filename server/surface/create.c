@@ -35,6 +35,8 @@ void model_allocate_springs(SurfaceModel *model, size_t entries, const char *nam
     springs->neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
     springs->rest_length = model_allocate_reals(model, entries, name, "spring rest lengths", arena);
     springs->stiffness = model_allocate_reals(model, entries, name, "spring stiffness", arena);
+    if (model->law & SPRINGS_STIFFEN)
+        springs->inverse = model_allocate_reals(model, entries, name, "spring stiffening", arena);
     if (model->basis.precision != PRECISION_SINGLE)
         return;
     springs->rest_vector = model_allocate_reals(model, 3 * entries, name, "spring vectors", arena);
@@ -49,6 +51,9 @@ void model_put_spring(SurfaceModel *model, long at, int slot, int other_slot, do
     springs->neighbour[at] = other_slot;
     model_put(model, springs->rest_length, at, r);
     model_put(model, springs->stiffness, at, stiffness);
+    if (springs->inverse != NULL)
+        model_put(model, springs->inverse, at,
+                  r > 0.0 ? model->kernels->law_root / (model->stiffening.strain * r) : 0.0);
     if (model->basis.precision == PRECISION_DOUBLE)
         return;
     // The kernel of displacements needs the spring at rest as well.

@@ -34,7 +34,9 @@ typedef struct SpringTable {
     void *rest_length; // Real [entry][LANES] r [m]
     void *stiffness;   // Real [entry][LANES] k_s [N/m]; 0 for padding
     void *rest_vector; // single: Real [entry][3][LANES] e = X_own - X_other [m]
-    void *preload;     // single with prestress: Real [entry][LANES] |e|^2 - r^2 [m2]
+    void
+        *inverse; // springs that stiffen: Real [entry][LANES] law_root / (s r) [1/m]; 0 for padding
+    void *preload; // single with prestress: Real [entry][LANES] |e|^2 - r^2 [m2]
 } SpringTable;
 
 // Constants of a chunk's own nodes, by slot unless noted.
@@ -99,7 +101,7 @@ enum { SPRINGS_RELAX = 1, SPRINGS_STIFFEN = 2, SPRINGS_ENCLOSE = 4, SPRING_LAWS 
 typedef struct SpringStiffening {
     double strain; // s
     StiffeningCurve curve;
-    double root; // sqrt(q_c)
+    double knee; // strain from which on the pull is a straight line, s sqrt(q_c)
 } SpringStiffening;
 
 // One pass over the chunks first_chunk to last_chunk - 1.
@@ -173,6 +175,7 @@ typedef struct SpringKernels {
     SpringKernel *evaluate_law[SPRING_LAWS][SHAPE_VARIANTS];
     SpringKernel *scattered_law[SPRING_LAWS][SHAPE_VARIANTS];
     SpringKernel *sum_law[SPRING_LAWS];
+    double law_root;     // factor of SpringTable.inverse
     BendKernel *bend[2]; // [damped]
     BendMeasureKernel *bend_measure;
     BendGatherKernel *bend_gather;

@@ -37,8 +37,10 @@ void law_choose(SurfaceModel *model, const SurfaceOptions *options)
     if (stiffening_is_on(&material->stiffening)) {
         const StiffeningCurve curve = stiffening_curve(material->stiffening.cap);
         model->law |= SPRINGS_STIFFEN;
-        model->stiffening = (SpringStiffening){
-            .strain = material->stiffening.strain, .curve = curve, .root = sqrt(curve.knee)};
+        model->stiffening =
+            (SpringStiffening){.strain = material->stiffening.strain,
+                               .curve = curve,
+                               .knee = material->stiffening.strain * sqrt(curve.knee)};
     }
 }
 

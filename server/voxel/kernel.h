@@ -12,6 +12,7 @@
 #include "base/isa.h"
 #include "dynamics/relaxation.h"
 #include "dynamics/rows.h"
+#include "dynamics/stiffening.h"
 #include "voxel/element.h"
 
 #include <stdbool.h>
@@ -59,6 +60,12 @@ typedef struct RestTable {
     const void *number;
 } RestTable;
 
+// The law of a body that stiffens (README.md, "Stiffening").
+typedef struct VoxelStiffening {
+    double strain; // s
+    StiffeningCurve curve;
+} VoxelStiffening;
+
 typedef struct VoxelPass {
     const PlainBatches *plain;
     const HangingBatches *hanging;
@@ -77,6 +84,7 @@ typedef struct VoxelPass {
     // damping.
     double stiffness_scale, damping_scale;
     RelaxationPass relaxation; // affine law: strains as xx yy zz yz zx xy, hanging batches last
+    const VoxelStiffening *stiffening; // affine law; NULL: linear
 } VoxelPass;
 
 typedef void VoxelKernel(const VoxelPass *pass);

@@ -11,6 +11,7 @@ trap 'rm -rf "$work"' EXIT
     { cat "$work/log" >&2; exit 1; }
 "$programs/pliant-voxel-accuracy" "$here/scenes" "$work" 1 disc cube beams organ cuts reality 2>"$work/log" ||
     { cat "$work/log" >&2; exit 1; }
+"$programs/pliant-strip-accuracy" "$here/scenes" "$work" 1 2>"$work/log" || { cat "$work/log" >&2; exit 1; }
 awk -f "$here/check_report.awk" "$reports/report.md" "$reports/voxel.md" "$reports/reality.md" "$work"/*.tsv || {
     echo "the reports are not those of this build: ./dev report surface voxel reality" >&2
     exit 1

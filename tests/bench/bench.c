@@ -209,6 +209,7 @@ int main(int argc, char **argv)
         fprintf(bench.table, "case\tsize\tmetric\tvalue\tunit\n");
     }
     bench_springs(&bench);
+    bench_spring_laws(&bench);
     bench_implicit(&bench);
     bench_contacts(&bench);
     bench_pairs(&bench);

@@ -43,6 +43,7 @@ void bench_sort(double *value, int count);
 bool bench_compare(const char *old_path, const char *new_path);
 
 void bench_springs(Bench *bench);
+void bench_spring_laws(Bench *bench);
 void bench_implicit(Bench *bench);
 void bench_contacts(Bench *bench);
 void bench_pairs(Bench *bench);

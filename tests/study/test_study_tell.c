@@ -362,7 +362,8 @@ static void missing_gnuplot_leaves_the_script(void **unused)
     Status status = {0};
     fill();
     assert_true(plot_write(&result, scratch.folder, 0.01, &status));
-    assert_int_equal(plot_draw("no-such-gnuplot", scratch.folder, &status), PLOT_NO_GNUPLOT);
+    assert_int_equal(plot_draw("no-such-gnuplot", scratch.folder, "study.gp", &status),
+                     PLOT_NO_GNUPLOT);
     char *script = read_back("study.gp");
     assert_non_null(strstr(script, "set output 'time.png'"));
     assert_non_null(strstr(script, "set output 'total.svg'"));
@@ -384,7 +385,7 @@ static void gnuplot_draws_all_four(void **unused)
     fill();
     snprintf(result.scene, sizeof result.scene, "it's a_scene");
     assert_true(plot_write(&result, scratch.folder, 0.01, &status));
-    PlotResult drawn = plot_draw("gnuplot", scratch.folder, &status);
+    PlotResult drawn = plot_draw("gnuplot", scratch.folder, "study.gp", &status);
     if (drawn == PLOT_NO_GNUPLOT)
         skip();
     assert_string_equal(status.text, "");
@@ -399,7 +400,7 @@ static void a_script_without_points_is_no_error(void **unused)
     Status status = {0};
     sample_begin(&result, 0.001, 1e-6);
     assert_true(plot_write(&result, scratch.folder, 0.01, &status));
-    PlotResult drawn = plot_draw("gnuplot", scratch.folder, &status);
+    PlotResult drawn = plot_draw("gnuplot", scratch.folder, "study.gp", &status);
     assert_true(drawn == PLOT_DRAWN || drawn == PLOT_NO_GNUPLOT);
 }
 

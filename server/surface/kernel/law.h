@@ -10,6 +10,10 @@
 #include "base/vector.h"
 #include "surface/kernel.h"
 
+// How often law_exp squares, and the root of the part of q that it takes.
+enum { LAW_SQUARES = KERNEL_SINGLE ? 3 : 4 };
+#define LAW_ROOT (KERNEL_SINGLE ? 0.35355339059327376 : 0.25)
+
 // The numbers of a pass as vectors.
 typedef struct Law {
     int branch_count;
@@ -17,7 +21,8 @@ typedef struct Law {
     Vector left[MAXWELL_BRANCHES];      // what a step leaves of it
     const Real *from;
     Real *to;
-    Vector strain, knee, root, at_knee, rise; // s, q_c, sqrt(q_c), exp(q_c), cap - exp(q_c)
+    const Real *inverse; // SpringTable.inverse
+    Vector knee, cap;    // s sqrt(q_c), cap
 } Law;
 
 INLINE Law law_of(const SpringPass *pass, int kind)
@@ -34,62 +39,55 @@ INLINE Law law_of(const SpringPass *pass, int kind)
         }
     }
     if (kind & SPRINGS_STIFFEN) {
-        const SpringStiffening *stiffening = &pass->stiffening;
-        law.strain = vector_set(stiffening->strain);
-        law.knee = vector_set(stiffening->curve.knee);
-        law.root = vector_set(stiffening->root);
-        law.at_knee = vector_set(stiffening->curve.at_knee);
-        law.rise = vector_set(stiffening->curve.cap - stiffening->curve.at_knee);
+        law.inverse = pass->springs->inverse;
+        law.knee = vector_set(pass->stiffening.knee);
+        law.cap = vector_set(pass->stiffening.curve.cap);
     }
     return law;
 }
 
-// Returns exp(q) for 0 <= q <= 3, within 1e-15 (single: 2e-7): a polynomial for exp - 1 of a part
-// of q, the largest error of which is as small as it can be, then (1 + y)^2 - 1 as y (2 + y).
-INLINE Vector law_exp(Vector q)
+// Returns exp(q) for 0 <= q <= 3 from a part of it, within 2e-15 (single: 5e-7): a polynomial with
+// the least largest error there, squared LAW_SQUARES times. Exact for 0.
+INLINE Vector law_exp(Vector part)
 {
 #if KERNEL_SINGLE
-    enum { DOUBLINGS = 3, TERMS = 5 };
-    static const double TERM[TERMS] = {1.0000000230280277, 0.49999693283086571, 0.16673173773526934,
-                                       0.041186732869267516, 0.0097562981810516251};
+    static const double TERM[] = {1.0000000230280277, 0.49999693283086571, 0.16673173773526934,
+                                  0.041186732869267516, 0.0097562981810516251};
 #else
-    enum { DOUBLINGS = 4, TERMS = 8 };
-    static const double TERM[TERMS] = {0.99999999999999989,   0.50000000000009459,
-                                       0.16666666665608612,   0.041666667117452975,
-                                       0.0083333239110482907, 0.0013889956668529729,
-                                       0.0001977443860978738, 2.6963386205129481e-05};
+    static const double TERM[] = {0.99999999999999989,   0.50000000000009459,
+                                  0.16666666665608612,   0.041666667117452975,
+                                  0.0083333239110482907, 0.0013889956668529729,
+                                  0.0001977443860978738, 2.6963386205129481e-05};
 #endif
-    const Vector part = q * REAL(1.0 / (1 << DOUBLINGS));
-    Vector y = vector_set(TERM[TERMS - 1]);
-    for (int i = TERMS - 2; i >= 0; i--)
-        y = y * part + REAL(TERM[i]);
-    y *= part;
-    for (int i = 0; i < DOUBLINGS; i++)
-        y *= REAL(2.0) + y;
-    return REAL(1.0) + y;
+    // Short chains: sums of pairs (Estrin).
+    const Vector square = part * part;
+    Vector y = REAL(TERM[0]) + REAL(TERM[1]) * part;
+#if KERNEL_SINGLE
+    y += square * ((REAL(TERM[2]) + REAL(TERM[3]) * part) + REAL(TERM[4]) * square);
+#else
+    y += square * (REAL(TERM[2]) + REAL(TERM[3]) * part);
+    y += (square * square) *
+         ((REAL(TERM[4]) + REAL(TERM[5]) * part) + square * (REAL(TERM[6]) + REAL(TERM[7]) * part));
+#endif
+    y = REAL(1.0) + part * y;
+    for (int i = 0; i < LAW_SQUARES; i++)
+        y *= y;
+    return y;
 }
 
-// Returns G': beyond the knee exp(q_c) + (cap - exp(q_c)) (1 - sqrt(q_c / q)).
-INLINE Vector law_factor(const Law *law, Vector x, Vector r)
+// Returns G' x: beyond the knee a straight line of slope cap.
+INLINE Vector law_stiffen(const Law *law, long entry, int lane, Vector x, Vector r)
 {
-    const Vector zero = vector_set(0.0), tiny = vector_set(1e-12); // [m]; padding has r = 0
-    Vector unit = law->strain * r;
-    unit = vector_select_greater(unit, tiny, unit, tiny);
-    const Vector knee = law->root * unit; // the extension there
-    const Vector pulled = vector_select_greater(x, zero, x, zero),
-                 far = vector_select_greater(x, knee, x, knee);
-    // One division for x / unit and knee / far.
-    const Vector below = vector_select_greater(far, tiny, far, tiny);
-    const Vector inverse = REAL(1.0) / (unit * below);
-    const Vector u = pulled * (below * inverse), q = u * u;
-    return law_exp(vector_select_greater(q, law->knee, law->knee, q)) +
-           law->rise * ((far - knee) * (unit * inverse));
+    const Vector near = vector_min(x, law->knee * r), beyond = x - near;
+    const Vector u =
+        vector_max(near, vector_set(0.0)) * vector_load(law->inverse + entry * LANES + lane);
+    return law_exp(u * u) * near + law->cap * beyond;
 }
 
 // Returns the pull of WIDTH springs of an entry over their stiffness, and moves their dashpots on.
 INLINE Vector law_pull(const Law *law, int kind, long entry, int lane, Vector x, Vector r)
 {
-    Vector pull = kind & SPRINGS_STIFFEN ? law_factor(law, x, r) * x : x;
+    Vector pull = kind & SPRINGS_STIFFEN ? law_stiffen(law, entry, lane, x, r) : x;
     for (int i = 0; i < law->branch_count; i++) {
         const long at = (entry * law->branch_count + i) * LANES + lane;
         const Vector d = x - vector_load(law->from + at);

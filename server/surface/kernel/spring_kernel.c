@@ -72,7 +72,8 @@ INLINE void add_product(const Vector a[3], const Vector b[3], const Vector c[3],
 // on. `area`, of a wall that encloses a cavity: twice the vector area of the polygon of neighbours,
 // six times the gradient of the volume.
 INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane, bool damped,
-                        bool prestressed, int law, bool scattered, Vector force[3], Vector area[3])
+                        bool prestressed, int law, const Law *by, bool scattered, Vector force[3],
+                        Vector area[3])
 {
     const SpringTable *table = pass->springs;
     const Real *present = pass->present, *rest_length = table->rest_length,
@@ -80,7 +81,7 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
     const Vector one = vector_set(1.0), tiny = vector_set(1e-24); // (1e-12 m)^2
     const Vector zero = vector_set(0.0), beta = vector_set(pass->damping_time);
     Vector fx = zero, fy = zero, fz = zero;
-    const Law by = law_of(pass, law);
+    const bool linear = (law & (SPRINGS_RELAX | SPRINGS_STIFFEN)) == 0;
     // Of the neighbours: the first one, the last at an even number, and the one after that.
     Vector first[3] = {zero, zero, zero}, even[3] = {zero, zero, zero},
            between[3] = {zero, zero, zero};
@@ -130,31 +131,32 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         // both growth / ((l + r) l) and beta approach / l^2.
         length2 += tiny;
         Vector length = vector_sqrt(length2), both = length + r;
-        Vector pull = growth * length;
-        if (law & (SPRINGS_RELAX | SPRINGS_STIFFEN))
-            pull = law_pull(&by, law, entry, lane, growth / both, r) * (both * length);
+        Vector pull = growth * length, share = one / (both * length2);
         if (damped) {
             Vector approach =
                 (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
-            pull += (beta * both) * approach;
+            pull = (linear ? pull : zero) + (beta * both) * approach;
         }
-        Vector factor = k * (pull * (one / (both * length2)));
+        Vector factor = k * (pull * share);
+        if (!linear) // the extension is growth / (l + r)
+            factor += law_pull(by, law, entry, lane, growth * (length2 * share), r) *
+                      (k * ((both * length) * share));
 #else
         (void)prestressed; // the rest length includes it
         // A spring of zero length has no direction: its force is 0 (the stiffness is masked).
         k = vector_select_greater(length2, tiny, k, zero);
         Vector length = vector_sqrt(vector_select_greater(length2, tiny, length2, one));
-        Vector inverse = one / length, pull = one - r * inverse;
-        if (law & (SPRINGS_RELAX | SPRINGS_STIFFEN))
-            pull = law_pull(&by, law, entry, lane,
-                            vector_select_greater(length2, tiny, length, zero) - r, r) *
-                   inverse;
+        Vector inverse = one / length, pull = linear ? one - r * inverse : zero;
         if (damped) {
             Vector approach =
                 (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
             pull += beta * (approach * (inverse * inverse));
         }
         Vector factor = k * pull;
+        if (!linear)
+            factor += law_pull(by, law, entry, lane,
+                               vector_select_greater(length2, tiny, length, zero) - r, r) *
+                      (k * inverse);
 #endif
         fx -= factor * dx;
         fy -= factor * dy;
@@ -364,6 +366,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
     // went bad earlier in the tick are still bad.
     const bool ends = pass->stage.last && (by.rule == STAGE_RK4_LAST || by.rule == STAGE_KICK);
     Mask good = zero == zero;
+    const Law laws = law_of(pass, law);
     for (int k = pass->first_chunk; k < pass->last_chunk; k++) {
         const int chunk = scattered ? pass->chunk[k] : k;
         for (int lane = 0; lane < LANES; lane += WIDTH) {
@@ -372,7 +375,8 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
             load_own_nodes(pass, pass->present, slot, scattered, &own);
 
             Vector force[3], a[3], area[3], gradient[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, law, scattered, force, area);
+            add_springs(pass, &own, chunk, lane, damped, prestressed, law, &laws, scattered, force,
+                        area);
             // The forces that hanging nodes pass to their masters.
             if (scattered && pass->carries[chunk]) {
                 Vector handed[3], unused[3];
@@ -419,6 +423,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
 // Sums spring forces only, before the stiffness scale, for nodes that do not move by themselves.
 INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed, int law)
 {
+    const Law laws = law_of(pass, law);
     const Vector way = vector_set(pass->stage.advance * pass->h);
     for (int k = pass->first_chunk; k < pass->last_chunk; k++)
         for (int lane = 0; lane < LANES; lane += WIDTH) {
@@ -427,7 +432,8 @@ INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed, int la
             Nodes own;
             load_own_nodes(pass, pass->present, (long)chunk * LANES + lane, true, &own);
             Vector force[3], area[3], gradient[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, law, true, force, area);
+            add_springs(pass, &own, chunk, lane, damped, prestressed, law, &laws, true, force,
+                        area);
             // They move with their masters; here by the velocity before the kick.
             if (law & SPRINGS_ENCLOSE) {
                 const Vector by[3] = {way * own.vx, way * own.vy, way * own.vz};
@@ -557,6 +563,7 @@ const SpringKernels KERNEL_NAME = {
     .sum_law = {NULL, damped_relaxing_sum, damped_stiffening_sum, damped_relaxing_stiffening_sum,
                 damped_cavity_sum, damped_cavity_relaxing_sum, damped_cavity_stiffening_sum,
                 damped_cavity_both_sum},
+    .law_root = LAW_ROOT,
     .bend = {bend_plain, bend_damped},
     .bend_measure = bend_measure,
     .bend_gather = bend_gather,
