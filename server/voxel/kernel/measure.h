@@ -146,9 +146,9 @@ INLINE void hanging_total(const VoxelPass *pass, bool paper, bool mixed, double 
             const Rest rest = {mixed, table->count,
                                (const Real *)table->number + (mixed ? lane : 0)};
             const HangingFactors by = hanging_factors_at(factor, false, lane);
-            const Real *dashpot =
-                dashpot_at(pass, pass->relaxation.count > 0, (long)pass->plain->batch_count + b, lane)
-                    .from;
+            const Real *dashpot = dashpot_at(pass, pass->relaxation.count > 0,
+                                             (long)pass->plain->batch_count + b, lane)
+                                      .from;
             add_lanes(hanging_energy(pass, &rest, vertex + lane, &by, paper, last + lane, dashpot),
                       total);
         }
