@@ -25,6 +25,13 @@ double stiffening_tangent(const StiffeningCurve *curve, double q)
     return q <= curve->knee ? (1.0 + 2.0 * q) * exp(q) : curve->cap;
 }
 
+double stiffening_damping(const StiffeningCurve *curve, double q)
+{
+    if (q <= curve->knee)
+        return exp(0.5 * q);
+    return sqrt(curve->cap) - (sqrt(curve->cap) - sqrt(curve->at_knee)) * sqrt(curve->knee / q);
+}
+
 double stiffening_energy(const StiffeningCurve *curve, double q)
 {
     const double knee = curve->knee;

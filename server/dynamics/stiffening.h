@@ -8,7 +8,9 @@
 // Of a linear law W = x^T H x / 2 the tangent is G' H + G''/c H x x^T H <= (G' + 2 q G'') H
 // (Cauchy and Schwarz), where G' + 2 q G'' is (1 + 2 q) exp(q) up to the knee and cap beyond. So
 // nothing is ever stiffer than cap times the linear law, which bounds the time step.
-// Pure functions.
+// Damping is multiplied by the same curve with the roots of its numbers, exp(q/2) up to the knee
+// and below sqrt(cap) beyond: its ratio to what is critical stays about what it is at rest. Pure
+// functions.
 #ifndef PLIANT_DYNAMICS_STIFFENING_H
 #define PLIANT_DYNAMICS_STIFFENING_H
 
@@ -39,9 +41,11 @@ typedef struct StiffeningCurve {
 
 // `cap` in [1, 100].
 StiffeningCurve stiffening_curve(double cap);
-// Return G' of the secant, G' + 2 q G'' of the tangent along the deformation, and G. q >= 0.
+// Return G, G' of the secant, and G' + 2 q G'' of the tangent along the deformation. q >= 0.
+double stiffening_energy(const StiffeningCurve *curve, double q);
 double stiffening_factor(const StiffeningCurve *curve, double q);
 double stiffening_tangent(const StiffeningCurve *curve, double q);
-double stiffening_energy(const StiffeningCurve *curve, double q);
+// Returns the factor of the damping.
+double stiffening_damping(const StiffeningCurve *curve, double q);
 
 #endif

@@ -164,7 +164,7 @@ static const Option STIFFENING_OPTIONS[] = {
     {"strain", OPTION_REAL, offsetof(Stiffening, strain), "", 0.0, 10.0, .open = true,
      .required = true, .physics = true, .feature = "stiffening",
      .about = "Strain s in the law: along one axis the stress at a strain e is E e exp((e/s)^2), "
-              "2.7 times that of the linear law at e = s."},
+              "as far as `cap` permits: 1.3 times that of the linear law at e = s/2."},
     {"cap", OPTION_REAL, offsetof(Stiffening, cap), "", 1.0, 100.0, .required = true,
      .physics = true,
      .about = "Largest stiffness over that of the linear law; from there on stress grows in a "

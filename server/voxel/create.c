@@ -77,7 +77,9 @@ static void add_bounds(VoxelMaking *making, const ElementBounds *bounds)
 {
     const VoxelOptions *options = making->options;
     const double rigidity = maxwell_rigidity(options->branch_count, options->branch);
-    making->lambda = fmax(making->lambda, rigidity * bounds->lambda);
+    // Branches are beside the elastic law, which alone stiffens.
+    making->lambda = fmax(
+        making->lambda, (rigidity + (stiffening_cap(&options->stiffening) - 1.0)) * bounds->lambda);
     making->elastic = fmax(making->elastic, bounds->lambda);
     making->damping_lambda = fmax(making->damping_lambda, bounds->damping);
     making->step = fmin(making->step, bounds->step);
@@ -328,7 +330,8 @@ static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)
         body->mass += options->weight[w].mass;
     body->element_count = making->mesh.element_count;
     body->lambda = body->contact_lambda = making->lambda;
-    body->damping = making->beta * (model->viscous ? making->elastic : making->damping_lambda);
+    body->damping = making->beta * (model->viscous ? making->elastic : making->damping_lambda) *
+                    sqrt(stiffening_cap(&options->stiffening));
     body->damping_time = making->beta;
     body->drag = options->drag;
     body->state_capacity = making->capacity;
@@ -350,6 +353,14 @@ static bool create_surface(VoxelModel *model, const VoxelMaking *making, Body *b
     return options->skin == NULL || model->skin != NULL;
 }
 
+static const VoxelStiffening *create_stiffening(const Stiffening *options, const char *name,
+                                                Arena *arena)
+{
+    VoxelStiffening *stiffening = ALLOCATE(ARENA_STEP, 1, VoxelStiffening, "stiffening");
+    *stiffening = (VoxelStiffening){options->strain, stiffening_curve(options->cap)};
+    return stiffening;
+}
+
 static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList *state,
                         Status *status)
 {
@@ -361,6 +372,8 @@ static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList
     model->law = options->law;
     model->viscous = options->damping_time > 0.0 && options->law == VOXEL_AFFINE;
     model->surface_count = making->mesh.surface_count;
+    if (stiffening_is_on(&options->stiffening))
+        model->stiffening = create_stiffening(&options->stiffening, name, arena);
     // The order matters: rows need masses, the frame needs rows, batches need the vertices'
     // precision.
     if (cuttable && !cut_body_create_elements(model, making, arena, state, status))

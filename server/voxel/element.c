@@ -98,6 +98,30 @@ static void affine_fit(const Element *element, Vec3 rest_centre, const Vec3 *pos
     }
 }
 
+// Returns e_i = r_i - G X_i.
+static Vec3 residual_at(const Element *element, int i, Vec3 rest_centre, const double g[3][3],
+                        Vec3 position)
+{
+    return vec3_sub(position, multiply(g, vec3_sub(element->rest[i], rest_centre)));
+}
+
+// Replaces the energy of the linear law; returns the factor of its forces, and that of the damping.
+static double stiffen(const ElementStiffness *stiffness, double volume, double *energy,
+                      double *damping)
+{
+    const Stiffening *by = &stiffness->stiffening;
+    *damping = 1.0;
+    if (!stiffening_is_on(by))
+        return 1.0;
+    const StiffeningCurve curve = stiffening_curve(by->cap);
+    const double scale =
+        volume * element_energy_scale(stiffness->mu, stiffness->lambda, by->strain);
+    const double q = *energy / scale;
+    *energy = scale * stiffening_energy(&curve, q);
+    *damping = stiffening_damping(&curve, q);
+    return stiffening_factor(&curve, q);
+}
+
 // Computes force and energy of the uniform part and the residual (VOXEL_AFFINE).
 //   F = sum r_i a_i^T / V,  R = argmax tr(R^T F),  P = 2 mu (F - R) + lambda tr(R^T F - 1) R
 //   f_i = -P a_i - alpha k w_i e_i,  e_i = r_i - G X_i
@@ -106,8 +130,11 @@ static void affine_fit(const Element *element, Vec3 rest_centre, const Vec3 *pos
 // (barrier.h) adds k_b (F - N) to P and k_b/2 |F - N|^2 to the energy, N being the nearest matrix
 // that is not crushed. The uniform part and the residual have no resultant, as sum a_i = 0 and
 // sum w_i e_i = 0; nor a moment, as P F^T is symmetric for the best R and sum w_i e_i X_i^T = 0.
+// Stiffening makes c V G(W / (c V)) of the energy W of both parts, so that their forces are
+// multiplied by G'; the barrier stays as it is. `damping` gets the factor of the damping.
 static double affine_forces(const Element *element, const ElementStiffness *stiffness,
-                            const Vec3 *position, Vec3 centre, Quat *last, Vec3 *force)
+                            const Vec3 *position, Vec3 centre, Quat *last, Vec3 *force,
+                            double *damping)
 {
     double f[3][3] = {{0.0}}, r[3][3], g[3][3], gap[3][3], stress[3][3];
     // Uniform part: deformation gradient, best rotation, stress.
@@ -121,32 +148,34 @@ static double affine_forces(const Element *element, const ElementStiffness *stif
         trace += r[i / 3][i % 3] * f[i / 3][i % 3];
         square += difference * difference;
     }
-    // First Piola-Kirchhoff stress.
-    for (int i = 0; i < 3; i++) {
-        for (int k = 0; k < 3; k++)
-            stress[i][k] =
-                2.0 * stiffness->mu * (f[i][k] - r[i][k]) + stiffness->lambda * trace * r[i][k];
-    }
-    // The barrier, in crushed elements.
-    const double barrier = barrier_stiffness(stiffness->mu, stiffness->lambda);
-    const double half = barrier_gap((const double(*)[3])f, (const double(*)[3])r, gap);
-    for (int i = 0; i < 9; i++)
-        stress[i / 3][i % 3] += barrier * gap[i / 3][i % 3];
     // Residual: what the best affine map leaves.
     Vec3 rest_centre = mean(element, element->rest);
     affine_fit(element, rest_centre, position, centre, g);
     double residual = 0.0;
     for (int i = 0; i < element->count; i++) {
-        Vec3 affine = multiply((const double(*)[3])g, vec3_sub(element->rest[i], rest_centre));
-        Vec3 e = vec3_sub(vec3_sub(position[i], centre), affine);
+        const Vec3 e = residual_at(element, i, rest_centre, (const double(*)[3])g,
+                                   vec3_sub(position[i], centre));
         residual += element->weight[i] * vec3_dot(e, e);
-        force[i] = vec3_sub(force[i], multiply((const double(*)[3])stress, element->area[i]));
-        force[i] = vec3_madd(force[i], -stiffness->residual * element->weight[i], e);
     }
-    // Energy of all parts.
-    return element->volume *
-               (stiffness->mu * square + 0.5 * stiffness->lambda * trace * trace + barrier * half) +
-           0.5 * stiffness->residual * residual;
+    // Energy of both parts, and the factor of their forces.
+    const double mu = stiffness->mu, lambda = stiffness->lambda;
+    double energy = element->volume * (mu * square + 0.5 * lambda * trace * trace) +
+                    0.5 * stiffness->residual * residual;
+    const double factor = stiffen(stiffness, element->volume, &energy, damping);
+    // First Piola-Kirchhoff stress, and the barrier in crushed elements.
+    const double barrier = barrier_stiffness(mu, lambda);
+    const double half = barrier_gap((const double(*)[3])f, (const double(*)[3])r, gap);
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            stress[i][k] = factor * (2.0 * mu * (f[i][k] - r[i][k]) + lambda * trace * r[i][k]) +
+                           barrier * gap[i][k];
+    for (int i = 0; i < element->count; i++) {
+        const Vec3 e = residual_at(element, i, rest_centre, (const double(*)[3])g,
+                                   vec3_sub(position[i], centre));
+        force[i] = vec3_sub(force[i], multiply((const double(*)[3])stress, element->area[i]));
+        force[i] = vec3_madd(force[i], -factor * stiffness->residual * element->weight[i], e);
+    }
+    return energy + element->volume * barrier * half;
 }
 
 // Computes Miyazaki et al. (2004), section 2.2: f_i = k w_i (R R0_i - r_i), with the R for which
@@ -287,11 +316,10 @@ static void add_arm(double w, Vec3 a, Vec3 b, double inertia[3][3], Vec3 *moment
 // rigid motion does not change it, so that linear and angular momentum stay; it is a sum of
 // squares, so that energy only falls; and it is at most what it is at rest, so that the bound of
 // the step holds in every state. R : F' is the rate of tr(R^T F), which R leaves stationary.
-static void viscous_forces(const Element *element, const ElementStiffness *stiffness,
+static void viscous_forces(const Element *element, const ElementStiffness *stiffness, double beta,
                            const Vec3 *position, Vec3 centre, const Vec3 *velocity, Quat *last,
                            Vec3 *force)
 {
-    const double beta = stiffness->damping_time;
     double f[3][3] = {{0.0}}, rate[3][3] = {{0.0}}, r[3][3], inertia[3][3] = {{0.0}};
     const double stretch = 2.0 * stiffness->mu * element->volume;
     enum { MOST = 64 }; // vertices
@@ -332,12 +360,14 @@ double element_forces(const Element *element, const ElementStiffness *stiffness,
                       const Vec3 *position, const Vec3 *velocity, Quat *last, Vec3 *force)
 {
     Vec3 centre = mean(element, position);
+    double damping = 1.0;
     double energy = stiffness->law == VOXEL_AFFINE
-                        ? affine_forces(element, stiffness, position, centre, last, force)
+                        ? affine_forces(element, stiffness, position, centre, last, force, &damping)
                         : paper_forces(element, stiffness, position, centre, last, force);
     if (velocity != NULL && stiffness->damping_time > 0.0)
-        viscous_forces(element, stiffness, position, centre, velocity, last, force);
+        viscous_forces(element, stiffness, damping * stiffness->damping_time, position, centre,
+                       velocity, last, force);
     else if (velocity != NULL && stiffness->damping > 0.0)
-        damping_forces(element, stiffness->damping, position, centre, velocity, force);
+        damping_forces(element, damping * stiffness->damping, position, centre, velocity, force);
     return energy;
 }

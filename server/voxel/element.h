@@ -5,6 +5,7 @@
 #define PLIANT_VOXEL_ELEMENT_H
 
 #include "base/vec.h"
+#include "dynamics/stiffening.h"
 
 typedef enum VoxelLaw {
     VOXEL_AFFINE,       // area vectors for the uniform part, weighted residual for the rest
@@ -32,7 +33,14 @@ typedef struct ElementStiffness {
     double damping;    // beta k: damps the velocity without its rigid part [N s/m]
     // Instead of it, beta: damps all in proportion to its stiffness (VOXEL_AFFINE) [s].
     double damping_time;
+    Stiffening stiffening; // VOXEL_AFFINE
 } ElementStiffness;
+
+// Returns c, the scale of the energy per volume of elements that stiffen [Pa], E s^2 / 2.
+static inline double element_energy_scale(double mu, double lambda, double strain)
+{
+    return 0.5 * mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu) * strain * strain;
+}
 
 // Adds forces [N] to `force`; returns the energy [J]. velocity may be NULL (no damping). `last` as
 // in rotation_fit.

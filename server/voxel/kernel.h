@@ -12,6 +12,7 @@
 #include "base/isa.h"
 #include "dynamics/relaxation.h"
 #include "dynamics/rows.h"
+#include "dynamics/stiffening.h"
 #include "voxel/element.h"
 
 #include <stdbool.h>
@@ -59,6 +60,12 @@ typedef struct RestTable {
     const void *number;
 } RestTable;
 
+// The law of a body that stiffens (README.md, "Stiffening").
+typedef struct VoxelStiffening {
+    double strain; // s
+    StiffeningCurve curve;
+} VoxelStiffening;
+
 typedef struct VoxelPass {
     const PlainBatches *plain;
     const HangingBatches *hanging;
@@ -76,6 +83,7 @@ typedef struct VoxelPass {
     // stiffness_scale multiplies all forces, damping included (which is beta k); damping_scale only
     // damping.
     double stiffness_scale, damping_scale;
+    const VoxelStiffening *stiffening; // affine law; NULL: linear
     RelaxationPass relaxation; // affine law: strains as xx yy zz yz zx xy, hanging batches last
 } VoxelPass;
 

@@ -16,7 +16,8 @@
 typedef struct VoxelModel {
     Vertices vertices; // first, for their operations; ids as in LatticeMesh
     VoxelLaw law;
-    bool viscous;                // see VoxelPass
+    bool viscous; // see VoxelPass
+    const VoxelStiffening *stiffening;
     const int *element_at_level; // [VOXEL_LEVELS_MAX + 1]
     BatchRuns *batches;          // what the kernels evaluate; its rotations are state
     int surface_count; // the first vertices: on the outer faces of the body before any cut
@@ -62,8 +63,8 @@ typedef struct VoxelMaking {
     double *density;       // [element_count] [kg/m3]
     double beta;           // of damping [s]
     double step;           // dt0: the smallest critical step of the elements [s]
-    double lambda;         // bounds of M^-1 K to fast strains, of the elastic law alone, and, per
-    double elastic;        // unit of beta, of M^-1 C [1/s2]
+    double lambda;         // bounds of M^-1 K to fast strains at the cap, of the linear law alone,
+    double elastic;        // and, per unit of beta, of M^-1 C [1/s2]
     double damping_lambda;
 } VoxelMaking;
 

@@ -13,6 +13,7 @@ VoxelPass voxel_pass(const VoxelModel *model, const void *rows)
         .law = model->law,
         .damped = model->vertices.damping_time > 0.0,
         .viscous = model->viscous,
+        .stiffening = model->stiffening,
         .rows = rows,
         .force = model->vertices.force,
         .stiffness_scale = model->vertices.parameters->stiffness_scale,
@@ -205,6 +206,8 @@ static void voxel_explain(const void *self, FILE *out)
             batch_runs_count(model->batches, BATCH_PLAIN),
             batch_runs_count(model->batches, BATCH_HANGING));
     fprintf(out, "    law: %s\n", model->law == VOXEL_AFFINE ? "affine" : "miyazaki2004");
+    if (model->stiffening != NULL)
+        fprintf(out, "    stiffening: in the kernel\n");
     if (model->batches->relaxation != NULL)
         fprintf(out, "    relaxation: in the kernel, %d branches\n",
                 model->batches->relaxation->count);

@@ -335,11 +335,39 @@ static void run_graded(Bench *bench, int cells)
     cube_destroy(&cube);
 }
 
+// Times element passes of machines in turn, the first of which is what the others are compared
+// with; destroys them.
+static void compare_passes(Bench *bench, const char *name, const Cube *cube, int cases,
+                           Machine *machine, const char *const *suffix)
+{
+    enum { MOST = 3 };
+    Samples samples[MOST] = {0};
+    const int repeats = bench->quick ? 3 : 30, steps = 200000 / cube->element_count + 1;
+    for (int r = -1; r < repeats; r++)
+        for (int k = 0; k < cases; k++) {
+            const int64_t begin = clock_thread_ns();
+            for (int i = 0; i < steps; i++)
+                machine[k].kernels->evaluate(&machine[k].pass);
+            if (r >= 0)
+                samples_add(&samples[k], (double)(clock_thread_ns() - begin) * 1e-3 / steps);
+            step(&machine[k]); // clears the forces
+        }
+    for (int k = 0; k < cases; k++) {
+        char row[48];
+        snprintf(row, sizeof row, "%s.%s", name, suffix[k]);
+        bench_row(bench, row, cube->vertex_count, "us_per_pass", samples_min(&samples[k]), "us");
+        bench_row(bench, row, cube->vertex_count, "ratio",
+                  samples_min(&samples[k]) / samples_min(&samples[0]), "1");
+        arena_destroy(&machine[k].arena);
+    }
+}
+
 // An element pass with Maxwell branches over one without, of plain cubes or of a graded cube.
 static void run_relaxing(Bench *bench, const char *name, int cells, int levels)
 {
     enum { NONE, ONE, THREE, CASES };
     static const int BRANCHES[CASES] = {0, 1, 3};
+    static const char *const SUFFIX[CASES] = {"0", "1", "3"};
     Cube cube;
     Status status = {0};
     if (!cube_create(&cube, cells, levels, &status)) {
@@ -347,7 +375,6 @@ static void run_relaxing(Bench *bench, const char *name, int cells, int levels)
         return;
     }
     Machine machine[CASES];
-    Samples samples[CASES] = {0};
     for (int k = 0; k < CASES; k++) {
         Machine *m = &machine[k];
         machine_create(m, &cube, PRECISION_SINGLE, bench->isa, false);
@@ -359,24 +386,27 @@ static void run_relaxing(Bench *bench, const char *name, int cells, int levels)
         m->pass.relaxation.from = m->pass.relaxation.to =
             arena_allocate(&m->arena, ARENA_STEP, numbers + 1, sizeof(float), "dashpots");
     }
-    const int repeats = bench->quick ? 3 : 30, steps = 200000 / cube.element_count + 1;
-    for (int r = -1; r < repeats; r++)
-        for (int k = 0; k < CASES; k++) {
-            const int64_t begin = clock_thread_ns();
-            for (int i = 0; i < steps; i++)
-                machine[k].kernels->evaluate(&machine[k].pass);
-            if (r >= 0)
-                samples_add(&samples[k], (double)(clock_thread_ns() - begin) * 1e-3 / steps);
-            step(&machine[k]); // clears the forces
-        }
-    for (int k = 0; k < CASES; k++) {
-        char row[48];
-        snprintf(row, sizeof row, "%s.%d", name, BRANCHES[k]);
-        bench_row(bench, row, cube.vertex_count, "us_per_pass", samples_min(&samples[k]), "us");
-        bench_row(bench, row, cube.vertex_count, "ratio",
-                  samples_min(&samples[k]) / samples_min(&samples[NONE]), "1");
-        arena_destroy(&machine[k].arena);
+    compare_passes(bench, name, &cube, CASES, machine, SUFFIX);
+    cube_destroy(&cube);
+}
+
+// The same with stiffening.
+static void run_stiffening(Bench *bench, const char *name, int cells, int levels,
+                           Precision precision)
+{
+    static const char *const SUFFIX[] = {"linear", "stiffening"};
+    const VoxelStiffening stiffening = {0.15, stiffening_curve(10.0)};
+    Cube cube;
+    Status status = {0};
+    if (!cube_create(&cube, cells, levels, &status)) {
+        bench_fail(bench, name, status.text);
+        return;
     }
+    Machine machine[2];
+    for (int k = 0; k < 2; k++)
+        machine_create(&machine[k], &cube, precision, bench->isa, false);
+    machine[1].pass.stiffening = &stiffening;
+    compare_passes(bench, name, &cube, 2, machine, SUFFIX);
     cube_destroy(&cube);
 }
 
@@ -397,4 +427,11 @@ void bench_voxels(Bench *bench)
         run_relaxing(bench, "voxel.relaxing.plain", 16, 0);
     if (bench_wants(bench, "voxel.relaxing.graded"))
         run_relaxing(bench, "voxel.relaxing.graded", 16, 2);
+    static const char *const STIFFENING[PRECISION_COUNT][2] = {
+        [PRECISION_SINGLE] = {"voxel.stiffening.single.plain", "voxel.stiffening.single.graded"},
+        [PRECISION_DOUBLE] = {"voxel.stiffening.double.plain", "voxel.stiffening.double.graded"}};
+    for (int p = 0; p < PRECISION_COUNT; p++)
+        for (int graded_too = 0; graded_too < 2; graded_too++)
+            if (bench_wants(bench, STIFFENING[p][graded_too]))
+                run_stiffening(bench, STIFFENING[p][graded_too], 16, 2 * graded_too, (Precision)p);
 }

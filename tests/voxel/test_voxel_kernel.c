@@ -15,10 +15,31 @@
 enum { CLASSES = 12 };
 static const double SIZE = 3e-3; // edge of the smallest elements [m]
 
+// The laws, damped and not; viscous damping of the paper's law is that of all but the rigid motion.
+// The last ones stiffen, below and beyond the cap in the strains of these tests.
+enum { UNDAMPED, DAMPED, VISCOUS };
+typedef struct Variant {
+    VoxelLaw law;
+    int damping;
+    Stiffening stiffening;
+} Variant;
+static const Variant VARIANTS[] = {
+    {.law = VOXEL_AFFINE},
+    {.law = VOXEL_AFFINE, .damping = DAMPED},
+    {.law = VOXEL_MIYAZAKI2004},
+    {.law = VOXEL_MIYAZAKI2004, .damping = DAMPED},
+    {.law = VOXEL_AFFINE, .damping = VISCOUS},
+    {.law = VOXEL_AFFINE, .stiffening = {0.3, 10.0}},
+    {.law = VOXEL_AFFINE, .damping = DAMPED, .stiffening = {0.5, 3.0}},
+    {.law = VOXEL_AFFINE, .damping = VISCOUS, .stiffening = {0.2, 100.0}}};
+#define EACH_VARIANT(v)                                                                            \
+    for (const Variant *v = VARIANTS; v < VARIANTS + sizeof VARIANTS / sizeof *VARIANTS; v++)
+
 // What a kernel works on, and where everything is at rest.
 typedef struct Problem {
     VoxelLaw law;
     bool damped, viscous;
+    Stiffening stiffening;
     int element_count, vertex_count; // without the spare one
     int (*vertex)[NODE_COUNT];
     int *element_class;
@@ -73,10 +94,18 @@ static void destroy(Problem *p)
     free(p->last);
 }
 
-// A graded cube of `cells`^3 cells, elements of two materials mixed at random.
-static void make_cube(Problem *p, int cells, int levels, VoxelLaw law, int damping)
+static Problem problem_of(const Variant *v)
 {
-    *p = (Problem){.law = law, .damped = damping > 0, .viscous = damping > 1};
+    return (Problem){.law = v->law,
+                     .damped = v->damping != UNDAMPED,
+                     .viscous = v->damping == VISCOUS,
+                     .stiffening = v->stiffening};
+}
+
+// A graded cube of `cells`^3 cells, elements of two materials mixed at random.
+static void make_cube(Problem *p, int cells, int levels, const Variant *v)
+{
+    *p = problem_of(v);
     Status status = {0};
     Lattice lattice = {0};
     Layout layout;
@@ -101,10 +130,10 @@ static void make_cube(Problem *p, int cells, int levels, VoxelLaw law, int dampi
 }
 
 // Elements that share no vertex: cubes and random rest shapes in turn.
-static void make_loose(Problem *p, int count, VoxelLaw law, int damping, uint64_t *random)
+static void make_loose(Problem *p, int count, const Variant *v, uint64_t *random)
 {
-    *p = (Problem){
-        .law = law, .damped = damping > 0, .viscous = damping > 1, .element_count = count};
+    *p = problem_of(v);
+    p->element_count = count;
     p->vertex = allocate((size_t)count, sizeof *p->vertex);
     p->element_class = allocate((size_t)count, sizeof *p->element_class);
     unsigned mask = 0;
@@ -166,9 +195,14 @@ static void expected_forces(Problem *p, double (*force)[3], double *scale)
         shape_of(p, e, &s);
         const ElementClass *c = &p->classes[p->element_class[e]];
         const bool viscous = p->viscous && p->law == VOXEL_AFFINE;
-        const ElementStiffness stiffness = {
-            p->law,      c->mu,      c->lambda,
-            c->residual, c->damping, viscous ? c->damping / (c->mu * c->size) : 0.0};
+        const ElementStiffness stiffness = {.law = p->law,
+                                            .mu = c->mu,
+                                            .lambda = c->lambda,
+                                            .residual = c->residual,
+                                            .damping = c->damping,
+                                            .damping_time =
+                                                viscous ? c->damping / (c->mu * c->size) : 0.0,
+                                            .stiffening = p->stiffening};
         Vec3 position[NODE_COUNT], velocity[NODE_COUNT], f[NODE_COUNT] = {{0}};
         double fastest = 0.0;
         for (int i = 0; i < s.element.count; i++) {
@@ -182,7 +216,8 @@ static void expected_forces(Problem *p, double (*force)[3], double *scale)
             force[s.vertex[i]][1] += f[i].y;
             force[s.vertex[i]][2] += f[i].z;
         }
-        *scale = fmax(*scale, c->residual * c->size + c->damping * fastest);
+        *scale = fmax(*scale, stiffening_cap(&p->stiffening) * c->residual * c->size +
+                                  c->damping * fastest);
     }
 }
 
@@ -219,6 +254,8 @@ static Result run(const Problem *p, const VoxelKernels *kernels, double start)
         else
             ((double *)rows)[i] = value;
     }
+    const VoxelStiffening stiffening = {p->stiffening.strain,
+                                        stiffening_curve(fmax(p->stiffening.cap, 1.0))};
     const VoxelPass pass = {
         .plain = &p->batches.plain,
         .hanging = &p->batches.hanging,
@@ -227,6 +264,7 @@ static Result run(const Problem *p, const VoxelKernels *kernels, double start)
         .law = p->law,
         .damped = p->damped,
         .viscous = p->viscous,
+        .stiffening = stiffening_is_on(&p->stiffening) ? &stiffening : NULL,
         .rows = rows,
         .force = force,
         .last = r.last,
@@ -269,7 +307,9 @@ static void expect_forces(Problem *p, const char *what, const double tolerance[P
                                         ? fabs(first.force[i][c] - expected[i][c]) / scale
                                         : HUGE_VAL);
         print_message("%s, %s, %s, %s: off by %.2g\n", what,
-                      p->law == VOXEL_AFFINE ? "affine" : "paper's",
+                      p->law != VOXEL_AFFINE             ? "paper's"
+                      : stiffening_is_on(&p->stiffening) ? "stiffening"
+                                                         : "affine",
                       p->viscous  ? "viscous"
                       : p->damped ? "damped"
                                   : "undamped",
@@ -302,20 +342,6 @@ static void move_vertices(Problem *p, Quat turn, double noise, uint64_t *random)
     free(done);
 }
 
-// The laws, damped and not; viscous damping of the paper's law is that of all but the rigid motion.
-enum { UNDAMPED, DAMPED, VISCOUS };
-typedef struct Variant {
-    VoxelLaw law;
-    int damping;
-} Variant;
-static const Variant VARIANTS[] = {{VOXEL_AFFINE, UNDAMPED},
-                                   {VOXEL_AFFINE, DAMPED},
-                                   {VOXEL_MIYAZAKI2004, UNDAMPED},
-                                   {VOXEL_MIYAZAKI2004, DAMPED},
-                                   {VOXEL_AFFINE, VISCOUS}};
-#define EACH_VARIANT(v)                                                                            \
-    for (const Variant *v = VARIANTS; v < VARIANTS + sizeof VARIANTS / sizeof *VARIANTS; v++)
-
 static const Quat STILL = {1.0, 0.0, 0.0, 0.0};
 
 // Some hundred operations with numbers of the size of F and its squares, up to 30 after half a
@@ -331,7 +357,7 @@ static void graded_cube_has_the_forces_of_its_elements(void **unused)
     EACH_VARIANT(v)
     {
         Problem p;
-        make_cube(&p, 16, 2, v->law, v->damping);
+        make_cube(&p, 16, 2, v);
         assert_in_range(p.batches.template_count, 26, 60);
         move_vertices(&p, STILL, 0.3, &random);
         expect_forces(&p, "cube", CLOSE);
@@ -346,7 +372,7 @@ static void any_rest_shape_and_turn_has_the_forces_of_the_element(void **unused)
     EACH_VARIANT(v)
     {
         Problem p;
-        make_loose(&p, EFFORT(600), v->law, v->damping, &random);
+        make_loose(&p, EFFORT(600), v, &random);
         for (int round = 0; round < 4; round++) {
             // up to half a turn about any axis
             Vec3 axis = vec3_unit(random_vec3(&random));
@@ -399,7 +425,7 @@ static void flat_and_inverted_elements_among_others_have_their_forces(void **unu
     EACH_VARIANT(v)
     {
         Problem p;
-        make_loose(&p, EFFORT(600), v->law, v->damping, &random);
+        make_loose(&p, EFFORT(600), v, &random);
         deform_badly(&p, true, &random);
         expect_forces(&p, "bad", tolerance);
         destroy(&p);
@@ -413,7 +439,7 @@ static void no_state_gives_a_resultant_or_moment(void **unused)
     EACH_VARIANT(v)
     {
         Problem p;
-        make_loose(&p, EFFORT(600), v->law, v->damping, &random);
+        make_loose(&p, EFFORT(600), v, &random);
         deform_badly(&p, false, &random);
         Result r = run(&p, voxel_kernels_find(PRECISION_DOUBLE, "auto"), 1.0);
         double worst = 0.0;
@@ -449,7 +475,7 @@ static void healthy_elements_leave_the_last_rotations_alone(void **unused)
     (void)unused;
     uint64_t random = 11;
     Problem p;
-    make_cube(&p, 16, 2, VOXEL_AFFINE, true);
+    make_cube(&p, 16, 2, &VARIANTS[1]);
     move_vertices(&p, STILL, 0.2, &random);
     for (int k = 0; k < PRECISION_COUNT; k++)
         for (const char *const *level = isa_available(); *level != NULL; level++) {
@@ -473,7 +499,7 @@ static void single_precision_is_relative_to_the_deformation(void **unused)
     for (double noise = 1e-2; noise > 1e-10; noise *= 0.01) {
         uint64_t random = 12;
         Problem p;
-        make_cube(&p, 8, 1, VOXEL_AFFINE, false);
+        make_cube(&p, 8, 1, &VARIANTS[0]);
         for (int i = 0; i < p.vertex_count; i++)
             put_vector(p.row[i], vec3_scale(noise * SIZE, random_vec3(&random)));
         double(*expected)[3] = allocate((size_t)p.vertex_count, sizeof *expected), scale;
@@ -501,7 +527,7 @@ static void rest_gives_no_force_at_all(void **unused)
     EACH_VARIANT(v)
     {
         Problem p;
-        make_cube(&p, 16, 2, v->law, v->damping);
+        make_cube(&p, 16, 2, v);
         for (int i = 0; i < p.vertex_count; i++) {
             put_vector(p.row[i], vec3(0.1, -0.2, 0.3));
             put_vector(p.row[i] + 4, vec3(-0.5, 0.25, 0.7));
@@ -531,7 +557,7 @@ static void scales_multiply_stiffness_and_damping(void **unused)
     (void)unused;
     uint64_t random = 14;
     Problem p;
-    make_loose(&p, 200, VOXEL_AFFINE, true, &random);
+    make_loose(&p, 200, &VARIANTS[1], &random);
     move_vertices(&p, STILL, 0.2, &random);
     // Once by the scales, once by the classes: the same numbers go into the kernel up to rounding.
     const VoxelKernels *kernels = voxel_kernels_find(PRECISION_DOUBLE, "auto");
@@ -572,7 +598,7 @@ static void bad_numbers_stay_bad(void **unused)
     (void)unused;
     uint64_t random = 15;
     Problem p;
-    make_loose(&p, 64, VOXEL_AFFINE, true, &random);
+    make_loose(&p, 64, &VARIANTS[1], &random);
     move_vertices(&p, STILL, 0.2, &random);
     p.row[p.vertex[20][3]][1] = (double)NAN;
     p.row[p.vertex[21][3]][5] = HUGE_VAL;

@@ -13,10 +13,12 @@ static void voxels_tell_what_a_slow_hand_feels(void **state)
     (void)state;
     static const FixedRegion bottom = {
         .kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, -0.0499}};
-    for (int k = 0; k < EFFORT(4); k++) {
-        VoxelWorldOptions options = voxel_world_cube(k < 2 ? 10 : 20);
+    for (int k = 0; k < EFFORT(8); k++) {
+        VoxelWorldOptions options = voxel_world_cube(k % 4 < 2 ? 10 : 20);
         double radius = k % 2 == 0 ? 0.01 : 0.02;
-        options.body.body.levels = k < 2 ? 0 : 2;
+        options.body.body.levels = k % 4 < 2 ? 0 : 2;
+        if (k >= 4) // where the press has stiffened it, to 2.5 times as much
+            options.body.stiffening = (Stiffening){0.1, 10.0};
         options.body.body.fixed = &bottom;
         options.body.body.fixed_count = 1;
         options.body.body.friction = 0.0;

@@ -8,18 +8,20 @@
 #include "dynamics/stiffening.h"
 
 typedef struct StiffeningFactors {
-    Real knee, drop; // q_c, cap - exp(q_c)
+    Real knee, drop;   // q_c, cap - exp(q_c)
+    Real damping_drop; // sqrt(cap) - exp(q_c / 2)
 } StiffeningFactors;
 
 INLINE StiffeningFactors stiffening_factors(const StiffeningCurve *curve)
 {
-    return (StiffeningFactors){(Real)curve->knee, (Real)(curve->cap - curve->at_knee)};
+    return (StiffeningFactors){(Real)curve->knee, (Real)(curve->cap - curve->at_knee),
+                               (Real)(sqrt(curve->cap) - sqrt(curve->at_knee))};
 }
 
-// Returns exp(q), q in [0, 2.75], as (1 + (exp(q/4) - 1))^4: to 9e-16 in double, 5e-7 in single
-// precision, and exactly 1 at 0. The polynomial interpolates (exp(t) - 1)/t at the Chebyshev points
-// of [0, 11/16]; all of its terms are positive, so that none cancels.
-INLINE Vector stiffening_exp(Vector q)
+// Returns exp(q / 2), q in [0, 2.75], as (1 + (exp(q/4) - 1))^2: its square is exp(q) to 9e-16 in
+// double, 5e-7 in single precision, and exactly 1 at 0. The polynomial interpolates (exp(t) - 1)/t
+// at the Chebyshev points of [0, 11/16]; all of its terms are positive, so that none cancels.
+INLINE Vector stiffening_half_exp(Vector q)
 {
 #if KERNEL_SINGLE
     static const Real C[] = {1.8724233e-3F,  7.9396968e-3F, 4.1810375e-2F,
@@ -43,17 +45,19 @@ INLINE Vector stiffening_exp(Vector q)
     Vector sum = C[0] - (Vector){0};
     for (unsigned i = 1; i < sizeof C / sizeof *C; i++)
         sum = sum * t + C[i];
-    const Vector root = sum * t + REAL(1.0), square = root * root;
-    return square * square;
+    const Vector root = sum * t + REAL(1.0);
+    return root * root;
 }
 
-// Returns G'(q), q >= 0; NaN where q is.
-INLINE Vector stiffening_factor_of(const StiffeningFactors *by, Vector q)
+// Returns G'(q), q >= 0, and the factor of the damping; NaN where q is.
+INLINE Vector stiffening_factor_of(const StiffeningFactors *by, Vector q, Vector *damping)
 {
     const Vector knee = by->knee - (Vector){0};
     const Vector low = vector_select_greater(q, knee, knee, q),
                  high = vector_select_greater(q, knee, q, knee);
-    return stiffening_exp(low) + by->drop * (REAL(1.0) - vector_sqrt(knee / high));
+    const Vector half = stiffening_half_exp(low), beyond = REAL(1.0) - vector_sqrt(knee / high);
+    *damping = half + by->damping_drop * beyond;
+    return half * half + by->drop * beyond;
 }
 
 #endif

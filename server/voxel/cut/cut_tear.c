@@ -3,6 +3,7 @@
 #include "voxel/barrier.h"
 #include "voxel/point_parts.h"
 #include "voxel/rotation.h"
+#include "voxel/stiffening.h"
 
 #include <math.h>
 #include <string.h>
@@ -67,10 +68,21 @@ static double number_at(const CutTear *tear, const void *number, int at)
                : ((const double *)number)[at];
 }
 
+static void add_vertex(const CutTear *tear, const void *number, int at, Vec3 u, StiffElement *to)
+{
+    double row[TABLE_ROW];
+    for (int k = 0; k < TABLE_ROW; k++)
+        row[k] = number_at(tear, number, at + k);
+    to->u[to->count] = u;
+    to->weight[to->count] = row[3];
+    to->rest[to->count] = vec3(row[4], row[5], row[6]);
+    to->lever[to->count++] = vec3(row[7], row[8], row[9]);
+}
+
 // Computes F = 1 + sum (u_i - u_0) a_i^T / H; for Miyazaki's law the moment about the mean takes
-// its place.
+// its place. `stiff`: NULL, or gets what stiffening needs.
 static void deformation_of(const CutTear *tear, const void *rows, int element, double size,
-                           double f[3][3])
+                           double f[3][3], StiffElement *stiff)
 {
     const Rows *basis = &tear->vertices->rows;
     const int *node = cut_lattice_nodes(tear->lattice, element);
@@ -95,6 +107,8 @@ static void deformation_of(const CutTear *tear, const void *rows, int element, d
         const double u[3] = {d.x, d.y, d.z};
         for (int c = 0; c < 9; c++)
             f[c / 3][c % 3] += u[c / 3] * number_at(tear, number, at + c % 3);
+        if (stiff != NULL)
+            add_vertex(tear, number, at, d, stiff);
     }
 }
 
@@ -115,8 +129,9 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
     const double lambda = paper ? 0.0 : pass->stiffness_scale * c->lambda;
     enum { STEPS = 6 };
     const double barrier = paper ? 0.0 : barrier_stiffness(mu, lambda);
-    double f[3][3], gap[3][3], trace;
-    deformation_of(tear, pass->rows, element, c->size, f);
+    double f[3][3], gap[3][3], trace, factor = 1.0;
+    StiffElement stiff = {.count = 0};
+    deformation_of(tear, pass->rows, element, c->size, f, pass->stiffening != NULL ? &stiff : NULL);
     // The fast rotation, or the exact one for flat and inverted elements.
     if (!rotation_foam((const double(*)[3])f, STEPS, out->rotation, &trace)) {
         const double *q =
@@ -124,15 +139,22 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
         Quat last = {q[0], q[1], q[2], q[3]};
         rotation_fit((const double(*)[3])f, out->rotation, &last);
     }
-    // P = 2 mu (F - R) + lambda tr(R^T F - 1) R, and the barrier.
+    if (pass->stiffening != NULL) {
+        factor =
+            stiffening_factor(&pass->stiffening->curve,
+                              stiff_q(pass->stiffening, c, (const double(*)[3])f,
+                                      (const double(*)[3])out->rotation, stiff_residual(&stiff)));
+    }
+    // P = 2 mu (F - R) + lambda tr(R^T F - 1) R, stiffened, and the barrier.
     barrier_gap((const double(*)[3])f, (const double(*)[3])out->rotation, gap);
     trace = -3.0;
     for (int k = 0; k < 9; k++)
         trace += out->rotation[k / 3][k % 3] * f[k / 3][k % 3];
     for (int k = 0; k < 9; k++)
-        out->stress[k / 3][k % 3] = 2.0 * mu * (f[k / 3][k % 3] - out->rotation[k / 3][k % 3]) +
-                                    lambda * trace * out->rotation[k / 3][k % 3] +
-                                    barrier * gap[k / 3][k % 3];
+        out->stress[k / 3][k % 3] =
+            factor * (2.0 * mu * (f[k / 3][k % 3] - out->rotation[k / 3][k % 3]) +
+                      lambda * trace * out->rotation[k / 3][k % 3]) +
+            barrier * gap[k / 3][k % 3];
     return out;
 }
 

@@ -36,9 +36,10 @@ INLINE Vector crushed(const Root *root)
 }
 
 // Adds what the barrier adds to the stress to the deformation from which the stress is computed, P
-// = stretch g + ... with the factors stretch = 2 mu and bulk = lambda. Returns half the square of
-// the gap: the barrier's energy over its stiffness.
-INLINE Vector barrier(const Polar *polar, Vector stretch, Vector bulk, Deformation *by)
+// = pull g + ..., where stretch = 2 mu and bulk = lambda; `pull` is 2 mu too, but for elements that
+// stiffen, which the barrier does not. Returns half the square of the gap: the barrier's energy
+// over its stiffness.
+INLINE Vector barrier(const Polar *polar, Vector stretch, Vector bulk, Vector pull, Deformation *by)
 {
     Barrier all;
     for (int i = 0; i < 3; i++)
@@ -50,7 +51,7 @@ INLINE Vector barrier(const Polar *polar, Vector stretch, Vector bulk, Deformati
     barrier_lanes(&all);
     // A stiffness scale of zero leaves none.
     const Vector share = vector_select_greater(
-        stretch, vector_set(0.0), REAL(BARRIER_SHARE) * (stretch + REAL(3.0) * bulk) / stretch,
+        pull, vector_set(0.0), REAL(BARRIER_SHARE) * (stretch + REAL(3.0) * bulk) / pull,
         vector_set(0.0));
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++)

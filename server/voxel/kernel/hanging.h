@@ -19,6 +19,7 @@
 #include "voxel/kernel/barrier.h"
 #include "voxel/kernel/relaxation.h"
 #include "voxel/kernel/scatter.h"
+#include "voxel/kernel/stiffening.h"
 #include "voxel/template.h"
 
 // Parameters of the elements' classes, with the scales of the pass.
@@ -30,18 +31,37 @@ typedef struct HangingFactors {
     Vector damping;      // beta k
     Vector bent;         // viscous: alpha
     Vector bulk_damping; // viscous: beta lambda H
+    // Elements that stiffen: as EnergyFactors.
+    Vector energy_shape, energy_bulk, energy_bend;
 } HangingFactors;
 
 // The same for a batch, one array after another.
-enum { GRADIENT, STRETCH, BULK, BEND, DAMPING, BENT, BULK_DAMPING, FACTORS };
+enum {
+    GRADIENT,
+    STRETCH,
+    BULK,
+    BEND,
+    DAMPING,
+    USUAL_FACTORS,
+    BENT = USUAL_FACTORS,
+    BULK_DAMPING,
+    ENERGY_SHAPE,
+    ENERGY_BULK,
+    ENERGY_BEND,
+    FACTORS
+};
 
 INLINE void hanging_factors(const VoxelPass *pass, const int element_class[LANES], bool viscous,
-                            Real out[FACTORS][LANES])
+                            bool stiffens, Real out[FACTORS][LANES])
 {
     const double scale = pass->stiffness_scale;
     for (int lane = 0; lane < LANES; lane++) {
         if (lane > 0 && element_class[lane] == element_class[lane - 1]) {
-            for (int k = 0; k < (viscous ? FACTORS : BENT); k++)
+            for (int k = 0; k < USUAL_FACTORS; k++)
+                out[k][lane] = out[k][lane - 1];
+            for (int k = BENT; k < ENERGY_SHAPE && viscous; k++)
+                out[k][lane] = out[k][lane - 1];
+            for (int k = ENERGY_SHAPE; k < FACTORS && stiffens; k++)
                 out[k][lane] = out[k][lane - 1];
             continue;
         }
@@ -52,6 +72,12 @@ INLINE void hanging_factors(const VoxelPass *pass, const int element_class[LANES
         out[BULK][lane] = (Real)(scale * c->lambda * area);
         out[BEND][lane] = (Real)(scale * c->size * c->residual);
         out[DAMPING][lane] = (Real)(scale * pass->damping_scale * c->damping);
+        if (stiffens) {
+            const EnergyFactors energy = energy_factors(pass, c);
+            out[ENERGY_SHAPE][lane] = energy.shape;
+            out[ENERGY_BULK][lane] = energy.bulk;
+            out[ENERGY_BEND][lane] = energy.bend;
+        }
         if (!viscous)
             continue;
         out[BENT][lane] = (Real)(c->mu > 0.0 ? c->residual / (c->mu * c->size) : 0.0);
@@ -60,7 +86,8 @@ INLINE void hanging_factors(const VoxelPass *pass, const int element_class[LANES
     }
 }
 
-INLINE HangingFactors hanging_factors_at(Real factor[FACTORS][LANES], bool viscous, int lane)
+INLINE HangingFactors hanging_factors_at(Real factor[FACTORS][LANES], bool viscous, bool stiffens,
+                                         int lane)
 {
     HangingFactors by = {
         .gradient = vector_load(factor[GRADIENT] + lane),
@@ -72,6 +99,11 @@ INLINE HangingFactors hanging_factors_at(Real factor[FACTORS][LANES], bool visco
     if (viscous) {
         by.bent = vector_load(factor[BENT] + lane);
         by.bulk_damping = vector_load(factor[BULK_DAMPING] + lane);
+    }
+    if (stiffens) {
+        by.energy_shape = vector_load(factor[ENERGY_SHAPE] + lane);
+        by.energy_bulk = vector_load(factor[ENERGY_BULK] + lane);
+        by.energy_bend = vector_load(factor[ENERGY_BEND] + lane);
     }
     return by;
 }
@@ -202,11 +234,30 @@ INLINE void sum_motion(const Rest *rest, Vector bent, bool viscous, Hanging *h)
     }
 }
 
+// Returns q (stiffening.h).
+INLINE Vector hanging_q(const Rest *rest, const HangingFactors *by, const Hanging *h,
+                        const Polar *polar)
+{
+    Vector residual = vector_set(0.0);
+    for (int p = 0; p < rest->count; p++) {
+        Vector square = vector_set(0.0);
+        for (int i = 0; i < 3; i++) {
+            Vector d = h->u[p][i] - h->middle[i];
+            for (int k = 0; k < 3; k++)
+                d -= h->slope[i][k] * rest_of(rest, p, 4 + k);
+            square += d * d;
+        }
+        residual += rest_of(rest, p, 3) * square;
+    }
+    return by->energy_shape * square_strain(&h->deformation, polar) +
+           by->energy_bulk * (polar->stretch * polar->stretch) + by->energy_bend * residual;
+}
+
 // Adds the forces of WIDTH elements to the rows of a batch, from `lane` on.
 INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *vertex,
                            const HangingFactors *by, bool paper, bool damped, bool viscous,
-                           bool relaxes, double (*last)[4], const Dashpot *dashpot,
-                           Real (*out)[4 * LANES])
+                           bool relaxes, bool stiffens, double (*last)[4], const Dashpot *dashpot,
+                           const StiffeningFactors *curve, Real (*out)[4 * LANES])
 {
     Hanging h;
     Root root;
@@ -221,39 +272,48 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
         spin_solve(&h.motion, spin);
     }
     Vector unfit = polar_fit(&h.deformation, &root, &polar);
-    const Vector rare = paper ? unfit : vector_or(unfit, crushed(&root));
-    Vector relaxing[3][3] = {{{0}}};
-    if (__builtin_expect(vector_any(rare), 0)) {
+    const bool rare = vector_any(paper ? unfit : vector_or(unfit, crushed(&root)));
+    Vector relaxing[3][3] = {{{0}}}, stretch = by->stretch, bulk = by->bulk, resist = by->bend;
+    Vector resist_rate = by->damping, bulk_rate = by->bulk_damping;
+    if (__builtin_expect(rare, 0))
         repair(&h.deformation, &h.motion, unfit, damped, last, &polar, spin);
-        if (relaxes)
-            relax(pass, by->stretch, by->bulk, &h.deformation, &polar, unfit, dashpot, relaxing);
-        if (!paper)
-            barrier(&polar, by->stretch, by->bulk, &h.deformation);
-    } else if (relaxes) {
+    if (relaxes)
         relax(pass, by->stretch, by->bulk, &h.deformation, &polar, unfit, dashpot, relaxing);
+    if (stiffens) {
+        Vector damp;
+        const Vector factor = stiffening_factor_of(curve, hanging_q(rest, by, &h, &polar), &damp);
+        stretch *= factor;
+        bulk *= factor;
+        resist *= factor;
+        if (damped) {
+            resist_rate *= damp;
+            bulk_rate *= damp;
+        }
     }
+    if (__builtin_expect(rare, 0) && !paper)
+        barrier(&polar, by->stretch, by->bulk, stretch, &h.deformation);
 
     Vector stress[3][3], bend[3][3], shift[3], turn[3]; // P, B, b, beta k omega
-    Vector pressure = polar.stretch * by->bulk;
+    Vector pressure = polar.stretch * bulk;
     if (viscous)
-        pressure += by->bulk_damping * dilation_rate(&polar, h.rate);
-    const Vector damping = viscous ? by->bent * by->damping : by->damping; // of the residual
+        pressure += bulk_rate * dilation_rate(&polar, h.rate);
+    const Vector damping = viscous ? by->bent * resist_rate : resist_rate; // of the residual
     // -(2 mu (F - R) + lambda tr(D) R) as parts along G and along R - 1.
-    Vector back = (paper ? by->bend : pressure - by->stretch) * polar.inverse;
+    Vector back = (paper ? resist : pressure - stretch) * polar.inverse;
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) {
             if (paper) {
                 bend[i][k] = back * polar.turn[i][k];
             } else {
-                stress[i][k] = by->stretch * h.deformation.g[i][k] + back * polar.turn[i][k];
+                stress[i][k] = stretch * h.deformation.g[i][k] + back * polar.turn[i][k];
                 if (i == k)
                     stress[i][k] += pressure;
-                bend[i][k] = by->bend * h.slope[i][k];
+                bend[i][k] = resist * h.slope[i][k];
             }
             if (relaxes)
                 stress[i][k] += relaxing[i][k];
         }
-        shift[i] = by->bend * h.middle[i];
+        shift[i] = resist * h.middle[i];
         if (damped)
             turn[i] = damping * spin[i];
     }
@@ -263,7 +323,7 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
         if (viscous) {
             Vector(*f)[3] = h.deformation.f, (*slope)[3] = h.slope;
             for (int c = 0; c < 3; c++) {
-                stress[i][c] += (by->damping + by->damping) *
+                stress[i][c] += (resist_rate + resist_rate) *
                                 (h.rate[i][c] - (spin[j] * f[k][c] - spin[k] * f[j][c]));
                 bend[i][c] +=
                     damping * h.slope_rate[i][c] - (turn[j] * slope[k][c] - turn[k] * slope[j][c]);
@@ -284,7 +344,7 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
         for (int i = 0; i < 3; i++) {
             int j = (i + 1) % 3, k = (i + 2) % 3;
             f[i] = bend[i][0] * x[0] + bend[i][1] * x[1] + bend[i][2] * x[2] +
-                   (shift[i] - by->bend * u[i]);
+                   (shift[i] - resist * u[i]);
             if (damped)
                 f[i] += (turn[j] * u[k] - turn[k] * u[j]) - damping * v[i];
             f[i] = f[i] * x[3];
@@ -296,24 +356,26 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
 }
 
 INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped, bool viscous,
-                             bool relaxes, bool mixed)
+                             bool relaxes, bool stiffens, bool mixed)
 {
     const HangingBatches *hanging = pass->hanging;
     double(*last)[LANES][4] = pass->last + pass->plain->batch_count;
     const int pure = hanging->batch_count - hanging->mixed_count;
+    const StiffeningFactors curve = curve_of(pass, stiffens);
     for (int batch = mixed ? pure : 0; batch < (mixed ? hanging->batch_count : pure); batch++) {
         const RestTable *table = &pass->tables[hanging->table[batch]];
         const int *vertex = hanging->vertex + (long)hanging->start[batch] * LANES;
         _Alignas(64) Real force[NODE_COUNT][4 * LANES], factor[FACTORS][LANES];
-        hanging_factors(pass, hanging->element_class[batch], viscous, factor);
+        hanging_factors(pass, hanging->element_class[batch], viscous, stiffens, factor);
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const Rest rest = {mixed, table->count,
                                (const Real *)table->number + (mixed ? lane : 0)};
-            const HangingFactors by = hanging_factors_at(factor, viscous, lane);
+            const HangingFactors by = hanging_factors_at(factor, viscous, stiffens, lane);
             const Dashpot dashpot =
                 dashpot_at(pass, relaxes, (long)pass->plain->batch_count + batch, lane);
             hanging_forces(pass, &rest, vertex + lane, &by, paper, damped, viscous, relaxes,
-                           last[batch] + lane, &dashpot, (Real(*)[4 * LANES])(force[0] + 4 * lane));
+                           stiffens, last[batch] + lane, &dashpot, &curve,
+                           (Real(*)[4 * LANES])(force[0] + 4 * lane));
         }
         for (int p = 0; p < table->count; p++)
             scatter_forces(pass->force, vertex + p * LANES, force[p]);

@@ -21,19 +21,15 @@ INLINE Vector energy_fit(const Deformation *deformation, const double (*last)[4]
     Deformation copy = *deformation;
     memcpy(scratch, last, sizeof scratch);
     repair(deformation, &motion, unfit, false, scratch, polar, spin);
-    return barrier(polar, vector_set(0.0), vector_set(0.0), &copy);
+    return barrier(polar, vector_set(0.0), vector_set(0.0), vector_set(0.0), &copy);
 }
 
-// Returns |F - R|^2.
-INLINE Vector square_strain(const Deformation *deformation, const Polar *polar)
+// Returns G(q) for the linear law's energy over its scale, lane by lane.
+static Vector stiffened(const VoxelPass *pass, Vector q)
 {
-    Vector sum = vector_set(0.0);
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++) {
-            Vector d = deformation->g[i][k] - polar->turn[i][k] * polar->inverse;
-            sum += d * d;
-        }
-    return sum;
+    for (int i = 0; i < WIDTH; i++)
+        q[i] = (Real)stiffening_energy(&pass->stiffening->curve, (double)q[i]);
+    return q;
 }
 
 // Adds lane by lane, so that sums have one order at every width.
@@ -78,10 +74,18 @@ INLINE Vector plain_energy(const VoxelPass *pass, const ElementClass *c, const i
             ? relax_energy(pass, (Real)(2.0 * mu) + (Vector){0}, (Real)lambda + (Vector){0},
                            &deformation, &polar, dashpot)
             : vector_set(0.0);
+    const Vector gap_energy = (Real)(paper ? 0.0 : barrier_stiffness(mu, lambda)) * gap;
+    if (pass->stiffening != NULL) {
+        const EnergyFactors by = energy_factors(pass, c);
+        const Vector q = plain_q(&by, &deformation, &polar, bent);
+        return relaxing +
+               (Real)element_energy_scale(c->mu, c->lambda, pass->stiffening->strain) *
+                   stiffened(pass, q) +
+               gap_energy;
+    }
     return relaxing + (Real)mu * square_strain(&deformation, &polar) +
            (Real)(0.5 * lambda) * (polar.stretch * polar.stretch) +
-           (Real)(c->residual / c->size) * bent +
-           (Real)(paper ? 0.0 : barrier_stiffness(mu, lambda)) * gap;
+           (Real)(c->residual / c->size) * bent + gap_energy;
 }
 
 // Returns the energy of elements with hanging vertices [J].
@@ -94,20 +98,27 @@ INLINE Vector hanging_energy(const VoxelPass *pass, const Rest *rest, const int 
     gather_hanging(pass, rest, vertex, by->gradient, paper, false, false, &h);
     deformation_complete(&h.deformation);
     const Vector gap = energy_fit(&h.deformation, last, &polar);
-    Vector residual = vector_set(0.0);
-    for (int p = 0; p < rest->count; p++)
-        for (int i = 0; i < 3; i++) {
-            Vector d = h.u[p][i] - h.middle[i];
-            for (int k = 0; k < 3; k++)
-                d -= (paper ? polar.turn[i][k] * polar.inverse : h.slope[i][k]) *
-                     rest_of(rest, p, 4 + k);
-            residual += rest_of(rest, p, 3) * (d * d);
-        }
-    Vector sum = by->bend * residual;
-    if (!paper)
-        sum += by->stretch * square_strain(&h.deformation, &polar) +
-               by->bulk * (polar.stretch * polar.stretch) +
-               REAL(2.0 * BARRIER_SHARE) * (by->stretch + REAL(3.0) * by->bulk) * gap;
+    Vector sum;
+    if (pass->stiffening != NULL) {
+        // 2 c H^2, from 2 mu H^2 and mu / c.
+        sum = by->stretch / by->energy_shape * stiffened(pass, hanging_q(rest, by, &h, &polar)) +
+              REAL(2.0 * BARRIER_SHARE) * (by->stretch + REAL(3.0) * by->bulk) * gap;
+    } else {
+        Vector residual = vector_set(0.0);
+        for (int p = 0; p < rest->count; p++)
+            for (int i = 0; i < 3; i++) {
+                Vector d = h.u[p][i] - h.middle[i];
+                for (int k = 0; k < 3; k++)
+                    d -= (paper ? polar.turn[i][k] * polar.inverse : h.slope[i][k]) *
+                         rest_of(rest, p, 4 + k);
+                residual += rest_of(rest, p, 3) * (d * d);
+            }
+        sum = by->bend * residual;
+        if (!paper)
+            sum += by->stretch * square_strain(&h.deformation, &polar) +
+                   by->bulk * (polar.stretch * polar.stretch) +
+                   REAL(2.0 * BARRIER_SHARE) * (by->stretch + REAL(3.0) * by->bulk) * gap;
+    }
     if (pass->relaxation.count > 0)
         sum +=
             REAL(2.0) * relax_energy(pass, by->stretch, by->bulk, &h.deformation, &polar, dashpot);
@@ -136,16 +147,17 @@ INLINE void hanging_total(const VoxelPass *pass, bool paper, bool mixed, double 
 {
     const HangingBatches *hanging = pass->hanging;
     const int pure = hanging->batch_count - hanging->mixed_count;
+    const bool stiffens = pass->stiffening != NULL;
     for (int b = mixed ? pure : 0; b < (mixed ? hanging->batch_count : pure); b++) {
         const RestTable *table = &pass->tables[hanging->table[b]];
         const int *vertex = hanging->vertex + (long)hanging->start[b] * LANES;
         const double(*last)[4] = (const double(*)[4])pass->last[pass->plain->batch_count + b];
         _Alignas(64) Real factor[FACTORS][LANES];
-        hanging_factors(pass, hanging->element_class[b], false, factor);
+        hanging_factors(pass, hanging->element_class[b], false, stiffens, factor);
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const Rest rest = {mixed, table->count,
                                (const Real *)table->number + (mixed ? lane : 0)};
-            const HangingFactors by = hanging_factors_at(factor, false, lane);
+            const HangingFactors by = hanging_factors_at(factor, false, stiffens, lane);
             const Real *dashpot = dashpot_at(pass, pass->relaxation.count > 0,
                                              (long)pass->plain->batch_count + b, lane)
                                       .from;
@@ -188,18 +200,25 @@ static inline StressFactors stress_factors(const VoxelPass *pass, const ElementC
     return (StressFactors){(Real)(4.0 * mu * mu), (Real)(lambda * (4.0 * mu + 3.0 * lambda))};
 }
 
-// Returns the bits of WIDTH lanes above the limit. Elements too flat or inverted for the fast path,
-// crushed ones and bad numbers count as above every limit.
-INLINE unsigned beyond(Deformation *deformation, Vector shear, Vector bulk)
+// Completes deformations and their rotations. Returns all bits set in lanes that count as above
+// every limit: too flat or inverted for the fast path, crushed, or bad numbers.
+INLINE Vector stress_fit(Deformation *deformation, Polar *polar)
 {
     Root root;
-    Polar polar;
     deformation_complete(deformation);
     polar_root(deformation, &root);
-    Vector unfit = polar_fit(deformation, &root, &polar);
+    const Vector unfit = polar_fit(deformation, &root, polar);
+    return vector_or(unfit, crushed(&root));
+}
+
+// Returns the bits of WIDTH lanes above the limit. `factor`: of those that stiffen.
+INLINE unsigned beyond(const Deformation *deformation, const Polar *polar, Vector rare,
+                       Vector shear, Vector bulk, bool stiffens, Vector factor)
+{
     Vector square =
-        shear * square_strain(deformation, &polar) + bulk * (polar.stretch * polar.stretch);
-    Vector rare = vector_or(unfit, crushed(&root));
+        shear * square_strain(deformation, polar) + bulk * (polar->stretch * polar->stretch);
+    if (stiffens)
+        square *= factor * factor;
     Mask high = (Mask)vector_or(rare, vector_not_within(square, vector_set(1.0)));
     if (__builtin_expect(!vector_any((Vector)high), 1))
         return 0;
@@ -209,10 +228,11 @@ INLINE unsigned beyond(Deformation *deformation, Vector shear, Vector bulk)
     return bits;
 }
 
-INLINE void plain_deformation(const VoxelPass *pass, const int *vertex, Real gradient,
-                              Deformation *out)
+// Returns the sum of the squares of `bent`, if they stiffen.
+INLINE Vector plain_deformation(const VoxelPass *pass, const int *vertex, Real gradient,
+                                bool stiffens, Deformation *out)
 {
-    Vector u[3][MODES];
+    Vector u[3][MODES], square = vector_set(0.0);
 #define LOAD(c)                                                                                    \
     {                                                                                              \
         Vector first[3], second[3];                                                                \
@@ -226,36 +246,53 @@ INLINE void plain_deformation(const VoxelPass *pass, const int *vertex, Real gra
         butterfly(u[i]);
         for (int k = 0; k < 3; k++)
             out->g[i][k] = u[i][AXIS_MODE[k]] * gradient;
+        for (int m = 0; m < 4 && stiffens; m++) {
+            const Vector bent = u[i][BENT_MODE[m]] * gradient;
+            square += bent * bent;
+        }
     }
+    return square;
 }
 
-static void plain_stress(const VoxelPass *pass, double limit, uint16_t *high)
+INLINE void plain_stress(const VoxelPass *pass, double limit, bool stiffens, uint16_t *high)
 {
     const PlainBatches *plain = pass->plain;
+    const StiffeningFactors curve = curve_of(pass, stiffens);
     for (int b = 0; b < plain->batch_count; b++) {
         const ElementClass *c = &pass->classes[plain->element_class[b]];
         const StressFactors by = stress_factors(pass, c, limit);
+        const EnergyFactors energy = stiffens ? energy_factors(pass, c) : (EnergyFactors){0};
         const int *vertex = plain->vertex + (long)b * NODE_CORNERS * LANES;
         unsigned bits = 0;
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             Deformation deformation;
-            plain_deformation(pass, vertex + lane, (Real)(0.25 / c->size), &deformation);
-            bits |= beyond(&deformation, by.shear - (Vector){0}, by.bulk - (Vector){0}) << lane;
+            Polar polar;
+            Vector factor = {0}, unused;
+            const Vector bent = plain_deformation(pass, vertex + lane, (Real)(0.25 / c->size),
+                                                  stiffens, &deformation);
+            const Vector rare = stress_fit(&deformation, &polar);
+            if (stiffens)
+                factor = stiffening_factor_of(&curve, plain_q(&energy, &deformation, &polar, bent),
+                                              &unused);
+            bits |= beyond(&deformation, &polar, rare, by.shear - (Vector){0},
+                           by.bulk - (Vector){0}, stiffens, factor)
+                    << lane;
         }
         high[b] = (uint16_t)bits;
     }
 }
 
-INLINE void hanging_stress(const VoxelPass *pass, double limit, bool paper, bool mixed,
-                           uint16_t *high)
+INLINE void hanging_stress(const VoxelPass *pass, double limit, bool paper, bool stiffens,
+                           bool mixed, uint16_t *high)
 {
     const HangingBatches *hanging = pass->hanging;
     const int pure = hanging->batch_count - hanging->mixed_count;
+    const StiffeningFactors curve = curve_of(pass, stiffens);
     for (int b = mixed ? pure : 0; b < (mixed ? hanging->batch_count : pure); b++) {
         const RestTable *table = &pass->tables[hanging->table[b]];
         const int *vertex = hanging->vertex + (long)hanging->start[b] * LANES;
         _Alignas(64) Real factor[FACTORS][LANES], shear[LANES], bulk[LANES];
-        hanging_factors(pass, hanging->element_class[b], false, factor);
+        hanging_factors(pass, hanging->element_class[b], false, stiffens, factor);
         for (int lane = 0; lane < LANES; lane++) {
             const ElementClass *c = &pass->classes[hanging->element_class[b][lane]];
             const StressFactors by = stress_factors(pass, c, limit);
@@ -266,10 +303,16 @@ INLINE void hanging_stress(const VoxelPass *pass, double limit, bool paper, bool
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const Rest rest = {mixed, table->count,
                                (const Real *)table->number + (mixed ? lane : 0)};
+            const HangingFactors by = hanging_factors_at(factor, false, stiffens, lane);
             Hanging h;
-            gather_hanging(pass, &rest, vertex + lane, vector_load(factor[GRADIENT] + lane), paper,
-                           false, false, &h);
-            bits |= beyond(&h.deformation, vector_load(shear + lane), vector_load(bulk + lane))
+            Polar polar;
+            Vector stiffer = {0}, unused;
+            gather_hanging(pass, &rest, vertex + lane, by.gradient, paper, false, false, &h);
+            const Vector rare = stress_fit(&h.deformation, &polar);
+            if (stiffens)
+                stiffer = stiffening_factor_of(&curve, hanging_q(&rest, &by, &h, &polar), &unused);
+            bits |= beyond(&h.deformation, &polar, rare, vector_load(shear + lane),
+                           vector_load(bulk + lane), stiffens, stiffer)
                     << lane;
         }
         high[b] = (uint16_t)bits;
@@ -279,12 +322,18 @@ INLINE void hanging_stress(const VoxelPass *pass, double limit, bool paper, bool
 static void stress(const VoxelPass *pass, double limit, uint16_t *high)
 {
     uint16_t *hanging = high + pass->plain->batch_count;
-    plain_stress(pass, limit, high);
+    const bool stiffens = pass->stiffening != NULL;
+    if (stiffens)
+        plain_stress(pass, limit, true, high);
+    else
+        plain_stress(pass, limit, false, high);
     for (int mixed = 0; mixed < 2; mixed++)
         if (pass->law == VOXEL_MIYAZAKI2004)
-            hanging_stress(pass, limit, true, mixed != 0, hanging);
+            hanging_stress(pass, limit, true, false, mixed != 0, hanging);
+        else if (stiffens)
+            hanging_stress(pass, limit, false, true, mixed != 0, hanging);
         else
-            hanging_stress(pass, limit, false, mixed != 0, hanging);
+            hanging_stress(pass, limit, false, false, mixed != 0, hanging);
 }
 
 #endif

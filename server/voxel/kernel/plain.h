@@ -9,6 +9,7 @@
 #include "voxel/kernel/barrier.h"
 #include "voxel/kernel/relaxation.h"
 #include "voxel/kernel/scatter.h"
+#include "voxel/kernel/stiffening.h"
 
 // Modes by the axes whose signs they are the product of: x 1, y 2, z 4.
 enum { MODES = 8 };
@@ -24,10 +25,12 @@ typedef struct PlainFactors {
     Real damping;                    // beta k / 8
     Real bent;                       // viscous: alpha
     Real damping_bent, damping_bulk; // alpha beta k / 8, beta lambda H / 16
+    EnergyFactors energy;            // of elements that stiffen
     bool paper;                      // no barrier
 } PlainFactors;
 
-INLINE PlainFactors plain_factors(const VoxelPass *pass, int element_class, bool viscous)
+INLINE PlainFactors plain_factors(const VoxelPass *pass, int element_class, bool viscous,
+                                  bool stiffens)
 {
     const ElementClass *c = &pass->classes[element_class];
     // The paper's force k (R R0 - r) at 8 corners is that of mu = k / H, lambda = 0, alpha = 1.
@@ -45,6 +48,7 @@ INLINE PlainFactors plain_factors(const VoxelPass *pass, int element_class, bool
         .bent = (Real)alpha,
         .damping_bent = (Real)(alpha * damping),
         .damping_bulk = (Real)(viscous && mu > 0.0 ? 0.5 * lambda / mu * damping : 0.0),
+        .energy = stiffens ? energy_factors(pass, c) : (EnergyFactors){0},
         .paper = paper,
     };
 }
@@ -78,12 +82,21 @@ INLINE void butterfly_back(Vector v[MODES])
     }
 }
 
+// Returns q (stiffening.h) from the sum of the squares of all `bent`: a mode moves each of 8
+// corners by half of its own, in edge lengths.
+INLINE Vector plain_q(const EnergyFactors *by, const Deformation *deformation, const Polar *polar,
+                      Vector bent)
+{
+    return by->shape * square_strain(deformation, polar) +
+           by->bulk * (polar->stretch * polar->stretch) + (by->bend + by->bend) * bent;
+}
+
 // Replaces the displacements u of the corners of WIDTH cubes by their forces, from u and the
 // velocities v, by component.
 // `dashpot`: of these lanes, in two arrays; read if `relaxes`.
 INLINE void plain_forces(const VoxelPass *pass, const PlainFactors *by, bool damped, bool viscous,
-                         bool relaxes, double (*last)[4], const Dashpot *dashpot,
-                         Vector u[3][MODES], Vector v[3][MODES])
+                         bool relaxes, bool stiffens, double (*last)[4], const Dashpot *dashpot,
+                         const StiffeningFactors *curve, Vector u[3][MODES], Vector v[3][MODES])
 {
     Deformation deformation;
     Root root;
@@ -132,44 +145,63 @@ INLINE void plain_forces(const VoxelPass *pass, const PlainFactors *by, bool dam
     }
     Vector unfit = polar_fit(&deformation, &root, &polar);
     Vector relaxing[3][3] = {{{0}}};
-    if (__builtin_expect(vector_any(vector_or(unfit, crushed(&root))), 0)) {
-        repair(&deformation, &motion, unfit, damped, last, &polar, spin);
-        if (relaxes)
-            relax(pass, by->stretch - (Vector){0}, by->bulk - (Vector){0}, &deformation, &polar,
-                  unfit, dashpot, relaxing);
-        if (!by->paper)
-            barrier(&polar, by->stretch - (Vector){0}, by->bulk - (Vector){0}, &deformation);
-    } else if (relaxes) {
-        relax(pass, by->stretch - (Vector){0}, by->bulk - (Vector){0}, &deformation, &polar, unfit,
-              dashpot, relaxing);
+    const Vector linear = by->stretch - (Vector){0}, linear_bulk = by->bulk - (Vector){0};
+    Vector stretch = linear, bulk = linear_bulk, bend = by->bend - (Vector){0};
+    Vector damping = by->damping - (Vector){0}, damping_bent = damping, damping_bulk = damping;
+    if (viscous) {
+        damping_bent = by->damping_bent - (Vector){0};
+        damping_bulk = by->damping_bulk - (Vector){0};
     }
+    const bool rare = vector_any(vector_or(unfit, crushed(&root)));
+    if (__builtin_expect(rare, 0))
+        repair(&deformation, &motion, unfit, damped, last, &polar, spin);
+    if (relaxes)
+        relax(pass, linear, linear_bulk, &deformation, &polar, unfit, dashpot, relaxing);
+    if (stiffens) {
+        Vector square = vector_set(0.0);
+        for (int m = 0; m < 4; m++)
+            for (int c = 0; c < 3; c++)
+                square += bent[m][c] * bent[m][c];
+        Vector damp;
+        const Vector factor =
+            stiffening_factor_of(curve, plain_q(&by->energy, &deformation, &polar, square), &damp);
+        stretch *= factor;
+        bulk *= factor;
+        bend *= factor;
+        if (damped) {
+            damping *= damp;
+            damping_bent *= damp;
+            damping_bulk *= damp;
+        }
+    }
+    if (__builtin_expect(rare, 0) && !by->paper)
+        barrier(&polar, linear, linear_bulk, stretch, &deformation);
 
     // -(2 mu (F - R) + lambda tr(D) R) H^2 / 4, R - 1 = turn inverse
-    Vector pressure = polar.stretch * by->bulk;
+    Vector pressure = polar.stretch * bulk;
     if (viscous) {
         Vector rate[3][3];
         for (int c = 0; c < 3; c++)
             for (int k = 0; k < 3; k++)
                 rate[c][k] = v[c][AXIS_MODE[k]];
-        pressure += by->damping_bulk * dilation_rate(&polar, rate);
+        pressure += damping_bulk * dilation_rate(&polar, rate);
     }
-    const Real damping_bent = viscous ? by->damping_bent : by->damping;
-    Vector back = (by->stretch - pressure) * polar.inverse;
+    Vector back = (stretch - pressure) * polar.inverse;
     for (int c = 0; c < 3; c++) {
         int c1 = (c + 1) % 3, c2 = (c + 2) % 3;
         for (int k = 0; k < 3; k++) {
-            Vector f = back * polar.turn[c][k] - by->stretch * deformation.g[c][k];
+            Vector f = back * polar.turn[c][k] - stretch * deformation.g[c][k];
             if (c == k)
                 f -= pressure;
             if (damped)
-                f -= by->damping * (v[c][AXIS_MODE[k]] - (spin[c1] * deformation.f[c2][k] -
-                                                          spin[c2] * deformation.f[c1][k]));
+                f -= damping * (v[c][AXIS_MODE[k]] - (spin[c1] * deformation.f[c2][k] -
+                                                      spin[c2] * deformation.f[c1][k]));
             if (relaxes)
                 f -= relaxing[c][k];
             u[c][AXIS_MODE[k]] = f;
         }
         for (int m = 0; m < 4; m++) {
-            Vector f = -by->bend * bent[m][c];
+            Vector f = -bend * bent[m][c];
             if (damped)
                 f -= damping_bent *
                      (v[c][BENT_MODE[m]] - (spin[c1] * bent[m][c2] - spin[c2] * bent[m][c1]));
@@ -198,35 +230,38 @@ INLINE void load_corner(const void *rows, const int *vertex, bool damped, int c,
 #define EACH_CORNER(act) act(0) act(1) act(2) act(3) act(4) act(5) act(6) act(7)
 
 INLINE void plain_lanes(const VoxelPass *pass, const PlainFactors *by, const int *vertex,
-                        bool damped, bool viscous, bool relaxes, double (*last)[4],
-                        const Dashpot *dashpot, Real (*force)[4 * LANES])
+                        bool damped, bool viscous, bool relaxes, bool stiffens, double (*last)[4],
+                        const Dashpot *dashpot, const StiffeningFactors *curve,
+                        Real (*force)[4 * LANES])
 {
     Vector u[3][MODES], v[3][MODES];
 #define LOAD(c) load_corner(pass->rows, vertex, damped, c, u, v);
     EACH_CORNER(LOAD)
-    plain_forces(pass, by, damped, viscous, relaxes, last, dashpot, u, v);
+    plain_forces(pass, by, damped, viscous, relaxes, stiffens, last, dashpot, curve, u, v);
 #define SPREAD(c) vector_spread_rows(force[c], u[0][c], u[1][c], u[2][c]);
     EACH_CORNER(SPREAD)
 #undef LOAD
 #undef SPREAD
 }
 
-INLINE void evaluate_plain(const VoxelPass *pass, bool damped, bool viscous, bool relaxes)
+INLINE void evaluate_plain(const VoxelPass *pass, bool damped, bool viscous, bool relaxes,
+                           bool stiffens)
 {
     const PlainBatches *plain = pass->plain;
+    const StiffeningFactors curve = curve_of(pass, stiffens);
     PlainFactors by = {0};
     int element_class = -1;
     for (int batch = 0; batch < plain->batch_count; batch++) {
         const int *vertex = plain->vertex + (long)batch * NODE_CORNERS * LANES;
         if (plain->element_class[batch] != element_class) {
             element_class = plain->element_class[batch];
-            by = plain_factors(pass, element_class, viscous);
+            by = plain_factors(pass, element_class, viscous, stiffens);
         }
         _Alignas(64) Real force[NODE_CORNERS][4 * LANES];
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const Dashpot dashpot = dashpot_at(pass, relaxes, batch, lane);
-            plain_lanes(pass, &by, vertex + lane, damped, viscous, relaxes,
-                        pass->last[batch] + lane, &dashpot,
+            plain_lanes(pass, &by, vertex + lane, damped, viscous, relaxes, stiffens,
+                        pass->last[batch] + lane, &dashpot, &curve,
                         (Real(*)[4 * LANES])(force[0] + 4 * lane));
         }
         for (int c = 0; c < NODE_CORNERS; c++)
