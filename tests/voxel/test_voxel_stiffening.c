@@ -18,7 +18,7 @@ static void read_forces(const VoxelWorld *world, Vec3 *force)
     const size_t bytes = ((size_t)vertices->capacity + 1) * 4 * rows_real_size(&vertices->rows);
     VoxelPass pass = voxel_pass(model, vertices_row(vertices));
     if (model->batches->relaxation != NULL)
-        relaxation_begin(model->batches->relaxation, 0.0, &pass);
+        relaxation_begin(model->batches->relaxation, 0.0, &pass.relaxation);
     memset(vertices->force, 0, bytes);
     batch_runs_evaluate(model->batches, &pass, BATCHES_ALL);
     if (model->batches->relaxation != NULL)
