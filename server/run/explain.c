@@ -54,6 +54,16 @@ static void print_levels(const Body *body, const SceneBody *described, FILE *out
                 body->mesh.triangle_capacity);
 }
 
+static void print_stiffening(const Stiffening *stiffening, FILE *out)
+{
+    const double knee = stiffening->strain * sqrt(stiffening_curve(stiffening->cap).knee);
+    fprintf(
+        out,
+        "  stiffens as exp((strain/%.4g)^2) up to a strain of %.3g, from there on %.4g times as "
+        "stiff as at rest, which bounds the step\n",
+        stiffening->strain, knee, stiffening->cap);
+}
+
 static void print_branches(int count, const MaxwellBranch *branch, FILE *out)
 {
     for (int i = 0; i < count; i++)
@@ -68,14 +78,9 @@ static void print_springs(const Body *body, const SurfaceMaterial *material, FIL
 {
     const int count = material->branch_count;
     const MaxwellBranch *branch = material->branch;
-    const StiffeningCurve curve = stiffening_curve(material->stiffening.cap);
     const double damping = material->uniform ? 0.0 : material->damping_time;
     if (stiffening_is_on(&material->stiffening))
-        fprintf(out,
-                "  springs stiffen: %.4g times the pull of the linear law at a strain of %.4g, at "
-                "most %.4g times its stiffness, which the time step follows\n",
-                stiffening_factor(&curve, 1.0), material->stiffening.strain,
-                material->stiffening.cap);
+        print_stiffening(&material->stiffening, out);
     if (count == 0)
         return;
     print_branches(count, branch, out);
@@ -85,16 +90,6 @@ static void print_springs(const Body *body, const SurfaceMaterial *material, FIL
                 maxwell_loss(count, branch, damping, LOSS_HZ[i]), LOSS_HZ[i]);
     fprintf(out, "; fast strains meet %.4g times the stiffness, with %d substeps a tick\n",
             maxwell_rigidity(count, branch), body->substeps);
-}
-
-static void print_stiffening(const Stiffening *stiffening, FILE *out)
-{
-    const double knee = stiffening->strain * sqrt(stiffening_curve(stiffening->cap).knee);
-    fprintf(
-        out,
-        "  stiffens as exp((strain/%.4g)^2) up to a strain of %.3g, from there on %.4g times as "
-        "stiff as at rest, which bounds the step\n",
-        stiffening->strain, knee, stiffening->cap);
 }
 
 // Prints how a solid is damped: its loss factor at some frequencies, and what that costs. Damping

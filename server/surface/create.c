@@ -416,12 +416,12 @@ static bool thickness_fits(const TriMesh *mesh, const SurfaceOptions *options, S
 static void add_bending(SpringNetwork *network, const SurfaceMaterial *material, double lambda,
                         double finest)
 {
-    const double before = network->damping_time, both = network->finest_lambda + finest;
+    const double before = network->damping_time, both = network->finest_linear + finest;
     if (!material->uniform)
         network->damping_time = fmin(before, 0.8 / sqrt(both));
     network->clamped |= network->damping_time < before;
     network->lambda += lambda;
-    network->finest_lambda = both;
+    network->finest_lambda += finest;
     network->damping += network->damping_time * lambda;
     network->finest_damping += network->damping_time * finest;
 }

@@ -314,6 +314,7 @@ static void set_bounds(SpringNetwork *network, const WingedMesh *winged, const L
                              network->damping_time * coarsest.springs + drag, &network->lambda,
                              &network->damping);
     network->finest_lambda = fmax(finest.lambda, network->lambda);
+    network->finest_linear = rigidity > 1.0 ? finest.linear : network->finest_lambda;
     network->finest_damping = fmax(network->damping_time * finest.springs + drag, network->damping);
 }
 

@@ -91,6 +91,7 @@ typedef struct SpringNetwork {
     double lambda;             // bound of M^-1 K over free nodes [1/s2]
     double damping;            // bound of M^-1 C over free nodes [1/s]
     double finest_lambda, finest_damping; // the same at the finest level
+    double finest_linear;                 // finest_lambda by the linear law
     double contact_lambda;                // lambda of level 0, by the linear law
     double total_mass;                    // [kg]
     int free_count;

@@ -83,8 +83,8 @@ typedef struct VoxelPass {
     // stiffness_scale multiplies all forces, damping included (which is beta k); damping_scale only
     // damping.
     double stiffness_scale, damping_scale;
-    RelaxationPass relaxation; // affine law: strains as xx yy zz yz zx xy, hanging batches last
     const VoxelStiffening *stiffening; // affine law; NULL: linear
+    RelaxationPass relaxation; // affine law: strains as xx yy zz yz zx xy, hanging batches last
 } VoxelPass;
 
 typedef void VoxelKernel(const VoxelPass *pass);

@@ -161,6 +161,7 @@ static const char CASES[] =
     "costs a tick), voxel.textbook, voxel.double and voxel.single (whole steps of cubes of "
     "elements), "
     "voxel.graded.single and voxel.hanging.single (elements with hanging vertices), "
+    "voxel.relaxing.* and voxel.stiffening.* (element passes with these laws over one without), "
     "voxel.windows.* (elements of a body that can be cut against others, and what a division "
     "costs), voxel.tear.* (looking whether it tears), "
     "voxel.press.level0 to voxel.press.level3 (a ball pressed into a cube of elements of several "

@@ -2,7 +2,7 @@
 // With x = l - r the extension of a spring at rest length r, and d that of a branch's dashpot,
 //   pull / k = G'(q) x + sum e (x - d),    q = (x / (s r))^2 where x > 0, else 0,    d' = (x - d) /
 //   time
-// (dynamics/stiffening.h; README.md, "Stiffening" and "Relaxation"). All of it is even in the
+// (server/surface/README.md, "Stiffening" and "Relaxation"). All of it is even in the
 // direction of the spring, so that both its ends compute the same bits.
 #ifndef PLIANT_SURFACE_KERNEL_LAW_H
 #define PLIANT_SURFACE_KERNEL_LAW_H
