@@ -18,35 +18,38 @@ INLINE StiffeningFactors stiffening_factors(const StiffeningCurve *curve)
                                (Real)(sqrt(curve->cap) - sqrt(curve->at_knee))};
 }
 
-// Returns exp(q / 2), q in [0, 2.75], as (1 + (exp(q/4) - 1))^2: its square is exp(q) to 9e-16 in
-// double, 5e-7 in single precision, and exactly 1 at 0. The polynomial interpolates (exp(t) - 1)/t
-// at the Chebyshev points of [0, 11/16]; all of its terms are positive, so that none cancels.
-INLINE Vector stiffening_half_exp(Vector q)
+// How often the exponential of a part of q is squared, and the root of that part.
+enum { STIFFENING_SQUARES = KERNEL_SINGLE ? 3 : 4 };
+#define STIFFENING_ROOT (KERNEL_SINGLE ? 0.35355339059327376 : 0.25)
+
+// Returns exp(q / 2) from part = q / 2^STIFFENING_SQUARES, 0 <= q <= 3; its square is exp(q) within
+// 2e-15 (single: 5e-7), and exactly 1 at 0. A polynomial with the least largest error for the part,
+// squared all but once.
+INLINE Vector stiffening_half_exp(Vector part)
 {
 #if KERNEL_SINGLE
-    static const Real C[] = {1.8724233e-3F,  7.9396968e-3F, 4.1810375e-2F,
-                             1.66643220e-1F, 5.0000139e-1F, 1.0F};
+    static const double TERM[] = {1.0000000230280277, 0.49999693283086571, 0.16673173773526934,
+                                  0.041186732869267516, 0.0097562981810516251};
 #else
-    static const Real C[] = {
-        3.4415116997652774e-08,
-        2.594461038205836e-07,
-        2.7710065097354855e-06,
-        2.479270108923275e-05,
-        1.9841600110551185e-04,
-        1.388888103134734e-03,
-        8.333333449627549e-03,
-        4.1666666656641066e-02,
-        1.666666666671094e-01,
-        4.999999999999924e-01,
-        1.0,
-    };
+    static const double TERM[] = {0.99999999999999989,   0.50000000000009459,
+                                  0.16666666665608612,   0.041666667117452975,
+                                  0.0083333239110482907, 0.0013889956668529729,
+                                  0.0001977443860978738, 2.6963386205129481e-05};
 #endif
-    const Vector t = REAL(0.25) * q;
-    Vector sum = C[0] - (Vector){0};
-    for (unsigned i = 1; i < sizeof C / sizeof *C; i++)
-        sum = sum * t + C[i];
-    const Vector root = sum * t + REAL(1.0);
-    return root * root;
+    // Short chains: sums of pairs (Estrin).
+    const Vector square = part * part;
+    Vector y = REAL(TERM[0]) + REAL(TERM[1]) * part;
+#if KERNEL_SINGLE
+    y += square * ((REAL(TERM[2]) + REAL(TERM[3]) * part) + REAL(TERM[4]) * square);
+#else
+    y += square * (REAL(TERM[2]) + REAL(TERM[3]) * part);
+    y += (square * square) *
+         ((REAL(TERM[4]) + REAL(TERM[5]) * part) + square * (REAL(TERM[6]) + REAL(TERM[7]) * part));
+#endif
+    y = REAL(1.0) + part * y;
+    for (int i = 1; i < STIFFENING_SQUARES; i++)
+        y *= y;
+    return y;
 }
 
 // Returns G'(q), q >= 0, and the factor of the damping; NaN where q is.
@@ -55,7 +58,8 @@ INLINE Vector stiffening_factor_of(const StiffeningFactors *by, Vector q, Vector
     const Vector knee = by->knee - (Vector){0};
     const Vector low = vector_select_greater(q, knee, knee, q),
                  high = vector_select_greater(q, knee, q, knee);
-    const Vector half = stiffening_half_exp(low), beyond = REAL(1.0) - vector_sqrt(knee / high);
+    const Vector half = stiffening_half_exp(low * REAL(1.0 / (1 << STIFFENING_SQUARES))),
+                 beyond = REAL(1.0) - vector_sqrt(knee / high);
     *damping = half + by->damping_drop * beyond;
     return half * half + by->drop * beyond;
 }

@@ -8,11 +8,8 @@
 #define PLIANT_SURFACE_KERNEL_LAW_H
 
 #include "base/vector.h"
+#include "dynamics/kernel/stiffening.h"
 #include "surface/kernel.h"
-
-// How often law_exp squares, and the root of the part of q that it takes.
-enum { LAW_SQUARES = KERNEL_SINGLE ? 3 : 4 };
-#define LAW_ROOT (KERNEL_SINGLE ? 0.35355339059327376 : 0.25)
 
 // The numbers of a pass as vectors.
 typedef struct Law {
@@ -46,42 +43,14 @@ INLINE Law law_of(const SpringPass *pass, int kind)
     return law;
 }
 
-// Returns exp(q) for 0 <= q <= 3 from a part of it, within 2e-15 (single: 5e-7): a polynomial with
-// the least largest error there, squared LAW_SQUARES times. Exact for 0.
-INLINE Vector law_exp(Vector part)
-{
-#if KERNEL_SINGLE
-    static const double TERM[] = {1.0000000230280277, 0.49999693283086571, 0.16673173773526934,
-                                  0.041186732869267516, 0.0097562981810516251};
-#else
-    static const double TERM[] = {0.99999999999999989,   0.50000000000009459,
-                                  0.16666666665608612,   0.041666667117452975,
-                                  0.0083333239110482907, 0.0013889956668529729,
-                                  0.0001977443860978738, 2.6963386205129481e-05};
-#endif
-    // Short chains: sums of pairs (Estrin).
-    const Vector square = part * part;
-    Vector y = REAL(TERM[0]) + REAL(TERM[1]) * part;
-#if KERNEL_SINGLE
-    y += square * ((REAL(TERM[2]) + REAL(TERM[3]) * part) + REAL(TERM[4]) * square);
-#else
-    y += square * (REAL(TERM[2]) + REAL(TERM[3]) * part);
-    y += (square * square) *
-         ((REAL(TERM[4]) + REAL(TERM[5]) * part) + square * (REAL(TERM[6]) + REAL(TERM[7]) * part));
-#endif
-    y = REAL(1.0) + part * y;
-    for (int i = 0; i < LAW_SQUARES; i++)
-        y *= y;
-    return y;
-}
-
 // Returns G' x: beyond the knee a straight line of slope cap.
 INLINE Vector law_stiffen(const Law *law, long entry, int lane, Vector x, Vector r)
 {
     const Vector near = vector_min(x, law->knee * r), beyond = x - near;
     const Vector u =
         vector_max(near, vector_set(0.0)) * vector_load(law->inverse + entry * LANES + lane);
-    return law_exp(u * u) * near + law->cap * beyond;
+    const Vector half = stiffening_half_exp(u * u);
+    return (half * half) * near + law->cap * beyond;
 }
 
 // Returns the pull of WIDTH springs of an entry over their stiffness, and moves their dashpots on.

@@ -563,7 +563,7 @@ const SpringKernels KERNEL_NAME = {
     .sum_law = {NULL, damped_relaxing_sum, damped_stiffening_sum, damped_relaxing_stiffening_sum,
                 damped_cavity_sum, damped_cavity_relaxing_sum, damped_cavity_stiffening_sum,
                 damped_cavity_both_sum},
-    .law_root = LAW_ROOT,
+    .law_root = STIFFENING_ROOT,
     .bend = {bend_plain, bend_damped},
     .bend_measure = bend_measure,
     .bend_gather = bend_gather,
