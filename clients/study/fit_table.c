@@ -1,6 +1,7 @@
 // Reads tables of stress against strain, which come from spreadsheets and test rigs.
 #include "study/fit.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -54,6 +55,17 @@ static bool is_number(const char *text, double *value)
     return end != text && *end == '\0' && strpbrk(text, "xX") == NULL;
 }
 
+// True if a line has a word that is not part of a longer one, as "psi" of "epsilon".
+static bool has_word(const char *line, const char *word)
+{
+    const size_t length = strlen(word);
+    for (const char *at = line; (at = strcasestr(at, word)) != NULL; at++)
+        if (!((at > line && isalpha((unsigned char)at[-1])) ||
+              (isalpha((unsigned char)word[0]) && isalpha((unsigned char)at[length]))))
+            return true;
+    return false;
+}
+
 // A header may name units; others than ours would be wrong by orders of magnitude.
 static bool check_header(const Reader *reader, const char *line)
 {
@@ -68,7 +80,7 @@ static bool check_header(const Reader *reader, const char *line)
         {"percent", "is in a header: strain must be a fraction (divide by 100)"},
     };
     for (size_t i = 0; i < sizeof other / sizeof other[0]; i++)
-        if (strcasestr(line, other[i][0]) != NULL)
+        if (has_word(line, other[i][0]))
             return refuse_text(reader, other[i][0], other[i][1]);
     return true;
 }

@@ -249,9 +249,10 @@ struct Body {
     double half_thickness; // [m] of a plane body: distance of the nodes of `surface` above and
                            // below its state's positions; else 0
     IntegratorKind integrator;
-    double pressure_limit; // of a cavity: largest that SET may ask for [Pa]; 0: there is none
-    double volume_limit;   // of the gas or fluid in it [m3]; 0: it holds a constant pressure
-    double mass;           // [kg]
+    // Of a closed cavity, what SET may ask for: most and least pressure [Pa], most volume of the
+    // gas or fluid in it [m3]; 0: it has none.
+    double pressure_limit, pressure_least, volume_limit;
+    double mass; // [kg]
     int spring_count, element_count;
     int finest_level; // finest level in use
 

@@ -221,39 +221,33 @@ static bool set_adapt(Sim *sim, Body *body, const SetKey *key, double value, cha
     return count > 0;
 }
 
-// Sets it for one body, or (NULL) for all with a cavity.
+// Sets it for one body, or (NULL) for all with a cavity; of none if one of them cannot have it.
 static bool set_cavity(Sim *sim, Body *body, const SetKey *key, double value, char *why,
                        size_t why_size)
 {
     const bool pressure = key->parameter == BODY_PRESSURE;
     int count = 0;
-    // None, if one of them refuses.
     for (int pass = 0; pass < 2; pass++)
         for (int b = 0; b < sim->body_count; b++) {
             Body *at = &sim->body[b];
-            if ((body != NULL && at != body) || !(at->pressure_limit > 0.0))
+            const double most = pressure ? at->pressure_limit : at->volume_limit,
+                         least = pressure ? at->pressure_least : 0.0;
+            if ((body != NULL && at != body) || !(most > 0.0))
                 continue;
             count++;
-            if (pass == 1 && !at->ops->set(at->model, key->parameter, value)) {
-                snprintf(why, why_size, "%s %g leaves nothing in the cavity of body %s", key->key,
-                         value, at->name);
+            if (!(value > least && value <= most)) {
+                snprintf(why, why_size,
+                         "%s %g is outside (%.4g, %.4g], for which the time step of body %s leaves "
+                         "room",
+                         key->key, value, least, most * (1.0 - 1e-4), at->name);
                 return false;
             }
-            const double most = pressure ? at->pressure_limit : at->volume_limit;
-            if (fabs(value) <= most && (pressure || value > 0.0))
-                continue;
-            if (!(most > 0.0))
-                snprintf(why, why_size, "body %s holds a constant pressure: set that", at->name);
-            else
-                snprintf(why, why_size,
-                         "%s %g is beyond what the time step of body %s leaves "
-                         "room for: at most %.4g",
-                         key->key, value, at->name, most * (1.0 - 1e-4));
-            return false;
+            if (pass == 1)
+                at->ops->set(at->model, key->parameter, value);
         }
     if (count == 0)
-        snprintf(why, why_size, "%s%s has no cavity", body == NULL ? "the scene" : "body ",
-                 body == NULL ? "" : body->name);
+        snprintf(why, why_size, "%s%s has no closed cavity%s", body == NULL ? "the scene" : "body ",
+                 body == NULL ? "" : body->name, pressure ? "" : " with a gas or fluid in it");
     return count > 0;
 }
 

@@ -17,7 +17,9 @@ static const double ROOM = 2.0;
 // A gas in less than this part of its volume at rest is compressed no further: the wall is turned
 // inside out.
 static const double LEAST_VOLUME = 1e-2;
-static const double EASE = 0.05; // in which most of what SET asked for has come [s]
+static const double NOTHING_MOVES = 1e5; // [Pa]
+static const double PRESSURE_MOST = 1e6; // as in a scene [Pa]
+static const double EASE = 0.05;         // in which most of what SET asked for has come [s]
 
 // ---------------------------------------------------------------------------------------------
 // Load time
@@ -52,6 +54,12 @@ bool cavity_fits(const SurfaceOptions *options, const TriMesh *mesh, const Winge
         return status_fail(status, STATUS_INVALID,
                            "cavity needs adjust = \"continuum\", with hanging nodes in the middle "
                            "of their edges: with \"choi2005\" the wall has gaps");
+    const double bulk = options->cavity.fluid ? options->cavity.bulk_modulus : 0.0;
+    if (bulk > 0.0 && options->cavity.pressure > 0.5 * bulk)
+        return status_fail(status, STATUS_INVALID,
+                           "cavity: a pressure of %g Pa is more than half of the bulk_modulus, %g "
+                           "Pa: what gives way so far is a gas",
+                           options->cavity.pressure, bulk);
     // Closed, with its outside outside.
     int borders = 0;
     for (int e = 0; e < winged->edge_count; e++)
@@ -98,22 +106,23 @@ void cavity_start(Cavity *cavity, const SurfaceOptions *options, const TriMesh *
         turned = fmax(turned, around[i] / (3.0 * network->mass[i]));
     }
     // Masses are those of level 0; each level halves the edges and has a quarter of the mass.
-    const double springs = network->finest_lambda;
+    // Against the linear law: what stiffens or relaxes is no harder to fill.
+    const double springs = network->finest_linear;
     double volume = 0.0; // -dp/dV [Pa/m3]
     if (asked->gas)
         volume = ROOM * (asked->ambient + fmax(0.0, asked->pressure)) / cavity->rest_volume;
     if (asked->fluid) {
-        // As stiff as costs the square root of two in the time step.
-        cavity->bulk_modulus = asked->bulk_modulus > 0.0 || !(whole > 0.0)
-                                   ? asked->bulk_modulus
-                                   : springs * cavity->rest_volume / whole;
-        volume = cavity->bulk_modulus / cavity->rest_volume;
+        // As stiff as costs the square root of two in the time step; any, where nothing can move.
+        const double most =
+            whole > 0.0 ? springs * cavity->rest_volume / (ROOM * whole) : NOTHING_MOVES;
+        cavity->bulk_modulus = asked->bulk_modulus > 0.0 ? asked->bulk_modulus : most;
+        volume = ROOM * cavity->bulk_modulus / cavity->rest_volume;
     }
     // At least a twentieth of the springs' bound is left for pressures that SET asks for.
     const double per_pascal = ROOM * ldexp(turned, options->body.levels),
                  room = fmax(ROOM * per_pascal * fabs(asked->pressure), 0.05 * springs);
     cavity->lambda = whole * volume + room;
-    cavity->pressure_limit = room / per_pascal;
+    cavity->pressure_limit = per_pascal > 0.0 ? room / per_pascal : PRESSURE_MOST;
     free(gradient);
     free(around);
 }
@@ -162,8 +171,14 @@ void cavity_create_tables(SurfaceModel *model, const char *name, Arena *arena)
 void cavity_publish(const Cavity *cavity, Body *body)
 {
     const SurfaceCavity *options = &cavity->options;
-    body->pressure_limit = cavity->pressure_limit;
-    body->volume_limit = options->gas || options->fluid ? 4.0 * cavity->rest_volume : 0.0;
+    // Nothing comes into a wall that has been cut.
+    const bool closed = cavity->edge_count == 0;
+    body->pressure_limit = closed ? cavity->pressure_limit : 0.0;
+    body->pressure_least =
+        options->gas ? fmax(-options->ambient, -cavity->pressure_limit) : -cavity->pressure_limit;
+    // The wall's edges are then 1.44 times as long: within ROOM.
+    const bool has_volume = options->fluid || (options->gas && options->ambient > 0.0);
+    body->volume_limit = closed && has_volume ? 3.0 * cavity->rest_volume : 0.0;
 }
 
 void cavity_put_place(SurfaceModel *model, int lane, int slot)
@@ -226,25 +241,38 @@ static double jet_pressure(const CavityState *state, double density, double volu
     return 0.5 * density * speed * speed;
 }
 
-double cavity_pressure(const Cavity *cavity)
+static double pressure_in(const Cavity *cavity, double volume)
 {
     const SurfaceCavity *options = &cavity->options;
     const CavityState *state = cavity->state;
-    const double volume = closed_volume(cavity), least = LEAST_VOLUME * cavity->rest_volume;
-    double pressure = state->content, more = 0.0;
-    if (state->supplied == 0 && options->gas) {
-        pressure = state->content / fmax(volume, least) - options->ambient;
-        more = state->content / fmax(options->ambient, 1.0) - volume;
-    }
-    if (state->supplied == 0 && options->fluid) {
-        pressure = cavity->bulk_modulus * (state->content - volume) / cavity->rest_volume;
-        more = state->content - volume;
+    const double content = state->content, least = LEAST_VOLUME * cavity->rest_volume;
+    double pressure = content, more = 0.0;
+    if (state->supplied != 0 || !(options->gas || options->fluid))
+        return content;
+    if (options->gas) {
+        pressure = content / fmax(volume, least) - options->ambient;
+        more = content / fmax(options->ambient, 1.0) - volume;
+    } else {
+        pressure = cavity->bulk_modulus * (1.0 - volume / content);
+        more = content - volume;
     }
     // What leaves within a tick presses no harder than it must: a wide opening is no bulkhead.
-    if (state->supplied == 0 && state->opening > 0.0 && (options->gas || options->fluid))
+    if (state->opening > 0.0)
         pressure =
             copysign(fmin(fabs(pressure), jet_pressure(state, options->density, more)), pressure);
     return pressure;
+}
+
+double cavity_pressure(const Cavity *cavity)
+{
+    return pressure_in(cavity, closed_volume(cavity));
+}
+
+// Returns the content of a gas or fluid that has a pressure in a volume.
+static double content_of(const Cavity *cavity, double pressure, double volume)
+{
+    return cavity->options.gas ? (cavity->options.ambient + pressure) * volume
+                               : volume / (1.0 - pressure / cavity->bulk_modulus);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -291,51 +319,38 @@ double cavity_energy(const SurfaceModel *model)
                content * (log(fmax(volume, least) / cavity->rest_volume) +
                           fmin(0.0, volume - least) / least);
     if (cavity->state->supplied == 0 && options->fluid)
-        return 0.5 * cavity->bulk_modulus * (content - volume) * (content - volume) /
-               cavity->rest_volume;
+        return 0.5 * cavity->bulk_modulus * (content - volume) * (content - volume) / content;
     return -content * volume;
 }
 
 // Disconnects a gas or fluid from its supply.
-static void seal(SurfaceModel *model)
+static void seal(Cavity *cavity, double volume)
 {
-    Cavity *cavity = model->cavity;
     CavityState *state = cavity->state;
-    const SurfaceCavity *options = &cavity->options;
-    if (state->supplied == 0 || (!options->gas && !options->fluid))
+    if (state->supplied == 0 || !(cavity->options.gas || cavity->options.fluid))
         return;
-    const double volume = cavity_volume(model), pressure = state->content;
     state->supplied = 0;
-    state->content = state->wanted =
-        options->gas ? (options->ambient + pressure) * volume
-                     : volume + pressure * cavity->rest_volume / cavity->bulk_modulus;
+    state->content = state->wanted = content_of(cavity, state->content, volume);
 }
 
 bool cavity_set(SurfaceModel *model, BodyParameter parameter, double value)
 {
     Cavity *cavity = model->cavity;
     CavityState *state = cavity->state;
-    const SurfaceCavity *options = &cavity->options;
-    const bool varies = options->gas || options->fluid;
-    // Nothing comes into a wall that has been cut.
-    if (cavity->edge_count > 0)
-        return false;
+    // Between ticks, and perhaps before the first.
+    const double volume = cavity_volume(model);
     switch (parameter) {
     case BODY_SUPPLY:
-        seal(model);
+        seal(cavity, volume);
         return true;
     case BODY_PRESSURE:
-        if (options->gas && !(options->ambient + value > 0.0))
-            return false;
-        state->content = cavity_pressure(cavity);
+        state->content = pressure_in(cavity, volume);
         state->supplied = 1;
         state->wanted = value;
         return true;
     case BODY_VOLUME:
-        if (!varies || (options->gas && !(options->ambient > 0.0)))
-            return false;
-        seal(model);
-        state->wanted = options->gas ? options->ambient * value : value;
+        seal(cavity, volume);
+        state->wanted = cavity->options.gas ? cavity->options.ambient * value : value;
         return true;
     default:
         return false;
@@ -450,13 +465,13 @@ static double decay(double x)
 
 // Lets out what flows through the holes: a jet of speed sqrt(2 p / density) (Bernoulli, Torricelli)
 // whose section is DISCHARGE times the hole's. It never ends beyond the pressure outside.
-static void leak(SurfaceModel *model)
+static void leak(Cavity *cavity)
 {
-    Cavity *cavity = model->cavity;
     CavityState *state = cavity->state;
     const SurfaceCavity *options = &cavity->options;
-    seal(model); // the supply has ended
-    const double pressure = cavity_pressure(cavity), volume = closed_volume(cavity),
+    const double volume = closed_volume(cavity);
+    seal(cavity, volume); // the supply has ended
+    const double pressure = cavity_pressure(cavity),
                  out = DISCHARGE * state->opening * copysign(1.0, pressure) *
                        sqrt(2.0 * fabs(pressure) / options->density) * state->flow.time; // [m3]
     double even = 0.0; // the content at the pressure outside
@@ -471,6 +486,9 @@ static void leak(SurfaceModel *model)
         state->content *= decay(fabs(out) / fmax(volume, LEAST_VOLUME * cavity->rest_volume));
     }
     state->content = pressure > 0.0 ? fmax(state->content, even) : fmin(state->content, even);
+    // A fluid's volume divides: a wall turned inside out leaves a little.
+    if (options->fluid)
+        state->content = fmax(state->content, LEAST_VOLUME * cavity->rest_volume);
     state->wanted = state->content;
 }
 
@@ -482,7 +500,7 @@ void cavity_commit(SurfaceModel *model)
     if (cavity->edge_count > 0) {
         state->flow.volume = measure(model, model->rows[model->current]);
         measure_openings(model, model->rows[model->current]);
-        leak(model);
+        leak(cavity);
     }
     // What SET asked for comes gently: a fluid that grew at once would burst the wall.
     state->content += (state->wanted - state->content) * (1.0 - decay(state->flow.time / EASE));
@@ -502,6 +520,18 @@ void cavity_forget(Cavity *cavity)
     state->flow.rate = state->flow.due = state->flow.time = 0.0;
 }
 
+void cavity_refill(Cavity *cavity)
+{
+    CavityState *state = cavity->state;
+    const double pressure = cavity->edge_count > 0 ? 0.0 : cavity->options.pressure;
+    const bool varies = cavity->options.gas || cavity->options.fluid;
+    state->content = state->supplied != 0 || !varies
+                         ? pressure
+                         : content_of(cavity, pressure, cavity->rest_volume);
+    state->wanted = state->content;
+    cavity_forget(cavity);
+}
+
 void cavity_restored(Cavity *cavity)
 {
     cavity->committed = cavity->state->flow;
@@ -512,7 +542,7 @@ void cavity_find_borders(SurfaceModel *model)
     Cavity *cavity = model->cavity;
     const DetailFaces *faces = &model->detail->faces;
     cavity->edge_count = 0;
-    if (cavity->edge == NULL)
+    if (cavity->edge == NULL || *model->detail->set.cut->copies == 0)
         return;
     union_find_reset(cavity->root, cavity->node_count);
     for (int i = 0; i < cavity->node_count; i++)
@@ -535,10 +565,20 @@ bool cavity_check(const Cavity *cavity)
 {
     const CavityState *state = cavity->state;
     const CavityFlow *flow = &state->flow;
-    return isfinite(state->content) && isfinite(state->wanted) && isfinite(flow->volume) &&
-           isfinite(flow->more) && isfinite(flow->rate) && isfinite(flow->due) &&
-           flow->tick >= 0.0 && isfinite(flow->tick) && flow->time == 0.0 &&
-           state->opening >= 0.0 && isfinite(state->opening) && isfinite(state->cap) &&
+    const SurfaceCavity *options = &cavity->options;
+    const double most_volume = 1e6 * cavity->rest_volume;
+    // What is inside is a pressure, or a gas or fluid that is there.
+    double least = -2.0 * PRESSURE_MOST, most = 2.0 * PRESSURE_MOST;
+    if (state->supplied == 0 && (options->gas || options->fluid)) {
+        least = 0.0;
+        most = options->gas ? (options->ambient + PRESSURE_MOST) * most_volume : most_volume;
+    }
+    return state->content >= least && state->content <= most && state->wanted >= least &&
+           state->wanted <= most && (least < 0.0 || !options->fluid || state->content > 0.0) &&
+           fabs(flow->volume) <= most_volume && fabs(flow->more) <= most_volume &&
+           isfinite(flow->rate) && fabs(flow->due) <= most_volume && flow->tick >= 0.0 &&
+           flow->tick <= 1e3 && flow->time == 0.0 && state->opening >= 0.0 &&
+           isfinite(state->opening) && isfinite(state->cap) &&
            (state->known == 0 || state->known == 1) &&
            (state->supplied == 0 || state->supplied == 1);
 }
@@ -549,7 +589,7 @@ void cavity_explain(const SurfaceModel *model, FILE *out)
     const double volume = cavity_volume(model);
     const SurfaceCavity *options = &cavity->options;
     fprintf(out, "    cavity: %.4g m3 at rest, now %.4g m3 at %.4g Pa; ", cavity->rest_volume,
-            volume, cavity_pressure(cavity));
+            volume, pressure_in(cavity, volume));
     if (cavity->state->supplied != 0 || !(options->gas || options->fluid))
         fprintf(out, "constant pressure\n");
     else if (options->gas)

@@ -79,7 +79,7 @@ Cavity *cavity_create(const Cavity *start, const char *name, Arena *arena, State
 // Creates what has the size of those tables, once there are rest positions and lanes; those of a
 // body that changes are filled as its nodes are packed.
 void cavity_create_tables(SurfaceModel *model, const char *name, Arena *arena);
-// Tells the pipeline what SET may ask for.
+// Tells the pipeline what SET may ask for; after a cut again.
 void cavity_publish(const Cavity *cavity, Body *body);
 
 // --- tables ---
@@ -104,8 +104,10 @@ void cavity_end(SurfaceModel *model, const SpringPass *pass);
 void cavity_commit(SurfaceModel *model);
 // Goes back to the end of the last tick.
 void cavity_abandon(Cavity *cavity);
-// The rows or the faces are others now, or the whole state.
+// The rows or the faces are others now; the body is back in its rest shape, with what was in it
+// there; the whole state is another.
 void cavity_forget(Cavity *cavity);
+void cavity_refill(Cavity *cavity);
 void cavity_restored(Cavity *cavity);
 // Lists the borders of a cut wall.
 void cavity_find_borders(SurfaceModel *model);
@@ -119,8 +121,8 @@ double cavity_volume(const SurfaceModel *model);
 // Returns the energy of what is inside at the end of a tick, up to a constant [J].
 double cavity_energy(const SurfaceModel *model);
 // Connects a supply of this pressure [Pa], or seals the cavity and sets the volume that its gas or
-// fluid has without pressure [m3]; both come within some hundredths of a second. BODY_SUPPLY 0:
-// seals it as it is. False: it cannot be.
+// fluid has without pressure [m3], within the limits that are published; most of it comes within a
+// tenth of a second. BODY_SUPPLY 0: seals it as it is.
 bool cavity_set(SurfaceModel *model, BodyParameter parameter, double value);
 void cavity_explain(const SurfaceModel *model, FILE *out);
 

@@ -206,7 +206,9 @@ static void surface_restore(void *self, RestoreMode mode)
         rows_stop(&model->basis, rows);
     }
     model->present = rows;
-    if (model->cavity != NULL)
+    if (model->cavity != NULL && mode == RESTORE_SHAPE)
+        cavity_refill(model->cavity);
+    else if (model->cavity != NULL)
         cavity_forget(model->cavity);
     if (model->detail != NULL)
         detail_forget(model->detail, mode);

@@ -5,6 +5,7 @@
 #include "world_run.h"
 
 #include "base/sets.h"
+#include "dynamics/sim_data.h"
 #include "surface/cavity.h"
 
 #include <stdlib.h>
@@ -199,6 +200,9 @@ static void a_free_balloon_keeps_momentum_and_energy(void **unused)
         EXACT BALL(SOFT "cavity = { gas = true; pressure = 300.0; };"),
         EXACT BALL(SOFT "cavity = { fluid = true; pressure = 300.0; };"),
         EXACT BALL(SOFT LEVELS "cavity = { gas = true; pressure = 300.0; };"),
+        EXACT BALL(LEVELS "material = { youngs_modulus_2d = 80.0; damping_time = 0.0;\n"
+                          "  relaxation = ( { time = 0.02; share = 0.3; } ); };\n"
+                          "cavity = { pressure = 300.0; };"),
     };
     for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
         Run run;
@@ -222,10 +226,12 @@ static void a_free_balloon_keeps_momentum_and_energy(void **unused)
         expect_at_most(pushed, 1e-10);
         if (k < 4)
             expect_at_most(turned, 1e-10);
+        assert_int_equal(run.world.sim->resets, 0);
         // Leapfrog near its bound lets energy swing, and random motion puts much of it into the
         // fastest modes: 6 % without growing in 2 s. Refining adds energy
         // (server/surface/detail/README.md).
-        expect_at_most(worst, k < 4 ? 0.1 : 0.4);
+        if (k < 5)
+            expect_at_most(worst, k < 4 ? 0.1 : 0.4);
         run_destroy(&run);
     }
 }
@@ -273,9 +279,9 @@ static void what_is_inside_leaves_by_the_law_of_a_jet(void **unused)
         for (; ticks < 2000 && pressure > 0.02 * closed; ticks++) {
             step(&run, 1);
             // The law, from what the test measures itself at the end of the tick.
-            const double volume = volume_of(&run, &opening), rest = cavity->rest_volume;
+            const double volume = volume_of(&run, &opening);
             pressure = options->gas     ? content / volume - options->ambient
-                       : options->fluid ? cavity->bulk_modulus * (content - volume) / rest
+                       : options->fluid ? cavity->bulk_modulus * (1.0 - volume / content)
                                         : content;
             // No more than lets out within the tick what is too much.
             const double more =
@@ -384,7 +390,7 @@ static void set_changes_pressure_and_volume(void **unused)
     assert_false(sim_apply_set(sim, "ball.pressure", 1e6, why, sizeof why));
     assert_non_null(strstr(why, "time step"));
     assert_false(sim_apply_set(sim, "ball.volume", 1e-4, why, sizeof why));
-    assert_non_null(strstr(why, "constant pressure"));
+    assert_non_null(strstr(why, "with a gas or fluid"));
     step(&run, 100);
     expect_near(cavity_pressure(cavity_of(&run)), 200.0, 1e-5);
     run_destroy(&run);
@@ -402,7 +408,86 @@ static void set_changes_pressure_and_volume(void **unused)
 
     run_create(&run, BALL(SOFT));
     assert_false(sim_apply_set(run.world.sim, "ball.pressure", 1.0, why, sizeof why));
-    assert_non_null(strstr(why, "no cavity"));
+    assert_non_null(strstr(why, "no closed cavity"));
+    run_destroy(&run);
+}
+
+// What is accepted is borne: by a SET before the first tick, the largest, a fluid that hardly gives
+// way, a wall that is put back to its rest shape, or one that cannot move.
+static void what_is_accepted_is_borne(void **unused)
+{
+    (void)unused;
+#define DAMPED                                                                                     \
+    "material = { youngs_modulus_2d = 80.0; damping_time = 1e-3; node_damping = 1e-3; };\n"
+    static const struct {
+        const char *text, *key;
+        double value; // of the rest volume, if it is a volume
+        bool restore;
+    } CASES[] = {
+        {EXACT BALL(DAMPED "cavity = { fluid = true; };"), "ball.pressure", 200.0, false},
+        {EXACT BALL(DAMPED "cavity = { gas = true; };"), "ball.pressure", 200.0, false},
+        {EXACT BALL(DAMPED "cavity = { fluid = true; };"), "ball.volume", 2.99, false},
+        {BALL(DAMPED "cavity = { gas = true; };"), "ball.volume", 1.5, false},
+        {"settle_s = 0.5; " EXACT BALL(
+             DAMPED "cavity = { fluid = true; pressure = 500.0; bulk_modulus = 3.0e6; };"),
+         "ball.pressure", 500.0, false},
+        {"settle_s = 0.5; " EXACT BALL(DAMPED "cavity = { fluid = true; pressure = 500.0; };"),
+         "ball.volume", 1.2, true},
+        {"settle_s = 0.5; " BALL(DAMPED "cavity = { gas = true; pressure = 500.0; };"),
+         "ball.pressure", 500.0, true},
+        {EXACT BALL(DAMPED "cavity = { fluid = true; pressure = 500.0; };\n"
+                           "fixed = ( { sphere = [0, 0, 0]; radius = 1.0; } );"),
+         "ball.volume", 1.1, false},
+    };
+    for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
+        Run run;
+        char why[256];
+        run_create(&run, CASES[k].text);
+        Sim *sim = run.world.sim;
+        const bool volume = strstr(CASES[k].key, "volume") != NULL;
+        if (CASES[k].restore) {
+            const Body *body = sim_body(sim, 0);
+            body->ops->restore(body->model, RESTORE_SHAPE);
+            step(&run, 100);
+        }
+        if (!sim_apply_set(sim, CASES[k].key,
+                           CASES[k].value * (volume ? cavity_of(&run)->rest_volume : 1.0), why,
+                           sizeof why))
+            fail_msg("case %zu: %s", k, why);
+        step(&run, 1000);
+        if (sim->resets != 0)
+            fail_msg("case %zu: %d resets", k, (int)sim->resets);
+        const double has =
+            volume ? cavity_of(&run)->state->content : cavity_pressure(cavity_of(&run));
+        // After twenty times the 50 ms in which it comes; of a gas its content is an energy.
+        if (volume && cavity_of(&run)->options.fluid)
+            expect_near(has, CASES[k].value * cavity_of(&run)->rest_volume,
+                        1e-6 * cavity_of(&run)->rest_volume);
+        else if (!volume)
+            expect_near(has, CASES[k].value, 1e-3);
+        run_destroy(&run);
+    }
+}
+
+// One of two bodies refuses: neither changes.
+static void a_set_of_all_is_of_all_or_none(void **unused)
+{
+    (void)unused;
+    Run run;
+    char why[256];
+#define ONE(name, place, more)                                                                     \
+    "{ name = \"" name "\"; integrator = \"leapfrog\"; " SOFT                                      \
+    "  mesh = { generator = \"ico_sphere\"; nodes = 162; radius = 0.05;\n"                         \
+    "  place = { translation = [" place ", 0, 0]; }; };\n" more " }"
+    run_create(&run, "bodies = ( " ONE("a", "0", "cavity = { pressure = 100.0; };") ", " ONE(
+                         "b", "1", "cavity = { gas = true; ambient = 100.0; };") " );\n");
+    Sim *sim = run.world.sim;
+    assert_false(sim_apply_set(sim, "pressure", -150.0, why, sizeof why));
+    step(&run, 200);
+    const SurfaceModel *first = sim_body(sim, 0)->model;
+    expect_near(cavity_pressure(first->cavity), 100.0, 0.0);
+    assert_true(sim_apply_set(sim, "pressure", 50.0, why, sizeof why));
+    assert_true(sim_apply_set(sim, "volume", 5e-4, why, sizeof why)); // of the one that has any
     run_destroy(&run);
 }
 
@@ -415,6 +500,8 @@ static void bad_cavities_are_refused(void **unused)
         {BALL("cavity = { gas = true; pressure = -2.0e5; };"), "ambient + pressure above 0"},
         {BALL("cavity = { pressure = 1.0e9; };"), "pressure"},
         {BALL("cavity = { presure = 1.0; };"), "unknown key presure"},
+        {BALL("cavity = { fluid = true; pressure = 60.0; bulk_modulus = 100.0; };"),
+         "half of the bulk_modulus"},
     };
     for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
         World world;
@@ -433,6 +520,8 @@ int main(void)
         cmocka_unit_test(what_is_inside_leaves_by_the_law_of_a_jet),
         cmocka_unit_test(a_cut_balloon_repeats_bit_for_bit),
         cmocka_unit_test(set_changes_pressure_and_volume),
+        cmocka_unit_test(what_is_accepted_is_borne),
+        cmocka_unit_test(a_set_of_all_is_of_all_or_none),
         cmocka_unit_test(bad_cavities_are_refused),
     };
     return cmocka_run_group_tests(tests, run_begin, run_end);

@@ -202,7 +202,7 @@ static void move_lane(const SurfaceModel *model, int slot)
     for (int e = springs->start[chunk]; lane >= 0 && e < springs->end[chunk]; e++) {
         const long at = (long)e * LANES + lane % LANES;
         if (springs->neighbour[at] == slot)
-            break; // padding
+            continue; // padding, or a gap around a cavity
         const Dashpots from = find_origin(model, of_slot[slot], of_slot[springs->neighbour[at]]);
         const double r = model_get(model, springs->rest_length, at);
         for (int n = 0; n < relaxation->count && from.found; n++)
