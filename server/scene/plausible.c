@@ -240,8 +240,9 @@ static double burst(const Subject *s)
     const SurfaceOptions *surface = &s->body->surface;
     if (!has_wall(s) || !surface->cavity.wanted || surface->shape.wanted)
         return NAN;
+    const SurfaceMaterial *wall = &surface->material;
     return surface->cavity.pressure * 0.5 * s->extent /
-           (0.75 * surface->material.youngs_modulus_2d);
+           (0.75 * wall->youngs_modulus_2d * stiffening_cap(&wall->stiffening));
 }
 
 static void say_burst(const Subject *s, double value, char *text, size_t size)

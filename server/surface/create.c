@@ -111,7 +111,8 @@ static size_t create_springs(SurfaceModel *model, const WingedMesh *winged,
         for (int e = start[chunk], i = 0; e < start[chunk + 1]; e++, i++) {
             long at = (long)e * LANES + s % LANES;
             if (model->cavity != NULL && node >= 0)
-                model_put_spring(model, at, s, around[0][0], 0.0, 0.0);
+                model_put_spring(model, at, s, around[0][0], network->rest_length[around[0][1]],
+                                 0.0);
             else
                 neighbour[at] = s;
             if (i < count)

@@ -435,6 +435,12 @@ static void what_is_accepted_is_borne(void **unused)
          "ball.volume", 1.2, true},
         {"settle_s = 0.5; " BALL(DAMPED "cavity = { gas = true; pressure = 500.0; };"),
          "ball.pressure", 500.0, true},
+        // Beyond what linear springs bear.
+        {"settle_s = 0.5; " BALL("material = { youngs_modulus_2d = 80.0; node_damping = 2e-2;\n"
+                                 "  stiffening = { strain = 0.2; cap = 14.0; };\n"
+                                 "  relaxation = ( { time = 0.05; share = 0.3; } ); };\n"
+                                 "cavity = { pressure = 2000.0; };"),
+         "ball.pressure", 2200.0, false},
         {EXACT BALL(DAMPED "cavity = { fluid = true; pressure = 500.0; };\n"
                            "fixed = ( { sphere = [0, 0, 0]; radius = 1.0; } );"),
          "ball.volume", 1.1, false},
