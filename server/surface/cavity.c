@@ -256,10 +256,11 @@ static double pressure_in(const Cavity *cavity, double volume)
         pressure = cavity->bulk_modulus * (1.0 - volume / content);
         more = content - volume;
     }
-    // What leaves within a tick presses no harder than it must: a wide opening is no bulkhead.
+    // What leaves within a tick presses no harder than it must, a wide opening is no bulkhead; nor
+    // harder than before: pressed further, an open wall gives way.
     if (state->opening > 0.0)
-        pressure =
-            copysign(fmin(fabs(pressure), jet_pressure(state, options->density, more)), pressure);
+        pressure = fmin(fmax(0.0, fmin(pressure, state->held)),
+                        jet_pressure(state, options->density, more));
     return pressure;
 }
 
@@ -392,17 +393,20 @@ static void measure_openings(const SurfaceModel *model, const void *rows)
     }
 }
 
-void cavity_begin(SurfaceModel *model)
+void cavity_begin(SurfaceModel *model, const Stage *stage, double h)
 {
     Cavity *cavity = model->cavity;
     CavityState *state = cavity->state;
     if (state->known == 0 && cavity->pass.volume != NULL) {
         state->known = 1;
         state->flow.volume = measure(model, model->present);
-        state->flow.more = 0.0;
+        state->flow.more = state->cap_rate = 0.0;
         measure_openings(model, model->present);
     }
-    cavity->pass.pressure = cavity_pressure(cavity);
+    // Cones over the borders move with them: without that, a piece that falls would change the
+    // volume, by the way times a third of its opening.
+    const double moved = state->cap_rate * (state->flow.time + stage->at * h);
+    cavity->pass.pressure = pressure_in(cavity, closed_volume(cavity) + moved);
 }
 
 // Adds a chunk's parts to the sums of the lanes.
@@ -499,9 +503,12 @@ void cavity_commit(SurfaceModel *model)
     state->flow.tick = state->flow.time;
     if (cavity->edge_count > 0) {
         state->flow.volume = measure(model, model->rows[model->current]);
+        const double before = state->cap;
         measure_openings(model, model->rows[model->current]);
+        state->cap_rate = (state->cap - before) / state->flow.time;
         leak(cavity);
     }
+    state->held = fmax(0.0, cavity_pressure(cavity));
     // What SET asked for comes gently: a fluid that grew at once would burst the wall.
     state->content += (state->wanted - state->content) * (1.0 - decay(state->flow.time / EASE));
     state->flow.time = 0.0;
@@ -578,7 +585,8 @@ bool cavity_check(const Cavity *cavity)
            fabs(flow->volume) <= most_volume && fabs(flow->more) <= most_volume &&
            isfinite(flow->rate) && fabs(flow->due) <= most_volume && flow->tick >= 0.0 &&
            flow->tick <= 1e3 && flow->time == 0.0 && state->opening >= 0.0 &&
-           isfinite(state->opening) && isfinite(state->cap) &&
+           isfinite(state->opening) && isfinite(state->cap) && isfinite(state->cap_rate) &&
+           state->held >= 0.0 && isfinite(state->held) &&
            (state->known == 0 || state->known == 1) &&
            (state->supplied == 0 || state->supplied == 1);
 }

@@ -35,9 +35,11 @@ typedef struct CavityState {
     double content, wanted;
     int64_t supplied; // 1: a supply keeps the pressure
     CavityFlow flow;
-    double opening; // area of the holes in a cut wall [m2]
-    double cap;     // volume that cones over them add [m3]
-    int64_t known;  // 0: the volume must be measured first
+    double opening;  // area of the holes in a cut wall [m2]
+    double cap;      // volume that cones over them add [m3]
+    double cap_rate; // its change while the borders move [m3/s]
+    double held;   // pressure at the end of the last tick, which an open wall does not exceed [Pa]
+    int64_t known; // 0: the volume must be measured first
 } CavityState;
 
 // One border of a cut wall: the sums over its edges.
@@ -98,7 +100,7 @@ static inline int cavity_padding(int own, int count, const int *ring)
 // --- step thread ---
 // Follows the rows as they drift before the first evaluation, before each one, and after it.
 void cavity_drift(Cavity *cavity, double dt);
-void cavity_begin(SurfaceModel *model);
+void cavity_begin(SurfaceModel *model, const Stage *stage, double h);
 void cavity_end(SurfaceModel *model, const SpringPass *pass);
 // Ends a tick; what is inside leaks.
 void cavity_commit(SurfaceModel *model);

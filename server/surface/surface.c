@@ -101,7 +101,7 @@ static void fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringP
         pass->frame = &model->basis.rigid->pose;
     }
     if (model->cavity != NULL) {
-        cavity_begin(model);
+        cavity_begin(model, stage, h);
         pass->cavity = &model->cavity->pass;
     }
 }
