@@ -239,7 +239,7 @@ static double burst(const Subject *s)
 {
     const SurfaceOptions *surface = &s->body->surface;
     if (!has_wall(s) || !surface->cavity.wanted || surface->shape.wanted)
-        return NAN;
+        return (double)NAN;
     const SurfaceMaterial *wall = &surface->material;
     return surface->cavity.pressure * 0.5 * s->extent /
            (0.75 * wall->youngs_modulus_2d * stiffening_cap(&wall->stiffening));
