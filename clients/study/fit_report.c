@@ -217,28 +217,11 @@ static void print_material(const Output *output)
 
 // --- files ---------------------------------------------------------------------------------------
 
-static FILE *open_file(const Output *output, const char *name, char path[REPORT_PATH],
-                       Status *status)
-{
-    snprintf(path, REPORT_PATH, "%.*s/%s", REPORT_PATH - SUBJECT, output->folder, name);
-    FILE *out = fopen(path, "w");
-    if (out == NULL)
-        status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
-    return out;
-}
-
-static bool close_file(FILE *out, const char *path, Status *status)
-{
-    const bool bad = ferror(out) != 0;
-    return (fclose(out) == 0 && !bad) ||
-           status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
-}
-
 // Columns: strain; stresses [Pa], "-" where there is none.
 static bool save_table(const Output *output, Status *status)
 {
     char path[REPORT_PATH];
-    FILE *out = open_file(output, "fit.tsv", path, status);
+    FILE *out = report_create(output->folder, "fit.tsv", path, status);
     if (out == NULL)
         return false;
     fprintf(out, FIT_MARK "linear\tstiffening\tsimulated\n");
@@ -255,13 +238,13 @@ static bool save_table(const Output *output, Status *status)
         else
             fprintf(out, "-\n");
     }
-    return close_file(out, path, status);
+    return report_close(out, path, status);
 }
 
 static bool write_script(const Output *output, Status *status)
 {
     char path[REPORT_PATH];
-    FILE *out = open_file(output, "fit.gp", path, status);
+    FILE *out = report_create(output->folder, "fit.gp", path, status);
     if (out == NULL)
         return false;
     // Of many points some are drawn.
@@ -291,7 +274,7 @@ static bool write_script(const Output *output, Status *status)
                     output->table.count / 20 + 1);
         fprintf(out, "\nunset output\n");
     }
-    return close_file(out, path, status);
+    return report_close(out, path, status);
 }
 
 static bool save(const Output *output, Status *status)

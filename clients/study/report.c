@@ -136,6 +136,21 @@ static bool draw(const StudyResult *result, const char *folder, double error, St
     return true;
 }
 
+FILE *report_create(const char *folder, const char *name, char path[REPORT_PATH], Status *status)
+{
+    FILE *out = fopen(in_folder(path, folder, name), "w");
+    if (out == NULL)
+        status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
+    return out;
+}
+
+bool report_close(FILE *out, const char *path, Status *status)
+{
+    const bool bad = ferror(out) != 0;
+    return (fclose(out) == 0 && !bad) ||
+           status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
+}
+
 static bool write_keys(const SceneKeys *keys, const Scene *scene, const char *folder,
                        Status *status)
 {
@@ -143,12 +158,12 @@ static bool write_keys(const SceneKeys *keys, const Scene *scene, const char *fo
     Status why = {0};
     // The keys on the terminal and as a file.
     scene_keys_print(keys, stdout);
-    FILE *file = fopen(in_folder(file_path, folder, "advice.cfg"), "w");
+    FILE *file = report_create(folder, "advice.cfg", file_path, status);
     if (file == NULL)
-        return status_fail(status, STATUS_FAILED, "%s: %s", file_path, strerror(errno));
+        return false;
     scene_keys_print(keys, file);
-    if (fclose(file) != 0)
-        return status_fail(status, STATUS_FAILED, "%s: %s", file_path, strerror(errno));
+    if (!report_close(file, file_path, status))
+        return false;
     // This does not work for a scene whose bodies are in an included file.
     if (scene_keys_set(keys, scene->path, in_folder(path, folder, "advised.cfg"), &why))
         printf("%s: the scene with these keys\n", path);

@@ -98,6 +98,10 @@ extern const ReportNames REPORT_STUDY;
 bool report_make_folder(const ReportNames *names, const char *subject, const char *wanted,
                         char folder[REPORT_PATH], Status *status);
 
+// Creates folder/name, and closes it; NULL or false with `status`, with its path.
+FILE *report_create(const char *folder, const char *name, char path[REPORT_PATH], Status *status);
+bool report_close(FILE *out, const char *path, Status *status);
+
 // Prints table and advice; writes runs.tsv, references.tsv, study.h5, the pictures and, if a case
 // is advised, advice.cfg (its keys) and advised.cfg (the scene with them). `options` as in the
 // context: complete.

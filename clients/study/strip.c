@@ -2,6 +2,7 @@
 #include "study/strip.h"
 
 #include "scene/build.h"
+#include "study/report.h"
 
 #include <errno.h>
 #include <math.h>
@@ -82,40 +83,25 @@ static void write_scene(FILE *out, const char *name, SceneModel model, const cha
             -clamp, material, clamp);
 }
 
-static FILE *open_file(char path[STRIP_PATH], const char *folder, const char *name,
-                       const char *extension, Status *status)
-{
-    snprintf(path, STRIP_PATH, "%s/%s.%s", folder, name, extension);
-    FILE *out = fopen(path, "w");
-    if (out == NULL)
-        status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
-    return out;
-}
-
-static bool close_file(FILE *out, const char *path, Status *status)
-{
-    const bool bad = ferror(out) != 0;
-    return (fclose(out) == 0 && !bad) ||
-           status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
-}
-
 bool strip_write(const char *folder, const char *name, SceneModel model, const char *material,
                  const char *note, Status *status)
 {
-    char path[STRIP_PATH];
-    FILE *out = open_file(path, folder, name, "cfg", status);
+    char path[REPORT_PATH], file[NAME_MAX + 1];
+    snprintf(file, sizeof file, "%s.cfg", name);
+    FILE *out = report_create(folder, file, path, status);
     if (out == NULL)
         return false;
     write_scene(out, name, model, material, note);
-    if (!close_file(out, path, status))
+    if (!report_close(out, path, status))
         return false;
     if (model == MODEL_VOXEL)
         return true;
-    out = open_file(path, folder, name, "off", status);
+    snprintf(file, sizeof file, "%s.off", name);
+    out = report_create(folder, file, path, status);
     if (out == NULL)
         return false;
     write_sheet(out);
-    return close_file(out, path, status);
+    return report_close(out, path, status);
 }
 
 // --- the pull ------------------------------------------------------------------------------------

@@ -24,8 +24,8 @@ static const double EASE = 0.05;         // in which most of what SET asked for 
 // ---------------------------------------------------------------------------------------------
 // Load time
 
-// Adds six times the gradient of the volume [m2], and the lengths of the edges around each node
-// [m]. Positions count from the first node, which keeps digits.
+// Returns the volume [m3]; adds its gradient [m2] and the lengths of the edges around each node
+// [m], unless NULL. Positions count from the first node, which keeps digits.
 static double measure_mesh(const TriMesh *mesh, Vec3 *gradient, double *around)
 {
     double volume = 0.0;
@@ -334,28 +334,21 @@ static void seal(Cavity *cavity, double volume)
     state->content = state->wanted = content_of(cavity, state->content, volume);
 }
 
-bool cavity_set(SurfaceModel *model, BodyParameter parameter, double value)
+void cavity_set(SurfaceModel *model, BodyParameter parameter, double value)
 {
     Cavity *cavity = model->cavity;
     CavityState *state = cavity->state;
     // Between ticks, and perhaps before the first.
     const double volume = cavity_volume(model);
-    switch (parameter) {
-    case BODY_SUPPLY:
-        seal(cavity, volume);
-        return true;
-    case BODY_PRESSURE:
+    if (parameter == BODY_PRESSURE) {
         state->content = pressure_in(cavity, volume);
         state->supplied = 1;
         state->wanted = value;
-        return true;
-    case BODY_VOLUME:
-        seal(cavity, volume);
-        state->wanted = cavity->options.gas ? cavity->options.ambient * value : value;
-        return true;
-    default:
-        return false;
+        return;
     }
+    seal(cavity, volume);
+    if (parameter == BODY_VOLUME)
+        state->wanted = cavity->options.gas ? cavity->options.ambient * value : value;
 }
 
 void cavity_drift(Cavity *cavity, double dt)
@@ -399,6 +392,7 @@ void cavity_begin(SurfaceModel *model, const Stage *stage, double h)
     CavityState *state = cavity->state;
     if (state->known == 0 && cavity->pass.volume != NULL) {
         state->known = 1;
+        cavity->measured = true;
         state->flow.volume = measure(model, model->present);
         state->flow.more = state->cap_rate = 0.0;
         measure_openings(model, model->present);
@@ -513,11 +507,16 @@ void cavity_commit(SurfaceModel *model)
     state->content += (state->wanted - state->content) * (1.0 - decay(state->flow.time / EASE));
     state->flow.time = 0.0;
     cavity->committed = state->flow;
+    cavity->measured = false;
 }
 
 void cavity_abandon(Cavity *cavity)
 {
-    cavity->state->flow = cavity->committed;
+    CavityState *state = cavity->state;
+    state->flow = cavity->committed;
+    if (cavity->measured)
+        state->known = 0;
+    cavity->measured = false;
 }
 
 void cavity_forget(Cavity *cavity)

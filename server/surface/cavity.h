@@ -57,6 +57,7 @@ typedef struct Cavity {
     double pressure_limit; // for which that has room [Pa]
     CavityState *state;
     CavityFlow committed; // at the end of the last tick
+    bool measured;        // since then: what is known of the volume is of a step that may be undone
     CavityPass pass;
     void *place; // of `pass`
     // Bodies that can be cut: edges without a second face, and for each node the lowest one of its
@@ -72,8 +73,8 @@ typedef struct Cavity {
 // False with `status` if the body cannot have the cavity that its options ask for.
 bool cavity_fits(const SurfaceOptions *options, const TriMesh *mesh, const WingedMesh *winged,
                  Status *status);
-// Fills in the constants of a cavity and the bound that it adds, for a wall whose springs have the
-// bound `springs` [1/s2] at the finest level (README.md, "Stability bounds").
+// Fills in the constants of a cavity and the bound that it adds to that of the network (README.md,
+// "What a wall encloses").
 void cavity_start(Cavity *cavity, const SurfaceOptions *options, const TriMesh *mesh,
                   const SpringNetwork *network);
 // Creates a cavity and its state, before the tables of the springs.
@@ -125,7 +126,7 @@ double cavity_energy(const SurfaceModel *model);
 // Connects a supply of this pressure [Pa], or seals the cavity and sets the volume that its gas or
 // fluid has without pressure [m3], within the limits that are published; most of it comes within a
 // tenth of a second. BODY_SUPPLY 0: seals it as it is.
-bool cavity_set(SurfaceModel *model, BodyParameter parameter, double value);
+void cavity_set(SurfaceModel *model, BodyParameter parameter, double value);
 void cavity_explain(const SurfaceModel *model, FILE *out);
 
 #endif

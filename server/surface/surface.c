@@ -372,8 +372,11 @@ static bool surface_set(void *self, BodyParameter parameter, double value)
     SurfaceModel *model = self;
     if (model->detail != NULL && detail_set(model->detail, parameter, value))
         return true;
-    if (parameter == BODY_PRESSURE || parameter == BODY_VOLUME || parameter == BODY_SUPPLY)
-        return model->cavity != NULL && cavity_set(model, parameter, value);
+    if (model->cavity != NULL &&
+        (parameter == BODY_PRESSURE || parameter == BODY_VOLUME || parameter == BODY_SUPPLY)) {
+        cavity_set(model, parameter, value);
+        return true;
+    }
     return body_parameters_set(model->parameters, model->damped, parameter, value);
 }
 

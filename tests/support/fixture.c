@@ -119,6 +119,46 @@ void fixture_run(Fixture *fixture, int ticks)
     fixture_read(fixture);
 }
 
+SurfaceModel *fixture_model(const Fixture *fixture)
+{
+    return fixture->body->model;
+}
+
+void fixture_write(Fixture *fixture, const Vec3 *x, const Vec3 *v)
+{
+    SurfaceModel *model = fixture_model(fixture);
+    for (int i = 0; i < fixture->mesh.node_count; i++)
+        rows_write(&model->basis, model->rows[model->current], model->slot[i], x[i], v[i]);
+}
+
+BodyMeasure fixture_measure(const Fixture *fixture)
+{
+    BodyMeasure measure;
+    fixture->body->ops->measure(fixture->body->model, &measure);
+    return measure;
+}
+
+double fixture_energy(const Fixture *fixture)
+{
+    const BodyMeasure now = fixture_measure(fixture);
+    return now.kinetic + now.elastic;
+}
+
+void fixture_forces(TriMesh *mesh, const FixtureOptions *like, const Vec3 *x, Vec3 *force)
+{
+    FixtureOptions options = *like;
+    options.integrator = INTEGRATOR_SYMPLECTIC_EULER;
+    options.rate_hz = 1e9;
+    options.initial_position = x;
+    Fixture fixture;
+    fixture_create(&fixture, mesh, &options);
+    fixture_run(&fixture, 1);
+    for (int i = 0; i < fixture.mesh.node_count; i++)
+        force[i] =
+            vec3_scale(fixture.body->surface.node_mass[i] / sim_tick(fixture.sim), fixture.v[i]);
+    fixture_destroy(&fixture);
+}
+
 const LoadOptions fixture_everywhere = {
     .body = 0, .radius = 1.0, .force = {0.3, -0.2, 0.1}, .duration = 0.01};
 

@@ -4,6 +4,7 @@
 
 #include "dynamics/sim.h"
 #include "reference.h"
+#include "surface/model.h"
 #include "surface/surface.h"
 
 // Everything that a scene with one body "body" says. A zeroed one is: no springs' damping, no shape
@@ -58,6 +59,15 @@ void fixture_destroy(Fixture *fixture);
 // Positions and velocities after the last tick.
 void fixture_read(Fixture *fixture);
 void fixture_run(Fixture *fixture, int ticks);
+SurfaceModel *fixture_model(const Fixture *fixture);
+// Replaces positions and velocities of all nodes.
+void fixture_write(Fixture *fixture, const Vec3 *x, const Vec3 *v);
+BodyMeasure fixture_measure(const Fixture *fixture);
+// Kinetic and elastic energy [J].
+double fixture_energy(const Fixture *fixture);
+// Forces on all nodes [N] of such a body at x, by one step that is too short to move anything.
+// Takes the mesh over.
+void fixture_forces(TriMesh *mesh, const FixtureOptions *like, const Vec3 *x, Vec3 *force);
 
 // A damped sphere on shape springs, one kick per tick, that takes loads.
 FixtureOptions fixture_loadable(void);

@@ -34,7 +34,6 @@ static void deform(const TriMesh *mesh, uint64_t seed, Vec3 *x)
 
 enum { NODES = 188 };
 
-// Forces by one step that is too short to move anything.
 static void forces_in(Precision precision, const Vec3 *x, double modulus, void (*make)(TriMesh *),
                       Vec3 *force)
 {
@@ -42,16 +41,7 @@ static void forces_in(Precision precision, const Vec3 *x, double modulus, void (
     make(&mesh);
     FixtureOptions options = hinged(modulus);
     options.precision = precision;
-    options.integrator = INTEGRATOR_SYMPLECTIC_EULER;
-    options.rate_hz = 1e9;
-    options.initial_position = x;
-    Fixture fixture;
-    fixture_create(&fixture, &mesh, &options);
-    fixture_run(&fixture, 1);
-    for (int i = 0; i < fixture.mesh.node_count; i++)
-        force[i] =
-            vec3_scale(fixture.body->surface.node_mass[i] / sim_tick(fixture.sim), fixture.v[i]);
-    fixture_destroy(&fixture);
+    fixture_forces(&mesh, &options, x, force);
 }
 
 static void forces(const Vec3 *x, double modulus, void (*make)(TriMesh *), Vec3 *force)

@@ -31,7 +31,6 @@ static FixtureOptions filled(double pressure)
     return options;
 }
 
-// Forces on all nodes by one step that is too short to move anything.
 static void forces_in(Precision precision, const Vec3 *x, void (*make)(TriMesh *), double pressure,
                       Vec3 *force)
 {
@@ -40,16 +39,7 @@ static void forces_in(Precision precision, const Vec3 *x, void (*make)(TriMesh *
     FixtureOptions options = filled(pressure);
     options.precision = precision;
     options.material.youngs_modulus_2d = 1e-9;
-    options.integrator = INTEGRATOR_SYMPLECTIC_EULER;
-    options.rate_hz = 1e9;
-    options.initial_position = x;
-    Fixture fixture;
-    fixture_create(&fixture, &mesh, &options);
-    fixture_run(&fixture, 1);
-    for (int i = 0; i < fixture.mesh.node_count; i++)
-        force[i] =
-            vec3_scale(fixture.body->surface.node_mass[i] / sim_tick(fixture.sim), fixture.v[i]);
-    fixture_destroy(&fixture);
+    fixture_forces(&mesh, &options, x, force);
 }
 
 static void pressure_acts_along_the_gradient_of_the_volume(void **state)

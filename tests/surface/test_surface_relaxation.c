@@ -22,31 +22,6 @@ static void set_branches(SurfaceMaterial *material, int count, const MaxwellBran
     memcpy(material->branch, branch, (size_t)count * sizeof *branch);
 }
 
-static SurfaceModel *model_of(const Fixture *fixture)
-{
-    return fixture->body->model;
-}
-
-static void write_rows(Fixture *fixture, const Vec3 *x, const Vec3 *v)
-{
-    SurfaceModel *model = model_of(fixture);
-    for (int i = 0; i < fixture->mesh.node_count; i++)
-        rows_write(&model->basis, model->rows[model->current], model->slot[i], x[i], v[i]);
-}
-
-static BodyMeasure measure(const Fixture *fixture)
-{
-    BodyMeasure measure;
-    fixture->body->ops->measure(fixture->body->model, &measure);
-    return measure;
-}
-
-static double energy_of(const Fixture *fixture)
-{
-    const BodyMeasure now = measure(fixture);
-    return now.kinetic + now.elastic;
-}
-
 // The entry of a spring of `slot` that is the e-th; -1: there is none.
 static long entry_of(const SurfaceModel *model, int slot, int e)
 {
@@ -126,20 +101,20 @@ static void forces_are_the_gradient_of_the_energy(void **state)
                              random_vec3(&random));
             d[i] = random_vec3(&random);
         }
-        each_spring(model_of(&fixture), shake, &random);
+        each_spring(fixture_model(&fixture), shake, &random);
         double energy[2];
         for (int side = 0; side < 2; side++) {
             for (int i = 0; i < count; i++)
                 moved[i] = vec3_madd(x[i], side == 0 ? -step : step, d[i]);
-            write_rows(&fixture, moved, zero);
-            energy[side] = measure(&fixture).elastic;
+            fixture_write(&fixture, moved, zero);
+            energy[side] = fixture_measure(&fixture).elastic;
         }
-        write_rows(&fixture, x, zero);
+        fixture_write(&fixture, x, zero);
         fixture_run(&fixture, 1);
         double slope = 0.0, size = 0.0;
         Vec3 sum = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0};
         for (int i = 0; i < count; i++) {
-            const Vec3 f = vec3_scale(model_of(&fixture)->mass[i] / h, fixture.v[i]);
+            const Vec3 f = vec3_scale(fixture_model(&fixture)->mass[i] / h, fixture.v[i]);
             slope -= vec3_dot(f, d[i]);
             size += vec3_length(f);
             sum = vec3_add(sum, f);
@@ -178,15 +153,15 @@ static void pull_of(Precision precision, IntegratorKind integrator, double prest
     for (int i = 0; i < count; i++)
         x[i] = vec3(1.1 * fixture.x[i].x, fixture.x[i].y, fixture.x[i].z);
     for (int tick = 0; tick < ticks; tick++) {
-        write_rows(&fixture, x, zero);
+        fixture_write(&fixture, x, zero);
         fixture_run(&fixture, 1);
         pull[tick] = 0.0;
         for (int i = 0; i < count; i++)
             if (x[i].x > 0.109)
-                pull[tick] -= model_of(&fixture)->mass[i] * fixture.v[i].x / 1e-3;
+                pull[tick] -= fixture_model(&fixture)->mass[i] * fixture.v[i].x / 1e-3;
     }
     if (branches > 0)
-        each_spring(model_of(&fixture), expect_alike, NULL);
+        each_spring(fixture_model(&fixture), expect_alike, NULL);
     fixture_destroy(&fixture);
 }
 
@@ -259,19 +234,19 @@ static double loss_of(const Swing *swing, double *frequency, double *growth)
         shape[i] = shape_of(swing, rest[i]);
         v[i] = vec3_scale(1e-3 * sqrt(swing->modulus), shape[i]); // a strain of 1e-2 at most
     }
-    write_rows(&fixture, rest, v);
+    fixture_write(&fixture, rest, v);
     Extremes extremes = {0};
-    double before = energy_of(&fixture);
+    double before = fixture_energy(&fixture);
     bool more = true;
     *growth = 0.0;
     for (int tick = 1; tick < 20000 && more; tick++) {
         double part = 0.0;
         fixture_run(&fixture, 1);
         for (int i = 0; i < count; i++)
-            part +=
-                model_of(&fixture)->mass[i] * vec3_dot(shape[i], vec3_sub(fixture.x[i], rest[i]));
+            part += fixture_model(&fixture)->mass[i] *
+                    vec3_dot(shape[i], vec3_sub(fixture.x[i], rest[i]));
         more = add_sample(&extremes, part);
-        const double now = energy_of(&fixture);
+        const double now = fixture_energy(&fixture);
         *growth = fmax(*growth, now / before);
         before = now;
     }
@@ -314,7 +289,7 @@ static void throw_body(Fixture *fixture, double speed)
     for (int i = 0; i < fixture->mesh.node_count; i++)
         v[i] = vec3_madd(vec3_cross(vec3(SPIN[0], SPIN[1], SPIN[2]), fixture->x[i]), speed,
                          random_vec3(&random));
-    write_rows(fixture, fixture->x, v);
+    fixture_write(fixture, fixture->x, v);
     fixture_read(fixture);
 }
 
@@ -322,7 +297,7 @@ static void sum_up(const Fixture *fixture, Vec3 *linear, Vec3 *angular)
 {
     *linear = *angular = vec3(0.0, 0.0, 0.0);
     for (int i = 0; i < fixture->mesh.node_count; i++) {
-        const Vec3 p = vec3_scale(model_of(fixture)->mass[i], fixture->v[i]);
+        const Vec3 p = vec3_scale(fixture_model(fixture)->mass[i], fixture->v[i]);
         *linear = vec3_add(*linear, p);
         *angular = vec3_add(*angular, vec3_cross(fixture->x[i], p));
     }
@@ -344,7 +319,7 @@ static void a_free_body_keeps_its_momentum(void **state)
             throw_body(&fixture, 0.2);
             Vec3 linear[2], angular[2];
             sum_up(&fixture, &linear[0], &angular[0]);
-            const double before = energy_of(&fixture);
+            const double before = fixture_energy(&fixture);
             fixture_run(&fixture, EFFORT(500));
             sum_up(&fixture, &linear[1], &angular[1]);
             const double scale = vec3_length(angular[0]),
@@ -352,12 +327,12 @@ static void a_free_body_keeps_its_momentum(void **state)
                          l = vec3_length(vec3_sub(angular[1], angular[0])) / scale;
             const bool single = precision == PRECISION_SINGLE;
             print_message("%s: momentum off by %.2g, angular by %.2g, %.3f of the energy left\n",
-                          single ? "single" : "double", p, l, energy_of(&fixture) / before);
+                          single ? "single" : "double", p, l, fixture_energy(&fixture) / before);
             // Rounding; in single precision of each of 500 kicks.
             expect_at_most(p, single ? 1e-5 : 1e-11);
             expect_at_most(l, single ? 1e-3 : 1e-10);
-            assert_true(energy_of(&fixture) < 0.9 * before);
-            each_spring(model_of(&fixture), expect_alike, NULL);
+            assert_true(fixture_energy(&fixture) < 0.9 * before);
+            each_spring(fixture_model(&fixture), expect_alike, NULL);
             fixture_destroy(&fixture);
         }
 }
@@ -388,12 +363,12 @@ static void energy_never_grows(void **state)
                 x[i] = vec3_madd(vec3(by.x * at.x, by.y * at.y, by.z * at.z), 1e-3,
                                  random_vec3(&random));
             }
-            write_rows(&fixture, x, zero);
-            double before = energy_of(&fixture);
+            fixture_write(&fixture, x, zero);
+            double before = fixture_energy(&fixture);
             const double first = before;
             for (int tick = 0; tick < EFFORT(400); tick++) {
                 fixture_run(&fixture, 1);
-                const double now = energy_of(&fixture);
+                const double now = fixture_energy(&fixture);
                 most = fmax(most, (now - before) / first);
                 before = now;
             }
@@ -454,7 +429,7 @@ static void restores_dashpots(void **state)
     set_branches(&options.material, 2, TWO);
     Fixture fixture;
     fixture_create_sphere(&fixture, &options);
-    SurfaceModel *model = model_of(&fixture);
+    SurfaceModel *model = fixture_model(&fixture);
     const BodyOps *ops = fixture.body->ops;
     throw_body(&fixture, 0.2);
     fixture_run(&fixture, 20);
@@ -465,7 +440,7 @@ static void restores_dashpots(void **state)
     ops->abandon(model);
     assert_true(state_hash(&fixture.state) == before);
     ops->restore(model, RESTORE_SHAPE);
-    expect_near(measure(&fixture).elastic, 0.0, 1e-20);
+    expect_near(fixture_measure(&fixture).elastic, 0.0, 1e-20);
     assert_true(ops->check(model));
     ((double *)model->relaxation->strain[model->relaxation->current])[7] = (double)NAN;
     assert_false(ops->check(model));

@@ -12,31 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static SurfaceModel *model_of(const Fixture *fixture)
-{
-    return fixture->body->model;
-}
-
-static void write_rows(Fixture *fixture, const Vec3 *x, const Vec3 *v)
-{
-    SurfaceModel *model = model_of(fixture);
-    for (int i = 0; i < fixture->mesh.node_count; i++)
-        rows_write(&model->basis, model->rows[model->current], model->slot[i], x[i], v[i]);
-}
-
-static BodyMeasure measure(const Fixture *fixture)
-{
-    BodyMeasure measure;
-    fixture->body->ops->measure(fixture->body->model, &measure);
-    return measure;
-}
-
-static double energy_of(const Fixture *fixture)
-{
-    const BodyMeasure now = measure(fixture);
-    return now.kinetic + now.elastic;
-}
-
 // ---------------------------------------------------------------------------------------------
 // A strip
 
@@ -79,12 +54,12 @@ static double stress_of(const FixtureOptions *like, double strain)
     fixture_read(&fixture);
     for (int i = 0; i < STRIP; i++)
         x[i] = vec3(along * fixture.x[i].x, (i / COLUMNS) * EDGE * tall, 0.0);
-    write_rows(&fixture, x, zero);
+    fixture_write(&fixture, x, zero);
     fixture_run(&fixture, 1);
     double pull = 0.0;
     for (int i = 0; i < STRIP; i++)
         if (i % COLUMNS > COLUMNS / 2)
-            pull -= model_of(&fixture)->mass[i] * fixture.v[i].x / h;
+            pull -= fixture_model(&fixture)->mass[i] * fixture.v[i].x / h;
     fixture_destroy(&fixture);
     return pull / ((ROWS - 1) * EDGE * sqrt(0.75));
 }
@@ -158,15 +133,15 @@ static void forces_are_the_gradient_of_the_energy(void **state)
         for (int side = 0; side < 2; side++) {
             for (int i = 0; i < count; i++)
                 moved[i] = vec3_madd(x[i], side == 0 ? -step : step, d[i]);
-            write_rows(&fixture, moved, zero);
-            energy[side] = measure(&fixture).elastic;
+            fixture_write(&fixture, moved, zero);
+            energy[side] = fixture_measure(&fixture).elastic;
         }
-        write_rows(&fixture, x, zero);
+        fixture_write(&fixture, x, zero);
         fixture_run(&fixture, 1);
         double slope = 0.0, size = 0.0;
         Vec3 sum = {0.0, 0.0, 0.0}, moment = {0.0, 0.0, 0.0};
         for (int i = 0; i < count; i++) {
-            const Vec3 f = vec3_scale(model_of(&fixture)->mass[i] / h, fixture.v[i]);
+            const Vec3 f = vec3_scale(fixture_model(&fixture)->mass[i] / h, fixture.v[i]);
             slope -= vec3_dot(f, d[i]);
             size += vec3_length(f);
             sum = vec3_add(sum, f);
@@ -203,12 +178,12 @@ static void stretched_bodies_come_back(void **state)
         for (int i = 0; i < fixture.mesh.node_count; i++)
             x[i] = vec3_madd(vec3(1.6 * fixture.x[i].x, fixture.x[i].y, 0.8 * fixture.x[i].z), 1e-3,
                              random_vec3(&random));
-        write_rows(&fixture, x, zero);
-        const double first = energy_of(&fixture);
+        fixture_write(&fixture, x, zero);
+        const double first = fixture_energy(&fixture);
         double before = first, most = 0.0, grows = 0.0;
         for (int tick = 0; tick < 300; tick++) {
             fixture_run(&fixture, 1);
-            const double now = energy_of(&fixture);
+            const double now = fixture_energy(&fixture);
             most = fmax(most, now / first);
             grows = fmax(grows, (now - before) / first);
             before = now;
@@ -243,12 +218,12 @@ static void a_free_body_keeps_its_momentum(void **state)
         for (int i = 0; i < fixture.mesh.node_count; i++)
             v[i] = vec3_madd(vec3_cross(vec3(2.0, -4.0, 8.0), fixture.x[i]), 0.2,
                              random_vec3(&random));
-        write_rows(&fixture, fixture.x, v);
+        fixture_write(&fixture, fixture.x, v);
         for (int side = 0; side < 2; side++) {
             fixture_run(&fixture, side * EFFORT(500));
             linear[side] = angular[side] = vec3(0.0, 0.0, 0.0);
             for (int i = 0; i < fixture.mesh.node_count; i++) {
-                const Vec3 p = vec3_scale(model_of(&fixture)->mass[i], fixture.v[i]);
+                const Vec3 p = vec3_scale(fixture_model(&fixture)->mass[i], fixture.v[i]);
                 linear[side] = vec3_add(linear[side], p);
                 angular[side] = vec3_add(angular[side], vec3_cross(fixture.x[i], p));
             }
@@ -310,11 +285,11 @@ static void the_bound_follows_the_cap(void **state)
         lambda[k] = fixture.body->lambda;
         if (k == 1) {
             const double r =
-                model_get(model_of(&fixture), model_of(&fixture)->springs.rest_length, 0);
-            expect_near(law_spring(model_of(&fixture), 0, 0.05 * r, 0.0).tangent, 1.5 * exp(0.25),
-                        1e-12);
-            expect_near(law_spring(model_of(&fixture), 0, r, 0.0).tangent, 10.0, 1e-12);
-            expect_near(law_spring(model_of(&fixture), 0, -0.5 * r, 0.0).tangent, 1.0, 1e-12);
+                model_get(fixture_model(&fixture), fixture_model(&fixture)->springs.rest_length, 0);
+            expect_near(law_spring(fixture_model(&fixture), 0, 0.05 * r, 0.0).tangent,
+                        1.5 * exp(0.25), 1e-12);
+            expect_near(law_spring(fixture_model(&fixture), 0, r, 0.0).tangent, 10.0, 1e-12);
+            expect_near(law_spring(fixture_model(&fixture), 0, -0.5 * r, 0.0).tangent, 1.0, 1e-12);
         }
         fixture_destroy(&fixture);
     }

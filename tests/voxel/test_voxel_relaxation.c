@@ -275,14 +275,7 @@ static void make_free(VoxelWorld *world, Precision precision, bool cuttable)
     options.body.damping = 0.0;
     set_branches(&options.body, 2, BRANCHES);
     voxel_world_create(world, &options);
-    voxel_world_read(world);
-    uint64_t random = 21;
-    for (int i = 0; i < world->count; i++) {
-        world->v[i] = vec3_cross(vec3(2.0, -4.0, 8.0), world->x[i]);
-        world->v[i] = vec3_madd(world->v[i], 0.5, random_vec3(&random));
-    }
-    voxel_world_write(world, world->x, world->v);
-    voxel_world_read(world);
+    voxel_world_throw(world);
 }
 
 static void a_free_body_keeps_its_momentum(void **state)

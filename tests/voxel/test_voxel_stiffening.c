@@ -224,14 +224,7 @@ static void make_free(VoxelWorld *world, Precision precision, bool cuttable, boo
     options.body.branch_count = relaxes ? 2 : 0;
     memcpy(options.body.branch, BRANCHES, sizeof BRANCHES);
     voxel_world_create(world, &options);
-    voxel_world_read(world);
-    uint64_t random = 21;
-    for (int i = 0; i < world->count; i++) {
-        world->v[i] = vec3_cross(vec3(2.0, -4.0, 8.0), world->x[i]);
-        world->v[i] = vec3_madd(world->v[i], 0.5, random_vec3(&random));
-    }
-    voxel_world_write(world, world->x, world->v);
-    voxel_world_read(world);
+    voxel_world_throw(world);
 }
 
 // Rounding of some thousand substeps, a few per cent beyond the strain of the law.

@@ -1,5 +1,7 @@
 #include "voxel_world.h"
 
+#include "random.h"
+
 #include "base/check.h"
 #include "voxel/model.h"
 
@@ -139,6 +141,18 @@ void voxel_world_write(VoxelWorld *world, const Vec3 *x, const Vec3 *v)
     for (int i = 0; i < world->count; i++)
         rows_write(&model->vertices.rows, model->vertices.row[model->vertices.current], i, x[i],
                    v[i]);
+}
+
+void voxel_world_throw(VoxelWorld *world)
+{
+    voxel_world_read(world);
+    uint64_t random = 21;
+    for (int i = 0; i < world->count; i++) {
+        world->v[i] = vec3_cross(vec3(2.0, -4.0, 8.0), world->x[i]);
+        world->v[i] = vec3_madd(world->v[i], 0.5, random_vec3(&random));
+    }
+    voxel_world_write(world, world->x, world->v);
+    voxel_world_read(world);
 }
 
 void voxel_world_momentum(const VoxelWorld *world, Vec3 *linear, Vec3 *angular)

@@ -47,6 +47,8 @@ void voxel_world_run(VoxelWorld *world, double seconds);
 void voxel_world_read(VoxelWorld *world);
 // Replaces the state of all vertices.
 void voxel_world_write(VoxelWorld *world, const Vec3 *x, const Vec3 *v);
+// Lets it spin, each vertex with a random velocity besides; reads the state.
+void voxel_world_throw(VoxelWorld *world);
 // True if a point is outside of the body as it is now, by the solid angle of its faces (van
 // Oosterom and Strackee 1983, eq. 8).
 bool voxel_world_is_outside(const VoxelWorld *world, Vec3 point);
