@@ -1,0 +1,271 @@
+// Frames of bodies: assembles positions and meshes, and hands both out together, when they belong
+// together. A frame is never changed, so that it can be kept; frames of one topology share the
+// mesh.
+#include "kit.h"
+
+#include "wire.h"
+
+#include "pliant_walls_t.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// --- meshes --------------------------------------------------------------------------------------
+
+static void *copy(const void *from, size_t bytes)
+{
+    void *memory = malloc(bytes > 0 ? bytes : 1);
+    if (!memory)
+        abort(); // the sizes are bounded: the machine itself is out of memory
+    if (bytes > 0)
+        memcpy(memory, from, bytes);
+    return memory;
+}
+
+static bool same(const void *a, const void *b, size_t bytes)
+{
+    return bytes == 0 || memcmp(a, b, bytes) == 0;
+}
+
+static KitMesh *mesh_copy(const MeshFrame *from)
+{
+    const size_t nodes = (size_t)from->node_count, ids = nodes * sizeof(int32_t);
+    KitMesh *mesh = copy(&(const KitMesh){.topology = from->topology,
+                                          .node_count = from->node_count,
+                                          .triangle_count = from->triangle_count},
+                         sizeof *mesh);
+    atomic_init(&mesh->uses, 1);
+    mesh->triangle = copy(from->triangle, 3 * (size_t)from->triangle_count * sizeof(int32_t));
+    mesh->id = copy(from->id, ids);
+    mesh->origin = copy(from->origin, ids);
+    mesh->parent = copy(from->parent, 2 * ids);
+    mesh->piece = copy(from->piece, ids);
+    mesh->level = copy(from->level, nodes);
+    return mesh;
+}
+
+static void mesh_release(KitMesh *mesh)
+{
+    if (!mesh || atomic_fetch_sub(&mesh->uses, 1) > 1)
+        return;
+    free(mesh->triangle);
+    free(mesh->id);
+    free(mesh->origin);
+    free(mesh->parent);
+    free(mesh->piece);
+    free(mesh->level);
+    free(mesh);
+}
+
+// True if the copy is the mesh; a restarted server gives the numbers of topologies again.
+static bool mesh_is(const KitMesh *mesh, const MeshFrame *frame)
+{
+    const size_t nodes = (size_t)frame->node_count, ids = nodes * sizeof(int32_t);
+    return mesh && mesh->topology == frame->topology && mesh->node_count == frame->node_count &&
+           mesh->triangle_count == frame->triangle_count &&
+           same(mesh->triangle, frame->triangle,
+                3 * (size_t)frame->triangle_count * sizeof(int32_t)) &&
+           same(mesh->id, frame->id, ids) && same(mesh->origin, frame->origin, ids) &&
+           same(mesh->parent, frame->parent, 2 * ids) && same(mesh->piece, frame->piece, ids) &&
+           same(mesh->level, frame->level, nodes);
+}
+
+// --- frames --------------------------------------------------------------------------------------
+
+typedef struct Frame {
+    PliantBody body; // first: the public part
+    atomic_int uses;
+    KitMesh *mesh;
+    char name[CLIENT_CHANNEL_MAX];
+} Frame;
+
+const PliantBody *pliant_body_keep(const PliantBody *body)
+{
+    Frame *frame = (Frame *)(uintptr_t)body;
+    atomic_fetch_add(&frame->uses, 1);
+    return body;
+}
+
+void pliant_body_release(const PliantBody *body)
+{
+    Frame *frame = (Frame *)(uintptr_t)body;
+    if (!frame || atomic_fetch_sub(&frame->uses, 1) > 1)
+        return;
+    mesh_release(frame->mesh);
+    free((void *)(uintptr_t)frame->body.position);
+    free(frame);
+}
+
+// Makes a frame of the positions, which it takes over, and the mesh.
+static void frame_make(KitBody *body)
+{
+    const KitMesh *mesh = body->shared;
+    NodesFrame *nodes = &body->nodes;
+    Frame *frame = copy(&(const Frame){0}, sizeof *frame);
+    atomic_init(&frame->uses, 1);
+    atomic_fetch_add(&body->shared->uses, 1);
+    frame->mesh = body->shared;
+    memcpy(frame->name, body->name, sizeof frame->name);
+    frame->body = (PliantBody){.name = frame->name,
+                               .count = ++body->count,
+                               .step = nodes->step,
+                               .time = nodes->time,
+                               .utime = nodes->utime,
+                               .topology = nodes->topology,
+                               .node_count = nodes->node_count,
+                               .triangle_count = mesh->triangle_count,
+                               .position = nodes->position,
+                               .triangle = mesh->triangle,
+                               .id = mesh->id,
+                               .origin = mesh->origin,
+                               .parent = mesh->parent,
+                               .piece = mesh->piece,
+                               .level = mesh->level,
+                               .first_wall = body->first_wall};
+    nodes->position = NULL; // the next frame gets memory of its own
+    pliant_body_release(body->newest);
+    body->newest = &frame->body;
+}
+
+// Hands the newest positions out if they are complete and the mesh is theirs.
+static void frame_try(PliantClient *kit, KitBody *body)
+{
+    const NodesFrame *nodes = &body->nodes;
+    const MeshFrame *mesh = &body->mesh;
+    if (!nodes->whole || !nodes->position)
+        return;
+    if (!mesh->whole || mesh->topology != nodes->topology ||
+        mesh->node_count != nodes->node_count) {
+        kit->wants_mesh = true;
+        return;
+    }
+    if (!mesh_is(body->shared, mesh)) {
+        mesh_release(body->shared);
+        body->shared = mesh_copy(mesh);
+    }
+    frame_make(body);
+}
+
+// --- messages ------------------------------------------------------------------------------------
+
+static KitBody *find(const PliantClient *kit, const char *name)
+{
+    for (int i = 0; i < kit->bodies; i++) {
+        if (strcmp(kit->body[i]->name, name) == 0)
+            return kit->body[i];
+    }
+    return NULL;
+}
+
+// Returns the entry of a body, made if it is new; NULL: no name, or there is room for no more.
+static KitBody *add(PliantClient *kit, const char *name)
+{
+    KitBody *body = name ? find(kit, name) : NULL;
+    if (body || !name || kit->bodies == KIT_BODIES || strlen(name) >= sizeof body->name)
+        return body;
+    body = copy(&(const KitBody){0}, sizeof *body);
+    strcpy(body->name, name);
+    kit->body[kit->bodies++] = body;
+    return body;
+}
+
+static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    PliantClient *kit = user;
+    KitBody *body = add(kit, client_body_of(&kit->client, "NODES", channel));
+    if (body && nodes_frame_add(&body->nodes, buffer->data, buffer->data_size) == FRAMES_WHOLE)
+        frame_try(kit, body);
+}
+
+static void take_mesh(PliantClient *kit, KitBody *body, FramesResult result)
+{
+    kit->wants_mesh |= result == FRAMES_MISSED;
+    if (result == FRAMES_WHOLE)
+        frame_try(kit, body);
+}
+
+// Channels of meshes and deltas begin alike.
+static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    PliantClient *kit = user;
+    const char *name = client_body_of(&kit->client, "MESH_DELTA", channel);
+    const bool is_delta = name != NULL;
+    KitBody *body = add(kit, is_delta ? name : client_body_of(&kit->client, "MESH", channel));
+    if (!body)
+        return;
+    if (!is_delta)
+        kit->mesh_ns = client_now_ns();
+    take_mesh(kit, body,
+              is_delta ? mesh_frame_add_delta(&body->mesh, buffer->data, buffer->data_size)
+                       : mesh_frame_add(&body->mesh, buffer->data, buffer->data_size));
+}
+
+static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    PliantClient *kit = user;
+    KitBody *body = add(kit, client_body_of(&kit->client, "WALLS", channel));
+    pliant_walls_t walls;
+    if (body && wire_check(&WIRE_WALLS, buffer->data, buffer->data_size) &&
+        pliant_walls_t_decode(buffer->data, 0, (int)buffer->data_size, &walls) >= 0 &&
+        walls.first_wall >= 0)
+        body->first_wall = walls.first_wall;
+}
+
+bool kit_bodies_subscribe(PliantClient *kit)
+{
+    enum { QUEUE = 1000 };
+    return client_subscribe(&kit->client, "NODES", ".+", QUEUE, on_nodes, kit) &&
+           client_subscribe(&kit->client, "MESH", ".+", QUEUE, on_mesh, kit) &&
+           client_subscribe(&kit->client, "WALLS", ".+", QUEUE, on_walls, kit);
+}
+
+void kit_bodies_destroy(PliantClient *kit)
+{
+    for (int i = 0; i < kit->bodies; i++) {
+        KitBody *body = kit->body[i];
+        nodes_frame_destroy(&body->nodes);
+        mesh_frame_destroy(&body->mesh);
+        mesh_release(body->shared);
+        pliant_body_release(body->newest);
+        free(body);
+    }
+    kit->bodies = 0;
+}
+
+// --- what is there -------------------------------------------------------------------------------
+
+int pliant_body_count(const PliantClient *kit)
+{
+    int count = 0;
+    for (int i = 0; i < kit->bodies; i++)
+        count += kit->body[i]->newest != NULL;
+    return count;
+}
+
+const char *pliant_body_name(const PliantClient *kit, int k)
+{
+    for (int i = 0; i < kit->bodies; i++) {
+        if (kit->body[i]->newest && k-- == 0)
+            return kit->body[i]->name;
+    }
+    return NULL;
+}
+
+const PliantBody *pliant_body(const PliantClient *kit, const char *name)
+{
+    const KitBody *body = find(kit, name);
+    return body ? body->newest : NULL;
+}
+
+const PliantBody *pliant_wait_body(PliantClient *kit, const char *name, double seconds)
+{
+    char what[CLIENT_CHANNEL_MAX + 32];
+    snprintf(what, sizeof what, "frame of body '%.63s'", name);
+    KitBody *body = add(kit, name);
+    if (!body) {
+        client_fail(&kit->error, "body '%.63s': names are shorter, and bodies at most %d", name,
+                    KIT_BODIES);
+        return NULL;
+    }
+    return kit_wait_for(kit, what, seconds, &body->count) ? body->newest : NULL;
+}
