@@ -1,0 +1,402 @@
+// The haptic loop of libpliant-client against tissue at the other end of a network that delays and
+// loses messages: the work that a hand gets back. A loop that holds the last force is the
+// comparison: it must be active, or the test would show nothing.
+#include "expect.h"
+
+#include "pliant/client.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const double PI = 3.14159265358979323846;
+static const double TICK = 1e-3, MOST = 10.0; // [s], [N] of the device
+enum { WAITING = 256 };                       // messages in transit, more than 50 ms of them
+
+// --- the network and the tissue ------------------------------------------------------------------
+
+typedef struct Link {
+    double delay, loss; // each way [s], share
+    double due[WAITING];
+    PliantContact message[WAITING]; // poses use `position` alone
+    unsigned first, end;
+    uint64_t random;
+} Link;
+
+// Upper bits of Knuth's linear congruential generator, in [0, 1).
+static double share(uint64_t *random)
+{
+    *random = *random * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (double)(*random >> 11) * 0x1p-53;
+}
+
+static void link_send(Link *link, const PliantContact *message, double now)
+{
+    if (share(&link->random) < link->loss)
+        return;
+    assert_true(link->end - link->first < WAITING);
+    link->message[link->end % WAITING] = *message;
+    link->due[link->end++ % WAITING] = now + link->delay;
+}
+
+// Half a tick of tolerance: times are multiples of ticks only up to rounding.
+static bool link_take(Link *link, PliantContact *message, double now)
+{
+    if (link->first == link->end || link->due[link->first % WAITING] > now + 0.5 * TICK)
+        return false;
+    *message = link->message[link->first++ % WAITING];
+    return true;
+}
+
+// Tissue below z = 0: it pushes back with stiffness d^power, plus damping while it is pressed.
+typedef struct Tissue {
+    double stiffness, power; // [N/m^power]
+    double damping;          // [N s/m]
+    double error;            // the published stiffness is the true one times 1 + this
+    double depth;            // [m]
+    double surface;          // where the tissue begins, if it moves [m]
+} Tissue;
+
+static PliantContact answer(Tissue *tissue, const PliantContact *pose, double time)
+{
+    PliantContact contact = {.tool = 1, .time = time, .valid = 0.1, .normal = {0.0, 0.0, 1.0}};
+    memcpy(contact.position, pose->position, sizeof contact.position);
+    const double depth = tissue->surface - pose->position[2];
+    const double speed = (depth - tissue->depth) / TICK;
+    tissue->depth = depth;
+    contact.contact = depth > 0.0;
+    if (!contact.contact)
+        return contact;
+    const double elastic = tissue->stiffness * pow(depth, tissue->power);
+    contact.force[2] = fmax(0.0, elastic + tissue->damping * speed);
+    contact.stiffness[2][2] = (1.0 + tissue->error) * tissue->power * elastic / depth;
+    contact.damping = tissue->damping;
+    return contact;
+}
+
+// --- loops ---------------------------------------------------------------------------------------
+
+typedef enum Loop { HOLD, PLANE, GUARDED } Loop; // the last force; the plane; with its guard
+
+typedef struct Run {
+    Loop loop;
+    Tissue tissue;
+    Link to, back;
+    PliantHaptic *haptic;
+    PliantContact last;
+    double position[3], velocity[3], force[3];
+    double given;      // net work of the device on the hand [J]
+    double most_given; // largest at any time [J]
+    double put_in;     // work of the hand on the device while it pushed [J]
+    double bound;      // what the guard may have missed [J]
+    double peak;       // largest force [N]
+    double travel;     // largest distance from the start [m]
+} Run;
+
+static void run_begin(Run *run, Loop loop, const Tissue *tissue, double delay, double loss)
+{
+    *run = (Run){.loop = loop, .tissue = *tissue};
+    run->to = (Link){.delay = delay, .loss = loss, .random = 1};
+    run->back = (Link){.delay = delay, .loss = loss, .random = 2};
+    run->haptic = pliant_haptic_create(MOST, loop == GUARDED);
+    assert_non_null(run->haptic);
+}
+
+static void show(Run *run, double now)
+{
+    const PliantContact *last = &run->last;
+    if (run->loop != HOLD)
+        pliant_haptic_force(run->haptic, run->position, run->velocity, now, run->force);
+    else if (last->contact && now <= last->received + last->valid)
+        memcpy(run->force, last->force, sizeof run->force);
+    else
+        memset(run->force, 0, sizeof run->force);
+}
+
+// One tick of device and tissue at `now`; then the hand goes to `next`.
+static void tick(Run *run, double now, const double next[3], const double next_velocity[3])
+{
+    PliantContact message = {0};
+    memcpy(message.position, run->position, sizeof message.position);
+    link_send(&run->to, &message, now);
+    // The tissue answers the newest pose that has arrived, if any.
+    bool any = false;
+    PliantContact pose;
+    while (link_take(&run->to, &pose, now))
+        any = true, message = pose;
+    if (any) {
+        const PliantContact contact = answer(&run->tissue, &message, now);
+        link_send(&run->back, &contact, now);
+    }
+    while (link_take(&run->back, &run->last, now)) {
+        run->last.received = now;
+        pliant_haptic_take(run->haptic, &run->last);
+    }
+    show(run, now);
+    // The device holds its force until the next tick: this is its work, exactly.
+    double work = 0.0, missed = 0.0, size = 0.0;
+    for (int k = 0; k < 3; k++) {
+        const double way = next[k] - run->position[k];
+        work += run->force[k] * way;
+        missed += (way - run->velocity[k] * TICK) * (way - run->velocity[k] * TICK);
+        size += run->force[k] * run->force[k];
+    }
+    run->given += work;
+    run->put_in += fmax(0.0, -work);
+    run->bound += sqrt(size) * sqrt(missed);
+    run->most_given = fmax(run->most_given, run->given);
+    run->peak = fmax(run->peak, sqrt(size));
+    run->travel = fmax(run->travel, fabs(next[2]));
+    memcpy(run->position, next, sizeof run->position);
+    memcpy(run->velocity, next_velocity, sizeof run->velocity);
+}
+
+enum { CYCLES = 20 };
+
+// A hand that moves as a sine in and out of the tissue, whatever it feels: whole cycles, so that
+// only what the loop generates or dissipates is left.
+static Run press(Loop loop, const Tissue *tissue, double delay, double loss)
+{
+    static Run run;
+    const double hz = 2.0, half = 0.004, w = 2.0 * PI * hz;
+    run_begin(&run, loop, tissue, delay, loss);
+    for (int k = 0; k < (int)lround(CYCLES / hz / TICK); k++) {
+        // From 1 mm above the tissue to 7 mm below its surface.
+        const double t = (k + 1) * TICK;
+        const double next[3] = {0.0, 0.0, 0.001 - half * (1.0 - cos(w * t))};
+        const double velocity[3] = {0.0, 0.0, -half * w * sin(w * t)};
+        if (k == 0)
+            run.position[2] = 0.001;
+        tick(&run, k * TICK, next, velocity);
+    }
+    pliant_haptic_destroy(run.haptic);
+    return run;
+}
+
+// Arm and hand that push with a steady force for 20 s: 0.3 kg, 1 N s/m of their own. An active loop
+// shakes them ever harder.
+static Run hold(Loop loop, const Tissue *tissue, double delay, double loss)
+{
+    static Run run;
+    const double mass = 0.3, damping = 1.0, push = -0.5;
+    run_begin(&run, loop, tissue, delay, loss);
+    for (int k = 0; k < 20000; k++) {
+        double next[3], velocity[3];
+        for (int i = 0; i < 3; i++) {
+            const double force = run.force[i] + (i == 2 ? push : 0.0);
+            velocity[i] = (run.velocity[i] + force / mass * TICK) / (1.0 + damping / mass * TICK);
+            next[i] = run.position[i] + velocity[i] * TICK;
+        }
+        tick(&run, k * TICK, next, velocity);
+    }
+    pliant_haptic_destroy(run.haptic);
+    return run;
+}
+
+static const Tissue SPRING = {.stiffness = 200.0, .power = 1.0};
+static const double DELAYS[] = {0.0, 0.005, 0.02, 0.05}; // one way
+static const double LOSSES[] = {0.0, 0.01, 0.1};
+
+// --- claims --------------------------------------------------------------------------------------
+
+// Late by T a spring is a spring with a damper -k sin(wT)/w: over a cycle of amplitude a the hand
+// gets pi k sin(wT) a^2, less while it is outside.
+static void held_force_is_active_when_it_is_late(void **state)
+{
+    (void)state;
+    for (int d = 1; d < 4; d++) {
+        const Run run = press(HOLD, &SPRING, DELAYS[d], 0.01);
+        print_message("held, %2.0f ms: %+.1f %% of the work put in\n", 1e3 * DELAYS[d],
+                      1e2 * run.given / run.put_in);
+        // 2 T w of the work, T = 2 delays: 25 % at 5 ms; half of that as a margin.
+        expect_at_least(run.given / run.put_in, 0.1);
+    }
+    // A free hand that pushes on it is thrown off: without the loop's work it would go 5 mm.
+    const Run run = hold(HOLD, &SPRING, 0.02, 0.0);
+    print_message("a hand of 0.3 kg on it: %.1f mm, %.2f J\n", 1e3 * run.travel, run.given);
+    expect_at_least(run.given, 0.01);
+}
+
+static void guarded_loop_never_gives_more_than_it_got(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        Tissue tissue;
+    } KINDS[] = {
+        {"spring", {.stiffness = 200.0, .power = 1.0}},
+        {"Hertz", {.stiffness = 3000.0, .power = 1.5}},
+        {"hardening", {.stiffness = 30000.0, .power = 2.0}},
+        {"damped", {.stiffness = 200.0, .power = 1.0, .damping = 2.0}},
+        {"too stiff", {.stiffness = 200.0, .power = 1.0, .error = 0.5}},
+        {"too soft", {.stiffness = 200.0, .power = 1.0, .error = -0.5}},
+        {"unknown", {.stiffness = 200.0, .power = 1.0, .error = -1.0}},
+    };
+    for (size_t i = 0; i < sizeof KINDS / sizeof *KINDS; i++) {
+        double worst = -1.0, plane = -1.0, leak = 0.0;
+        for (int d = 0; d < 4; d++) {
+            for (int l = 0; l < 3; l++) {
+                const Run run = press(GUARDED, &KINDS[i].tissue, DELAYS[d], LOSSES[l]);
+                // The documented bound, from the run itself, and rounding.
+                expect_at_most(run.most_given, run.bound + 1e-12);
+                // Whole cycles: the hand pays, up to the bound, which is a thousandth of the work.
+                expect_at_most(run.given, 1e-3 * run.put_in);
+                // It is felt: on the way in nothing is withheld, so that only what is late is
+                // missing. The plane of a linear spring is exact.
+                if (i == 0)
+                    expect_near(run.peak, 200.0 * 0.007, 1e-9);
+                worst = fmax(worst, run.given / run.put_in);
+                leak = fmax(leak, run.most_given);
+                const Run bare = press(PLANE, &KINDS[i].tissue, DELAYS[d], LOSSES[l]);
+                plane = fmax(plane, bare.given / bare.put_in);
+            }
+        }
+        print_message("%-10s given of the work put in: guarded %+6.2f %%, plane alone %+6.2f %%; "
+                      "at most %.1e J at any time\n",
+                      KINDS[i].name, 1e2 * worst, 1e2 * plane, leak);
+    }
+}
+
+static void hand_is_calm_on_the_guarded_loop(void **state)
+{
+    (void)state;
+    for (int d = 0; d < 4; d++) {
+        for (int l = 0; l < 3; l++) {
+            const Run run = hold(GUARDED, &SPRING, DELAYS[d], LOSSES[l]);
+            expect_at_most(run.most_given, run.bound + 1e-12);
+            // The push alone would press 2.5 mm; falling onto the spring at once, twice that.
+            expect_at_most(run.travel, 0.02);
+            // What moves is 4 uJ, of the push's 1 mJ: late contacts lift the hand a little again
+            // and again.
+            expect_at_most(fabs(run.velocity[2]), 5e-3);
+        }
+    }
+}
+
+// Without delay the guard changes nothing that a hand could feel: the force is that of the plane,
+// but for what the device's own ticks would give (1.3 % of the work), at the end of the way out.
+static void guard_is_not_felt_where_nothing_is_late(void **state)
+{
+    (void)state;
+    static Run a, b;
+    a = press(PLANE, &SPRING, 0.0, 0.0);
+    b = press(GUARDED, &SPRING, 0.0, 0.0);
+    expect_near(b.peak, a.peak, 1e-12);
+    expect_near(b.put_in, a.put_in, 0.02 * a.put_in);
+    expect_at_least(b.given / b.put_in, -0.02);
+}
+
+static void guard_gives_the_work_of_a_moving_body_to_nobody(void **state)
+{
+    (void)state;
+    static Run run;
+    Tissue heart = SPRING;
+    run_begin(&run, GUARDED, &heart, 0.005, 0.0);
+    // A resting hand that yields a little: 0.3 kg on a spring of 100 N/m, under tissue that beats.
+    double next[3] = {0.0, 0.0, 0.0}, velocity[3] = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 5000; k++) {
+        run.tissue.surface = 0.005 * sin(2.0 * PI * 1.2 * k * TICK);
+        velocity[2] += (run.force[2] - 100.0 * run.position[2] - 2.0 * velocity[2]) / 0.3 * TICK;
+        next[2] = run.position[2] + velocity[2] * TICK;
+        tick(&run, k * TICK, next, velocity);
+    }
+    expect_at_most(run.most_given, run.bound + 1e-12);
+    pliant_haptic_destroy(run.haptic);
+}
+
+static void force_ends_with_its_validity_and_at_the_limit(void **state)
+{
+    (void)state;
+    PliantHaptic *haptic = pliant_haptic_create(3.0, false);
+    PliantContact contact = {.contact = true,
+                             .received = 10.0,
+                             .valid = 0.02,
+                             .force = {0.0, 0.0, 1.0},
+                             .normal = {0.0, 0.0, 1.0},
+                             .stiffness = {{0}, {0}, {0.0, 0.0, 100.0}}};
+    double at[3] = {0.0, 0.0, -0.01}, force[3];
+    pliant_haptic_force(haptic, at, NULL, 9.9, force);
+    expect_near(force[2], 0.0, 0.0); // nothing was heard
+    pliant_haptic_take(haptic, &contact);
+    pliant_haptic_force(haptic, at, NULL, 10.019, force);
+    expect_near(force[2], 2.0, 1e-12); // 1 N, and 10 mm of 100 N/m
+    at[2] = -1.0;
+    pliant_haptic_force(haptic, at, NULL, 10.02, force);
+    expect_near(force[2], 3.0, 1e-12);
+    at[2] = 0.02;
+    pliant_haptic_force(haptic, at, NULL, 10.02, force);
+    expect_near(force[2], 0.0, 1e-12); // never inwards
+    at[2] = -0.01;
+    pliant_haptic_force(haptic, at, NULL, 10.021, force);
+    expect_near(force[2], 0.0, 0.0);
+    // An older contact does not come back.
+    contact.received = 9.0;
+    contact.valid = 100.0;
+    pliant_haptic_take(haptic, &contact);
+    pliant_haptic_force(haptic, at, NULL, 10.021, force);
+    expect_near(force[2], 0.0, 0.0);
+    pliant_haptic_destroy(haptic);
+}
+
+// The damping that a contact reports acts on the difference of the velocities alone: what was felt
+// at the contact is in its force.
+static void damping_acts_on_the_change_of_velocity(void **state)
+{
+    (void)state;
+    PliantHaptic *haptic = pliant_haptic_create(10.0, false);
+    PliantContact contact = {
+        .contact = true, .received = 1.0, .time = 1.0, .normal = {0.0, 0.0, 1.0}, .damping = 4.0};
+    pliant_haptic_take(haptic, &contact);
+    contact.received = contact.time = 1.01;
+    contact.position[2] = -0.001; // -0.1 m/s
+    contact.force[2] = 2.0;
+    pliant_haptic_take(haptic, &contact);
+    double force[3];
+    pliant_haptic_force(haptic, contact.position, (double[3]){0.0, 0.0, -0.1}, 1.01, force);
+    expect_near(force[2], 2.0, 1e-12);
+    pliant_haptic_force(haptic, contact.position, (double[3]){0.0, 0.0, -0.2}, 1.01, force);
+    expect_near(force[2], 2.4, 1e-12);
+    pliant_haptic_destroy(haptic);
+}
+
+static void numbers_that_are_none_give_no_force(void **state)
+{
+    (void)state;
+    const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e308};
+    assert_null(pliant_haptic_create(0.0, true));
+    assert_null(pliant_haptic_create((double)NAN, true));
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+        PliantHaptic *haptic = pliant_haptic_create(3.0, true);
+        PliantContact contact = {.contact = true,
+                                 .received = 1.0,
+                                 .force = {0.0, 0.0, 1.0},
+                                 .normal = {0.0, 0.0, 1.0},
+                                 .stiffness = {{bad[k]}, {0}, {0.0, bad[k], bad[k]}}};
+        double force[3];
+        pliant_haptic_take(haptic, &contact);
+        for (int i = 0; i < 4; i++) {
+            // Places, velocities and times of all kinds; what comes out is a force of the device.
+            const double at[3] = {0.0, 0.0, i == 1 ? bad[k] : -0.01};
+            const double velocity[3] = {0.0, 0.0, i == 2 ? bad[k] : 0.1};
+            pliant_haptic_force(haptic, at, velocity, i == 3 ? bad[k] : 1.0 + 1e-3 * i, force);
+            const double size =
+                sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]);
+            expect_at_most(size, 3.0 + 1e-9);
+        }
+        pliant_haptic_destroy(haptic);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(held_force_is_active_when_it_is_late),
+        cmocka_unit_test(guarded_loop_never_gives_more_than_it_got),
+        cmocka_unit_test(hand_is_calm_on_the_guarded_loop),
+        cmocka_unit_test(guard_is_not_felt_where_nothing_is_late),
+        cmocka_unit_test(guard_gives_the_work_of_a_moving_body_to_nobody),
+        cmocka_unit_test(force_ends_with_its_validity_and_at_the_limit),
+        cmocka_unit_test(damping_acts_on_the_change_of_velocity),
+        cmocka_unit_test(numbers_that_are_none_give_no_force),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
