@@ -5,7 +5,7 @@
 #include "pliant/client.h"
 
 #include "client.h"
-#include "frames.h"
+#include "frames_parts.h"
 
 #include "pliant_event_t.h"
 #include "pliant_status_t.h"
@@ -18,7 +18,7 @@ enum {
     KIT_EVENTS = 256,
 };
 
-// A mesh that frames share.
+// A mesh that frames share: as in PliantBody.
 typedef struct KitMesh {
     atomic_int uses;
     int32_t topology;
@@ -31,8 +31,8 @@ typedef struct KitBody {
     char name[CLIENT_CHANNEL_MAX];
     NodesFrame nodes;
     MeshFrame mesh;
-    KitMesh *shared;    // copy of `mesh`, NULL until a frame needs it
-    PliantBody *newest; // one use is ours; NULL: none
+    KitMesh *shared;          // copy of `mesh`, NULL until a frame needs it
+    const PliantBody *newest; // one use is ours; NULL: none
     int64_t count;
     int32_t first_wall;
 } KitBody;
@@ -66,6 +66,15 @@ struct PliantClient {
     PliantEvent event_taken;
     PliantReply reply;
 };
+
+// Returns a copy of `bytes` bytes; aborts if there is no memory.
+void *kit_copy(const void *from, size_t bytes);
+// Makes a mesh with one use, the caller's; it takes the arrays over, those that are not known NULL.
+KitMesh *kit_mesh_create(const KitMesh *mesh);
+void kit_mesh_release(KitMesh *mesh); // NULL is allowed
+// Makes a frame with one use, the caller's: takes `position` over, uses the mesh, and completes
+// what follows from it.
+const PliantBody *kit_frame_create(const PliantBody *body, KitMesh *mesh);
 
 // Subscribes to the messages of bodies; false if LCM refuses.
 bool kit_bodies_subscribe(PliantClient *kit);

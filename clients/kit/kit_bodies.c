@@ -10,51 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-// --- meshes --------------------------------------------------------------------------------------
-
-static void *copy(const void *from, size_t bytes)
-{
-    void *memory = malloc(bytes > 0 ? bytes : 1);
-    if (!memory)
-        abort(); // the sizes are bounded: the machine itself is out of memory
-    if (bytes > 0)
-        memcpy(memory, from, bytes);
-    return memory;
-}
+// --- frames --------------------------------------------------------------------------------------
 
 static bool same(const void *a, const void *b, size_t bytes)
 {
     return bytes == 0 || memcmp(a, b, bytes) == 0;
-}
-
-static KitMesh *mesh_copy(const MeshFrame *from)
-{
-    const size_t nodes = (size_t)from->node_count, ids = nodes * sizeof(int32_t);
-    KitMesh *mesh = copy(&(const KitMesh){.topology = from->topology,
-                                          .node_count = from->node_count,
-                                          .triangle_count = from->triangle_count},
-                         sizeof *mesh);
-    atomic_init(&mesh->uses, 1);
-    mesh->triangle = copy(from->triangle, 3 * (size_t)from->triangle_count * sizeof(int32_t));
-    mesh->id = copy(from->id, ids);
-    mesh->origin = copy(from->origin, ids);
-    mesh->parent = copy(from->parent, 2 * ids);
-    mesh->piece = copy(from->piece, ids);
-    mesh->level = copy(from->level, nodes);
-    return mesh;
-}
-
-static void mesh_release(KitMesh *mesh)
-{
-    if (!mesh || atomic_fetch_sub(&mesh->uses, 1) > 1)
-        return;
-    free(mesh->triangle);
-    free(mesh->id);
-    free(mesh->origin);
-    free(mesh->parent);
-    free(mesh->piece);
-    free(mesh->level);
-    free(mesh);
 }
 
 // True if the copy is the mesh; a restarted server gives the numbers of topologies again.
@@ -70,67 +30,26 @@ static bool mesh_is(const KitMesh *mesh, const MeshFrame *frame)
            same(mesh->level, frame->level, nodes);
 }
 
-// --- frames --------------------------------------------------------------------------------------
-
-typedef struct Frame {
-    PliantBody body; // first: the public part
-    atomic_int uses;
-    KitMesh *mesh;
-    char name[CLIENT_CHANNEL_MAX];
-} Frame;
-
-const PliantBody *pliant_body_keep(const PliantBody *body)
+// Returns a copy of the mesh, which is the caller's.
+static KitMesh *mesh_copy(const MeshFrame *from)
 {
-    Frame *frame = (Frame *)(uintptr_t)body;
-    atomic_fetch_add(&frame->uses, 1);
-    return body;
-}
-
-void pliant_body_release(const PliantBody *body)
-{
-    Frame *frame = (Frame *)(uintptr_t)body;
-    if (!frame || atomic_fetch_sub(&frame->uses, 1) > 1)
-        return;
-    mesh_release(frame->mesh);
-    free((void *)(uintptr_t)frame->body.position);
-    free(frame);
-}
-
-// Makes a frame of the positions, which it takes over, and the mesh.
-static void frame_make(KitBody *body)
-{
-    const KitMesh *mesh = body->shared;
-    NodesFrame *nodes = &body->nodes;
-    Frame *frame = copy(&(const Frame){0}, sizeof *frame);
-    atomic_init(&frame->uses, 1);
-    atomic_fetch_add(&body->shared->uses, 1);
-    frame->mesh = body->shared;
-    memcpy(frame->name, body->name, sizeof frame->name);
-    frame->body = (PliantBody){.name = frame->name,
-                               .count = ++body->count,
-                               .step = nodes->step,
-                               .time = nodes->time,
-                               .utime = nodes->utime,
-                               .topology = nodes->topology,
-                               .node_count = nodes->node_count,
-                               .triangle_count = mesh->triangle_count,
-                               .position = nodes->position,
-                               .triangle = mesh->triangle,
-                               .id = mesh->id,
-                               .origin = mesh->origin,
-                               .parent = mesh->parent,
-                               .piece = mesh->piece,
-                               .level = mesh->level,
-                               .first_wall = body->first_wall};
-    nodes->position = NULL; // the next frame gets memory of its own
-    pliant_body_release(body->newest);
-    body->newest = &frame->body;
+    const size_t nodes = (size_t)from->node_count, ids = nodes * sizeof(int32_t);
+    return kit_mesh_create(&(const KitMesh){
+        .topology = from->topology,
+        .node_count = from->node_count,
+        .triangle_count = from->triangle_count,
+        .triangle = kit_copy(from->triangle, 3 * (size_t)from->triangle_count * sizeof(int32_t)),
+        .id = kit_copy(from->id, ids),
+        .origin = kit_copy(from->origin, ids),
+        .parent = kit_copy(from->parent, 2 * ids),
+        .piece = kit_copy(from->piece, ids),
+        .level = kit_copy(from->level, nodes)});
 }
 
 // Hands the newest positions out if they are complete and the mesh is theirs.
 static void frame_try(PliantClient *kit, KitBody *body)
 {
-    const NodesFrame *nodes = &body->nodes;
+    NodesFrame *nodes = &body->nodes;
     const MeshFrame *mesh = &body->mesh;
     if (!nodes->whole || !nodes->position)
         return;
@@ -140,10 +59,20 @@ static void frame_try(PliantClient *kit, KitBody *body)
         return;
     }
     if (!mesh_is(body->shared, mesh)) {
-        mesh_release(body->shared);
+        kit_mesh_release(body->shared);
         body->shared = mesh_copy(mesh);
     }
-    frame_make(body);
+    // The frame takes the positions over; the next ones get memory of their own.
+    pliant_body_release(body->newest);
+    body->newest = kit_frame_create(&(const PliantBody){.name = body->name,
+                                                        .count = ++body->count,
+                                                        .step = nodes->step,
+                                                        .time = nodes->time,
+                                                        .utime = nodes->utime,
+                                                        .position = nodes->position,
+                                                        .first_wall = body->first_wall},
+                                    body->shared);
+    nodes->position = NULL;
 }
 
 // --- messages ------------------------------------------------------------------------------------
@@ -163,7 +92,7 @@ static KitBody *add(PliantClient *kit, const char *name)
     KitBody *body = name ? find(kit, name) : NULL;
     if (body || !name || kit->bodies == KIT_BODIES || strlen(name) >= sizeof body->name)
         return body;
-    body = copy(&(const KitBody){0}, sizeof *body);
+    body = kit_copy(&(const KitBody){0}, sizeof *body);
     strcpy(body->name, name);
     kit->body[kit->bodies++] = body;
     return body;
@@ -225,7 +154,7 @@ void kit_bodies_destroy(PliantClient *kit)
         KitBody *body = kit->body[i];
         nodes_frame_destroy(&body->nodes);
         mesh_frame_destroy(&body->mesh);
-        mesh_release(body->shared);
+        kit_mesh_release(body->shared);
         pliant_body_release(body->newest);
         free(body);
     }

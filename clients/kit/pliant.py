@@ -70,6 +70,10 @@ class _Status(ctypes.Structure):
                 ("resets", c_int64), ("rejected", c_int64), ("received", c_double)]
 
 
+class _ToolRow(ctypes.Structure):
+    _fields_ = [("time", c_double), ("position", _Vector), ("orientation", c_double * 4), ("force", _Vector)]
+
+
 class _Event(ctypes.Structure):
     _fields_ = [("step", c_int64), ("body", c_char_p), ("kind", c_char_p), ("text", c_char_p)]
 
@@ -110,6 +114,18 @@ _tie_change = _declare(c_bool, "tie_change", c_void_p, c_int32, POINTER(_Tie))
 _tie_release = _declare(c_bool, "tie_release", c_void_p, c_int32)
 _status = _declare(POINTER(_Status), "status", c_void_p)
 _next_event = _declare(POINTER(_Event), "next_event", c_void_p)
+_recording_open = _declare(c_void_p, "recording_open", c_char_p, POINTER(_Error))
+_recording_close = _declare(None, "recording_close", c_void_p)
+_recording_error = _declare(c_char_p, "recording_error", c_void_p)
+_recording_body_count = _declare(c_int, "recording_body_count", c_void_p)
+_recording_body_name = _declare(c_char_p, "recording_body_name", c_void_p, c_int)
+_recording_frames = _declare(c_int64, "recording_frames", c_void_p, c_char_p)
+_recording_find = _declare(c_int64, "recording_find", c_void_p, c_char_p, c_double)
+_recording_frame = _declare(POINTER(_Body), "recording_frame", c_void_p, c_char_p, c_int64)
+_recording_tool_rows = _declare(c_int64, "recording_tool_rows", c_void_p, c_int32)
+_recording_tool = _declare(c_bool, "recording_tool", c_void_p, c_int32, c_int64, c_int, POINTER(_ToolRow))
+_recording_events = _declare(c_int64, "recording_events", c_void_p)
+_recording_event = _declare(POINTER(_Event), "recording_event", c_void_p, c_int64)
 
 
 # --- values ---
@@ -131,6 +147,7 @@ Contact = _record("Contact", _Contact)
 Reply = _record("Reply", _Reply)
 Status = _record("Status", _Status)
 Event = _record("Event", _Event)
+ToolRow = _record("ToolRow", _ToolRow)
 
 
 def _take(record, pointer):
@@ -164,7 +181,7 @@ class _Kept:
 
 class Body:
     """A frame of a body: name, count, step, time, utime, topology, node_count, triangle_count, first_wall, and
-    arrays: position and triangle (rows of 3), parent (rows of 2), id, origin, piece, level."""
+    arrays: position and triangle (rows of 3), parent (rows of 2), id, origin, piece, level; None: not recorded."""
     _ARRAYS = {"position": (c_float, "f", "node_count", 3), "triangle": (c_int32, "i", "triangle_count", 3),
                "id": (c_int32, "i", "node_count", 1), "origin": (c_int32, "i", "node_count", 1),
                "parent": (c_int32, "i", "node_count", 2), "piece": (c_int32, "i", "node_count", 1),
@@ -180,8 +197,10 @@ class Body:
         if name not in self._ARRAYS:
             raise AttributeError(name)
         kind, code, count, columns = self._ARRAYS[name]
-        rows = getattr(self, count)
-        memory = (kind * (rows * columns)).from_address(getattr(self._kept.pointer[0], name))
+        rows, address = getattr(self, count), getattr(self._kept.pointer[0], name)
+        if not address:
+            return None
+        memory = (kind * (rows * columns)).from_address(address)
         memory._kept = self._kept  # the view holds the memory, and that the frame
         if numpy is not None:
             view = numpy.frombuffer(memory, dtype=kind)
@@ -342,6 +361,73 @@ class Client:
             if not pointer:
                 return
             yield _take(Event, pointer)
+
+
+class Recording:
+    """A recording as it was when it was opened: open it before the program starts threads."""
+
+    def __init__(self, path):
+        error = _Error()
+        self._recording = _recording_open(_text(str(path)), error)
+        if not self._recording:
+            raise Error(_plain(error.text))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        """Frames stay."""
+        _recording_close(self._recording)
+        self._recording = None
+
+    def __del__(self):
+        if getattr(self, "_recording", None):
+            self.close()
+
+    @property
+    def _handle(self):
+        if not self._recording:
+            raise Error("the recording is closed")
+        return self._recording
+
+    def _check(self, result):
+        if not result:
+            raise Error(_plain(_recording_error(self._handle)))
+        return result
+
+    @property
+    def bodies(self):
+        return [_plain(_recording_body_name(self._handle, k)) for k in range(_recording_body_count(self._handle))]
+
+    def frames(self, body):
+        """The number of frames of a body; -1: there is no such body."""
+        return _recording_frames(self._handle, _text(body))
+
+    def find(self, body, time):
+        """The last frame at or before a simulated time; -1: there is none."""
+        return _recording_find(self._handle, _text(body), time)
+
+    def frame(self, body, k):
+        """Frame k of a body, the recorded bits."""
+        return Body(self._check(_recording_frame(self._handle, _text(body), k)))
+
+    def tool(self, tool, first=0, count=None):
+        """Rows of a tool, of the time that it was active; all of them by default."""
+        count = max(0, _recording_tool_rows(self._handle, tool) - first) if count is None else count
+        rows = []
+        while len(rows) < count:
+            part = (_ToolRow * min(4096, count - len(rows)))()
+            self._check(_recording_tool(self._handle, tool, first + len(rows), len(part), part))
+            rows += [ToolRow(*(_plain(getattr(row, name)) for name in ToolRow._fields)) for row in part]
+        return rows
+
+    def events(self):
+        """All events."""
+        for k in range(_recording_events(self._handle)):
+            yield _take(Event, self._check(_recording_event(self._handle, k)))
 
 
 def now():

@@ -2,9 +2,11 @@
 # The quick starts of clients/kit/README.md, as they stand there, against the real server: built and run on what
 # is installed, nothing else.
 #
-# quick_start.sh BUILD README SCENE [PYTHON-TEST]: with PYTHON-TEST runs that instead
+# Then a test of the Python module, which runs once with numpy, if it is there, and once without.
+#
+# quick_start.sh BUILD README SCENE PYTHON-TEST
 set -eu
-build=$1 readme=$(realpath "$2") scene=$(realpath "$3") script=${4:+$(realpath "$4")}
+build=$1 readme=$(realpath "$2") scene=$(realpath "$3") script=$(realpath "$4")
 work=$(mktemp -d "${TMPDIR:-/tmp}/pliant-kit-XXXXXX")
 server=
 trap '[ -z "$server" ] || kill $server 2>/dev/null; wait; rm -rf "$work"' EXIT
@@ -17,6 +19,11 @@ cmake --install "$build" --prefix "$work/pliant" >"$work/log" 2>&1 || { cat "$wo
 cd "$work" # none of it may lean on where it was built
 libraries=$(dirname "$(find "$work/pliant" -name libpliant-client.so)")
 export LD_LIBRARY_PATH="$libraries" PYTHONPATH="$work/pliant/lib/python3/dist-packages" PYTHONDONTWRITEBYTECODE=1
+if pliant/bin/pliantd --offline 0.5 --record run.h5 "$scene" >server.log 2>&1; then
+    export RECORDING="$work/run.h5"
+else
+    grep -q 'built without' server.log || { cat server.log >&2; die "cannot record"; }
+fi
 pliant/bin/pliantd "$scene" >server.log 2>&1 &
 server=$!
 
@@ -26,11 +33,6 @@ pushes() {
     awk '$2 != "nodes," || $1 != 162 || !($3 > 0.5) || !($5 > 0.02 && $5 < 10) { bad = 1 }
          END { exit bad || NR != 1 }' "$1" || die "$2: not what the ball does (see above)"
 }
-
-if [ -n "$script" ]; then
-    python3 "$script" || { cat server.log >&2; exit 1; }
-    exit
-fi
 
 block c >start.c
 [ "$(wc -l <start.c)" -ge 10 ] || die "no C in $readme"
@@ -44,3 +46,12 @@ block python >start.py
 [ "$(wc -l <start.py)" -ge 8 ] || die "no Python in $readme"
 python3 start.py >python.txt || { cat server.log >&2; die "the quick start in Python fails"; }
 pushes python.txt Python
+
+# Each leaves its server in lockstep.
+if python3 -c 'import numpy' 2>/dev/null; then
+    python3 "$script" || { cat server.log >&2; die "the Python module fails"; }
+fi
+kill $server && wait $server || true
+pliant/bin/pliantd "$scene" >server.log 2>&1 &
+server=$!
+python3 "$script" plain || { cat server.log >&2; die "the Python module without numpy fails"; }

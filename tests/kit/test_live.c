@@ -102,6 +102,40 @@ static void expect_recorded(const PliantBody *body, const BodyView *view, int k)
     free(row);
 }
 
+#define expect_read(recording, call)                                                               \
+    do {                                                                                           \
+        if (!(call))                                                                               \
+            fail_msg("%s: %s", #call, pliant_recording_error(recording));                          \
+    } while (0)
+
+// Names, events, tools, and questions for what is not there.
+static void expect_text_of_recording(PliantRecording *recording)
+{
+    assert_int_equal(pliant_recording_body_count(recording), 1);
+    assert_string_equal(pliant_recording_body_name(recording, 0), "sphere");
+    assert_null(pliant_recording_body_name(recording, 1));
+    assert_int_equal(pliant_recording_frames(recording, "spleen"), -1);
+    assert_null(pliant_recording_frame(recording, "spleen", 0));
+    assert_non_null(strstr(pliant_recording_error(recording), "spleen"));
+    assert_null(pliant_recording_frame(recording, "sphere", INT64_MAX));
+    assert_null(pliant_recording_frame(recording, "sphere", -1));
+    int cuts = 0;
+    for (int64_t k = 0; k < pliant_recording_events(recording); k++) {
+        const PliantEvent *event;
+        expect_read(recording, event = pliant_recording_event(recording, k));
+        cuts += strcmp(event->kind, "cut") == 0;
+    }
+    assert_int_equal(cuts, FRAMES / 8);
+    assert_null(pliant_recording_event(recording, -1));
+    // The tool was never active: it has no rows.
+    PliantToolRow row;
+    assert_int_equal(pliant_recording_tool_rows(recording, 1), 0);
+    assert_int_equal(pliant_recording_tool_rows(recording, 2), -1);
+    assert_false(pliant_recording_tool(recording, 1, 0, 1, &row));
+    assert_false(pliant_recording_tool(recording, 2, INT64_MAX, 4096, &row));
+    assert_false(pliant_recording_tool(recording, 1, INT64_MIN, -1, &row));
+}
+
 static void frames_are_those_of_the_recording_bit_by_bit(void **state)
 {
     (void)state;
@@ -146,8 +180,36 @@ static void frames_are_those_of_the_recording_bit_by_bit(void **state)
                   frames, same, topologies);
     assert_true(same >= FRAMES / 2);
     assert_true(topologies >= 4);
+    // And so are those that the library reads from it.
+    PliantError error;
+    PliantRecording *recording = pliant_recording_open(scratch("run.h5"), &error);
+    if (!recording)
+        fail_msg("%s", error.text);
+    assert_int_equal(pliant_recording_frames(recording, "sphere"), view.frames);
+    for (int k = 0; k < view.frames; k++) {
+        const PliantBody *body = pliant_recording_frame(recording, "sphere", k);
+        expect_read(recording, body);
+        assert_int_equal(body->step, view.step[k]);
+        expect_recorded(body, &view, k);
+        assert_int_equal(pliant_recording_find(recording, "sphere", view.time[k]), k);
+    }
+    expect_text_of_recording(recording);
+    pliant_recording_close(recording);
     view_free(&view);
     H5Fclose(file);
+}
+
+static void a_damaged_recording_is_refused_with_a_sentence(void **state)
+{
+    (void)state;
+    PliantError error;
+    assert_null(pliant_recording_open(scratch("none.h5"), &error));
+    assert_non_null(strstr(error.text, "none.h5"));
+    write_text(scratch("text.h5"), "no recording\n");
+    assert_null(pliant_recording_open(scratch("text.h5"), &error));
+    assert_non_null(strstr(error.text, "text.h5"));
+    assert_null(pliant_recording_open(scratch("text.h5"), NULL));
+    pliant_recording_close(NULL);
 }
 
 #endif
@@ -384,6 +446,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
 #ifdef WITH_HDF5
         daemon_test(frames_are_those_of_the_recording_bit_by_bit),
+        daemon_test(a_damaged_recording_is_refused_with_a_sentence),
 #endif
         daemon_test(a_late_client_gets_the_mesh_by_asking),
         daemon_test(requests_do_what_they_say_or_say_why_not),

@@ -252,6 +252,52 @@ PLIANT_API const PliantStatus *pliant_status(const PliantClient *client);
 // Takes the oldest event of the last 256 that were not taken; NULL: there is none.
 PLIANT_API const PliantEvent *pliant_next_event(PliantClient *client);
 
+// --- recordings ----------------------------------------------------------------------------------
+
+// Reads a recording as it was when it was opened: ended, being written, or left by a writer that
+// was killed. A child process reads the file, so that a damaged one crashes nothing. Open it before
+// the program starts threads, and in one that lives as long. One thread at a time.
+typedef struct PliantRecording PliantRecording;
+
+// Returns NULL with a sentence (`error` may be NULL) on failure; without HDF5 in the build, always.
+PLIANT_API PliantRecording *pliant_recording_open(const char *path, PliantError *error);
+// Frames that are kept stay. NULL is allowed.
+PLIANT_API void pliant_recording_close(PliantRecording *recording);
+// Returns why the last call failed, "" if none has.
+PLIANT_API const char *pliant_recording_error(const PliantRecording *recording);
+
+// Return the bodies of the recording, k from 0, and the number of complete frames of one; -1: there
+// is no such body.
+PLIANT_API int pliant_recording_body_count(const PliantRecording *recording);
+PLIANT_API const char *pliant_recording_body_name(const PliantRecording *recording, int k);
+PLIANT_API int64_t pliant_recording_frames(const PliantRecording *recording, const char *body);
+// Returns the last frame at or before a simulated time [s]; -1: there is none.
+PLIANT_API int64_t pliant_recording_find(const PliantRecording *recording, const char *body,
+                                         double time);
+// Reads a frame, k from 0: the recorded bits, as a frame that can be kept, else valid until the
+// next call. Not recorded are the free slots, utime (0), origin, parent, piece and level (NULL).
+// Returns NULL on failure.
+PLIANT_API const PliantBody *pliant_recording_frame(PliantRecording *recording, const char *body,
+                                                    int64_t k);
+
+// A tool while it was active.
+typedef struct PliantToolRow {
+    double time;           // simulated [s]
+    double position[3];    // that acted on the bodies [m]
+    double orientation[4]; // unit quaternion w x y z; NaN: not known
+    double force[3];       // on the tool [N]; NaN: not known
+} PliantToolRow;
+
+// Returns the number of rows of a tool; -1: it is not in the recording.
+PLIANT_API int64_t pliant_recording_tool_rows(const PliantRecording *recording, int32_t tool);
+// Reads `count` rows, at most 4096, from row `first` on. Returns false on failure.
+PLIANT_API bool pliant_recording_tool(PliantRecording *recording, int32_t tool, int64_t first,
+                                      int count, PliantToolRow *row);
+
+// Returns the number of events, and reads one, k from 0; NULL on failure.
+PLIANT_API int64_t pliant_recording_events(const PliantRecording *recording);
+PLIANT_API const PliantEvent *pliant_recording_event(PliantRecording *recording, int64_t k);
+
 #ifdef __cplusplus
 }
 #endif
