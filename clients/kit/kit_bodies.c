@@ -79,7 +79,7 @@ static void frame_try(PliantClient *kit, KitBody *body)
 
 static KitBody *find(const PliantClient *kit, const char *name)
 {
-    for (int i = 0; i < kit->bodies; i++) {
+    for (int i = 0; i < kit->bodies && name; i++) {
         if (strcmp(kit->body[i]->name, name) == 0)
             return kit->body[i];
     }
@@ -89,7 +89,7 @@ static KitBody *find(const PliantClient *kit, const char *name)
 // Returns the entry of a body, made if it is new; NULL: no name, or there is room for no more.
 static KitBody *add(PliantClient *kit, const char *name)
 {
-    KitBody *body = name ? find(kit, name) : NULL;
+    KitBody *body = find(kit, name);
     if (body || !name || kit->bodies == KIT_BODIES || strlen(name) >= sizeof body->name)
         return body;
     body = kit_copy(&(const KitBody){0}, sizeof *body);
@@ -189,12 +189,12 @@ const PliantBody *pliant_body(const PliantClient *kit, const char *name)
 const PliantBody *pliant_wait_body(PliantClient *kit, const char *name, double seconds)
 {
     char what[CLIENT_CHANNEL_MAX + 32];
-    snprintf(what, sizeof what, "frame of body '%.63s'", name);
     KitBody *body = add(kit, name);
     if (!body) {
-        client_fail(&kit->error, "body '%.63s': names are shorter, and bodies at most %d", name,
-                    KIT_BODIES);
+        client_fail(&kit->error, "body '%.80s': none has such a name, or there are %d already",
+                    name ? name : "", KIT_BODIES);
         return NULL;
     }
+    snprintf(what, sizeof what, "frame of body '%s'", body->name);
     return kit_wait_for(kit, what, seconds, &body->count) ? body->newest : NULL;
 }

@@ -37,9 +37,7 @@ PliantRecording *pliant_recording_open(const char *path, PliantError *error)
             snprintf(error->text, sizeof error->text, "%s", status.text);
         return NULL;
     }
-    PliantRecording *recording =
-        kit_copy(&(const PliantRecording){.reader = reader}, sizeof *recording);
-    return recording;
+    return kit_copy(&(const PliantRecording){.reader = reader}, sizeof(PliantRecording));
 }
 
 void pliant_recording_close(PliantRecording *recording)
@@ -58,6 +56,11 @@ const char *pliant_recording_error(const PliantRecording *recording)
     return recording->error.text;
 }
 
+static int find_body(const PliantRecording *recording, const char *name)
+{
+    return name ? recording_reader_find_body(recording->reader, name) : -1;
+}
+
 // --- bodies --------------------------------------------------------------------------------------
 
 int pliant_recording_body_count(const PliantRecording *recording)
@@ -73,13 +76,13 @@ const char *pliant_recording_body_name(const PliantRecording *recording, int k)
 
 int64_t pliant_recording_frames(const PliantRecording *recording, const char *body)
 {
-    const int at = recording_reader_find_body(recording->reader, body);
+    const int at = find_body(recording, body);
     return at >= 0 ? recording_reader_frames(recording->reader, at) : -1;
 }
 
 int64_t pliant_recording_find(const PliantRecording *recording, const char *body, double time)
 {
-    const int at = recording_reader_find_body(recording->reader, body);
+    const int at = find_body(recording, body);
     return at >= 0 ? recording_reader_find_frame(recording->reader, at, time) : -1;
 }
 
@@ -112,9 +115,10 @@ static bool read_mesh(PliantRecording *recording, int at, int64_t k, const Recor
 
 const PliantBody *pliant_recording_frame(PliantRecording *recording, const char *body, int64_t k)
 {
-    const int at = recording_reader_find_body(recording->reader, body);
+    const int at = find_body(recording, body);
     if (at < 0 || k < 0 || k >= recording_reader_frames(recording->reader, at)) {
-        client_fail(&recording->error, "body '%.63s' has no frame %lld", body, (long long)k);
+        client_fail(&recording->error, "body '%.63s' has no frame %lld", body ? body : "",
+                    (long long)k);
         return NULL;
     }
     const RecordingFrame frame = recording_reader_frame(recording->reader, at, k);

@@ -303,9 +303,8 @@ class Client:
 
     def pose(self, tool, position, orientation=(1.0, 0.0, 0.0, 0.0), linear=None, angular=None, grip=0.0, active=True):
         """Sends where a tool is, best a thousand times per second."""
-        still = (0.0, 0.0, 0.0)
-        pose = _Pose(tool, _vector(position), _vector(orientation, 4), _vector(linear or still),
-                     _vector(angular or still), linear is not None, grip, active)
+        moves = [_vector((0.0, 0.0, 0.0) if way is None else way) for way in (linear, angular)]
+        pose = _Pose(tool, _vector(position), _vector(orientation, 4), *moves, linear is not None, grip, active)
         self._check(_pose(self._handle, pose))
 
     def contact(self, tool):

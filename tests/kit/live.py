@@ -1,6 +1,7 @@
 """The Python module against a real server that steps tests/examples/touch.cfg, as LCM_DEFAULT_URL has it, with
 and without numpy: `live.py plain` hides it. RECORDING names a recording of the same scene."""
 import os
+import signal
 import sys
 
 if sys.argv[1:] == ["plain"]:
@@ -71,6 +72,26 @@ except ValueError:
 assert client.status.state in ("running", "lockstep") and client.status.rate_hz == 100.0
 client.wait(0.2)
 assert any(event.kind == "refused" for event in client.events()), "no event of what was refused"
+assert client.body(None) is None
+fails("none has such a name", client.wait_body, None)
+
+
+# A signal ends a wait, so that Ctrl-C does.
+class Rung(Exception):
+    pass
+
+
+def ring(*_):
+    raise Rung
+
+
+signal.signal(signal.SIGALRM, ring)
+signal.setitimer(signal.ITIMER_REAL, 0.1)
+try:
+    client.wait(600.0)
+    raise AssertionError("a signal does not end a wait")
+except Rung:
+    pass
 client.close()
 fails("closed", client.wait, 0.0)
 assert rows(kept) == before  # frames outlive the client

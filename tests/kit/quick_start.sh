@@ -48,10 +48,12 @@ python3 start.py >python.txt || { cat server.log >&2; die "the quick start in Py
 pushes python.txt Python
 
 # Each leaves its server in lockstep.
-if python3 -c 'import numpy' 2>/dev/null; then
-    python3 "$script" || { cat server.log >&2; die "the Python module fails"; }
-fi
-kill $server && wait $server || true
-pliant/bin/pliantd "$scene" >server.log 2>&1 &
-server=$!
+for python in python3 /usr/bin/python3; do
+    "$python" -c 'import numpy' 2>/dev/null || continue
+    "$python" "$script" || { cat server.log >&2; die "the Python module fails"; }
+    kill $server && wait $server || true
+    pliant/bin/pliantd "$scene" >server.log 2>&1 &
+    server=$!
+    break
+done
 python3 "$script" plain || { cat server.log >&2; die "the Python module without numpy fails"; }
