@@ -355,6 +355,104 @@ static void poses_move_a_tool_and_closing_withdraws_it(void **state)
     process_end(&daemon);
 }
 
+// --- haptic loop ---------------------------------------------------------------------------------
+
+enum { LATE = 20, CYCLE = 500, CYCLES = 3 }; // ticks: each way; of a cycle, of which one excites
+
+typedef struct Felt {
+    double given, put_in; // work of the device on the hand, and of the hand while it pushes [J]
+    double bound;         // what the guard may miss [J]
+} Felt;
+
+static void felt_add(Felt *felt, double force, double way, double expected)
+{
+    felt->given += force * way;
+    felt->put_in += fmax(0.0, -force * way);
+    felt->bound += fabs(force) * fabs(way - expected);
+}
+
+// One tick of the server with the tool at this height. Returns the contact of that tick, or NULL if
+// a busy machine has lost it.
+static const PliantContact *server_tick(PliantClient *client, double z)
+{
+    const PliantPose pose = {.tool = 1, .position = {0.0, 0.0, z}, .active = true};
+    const PliantReply *reply;
+    expect_done(client, pliant_pose(client, &pose));
+    expect_done(client, reply = pliant_command(client, PLIANT_STEP, 1, NULL));
+    const PliantContact *contact = pliant_contact(client, 1);
+    return contact && contact->step == reply->step ? contact : NULL;
+}
+
+// A hand that moves at 2 Hz, 1 mm out of and 7 mm into the sphere, 20 ms away, where every tenth
+// contact gets lost; it moves whatever it feels, so that one run shows three loops: the last force
+// held, the plane alone, and guarded. In lockstep, so that a busy machine changes nothing: a tick
+// of the server is one of the device. Returns the number of contacts with a stiffness.
+static int feel(PliantClient *client, Felt felt[3])
+{
+    PliantHaptic *haptic[2] = {pliant_haptic_create(5.0, false), pliant_haptic_create(5.0, true)};
+    static PliantContact line[LATE];
+    static double z[CYCLE * CYCLES + 1];
+    double held = 0.0;
+    int stiff = 0;
+    for (int k = 0; k <= CYCLE * CYCLES; k++)
+        z[k] = 0.056 - 0.004 * (1.0 - cos(2.0 * 3.14159265358979323846 * k / CYCLE));
+    for (int k = 0; k < CYCLE * CYCLES; k++) {
+        // What is heard now was sent 20 ticks ago, and answers where the hand was 20 before.
+        PliantContact *heard = &line[k % LATE];
+        heard->received = 1e-3 * k;
+        for (int i = 0; i < 2 && heard->sequence != 0; i++)
+            pliant_haptic_take(haptic[i], heard);
+        held = heard->sequence != 0 ? heard->force[2] : held;
+        const PliantContact *contact = server_tick(client, z[k > LATE ? k - LATE : 0]);
+        *heard = contact && k % 10 != 7 ? *contact : (PliantContact){0};
+        stiff += heard->stiffness[2][2] > 0.0;
+        // What the hand feels until the next tick.
+        const double at[3] = {0.0, 0.0, z[k]}, way = z[k + 1] - z[k];
+        const double velocity[3] = {0.0, 0.0, k > 0 ? 1e3 * (z[k] - z[k - 1]) : 0.0};
+        double force[2][3];
+        for (int i = 0; i < 2; i++)
+            pliant_haptic_force(haptic[i], at, velocity, 1e-3 * k, force[i]);
+        const double shown[3] = {held, force[0][2], force[1][2]};
+        for (int i = 0; i < 3 && k >= CYCLE; i++) // the first cycle excites
+            felt_add(&felt[i], shown[i], way, 1e-3 * velocity[2]);
+    }
+    for (int i = 0; i < 2; i++)
+        pliant_haptic_destroy(haptic[i]);
+    return stiff;
+}
+
+static void haptic_loop_is_passive_behind_a_network(void **state)
+{
+    (void)state;
+    Process daemon;
+    PliantClient *client = open_client();
+    const SceneParts scene = {
+        .head = "start = \"paused\"; publish = { nodes_hz = 0.0; contact_hz = 1000.0; };",
+        .source = ICO_SPHERE(642, 0.05),
+        .body = "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
+                "contact = { stiffness = 1.0; };\n" FIXED_BELOW(-0.025),
+        .tail = PROBE_TOOL};
+    daemon_start(&daemon, "%s", write_body_scene("hand.cfg", &scene));
+    while (!pliant_status(client))
+        assert_true(pliant_wait(client, 0.1));
+    Felt felt[3] = {{0}};
+    const int stiff = feel(client, felt);
+    print_message("given of the work put in: last force held %+.1f %%, plane %+.1f %%, guarded "
+                  "%+.1f %%\n",
+                  1e2 * felt[0].given / felt[0].put_in, 1e2 * felt[1].given / felt[1].put_in,
+                  1e2 * felt[2].given / felt[2].put_in);
+    assert_true(stiff > CYCLE / 2);
+    // A spring that is late by 40 ms gives pi sin(wT) of the work at 2 Hz, 150 %; tissue
+    // dissipates.
+    expect_at_least(felt[0].given / felt[0].put_in, 0.2);
+    // Whole cycles: what was counted in the first one is forgotten outside the tissue.
+    expect_at_most(felt[2].given, felt[2].bound);
+    // And it is felt: on the way in nothing is withheld.
+    expect_at_least(felt[2].put_in, 0.99 * felt[1].put_in);
+    pliant_close(client);
+    process_end(&daemon);
+}
+
 // --- hostile packets -----------------------------------------------------------------------------
 
 // Random bytes behind each type's own fingerprint, on each channel.
@@ -452,6 +550,7 @@ int main(int argc, char **argv)
         daemon_test(requests_do_what_they_say_or_say_why_not),
         daemon_test(ties_are_made_changed_and_released),
         daemon_test(poses_move_a_tool_and_closing_withdraws_it),
+        daemon_test(haptic_loop_is_passive_behind_a_network),
         daemon_test(hostile_packets_change_nothing),
         daemon_test(what_cannot_be_opened_says_why),
     };
