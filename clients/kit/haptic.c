@@ -10,7 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double PERIOD_MOST = 0.05; // [s] a longer pause predicts nothing
+static const double PERIOD_MOST = 0.05;  // [s] a longer pause predicts nothing,
+static const double PERIOD_USUAL = 1e-3; // and this is assumed after it
 
 struct PliantHaptic {
     double max_force; // [N]
@@ -158,8 +159,8 @@ void pliant_haptic_force(PliantHaptic *haptic, const double position[3], const d
     const bool touches = dot(force, force) > 0.0;
     if (!all_finite(force, 3))
         memset(force, 0, 3 * sizeof *force); // numbers beyond any device's
-    else if (touches && haptic->guard && steady)
-        limit(haptic, going, period, force);
+    else if (touches && haptic->guard)
+        limit(haptic, going, steady ? period : PERIOD_USUAL, force);
     if (!touches)
         haptic->energy = fmin(haptic->energy, 0.0);
     haptic->called = true;

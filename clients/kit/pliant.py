@@ -244,13 +244,14 @@ class Haptic:
         return _haptic_energy(self._haptic)
 
 
-class Client:
-    """Hears everything on a prefix; a server may start later."""
+class _Opened:
+    """What the library has opened: closed once, at the latest with its last reference."""
+    _kind = _destroy = _reason = None  # its name, and functions of the library
+    _pointer = None
 
-    def __init__(self, url=None, prefix=None, input_prefix=None):
-        error = _Error()
-        self._client = _open(_Options(_text(url), _text(prefix), _text(input_prefix)), error)
-        if not self._client:
+    def __init__(self, pointer, error):
+        self._pointer = pointer
+        if not pointer:
             raise Error(_plain(error.text))
 
     def __enter__(self):
@@ -259,25 +260,32 @@ class Client:
     def __exit__(self, *_):
         self.close()
 
-    def close(self):
-        """Withdraws the tools that this client drives, and disconnects."""
-        _close(self._client)
-        self._client = None
-
     def __del__(self):
-        if getattr(self, "_client", None):
-            self.close()
+        self.close()
+
+    def close(self):
+        pointer, self._pointer = self._pointer, None
+        self._destroy(pointer)
 
     @property
     def _handle(self):
-        if not self._client:
-            raise Error("the client is closed")
-        return self._client
+        if not self._pointer:
+            raise Error("the %s is closed" % self._kind)
+        return self._pointer
 
     def _check(self, result):
         if not result:
-            raise Error(_plain(_error(self._handle)))
+            raise Error(_plain(self._reason(self._handle)))
         return result
+
+
+class Client(_Opened):
+    """Hears everything on a prefix; a server may start later. Closing withdraws the tools that it drives."""
+    _kind, _destroy, _reason = "client", _close, _error
+
+    def __init__(self, url=None, prefix=None, input_prefix=None):
+        error = _Error()
+        super().__init__(_open(_Options(_text(url), _text(prefix), _text(input_prefix)), error), error)
 
     def wait(self, seconds):
         """Handles messages for so long; 0: those that are there."""
@@ -362,40 +370,13 @@ class Client:
             yield _take(Event, pointer)
 
 
-class Recording:
-    """A recording as it was when it was opened: open it before the program starts threads."""
+class Recording(_Opened):
+    """A recording as it was when it was opened: open it before the program starts threads. Frames outlive it."""
+    _kind, _destroy, _reason = "recording", _recording_close, _recording_error
 
     def __init__(self, path):
         error = _Error()
-        self._recording = _recording_open(_text(str(path)), error)
-        if not self._recording:
-            raise Error(_plain(error.text))
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
-
-    def close(self):
-        """Frames stay."""
-        _recording_close(self._recording)
-        self._recording = None
-
-    def __del__(self):
-        if getattr(self, "_recording", None):
-            self.close()
-
-    @property
-    def _handle(self):
-        if not self._recording:
-            raise Error("the recording is closed")
-        return self._recording
-
-    def _check(self, result):
-        if not result:
-            raise Error(_plain(_recording_error(self._handle)))
-        return result
+        super().__init__(_recording_open(_text(str(path)), error), error)
 
     @property
     def bodies(self):

@@ -17,9 +17,11 @@
 #include "pliant_status_t.h"
 #include "pliant_walls_t.h"
 
+#include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static PliantClient *open_client(void)
 {
@@ -237,6 +239,53 @@ static void a_late_client_gets_the_mesh_by_asking(void **state)
     assert_null(pliant_body_name(late, 1));
     pliant_close(late);
     pliant_close(early);
+    process_end(&daemon);
+}
+
+typedef struct Drawn {
+    int pipe[2], frames;
+    double height; // sum of z, so that all of a frame is read
+} Drawn;
+
+static void *draw(void *user)
+{
+    Drawn *drawn = user;
+    const PliantBody *body;
+    while (read(drawn->pipe[0], &body, sizeof body) == (ssize_t)sizeof body) {
+        for (int i = 0; i < body->node_count; i++)
+            drawn->height += (double)body->position[3 * i + 2];
+        drawn->frames++;
+        pliant_body_release(body);
+    }
+    return NULL;
+}
+
+static void another_thread_draws_frames_while_the_next_ones_come(void **state)
+{
+    (void)state;
+    enum { DRAWN = 20 };
+    Process daemon;
+    PliantClient *client = open_client();
+    start_cut_scene(&daemon, "");
+    expect_done(client, pliant_wait_body(client, "sphere", 60.0));
+    expect_done(client, pliant_command(client, PLIANT_RESUME, 0, NULL));
+    Drawn drawn = {.frames = 0};
+    pthread_t thread;
+    assert_int_equal(pipe(drawn.pipe), 0);
+    assert_int_equal(pthread_create(&thread, NULL, draw, &drawn), 0);
+    for (int k = 0; k < DRAWN; k++) {
+        const PliantBody *body;
+        expect_done(client, body = pliant_wait_body(client, "sphere", 60.0));
+        pliant_body_keep(body);
+        assert_int_equal(write(drawn.pipe[1], &body, sizeof body), sizeof body);
+    }
+    pliant_close(client); // the thread may still be at it
+    close(drawn.pipe[1]);
+    assert_int_equal(pthread_join(thread, NULL), 0);
+    close(drawn.pipe[0]);
+    assert_int_equal(drawn.frames, DRAWN);
+    // 162 nodes around 0, which hang a little.
+    assert_true(fabs(drawn.height) < 0.01 * 162 * DRAWN);
     process_end(&daemon);
 }
 
@@ -547,6 +596,7 @@ int main(int argc, char **argv)
         daemon_test(a_damaged_recording_is_refused_with_a_sentence),
 #endif
         daemon_test(a_late_client_gets_the_mesh_by_asking),
+        daemon_test(another_thread_draws_frames_while_the_next_ones_come),
         daemon_test(requests_do_what_they_say_or_say_why_not),
         daemon_test(ties_are_made_changed_and_released),
         daemon_test(poses_move_a_tool_and_closing_withdraws_it),

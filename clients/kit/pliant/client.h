@@ -3,8 +3,9 @@
 // A client is used by one thread at a time; different clients are independent. What a function
 // returns by pointer belongs to the client, and stays valid until the next call with that client,
 // unless it says otherwise. SI units, world frame. Every message is checked before it is decoded:
-// numbers in what is returned are finite, indices are inside their arrays, strings end. The library
-// never exits, prints nothing, and leaves signals alone; without memory it aborts.
+// numbers in what is returned are finite, indices are inside their arrays, strings end (but may
+// hold control characters). The library never exits, prints nothing, and leaves signals alone;
+// without memory it aborts.
 #ifndef PLIANT_CLIENT_H
 #define PLIANT_CLIENT_H
 
