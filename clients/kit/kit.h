@@ -34,6 +34,7 @@ typedef struct KitBody {
     KitMesh *shared;          // copy of `mesh`, NULL until a frame needs it
     const PliantBody *newest; // one use is ours; NULL: none
     int64_t count;
+    bool waiting; // complete positions were not handed out: they wait for their mesh
     int32_t first_wall;
 } KitBody;
 

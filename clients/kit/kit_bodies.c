@@ -49,9 +49,9 @@ static KitMesh *mesh_copy(const MeshFrame *from)
 // Hands the newest positions out if they are complete and the mesh is theirs.
 static void frame_try(PliantClient *kit, KitBody *body)
 {
-    NodesFrame *nodes = &body->nodes;
+    const NodesFrame *nodes = &body->nodes;
     const MeshFrame *mesh = &body->mesh;
-    if (!nodes->whole || !nodes->position)
+    if (!nodes->whole || !body->waiting)
         return;
     if (!mesh->whole || mesh->topology != nodes->topology ||
         mesh->node_count != nodes->node_count) {
@@ -62,17 +62,17 @@ static void frame_try(PliantClient *kit, KitBody *body)
         kit_mesh_release(body->shared);
         body->shared = mesh_copy(mesh);
     }
-    // The frame takes the positions over; the next ones get memory of their own.
+    float *position = kit_copy(nodes->position, 3 * (size_t)nodes->node_count * sizeof *position);
     pliant_body_release(body->newest);
     body->newest = kit_frame_create(&(const PliantBody){.name = body->name,
                                                         .count = ++body->count,
                                                         .step = nodes->step,
                                                         .time = nodes->time,
                                                         .utime = nodes->utime,
-                                                        .position = nodes->position,
+                                                        .position = position,
                                                         .first_wall = body->first_wall},
                                     body->shared);
-    nodes->position = NULL;
+    body->waiting = false;
 }
 
 // --- messages ------------------------------------------------------------------------------------
@@ -102,8 +102,10 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *us
 {
     PliantClient *kit = user;
     KitBody *body = add(kit, client_body_of(&kit->client, "NODES", channel));
-    if (body && nodes_frame_add(&body->nodes, buffer->data, buffer->data_size) == FRAMES_WHOLE)
-        frame_try(kit, body);
+    if (!body || nodes_frame_add(&body->nodes, buffer->data, buffer->data_size) != FRAMES_WHOLE)
+        return;
+    body->waiting = true;
+    frame_try(kit, body);
 }
 
 static void take_mesh(PliantClient *kit, KitBody *body, FramesResult result)
