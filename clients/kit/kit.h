@@ -32,6 +32,7 @@ typedef struct KitBody {
     NodesFrame nodes;
     MeshFrame mesh;
     KitMesh *shared;          // copy of `mesh`, NULL until a frame needs it
+    bool renewed;             // `mesh` may be another one since
     const PliantBody *newest; // one use is ours; NULL: none
     int64_t count;
     bool waiting; // complete positions were not handed out: they wait for their mesh

@@ -58,10 +58,12 @@ static void frame_try(PliantClient *kit, KitBody *body)
         kit->wants_mesh = true;
         return;
     }
-    if (!mesh_is(body->shared, mesh)) {
+    // Most whole meshes repeat the one that is there.
+    if (body->renewed && !mesh_is(body->shared, mesh)) {
         kit_mesh_release(body->shared);
         body->shared = mesh_copy(mesh);
     }
+    body->renewed = false;
     float *position = kit_copy(nodes->position, 3 * (size_t)nodes->node_count * sizeof *position);
     pliant_body_release(body->newest);
     body->newest = kit_frame_create(&(const PliantBody){.name = body->name,
@@ -111,8 +113,10 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *us
 static void take_mesh(PliantClient *kit, KitBody *body, FramesResult result)
 {
     kit->wants_mesh |= result == FRAMES_MISSED;
-    if (result == FRAMES_WHOLE)
-        frame_try(kit, body);
+    if (result != FRAMES_WHOLE)
+        return;
+    body->renewed = true;
+    frame_try(kit, body);
 }
 
 // Channels of meshes and deltas begin alike.

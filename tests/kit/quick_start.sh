@@ -12,6 +12,9 @@ server=
 trap '[ -z "$server" ] || kill $server 2>/dev/null; wait; rm -rf "$work"' EXIT
 die() { echo "quick_start: $*" >&2; exit 1; }
 
+for need in python3 pkg-config; do
+    command -v $need >/dev/null || { echo "skipped: no $need"; exit 77; }
+done
 # Prints the first block of a language.
 block() { awk -v start="\`\`\`$1" '$0 == start { on = 1; next } on && /^```/ { exit } on' "$readme"; }
 

@@ -305,6 +305,55 @@ static void guard_gives_the_work_of_a_moving_body_to_nobody(void **state)
     pliant_haptic_destroy(run.haptic);
 }
 
+// Any contacts at all, with stiffness, force and damping at random, and a hand on a curve in space
+// whose velocity the loop is told, or must find out: the bound holds at every tick.
+static void bound_holds_in_space_for_contacts_at_random(void **state)
+{
+    (void)state;
+    uint64_t random = 7;
+    for (int told = 0; told < 2; told++) {
+        PliantHaptic *haptic = pliant_haptic_create(MOST, true);
+        double at[3] = {0}, way[3] = {0}, force[3] = {0}, given = 0.0, bound = 0.0, pushed = 0.0;
+        for (int k = 0; k < 60000; k++) {
+            PliantContact contact = {.received = k * TICK, .time = k * TICK, .valid = 0.1};
+            contact.contact = share(&random) < 0.9;
+            const double turn = 2.0 * PI * share(&random);
+            contact.normal[0] = cos(turn);
+            contact.normal[2] = sin(turn);
+            contact.damping = 5.0 * share(&random);
+            for (int i = 0; i < 3; i++) {
+                contact.position[i] = at[i] + 0.002 * (share(&random) - 0.5);
+                contact.force[i] = 6.0 * (share(&random) - 0.5);
+                for (int j = 0; j < 3; j++)
+                    contact.stiffness[i][j] = 500.0 * (share(&random) - (i == j ? 0.1 : 0.5));
+            }
+            if (k % 7 < 3)
+                pliant_haptic_take(haptic, &contact);
+            // The velocity is that of the way in the tick before; the hand turns while it goes.
+            const double velocity[3] = {way[0] / TICK, way[1] / TICK, way[2] / TICK};
+            pliant_haptic_force(haptic, at, told ? velocity : NULL, k * TICK, force);
+            double work = 0.0, missed = 0.0, size = 0.0;
+            for (int i = 0; i < 3; i++) {
+                const double next = 0.005 * sin(2.0 * PI * (1.0 + 0.7 * i) * (k + 1) * TICK);
+                work += force[i] * (next - at[i]);
+                missed += (next - at[i] - way[i]) * (next - at[i] - way[i]);
+                size += force[i] * force[i];
+                way[i] = next - at[i];
+                at[i] = next;
+            }
+            given += work;
+            pushed += fmax(0.0, -work);
+            bound += sqrt(size * missed);
+            expect_at_most(given, bound + 1e-12);
+            expect_at_most(-pliant_haptic_energy(haptic), bound + 1e-12);
+        }
+        print_message("velocity %s: %.3f J pushed, %+.3f J given, bound %.1e J\n",
+                      told ? "told" : "found", pushed, given, bound);
+        assert_true(pushed > 0.1); // it does push
+        pliant_haptic_destroy(haptic);
+    }
+}
+
 static void force_ends_with_its_validity_and_at_the_limit(void **state)
 {
     (void)state;
@@ -396,6 +445,7 @@ int main(void)
         cmocka_unit_test(hand_is_calm_on_the_guarded_loop),
         cmocka_unit_test(guard_is_not_felt_where_nothing_is_late),
         cmocka_unit_test(guard_gives_the_work_of_a_moving_body_to_nobody),
+        cmocka_unit_test(bound_holds_in_space_for_contacts_at_random),
         cmocka_unit_test(force_ends_with_its_validity_and_at_the_limit),
         cmocka_unit_test(damping_acts_on_the_change_of_velocity),
         cmocka_unit_test(numbers_that_are_none_give_no_force),
