@@ -393,6 +393,7 @@ Parcel *text_workbench(const WorkbenchText *workbench)
     put(object, "recordings", files(workbench->recordings));
     put(object, "more", json_integer(more));
     put(object, "plays", json_boolean(workbench->plays));
+    put(object, "foreign", json_boolean(workbench->foreign));
     put(object, "upload_bytes", json_integer(workbench->upload_bytes));
     // and what runs with them.
     put(daemon, "folder", json_string(folders[workbench->folder]));

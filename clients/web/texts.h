@@ -75,7 +75,8 @@ typedef struct WorkbenchRun {
 
 typedef struct WorkbenchText {
     const FolderList *scenes, *uploaded, *meshes, *recordings;
-    bool plays; // recordings can be started
+    bool plays;   // recordings can be started
+    bool foreign; // a daemon runs that was not started here
     int64_t upload_bytes;
     WorkbenchRun daemon, recorder, prepare;
     AskFolder folder; // of the daemon's file

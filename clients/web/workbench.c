@@ -164,13 +164,17 @@ static bool start_scene(Workbench *workbench, const Ask *ask, ClientError *error
     return true;
 }
 
-// Refuses if a daemon runs that was not started here. If it is missed, because it is silent,
-// pliantd itself finds out.
-static bool is_ours(const Workbench *workbench, const WorkbenchHeard *heard, ClientError *error)
+// True if a daemon runs that was not started here. If it is missed, because it is silent, pliantd
+// itself finds out.
+static bool is_foreign(const Workbench *workbench, const WorkbenchHeard *heard)
 {
     const Child *child = &workbench->daemon.child;
-    if (child->pid != 0 || !heard->linked || heard->status_ns < child->ended_ns + LAST_STATUS_NS)
-        return true;
+    return child->pid == 0 && heard->linked && heard->status_ns > child->ended_ns + LAST_STATUS_NS;
+}
+
+static bool refuse_foreign(const Workbench *workbench, const WorkbenchHeard *heard,
+                           ClientError *error)
+{
     return client_fail(error,
                        "a pliantd that was not started here runs on %s (scene '%s'): end it where "
                        "it was started",
@@ -181,8 +185,8 @@ static bool take_start(Workbench *workbench, const WorkbenchAsk *from, const Wor
                        ClientError *error)
 {
     Child *child = &workbench->daemon.child;
-    if (!is_ours(workbench, heard, error))
-        return false;
+    if (is_foreign(workbench, heard))
+        return refuse_foreign(workbench, heard, error);
     if (child->pid == 0)
         return start_scene(workbench, &from->ask, error);
     // Another one runs: it ends first.
@@ -198,9 +202,10 @@ static bool take_end(Workbench *workbench, const WorkbenchHeard *heard, ClientEr
 {
     Child *child = &workbench->daemon.child;
     workbench->next = (WorkbenchAsk){0};
+    if (is_foreign(workbench, heard))
+        return refuse_foreign(workbench, heard, error);
     if (child->pid == 0)
-        return is_ours(workbench, heard, error) && client_fail(error, "nothing runs that was "
-                                                                      "started here");
+        return client_fail(error, "nothing runs that was started here");
     child_stop(child, client_now_ns());
     return true;
 }
@@ -414,7 +419,7 @@ static WorkbenchRun run_of(const WorkbenchJob *job, char how[CHILD_HOW_MAX])
                           .text = child->text};
 }
 
-static void show(Workbench *workbench, int64_t now_ns)
+static void show(Workbench *workbench, const WorkbenchHeard *heard, int64_t now_ns)
 {
     char how[3][CHILD_HOW_MAX];
     workbench->shown_ns = now_ns;
@@ -424,6 +429,7 @@ static void show(Workbench *workbench, int64_t now_ns)
         .meshes = &workbench->meshes,
         .recordings = &workbench->recordings,
         .plays = workbench->program[PLIANT_PLAY][0] != '\0',
+        .foreign = is_foreign(workbench, heard),
         .upload_bytes = WORKBENCH_MESH_BYTES,
         .daemon = run_of(&workbench->daemon, how[0]),
         .folder = workbench->daemon.folder,
@@ -451,5 +457,5 @@ void workbench_turn(Workbench *workbench, const WorkbenchHeard *heard, int64_t n
         return;
     if (news || workbench->listed_ns == 0 || now_ns - workbench->listed_ns > LIST_NS)
         list_folders(workbench, now_ns);
-    show(workbench, now_ns);
+    show(workbench, heard, now_ns);
 }
