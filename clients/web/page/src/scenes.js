@@ -33,7 +33,7 @@ export function explain(check, sceneText) {
     const material = sceneText.match(/material = \{([^}]*)\}/)?.[1]?.replace(/;/g, ',').trim().replace(/,$/, '');
     const model = sceneText.match(/model = "(\w+)"/)?.[1];
     return [
-        ['units', line('scale')],
+        ['units', line('scale')?.replace(/ \(else --units.*\)/, '; choose below if that is wrong')],
         ['size', line('box')],
         ['repaired', line('repairs')],
         ['as a wall', line('as a wall')],
@@ -50,6 +50,7 @@ export class Workbench {
         this.changed = changed;
         this.state = null; // the newest message; null: this server has no workbench
         this.live = false; // some daemon runs
+        this.filled = new Map(); // id of a list -> what it shows
         this.places = new Map(); // id of a request -> where its refusal is shown
         element('record').addEventListener('click', () => this.record());
         element('scene-end').addEventListener('click', () => this.ask('scene-error', { type: 'end' }));
@@ -143,9 +144,19 @@ export class Workbench {
 
     // --- the lists ---
 
+    /** Rows are made again only if they change: a click that began on one must end on it. */
+    fill(id, made, row) {
+        const key = JSON.stringify(made);
+        if (this.filled.get(id) === key) return;
+        this.filled.set(id, key);
+        element(id).replaceChildren(...made.files.map(row));
+        element(id).querySelector('.failure')?.scrollIntoView({ block: 'nearest' });
+    }
+
     showScenes({ scenes, uploads, recordings, daemon, recorder, plays, more, foreign }) {
         const runs = daemon.state === 'running' || daemon.state === 'ending';
-        const row = (folder) => ({ name, about, bytes }) => {
+        const of = (folder, files) => files.map((file) => ({ folder, ...file }));
+        const row = ({ folder, name, about, bytes }) => {
             const item = make('li');
             const ours = daemon.folder === folder && daemon.file === name;
             if (folder !== 'recordings' || plays) {
@@ -168,9 +179,9 @@ export class Workbench {
                 item.append(make('pre', 'failure', `${daemon.how}\n${daemon.text}`.trim()));
             return item;
         };
-        element('scene-list').replaceChildren(...uploads.map(row('uploads')), ...scenes.map(row('scenes')));
         const finished = recordings.filter(({ name }) => recorder.state !== 'running' || name !== recorder.file);
-        element('recording-list').replaceChildren(...finished.map(row('recordings')));
+        this.fill('scene-list', { daemon, foreign, files: [...of('uploads', uploads), ...of('scenes', scenes)] }, row);
+        this.fill('recording-list', { daemon, foreign, plays, files: of('recordings', finished) }, row);
         element('more').hidden = !more;
         element('more').textContent = `${more} more files are not listed`;
         element('scene-end').hidden = !runs;
