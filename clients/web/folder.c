@@ -11,8 +11,9 @@
 #include <unistd.h>
 
 const char *const FOLDER_SCENES[] = {".cfg", NULL};
-const char *const FOLDER_MESHES[] = {".obj", ".stl",    ".ply",  ".off", ".nrrd",
-                                     ".nii", ".nii.gz", ".nhdr", NULL};
+// A volume is one file: what names another one cannot be sent.
+const char *const FOLDER_MESHES[] = {".obj",  ".stl", ".ply",    ".off",
+                                     ".nrrd", ".nii", ".nii.gz", NULL};
 const char *const FOLDER_RECORDINGS[] = {".h5", ".lcmlog", NULL};
 
 enum { FOLDER_ENTRIES_MAX = 20000, NUMBERS_MAX = 999 };
@@ -45,6 +46,11 @@ void folder_close(Folder *folder)
 }
 
 // --- names ---
+
+void folder_copy_name(char to[FOLDER_NAME_MAX], const char *name)
+{
+    snprintf(to, FOLDER_NAME_MAX, "%.*s", FOLDER_NAME_MAX - 1, name);
+}
 
 int folder_stem(const char *name, const char *const *endings)
 {
@@ -102,7 +108,7 @@ bool folder_free_name(const Folder *folder, const char *name, const char *const 
 {
     struct stat info;
     int stem = folder_stem(name, endings);
-    snprintf(free, FOLDER_NAME_MAX, "%s", name);
+    folder_copy_name(free, name);
     // Whatever has the name keeps it, a link too.
     for (int number = 2; fstatat(folder->fd, free, &info, AT_SYMLINK_NOFOLLOW) == 0; number++) {
         if (number > NUMBERS_MAX || snprintf(free, FOLDER_NAME_MAX, "%.*s-%d%s", stem, name, number,
@@ -192,7 +198,7 @@ void folder_list(const Folder *folder, const char *const *endings, bool about, F
             continue;
         }
         FolderFile *file = &list->file[list->count++];
-        snprintf(file->name, sizeof file->name, "%s", entry->d_name);
+        folder_copy_name(file->name, entry->d_name);
         file->about[0] = '\0';
         file->bytes = info.st_size;
         file->utime = (int64_t)info.st_mtim.tv_sec * 1000000 + info.st_mtim.tv_nsec / 1000;

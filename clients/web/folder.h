@@ -47,6 +47,8 @@ bool folder_name_valid(const char *name, const char *const *endings);
 // letters, digits and "._-" of it. Returns false with a sentence if no ending fits.
 bool folder_name_clean(const char *text, const char *const *endings, char name[FOLDER_NAME_MAX],
                        ClientError *error);
+// Copies a name, cut to what fits.
+void folder_copy_name(char to[FOLDER_NAME_MAX], const char *name);
 // The length of a name before its ending.
 int folder_stem(const char *name, const char *const *endings);
 

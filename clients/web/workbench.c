@@ -103,12 +103,6 @@ void workbench_close(Workbench *workbench)
 
 // --- running programs ---
 
-// Copies a name that the folder has.
-static void keep_name(char to[FOLDER_NAME_MAX], const char *name)
-{
-    snprintf(to, FOLDER_NAME_MAX, "%.*s", FOLDER_NAME_MAX - 1, name);
-}
-
 typedef struct Arguments {
     const char *word[ARGUMENTS_MAX];
     int count;
@@ -160,7 +154,7 @@ static bool start_scene(Workbench *workbench, const Ask *ask, ClientError *error
     if (!run(workbench, job, program, &arguments, &(ChildOptions){.folder = folder->path}, error))
         return false;
     job->folder = ask->folder;
-    keep_name(job->file, ask->text);
+    folder_copy_name(job->file, ask->text);
     return true;
 }
 
@@ -275,7 +269,7 @@ static bool take_propose(Workbench *workbench, const Ask *ask, ClientError *erro
         return client_fail(error, "a proposal for %s is being made", job->file);
     if (!folder_has(&workbench->folder[ASK_UPLOADS], ask->text, FOLDER_MESHES, NULL))
         return client_fail(error, "'%s' is no mesh of the list", ask->text);
-    keep_name(job->file, ask->text);
+    folder_copy_name(job->file, ask->text);
     workbench->units = ask->propose.units;
     workbench->model = ask->propose.model;
     workbench->proposing = false;
@@ -318,7 +312,7 @@ static void read_proposal(Workbench *workbench)
         close(fd);
     workbench->scene_text[size > 0 ? size : 0] = '\0';
     if (size > 0)
-        keep_name(workbench->proposed, workbench->prepare.file);
+        folder_copy_name(workbench->proposed, workbench->prepare.file);
     else
         workbench->scene[0] = '\0'; // the program says why
 }

@@ -1,7 +1,7 @@
 // The workbench: scenes to start, meshes to drop, recordings. What a program says when it fails is
 // shown where it was started.
 
-const MESH = /\.(obj|stl|ply|off|nrrd|nii|nii\.gz|nhdr)$/i;
+const MESH = /\.(obj|stl|ply|off|nrrd|nii|nii\.gz)$/i;
 const element = (id) => document.getElementById(id);
 
 /** An element with a class and a text. */
