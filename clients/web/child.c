@@ -134,9 +134,9 @@ bool child_turn(Child *child, int64_t now_ns)
 
 void child_stop(Child *child, int64_t now_ns)
 {
-    if (child->pid == 0 || child->told)
+    if (child->pid == 0 || child->asked)
         return;
-    child->told = true;
+    child->asked = true;
     child->kill_ns = now_ns + PATIENCE_NS;
     kill(child->pid, SIGTERM);
 }

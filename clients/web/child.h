@@ -14,7 +14,7 @@ typedef struct Child {
     pid_t pid;        // 0: none runs
     int fd;           // what it prints; meaningless if none runs
     int64_t kill_ns;  // when it is killed, if it has not ended (CLOCK_MONOTONIC); 0: never
-    bool told;        // it has been asked to end
+    bool asked;       // it has been asked to end
     bool over;        // it has run and ended,
     int status;       // as waitpid reports it
     int64_t ended_ns; // when (CLOCK_MONOTONIC)

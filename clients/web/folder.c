@@ -18,6 +18,16 @@ const char *const FOLDER_RECORDINGS[] = {".h5", ".lcmlog", NULL};
 
 enum { FOLDER_ENTRIES_MAX = 20000, NUMBERS_MAX = 999 };
 
+bool folder_of_program(char path[FOLDER_PATH_MAX])
+{
+    ssize_t length = readlink("/proc/self/exe", path, FOLDER_PATH_MAX - 1);
+    path[length > 0 ? length : 0] = '\0';
+    char *slash = strrchr(path, '/');
+    if (slash)
+        *slash = '\0';
+    return slash != NULL;
+}
+
 bool folder_open(Folder *folder, const char *path, bool make, ClientError *error)
 {
     *folder = (Folder){.fd = -1};

@@ -36,6 +36,8 @@ typedef struct FolderList {
     int count, more;                   // `more`: files left out
 } FolderList;
 
+// The folder of the running program; false if the kernel does not say it.
+bool folder_of_program(char path[FOLDER_PATH_MAX]);
 // Opens a folder; `make`: makes it if there is none. On failure folder->fd is -1.
 bool folder_open(Folder *folder, const char *path, bool make, ClientError *error);
 void folder_close(Folder *folder);

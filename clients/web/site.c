@@ -267,7 +267,7 @@ static Result begin_upload(Site *site, Connection *connection, Visitor *visitor)
                            .until_ns = client_now_ns() + (int64_t)UPLOAD_S * 1000000000};
     const Folder *folder = &workbench->folder[ASK_UPLOADS];
     if (folder_bytes(folder) + bytes > WORKBENCH_UPLOADS_BYTES)
-        client_fail(&upload->why, "the folder of meshes is full: remove some of %s", folder->path);
+        client_fail(&upload->why, "the folder of meshes is full: remove some of them there");
     else if (upload_begin(&upload->file, folder, name ? name : "", bytes, &upload->why))
         return MHD_YES;
     refuse_upload(upload);

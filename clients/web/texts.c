@@ -363,11 +363,11 @@ static json_t *files(const FolderList *list)
 static json_t *program(const WorkbenchRun *run)
 {
     json_t *object = json_object();
-    const char *state = run->runs && run->told ? "ending"
-                        : run->runs            ? "running"
-                        : !run->over           ? "none"
-                        : run->failed          ? "failed"
-                                               : "ended";
+    const char *state = run->runs && run->asked ? "ending"
+                        : run->runs             ? "running"
+                        : !run->over            ? "none"
+                        : run->failed           ? "failed"
+                                                : "ended";
     put(object, "state", json_string(state));
     put(object, "file", string(run->file));
     put(object, "how", string(run->how));

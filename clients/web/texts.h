@@ -67,7 +67,7 @@ Parcel *text_round(int64_t round);
 // A program that the workbench runs.
 typedef struct WorkbenchRun {
     const char *file; // that it was started with; "": never
-    bool runs, told;  // `told`: it has been asked to end
+    bool runs, asked; // `asked`: it has been asked to end
     bool over, failed;
     const char *how;  // it ended
     const char *text; // the last that it printed

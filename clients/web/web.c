@@ -154,15 +154,9 @@ static bool find_page(const Options *options, Site *site, ClientError *error)
         return true;
     }
     // Else where builds and packages have it, seen from the program.
-    char program[PATH_MAX];
-    ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
-    char *slash = NULL;
-    if (length > 0) {
-        program[length] = '\0';
-        slash = strrchr(program, '/');
-    }
-    for (size_t k = 0; slash && k < sizeof folders / sizeof *folders; k++) {
-        *slash = '\0';
+    char program[FOLDER_PATH_MAX];
+    bool known = folder_of_program(program);
+    for (size_t k = 0; known && k < sizeof folders / sizeof *folders; k++) {
         char path[sizeof site->folder];
         if (snprintf(path, sizeof path, "%s/%s", program, folders[k]) < (int)sizeof path &&
             has_page(path)) {

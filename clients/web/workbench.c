@@ -14,8 +14,7 @@
 
 const int64_t WORKBENCH_MESH_BYTES = 256 << 20, WORKBENCH_UPLOADS_BYTES = (int64_t)4 << 30;
 
-static const int64_t LIST_NS = 2000000000; // between two looks into the folders
-static const int64_t SHOW_NS = 200000000;  // between two messages to pages
+static const int64_t LIST_NS = 1000000000; // between two looks into the folders
 // A status that was sent before the daemon ended may be read after its end.
 static const int64_t LAST_STATUS_NS = 300000000;
 static const double PREPARE_S = 120.0;
@@ -33,12 +32,10 @@ enum { ARGUMENTS_MAX = 16 };
 // Finds a program beside this one; "" if it is not there.
 static void find_beside(const char *name, char path[FOLDER_PATH_MAX])
 {
-    ssize_t length = readlink("/proc/self/exe", path, FOLDER_PATH_MAX - 32);
-    path[length > 0 ? length : 0] = '\0';
-    char *slash = strrchr(path, '/');
-    if (slash)
-        snprintf(slash + 1, 32, "%s", name);
-    if (!slash || access(path, X_OK) != 0)
+    char folder[FOLDER_PATH_MAX];
+    if (!folder_of_program(folder) ||
+        snprintf(path, FOLDER_PATH_MAX, "%s/%s", folder, name) >= FOLDER_PATH_MAX ||
+        access(path, X_OK) != 0)
         path[0] = '\0';
 }
 
@@ -353,7 +350,8 @@ static void answer(Workbench *workbench, const WorkbenchAsk *from, bool ok,
         board_send(workbench->board, from->sender, text_error(from->ask.id, error->text));
 }
 
-static void take_asks(Workbench *workbench, const WorkbenchHeard *heard)
+// Returns whether there were any.
+static bool take_asks(Workbench *workbench, const WorkbenchHeard *heard)
 {
     WorkbenchAsk queue[WORKBENCH_QUEUE];
     pthread_mutex_lock(&workbench->lock);
@@ -365,6 +363,7 @@ static void take_asks(Workbench *workbench, const WorkbenchHeard *heard)
         ClientError error = {0};
         answer(workbench, &queue[k], take(workbench, &queue[k], heard, &error), &error);
     }
+    return count > 0;
 }
 
 // Returns whether a program has ended.
@@ -406,24 +405,23 @@ static WorkbenchRun run_of(const WorkbenchJob *job, char how[CHILD_HOW_MAX])
     child_how(child, how);
     return (WorkbenchRun){.file = job->file,
                           .runs = child->pid != 0,
-                          .told = child->told,
+                          .asked = child->asked,
                           .over = child->over,
                           .failed = child->over && child->status != 0,
                           .how = how,
                           .text = child->text};
 }
 
-static void show(Workbench *workbench, const WorkbenchHeard *heard, int64_t now_ns)
+static void show(Workbench *workbench)
 {
     char how[3][CHILD_HOW_MAX];
-    workbench->shown_ns = now_ns;
     const WorkbenchText text = {
         .scenes = &workbench->scenes,
         .uploaded = &workbench->uploaded,
         .meshes = &workbench->meshes,
         .recordings = &workbench->recordings,
         .plays = workbench->program[PLIANT_PLAY][0] != '\0',
-        .foreign = is_foreign(workbench, heard),
+        .foreign = workbench->foreign,
         .upload_bytes = WORKBENCH_MESH_BYTES,
         .daemon = run_of(&workbench->daemon, how[0]),
         .folder = workbench->daemon.folder,
@@ -443,13 +441,17 @@ static void show(Workbench *workbench, const WorkbenchHeard *heard, int64_t now_
 
 void workbench_turn(Workbench *workbench, const WorkbenchHeard *heard, int64_t now_ns)
 {
-    take_asks(workbench, heard);
-    bool news = watch(workbench, now_ns);
-    if (!news && now_ns - workbench->shown_ns < SHOW_NS)
+    bool asked = take_asks(workbench, heard), ended = watch(workbench, now_ns);
+    bool foreign = is_foreign(workbench, heard);
+    bool news = asked || ended || foreign != workbench->foreign || workbench->listed_ns == 0;
+    // Folders change without notice, as a recording grows.
+    if (!news && now_ns - workbench->listed_ns < LIST_NS)
         return;
-    if (board_pages(workbench->board) == 0)
+    if (board_pages(workbench->board) == 0) {
+        workbench->listed_ns = 0; // the first page gets what there is then
         return;
-    if (news || workbench->listed_ns == 0 || now_ns - workbench->listed_ns > LIST_NS)
-        list_folders(workbench, now_ns);
-    show(workbench, heard, now_ns);
+    }
+    workbench->foreign = foreign;
+    list_folders(workbench, now_ns);
+    show(workbench);
 }

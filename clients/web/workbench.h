@@ -56,7 +56,8 @@ typedef struct Workbench {
     char scene[FOLDER_NAME_MAX];        // proposed, in uploads; ""
     char scene_text[WORKBENCH_CFG_MAX]; // its contents
     char proposed[FOLDER_NAME_MAX];     // mesh that `scene` is of
-    int64_t listed_ns, shown_ns;        // when the folders were last read, the message made
+    bool foreign;                       // a daemon runs that was not started here, as pages know it
+    int64_t listed_ns; // when the folders were last read; 0: pages know nothing yet
     FolderList scenes, uploaded, meshes, recordings;
 } Workbench;
 

@@ -132,22 +132,6 @@ test('a_daemon_of_others_is_not_replaced', options, async () => {
     await page.waitForSelector('#foreign', { state: 'hidden', timeout: PATIENCE });
 });
 
-test('late_ticks_and_refusals_come_with_what_to_do', options, async () => {
-    const status = { step: 1000, late_ticks: 0, step_us: [500, 1900, 2000, 2500], wake_us: [5, 9, 9, 9], rate_hz: 1000,
-        stages: { forces: 900, contacts: 80 }, reasons: { tool_owned_by_other: 3 } };
-    const advise = (changes) => page.evaluate(([status, changes]) => {
-        const { advice } = window.pliant;
-        advice.clear();
-        advice.take(status);
-        advice.take({ ...status, step: 1900, late_ticks: 100, ...changes });
-        return document.getElementById('advice').textContent;
-    }, [status, changes]);
-    assert.match(await advise({}), /^100 of 1000 ticks late\..*most of it for forces. Try fewer nodes or levels/);
-    assert.match(await advise({ step_us: [50, 90, 95, 99], wake_us: [90, 1500, 1600, 1700] }), /real-time scheduling/);
-    assert.equal(await advise({ late_ticks: 0 }), '');
-    assert.match(await textOf('refusals'), /3× tool_owned_by_other: another program moves this tool/);
-});
-
 test('the_page_had_no_errors', options, async () => {
     assert.deepEqual(browser.errors, []);
 });

@@ -1,7 +1,6 @@
 // The page: connects the link, the bodies, the tools, the hand and the panel.
 
 import { NoColorSpace, TextureLoader } from 'three';
-import { Advice } from './advice.js';
 import { Body } from './body.js';
 import { Hand } from './hand.js';
 import { isIdleCut } from './knife.js';
@@ -57,12 +56,11 @@ const link = new Link(`${scheme}//${location.host}/live${location.search}`,
     { text: takeText, binary: takeBinary, state: takeState });
 const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
     told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties') }, element('trail'));
-const advice = new Advice();
 const workbench = new Workbench(link, showLink);
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
-window.pliant = { stage, tools, hand, link, look, workbench, advice, get bodies() { return bodies; } };
+window.pliant = { stage, tools, hand, link, look, workbench, get bodies() { return bodies; } };
 
 function takeLook(settings) {
     switches = settings;
@@ -96,7 +94,6 @@ function takeText(message) {
     case 'status':
         for (const { name, mass } of message.body ?? [])
             for (const body of bodies) if (body.name === name) body.mass = mass;
-        advice.take(message);
         return panel.takeStatus(message);
     case 'pose': for (const pose of message.tools) tools.takePose(pose, now); return changed();
     case 'contact':
@@ -189,7 +186,6 @@ function takeScene(scene) {
         link.request({ type: 'command', kind: 'describe', value: 0, argument: '' });
     tools.take(scene.tools ?? []);
     panel.takeScene(scene);
-    advice.clear();
     fitted = false;
     stage.invalidate();
 }

@@ -92,7 +92,7 @@ export class Workbench {
     // --- meshes ---
 
     drag(kind, event) {
-        if (!this.state || !event.dataTransfer?.types.includes('Files')) return;
+        if (!this.state || document.body.classList.contains('read-only') || !event.dataTransfer?.types.includes('Files')) return;
         event.preventDefault(); // else the browser opens the file
         document.body.classList.toggle('dropping', kind === 'dragenter' || kind === 'dragover');
         if (kind === 'drop' && event.dataTransfer.files[0]) this.send(event.dataTransfer.files[0]);
@@ -138,7 +138,8 @@ export class Workbench {
             [make('dt', '', name), make('dd', '', sentence)]));
         element('proposal-text').textContent = [check, said, text].filter(Boolean).join('\n');
         if (runs) this.say('mesh-error', 'pliant-prepare looks at it …');
-        else if (state === 'failed') this.say('mesh-error', `no scene can be made of it (${how}): ${said.trim()}`);
+        else if (state === 'failed') this.say('mesh-error', `no scene can be made of it (${how}): ${said.trim() ||
+            (how.startsWith('signal') ? 'it takes more than two minutes or 4 GB' : '')}`);
         else if (element('mesh-error').textContent.startsWith('pliant-prepare looks')) this.say('mesh-error', '');
     }
 
