@@ -1,6 +1,7 @@
 // A program that this one runs and watches: started without a shell, with limits, its words kept,
 // ended with this program. One thread, the same for all calls, and it must outlive the child: the
-// kernel ends the child when that thread is gone, however it went.
+// kernel ends the child when that thread is gone, however it went (but not a program with
+// capabilities of its file, for which it forgets to).
 #ifndef PLIANT_WEB_CHILD_H
 #define PLIANT_WEB_CHILD_H
 

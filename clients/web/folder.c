@@ -4,6 +4,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -239,10 +240,26 @@ int64_t folder_bytes(const Folder *folder)
 // --- a file that comes in pieces ---
 
 // The hidden name: one upload at a time and server.
+#define HIDDEN ".upload-"
 static const char *hidden_name(char name[32])
 {
-    snprintf(name, 32, ".upload-%d", (int)getpid());
+    snprintf(name, 32, HIDDEN "%d", (int)getpid());
     return name;
+}
+
+void upload_sweep(const Folder *folder)
+{
+    DIR *entries = open_entries(folder);
+    struct dirent *entry;
+    for (int k = 0; entries && k < FOLDER_ENTRIES_MAX && (entry = readdir(entries)); k++) {
+        long long server;
+        if (strncmp(entry->d_name, HIDDEN, strlen(HIDDEN)) == 0 &&
+            argument_read_integer(entry->d_name + strlen(HIDDEN), 1, INT32_MAX, &server) &&
+            kill((pid_t)server, 0) != 0 && errno == ESRCH)
+            unlinkat(folder->fd, entry->d_name, 0);
+    }
+    if (entries)
+        closedir(entries);
 }
 
 bool upload_begin(Upload *upload, const Folder *folder, const char *text, int64_t most,
@@ -254,7 +271,7 @@ bool upload_begin(Upload *upload, const Folder *folder, const char *text, int64_
         return client_fail(error, "there is no folder for meshes");
     if (!folder_name_clean(text, FOLDER_MESHES, upload->name, error))
         return false;
-    unlinkat(folder->fd, hidden_name(hidden), 0); // of a server that was killed
+    unlinkat(folder->fd, hidden_name(hidden), 0); // of a killed server that had our number
     upload->fd = openat(folder->fd, hidden, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     return upload->fd >= 0 ||
            client_fail(error, "cannot write to %s: %s", folder->path, strerror(errno));

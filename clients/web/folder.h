@@ -76,6 +76,8 @@ typedef struct Upload {
     int64_t bytes, most;
 } Upload;
 
+// Removes what servers that were killed have left unfinished.
+void upload_sweep(const Folder *folder);
 // Begins a mesh; `text` is the name as the page has it, `most` the bytes that it may have.
 bool upload_begin(Upload *upload, const Folder *folder, const char *text, int64_t most,
                   ClientError *error);

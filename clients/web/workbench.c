@@ -81,6 +81,7 @@ bool workbench_open(Workbench *workbench, const WorkbenchOptions *options, Board
     const Folder *scenes = &workbench->folder[ASK_SCENES];
     open_own(&workbench->folder[ASK_UPLOADS], options->uploads, scenes, "uploads");
     open_own(&workbench->folder[ASK_RECORDINGS], options->recordings, scenes, "recordings");
+    upload_sweep(&workbench->folder[ASK_UPLOADS]);
     signal(SIGCHLD, SIG_DFL); // else, where a parent ignores it, ends are not reported
     return true;
 }

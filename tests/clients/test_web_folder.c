@@ -5,6 +5,7 @@
 #include "scratch.h"
 
 #include <sys/stat.h>
+#include <sys/wait.h>
 
 static Scratch scratch;
 static Folder folder;
@@ -205,6 +206,26 @@ static void a_mesh_that_is_too_large_empty_or_broken_off_leaves_nothing(void **s
     assert_int_equal(file_count(), 0);
 }
 
+static void what_killed_servers_left_is_removed_and_nothing_else(void **state)
+{
+    (void)state;
+    char gone[32], runs[32], path[SCRATCH_PATH];
+    pid_t pid = fork();
+    if (pid == 0)
+        _exit(0);
+    waitpid(pid, NULL, 0);
+    snprintf(gone, sizeof gone, ".upload-%d", (int)pid);
+    snprintf(runs, sizeof runs, ".upload-%d", (int)getpid());
+    const char *const kept[] = {runs, ".upload-", ".upload-1x", ".upload", "a.stl"};
+    scratch_write(&scratch, gone, "x", 1);
+    for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)
+        scratch_write(&scratch, kept[k], "x", 1);
+    upload_sweep(&folder);
+    assert_int_equal(access(scratch_path(&scratch, gone, path), F_OK), -1);
+    for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)
+        assert_int_equal(access(scratch_path(&scratch, kept[k], path), F_OK), 0);
+}
+
 #define in_folder(test) cmocka_unit_test_setup_teardown(test, begin, end)
 
 int main(void)
@@ -217,6 +238,7 @@ int main(void)
         in_folder(any_name_of_a_mesh_becomes_a_valid_one),
         in_folder(a_mesh_appears_when_it_is_complete_and_replaces_none),
         in_folder(a_link_in_the_place_of_a_mesh_is_not_written_through),
+        in_folder(what_killed_servers_left_is_removed_and_nothing_else),
         in_folder(a_mesh_that_is_too_large_empty_or_broken_off_leaves_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
