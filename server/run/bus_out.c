@@ -66,14 +66,15 @@ static void send_packets(Bus *bus, const BodyStream *stream, const float *positi
     enum { LCM_HEADER = 8 };
     const Frame *frame = stream->frame;
     uint8_t data[PACKET_BYTES];
-    pliant_points_t message = {.utime = frame->utime,
-                               .sequence = (int32_t)stream->nodes_sequence,
-                               .step = frame->step,
-                               .time = frame->time,
-                               .topology = frame->topology,
-                               .node_count = frame->node_count,
-                               .grid = points_grid(positions + 3L * first, end - first),
-                               .data = data};
+    pliant_points_t message = {
+        .utime = frame->utime,
+        .sequence = (int32_t)stream->nodes_sequence,
+        .step = frame->step,
+        .time = frame->time,
+        .topology = frame->topology,
+        .node_count = frame->node_count,
+        .grid = points_grid(positions + 3L * first, stream->mesh.id + first, end - first),
+        .data = data};
     const int room = PACKET_BYTES - LCM_HEADER - (int)strlen(stream->points_channel) - 1 -
                      pliant_points_t_encoded_size(&message);
     while (first < end) {

@@ -117,11 +117,11 @@ enum {
     POINTS_LEAST_BYTES = 96, // a group of 8 nodes at their widest
 };
 
-// Returns the finest grid that holds `count` positions [m].
-float points_grid(const float *position, int count);
+// Returns the finest grid that holds `count` positions [m]; `id` < 0: a free slot, whose position
+// means nothing.
+float points_grid(const float *position, const int *id, int count);
 // Packs the first of `count` nodes into `data` (`bytes` of it, at least POINTS_LEAST_BYTES; it is
-// overwritten) and returns how many: multiples of 8, but all if they fit. `id` < 0: a free slot,
-// whose position means nothing.
+// overwritten) and returns how many: multiples of 8, but all if they fit.
 int points_pack(const float *position, const int *id, int count, float grid, int bytes,
                 int32_t origin[3], uint8_t *data, int *data_bytes);
 

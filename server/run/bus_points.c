@@ -38,11 +38,12 @@ static int32_t round_to(float x, double grid)
     return fabs(scaled) <= GRID_MOST ? (int32_t)lrint(scaled) : 0;
 }
 
-float points_grid(const float *position, int count)
+float points_grid(const float *position, const int *id, int count)
 {
     float largest = 0.0f, grid = POINTS_GRID;
     for (int i = 0; i < 3 * count; i++)
-        largest = fmaxf(largest, fabsf(position[i]));
+        if (id[i / 3] >= 0)
+            largest = fmaxf(largest, fabsf(position[i]));
     while (largest > grid * (float)GRID_MOST && isfinite(largest))
         grid *= 2.0f;
     return grid;
