@@ -158,28 +158,29 @@ enum { PACKET_NODES = 1024, GROUP_NODES = 8, WIDTH_BITS = 5 };
 
 typedef struct BitReader {
     const uint8_t *data;
-    int64_t size, at; // [bits]
+    int64_t size, at; // [bytes]; beyond the end are zeros, and `at` tells that it was passed
+    uint64_t held;    // its low bits are not read yet:
+    int held_bits;
 } BitReader;
 
-// Reads up to 31 bits; zeros beyond the end, which the caller then finds passed.
+// Reads up to 31 bits.
 static uint32_t bits_read(BitReader *reader, int width)
 {
-    uint32_t value = 0;
-    for (int left = width; left > 0;) {
-        int free_bits = 8 - (int)(reader->at % 8), take = left < free_bits ? left : free_bits;
-        uint32_t byte = reader->at < reader->size ? reader->data[reader->at / 8] : 0u;
-        value = value << take | (byte >> (free_bits - take) & ((1u << take) - 1u));
-        reader->at += take;
-        left -= take;
+    while (reader->held_bits < width) {
+        uint32_t byte = reader->at < reader->size ? reader->data[reader->at] : 0u;
+        reader->held = reader->held << 8 | byte;
+        reader->held_bits += 8;
+        reader->at++;
     }
-    return value;
+    reader->held_bits -= width;
+    return (uint32_t)(reader->held >> reader->held_bits & ((UINT64_C(1) << width) - 1));
 }
 
 // Reads the positions of a packet; returns false if its bits are not exactly those of its nodes, or
 // a position is not finite.
 static bool points_read(const pliant_points_t *packet, float *position)
 {
-    BitReader reader = {.data = (const uint8_t *)packet->data, .size = 8L * packet->num_bytes};
+    BitReader reader = {.data = (const uint8_t *)packet->data, .size = packet->num_bytes};
     int64_t at[3] = {packet->origin[0], packet->origin[1], packet->origin[2]};
     int width[3] = {0};
     for (int i = 0; i < packet->count; i++) {
@@ -194,7 +195,7 @@ static bool points_read(const pliant_points_t *packet, float *position)
             position[3 * i + k] = x;
         }
     }
-    return reader.at <= reader.size && reader.size - reader.at < 8;
+    return reader.at == reader.size;
 }
 
 static FramesResult nodes_take_packet(NodesFrame *frame, const void *data, size_t size)

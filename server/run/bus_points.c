@@ -5,7 +5,6 @@
 #include "base/check.h"
 
 #include <math.h>
-#include <string.h>
 
 enum {
     GROUP_NODES = 8,
@@ -14,16 +13,25 @@ enum {
     GRID_MOST = 1 << 29,
 };
 
-// Appends the low bits of a number, the most significant first; the bytes were zero.
-static void bits_write(uint8_t *data, int *at, uint32_t value, int width)
+typedef struct BitWriter {
+    uint8_t *data;
+    int bytes;     // written
+    uint64_t held; // its low bits are not written yet:
+    int held_bits; // fewer than 8
+} BitWriter;
+
+// Appends the low bits of a number, the most significant first; at most 31.
+static void bits_write(BitWriter *writer, uint32_t value, int width)
 {
-    for (int left = width; left > 0;) {
-        int room = 8 - *at % 8, take = left < room ? left : room;
-        uint32_t part = value >> (left - take) & ((1u << take) - 1u);
-        data[*at / 8] = (uint8_t)(data[*at / 8] | part << (room - take));
-        *at += take;
-        left -= take;
-    }
+    writer->held = writer->held << width | value;
+    writer->held_bits += width;
+    while (writer->held_bits >= 8)
+        writer->data[writer->bytes++] = (uint8_t)(writer->held >> (writer->held_bits -= 8));
+}
+
+static int bits_written(const BitWriter *writer)
+{
+    return 8 * writer->bytes + writer->held_bits;
 }
 
 static int width_of(uint32_t value)
@@ -31,19 +39,20 @@ static int width_of(uint32_t value)
     return value == 0 ? 0 : 32 - __builtin_clz(value);
 }
 
-// The nearest number of the grid; 0 for what no grid can hold.
-static int32_t round_to(float x, double grid)
+// The nearest number of the grid, by its reciprocal, which is exact; 0 for what no grid can hold.
+static int32_t round_to(float x, double per_grid)
 {
-    double scaled = (double)x / grid;
+    double scaled = (double)x * per_grid;
     return fabs(scaled) <= GRID_MOST ? (int32_t)lrint(scaled) : 0;
 }
 
 float points_grid(const float *position, const int *id, int count)
 {
     float largest = 0.0f, grid = POINTS_GRID;
-    for (int i = 0; i < 3 * count; i++)
-        if (id[i / 3] >= 0)
-            largest = fmaxf(largest, fabsf(position[i]));
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < 3 && id[i] >= 0; k++)
+            if (fabsf(position[3 * i + k]) > largest) // never of a NaN
+                largest = fabsf(position[3 * i + k]);
     while (largest > grid * (float)GRID_MOST && isfinite(largest))
         grid *= 2.0f;
     return grid;
@@ -51,18 +60,18 @@ float points_grid(const float *position, const int *id, int count)
 
 // Folds the differences of a group's nodes to the node before into `u`, and `at`, the node before,
 // becomes the last of them. Returns the bits that the group takes.
-static int group_fold(const float *position, const int *id, int count, float grid, int32_t at[3],
-                      uint32_t u[3 * GROUP_NODES], int width[3])
+static int group_fold(const float *position, const int *id, int count, double per_grid,
+                      int32_t at[3], uint32_t u[3 * GROUP_NODES], int width[3])
 {
     uint32_t all[3] = {0};
     for (int i = 0; i < count; i++)
         for (int k = 0; k < 3; k++) {
             // A free slot may hold anything: it repeats the node before.
-            int32_t value = id[i] < 0 ? at[k] : round_to(position[3 * i + k], (double)grid);
+            int32_t value = id[i] < 0 ? at[k] : round_to(position[3 * i + k], per_grid);
             int32_t difference = value - at[k];
             at[k] = value;
-            u[3 * i + k] = difference < 0 ? 2u * (uint32_t)(-(difference + 1)) + 1u
-                                          : 2u * (uint32_t)difference;
+            // 0 -1 1 -2 2 become 0 1 2 3 4.
+            u[3 * i + k] = (uint32_t)difference << 1 ^ (0u - (uint32_t)(difference < 0));
             all[k] |= u[3 * i + k];
         }
     for (int k = 0; k < 3; k++)
@@ -75,26 +84,30 @@ int points_pack(const float *position, const int *id, int count, float grid, int
 {
     ASSERT(bytes >= POINTS_LEAST_BYTES);
     // From the first node in use: the first group is as narrow as the others.
-    int used = 0, taken = 0, bits = 0;
+    const double per_grid = 1.0 / (double)grid;
+    BitWriter writer = {.data = data};
+    int used = 0, taken = 0;
     while (used < count - 1 && id[used] < 0)
         used++;
     int32_t at[3];
     for (int k = 0; k < 3; k++)
-        at[k] = origin[k] = count > 0 ? round_to(position[3 * used + k], (double)grid) : 0;
-    memset(data, 0, (size_t)bytes);
+        at[k] = origin[k] = count > 0 ? round_to(position[3 * used + k], per_grid) : 0;
     // Whole groups, as many as there is room for.
     while (taken < count && taken + GROUP_NODES <= POINTS_IN_PACKET) {
         uint32_t u[3 * GROUP_NODES];
         int width[3], nodes = count - taken < GROUP_NODES ? count - taken : GROUP_NODES;
-        int more = group_fold(position + 3L * taken, id + taken, nodes, grid, at, u, width);
-        if (bits + more > 8 * bytes)
+        int more = group_fold(position + 3L * taken, id + taken, nodes, per_grid, at, u, width);
+        if (bits_written(&writer) + more > 8 * bytes)
             break;
         for (int k = 0; k < 3; k++)
-            bits_write(data, &bits, (uint32_t)width[k], WIDTH_BITS);
-        for (int i = 0; i < 3 * nodes; i++)
-            bits_write(data, &bits, u[i], width[i % 3]);
+            bits_write(&writer, (uint32_t)width[k], WIDTH_BITS);
+        for (int i = 0; i < nodes; i++)
+            for (int k = 0; k < 3; k++)
+                bits_write(&writer, u[3 * i + k], width[k]);
         taken += nodes;
     }
-    *data_bytes = (bits + 7) / 8;
+    // The last byte is filled with zeros.
+    bits_write(&writer, 0, (8 - writer.held_bits) % 8);
+    *data_bytes = writer.bytes;
     return taken;
 }
