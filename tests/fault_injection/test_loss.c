@@ -237,7 +237,7 @@ typedef struct Stream {
     int32_t whole; // sequence of the last frame that came whole
     bool any_whole, packets;
     int64_t frames, nodes, fresh; // frames that were looked at, their nodes, those of them fresh
-    int64_t bytes;                // of IP, with the headers of UDP and of fragments
+    int64_t bytes, arrived;       // of IP, with the headers of UDP and of fragments; nodes in them
     int64_t largest;              // payload of UDP
 } Stream;
 
@@ -256,6 +256,11 @@ static void look(Stream *stream)
     }
 }
 
+static double fresh_share(const Stream *stream)
+{
+    return stream->nodes > 0 ? (double)stream->fresh / (double)stream->nodes : 0.0;
+}
+
 static void on_positions(const lcm_recv_buf_t *message, const char *channel, void *user)
 {
     enum { LCM_HEADER = 8, UDP_HEADER = 8, IP_HEADER = 20, IP_PART = 1480 };
@@ -263,26 +268,23 @@ static void on_positions(const lcm_recv_buf_t *message, const char *channel, voi
     int64_t udp = LCM_HEADER + (int64_t)strlen(channel) + 1 + message->data_size;
     stream->bytes += UDP_HEADER + udp + IP_HEADER * ((UDP_HEADER + udp + IP_PART - 1) / IP_PART);
     stream->largest = udp > stream->largest ? udp : stream->largest;
-    const NodesFrame before = stream->frame;
-    if (before.started) {
-        // A copy has the first look: this message may begin the next frame.
-        pliant_nodes_t head;
-        pliant_points_t packet;
-        int32_t sequence = before.sequence;
-        if (stream->packets) {
-            assert_true(pliant_points_t_decode(message->data, 0, (int)message->data_size, &packet) >
-                        0);
-            sequence = packet.sequence;
-            pliant_points_t_decode_cleanup(&packet);
-        } else {
-            assert_true(pliant_nodes_t_decode(message->data, 0, (int)message->data_size, &head) >
-                        0);
-            sequence = head.sequence;
-            pliant_nodes_t_decode_cleanup(&head);
-        }
-        if (sequence > before.sequence)
-            look(stream);
+    // Before it is taken: this message may begin the next frame.
+    pliant_nodes_t chunk;
+    pliant_points_t packet;
+    int32_t sequence;
+    if (stream->packets) {
+        assert_true(pliant_points_t_decode(message->data, 0, (int)message->data_size, &packet) > 0);
+        sequence = packet.sequence;
+        stream->arrived += packet.count;
+        pliant_points_t_decode_cleanup(&packet);
+    } else {
+        assert_true(pliant_nodes_t_decode(message->data, 0, (int)message->data_size, &chunk) > 0);
+        sequence = chunk.sequence;
+        stream->arrived += chunk.num_values / 3;
+        pliant_nodes_t_decode_cleanup(&chunk);
     }
+    if (stream->frame.started && sequence > stream->frame.sequence)
+        look(stream);
     FramesResult result = nodes_frame_add(&stream->frame, message->data, message->data_size);
     assert_true(result != FRAMES_REFUSED);
     if (result == FRAMES_WHOLE) {
@@ -339,18 +341,22 @@ static void packets_keep_nodes_fresh_where_frames_of_floats_are_lost(void **stat
     expect_at_least((double)far[1].frames, EFFORT(120));
     LinkCounts counts = hosts_counts();
     assert_true(counts.lost[HOST_SERVER] > 0);
-    double share[2], bytes[2];
+    double share[2], kept[2], bytes[2];
     for (int k = 0; k < 2; k++) {
-        share[k] = far[k].nodes > 0 ? (double)far[k].fresh / (double)far[k].nodes : 0.0;
-        bytes[k] = (double)near_by[k].bytes / (double)(near_by[k].frames + 1);
+        share[k] = fresh_share(&far[k]);
+        kept[k] = fresh_share(&near_by[k]);
+        const NodesFrame *frame = &near_by[k].frame;
+        bytes[k] = (double)near_by[k].bytes / (double)near_by[k].arrived;
+        assert_int_equal(frame->node_count, 10242);
     }
     figure("10242 nodes, 60 Hz, 1 %% of %lld packets lost: nodes fresh within two frames %.2f %% "
-           "as floats, %.3f %% in packets; bytes of IP per node and frame %.2f and %.2f",
+           "as floats, %.3f %% in packets (on the server's host %.2f and %.3f %%); bytes of IP per "
+           "node %.2f and %.2f",
            (long long)counts.packets[HOST_SERVER], 100.0 * share[0], 100.0 * share[1],
-           bytes[0] / 10242.0, bytes[1] / 10242.0);
+           100.0 * kept[0], 100.0 * kept[1], bytes[0], bytes[1]);
     // A node is stale if both packets are lost: one in 10,000. Of floats, 56 in 100 frames miss one
-    // of their 84 packets.
-    expect_at_least(share[1], 0.99);
+    // of their 84 packets. What a busy machine loses in its buffers the witness loses, too.
+    expect_at_least(share[1], kept[1] - 0.01);
     expect_at_most(share[0], 0.9);
     expect_at_most(bytes[1], 0.5 * bytes[0]);
     assert_true(near_by[1].largest <= 1400);
