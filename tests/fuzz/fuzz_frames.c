@@ -56,7 +56,8 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
     receiver->now_ns += 1000000;
     switch (kind) {
     case 0:
-    case 10:
+    case 10: // both are positions, whichever of the two it is
+        right = wire_check(&WIRE_NODES, data, size) || wire_check(&WIRE_POINTS, data, size);
         result = nodes_frame_add(&receiver->nodes, data, size);
         MUST(right || result == FRAMES_REFUSED);
         if (receiver->nodes.started)
