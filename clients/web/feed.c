@@ -469,6 +469,14 @@ static void ask_for_missing(Feed *feed)
         describe(feed);
 }
 
+static void turn_workbench(Feed *feed)
+{
+    const pliant_status_t *status = feed->status;
+    const WorkbenchHeard heard = {feed->linked, feed->status_ns, status ? status->scene : ""};
+    if (feed->workbench)
+        workbench_turn(feed->workbench, &heard, client_now_ns());
+}
+
 void feed_run(Feed *feed)
 {
     const int64_t turn_ns = 20000000;
@@ -477,6 +485,7 @@ void feed_run(Feed *feed)
         follow_daemon(feed);
         ask_for_missing(feed);
         requests_repeat(feed->requests, feed->board, client_now_ns());
+        turn_workbench(feed);
     }
 }
 

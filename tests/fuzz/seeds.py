@@ -195,8 +195,11 @@ def pages():
                     '[0.1, 0, 0.1]], "body": "ball"}'),
             ("load", '{"type": "load", "id": 4, "center": [0, 0, 0], "radius": 0.01, "force": [0, 0, 1e0], '
                      '"duration": 0.5, "body": ""}'),
-            ("command", '{"type": "command", "id": 5, "kind": "set", "value": 1, "argument": "gravity=0"}')):
+            ("command", '{"type": "command", "id": 5, "kind": "set", "value": 1, "argument": "gravity=0"}'),
+            ("start", '{"type": "start", "id": 6, "folder": "uploads", "name": "organ.cfg"}'),
+            ("propose", '{"type": "propose", "id": 7, "name": "organ.stl", "units": "mm", "model": "voxel"}')):
         put("page", name, "\0" + text)
+    put("page", "mesh-name", "\1../meshes/my organ.nii.gz")
     put("page", "host", "\1localhost:8080\nhttp://localhost:8080")
     put("page", "host-six", "\1[::1]:8080\nhttps://[::1]:8080")
     put("page", "token", "\0010123456789abcdef")

@@ -6,6 +6,7 @@ import { Hand } from './hand.js';
 import { isIdleCut } from './knife.js';
 import { Link } from './link.js';
 import { Panel } from './panel.js';
+import { Workbench } from './scenes.js';
 import { Stage, boxOfAll } from './stage.js';
 import { Tools } from './tools.js';
 import { applyLook, drawnTissue, look } from './tissue.js';
@@ -21,7 +22,7 @@ const QUIET = new Set(['load', 'tool']);
 
 const element = (id) => document.getElementById(id);
 let bodies = [], textures = [], switches = { wireframe: false, springs: false };
-let round = null, fitted = false, daemon = false, connected = false, drawnAt = 0, figuresAt = 0;
+let round = null, fitted = false, daemon = false, silence = 0, connected = false, drawnAt = 0, figuresAt = 0;
 let colours = null;
 let started = false; // everything below exists
 
@@ -55,10 +56,11 @@ const link = new Link(`${scheme}//${location.host}/live${location.search}`,
     { text: takeText, binary: takeBinary, state: takeState });
 const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
     told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties') }, element('trail'));
+const workbench = new Workbench(link, showLink);
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
-window.pliant = { stage, tools, hand, link, look, get bodies() { return bodies; } };
+window.pliant = { stage, tools, hand, link, look, workbench, get bodies() { return bodies; } };
 
 function takeLook(settings) {
     switches = settings;
@@ -106,7 +108,9 @@ function takeText(message) {
         hand.answered(message);
         if (!message.ok && !isIdleCut(message.text)) panel.takeEvent('refused', message.text, true);
         return undefined;
+    case 'workbench': return workbench.take(message);
     case 'error':
+        if (workbench.takeError(message)) return undefined;
         hand.answered({ id: message.id, ok: false, text: message.text });
         return panel.takeEvent('error', message.text, true);
     case 'round': return takeRound(message.round);
@@ -197,7 +201,8 @@ function takeState(state) {
 
 function takeLink(message) {
     daemon = message.daemon;
-    showLink(message.age);
+    silence = message.age;
+    showLink();
 }
 
 // The reason why pressing, pulling, cutting and commands are disabled; '': enabled.
@@ -206,14 +211,15 @@ function whyNothing() {
     return daemon ? '' : 'pliantd is silent: nothing can be moved before it runs again.';
 }
 
-function showLink(age) {
-    const old = bodies.length > 0;
+function showLink(age = silence) {
+    const old = bodies.length > 0, why = started ? workbench.notice : '';
+    if (started) workbench.takeLink(connected && daemon);
     if (!connected) panel.takeLink('no connection', `pliant-web does not answer, so the state of pliantd is unknown. ${
         old ? 'What you see is old. ' : ''}The page keeps trying.`);
     else if (!daemon) panel.takeLink('daemon gone', old
         ? `pliantd is gone: no message from it${age > 0 ? ` for ${Math.round(age)} s` : ''}. What you see is ` +
-            'old. The page continues as soon as one runs again.'
-        : 'Waiting for pliantd …');
+            `old. ${why || 'The page continues as soon as one runs again.'}`
+        : why || 'Waiting for pliantd …');
     else panel.takeLink('live', '');
     if (started && whyNothing()) hand.end();
     look.silent = !(connected && daemon);
