@@ -16,7 +16,8 @@ typedef struct WireType {
     int64_t (*fingerprint)(void);
 } WireType;
 
-extern const WireType WIRE_TOOL_POSE, WIRE_COMMAND, WIRE_REPLY, WIRE_NODES, WIRE_POINTS, WIRE_MESH,
+extern const WireType WIRE_POINTS;
+extern const WireType WIRE_TOOL_POSE, WIRE_COMMAND, WIRE_REPLY, WIRE_NODES, WIRE_MESH,
     WIRE_MESH_DELTA, WIRE_REST, WIRE_WALLS, WIRE_CONTACT, WIRE_STATUS, WIRE_EVENT, WIRE_CLAIM;
 
 // True if `data` is one whole message of the type: fingerprint, every count and string inside the
