@@ -177,6 +177,37 @@ static void packets_take_half_of_the_bytes(void **state)
     free(sent);
 }
 
+// The largest difference that there is takes 31 bits, not 32.
+static void two_nodes_as_far_apart_as_the_grid_reaches(void **state)
+{
+    (void)state;
+    enum { COUNT = 8 };
+    for (int n = 0; n < 2; n++) {
+        // 4096 m is 2^29 steps, the next smaller float 32 steps less.
+        float far = n == 0 ? 4096.0f : nextafterf(4096.0f, 0.0f);
+        float position[3 * COUNT];
+        int id[COUNT], bytes;
+        for (int i = 0; i < COUNT; i++)
+            id[i] = i;
+        for (int i = 0; i < 3 * COUNT; i++)
+            position[i] = i / 3 % 2 ? -far : far;
+        float grid = points_grid(position, id, COUNT);
+        assert_true(grid == (n == 0 ? 2.0f * POINTS_GRID : POINTS_GRID));
+        int32_t origin[3];
+        uint8_t data[POINTS_LEAST_BYTES]; // enough for any eight
+        int count = points_pack(position, id, COUNT, grid, sizeof data, origin, data, &bytes);
+        assert_int_equal(count, COUNT);
+        NodesFrame frame = {0};
+        pliant_points_t packet = {
+            .node_count = COUNT, .count = COUNT, .grid = grid, .num_bytes = bytes, .data = data};
+        memcpy(packet.origin, origin, sizeof origin);
+        assert_int_equal(add(&frame, &packet), FRAMES_WHOLE);
+        for (int i = 0; i < 3 * COUNT; i++)
+            assert_true(frame.position[i] == position[i]); // numbers of the grid
+        nodes_frame_destroy(&frame);
+    }
+}
+
 // What has no place on any grid still gives a packet of finite numbers.
 static void numbers_out_of_range_are_packed_as_finite_ones(void **state)
 {
@@ -385,6 +416,7 @@ int main(void)
         cmocka_unit_test(positions_come_back_within_half_a_step),
         cmocka_unit_test(each_packet_stands_alone),
         cmocka_unit_test(packets_take_half_of_the_bytes),
+        cmocka_unit_test(two_nodes_as_far_apart_as_the_grid_reaches),
         cmocka_unit_test(numbers_out_of_range_are_packed_as_finite_ones),
         cmocka_unit_test(a_lost_packet_leaves_its_nodes_as_they_were),
         cmocka_unit_test(nodes_of_another_mesh_are_not_patched_with),

@@ -242,17 +242,20 @@ typedef struct Stream {
 } Stream;
 
 // A node is fresh if it is of this frame or of the one before. Floats are shown only when all of a
-// frame has come; packets at once.
-static void look(Stream *stream)
+// frame has come; packets at once. Looks at all frames before `next`, also those of which nothing
+// has come.
+static void look(Stream *stream, int32_t next)
 {
     const NodesFrame *frame = &stream->frame;
     if (!stream->any_whole)
         return;
-    stream->frames++;
-    stream->nodes += frame->node_count;
-    for (int i = 0; i < frame->node_count; i++) {
-        int32_t of = stream->packets ? frame->frame[i] : stream->whole;
-        stream->fresh += frame->sequence - of <= 1;
+    for (int32_t now = frame->sequence; now < next; now++) {
+        stream->frames++;
+        stream->nodes += frame->node_count;
+        for (int i = 0; i < frame->node_count; i++) {
+            int32_t of = stream->packets ? frame->frame[i] : stream->whole;
+            stream->fresh += now - of <= 1;
+        }
     }
 }
 
@@ -284,7 +287,7 @@ static void on_positions(const lcm_recv_buf_t *message, const char *channel, voi
         pliant_nodes_t_decode_cleanup(&chunk);
     }
     if (stream->frame.started && sequence > stream->frame.sequence)
-        look(stream);
+        look(stream, sequence);
     FramesResult result = nodes_frame_add(&stream->frame, message->data, message->data_size);
     assert_true(result != FRAMES_REFUSED);
     if (result == FRAMES_WHOLE) {
@@ -355,8 +358,10 @@ static void packets_keep_nodes_fresh_where_frames_of_floats_are_lost(void **stat
            (long long)counts.packets[HOST_SERVER], 100.0 * share[0], 100.0 * share[1],
            100.0 * kept[0], 100.0 * kept[1], bytes[0], bytes[1]);
     // A node is stale if both packets are lost: one in 10,000. Of floats, 56 in 100 frames miss one
-    // of their 84 packets. What a busy machine loses in its buffers the witness loses, too.
-    expect_at_least(share[1], kept[1] - 0.01);
+    // of their 84 packets. What a busy machine loses in its buffers the witness loses, too: of what
+    // he kept, 99 in 100 is asked for.
+    expect_at_least(kept[1], 0.9);
+    expect_at_least(share[1], 0.99 * kept[1]);
     expect_at_most(share[0], 0.9);
     expect_at_most(bytes[1], 0.5 * bytes[0]);
     assert_true(near_by[1].largest <= 1400);
