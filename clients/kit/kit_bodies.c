@@ -46,12 +46,12 @@ static KitMesh *mesh_copy(const MeshFrame *from)
         .level = kit_copy(from->level, nodes)});
 }
 
-// Hands the newest positions out if they are complete and the mesh is theirs.
+// Hands the newest positions out if there is one of each node and the mesh is theirs.
 static void frame_try(PliantClient *kit, KitBody *body)
 {
     const NodesFrame *nodes = &body->nodes;
     const MeshFrame *mesh = &body->mesh;
-    if (!nodes->whole || !body->waiting)
+    if (!nodes->ready || !body->waiting)
         return;
     if (!mesh->whole || mesh->topology != nodes->topology ||
         mesh->node_count != nodes->node_count) {
@@ -66,14 +66,16 @@ static void frame_try(PliantClient *kit, KitBody *body)
     body->renewed = false;
     float *position = kit_copy(nodes->position, 3 * (size_t)nodes->node_count * sizeof *position);
     pliant_body_release(body->newest);
-    body->newest = kit_frame_create(&(const PliantBody){.name = body->name,
-                                                        .count = ++body->count,
-                                                        .step = nodes->step,
-                                                        .time = nodes->time,
-                                                        .utime = nodes->utime,
-                                                        .position = position,
-                                                        .first_wall = body->first_wall},
-                                    body->shared);
+    body->newest =
+        kit_frame_create(&(const PliantBody){.name = body->name,
+                                             .count = ++body->count,
+                                             .step = nodes->step,
+                                             .time = nodes->time,
+                                             .utime = nodes->utime,
+                                             .position = position,
+                                             .first_wall = body->first_wall,
+                                             .old_nodes = nodes->node_count - nodes->nodes.arrived},
+                         body->shared);
     body->waiting = false;
 }
 
@@ -103,8 +105,11 @@ static KitBody *add(PliantClient *kit, const char *name)
 static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     PliantClient *kit = user;
-    KitBody *body = add(kit, client_body_of(&kit->client, "NODES", channel));
-    if (!body || nodes_frame_add(&body->nodes, buffer->data, buffer->data_size) != FRAMES_WHOLE)
+    KitBody *body = add(kit, client_nodes_body(&kit->client, channel));
+    if (!body)
+        return;
+    const FramesResult result = nodes_frame_add(&body->nodes, buffer->data, buffer->data_size);
+    if (result != FRAMES_WHOLE && result != FRAMES_PATCHED)
         return;
     body->waiting = true;
     frame_try(kit, body);
@@ -150,6 +155,7 @@ bool kit_bodies_subscribe(PliantClient *kit)
 {
     enum { QUEUE = 1000 };
     return client_subscribe(&kit->client, "NODES", ".+", QUEUE, on_nodes, kit) &&
+           client_subscribe(&kit->client, "POINTS", ".+", QUEUE, on_nodes, kit) &&
            client_subscribe(&kit->client, "MESH", ".+", QUEUE, on_mesh, kit) &&
            client_subscribe(&kit->client, "WALLS", ".+", QUEUE, on_walls, kit);
 }

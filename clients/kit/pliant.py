@@ -38,7 +38,8 @@ class _Body(ctypes.Structure):
     _fields_ = [("name", c_char_p), ("count", c_int64), ("step", c_int64), ("time", c_double), ("utime", c_int64),
                 ("topology", c_int32), ("node_count", c_int32), ("triangle_count", c_int32),
                 ("position", c_void_p), ("triangle", c_void_p), ("id", c_void_p), ("origin", c_void_p),
-                ("parent", c_void_p), ("piece", c_void_p), ("level", c_void_p), ("first_wall", c_int32)]
+                ("parent", c_void_p), ("piece", c_void_p), ("level", c_void_p), ("first_wall", c_int32),
+                ("old_nodes", c_int32)]
 
 
 class _Pose(ctypes.Structure):
@@ -180,8 +181,8 @@ class _Kept:
 
 
 class Body:
-    """A frame of a body: name, count, step, time, utime, topology, node_count, triangle_count, first_wall, and
-    arrays: position and triangle (rows of 3), parent (rows of 2), id, origin, piece, level; None: not recorded."""
+    """A frame of a body: name, count, step, time, utime, topology, node_count, triangle_count, first_wall, old_nodes,
+    and arrays: position and triangle (rows of 3), parent (rows of 2), id, origin, piece, level; None: not recorded."""
     _ARRAYS = {"position": (c_float, "f", "node_count", 3), "triangle": (c_int32, "i", "triangle_count", 3),
                "id": (c_int32, "i", "node_count", 1), "origin": (c_int32, "i", "node_count", 1),
                "parent": (c_int32, "i", "node_count", 2), "piece": (c_int32, "i", "node_count", 1),

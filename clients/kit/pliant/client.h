@@ -73,13 +73,16 @@ typedef struct PliantBody {
     const int32_t *piece;    // [node_count] connected piece, from 0
     const int8_t *level;     // [node_count] level of detail at which the node was created
     int32_t first_wall;      // triangles from this slot on are walls of cuts; 0: none, or unknown
+    int32_t old_nodes;       // nodes that are where an earlier frame had them, since their packets
+                             // of this one did not come; of servers that send packets
 } PliantBody;
 
 // Return the number of bodies of which a frame is there, and their names, k from 0.
 PLIANT_API int pliant_body_count(const PliantClient *client);
 PLIANT_API const char *pliant_body_name(const PliantClient *client, int k);
 // Returns the newest frame of a body, or NULL if none is complete. Deltas are applied, lost ones
-// are repaired with the next whole mesh, which the client asks for.
+// are repaired with the next whole mesh, which the client asks for. Positions that are sent as
+// packets are a frame when the last one of a step comes and every node was heard once.
 PLIANT_API const PliantBody *pliant_body(const PliantClient *client, const char *name);
 // Waits for the next frame of a body. Returns NULL after `seconds`, or if the connection breaks.
 PLIANT_API const PliantBody *pliant_wait_body(PliantClient *client, const char *name,
