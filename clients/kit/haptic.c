@@ -153,8 +153,7 @@ void pliant_haptic_force(PliantHaptic *haptic, const double position[3], const d
         going[k] = velocity ? velocity[k] : (position[k] - haptic->position[k]) / period;
     observe(haptic, position);
     // A force that has expired is none.
-    const bool expired = haptic->last.valid > 0.0 && now - haptic->received > haptic->last.valid;
-    if (haptic->heard && haptic->last.contact && !expired)
+    if (haptic->heard && haptic->last.contact && now - haptic->received <= haptic->last.valid)
         show_plane(haptic, position, going, force);
     const bool touches = dot(force, force) > 0.0;
     if (!all_finite(force, 3))

@@ -379,6 +379,14 @@ static void force_ends_with_its_validity_and_at_the_limit(void **state)
     at[2] = -0.01;
     pliant_haptic_force(haptic, at, NULL, 10.021, force);
     expect_near(force[2], 0.0, 0.0);
+    // One whose time was up before it came is none.
+    contact.received = 10.03;
+    for (contact.valid = 0.0; contact.valid > -2.0; contact.valid -= 1.0) {
+        pliant_haptic_take(haptic, &contact);
+        pliant_haptic_force(haptic, at, NULL, contact.received + 1.0, force);
+        expect_near(force[2], 0.0, 0.0);
+        contact.received += 0.01;
+    }
     // An older contact does not come back.
     contact.received = 9.0;
     contact.valid = 100.0;
@@ -394,8 +402,12 @@ static void damping_acts_on_the_change_of_velocity(void **state)
 {
     (void)state;
     PliantHaptic *haptic = pliant_haptic_create(10.0, false);
-    PliantContact contact = {
-        .contact = true, .received = 1.0, .time = 1.0, .normal = {0.0, 0.0, 1.0}, .damping = 4.0};
+    PliantContact contact = {.contact = true,
+                             .received = 1.0,
+                             .valid = 0.1,
+                             .time = 1.0,
+                             .normal = {0.0, 0.0, 1.0},
+                             .damping = 4.0};
     pliant_haptic_take(haptic, &contact);
     contact.received = contact.time = 1.01;
     contact.position[2] = -0.001; // -0.1 m/s
@@ -419,6 +431,7 @@ static void numbers_that_are_none_give_no_force(void **state)
         PliantHaptic *haptic = pliant_haptic_create(3.0, true);
         PliantContact contact = {.contact = true,
                                  .received = 1.0,
+                                 .valid = 0.1,
                                  .force = {0.0, 0.0, 1.0},
                                  .normal = {0.0, 0.0, 1.0},
                                  .stiffness = {{bad[k]}, {0}, {0.0, bad[k], bad[k]}}};
