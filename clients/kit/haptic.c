@@ -10,8 +10,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double PERIOD_MOST = 0.05;  // [s] a longer pause predicts nothing,
-static const double PERIOD_USUAL = 1e-3; // and this is assumed after it
+static const double PERIOD_MOST = 0.05;  // [s] a velocity predicts no further,
+static const double PERIOD_USUAL = 1e-3; // and before the second call this far
+
+// What no prediction sees is paid from a credit: half of what is there is for a way as long as the
+// longest of late.
+static const double CREDIT = 1e-3, CREDIT_SPENT = 1.0 - 1e-6; // [J], share at most
+static const double WAY_LEAST = 1e-4, WAY_FADES = 0.999;      // [m], per call
 
 struct PliantHaptic {
     double max_force; // [N]
@@ -25,7 +30,11 @@ struct PliantHaptic {
     // the last call
     bool called;
     double now, position[3], force[3];
-    double energy; // work of the hand that may be given back [J]
+    double period; // between the last two calls [s]
+    // Where the hand went last, mainly along each axis; 0: nowhere, or back [m].
+    double recent[3][3];
+    double longest; // way between two calls, fading [m]
+    double energy;  // work of the hand that may be given back [J]
 };
 
 static double dot(const double a[3], const double b[3])
@@ -51,6 +60,8 @@ PliantHaptic *pliant_haptic_create(double max_force, bool guard)
         abort(); // the machine is out of memory
     haptic->max_force = max_force;
     haptic->guard = guard;
+    haptic->period = PERIOD_USUAL;
+    haptic->longest = WAY_LEAST;
     return haptic;
 }
 
@@ -112,54 +123,126 @@ static double stiffness_along(const HandForce *plane, const double force[3])
     return sum > 0.0 && size > 0.0 ? sum / size : 0.0;
 }
 
-// Adds the work of the hand since the last call; the device has held the last force.
-static void observe(PliantHaptic *haptic, const double position[3])
+// Remembers where the hand went since the last call, unless it rests. An encoder counts steps, one
+// axis at a time and none in most calls: the next step goes where one of the last ones went, until
+// the hand turns.
+static void remember(PliantHaptic *haptic, const double way[3])
 {
-    for (int k = 0; k < 3 && haptic->called; k++)
-        haptic->energy -= haptic->force[k] * (position[k] - haptic->position[k]);
+    int axis = 0;
+    for (int k = 1; k < 3; k++)
+        axis = fabs(way[k]) > fabs(way[axis]) ? k : axis;
+    if (way[axis] == 0.0)
+        return;
+    for (int k = 0; k < 3; k++) {
+        if (dot(haptic->recent[k], way) < 0.0)
+            memset(haptic->recent[k], 0, sizeof haptic->recent[k]);
+    }
+    memcpy(haptic->recent[axis], way, sizeof haptic->recent[axis]);
 }
 
-// Reduces the force by what would give more than is left, if the hand goes on for `period` [s].
-static void limit(PliantHaptic *haptic, const double velocity[3], double period, double force[3])
+// Adds the work of the hand since the last call; the device has held the last force. Returns false
+// if the numbers are beyond any hand.
+static bool observe(PliantHaptic *haptic, const double position[3])
+{
+    double way[3] = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 3 && haptic->called; k++)
+        way[k] = position[k] - haptic->position[k];
+    if (!all_finite(way, 3))
+        return false;
+    haptic->energy -= dot(haptic->force, way);
+    // A jump may cost more than the credit. A little is left, to be paid back from.
+    haptic->energy = fmax(haptic->energy, -CREDIT_SPENT * CREDIT);
+    haptic->longest = fmax(fmax(WAY_LEAST, sqrt(dot(way, way))), WAY_FADES * haptic->longest);
+    remember(haptic, way);
+    return true;
+}
+
+// Returns how much more than `most` the force would do on the way, per metre of its largest
+// component, and that way scaled by it: a product of small numbers would be 0.
+static double excess(const double force[3], const double way[3], double most, double scaled[3])
+{
+    const double size = fmax(fabs(way[0]), fmax(fabs(way[1]), fabs(way[2])));
+    for (int k = 0; k < 3; k++)
+        scaled[k] = size > 0.0 ? way[k] / size : 0.0;
+    return size > 0.0 ? dot(force, scaled) - most / size : 0.0;
+}
+
+// Drops the part of the force along the way that would do more than `most`.
+static void drop(double force[3], const double way[3], double most)
+{
+    double scaled[3];
+    const double more = excess(force, way, most, scaled);
+    for (int k = 0; k < 3 && more > 0.0; k++)
+        force[k] -= more / dot(scaled, scaled) * scaled[k];
+}
+
+// Scales the force down until it does no more than `most`, but for what the steps before rounded.
+static void scale(double force[3], const double way[3], double most)
+{
+    const double rounding = 1e-12;
+    double scaled[3];
+    const double more = excess(force, way, most, scaled), power = dot(force, scaled);
+    if (!(more > rounding * sqrt(dot(force, force))))
+        return;
+    for (int k = 0; k < 3; k++)
+        force[k] *= fmax(0.0, 1.0 - more / power);
+}
+
+// Reduces the force to one that gives no more than is left if the hand goes on as its velocity
+// says, or as it went before. Every step makes the force smaller.
+static void limit(PliantHaptic *haptic, const double velocity[3], double force[3])
 {
     // Twice what a spring of this stiffness stores: tissue whose force grows as a power of the
     // depth d^n stores 2 n / (n + 1) times a spring's of its tangent stiffness, below 2.
     const double stiffness = stiffness_along(&haptic->last, force);
     if (stiffness > 0.0)
         haptic->energy = fmin(haptic->energy, dot(force, force) / stiffness);
-    const double speed2 = dot(velocity, velocity), power = dot(force, velocity);
     const double left = fmax(0.0, haptic->energy);
-    if (!(power * period > left))
-        return;
-    const double drop = (power - left / period) / speed2;
+    const double *n = haptic->last.normal;
+    const double inward[3] = {-n[0], -n[1], -n[2]};
+    double going[4][3];
     for (int k = 0; k < 3; k++)
-        force[k] -= drop * velocity[k];
+        going[0][k] = velocity[k] * haptic->period;
+    memcpy(going[1], haptic->recent, sizeof haptic->recent);
+    for (int i = 0; i < 4; i++)
+        drop(force, going[i], left);
+    // What was dropped of a slanted force may leave one into the body. Without that part it may
+    // give more again.
+    drop(force, inward, 0.0);
+    for (int i = 0; i < 4; i++)
+        scale(force, going[i], left);
+    // And wherever it goes.
+    const double most = 0.5 * (CREDIT + haptic->energy) / haptic->longest;
+    const double size = sqrt(dot(force, force));
+    for (int k = 0; k < 3 && size > most; k++)
+        force[k] *= most / size;
 }
 
 void pliant_haptic_force(PliantHaptic *haptic, const double position[3], const double velocity[3],
                          double now, double force[3])
 {
     memset(force, 0, 3 * sizeof *force);
-    double going[3] = {0.0, 0.0, 0.0};
-    const double period = haptic->called ? now - haptic->now : 0.0;
-    const bool steady = period > 0.0 && period <= PERIOD_MOST;
-    if (!isfinite(now) || !all_finite(position, 3) || (velocity && !all_finite(velocity, 3))) {
+    if (!isfinite(now) || !all_finite(position, 3) || (velocity && !all_finite(velocity, 3)) ||
+        !observe(haptic, position)) {
         // Where the hand went is not known: nothing is left to give back.
         haptic->energy = fmin(haptic->energy, 0.0);
         haptic->called = false;
         return;
     }
-    for (int k = 0; k < 3 && (velocity || steady); k++)
+    const double period = haptic->called ? now - haptic->now : 0.0;
+    double going[3] = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 3 && (velocity || (period > 0.0 && period <= PERIOD_MOST)); k++)
         going[k] = velocity ? velocity[k] : (position[k] - haptic->position[k]) / period;
-    observe(haptic, position);
+    if (period > 0.0)
+        haptic->period = fmin(period, PERIOD_MOST);
     // A force that has expired is none.
     if (haptic->heard && haptic->last.contact && now - haptic->received <= haptic->last.valid)
         show_plane(haptic, position, going, force);
     const bool touches = dot(force, force) > 0.0;
+    if (touches && haptic->guard)
+        limit(haptic, going, force);
     if (!all_finite(force, 3))
         memset(force, 0, 3 * sizeof *force); // numbers beyond any device's
-    else if (touches && haptic->guard)
-        limit(haptic, going, steady ? period : PERIOD_USUAL, force);
     if (!touches)
         haptic->energy = fmin(haptic->energy, 0.0);
     haptic->called = true;

@@ -410,14 +410,12 @@ enum { LATE = 20, CYCLE = 500, CYCLES = 3 }; // ticks: each way; of a cycle, of 
 
 typedef struct Felt {
     double given, put_in; // work of the device on the hand, and of the hand while it pushes [J]
-    double bound;         // what the guard may miss [J]
 } Felt;
 
-static void felt_add(Felt *felt, double force, double way, double expected)
+static void felt_add(Felt *felt, double force, double way)
 {
     felt->given += force * way;
     felt->put_in += fmax(0.0, -force * way);
-    felt->bound += fabs(force) * fabs(way - expected);
 }
 
 // One tick of the server with the tool at this height. Returns the contact of that tick, or NULL if
@@ -463,7 +461,7 @@ static int feel(PliantClient *client, Felt felt[3])
             pliant_haptic_force(haptic[i], at, velocity, 1e-3 * k, force[i]);
         const double shown[3] = {held, force[0][2], force[1][2]};
         for (int i = 0; i < 3 && k >= CYCLE; i++) // the first cycle excites
-            felt_add(&felt[i], shown[i], way, 1e-3 * velocity[2]);
+            felt_add(&felt[i], shown[i], way);
     }
     for (int i = 0; i < 2; i++)
         pliant_haptic_destroy(haptic[i]);
@@ -495,7 +493,7 @@ static void haptic_loop_is_passive_behind_a_network(void **state)
     // dissipates.
     expect_at_least(felt[0].given / felt[0].put_in, 0.2);
     // Whole cycles: what was counted in the first one is forgotten outside the tissue.
-    expect_at_most(felt[2].given, felt[2].bound);
+    expect_at_most(felt[2].given, 1e-6); // of its credit, next to nothing
     // And it is felt: on the way in nothing is withheld.
     expect_at_least(felt[2].put_in, 0.99 * felt[1].put_in);
     pliant_close(client);

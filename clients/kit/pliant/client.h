@@ -117,14 +117,14 @@ typedef struct PliantContact {
     int64_t utime;          // of the server's CLOCK_REALTIME [us]
     int64_t pose_utime;     // utime of the pose in use; 0 before the first
     double received;        // when it arrived, on the clock of pliant_now [s]
-    double valid;           // for how long after `received` the force may be used [s]
-    bool contact;           // touches or holds; false: all below is zero but `position`
-    double position[3];     // tool position that the force belongs to [m]
-    double force[3];        // on the tool [N]
-    double torque[3];       // on the tool about `position` [N m]
-    double point[3];        // mean contact point [m]
-    double normal[3];       // unit, out of the body; zero of a tool that only holds
-    double depth;           // largest overlap [m]
+    double valid;       // for how long after `received` the force may be used [s]; 0 or below: no
+    bool contact;       // touches or holds; false: all below is zero but `position`
+    double position[3]; // tool position that the force belongs to [m]
+    double force[3];    // on the tool [N]
+    double torque[3];   // on the tool about `position` [N m]
+    double point[3];    // mean contact point [m]
+    double normal[3];   // unit, out of the body; zero of a tool that only holds
+    double depth;       // largest overlap [m]
     double stiffness[3][3]; // d(force)/d(-position) [N/m]; all zero: not estimated
     double damping;         // along the normal [N s/m]; 0: not estimated
 } PliantContact;
@@ -143,14 +143,20 @@ PLIANT_API const PliantContact *pliant_wait_contact(PliantClient *client, int32_
 // x_c and F_c of the contact, b its damping, v_c from its last two positions. F is zero without
 // contact and after its `valid`, never points into the body, and is at most the limit.
 //
-// A guard keeps the device passive whatever was delayed or lost: it counts the work W of the hand,
-// exactly if the device holds F until the next call, and drops the part of F along the velocity
-// that would give back more than is left. So W >= -L at any time: L sums, over the calls at which
-// too little was left, the force times the distance between where the hand went and where its
-// velocity would have taken it in one call (of second order in the period). What is left is at
-// most F^2 / K, twice the energy of a spring, and forgotten without contact, so that what tissue
-// has dissipated is not given back later. The guard also withholds real work of others: a body that
-// moves against a resting hand resists, but does not push it away.
+// A guard keeps the device passive whatever was delayed or lost. It counts the work W of the hand,
+// exactly if the device holds F until the next call, and gives back no more than is left:
+// - It drops the part of F along where the hand may go until the next call: as its velocity says,
+//   over the last period (at most 50 ms), and where it went last along each axis, until it turns.
+//   So the steps of an encoder, which most calls do not see, give nothing back either.
+// - What comes otherwise, as the first step of a hand that turns, is paid from a credit of 1 mJ:
+//   |F| is at most half of what is there of it, with what is left, over the longest way between two
+//   of the last calls (which fades by a thousandth per call, to 0.1 mm).
+// So W >= -1 mJ at any time, less 1 nJ per call, and less |F| times what a way between two calls is
+// longer than twice that longest one: 0.2 mm for a hand that rested. W is that of the positions as
+// given: encoders hide up to half a step. Where the stiffness K along F is known, what is left is
+// at most F^2 / K, twice the energy of a spring. It is forgotten without contact, so that what
+// tissue has dissipated is not given back later. The guard also withholds real work of others: a
+// body that moves against a resting hand resists, but does not push it away.
 //
 // Allocated here; no client needed. One thread at a time.
 typedef struct PliantHaptic PliantHaptic;
@@ -164,7 +170,7 @@ PLIANT_API void pliant_haptic_take(PliantHaptic *haptic, const PliantContact *co
 // `velocity` [m/s] may be NULL: from the last two positions. Zero if an argument is not finite.
 PLIANT_API void pliant_haptic_force(PliantHaptic *haptic, const double position[3],
                                     const double velocity[3], double now, double force[3]);
-// Returns the work of the hand that the guard counts now [J]; below 0: what it missed.
+// Returns the work of the hand that the guard counts now [J]; below 0: what it owes of the credit.
 PLIANT_API double pliant_haptic_energy(const PliantHaptic *haptic);
 
 // --- requests ---
