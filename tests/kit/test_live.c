@@ -17,6 +17,7 @@
 #include "pliant_status_t.h"
 #include "pliant_walls_t.h"
 
+#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -184,9 +185,16 @@ static void frames_are_those_of_the_recording_bit_by_bit(void **state)
     assert_true(topologies >= 4);
     // And so are those that the library reads from it.
     PliantError error;
+    int ends[2];
+    assert_int_equal(pipe(ends), 0);
     PliantRecording *recording = pliant_recording_open(scratch("run.h5"), &error);
     if (!recording)
         fail_msg("%s", error.text);
+    // What the program had open ends when it closes it, also while the file is read.
+    struct pollfd ended = {.fd = ends[0], .events = POLLIN};
+    close(ends[1]);
+    assert_int_equal(poll(&ended, 1, 60000), 1);
+    close(ends[0]);
     assert_int_equal(pliant_recording_frames(recording, "sphere"), view.frames);
     for (int k = 0; k < view.frames; k++) {
         const PliantBody *body = pliant_recording_frame(recording, "sphere", k);
