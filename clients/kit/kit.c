@@ -43,6 +43,8 @@ static KitTool *add_tool(PliantClient *kit, int32_t id)
     return &kit->tool[kit->tools++];
 }
 
+enum { STALE_CONTACTS = 1000 }; // of a second, more than a network holds back
+
 static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     (void)channel;
@@ -52,7 +54,9 @@ static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *
         pliant_contact_t_decode(buffer->data, 0, (int)buffer->data_size, &m) < 0)
         return;
     KitTool *tool = add_tool(kit, m.tool);
-    if (!tool)
+    // One that was overtaken is dropped; a restarted server counts from 0 with a later clock.
+    if (!tool || (tool->count > 0 && frames_stale(m.sequence, m.utime, tool->contact.sequence,
+                                                  tool->contact.utime, STALE_CONTACTS)))
         return;
     tool->count++;
     PliantContact *contact = &tool->contact;

@@ -9,6 +9,7 @@
 #include "pliant/client.h"
 
 #include "pliant_claim_t.h"
+#include "pliant_contact_t.h"
 #include "pliant_event_t.h"
 #include "pliant_mesh_delta_t.h"
 #include "pliant_mesh_t.h"
@@ -412,6 +413,32 @@ static void poses_move_a_tool_and_closing_withdraws_it(void **state)
     process_end(&daemon);
 }
 
+static void send_contact(lcm_t *lcm, int32_t tool, int32_t sequence, int64_t utime)
+{
+    const pliant_contact_t contact = {.tool = tool, .sequence = sequence, .utime = utime};
+    assert_true(pliant_contact_t_publish(lcm, "PLIANT_CONTACT", &contact) >= 0);
+}
+
+static void a_contact_that_was_overtaken_is_dropped(void **state)
+{
+    (void)state;
+    PliantClient *client = open_client();
+    lcm_t *lcm = lcm_create(NULL);
+    assert_non_null(lcm);
+    static const int32_t ORDER[] = {1, 2, 4, 3};
+    for (int k = 0; k < 4; k++)
+        send_contact(lcm, 1, ORDER[k], 1000 * ORDER[k]);
+    send_contact(lcm, 2, 1, 0); // comes last
+    expect_done(client, pliant_wait_contact(client, 2, 60.0));
+    assert_int_equal(pliant_contact(client, 1)->sequence, 4);
+    // A server that starts again counts from 0.
+    send_contact(lcm, 1, 0, 5000);
+    expect_done(client, pliant_wait_contact(client, 1, 60.0));
+    assert_int_equal(pliant_contact(client, 1)->sequence, 0);
+    lcm_destroy(lcm);
+    pliant_close(client);
+}
+
 // --- haptic loop ---------------------------------------------------------------------------------
 
 enum { LATE = 20, CYCLE = 500, CYCLES = 3 }; // ticks: each way; of a cycle, of which one excites
@@ -606,6 +633,7 @@ int main(int argc, char **argv)
         daemon_test(requests_do_what_they_say_or_say_why_not),
         daemon_test(ties_are_made_changed_and_released),
         daemon_test(poses_move_a_tool_and_closing_withdraws_it),
+        daemon_test(a_contact_that_was_overtaken_is_dropped),
         daemon_test(haptic_loop_is_passive_behind_a_network),
         daemon_test(hostile_packets_change_nothing),
         daemon_test(what_cannot_be_opened_says_why),
