@@ -14,6 +14,7 @@
 #include "pliant_mesh_delta_t.h"
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
+#include "pliant_points_t.h"
 #include "pliant_reply_t.h"
 #include "pliant_status_t.h"
 #include "pliant_walls_t.h"
@@ -535,19 +536,132 @@ static void haptic_loop_is_passive_behind_a_network(void **state)
     process_end(&daemon);
 }
 
+// --- positions in packets ------------------------------------------------------------------------
+
+// Passes messages on to a second prefix, but for some packets: a link that loses them.
+typedef struct Lossy {
+    lcm_t *lcm;
+    int64_t passed, lost, step; // packets; `step` of the newest reply
+    uint64_t random;
+} Lossy;
+
+static void pass_on(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Lossy *lossy = user;
+    pliant_points_t packet;
+    char other[64];
+    bool loses = false;
+    pliant_reply_t reply;
+    if (strcmp(channel, "PLIANT_REPLY") == 0 &&
+        pliant_reply_t_decode(buffer->data, 0, (int)buffer->data_size, &reply) > 0) {
+        lossy->step = reply.step;
+        pliant_reply_t_decode_cleanup(&reply);
+    }
+    if (strncmp(channel, "PLIANT_POINTS_", 14) == 0) {
+        assert_true(pliant_points_t_decode(buffer->data, 0, (int)buffer->data_size, &packet) > 0);
+        // One in three; not of the first frame, nor the last packet, which ends a frame.
+        lossy->random = lossy->random * UINT64_C(6364136223846793005) + 1;
+        loses = lossy->passed > 20 && (lossy->random >> 33) % 3 == 0 &&
+                packet.first + packet.count < packet.node_count;
+        pliant_points_t_decode_cleanup(&packet);
+        lossy->lost += loses;
+        lossy->passed += !loses;
+    }
+    snprintf(other, sizeof other, "LOSSY%s", channel + 6);
+    if (!loses)
+        lcm_publish(lossy->lcm, other, buffer->data, buffer->data_size);
+}
+
+static void pass_until(Lossy *lossy, int64_t step)
+{
+    for (int k = 0; k < 6000 && lossy->step < step; k++)
+        lcm_handle_timeout(lossy->lcm, 10);
+    assert_true(lossy->step >= step);
+}
+
+// Counts the nodes of `body` that are not where `truth` has them: those are where `before` has
+// them.
+static int old_nodes(const PliantBody *body, const PliantBody *truth, const PliantBody *before)
+{
+    const size_t bytes = 3 * sizeof(float);
+    int old = 0;
+    for (int i = 0; i < body->node_count; i++) {
+        if (memcmp(body->position + 3 * i, truth->position + 3 * i, bytes) == 0)
+            continue;
+        assert_non_null(before);
+        assert_memory_equal(body->position + 3 * i, before->position + 3 * i, bytes);
+        old++;
+    }
+    return old;
+}
+
+static void lost_packets_keep_their_nodes_and_no_others(void **state)
+{
+    (void)state;
+    Process daemon;
+    const char *path = write_body_scene(
+        "packets.cfg",
+        &(SceneParts){.head = "start = \"paused\"; publish = { nodes_hz = 100.0; positions = "
+                              "\"packets\"; };",
+                      .source = ICO_SPHERE(2562, 0.05),
+                      .body = "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };"});
+    Lossy lossy = {.lcm = lcm_create(NULL), .random = 1};
+    assert_non_null(lossy.lcm);
+    lcm_subscription_t *all = lcm_subscribe(lossy.lcm, "PLIANT_.*", pass_on, &lossy);
+    lcm_subscription_set_queue_capacity(all, 4096);
+    PliantClient *near = open_client();
+    const PliantOptions options = {.prefix = "LOSSY", .input_prefix = "PLIANT"};
+    PliantClient *far = pliant_open(&options, NULL);
+    assert_non_null(far);
+    daemon_start(&daemon, "%s", path);
+    expect_done(near, pliant_wait_body(near, "sphere", 60.0));
+    expect_done(near, pliant_command(near, PLIANT_SET, 0, "gravity=1 0 -9.81"));
+    const PliantBody *before = NULL;
+    int frames = 0, old = 0;
+    for (int k = 0; k < 30; k++) {
+        const PliantReply *reply;
+        expect_done(near, reply = pliant_command(near, PLIANT_STEP, 10, NULL));
+        pass_until(&lossy, reply->step);
+        assert_true(pliant_wait(far, 0.0));
+        const PliantBody *truth = pliant_body(near, "sphere"), *body = pliant_body(far, "sphere");
+        // A busy machine may lose packets, too.
+        if (body && truth->old_nodes == 0 && truth->step == reply->step &&
+            body->step == truth->step) {
+            assert_int_equal(body->node_count, 2562);
+            const int found = old_nodes(body, truth, before);
+            assert_true(found <= body->old_nodes); // some have not moved
+            frames++;
+            old += found;
+        }
+        pliant_body_release(before);
+        before = body ? pliant_body_keep(body) : NULL;
+    }
+    pliant_body_release(before);
+    print_message("%lld of %lld packets lost: %d of 30 frames, with %d old nodes\n",
+                  (long long)lossy.lost, (long long)(lossy.lost + lossy.passed), frames, old);
+    assert_true(frames >= 15);
+    assert_true(old >= 1000);
+    lcm_destroy(lossy.lcm);
+    pliant_close(far);
+    pliant_close(near);
+    process_end(&daemon);
+}
+
 // --- hostile packets -----------------------------------------------------------------------------
 
 // Random bytes behind each type's own fingerprint, on each channel.
 static void send_noise(lcm_t *lcm, uint64_t *random)
 {
     static const char *const CHANNELS[] = {
-        "CONTACT",     "STATUS",      "EVENT",     "REPLY",        "NODES_sphere",
-        "NODES_evil",  "MESH_sphere", "MESH_evil", "WALLS_sphere", "MESH_DELTA_sphere",
-        "MESH_DELTA_", "WALLS_evil",  "NODES_",    "CLAIM",        "MESH_DELTA_evil"};
+        "CONTACT",       "STATUS",      "EVENT",     "REPLY",        "NODES_sphere",
+        "NODES_evil",    "MESH_sphere", "MESH_evil", "WALLS_sphere", "MESH_DELTA_sphere",
+        "MESH_DELTA_",   "WALLS_evil",  "NODES_",    "CLAIM",        "MESH_DELTA_evil",
+        "POINTS_sphere", "POINTS_evil"};
     static int64_t (*const HASHES[])(void) = {
         __pliant_contact_t_get_hash, __pliant_status_t_get_hash,     __pliant_event_t_get_hash,
         __pliant_reply_t_get_hash,   __pliant_nodes_t_get_hash,      __pliant_mesh_t_get_hash,
-        __pliant_walls_t_get_hash,   __pliant_mesh_delta_t_get_hash, __pliant_claim_t_get_hash};
+        __pliant_walls_t_get_hash,   __pliant_mesh_delta_t_get_hash, __pliant_claim_t_get_hash,
+        __pliant_points_t_get_hash};
     for (size_t c = 0; c < sizeof CHANNELS / sizeof *CHANNELS; c++) {
         for (size_t h = 0; h < sizeof HASHES / sizeof *HASHES; h++) {
             unsigned char data[256];
@@ -635,6 +749,7 @@ int main(int argc, char **argv)
         daemon_test(poses_move_a_tool_and_closing_withdraws_it),
         daemon_test(a_contact_that_was_overtaken_is_dropped),
         daemon_test(haptic_loop_is_passive_behind_a_network),
+        daemon_test(lost_packets_keep_their_nodes_and_no_others),
         daemon_test(hostile_packets_change_nothing),
         daemon_test(what_cannot_be_opened_says_why),
     };
