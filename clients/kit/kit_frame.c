@@ -52,6 +52,8 @@ const PliantBody *kit_frame_create(const PliantBody *body, KitMesh *mesh)
     frame->body.topology = mesh->topology;
     frame->body.node_count = mesh->node_count;
     frame->body.triangle_count = mesh->triangle_count;
+    if (frame->body.first_wall > mesh->triangle_count)
+        frame->body.first_wall = 0; // of another mesh
     frame->body.triangle = mesh->triangle;
     frame->body.id = mesh->id;
     frame->body.origin = mesh->origin;

@@ -708,11 +708,14 @@ static void hostile_packets_change_nothing(void **state)
         pliant_nodes_t_publish(lcm, "PLIANT_NODES_evil", &nodes);
         assert_true(pliant_wait(client, 0.002));
     }
+    const pliant_walls_t walls = {.utime = INT64_MAX, .topology = 1, .first_wall = INT32_MAX};
+    pliant_walls_t_publish(lcm, "PLIANT_WALLS_sphere", &walls);
     // It still hears the server: steps go on, and nothing of the body that is none.
     const PliantReply *reply;
     expect_done(client, reply = pliant_command(client, PLIANT_STEP, 10, NULL));
     while (pliant_body(client, "sphere")->step < reply->step)
         expect_done(client, pliant_wait_body(client, "sphere", 60.0));
+    assert_int_equal(pliant_body(client, "sphere")->first_wall, 0); // beyond its triangles
     assert_null(pliant_body(client, "evil"));
     assert_int_equal(pliant_body_count(client), 1);
     lcm_destroy(lcm);

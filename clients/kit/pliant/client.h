@@ -291,11 +291,12 @@ PLIANT_API const PliantBody *pliant_recording_frame(PliantRecording *recording, 
                                                     int64_t k);
 
 // A tool while it was active.
+// As the file has it: numbers that are not finite are not known.
 typedef struct PliantToolRow {
     double time;           // simulated [s]
     double position[3];    // that acted on the bodies [m]
-    double orientation[4]; // unit quaternion w x y z; NaN: not known
-    double force[3];       // on the tool [N]; NaN: not known
+    double orientation[4]; // unit quaternion w x y z
+    double force[3];       // on the tool [N]
 } PliantToolRow;
 
 // Returns the number of rows of a tool; -1: it is not in the recording.
