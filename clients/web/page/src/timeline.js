@@ -45,10 +45,10 @@ export class Timeline {
         this.play = button('▶', 'play or pause (key P)', () => this.toggle());
         this.play.id = 'timeline-play';
         this.speed = make('select', { id: 'timeline-speed', title: 'times as fast as recorded',
-            onchange: () => this.set(`speed=${this.speed.value}`) },
+            onchange: () => this.choose(`speed=${this.speed.value}`) },
         ...SPEEDS.map((x) => make('option', { value: String(x), textContent: `${x}×` })));
         this.loop = make('input', { id: 'timeline-loop', type: 'checkbox',
-            onchange: () => this.set(`loop=${this.loop.checked ? 1 : 0}`) });
+            onchange: () => this.choose(`loop=${this.loop.checked ? 1 : 0}`) });
         this.controls = make('div', { className: 'group', id: 'timeline-controls' },
             button('◂|', 'a frame back (left arrow)', () => this.step(-1)), this.play,
             button('|▸', 'a frame on (right arrow)', () => this.step(1)), this.speed,
@@ -143,6 +143,11 @@ export class Timeline {
 
     toggle() { this.command(this.playback?.playing ? 'pause' : 'resume'); }
 
+    choose(argument) {
+        this.chosenAt = performance.now();
+        this.set(argument);
+    }
+
     step(frames) { if (this.allowed) this.set(`step=${frames}`); }
 
     key(event) {
@@ -205,8 +210,11 @@ export class Timeline {
         this.controls.hidden = !this.recorded;
         if (playback) {
             this.play.textContent = playback.playing ? '❚❚' : '▶';
-            this.loop.checked = playback.loop;
-            if (document.activeElement !== this.speed) this.speed.value = String(playback.speed);
+            // What was chosen just now is not undone by a message from before.
+            if (!(performance.now() - this.chosenAt < ANSWER_MS)) {
+                this.loop.checked = playback.loop;
+                this.speed.value = String(playback.speed);
+            }
         }
         const text = this.recorded ? `${clock(this.time)} of ${clock(this.end)}` +
             (this.recording?.left_out ? ` · ${this.recording.left_out} events are not marked` : '')
