@@ -45,11 +45,12 @@ static void make_arrays(Made *made, int side)
 
 static bool write_session(Recording *recording, Made *made)
 {
-    const int frames = made->seconds * made->hz, apart = frames / (made->cuts + 1) + 1;
+    const int frames = made->seconds * made->hz, apart = frames / (made->cuts + 1);
     bool ok = true;
     for (int f = 0; f < frames && ok; f++) {
         // A cut every few seconds: the mesh is another one from then on.
-        const int cuts = f / apart, nodes = made->nodes + cuts;
+        const int cuts = f / apart < made->cuts ? f / apart : made->cuts,
+                  nodes = made->nodes + cuts;
         const RecordingTopology topology = {.number = 1 + cuts,
                                             .node_count = nodes,
                                             .triangle_count = made->triangles,
@@ -57,7 +58,7 @@ static bool write_session(Recording *recording, Made *made)
                                             .triangle = (const int(*)[3])made->triangle};
         const RecordingEvent event = {
             .time = (double)f / made->hz, .step = f, .kind = "cut", .text = "a cut"};
-        if (f % apart == 0)
+        if (f % apart == 0 && f / apart <= made->cuts)
             ok = recording_add_topology(recording, 0, &topology) &&
                  (f == 0 || recording_add_event(recording, &event));
         made->position[0] = (float)f;
