@@ -31,6 +31,10 @@ static double time_at(int frame)
 
 static const char DESCRIBED[] = "scene tetra: 1000 Hz\nbody tetra: model surface, leapfrog\n";
 
+// Nodes 9 and 3 are copies of others, and finer.
+static const int origin[NODES] = {0, 1, 2, 2, 0};
+static const signed char level[NODES] = {0, 0, 0, 1, 2};
+
 static const char *make_with(const char *name, const char *describe, const char *text,
                              char path[SCRATCH_PATH])
 {
@@ -56,6 +60,8 @@ static const char *make_with(const char *name, const char *describe, const char 
                                             .node_count = nodes_at(f),
                                             .triangle_count = nodes_at(f) - 3,
                                             .node_id = id,
+                                            .node_origin = describe != NULL ? origin : NULL,
+                                            .node_level = describe != NULL ? level : NULL,
                                             .triangle = triangle};
         if (f == 0 || f == CUT_AT)
             assert_true(recording_add_topology(recording, 0, &topology));
@@ -143,6 +149,13 @@ static void a_frame_has_the_mesh_of_its_topology(void **state)
         assert_int_equal(topology.triangle_count, nodes_at(f) - 3);
         assert_int_equal(topology.triangle[0][2], 2);
         assert_int_equal(topology.node_id[nodes_at(f) - 1], f < CUT_AT ? 9 : 3);
+        int from[NODES];
+        signed char at[NODES];
+        bool known;
+        assert_true(recording_reader_nodes(reader, 0, f, from, at, &known, &status));
+        assert_true(known);
+        assert_memory_equal(from, origin, (size_t)nodes_at(f) * sizeof *from);
+        assert_memory_equal(at, level, (size_t)nodes_at(f));
     }
     recording_reader_close(reader);
 }
@@ -187,6 +200,13 @@ static void a_description_in_place_of_the_scene_is_one(void **state)
     reader = open_reader(make_with("old.h5", NULL, "name = \"a\";", path));
     assert_string_equal(recording_reader_describe(reader), "");
     assert_string_equal(recording_reader_scene(reader), "name = \"a\";");
+    // Nor do they say what nodes were split from.
+    int from[NODES];
+    signed char at[NODES];
+    bool known = true;
+    Status status = {0};
+    assert_true(recording_reader_nodes(reader, 0, 0, from, at, &known, &status));
+    assert_false(known);
     recording_reader_close(reader);
 }
 
