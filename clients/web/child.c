@@ -44,10 +44,12 @@ static _Noreturn void become(const char *const argv[], const ChildOptions *optio
     if (nothing < 0 || dup2(nothing, STDIN_FILENO) < 0 || dup2(out, STDOUT_FILENO) < 0 ||
         dup2(out, STDERR_FILENO) < 0 || close_range(3, ~0U, 0) != 0)
         _exit(127);
-    // Signals as a shell would leave them.
+    // Handlers of ours would take a signal meant for the program; one that has come meanwhile acts
+    // as soon as it is no longer blocked.
+    for (int number = 1; number < NSIG; number++)
+        signal(number, SIG_DFL);
     sigset_t none;
     sigemptyset(&none);
-    signal(SIGPIPE, SIG_DFL);
     sigprocmask(SIG_SETMASK, &none, NULL);
     if (options->memory_bytes > 0)
         limit(RLIMIT_AS, (rlim_t)options->memory_bytes);

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -404,11 +405,14 @@ static WorkbenchRun run_of(const WorkbenchJob *job, char how[CHILD_HOW_MAX])
 {
     const Child *child = &job->child;
     child_how(child, how);
+    // Asked so early that it could not catch the signal, it has done what it was asked to.
+    const bool obeyed = child->asked && WIFSIGNALED(child->status) &&
+                        WTERMSIG(child->status) == SIGTERM;
     return (WorkbenchRun){.file = job->file,
                           .runs = child->pid != 0,
                           .asked = child->asked,
                           .over = child->over,
-                          .failed = child->over && child->status != 0,
+                          .failed = child->over && child->status != 0 && !obeyed,
                           .how = how,
                           .text = child->text};
 }
