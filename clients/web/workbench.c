@@ -406,8 +406,8 @@ static WorkbenchRun run_of(const WorkbenchJob *job, char how[CHILD_HOW_MAX])
     const Child *child = &job->child;
     child_how(child, how);
     // Asked so early that it could not catch the signal, it has done what it was asked to.
-    const bool obeyed = child->asked && WIFSIGNALED(child->status) &&
-                        WTERMSIG(child->status) == SIGTERM;
+    const bool obeyed =
+        child->asked && WIFSIGNALED(child->status) && WTERMSIG(child->status) == SIGTERM;
     return (WorkbenchRun){.file = job->file,
                           .runs = child->pid != 0,
                           .asked = child->asked,
