@@ -286,34 +286,52 @@ static bool propose(Workbench *workbench, ClientError *error)
     const Folder *folder = &workbench->folder[ASK_UPLOADS];
     snprintf(workbench->check, sizeof workbench->check, "%s", job->child.text);
     workbench->proposing = true;
-    // Replaces the last proposal for the same mesh, and no other scene.
-    if (workbench->scene[0] && strcmp(workbench->proposed, job->file) == 0)
-        unlinkat(folder->fd, workbench->scene, 0);
+    workbench->scene[0] = workbench->scene_text[0] = '\0';
     char wanted[FOLDER_NAME_MAX];
     snprintf(wanted, sizeof wanted, "%.*s.cfg", folder_stem(job->file, FOLDER_MESHES), job->file);
-    workbench->proposed[0] = workbench->scene_text[0] = '\0';
-    if (!folder_free_name(folder, wanted, FOLDER_SCENES, workbench->scene, error))
+    if (!folder_free_name(folder, wanted, FOLDER_SCENES, workbench->making, error))
         return false;
     Arguments arguments = {{workbench->program[PLIANT_PREPARE]}, 1};
     add(&arguments, "--propose");
     add(&arguments, job->file);
-    add_option(&arguments, "--output", workbench->scene);
+    add_option(&arguments, "--output", workbench->making);
     add_option(&arguments, "--model", workbench->model);
     return run_prepare(workbench, &arguments, error);
 }
 
+// Gives a new scene the place of the last one for the same mesh, unless that has been changed.
+static bool replace_last(Workbench *workbench, const Folder *folder)
+{
+    const FolderFile *last = &workbench->last;
+    FolderFile now;
+    return strcmp(workbench->last_mesh, workbench->prepare.file) == 0 &&
+           folder_has(folder, last->name, FOLDER_SCENES, &now) && now.bytes == last->bytes &&
+           now.utime == last->utime &&
+           renameat(folder->fd, workbench->making, folder->fd, last->name) == 0;
+}
+
 static void read_proposal(Workbench *workbench)
 {
+    Child *child = &workbench->prepare.child;
     const Folder *folder = &workbench->folder[ASK_UPLOADS];
+    if (child->status != 0) // it says why
+        return;
+    folder_copy_name(workbench->scene, workbench->making);
+    if (replace_last(workbench, folder)) {
+        folder_copy_name(workbench->scene, workbench->last.name);
+        // Its last line has the name that is no more.
+        char *line = strstr(child->text, workbench->making);
+        if (line)
+            *line = '\0';
+    }
     int fd = folder_read(folder, workbench->scene, FOLDER_SCENES);
     ssize_t size = fd < 0 ? 0 : read(fd, workbench->scene_text, WORKBENCH_CFG_MAX - 1);
     if (fd >= 0)
         close(fd);
     workbench->scene_text[size > 0 ? size : 0] = '\0';
-    if (size > 0)
-        folder_copy_name(workbench->proposed, workbench->prepare.file);
-    else
-        workbench->scene[0] = '\0'; // the program says why
+    // What is replaced next time.
+    bool there = folder_has(folder, workbench->scene, FOLDER_SCENES, &workbench->last);
+    folder_copy_name(workbench->last_mesh, there ? workbench->prepare.file : "");
 }
 
 // --- each turn ---
@@ -433,7 +451,7 @@ static void show(Workbench *workbench)
         .recorder = run_of(&workbench->recorder, how[1]),
         .prepare = run_of(&workbench->prepare, how[2]),
         .check = workbench->check,
-        .scene = workbench->proposed[0] ? workbench->scene : "",
+        .scene = workbench->scene,
         .scene_text = workbench->scene_text,
     };
     Parcel *parcel = text_workbench(&text);

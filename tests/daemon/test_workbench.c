@@ -296,6 +296,7 @@ static void a_mesh_that_is_sent_becomes_a_scene_that_runs(void **state)
     page_send(page, "{\"type\":\"propose\",\"id\":4,\"name\":\"my_mesh.stl\",\"units\":\"cm\"}");
     page_wait(page_says(page, "workbench", "scale = 0.01;"));
     assert_true(page_says(page, "workbench", "\"scene\":\"my_mesh.cfg\""));
+    assert_false(page_says(page, "workbench", "my_mesh-2.cfg"));
     // A mesh that is none: the reason. Nothing is started for what is not in the list.
     assert_int_equal(post_mesh("bad.stl", "solid nothing", answer), 201);
     page_send(page, "{\"type\":\"propose\",\"id\":5,\"name\":\"bad.stl\"}");
@@ -304,6 +305,42 @@ static void a_mesh_that_is_sent_becomes_a_scene_that_runs(void **state)
     assert_true(page_says(page, "workbench", "\"text\":\"bad.stl"));
     page_send(page, "{\"type\":\"propose\",\"id\":6,\"name\":\"../good.cfg\"}");
     page_wait(page_says(page, "error", "is no mesh of the list"));
+    end();
+}
+
+static bool has_text(const char *name, const char *text)
+{
+    char read[4096];
+    FILE *file = fopen(scratch(name), "r");
+    if (file == NULL)
+        return false;
+    read[fread(read, 1, sizeof read - 1, file)] = '\0';
+    fclose(file);
+    return strstr(read, text) != NULL;
+}
+
+static void
+a_proposed_scene_is_replaced_by_a_better_one_only_while_nobody_has_changed_it(void **state)
+{
+    (void)state;
+    char answer[ANSWER];
+    begin_workbench("");
+    assert_int_equal(post_mesh("a.stl", STL, answer), 201);
+    page_send(page, "{\"type\":\"propose\",\"id\":1,\"name\":\"a.stl\",\"units\":\"mm\"}");
+    page_wait(page_says(page, "workbench", "\"scene\":\"a.cfg\""));
+    // Of what is no mesh any more there is no scene: the one that there is stays.
+    write_text(scratch("scenes/uploads/a.stl"), "solid nothing");
+    page_send(page, "{\"type\":\"propose\",\"id\":2,\"name\":\"a.stl\"}");
+    page_wait(page_says(page, "workbench", "\"prepare\":{\"state\":\"failed\""));
+    assert_true(page_says(page, "workbench", "\"scene\":\"\""));
+    assert_true(has_text("scenes/uploads/a.cfg", "scale = 0.001;"));
+    // The user's own work stays, too.
+    write_text(scratch("scenes/uploads/a.stl"), STL);
+    write_text(scratch("scenes/uploads/a.cfg"), "# mine\n");
+    page_send(page, "{\"type\":\"propose\",\"id\":3,\"name\":\"a.stl\",\"units\":\"cm\"}");
+    page_wait(page_says(page, "workbench", "\"scene\":\"a-2.cfg\""));
+    assert_true(has_text("scenes/uploads/a.cfg", "# mine"));
+    assert_true(has_text("scenes/uploads/a-2.cfg", "scale = 0.01;"));
     end();
 }
 
@@ -466,6 +503,7 @@ int main(int argc, char **argv)
         daemon_test(programs_end_with_a_server_that_is_killed),
         daemon_test(a_session_is_recorded_listed_and_given_out),
         daemon_test(a_mesh_that_is_sent_becomes_a_scene_that_runs),
+        daemon_test(a_proposed_scene_is_replaced_by_a_better_one_only_while_nobody_has_changed_it),
         daemon_test(only_a_page_of_this_server_sends_meshes_within_the_limits),
         daemon_test(a_mesh_that_breaks_off_leaves_nothing_and_holds_up_nobody),
         daemon_test(a_read_only_server_starts_and_takes_nothing),
