@@ -248,10 +248,10 @@ static Result begin_upload(Site *site, Connection *connection, Visitor *visitor)
     const char *length = header(connection, "Content-Length");
     const char *name = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "name");
     long long bytes = -1;
-    if (!workbench)
-        return answer_text(connection, 404, NULL, "this server takes no meshes (--scenes)\n");
     if (site->shared.hello.read_only)
         return answer_text(connection, 403, NULL, "this server only shows (--read-only)\n");
+    if (!workbench)
+        return answer_text(connection, 404, NULL, "this server takes no meshes (--scenes)\n");
     // A type that no form can send, so that a page of another site has to ask before.
     if (!type || strcmp(type, "application/octet-stream") != 0)
         return answer_text(connection, 415, NULL, "send application/octet-stream\n");

@@ -428,12 +428,13 @@ static void a_mesh_that_breaks_off_leaves_nothing_and_holds_up_nobody(void **sta
 
 // --- who may ---
 
-static void a_read_only_server_starts_and_takes_nothing(void **state)
+static void a_read_only_server_starts_takes_and_lists_nothing(void **state)
 {
     (void)state;
-    char answer[ANSWER];
+    char answer[ANSWER], arguments[PATH_TEXT * 2];
     pid_t pid[4];
-    begin_workbench("--read-only");
+    snprintf(arguments, sizeof arguments, "--read-only --scenes %s", scratch("scenes"));
+    begin(arguments);
     static const char *const asks[] = {
         "{\"type\":\"start\",\"id\":1,\"folder\":\"scenes\",\"name\":\"good.cfg\"}",
         "{\"type\":\"end\",\"id\":1}", "{\"type\":\"record\",\"id\":1,\"on\":true}",
@@ -444,7 +445,16 @@ static void a_read_only_server_starts_and_takes_nothing(void **state)
         assert_true(page_says(page, "error", "this server only shows"));
     }
     assert_int_equal(children(pid), 0);
+    assert_int_equal(page_count(page, "workbench"), 0);
     assert_int_equal(post_mesh("readonly.stl", STL, answer), 403);
+    // Recordings stay with the operator; no folder is made for them either.
+    assert_int_equal(mkdir(scratch("scenes/recordings"), 0700), 0);
+    write_text(scratch("scenes/recordings/patient.h5"), "secret");
+    assert_int_equal(http_request(port,
+                                  "GET /recordings/patient.h5 HTTP/1.1\r\n"
+                                  "Host: localhost\r\n\r\n",
+                                  answer, sizeof answer),
+                     404);
     end();
 }
 
@@ -506,7 +516,7 @@ int main(int argc, char **argv)
         daemon_test(a_proposed_scene_is_replaced_by_a_better_one_only_while_nobody_has_changed_it),
         daemon_test(only_a_page_of_this_server_sends_meshes_within_the_limits),
         daemon_test(a_mesh_that_breaks_off_leaves_nothing_and_holds_up_nobody),
-        daemon_test(a_read_only_server_starts_and_takes_nothing),
+        daemon_test(a_read_only_server_starts_takes_and_lists_nothing),
         daemon_test(a_server_without_a_folder_starts_nothing),
         daemon_test(with_a_token_meshes_need_it_too),
         daemon_test(what_is_wrong_with_the_folders_is_told),
