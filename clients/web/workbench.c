@@ -19,6 +19,8 @@ static const int64_t LIST_NS = 1000000000; // between two looks into the folders
 // A status that was sent before the daemon ended may be read after its end.
 static const int64_t LAST_STATUS_NS = 300000000;
 static const double PREPARE_S = 120.0;
+// To end, for programs that first write what they have: a checkpoint, a recording.
+static const double WRITE_S = 60.0;
 // Sanitizers reserve all of the address space.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 static const int64_t PREPARE_BYTES = 0;
@@ -150,7 +152,8 @@ static bool start_scene(Workbench *workbench, const Ask *ask, ClientError *error
     add_option(&arguments, "--lcm-url", workbench->url);
     add_option(&arguments, "--prefix", workbench->prefix);
     add(&arguments, ask->text);
-    if (!run(workbench, job, program, &arguments, &(ChildOptions){.folder = folder->path}, error))
+    if (!run(workbench, job, program, &arguments,
+             &(ChildOptions){.folder = folder->path, .patience_s = WRITE_S}, error))
         return false;
     job->folder = ask->folder;
     folder_copy_name(job->file, ask->text);
@@ -233,8 +236,8 @@ static bool begin_recording(Workbench *workbench, const WorkbenchHeard *heard, C
     add_option(&arguments, "--prefix", workbench->prefix);
     add_option(&arguments, "--input-prefix", workbench->input_prefix);
     add_option(&arguments, "--output", job->file);
-    return run(workbench, job, PLIANT_RECORD, &arguments, &(ChildOptions){.folder = folder->path},
-               error);
+    return run(workbench, job, PLIANT_RECORD, &arguments,
+               &(ChildOptions){.folder = folder->path, .patience_s = WRITE_S}, error);
 }
 
 static bool take_record(Workbench *workbench, const Ask *ask, const WorkbenchHeard *heard,
