@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 const char *const FOLDER_SCENES[] = {".cfg", NULL};
-// A volume is one file: what names another one cannot be sent.
+// A volume is one file: data of a header (.raw) cannot be sent.
 const char *const FOLDER_MESHES[] = {".obj",  ".stl", ".ply",    ".off",
                                      ".nrrd", ".nii", ".nii.gz", NULL};
 const char *const FOLDER_RECORDINGS[] = {".h5", ".lcmlog", NULL};
