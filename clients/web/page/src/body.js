@@ -3,6 +3,7 @@
 
 import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial, LineSegments,
     Mesh, Points, PointsMaterial } from 'three';
+import { coarserMeshes, facing, meanEdge } from './detail.js';
 import { addNormals, boxOf, isClosed } from './normals.js';
 import { RestShape } from './rest_shape.js';
 import { tissueMaterial } from './tissue.js';
@@ -21,6 +22,8 @@ function twinsOf(mesh) {
     return twin;
 }
 
+const SETTLED_MS = 500; // without a change of the mesh, before coarser ones are made
+
 const room = (count) => Math.ceil(Math.max(count, 64) * 1.25);
 
 export class Body {
@@ -35,6 +38,10 @@ export class Body {
         this.m = 0;           // indices of triangles in use
         this.finest = 0;      // level of its nodes
         this.index = new Uint32Array(0);
+        this.drawn = new Uint32Array(0); // the triangles of a frame
+        this.levels = [];     // coarser meshes, once `index` has not changed for a while
+        this.level = null;    // the mesh of the last frame: one of them, or the body itself
+        this.changedAt = 0;   // `index` [ms]
         this.position = new Float32Array(0);
         this.id = new Int32Array(0);
         this.shown = false;   // there is something to draw
@@ -79,8 +86,9 @@ export class Body {
         // Walls have normals of their own.
         for (let i = outer; i < m && this.twin.length > 0; i++)
             this.index[i] = twinOf.get(this.index[i]) ?? this.index[i];
-        this.surface.geometry.index.needsUpdate = true;
-        this.surface.geometry.setDrawRange(0, m);
+        this.levels = [];
+        this.level = null;
+        this.changedAt = performance.now();
         this.fillInfo(mesh);
         this.edgesValid = false;
     }
@@ -113,7 +121,8 @@ export class Body {
         this.uv = add('uv', new Float32Array(2 * n), 2);
         this.info = add('info', new Uint8Array(4 * n), 4);
         this.index = new Uint32Array(m);
-        geometry.setIndex(new BufferAttribute(this.index, 1));
+        this.drawn = new Uint32Array(m);
+        geometry.setIndex(new BufferAttribute(this.drawn, 1).setUsage(DynamicDrawUsage));
         this.replaceSurface(geometry);
     }
 
@@ -217,8 +226,39 @@ export class Body {
         return Math.max(Math.hypot(b[3] - b[0], b[4] - b[1], b[5] - b[2]), 1e-6);
     }
 
+    /** The mesh to draw: the coarsest whose edges are below `edge` [m]; the body itself for what shows its nodes. */
+    levelFor(edge) {
+        if (this.levels.length === 0 && performance.now() - this.changedAt > SETTLED_MS) this.findLevels();
+        let chosen = this;
+        for (const level of this.levels) if (level.edge < edge && !this.show.wireframe) chosen = level;
+        return chosen;
+    }
+
+    findLevels() {
+        const fixed = new Uint8Array(this.n + this.twin.length);
+        for (let i = 0; i < fixed.length; i++) fixed[i] = this.info[4 * i + 2];
+        this.edge = meanEdge(this.index, this.m, this.rest);
+        this.levels = coarserMeshes(this.index, this.m, this.rest, fixed);
+        this.changedAt = Infinity;
+    }
+
+    /** Chooses the triangles of a frame: `view` as stage.js says. */
+    chooseTriangles({ eye, edge, turned }) {
+        const level = this.levelFor(edge);
+        if (level === this.level && !this.moved && !turned) return;
+        this.level = level;
+        const { index } = this.surface.geometry, m = level.m ?? level.index.length;
+        let used = m;
+        if (this.closed) used = facing(level.index, m, this.position, eye, this.drawn);
+        else this.drawn.set(level.index.subarray(0, m));
+        index.clearUpdateRanges();
+        index.addUpdateRange(0, used);
+        index.needsUpdate = true;
+        this.surface.geometry.setDrawRange(0, used);
+    }
+
     /** Before a frame: what follows from new positions. */
-    prepare() {
+    prepare(view) {
         if (!this.surface) return;
         const { wireframe, springs } = this.show;
         this.surface.visible = this.shown;
@@ -230,6 +270,7 @@ export class Body {
             this.surface.geometry.attributes.position.needsUpdate = true;
             this.surface.geometry.attributes.normal.needsUpdate = true;
         }
+        if (this.shown) this.chooseTriangles(view);
         if (springs) this.fillSprings();
         this.moved = false;
     }

@@ -131,10 +131,10 @@ function showFigures() {
     stage.invalidate();
 }
 
-function beforeDraw() {
+function beforeDraw(view) {
     drawnAt = performance.now();
     toolsChanged = false;
-    for (const body of bodies) body.prepare();
+    for (const body of bodies) body.prepare(view);
     if (!fitted && bodies.length && bodies.every((body) => body.shown)) {
         fitted = true;
         const box = boxOfAll(bodies);

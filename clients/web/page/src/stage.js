@@ -5,6 +5,7 @@ import { Box3, Color, GridHelper, MOUSE, PerspectiveCamera, Plane, Raycaster, Sc
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const BACKGROUND = 0x171b1f;
+const EDGE = 4, EDGE_SOFTWARE = 16; // [pixels]: shorter edges of triangles are not worth their time
 
 // Software rendering: without antialiasing, at one pixel per CSS pixel.
 function drawsInSoftware() {
@@ -16,7 +17,7 @@ function drawsInSoftware() {
 }
 
 export class Stage {
-    /** `beforeDraw` is called before each frame. */
+    /** `beforeDraw(view)` is called before each frame: view = {eye, edge, turned}, see findView. */
     constructor(canvas, beforeDraw) {
         this.canvas = canvas;
         this.beforeDraw = beforeDraw;
@@ -37,6 +38,7 @@ export class Stage {
         this.center = new Vector3();
         this.frames = 0;
         this.wanted = false;
+        this.view = { eye: new Vector3(NaN), edge: 0, turned: true };
         this.ray = new Raycaster();
         this.point = new Vector2();
         this.plane = new Plane();
@@ -63,9 +65,22 @@ export class Stage {
 
     draw() {
         this.wanted = false;
-        this.beforeDraw();
+        this.beforeDraw(this.findView());
         this.renderer.render(this.scene, this.camera);
         this.frames++;
+    }
+
+    // The eye [m], the length of an edge [m] that is short enough for a picture of moving tissue, and whether either differs
+    // from the last frame's.
+    findView() {
+        const { view, camera } = this;
+        const distance = camera.position.distanceTo(this.controls.target);
+        const pixel = 2 * distance * Math.tan(0.5 * camera.fov * Math.PI / 180) / this.canvas.height;
+        const edge = pixel * (this.software ? EDGE_SOFTWARE : EDGE);
+        view.turned = edge !== view.edge || !view.eye.equals(camera.position);
+        view.edge = edge;
+        view.eye.copy(camera.position);
+        return view;
     }
 
     /** Looks at all of a box; `flat`: from above. */
