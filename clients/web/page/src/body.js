@@ -6,7 +6,9 @@ import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSid
 import { coarserMeshes, facing, meanEdge } from './detail.js';
 import { addNormals, boxOf, isClosed } from './normals.js';
 import { RestShape } from './rest_shape.js';
-import { tissueMaterial } from './tissue.js';
+import { KIND, tissueMaterial } from './tissue.js';
+
+const FINE = 1 / 60; // edges of a fine mesh are shorter than this part of its size
 
 /** The nodes at rims: of outer triangles and of walls of cuts. */
 function twinsOf(mesh) {
@@ -89,7 +91,7 @@ export class Body {
         this.levels = [];
         this.level = null;
         this.changedAt = performance.now();
-        this.fillInfo(mesh);
+        this.fillInfo(mesh, outer);
         this.edgesValid = false;
     }
 
@@ -155,8 +157,9 @@ export class Body {
             part?.geometry.dispose();
     }
 
-    // Level, piece, and whether the node is at a cut: a split one, or one that it was split from.
-    fillInfo(mesh) {
+    // Level, piece, whether the node is at a cut: a split one, or one that it was split from, and the kind of its wall.
+    // Numbers of `index` from `outer` on are of walls of cuts; 0: none.
+    fillInfo(mesh, outer) {
         const split = new Set();
         for (let i = 0; i < mesh.n; i++)
             if (mesh.id[i] >= 0 && mesh.origin[i] !== mesh.id[i]) split.add(mesh.origin[i]);
@@ -167,10 +170,17 @@ export class Body {
                 split.size > 0 && (mesh.origin[i] !== mesh.id[i] || split.has(mesh.id[i])) ? 1 : 0;
         }
         this.repeat(this.info, 4);
+        this.findKinds(outer);
         this.surface.geometry.attributes.info.needsUpdate = true;
         this.lips = split.size;
         this.finest = 0;
         for (let i = 0; i < mesh.n; i++) if (mesh.id[i] >= 0) this.finest = Math.max(this.finest, mesh.level[i]);
+    }
+
+    // Walls of cuts have nodes of their own, and so do inner walls: no colour runs into another.
+    findKinds(outer) {
+        for (let i = 3; i < this.info.length; i += 4) this.info[i] = KIND.OUTER;
+        if (outer > 0) for (let i = outer; i < this.m; i++) this.info[4 * this.index[i] + 3] = KIND.CUT;
     }
 
     takeRest(message) {
@@ -201,7 +211,8 @@ export class Body {
         this.surface.material?.dispose();
         this.surface.material = tissueMaterial({ number: this.number, model: this.model,
             grain: 2.2 / this.size(), image: own ?? this.images.drawn, own: own !== null,
-            plain: this.images.plain });
+            plain: this.images.plain,
+            fine: meanEdge(this.index, this.m, this.rest) < FINE * this.size() });
     }
 
     /** Nodes of another mesh are refused: false. */
@@ -237,7 +248,6 @@ export class Body {
     findLevels() {
         const fixed = new Uint8Array(this.n + this.twin.length);
         for (let i = 0; i < fixed.length; i++) fixed[i] = this.info[4 * i + 2];
-        this.edge = meanEdge(this.index, this.m, this.rest);
         this.levels = coarserMeshes(this.index, this.m, this.rest, fixed);
         this.changedAt = Infinity;
     }

@@ -22,8 +22,10 @@ export class Stage {
         this.canvas = canvas;
         this.beforeDraw = beforeDraw;
         this.software = drawsInSoftware();
-        this.renderer = new WebGLRenderer({ canvas, antialias: !this.software,
+        // Opaque: a picture that could be seen through is mixed with the page behind it for every frame.
+        const context = canvas.getContext('webgl2', { alpha: false, stencil: false, antialias: !this.software,
             powerPreference: 'high-performance' });
+        this.renderer = new WebGLRenderer({ canvas, context });
         this.renderer.setPixelRatio(this.software ? 1 : Math.min(devicePixelRatio, 2));
         this.renderer.setClearColor(new Color(BACKGROUND));
         this.scene = new Scene();
