@@ -4,7 +4,7 @@
 import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial, LineSegments,
     Mesh, Points, PointsMaterial } from 'three';
 import { coarserMeshes, facing, meanEdge } from './detail.js';
-import { addNormals, boxOf, isClosed } from './normals.js';
+import { addNormals, boxOf, isClosed, markInner } from './normals.js';
 import { RestShape } from './rest_shape.js';
 import { KIND, tissueMaterial } from './tissue.js';
 
@@ -28,6 +28,15 @@ const SETTLED_MS = 500; // without a change of the mesh, before coarser ones are
 
 const room = (count) => Math.ceil(Math.max(count, 64) * 1.25);
 
+// Positions closer than this part of the body's size to those that were drawn draw the same picture: a fiftieth of a pixel
+// of a body of a thousand.
+const UNSEEN = 2e-5;
+
+function differs(a, b, tolerance) {
+    for (let i = 0; i < a.length; i++) if (Math.abs(a[i] - b[i]) > tolerance) return true;
+    return false;
+}
+
 export class Body {
     constructor(number, { name, model }, images) {
         this.number = number;
@@ -39,6 +48,7 @@ export class Body {
         this.twin = [];       // nodes that are drawn once more, behind the others: at rims, for walls of cuts
         this.m = 0;           // indices of triangles in use
         this.finest = 0;      // level of its nodes
+        this.outer = 0;       // indices from here on are of walls of cuts; 0: there are none
         this.index = new Uint32Array(0);
         this.drawn = new Uint32Array(0); // the triangles of a frame
         this.levels = [];     // coarser meshes, once `index` has not changed for a while
@@ -91,7 +101,8 @@ export class Body {
         this.levels = [];
         this.level = null;
         this.changedAt = performance.now();
-        this.fillInfo(mesh, outer);
+        this.outer = outer;
+        this.fillInfo(mesh);
         this.edgesValid = false;
     }
 
@@ -157,9 +168,8 @@ export class Body {
             part?.geometry.dispose();
     }
 
-    // Level, piece, whether the node is at a cut: a split one, or one that it was split from, and the kind of its wall.
-    // Numbers of `index` from `outer` on are of walls of cuts; 0: none.
-    fillInfo(mesh, outer) {
+    // Level, piece, whether the node is at a cut: a split one, or one that it was split from.
+    fillInfo(mesh) {
         const split = new Set();
         for (let i = 0; i < mesh.n; i++)
             if (mesh.id[i] >= 0 && mesh.origin[i] !== mesh.id[i]) split.add(mesh.origin[i]);
@@ -170,17 +180,23 @@ export class Body {
                 split.size > 0 && (mesh.origin[i] !== mesh.id[i] || split.has(mesh.id[i])) ? 1 : 0;
         }
         this.repeat(this.info, 4);
-        this.findKinds(outer);
         this.surface.geometry.attributes.info.needsUpdate = true;
         this.lips = split.size;
         this.finest = 0;
         for (let i = 0; i < mesh.n; i++) if (mesh.id[i] >= 0) this.finest = Math.max(this.finest, mesh.level[i]);
     }
 
-    // Walls of cuts have nodes of their own, and so do inner walls: no colour runs into another.
-    findKinds(outer) {
-        for (let i = 3; i < this.info.length; i += 4) this.info[i] = KIND.OUTER;
-        if (outer > 0) for (let i = outer; i < this.m; i++) this.info[4 * this.index[i] + 3] = KIND.CUT;
+    // Walls of cuts have nodes of their own, and so do inner walls: no colour runs into another. After `rest` is filled.
+    findKinds() {
+        const { mesh, info } = this, outer = this.outer > 0 ? this.outer : this.m;
+        const kind = new Uint8Array(this.n + this.twin.length);
+        const slot = new Map();
+        for (let i = 0; i < mesh.n; i++) if (mesh.id[i] >= 0) slot.set(mesh.id[i], i);
+        const origin = Int32Array.from(kind, (_, i) => (i < mesh.n ? slot.get(mesh.origin[i]) ?? i : i));
+        markInner(this.index, outer, origin, this.rest, kind);
+        for (let i = outer; i < this.m; i++) kind[this.index[i]] = KIND.CUT;
+        for (let i = 0; i < kind.length; i++) info[4 * i + 3] = kind[i];
+        this.surface.geometry.attributes.info.needsUpdate = true;
     }
 
     takeRest(message) {
@@ -197,6 +213,7 @@ export class Body {
         this.repeat(this.uv, 2);
         const { attributes } = this.surface.geometry;
         addNormals(this.index, this.m, this.rest, this.restNormal);
+        if (this.model === 'voxel') this.findKinds();
         attributes.rest.needsUpdate = attributes.restNormal.needsUpdate = attributes.uv.needsUpdate = true;
         const textured = this.restShape.textured;
         if (!this.dressed || this.textured !== textured) this.dress(textured);
@@ -221,6 +238,7 @@ export class Body {
         const changes = next !== null && message.topology === next.topology && message.n === next.n;
         if (!changes && (message.topology !== this.topology || message.n !== this.n)) return false;
         if (changes) this.changeMesh(next);
+        else if (this.shown && !differs(message.position, this.position, UNSEEN * this.size())) return true;
         this.position.set(message.position);
         this.repeat(this.position, 3);
         this.moved = this.shown = true;

@@ -93,10 +93,10 @@ function takeText(message) {
         for (const { name, mass } of message.body ?? [])
             for (const body of bodies) if (body.name === name) body.mass = mass;
         return panel.takeStatus(message);
-    case 'pose': for (const pose of message.tools) tools.takePose(pose, now); return changed();
+    case 'pose': for (const pose of message.tools) if (tools.takePose(pose, now)) changed(); return undefined;
     case 'contact':
-        for (const contact of message.tools) tools.takeContact(contact, now);
-        return changed();
+        for (const contact of message.tools) if (tools.takeContact(contact, now)) changed();
+        return undefined;
     case 'event':
         hand.ties.takeEvent(message.kind, message.text);
         if (!QUIET.has(message.kind) && !isIdleCut(message.text))
@@ -216,12 +216,14 @@ function showLink(age) {
         : 'Waiting for pliantd …');
     else panel.takeLink('live', '');
     if (started && whyNothing()) hand.end();
-    look.silent = !(connected && daemon);
+    const silent = !(connected && daemon);
+    if (silent === look.silent) return;
+    look.silent = silent;
     changeLook();
 }
 
 // A silent tool, or a force that is not repeated, disappears without a round.
 setInterval(() => {
     panel.takeForces(tools.list, hand.newtons);
-    if (tools.fading && performance.now() - drawnAt > 200) stage.invalidate();
+    if (tools.fallsSilent(performance.now())) stage.invalidate();
 }, 250);
