@@ -1,6 +1,7 @@
-// Fewer triangles for the same picture: coarser meshes of a body, for where its triangles are small on the screen, and
-// of the chosen one only those that face the eye. Nodes keep their places, normals and textures: a coarser mesh is
-// another list of triangles between some of them.
+// The triangles of a picture: coarser meshes of a body, for where its own are small on the screen; finer ones, which
+// follow the curve that the normals describe, for where they are large; and of the chosen one only what faces the eye.
+// Nodes keep their places, normals and textures: a coarser mesh is another list of triangles between some of them, a
+// finer one adds the middles of edges.
 
 /** Triangles of a coarser mesh may turn by this much from those that they replace (20 degrees). */
 const TURN = 0.94;
@@ -8,21 +9,24 @@ const TURN = 0.94;
 const PASSES = 2;
 const LEVELS = 4;
 const SMALLEST = 600; // triangles: fewer need no coarser mesh
+const MOST = 16000;   // of a finer mesh
+/** Edges bend where the normals of their ends differ by less than 37 degrees: else there is an edge of the body. */
+const SMOOTH = 0.8;
 
-/** The mean length of the edges of triangles [m], in the unit of `position`. */
+/** The mean length of the edges of triangles, in the unit of `position`. */
 export function meanEdge(index, m, position) {
     let sum = 0;
     for (let i = 0; i < m; i += 3)
         for (let k = 0; k < 3; k++) {
             const a = 3 * index[i + k], b = 3 * index[i + (k + 1) % 3];
-            sum += Math.hypot(position[a] - position[b], position[a + 1] - position[b + 1],
-                position[a + 2] - position[b + 2]);
+            const x = position[a] - position[b], y = position[a + 1] - position[b + 1], z = position[a + 2] - position[b + 2];
+            sum += Math.sqrt(x * x + y * y + z * z);
         }
     return m > 0 ? sum / m : 0;
 }
 
 /**
- * Coarser meshes of `index` [m], finest first: [{index, edge (mean length [m])}]. Nodes with `fixed`[node] true stay; so
+ * Coarser meshes of `index` [m], finest first: [{index, m, edge (mean length [m]), middles: 0}]. Nodes with `fixed`[node] true stay; so
  * do those at borders.
  */
 export function coarserMeshes(index, m, position, fixed) {
@@ -32,7 +36,7 @@ export function coarserMeshes(index, m, position, fixed) {
         const before = mesh.length;
         for (let k = 0; k < PASSES; k++) mesh = withoutSomeNodes(mesh, position, fixed);
         if (mesh.length > 0.8 * before) break; // what is left is needed
-        levels.push({ index: mesh, edge: meanEdge(mesh, mesh.length, position) });
+        levels.push({ index: mesh, m: mesh.length, middles: 0, edge: meanEdge(mesh, mesh.length, position) });
     }
     return levels;
 }
@@ -117,6 +121,65 @@ function bestNeighbour(index, fan, node, ring, position) {
         }
     }
     return onto;
+}
+
+/**
+ * Finer meshes of `index` [m], whose nodes are 0 ... n - 1: {levels: [{index, m, middles}], coarsest first; ends
+ * [middles][2], nodes n, n + 1, ... lie between; straight [middles]: at a border}. A level needs the first `middles`.
+ */
+export function finerMeshes(index, m, n) {
+    const levels = [], ends = [], straight = [];
+    let mesh = index.subarray(0, m);
+    while (levels.length < 2 && 4 * mesh.length <= 3 * MOST) {
+        const middle = new Map(), nodes = n + ends.length / 2, out = new Uint32Array(4 * mesh.length);
+        const between = (a, b) => {
+            const key = a < b ? a * nodes + b : b * nodes + a;
+            let at = middle.get(key);
+            if (at === undefined) {
+                at = n + ends.length / 2;
+                ends.push(a, b);
+                straight.push(1);
+                middle.set(key, at);
+            } else straight[at - n] = 0; // a second triangle
+            return at;
+        };
+        for (let i = 0, o = 0; i < mesh.length; i += 3, o += 12) {
+            const a = mesh[i], b = mesh[i + 1], c = mesh[i + 2];
+            const ab = between(a, b), bc = between(b, c), ca = between(c, a);
+            out.set([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], o);
+        }
+        mesh = out;
+        levels.push({ index: out, m: out.length, middles: ends.length / 2 });
+    }
+    return { levels, ends: Int32Array.from(ends), straight: Uint8Array.from(straight) };
+}
+
+/**
+ * Puts the first `count` middles, nodes from n on, between their ends, and gives them normals: on the cubic curve that
+ * leaves both ends at right angles to their normals (curved PN triangles, Vlachos et al. 2001).
+ */
+export function placeMiddles({ ends, straight }, count, n, position, normal) {
+    for (let k = 0; k < count; k++) {
+        const a = 3 * ends[2 * k], b = 3 * ends[2 * k + 1], at = 3 * (n + k);
+        const la = unitScale(normal, a), lb = unitScale(normal, b);
+        const ax = normal[a] * la, ay = normal[a + 1] * la, az = normal[a + 2] * la;
+        const bx = normal[b] * lb, by = normal[b + 1] * lb, bz = normal[b + 2] * lb;
+        const dx = position[b] - position[a], dy = position[b + 1] - position[a + 1], dz = position[b + 2] - position[a + 2];
+        const bends = !straight[k] && ax * bx + ay * by + az * bz > SMOOTH;
+        const from = bends ? 0.125 * (dx * ax + dy * ay + dz * az) : 0;
+        const to = bends ? 0.125 * (dx * bx + dy * by + dz * bz) : 0;
+        position[at] = 0.5 * (position[a] + position[b]) - from * ax + to * bx;
+        position[at + 1] = 0.5 * (position[a + 1] + position[b + 1]) - from * ay + to * by;
+        position[at + 2] = 0.5 * (position[a + 2] + position[b + 2]) - from * az + to * bz;
+        normal[at] = ax + bx;
+        normal[at + 1] = ay + by;
+        normal[at + 2] = az + bz;
+    }
+}
+
+function unitScale(normal, a) {
+    const square = normal[a] * normal[a] + normal[a + 1] * normal[a + 1] + normal[a + 2] * normal[a + 2];
+    return square > 0 ? 1 / Math.sqrt(square) : 0;
 }
 
 /** Writes those triangles of `index` [m] that face `eye` to `out`; returns how many numbers. */

@@ -9,6 +9,8 @@ const TISSUES = [0xc4695c, 0xa8503f, 0xd29a78, 0xb5607a, 0xc58a52, 0x9a6a8c];
 export const LEVELS = [0x4f7cac, 0x4fa69a, 0x9cc06a, 0xe3c451, 0xe58a45, 0xd65353, 0xb0479b, 0x6f4bb3];
 /** What a wall of tissue is: in the fourth number of a node's `info`. */
 export const KIND = { OUTER: 0, INNER: 1, CUT: 2 };
+/** The third one at a cut; 0 elsewhere, and between them at middles of edges. */
+export const AT_CUT = 4;
 const CAPSULES = 4; // of tools that shade tissue
 const PIECES = [0xc4695c, 0x5c93c4, 0x7db56a, 0xd9b44a, 0x9a78c4, 0x4fb0a8, 0xd07fa8, 0x9c8f7a];
 
@@ -26,7 +28,7 @@ varying vec4 vBack; // the same of the other side
 varying vec3 vNormal;
 varying vec2 vShade; // part of the light that reaches the node; 1: the image lies here
 #endif
-#if defined(RED) || defined(LIPS)
+#if defined(RED) || defined(LIPS) || defined(RIM)
 varying vec2 vShiftLip;
 #endif
 #ifndef PLAIN
@@ -108,8 +110,8 @@ void main() {
     vNormal = n;
     vShade = vec2(shade, kind < 0.5 ? 1.0 : 0.0);
 #endif
-#if defined(RED) || defined(LIPS)
-    vShiftLip = vec2(distance(position, rest), info.z);
+#if defined(RED) || defined(LIPS) || defined(RIM)
+    vShiftLip = vec2(distance(position, rest), info.z / ${AT_CUT}.0);
 #endif
 #ifdef THREE_SIDES
     vRest = rest * grain;
@@ -122,7 +124,7 @@ void main() {
 }`;
 
 const fragmentShader = /* glsl */ `
-uniform vec3 lipColour;
+uniform vec3 lipColour, flesh;
 uniform float threshold; // [m]
 uniform vec2 lipEdge;    // where a face begins to count as part of a cut, and where it fully does
 uniform sampler2D image;
@@ -165,6 +167,10 @@ void main() {
 #endif
         wet *= 0.6;
     }
+#ifdef RIM
+    // A wall without thickness shows its cut as a line.
+    base = mix(base, flesh, 0.9 * smoothstep(0.78, 0.92, vShiftLip.y));
+#endif
 #ifdef LIPS
     base = mix(base, lipColour, 0.9 * smoothstep(lipEdge.x, lipEdge.y, vShiftLip.y));
 #endif
@@ -221,7 +227,8 @@ export function applyLook(material) {
     set('LIPS', look.lips ? 1 : undefined);
     set('SILENT', look.silent ? 1 : undefined);
     const simple = !look.colouring && !(look.threshold > 0) && !look.lips && !look.silent;
-    set('LIT_AT_NODES', simple && material.userData.fine ? 1 : undefined);
+    set('RIM', simple && material.userData.rim ? 1 : undefined);
+    set('LIT_AT_NODES', simple && !material.userData.rim && material.userData.fine ? 1 : undefined);
     material.uniforms.palette.value = look.colouring === COLOUR.PIECE ? pieceColours : levelColours;
 }
 
