@@ -139,15 +139,20 @@ export class Tools {
     takePose(pose, now) {
         const tool = this.byId.get(pose.tool);
         if (!tool) return false;
-        const seen = tool.active || pose.active;
+        const [w, x, y, z] = pose.orientation, turn = tool.group.quaternion;
+        const same = tool.active === pose.active && now - tool.poseAt < STALE && turn.w === w && turn.x === x &&
+            turn.y === y && turn.z === z && this.isNear(tool.position, pose.position);
+        const seen = (tool.active || pose.active) && !same;
         tool.active = pose.active;
         tool.poseAt = now;
         tool.position.fromArray(pose.position);
-        const [w, x, y, z] = pose.orientation;
-        tool.group.quaternion.set(x, y, z, w);
+        turn.set(x, y, z, w);
         tool.grip = pose.grip;
         return seen;
     }
+
+    // On the screen they are at the same place.
+    isNear(position, list) { return position.distanceTo(this.origin.fromArray(list)) < 1e-4 * this.stage.size; }
 
     takeContact(contact, now) {
         const tool = this.byId.get(contact.tool);
@@ -162,7 +167,7 @@ export class Tools {
     looksOther(tool, contact) {
         if (!contact.contact) return tool.touching;
         return !tool.touching || Math.abs(Math.hypot(...contact.force) - tool.shownForce) > 0.005 * tool.maxForce ||
-            tool.group.position.distanceTo(this.origin.fromArray(contact.position)) > 1e-4 * this.stage.size;
+            (tool.kind !== 'static' && !this.isNear(tool.group.position, contact.position));
     }
 
     /** Before a frame; `figures`: also what the labels say. */
