@@ -7,7 +7,8 @@ import { Box3, Color, GridHelper, MOUSE, PerspectiveCamera, Plane, Raycaster, Sc
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const BACKGROUND = 0x171b1f;
-const STILL_MS = 300; // without a frame, before that
+const STILL_MS = 300;       // without a frame, before that
+const STILL_PIXELS = 4e6;   // most that are drawn then: a large window gets fewer looks a pixel
 const EDGE = 4, EDGE_SOFTWARE = 14; // [pixels]: shorter edges of triangles are not worth their time
 
 // Software rendering: without antialiasing, at one pixel per CSS pixel.
@@ -78,7 +79,9 @@ export class Stage {
     }
 
     render(still) {
-        const ratio = this.software && still ? 2 : this.ratio;
+        const { clientWidth, clientHeight } = this.canvas;
+        const finest = Math.sqrt(STILL_PIXELS / Math.max(clientWidth * clientHeight, 1));
+        const ratio = this.software && still ? Math.min(Math.max(finest, 1), 2) : this.ratio;
         if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
         this.beforeDraw(this.findView(still));
         this.renderer.render(this.scene, this.camera);
