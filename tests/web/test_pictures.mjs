@@ -70,21 +70,22 @@ function hueDistance(a, b) {
     const part = (c) => c.map((x) => x / (c[0] + c[1] + c[2]));
     return Math.hypot(...part(a).map((x, i) => x - part(b)[i]));
 }
-// One tissue in different light, with its grain and shine, differs by up to this: bright tissue is paler.
-const SAME = 0.06, OTHER = 0.09;
+// One tissue in different light, with its grain, differs by 0.03; walls by 0.06 and more.
+const OTHER = 0.05;
 
 const ball = icoSphere(4, RADIUS);
 const COUNT = ball.position.length / 3;
 const along = (p, i) => (p[3 * i] * EYE[0] + p[3 * i + 1] * EYE[1] + p[3 * i + 2] * EYE[2]) / RADIUS;
 const kept = (mesh, keep) => ({ ...mesh, triangle: mesh.triangle.filter((_, i) =>
     [0, 1, 2].every((k) => keep(mesh.triangle[i - i % 3 + k]))) });
-const outside = EYE.map((_, i) => RADIUS * [0.6 * EYE[1] - 0.2, -0.8 * EYE[0] - 0.2, 0.3][i]);
+// A point of the ball so far above its middle as it is seen [rad].
+const above = (angle) => EYE.map((x, k) => RADIUS *
+    (x * Math.cos(angle) + ((k === 2 ? 1 : 0) - EYE[2] * x) / Math.sqrt(1 - EYE[2] ** 2) * Math.sin(angle)));
 
 test('the_other_side_of_a_thin_wall_has_another_colour', options, async () => {
     // A ball whose side towards the eye is missing.
     await open(kept(ball, (i) => along(ball.position, i) < 0.75));
-    const rim = EYE.map((x) => 0.55 * RADIUS * x);
-    const [inner, outer] = await coloursAt([[0, 0, 0], EYE.map((x, k) => rim[k] + RADIUS * [0, 0, 0.72][k])]);
+    const [inner, outer] = await coloursAt([[0, 0, 0], above(1.05)]);
     await page.screenshot({ path: join(paths.out, '30-inner-side.png') });
     assert(hueDistance(inner, outer) > OTHER, `${inner} and ${outer}`);
 });
@@ -95,7 +96,7 @@ test('the_inner_wall_of_a_solid_organ_has_another_colour', options, async () => 
     const position = new Float32Array([...ball.position, ...ball.position.map((x) => 0.6 * x)]);
     const triangle = new Int32Array([...ball.triangle, ...turned.map((i) => i + COUNT)]);
     await open(kept({ position, triangle }, (i) => along(ball.position, i % COUNT) < 0.75), 'voxel');
-    const [inner, outer] = await coloursAt([[0, 0, 0], EYE.map((x, k) => RADIUS * (0.55 * x + [0, 0, 0.72][k]))]);
+    const [inner, outer] = await coloursAt([[0, 0, 0], above(1.05)]);
     await page.screenshot({ path: join(paths.out, '31-inner-wall.png') });
     assert(hueDistance(inner, outer) > OTHER, `${inner} and ${outer}`);
 });
@@ -118,8 +119,7 @@ function capped() {
 test('walls_of_cuts_have_a_colour_and_normals_of_their_own', options, async () => {
     const { mesh, middle, rim } = capped();
     await open(mesh, 'voxel');
-    const side = EYE.map((x, k) => RADIUS * (0.3 * x + [0, 0, 0.9][k]));
-    const [wall, outer] = await coloursAt([middle, side]);
+    const [wall, outer] = await coloursAt([middle, above(1.15)]);
     await page.screenshot({ path: join(paths.out, '32-cut-wall.png') });
     assert(hueDistance(wall, outer) > OTHER, `${wall} and ${outer}`);
     // To its rim the wall has the light of a plane, and the outer surface that of the ball.
@@ -167,10 +167,17 @@ test('light_ends_at_a_cut_of_a_thin_wall', options, async () => {
     }, COUNT);
     assert(apart.shared > 20);
     assert(apart.sum !== 0, 'each lip has the normals of its own triangles');
-    const [lip, far] = await coloursAt([EYE.map((x, k) => (k === 0 ? 0 : RADIUS * x / Math.hypot(EYE[1], EYE[2]))),
-        EYE.map((x, k) => RADIUS * [0.9, -0.44, 0][k])]);
+    // The cut is a red line; beside it, in the same light, is tissue.
+    const { triangle } = parted(ball.position, ball.triangle), lips = new Set(triangle.filter((node) => node >= COUNT));
+    const points = [...lips].map((i) => i - COUNT).filter((i) => along(ball.position, i) > 0.6)
+        .map((i) => Array.from(ball.position.subarray(3 * i, 3 * i + 3)));
+    const mean = (colours) => [0, 1, 2].map((c) => colours.reduce((sum, colour) => sum + colour[c], 0) / colours.length);
+    const [lip, left, right] = [0, -0.15, 0.15].map((x) => points.map((p) => [p[0] + x * RADIUS, p[1], p[2]]));
+    const seen = await coloursAt([...lip, ...left, ...right]), count = points.length;
+    const [cut, ...beside] = [0, 1, 2].map((k) => mean(seen.slice(k * count, (k + 1) * count)));
     await page.screenshot({ path: join(paths.out, '33-lips.png') });
-    assert(hueDistance(lip, far) > 0.5 * SAME, `the cut is seen as a line: ${lip} and ${far}`);
+    const red = ([r, g, b]) => r / (r + g + b);
+    assert(count > 5 && beside.every((colour) => red(cut) > red(colour) + 0.03), `${cut}, ${beside}`);
 });
 
 const uvOf = (p) => Float32Array.from({ length: p.length / 3 * 2 }, (_, i) => 0.5 + 10 * p[3 * (i >> 1) + 2 * (i & 1)]);
@@ -196,7 +203,7 @@ test('texture_stays_where_it_was_through_a_cut_and_a_level', options, async () =
         finer.push(a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca);
     }
     session.binary(meshMessage(0, 2, { position: new Float32Array(2 * points.length), ...parted(points, finer),
-        parent: Int32Array.from([...parent, ...parent]) }));
+        parent: Int32Array.from([...parent, ...parent.map((_, i) => points.length / 3 + (i >> 1))]) }));
     session.binary(nodesMessage(0, 2, new Float32Array([...points, ...points])));
     await session.round();
     const worst = await page.evaluate(() => {

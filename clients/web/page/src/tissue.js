@@ -250,7 +250,7 @@ export function tissueMaterial({ number, model, grain, image, own, plain, fine }
             // The procedural texture is a little darker than white; an image has its own colours.
             tissue: { value: own ? new Color(1, 1, 1)
                 : new Color(TISSUES[number % TISSUES.length]).multiplyScalar(1.35) },
-            inside: { value: new Color(0x6e1f20) },
+            inside: { value: new Color(0x9a6a48) },
             flesh: { value: new Color(0xb3261f) },
             lipColour: { value: new Color(0xf2c230) },
             // A solid shows inner faces, all of whose nodes are at the cut; a wall has a rim.
