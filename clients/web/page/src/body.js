@@ -1,8 +1,8 @@
 // One body: its mesh in slots, its node positions, and the drawn objects. Arrays grow with the mesh; a frame of
 // positions allocates nothing.
 
-import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial, LineSegments,
-    Mesh, Points, PointsMaterial } from 'three';
+import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial,
+    LineSegments, Mesh, Points, PointsMaterial } from 'three';
 import { coarserMeshes, facing, finerMeshes, meanEdge, placeMiddles } from './detail.js';
 import { addNormals, boxOf, isClosed, markInner } from './normals.js';
 import { RestShape } from './rest_shape.js';
@@ -28,8 +28,8 @@ const SETTLED_MS = 500; // without a change of the mesh, before coarser ones are
 
 const room = (count) => Math.ceil(Math.max(count, 64) * 1.25);
 
-// Positions closer than this part of the body's size to those that were drawn draw the same picture: a fiftieth of a pixel
-// of a body of a thousand.
+// Positions closer than this part of the body's size to those that were drawn draw the same picture: a fiftieth of a
+// pixel of a body of a thousand.
 const UNSEEN = 2e-5;
 
 function differs(a, b, tolerance) {
@@ -52,9 +52,9 @@ export class Body {
         this.index = new Uint32Array(0);
         this.drawn = new Uint32Array(0); // the triangles of a frame
         this.finer = null;    // meshes and the middles of edges, nodes behind the twins
-        this.levels = [];     // meshes to choose from, finest first; the coarser ones are made when `index` has not changed
-        this.level = null;    // for a while: then settleAt [ms] is infinite. The one of the last frame
-        this.settleAt = 0;
+        this.levels = [];     // meshes to choose from, finest first
+        this.level = null;    // the one of the last frame
+        this.settleAt = 0;    // [ms] when coarser ones are made, if `index` has not changed until then; infinite: they are
         this.position = new Float32Array(0);
         this.id = new Int32Array(0);
         this.shown = false;   // there is something to draw

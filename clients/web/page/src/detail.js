@@ -26,8 +26,8 @@ export function meanEdge(index, m, position) {
 }
 
 /**
- * Coarser meshes of `index` [m], finest first: [{index, m, edge (mean length [m]), middles: 0}]. Nodes with `fixed`[node] true stay; so
- * do those at borders.
+ * Coarser meshes of `index` [m], finest first: [{index, m, edge (mean length [m]), middles: 0}]. Nodes with
+ * `fixed`[node] true stay; so do those at borders.
  */
 export function coarserMeshes(index, m, position, fixed) {
     const levels = [];

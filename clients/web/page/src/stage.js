@@ -1,6 +1,6 @@
 // The camera, the renderer and the ground: draws only when something changed. Where the processor draws, moving tissue
-// gets coarser meshes and one look a pixel; what has stood still for a moment is drawn once more, with all its triangles
-// and four looks a pixel.
+// gets coarser meshes and one sample a pixel; what has stood still for a moment is drawn once more, with all its triangles
+// and four samples a pixel.
 
 import { Box3, Color, GridHelper, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, Vector2, Vector3,
     WebGLRenderer } from 'three';
@@ -8,7 +8,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const BACKGROUND = 0x171b1f;
 const STILL_MS = 300;       // without a frame, before that
-const STILL_PIXELS = 4e6;   // most that are drawn then: a large window gets fewer looks a pixel
+const STILL_PIXELS = 4e6;   // most that are drawn then: a large window gets fewer samples a pixel
 const EDGE = 4, EDGE_SOFTWARE = 14; // [pixels]: shorter edges of triangles are not worth their time
 
 // Software rendering: without antialiasing, at one pixel per CSS pixel.
