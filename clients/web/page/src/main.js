@@ -102,13 +102,13 @@ function takeText(message) {
         return panel.takeStatus(message);
     case 'recording': return timeline.takeRecording(message);
     case 'playback': return takePlayback(message);
-    case 'pose': for (const pose of message.tools) tools.takePose(pose, now); return changed();
+    case 'pose': for (const pose of message.tools) if (tools.takePose(pose, now)) changed(); return undefined;
     case 'contact':
         for (const contact of message.tools) {
-            tools.takeContact(contact, now);
+            if (tools.takeContact(contact, now)) changed();
             if (contact.contact) timeline.takeForce(Math.hypot(...contact.force));
         }
-        return changed();
+        return undefined;
     case 'event':
         hand.ties.takeEvent(message.kind, message.text);
         if (QUIET.has(message.kind) || isIdleCut(message.text)) return undefined;
@@ -148,10 +148,10 @@ function showFigures() {
     stage.invalidate();
 }
 
-function beforeDraw() {
+function beforeDraw(view) {
     drawnAt = performance.now();
     toolsChanged = false;
-    for (const body of bodies) body.prepare();
+    for (const body of bodies) body.prepare(view);
     if (!fitted && bodies.length && bodies.every((body) => body.shown)) {
         fitted = true;
         const box = boxOfAll(bodies);
@@ -247,12 +247,14 @@ function showLink(age = silence) {
         : why || 'Waiting for pliantd …');
     else panel.takeLink('live', '');
     if (started && whyNothing()) hand.end();
-    look.silent = !(connected && daemon);
+    const silent = !(connected && daemon);
+    if (silent === look.silent) return;
+    look.silent = silent;
     changeLook();
 }
 
 // A silent tool, or a force that is not repeated, disappears without a round.
 setInterval(() => {
     panel.takeForces(tools.list, hand.newtons);
-    if (tools.fading && performance.now() - drawnAt > 200) stage.invalidate();
+    if (tools.fallsSilent(performance.now())) stage.invalidate();
 }, 250);
