@@ -44,7 +44,7 @@ typedef struct Options {
     char *file[TIMELINE_PARTS];
     int files;
     double speed, from, to;
-    bool from_given, to_given, loop, paused, once;
+    bool loop, paused, once;
 } Options;
 
 static bool add_file(void *target, const char *text, Status *why)
@@ -53,20 +53,6 @@ static bool add_file(void *target, const char *text, Status *why)
     if (options->files == TIMELINE_PARTS)
         return status_fail(why, STATUS_INVALID, "at most %d recordings", TIMELINE_PARTS);
     options->file[options->files++] = (char *)(uintptr_t)text; // a word of the command line
-    return true;
-}
-
-static bool note_from(void *target, const char *text, Status *why)
-{
-    (void)text, (void)why;
-    ((Options *)target)->from_given = true;
-    return true;
-}
-
-static bool note_to(void *target, const char *text, Status *why)
-{
-    (void)text, (void)why;
-    ((Options *)target)->to_given = true;
     return true;
 }
 
@@ -80,9 +66,9 @@ static const ArgumentRow ROWS[] = {
     {.type = ARGUMENT_HEADING, .help = "How to play:"},
     {"speed", 's', ARGUMENT_NUMBER, "X", AT(speed), SPEED_LEAST, SPEED_MOST, .preset = 1.0,
      .help = "X times as fast as it was recorded"},
-    {"from", 0, ARGUMENT_NUMBER, "S", AT(from), -1e9, 1e9, .handler = note_from,
+    {"from", 0, ARGUMENT_NUMBER, "S", AT(from), -1e9, 1e9, .preset = -(double)INFINITY,
      .help = "begin at this simulated time (default: the start)"},
-    {"to", 0, ARGUMENT_NUMBER, "S", AT(to), -1e9, 1e9, .handler = note_to,
+    {"to", 0, ARGUMENT_NUMBER, "S", AT(to), -1e9, 1e9, .preset = (double)INFINITY,
      .help = "stop at this simulated time (default: the end)"},
     {"loop", 0, ARGUMENT_FLAG, NULL, AT(loop), .help = "begin again at the end"},
     {"paused", 0, ARGUMENT_FLAG, NULL, AT(paused), .help = "wait for RESUME, STEP or a seek"},
@@ -99,7 +85,7 @@ static bool check(void *target, Status *why)
         return status_fail(why, STATUS_INVALID, "a recording is missing: FILE.h5");
     if (options->once && options->loop)
         return status_fail(why, STATUS_INVALID, "--once does not go with --loop");
-    return !(options->from_given && options->to_given && !(options->from < options->to)) ||
+    return options->from < options->to ||
            status_fail(why, STATUS_INVALID, "--from must be before --to");
 }
 
@@ -685,13 +671,11 @@ static bool prepare(Play *play, const Options *options, Status *status)
         return false;
     // The range, within what there is.
     const double start = timeline_start(play->timeline), end = timeline_end(play->timeline);
-    play->from = options->from_given ? options->from : start;
-    play->to = options->to_given ? options->to : end;
+    play->from = fmax(options->from, start);
+    play->to = fmin(options->to, end);
     if (play->from > end || play->to < start)
         return status_fail(status, STATUS_INVALID, "--from and --to: %s has %.6g to %.6g s",
                            options->file[0], start, end);
-    play->from = fmax(play->from, start);
-    play->to = fmin(play->to, end);
     play->speed = options->speed;
     play->loop = options->loop;
     play->once = options->once;
