@@ -62,11 +62,13 @@ Item *item_topology(int body, const RecordingTopology *topology)
 {
     size_t ids = (size_t)topology->node_count * sizeof *topology->node_id;
     size_t triangles = (size_t)topology->triangle_count * sizeof *topology->triangle;
-    Item *item = create(ITEM_TOPOLOGY, body, ids + triangles);
+    size_t births = (size_t)topology->birth_count * sizeof *topology->birth;
+    Item *item = create(ITEM_TOPOLOGY, body, ids + triangles + births);
     char *at = behind(item);
     item->as.topology = *topology;
     item->as.topology.node_id = put(&at, topology->node_id, ids);
     item->as.topology.triangle = put(&at, topology->triangle, triangles);
+    item->as.topology.birth = put(&at, topology->birth, births);
     return item;
 }
 

@@ -10,6 +10,24 @@
 
 // --- meshes without free slots -------------------------------------------------------------------
 
+void recording_mesh_births(RecordingMesh *to, const RecordingSlots *slots,
+                           RecordingTopology *topology)
+{
+    int births = 0;
+    for (int i = 0; i < slots->node_count; i++) {
+        const int id = slots->id[i], *parent = slots->parent + 2 * (size_t)i;
+        const bool is_new = id >= 0 && to->known[i] != id + 1;
+        to->known[i] = id < 0 ? 0 : id + 1;
+        if (is_new && (slots->origin[i] != id || parent[0] != id || parent[1] != id))
+            to->birth[births++] = (RecordingBirth){.topology = slots->topology,
+                                                   .id = id,
+                                                   .origin = slots->origin[i],
+                                                   .parent = {parent[0], parent[1]}};
+    }
+    topology->birth_count = births;
+    topology->birth = to->birth;
+}
+
 RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *slots)
 {
     int triangles = 0;
@@ -59,6 +77,7 @@ enum {
     SPACE_MARGIN = 1 << 18, // [bytes], more than HDF5 ever adds per append
     FRAME_ROWS = 512,       // of the short columns, stored together
     TOPOLOGY_ROWS = 16,
+    BIRTH_ROWS = 256,
     EVENT_ROWS = 16,
     NAME_TEXT = 160,
     XDMF_LAG = 16,       // the sidecar is rewritten when this share of its frames is missing, ...
@@ -112,6 +131,7 @@ static const TableForm body_form[BODY_TABLES] = {
     [TOPOLOGY_NODE_COUNT] = {"topology/node_count", INTEGER, 0, TOPOLOGY_ROWS, "rows of node_id"},
     [TRIANGLES] = {"triangles", INTEGER, 3, -1, "nodes of a frame"},
     [NODE_ID] = {"node_id", INTEGER, 0, 0, "1"},
+    [BIRTHS] = {"births", INTEGER, 5, BIRTH_ROWS, "topology, ids"},
 };
 
 static const TableForm tool_form[TOOL_TABLES] = {
@@ -282,7 +302,9 @@ bool recording_add_topology(Recording *recording, int index, const RecordingTopo
                                .first_triangle = (int64_t)table[TRIANGLES].count,
                                .first_node = (int64_t)table[NODE_ID].count};
     // Its number comes last: a reader takes a topology for complete once that is there.
-    bool ok = begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count) &&
+    const int births = 2 * topology->birth_count; // of five numbers: room for six
+    bool ok = begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count + births) &&
+              append(recording, &table[BIRTHS], topology->birth_count, topology->birth) &&
               append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
               append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
               append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&

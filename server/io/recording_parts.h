@@ -42,6 +42,7 @@ typedef enum BodyTable {
     TOPOLOGY_NODE_COUNT,
     TRIANGLES,
     NODE_ID,
+    BIRTHS,
     BODY_TABLES,
 } BodyTable;
 

@@ -132,6 +132,8 @@ void recorder_reserve(Recorder *recorder, World *world)
         mesh->row = RESERVE(nodes, int, "rows");
         mesh->id = RESERVE(nodes, int, "ids");
         mesh->triangle = RESERVE(triangles, int[3], "triangles");
+        mesh->known = RESERVE(nodes, int, "known ids");
+        mesh->birth = RESERVE(nodes, RecordingBirth, "births");
         recorder->mesh[i].position = RESERVE(3 * nodes, float, "positions");
     }
 }
@@ -143,8 +145,12 @@ static RecordingTopology compact(RecorderMesh *to, const BodyMesh *mesh)
                                   .node_count = mesh->node_count,
                                   .triangle_count = mesh->triangle_count,
                                   .id = mesh->id,
-                                  .triangle = mesh->triangle};
-    return recording_mesh_take(&to->mesh, &slots);
+                                  .triangle = mesh->triangle,
+                                  .origin = mesh->origin,
+                                  .parent = &mesh->parent[0][0]};
+    RecordingTopology topology = recording_mesh_take(&to->mesh, &slots);
+    recording_mesh_births(&to->mesh, &slots, &topology);
+    return topology;
 }
 
 static RecordingTopology whole(const BodyMesh *mesh)
