@@ -204,18 +204,23 @@ static void insert_text(hid_t type, const char *name, size_t offset, size_t size
     H5Tclose(text);
 }
 
-static bool create_events(Recording *recording)
+hid_t recording_event_type(void)
 {
     hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(RecordingEvent));
-    recording->event_type = type;
     // Texts of fixed length, so that rows have one size.
     H5Tinsert(type, "time", offsetof(RecordingEvent, time), H5T_NATIVE_DOUBLE);
     H5Tinsert(type, "step", offsetof(RecordingEvent, step), H5T_NATIVE_INT64);
     insert_text(type, "body", offsetof(RecordingEvent, body), RECORDING_BODY_TEXT);
     insert_text(type, "kind", offsetof(RecordingEvent, kind), RECORDING_KIND_TEXT);
     insert_text(type, "text", offsetof(RecordingEvent, text), RECORDING_EVENT_TEXT);
-    return hdf_table_create(&recording->file, "/events", type, 0, EVENT_ROWS, "time s, step ticks",
-                            &recording->event);
+    return type;
+}
+
+static bool create_events(Recording *recording)
+{
+    recording->event_type = recording_event_type();
+    return hdf_table_create(&recording->file, "/events", recording->event_type, 0, EVENT_ROWS,
+                            "time s, step ticks", &recording->event);
 }
 
 static bool write_head(Recording *recording, const RecordingOptions *options)
