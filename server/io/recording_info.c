@@ -267,6 +267,15 @@ static bool read_counts(const HdfFile *file, const char *group, RecordingCounts 
     return ok;
 }
 
+// Older recordings have no births.
+static bool count_births(const HdfFile *file, const char *group, int64_t *births)
+{
+    char name[NAME_TEXT];
+    snprintf(name, sizeof name, "%s/births", group);
+    *births = hdf_exists(file, name) ? count_rows(file, name, H5T_INTEGER, 5) : 0;
+    return *births >= 0;
+}
+
 static bool read_body(const HdfFile *file, RecordingBodyInfo *info, RecordingIndex *index)
 {
     static const Column frame_columns[] = {{"frames/time", H5T_FLOAT},
@@ -302,6 +311,7 @@ static bool read_body(const HdfFile *file, RecordingBodyInfo *info, RecordingInd
                               &index->topology_count) &&
               read_frames(file, group, index, frames, positions, info) &&
               read_counts(file, group, &info->counts) &&
+              count_births(file, group, &index->birth_count) &&
               read_attribute(file, group, "first_wall", &index->first_wall);
     info->topologies = index->topology_count;
     return ok;

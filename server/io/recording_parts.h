@@ -128,6 +128,7 @@ typedef struct RecordingIndex {
     FrameRow *frame; // [frame_count], times rise; others are not indexed
     int64_t frame_count, frame_capacity;
     int64_t first_wall; // slot of the first triangle on a wall of cuts; 0: none, or not known
+    int64_t birth_count;
 } RecordingIndex;
 
 void recording_index_free(RecordingIndex *index);

@@ -56,6 +56,12 @@ int recording_reader_first_wall(const RecordingReader *reader, int body);
 bool recording_reader_mesh(RecordingReader *reader, int body, int64_t frame, int *node_id,
                            int (*triangle)[3], RecordingTopology *topology, Status *status);
 
+// Rows of births of a body, in the order of its topologies; 0: none, or not recorded. Ids are as in
+// the file: any number.
+int64_t recording_reader_births(const RecordingReader *reader, int body);
+bool recording_reader_birth_rows(RecordingReader *reader, int body, int64_t first, int rows,
+                                 RecordingBirth *birth, Status *status);
+
 // --- tools and events ----------------------------------------------------------------------------
 
 // Rows of a tool whose times do not fall; a tool has no rows while it is inactive.
