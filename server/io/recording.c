@@ -230,6 +230,8 @@ static bool write_head(Recording *recording, const RecordingOptions *options)
            hdf_write_int(file, "/", "version", RECORDING_VERSION) &&
            hdf_write_long(file, "/", RECORDING_ENDED, 0) &&
            hdf_write_text(file, "/", "scene", options->scene) &&
+           (options->describe == NULL ||
+            hdf_write_text(file, "/", "describe", options->describe)) &&
            hdf_write_text(file, "/", "created_by", options->created_by);
 }
 
@@ -249,9 +251,10 @@ static bool reserve(Recording *recording, size_t bytes)
 
 static bool create_all(Recording *recording, const RecordingOptions *options)
 {
+    const size_t text =
+        strlen(options->scene) + (options->describe != NULL ? strlen(options->describe) : 0);
     // Everything exists before readers are let in.
-    if (!create_file(recording) || !reserve(recording, strlen(options->scene)) ||
-        !write_head(recording, options))
+    if (!create_file(recording) || !reserve(recording, text) || !write_head(recording, options))
         return false;
     for (int i = 0; i < options->body_count; i++)
         if (!create_body(recording, i, &options->body[i]))

@@ -21,6 +21,7 @@ typedef struct RecordingBody {
 
 typedef struct RecordingOptions {
     const char *scene;      // its text
+    const char *describe;   // the daemon's description of it, as DESCRIBE answers; NULL: none
     const char *created_by; // program and version
     int body_count, tool_count;
     const RecordingBody *body;

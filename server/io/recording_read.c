@@ -13,11 +13,11 @@
 
 #include <math.h>
 
-enum { SCENE_MOST = 1 << 24, TOPOLOGIES_MOST = 1 << 24, NAME_TEXT = 128 };
+enum { TEXT_MOST = 1 << 24, TOPOLOGIES_MOST = 1 << 24, NAME_TEXT = 128 };
 
 struct RecordingReader {
     HdfChild *child;
-    char *path, *scene;
+    char *path, *scene, *describe;
     RecordingInfo info;
     RecordingIndex body[RECORDING_INFO_BODIES];
     double *tool_time[RECORDING_INFO_TOOLS];
@@ -104,11 +104,11 @@ static void answer_requests(const HdfFile *file, int fd)
     H5Tclose(event);
 }
 
-// Returns the scene's text, "" if there is none.
-static char *read_scene(const HdfFile *file)
+// Returns a text of the file, "" if there is none.
+static char *read_text(const HdfFile *file, const char *name)
 {
     char *text = NULL;
-    hid_t attribute = H5Aopen_by_name(file->id, "/", "scene", H5P_DEFAULT, H5P_DEFAULT);
+    hid_t attribute = H5Aopen_by_name(file->id, "/", name, H5P_DEFAULT, H5P_DEFAULT);
     if (attribute < 0)
         return calloc(1, 1);
     hid_t type = H5Aget_type(attribute), space = H5Aget_space(attribute);
@@ -119,9 +119,9 @@ static char *read_scene(const HdfFile *file)
     if (is_text && H5Tis_variable_str(type) > 0) {
         char *stored = NULL;
         if (H5Aread(attribute, type, (void *)&stored) >= 0 && stored != NULL)
-            text = strndup(stored, SCENE_MOST);
+            text = strndup(stored, TEXT_MOST);
         H5free_memory(stored);
-    } else if (is_text && size <= SCENE_MOST) {
+    } else if (is_text && size <= TEXT_MOST) {
         text = calloc(size + 1, 1);
         if (text != NULL && H5Aread(attribute, type, text) < 0)
             *text = '\0';
@@ -136,7 +136,7 @@ static char *read_scene(const HdfFile *file)
 typedef struct Findings {
     Status status;
     RecordingInfo info;
-    size_t scene_bytes;
+    size_t scene_bytes, describe_bytes;
 } Findings;
 
 static bool send_index(int fd, const RecordingIndex *index)
@@ -162,15 +162,19 @@ static void serve(int fd, void *path)
     // First what there is, or what is wrong,
     bool ok = recording_open_any(&file, path, &found->status) &&
               recording_read_contents(&file, &found->info, index);
-    char *scene = ok ? read_scene(&file) : NULL;
+    char *scene = ok ? read_text(&file, "scene") : NULL;
+    char *describe = ok ? read_text(&file, "describe") : NULL;
     found->scene_bytes = scene != NULL ? strlen(scene) : 0;
+    found->describe_bytes = describe != NULL ? strlen(describe) : 0;
     ok = hdf_child_send(fd, found, sizeof *found) && ok &&
-         hdf_child_send(fd, scene, found->scene_bytes);
+         hdf_child_send(fd, scene, found->scene_bytes) &&
+         hdf_child_send(fd, describe, found->describe_bytes);
     for (int i = 0; i < found->info.body_count && ok; i++) {
         ok = send_index(fd, &index[i]);
         recording_index_free(&index[i]);
     }
     free(scene);
+    free(describe);
     free(found);
     // then the data.
     if (ok)
@@ -195,7 +199,7 @@ static bool check_index(const RecordingReader *reader, int body, Status *status)
             t->first_triangle < 0)
             return damaged(reader, status, "a mesh is larger than any of ours");
     }
-    double before = -INFINITY;
+    double before = -HUGE_VAL;
     for (int64_t f = 0; f < index->frame_count; f++) {
         const FrameRow *frame = &index->frame[f];
         if (frame->topology < 0 || frame->topology >= index->topology_count || frame->first < 0 ||
@@ -273,6 +277,16 @@ static bool read_tool_times(RecordingReader *reader, int tool, Status *status)
     return true;
 }
 
+static bool receive_text(RecordingReader *reader, size_t bytes, char **text, Status *status)
+{
+    if (bytes > TEXT_MOST)
+        return damaged(reader, status, "its scene is longer than any of ours");
+    *text = calloc(bytes + 1, 1);
+    ASSERT(*text != NULL);
+    return hdf_child_receive(reader->child->fd, *text, bytes) ||
+           hdf_child_failed(reader->child, reader->path, status);
+}
+
 static bool receive_contents(RecordingReader *reader, Status *status)
 {
     Findings *found = calloc(1, sizeof *found);
@@ -285,13 +299,13 @@ static bool receive_contents(RecordingReader *reader, Status *status)
         ok = status_fail(status, found->status.code, "%s", found->status.text);
     reader->info = found->info;
     recording_info_tidy(&reader->info);
-    if (ok && found->scene_bytes > SCENE_MOST)
-        ok = damaged(reader, status, "its scene is longer than any of ours");
-    if (ok) {
-        reader->scene = calloc(found->scene_bytes + 1, 1);
-        ASSERT(reader->scene != NULL);
-        ok = hdf_child_receive(reader->child->fd, reader->scene, found->scene_bytes) ||
-             hdf_child_failed(reader->child, reader->path, status);
+    ok = ok && receive_text(reader, found->scene_bytes, &reader->scene, status) &&
+         receive_text(reader, found->describe_bytes, &reader->describe, status);
+    if (ok && reader->describe[0] == '\0' && strncmp(reader->scene, "scene ", 6) == 0) {
+        // pliant-record knows the description only.
+        char *none = reader->describe;
+        reader->describe = reader->scene;
+        reader->scene = none;
     }
     free(found);
     for (int i = 0; i < reader->info.body_count && ok; i++)
@@ -329,6 +343,7 @@ void recording_reader_close(RecordingReader *reader)
     for (int i = 0; i < RECORDING_INFO_TOOLS; i++)
         free(reader->tool_time[i]);
     free(reader->scene);
+    free(reader->describe);
     free(reader->path);
     free(reader);
 }
@@ -341,6 +356,11 @@ const RecordingInfo *recording_reader_info(const RecordingReader *reader)
 const char *recording_reader_scene(const RecordingReader *reader)
 {
     return reader->scene;
+}
+
+const char *recording_reader_describe(const RecordingReader *reader)
+{
+    return reader->describe;
 }
 
 int recording_reader_find_body(const RecordingReader *reader, const char *name)

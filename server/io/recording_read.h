@@ -24,8 +24,11 @@ void recording_reader_close(RecordingReader *reader);
 
 // The contents; bodies and tools have their indices there. Valid until the reader is closed.
 const RecordingInfo *recording_reader_info(const RecordingReader *reader);
-// The scene's text; of `pliant-record` the daemon's description. "" if the file has none.
+// The scene's text, and the daemon's description of it, as DESCRIBE answers: bodies and the shapes
+// of tools. "" if the file has none: `pliant-record` writes the description alone, and files of
+// pliantd before 2026-12 the scene alone.
 const char *recording_reader_scene(const RecordingReader *reader);
+const char *recording_reader_describe(const RecordingReader *reader);
 // Finds a body by its name, or a tool by its id; -1: there is none.
 int recording_reader_find_body(const RecordingReader *reader, const char *name);
 int recording_reader_find_tool(const RecordingReader *reader, int id);

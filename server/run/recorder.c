@@ -1,6 +1,7 @@
 #include "run/files_thread.h"
 
 #include "base/check.h"
+#include "run/modes.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -246,13 +247,16 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
     for (int i = 0; i < tools; i++)
         tool[i] = sim_tool(sim, i)->id;
     // The file with all its data sets, and the first mesh of each body.
+    char *describe = explain_describe(world, scene);
     const RecordingOptions options = {.scene = scene->text,
+                                      .describe = describe,
                                       .created_by = "pliantd " PLIANT_VERSION,
                                       .body_count = bodies,
                                       .tool_count = tools,
                                       .body = body,
                                       .tool = tool};
     recorder->recording = recording_create(path, &options, status);
+    free(describe);
     free(body);
     free(tool);
     if (recorder->recording == NULL)
