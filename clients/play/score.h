@@ -7,6 +7,7 @@
 #include "base/check.h"
 #include "io/recording.h"
 #include "scene/scene.h"
+#include "timeline.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -48,10 +49,11 @@ typedef struct ScoreTool {
     double contact_time_s; // with a force
     double peak_force_n;   // and when
     double peak_time_s;
-    double mean_force_n;      // during contact
-    double force_time_n_s;    // integral of the force over time
-    double over_limit_s;      // time above the limit; NaN: the scene has none
-    int64_t over_limit_count; // times that the limit was crossed upwards
+    double mean_force_n;        // during contact
+    double force_time_n_s;      // integral of the force over time
+    double over_limit_s;        // time above the limit; NaN: the scene has none
+    double over_limit_fraction; // of the time in use
+    int64_t over_limit_count;   // times that the limit was crossed upwards
     ScoreCurve curve;
 } ScoreTool;
 
@@ -120,6 +122,7 @@ typedef struct Score {
     int part_count;
     char created_by[64];
     bool ended;             // every part ended cleanly
+    bool fixed_known;       // which nodes are fixed is recorded
     int64_t missing;        // frames lost or dropped, of all bodies
     double first_s, last_s; // simulated time
     int tool_count, body_count, cut_count;
@@ -129,16 +132,17 @@ typedef struct Score {
     int64_t events;
 } Score;
 
-// Scores recordings, the parts of one session in their order. `scene`: the file of a scene that
-// names limit and regions, or NULL: the one recorded. Returns false with `status`.
-bool score_read(const char *const *path, int count, const char *scene, Score *score,
-                Status *status);
+// Scores a session. `scene`: the file of a scene that names limit and regions, or NULL: the one
+// recorded. Returns false with `status`.
+bool score_read(const Timeline *timeline, const char *scene, Score *score, Status *status);
 void score_destroy(Score *score);
 
 // Write the sheet: JSON, CSV and a page to print.
 void score_write_json(const Score *score, FILE *out);
 void score_write_csv(const Score *score, FILE *out);
 void score_write_page(const Score *score, FILE *out);
+// Prints what matters most, a line for each tool and body.
+void score_print(const Score *score, FILE *out);
 // Writes BASE.json, BASE.csv and BASE.html; replaces only its own. Returns false with `status`.
 bool score_write(const Score *score, const char *base, Status *status);
 

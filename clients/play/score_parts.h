@@ -10,15 +10,25 @@
 
 enum { SCORE_SPEED_HZ = 60 }; // of the speeds that movements are found in
 
-// A figure of the sheet, as all three files have it.
+// A figure of a tool, as all three files have it.
 typedef struct ScoreMeasure {
-    const char *name; // with its unit: "path_m"
-    const char *title, *unit;
-    double factor; // from the value to what the page shows
-    size_t offset; // of a double in ScoreTool
+    const char *name;         // with its unit: "path_m"
+    const char *title, *unit; // on the page
+    double factor;            // from the value to the page's
+    size_t offset;            // in ScoreTool
+    bool whole;               // an int64_t, else a double
 } ScoreMeasure;
 
-enum { SCORE_TOOL_MEASURES = 14 };
-extern const ScoreMeasure score_tool_measure[SCORE_TOOL_MEASURES];
+// The page begins so.
+#define SCORE_PAGE_MARK "<!DOCTYPE html><!-- pliant-score -->"
+
+enum { SCORE_MEASURES = 17 };
+extern const ScoreMeasure score_measure[SCORE_MEASURES];
+
+double score_value(const ScoreTool *tool, const ScoreMeasure *measure);
+
+// Figures of a body have their unit by its kind: "m" and "m2" of a wall, "m2" and "m3" of a solid.
+const char *score_cut_unit(bool solid);
+const char *score_size_unit(bool solid);
 
 #endif

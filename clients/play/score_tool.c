@@ -206,7 +206,10 @@ void score_tool(const ScoreRow *row, int64_t rows, double force_limit, double fr
     tool->mean_speed_m_s = tool->time_s > 0.0 ? tool->path_m / tool->time_s : SCORE_UNKNOWN;
     tool->mean_force_n =
         tool->contact_time_s > 0.0 ? tool->force_time_n_s / tool->contact_time_s : SCORE_UNKNOWN;
+    tool->over_limit_fraction =
+        tool->time_s > 0.0 ? tool->over_limit_s / tool->time_s : SCORE_UNKNOWN;
     if (!limited) {
+        tool->over_limit_fraction = SCORE_UNKNOWN;
         tool->over_limit_s = SCORE_UNKNOWN;
         tool->over_limit_count = 0;
     }

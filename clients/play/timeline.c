@@ -270,6 +270,16 @@ const char *timeline_describe(const Timeline *timeline)
     return recording_reader_describe(timeline->part[0].reader);
 }
 
+TimelinePart timeline_part(const Timeline *timeline, int part)
+{
+    ASSERT(part >= 0 && part < timeline->parts);
+    const Part *of = &timeline->part[part];
+    return (TimelinePart){.reader = of->reader,
+                          .offset = of->offset,
+                          .begin = of->begin,
+                          .end = part_end(timeline, part)};
+}
+
 int timeline_bodies(const Timeline *timeline)
 {
     return timeline->bodies;
