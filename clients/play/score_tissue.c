@@ -15,7 +15,7 @@ typedef struct Node {
     int id;
     int origin, parent[2]; // ids, as in RecordingBirth
     bool used, placed;
-    int part;   // connected part of the first mesh; -1: it was not there
+    int part;   // connected part of the first mesh; -1: neither it nor what it was made of was there
     Vec3 place; // in the reference shape [m], if placed
 } Node;
 
@@ -108,6 +108,7 @@ static bool place_by_birth(const ScoreTissue *tissue, Node *node, int depth)
     if (place_by_birth(tissue, from[0], depth + 1) && place_by_birth(tissue, from[1], depth + 1)) {
         node->place = vec3_scale(0.5, vec3_add(from[0]->place, from[1]->place));
         node->placed = true;
+        node->part = from[0]->part;
     }
     return node->placed;
 }
@@ -384,7 +385,7 @@ static int find_parts(const ScoreTissue *tissue, int *part)
 
 typedef struct Part {
     double size;  // area [m2], of a solid the volume [m3]: negative around a hole in it
-    int of;       // part of the first mesh that it was in; -1: not known
+    int of;       // part of the first mesh that it was in; 0 if that is not known
     bool fixed;   // has nodes that the scene fixes
     bool removed; // neither that nor the largest of its part
 } Part;
@@ -412,13 +413,11 @@ static Part *measure_parts(const ScoreTissue *tissue, int *number, int *count)
     *count = find_parts(tissue, number);
     Part *part = allocate(*count, sizeof *part);
     Vec3 *from = allocate(*count, sizeof *from); // a node of each
-    for (int i = 0; i < *count; i++)
-        part[i].of = -1;
     for (int i = 0; i < tissue->node_count; i++) {
         Part *of = &part[number[i]];
         const Node *node = find_node(tissue, tissue->id[i]);
         from[number[i]] = tissue->place[i];
-        of->of = of->of < 0 ? node->part : of->of;
+        of->of = node->part > of->of ? node->part : of->of;
         of->fixed = of->fixed || is_fixed(tissue, tissue->id[i], tissue->place[i]);
     }
     for (int t = 0; t < tissue->triangle_count; t++) {
@@ -458,17 +457,17 @@ static int by_falling_size(const void *a, const void *b)
 // fixed.
 static void mark_removed(Part *part, int count, int parts)
 {
-    int *largest = allocate(parts + 1, sizeof *largest);
-    for (int i = 0; i <= parts; i++)
+    int *largest = allocate(parts, sizeof *largest);
+    for (int i = 0; i < parts; i++)
         largest[i] = -1;
     for (int i = 0; i < count; i++) {
-        int *of = &largest[part[i].of + 1 <= parts ? part[i].of + 1 : 0];
+        int *of = &largest[part[i].of];
         if (part[i].size > 0.0 && (*of < 0 || part[i].size > part[*of].size))
             *of = i;
     }
     for (int i = 0; i < count; i++)
         part[i].removed = part[i].size > 0.0 && !part[i].fixed;
-    for (int i = 0; i <= parts; i++)
+    for (int i = 0; i < parts; i++)
         if (largest[i] >= 0)
             part[largest[i]].removed = false;
     free(largest);
