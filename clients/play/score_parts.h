@@ -31,4 +31,7 @@ double score_value(const ScoreTool *tool, const ScoreMeasure *measure);
 const char *score_cut_unit(bool solid);
 const char *score_size_unit(bool solid);
 
+// Returns zeroed memory, of one more than `count`; aborts without it.
+void *score_allocate(int64_t count, size_t size);
+
 #endif

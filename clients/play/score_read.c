@@ -8,7 +8,7 @@
 
 static const double SAME_S = 1e-7; // times that differ by less are the same
 
-static void *allocate(int64_t count, size_t size)
+void *score_allocate(int64_t count, size_t size)
 {
     void *memory = calloc((size_t)count + 1, size);
     ASSERT(memory != NULL);
@@ -64,7 +64,7 @@ static bool read_tools(const Timeline *timeline, Score *score, Status *status)
 {
     bool ok = true;
     score->tool_count = timeline_tools(timeline);
-    score->tool = allocate(score->tool_count, sizeof *score->tool);
+    score->tool = score_allocate(score->tool_count, sizeof *score->tool);
     for (int t = 0; t < score->tool_count && ok; t++) {
         Rows rows = {NULL, 0, 0};
         score->tool[t].id = timeline_tool_id(timeline, t);
@@ -188,7 +188,7 @@ static void list_cuts(const Timeline *timeline, Follow *follow)
     int count;
     int64_t left_out;
     const TimelineEvent *event = timeline_events(timeline, &count, &left_out);
-    follow->cut = allocate(count + 1, sizeof *follow->cut);
+    follow->cut = score_allocate(count + 1, sizeof *follow->cut);
     for (int i = 0; i < count; i++)
         if (is_severing(&event[i].event, follow->name)) {
             ScoreCut *cut = &follow->cut[follow->cut_count++];
@@ -261,9 +261,9 @@ static bool read_body(const Timeline *timeline, int index, Score *score, Status 
     Follow follow = {.timeline = timeline, .name = body->name};
     const int first_wall = find_first_wall(timeline, body->name);
     timeline_most(timeline, index, &nodes, &triangles);
-    follow.node_id = allocate(nodes, sizeof *follow.node_id);
-    follow.triangle = allocate(triangles, sizeof *follow.triangle);
-    follow.position = allocate(3 * (int64_t)nodes, sizeof *follow.position);
+    follow.node_id = score_allocate(nodes, sizeof *follow.node_id);
+    follow.triangle = score_allocate(triangles, sizeof *follow.triangle);
+    follow.position = score_allocate(3 * (int64_t)nodes, sizeof *follow.position);
     list_cuts(timeline, &follow);
     // A body that no event says was cut is followed closely only if its ends differ.
     const bool quick = follow.cut_count == 0;
@@ -297,8 +297,8 @@ static bool read_bodies(const Timeline *timeline, Score *score, Status *status)
 {
     bool ok = true;
     score->body_count = timeline_bodies(timeline);
-    score->body = allocate(score->body_count, sizeof *score->body);
-    score->cut = allocate(SCORE_CUTS, sizeof *score->cut);
+    score->body = score_allocate(score->body_count, sizeof *score->body);
+    score->cut = score_allocate(SCORE_CUTS, sizeof *score->cut);
     for (int i = 0; i < score->body_count && ok; i++)
         ok = read_body(timeline, i, score, status);
     qsort(score->cut, (size_t)score->cut_count, sizeof *score->cut, by_time);
