@@ -33,7 +33,7 @@ done
 "$programs/pliant-cut" --quiet --body sheet --plane 0.02,0,0,1,0,0 || exit 1
 "$programs/pliant-cut" --quiet --stroke --tool 2 --speed 0.2 --blade 0,0,0.2 --point 0.012,0.24,-0.1 \
     --point 0.012,0.36,-0.1 || exit 1
-"$programs/pliant-probe" --press -0.01,0.3,0.065 --depth 0.025 --speed 0.05 --hold 0.5 \
+"$programs/pliant-probe" --press -0.01,0.3,0.065 --depth 0.02 --speed 0.05 --hold 0.5 \
     --log "$folder/probe.log" >"$folder/probe.txt" || exit 1
 kill "$recorder" && wait "$recorder"
 recorder=
