@@ -134,7 +134,7 @@ static const ArgumentTable TABLE = {
 // A request that was answered, lest a repeated one is executed again.
 typedef struct Answered {
     int32_t sender, id;
-    bool ok, describes;
+    bool ok, describes, waits; // waits: its reply is sent when the frame it asked for has left
     char channel[CLIENT_CHANNEL_MAX], text[200];
 } Answered;
 
@@ -150,6 +150,7 @@ typedef struct Play {
     int event;         // the first one after `time`
     // requests
     bool changed, stop; // by a request: look at once; end
+    bool wanted;        // the frames at `time`, when those before have left
     Answered answered[ANSWERS];
     unsigned answers;
     // what is published and when next
@@ -253,7 +254,7 @@ static void turn(Play *play, int64_t now_ns)
         seek(play, play->from);
     else
         play->playing = false;
-    play->changed = true;
+    play->changed = play->wanted = true;
 }
 
 // --- requests ------------------------------------------------------------------------------------
@@ -374,16 +375,33 @@ static void answer_request(Play *play, int32_t sender, int32_t id, const char *c
     const Answered *before = find_answer(play, sender, id, channel);
     Answered answer = {.sender = sender, .id = id};
     if (before != NULL) {
-        publish_reply(play, before);
+        if (!before->waits)
+            publish_reply(play, before);
         return;
     }
     snprintf(answer.channel, sizeof answer.channel, "%.*s", CLIENT_CHANNEL_MAX - 1, channel);
     answer.ok = command != NULL
                     ? run_command(play, command, &answer)
                     : refuse(&answer, "a recording is played: nothing can be changed in it");
-    play->answered[play->answers++ % ANSWERS] = answer;
-    play->changed = true;
-    publish_reply(play, &answer);
+    // A client that seeks or steps has the frame before the reply; a description takes no waiting.
+    answer.waits = !answer.describes;
+    Answered *slot = &play->answered[play->answers++ % ANSWERS];
+    if (slot->waits)
+        publish_reply(play, slot);
+    *slot = answer;
+    play->changed = play->wanted = true;
+    if (!answer.waits)
+        publish_reply(play, &answer);
+}
+
+static void publish_waiting(Play *play)
+{
+    for (unsigned i = 0; i < ANSWERS; i++) {
+        Answered *answer = &play->answered[(play->answers + i) % ANSWERS]; // the oldest first
+        if (answer->waits)
+            publish_reply(play, answer);
+        answer->waits = false;
+    }
 }
 
 static void on_command(const lcm_recv_buf_t *buffer, const char *channel, void *user)
@@ -529,11 +547,12 @@ static bool is_due(int64_t *next_ns, int64_t now_ns, int every_ms)
 
 static bool publish(Play *play, int64_t now_ns, Status *status)
 {
-    // A new frame: at once after a request, else when the one before has left, and no faster than
-    // frames were recorded.
-    const bool waits = sender_waiting(&play->sender) > 0;
-    if (play->changed || (play->playing && !waits && now_ns >= play->frame_ns)) {
+    // A new frame when the one before has left: at once after a request, else no faster than frames
+    // were recorded.
+    if (sender_waiting(&play->sender) == 0 &&
+        (play->wanted || (play->playing && now_ns >= play->frame_ns))) {
         const int64_t frames = play->sender.frames;
+        play->wanted = false;
         if (!sender_show(&play->sender, play->time, status))
             return false;
         if (play->sender.frames > frames) {
@@ -545,6 +564,8 @@ static bool publish(Play *play, int64_t now_ns, Status *status)
     const double frame_s = timeline_frame_time(play->timeline) / fmax(play->speed, 1.0);
     const double interval = fmin(1e6, 1e9 * frame_s / (sender_waiting(&play->sender) + 1));
     sender_send(&play->sender, now_ns, (int64_t)fmax(interval, 5e4));
+    if (sender_waiting(&play->sender) == 0 && !play->wanted)
+        publish_waiting(play);
     if (is_due(&play->tools_ns, now_ns, TOOLS_MS) &&
         !sender_tools(&play->sender, play->time, status))
         return false;
@@ -591,13 +612,13 @@ static bool run(Play *play, ClientError *error)
 {
     Status status = {0};
     play->turned_ns = client_now_ns();
-    play->changed = true;
+    play->changed = play->wanted = true;
     while (!play->stop && !play->hold.lost) {
         const int64_t now = client_now_ns();
         turn(play, now);
         if (!publish(play, now, &status))
             return client_fail(error, "%s", status.text);
-        if (play->once && !play->playing && play->time >= play->to &&
+        if (play->once && !play->playing && play->time >= play->to && !play->wanted &&
             sender_waiting(&play->sender) == 0)
             break;
         if (!client_wait(&play->client, next_ns(play, now), &play->changed))
@@ -720,6 +741,7 @@ static int play_files(Play *play, const Options *options)
     sender_create(&play->sender, &play->client, play->timeline);
     report(play);
     const bool ok = run(play, &error);
+    publish_waiting(play); // of STOP
     if (play->sender.failed > 0)
         fprintf(stderr, NAME ": LCM did not take %lld messages\n", (long long)play->sender.failed);
     sender_destroy(&play->sender);
