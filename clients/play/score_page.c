@@ -17,8 +17,8 @@ static const char STYLE[] =
     "p{margin:1mm 0}.note{color:#555;font-size:8.5pt}.warn{border-left:1mm solid #b00;padding-left:"
     "2mm}"
     "table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}"
-    "th,td{border-bottom:.2mm solid #bbb;padding:.6mm 2mm;text-align:right}"
-    "th:first-child,td:first-child{text-align:left}tr{break-inside:avoid}"
+    ".wide{font-size:8.5pt}th,td{border-bottom:.2mm solid #bbb;padding:.6mm 2mm;text-align:right}"
+    "th:first-child,td:first-child,td.unit{text-align:left}tr{break-inside:avoid}"
     "svg{width:100%;height:auto;display:block}figure{margin:2mm 0;break-inside:avoid}"
     "figcaption{font-size:9pt}.pair{display:flex;gap:4mm}.pair svg{width:50%}"
     "text{font:9px sans-serif;fill:#333}";
@@ -62,7 +62,7 @@ static void put_tools(const Score *score, FILE *out)
             if (is_used(&score->tool[i]))
                 put_cell(score_measure[m].factor * score_value(&score->tool[i], &score_measure[m]),
                          out);
-        fprintf(out, "<td>%s</td></tr>\n", score_measure[m].unit);
+        fprintf(out, "<td class=\"unit\">%s</td></tr>\n", score_measure[m].unit);
     }
     fputs("</table>\n", out);
 }
@@ -91,7 +91,6 @@ static double round_up(double value)
 static void put_curve(const Score *score, const ScoreTool *tool, FILE *out)
 {
     const double limit = score->rules.force_limit, top = round_up(fmax(tool->peak_force_n, limit));
-    bool pen = false;
     fprintf(out,
             "<figure><svg viewBox=\"-34 -8 %d %d\">"
             "<path d=\"M0 0V%dH%d\" fill=\"none\" stroke=\"#888\"/>"
@@ -110,13 +109,17 @@ static void put_curve(const Score *score, const ScoreTool *tool, FILE *out)
         fprintf(out, "<path d=\"M0 %.1fH%d\" stroke=\"#b00\" stroke-dasharray=\"4 3\"/>",
                 HIGH * (1.0 - limit / top), WIDE);
     fputs("<path fill=\"none\" stroke=\"#05a\" d=\"", out);
+    const double point_s = (score->last_s - score->first_s) / SCORE_CURVE;
+    double gap_s = HUGE_VAL; // since the last point with a force
     for (int i = 0; i < tool->curve.count; i++) {
         const double force = tool->curve.force[i];
-        if (isfinite(force))
-            fprintf(out, "%c%.1f %.1f", pen ? 'L' : 'M', x_of(score, tool->curve.time[i]),
-                    HIGH * (1.0 - force / top));
-        // Rows that are slower than the points of the curve leave no gaps.
-        pen = isfinite(force) || (pen && tool->rows < 2 * SCORE_CURVE);
+        gap_s += point_s;
+        if (!isfinite(force))
+            continue;
+        // Slow rows leave points without a force; only a longer time is a gap.
+        fprintf(out, "%c%.1f %.1f", gap_s < SCORE_GAP / tool->rate_hz + 2.0 * point_s ? 'L' : 'M',
+                x_of(score, tool->curve.time[i]), HIGH * (1.0 - force / top));
+        gap_s = 0.0;
     }
     fprintf(out, "\"/></svg><figcaption>Force on tool %d%s%s</figcaption></figure>\n", tool->id,
             limit > 0.0 ? "; dashed: the limit" : "", score->cut_count > 0 ? "; orange: cuts" : "");
@@ -135,9 +138,11 @@ static void put_path(const ScoreTool *tool, int across, int up, FILE *out)
         }
     }
     // One scale for both views, that of the largest extent.
-    double extent = 1e-9;
-    for (int k = 0; k < 3; k++)
+    double extent = 1e-9, middle[3];
+    for (int k = 0; k < 3; k++) {
         extent = fmax(extent, high[k] - low[k]);
+        middle[k] = 0.5 * (low[k] + high[k]);
+    }
     const double bar = round_up(0.2 * extent);
     bool pen = false;
     fprintf(out, "<svg viewBox=\"-10 -10 %d %d\"><path fill=\"none\" stroke=\"#05a\" d=\"",
@@ -146,8 +151,8 @@ static void put_path(const ScoreTool *tool, int across, int up, FILE *out)
         const double at[3] = {curve->path[i].x, curve->path[i].y, curve->path[i].z};
         if (isfinite(at[0]))
             fprintf(out, "%c%.1f %.1f", pen ? 'L' : 'M',
-                    SQUARE * (at[across] - low[across]) / extent,
-                    SQUARE * (1.0 - (at[up] - low[up]) / extent));
+                    SQUARE * (0.5 + (at[across] - middle[across]) / extent),
+                    SQUARE * (0.5 - (at[up] - middle[up]) / extent));
         pen = isfinite(at[0]);
     }
     fprintf(out,
@@ -159,9 +164,14 @@ static void put_path(const ScoreTool *tool, int across, int up, FILE *out)
 static void put_pictures(const Score *score, FILE *out)
 {
     fputs("<h2>Force over time</h2>\n", out);
+    int curves = 0;
     for (int i = 0; i < score->tool_count; i++)
-        if (is_used(&score->tool[i]))
+        if (score->tool[i].peak_force_n > 0.0) {
             put_curve(score, &score->tool[i], out);
+            curves++;
+        }
+    if (curves == 0)
+        fputs("<p>No tool felt a force.</p>\n", out);
     fputs("<h2>Paths</h2>\n", out);
     for (int i = 0; i < score->tool_count; i++) {
         if (!is_used(&score->tool[i]))
@@ -196,23 +206,24 @@ static void put_body(const ScoreBody *body, bool regions, FILE *out)
     put_cell(shown(body->inside + body->outside, solid, false), out);
     put_cell(regions ? shown(body->inside, solid, false) : SCORE_UNKNOWN, out);
     put_cell(regions ? shown(body->outside, solid, false) : SCORE_UNKNOWN, out);
-    fprintf(out, "<td>%s</td>", shown_unit(solid, false));
+    fprintf(out, "<td class=\"unit\">%s</td>", shown_unit(solid, false));
     put_cell((double)(body->cuts_inside + body->cuts_outside + body->cuts_both), out);
     put_cell(regions ? (double)body->cuts_inside : SCORE_UNKNOWN, out);
     put_cell(regions ? (double)body->cuts_outside : SCORE_UNKNOWN, out);
+    put_cell(regions ? (double)body->cuts_both : SCORE_UNKNOWN, out);
     put_cell((double)body->refused, out);
     put_cell(body->pieces_last, out);
     put_cell(body->removed, out);
     put_cell(shown(body->removed_size, solid, true), out);
-    fprintf(out, "<td>%s</td></tr>\n", shown_unit(solid, true));
+    fprintf(out, "<td class=\"unit\">%s</td></tr>\n", shown_unit(solid, true));
 }
 
 static void put_tissue(const Score *score, FILE *out)
 {
     const bool regions = score->rules.region_count > 0;
-    fputs("<h2>Tissue</h2>\n<table><tr><th></th><th>severed</th><th>inside</th><th>outside</th>"
-          "<th></th><th>cuts</th><th>inside</th><th>outside</th><th>refused</th><th>pieces</th>"
-          "<th>removed</th><th>their size</th><th></th></tr>\n",
+    fputs("<h2>Tissue</h2>\n<table class=\"wide\"><tr><th></th><th>severed</th><th>inside</th>"
+          "<th>outside</th><th></th><th>cuts</th><th>inside</th><th>outside</th><th>both</th>"
+          "<th>refused</th><th>pieces</th><th>removed</th><th>size</th><th></th></tr>\n",
           out);
     for (int i = 0; i < score->body_count; i++)
         put_body(&score->body[i], regions, out);
@@ -226,23 +237,22 @@ static void put_tissue(const Score *score, FILE *out)
           out);
     if (score->cut_count == 0)
         return;
-    fputs(
-        "<table><tr><th>cut</th><th>time</th><th></th><th>body</th><th>severed</th><th>inside</th>"
-        "<th>outside</th><th></th></tr>\n",
-        out);
+    fputs("<table class=\"wide\"><tr><th>cut</th><th>time [s]</th><th>event</th><th>body</th>"
+          "<th>severed</th><th>inside</th><th>outside</th><th></th></tr>\n",
+          out);
     for (int i = 0; i < score->cut_count && i < CUTS_SHOWN; i++) {
         const ScoreCut *cut = &score->cut[i];
         fprintf(out, "<tr><td>%d</td>", i + 1);
         put_cell(cut->time_s, out);
-        fputs("<td>s ", out);
-        put(cut->kind[0] != '\0' ? cut->kind : "no event", out);
+        fputs("<td>", out);
+        put(cut->kind[0] != '\0' ? cut->kind : "none", out);
         fputs("</td><td>", out);
         put(cut->body, out);
         fputs("</td>", out);
         put_cell(shown(cut->inside + cut->outside, cut->solid, false), out);
         put_cell(regions ? shown(cut->inside, cut->solid, false) : SCORE_UNKNOWN, out);
         put_cell(regions ? shown(cut->outside, cut->solid, false) : SCORE_UNKNOWN, out);
-        fprintf(out, "<td>%s</td></tr>\n", shown_unit(cut->solid, false));
+        fprintf(out, "<td class=\"unit\">%s</td></tr>\n", shown_unit(cut->solid, false));
     }
     fputs("</table>\n", out);
     if (score->cut_count > CUTS_SHOWN)

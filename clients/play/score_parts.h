@@ -8,6 +8,8 @@
 
 #define SCORE_UNKNOWN ((double)NAN)
 
+#define SCORE_GAP 2.5 // median distances of rows that make a gap
+
 enum { SCORE_SPEED_HZ = 60 }; // of the speeds that movements are found in
 
 // A figure of a tool, as all three files have it.

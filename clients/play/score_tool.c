@@ -5,7 +5,6 @@
 
 #include <stdlib.h>
 
-static const double GAP = 2.5; // median distances of rows that make a gap
 static const double LEAST_MOVEMENT_S = 0.25;
 
 // --- stretches: rows without a gap ---------------------------------------------------------------
@@ -173,7 +172,7 @@ void score_tool(const ScoreRow *row, int64_t rows, double force_limit, double fr
                 ScoreTool *tool)
 {
     const int id = tool->id;
-    const double median = median_distance(row, rows), gap = GAP * median;
+    const double median = median_distance(row, rows), gap = SCORE_GAP * median + 1e-9;
     const bool limited = force_limit > 0.0;
     // A spectrum up to 10 Hz needs rows that are closer than half a period.
     const bool fast_enough = median > 0.0 && median < 0.05;

@@ -1,9 +1,9 @@
-// A recording as `pliant-record --info` and `pliant-play` read it: one whose data were changed;
-// with an odd first byte the input is the file itself, as it comes.
+// A recording as `pliant-record --info` and `pliant-play` read and score it: one whose data were
+// changed; with an odd first byte the input is the file itself, as it comes.
 #include "fuzz.h"
 
-#include "io/recording_read.h"
 #include "hdf_edit.h"
+#include "score.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +14,7 @@ static void make_base(HdfBase *base)
 {
     const RecordingBody body = {.name = "ball", .nodes = NODES, .triangles = 2};
     const int tool = 1, id[NODES] = {0, 1, 2, 3}, triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
-    const RecordingOptions options = {.scene = "name = \"fuzz\";",
+    const RecordingOptions options = {.scene = "name = \"fuzz\"; score = { force_limit = 1.0; };",
                                       .created_by = "fuzz",
                                       .body_count = 1,
                                       .tool_count = 1,
@@ -24,8 +24,13 @@ static void make_base(HdfBase *base)
     Status status = {0};
     Recording *recording = recording_create(fuzz_path("base"), &options, &status);
     MUST(recording != NULL);
-    RecordingTopology topology = {
-        .node_count = NODES, .triangle_count = 2, .node_id = id, .triangle = triangle};
+    const RecordingBirth birth[] = {{1, 3, 1, {3, 3}}, {1, 2, 2, {0, 1}}};
+    RecordingTopology topology = {.node_count = NODES,
+                                  .triangle_count = 2,
+                                  .node_id = id,
+                                  .triangle = triangle,
+                                  .birth_count = 2,
+                                  .birth = birth};
     for (int i = 0; i < FRAMES; i++) {
         RecordingFrame frame = {.step = 10 * i,
                                 .time = 0.01 * i,
@@ -90,6 +95,26 @@ static void read_as_player(const char *path)
     recording_reader_close(reader);
 }
 
+// Scores it: births, meshes and rows may be anything that the reader lets pass.
+static void read_as_scorer(const char *path, FILE *nowhere)
+{
+    char *const part[] = {(char *)(uintptr_t)path};
+    Status status = {0};
+    Score score;
+    Timeline *timeline = timeline_open(part, 1, &status);
+    if (timeline == NULL)
+        return;
+    bool ok = score_read(timeline, NULL, &score, &status);
+    MUST(ok == (status.code == STATUS_OK));
+    if (ok) {
+        score_write_json(&score, nowhere);
+        score_write_csv(&score, nowhere);
+        score_write_page(&score, nowhere);
+        score_destroy(&score);
+    }
+    timeline_close(timeline);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static HdfBase base;
@@ -115,6 +140,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (ok) {
         recording_info_print(&info, nowhere);
         read_as_player(path);
+        read_as_scorer(path, nowhere);
     }
     return 0;
 }
