@@ -20,8 +20,8 @@ static const char STYLE[] =
     ".wide{font-size:8.5pt}th,td{border-bottom:.2mm solid #bbb;padding:.6mm 2mm;text-align:right}"
     "th:first-child,td:first-child,td.unit{text-align:left}tr{break-inside:avoid}"
     "svg{width:100%;height:auto;display:block}figure{margin:2mm 0;break-inside:avoid}"
-    "figcaption{font-size:9pt}.pair{display:flex;gap:4mm}.pair svg{width:50%}"
-    "text{font:9px sans-serif;fill:#333}";
+    "figcaption{font-size:9pt}.views{display:flex;gap:4mm}.views svg{width:32%}"
+    "text{font:9px sans-serif;fill:#333}.views text{font-size:12px}";
 
 static void put(const char *text, FILE *out)
 {
@@ -137,7 +137,7 @@ static void put_path(const ScoreTool *tool, int across, int up, FILE *out)
             high[k] = fmax(high[k], at[k]);
         }
     }
-    // One scale for both views, that of the largest extent.
+    // One scale for all views, that of the largest extent.
     double extent = 1e-9, middle[3];
     for (int k = 0; k < 3; k++) {
         extent = fmax(extent, high[k] - low[k]);
@@ -145,7 +145,9 @@ static void put_path(const ScoreTool *tool, int across, int up, FILE *out)
     }
     const double bar = round_up(0.2 * extent);
     bool pen = false;
-    fprintf(out, "<svg viewBox=\"-10 -10 %d %d\"><path fill=\"none\" stroke=\"#05a\" d=\"",
+    fprintf(out,
+            "<svg viewBox=\"-10 -10 %d %d\"><path fill=\"none\" stroke-linecap=\"round\" "
+            "stroke=\"#05a\" d=\"",
             SQUARE + 20, SQUARE + 30);
     for (int i = 0; i < curve->path_count; i++) {
         const double at[3] = {curve->path[i].x, curve->path[i].y, curve->path[i].z};
@@ -176,9 +178,10 @@ static void put_pictures(const Score *score, FILE *out)
     for (int i = 0; i < score->tool_count; i++) {
         if (!is_used(&score->tool[i]))
             continue;
-        fputs("<figure><div class=\"pair\">", out);
+        fputs("<figure><div class=\"views\">", out);
         put_path(&score->tool[i], 0, 1, out);
         put_path(&score->tool[i], 0, 2, out);
+        put_path(&score->tool[i], 1, 2, out);
         fprintf(out, "</div><figcaption>Path of tool %d</figcaption></figure>\n",
                 score->tool[i].id);
     }
