@@ -91,7 +91,8 @@ static bool place_by_birth(const ScoreTissue *tissue, Node *node, int depth)
 
 static Vec3 position_of(const float *position, int i)
 {
-    return vec3(position[3 * i], position[3 * i + 1], position[3 * i + 2]);
+    const float *at = position + 3 * (size_t)i;
+    return vec3((double)at[0], (double)at[1], (double)at[2]);
 }
 
 // Finds places of nodes that come from the inside of a solid: as displaced as their neighbours in
