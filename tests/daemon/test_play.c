@@ -64,11 +64,18 @@ static void record_session(const char *format, const char *path, const char *mor
     client_destroy(client);
 }
 
+// A path for longer than 31 calls of scratch.
+static const char *keep(char path[PATH_TEXT], const char *name)
+{
+    snprintf(path, PATH_TEXT, "%s", scratch(name));
+    return path;
+}
+
 static const char *session(void)
 {
-    static const char *path;
-    if (path == NULL) {
-        path = strdup(scratch("session.h5"));
+    static char path[PATH_TEXT];
+    if (path[0] == '\0') {
+        keep(path, "session.h5");
         record_session("--record %s %s %s", path, "");
     }
     return path;
@@ -244,7 +251,8 @@ static int64_t last_step(const char *path)
 static void a_session_that_was_continued_is_one(void **state)
 {
     (void)state;
-    const char *first = strdup(scratch("part.h5")), *second = strdup(scratch("part-2.h5"));
+    char kept[2][PATH_TEXT];
+    const char *first = keep(kept[0], "part.h5"), *second = keep(kept[1], "part-2.h5");
     char more[1200], line[2400];
     snprintf(more, sizeof more, "--checkpoint %s --continue", scratch("part-check.h5"));
     for (int k = 0; k < 2; k++) // both with the same command line: --continue numbers them
@@ -308,7 +316,8 @@ static void a_log_is_played_like_a_recording(void **state)
         print_message("no lcm-logger: no log is played\n");
         return;
     }
-    const char *log = strdup(scratch("session.log")), *path = strdup(scratch("logged.h5"));
+    char kept[2][PATH_TEXT];
+    const char *log = keep(kept[0], "session.log"), *path = keep(kept[1], "logged.h5");
     Process logger, program;
     Client *client = client_create();
     process_start(&logger, "/usr/bin/lcm-logger", "-q --flush-interval=10 %s", log);

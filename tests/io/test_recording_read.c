@@ -32,15 +32,16 @@ static double time_at(int frame)
     return 0.1 * frame;
 }
 
-static const char *make(const char *name, char path[SCRATCH_PATH])
+static const char DESCRIBED[] = "scene tetra: 1000 Hz\nbody tetra: model surface, leapfrog\n";
+
+static const char *make_with(const char *name, const char *describe, const char *text,
+                             char path[SCRATCH_PATH])
 {
     static const int id[NODES] = {0, 1, 2, 3, 9}, tool[1] = {3};
     static const int triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
     const RecordingBody body = {"tetra", NODES, 2, 1};
-    char scene[1000];
-    memset(scene, 's', sizeof scene); // longer than a text of fixed length
-    scene[sizeof scene - 1] = '\0';
-    const RecordingOptions options = {.scene = scene,
+    const RecordingOptions options = {.scene = text,
+                                      .describe = describe,
                                       .created_by = "test 1",
                                       .body_count = 1,
                                       .tool_count = 1,
@@ -80,6 +81,14 @@ static const char *make(const char *name, char path[SCRATCH_PATH])
     if (!recording_close(recording, &status))
         fail_msg("%s", status.text);
     return path;
+}
+
+static const char *make(const char *name, char path[SCRATCH_PATH])
+{
+    char scene[1000];
+    memset(scene, 's', sizeof scene); // longer than a text of fixed length
+    scene[sizeof scene - 1] = '\0';
+    return make_with(name, DESCRIBED, scene, path);
 }
 
 static RecordingReader *open_reader(const char *path)
@@ -199,6 +208,7 @@ static void tools_events_and_the_scene_are_read(void **state)
     Status status = {0};
     RecordingReader *reader = open_reader(make("rest.h5", path));
     assert_int_equal(strlen(recording_reader_scene(reader)), 999);
+    assert_string_equal(recording_reader_describe(reader), DESCRIBED);
     assert_int_equal(recording_reader_find_tool(reader, 3), 0);
     assert_int_equal(recording_reader_find_tool(reader, 4), -1);
     assert_int_equal(recording_reader_tool_rows(reader, 0), FRAMES);
@@ -216,6 +226,21 @@ static void tools_events_and_the_scene_are_read(void **state)
     assert_true(recording_reader_events(reader, 0, 4, event, &status));
     assert_int_equal(event[2].step, 25);
     assert_string_equal(event[2].text, "a cut");
+    recording_reader_close(reader);
+}
+
+// pliant-record knows no scene and writes the description in its place; older files have none.
+static void a_description_in_place_of_the_scene_is_one(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    RecordingReader *reader = open_reader(make_with("heard.h5", NULL, DESCRIBED, path));
+    assert_string_equal(recording_reader_describe(reader), DESCRIBED);
+    assert_string_equal(recording_reader_scene(reader), "");
+    recording_reader_close(reader);
+    reader = open_reader(make_with("old.h5", NULL, "name = \"a\";", path));
+    assert_string_equal(recording_reader_describe(reader), "");
+    assert_string_equal(recording_reader_scene(reader), "name = \"a\";");
     recording_reader_close(reader);
 }
 
@@ -314,6 +339,7 @@ int main(void)
         cmocka_unit_test(births_of_nodes_are_read_and_older_files_have_none),
         cmocka_unit_test(births_are_the_nodes_that_slots_did_not_have),
         cmocka_unit_test(tools_events_and_the_scene_are_read),
+        cmocka_unit_test(a_description_in_place_of_the_scene_is_one),
         cmocka_unit_test(a_position_that_is_no_number_and_a_corner_that_is_no_node_are_refused),
         cmocka_unit_test(a_frame_that_goes_back_in_time_is_not_found),
         cmocka_unit_test(several_readers_are_closed_in_any_order),

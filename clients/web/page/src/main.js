@@ -7,6 +7,7 @@ import { isIdleCut } from './knife.js';
 import { Link } from './link.js';
 import { Panel } from './panel.js';
 import { Stage, boxOfAll } from './stage.js';
+import { Timeline } from './timeline.js';
 import { Tools } from './tools.js';
 import { applyLook, drawnTissue, look } from './tissue.js';
 
@@ -53,12 +54,15 @@ const panel = new Panel({
 const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
 const link = new Link(`${scheme}//${location.host}/live${location.search}`,
     { text: takeText, binary: takeBinary, state: takeState });
+const command = (kind, argument) => link.request({ type: 'command', kind, value: 0, argument });
+const timeline = new Timeline(element('timeline'),
+    { set: (argument) => command('set', argument), command: (kind) => command(kind, '') });
 const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
     told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties') }, element('trail'));
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
-window.pliant = { stage, tools, hand, link, look, get bodies() { return bodies; } };
+window.pliant = { stage, tools, hand, link, look, timeline, get bodies() { return bodies; } };
 
 function takeLook(settings) {
     switches = settings;
@@ -92,22 +96,31 @@ function takeText(message) {
     case 'status':
         for (const { name, mass } of message.body ?? [])
             for (const body of bodies) if (body.name === name) body.mass = mass;
+        timeline.takeStatus(message);
         return panel.takeStatus(message);
+    case 'recording': return timeline.takeRecording(message);
+    case 'playback': return takePlayback(message);
     case 'pose': for (const pose of message.tools) tools.takePose(pose, now); return changed();
     case 'contact':
-        for (const contact of message.tools) tools.takeContact(contact, now);
+        for (const contact of message.tools) {
+            tools.takeContact(contact, now);
+            if (contact.contact) timeline.takeForce(Math.hypot(...contact.force));
+        }
         return changed();
     case 'event':
         hand.ties.takeEvent(message.kind, message.text);
-        if (!QUIET.has(message.kind) && !isIdleCut(message.text))
-            panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
+        if (QUIET.has(message.kind) || isIdleCut(message.text)) return undefined;
+        timeline.takeEvent(message.kind, message.text);
+        panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
         return undefined;
     case 'reply':
         hand.answered(message);
+        timeline.answered(message);
         if (!message.ok && !isIdleCut(message.text)) panel.takeEvent('refused', message.text, true);
         return undefined;
     case 'error':
         hand.answered({ id: message.id, ok: false, text: message.text });
+        timeline.answered(message);
         return panel.takeEvent('error', message.text, true);
     case 'round': return takeRound(message.round);
     default: return undefined;
@@ -165,7 +178,18 @@ function takeHello(hello) {
     hand.allowed = !hello.read_only;
 }
 
+// Nothing can be pressed in a recording.
+function takePlayback(message) {
+    if (!timeline.recorded) {
+        hand.end();
+        panel.hint('A recording: drag in the bar of time, step with the arrow keys, press P to play or pause.');
+    }
+    timeline.takePlayback(message);
+}
+
 function takeScene(scene) {
+    if (timeline.recorded) panel.hint(HINTS[hand.mode]);
+    timeline.clear();
     for (const body of bodies) {
         stage.scene.remove(body.group);
         body.dispose();
@@ -202,6 +226,7 @@ function takeLink(message) {
 
 // The reason why pressing, pulling, cutting and commands are disabled; '': enabled.
 function whyNothing() {
+    if (timeline.recorded) return 'This is a recording: nothing can be moved in it.';
     if (!connected) return 'pliant-web does not answer: nothing can be moved.';
     return daemon ? '' : 'pliantd is silent: nothing can be moved before it runs again.';
 }
