@@ -101,8 +101,6 @@ typedef struct ScoreBody {
 typedef struct ScoreTissue ScoreTissue;
 ScoreTissue *score_tissue_create(const SceneScore *rules, const char *body, int first_wall);
 void score_tissue_destroy(ScoreTissue *tissue);
-// Takes births of nodes (RecordingBirth) before the mesh that has them.
-void score_tissue_births(ScoreTissue *tissue, int count, const RecordingBirth *birth);
 // Takes the mesh of a frame and its positions [3 node_count] of that frame. The first is the
 // reference shape. Returns what was severed since the mesh before, inside and outside of regions;
 // restoring the body severs nothing.

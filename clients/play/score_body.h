@@ -7,7 +7,7 @@
 
 typedef struct Node {
     int id;
-    int origin, parent[2]; // ids, as in RecordingBirth
+    int origin, parent[2]; // ids, as in RecordingTopology
     bool used, placed;
     int part; // connected part of the first mesh; -1: neither it nor what it was made of was there
     Vec3 place; // in the reference shape [m], if placed

@@ -92,8 +92,9 @@ typedef struct Follow {
     int cut_count;
     double before; // time of the last frame read [s]
     // memory for the largest mesh
-    int *node_id;
-    int (*triangle)[3];
+    int *node_id, *origin;
+    int (*parent)[2], (*triangle)[3];
+    signed char *level;
     float *position;
 } Follow;
 
@@ -110,37 +111,22 @@ static ScoreCut *find_cut(const Follow *follow)
     return &follow->cut[follow->cut_count];
 }
 
-// Hands over births up to those of a topology; `next` is the first row that was not.
-static bool take_births(const Follow *follow, RecordingReader *reader, int body, int topology,
-                        int64_t *next, Status *status)
-{
-    enum { BLOCK = 512 };
-    RecordingBirth block[BLOCK];
-    const int64_t all = recording_reader_births(reader, body);
-    for (bool more = true; more && *next < all;) {
-        const int count = (int)(all - *next < BLOCK ? all - *next : BLOCK);
-        int taken = 0;
-        if (!recording_reader_birth_rows(reader, body, *next, count, block, status))
-            return false;
-        while (taken < count && block[taken].topology <= topology)
-            taken++;
-        score_tissue_births(follow->tissue, taken, block);
-        *next += taken;
-        more = taken == count;
-    }
-    return true;
-}
-
 static bool take_mesh(Follow *follow, const TimelinePart *part, int body, int64_t frame,
-                      int64_t *births, Status *status)
+                      Status *status)
 {
     const RecordingFrame about = recording_reader_frame(part->reader, body, frame);
     RecordingTopology mesh;
-    if (!take_births(follow, part->reader, body, about.topology, births, status) ||
-        !recording_reader_mesh(part->reader, body, frame, follow->node_id, follow->triangle, &mesh,
+    bool known;
+    if (!recording_reader_mesh(part->reader, body, frame, follow->node_id, follow->triangle, &mesh,
                                status) ||
+        !recording_reader_nodes(part->reader, body, frame, follow->origin, follow->parent,
+                                follow->level, &known, status) ||
         !recording_reader_positions(part->reader, body, frame, follow->position, status))
         return false;
+    if (known) {
+        mesh.node_origin = follow->origin;
+        mesh.node_parent = (const int(*)[2])follow->parent;
+    }
     const Severed severed = score_tissue_mesh(follow->tissue, &mesh, follow->position);
     ScoreCut *cut = find_cut(follow);
     cut->inside += severed.inside;
@@ -155,7 +141,6 @@ static bool follow_part(Follow *follow, const TimelinePart *part, bool ends, Sta
 {
     const int body = recording_reader_find_body(part->reader, follow->name);
     const int64_t frames = body < 0 ? 0 : recording_reader_frames(part->reader, body);
-    int64_t births = 0;
     int topology = -1;
     bool any = false;
     for (int64_t f = 0; f < frames; f++) {
@@ -167,7 +152,7 @@ static bool follow_part(Follow *follow, const TimelinePart *part, bool ends, Sta
             f + 1 == frames ||
             !is_in(part, recording_reader_frame(part->reader, body, f + 1).time + part->offset);
         if (!any || (about.topology != topology && (!ends || last))) {
-            if (!take_mesh(follow, part, body, f, &births, status))
+            if (!take_mesh(follow, part, body, f, status))
                 return false;
             topology = about.topology;
         }
@@ -262,6 +247,9 @@ static bool read_body(const Timeline *timeline, int index, Score *score, Status 
     const int first_wall = find_first_wall(timeline, body->name);
     timeline_most(timeline, index, &nodes, &triangles);
     follow.node_id = score_allocate(nodes, sizeof *follow.node_id);
+    follow.origin = score_allocate(nodes, sizeof *follow.origin);
+    follow.parent = score_allocate(nodes, sizeof *follow.parent);
+    follow.level = score_allocate(nodes, sizeof *follow.level);
     follow.triangle = score_allocate(triangles, sizeof *follow.triangle);
     follow.position = score_allocate(3 * (int64_t)nodes, sizeof *follow.position);
     list_cuts(timeline, &follow);
@@ -282,6 +270,9 @@ static bool read_body(const Timeline *timeline, int index, Score *score, Status 
     score_tissue_destroy(follow.tissue);
     free(follow.cut);
     free(follow.node_id);
+    free(follow.origin);
+    free(follow.parent);
+    free(follow.level);
     free(follow.triangle);
     free(follow.position);
     return ok;

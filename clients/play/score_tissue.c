@@ -50,17 +50,21 @@ static Node *add_node(ScoreTissue *tissue, int id)
     return node;
 }
 
-void score_tissue_births(ScoreTissue *tissue, int count, const RecordingBirth *birth)
+// Notes where the nodes of a mesh come from.
+static void note_births(ScoreTissue *tissue, const RecordingTopology *mesh)
 {
-    for (int i = 0; i < count; i++) {
-        Node *node = add_node(tissue, birth[i].id);
+    const bool known = mesh->node_origin != NULL && mesh->node_parent != NULL;
+    for (int i = 0; i < mesh->node_count; i++) {
+        Node *node = add_node(tissue, mesh->node_id[i]);
+        if (!known)
+            continue;
+        const int origin = mesh->node_origin[i], *parent = mesh->node_parent[i];
         // After a reset an id may come again, for another node.
-        if (node->origin != birth[i].origin || node->parent[0] != birth[i].parent[0] ||
-            node->parent[1] != birth[i].parent[1])
+        if (node->origin != origin || node->parent[0] != parent[0] || node->parent[1] != parent[1])
             node->placed = false;
-        node->origin = birth[i].origin;
-        node->parent[0] = birth[i].parent[0];
-        node->parent[1] = birth[i].parent[1];
+        node->origin = origin;
+        node->parent[0] = parent[0];
+        node->parent[1] = parent[1];
     }
 }
 
@@ -130,7 +134,7 @@ static void place_nodes(ScoreTissue *tissue, const float *position)
     int unknown = 0;
     bool *known = score_allocate(nodes, sizeof *known);
     for (int i = 0; i < nodes; i++) {
-        Node *node = add_node(tissue, tissue->id[i]);
+        Node *node = score_find_node(tissue, tissue->id[i]);
         if (!tissue->any && !is_born(node) && !node->placed) {
             node->place = position_of(position, i);
             node->placed = true;
@@ -281,6 +285,7 @@ Severed score_tissue_mesh(ScoreTissue *tissue, const RecordingTopology *mesh, co
 {
     const double same = 1e-9; // of the whole: sums in another order
     copy_mesh(tissue, mesh);
+    note_births(tissue, mesh);
     place_nodes(tissue, position);
     const Severed total = tissue->first_wall > 0 ? measure_walls(tissue) : measure_borders(tissue);
     const Severed before = tissue->any ? tissue->total : total;

@@ -37,6 +37,7 @@ void sender_create(Sender *sender, Client *client, Timeline *timeline)
         body->at.frame = -1;
         body->position = allocate(nodes, 3 * sizeof *body->position);
         body->id = allocate(nodes, sizeof *body->id);
+        body->origin = allocate(nodes, sizeof *body->origin);
         body->parent = allocate(nodes, 2 * sizeof *body->parent);
         body->piece = allocate(nodes, sizeof *body->piece);
         body->level = allocate(nodes, sizeof *body->level);
@@ -53,6 +54,7 @@ void sender_destroy(Sender *sender)
         SenderBody *body = &sender->body[i];
         free(body->position);
         free(body->id);
+        free(body->origin);
         free(body->parent);
         free(body->piece);
         free(body->level);
@@ -95,9 +97,6 @@ static void find_pieces(SenderBody *body)
             body->piece[root] = body->pieces++;
         body->piece[i] = body->piece[root];
     }
-    // Nor are origins and parents: each node is its own.
-    for (int i = 0; i < mesh->node_count; i++)
-        body->parent[2 * i] = body->parent[2 * i + 1] = body->id[i];
 }
 
 static int chunks_of(int things, int size)
@@ -121,6 +120,26 @@ static void start_nodes(SenderBody *body)
     body->nodes_next = 0;
 }
 
+static bool read_mesh(Sender *sender, int index, const TimelineFrame *at, Status *status)
+{
+    SenderBody *body = &sender->body[index];
+    bool known;
+    if (!timeline_mesh(sender->timeline, at, index, body->id, body->triangle, &body->mesh,
+                       status) ||
+        !timeline_nodes(sender->timeline, at, index, body->origin, (int(*)[2])body->parent,
+                        body->level, &known, status))
+        return false;
+    if (!known) {
+        memcpy(body->origin, body->id, (size_t)body->mesh.node_count * sizeof *body->id);
+        for (int i = 0; i < body->mesh.node_count; i++)
+            body->parent[2 * i] = body->parent[2 * i + 1] = body->id[i];
+        memset(body->level, 0, (size_t)body->mesh.node_count * sizeof *body->level);
+    }
+    body->first_wall = timeline_first_wall(sender->timeline, at, index);
+    find_pieces(body);
+    return true;
+}
+
 static bool show_body(Sender *sender, int index, const TimelineFrame *at, Status *status)
 {
     SenderBody *body = &sender->body[index];
@@ -132,12 +151,9 @@ static bool show_body(Sender *sender, int index, const TimelineFrame *at, Status
     if (!body->has_mesh || body->mesh.number != frame.topology) {
         body->mesh_next = body->mesh_chunks = 0;
         body->has_mesh = false;
-        if (!timeline_mesh(sender->timeline, at, index, body->id, body->triangle, &body->mesh,
-                           status))
+        if (!read_mesh(sender, index, at, status))
             return false;
         body->has_mesh = true;
-        body->first_wall = timeline_first_wall(sender->timeline, at, index);
-        find_pieces(body);
         start_mesh(body);
     }
     body->at = *at;
@@ -223,7 +239,7 @@ static void send_mesh_chunk(Sender *sender, SenderBody *body)
                                    .num_nodes = node_end - node,
                                    .num_parents = 2 * (node_end - node),
                                    .id = body->id + node,
-                                   .origin = body->id + node,
+                                   .origin = body->origin + node,
                                    .parent = body->parent + 2L * node,
                                    .piece = body->piece + node,
                                    .level = body->level + node};

@@ -18,7 +18,8 @@ typedef struct SenderBody {
     RecordingTopology mesh;
     int first_wall, pieces;
     int *id, *parent, *piece; // [nodes], [2 nodes], [nodes]
-    int8_t *level;            // [nodes] zero: levels are not recorded
+    int *origin;              // [nodes] the ids themselves where they were not recorded
+    int8_t *level;            // [nodes] likewise 0
     int (*triangle)[3];
     // chunks under way: the mesh's first; next == chunks: none
     int mesh_next, mesh_chunks, nodes_next, nodes_chunks;

@@ -65,6 +65,10 @@ bool timeline_positions(Timeline *timeline, const TimelineFrame *at, int body, f
 bool timeline_mesh(Timeline *timeline, const TimelineFrame *at, int body, int *node_id,
                    int (*triangle)[3], RecordingTopology *topology, Status *status);
 
+// As recording_reader_nodes.
+bool timeline_nodes(Timeline *timeline, const TimelineFrame *at, int body, int *origin,
+                    int (*parent)[2], signed char *level, bool *known, Status *status);
+
 int timeline_tools(const Timeline *timeline);
 int timeline_tool_id(const Timeline *timeline, int tool);
 // Reads where a tool was; `active` false: it was withdrawn, and nothing else is set. Values that

@@ -127,17 +127,15 @@ static void *grow(void *array, int count, size_t size)
 static void make_room(IntakeBody *body)
 {
     RecordingMesh *map = &body->map;
-    const int had = body->node_capacity;
     // Memory grows with the mesh and never shrinks.
     if (body->mesh.node_count > body->node_capacity) {
         body->node_capacity = body->mesh.node_count;
         map->live = grow(map->live, body->node_capacity, sizeof *map->live);
         map->row = grow(map->row, body->node_capacity, sizeof *map->row);
         map->id = grow(map->id, body->node_capacity, sizeof *map->id);
-        map->known = grow(map->known, body->node_capacity, sizeof *map->known);
-        map->birth = grow(map->birth, body->node_capacity, sizeof *map->birth);
-        // Which nodes the file has is known by slots: of none of the new ones.
-        memset(map->known + had, 0, (size_t)(body->node_capacity - had) * sizeof *map->known);
+        map->origin = grow(map->origin, body->node_capacity, sizeof *map->origin);
+        map->parent = grow(map->parent, body->node_capacity, sizeof *map->parent);
+        map->level = grow(map->level, body->node_capacity, sizeof *map->level);
     }
     if (body->mesh.triangle_count > body->triangle_capacity) {
         body->triangle_capacity = body->mesh.triangle_count;
@@ -145,21 +143,17 @@ static void make_room(IntakeBody *body)
     }
 }
 
-static RecordingSlots slots_of(const MeshFrame *mesh)
-{
-    return (RecordingSlots){.topology = mesh->topology,
-                            .node_count = mesh->node_count,
-                            .triangle_count = mesh->triangle_count,
-                            .id = mesh->id,
-                            .triangle = (const int(*)[3])mesh->triangle,
-                            .origin = mesh->origin,
-                            .parent = mesh->parent};
-}
-
 static void map_mesh(IntakeBody *body)
 {
     const MeshFrame *mesh = &body->mesh;
-    const RecordingSlots slots = slots_of(mesh);
+    const RecordingSlots slots = {.topology = mesh->topology,
+                                  .node_count = mesh->node_count,
+                                  .triangle_count = mesh->triangle_count,
+                                  .id = mesh->id,
+                                  .origin = mesh->origin,
+                                  .parent = (const int(*)[2])mesh->parent,
+                                  .level = mesh->level,
+                                  .triangle = (const int(*)[3])mesh->triangle};
     make_room(body);
     body->slots = mesh->node_count;
     body->triangle_slots = mesh->triangle_count;
@@ -175,22 +169,6 @@ static bool fits(const IntakeBody *body, const RecordingFrame *frame)
            body->slots == frame->node_count;
 }
 
-static void forget_births(IntakeBody *body)
-{
-    memset(body->map.known, 0, (size_t)body->node_capacity * sizeof *body->map.known);
-}
-
-// Adds to the current mesh where its new nodes came from: all, in a file that begins.
-static void add_births(IntakeBody *body)
-{
-    const RecordingSlots slots = slots_of(&body->mesh);
-    if (body->told == 0)
-        forget_births(body);
-    // A mesh that was refused may have come since.
-    if (slots.topology == body->map.topology && slots.node_count == body->slots)
-        recording_mesh_births(&body->map, &slots, &body->topology);
-}
-
 // Hands a frame to the writer, after its mesh if that is new.
 static void push_frame(Intake *intake, IntakeBody *body, const RecordingFrame *frame)
 {
@@ -199,12 +177,9 @@ static void push_frame(Intake *intake, IntakeBody *body, const RecordingFrame *f
     bool ok = true;
     // A topology precedes its first frame.
     if (body->told != body->map.topology) {
-        add_births(body);
         ok = queue_push(queue, item_topology(body->file_index, &body->topology), when_full);
         if (ok)
             body->told = body->topology.number;
-        else
-            forget_births(body); // the file has not got them
     }
     // A frame without room is dropped and counted; others still fit.
     ok = ok && queue_push(queue, item_frame(body->file_index, frame, &body->map), when_full);
@@ -593,9 +568,10 @@ void intake_destroy(Intake *intake)
         free(body->map.live);
         free(body->map.row);
         free(body->map.id);
+        free(body->map.origin);
+        free(body->map.parent);
+        free(body->map.level);
         free(body->map.triangle);
-        free(body->map.known);
-        free(body->map.birth);
     }
     survey_destroy(&intake->survey);
     free(intake->path);

@@ -37,21 +37,18 @@ typedef struct RecordingCounts {
     int64_t refused;      // messages that no daemon of ours sends
 } RecordingCounts;
 
-// Where a node came from, that was not in the mesh before: the id that a duplicate was split from,
-// else its own, and the ids between which a midpoint lies, else its own twice. A row of the file.
-typedef struct RecordingBirth {
-    int topology; // the first with the node
-    int id, origin, parent[2];
-} RecordingBirth;
-
 // The mesh of all frames with its number.
 typedef struct RecordingTopology {
     int number;
     int node_count, triangle_count;
     const int *node_id; // by slot; stays with a node for its life
+    // As in mesh_t: id that a duplicate was split from, ids between which a midpoint lies (else its
+    // own twice), and the level of detail; NULL, in all topologies of a recording or in none: not
+    // known.
+    const int *node_origin;
+    const int (*node_parent)[2];
+    const signed char *node_level;
     const int (*triangle)[3];
-    int birth_count; // of new duplicates and midpoints, if they are known
-    const RecordingBirth *birth;
 } RecordingTopology;
 
 typedef struct RecordingFrame {
@@ -165,30 +162,26 @@ void recording_info_print(const RecordingInfo *info, FILE *out);
 typedef struct RecordingSlots {
     int topology;
     int node_count, triangle_count; // slots
-    const int *id;                  // [node_count]
+    const int *id, *origin;         // [node_count]
+    const int (*parent)[2];         // [node_count]
+    const signed char *level;       // [node_count]
     const int (*triangle)[3];       // slots
-    const int *origin;              // [node_count] ids as in RecordingBirth
-    const int *parent;              // [2 node_count]
 } RecordingSlots;
 
 // A body's newest mesh. The caller owns the arrays.
 typedef struct RecordingMesh {
     int topology; // written last
     int live_count;
-    int *live;             // [node_capacity] slots
-    int *row;              // [node_capacity] row in the file by slot; live slots only
-    int *id;               // [node_capacity] of live nodes
-    int (*triangle)[3];    // [triangle_capacity] rows
-    int *known;            // [node_capacity] by slot: 1 + id when births were last listed; 0: none
-    RecordingBirth *birth; // [node_capacity]
+    int *live;          // [node_capacity] slots
+    int *row;           // [node_capacity] row in the file by slot; live slots only
+    int *id, *origin;   // [node_capacity] of live nodes
+    int (*parent)[2];   // [node_capacity] likewise
+    signed char *level; // [node_capacity] likewise
+    int (*triangle)[3]; // [triangle_capacity] rows
 } RecordingMesh;
 
 // Returns the mesh without its free slots; the result points into `to`.
 RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *slots);
-// Adds to it the duplicates and midpoints that the mesh for which this was called last did not
-// have.
-void recording_mesh_births(RecordingMesh *to, const RecordingSlots *slots,
-                           RecordingTopology *topology);
 
 // Copies the positions of live nodes out of those of all slots; `to`: [3 live_count].
 void recording_mesh_positions(const RecordingMesh *mesh, const float *slots, float *to);

@@ -43,7 +43,9 @@ typedef enum BodyTable {
     TOPOLOGY_NODE_COUNT,
     TRIANGLES,
     NODE_ID,
-    BIRTHS,
+    NODE_ORIGIN,
+    NODE_PARENT,
+    NODE_LEVEL,
     BODY_TABLES,
 } BodyTable;
 
@@ -127,8 +129,8 @@ typedef struct RecordingIndex {
     int topology_count;
     FrameRow *frame; // [frame_count], times rise; others are not indexed
     int64_t frame_count, frame_capacity;
+    int64_t nodes_told; // rows of node_origin, node_parent and node_level, which older files lack
     int64_t first_wall; // slot of the first triangle on a wall of cuts; 0: none, or not known
-    int64_t birth_count;
 } RecordingIndex;
 
 void recording_index_free(RecordingIndex *index);

@@ -31,7 +31,9 @@ typedef enum RowSet {
     ROWS_POSITION,
     ROWS_TRIANGLES,
     ROWS_NODE_ID,
-    ROWS_BIRTHS,
+    ROWS_NODE_ORIGIN,
+    ROWS_NODE_PARENT,
+    ROWS_NODE_LEVEL,
     ROWS_TOOL_TIME,
     ROWS_TOOL_POSITION,
     ROWS_TOOL_ORIENTATION,
@@ -50,7 +52,9 @@ static const RowForm row_form[ROW_SETS] = {
     [ROWS_POSITION] = {"/bodies", "/position", 3, 3 * sizeof(float)},
     [ROWS_TRIANGLES] = {"/bodies", "/triangles", 3, 3 * sizeof(int)},
     [ROWS_NODE_ID] = {"/bodies", "/node_id", 0, sizeof(int)},
-    [ROWS_BIRTHS] = {"/bodies", "/births", 5, sizeof(RecordingBirth)},
+    [ROWS_NODE_ORIGIN] = {"/bodies", "/node_origin", 0, sizeof(int)},
+    [ROWS_NODE_PARENT] = {"/bodies", "/node_parent", 2, 2 * sizeof(int)},
+    [ROWS_NODE_LEVEL] = {"/bodies", "/node_level", 0, 1},
     [ROWS_TOOL_TIME] = {"/tools", "/time", 0, sizeof(double)},
     [ROWS_TOOL_POSITION] = {"/tools", "/position", 3, 3 * sizeof(double)},
     [ROWS_TOOL_ORIENTATION] = {"/tools", "/orientation", 4, 4 * sizeof(double)},
@@ -70,7 +74,9 @@ static bool read_request(const HdfFile *file, const Request *request, hid_t even
     const hid_t type[ROW_SETS] = {[ROWS_POSITION] = H5T_NATIVE_FLOAT,
                                   [ROWS_TRIANGLES] = H5T_NATIVE_INT,
                                   [ROWS_NODE_ID] = H5T_NATIVE_INT,
-                                  [ROWS_BIRTHS] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_ORIGIN] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_PARENT] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_LEVEL] = H5T_NATIVE_INT8,
                                   [ROWS_TOOL_TIME] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_POSITION] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_ORIENTATION] = H5T_NATIVE_DOUBLE,
@@ -143,8 +149,8 @@ static bool send_index(int fd, const RecordingIndex *index)
 {
     const RecordingIndex plain = {.topology_count = index->topology_count,
                                   .frame_count = index->frame_count,
-                                  .first_wall = index->first_wall,
-                                  .birth_count = index->birth_count};
+                                  .nodes_told = index->nodes_told,
+                                  .first_wall = index->first_wall};
     return hdf_child_send(fd, &plain, sizeof plain) &&
            hdf_child_send(fd, index->topology,
                           (size_t)index->topology_count * sizeof *index->topology) &&
@@ -218,11 +224,11 @@ static bool receive_index(RecordingReader *reader, int body, Status *status)
     if (!hdf_child_receive(fd, &plain, sizeof plain))
         return hdf_child_failed(reader->child, reader->path, status);
     if (plain.topology_count < 0 || plain.topology_count > TOPOLOGIES_MOST ||
-        plain.frame_count < 0 || plain.frame_count > RECORDING_FRAMES_MOST || plain.birth_count < 0)
+        plain.frame_count < 0 || plain.frame_count > RECORDING_FRAMES_MOST)
         return damaged(reader, status, "its index has no sense");
     index->topology_count = plain.topology_count;
     index->frame_count = plain.frame_count;
-    index->birth_count = plain.birth_count;
+    index->nodes_told = plain.nodes_told;
     index->first_wall =
         plain.first_wall > 0 && plain.first_wall <= RECORDING_TRIANGLES_MOST ? plain.first_wall : 0;
     index->topology = calloc((size_t)plain.topology_count + 1, sizeof *index->topology);
@@ -484,17 +490,20 @@ bool recording_reader_mesh(RecordingReader *reader, int body, int64_t frame, int
     return true;
 }
 
-int64_t recording_reader_births(const RecordingReader *reader, int body)
+bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, int *origin,
+                            int (*parent)[2], signed char *level, bool *known, Status *status)
 {
-    return index_of(reader, body)->birth_count;
-}
-
-bool recording_reader_birth_rows(RecordingReader *reader, int body, int64_t first, int rows,
-                                 RecordingBirth *birth, Status *status)
-{
-    ASSERT(rows > 0 && rows <= RECORDING_ROWS_MOST && first >= 0 &&
-           first + rows <= recording_reader_births(reader, body));
-    return ask(reader, ROWS_BIRTHS, reader->info.body[body].name, first, rows, birth, status);
+    const RecordingIndex *index = &reader->body[body];
+    const TopologyRows *rows = &index->topology[frame_of(reader, body, frame)->topology];
+    const char *name = reader->info.body[body].name;
+    *known = rows->node_count > 0 && rows->first_node <= index->nodes_told &&
+             rows->node_count <= index->nodes_told - rows->first_node;
+    return !*known ||
+           (ask(reader, ROWS_NODE_ORIGIN, name, rows->first_node, rows->node_count, origin,
+                status) &&
+            ask(reader, ROWS_NODE_PARENT, name, rows->first_node, rows->node_count, parent,
+                status) &&
+            ask(reader, ROWS_NODE_LEVEL, name, rows->first_node, rows->node_count, level, status));
 }
 
 // --- tools and events ----------------------------------------------------------------------------

@@ -26,7 +26,9 @@ static const float POSITION[][3] = {{0.00f, 0.00f, 0}, {0.01f, 0.00f, 0}, {0.02f
                                     {0.01f, 0.00f, 0}, {0.01f, 0.01f, 0}};
 static const int WHOLE[][3] = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
 static const int CUT[][3] = {{0, 1, 4}, {0, 4, 3}, {6, 2, 5}, {6, 5, 7}};
-static const RecordingBirth BIRTH[] = {{2, 6, 1, {6, 6}}, {2, 7, 4, {7, 7}}};
+static const int ORIGIN[] = {0, 1, 2, 3, 4, 5, 1, 4};
+static const int PARENT[][2] = {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {4, 4}, {5, 5}, {6, 6}, {7, 7}};
+static const signed char LEVEL[8] = {0};
 
 static void add_mesh(Recording *recording, bool cut)
 {
@@ -35,8 +37,9 @@ static void add_mesh(Recording *recording, bool cut)
                                         .triangle_count = 4,
                                         .node_id = NODE_ID,
                                         .triangle = cut ? CUT : WHOLE,
-                                        .birth_count = cut ? 2 : 0,
-                                        .birth = BIRTH};
+                                        .node_origin = ORIGIN,
+                                        .node_parent = PARENT,
+                                        .node_level = LEVEL};
     assert_true(recording_add_topology(recording, 0, &topology));
 }
 

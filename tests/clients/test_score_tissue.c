@@ -14,7 +14,9 @@ typedef struct Mesh {
     Vec3 place[NODES];
     float position[NODES][3];
     int triangle[TRIANGLES][3];
-    RecordingBirth birth[BIRTHS];
+    int origin[NODES], parent[NODES][2];
+    // where nodes come from: id, origin, parents; a later one counts
+    int birth[BIRTHS][4];
 } Mesh;
 
 static Mesh mesh;
@@ -47,8 +49,11 @@ static void add_square(int a, int b, int c, int d)
 
 static int add_birth(int id, int origin, int parent, int other)
 {
-    mesh.birth[mesh.births++] =
-        (RecordingBirth){.topology = 2, .id = id, .origin = origin, .parent = {parent, other}};
+    int *birth = mesh.birth[mesh.births++];
+    birth[0] = id;
+    birth[1] = origin;
+    birth[2] = parent;
+    birth[3] = other;
     return id;
 }
 
@@ -61,12 +66,21 @@ static Severed take(double turned, double stretched)
         mesh.position[i][1] = (float)(stretched * (p.x * sin(turned) + p.y * cos(turned)));
         mesh.position[i][2] = (float)(p.z + (turned > 0.0 ? 0.5 : 0.0));
     }
-    score_tissue_births(tissue, mesh.births, mesh.birth);
-    mesh.births = 0;
+    for (int i = 0; i < mesh.nodes; i++) {
+        mesh.origin[i] = mesh.parent[i][0] = mesh.parent[i][1] = mesh.id[i];
+        for (int k = 0; k < mesh.births; k++)
+            if (mesh.birth[k][0] == mesh.id[i]) {
+                mesh.origin[i] = mesh.birth[k][1];
+                mesh.parent[i][0] = mesh.birth[k][2];
+                mesh.parent[i][1] = mesh.birth[k][3];
+            }
+    }
     const RecordingTopology topology = {.number = 1,
                                         .node_count = mesh.nodes,
                                         .triangle_count = mesh.triangles,
                                         .node_id = mesh.id,
+                                        .node_origin = mesh.origin,
+                                        .node_parent = (const int(*)[2])mesh.parent,
                                         .triangle = (const int(*)[3])mesh.triangle};
     return score_tissue_mesh(tissue, &topology, &mesh.position[0][0]);
 }

@@ -13,9 +13,6 @@ static Scratch scratch;
 
 enum { NODES = 5, FRAMES = 40, CUT_AT = 15 };
 
-// Where the nodes of the second mesh come from.
-static const RecordingBirth BIRTH[2] = {{2, 9, 3, {9, 9}}, {2, 3, 3, {0, 2}}};
-
 // Positions of which every bit is known, also where they are tiny.
 static float coordinate(int frame, int i)
 {
@@ -33,6 +30,11 @@ static double time_at(int frame)
 }
 
 static const char DESCRIBED[] = "scene tetra: 1000 Hz\nbody tetra: model surface, leapfrog\n";
+
+// Nodes 9 and 3 are copies of others, and finer.
+static const int origin[NODES] = {0, 1, 2, 2, 0};
+static const int parent[NODES][2] = {{0, 0}, {1, 1}, {0, 1}, {3, 3}, {0, 2}};
+static const signed char level[NODES] = {0, 0, 0, 1, 2};
 
 static const char *make_with(const char *name, const char *describe, const char *text,
                              char path[SCRATCH_PATH])
@@ -59,9 +61,10 @@ static const char *make_with(const char *name, const char *describe, const char 
                                             .node_count = nodes_at(f),
                                             .triangle_count = nodes_at(f) - 3,
                                             .node_id = id,
-                                            .triangle = triangle,
-                                            .birth_count = f == CUT_AT ? 2 : 0,
-                                            .birth = BIRTH};
+                                            .node_origin = describe != NULL ? origin : NULL,
+                                            .node_parent = describe != NULL ? parent : NULL,
+                                            .node_level = describe != NULL ? level : NULL,
+                                            .triangle = triangle};
         if (f == 0 || f == CUT_AT)
             assert_true(recording_add_topology(recording, 0, &topology));
         const RecordingFrame frame = {.step = 100 * f,
@@ -148,57 +151,16 @@ static void a_frame_has_the_mesh_of_its_topology(void **state)
         assert_int_equal(topology.triangle_count, nodes_at(f) - 3);
         assert_int_equal(topology.triangle[0][2], 2);
         assert_int_equal(topology.node_id[nodes_at(f) - 1], f < CUT_AT ? 9 : 3);
+        int from[NODES], between[NODES][2];
+        signed char at[NODES];
+        bool known;
+        assert_true(recording_reader_nodes(reader, 0, f, from, between, at, &known, &status));
+        assert_true(known);
+        assert_memory_equal(from, origin, (size_t)nodes_at(f) * sizeof *from);
+        assert_memory_equal(between, parent, (size_t)nodes_at(f) * sizeof *between);
+        assert_memory_equal(at, level, (size_t)nodes_at(f));
     }
     recording_reader_close(reader);
-}
-
-static void births_of_nodes_are_read_and_older_files_have_none(void **state)
-{
-    (void)state;
-    char path[SCRATCH_PATH];
-    Status status = {0};
-    RecordingReader *reader = recording_reader_open(make("births.h5", path), &status);
-    assert_non_null(reader);
-    assert_int_equal(recording_reader_births(reader, 0), 2);
-    RecordingBirth birth[2];
-    assert_true(recording_reader_birth_rows(reader, 0, 0, 2, birth, &status));
-    assert_memory_equal(birth, BIRTH, sizeof birth);
-    recording_reader_close(reader);
-    hid_t file = H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
-    assert_true(H5Ldelete(file, "/bodies/tetra/births", H5P_DEFAULT) >= 0);
-    H5Fclose(file);
-    reader = recording_reader_open(path, &status);
-    assert_non_null(reader);
-    assert_int_equal(recording_reader_births(reader, 0), 0);
-    recording_reader_close(reader);
-}
-
-static void births_are_the_nodes_that_slots_did_not_have(void **state)
-{
-    (void)state;
-    enum { SLOTS = 4 };
-    int known[SLOTS] = {0};
-    RecordingBirth birth[SLOTS];
-    RecordingMesh mesh = {.known = known, .birth = birth};
-    RecordingTopology topology = {0};
-    // A plain node, a midpoint, a free slot, a copy.
-    int id[SLOTS] = {0, 7, -1, 9}, origin[SLOTS] = {0, 7, -1, 0};
-    int parent[2 * SLOTS] = {0, 0, 0, 4, -1, -1, 9, 9};
-    RecordingSlots slots = {
-        .topology = 3, .node_count = SLOTS, .id = id, .origin = origin, .parent = parent};
-    recording_mesh_births(&mesh, &slots, &topology);
-    assert_int_equal(topology.birth_count, 2);
-    assert_memory_equal(&birth[0], (&(RecordingBirth){3, 7, 7, {0, 4}}), sizeof *birth);
-    assert_memory_equal(&birth[1], (&(RecordingBirth){3, 9, 0, {9, 9}}), sizeof *birth);
-    recording_mesh_births(&mesh, &slots, &topology);
-    assert_int_equal(topology.birth_count, 0);
-    // A slot that was freed has another node.
-    id[1] = 11;
-    origin[1] = 9;
-    recording_mesh_births(&mesh, &slots, &topology);
-    assert_int_equal(topology.birth_count, 1);
-    assert_int_equal(birth[0].id, 11);
-    assert_int_equal(birth[0].origin, 9);
 }
 
 static void tools_events_and_the_scene_are_read(void **state)
@@ -241,6 +203,13 @@ static void a_description_in_place_of_the_scene_is_one(void **state)
     reader = open_reader(make_with("old.h5", NULL, "name = \"a\";", path));
     assert_string_equal(recording_reader_describe(reader), "");
     assert_string_equal(recording_reader_scene(reader), "name = \"a\";");
+    // Nor do they say what nodes were split from.
+    int from[NODES], between[NODES][2];
+    signed char at[NODES];
+    bool known = true;
+    Status status = {0};
+    assert_true(recording_reader_nodes(reader, 0, 0, from, between, at, &known, &status));
+    assert_false(known);
     recording_reader_close(reader);
 }
 
@@ -336,8 +305,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_frame_is_found_by_its_time_and_has_the_recorded_bits),
         cmocka_unit_test(a_frame_has_the_mesh_of_its_topology),
-        cmocka_unit_test(births_of_nodes_are_read_and_older_files_have_none),
-        cmocka_unit_test(births_are_the_nodes_that_slots_did_not_have),
         cmocka_unit_test(tools_events_and_the_scene_are_read),
         cmocka_unit_test(a_description_in_place_of_the_scene_is_one),
         cmocka_unit_test(a_position_that_is_no_number_and_a_corner_that_is_no_node_are_refused),
