@@ -145,6 +145,7 @@ typedef struct Play {
     Sender sender;
     // what is played
     double time, from, to, speed; // [s] on the timeline
+    double shown;                 // time of what is shown: `time`, or a little before it
     bool playing, loop, once;
     int64_t turned_ns; // last time that `time` was moved
     int event;         // the first one after `time`
@@ -545,15 +546,28 @@ static bool is_due(int64_t *next_ns, int64_t now_ns, int every_ms)
     return true;
 }
 
+// The time to show: no frame is left out up to the recorded speed, also when this program ran late.
+static double time_to_show(const Play *play)
+{
+    const double late_s = 1.0;
+    double next;
+    const bool all = play->playing && !play->wanted && play->speed <= 1.0;
+    return all && timeline_next(play->timeline, play->shown, &next) && next < play->time &&
+                   play->time - next < late_s
+               ? next
+               : play->time;
+}
+
 static bool publish(Play *play, int64_t now_ns, Status *status)
 {
     // A new frame when the one before has left: at once after a request, else no faster than frames
     // were recorded.
-    if (sender_waiting(&play->sender) == 0 &&
+    if (sender_waiting(&play->sender, false) == 0 &&
         (play->wanted || (play->playing && now_ns >= play->frame_ns))) {
         const int64_t frames = play->sender.frames;
+        play->shown = time_to_show(play);
         play->wanted = false;
-        if (!sender_show(&play->sender, play->time, status))
+        if (!sender_show(&play->sender, play->shown, status))
             return false;
         if (play->sender.frames > frames) {
             play->frame_ns = now_ns + (int64_t)(0.75e9 * timeline_frame_time(play->timeline));
@@ -562,12 +576,12 @@ static bool publish(Play *play, int64_t now_ns, Status *status)
     }
     // Chunks leave evenly over a frame's time, at most a millisecond apart.
     const double frame_s = timeline_frame_time(play->timeline) / fmax(play->speed, 1.0);
-    const double interval = fmin(1e6, 1e9 * frame_s / (sender_waiting(&play->sender) + 1));
+    const double interval = fmin(1e6, 1e9 * frame_s / (sender_waiting(&play->sender, true) + 1));
     sender_send(&play->sender, now_ns, (int64_t)fmax(interval, 5e4));
-    if (sender_waiting(&play->sender) == 0 && !play->wanted)
+    if (sender_waiting(&play->sender, false) == 0 && !play->wanted)
         publish_waiting(play);
     if (is_due(&play->tools_ns, now_ns, TOOLS_MS) &&
-        !sender_tools(&play->sender, play->time, status))
+        !sender_tools(&play->sender, play->shown, status))
         return false;
     // Then what there is to say about it.
     if (play->changed)
@@ -595,13 +609,13 @@ static int64_t next_ns(const Play *play, int64_t now_ns)
 {
     int64_t next =
         least(least(play->status_ns, play->playback_ns), least(play->tools_ns, play->whole_ns));
-    if (sender_waiting(&play->sender) > 0)
+    if (sender_waiting(&play->sender, true) > 0)
         next = least(next, play->sender.due_ns);
     // The next frame, or the end of the range.
     double time = play->to;
     if (play->playing) {
-        timeline_next(play->timeline, play->time, &time);
-        const double wait_s = (fmin(time, play->to) - play->time) / play->speed;
+        timeline_next(play->timeline, play->shown, &time);
+        const double wait_s = fmax(fmin(time, play->to) - play->time, 0.0) / play->speed;
         const int64_t due = now_ns + (int64_t)(fmin(wait_s, 1.0) * 1e9);
         next = least(next, due > play->frame_ns ? due : play->frame_ns);
     }
@@ -619,7 +633,7 @@ static bool run(Play *play, ClientError *error)
         if (!publish(play, now, &status))
             return client_fail(error, "%s", status.text);
         if (play->once && !play->playing && play->time >= play->to && !play->wanted &&
-            sender_waiting(&play->sender) == 0)
+            sender_waiting(&play->sender, true) == 0)
             break;
         if (!client_wait(&play->client, next_ns(play, now), &play->changed))
             break;

@@ -104,13 +104,14 @@ static int chunks_of(int things, int size)
     return things > 0 ? (things + size - 1) / size : 1;
 }
 
-static void start_mesh(SenderBody *body)
+static void start_mesh(SenderBody *body, bool repeats)
 {
     const int by_triangles = chunks_of(body->mesh.triangle_count, TRIANGLES_IN_CHUNK);
     const int by_nodes = chunks_of(body->mesh.node_count, NODES_IN_MESH_CHUNK);
     body->mesh_chunks = by_triangles > by_nodes ? by_triangles : by_nodes;
     body->mesh_next = 0;
     body->mesh_sequence++;
+    body->repeats = repeats;
 }
 
 static void start_nodes(SenderBody *body)
@@ -154,7 +155,7 @@ static bool show_body(Sender *sender, int index, const TimelineFrame *at, Status
         if (!read_mesh(sender, index, at, status))
             return false;
         body->has_mesh = true;
-        start_mesh(body);
+        start_mesh(body, false);
     }
     body->at = *at;
     body->frame = frame;
@@ -182,7 +183,7 @@ void sender_repeat(Sender *sender, bool frames)
     for (int i = 0; i < sender->bodies; i++) {
         SenderBody *body = &sender->body[i];
         if (body->has_mesh && body->mesh_next == body->mesh_chunks)
-            start_mesh(body);
+            start_mesh(body, true);
         if (frames && body->has_mesh && body->nodes_next == body->nodes_chunks)
             start_nodes(body);
     }
@@ -272,23 +273,27 @@ void sender_send(Sender *sender, int64_t now_ns, int64_t interval_ns)
         return;
     for (int i = 0; i < sender->bodies; i++) {
         SenderBody *body = &sender->body[i];
-        if (body->mesh_next < body->mesh_chunks)
-            send_mesh_chunk(sender, body);
-        else if (body->nodes_next < body->nodes_chunks)
-            send_nodes_chunk(sender, body);
-        else
+        const bool mesh = body->mesh_next < body->mesh_chunks;
+        const bool nodes = body->nodes_next < body->nodes_chunks;
+        if (!mesh && !nodes)
             continue;
+        if (mesh && !(nodes && body->repeats))
+            send_mesh_chunk(sender, body);
+        else
+            send_nodes_chunk(sender, body);
         sender->due_ns = now_ns + interval_ns;
         return;
     }
 }
 
-int sender_waiting(const Sender *sender)
+int sender_waiting(const Sender *sender, bool with_repeats)
 {
     int chunks = 0;
     for (int i = 0; i < sender->bodies; i++) {
         const SenderBody *body = &sender->body[i];
-        chunks += body->mesh_chunks - body->mesh_next + body->nodes_chunks - body->nodes_next;
+        chunks += body->nodes_chunks - body->nodes_next;
+        if (with_repeats || !body->repeats)
+            chunks += body->mesh_chunks - body->mesh_next;
     }
     return chunks;
 }

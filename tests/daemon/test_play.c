@@ -240,6 +240,20 @@ static void once_it_ends_by_itself(void **state)
     assert_non_null(strstr(program.out, "1 recording, 0 to "));
 }
 
+static void a_run_offline_is_described_too(void **state)
+{
+    (void)state;
+    const char *path = scratch("offline.h5");
+    Process daemon, program;
+    run_daemon(&daemon, "--offline 0.1 --record %s %s", path, scene());
+    assert_int_equal(daemon.code, 0);
+    Client *client = start_paused(&program, path);
+    const Reply *reply = command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
+    assert_non_null(strstr(reply->text, "tool 1: probe, 1 capsules"));
+    stop(client, &program);
+    client_destroy(client);
+}
+
 // ---------------------------------------------------------------------------------------------
 // Parts of a session
 
@@ -435,6 +449,7 @@ int main(int argc, char **argv)
         daemon_test(tools_are_where_they_were_with_the_forces_that_were),
         daemon_test(it_plays_in_a_loop_within_the_range_and_at_the_speed),
         daemon_test(once_it_ends_by_itself),
+        daemon_test(a_run_offline_is_described_too),
         daemon_test(a_session_that_was_continued_is_one),
         daemon_test(a_session_that_was_restarted_follows),
         daemon_test(a_log_is_played_like_a_recording),
