@@ -2,6 +2,7 @@
 // thread, but for a child that reads each file.
 #include "hold.h"
 #include "log.h"
+#include "score.h"
 #include "sender.h"
 #include "timeline.h"
 #include "wire.h"
@@ -45,6 +46,7 @@ typedef struct Options {
     int files;
     double speed, from, to;
     bool loop, paused, once;
+    const char *score, *score_scene;
 } Options;
 
 static bool add_file(void *target, const char *text, Status *why)
@@ -76,6 +78,12 @@ static const ArgumentRow ROWS[] = {
      .help = "exit at the end (default: stay there, so that a page can go back)"},
     {.type = ARGUMENT_HEADING, .help = "Where:"},
     {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {.type = ARGUMENT_HEADING, .help = "Instead of playing:"},
+    {"score", 0, ARGUMENT_TEXT, "BASE", AT(score),
+     .help = "write the score sheet of the session: BASE.json, BASE.csv and BASE.html, to print"},
+    {"score-scene", 0, ARGUMENT_TEXT, "SCENE.cfg", AT(score_scene),
+     .help = "for --score: the scene that names force limit and regions (default: the recorded "
+             "one)"},
     {0}};
 
 static bool check(void *target, Status *why)
@@ -85,6 +93,8 @@ static bool check(void *target, Status *why)
         return status_fail(why, STATUS_INVALID, "a recording is missing: FILE.h5");
     if (options->once && options->loop)
         return status_fail(why, STATUS_INVALID, "--once does not go with --loop");
+    if (options->score_scene != NULL && options->score == NULL)
+        return status_fail(why, STATUS_INVALID, "--score-scene needs --score");
     return options->from < options->to ||
            status_fail(why, STATUS_INVALID, "--from must be before --to");
 }
@@ -662,12 +672,17 @@ static bool read_forces(Play *play, Status *status)
     return true;
 }
 
-static bool prepare(Play *play, const Options *options, Status *status)
+static bool open_files(Play *play, const Options *options, Status *status)
 {
     play->timeline = log_is_one(options->file[0])
                          ? log_open(options->file, options->files, &options->client, status)
                          : timeline_open(options->file, options->files, status);
-    if (play->timeline == NULL || !read_forces(play, status))
+    return play->timeline != NULL;
+}
+
+static bool prepare(Play *play, const Options *options, Status *status)
+{
+    if (!open_files(play, options, status) || !read_forces(play, status))
         return false;
     // The range, within what there is.
     const double start = timeline_start(play->timeline), end = timeline_end(play->timeline);
@@ -731,6 +746,23 @@ static int play_files(Play *play, const Options *options)
     return ok ? 0 : fail(&error, 1);
 }
 
+static int score_files(Play *play, const Options *options)
+{
+    Status status = {0};
+    Score score;
+    bool ok = open_files(play, options, &status) &&
+              score_read(play->timeline, options->score_scene, &score, &status);
+    if (ok) {
+        ok = score_write(&score, options->score, &status);
+        if (ok)
+            score_print(&score, stdout);
+        score_destroy(&score);
+    }
+    if (!ok)
+        fprintf(stderr, NAME ": %s\n", status.text);
+    return ok ? 0 : (int)status.code;
+}
+
 int main(int argc, char **argv)
 {
     static Options options;
@@ -738,7 +770,8 @@ int main(int argc, char **argv)
     Status status = {0};
     if (!arguments_parse(&TABLE, argc, argv, &options, &status))
         return arguments_exit(&status);
-    const int code = play_files(&play, &options);
+    const int code =
+        options.score != NULL ? score_files(&play, &options) : play_files(&play, &options);
     client_disconnect(&play.client);
     timeline_close(play.timeline);
     free(play.describe);

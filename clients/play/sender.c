@@ -97,9 +97,6 @@ static void find_pieces(SenderBody *body)
             body->piece[root] = body->pieces++;
         body->piece[i] = body->piece[root];
     }
-    // Nor are parents: each node is its own.
-    for (int i = 0; i < mesh->node_count; i++)
-        body->parent[2 * i] = body->parent[2 * i + 1] = body->id[i];
 }
 
 static int chunks_of(int things, int size)
@@ -130,10 +127,13 @@ static bool read_mesh(Sender *sender, int index, const TimelineFrame *at, Status
     bool known;
     if (!timeline_mesh(sender->timeline, at, index, body->id, body->triangle, &body->mesh,
                        status) ||
-        !timeline_nodes(sender->timeline, at, index, body->origin, body->level, &known, status))
+        !timeline_nodes(sender->timeline, at, index, body->origin, (int(*)[2])body->parent,
+                        body->level, &known, status))
         return false;
     if (!known) {
         memcpy(body->origin, body->id, (size_t)body->mesh.node_count * sizeof *body->id);
+        for (int i = 0; i < body->mesh.node_count; i++)
+            body->parent[2 * i] = body->parent[2 * i + 1] = body->id[i];
         memset(body->level, 0, (size_t)body->mesh.node_count * sizeof *body->level);
     }
     body->first_wall = timeline_first_wall(sender->timeline, at, index);

@@ -134,6 +134,7 @@ static void make_room(IntakeBody *body)
         map->row = grow(map->row, body->node_capacity, sizeof *map->row);
         map->id = grow(map->id, body->node_capacity, sizeof *map->id);
         map->origin = grow(map->origin, body->node_capacity, sizeof *map->origin);
+        map->parent = grow(map->parent, body->node_capacity, sizeof *map->parent);
         map->level = grow(map->level, body->node_capacity, sizeof *map->level);
     }
     if (body->mesh.triangle_count > body->triangle_capacity) {
@@ -150,6 +151,7 @@ static void map_mesh(IntakeBody *body)
                                   .triangle_count = mesh->triangle_count,
                                   .id = mesh->id,
                                   .origin = mesh->origin,
+                                  .parent = (const int(*)[2])mesh->parent,
                                   .level = mesh->level,
                                   .triangle = (const int(*)[3])mesh->triangle};
     make_room(body);
@@ -569,6 +571,7 @@ void intake_destroy(Intake *intake)
         free(body->map.row);
         free(body->map.id);
         free(body->map.origin);
+        free(body->map.parent);
         free(body->map.level);
         free(body->map.triangle);
     }

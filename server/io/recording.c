@@ -22,6 +22,8 @@ RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *s
         to->row[i] = to->live_count;
         to->id[to->live_count] = slots->id[i];
         to->origin[to->live_count] = slots->origin[i];
+        for (int k = 0; k < 2; k++)
+            to->parent[to->live_count][k] = slots->parent[i][k];
         to->level[to->live_count] = slots->level[i];
         to->live[to->live_count++] = i;
     }
@@ -39,6 +41,7 @@ RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *s
                                .triangle_count = triangles,
                                .node_id = to->id,
                                .node_origin = to->origin,
+                               .node_parent = (const int(*)[2])to->parent,
                                .node_level = to->level,
                                .triangle = (const int(*)[3])to->triangle};
 }
@@ -117,6 +120,7 @@ static const TableForm body_form[BODY_TABLES] = {
     [TRIANGLES] = {"triangles", INTEGER, 3, -1, "nodes of a frame"},
     [NODE_ID] = {"node_id", INTEGER, 0, 0, "1"},
     [NODE_ORIGIN] = {"node_origin", INTEGER, 0, 0, "node_id"},
+    [NODE_PARENT] = {"node_parent", INTEGER, 2, 0, "node_id"},
     [NODE_LEVEL] = {"node_level", BYTE, 0, 0, "1"},
 };
 
@@ -296,19 +300,22 @@ bool recording_add_topology(Recording *recording, int index, const RecordingTopo
                                .node_count = topology->node_count,
                                .first_triangle = (int64_t)table[TRIANGLES].count,
                                .first_node = (int64_t)table[NODE_ID].count};
-    const bool known = topology->node_origin != NULL && topology->node_level != NULL;
+    const bool known = topology->node_origin != NULL && topology->node_parent != NULL &&
+                       topology->node_level != NULL;
     const int told = known ? rows.node_count : 0;
     // Its number comes last: a reader takes a topology for complete once that is there.
-    bool ok = begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count + told) &&
-              append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
-              append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
-              append(recording, &table[NODE_ORIGIN], told, topology->node_origin) &&
-              append(recording, &table[NODE_LEVEL], told, topology->node_level) &&
-              append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&
-              append(recording, &table[TOPOLOGY_COUNT], 1, &rows.triangle_count) &&
-              append(recording, &table[TOPOLOGY_NODE_FIRST], 1, &rows.first_node) &&
-              append(recording, &table[TOPOLOGY_NODE_COUNT], 1, &rows.node_count) &&
-              append(recording, &table[TOPOLOGY_NUMBER], 1, &rows.number);
+    bool ok =
+        begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count + 2 * told) &&
+        append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
+        append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
+        append(recording, &table[NODE_ORIGIN], told, topology->node_origin) &&
+        append(recording, &table[NODE_PARENT], told, topology->node_parent) &&
+        append(recording, &table[NODE_LEVEL], told, topology->node_level) &&
+        append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&
+        append(recording, &table[TOPOLOGY_COUNT], 1, &rows.triangle_count) &&
+        append(recording, &table[TOPOLOGY_NODE_FIRST], 1, &rows.first_node) &&
+        append(recording, &table[TOPOLOGY_NODE_COUNT], 1, &rows.node_count) &&
+        append(recording, &table[TOPOLOGY_NUMBER], 1, &rows.number);
     if (ok)
         remember_topology(body, &rows);
     return ok;

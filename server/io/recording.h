@@ -42,9 +42,11 @@ typedef struct RecordingTopology {
     int number;
     int node_count, triangle_count;
     const int *node_id; // by slot; stays with a node for its life
-    // As in mesh_t: id that a duplicate was split from, and the level of detail; NULL, in all
-    // topologies of a recording or in none: not known.
+    // As in mesh_t: id that a duplicate was split from, ids between which a midpoint lies (else its
+    // own twice), and the level of detail; NULL, in all topologies of a recording or in none: not
+    // known.
     const int *node_origin;
+    const int (*node_parent)[2];
     const signed char *node_level;
     const int (*triangle)[3];
 } RecordingTopology;
@@ -161,6 +163,7 @@ typedef struct RecordingSlots {
     int topology;
     int node_count, triangle_count; // slots
     const int *id, *origin;         // [node_count]
+    const int (*parent)[2];         // [node_count]
     const signed char *level;       // [node_count]
     const int (*triangle)[3];       // slots
 } RecordingSlots;
@@ -172,6 +175,7 @@ typedef struct RecordingMesh {
     int *live;          // [node_capacity] slots
     int *row;           // [node_capacity] row in the file by slot; live slots only
     int *id, *origin;   // [node_capacity] of live nodes
+    int (*parent)[2];   // [node_capacity] likewise
     signed char *level; // [node_capacity] likewise
     int (*triangle)[3]; // [triangle_capacity] rows
 } RecordingMesh;

@@ -123,14 +123,19 @@ static bool read_column(const HdfFile *file, const char *group, const char *colu
     return rows == 0 || recording_read_rows(file, name, type, 0, first, rows, to);
 }
 
-// Returns the rows that both optional data sets of nodes have; 0: one is missing; -1 with a status.
+// Returns the rows that all optional data sets of nodes have; 0: one is missing; -1 with a status.
 static int64_t count_told(const HdfFile *file, const char *group)
 {
+    static const struct {
+        const char *name;
+        int columns;
+    } set[] = {{"node_origin", 0}, {"node_parent", 2}, {"node_level", 0}};
     int64_t least = INT64_MAX;
-    for (int i = 0; i < 2 && least > 0; i++) {
+    for (int i = 0; i < 3 && least > 0; i++) {
         char name[NAME_TEXT];
-        snprintf(name, sizeof name, "%s/%s", group, i == 0 ? "node_origin" : "node_level");
-        int64_t rows = hdf_exists(file, name) ? count_rows(file, name, H5T_INTEGER, 0) : 0;
+        snprintf(name, sizeof name, "%s/%s", group, set[i].name);
+        int64_t rows =
+            hdf_exists(file, name) ? count_rows(file, name, H5T_INTEGER, set[i].columns) : 0;
         least = rows < least ? rows : least;
     }
     return least;

@@ -32,6 +32,7 @@ typedef enum RowSet {
     ROWS_TRIANGLES,
     ROWS_NODE_ID,
     ROWS_NODE_ORIGIN,
+    ROWS_NODE_PARENT,
     ROWS_NODE_LEVEL,
     ROWS_TOOL_TIME,
     ROWS_TOOL_POSITION,
@@ -52,6 +53,7 @@ static const RowForm row_form[ROW_SETS] = {
     [ROWS_TRIANGLES] = {"/bodies", "/triangles", 3, 3 * sizeof(int)},
     [ROWS_NODE_ID] = {"/bodies", "/node_id", 0, sizeof(int)},
     [ROWS_NODE_ORIGIN] = {"/bodies", "/node_origin", 0, sizeof(int)},
+    [ROWS_NODE_PARENT] = {"/bodies", "/node_parent", 2, 2 * sizeof(int)},
     [ROWS_NODE_LEVEL] = {"/bodies", "/node_level", 0, 1},
     [ROWS_TOOL_TIME] = {"/tools", "/time", 0, sizeof(double)},
     [ROWS_TOOL_POSITION] = {"/tools", "/position", 3, 3 * sizeof(double)},
@@ -69,12 +71,17 @@ typedef struct Request {
 
 static bool read_request(const HdfFile *file, const Request *request, hid_t event, void *to)
 {
-    const hid_t type[ROW_SETS] = {
-        [ROWS_POSITION] = H5T_NATIVE_FLOAT,       [ROWS_TRIANGLES] = H5T_NATIVE_INT,
-        [ROWS_NODE_ID] = H5T_NATIVE_INT,          [ROWS_NODE_ORIGIN] = H5T_NATIVE_INT,
-        [ROWS_NODE_LEVEL] = H5T_NATIVE_INT8,      [ROWS_TOOL_TIME] = H5T_NATIVE_DOUBLE,
-        [ROWS_TOOL_POSITION] = H5T_NATIVE_DOUBLE, [ROWS_TOOL_ORIENTATION] = H5T_NATIVE_DOUBLE,
-        [ROWS_TOOL_FORCE] = H5T_NATIVE_DOUBLE,    [ROWS_EVENTS] = event};
+    const hid_t type[ROW_SETS] = {[ROWS_POSITION] = H5T_NATIVE_FLOAT,
+                                  [ROWS_TRIANGLES] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_ID] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_ORIGIN] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_PARENT] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_LEVEL] = H5T_NATIVE_INT8,
+                                  [ROWS_TOOL_TIME] = H5T_NATIVE_DOUBLE,
+                                  [ROWS_TOOL_POSITION] = H5T_NATIVE_DOUBLE,
+                                  [ROWS_TOOL_ORIENTATION] = H5T_NATIVE_DOUBLE,
+                                  [ROWS_TOOL_FORCE] = H5T_NATIVE_DOUBLE,
+                                  [ROWS_EVENTS] = event};
     const RowForm *form = &row_form[request->set];
     char name[NAME_TEXT];
     snprintf(name, sizeof name, "%s%s%s%s", form->group, *request->name ? "/" : "", request->name,
@@ -484,7 +491,7 @@ bool recording_reader_mesh(RecordingReader *reader, int body, int64_t frame, int
 }
 
 bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, int *origin,
-                            signed char *level, bool *known, Status *status)
+                            int (*parent)[2], signed char *level, bool *known, Status *status)
 {
     const RecordingIndex *index = &reader->body[body];
     const TopologyRows *rows = &index->topology[frame_of(reader, body, frame)->topology];
@@ -493,6 +500,8 @@ bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, in
              rows->node_count <= index->nodes_told - rows->first_node;
     return !*known ||
            (ask(reader, ROWS_NODE_ORIGIN, name, rows->first_node, rows->node_count, origin,
+                status) &&
+            ask(reader, ROWS_NODE_PARENT, name, rows->first_node, rows->node_count, parent,
                 status) &&
             ask(reader, ROWS_NODE_LEVEL, name, rows->first_node, rows->node_count, level, status));
 }

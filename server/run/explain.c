@@ -323,6 +323,7 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
     fprintf(out, "listen on %s_...: %s, tool timeout %g s%s\n", scene->input_prefix,
             scene->remote ? "all hosts" : "this host only", scene->tool_timeout_s,
             scene->stop_command ? "" : ", STOP is refused");
+    scene_print_score(&scene->score, out);
 }
 
 int explain_nodes(World *world)

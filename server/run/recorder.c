@@ -133,6 +133,7 @@ void recorder_reserve(Recorder *recorder, World *world)
         mesh->row = RESERVE(nodes, int, "rows");
         mesh->id = RESERVE(nodes, int, "ids");
         mesh->origin = RESERVE(nodes, int, "origins");
+        mesh->parent = RESERVE(nodes, int[2], "parents");
         mesh->level = RESERVE(nodes, signed char, "levels");
         mesh->triangle = RESERVE(triangles, int[3], "triangles");
         recorder->mesh[i].position = RESERVE(3 * nodes, float, "positions");
@@ -147,6 +148,7 @@ static RecordingTopology compact(RecorderMesh *to, const BodyMesh *mesh)
                                   .triangle_count = mesh->triangle_count,
                                   .id = mesh->id,
                                   .origin = mesh->origin,
+                                  .parent = mesh->parent,
                                   .level = mesh->level,
                                   .triangle = mesh->triangle};
     return recording_mesh_take(&to->mesh, &slots);
@@ -159,6 +161,7 @@ static RecordingTopology whole(const BodyMesh *mesh)
                                .triangle_count = mesh->triangle_count,
                                .node_id = mesh->id,
                                .node_origin = mesh->origin,
+                               .node_parent = mesh->parent,
                                .node_level = mesh->level,
                                .triangle = mesh->triangle};
 }

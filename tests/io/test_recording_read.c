@@ -33,6 +33,7 @@ static const char DESCRIBED[] = "scene tetra: 1000 Hz\nbody tetra: model surface
 
 // Nodes 9 and 3 are copies of others, and finer.
 static const int origin[NODES] = {0, 1, 2, 2, 0};
+static const int parent[NODES][2] = {{0, 0}, {1, 1}, {0, 1}, {3, 3}, {0, 2}};
 static const signed char level[NODES] = {0, 0, 0, 1, 2};
 
 static const char *make_with(const char *name, const char *describe, const char *text,
@@ -61,6 +62,7 @@ static const char *make_with(const char *name, const char *describe, const char 
                                             .triangle_count = nodes_at(f) - 3,
                                             .node_id = id,
                                             .node_origin = describe != NULL ? origin : NULL,
+                                            .node_parent = describe != NULL ? parent : NULL,
                                             .node_level = describe != NULL ? level : NULL,
                                             .triangle = triangle};
         if (f == 0 || f == CUT_AT)
@@ -149,12 +151,13 @@ static void a_frame_has_the_mesh_of_its_topology(void **state)
         assert_int_equal(topology.triangle_count, nodes_at(f) - 3);
         assert_int_equal(topology.triangle[0][2], 2);
         assert_int_equal(topology.node_id[nodes_at(f) - 1], f < CUT_AT ? 9 : 3);
-        int from[NODES];
+        int from[NODES], between[NODES][2];
         signed char at[NODES];
         bool known;
-        assert_true(recording_reader_nodes(reader, 0, f, from, at, &known, &status));
+        assert_true(recording_reader_nodes(reader, 0, f, from, between, at, &known, &status));
         assert_true(known);
         assert_memory_equal(from, origin, (size_t)nodes_at(f) * sizeof *from);
+        assert_memory_equal(between, parent, (size_t)nodes_at(f) * sizeof *between);
         assert_memory_equal(at, level, (size_t)nodes_at(f));
     }
     recording_reader_close(reader);
@@ -201,11 +204,11 @@ static void a_description_in_place_of_the_scene_is_one(void **state)
     assert_string_equal(recording_reader_describe(reader), "");
     assert_string_equal(recording_reader_scene(reader), "name = \"a\";");
     // Nor do they say what nodes were split from.
-    int from[NODES];
+    int from[NODES], between[NODES][2];
     signed char at[NODES];
     bool known = true;
     Status status = {0};
-    assert_true(recording_reader_nodes(reader, 0, 0, from, at, &known, &status));
+    assert_true(recording_reader_nodes(reader, 0, 0, from, between, at, &known, &status));
     assert_false(known);
     recording_reader_close(reader);
 }
