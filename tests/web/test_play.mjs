@@ -80,7 +80,7 @@ test('one_scrubs_through_it_and_back', options, async () => {
     await until('it is at the end', async () => Math.abs((await time()) - end) < 0.02 * end);
     await until('the ball is in two', async () => (await pieces()) === 2);
     // Nodes know what they were split from, as in the live session: the rim of the cut is another colour.
-    assert(await page.evaluate(() => window.pliant.bodies[0].lips > 0));
+    await until('the rim is known', () => page.evaluate(() => window.pliant.bodies[0].lips > 0));
     await until('that is seen', async () => change(await picture(page), whole) > SEEN);
     await shot('play-2-end');
     await scrubTo(0);
