@@ -6,6 +6,7 @@
 
 #include <limits.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
@@ -119,21 +120,7 @@ void sim_set_lockstep(Sim *sim, bool lockstep)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Parameters: sim_apply_set, sim_apply_gravity
-
-// Returns the largest allowed scale, by bisection, rounded down a little.
-static double largest_scale(const Sim *sim, const Body *body, double *scale, double low,
-                            double high)
-{
-    double limit, step;
-    for (int i = 0; i < 40; i++) {
-        *scale = 0.5 * (low + high);
-        bool fits = time_step_allows(sim, body, body->tuning.stiffness_scale,
-                                     body->tuning.damping_scale, &limit, &step);
-        *(fits ? &low : &high) = *scale;
-    }
-    return low * (1.0 - 1e-4); // rounded for four digits
-}
+// Parameters: sim_apply_set, sim_apply_gravity, sim_try_set
 
 // A parameter that SET knows.
 typedef enum SetReach {
@@ -150,123 +137,149 @@ struct SetKey {
     double low, high;
     const char *range; // both as text
     bool whole;        // an integer
-    // `body`: NULL for all, where the reach is not OF_BODIES.
-    bool (*apply)(Sim *sim, Body *body, const SetKey *key, double value, char *why,
+    const char *lacks; // of whom no body has it
+    // Whether a body that has it may have this value; NULL: all in its range.
+    bool (*check)(Sim *sim, const Body *body, const SetKey *key, double value, char *why,
                   size_t why_size);
+    // Sets it, which cannot fail any more.
+    void (*apply)(Sim *sim, Body *body, const SetKey *key, double value);
+    // Narrows the range to that of a body; NULL: all have the same.
+    void (*limit)(const Sim *sim, const Body *body, const SetKey *key, double *low, double *high);
 };
 
-// Sets stiffness_scale or damping_scale of one body, within the stability bound of its step.
-static bool set_scale(Sim *sim, Body *body, const SetKey *key, double value, char *why,
-                      size_t why_size)
+// --- scales of stiffness and damping, within the stability bound of a body's step ---
+
+static double *scale_of(BodyTuning *tuning, const SetKey *key)
 {
-    double *scale = key->parameter == BODY_STIFFNESS_SCALE ? &body->tuning.stiffness_scale
-                                                           : &body->tuning.damping_scale;
-    // Try it, and go back if the step does not allow it.
-    double before = *scale, limit, step;
-    *scale = value;
-    if (!time_step_allows(sim, body, body->tuning.stiffness_scale, body->tuning.damping_scale,
-                          &limit, &step)) {
-        // Say how much would be allowed.
-        double most = largest_scale(sim, body, scale, before, value);
-        *scale = before;
-        snprintf(why, why_size,
-                 "%g needs a time step of at most %.4g s, and body %s runs at %.4g s; take at most "
-                 "%.4g",
-                 value, limit, body->name, step, most);
-        return false;
-    }
-    // A model may lack the parameter.
-    if (!body->ops->set(body->model, key->parameter, value)) {
-        *scale = before;
-        snprintf(why, why_size, "body %s has no such parameter", body->name);
-        return false;
-    }
-    // Where steps follow the level of detail they change at once.
-    if (body_changes(body) || sim->ties != NULL)
-        time_step_follow(sim, body);
-    return true;
+    return key->parameter == BODY_STIFFNESS_SCALE ? &tuning->stiffness_scale
+                                                  : &tuning->damping_scale;
 }
 
-static bool set_friction(Sim *sim, Body *body, const SetKey *key, double value, char *why,
-                         size_t why_size)
+static double present_scale(const Body *body, const SetKey *key)
 {
-    (void)sim, (void)key, (void)why, (void)why_size;
-    body->tuning.friction = value;
-    return true;
+    BodyTuning tuning = body->tuning;
+    return *scale_of(&tuning, key);
 }
 
-static bool set_gravity(Sim *sim, Body *body, const SetKey *key, double value, char *why,
+static bool scale_fits(const Sim *sim, const Body *body, const SetKey *key, double value,
+                       double *limit, double *step)
+{
+    BodyTuning tuning = body->tuning;
+    *scale_of(&tuning, key) = value;
+    return time_step_allows(sim, body, tuning.stiffness_scale, tuning.damping_scale, limit, step);
+}
+
+// Returns the largest scale between one that fits and one that may not, by bisection, rounded down
+// a little.
+static double largest_scale(const Sim *sim, const Body *body, const SetKey *key, double low,
+                            double high)
+{
+    double limit, step;
+    for (int i = 0; i < 40; i++) {
+        const double scale = 0.5 * (low + high);
+        *(scale_fits(sim, body, key, scale, &limit, &step) ? &low : &high) = scale;
+    }
+    return low * (1.0 - 1e-4); // rounded for four digits
+}
+
+static bool check_scale(Sim *sim, const Body *body, const SetKey *key, double value, char *why,
                         size_t why_size)
 {
-    (void)body, (void)why, (void)why_size;
-    for (int b = 0; b < sim->body_count; b++)
-        sim->body[b].ops->set(sim->body[b].model, key->parameter, value);
-    return true;
+    double limit, step;
+    if (scale_fits(sim, body, key, value, &limit, &step))
+        return true;
+    // Say how much would be allowed.
+    snprintf(
+        why, why_size,
+        "%g needs a time step of at most %.4g s, and body %s runs at %.4g s; take at most %.4g",
+        value, limit, body->name, step,
+        largest_scale(sim, body, key, present_scale(body, key), value));
+    return false;
 }
 
-// Sets it for one body, or (NULL) for all with levels.
-static bool set_adapt(Sim *sim, Body *body, const SetKey *key, double value, char *why,
-                      size_t why_size)
+static void limit_scale(const Sim *sim, const Body *body, const SetKey *key, double *low,
+                        double *high)
 {
-    int count = 0;
-    for (int b = 0; b < sim->body_count; b++) {
-        Body *at = &sim->body[b];
-        if ((body == NULL || at == body) && at->ops->adapt != NULL)
-            count += at->ops->set(at->model, key->parameter, value);
-    }
-    // Nobody adapts, or the body that was named does not.
-    if (count == 0)
-        snprintf(why, why_size, "%s%s does not adapt its level of detail (levels, adapt)",
-                 body == NULL ? "the scene" : "body ", body == NULL ? "" : body->name);
-    return count > 0;
+    double limit, step;
+    if (!scale_fits(sim, body, key, *high, &limit, &step))
+        *high = largest_scale(sim, body, key, *low, *high);
 }
 
-// Sets it for one body, or (NULL) for all with a cavity; of none if one of them cannot have it.
-static bool set_cavity(Sim *sim, Body *body, const SetKey *key, double value, char *why,
-                       size_t why_size)
+// Where steps follow the level of detail they change at once.
+static bool step_follows(const Sim *sim, const Body *body)
+{
+    return body_changes(body) || sim->ties != NULL;
+}
+
+static void apply_scale(Sim *sim, Body *body, const SetKey *key, double value)
+{
+    *scale_of(&body->tuning, key) = value;
+    body->ops->set(body->model, key->parameter, value);
+    if (step_follows(sim, body))
+        time_step_follow(sim, body);
+}
+
+// --- cavities, within what their body's time step leaves room for ---
+
+static void limit_cavity(const Sim *sim, const Body *body, const SetKey *key, double *low,
+                         double *high)
+{
+    (void)sim;
+    const bool pressure = key->parameter == BODY_PRESSURE;
+    *low = pressure ? body->pressure_least : 0.0;
+    *high = (pressure ? body->pressure_limit : body->volume_limit) * (1.0 - 1e-4);
+}
+
+static bool check_cavity(Sim *sim, const Body *body, const SetKey *key, double value, char *why,
+                         size_t why_size)
 {
     const bool pressure = key->parameter == BODY_PRESSURE;
-    int count = 0;
-    for (int pass = 0; pass < 2; pass++)
-        for (int b = 0; b < sim->body_count; b++) {
-            Body *at = &sim->body[b];
-            const double most = pressure ? at->pressure_limit : at->volume_limit,
-                         least = pressure ? at->pressure_least : 0.0;
-            if ((body != NULL && at != body) || !(most > 0.0))
-                continue;
-            count++;
-            if (!(value > least && value <= most)) {
-                snprintf(why, why_size,
-                         "%s %g is outside (%.4g, %.4g], for which the time step of body %s leaves "
-                         "room",
-                         key->key, value, least, most * (1.0 - 1e-4), at->name);
-                return false;
-            }
-            if (pass == 1)
-                at->ops->set(at->model, key->parameter, value);
-        }
-    if (count == 0)
-        snprintf(why, why_size, "%s%s has no closed cavity%s", body == NULL ? "the scene" : "body ",
-                 body == NULL ? "" : body->name, pressure ? "" : " with a gas or fluid in it");
-    return count > 0;
+    double least, most;
+    limit_cavity(sim, body, key, &least, &most);
+    if (value > least && value <= (pressure ? body->pressure_limit : body->volume_limit))
+        return true;
+    snprintf(why, why_size,
+             "%s %g is outside (%.4g, %.4g], for which the time step of body %s leaves room",
+             key->key, value, least, most, body->name);
+    return false;
+}
+
+// --- the others ---
+
+static void apply_friction(Sim *sim, Body *body, const SetKey *key, double value)
+{
+    (void)sim, (void)key;
+    body->tuning.friction = value;
+}
+
+static void apply_parameter(Sim *sim, Body *body, const SetKey *key, double value)
+{
+    (void)sim;
+    body->ops->set(body->model, key->parameter, value);
 }
 
 _Static_assert(LEVELS_MAX == 8, "the range of adapt_level");
 #define RANGE(least, most) .low = (least), .high = (most), .range = "[" #least ", " #most "]"
+#define SCALE              .check = check_scale, .apply = apply_scale, .limit = limit_scale
+#define CAVITY             .check = check_cavity, .apply = apply_parameter, .limit = limit_cavity
+#define ADAPT                                                                                      \
+    .apply = apply_parameter, .lacks = "does not adapt its level of detail (levels, adapt)"
 static const SetKey KEYS[] = {
-    {"gravity_x", BODY_GRAVITY_X, OF_SCENE, RANGE(-1e4, 1e4), .apply = set_gravity},
-    {"gravity_y", BODY_GRAVITY_Y, OF_SCENE, RANGE(-1e4, 1e4), .apply = set_gravity},
-    {"gravity_z", BODY_GRAVITY_Z, OF_SCENE, RANGE(-1e4, 1e4), .apply = set_gravity},
-    {"stiffness_scale", BODY_STIFFNESS_SCALE, OF_BODIES, RANGE(0, 1e6), .apply = set_scale},
-    {"damping_scale", BODY_DAMPING_SCALE, OF_BODIES, RANGE(0, 1e6), .apply = set_scale},
-    {"friction", .reach = OF_BODIES, RANGE(0, 10), .apply = set_friction},
-    {"pressure", BODY_PRESSURE, OF_THOSE, RANGE(-1e6, 1e6), .apply = set_cavity},
-    {"volume", BODY_VOLUME, OF_THOSE, RANGE(0, 1e9), .apply = set_cavity},
-    {"adapt_force", BODY_ADAPT_FORCE, OF_THOSE, RANGE(0, 1e+06), .apply = set_adapt},
-    {"adapt_speed", BODY_ADAPT_SPEED, OF_THOSE, RANGE(0, 1e+06), .apply = set_adapt},
-    {"adapt_curvature", BODY_ADAPT_CURVATURE, OF_THOSE, RANGE(0, 1e+06), .apply = set_adapt},
-    {"adapt_scale", BODY_ADAPT_SCALE, OF_THOSE, RANGE(0, 1e+06), .apply = set_adapt},
-    {"adapt_level", BODY_ADAPT_LEVEL, OF_THOSE, RANGE(0, 8), .whole = true, .apply = set_adapt},
+    {"gravity_x", BODY_GRAVITY_X, OF_SCENE, RANGE(-1e4, 1e4), .apply = apply_parameter},
+    {"gravity_y", BODY_GRAVITY_Y, OF_SCENE, RANGE(-1e4, 1e4), .apply = apply_parameter},
+    {"gravity_z", BODY_GRAVITY_Z, OF_SCENE, RANGE(-1e4, 1e4), .apply = apply_parameter},
+    {"stiffness_scale", BODY_STIFFNESS_SCALE, OF_BODIES, RANGE(0, 1e6), SCALE},
+    {"damping_scale", BODY_DAMPING_SCALE, OF_BODIES, RANGE(0, 1e6), SCALE},
+    {"friction", .reach = OF_BODIES, RANGE(0, 10), .apply = apply_friction},
+    {"pressure", BODY_PRESSURE, OF_THOSE, RANGE(-1e6, 1e6), CAVITY,
+     .lacks = "has no closed cavity"},
+    {"volume", BODY_VOLUME, OF_THOSE, RANGE(0, 1e9), CAVITY,
+     .lacks = "has no closed cavity with a gas or fluid in it"},
+    {"adapt_force", BODY_ADAPT_FORCE, OF_THOSE, RANGE(0, 1e+06), ADAPT},
+    {"adapt_speed", BODY_ADAPT_SPEED, OF_THOSE, RANGE(0, 1e+06), ADAPT},
+    {"adapt_curvature", BODY_ADAPT_CURVATURE, OF_THOSE, RANGE(0, 1e+06), ADAPT},
+    {"adapt_scale", BODY_ADAPT_SCALE, OF_THOSE, RANGE(0, 1e+06), ADAPT},
+    {"adapt_level", BODY_ADAPT_LEVEL, OF_THOSE, RANGE(0, 8), .whole = true, ADAPT},
 };
 enum { KEY_COUNT = sizeof KEYS / sizeof *KEYS };
 
@@ -331,35 +344,19 @@ static bool check_value(const SetKey *key, double value, char *why, size_t why_s
     return false;
 }
 
-// Changes every body, or none if one refuses.
-static bool set_every_body(Sim *sim, const SetKey *key, double value, char *why, size_t why_size)
+bool sim_try_gravity(Vec3 gravity, char *why, size_t why_size)
 {
-    BodyTuning before[SIM_BODIES];
-    for (int b = 0; b < sim->body_count; b++) {
-        // One refusal: all bodies before it get their values back.
-        before[b] = sim->body[b].tuning;
-        if (key->apply(sim, &sim->body[b], key, value, why, why_size))
-            continue;
-        for (int k = 0; k < b; k++) {
-            Body *body = &sim->body[k];
-            body->tuning = before[k];
-            body->ops->set(body->model, BODY_STIFFNESS_SCALE, before[k].stiffness_scale);
-            body->ops->set(body->model, BODY_DAMPING_SCALE, before[k].damping_scale);
-            if (body_changes(body) || sim->ties != NULL)
-                time_step_follow(sim, body);
-        }
-        return false;
-    }
-    return true;
+    const bool fits = vec3_length(gravity) <= 1e4;
+    snprintf(why, why_size,
+             fits ? "gravity = (%g, %g, %g)" : "gravity (%g, %g, %g) is longer than 1e4", gravity.x,
+             gravity.y, gravity.z);
+    return fits;
 }
 
 bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size)
 {
-    if (!(vec3_length(gravity) <= 1e4)) {
-        snprintf(why, why_size, "gravity (%g, %g, %g) is longer than 1e4", gravity.x, gravity.y,
-                 gravity.z);
+    if (!sim_try_gravity(gravity, why, why_size))
         return false;
-    }
     // All bodies have one gravity, whatever their model.
     const double part[3] = {gravity.x, gravity.y, gravity.z};
     for (int b = 0; b < sim->body_count; b++)
@@ -371,7 +368,7 @@ bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size)
 }
 
 // Returns the body of "<body>.key", and moves `key` behind the point; NULL: the key names none.
-static Body *take_body(Sim *sim, const char **key)
+static const Body *take_body(const Sim *sim, const char **key)
 {
     for (int b = 0; b < sim->body_count; b++) {
         const size_t length = strlen(sim->body[b].name);
@@ -383,20 +380,207 @@ static Body *take_body(Sim *sim, const char **key)
     return NULL;
 }
 
-bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size)
+// Reads a key of a body as it is now; returns false if the body has no such parameter.
+static bool read_key(const Body *body, const SetKey *key, double *value)
+{
+    switch (key->parameter) {
+    case BODY_PRESSURE:
+        return body->pressure_limit > 0.0 && body->ops->get(body->model, key->parameter, value);
+    case BODY_VOLUME:
+        return body->volume_limit > 0.0 && body->ops->get(body->model, key->parameter, value);
+    case BODY_STIFFNESS_SCALE:
+    case BODY_DAMPING_SCALE:
+        *value = present_scale(body, key);
+        return body->ops->get(body->model, key->parameter, &(double){0.0});
+    default:
+        break;
+    }
+    if (key->apply == apply_friction) {
+        *value = body->tuning.friction;
+        return true;
+    }
+    return (key->reach == OF_SCENE || body->ops->adapt != NULL) &&
+           body->ops->get(body->model, key->parameter, value);
+}
+
+// What a request to SET means: a row of KEYS and the bodies that it would change.
+typedef struct Setting {
+    const SetKey *key;
+    int first, end; // bodies: those of them that have it
+    bool named;     // it names its body
+} Setting;
+
+static bool find_setting(Sim *sim, const char *text, Setting *found, char *why, size_t why_size)
 {
     // "<body>.key" names one body, a key alone all of them.
-    Body *body = take_body(sim, &key);
-    const SetKey *row = find_key(key);
-    if (row == NULL || (body != NULL && row->reach == OF_SCENE))
-        return fail_unknown(body, key, why, why_size);
-    if (!check_value(row, value, why, why_size))
-        return false;
-    // Keys of bodies change all or none, keys of the scene are one call.
-    const bool every = body == NULL && row->reach == OF_BODIES;
-    if (every ? !set_every_body(sim, row, value, why, why_size)
-              : !row->apply(sim, body, row, value, why, why_size))
-        return false;
-    guard_note_set(sim, body == NULL ? -1 : (int)(body - sim->body), key);
+    const char *name = text;
+    const Body *body = take_body(sim, &name);
+    const SetKey *key = find_key(name);
+    if (key == NULL || (body != NULL && key->reach == OF_SCENE))
+        return fail_unknown(body, name, why, why_size);
+    const int first = body != NULL ? (int)(body - sim->body) : 0;
+    *found = (Setting){key, first, body != NULL ? first + 1 : sim->body_count, body != NULL};
     return true;
+}
+
+// Whether SET may do it: all bodies are asked before any is changed.
+static bool check_setting(Sim *sim, const Setting *set, double value, char *why, size_t why_size)
+{
+    const SetKey *key = set->key;
+    if (!check_value(key, value, why, why_size))
+        return false;
+    int count = 0;
+    for (int b = set->first; b < set->end; b++) {
+        const Body *body = &sim->body[b];
+        double now;
+        const bool has = read_key(body, key, &now);
+        if (!has && key->reach == OF_BODIES) {
+            snprintf(why, why_size, "body %s has no such parameter", body->name);
+            return false;
+        }
+        count += has;
+        if (has && key->check != NULL && !key->check(sim, body, key, value, why, why_size))
+            return false;
+    }
+    if (count > 0 || key->reach == OF_SCENE)
+        return true;
+    // Nobody has it, or the body that was named has not.
+    snprintf(why, why_size, "%s%s %s", set->named ? "body " : "the scene",
+             set->named ? sim->body[set->first].name : "", key->lacks);
+    return false;
+}
+
+bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size)
+{
+    Setting set;
+    if (!find_setting(sim, key, &set, why, why_size) ||
+        !check_setting(sim, &set, value, why, why_size))
+        return false;
+    double now;
+    for (int b = set.first; b < set.end; b++)
+        if (read_key(&sim->body[b], set.key, &now))
+            set.key->apply(sim, &sim->body[b], set.key, value);
+    guard_note_set(sim, set.named ? set.first : -1, set.key->key);
+    return true;
+}
+
+// --- what SET would do ---
+
+// What a try of a scale changes for a moment.
+typedef struct Step {
+    BodyTuning tuning;
+    int substeps;
+    double h, limit;
+} Step;
+
+static void keep_steps(const Sim *sim, Step *step)
+{
+    for (int b = 0; b < sim->body_count; b++) {
+        const Body *body = &sim->body[b];
+        step[b] = (Step){body->tuning, body->substeps, body->h, body->time_step_limit};
+    }
+}
+
+static void restore_steps(Sim *sim, const Step *step)
+{
+    for (int b = 0; b < sim->body_count; b++) {
+        Body *body = &sim->body[b];
+        body->tuning = step[b].tuning;
+        body->substeps = step[b].substeps;
+        body->h = step[b].h;
+        body->time_step_limit = step[b].limit;
+    }
+}
+
+// Writes what a scale does to the steps, and sets how much longer ticks are expected to take.
+static void try_scale(Sim *sim, const Setting *set, double value, double *longer, char *text,
+                      size_t size)
+{
+    Step before[SIM_BODIES] = {0};
+    keep_steps(sim, before);
+    for (int b = set->first; b < set->end; b++) {
+        Body *body = &sim->body[b];
+        *scale_of(&body->tuning, set->key) = value;
+        if (step_follows(sim, body))
+            time_step_follow(sim, body);
+    }
+    // The body whose steps change most stands for all.
+    int most = set->first;
+    double cost = 0.0, cost_before = 0.0;
+    for (int b = 0; b < sim->body_count; b++) {
+        const Body *body = &sim->body[b];
+        cost += cost_tick(body, body->substeps);
+        cost_before += cost_tick(body, before[b].substeps);
+        if (abs(body->substeps - before[b].substeps) >
+            abs(sim->body[most].substeps - before[most].substeps))
+            most = b;
+    }
+    *longer = cost / cost_before;
+    const Body *body = &sim->body[most];
+    const bool changes = body->substeps != before[most].substeps;
+    snprintf(text, size,
+             changes ? ": %d substeps a tick instead of %d" : ": %d substeps a tick as now",
+             body->substeps, before[most].substeps);
+    restore_steps(sim, before);
+}
+
+bool sim_try_set(Sim *sim, const char *key, double value, double *longer, char *why,
+                 size_t why_size)
+{
+    *longer = 0.0;
+    Setting set;
+    if (!find_setting(sim, key, &set, why, why_size) ||
+        !check_setting(sim, &set, value, why, why_size))
+        return false;
+    // What it is now, where that is one number.
+    double now = 0.0;
+    size_t length = (size_t)snprintf(why, why_size, "%s = %g", key, value);
+    if ((set.end == set.first + 1 || set.key->reach == OF_SCENE) && length < why_size &&
+        read_key(&sim->body[set.first], set.key, &now))
+        length += (size_t)snprintf(why + length, why_size - length, " instead of %.4g", now);
+    if (set.key->apply == apply_scale && length < why_size)
+        try_scale(sim, &set, value, longer, why + length, why_size - length);
+    return true;
+}
+
+bool sim_tell_setting(Sim *sim, const char *key, char *text, size_t size)
+{
+    double x, y, z;
+    if (strcmp(key, "gravity") == 0) {
+        const BodyOps *ops = sim->body[0].ops;
+        const void *model = sim->body[0].model;
+        const bool has = ops->get(model, BODY_GRAVITY_X, &x) &&
+                         ops->get(model, BODY_GRAVITY_Y, &y) && ops->get(model, BODY_GRAVITY_Z, &z);
+        snprintf(text, size, "gravity = (%.9g, %.9g, %.9g)", x, y, z);
+        return has;
+    }
+    Setting set;
+    if (!find_setting(sim, key, &set, text, size))
+        return false;
+    if (set.end != set.first + 1 && set.key->reach != OF_SCENE) {
+        snprintf(text, size, "%s may differ between bodies: ask for <body>.%s", key, key);
+        return false;
+    }
+    const Body *body = &sim->body[set.first];
+    double low = set.key->low, high = set.key->high;
+    if (!read_key(body, set.key, &x)) {
+        snprintf(text, size, "body %s %s", body->name,
+                 set.key->lacks != NULL ? set.key->lacks : "has no such parameter");
+        return false;
+    }
+    if (set.key->limit != NULL)
+        set.key->limit(sim, body, set.key, &low, &high);
+    snprintf(text, size, "%s = %.9g, from %.4g to %.4g", key, x, low, high);
+    return true;
+}
+
+void sim_list_settings(const Sim *sim, int body, char *text, size_t size)
+{
+    size_t length = 0;
+    double now;
+    text[0] = '\0';
+    for (int k = 0; k < KEY_COUNT && length < size; k++)
+        if (KEYS[k].reach != OF_SCENE && read_key(&sim->body[body], &KEYS[k], &now))
+            length += (size_t)snprintf(text + length, size - length, "%s%s", length > 0 ? ", " : "",
+                                       KEYS[k].key);
 }

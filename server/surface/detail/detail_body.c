@@ -141,6 +141,28 @@ bool detail_set(Detail *detail, BodyParameter parameter, double value)
     }
 }
 
+bool detail_get(const Detail *detail, BodyParameter parameter, double *value)
+{
+    const Sweep *sweep = detail->adapt.sweep;
+    if (!detail->options.adaptive)
+        return false;
+    switch (parameter) {
+    case BODY_ADAPT_FORCE:
+    case BODY_ADAPT_SPEED:
+    case BODY_ADAPT_CURVATURE:
+        *value = sweep->thresholds[parameter - BODY_ADAPT_FORCE];
+        return true;
+    case BODY_ADAPT_SCALE:
+        *value = sweep->scale;
+        return true;
+    case BODY_ADAPT_LEVEL:
+        *value = (double)sweep->level;
+        return true;
+    default:
+        return false;
+    }
+}
+
 void detail_explain(const Detail *detail, FILE *out)
 {
     const LeafSet *set = &detail->set;
