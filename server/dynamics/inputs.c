@@ -5,6 +5,7 @@
 #include "geometry/levels.h"
 
 #include <limits.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -189,11 +190,12 @@ static bool check_scale(Sim *sim, const Body *body, const SetKey *key, double va
     if (scale_fits(sim, body, key, value, &limit, &step))
         return true;
     // Say how much would be allowed.
-    snprintf(
-        why, why_size,
-        "%g needs a time step of at most %.4g s, and body %s runs at %.4g s; take at most %.4g",
-        value, limit, body->name, step,
-        largest_scale(sim, body, key, present_scale(body, key), value));
+    snprintf(why, why_size,
+             "%g needs a time step of at most %.4g s (%d a tick), and body %s runs at %.4g s (%d); "
+             "take at most %.4g",
+             value, limit, stability_substeps(sim->tick, limit), body->name, step,
+             (int)lround(sim->tick / step),
+             largest_scale(sim, body, key, present_scale(body, key), value));
     return false;
 }
 
