@@ -170,8 +170,12 @@ static bool scale_fits(const Sim *sim, const Body *body, const SetKey *key, doub
     return time_step_allows(sim, body, tuning.stiffness_scale, tuning.damping_scale, limit, step);
 }
 
+// A limit less this much is still below it when it is printed in four digits, of which the first
+// may be a 1.
+static const double FOUR_DIGITS = 1.0 - 5e-4;
+
 // Returns the largest scale between one that fits and one that may not, by bisection, rounded down
-// a little.
+// for four digits.
 static double largest_scale(const Sim *sim, const Body *body, const SetKey *key, double low,
                             double high)
 {
@@ -180,7 +184,7 @@ static double largest_scale(const Sim *sim, const Body *body, const SetKey *key,
         const double scale = 0.5 * (low + high);
         *(scale_fits(sim, body, key, scale, &limit, &step) ? &low : &high) = scale;
     }
-    return low * (1.0 - 1e-4); // rounded for four digits
+    return low * FOUR_DIGITS;
 }
 
 static bool check_scale(Sim *sim, const Body *body, const SetKey *key, double value, char *why,
@@ -204,7 +208,7 @@ static void limit_scale(const Sim *sim, const Body *body, const SetKey *key, dou
 {
     double limit, step;
     if (!scale_fits(sim, body, key, *high, &limit, &step))
-        *high = largest_scale(sim, body, key, *low, *high);
+        *high = fmax(largest_scale(sim, body, key, *low, *high), present_scale(body, key));
 }
 
 // Where steps follow the level of detail they change at once.
@@ -229,7 +233,7 @@ static void limit_cavity(const Sim *sim, const Body *body, const SetKey *key, do
     (void)sim;
     const bool pressure = key->parameter == BODY_PRESSURE;
     *low = pressure ? body->pressure_least : 0.0;
-    *high = (pressure ? body->pressure_limit : body->volume_limit) * (1.0 - 1e-4);
+    *high = (pressure ? body->pressure_limit : body->volume_limit) * FOUR_DIGITS;
 }
 
 static bool check_cavity(Sim *sim, const Body *body, const SetKey *key, double value, char *why,
