@@ -2,10 +2,14 @@
 
 import { NoColorSpace, TextureLoader } from 'three';
 import { Body } from './body.js';
+import { Capture } from './capture.js';
+import { Forces } from './forces.js';
 import { Hand } from './hand.js';
 import { isIdleCut } from './knife.js';
 import { Link } from './link.js';
 import { Panel } from './panel.js';
+import { SecondHand } from './second.js';
+import { Settings } from './settings.js';
 import { Stage, boxOfAll } from './stage.js';
 import { Tools } from './tools.js';
 import { applyLook, drawnTissue, look } from './tissue.js';
@@ -13,7 +17,7 @@ import { applyLook, drawnTissue, look } from './tissue.js';
 const HINTS = {
     press: 'Drag on tissue: press (wheel: depth) · Shift: cut · Ctrl: pull · empty space or right button: turn',
     pull: 'Drag on tissue: pull (wheel: nearer, farther) · Shift: cut · empty space or right button: turn',
-    cut: 'Drag across tissue: cut · right button: turn',
+    cut: 'Drag across tissue: cut, by the scene’s blade if it has one · right button: turn',
     tie: 'Click on tissue: pin · drag to another body: tie, to the same one: clip · empty space or right button: turn',
 };
 // Our own requests, and those that the page repeats: not shown in the list.
@@ -45,7 +49,8 @@ const panel = new Panel({
     mode: (mode) => {
         hand.mode = mode;
         panel.hint(HINTS[mode]);
-        stage.canvas.style.cursor = mode === 'cut' ? 'crosshair' : 'default';
+        stage.canvas.style.cursor = hand.cursor();
+        showTool();
     },
     look: takeLook,
     home: () => stage.home(),
@@ -54,11 +59,40 @@ const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
 const link = new Link(`${scheme}//${location.host}/live${location.search}`,
     { text: takeText, binary: takeBinary, state: takeState });
 const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
-    told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties') }, element('trail'));
+    told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties'),
+    taken: () => second.tool?.id }, element('trail'));
+const second = new SecondHand({ stage, tools, link, settings: panel.settings, refused: whyNothing, mouse: hand,
+    allowed: () => hand.allowed }, element('second'), element('second-text'));
+const settings = new Settings(element('settings'), link, whyNothing);
+const forces = new Forces({ time: element('force-time'), depth: element('force-depth'), pause: element('force-pause'),
+    save: element('force-save'), legend: element('force-legend') });
+const capture = new Capture(stage, { picture: element('shoot'), video: element('video'),
+    told: (text) => panel.hint(text), scene: () => element('scene-name').textContent });
+element('tool').addEventListener('change', chooseTool);
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
-window.pliant = { stage, tools, hand, link, look, get bodies() { return bodies; } };
+window.pliant = { stage, tools, hand, second, settings, forces, capture, link, look, get bodies() { return bodies; } };
+
+// The mouse's tools by name: choosing one chooses what a drag does, and the other way round.
+const MODES = { probe: 'press', grasper: 'pull', blade: 'cut' };
+function chooseTool() {
+    const tool = tools.list.find(({ id }) => String(id) === element('tool').value);
+    hand.chosen = tool?.id ?? null;
+    if (tool) document.querySelector(`input[name=mode][value=${MODES[tool.kind]}]`).click();
+}
+
+function showTool() {
+    const kind = Object.keys(MODES).find((one) => MODES[one] === hand.mode);
+    element('tool').value = String((kind && hand.toolOf(kind)?.id) ?? '');
+}
+
+function listTools() {
+    element('tool').replaceChildren(...[{ id: '', title: 'none' }, ...tools.list.filter(({ kind }) => MODES[kind])]
+        .map(({ id, title }) => Object.assign(document.createElement('option'), { value: String(id), textContent: title })));
+    hand.chosen = null;
+    showTool();
+}
 
 function takeLook(settings) {
     switches = settings;
@@ -96,18 +130,22 @@ function takeText(message) {
     case 'pose': for (const pose of message.tools) tools.takePose(pose, now); return changed();
     case 'contact':
         for (const contact of message.tools) tools.takeContact(contact, now);
+        forces.takeContacts(message.tools, now);
         return changed();
     case 'event':
         hand.ties.takeEvent(message.kind, message.text);
+        settings.takeEvent(message.kind, message.text);
         if (!QUIET.has(message.kind) && !isIdleCut(message.text))
             panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
         return undefined;
     case 'reply':
         hand.answered(message);
+        if (settings.answered(message)) return undefined;
         if (!message.ok && !isIdleCut(message.text)) panel.takeEvent('refused', message.text, true);
         return undefined;
     case 'error':
         hand.answered({ id: message.id, ok: false, text: message.text });
+        settings.answered({ id: message.id, ok: false, text: message.text });
         return panel.takeEvent('error', message.text, true);
     case 'round': return takeRound(message.round);
     default: return undefined;
@@ -181,6 +219,10 @@ function takeScene(scene) {
     if (/^ties by message/m.test(scene.describe ?? ''))
         link.request({ type: 'command', kind: 'describe', value: 0, argument: '' });
     tools.take(scene.tools ?? []);
+    listTools();
+    second.take(tools.list);
+    forces.takeScene(tools.list);
+    settings.takeScene(scene.describe ?? '');
     panel.takeScene(scene);
     fitted = false;
     stage.invalidate();
@@ -190,7 +232,10 @@ function takeState(state) {
     connected = state === 'open';
     if (!connected) {
         round = null;
-        if (started) hand.end();
+        if (started) {
+            hand.end();
+            second.withdraw('no connection');
+        }
     }
     showLink();
 }
