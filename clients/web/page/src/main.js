@@ -72,7 +72,7 @@ element('tool').addEventListener('change', chooseTool);
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
-window.pliant = { stage, tools, hand, second, settings, forces, capture, link, look, get bodies() { return bodies; } };
+window.pliant = { stage, tools, panel, hand, second, settings, forces, capture, link, look, get bodies() { return bodies; } };
 
 // The mouse's tools by name: choosing one chooses what a drag does, and the other way round.
 const MODES = { probe: 'press', grasper: 'pull', blade: 'cut' };
