@@ -17,7 +17,7 @@ test('the_advice_is_for_the_stage_that_takes_most', () => {
 
 test('only_refused_inputs_that_are_new_are_told', () => {
     const told = newRefusals({ stale: 3, not_possible: 2, governor_actions: 9, rest_shapes: 1 }, { stale: 3 });
-    assert.deepEqual(told.map(({ reason, count, more }) => [reason, count, more]), [['not_possible', 2, 2]]);
+    assert.deepEqual(told.map(({ reason, count }) => [reason, count]), [['not_possible', 2]]);
     assert.deepEqual(newRefusals({}, { stale: 3 }), []);
 });
 

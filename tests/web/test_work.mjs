@@ -103,8 +103,12 @@ test('a_refused_value_is_told_beside_its_slider', options, async () => {
     assert.match(await row('ball.stiffness_scale').locator('p').getAttribute('class'), /bad/);
     assert.equal(await row('ball.stiffness_scale').locator('input[type=number]').inputValue(), '1');
     await shot('2-refused');
+    // So is what is typed, whatever it is.
+    await row('ball.friction').locator('input[type=number]').fill('1e9');
+    await row('ball.friction').locator('input[type=number]').press('Enter');
+    await until('the range is told', async () => /^refused: friction 1e\+09 outside \[0, 10\]/.test(await says('ball.friction')));
     await until('it is counted, with the reason', async () =>
-        /inputs: \d+ more, \d+ in all, not_possible: the scene cannot do it/.test(await events()));
+        /\d+ inputs? so far, not_possible: the scene cannot do it/.test(await events()));
 });
 
 test('the_mouse_has_the_tool_that_is_chosen', options, async () => {
@@ -173,6 +177,10 @@ test('keys_move_a_second_tool_while_the_mouse_holds_another', options, async () 
     await page.keyboard.press('x');
     await until('it is withdrawn', async () => !(await isActive(3)));
     assert.equal(await page.locator('#state').textContent(), 'running');
+    // Whoever chooses it for the keys takes it from the mouse.
+    await page.locator('#second').selectOption('1');
+    assert.equal(await page.evaluate(() => pliant.hand.toolOf('probe')), undefined);
+    await page.locator('#second').selectOption('3');
 });
 
 test('a_gamepad_moves_it_beyond_its_dead_zone_and_withdraws_it_when_it_is_gone', options, async () => {

@@ -25,10 +25,10 @@ const STAGES = {
 const ELSEWHERE = 'give the server a quiet processor and real-time priority (config/SERVICE.md)';
 const MUCH = 0.5; // of the time that a tick has, in its stages: less cannot make it late
 
-/** Refused inputs that are new since the last counts: [{reason, count (in all), more, meaning}]. */
+/** Refused inputs that are new since the last counts: [{reason, count (in all), meaning}]. */
 export function newRefusals(reasons, before) {
     return Object.entries(reasons).filter(([reason, count]) => REASONS[reason] && count > (before[reason] ?? 0))
-        .map(([reason, count]) => ({ reason, count, more: count - (before[reason] ?? 0), meaning: REASONS[reason] }));
+        .map(([reason, count]) => ({ reason, count, meaning: REASONS[reason] }));
 }
 
 /** What to do about late ticks, by the stage that takes most of a tick; `stages` [us]. */

@@ -152,7 +152,8 @@ export class Forces {
             context.lineTo(width - MARGIN.right, y(k * step));
             context.fillText((k * step).toFixed(digits(step)), MARGIN.left - 4, y(k * step) + 3.5);
         }
-        context.fillText('N', MARGIN.left - 4, height - 4);
+        context.textAlign = 'left';
+        context.fillText('N', MARGIN.left + 4, MARGIN.top + 8);
         step = tickOf(across.high - across.low, 5);
         context.textAlign = 'center';
         for (let k = Math.ceil(across.low / step); k * step <= across.high; k++) {

@@ -244,7 +244,8 @@ export class Hand {
         } else if (drag.kind === 'load') {
             if (drag.why) return this.world.told(`Not pulled: ${drag.why}`);
             const most = drag.newtons >= drag.most * (1 - 1e-9) ? ', which is the most' : '';
-            this.world.told(`${drag.instead ? 'This scene has no probe: the tissue is pulled' : 'Pulling'} by a load of ` +
+            this.world.told(`${drag.instead ? `${this.world.tools.of('probe')
+                ? 'The other hand has the probe' : 'This scene has no probe'}: the tissue is pulled` : 'Pulling'} by a load of ` +
                 `${(drag.newtons ?? 0).toFixed(2)} N${most}`);
         } else if (drag.kind === 'blade') {
             this.world.told(`Cutting with ${drag.tool.title}, ${lengthText(Math.max(drag.advance, 0))} deep · wheel: ` +

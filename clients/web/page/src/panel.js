@@ -176,8 +176,12 @@ export class Panel {
         }
         element('advice').hidden = now - this.lateAt > ADVICE_MS;
         const reasons = status.reasons ?? {};
-        for (const { reason, count, more, meaning } of newRefusals(reasons, this.reasons ?? reasons))
-            this.takeEvent('refused', `inputs: ${more} more, ${count} in all, ${reason}: ${meaning}`, true);
+        for (const { reason, count, meaning } of newRefusals(reasons, this.reasons ?? reasons)) {
+            // One line of each reason: a program that sends a thousand a second leaves room for other events.
+            element('events').querySelector(`[data-reason="${reason}"]`)?.remove();
+            this.takeEvent('refused', `${count} input${count > 1 ? 's' : ''} so far, ${reason}: ${meaning}`, true);
+            element('events').firstChild.dataset.reason = reason;
+        }
         this.reasons = reasons;
     }
 

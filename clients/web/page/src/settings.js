@@ -165,7 +165,10 @@ export class Settings {
 
     /** What anyone has set. */
     takeEvent(kind, text) {
-        if (kind === 'reset') return this.askAll();
+        if (kind === 'reset') {
+            for (const row of this.rows.values()) row.say('', '');
+            return this.askAll();
+        }
         if (kind !== 'set') return undefined;
         const gravity = GRAVITY.exec(text), set = SET.exec(text);
         if (gravity) return SCENE.forEach((key, k) => this.rows.get(key)?.take(Number(gravity[k + 1])));
