@@ -117,6 +117,7 @@ test('the_mouse_has_the_tool_that_is_chosen', options, async () => {
     await page.locator('#tool').selectOption('3');
     assert(await page.locator('input[name=mode][value=pull]').isChecked());
     assert.equal(await cursor(), 'grab');
+    await page.locator('#picture').focus();
     await page.keyboard.press('3');
     assert.equal(await page.locator('#tool').inputValue(), '4');
     assert.equal(await cursor(), 'crosshair');

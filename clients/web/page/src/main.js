@@ -69,6 +69,7 @@ const forces = new Forces({ time: element('force-time'), depth: element('force-d
 const capture = new Capture(stage, { picture: element('shoot'), video: element('video'),
     told: (text) => panel.hint(text), scene: () => element('scene-name').textContent });
 element('tool').addEventListener('change', chooseTool);
+element('second').addEventListener('change', showTool);
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
@@ -80,6 +81,7 @@ function chooseTool() {
     const tool = tools.list.find(({ id }) => String(id) === element('tool').value);
     hand.chosen = tool?.id ?? null;
     if (tool) document.querySelector(`input[name=mode][value=${MODES[tool.kind]}]`).click();
+    stage.canvas.focus(); // keys are for the hand now, not for the list
 }
 
 function showTool() {
