@@ -432,7 +432,7 @@ bool sim_try_set(Sim *sim, const char *key, double value, double *longer, char *
 
 bool sim_tell_setting(Sim *sim, const char *key, char *text, size_t size)
 {
-    double x, y, z;
+    double x = 0.0, y = 0.0, z = 0.0;
     if (strcmp(key, "gravity") == 0) {
         const BodyOps *ops = sim->body[0].ops;
         const void *model = sim->body[0].model;

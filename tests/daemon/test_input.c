@@ -73,11 +73,15 @@ static void a_setting_survives_being_logged_to_the_last_bit(void **state)
     (void)state;
     unsigned char data[INPUT_WIRE_MAX];
     char why[INPUT_WHY_MAX];
+    // The longest name of a body with the longest number.
+    static const char longest[] =
+        "try wall_with_a_name_of_31_letters_.stiffness_scale=-1.2345678901234567e-100";
     static const char *const settings[] = {"sphere.friction=0.1", "gravity=[0.1, -0.3, -9.81]",
-                                           "try sphere.friction", "try gravity=0 0 -9.81"};
-    static const char *const keys[] = {"sphere.friction", "gravity", "sphere.friction", "gravity"};
-    static const int counts[] = {1, 3, 0, 3};
-    for (int i = 0; i < 4; i++) {
+                                           "try sphere.friction", "try gravity=0 0 -9.81", longest};
+    static const char *const keys[] = {"sphere.friction", "gravity", "sphere.friction", "gravity",
+                                       "wall_with_a_name_of_31_letters_.stiffness_scale"};
+    static const int counts[] = {1, 3, 0, 3, 1};
+    for (int i = 0; i < 5; i++) {
         size_t size = encode_command(PLIANT_COMMAND_T_SET, 0, settings[i], data);
         Input first, second;
         assert_int_equal(input_decode(INPUT_COMMAND, data, size, &first, why), ACCEPTED);

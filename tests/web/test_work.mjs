@@ -6,7 +6,8 @@ import { fileURLToPath } from 'node:url';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { openBrowser } from './browser.mjs';
-import { figureOf, middle, newtons, PATIENCE, setting, startDaemon, startWeb, until, untilShown } from './live.mjs';
+import { drag as dragOn, figureOf, middle, newtons, PATIENCE, setting, startDaemon, startWeb, until,
+    untilShown } from './live.mjs';
 
 const paths = setting();
 const SCENE = fileURLToPath(new URL('scenes/work.cfg', import.meta.url));
@@ -46,12 +47,7 @@ after(async () => {
     await daemon?.stop();
 });
 
-async function drag(from, to, steps = 12) {
-    await page.mouse.move(from.x, from.y);
-    await page.mouse.down();
-    for (let i = 1; i <= steps; i++)
-        await page.mouse.move(from.x + (to.x - from.x) * i / steps, from.y + (to.y - from.y) * i / steps);
-}
+const drag = (...way) => dragOn(page, ...way);
 
 async function reset() {
     await page.locator('#reset').click();
@@ -109,6 +105,13 @@ test('a_refused_value_is_told_beside_its_slider', options, async () => {
     await until('the range is told', async () => /^refused: friction 1e\+09 outside \[0, 10\]/.test(await says('ball.friction')));
     await until('it is counted, with the reason', async () =>
         /\d+ inputs? so far, not_possible: the scene cannot do it/.test(await events()));
+});
+
+test('an_empty_box_sets_nothing', options, async () => {
+    await row('ball.friction').locator('input[type=number]').fill('');
+    await row('ball.friction').locator('input[type=number]').press('Enter');
+    assert.equal(await says('ball.friction'), 'not a number');
+    assert.equal(await row('ball.friction').locator('input[type=number]').inputValue(), '0.2');
 });
 
 test('the_mouse_has_the_tool_that_is_chosen', options, async () => {

@@ -69,8 +69,8 @@ class Row {
         this.text.setAttribute('role', 'status');
         this.node.append(label, this.slider, this.text);
         this.slider.addEventListener('input', () => this.try(this.span.value(this.slider.value / STEPS)));
-        this.slider.addEventListener('change', () => this.set(this.span.value(this.slider.value / STEPS)));
-        this.box.addEventListener('change', () => this.set(Number(this.box.value)));
+        this.slider.addEventListener('change', () => this.set(short(this.span.value(this.slider.value / STEPS))));
+        this.box.addEventListener('change', () => this.type());
     }
 
     /** What the server says that it is. */
@@ -100,8 +100,15 @@ class Row {
         this.wanted = undefined;
     }
 
-    set(value) {
-        const text = short(value);
+    // What is typed goes to the server as it is; an empty box is not zero.
+    type() {
+        const text = this.box.value.trim();
+        if (text && Number.isFinite(Number(text))) return this.set(text);
+        this.show(this.value);
+        return this.say('bad', 'not a number');
+    }
+
+    set(text) {
         this.wanted = undefined;
         this.setting = this.settings.ask(`${this.key}=${text}`, (ok, why) => {
             this.setting = 0;
