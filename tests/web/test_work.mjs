@@ -224,20 +224,25 @@ test('charts_and_their_file_hold_the_numbers_of_the_contacts', options, async ()
     const m = await middle(page);
     await drag({ x: m.x - 20, y: m.y }, m);
     await until('there are forces', () => page.evaluate(() =>
-        Array.from(seen.values()).filter(({ force }) => Math.hypot(...force) > 0.02).length > 20));
+        Array.from(seen.values()).filter(({ force }) => Math.hypot(...force) > 0.2).length > 20));
     // Not by the mouse, which holds the probe.
     await page.locator('#force-pause').evaluate((button) => button.click());
     await page.mouse.up();
     const { rows, contacts } = await page.evaluate(() => ({ rows: pliant.forces.csv(), contacts: Array.from(seen.values()) }));
     const lines = rows.trim().split('\n');
-    assert.equal(lines.shift(), 'tool,time_s,depth_m,force_N,fx_N,fy_N,fz_N');
+    assert.equal(lines.shift(), 'tool,time_s,depth_m,overlap_m,force_N,fx_N,fy_N,fz_N');
     const own = lines.map((line) => line.split(',').map(Number)).filter(([tool]) => tool === 1);
     assert.equal(own.length, contacts.length);
-    contacts.forEach(({ force, depth, contact }, k) => {
+    let touch = null;
+    contacts.forEach(({ position, normal, force, depth, contact }, k) => {
         const [fx, fy, fz] = contact ? force : [0, 0, 0];
-        assert.deepEqual(own[k].slice(2), [contact ? depth : 0, Math.hypot(fx, fy, fz), fx, fy, fz]);
+        assert.deepEqual(own[k].slice(3), [contact ? depth : 0, Math.hypot(fx, fy, fz), fx, fy, fz]);
+        touch = contact ? touch ?? { position, normal } : null;
+        const way = contact ? touch.normal.reduce((sum, n, c) => sum - n * (position[c] - touch.position[c]), 0) : 0;
+        assert(Math.abs(own[k][2] - way) <= 1e-15, `${own[k][2]} instead of ${way}`); // another order of sums
     });
-    assert(own.some(([, , depth]) => depth > 1e-3), 'the depth is measured');
+    // Pressed on to the depth of the panel, 17 mm; its first contact is near the first touch.
+    assert(own.some(([, , depth]) => depth > 5e-3), 'the depth is measured');
     const inked = (id) => page.locator(id).evaluate((canvas) => canvas.getContext('2d')
         .getImageData(0, 0, canvas.width, canvas.height).data.some((byte, k) => k % 4 === 0 && byte > 0xe0));
     assert(await inked('#force-time') && await inked('#force-depth'), 'the line of the probe is drawn');
@@ -245,7 +250,8 @@ test('charts_and_their_file_hold_the_numbers_of_the_contacts', options, async ()
     await shot('6-forces');
     // Held: what comes later is not kept.
     const count = await page.evaluate(() => pliant.forces.tools.get(1).series.count);
-    await page.evaluate(() => pliant.forces.takeContacts([{ tool: 1, utime: 1, contact: true, depth: 0, force: [0, 0, 1] }], 0));
+    await page.evaluate(() => pliant.forces.takeContacts([{ tool: 1, utime: 1, contact: true, depth: 0, force: [0, 0, 1],
+        position: [0, 0, 0], normal: [0, 0, 1] }], 0));
     assert.equal(await page.evaluate(() => pliant.forces.tools.get(1).series.count), count);
     const download = page.waitForEvent('download', { timeout: PATIENCE });
     await page.locator('#force-save').click();

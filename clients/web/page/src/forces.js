@@ -7,7 +7,7 @@ const TOOLS = 8;        // with lines of their own; of others there is the label
 const DRAW_EVERY = 100; // [ms]
 const COLOURS = ['#f0b429', '#7cc4f0', '#6fc28b', '#e0655f', '#c49be8', '#d7dde2', '#e8a27c', '#97a2ac'];
 const MARGIN = { left: 34, right: 6, top: 6, bottom: 18 };
-const FIELDS = ['utime', 'depth', 'force', 'fx', 'fy', 'fz'];
+const FIELDS = ['utime', 'depth', 'overlap', 'force', 'fx', 'fy', 'fz'];
 
 /** Steps of 1, 2 or 5 times a power of ten, at most `most` of them in `range`. */
 export function tickOf(range, most) {
@@ -21,13 +21,24 @@ export class Series {
         for (const field of FIELDS) this[field] = new Float64Array(SAMPLES);
         this.count = 0;
         this.next = 0;
+        this.touch = null; // the contact that began the present touch
+    }
+
+    // How far the tool has gone into the tissue since it touched it; of one that holds, how far it has pulled [m].
+    way({ position, contact }) {
+        if (!contact) return 0;
+        const { position: from, normal } = this.touch;
+        const along = position.map((x, k) => x - from[k]);
+        return Math.hypot(...normal) > 0 ? -along.reduce((sum, x, k) => sum + x * normal[k], 0) : Math.hypot(...along);
     }
 
     /** `contact` as it came; the same again is not kept twice. */
-    add({ utime, depth, force, contact }) {
+    add(message) {
+        const { utime, depth, force, contact } = message;
+        this.touch = contact ? this.touch ?? message : null;
         if (this.count && this.utime[(this.next + SAMPLES - 1) % SAMPLES] === utime) return;
         const k = this.next, [fx, fy, fz] = contact ? force : [0, 0, 0];
-        Object.entries({ utime, depth: contact ? depth : 0, force: Math.hypot(fx, fy, fz), fx, fy, fz })
+        Object.entries({ utime, depth: this.way(message), overlap: contact ? depth : 0, force: Math.hypot(fx, fy, fz), fx, fy, fz })
             .forEach(([field, value]) => { this[field][k] = Number.isFinite(value) ? value : 0; });
         this.next = (k + 1) % SAMPLES;
         this.count = Math.min(this.count + 1, SAMPLES);
@@ -77,13 +88,13 @@ export class Forces {
         if (now - this.drawnAt >= DRAW_EVERY) this.draw(now);
     }
 
-    /** Lines "tool,time_s,depth_m,force_N,fx_N,fy_N,fz_N" of all that is kept; time since the first of them. */
+    /** Lines "tool,time_s,depth_m,overlap_m,force_N,fx_N,fy_N,fz_N" of all that is kept; time since the first of them. */
     csv() {
         const { first } = this.span();
-        const lines = ['tool,time_s,depth_m,force_N,fx_N,fy_N,fz_N'];
+        const lines = ['tool,time_s,depth_m,overlap_m,force_N,fx_N,fy_N,fz_N'];
         for (const [id, { series: s }] of this.tools)
-            s.each((k) => lines.push([id, ((s.utime[k] - first) / 1e6).toFixed(6), s.depth[k], s.force[k], s.fx[k], s.fy[k],
-                s.fz[k]].join(',')));
+            s.each((k) => lines.push([id, ((s.utime[k] - first) / 1e6).toFixed(6), s.depth[k], s.overlap[k], s.force[k],
+                s.fx[k], s.fy[k], s.fz[k]].join(',')));
         return `${lines.join('\n')}\n`;
     }
 
