@@ -20,7 +20,7 @@ typedef struct Search {
 
 static void update_ready(Search *search)
 {
-    search->ready = search->mesh.whole && search->nodes.whole &&
+    search->ready = search->mesh.whole && search->nodes.ready &&
                     search->mesh.topology == search->nodes.topology &&
                     search->mesh.node_count == search->nodes.node_count;
 }
@@ -51,7 +51,7 @@ static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *us
 static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     Search *search = user;
-    const char *body = client_body_of(search->client, "NODES", channel);
+    const char *body = client_nodes_body(search->client, channel);
     if (!search->ready && body && strcmp(search->aim->body, body) == 0)
         nodes_frame_add(&search->nodes, buffer->data, buffer->data_size);
     update_ready(search);
@@ -138,12 +138,16 @@ bool aim_find(Client *client, const double direction[3], Aim *aim, ClientError *
         client_subscribe(client, "MESH_DELTA", body, AIM_QUEUE, on_delta, &search);
     ReceiverSubscription *nodes =
         client_subscribe(client, "NODES", body, AIM_QUEUE, on_nodes, &search);
-    bool ok = mesh && delta && nodes ? search_wait(&search, error)
-                                     : client_fail(error, "LCM refuses to subscribe to the meshes");
+    ReceiverSubscription *points =
+        client_subscribe(client, "POINTS", body, AIM_QUEUE, on_nodes, &search);
+    bool ok = mesh && delta && nodes && points
+                  ? search_wait(&search, error)
+                  : client_fail(error, "LCM refuses to subscribe to the meshes");
     // Nothing may arrive for the search once it is over.
     receiver_unsubscribe(client->receiver, mesh);
     receiver_unsubscribe(client->receiver, delta);
     receiver_unsubscribe(client->receiver, nodes);
+    receiver_unsubscribe(client->receiver, points);
     if (ok)
         aim_choose(search.nodes.node_count, search.nodes.position, search.mesh.id, direction,
                    aim->node);

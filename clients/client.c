@@ -134,6 +134,12 @@ const char *client_body_of(const Client *client, const char *name, const char *c
     return strncmp(channel, head, length) == 0 && channel[length] ? channel + length : NULL;
 }
 
+const char *client_nodes_body(const Client *client, const char *channel)
+{
+    const char *body = client_body_of(client, "NODES", channel);
+    return body ? body : client_body_of(client, "POINTS", channel);
+}
+
 // --- waiting ---
 
 static volatile sig_atomic_t stop_signal;

@@ -72,6 +72,8 @@ ReceiverSubscription *client_subscribe(Client *client, const char *name, const c
                                        int queue, lcm_msg_handler_t handler, void *user);
 // Returns the body in a channel "<PREFIX>_<name>_<body>", or NULL for other channels.
 const char *client_body_of(const Client *client, const char *name, const char *channel);
+// Likewise of positions, on "_NODES_" and on "_POINTS_": nodes_frame_add takes both.
+const char *client_nodes_body(const Client *client, const char *channel);
 
 // --- waiting ---
 

@@ -17,6 +17,8 @@ enum {
 typedef enum FramesResult {
     FRAMES_MORE,    // taken, others are missing
     FRAMES_WHOLE,   // taken, and the frame is complete
+    FRAMES_PATCHED, // taken, the last packet of its frame (points_t): nodes whose packets did not
+                    // come are those of earlier frames
     FRAMES_STALE,   // of an earlier frame: dropped
     FRAMES_MISSED,  // a complete delta of another mesh than ours: wait for a mesh, or send DESCRIBE
     FRAMES_REFUSED, // another type, or it contradicts its own frame or the bounds
@@ -28,7 +30,7 @@ typedef struct FramesParts {
     int count, arrived;
 } FramesParts;
 
-// Node positions of one body.
+// Node positions of one body, from chunks (nodes_t), from packets (points_t), or from both.
 typedef struct NodesFrame {
     // of the frame being assembled, or of the last complete one
     int64_t utime; // of the server [us]
@@ -37,11 +39,14 @@ typedef struct NodesFrame {
     int32_t sequence, topology, chunk_count;
     int node_count;
     float *position; // [3 node_count], world frame [m]
+    int32_t *frame; // [node_count] sequence of the frame that each position is of; valid if `ready`
     // bookkeeping
     bool started, whole;
-    FramesParts nodes;
-    int64_t lost;    // frames given up for a newer one, or of which nothing arrived
-    int64_t refused; // chunks
+    bool ready;        // whole, or patched: all positions are of this topology
+    FramesParts nodes; // of this frame
+    FramesParts known; // of this topology
+    int64_t lost;      // frames that were not whole when a newer one came, or of which nothing did
+    int64_t refused;   // chunks
 } NodesFrame;
 
 // Rest positions of one body, and its texture coordinates if it has any.
@@ -106,6 +111,7 @@ typedef struct MeshFrame {
 
 // Takes one raw message. After FRAMES_WHOLE the arrays hold the frame until the next call. The
 // frame starts zeroed and owns the arrays.
+// nodes_t or points_t: where both come, positions that came as floats are kept.
 FramesResult nodes_frame_add(NodesFrame *frame, const void *data, size_t size);
 FramesResult mesh_frame_add(MeshFrame *frame, const void *data, size_t size);
 // Takes a delta: FRAMES_WHOLE when all of it has arrived and the mesh has its topology.

@@ -154,6 +154,7 @@ static bool subscribe(Monitor *monitor, ClientError *error)
     // Only a curve needs the body itself.
     if (ok && body)
         ok = client_subscribe(client, "NODES", body, 4096, on_nodes, monitor) &&
+             client_subscribe(client, "POINTS", body, 4096, on_nodes, monitor) &&
              client_subscribe(client, "MESH", body, 4096, on_mesh, monitor) &&
              client_subscribe(client, "MESH_DELTA", body, 4096, on_delta, monitor);
     return ok ? true : client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);

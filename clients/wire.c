@@ -11,6 +11,7 @@
 #include "pliant_mesh_delta_t.h"
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
+#include "pliant_points_t.h"
 #include "pliant_reply_t.h"
 #include "pliant_rest_t.h"
 #include "pliant_status_t.h"
@@ -21,6 +22,7 @@ const WireType WIRE_TOOL_POSE = {"l iii 3d 4d 6d b d b", __pliant_tool_pose_t_ge
 const WireType WIRE_COMMAND = {"l iii l s", __pliant_command_t_get_hash};
 const WireType WIRE_REPLY = {"l ii b l iii ss", __pliant_reply_t_get_hash};
 const WireType WIRE_NODES = {"l i l d iiiii n *0f", __pliant_nodes_t_get_hash};
+const WireType WIRE_POINTS = {"l i l d iii h f 3i n *0b", __pliant_points_t_get_hash};
 const WireType WIRE_MESH = {"l iiiiiii n *0i i nn *1i *1i *2i *1i *1b", __pliant_mesh_t_get_hash};
 const WireType WIRE_MESH_DELTA = {"l iiiiiii nn *0i *1i nn *2i *2i *2i *3i *2i *2b",
                                   __pliant_mesh_delta_t_get_hash};
@@ -55,6 +57,8 @@ static size_t item_bytes(char kind)
     switch (kind) {
     case 'b':
         return 1;
+    case 'h':
+        return 2;
     case 'l':
     case 'd':
         return 8;

@@ -8,14 +8,15 @@
 #include <stdint.h>
 
 // A message type as lcm-gen encodes it. The shape lists the fields in their order:
-//   b i l  integers of 1, 4, 8 bytes      f d  finite float, finite double
-//   s      string, terminated inside      n    int32 that counts an array further on
-//   12d    twelve of them                 *0f  as many as the first n said; *0(..) as many groups
+//   b h i l  integers of 1, 2, 4, 8 bytes  f d  finite float, finite double
+//   s        string, terminated inside     n    int32 that counts an array further on
+//   12d      twelve of them                *0f  as many as the first n said; *0(..) as many groups
 typedef struct WireType {
     const char *shape;
     int64_t (*fingerprint)(void);
 } WireType;
 
+extern const WireType WIRE_POINTS;
 extern const WireType WIRE_TOOL_POSE, WIRE_COMMAND, WIRE_REPLY, WIRE_NODES, WIRE_MESH,
     WIRE_MESH_DELTA, WIRE_REST, WIRE_WALLS, WIRE_CONTACT, WIRE_STATUS, WIRE_EVENT, WIRE_CLAIM;
 

@@ -64,9 +64,11 @@ static const ArgumentTable TABLE = {
 
 // Finds the body of a channel, adds new ones; returns NULL for other channels, or one body too
 // many.
+// The body of a channel of that kind; "NODES": of positions, whichever way they are sent.
 static Shown *find_body(Bridge *bridge, const char *kind, const char *channel)
 {
-    const char *name = client_body_of(&bridge->client, kind, channel);
+    const char *name = strcmp(kind, "NODES") == 0 ? client_nodes_body(&bridge->client, channel)
+                                                  : client_body_of(&bridge->client, kind, channel);
     // "_MESH_DELTA_<body>" matches the pattern of "_MESH_<body>" too.
     if (!name || (strcmp(kind, "MESH") == 0 && strncmp(name, "DELTA_", 6) == 0))
         return NULL;
@@ -170,6 +172,7 @@ static bool run(Bridge *bridge, ClientError *error)
     Client *client = &bridge->client;
     // Everything that a body's shape is made of.
     if (!client_subscribe(client, "NODES", ".+", QUEUE, on_nodes, bridge) ||
+        !client_subscribe(client, "POINTS", ".+", QUEUE, on_nodes, bridge) ||
         !client_subscribe(client, "MESH", ".+", QUEUE, on_mesh, bridge) ||
         !client_subscribe(client, "MESH_DELTA", ".+", QUEUE, on_delta, bridge))
         return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);

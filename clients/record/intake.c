@@ -381,6 +381,8 @@ static void take_of_body(Intake *intake, const char *name, const void *data, siz
 {
     // Which of its streams, by the channel's name.
     int body = find_body(intake, behind_head(name, "NODES_"));
+    if (body < 0)
+        body = find_body(intake, behind_head(name, "POINTS_"));
     if (body >= 0) {
         take_nodes(intake, body, data, size);
         return;

@@ -41,6 +41,7 @@ static bool subscribe_bodies(Live *live)
     Client *client = &live->client;
     if (options->body_count == 0) // the second pattern also matches deltas
         return client_subscribe(client, "NODES", ".+", QUEUE_MESSAGES, on_message, live) &&
+               client_subscribe(client, "POINTS", ".+", QUEUE_MESSAGES, on_message, live) &&
                client_subscribe(client, "MESH", ".+", QUEUE_MESSAGES, on_message, live) &&
                client_subscribe(client, "WALLS", ".+", QUEUE_MESSAGES, on_message, live);
     bool ok = true;
@@ -48,6 +49,7 @@ static bool subscribe_bodies(Live *live)
     for (int i = 0; i < options->body_count && ok; i++) {
         const char *body = options->body[i];
         ok = client_subscribe(client, "NODES", body, QUEUE_MESSAGES, on_message, live) &&
+             client_subscribe(client, "POINTS", body, QUEUE_MESSAGES, on_message, live) &&
              client_subscribe(client, "MESH", body, QUEUE_MESSAGES, on_message, live) &&
              client_subscribe(client, "WALLS", body, QUEUE_MESSAGES, on_message, live) &&
              client_subscribe(client, "MESH_DELTA", body, QUEUE_MESSAGES, on_message, live);

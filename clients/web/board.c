@@ -141,6 +141,7 @@ void board_destroy(Board *board)
     empty_slot(&board->scene);
     empty_slot(&board->status);
     empty_slot(&board->link);
+    empty_slot(&board->workbench);
     empty_bodies(board);
     pthread_cond_destroy(&board->news);
     pthread_mutex_destroy(&board->lock);
@@ -187,6 +188,11 @@ void board_set_status(Board *board, Parcel *status)
 void board_set_link(Board *board, Parcel *link)
 {
     set_slot(board, &board->link, link);
+}
+
+void board_set_workbench(Board *board, Parcel *workbench)
+{
+    set_slot(board, &board->workbench, workbench);
 }
 
 void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes)
@@ -370,6 +376,7 @@ static void take(Board *board, BoardPage *page, Round *round)
     take_slot(&board->scene, seen, round);
     take_slot(&board->link, seen, round);
     take_slot(&board->status, seen, round);
+    take_slot(&board->workbench, seen, round);
     // then each body's newest set,
     for (int i = 0; i < BOARD_BODIES; i++) {
         take_slot(&board->body[i].mesh, seen, round);

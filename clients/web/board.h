@@ -46,7 +46,7 @@ enum {
     BOARD_TOOLS = 32,
     BOARD_PAGES = 16,
     OUTBOX_MAX = 256, // events, replies and errors that wait for a page; the oldest are dropped
-    ROUND_PARCELS = 3 + 3 * BOARD_BODIES + OUTBOX_MAX,
+    ROUND_PARCELS = 4 + 3 * BOARD_BODIES + OUTBOX_MAX,
 };
 
 // The newest parcel of one kind.
@@ -85,7 +85,7 @@ typedef struct Board {
     pthread_mutex_t lock;
     pthread_cond_t news; // wakes the threads that write to pages
     uint64_t version;    // grows with every change
-    BoardSlot scene, status, link;
+    BoardSlot scene, status, link, workbench;
     BoardBody body[BOARD_BODIES];
     BoardContact contact[BOARD_TOOLS];
     BoardPose pose[BOARD_TOOLS];
@@ -115,6 +115,7 @@ void board_clear(Board *board);
 void board_set_scene(Board *board, Parcel *scene);
 void board_set_status(Board *board, Parcel *status);
 void board_set_link(Board *board, Parcel *link);
+void board_set_workbench(Board *board, Parcel *workbench);
 // Sets parcels of a body; a new mesh must come with nodes of it. NULL: unchanged.
 void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes);
 void board_set_contact(Board *board, const pliant_contact_t *contact);

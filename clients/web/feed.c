@@ -93,11 +93,11 @@ static void show(Bodies *bodies, Body *body)
     const NodesFrame *nodes = &body->nodes;
     const RestFrame *rest = &body->rest;
     // Nodes are shown with the mesh that they belong to.
-    bool pair = mesh->whole && nodes->whole && nodes->topology == mesh->topology &&
+    bool pair = mesh->whole && nodes->ready && nodes->topology == mesh->topology &&
                 nodes->node_count == mesh->node_count;
     if (pair)
         body->unmatched_ns = 0;
-    else if (nodes->whole && body->unmatched_ns == 0)
+    else if (nodes->ready && body->unmatched_ns == 0)
         body->unmatched_ns = client_now_ns();
     if (!pair || !bodies->open)
         return;
@@ -152,7 +152,11 @@ void bodies_take_delta(Bodies *bodies, const char *name, const void *data, size_
 void bodies_take_nodes(Bodies *bodies, const char *name, const void *data, size_t size)
 {
     Body *body = find(bodies, name);
-    if (!body || nodes_frame_add(&body->nodes, data, size) != FRAMES_WHOLE)
+    if (!body)
+        return;
+    // Where packets were lost, older nodes are better than none.
+    FramesResult result = nodes_frame_add(&body->nodes, data, size);
+    if (result != FRAMES_WHOLE && result != FRAMES_PATCHED)
         return;
     body->new_nodes = true;
     show(bodies, body);
@@ -381,8 +385,8 @@ static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *us
 static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     Feed *feed = user;
-    bodies_take_nodes(&feed->bodies, body_of(feed, "NODES", channel), buffer->data,
-                      buffer->data_size);
+    const char *body = client_nodes_body(feed->client, channel);
+    bodies_take_nodes(&feed->bodies, body ? body : "", buffer->data, buffer->data_size);
 }
 
 static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *user)
@@ -421,6 +425,7 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Cl
               client_subscribe(client, "MESH", ".+", 4096, on_mesh, feed) &&
               client_subscribe(client, "MESH_DELTA", ".+", 4096, on_delta, feed) &&
               client_subscribe(client, "NODES", ".+", 4096, on_nodes, feed) &&
+              client_subscribe(client, "POINTS", ".+", 4096, on_nodes, feed) &&
               client_subscribe(client, "REST", ".+", 4096, on_rest, feed) &&
               client_subscribe(client, "WALLS", ".+", 64, on_walls, feed);
     if (!ok)
@@ -464,6 +469,14 @@ static void ask_for_missing(Feed *feed)
         describe(feed);
 }
 
+static void turn_workbench(Feed *feed)
+{
+    const pliant_status_t *status = feed->status;
+    const WorkbenchHeard heard = {feed->linked, feed->status_ns, status ? status->scene : ""};
+    if (feed->workbench)
+        workbench_turn(feed->workbench, &heard, client_now_ns());
+}
+
 void feed_run(Feed *feed)
 {
     const int64_t turn_ns = 20000000;
@@ -472,6 +485,7 @@ void feed_run(Feed *feed)
         follow_daemon(feed);
         ask_for_missing(feed);
         requests_repeat(feed->requests, feed->board, client_now_ns());
+        turn_workbench(feed);
     }
 }
 

@@ -7,6 +7,7 @@
 #include "client.h"
 #include "pliant_status_t.h"
 #include "requests.h"
+#include "workbench.h"
 
 // --- bodies --------------------------------------------------------------------------------------
 
@@ -60,6 +61,7 @@ typedef struct Feed {
     Client *client;
     Board *board;
     Requests *requests;
+    Workbench *workbench; // NULL: none
     Bodies bodies;
     // the newest status
     pliant_status_t *status; // NULL: none yet

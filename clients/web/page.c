@@ -130,6 +130,15 @@ static void move_tool(Page *page, const Ask *ask)
     publish_pose(page, &pose);
 }
 
+static void ask_workbench(Page *page, const Ask *ask)
+{
+    Workbench *workbench = page->shared->workbench;
+    if (!workbench)
+        refuse(page, ask->id, "this server starts no programs (--scenes)");
+    else if (!workbench_ask(workbench, page->slot->sender, ask))
+        refuse(page, ask->id, "too many requests wait for the workbench");
+}
+
 static void take_text(Page *page, const char *data, size_t size)
 {
     // Only what can be read and is allowed here.
@@ -157,6 +166,12 @@ static void take_text(Page *page, const char *data, size_t size)
     case ASK_COMMAND:
         if (!requests_send(page->shared->requests, page->slot->sender, &ask))
             refuse(page, ask.id, "too many requests wait for an answer");
+        break;
+    case ASK_START:
+    case ASK_END:
+    case ASK_RECORD:
+    case ASK_PROPOSE:
+        ask_workbench(page, &ask);
         break;
     }
 }

@@ -281,13 +281,71 @@ static bool take_command(const json_t *object, Ask *ask, ClientError *error)
     return client_fail(error, "kind: expected one of %s", words);
 }
 
+// --- messages for the workbench ---
+
+static bool take_file(const json_t *object, Ask *ask, ClientError *error)
+{
+    if (!take_id(object, ask, error) || !take_text(object, "name", ask->text, error))
+        return false;
+    return ask->text[0] || client_fail(error, "name: expected the name of a file");
+}
+
+static bool take_start(const json_t *object, Ask *ask, ClientError *error)
+{
+    static const char *const folders[] = {NULL, "scenes", "uploads", "recordings", NULL};
+    int32_t folder = 1;
+    ask->kind = ASK_START;
+    if (!take_file(object, ask, error) || !take_word(object, "folder", folders, &folder, error))
+        return false;
+    ask->folder = (AskFolder)(folder - 1);
+    return true;
+}
+
+static bool take_end(const json_t *object, Ask *ask, ClientError *error)
+{
+    ask->kind = ASK_END;
+    return take_id(object, ask, error);
+}
+
+static bool take_record(const json_t *object, Ask *ask, ClientError *error)
+{
+    const json_t *on = json_object_get(object, "on");
+    ask->kind = ASK_RECORD;
+    ask->record = json_is_true(on);
+    return take_id(object, ask, error) &&
+           (json_is_boolean(on) || client_fail(error, "on: expected true or false"));
+}
+
+// Reads an optional word.
+static bool take_choice(const json_t *object, const char *name, const char *const *words,
+                        const char **out, ClientError *error)
+{
+    int32_t word = 0;
+    if (json_object_get(object, name) && !take_word(object, name, words, &word, error))
+        return false;
+    *out = words[word];
+    return true;
+}
+
+static bool take_propose(const json_t *object, Ask *ask, ClientError *error)
+{
+    static const char *const units[] = {NULL, "m", "dm", "cm", "mm", "um", NULL};
+    static const char *const models[] = {NULL, "surface", "voxel", NULL};
+    ask->kind = ASK_PROPOSE;
+    return take_file(object, ask, error) &&
+           take_choice(object, "units", units, &ask->propose.units, error) &&
+           take_choice(object, "model", models, &ask->propose.model, error);
+}
+
 static bool take_message(const json_t *object, Ask *ask, ClientError *error)
 {
     static const struct {
         const char *type;
         bool (*take)(const json_t *, Ask *, ClientError *);
-    } types[] = {{"drawn", take_drawn}, {"tool", take_tool}, {"cut", take_cut},
-                 {"load", take_load},   {"tie", take_tie},   {"command", take_command}};
+    } types[] = {{"drawn", take_drawn},    {"tool", take_tool}, {"cut", take_cut},
+                 {"load", take_load},      {"tie", take_tie},   {"command", take_command},
+                 {"start", take_start},    {"end", take_end},   {"record", take_record},
+                 {"propose", take_propose}};
     const char *type = json_string_value(json_object_get(object, "type"));
     for (size_t k = 0; type && k < sizeof types / sizeof *types; k++) {
         if (strcmp(type, types[k].type) != 0)
@@ -295,7 +353,8 @@ static bool take_message(const json_t *object, Ask *ask, ClientError *error)
         ClientError why;
         return types[k].take(object, ask, &why) || client_fail(error, "%s: %s", type, why.text);
     }
-    return client_fail(error, "type: expected drawn, tool, cut, load, tie or command");
+    return client_fail(error, "type: expected drawn, tool, cut, load, tie, command, start, end, "
+                              "record or propose");
 }
 
 bool ask_parse(const char *text, size_t size, Ask *ask, ClientError *error)

@@ -15,12 +15,29 @@ enum {
     ASK_TEXT_MAX = 112,    // of a body's name and of an argument, with the terminating zero
 };
 
-typedef enum AskKind { ASK_DRAWN, ASK_TOOL, ASK_CUT, ASK_LOAD, ASK_TIE, ASK_COMMAND } AskKind;
+typedef enum AskKind {
+    ASK_DRAWN,
+    ASK_TOOL,
+    // for the daemon
+    ASK_CUT,
+    ASK_LOAD,
+    ASK_TIE,
+    ASK_COMMAND,
+    // for the workbench
+    ASK_START,
+    ASK_END,
+    ASK_RECORD,
+    ASK_PROPOSE,
+} AskKind;
+
+// Where a file of the workbench is.
+typedef enum AskFolder { ASK_SCENES, ASK_UPLOADS, ASK_RECORDINGS } AskFolder;
 
 typedef struct Ask {
     AskKind kind;
-    int32_t id;              // of a cut, load, tie or command: the page's own number
-    char text[ASK_TEXT_MAX]; // cut, load, tie: the body, "" = all; command: the argument
+    int32_t id;              // the page's own number, but of `drawn` and `tool`
+    char text[ASK_TEXT_MAX]; // cut, load, tie: the body, "" = all; command: the argument; start,
+                             // propose: the file's name
     union {
         int64_t round; // of `drawn`
         struct {
@@ -46,6 +63,11 @@ typedef struct Ask {
             int32_t kind; // PLIANT_COMMAND_T_...
             int64_t value;
         } command;
+        AskFolder folder; // of `start`
+        bool record;      // of `record`: begin, else end
+        struct {
+            const char *units, *model; // constant; NULL: to be guessed
+        } propose;
     };
 } Ask;
 

@@ -24,6 +24,7 @@ enum {
     QUIET_S = 10,              // a visitor that neither sends nor receives is closed
     TURN_MS = 100,
     BACKLOG = 128,
+    UPLOAD_S = 600, // for one mesh
 };
 
 // Only our own files may be loaded, and no other site may embed the page. One request per
@@ -204,6 +205,96 @@ bool site_add_texture(Site *site, const char *argument, Status *why)
     return true;
 }
 
+// --- the workbench's files ---
+
+static Result serve_recording(const Site *site, Connection *connection, const char *name)
+{
+    const Workbench *workbench = site->shared.workbench;
+    char attachment[FOLDER_NAME_MAX + 32];
+    struct stat file;
+    int fd =
+        workbench ? folder_read(&workbench->folder[ASK_RECORDINGS], name, FOLDER_RECORDINGS) : -1;
+    if (fd < 0)
+        return not_found(connection);
+    Response *response = fstat(fd, &file) == 0
+                             ? MHD_create_response_from_fd64((uint64_t)file.st_size, fd)
+                             : NULL; // closes fd
+    if (!response)
+        close(fd);
+    snprintf(attachment, sizeof attachment, "attachment; filename=\"%s\"", name);
+    const char *const more[] = {"Content-Disposition", attachment, NULL};
+    return answer(connection, 200, response, "application/octet-stream", more);
+}
+
+static void end_upload(Site *site)
+{
+    upload_drop(&site->upload.file);
+    site->upload.visitor = NULL;
+}
+
+// Refuses a mesh: reads what is left of it, so that the page reads the answer.
+static void refuse_upload(SiteUpload *upload)
+{
+    upload_drop(&upload->file);
+    upload->refused = true;
+}
+
+// A POST as its header has arrived: refuses it, or takes the visitor's mesh from now on.
+static Result begin_upload(Site *site, Connection *connection, Visitor *visitor)
+{
+    const Workbench *workbench = site->shared.workbench;
+    SiteUpload *upload = &site->upload;
+    const char *type = header(connection, "Content-Type");
+    const char *length = header(connection, "Content-Length");
+    const char *name = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "name");
+    long long bytes = -1;
+    if (!workbench)
+        return answer_text(connection, 404, NULL, "this server takes no meshes (--scenes)\n");
+    if (site->shared.hello.read_only)
+        return answer_text(connection, 403, NULL, "this server only shows (--read-only)\n");
+    // A type that no form can send, so that a page of another site has to ask before.
+    if (!type || strcmp(type, "application/octet-stream") != 0)
+        return answer_text(connection, 415, NULL, "send application/octet-stream\n");
+    if (!length || !argument_read_integer(length, 0, 1e15, &bytes))
+        return answer_text(connection, 411, NULL, "say the Content-Length\n");
+    if (bytes > WORKBENCH_MESH_BYTES)
+        return answer_text(connection, 413, NULL, "larger than 256 MB\n");
+    if (upload->visitor && client_now_ns() < upload->until_ns)
+        return answer_text(connection, 503, NULL, "another mesh is being received: try again\n");
+    end_upload(site);
+    *upload = (SiteUpload){.visitor = visitor,
+                           .file.fd = -1,
+                           .until_ns = client_now_ns() + (int64_t)UPLOAD_S * 1000000000};
+    const Folder *folder = &workbench->folder[ASK_UPLOADS];
+    if (folder_bytes(folder) + bytes > WORKBENCH_UPLOADS_BYTES)
+        client_fail(&upload->why, "the folder of meshes is full: remove some of them there");
+    else if (upload_begin(&upload->file, folder, name ? name : "", bytes, &upload->why))
+        return MHD_YES;
+    refuse_upload(upload);
+    return MHD_YES;
+}
+
+static Result take_upload(Site *site, Connection *connection, const Visitor *visitor,
+                          const char *data, size_t *size)
+{
+    SiteUpload *upload = &site->upload;
+    if (upload->visitor != visitor) // it was too slow, and another one came
+        return MHD_NO;
+    if (*size > 0) {
+        if (!upload->refused && !upload_add(&upload->file, data, *size, &upload->why))
+            refuse_upload(upload);
+        *size = 0;
+        return MHD_YES;
+    }
+    // All of it is there.
+    char text[sizeof upload->why.text + 32];
+    bool ok = !upload->refused && upload_finish(&upload->file, &upload->why);
+    snprintf(text, sizeof text, "%s\n", ok ? upload->file.name : upload->why.text);
+    end_upload(site);
+    Response *response = MHD_create_response_from_buffer(strlen(text), text, MHD_RESPMEM_MUST_COPY);
+    return answer(connection, ok ? 201 : 422, response, "text/plain; charset=utf-8", NULL);
+}
+
 // --- /live ---
 
 // Ends a page, in its own thread.
@@ -271,6 +362,8 @@ static Result admit(Site *site, Connection *connection, const char *uri)
         return serve_live(site, connection);
     if (strncmp(uri, "/texture/", 9) == 0)
         return serve_texture(site, connection, uri + 9);
+    if (strncmp(uri, "/recordings/", 12) == 0)
+        return serve_recording(site, connection, uri + 12);
     return serve_file(site, connection, uri);
 }
 
@@ -295,16 +388,15 @@ static Result on_request(void *user, Connection *connection, const char *uri, co
                          const char *version, const char *data, size_t *size, void **visitor)
 {
     (void)version;
-    (void)data;
-    (void)size;
     Site *site = user;
     static const char *const allowed[] = {"Allow", "GET", NULL};
+    const bool mesh = strcmp(uri, "/mesh") == 0, post = strcmp(method, "POST") == 0;
     const char *host = header(connection, "Host");
     if (!door_admits_host(&site->door, host))
         return answer_text(connection, 403, NULL,
                            "this server is not known by that name (see --host)\n");
-    if (strcmp(method, "GET") != 0)
-        return answer_text(connection, 405, allowed, "use GET\n");
+    if (mesh != post || (!post && strcmp(method, "GET") != 0))
+        return answer_text(connection, 405, allowed, mesh ? "use POST for /mesh\n" : "use GET\n");
     if (!door_admits_origin(header(connection, "Origin"), host))
         return answer_text(connection, 403, NULL, "pages of other sites stay outside\n");
     if (!*visitor) {
@@ -314,8 +406,16 @@ static Result on_request(void *user, Connection *connection, const char *uri, co
         if (!*visitor)
             return MHD_NO;
         ((Visitor *)*visitor)->asked = true;
-        return MHD_YES;
+        if (!post)
+            return MHD_YES;
+        if (site->door.token[0] &&
+            !knows_token(&site->door, connection, MHD_COOKIE_KIND, site->door.cookie) &&
+            !knows_token(&site->door, connection, MHD_GET_ARGUMENT_KIND, "token"))
+            return ask_for_token(site, connection, uri);
+        return begin_upload(site, connection, *visitor);
     }
+    if (post)
+        return take_upload(site, connection, *visitor, data, size);
     if (*size > 0) { // ignore the body of a GET
         *size = 0;
         return MHD_YES;
@@ -331,6 +431,8 @@ static void on_connection(void *user, Connection *connection, void **visitor,
 {
     Site *site = user;
     if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
+        if (*visitor && site->upload.visitor == *visitor)
+            end_upload(site);
         if (*visitor)
             visitors_remove(*visitor);
         return;
@@ -396,6 +498,7 @@ bool site_start(Site *site, ClientError *error)
     int fd = open_port(site, error);
     if (fd < 0)
         return false;
+    site->upload.file.fd = -1;
     snprintf(site->door.cookie, sizeof site->door.cookie, "pliant_token_%d", site->port);
     visitors_init(&site->visitors);
     pthread_mutex_init(&site->lock, NULL);
@@ -428,7 +531,7 @@ void site_stop(Site *site)
         pthread_join(site->thread, NULL);
     }
     if (site->server)
-        MHD_stop_daemon(site->server);
+        MHD_stop_daemon(site->server); // closes all connections
     for (int k = 0; k < site->textures; k++)
         free(site->texture[k].data);
     site->server = NULL;

@@ -1,5 +1,6 @@
-// The web server: the page's files, images for bodies, and the WebSocket /live. It runs in its own
-// thread, answers GET only, and only requests that door.h admits.
+// The web server: the page's files, images for bodies, recordings, meshes that are sent to the
+// workbench, and the WebSocket /live. It runs in its own thread, and answers only requests that
+// door.h admits: GET, and POST for /mesh.
 #ifndef PLIANT_WEB_SITE_H
 #define PLIANT_WEB_SITE_H
 
@@ -8,6 +9,7 @@
 #include "door.h"
 #include "requests.h"
 #include "texts.h"
+#include "workbench.h"
 
 // --- a page --------------------------------------------------------------------------------------
 
@@ -19,6 +21,7 @@ typedef struct PageSite {
     Client *client; // for publishing only, which any thread may do
     Board *board;
     Requests *requests;
+    Workbench *workbench; // NULL: none
     HelloText hello;
 } PageSite;
 
@@ -45,6 +48,15 @@ typedef struct Texture {
     size_t size;
 } Texture;
 
+// A mesh that a visitor sends; one at a time.
+typedef struct SiteUpload {
+    Visitor *visitor; // NULL: none
+    Upload file;
+    bool refused; // the rest is read and forgotten; `why` is the answer
+    int64_t refused_bytes, until_ns;
+    ClientError why;
+} SiteUpload;
+
 typedef struct Site {
     // set before site_start
     char address[64];  // numeric; IPv6 without brackets
@@ -61,6 +73,7 @@ typedef struct Site {
     bool serving;
     atomic_bool stopping;
     Visitors visitors; // used by the thread alone
+    SiteUpload upload; // the same
     pthread_mutex_t lock;
     pthread_cond_t page_ended;
     int pages; // running page threads; under the lock

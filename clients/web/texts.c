@@ -345,3 +345,63 @@ Parcel *text_round(int64_t round)
     put(object, "round", json_integer(round));
     return finish(object);
 }
+
+static json_t *files(const FolderList *list)
+{
+    json_t *array = json_array();
+    for (int k = 0; k < list->count; k++) {
+        json_t *file = json_object();
+        put(file, "name", string(list->file[k].name));
+        put(file, "bytes", json_integer(list->file[k].bytes));
+        if (list->file[k].about[0])
+            put(file, "about", string(list->file[k].about));
+        json_array_append_new(array, file);
+    }
+    return array;
+}
+
+static json_t *program(const WorkbenchRun *run)
+{
+    json_t *object = json_object();
+    const char *state = run->runs && run->asked ? "ending"
+                        : run->runs             ? "running"
+                        : !run->over            ? "none"
+                        : run->failed           ? "failed"
+                                                : "ended";
+    put(object, "state", json_string(state));
+    put(object, "file", string(run->file));
+    put(object, "how", string(run->how));
+    // What it prints while it runs well belongs to its log.
+    put(object, "text", string(run->over ? run->text : ""));
+    return object;
+}
+
+Parcel *text_workbench(const WorkbenchText *workbench)
+{
+    static const char *const folders[] = {"scenes", "uploads", "recordings"};
+    const FolderList *lists[] = {workbench->scenes, workbench->uploaded, workbench->meshes,
+                                 workbench->recordings};
+    json_t *object = message("workbench"), *daemon = program(&workbench->daemon);
+    json_t *prepare = program(&workbench->prepare);
+    int more = 0;
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
+        more += lists[k]->more;
+    // The files,
+    put(object, "scenes", files(workbench->scenes));
+    put(object, "uploads", files(workbench->uploaded));
+    put(object, "meshes", files(workbench->meshes));
+    put(object, "recordings", files(workbench->recordings));
+    put(object, "more", json_integer(more));
+    put(object, "plays", json_boolean(workbench->plays));
+    put(object, "foreign", json_boolean(workbench->foreign));
+    put(object, "upload_bytes", json_integer(workbench->upload_bytes));
+    // and what runs with them.
+    put(daemon, "folder", json_string(folders[workbench->folder]));
+    put(object, "daemon", daemon);
+    put(object, "recorder", program(&workbench->recorder));
+    put(prepare, "check", string(workbench->check));
+    put(prepare, "scene", string(workbench->scene));
+    put(prepare, "scene_text", string(workbench->scene_text));
+    put(object, "prepare", prepare);
+    return finish(object);
+}

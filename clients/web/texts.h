@@ -3,6 +3,8 @@
 #define PLIANT_WEB_TEXTS_H
 
 #include "board.h"
+#include "folder.h"
+#include "requests.h"
 
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
@@ -61,5 +63,26 @@ Parcel *text_event(const pliant_event_t *event);
 Parcel *text_reply(const pliant_reply_t *reply);
 Parcel *text_error(int32_t id, const char *text); // `id` of the request concerned, or 0
 Parcel *text_round(int64_t round);
+
+// A program that the workbench runs.
+typedef struct WorkbenchRun {
+    const char *file; // that it was started with; "": never
+    bool runs, asked; // `asked`: it has been asked to end
+    bool over, failed;
+    const char *how;  // it ended
+    const char *text; // the last that it printed
+} WorkbenchRun;
+
+typedef struct WorkbenchText {
+    const FolderList *scenes, *uploaded, *meshes, *recordings;
+    bool plays;   // recordings can be started
+    bool foreign; // a daemon runs that was not started here
+    int64_t upload_bytes;
+    WorkbenchRun daemon, recorder, prepare;
+    AskFolder folder; // of the daemon's file
+    const char *check, *scene, *scene_text;
+} WorkbenchText;
+
+Parcel *text_workbench(const WorkbenchText *workbench);
 
 #endif

@@ -17,6 +17,7 @@ typedef struct Options {
     int port; // negative: not given
     bool read_only;
     double rate_hz;
+    WorkbenchOptions workbench;
     Site *site;
 } Options;
 
@@ -91,6 +92,17 @@ static const ArgumentRow ROWS[] = {
      .help = "a PNG or JPEG on the surface of a body"},
     {"page", 0, ARGUMENT_TEXT, "DIR", AT(page),
      .help = "folder of the built page (./dev build builds it)"},
+    {.type = ARGUMENT_HEADING, .help = "A workbench, that starts programs for pages:"},
+    {"scenes", 0, ARGUMENT_TEXT, "DIR", AT(workbench.scenes),
+     .help =
+         "pages start and end pliantd with the scenes (*.cfg) of DIR, propose scenes for meshes "
+         "that are dropped on them, and record; nothing else is started"},
+    {"uploads", 0, ARGUMENT_TEXT, "DIR", AT(workbench.uploads),
+     .help = "where those meshes and their scenes go (default: uploads in the folder of scenes)"},
+    {"recordings", 0, ARGUMENT_TEXT, "DIR", AT(workbench.recordings),
+     .help = "where recordings go (default: recordings in the folder of scenes)"},
+    {"pliantd", 0, ARGUMENT_TEXT, "PATH", AT(workbench.pliantd),
+     .help = "the pliantd to start (default: the one beside this program)"},
     {.type = ARGUMENT_HEADING, .help = "Which daemon:"},
     {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
     {.type = ARGUMENT_ROWS, .rows = CLIENT_INPUT_PREFIX, .offset = AT(input_prefix)},
@@ -101,6 +113,10 @@ static bool check(void *target, Status *why)
     Options *options = target;
     if (options->listen && options->port >= 0)
         return status_fail(why, STATUS_INVALID, "give either --port or --listen ADDRESS:PORT");
+    const WorkbenchOptions *workbench = &options->workbench;
+    if (!workbench->scenes && (workbench->uploads || workbench->recordings || workbench->pliantd))
+        return status_fail(why, STATUS_INVALID,
+                           "--uploads, --recordings and --pliantd go with --scenes DIR");
     if (options->port < 0)
         options->port = 8080;
     options->site->shared.hello.read_only = options->read_only;
@@ -138,15 +154,9 @@ static bool find_page(const Options *options, Site *site, ClientError *error)
         return true;
     }
     // Else where builds and packages have it, seen from the program.
-    char program[PATH_MAX];
-    ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
-    char *slash = NULL;
-    if (length > 0) {
-        program[length] = '\0';
-        slash = strrchr(program, '/');
-    }
-    for (size_t k = 0; slash && k < sizeof folders / sizeof *folders; k++) {
-        *slash = '\0';
+    char program[FOLDER_PATH_MAX];
+    bool known = folder_of_program(program);
+    for (size_t k = 0; known && k < sizeof folders / sizeof *folders; k++) {
         char path[sizeof site->folder];
         if (snprintf(path, sizeof path, "%s/%s", program, folders[k]) < (int)sizeof path &&
             has_page(path)) {
@@ -196,6 +206,21 @@ static void tell(const Site *site)
     fflush(stdout);
 }
 
+// Opens the workbench, if there is one.
+static bool open_workbench(const Options *options, const Client *client, Site *site, Board *board,
+                           ClientError *error)
+{
+    static Workbench workbench;
+    WorkbenchOptions wanted = options->workbench;
+    if (!wanted.scenes)
+        return true;
+    wanted.url = options->client.url;
+    wanted.prefix = client->prefix;
+    wanted.input_prefix = options->input_prefix;
+    site->shared.workbench = &workbench;
+    return workbench_open(&workbench, &wanted, board, error);
+}
+
 static bool run(const Options *options, Client *client, Site *site, ClientError *error)
 {
     static Board board;
@@ -215,12 +240,16 @@ static bool run(const Options *options, Client *client, Site *site, ClientError 
     // The network first, then the server: pages may then ask at once.
     board_init(&board);
     requests_init(&requests, client, options->input_prefix);
-    bool ok = feed_start(&feed, client, &board, &requests, error) && site_start(site, error);
+    bool ok = open_workbench(options, client, site, &board, error) &&
+              feed_start(&feed, client, &board, &requests, error) && site_start(site, error);
+    feed.workbench = site->shared.workbench;
     if (ok) {
         tell(site);
         feed_run(&feed);
     }
     site_stop(site); // pages withdraw their tools while LCM is still connected
+    if (site->shared.workbench)
+        workbench_close(site->shared.workbench);
     feed_stop(&feed);
     requests_destroy(&requests);
     board_destroy(&board);

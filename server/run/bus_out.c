@@ -11,6 +11,7 @@
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
 #include "pliant_nodes_t.h"
+#include "pliant_points_t.h"
 #include "pliant_reply_t.h"
 #include "pliant_status_t.h"
 
@@ -47,6 +48,7 @@ void bus_create_streams(Bus *bus, Arena *arena)
         BodyStream *stream = &bus->body[i];
         const char *name = sim_body(bus->sim, i)->name;
         snprintf(stream->nodes_channel, 2 * CHANNEL_MAX, "%s_NODES_%s", prefix, name);
+        snprintf(stream->points_channel, 2 * CHANNEL_MAX, "%s_POINTS_%s", prefix, name);
         snprintf(stream->velocity_channel, 2 * CHANNEL_MAX, "%s_VELOCITY_%s", prefix, name);
         bus_create_mesh_stream(bus, i, arena);
         bus_create_rest_stream(bus, i, arena);
@@ -55,6 +57,36 @@ void bus_create_streams(Bus *bus, Arena *arena)
 }
 
 // --- nodes ---
+
+// Sends nodes [first, end) of a frame as packets, one after the other: a receiver's kernel buffer
+// holds those of a chunk.
+static void send_packets(Bus *bus, const BodyStream *stream, const float *positions, int first,
+                         int end)
+{
+    enum { LCM_HEADER = 8 };
+    const Frame *frame = stream->frame;
+    uint8_t data[PACKET_BYTES];
+    pliant_points_t message = {
+        .utime = frame->utime,
+        .sequence = (int32_t)stream->nodes_sequence,
+        .step = frame->step,
+        .time = frame->time,
+        .topology = frame->topology,
+        .node_count = frame->node_count,
+        .grid = points_grid(positions + 3L * first, stream->mesh.id + first, end - first),
+        .data = data};
+    const int room = PACKET_BYTES - LCM_HEADER - (int)strlen(stream->points_channel) - 1 -
+                     pliant_points_t_encoded_size(&message);
+    while (first < end) {
+        int count = points_pack(positions + 3L * first, stream->mesh.id + first, end - first,
+                                message.grid, room, message.origin, data, &message.num_bytes);
+        message.first = first;
+        message.count = (int16_t)count;
+        bus_count_published(bus,
+                            pliant_points_t_publish(bus->lcm, stream->points_channel, &message));
+        first += count;
+    }
+}
 
 static void send_nodes_chunk(Bus *bus, int index)
 {
@@ -78,7 +110,10 @@ static void send_nodes_chunk(Bus *bus, int index)
     const float *positions = stream->node != NULL ? stream->node : frame->value;
     const float *velocities = positions + 3L * nodes;
     message.position = (float *)(uintptr_t)(positions + 3 * first);
-    bus_count_published(bus, pliant_nodes_t_publish(bus->lcm, stream->nodes_channel, &message));
+    if (bus->scene->publish.positions != POSITIONS_PACKETS)
+        bus_count_published(bus, pliant_nodes_t_publish(bus->lcm, stream->nodes_channel, &message));
+    if (bus->scene->publish.positions != POSITIONS_FLOATS)
+        send_packets(bus, stream, positions, first, end);
     // Velocities of the same chunk.
     if (bus->exchange->velocity) {
         message.position = (float *)(uintptr_t)(velocities + 3 * first);

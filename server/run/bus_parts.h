@@ -1,6 +1,6 @@
 // Shared by the bus's files: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames,
-// contacts, replies, events, status), bus_mesh.c (meshes and rest positions), bus_claim.c
-// (ownership of the prefix). Bus thread only.
+// contacts, replies, events, status), bus_points.c (positions in packets), bus_mesh.c (meshes and
+// rest positions), bus_claim.c (ownership of the prefix). Bus thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
@@ -105,6 +105,26 @@ int mesh_delta_chunks(const MeshDelta *delta);
 pliant_mesh_delta_t mesh_delta_chunk(const MeshDelta *delta, const BodyMesh *after, int chunk,
                                      MeshDeltaChunk *memory);
 
+// --- positions in packets ------------------------------------------------------------------------
+
+// Positions as points_t has them. Pure functions without thread, clock or socket.
+
+#define POINTS_GRID 0x1p-17f // [m], 7.6 um; a power of two, so that a float holds its multiples
+
+enum {
+    PACKET_BYTES = 1400, // of UDP, with LCM's header and the channel: no link of today cuts it up
+    POINTS_IN_PACKET = 1024,
+    POINTS_LEAST_BYTES = 96, // a group of 8 nodes at their widest
+};
+
+// Returns the finest grid that holds `count` positions [m]; `id` < 0: a free slot, whose position
+// means nothing.
+float points_grid(const float *position, const int *id, int count);
+// Packs the first of `count` nodes into `data` (`bytes` of it, at least POINTS_LEAST_BYTES; it is
+// overwritten) and returns how many: multiples of 8, but all if they fit.
+int points_pack(const float *position, const int *id, int count, float grid, int bytes,
+                int32_t origin[3], uint8_t *data, int *data_bytes);
+
 // --- the bus -------------------------------------------------------------------------------------
 
 enum {
@@ -121,6 +141,7 @@ enum {
 // always have one topology: that of `mesh`, the one last published.
 typedef struct BodyStream {
     char nodes_channel[2 * CHANNEL_MAX], velocity_channel[2 * CHANNEL_MAX];
+    char points_channel[2 * CHANNEL_MAX];
     char mesh_channel[2 * CHANNEL_MAX], delta_channel[2 * CHANNEL_MAX];
     const Frame *frame;            // the newest taken, or NULL
     bool frame_waits;              // until its mesh is published

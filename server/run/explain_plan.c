@@ -150,6 +150,8 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
     const bool contacts = sim_tool_count(sim) > 0 && publish->contact_hz > 0.0;
     const SceneFeature features[] = {
         {publish->nodes_hz > 0.0, "positions in messages", "publish.nodes_hz"},
+        {publish->nodes_hz > 0.0 && publish->positions != POSITIONS_FLOATS, "positions in packets",
+         "publish.positions = \"packets\" or \"both\""},
         {publish->nodes_hz > 0.0 && asked->velocity, "velocities in messages",
          "publish.velocity = true"},
         {publish->mesh_hz > 0.0, "meshes in messages", "publish.mesh_hz"},

@@ -24,6 +24,10 @@ static const OptionWord PRECISION_WORDS[] = {
 static const OptionWord LATE_WORDS[] = {{"skip", ONLY_WORD}, {NULL, 0}};
 static const OptionWord START_WORDS[] = {
     {"running", START_RUNNING}, {"paused", START_PAUSED}, {NULL, 0}};
+static const OptionWord POSITIONS_WORDS[] = {{"floats", POSITIONS_FLOATS},
+                                             {"packets", POSITIONS_PACKETS},
+                                             {"both", POSITIONS_BOTH},
+                                             {NULL, 0}};
 static const OptionWord NODES_WORDS[] = {{"surface", NODES_SURFACE}, {"all", NODES_ALL}, {NULL, 0}};
 
 #define AT(member) offsetof(SceneGroup, member)
@@ -115,6 +119,11 @@ static const Option PUBLISH_OPTIONS[] = {
      .about = "Status messages per second; 0: never."},
     {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS, .idle = {&IDLE_HAS_NO_INSIDE},
      .about = "Which nodes: those of the surface, or all, including those inside voxel bodies."},
+    {"positions", OPTION_WORD, AT(publish.positions), "", .words = POSITIONS_WORDS,
+     .idle = {&IDLE_PUBLISHES_NO_NODES},
+     .about = "How positions are sent: as `floats` in chunks of up to 49 kB (`_NODES_`); as "
+              "`packets` of at most 1400 bytes, rounded to 7.6 um (`_POINTS_`): about half of the "
+              "bytes, and a link that loses packets keeps most nodes fresh; or as `both`."},
     {"velocity", OPTION_BOOL, AT(publish.velocity), "", .idle = {&IDLE_PUBLISHES_NO_NODES},
      .about = "Whether velocities are published too."},
     {"rest", OPTION_BOOL, AT(publish.rest), "",

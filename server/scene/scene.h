@@ -92,8 +92,11 @@ typedef struct SceneBody {
     SceneShown shown;
 } SceneBody;
 
+enum { POSITIONS_FLOATS, POSITIONS_PACKETS, POSITIONS_BOTH };
+
 typedef struct ScenePublish {
     double nodes_hz, mesh_hz, contact_hz, status_hz; // 0: never
+    int positions;                                   // POSITIONS_*
     bool all_nodes;                                  // nodes = "all"
     bool velocity;
     bool rest;              // publishes rest positions and texture coordinates with meshes

@@ -233,6 +233,7 @@ int main(int argc, char **argv)
     bench_estimates(&bench);
     bench_guards(&bench);
     bench_checkpoints(&bench);
+    bench_publish(&bench);
     if (bench.table != NULL && fclose(bench.table) != 0) {
         fprintf(stderr, "pliant-bench: cannot write %s: %s\n", arguments.table, strerror(errno));
         return 1;

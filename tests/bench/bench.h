@@ -55,6 +55,7 @@ void bench_cuts(Bench *bench);
 void bench_estimates(Bench *bench);
 void bench_guards(Bench *bench);
 void bench_checkpoints(Bench *bench);
+void bench_publish(Bench *bench);
 // Where voxel bodies are built in.
 void bench_voxels(Bench *bench);
 void bench_voxel_presses(Bench *bench);

@@ -69,6 +69,9 @@ static void channels_name_prefix_message_and_body(void **state)
     assert_string_equal(client_body_of(&client, "NODES", "LAB_NODES_liver"), "liver");
     assert_null(client_body_of(&client, "NODES", "LAB_NODES_"));
     assert_null(client_body_of(&client, "NODES", "LAB_MESH_liver"));
+    assert_string_equal(client_nodes_body(&client, "LAB_NODES_liver"), "liver");
+    assert_string_equal(client_nodes_body(&client, "LAB_POINTS_liver"), "liver");
+    assert_null(client_nodes_body(&client, "LAB_MESH_liver"));
 }
 
 // memq keeps only what somebody has subscribed to.

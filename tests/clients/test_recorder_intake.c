@@ -9,6 +9,7 @@
 #include "pliant_event_t.h"
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
+#include "pliant_points_t.h"
 #include "pliant_reply_t.h"
 #include "pliant_status_t.h"
 #include "pliant_tool_pose_t.h"
@@ -127,6 +128,25 @@ static void send_nodes(Rig *rig, int sequence, int64_t step, int topology)
     SEND(rig, nodes_t, "P_NODES_ball", &nodes);
 }
 
+// The same as a packet: on a grid of a metre each y is one more than the one before.
+static void send_points(Rig *rig, int sequence, int64_t step, int topology)
+{
+    // Widths 0 2 0, then 0 and four times 2, which stands for +1.
+    uint8_t bits[4] = {0x00, 0x80, 0x55, 0x00};
+    const pliant_points_t points = {.utime = ++rig->utime,
+                                    .sequence = sequence,
+                                    .step = step,
+                                    .time = 1e-3 * (double)step,
+                                    .topology = topology,
+                                    .node_count = SLOTS,
+                                    .count = SLOTS,
+                                    .grid = 1.0f,
+                                    .origin = {(int32_t)step, 0, 0},
+                                    .num_bytes = sizeof bits,
+                                    .data = bits};
+    SEND(rig, points_t, "P_POINTS_ball", &points);
+}
+
 static void send_contact(Rig *rig, int tool, int64_t step, int64_t pose_utime)
 {
     const pliant_contact_t contact = {.tool = tool,
@@ -212,6 +232,21 @@ static void a_frame_goes_without_free_slots_after_its_mesh(void **state)
     expect_frame(&rig, 10, 1);
     send_nodes(&rig, 2, 20, 1); // the mesh is known
     send_mesh(&rig, 1);         // and said again
+    expect_frame(&rig, 20, 1);
+    assert_null(next(&rig));
+    rig_destroy(&rig);
+}
+
+static void positions_in_packets_are_recorded_once(void **state)
+{
+    (void)state;
+    Rig rig;
+    begin(&rig, 1 << 20);
+    send_points(&rig, 1, 10, 1);
+    expect_topology(&rig, 1);
+    expect_frame(&rig, 10, 1);
+    send_nodes(&rig, 2, 20, 1); // a scene that sends both
+    send_points(&rig, 2, 20, 1);
     expect_frame(&rig, 20, 1);
     assert_null(next(&rig));
     rig_destroy(&rig);
@@ -489,6 +524,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_frame_goes_without_free_slots_after_its_mesh),
+        cmocka_unit_test(positions_in_packets_are_recorded_once),
         cmocka_unit_test(frames_wait_for_their_mesh_and_what_lost_its_own_is_counted),
         cmocka_unit_test(frames_that_did_not_come_are_counted_by_their_numbers),
         cmocka_unit_test(what_does_not_fit_into_the_queue_is_dropped_and_counted),

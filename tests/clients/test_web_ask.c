@@ -199,6 +199,44 @@ static void long_and_deep_messages_are_refused(void **state)
     assert_non_null(strstr(error.text, "argument: expected a text of less than"));
 }
 
+static void the_workbench_takes_names_and_words_of_its_lists(void **state)
+{
+    (void)state;
+    Ask ask;
+    ClientError error;
+    assert_true(parse("{\"type\":\"start\",\"id\":1,\"folder\":\"uploads\",\"name\":\"a.cfg\"}",
+                      &ask, &error));
+    assert_int_equal(ask.kind, ASK_START);
+    assert_int_equal(ask.folder, ASK_UPLOADS);
+    assert_string_equal(ask.text, "a.cfg");
+    assert_true(parse("{\"type\":\"end\",\"id\":2}", &ask, &error));
+    assert_int_equal(ask.kind, ASK_END);
+    assert_true(parse("{\"type\":\"record\",\"id\":3,\"on\":true}", &ask, &error));
+    assert_true(ask.kind == ASK_RECORD && ask.record);
+    assert_true(
+        parse("{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"units\":\"mm\"}", &ask, &error));
+    assert_int_equal(ask.kind, ASK_PROPOSE);
+    assert_string_equal(ask.propose.units, "mm");
+    assert_null(ask.propose.model);
+    static const char *const no[] = {
+        "{\"type\":\"start\",\"id\":1,\"folder\":\"scenes\"}",
+        "{\"type\":\"start\",\"id\":1,\"name\":\"a.cfg\"}",
+        "{\"type\":\"start\",\"id\":1,\"folder\":\"..\",\"name\":\"a.cfg\"}",
+        "{\"type\":\"start\",\"id\":1,\"folder\":0,\"name\":\"a.cfg\"}",
+        "{\"type\":\"start\",\"folder\":\"scenes\",\"name\":\"a.cfg\"}",
+        "{\"type\":\"start\",\"id\":1,\"folder\":\"scenes\",\"name\":\"a\\n.cfg\"}",
+        "{\"type\":\"record\",\"id\":3}",
+        "{\"type\":\"record\",\"id\":3,\"on\":\"yes\"}",
+        "{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"units\":\"--help\"}",
+        "{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"units\":\"\"}",
+        "{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"model\":\"plane\"}",
+        "{\"type\":\"propose\",\"id\":4}"};
+    for (size_t k = 0; k < sizeof no / sizeof *no; k++) {
+        if (parse(no[k], &ask, &error))
+            fail_msg("taken: %s", no[k]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -206,6 +244,7 @@ int main(void)
         cmocka_unit_test(requests_keep_their_numbers_and_bodies),
         cmocka_unit_test(what_is_wrong_is_refused_by_name),
         cmocka_unit_test(long_and_deep_messages_are_refused),
+        cmocka_unit_test(the_workbench_takes_names_and_words_of_its_lists),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -9,6 +9,7 @@
 #include "pliant_mesh_delta_t.h"
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
+#include "pliant_points_t.h"
 #include "pliant_rest_t.h"
 #include "pliant_walls_t.h"
 
@@ -104,6 +105,26 @@ static void send_nodes(const char *name, int topology, int count)
     bodies_take_nodes(&bodies, name, data, (size_t)size);
 }
 
+// One node of a frame of three, all at (step, 0, 0), on a grid of a metre: three widths of 0.
+static void send_point(const char *name, int step, int node)
+{
+    unsigned char data[DATA];
+    uint8_t bits[2] = {0, 0};
+    pliant_points_t points = {.utime = step,
+                              .sequence = step,
+                              .step = step,
+                              .topology = 1,
+                              .node_count = 3,
+                              .first = node,
+                              .count = 1,
+                              .grid = 1.0f,
+                              .origin = {step, 0, 0},
+                              .num_bytes = sizeof bits,
+                              .data = bits};
+    int size = pliant_points_t_encode(data, 0, DATA, &points);
+    bodies_take_nodes(&bodies, name, data, (size_t)size);
+}
+
 static void send_rest(const char *name, int topology)
 {
     unsigned char data[DATA];
@@ -126,6 +147,34 @@ static int32_t topology_of(const BoardSlot *slot)
     assert_non_null(slot->parcel);
     memcpy(word, slot->parcel->data, sizeof word);
     return word[2];
+}
+
+// What the board has of node `node` of body "a".
+static double x_of(int node)
+{
+    const BoardSlot *slot = &board.body[0].nodes;
+    float x;
+    assert_non_null(slot->parcel);
+    const size_t positions = slot->parcel->size - 9 * sizeof x; // they come last
+    memcpy(&x, slot->parcel->data + positions + 3 * (size_t)node * sizeof x, sizeof x);
+    return (double)x;
+}
+
+static void a_lost_packet_holds_up_only_its_own_nodes(void **state)
+{
+    (void)state;
+    send_mesh("a", 1);
+    send_point("a", 100, 0);
+    send_point("a", 100, 2);
+    assert_null(board.body[0].nodes.parcel); // node 1 was never heard of
+    for (int node = 0; node < 3; node++)
+        send_point("a", 101, node);
+    send_point("a", 102, 0);
+    expect_near(x_of(0), 101.0, 0.0); // a frame that still comes is not shown
+    send_point("a", 102, 2);
+    expect_near(x_of(0), 102.0, 0.0);
+    expect_near(x_of(1), 101.0, 0.0);
+    expect_near(x_of(2), 102.0, 0.0);
 }
 
 static void a_mesh_waits_for_its_nodes_and_nodes_for_their_mesh(void **state)
@@ -253,6 +302,7 @@ static void bodies_of_a_scene_that_pages_do_not_know_stay_back(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        on_board(a_lost_packet_holds_up_only_its_own_nodes),
         on_board(a_mesh_waits_for_its_nodes_and_nodes_for_their_mesh),
         on_board(a_delta_is_shown_with_the_first_nodes_of_its_mesh),
         on_board(nodes_of_a_mesh_that_was_missed_are_not_shown_but_counted_as_time),

@@ -112,6 +112,26 @@ static void a_page_learns_the_scene_and_follows_every_body(void **state)
     end();
 }
 
+// Positions come as packets, here without any floats.
+static void a_page_follows_positions_in_packets(void **state)
+{
+    (void)state;
+    static char text[sizeof SCENE + 64];
+    const char *publish = strstr(SCENE, "publish = {"), *path = scratch("packets.cfg");
+    snprintf(text, sizeof text, "%.*spublish = { positions = \"packets\";%s",
+             (int)(publish - SCENE), SCENE, publish + strlen("publish = {"));
+    write_text(path, text);
+    start_daemon(&rig.daemon, path);
+    char line[512];
+    rig.port = web_start(&rig.server, web, "--port 0", line);
+    PageClient *page = open_page();
+    page_wait(page_body(page, 0).frames > 3 && page_body(page, 1).frames > 3);
+    assert_int_equal(page_body(page, 0).nodes, 162);
+    assert_true(page_body(page, 0).matched && page_body(page, 1).matched);
+    page_disconnect(page);
+    end();
+}
+
 static void a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest(void **state)
 {
     (void)state;
@@ -671,6 +691,7 @@ int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         daemon_test(a_page_learns_the_scene_and_follows_every_body),
+        daemon_test(a_page_follows_positions_in_packets),
         daemon_test(a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest),
         daemon_test(a_pose_presses_the_body_and_is_withdrawn_with_the_page),
         daemon_test(a_cut_changes_the_mesh_and_is_answered_to_whom_asked),

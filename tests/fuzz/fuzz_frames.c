@@ -21,11 +21,11 @@ typedef struct Receiver {
     FILE *out; // nowhere
 } Receiver;
 
-enum { MESSAGE_MOST = 4096, KINDS = 10 };
+enum { MESSAGE_MOST = 4096, KINDS = 11 };
 
 static const WireType *const TYPES[KINDS] = {
-    &WIRE_NODES, &WIRE_MESH,  &WIRE_MESH_DELTA, &WIRE_CONTACT, &WIRE_STATUS,
-    &WIRE_EVENT, &WIRE_REPLY, &WIRE_TOOL_POSE,  &WIRE_COMMAND, &WIRE_REST};
+    &WIRE_NODES, &WIRE_MESH,      &WIRE_MESH_DELTA, &WIRE_CONTACT, &WIRE_STATUS, &WIRE_EVENT,
+    &WIRE_REPLY, &WIRE_TOOL_POSE, &WIRE_COMMAND,    &WIRE_REST,    &WIRE_POINTS};
 
 static void check_nodes(const NodesFrame *frame)
 {
@@ -56,9 +56,11 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
     receiver->now_ns += 1000000;
     switch (kind) {
     case 0:
+    case 10: // both are positions, whichever of the two it is
+        right = wire_check(&WIRE_NODES, data, size) || wire_check(&WIRE_POINTS, data, size);
         result = nodes_frame_add(&receiver->nodes, data, size);
         MUST(right || result == FRAMES_REFUSED);
-        if (result == FRAMES_WHOLE)
+        if (receiver->nodes.started)
             check_nodes(&receiver->nodes);
         break;
     case 1:

@@ -1,10 +1,11 @@
-// What pages and browsers send to pliant-web: JSON texts, the headers of requests, the frames of a
-// WebSocket, and what a daemon answers to DESCRIBE. The first byte says which.
+// What pages and browsers send to pliant-web: JSON texts, the headers of requests, names of meshes,
+// the frames of a WebSocket, and what a daemon answers to DESCRIBE. The first byte says which.
 #include "fuzz.h"
 
 #include "requests.h"
 #include "texts.h"
 #include "door.h"
+#include "folder.h"
 #include "websocket.h"
 
 #include <math.h>
@@ -25,6 +26,8 @@ static void check_ask(const Ask *ask)
         MUST(ask->tie.action >= 1 && ask->tie.action <= 3 && ask->tie.number >= 0);
     } else if (ask->kind == ASK_LOAD) {
         MUST(isfinite(ask->load.radius) && isfinite(ask->load.duration));
+    } else if (ask->kind == ASK_START) {
+        MUST(ask->text[0] != '\0' && ask->folder <= ASK_RECORDINGS);
     }
 }
 
@@ -39,6 +42,17 @@ static void read_ask(const char *text, size_t size)
         fuzz_print(error.text);
         MUST(error.text[0] != '\0');
     }
+}
+
+// Any name of a mesh becomes one that leads nowhere else.
+static void name_mesh(const char *text)
+{
+    char name[FOLDER_NAME_MAX];
+    ClientError error = {{0}};
+    if (folder_name_clean(text, FOLDER_MESHES, name, &error))
+        MUST(folder_name_valid(name, FOLDER_MESHES) && strchr(name, '/') == NULL);
+    else
+        MUST(error.text[0] != '\0');
 }
 
 static void knock(const char *text)
@@ -99,6 +113,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         break;
     case 1:
         knock(text);
+        name_mesh(text);
         break;
     case 2:
         describe(text);

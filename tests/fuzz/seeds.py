@@ -195,8 +195,11 @@ def pages():
                     '[0.1, 0, 0.1]], "body": "ball"}'),
             ("load", '{"type": "load", "id": 4, "center": [0, 0, 0], "radius": 0.01, "force": [0, 0, 1e0], '
                      '"duration": 0.5, "body": ""}'),
-            ("command", '{"type": "command", "id": 5, "kind": "set", "value": 1, "argument": "gravity=0"}')):
+            ("command", '{"type": "command", "id": 5, "kind": "set", "value": 1, "argument": "gravity=0"}'),
+            ("start", '{"type": "start", "id": 6, "folder": "uploads", "name": "organ.cfg"}'),
+            ("propose", '{"type": "propose", "id": 7, "name": "organ.stl", "units": "mm", "model": "voxel"}')):
         put("page", name, "\0" + text)
+    put("page", "mesh-name", "\1../meshes/my organ.nii.gz")
     put("page", "host", "\1localhost:8080\nhttp://localhost:8080")
     put("page", "host-six", "\1[::1]:8080\nhttps://[::1]:8080")
     put("page", "token", "\0010123456789abcdef")
@@ -280,7 +283,7 @@ def messages(pliant):
         out = b""
         for kind, message in parts:
             data = message.encode()[8:]
-            out += bytes([70 + kind]) + struct.pack(">H", len(data)) + data
+            out += bytes([66 + kind]) + struct.pack(">H", len(data)) + data
         return out
 
     def mesh(first, count, chunk, chunks, topology=1, sequence=1):
@@ -306,6 +309,12 @@ def messages(pliant):
     rest = (9, fill(pliant.rest_t(), sequence=1, topology=1, node_count=4, chunk=0, chunk_count=1,
                     num_values=12, position=[0.5] * 12, num_coordinates=8, texture=[0.25] * 8))
     put("frames", "rest", frame(rest))
+    # Widths 1, 1, 1, and twelve bits; of the second frame nothing but the last packet.
+    points = [(10, fill(pliant.points_t(), sequence=sequence, step=5 * sequence, time=0.01, topology=1,
+                        node_count=8, first=first, count=4, grid=2.0 ** -17, origin=[100, -200, 300],
+                        num_bytes=4, data=b"\x08\x42\xa5\xa0"))
+              for sequence, first in ((1, 0), (1, 4), (2, 4))]
+    put("frames", "points", frame(*points, nodes(0, 4, 0, 1)))
     contact = (3, fill(pliant.contact_t(), sequence=1, tool=1, step=5, time=0.01, contact=True,
                        position=[0.0, 0.0, 0.1], force=[0.0, 0.0, 1.0], normal=[0.0, 0.0, 1.0]))
     body = fill(pliant.body_status_t(), name="ball", model="surface", integrator="leapfrog", nodes=42)

@@ -97,6 +97,7 @@ const KeyRow KEY_ROWS[] = {
     // They have no inside: all their nodes are published anyhow.
     {IS_IDLE(PUBLISH_TABLE, "nodes", S | P, HEAD, "", "publish = { nodes = \"all\"; };",
              "no body has an inside")},
+    {IN(PUBLISH_TABLE, "positions", ALL, STREAM, HEAD, "", "publish = { positions = \"both\"; };")},
     {IN(PUBLISH_TABLE, "velocity", ALL, STREAM, HEAD, "", "publish = { velocity = true; };")},
     {IN(PUBLISH_TABLE, "rest", ALL, STREAM, HEAD, "", "publish = { rest = true; };")},
     {IN(PUBLISH_TABLE, "contact_stiffness", S | V, STREAM, HEAD, "",
@@ -104,6 +105,8 @@ const KeyRow KEY_ROWS[] = {
     {IS_IDLE(PUBLISH_TABLE, "contact_stiffness", P, HEAD, "",
              "publish = { contact_stiffness = false; };", "plane bodies report none")},
 
+    {IS_IDLE(PUBLISH_TABLE, "positions", ALL, HEAD, "publish = { nodes_hz = 0.0; };",
+             "publish = { nodes_hz = 0.0; positions = \"both\"; };", "nodes_hz is 0")},
     {IS_IDLE(PUBLISH_TABLE, "velocity", ALL, HEAD, "publish = { nodes_hz = 0.0; };",
              "publish = { nodes_hz = 0.0; velocity = true; };", "nodes_hz is 0")},
     {IS_IDLE(PUBLISH_TABLE, "contact_hz", ALL, HEAD, "", "publish = { contact_hz = 10.0; };",

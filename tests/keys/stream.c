@@ -17,13 +17,13 @@
 #include <string.h>
 #include <sys/wait.h>
 
-enum { RUNS = 24, FIRST_PORT = 7700, KIND_COUNT = 6 };
+enum { RUNS = 24, FIRST_PORT = 7700, KIND_COUNT = 7 };
 #define RATE    "rate_hz = 200.0;\n"
 #define SECONDS "1.5"
 
 // The kinds of channels by what stands behind the prefix.
-static const char *const KIND[KIND_COUNT] = {"_NODES_", "_VELOCITY_", "_MESH_",
-                                             "_REST_",  "_CONTACT",   "_STATUS"};
+static const char *const KIND[KIND_COUNT] = {"_NODES_",  "_VELOCITY_", "_MESH_",  "_REST_",
+                                             "_CONTACT", "_STATUS",    "_POINTS_"};
 
 // What came of one daemon; zero where nothing came.
 typedef struct Stream {

@@ -44,6 +44,9 @@ static const Case COMMON[] = {
      .tail = "loads = ( { center = [0.0, 0.0, 0.05]; radius = 0.03; force = [0.0, 0.0, -0.1]; "
              "start = 0.0; duration = 1.0; } );"},
     {.feature = "positions in messages", .publish = "mesh_hz = 0.0; status_hz = 0.0;"},
+    {.feature = "positions in packets",
+     .publish = "mesh_hz = 0.0; status_hz = 0.0; positions = \"packets\";",
+     .others = 1}, // positions
     {.feature = "velocities in messages",
      .publish = "mesh_hz = 0.0; status_hz = 0.0; velocity = true;",
      .others = 1}, // positions

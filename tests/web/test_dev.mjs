@@ -70,3 +70,19 @@ test('ctrl_c_ends_all', options, async () => {
     assert.equal(ended, 0, said);
     for (const pid of pids) assert.throws(() => process.kill(pid, 0), { code: 'ESRCH' });
 });
+
+test('without_a_scene_the_page_starts_those_of_config', options, async () => {
+    said = '';
+    ended = null;
+    dev = spawn('bash', [DEV, 'web-inside', '', String(PORT + 1)], { detached: true,
+        env: { ...process.env, PLIANT_BIN: dirname(daemon), DISPLAY: '', WAYLAND_DISPLAY: '' } });
+    for (const out of [dev.stdout, dev.stderr]) out.on('data', (data) => { said += data; });
+    dev.on('exit', (code) => { ended = code; });
+    await until('it says where the page is', () => said.includes('page: http') || ended !== null);
+    await page.goto(`http://127.0.0.1:${PORT + 1}/`);
+    await page.locator('[data-start="minimal.cfg"]').click({ timeout: PATIENCE });
+    await untilShown(page);
+    process.kill(-dev.pid, 'SIGINT');
+    await until('it has ended', () => ended !== null);
+    assert.equal(ended, 0, said);
+});

@@ -1,5 +1,5 @@
-// The workbench of the page with a real daemon: settings, the blade and the grasper as the mouse's tools, a second hand,
-// charts, pictures and videos, and what was refused.
+// What one does with a body on the page, with a real daemon: settings, the blade and the grasper as the mouse's tools, a
+// second hand, charts, pictures and videos, and what was refused.
 
 import assert from 'node:assert/strict';
 import { fileURLToPath } from 'node:url';

@@ -8,6 +8,7 @@ import { Hand } from './hand.js';
 import { isIdleCut } from './knife.js';
 import { Link } from './link.js';
 import { Panel } from './panel.js';
+import { Workbench } from './scenes.js';
 import { SecondHand } from './second.js';
 import { Settings } from './settings.js';
 import { Stage, boxOfAll } from './stage.js';
@@ -25,7 +26,7 @@ const QUIET = new Set(['load', 'tool']);
 
 const element = (id) => document.getElementById(id);
 let bodies = [], textures = [], switches = { wireframe: false, springs: false };
-let round = null, fitted = false, daemon = false, connected = false, drawnAt = 0, figuresAt = 0;
+let round = null, fitted = false, daemon = false, silence = 0, connected = false, drawnAt = 0, figuresAt = 0;
 let colours = null;
 let started = false; // everything below exists
 
@@ -63,6 +64,7 @@ const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: ()
     taken: () => second.tool?.id }, element('trail'));
 const second = new SecondHand({ stage, tools, link, settings: panel.settings, refused: whyNothing, mouse: hand,
     allowed: () => hand.allowed }, element('second'), element('second-text'));
+const workbench = new Workbench(link, showLink);
 const settings = new Settings(element('settings'), link, whyNothing);
 const forces = new Forces({ time: element('force-time'), depth: element('force-depth'), pause: element('force-pause'),
     save: element('force-save'), legend: element('force-legend') });
@@ -73,7 +75,8 @@ element('second').addEventListener('change', showTool);
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
-window.pliant = { stage, tools, panel, hand, second, settings, forces, capture, link, look, get bodies() { return bodies; } };
+window.pliant = { stage, tools, panel, hand, second, settings, forces, capture, link, look, workbench,
+    get bodies() { return bodies; } };
 
 // The mouse's tools by name: choosing one chooses what a drag does, and the other way round.
 const MODES = { probe: 'press', grasper: 'pull', blade: 'cut' };
@@ -145,7 +148,9 @@ function takeText(message) {
         if (settings.answered(message)) return undefined;
         if (!message.ok && !isIdleCut(message.text)) panel.takeEvent('refused', message.text, true);
         return undefined;
+    case 'workbench': return workbench.take(message);
     case 'error':
+        if (workbench.takeError(message)) return undefined;
         hand.answered({ id: message.id, ok: false, text: message.text });
         settings.answered({ id: message.id, ok: false, text: message.text });
         return panel.takeEvent('error', message.text, true);
@@ -244,7 +249,8 @@ function takeState(state) {
 
 function takeLink(message) {
     daemon = message.daemon;
-    showLink(message.age);
+    silence = message.age;
+    showLink();
 }
 
 // The reason why pressing, pulling, cutting and commands are disabled; '': enabled.
@@ -253,14 +259,15 @@ function whyNothing() {
     return daemon ? '' : 'pliantd is silent: nothing can be moved before it runs again.';
 }
 
-function showLink(age) {
-    const old = bodies.length > 0;
+function showLink(age = silence) {
+    const old = bodies.length > 0, why = started ? workbench.notice : '';
+    if (started) workbench.takeLink(connected && daemon);
     if (!connected) panel.takeLink('no connection', `pliant-web does not answer, so the state of pliantd is unknown. ${
         old ? 'What you see is old. ' : ''}The page keeps trying.`);
     else if (!daemon) panel.takeLink('daemon gone', old
         ? `pliantd is gone: no message from it${age > 0 ? ` for ${Math.round(age)} s` : ''}. What you see is ` +
-            'old. The page continues as soon as one runs again.'
-        : 'Waiting for pliantd …');
+            `old. ${why || 'The page continues as soon as one runs again.'}`
+        : why || 'Waiting for pliantd …');
     else panel.takeLink('live', '');
     if (started && whyNothing()) hand.end();
     look.silent = !(connected && daemon);

@@ -1,0 +1,458 @@
+// The workbench: programs that are run for pages.
+#include "workbench.h"
+#include "texts.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+const int64_t WORKBENCH_MESH_BYTES = 256 << 20, WORKBENCH_UPLOADS_BYTES = (int64_t)4 << 30;
+
+static const int64_t LIST_NS = 1000000000; // between two looks into the folders
+// A status that was sent before the daemon ended may be read after its end.
+static const int64_t LAST_STATUS_NS = 300000000;
+static const double PREPARE_S = 120.0;
+// Sanitizers reserve all of the address space.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+static const int64_t PREPARE_BYTES = 0;
+#else
+static const int64_t PREPARE_BYTES = (int64_t)4 << 30;
+#endif
+
+enum { ARGUMENTS_MAX = 16 };
+
+// --- begin and end ---
+
+// Finds a program beside this one; "" if it is not there.
+static void find_beside(const char *name, char path[FOLDER_PATH_MAX])
+{
+    char folder[FOLDER_PATH_MAX];
+    if (!folder_of_program(folder) ||
+        snprintf(path, FOLDER_PATH_MAX, "%s/%s", folder, name) >= FOLDER_PATH_MAX ||
+        access(path, X_OK) != 0)
+        path[0] = '\0';
+}
+
+// Opens a folder that files are put into. A failure is reported where it is needed.
+static void open_own(Folder *folder, const char *given, const Folder *scenes, const char *name)
+{
+    char path[FOLDER_PATH_MAX + 16];
+    ClientError why;
+    snprintf(path, sizeof path, "%s/%s", scenes->path, name);
+    if (!folder_open(folder, given ? given : path, true, &why))
+        fprintf(stderr, "pliant-web: no %s: %s\n", name, why.text);
+}
+
+bool workbench_open(Workbench *workbench, const WorkbenchOptions *options, Board *board,
+                    ClientError *error)
+{
+    *workbench = (Workbench){.board = board};
+    pthread_mutex_init(&workbench->lock, NULL);
+    for (int k = 0; k < 3; k++)
+        workbench->folder[k].fd = -1;
+    // The programs.
+    find_beside("pliantd", workbench->program[PLIANTD]);
+    find_beside("pliant-play", workbench->program[PLIANT_PLAY]);
+    find_beside("pliant-prepare", workbench->program[PLIANT_PREPARE]);
+    find_beside("pliant-record", workbench->program[PLIANT_RECORD]);
+    if (options->pliantd && !realpath(options->pliantd, workbench->program[PLIANTD]))
+        return client_fail(error, "--pliantd %s: %s", options->pliantd, strerror(errno));
+    if (!workbench->program[PLIANTD][0])
+        return client_fail(error, "--scenes: there is no pliantd beside pliant-web (--pliantd)");
+    // The network of this program, also where a scene names another: the page would not see it.
+    Network network;
+    char why[RECEIVER_WHY_MAX];
+    if (!network_read(&network, options->url, why))
+        return client_fail(error, "%s", why);
+    snprintf(workbench->url, sizeof workbench->url, "%s", network.url);
+    snprintf(workbench->prefix, sizeof workbench->prefix, "%s", options->prefix);
+    snprintf(workbench->input_prefix, sizeof workbench->input_prefix, "%s",
+             options->input_prefix ? options->input_prefix : options->prefix);
+    // The folders.
+    ClientError text;
+    if (!folder_open(&workbench->folder[ASK_SCENES], options->scenes, false, &text))
+        return client_fail(error, "--scenes %s", text.text);
+    const Folder *scenes = &workbench->folder[ASK_SCENES];
+    open_own(&workbench->folder[ASK_UPLOADS], options->uploads, scenes, "uploads");
+    open_own(&workbench->folder[ASK_RECORDINGS], options->recordings, scenes, "recordings");
+    upload_sweep(&workbench->folder[ASK_UPLOADS]);
+    signal(SIGCHLD, SIG_DFL); // else, where a parent ignores it, ends are not reported
+    return true;
+}
+
+void workbench_close(Workbench *workbench)
+{
+    WorkbenchJob *jobs[] = {&workbench->recorder, &workbench->prepare, &workbench->daemon};
+    // The recorder first: it writes what it has while the daemon ends.
+    for (int k = 0; k < 3; k++)
+        child_stop(&jobs[k]->child, client_now_ns());
+    for (int k = 0; k < 3; k++)
+        child_end(&jobs[k]->child);
+    for (int k = 0; k < 3; k++)
+        folder_close(&workbench->folder[k]);
+    pthread_mutex_destroy(&workbench->lock);
+}
+
+// --- running programs ---
+
+typedef struct Arguments {
+    const char *word[ARGUMENTS_MAX];
+    int count;
+} Arguments;
+
+static void add(Arguments *arguments, const char *word)
+{
+    arguments->word[arguments->count++] = word;
+}
+
+// Adds "--name", "value"; nothing without a value.
+static void add_option(Arguments *arguments, const char *name, const char *value)
+{
+    if (!value)
+        return;
+    add(arguments, name);
+    add(arguments, value);
+}
+
+static bool run(const Workbench *workbench, WorkbenchJob *job, Program program,
+                const Arguments *arguments, const ChildOptions *options, ClientError *error)
+{
+    static const char *const names[] = {"pliantd", "pliant-play", "pliant-prepare",
+                                        "pliant-record"};
+    if (!workbench->program[program][0])
+        return client_fail(error, "%s is not installed here", names[program]);
+    return child_start(&job->child, arguments->word, options, error);
+}
+
+// --- scenes ---
+
+static const char *const *endings_of(AskFolder folder)
+{
+    return folder == ASK_RECORDINGS ? FOLDER_RECORDINGS : FOLDER_SCENES;
+}
+
+static bool start_scene(Workbench *workbench, const Ask *ask, ClientError *error)
+{
+    WorkbenchJob *job = &workbench->daemon;
+    const Folder *folder = &workbench->folder[ask->folder];
+    if (!folder_has(folder, ask->text, endings_of(ask->folder), NULL))
+        return client_fail(error, "'%s' is no %s of the list", ask->text,
+                           ask->folder == ASK_RECORDINGS ? "recording" : "scene");
+    Program program = ask->folder == ASK_RECORDINGS ? PLIANT_PLAY : PLIANTD;
+    Arguments arguments = {{workbench->program[program]}, 1};
+    add_option(&arguments, "--lcm-url", workbench->url);
+    add_option(&arguments, "--prefix", workbench->prefix);
+    add(&arguments, ask->text);
+    if (!run(workbench, job, program, &arguments, &(ChildOptions){.folder = folder->path}, error))
+        return false;
+    job->folder = ask->folder;
+    folder_copy_name(job->file, ask->text);
+    return true;
+}
+
+// True if a daemon runs that was not started here. If it is missed, because it is silent, pliantd
+// itself finds out.
+static bool is_foreign(const Workbench *workbench, const WorkbenchHeard *heard)
+{
+    const Child *child = &workbench->daemon.child;
+    return child->pid == 0 && heard->linked && heard->status_ns > child->ended_ns + LAST_STATUS_NS;
+}
+
+static bool refuse_foreign(const Workbench *workbench, const WorkbenchHeard *heard,
+                           ClientError *error)
+{
+    return client_fail(error,
+                       "a pliantd that was not started here runs on %s (scene '%s'): end it where "
+                       "it was started",
+                       workbench->prefix, heard->scene);
+}
+
+static bool take_start(Workbench *workbench, const WorkbenchAsk *from, const WorkbenchHeard *heard,
+                       ClientError *error)
+{
+    Child *child = &workbench->daemon.child;
+    if (is_foreign(workbench, heard))
+        return refuse_foreign(workbench, heard, error);
+    if (child->pid == 0)
+        return start_scene(workbench, &from->ask, error);
+    // Another one runs: it ends first.
+    if (!folder_has(&workbench->folder[from->ask.folder], from->ask.text,
+                    endings_of(from->ask.folder), NULL))
+        return client_fail(error, "'%s' is not in the list", from->ask.text);
+    child_stop(child, client_now_ns());
+    workbench->next = *from;
+    return true;
+}
+
+static bool take_end(Workbench *workbench, const WorkbenchHeard *heard, ClientError *error)
+{
+    Child *child = &workbench->daemon.child;
+    workbench->next = (WorkbenchAsk){0};
+    if (is_foreign(workbench, heard))
+        return refuse_foreign(workbench, heard, error);
+    if (child->pid == 0)
+        return client_fail(error, "nothing runs that was started here");
+    child_stop(child, client_now_ns());
+    return true;
+}
+
+// --- recording ---
+
+static bool begin_recording(Workbench *workbench, const WorkbenchHeard *heard, ClientError *error)
+{
+    WorkbenchJob *job = &workbench->recorder;
+    const Folder *folder = &workbench->folder[ASK_RECORDINGS];
+    if (job->child.pid != 0)
+        return client_fail(error, "%s is being recorded already", job->file);
+    if (folder->fd < 0)
+        return client_fail(error, "there is no folder for recordings (see --recordings)");
+    if (!heard->linked)
+        return client_fail(error, "no daemon runs: there is nothing to record");
+    // "stomach-20260131-101500.h5"
+    char wanted[FOLDER_NAME_MAX], when[32];
+    time_t now = time(NULL);
+    struct tm local;
+    if (!localtime_r(&now, &local) || strftime(when, sizeof when, "%Y%m%d-%H%M%S", &local) == 0)
+        return client_fail(error, "the clock gives no date");
+    char scene[41];
+    snprintf(scene, sizeof scene, "%.40s", heard->scene[0] ? heard->scene : "session");
+    for (char *c = scene; *c; c++)
+        *c = (char)(is_name_character(*c) && *c != '-' ? *c : '_');
+    snprintf(wanted, sizeof wanted, "%s-%s.h5", scene, when);
+    if (!folder_free_name(folder, wanted, FOLDER_RECORDINGS, job->file, error))
+        return false;
+    Arguments arguments = {{workbench->program[PLIANT_RECORD]}, 1};
+    add_option(&arguments, "--lcm-url", workbench->url);
+    add_option(&arguments, "--prefix", workbench->prefix);
+    add_option(&arguments, "--input-prefix", workbench->input_prefix);
+    add_option(&arguments, "--output", job->file);
+    return run(workbench, job, PLIANT_RECORD, &arguments, &(ChildOptions){.folder = folder->path},
+               error);
+}
+
+static bool take_record(Workbench *workbench, const Ask *ask, const WorkbenchHeard *heard,
+                        ClientError *error)
+{
+    Child *child = &workbench->recorder.child;
+    if (ask->record)
+        return begin_recording(workbench, heard, error);
+    if (child->pid == 0)
+        return client_fail(error, "nothing is being recorded");
+    child_stop(child, client_now_ns());
+    return true;
+}
+
+// --- a scene for a mesh ---
+
+static bool run_prepare(Workbench *workbench, Arguments *arguments, ClientError *error)
+{
+    const ChildOptions options = {.folder = workbench->folder[ASK_UPLOADS].path,
+                                  .seconds = PREPARE_S,
+                                  .memory_bytes = PREPARE_BYTES,
+                                  .gentle = true};
+    add_option(arguments, "--units", workbench->units);
+    return run(workbench, &workbench->prepare, PLIANT_PREPARE, arguments, &options, error);
+}
+
+static bool take_propose(Workbench *workbench, const Ask *ask, ClientError *error)
+{
+    WorkbenchJob *job = &workbench->prepare;
+    if (job->child.pid != 0)
+        return client_fail(error, "a proposal for %s is being made", job->file);
+    if (!folder_has(&workbench->folder[ASK_UPLOADS], ask->text, FOLDER_MESHES, NULL))
+        return client_fail(error, "'%s' is no mesh of the list", ask->text);
+    folder_copy_name(job->file, ask->text);
+    workbench->units = ask->propose.units;
+    workbench->model = ask->propose.model;
+    workbench->proposing = false;
+    workbench->check[0] = '\0';
+    Arguments arguments = {{workbench->program[PLIANT_PREPARE]}, 1};
+    add(&arguments, "--check");
+    add(&arguments, job->file);
+    return run_prepare(workbench, &arguments, error);
+}
+
+// After its check, whatever that says: the refusal of a proposal says more.
+static bool propose(Workbench *workbench, ClientError *error)
+{
+    WorkbenchJob *job = &workbench->prepare;
+    const Folder *folder = &workbench->folder[ASK_UPLOADS];
+    snprintf(workbench->check, sizeof workbench->check, "%s", job->child.text);
+    workbench->proposing = true;
+    // Replaces the last proposal for the same mesh, and no other scene.
+    if (workbench->scene[0] && strcmp(workbench->proposed, job->file) == 0)
+        unlinkat(folder->fd, workbench->scene, 0);
+    char wanted[FOLDER_NAME_MAX];
+    snprintf(wanted, sizeof wanted, "%.*s.cfg", folder_stem(job->file, FOLDER_MESHES), job->file);
+    workbench->proposed[0] = workbench->scene_text[0] = '\0';
+    if (!folder_free_name(folder, wanted, FOLDER_SCENES, workbench->scene, error))
+        return false;
+    Arguments arguments = {{workbench->program[PLIANT_PREPARE]}, 1};
+    add(&arguments, "--propose");
+    add(&arguments, job->file);
+    add_option(&arguments, "--output", workbench->scene);
+    add_option(&arguments, "--model", workbench->model);
+    return run_prepare(workbench, &arguments, error);
+}
+
+static void read_proposal(Workbench *workbench)
+{
+    const Folder *folder = &workbench->folder[ASK_UPLOADS];
+    int fd = folder_read(folder, workbench->scene, FOLDER_SCENES);
+    ssize_t size = fd < 0 ? 0 : read(fd, workbench->scene_text, WORKBENCH_CFG_MAX - 1);
+    if (fd >= 0)
+        close(fd);
+    workbench->scene_text[size > 0 ? size : 0] = '\0';
+    if (size > 0)
+        folder_copy_name(workbench->proposed, workbench->prepare.file);
+    else
+        workbench->scene[0] = '\0'; // the program says why
+}
+
+// --- each turn ---
+
+bool workbench_ask(Workbench *workbench, int32_t sender, const Ask *ask)
+{
+    pthread_mutex_lock(&workbench->lock);
+    bool fits = workbench->waiting < WORKBENCH_QUEUE;
+    if (fits)
+        workbench->queue[workbench->waiting++] = (WorkbenchAsk){sender, *ask};
+    pthread_mutex_unlock(&workbench->lock);
+    return fits;
+}
+
+static bool take(Workbench *workbench, const WorkbenchAsk *from, const WorkbenchHeard *heard,
+                 ClientError *error)
+{
+    switch (from->ask.kind) {
+    case ASK_START:
+        return take_start(workbench, from, heard, error);
+    case ASK_END:
+        return take_end(workbench, heard, error);
+    case ASK_RECORD:
+        return take_record(workbench, &from->ask, heard, error);
+    case ASK_PROPOSE:
+        return take_propose(workbench, &from->ask, error);
+    default:
+        return true;
+    }
+}
+
+static void answer(Workbench *workbench, const WorkbenchAsk *from, bool ok,
+                   const ClientError *error)
+{
+    if (!ok)
+        board_send(workbench->board, from->sender, text_error(from->ask.id, error->text));
+}
+
+// Returns whether there were any.
+static bool take_asks(Workbench *workbench, const WorkbenchHeard *heard)
+{
+    WorkbenchAsk queue[WORKBENCH_QUEUE];
+    pthread_mutex_lock(&workbench->lock);
+    int count = workbench->waiting;
+    memcpy(queue, workbench->queue, (size_t)count * sizeof *queue);
+    workbench->waiting = 0;
+    pthread_mutex_unlock(&workbench->lock);
+    for (int k = 0; k < count; k++) {
+        ClientError error = {0};
+        answer(workbench, &queue[k], take(workbench, &queue[k], heard, &error), &error);
+    }
+    return count > 0;
+}
+
+// Returns whether a program has ended.
+static bool watch(Workbench *workbench, int64_t now_ns)
+{
+    ClientError error = {0};
+    // What waited for the end of the daemon may start.
+    bool news = child_turn(&workbench->daemon.child, now_ns);
+    if (news && workbench->next.sender != 0) {
+        WorkbenchAsk next = workbench->next;
+        workbench->next = (WorkbenchAsk){0};
+        answer(workbench, &next, start_scene(workbench, &next.ask, &error), &error);
+    }
+    if (child_turn(&workbench->recorder.child, now_ns))
+        news = true;
+    if (child_turn(&workbench->prepare.child, now_ns)) {
+        news = true;
+        if (workbench->proposing)
+            read_proposal(workbench);
+        else if (!propose(workbench, &error))
+            board_send_all(workbench->board, text_error(0, error.text));
+    }
+    return news;
+}
+
+static void list_folders(Workbench *workbench, int64_t now_ns)
+{
+    const Folder *folder = workbench->folder;
+    workbench->listed_ns = now_ns;
+    folder_list(&folder[ASK_SCENES], FOLDER_SCENES, true, &workbench->scenes);
+    folder_list(&folder[ASK_UPLOADS], FOLDER_SCENES, true, &workbench->uploaded);
+    folder_list(&folder[ASK_UPLOADS], FOLDER_MESHES, false, &workbench->meshes);
+    folder_list(&folder[ASK_RECORDINGS], FOLDER_RECORDINGS, false, &workbench->recordings);
+}
+
+static WorkbenchRun run_of(const WorkbenchJob *job, char how[CHILD_HOW_MAX])
+{
+    const Child *child = &job->child;
+    child_how(child, how);
+    return (WorkbenchRun){.file = job->file,
+                          .runs = child->pid != 0,
+                          .asked = child->asked,
+                          .over = child->over,
+                          .failed = child->over && child->status != 0,
+                          .how = how,
+                          .text = child->text};
+}
+
+static void show(Workbench *workbench)
+{
+    char how[3][CHILD_HOW_MAX];
+    const WorkbenchText text = {
+        .scenes = &workbench->scenes,
+        .uploaded = &workbench->uploaded,
+        .meshes = &workbench->meshes,
+        .recordings = &workbench->recordings,
+        .plays = workbench->program[PLIANT_PLAY][0] != '\0',
+        .foreign = workbench->foreign,
+        .upload_bytes = WORKBENCH_MESH_BYTES,
+        .daemon = run_of(&workbench->daemon, how[0]),
+        .folder = workbench->daemon.folder,
+        .recorder = run_of(&workbench->recorder, how[1]),
+        .prepare = run_of(&workbench->prepare, how[2]),
+        .check = workbench->check,
+        .scene = workbench->proposed[0] ? workbench->scene : "",
+        .scene_text = workbench->scene_text,
+    };
+    Parcel *parcel = text_workbench(&text);
+    // Only this thread changes the slot.
+    if (parcel_equal(parcel, workbench->board->workbench.parcel))
+        parcel_drop(parcel);
+    else
+        board_set_workbench(workbench->board, parcel);
+}
+
+void workbench_turn(Workbench *workbench, const WorkbenchHeard *heard, int64_t now_ns)
+{
+    bool asked = take_asks(workbench, heard), ended = watch(workbench, now_ns);
+    bool foreign = is_foreign(workbench, heard);
+    bool news = asked || ended || foreign != workbench->foreign || workbench->listed_ns == 0;
+    // Folders change without notice, as a recording grows.
+    if (!news && now_ns - workbench->listed_ns < LIST_NS)
+        return;
+    if (board_pages(workbench->board) == 0) {
+        workbench->listed_ns = 0; // the first page gets what there is then
+        return;
+    }
+    workbench->foreign = foreign;
+    list_folders(workbench, now_ns);
+    show(workbench);
+}

@@ -1,0 +1,245 @@
+// The folders of the workbench: no name leads out of them, and meshes that come in pieces are
+// bounded.
+#include "folder.h"
+#include "expect.h"
+#include "scratch.h"
+
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+static Scratch scratch;
+static Folder folder;
+static ClientError why;
+
+static int begin(void **state)
+{
+    (void)state;
+    return scratch_create(&scratch) == 0 && folder_open(&folder, scratch.folder, false, &why) ? 0
+                                                                                              : -1;
+}
+
+static int end(void **state)
+{
+    (void)state;
+    folder_close(&folder);
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+static void names_that_could_lead_elsewhere_are_none(void **state)
+{
+    (void)state;
+    char longest[FOLDER_NAME_MAX + 1];
+    memset(longest, 'a', sizeof longest);
+    strcpy(longest + FOLDER_NAME_MAX - 4, ".cfg");
+    const char *const no[] = {"",
+                              ".cfg",
+                              "..",
+                              "../organ.cfg",
+                              "/etc/organ.cfg",
+                              "a/organ.cfg",
+                              "a\\organ.cfg",
+                              ".organ.cfg",
+                              "-organ.cfg",
+                              "--check.cfg",
+                              "organ.cfg\n",
+                              "or\"gan.cfg",
+                              "organ.cfg/",
+                              "organ.cfg.",
+                              "organ",
+                              "organ.stl",
+                              "\xc3\xb6rgan.cfg",
+                              longest};
+    for (size_t k = 0; k < sizeof no / sizeof *no; k++) {
+        if (folder_name_valid(no[k], FOLDER_SCENES) ||
+            folder_has(&folder, no[k], FOLDER_SCENES, NULL))
+            fail_msg("'%s' is a name", no[k]);
+    }
+    assert_true(folder_name_valid("my organ (2).cfg", FOLDER_SCENES));
+    assert_true(folder_name_valid(longest + 1, FOLDER_SCENES));
+    assert_true(folder_name_valid("a..b.CFG", FOLDER_SCENES));
+}
+
+static void links_and_folders_are_no_files(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    scratch_write(&scratch, "one.cfg", "# One.\n", 7);
+    assert_int_equal(symlink("/etc/passwd", scratch_path(&scratch, "away.cfg", path)), 0);
+    assert_int_equal(symlink("one.cfg", scratch_path(&scratch, "near.cfg", path)), 0);
+    assert_int_equal(mkdir(scratch_path(&scratch, "folder.cfg", path), 0700), 0);
+    assert_int_equal(mkfifo(scratch_path(&scratch, "pipe.cfg", path), 0600), 0);
+    static FolderList list;
+    folder_list(&folder, FOLDER_SCENES, true, &list);
+    assert_int_equal(list.count, 1);
+    assert_string_equal(list.file[0].name, "one.cfg");
+    assert_int_equal(list.file[0].bytes, 7);
+    static const char *const no[] = {"away.cfg", "near.cfg", "folder.cfg", "pipe.cfg", "none.cfg"};
+    for (size_t k = 0; k < sizeof no / sizeof *no; k++)
+        assert_int_equal(folder_read(&folder, no[k], FOLDER_SCENES), -1);
+    int fd = folder_read(&folder, "one.cfg", FOLDER_SCENES);
+    assert_true(fd >= 0);
+    close(fd);
+}
+
+static void a_scene_is_described_by_the_sentence_that_it_begins_with(void **state)
+{
+    (void)state;
+    static const char *const texts[][2] = {
+        {"# A ball: it falls.\nname = \"a\";\n", "A ball"},
+        {"# Two lines that\n# are one. Not this.\n", "Two lines that are one."},
+        {"bodies = ();\n# later\n", ""},
+        {"# tab\tand \x1b[31m\n", "tab and  [31m"},
+        {"#", ""},
+        {"", ""}};
+    static FolderList list;
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
+        scratch_write(&scratch, "a.cfg", texts[k][0], strlen(texts[k][0]));
+        folder_list(&folder, FOLDER_SCENES, true, &list);
+        assert_int_equal(list.count, 1);
+        assert_string_equal(list.file[0].about, texts[k][1]);
+    }
+}
+
+static void no_more_files_are_listed_than_there_is_place_for(void **state)
+{
+    (void)state;
+    static FolderList list;
+    for (int k = 0; k < FOLDER_FILES_MAX + 3; k++) {
+        char name[32];
+        snprintf(name, sizeof name, "%03d.stl", k);
+        scratch_write(&scratch, name, "x", 1);
+    }
+    folder_list(&folder, FOLDER_MESHES, false, &list);
+    assert_int_equal(list.count, FOLDER_FILES_MAX);
+    assert_int_equal(list.more, 3);
+    assert_int_equal(folder_bytes(&folder), FOLDER_FILES_MAX + 3);
+}
+
+static void any_name_of_a_mesh_becomes_a_valid_one(void **state)
+{
+    (void)state;
+    char longest[3000], name[FOLDER_NAME_MAX];
+    memset(longest, 'x', sizeof longest);
+    strcpy(longest + sizeof longest - 8, ".nii.gz");
+    const char *const texts[][2] = {{"organ.stl", "organ.stl"},
+                                    {"../../organ.stl", "organ.stl"},
+                                    {"C:\\meshes\\organ.STL", "organ.STL"},
+                                    {"my organ;rm -rf $HOME.obj", "my_organ_rm_-rf__HOME.obj"},
+                                    {"-o.ply", "_o.ply"},
+                                    {".hidden.ply", "_hidden.ply"},
+                                    {"\xc3\xb6.off", "__.off"},
+                                    {"a\nb.nrrd", "a_b.nrrd"},
+                                    {"a.b.nii.gz", "a.b.nii.gz"}};
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
+        assert_true(folder_name_clean(texts[k][0], FOLDER_MESHES, name, &why));
+        assert_string_equal(name, texts[k][1]);
+        assert_true(folder_name_valid(name, FOLDER_MESHES));
+    }
+    assert_true(folder_name_clean(longest, FOLDER_MESHES, name, &why));
+    assert_true(folder_name_valid(name, FOLDER_MESHES));
+    static const char *const no[] = {"",     "organ",  "organ.cfg", "organ.stl.sh",
+                                     ".stl", "a/.stl", "a/"};
+    for (size_t k = 0; k < sizeof no / sizeof *no; k++) {
+        if (folder_name_clean(no[k], FOLDER_MESHES, name, &why))
+            fail_msg("'%s' is a mesh", no[k]);
+    }
+}
+
+static int file_count(void)
+{
+    static FolderList list;
+    folder_list(&folder, FOLDER_MESHES, false, &list);
+    return list.count;
+}
+
+static void a_mesh_appears_when_it_is_complete_and_replaces_none(void **state)
+{
+    (void)state;
+    Upload upload;
+    for (int k = 1; k <= 3; k++) {
+        assert_true(upload_begin(&upload, &folder, "a.stl", 8, &why));
+        assert_true(upload_add(&upload, "soli", 4, &why));
+        assert_true(upload_add(&upload, "d", 1, &why));
+        assert_int_equal(file_count(), k - 1);
+        assert_true(upload_finish(&upload, &why));
+        assert_int_equal(file_count(), k);
+    }
+    assert_string_equal(upload.name, "a-3.stl");
+    size_t size = 0;
+    unsigned char *data = scratch_read(&scratch, "a-3.stl", &size);
+    assert_string_equal((char *)data, "solid");
+    free(data);
+    assert_int_equal(folder_bytes(&folder), 15); // nothing hidden is left
+}
+
+static void a_link_in_the_place_of_a_mesh_is_not_written_through(void **state)
+{
+    (void)state;
+    Upload upload;
+    char path[SCRATCH_PATH];
+    scratch_write(&scratch, "precious", "old", 3);
+    assert_int_equal(symlink("precious", scratch_path(&scratch, "a.stl", path)), 0);
+    assert_true(upload_begin(&upload, &folder, "a.stl", 8, &why));
+    assert_true(upload_add(&upload, "new", 3, &why));
+    assert_true(upload_finish(&upload, &why));
+    assert_string_equal(upload.name, "a-2.stl");
+    size_t size = 0;
+    unsigned char *data = scratch_read(&scratch, "precious", &size);
+    assert_string_equal((char *)data, "old");
+    free(data);
+}
+
+static void a_mesh_that_is_too_large_empty_or_broken_off_leaves_nothing(void **state)
+{
+    (void)state;
+    Upload upload;
+    assert_true(upload_begin(&upload, &folder, "a.stl", 8, &why));
+    assert_true(upload_add(&upload, "12345678", 8, &why));
+    assert_false(upload_add(&upload, "9", 1, &why));
+    upload_drop(&upload);
+    assert_true(upload_begin(&upload, &folder, "a.stl", 8, &why));
+    assert_false(upload_finish(&upload, &why)); // empty
+    upload_drop(&upload);
+    upload_drop(&upload); // again: without effect
+    assert_int_equal(folder_bytes(&folder), 0);
+    assert_int_equal(file_count(), 0);
+}
+
+static void what_killed_servers_left_is_removed_and_nothing_else(void **state)
+{
+    (void)state;
+    char gone[32], runs[32], path[SCRATCH_PATH];
+    pid_t pid = fork();
+    if (pid == 0)
+        _exit(0);
+    waitpid(pid, NULL, 0);
+    snprintf(gone, sizeof gone, ".upload-%d", (int)pid);
+    snprintf(runs, sizeof runs, ".upload-%d", (int)getpid());
+    const char *const kept[] = {runs, ".upload-", ".upload-1x", ".upload", "a.stl"};
+    scratch_write(&scratch, gone, "x", 1);
+    for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)
+        scratch_write(&scratch, kept[k], "x", 1);
+    upload_sweep(&folder);
+    assert_int_equal(access(scratch_path(&scratch, gone, path), F_OK), -1);
+    for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)
+        assert_int_equal(access(scratch_path(&scratch, kept[k], path), F_OK), 0);
+}
+
+#define in_folder(test) cmocka_unit_test_setup_teardown(test, begin, end)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        in_folder(names_that_could_lead_elsewhere_are_none),
+        in_folder(links_and_folders_are_no_files),
+        in_folder(a_scene_is_described_by_the_sentence_that_it_begins_with),
+        in_folder(no_more_files_are_listed_than_there_is_place_for),
+        in_folder(any_name_of_a_mesh_becomes_a_valid_one),
+        in_folder(a_mesh_appears_when_it_is_complete_and_replaces_none),
+        in_folder(a_link_in_the_place_of_a_mesh_is_not_written_through),
+        in_folder(what_killed_servers_left_is_removed_and_nothing_else),
+        in_folder(a_mesh_that_is_too_large_empty_or_broken_off_leaves_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,137 @@
+// The workbench: scenes are chosen, started and stopped, meshes become scenes, sessions are recorded, and what is
+// refused says why where it was asked for.
+
+import assert from 'node:assert/strict';
+import { copyFileSync, mkdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
+import { fileURLToPath } from 'node:url';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { openBrowser } from './browser.mjs';
+import { PATIENCE, setting, startDaemon, startWeb, until, untilShown } from './live.mjs';
+
+const paths = setting();
+const BALL = fileURLToPath(new URL('scenes/ball.cfg', import.meta.url));
+const FOLDER = join(paths.out, 'workbench');
+const options = { timeout: 3 * PATIENCE };
+
+// A corner of a box, of 40 x 30 x 50 millimetres.
+const CORNERS = [[0, 0, 0], [40, 0, 0], [0, 30, 0], [0, 0, 50]];
+const FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+const STL = `solid corner\n${FACES.map((face) => `facet normal 0 0 0\nouter loop\n${face.map((corner) =>
+    `vertex ${CORNERS[corner].join(' ')}`).join('\n')}\nendloop\nendfacet`).join('\n')}\nendsolid corner\n`;
+
+let web, browser, page;
+const shot = (name) => page.screenshot({ path: join(paths.out, `scenes-${name}.png`) });
+const textOf = (id) => page.locator(`#${id}`).textContent();
+const start = (name) => page.locator(`[data-start="${name}"]`).click();
+const shows = (what, id, pattern) => until(what, async () => pattern.test(await textOf(id)));
+const daemonIs = (state) => until(`the daemon is ${state}`, () => page.evaluate((state) =>
+    window.pliant.workbench.state?.daemon.state === state, state));
+
+before(async () => {
+    rmSync(FOLDER, { recursive: true, force: true });
+    mkdirSync(FOLDER, { recursive: true });
+    copyFileSync(BALL, join(FOLDER, 'ball.cfg'));
+    writeFileSync(join(FOLDER, 'other.cfg'), readFileSync(BALL, 'utf8').replace('name = "ball";', 'name = "other";'));
+    writeFileSync(join(FOLDER, 'wrong.cfg'), '# Not right.\nbodies = (\n  { name = "a"; meshh = 3; } );\n');
+    symlinkSync('/etc/passwd', join(FOLDER, 'away.cfg'));
+    web = await startWeb(paths, '--scenes', FOLDER, '--pliantd', paths.daemon);
+    browser = await openBrowser({ width: 1000, height: 700 });
+    page = browser.page;
+    await page.goto(web.url);
+    await page.waitForSelector('[data-start]', { timeout: PATIENCE });
+}, options);
+
+after(async () => {
+    await browser?.close();
+    await web?.program.stop();
+});
+
+test('the_scenes_of_the_folder_are_listed_with_what_they_are', options, async () => {
+    const names = await page.locator('#scene-list [data-start]').allTextContents();
+    assert.deepEqual(names, ['ball.cfg', 'other.cfg', 'wrong.cfg']); // no link
+    assert.match(await page.locator('#scene-list').textContent(), /A hollow ball whose lower part is held/);
+    assert.match(await textOf('notice'), /choose a scene/);
+});
+
+test('a_scene_that_is_refused_shows_its_error_with_the_line', options, async () => {
+    await start('wrong.cfg');
+    await shows('the error', 'scene-list', /exit status 2\s*wrong\.cfg:3: unknown key meshh/);
+    assert.match(await textOf('notice'), /wrong\.cfg:3: unknown key meshh/);
+    await shot('1-refused');
+});
+
+test('a_click_starts_a_scene_and_another_click_another_one', options, async () => {
+    await start('ball.cfg');
+    await untilShown(page);
+    assert.equal(await textOf('scene-name'), 'ball');
+    await start('other.cfg');
+    await shows('the other scene', 'scene-name', /^other$/);
+    await untilShown(page);
+    await shot('2-started');
+});
+
+test('a_session_is_recorded_and_saved', options, async () => {
+    await page.locator('#record').click();
+    await shows('something is recorded', 'recorder', /recording other-[\d-]+\.h5, \d.* kB/);
+    await page.locator('#record').click();
+    await shows('what was recorded', 'recorder', /[1-9]\d* frames of ball/);
+    const coming = page.waitForEvent('download', { timeout: PATIENCE });
+    await page.locator('#recording-list a').click();
+    const file = readFileSync(await (await coming).path());
+    assert.equal(file.subarray(0, 8).toString('latin1'), '\x89HDF\r\n\x1a\n');
+});
+
+test('what_was_started_is_stopped', options, async () => {
+    await page.locator('#scene-end').click();
+    await daemonIs('ended');
+    await shows('that it is gone', 'notice', /pliantd is gone.*choose a scene/);
+});
+
+test('a_dropped_mesh_becomes_a_scene_that_is_explained_and_started', options, async () => {
+    await page.evaluate((stl) => {
+        const dataTransfer = new DataTransfer();
+        dataTransfer.items.add(new File([stl], 'my corner.stl'));
+        for (const kind of ['dragenter', 'drop'])
+            document.getElementById('view').dispatchEvent(new DragEvent(kind, { dataTransfer, bubbles: true }));
+    }, STL);
+    await until('a scene is proposed', () => page.locator('#proposal-start').isEnabled());
+    assert.equal(await textOf('proposal-start'), 'Start my_corner.cfg');
+    assert.match(await textOf('explained'), /unitsnot given, taken as mm.*size.*0\.04, 0\.03, 0\.05.*as a wallyes.*as a solidyes.*material/s);
+    await shot('3-proposed');
+    // Chosen instead of guessed.
+    await page.locator('#units').selectOption('cm');
+    await page.locator('#model').selectOption('voxel');
+    await page.locator('#propose').click();
+    await shows('the other size and model', 'explained', /0\.4, 0\.3, 0\.5.*modelvoxel/s);
+    await until('it is proposed', () => page.locator('#proposal-start').isEnabled());
+    await page.locator('#proposal-start').click();
+    await shows('it runs', 'scene-end', /Stop my_corner\.cfg/);
+    await until('its bodies come', () => page.evaluate(() => window.pliant.bodies.length === 1));
+    await untilShown(page);
+    await shot('4-own');
+    await page.locator('#scene-end').click();
+    await daemonIs('ended');
+});
+
+test('a_mesh_that_is_none_is_refused_with_the_reason', options, async () => {
+    const give = (name, text) => page.locator('#mesh').setInputFiles({ name, mimeType: '', buffer: Buffer.from(text) });
+    await give('letter.doc', 'dear');
+    await shows('its ending', 'mesh-error', /letter\.doc: expected OBJ/);
+    await give('letter.stl', 'dear');
+    await shows('what is wrong', 'mesh-error', /no scene can be made of it \(exit status 2\): letter\.stl/);
+});
+
+test('a_daemon_of_others_is_not_replaced', options, async () => {
+    const daemon = startDaemon(paths, BALL);
+    await page.waitForSelector('#foreign:visible', { timeout: PATIENCE });
+    assert(await page.locator('[data-start="other.cfg"]').isDisabled());
+    await page.evaluate(() => window.pliant.workbench.start('scenes', 'other.cfg')); // as if it could
+    await shows('why not', 'scene-error', /was not started here/);
+    await daemon.stop();
+    await page.waitForSelector('#foreign', { state: 'hidden', timeout: PATIENCE });
+});
+
+test('the_page_had_no_errors', options, async () => {
+    assert.deepEqual(browser.errors, []);
+});
