@@ -12,6 +12,7 @@
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_points_t.h"
+#include "pliant_playback_t.h"
 #include "pliant_reply_t.h"
 #include "pliant_rest_t.h"
 #include "pliant_status_t.h"
@@ -32,6 +33,8 @@ const WireType WIRE_CONTACT = {"l ii l d ll b 3d 3d 3d 3d 3d d 9d d", __pliant_c
 const WireType WIRE_STATUS = {"l i ss l ddd lll 4d 4d n *0s *0d n *1(sss iiiiii dddddd) n *2s *2l",
                               __pliant_status_t_get_hash};
 const WireType WIRE_CLAIM = {"lllll", __pliant_claim_t_get_hash};
+const WireType WIRE_PLAYBACK = {"l ii bbb 7d l i n *0d *0s *0s nn *1i *2f",
+                                __pliant_playback_t_get_hash};
 const WireType WIRE_EVENT = {"l i l sss", __pliant_event_t_get_hash};
 
 enum { WALK_COUNTS = 4 };

@@ -18,7 +18,8 @@ typedef struct WireType {
 
 extern const WireType WIRE_POINTS;
 extern const WireType WIRE_TOOL_POSE, WIRE_COMMAND, WIRE_REPLY, WIRE_NODES, WIRE_MESH,
-    WIRE_MESH_DELTA, WIRE_REST, WIRE_WALLS, WIRE_CONTACT, WIRE_STATUS, WIRE_EVENT, WIRE_CLAIM;
+    WIRE_MESH_DELTA, WIRE_REST, WIRE_WALLS, WIRE_CONTACT, WIRE_STATUS, WIRE_EVENT, WIRE_CLAIM,
+    WIRE_PLAYBACK;
 
 // True if `data` is one whole message of the type: fingerprint, every count and string inside the
 // message, every number finite, no byte left over. lcm-gen's decoder is safe on it.

@@ -265,6 +265,17 @@ static void limit(int what, rlim_t most)
     setrlimit(what, &bound);
 }
 
+void hdf_child_renew(void)
+{
+    struct rlimit bound;
+    struct rusage used;
+    if (getrlimit(RLIMIT_CPU, &bound) != 0 || getrusage(RUSAGE_SELF, &used) != 0)
+        return;
+    rlim_t most = (rlim_t)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + CPU_SECONDS;
+    bound.rlim_cur = most < bound.rlim_max ? most : bound.rlim_max;
+    setrlimit(RLIMIT_CPU, &bound);
+}
+
 // Limits the child: default signal actions, no core file, bounded time and memory.
 static void restrain(const char *path)
 {
@@ -282,7 +293,7 @@ static void restrain(const char *path)
     // It must not outlive us, leave a core or read for ever.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     limit(RLIMIT_CORE, 0);
-    limit(RLIMIT_CPU, CPU_SECONDS);
+    hdf_child_renew();
     // The memory of an honest file of this size.
     rlim_t used = address_space(), size = stat(path, &facts) == 0 ? (rlim_t)facts.st_size : 0;
     // A sparse file counts by the space that it occupies.
@@ -323,8 +334,11 @@ HdfChild *hdf_child_start(const char *path, HdfServe *run, void *user, Status *s
 static int wait_for(HdfChild *child)
 {
     int ended = -1;
-    if (child->fd >= 0)
-        close(child->fd); // the child sees the end of its input
+    // The child sees the end of its input, even if a later child inherited our end.
+    if (child->fd >= 0) {
+        shutdown(child->fd, SHUT_RDWR);
+        close(child->fd);
+    }
     child->fd = -1;
     if (child->pid > 0)
         while (waitpid(child->pid, &ended, 0) < 0 && errno == EINTR)

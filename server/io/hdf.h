@@ -125,6 +125,9 @@ typedef void HdfServe(int fd, void *user);
 
 // Starts a child for the file at `path`. Returns NULL with `status` (STATUS_FAILED) on failure.
 HdfChild *hdf_child_start(const char *path, HdfServe *serve, void *user, Status *status);
+// Called in the child: from now on it may compute for as long as at its start, for a child that
+// answers many requests.
+void hdf_child_renew(void);
 // Ends the child and frees it.
 void hdf_child_end(HdfChild *child);
 

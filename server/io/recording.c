@@ -21,6 +21,8 @@ RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *s
             continue;
         to->row[i] = to->live_count;
         to->id[to->live_count] = slots->id[i];
+        to->origin[to->live_count] = slots->origin[i];
+        to->level[to->live_count] = slots->level[i];
         to->live[to->live_count++] = i;
     }
     // Triangles with the new numbers; free slots are dropped.
@@ -36,6 +38,8 @@ RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *s
                                .node_count = to->live_count,
                                .triangle_count = triangles,
                                .node_id = to->id,
+                               .node_origin = to->origin,
+                               .node_level = to->level,
                                .triangle = (const int(*)[3])to->triangle};
 }
 
@@ -93,7 +97,7 @@ static bool create_file(Recording *recording)
 // Names and shapes of the data sets of a body and of a tool.
 typedef struct TableForm {
     const char *name;
-    enum { REAL, SINGLE, LONG, INTEGER } type;
+    enum { REAL, SINGLE, LONG, INTEGER, BYTE } type;
     int columns, chunk; // chunk 0: the body's nodes, -1: its triangles
     const char *unit;
 } TableForm;
@@ -112,6 +116,8 @@ static const TableForm body_form[BODY_TABLES] = {
     [TOPOLOGY_NODE_COUNT] = {"topology/node_count", INTEGER, 0, TOPOLOGY_ROWS, "rows of node_id"},
     [TRIANGLES] = {"triangles", INTEGER, 3, -1, "nodes of a frame"},
     [NODE_ID] = {"node_id", INTEGER, 0, 0, "1"},
+    [NODE_ORIGIN] = {"node_origin", INTEGER, 0, 0, "node_id"},
+    [NODE_LEVEL] = {"node_level", BYTE, 0, 0, "1"},
 };
 
 static const TableForm tool_form[TOOL_TABLES] = {
@@ -127,7 +133,8 @@ static bool create_table(const Recording *recording, const char *group, const Ta
     const hid_t type[] = {[REAL] = H5T_NATIVE_DOUBLE,
                           [SINGLE] = H5T_NATIVE_FLOAT,
                           [LONG] = H5T_NATIVE_INT64,
-                          [INTEGER] = H5T_NATIVE_INT32};
+                          [INTEGER] = H5T_NATIVE_INT32,
+                          [BYTE] = H5T_NATIVE_INT8};
     char name[NAME_TEXT];
     snprintf(name, sizeof name, "%s/%s", group, form->name);
     return hdf_table_create(&recording->file, name, type[form->type], form->columns, (hsize_t)chunk,
@@ -184,18 +191,23 @@ static void insert_text(hid_t type, const char *name, size_t offset, size_t size
     H5Tclose(text);
 }
 
-static bool create_events(Recording *recording)
+hid_t recording_event_type(void)
 {
     hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(RecordingEvent));
-    recording->event_type = type;
     // Texts of fixed length, so that rows have one size.
     H5Tinsert(type, "time", offsetof(RecordingEvent, time), H5T_NATIVE_DOUBLE);
     H5Tinsert(type, "step", offsetof(RecordingEvent, step), H5T_NATIVE_INT64);
     insert_text(type, "body", offsetof(RecordingEvent, body), RECORDING_BODY_TEXT);
     insert_text(type, "kind", offsetof(RecordingEvent, kind), RECORDING_KIND_TEXT);
     insert_text(type, "text", offsetof(RecordingEvent, text), RECORDING_EVENT_TEXT);
-    return hdf_table_create(&recording->file, "/events", type, 0, EVENT_ROWS, "time s, step ticks",
-                            &recording->event);
+    return type;
+}
+
+static bool create_events(Recording *recording)
+{
+    recording->event_type = recording_event_type();
+    return hdf_table_create(&recording->file, "/events", recording->event_type, 0, EVENT_ROWS,
+                            "time s, step ticks", &recording->event);
 }
 
 static bool write_head(Recording *recording, const RecordingOptions *options)
@@ -205,6 +217,8 @@ static bool write_head(Recording *recording, const RecordingOptions *options)
            hdf_write_int(file, "/", "version", RECORDING_VERSION) &&
            hdf_write_long(file, "/", RECORDING_ENDED, 0) &&
            hdf_write_text(file, "/", "scene", options->scene) &&
+           (options->describe == NULL ||
+            hdf_write_text(file, "/", "describe", options->describe)) &&
            hdf_write_text(file, "/", "created_by", options->created_by);
 }
 
@@ -224,9 +238,10 @@ static bool reserve(Recording *recording, size_t bytes)
 
 static bool create_all(Recording *recording, const RecordingOptions *options)
 {
+    const size_t text =
+        strlen(options->scene) + (options->describe != NULL ? strlen(options->describe) : 0);
     // Everything exists before readers are let in.
-    if (!create_file(recording) || !reserve(recording, strlen(options->scene)) ||
-        !write_head(recording, options))
+    if (!create_file(recording) || !reserve(recording, text) || !write_head(recording, options))
         return false;
     for (int i = 0; i < options->body_count; i++)
         if (!create_body(recording, i, &options->body[i]))
@@ -281,10 +296,14 @@ bool recording_add_topology(Recording *recording, int index, const RecordingTopo
                                .node_count = topology->node_count,
                                .first_triangle = (int64_t)table[TRIANGLES].count,
                                .first_node = (int64_t)table[NODE_ID].count};
+    const bool known = topology->node_origin != NULL && topology->node_level != NULL;
+    const int told = known ? rows.node_count : 0;
     // Its number comes last: a reader takes a topology for complete once that is there.
-    bool ok = begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count) &&
+    bool ok = begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count + told) &&
               append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
               append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
+              append(recording, &table[NODE_ORIGIN], told, topology->node_origin) &&
+              append(recording, &table[NODE_LEVEL], told, topology->node_level) &&
               append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&
               append(recording, &table[TOPOLOGY_COUNT], 1, &rows.triangle_count) &&
               append(recording, &table[TOPOLOGY_NODE_FIRST], 1, &rows.first_node) &&

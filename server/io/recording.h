@@ -21,6 +21,7 @@ typedef struct RecordingBody {
 
 typedef struct RecordingOptions {
     const char *scene;      // its text
+    const char *describe;   // the daemon's description of it, as DESCRIBE answers; NULL: none
     const char *created_by; // program and version
     int body_count, tool_count;
     const RecordingBody *body;
@@ -41,6 +42,10 @@ typedef struct RecordingTopology {
     int number;
     int node_count, triangle_count;
     const int *node_id; // by slot; stays with a node for its life
+    // As in mesh_t: id that a duplicate was split from, and the level of detail; NULL, in all
+    // topologies of a recording or in none: not known.
+    const int *node_origin;
+    const signed char *node_level;
     const int (*triangle)[3];
 } RecordingTopology;
 
@@ -155,7 +160,8 @@ void recording_info_print(const RecordingInfo *info, FILE *out);
 typedef struct RecordingSlots {
     int topology;
     int node_count, triangle_count; // slots
-    const int *id;                  // [node_count]
+    const int *id, *origin;         // [node_count]
+    const signed char *level;       // [node_count]
     const int (*triangle)[3];       // slots
 } RecordingSlots;
 
@@ -165,7 +171,8 @@ typedef struct RecordingMesh {
     int live_count;
     int *live;          // [node_capacity] slots
     int *row;           // [node_capacity] row in the file by slot; live slots only
-    int *id;            // [node_capacity] of live nodes
+    int *id, *origin;   // [node_capacity] of live nodes
+    signed char *level; // [node_capacity] likewise
     int (*triangle)[3]; // [triangle_capacity] rows
 } RecordingMesh;
 

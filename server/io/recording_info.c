@@ -59,13 +59,15 @@ static int64_t count_rows(const HdfFile *file, const char *name, H5T_class_t cla
     return !ok ? -1 : (int64_t)(size[0] < most ? size[0] : most);
 }
 
-static bool read_rows(const HdfFile *file, const char *name, hid_t type, int64_t first, int rows,
-                      void *to)
+bool recording_read_rows(const HdfFile *file, const char *name, hid_t type, int columns,
+                         int64_t first, int rows, void *to)
 {
-    const hsize_t start = (hsize_t)first, count = (hsize_t)rows;
+    const hsize_t start[2] = {(hsize_t)first, 0}, count[2] = {(hsize_t)rows, (hsize_t)columns};
+    const int rank = columns > 0 ? 2 : 1;
     hid_t set = H5Dopen2(file->id, name, H5P_DEFAULT);
-    hid_t in_file = H5Dget_space(set), in_memory = H5Screate_simple(1, &count, NULL);
-    bool ok = H5Sselect_hyperslab(in_file, H5S_SELECT_SET, &start, NULL, &count, NULL) >= 0 &&
+    hid_t in_file = H5Dget_space(set), in_memory = H5Screate_simple(rank, count, NULL);
+    bool ok = H5Sget_simple_extent_ndims(in_file) == rank &&
+              H5Sselect_hyperslab(in_file, H5S_SELECT_SET, start, NULL, count, NULL) >= 0 &&
               H5Dread(set, type, in_memory, in_file, H5P_DEFAULT, to) >= 0;
     H5Sclose(in_memory);
     H5Sclose(in_file);
@@ -96,17 +98,6 @@ static int64_t shortest(const HdfFile *file, const char *group, const Column *co
 
 // --- topologies ----------------------------------------------------------------------------------
 
-typedef struct Topologies {
-    int *number, *nodes; // [count], of complete ones
-    int count;
-} Topologies;
-
-static void topologies_free(Topologies *topologies)
-{
-    free(topologies->number);
-    free(topologies->nodes);
-}
-
 // Rows that a topology may refer to.
 typedef struct Extents {
     int64_t triangles, ids; // rows of the flat data sets
@@ -129,47 +120,63 @@ static bool read_column(const HdfFile *file, const char *group, const char *colu
 {
     char name[NAME_TEXT];
     snprintf(name, sizeof name, "%s/%s", group, column);
-    return rows == 0 || read_rows(file, name, type, first, rows, to);
+    return rows == 0 || recording_read_rows(file, name, type, 0, first, rows, to);
 }
 
+// Returns the rows that both optional data sets of nodes have; 0: one is missing; -1 with a status.
+static int64_t count_told(const HdfFile *file, const char *group)
+{
+    int64_t least = INT64_MAX;
+    for (int i = 0; i < 2 && least > 0; i++) {
+        char name[NAME_TEXT];
+        snprintf(name, sizeof name, "%s/%s", group, i == 0 ? "node_origin" : "node_level");
+        int64_t rows = hdf_exists(file, name) ? count_rows(file, name, H5T_INTEGER, 0) : 0;
+        least = rows < least ? rows : least;
+    }
+    return least;
+}
+
+// The complete topologies of a body; the caller frees them.
 static bool read_topologies(const HdfFile *file, const char *group, const Extents *extents,
-                            int rows, Topologies *out)
+                            int rows, TopologyRows **all, int *whole)
 {
     // All columns of the topologies.
     int64_t *first = allocate(rows, sizeof *first), *node_first = allocate(rows, sizeof *first);
-    int *count = allocate(rows, sizeof *count);
-    *out = (Topologies){.number = allocate(rows, sizeof *out->number),
-                        .nodes = allocate(rows, sizeof *out->nodes)};
+    int *count = allocate(rows, sizeof *count), *number = allocate(rows, sizeof *number);
+    int *nodes = allocate(rows, sizeof *nodes);
+    *all = allocate(rows, sizeof **all);
     bool ok =
-        read_column(file, group, "topology/number", H5T_NATIVE_INT, 0, rows, out->number) &&
+        read_column(file, group, "topology/number", H5T_NATIVE_INT, 0, rows, number) &&
         read_column(file, group, "topology/first", H5T_NATIVE_INT64, 0, rows, first) &&
         read_column(file, group, "topology/count", H5T_NATIVE_INT, 0, rows, count) &&
         read_column(file, group, "topology/node_first", H5T_NATIVE_INT64, 0, rows, node_first) &&
-        read_column(file, group, "topology/node_count", H5T_NATIVE_INT, 0, rows, out->nodes);
+        read_column(file, group, "topology/node_count", H5T_NATIVE_INT, 0, rows, nodes);
     // A topology that was being added when the writer was killed is incomplete, and so are its
     // frames.
-    for (int i = 0; i < rows && ok; i++) {
-        if (!is_whole(first[i], count[i], extents->triangles) ||
-            !is_whole(node_first[i], out->nodes[i], extents->ids))
-            continue;
-        out->number[out->count] = out->number[i];
-        out->nodes[out->count++] = out->nodes[i];
-    }
+    for (int i = 0; i < rows && ok; i++)
+        if (is_whole(first[i], count[i], extents->triangles) &&
+            is_whole(node_first[i], nodes[i], extents->ids))
+            (*all)[(*whole)++] = (TopologyRows){.number = number[i],
+                                                .triangle_count = count[i],
+                                                .node_count = nodes[i],
+                                                .first_triangle = first[i],
+                                                .first_node = node_first[i]};
     free(first);
     free(node_first);
     free(count);
+    free(number);
+    free(nodes);
     return ok;
 }
 
-// Returns -1 if there is no such topology. Most frames have that of the frame before.
-static int nodes_of(const Topologies *topologies, int number, int *at)
+// Finds the topology of a number, from `at` on: most frames have that of the frame before. Returns
+// -1 if there is none.
+static int find_topology(const TopologyRows *topology, int count, int number, int at)
 {
-    for (int i = 0; i < topologies->count; i++) {
-        int index = (*at + i) % topologies->count;
-        if (topologies->number[index] == number) {
-            *at = index;
-            return topologies->nodes[index];
-        }
+    for (int i = 0; i < count; i++) {
+        int index = (at + i) % count;
+        if (topology[index].number == number)
+            return index;
     }
     return -1;
 }
@@ -199,7 +206,25 @@ static void add_frame(RecordingBodyInfo *info, const Block *block, int i)
         info->most_nodes = block->count[i];
 }
 
-static bool read_frames(const HdfFile *file, const char *group, const Topologies *topologies,
+// Adds a frame to those that a reader finds by their time, which therefore must rise.
+static void index_frame(RecordingIndex *index, const Block *block, int i, int topology)
+{
+    if (index->frame_count == RECORDING_FRAMES_MOST ||
+        (index->frame_count > 0 && block->time[i] <= index->frame[index->frame_count - 1].time))
+        return;
+    if (index->frame_count == index->frame_capacity) {
+        index->frame_capacity = index->frame_capacity == 0 ? BLOCK : 2 * index->frame_capacity;
+        index->frame = realloc(index->frame, (size_t)index->frame_capacity * sizeof *index->frame);
+        ASSERT(index->frame != NULL);
+    }
+    index->frame[index->frame_count++] = (FrameRow){.time = block->time[i],
+                                                    .step = block->step[i],
+                                                    .first = block->first[i],
+                                                    .count = block->count[i],
+                                                    .topology = topology};
+}
+
+static bool read_frames(const HdfFile *file, const char *group, RecordingIndex *index,
                         int64_t frames, int64_t positions, RecordingBodyInfo *info)
 {
     Block *block = malloc(sizeof *block);
@@ -218,13 +243,17 @@ static bool read_frames(const HdfFile *file, const char *group, const Topologies
                         block->topology);
         // A frame counts if its rows are there and its mesh has as many nodes.
         for (int i = 0; i < rows && ok; i++) {
-            bool whole = is_whole(block->first[i], block->count[i], positions) &&
-                         nodes_of(topologies, block->topology[i], &at) == block->count[i] &&
-                         isfinite(block->time[i]);
-            if (whole)
-                add_frame(info, block, i);
-            else
+            int found =
+                find_topology(index->topology, index->topology_count, block->topology[i], at);
+            at = found >= 0 ? found : at;
+            if (!is_whole(block->first[i], block->count[i], positions) || found < 0 ||
+                index->topology[found].node_count != block->count[i] || !isfinite(block->time[i])) {
                 info->broken++;
+                continue;
+            }
+            add_frame(info, block, i);
+            if (index->frames_wanted)
+                index_frame(index, block, i, found);
         }
     }
     free(block);
@@ -251,7 +280,7 @@ static bool read_counts(const HdfFile *file, const char *group, RecordingCounts 
     return ok;
 }
 
-static bool read_body(const HdfFile *file, RecordingBodyInfo *info)
+static bool read_body(const HdfFile *file, RecordingBodyInfo *info, RecordingIndex *index)
 {
     static const Column frame_columns[] = {{"frames/time", H5T_FLOAT},
                                            {"frames/step", H5T_INTEGER},
@@ -282,12 +311,15 @@ static bool read_body(const HdfFile *file, RecordingBodyInfo *info)
                         TOPOLOGY_LIMIT);
     // Topologies first, since frames are checked against them.
     const Extents extents = {triangles, ids};
-    Topologies all;
-    bool ok = read_topologies(file, group, &extents, (int)topologies, &all) &&
-              read_frames(file, group, &all, frames, positions, info) &&
-              read_counts(file, group, &info->counts);
-    info->topologies = all.count;
-    topologies_free(&all);
+    index->nodes_told = count_told(file, group);
+    if (index->nodes_told < 0)
+        return false;
+    bool ok = read_topologies(file, group, &extents, (int)topologies, &index->topology,
+                              &index->topology_count) &&
+              read_frames(file, group, index, frames, positions, info) &&
+              read_counts(file, group, &info->counts) &&
+              read_attribute(file, group, "first_wall", &index->first_wall);
+    info->topologies = index->topology_count;
     return ok;
 }
 
@@ -369,7 +401,7 @@ static bool read_events(const HdfFile *file, RecordingInfo *info)
     // A block of events at a time.
     for (int64_t first = 0; first < info->events && ok; first += EVENTS) {
         int rows = (int)(info->events - first < EVENTS ? info->events - first : EVENTS);
-        ok = read_rows(file, "/events", type, first, rows, kind);
+        ok = recording_read_rows(file, "/events", type, 0, first, rows, kind);
         for (int i = 0; i < rows && ok; i++) {
             kind[i][RECORDING_KIND_TEXT - 1] = '\0';
             add_kind(info, kind[i]);
@@ -393,8 +425,7 @@ static hid_t open_growing(const char *path)
     return id;
 }
 
-// Opens a file of a killed writer, or one that still grows, as its readers do.
-static bool open_any(HdfFile *file, const char *path, Status *status)
+bool recording_open_any(HdfFile *file, const char *path, Status *status)
 {
     Status why = {0};
     if (hdf_open_here(file, path, &why))
@@ -404,7 +435,14 @@ static bool open_any(HdfFile *file, const char *path, Status *status)
     return file->id >= 0 || status_fail(status, why.code, "%s", why.text);
 }
 
-static bool read_all(const HdfFile *file, RecordingInfo *info)
+void recording_index_free(RecordingIndex *index)
+{
+    free(index->topology);
+    free(index->frame);
+    *index = (RecordingIndex){0};
+}
+
+bool recording_read_contents(const HdfFile *file, RecordingInfo *info, RecordingIndex *index)
 {
     char format[32];
     int64_t ended = 0;
@@ -422,8 +460,11 @@ static bool read_all(const HdfFile *file, RecordingInfo *info)
     info->body_count = !ok ? -1
                            : list(file, "/bodies", RECORDING_INFO_BODIES, sizeof *info->body,
                                   sizeof info->body->name, info->body->name);
-    for (int i = 0; i < info->body_count && ok; i++)
-        ok = read_body(file, &info->body[i]);
+    for (int i = 0; i < info->body_count && ok; i++) {
+        RecordingIndex one = {0}, *to = index != NULL ? &index[i] : &one;
+        ok = read_body(file, &info->body[i], to);
+        recording_index_free(&one);
+    }
     // and every tool with its rows.
     info->tool_count = !ok ? -1
                            : list(file, "/tools", RECORDING_INFO_TOOLS, sizeof *info->tool,
@@ -444,13 +485,13 @@ static void serve(int fd, void *path)
     Findings *found = calloc(1, sizeof *found);
     ASSERT(found != NULL);
     HdfFile file;
-    if (open_any(&file, path, &found->status))
-        read_all(&file, &found->info);
+    if (recording_open_any(&file, path, &found->status))
+        recording_read_contents(&file, &found->info, NULL);
     hdf_child_send(fd, found, sizeof *found);
 }
 
 // Checks data from a process that HDF5 may have corrupted: every index stays inside the arrays.
-static void tidy(RecordingInfo *info)
+void recording_info_tidy(RecordingInfo *info)
 {
     const int most[] = {RECORDING_INFO_BODIES, RECORDING_INFO_TOOLS, RECORDING_INFO_KINDS};
     // What comes from the child is checked like a file.
@@ -483,7 +524,7 @@ bool recording_info_read(const char *path, RecordingInfo *info, Status *status)
     if (ok) {
         found->status.text[sizeof found->status.text - 1] = '\0';
         *info = found->info;
-        tidy(info);
+        recording_info_tidy(info);
         ok = found->status.code == STATUS_OK ||
              status_fail(status, found->status.code, "%s", found->status.text);
     }

@@ -1,5 +1,6 @@
 // Shared by the recording's files: recording.c (the HDF5 file), recording_claim.c (its place),
-// recording_xdmf.c (the sidecar), recording_info.c (what a file contains).
+// recording_xdmf.c (the sidecar), recording_info.c (what a file contains), recording_read.c (its
+// frames, meshes, tools and events, at any time).
 // Private to io/.
 #ifndef PLIANT_IO_RECORDING_PARTS_H
 #define PLIANT_IO_RECORDING_PARTS_H
@@ -42,6 +43,8 @@ typedef enum BodyTable {
     TOPOLOGY_NODE_COUNT,
     TRIANGLES,
     NODE_ID,
+    NODE_ORIGIN,
+    NODE_LEVEL,
     BODY_TABLES,
 } BodyTable;
 
@@ -103,6 +106,43 @@ int recording_open_target(const char *path, bool overwrite, Status *status);
 // Writes FILE.xdmf for all frames so far, which must have been flushed. Writes a temporary file and
 // renames it, so that there is always a complete one.
 bool recording_write_xdmf(const Recording *recording, Status *status);
+
+// Returns the type of a RecordingEvent; the caller closes it.
+hid_t recording_event_type(void);
+
+// --- reading, in the child that may crash --------------------------------------------------------
+
+enum { RECORDING_FRAMES_MOST = 1 << 23 }; // of a body: 38 hours at 60 Hz
+
+// Rows of a complete frame.
+typedef struct FrameRow {
+    double time; // [s]
+    int64_t step, first;
+    int count, topology; // index in RecordingIndex
+} FrameRow;
+
+// Where the data of one body are: only rows that exist.
+typedef struct RecordingIndex {
+    bool frames_wanted;     // else `frame` stays empty
+    TopologyRows *topology; // [topology_count]
+    int topology_count;
+    FrameRow *frame; // [frame_count], times rise; others are not indexed
+    int64_t frame_count, frame_capacity;
+    int64_t nodes_told; // rows of node_origin and node_level, which older files lack
+    int64_t first_wall; // slot of the first triangle on a wall of cuts; 0: none, or not known
+} RecordingIndex;
+
+void recording_index_free(RecordingIndex *index);
+
+// Opens a file of a killed writer, or one that still grows, as its readers do.
+bool recording_open_any(HdfFile *file, const char *path, Status *status);
+// Reads and checks everything but the data; index: [RECORDING_INFO_BODIES], or NULL.
+bool recording_read_contents(const HdfFile *file, RecordingInfo *info, RecordingIndex *index);
+// Reads rows of a data set of so many columns (0: one dimension).
+bool recording_read_rows(const HdfFile *file, const char *name, hid_t type, int columns,
+                         int64_t first, int rows, void *to);
+// Checks what came from the child: counts are inside the arrays, texts end.
+void recording_info_tidy(RecordingInfo *info);
 #endif
 
 #endif

@@ -115,7 +115,8 @@ void recorder_reserve(Recorder *recorder, World *world)
 {
     Arena *arena = &world->arena;
     int bodies = sim_body_count(world->sim);
-    *recorder = (Recorder){.sim = world->sim, .tools_apart = recorder->tools_apart};
+    *recorder = (Recorder){
+        .sim = world->sim, .tools_apart = recorder->tools_apart, .describe = recorder->describe};
     // Bodies whose mesh never changes need no memory of their own.
     recorder->mesh =
         arena_allocate(arena, ARENA_OUTPUT, (size_t)bodies, sizeof *recorder->mesh, "run/recorder");
@@ -131,6 +132,8 @@ void recorder_reserve(Recorder *recorder, World *world)
         mesh->live = RESERVE(nodes, int, "live");
         mesh->row = RESERVE(nodes, int, "rows");
         mesh->id = RESERVE(nodes, int, "ids");
+        mesh->origin = RESERVE(nodes, int, "origins");
+        mesh->level = RESERVE(nodes, signed char, "levels");
         mesh->triangle = RESERVE(triangles, int[3], "triangles");
         recorder->mesh[i].position = RESERVE(3 * nodes, float, "positions");
     }
@@ -143,6 +146,8 @@ static RecordingTopology compact(RecorderMesh *to, const BodyMesh *mesh)
                                   .node_count = mesh->node_count,
                                   .triangle_count = mesh->triangle_count,
                                   .id = mesh->id,
+                                  .origin = mesh->origin,
+                                  .level = mesh->level,
                                   .triangle = mesh->triangle};
     return recording_mesh_take(&to->mesh, &slots);
 }
@@ -153,6 +158,8 @@ static RecordingTopology whole(const BodyMesh *mesh)
                                .node_count = mesh->node_count,
                                .triangle_count = mesh->triangle_count,
                                .node_id = mesh->id,
+                               .node_origin = mesh->origin,
+                               .node_level = mesh->level,
                                .triangle = mesh->triangle};
 }
 
@@ -241,6 +248,7 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
         tool[i] = sim_tool(sim, i)->id;
     // The file with all its data sets, and the first mesh of each body.
     const RecordingOptions options = {.scene = scene->text,
+                                      .describe = recorder->describe,
                                       .created_by = "pliantd " PLIANT_VERSION,
                                       .body_count = bodies,
                                       .tool_count = tools,

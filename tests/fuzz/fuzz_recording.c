@@ -1,11 +1,12 @@
-// A recording as `pliant-record --info` reads it: one whose data were changed; with an odd first
-// byte the input is the file itself, as it comes.
+// A recording as `pliant-record --info` and `pliant-play` read it: one whose data were changed;
+// with an odd first byte the input is the file itself, as it comes.
 #include "fuzz.h"
 
-#include "io/recording.h"
+#include "io/recording_read.h"
 #include "hdf_edit.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 
 enum { NODES = 4, FRAMES = 5 };
 
@@ -13,6 +14,7 @@ static void make_base(HdfBase *base)
 {
     const RecordingBody body = {.name = "ball", .nodes = NODES, .triangles = 2};
     const int tool = 1, id[NODES] = {0, 1, 2, 3}, triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
+    const signed char level[NODES] = {0};
     const RecordingOptions options = {.scene = "name = \"fuzz\";",
                                       .created_by = "fuzz",
                                       .body_count = 1,
@@ -23,8 +25,12 @@ static void make_base(HdfBase *base)
     Status status = {0};
     Recording *recording = recording_create(fuzz_path("base"), &options, &status);
     MUST(recording != NULL);
-    RecordingTopology topology = {
-        .node_count = NODES, .triangle_count = 2, .node_id = id, .triangle = triangle};
+    RecordingTopology topology = {.node_count = NODES,
+                                  .triangle_count = 2,
+                                  .node_id = id,
+                                  .node_origin = id,
+                                  .node_level = level,
+                                  .triangle = triangle};
     for (int i = 0; i < FRAMES; i++) {
         RecordingFrame frame = {.step = 10 * i,
                                 .time = 0.01 * i,
@@ -43,6 +49,56 @@ static void make_base(HdfBase *base)
     }
     MUST(recording_close(recording, &status));
     hdf_base_read(base, fuzz_path("base"));
+}
+
+// Reads what a player reads: the mesh and positions of frames, rows of tools, events. Data may be
+// refused, but never be more than was announced.
+static void read_as_player(const char *path)
+{
+    enum { ROWS = 8 };
+    Status status = {0};
+    RecordingReader *reader = recording_reader_open(path, &status);
+    MUST((reader != NULL) == (status.code == STATUS_OK));
+    if (reader == NULL)
+        return;
+    const RecordingInfo *info = recording_reader_info(reader);
+    for (int b = 0; b < info->body_count; b++) {
+        int nodes, triangles;
+        recording_reader_most(reader, b, &nodes, &triangles);
+        float *position = malloc(((size_t)nodes + 1) * 3 * sizeof *position);
+        int *id = malloc(((size_t)nodes + 1) * sizeof *id);
+        int *origin = malloc(((size_t)nodes + 1) * sizeof *origin);
+        signed char *level = malloc((size_t)nodes + 1);
+        int(*triangle)[3] = malloc(((size_t)triangles + 1) * sizeof *triangle);
+        MUST(position != NULL && id != NULL && triangle != NULL && origin != NULL && level != NULL);
+        for (int64_t f = 0; f < recording_reader_frames(reader, b) && f < ROWS; f++) {
+            RecordingTopology topology;
+            Status why = {0};
+            bool known;
+            bool ok = recording_reader_nodes(reader, b, f, origin, level, &known, &why) &&
+                      recording_reader_positions(reader, b, f, position, &why) &&
+                      recording_reader_mesh(reader, b, f, id, triangle, &topology, &why);
+            MUST(ok == (why.code == STATUS_OK));
+            const double time = recording_reader_frame(reader, b, f).time;
+            MUST(recording_reader_find_frame(reader, b, time) == f);
+        }
+        free(position);
+        free(id);
+        free(origin);
+        free(level);
+        free(triangle);
+    }
+    for (int t = 0; t < info->tool_count; t++) {
+        RecordingTool sample[ROWS];
+        int64_t rows = recording_reader_tool_rows(reader, t);
+        if (rows > 0)
+            recording_reader_tool(reader, t, 0, (int)(rows < ROWS ? rows : ROWS), sample, &status);
+    }
+    RecordingEvent event[ROWS];
+    if (info->events > 0)
+        recording_reader_events(reader, 0, (int)(info->events < ROWS ? info->events : ROWS), event,
+                                &status);
+    recording_reader_close(reader);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -67,7 +123,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     // Unchanged, all of it is there.
     MUST(size > 1 || data[0] != 0 ||
          (ok && info.body[0].frames == FRAMES && info.events == FRAMES));
-    if (ok)
+    if (ok) {
         recording_info_print(&info, nowhere);
+        read_as_player(path);
+    }
     return 0;
 }

@@ -12,6 +12,7 @@ import { Workbench } from './scenes.js';
 import { SecondHand } from './second.js';
 import { Settings } from './settings.js';
 import { Stage, boxOfAll } from './stage.js';
+import { Timeline } from './timeline.js';
 import { Tools } from './tools.js';
 import { applyLook, drawnTissue, look } from './tissue.js';
 
@@ -59,6 +60,9 @@ const panel = new Panel({
 const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
 const link = new Link(`${scheme}//${location.host}/live${location.search}`,
     { text: takeText, binary: takeBinary, state: takeState });
+const command = (kind, argument) => link.request({ type: 'command', kind, value: 0, argument });
+const timeline = new Timeline(element('timeline'),
+    { set: (argument) => command('set', argument), command: (kind) => command(kind, '') });
 const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
     told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties'),
     taken: () => second.tool?.id }, element('trail'));
@@ -75,8 +79,8 @@ element('second').addEventListener('change', showTool);
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
-window.pliant = { stage, tools, panel, hand, second, settings, forces, capture, link, look, workbench,
-    get bodies() { return bodies; } };
+window.pliant = { stage, tools, panel, hand, second, settings, forces, capture, link, look, timeline,
+    workbench, get bodies() { return bodies; } };
 
 // The mouse's tools by name: choosing one chooses what a drag does, and the other way round.
 const MODES = { probe: 'press', grasper: 'pull', blade: 'cut' };
@@ -131,20 +135,28 @@ function takeText(message) {
     case 'status':
         for (const { name, mass } of message.body ?? [])
             for (const body of bodies) if (body.name === name) body.mass = mass;
+        timeline.takeStatus(message);
         return panel.takeStatus(message);
+    case 'recording': return timeline.takeRecording(message);
+    case 'playback': return takePlayback(message);
     case 'pose': for (const pose of message.tools) tools.takePose(pose, now); return changed();
     case 'contact':
-        for (const contact of message.tools) tools.takeContact(contact, now);
+        for (const contact of message.tools) {
+            tools.takeContact(contact, now);
+            if (contact.contact) timeline.takeForce(Math.hypot(...contact.force));
+        }
         forces.takeContacts(message.tools, now);
         return changed();
     case 'event':
         hand.ties.takeEvent(message.kind, message.text);
         settings.takeEvent(message.kind, message.text);
-        if (!QUIET.has(message.kind) && !isIdleCut(message.text))
-            panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
+        if (QUIET.has(message.kind) || isIdleCut(message.text)) return undefined;
+        timeline.takeEvent(message.kind, message.text);
+        panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
         return undefined;
     case 'reply':
         hand.answered(message);
+        timeline.answered(message);
         if (settings.answered(message)) return undefined;
         if (!message.ok && !isIdleCut(message.text)) panel.takeEvent('refused', message.text, true);
         return undefined;
@@ -153,6 +165,7 @@ function takeText(message) {
         if (workbench.takeError(message)) return undefined;
         hand.answered({ id: message.id, ok: false, text: message.text });
         settings.answered({ id: message.id, ok: false, text: message.text });
+        timeline.answered(message);
         return panel.takeEvent('error', message.text, true);
     case 'round': return takeRound(message.round);
     default: return undefined;
@@ -210,7 +223,18 @@ function takeHello(hello) {
     hand.allowed = !hello.read_only;
 }
 
+// Nothing can be pressed in a recording.
+function takePlayback(message) {
+    if (!timeline.recorded) {
+        hand.end();
+        panel.hint('A recording: drag in the bar of time, step with the arrow keys, press P to play or pause.');
+    }
+    timeline.takePlayback(message);
+}
+
 function takeScene(scene) {
+    if (timeline.recorded) panel.hint(HINTS[hand.mode]);
+    timeline.clear();
     for (const body of bodies) {
         stage.scene.remove(body.group);
         body.dispose();
@@ -255,6 +279,7 @@ function takeLink(message) {
 
 // The reason why pressing, pulling, cutting and commands are disabled; '': enabled.
 function whyNothing() {
+    if (timeline.recorded) return 'This is a recording: nothing can be moved in it.';
     if (!connected) return 'pliant-web does not answer: nothing can be moved.';
     return daemon ? '' : 'pliantd is silent: nothing can be moved before it runs again.';
 }

@@ -1,0 +1,14 @@
+// Event logs of lcm-logger as recordings: converted as `pliant-record --convert` does, into a
+// folder that is removed at once.
+#ifndef PLIANT_PLAY_LOG_H
+#define PLIANT_PLAY_LOG_H
+
+#include "client.h"
+#include "timeline.h"
+
+// True if the file begins like an event log.
+bool log_is_one(const char *path);
+// Converts logs and opens them; prints how long it took. Returns NULL with `status`.
+Timeline *log_open(char *const *path, int count, const ClientOptions *client, Status *status);
+
+#endif

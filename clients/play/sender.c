@@ -1,0 +1,347 @@
+// Publishes frames, meshes and tools of a timeline. One thread.
+#include "sender.h"
+
+#include "base/check.h"
+
+#include "pliant_contact_t.h"
+#include "pliant_mesh_t.h"
+#include "pliant_nodes_t.h"
+#include "pliant_tool_pose_t.h"
+#include "pliant_walls_t.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+// As the server's: below one datagram.
+enum { NODES_IN_CHUNK = 4096, TRIANGLES_IN_CHUNK = 2048, NODES_IN_MESH_CHUNK = 1024 };
+
+static void *allocate(int count, size_t size)
+{
+    void *memory = calloc((size_t)count + 1, size);
+    ASSERT(memory != NULL);
+    return memory;
+}
+
+void sender_create(Sender *sender, Client *client, Timeline *timeline)
+{
+    *sender = (Sender){.client = client, .timeline = timeline, .bodies = timeline_bodies(timeline)};
+    sender->body = allocate(sender->bodies, sizeof *sender->body);
+    client_channel(client, "TOOL_POSE", NULL, sender->pose_channel);
+    client_channel(client, "CONTACT", NULL, sender->contact_channel);
+    for (int i = 0; i < sender->bodies; i++) {
+        SenderBody *body = &sender->body[i];
+        const char *name = timeline_body(timeline, i);
+        int nodes, triangles;
+        timeline_most(timeline, i, &nodes, &triangles);
+        body->at.frame = -1;
+        body->position = allocate(nodes, 3 * sizeof *body->position);
+        body->id = allocate(nodes, sizeof *body->id);
+        body->origin = allocate(nodes, sizeof *body->origin);
+        body->parent = allocate(nodes, 2 * sizeof *body->parent);
+        body->piece = allocate(nodes, sizeof *body->piece);
+        body->level = allocate(nodes, sizeof *body->level);
+        body->triangle = allocate(triangles, sizeof *body->triangle);
+        client_channel(client, "NODES", name, body->nodes_channel);
+        client_channel(client, "MESH", name, body->mesh_channel);
+        client_channel(client, "WALLS", name, body->walls_channel);
+    }
+}
+
+void sender_destroy(Sender *sender)
+{
+    for (int i = 0; i < sender->bodies; i++) {
+        SenderBody *body = &sender->body[i];
+        free(body->position);
+        free(body->id);
+        free(body->origin);
+        free(body->parent);
+        free(body->piece);
+        free(body->level);
+        free(body->triangle);
+    }
+    free(sender->body);
+    *sender = (Sender){0};
+}
+
+static void count(Sender *sender, int result)
+{
+    sender->failed += result != 0;
+}
+
+// --- what is shown -------------------------------------------------------------------------------
+
+static int root_of(int *up, int node)
+{
+    while (up[node] != node)
+        node = up[node] = up[up[node]];
+    return node;
+}
+
+// Numbers the connected pieces of the mesh, which are not recorded.
+static void find_pieces(SenderBody *body)
+{
+    const RecordingTopology *mesh = &body->mesh;
+    int *up = body->parent; // scratch, filled below
+    for (int i = 0; i < mesh->node_count; i++)
+        up[i] = i;
+    for (int t = 0; t < mesh->triangle_count; t++)
+        for (int k = 1; k < 3; k++)
+            up[root_of(up, mesh->triangle[t][k])] = root_of(up, mesh->triangle[t][0]);
+    // A root gets its number before its nodes do.
+    memset(body->piece, -1, (size_t)mesh->node_count * sizeof *body->piece);
+    body->pieces = 0;
+    for (int i = 0; i < mesh->node_count; i++) {
+        const int root = root_of(up, i);
+        if (body->piece[root] < 0)
+            body->piece[root] = body->pieces++;
+        body->piece[i] = body->piece[root];
+    }
+    // Nor are parents: each node is its own.
+    for (int i = 0; i < mesh->node_count; i++)
+        body->parent[2 * i] = body->parent[2 * i + 1] = body->id[i];
+}
+
+static int chunks_of(int things, int size)
+{
+    return things > 0 ? (things + size - 1) / size : 1;
+}
+
+static void start_mesh(SenderBody *body, bool repeats)
+{
+    const int by_triangles = chunks_of(body->mesh.triangle_count, TRIANGLES_IN_CHUNK);
+    const int by_nodes = chunks_of(body->mesh.node_count, NODES_IN_MESH_CHUNK);
+    body->mesh_chunks = by_triangles > by_nodes ? by_triangles : by_nodes;
+    body->mesh_next = 0;
+    body->mesh_sequence++;
+    body->repeats = repeats;
+}
+
+static void start_nodes(SenderBody *body)
+{
+    body->nodes_chunks =
+        body->frame.node_count > 0 ? chunks_of(body->frame.node_count, NODES_IN_CHUNK) : 0;
+    body->nodes_next = 0;
+}
+
+static bool read_mesh(Sender *sender, int index, const TimelineFrame *at, Status *status)
+{
+    SenderBody *body = &sender->body[index];
+    bool known;
+    if (!timeline_mesh(sender->timeline, at, index, body->id, body->triangle, &body->mesh,
+                       status) ||
+        !timeline_nodes(sender->timeline, at, index, body->origin, body->level, &known, status))
+        return false;
+    if (!known) {
+        memcpy(body->origin, body->id, (size_t)body->mesh.node_count * sizeof *body->id);
+        memset(body->level, 0, (size_t)body->mesh.node_count * sizeof *body->level);
+    }
+    body->first_wall = timeline_first_wall(sender->timeline, at, index);
+    find_pieces(body);
+    return true;
+}
+
+static bool show_body(Sender *sender, int index, const TimelineFrame *at, Status *status)
+{
+    SenderBody *body = &sender->body[index];
+    const RecordingFrame frame = timeline_frame(sender->timeline, at, index);
+    // What is under way of the frame before is given up, since its memory is needed.
+    body->nodes_next = body->nodes_chunks = 0;
+    if (!timeline_positions(sender->timeline, at, index, body->position, status))
+        return false;
+    if (!body->has_mesh || body->mesh.number != frame.topology) {
+        body->mesh_next = body->mesh_chunks = 0;
+        body->has_mesh = false;
+        if (!read_mesh(sender, index, at, status))
+            return false;
+        body->has_mesh = true;
+        start_mesh(body, false);
+    }
+    body->at = *at;
+    body->frame = frame;
+    body->frame.position = body->position;
+    body->nodes_sequence++;
+    start_nodes(body);
+    sender->frames++;
+    return true;
+}
+
+bool sender_show(Sender *sender, double time, Status *status)
+{
+    for (int i = 0; i < sender->bodies; i++) {
+        const SenderBody *body = &sender->body[i];
+        const TimelineFrame at = timeline_find(sender->timeline, i, time);
+        if (at.frame >= 0 && (at.frame != body->at.frame || at.part != body->at.part) &&
+            !show_body(sender, i, &at, status))
+            return false;
+    }
+    return true;
+}
+
+void sender_repeat(Sender *sender, bool frames)
+{
+    for (int i = 0; i < sender->bodies; i++) {
+        SenderBody *body = &sender->body[i];
+        if (body->has_mesh && body->mesh_next == body->mesh_chunks)
+            start_mesh(body, true);
+        if (frames && body->has_mesh && body->nodes_next == body->nodes_chunks)
+            start_nodes(body);
+    }
+}
+
+int64_t sender_step(const Sender *sender, double *time)
+{
+    int64_t step = 0;
+    *time = 0.0;
+    for (int i = 0; i < sender->bodies; i++) {
+        const SenderBody *body = &sender->body[i];
+        if (body->at.frame < 0 || body->frame.step < step)
+            continue;
+        step = body->frame.step;
+        *time = body->frame.time;
+    }
+    return step;
+}
+
+// --- chunks --------------------------------------------------------------------------------------
+
+static int chunk_begin(int total, int chunk, int chunks)
+{
+    return (int)((int64_t)total * chunk / chunks);
+}
+
+static void send_mesh_chunk(Sender *sender, SenderBody *body)
+{
+    const RecordingTopology *mesh = &body->mesh;
+    const int chunk = body->mesh_next++, chunks = body->mesh_chunks;
+    const int triangle = chunk_begin(mesh->triangle_count, chunk, chunks);
+    const int triangle_end = chunk_begin(mesh->triangle_count, chunk + 1, chunks);
+    const int node = chunk_begin(mesh->node_count, chunk, chunks);
+    const int node_end = chunk_begin(mesh->node_count, chunk + 1, chunks);
+    if (chunk == 0 && body->first_wall > 0) {
+        const pliant_walls_t walls = {.utime = client_utime(),
+                                      .sequence = (int32_t)body->mesh_sequence,
+                                      .topology = mesh->number,
+                                      .first_wall = body->first_wall};
+        count(sender, pliant_walls_t_publish(sender->client->lcm, body->walls_channel, &walls));
+    }
+    // The generated type has no const; encoding only reads.
+    const pliant_mesh_t message = {.utime = client_utime(),
+                                   .sequence = (int32_t)body->mesh_sequence,
+                                   .topology = mesh->number,
+                                   .node_count = mesh->node_count,
+                                   .triangle_count = mesh->triangle_count,
+                                   .chunk = chunk,
+                                   .chunk_count = chunks,
+                                   .first_triangle = triangle,
+                                   .num_indices = 3 * (triangle_end - triangle),
+                                   .triangle = body->triangle[triangle],
+                                   .first_node = node,
+                                   .num_nodes = node_end - node,
+                                   .num_parents = 2 * (node_end - node),
+                                   .id = body->id + node,
+                                   .origin = body->origin + node,
+                                   .parent = body->parent + 2L * node,
+                                   .piece = body->piece + node,
+                                   .level = body->level + node};
+    count(sender, pliant_mesh_t_publish(sender->client->lcm, body->mesh_channel, &message));
+}
+
+static void send_nodes_chunk(Sender *sender, SenderBody *body)
+{
+    const RecordingFrame *frame = &body->frame;
+    const int chunk = body->nodes_next++, chunks = body->nodes_chunks;
+    const int first = chunk_begin(frame->node_count, chunk, chunks);
+    const int end = chunk_begin(frame->node_count, chunk + 1, chunks);
+    const pliant_nodes_t message = {.utime = client_utime(),
+                                    .sequence = (int32_t)body->nodes_sequence,
+                                    .step = frame->step,
+                                    .time = frame->time,
+                                    .topology = frame->topology,
+                                    .node_count = frame->node_count,
+                                    .chunk = chunk,
+                                    .chunk_count = chunks,
+                                    .first = first,
+                                    .num_values = 3 * (end - first),
+                                    .position = body->position + 3L * first};
+    count(sender, pliant_nodes_t_publish(sender->client->lcm, body->nodes_channel, &message));
+}
+
+void sender_send(Sender *sender, int64_t now_ns, int64_t interval_ns)
+{
+    if (now_ns < sender->due_ns)
+        return;
+    for (int i = 0; i < sender->bodies; i++) {
+        SenderBody *body = &sender->body[i];
+        const bool mesh = body->mesh_next < body->mesh_chunks;
+        const bool nodes = body->nodes_next < body->nodes_chunks;
+        if (!mesh && !nodes)
+            continue;
+        if (mesh && !(nodes && body->repeats))
+            send_mesh_chunk(sender, body);
+        else
+            send_nodes_chunk(sender, body);
+        sender->due_ns = now_ns + interval_ns;
+        return;
+    }
+}
+
+int sender_waiting(const Sender *sender, bool with_repeats)
+{
+    int chunks = 0;
+    for (int i = 0; i < sender->bodies; i++) {
+        const SenderBody *body = &sender->body[i];
+        chunks += body->nodes_chunks - body->nodes_next;
+        if (with_repeats || !body->repeats)
+            chunks += body->mesh_chunks - body->mesh_next;
+    }
+    return chunks;
+}
+
+// --- tools ---------------------------------------------------------------------------------------
+
+static void set3(double to[3], Vec3 from)
+{
+    memcpy(to, (const double[3]){from.x, from.y, from.z}, 3 * sizeof *to);
+}
+
+static void send_tool(Sender *sender, int id, const RecordingTool *sample, bool active)
+{
+    const Quat q = active ? sample->orientation : QUAT_NONE;
+    pliant_tool_pose_t pose = {.utime = client_utime(),
+                               .sender = sender->client->sender,
+                               .sequence = (int32_t)++sender->pose_sequence,
+                               .tool = id,
+                               .orientation = {q.w, q.x, q.y, q.z},
+                               .active = active};
+    pliant_contact_t contact = {.utime = pose.utime,
+                                .sequence = (int32_t)++sender->contact_sequence,
+                                .tool = id,
+                                .pose_utime = pose.utime,
+                                // Over at once: a recorded force is for eyes, not for a hand.
+                                .valid_until = pose.utime};
+    contact.step = sender_step(sender, &contact.time);
+    if (active) {
+        set3(pose.position, sample->position);
+        set3(contact.position, sample->position);
+        set3(contact.force, sample->force);
+        contact.contact =
+            sample->force.x != 0.0 || sample->force.y != 0.0 || sample->force.z != 0.0;
+    }
+    count(sender, pliant_tool_pose_t_publish(sender->client->lcm, sender->pose_channel, &pose));
+    count(sender, pliant_contact_t_publish(sender->client->lcm, sender->contact_channel, &contact));
+}
+
+bool sender_tools(Sender *sender, double time, Status *status)
+{
+    for (int i = 0; i < timeline_tools(sender->timeline); i++) {
+        RecordingTool sample = {0};
+        bool active;
+        if (!timeline_tool(sender->timeline, i, time, &sample, &active, status))
+            return false;
+        if (active || sender->active[i])
+            send_tool(sender, timeline_tool_id(sender->timeline, i), &sample, active);
+        sender->active[i] = active;
+    }
+    return true;
+}

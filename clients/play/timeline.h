@@ -1,0 +1,77 @@
+// Recordings of the parts of a session on one timeline: which frame, mesh and tools belong to a
+// time, and what happened when. A part that begins within the one before continues it and takes
+// over there (a session continued from a checkpoint repeats what came after it); one that begins no
+// later than the one before, as a restarted server does, follows it. One thread.
+#ifndef PLIANT_PLAY_TIMELINE_H
+#define PLIANT_PLAY_TIMELINE_H
+
+#include "io/recording_read.h"
+
+enum {
+    TIMELINE_PARTS = 32,
+    TIMELINE_EVENTS = 1 << 16, // kept of all parts; others are counted
+};
+
+typedef struct Timeline Timeline;
+
+// An event at its time on the timeline [s].
+typedef struct TimelineEvent {
+    double time;
+    RecordingEvent event;
+} TimelineEvent;
+
+// A frame of a body: of a part of the session. frame -1: there is none yet.
+typedef struct TimelineFrame {
+    int part;
+    int64_t frame;
+} TimelineFrame;
+
+// Opens the recordings in their order. Returns NULL with `status`, also if no frame is in them or
+// if their bodies or tools are more than a scene has.
+Timeline *timeline_open(char *const *path, int count, Status *status);
+// Accepts NULL.
+void timeline_close(Timeline *timeline);
+
+double timeline_start(const Timeline *timeline); // [s]
+double timeline_end(const Timeline *timeline);
+double timeline_frame_time(const Timeline *timeline); // mean time between frames [s], positive
+int timeline_parts(const Timeline *timeline);
+// The first part's description of its scene; "" if it has none.
+const char *timeline_describe(const Timeline *timeline);
+
+int timeline_bodies(const Timeline *timeline);
+const char *timeline_body(const Timeline *timeline, int body);
+// The largest mesh of a body, and the first triangle on a wall of a cut (0: none, or not known).
+void timeline_most(const Timeline *timeline, int body, int *nodes, int *triangles);
+int timeline_first_wall(const Timeline *timeline, const TimelineFrame *at, int body);
+
+// The last frame of a body at or before a time.
+TimelineFrame timeline_find(const Timeline *timeline, int body, double time);
+// The nearest time after, or before, at which any body has a frame; false: there is none.
+bool timeline_next(const Timeline *timeline, double time, double *next);
+bool timeline_previous(const Timeline *timeline, double time, double *previous);
+// As recorded, but for the number of the topology, which is unique among all parts.
+RecordingFrame timeline_frame(const Timeline *timeline, const TimelineFrame *at, int body);
+bool timeline_positions(Timeline *timeline, const TimelineFrame *at, int body, float *position,
+                        Status *status);
+bool timeline_mesh(Timeline *timeline, const TimelineFrame *at, int body, int *node_id,
+                   int (*triangle)[3], RecordingTopology *topology, Status *status);
+
+// As recording_reader_nodes.
+bool timeline_nodes(Timeline *timeline, const TimelineFrame *at, int body, int *origin,
+                    signed char *level, bool *known, Status *status);
+
+int timeline_tools(const Timeline *timeline);
+int timeline_tool_id(const Timeline *timeline, int tool);
+// Reads where a tool was; `active` false: it was withdrawn, and nothing else is set. Values that
+// were not recorded are zero, an orientation is then none.
+bool timeline_tool(Timeline *timeline, int tool, double time, RecordingTool *sample, bool *active,
+                   Status *status);
+// Writes the largest force of a tool [N] in each of `parts` equal parts of the timeline. Reads all
+// rows of the tool.
+bool timeline_forces(Timeline *timeline, int tool, int parts, float *force, Status *status);
+
+// All events in the order of their times, and how many were too many.
+const TimelineEvent *timeline_events(const Timeline *timeline, int *count, int64_t *left_out);
+
+#endif

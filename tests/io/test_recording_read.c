@@ -1,0 +1,321 @@
+// Recordings are read at any time, bit for bit, and files that lie are refused.
+#include "expect.h"
+#include "scratch.h"
+
+#ifdef PLIANT_WITH_HDF5
+#include "io/recording_read.h"
+#include <hdf5.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static Scratch scratch;
+
+enum { NODES = 5, FRAMES = 40, CUT_AT = 15 };
+
+// Positions of which every bit is known, also where they are tiny.
+static float coordinate(int frame, int i)
+{
+    return (float)(1.0 / (3.0 + 7 * frame + 11 * i)) * (i % 4 == 0 ? 1e-30f : 1.0f);
+}
+
+static int nodes_at(int frame)
+{
+    return frame < CUT_AT ? NODES : NODES - 1;
+}
+
+static double time_at(int frame)
+{
+    return 0.1 * frame;
+}
+
+static const char DESCRIBED[] = "scene tetra: 1000 Hz\nbody tetra: model surface, leapfrog\n";
+
+// Nodes 9 and 3 are copies of others, and finer.
+static const int origin[NODES] = {0, 1, 2, 2, 0};
+static const signed char level[NODES] = {0, 0, 0, 1, 2};
+
+static const char *make_with(const char *name, const char *describe, const char *text,
+                             char path[SCRATCH_PATH])
+{
+    static const int id[NODES] = {0, 1, 2, 3, 9}, tool[1] = {3};
+    static const int triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
+    const RecordingBody body = {"tetra", NODES, 2, 1};
+    const RecordingOptions options = {.scene = text,
+                                      .describe = describe,
+                                      .created_by = "test 1",
+                                      .body_count = 1,
+                                      .tool_count = 1,
+                                      .body = &body,
+                                      .tool = tool};
+    Status status = {0};
+    Recording *recording = recording_create(scratch_path(&scratch, name, path), &options, &status);
+    if (recording == NULL)
+        fail_msg("%s", status.text);
+    for (int f = 0; f < FRAMES; f++) {
+        float position[3 * NODES];
+        for (int i = 0; i < 3 * NODES; i++)
+            position[i] = coordinate(f, i);
+        const RecordingTopology topology = {.number = f < CUT_AT ? 1 : 2,
+                                            .node_count = nodes_at(f),
+                                            .triangle_count = nodes_at(f) - 3,
+                                            .node_id = id,
+                                            .node_origin = describe != NULL ? origin : NULL,
+                                            .node_level = describe != NULL ? level : NULL,
+                                            .triangle = triangle};
+        if (f == 0 || f == CUT_AT)
+            assert_true(recording_add_topology(recording, 0, &topology));
+        const RecordingFrame frame = {.step = 100 * f,
+                                      .time = time_at(f),
+                                      .topology = topology.number,
+                                      .node_count = topology.node_count,
+                                      .position = position};
+        assert_true(recording_add_frame(recording, 0, &frame));
+        const RecordingTool sample = {.position = {f, 2.0, 3.0},
+                                      .orientation = {f == 0 ? (double)NAN : 1.0, 0.0, 0.0, 0.25},
+                                      .force = {0.5, -f, 0.25}};
+        assert_true(recording_add_tool(recording, 0, frame.time, &sample));
+        RecordingEvent event = {.time = frame.time, .step = f, .kind = "cut", .text = "a cut"};
+        if (f % 10 == 5)
+            assert_true(recording_add_event(recording, &event));
+    }
+    if (!recording_close(recording, &status))
+        fail_msg("%s", status.text);
+    return path;
+}
+
+static const char *make(const char *name, char path[SCRATCH_PATH])
+{
+    char scene[1000];
+    memset(scene, 's', sizeof scene); // longer than a text of fixed length
+    scene[sizeof scene - 1] = '\0';
+    return make_with(name, DESCRIBED, scene, path);
+}
+
+static RecordingReader *open_reader(const char *path)
+{
+    Status status = {0};
+    RecordingReader *reader = recording_reader_open(path, &status);
+    if (reader == NULL)
+        fail_msg("%s", status.text);
+    return reader;
+}
+
+static void a_frame_is_found_by_its_time_and_has_the_recorded_bits(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    RecordingReader *reader = open_reader(make("bits.h5", path));
+    assert_int_equal(recording_reader_frames(reader, 0), FRAMES);
+    assert_int_equal(recording_reader_find_body(reader, "tetra"), 0);
+    assert_int_equal(recording_reader_find_body(reader, "other"), -1);
+    assert_int_equal(recording_reader_find_frame(reader, 0, -0.01), -1);
+    assert_int_equal(recording_reader_find_frame(reader, 0, 1e9), FRAMES - 1);
+    // From the last to the first, at and between the times of frames.
+    for (int f = FRAMES - 1; f >= 0; f--) {
+        float position[3 * NODES];
+        Status status = {0};
+        assert_int_equal(recording_reader_find_frame(reader, 0, time_at(f)), f);
+        assert_int_equal(recording_reader_find_frame(reader, 0, time_at(f) + 0.05), f);
+        RecordingFrame frame = recording_reader_frame(reader, 0, f);
+        assert_int_equal(frame.step, 100 * f);
+        assert_int_equal(frame.node_count, nodes_at(f));
+        assert_int_equal(frame.topology, f < CUT_AT ? 1 : 2);
+        assert_true(recording_reader_positions(reader, 0, f, position, &status));
+        for (int i = 0; i < 3 * frame.node_count; i++) {
+            const float expected = coordinate(f, i);
+            assert_memory_equal(&position[i], &expected, sizeof expected);
+        }
+    }
+    recording_reader_close(reader);
+}
+
+static void a_frame_has_the_mesh_of_its_topology(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    RecordingReader *reader = open_reader(make("mesh.h5", path));
+    int nodes, triangles, id[NODES], triangle[2][3];
+    recording_reader_most(reader, 0, &nodes, &triangles);
+    assert_int_equal(nodes, NODES);
+    assert_int_equal(triangles, 2);
+    assert_int_equal(recording_reader_first_wall(reader, 0), 1);
+    for (int f = CUT_AT - 1; f <= CUT_AT; f++) {
+        RecordingTopology topology;
+        Status status = {0};
+        assert_true(recording_reader_mesh(reader, 0, f, id, triangle, &topology, &status));
+        assert_int_equal(topology.number, f < CUT_AT ? 1 : 2);
+        assert_int_equal(topology.node_count, nodes_at(f));
+        assert_int_equal(topology.triangle_count, nodes_at(f) - 3);
+        assert_int_equal(topology.triangle[0][2], 2);
+        assert_int_equal(topology.node_id[nodes_at(f) - 1], f < CUT_AT ? 9 : 3);
+        int from[NODES];
+        signed char at[NODES];
+        bool known;
+        assert_true(recording_reader_nodes(reader, 0, f, from, at, &known, &status));
+        assert_true(known);
+        assert_memory_equal(from, origin, (size_t)nodes_at(f) * sizeof *from);
+        assert_memory_equal(at, level, (size_t)nodes_at(f));
+    }
+    recording_reader_close(reader);
+}
+
+static void tools_events_and_the_scene_are_read(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    RecordingReader *reader = open_reader(make("rest.h5", path));
+    assert_int_equal(strlen(recording_reader_scene(reader)), 999);
+    assert_string_equal(recording_reader_describe(reader), DESCRIBED);
+    assert_int_equal(recording_reader_find_tool(reader, 3), 0);
+    assert_int_equal(recording_reader_find_tool(reader, 4), -1);
+    assert_int_equal(recording_reader_tool_rows(reader, 0), FRAMES);
+    assert_int_equal(recording_reader_find_tool_row(reader, 0, time_at(7) + 0.01), 7);
+    RecordingTool sample[FRAMES];
+    assert_true(recording_reader_tool(reader, 0, 0, FRAMES, sample, &status));
+    assert_true(isnan(sample[0].orientation.w));
+    for (int f = 1; f < FRAMES; f++) {
+        expect_near(sample[f].position.x, f, 0.0);
+        expect_near(sample[f].force.y, -f, 0.0);
+        expect_near(sample[f].orientation.z, 0.25, 0.0);
+    }
+    assert_int_equal(recording_reader_info(reader)->events, 4);
+    RecordingEvent event[4];
+    assert_true(recording_reader_events(reader, 0, 4, event, &status));
+    assert_int_equal(event[2].step, 25);
+    assert_string_equal(event[2].text, "a cut");
+    recording_reader_close(reader);
+}
+
+// pliant-record knows no scene and writes the description in its place; older files have none.
+static void a_description_in_place_of_the_scene_is_one(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    RecordingReader *reader = open_reader(make_with("heard.h5", NULL, DESCRIBED, path));
+    assert_string_equal(recording_reader_describe(reader), DESCRIBED);
+    assert_string_equal(recording_reader_scene(reader), "");
+    recording_reader_close(reader);
+    reader = open_reader(make_with("old.h5", NULL, "name = \"a\";", path));
+    assert_string_equal(recording_reader_describe(reader), "");
+    assert_string_equal(recording_reader_scene(reader), "name = \"a\";");
+    // Nor do they say what nodes were split from.
+    int from[NODES];
+    signed char at[NODES];
+    bool known = true;
+    Status status = {0};
+    assert_true(recording_reader_nodes(reader, 0, 0, from, at, &known, &status));
+    assert_false(known);
+    recording_reader_close(reader);
+}
+
+static void set_first(const char *path, const char *name, hid_t type, int columns,
+                      const void *value)
+{
+    hid_t file = H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
+    hid_t set = H5Dopen2(file, name, H5P_DEFAULT), space = H5Dget_space(set);
+    const hsize_t first[2] = {1, 0}, one[2] = {1, (hsize_t)columns};
+    hid_t row = H5Screate_simple(columns > 0 ? 2 : 1, one, NULL);
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, first, NULL, one, NULL);
+    assert_true(H5Dwrite(set, type, row, space, H5P_DEFAULT, value) >= 0);
+    H5Sclose(row);
+    H5Sclose(space);
+    H5Dclose(set);
+    H5Fclose(file);
+}
+
+static void a_position_that_is_no_number_and_a_corner_that_is_no_node_are_refused(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    float position[3 * NODES];
+    const float infinite[3] = {0.0f, INFINITY, 0.0f};
+    const int corner[3] = {0, NODES, 1};
+    make("lies.h5", path);
+    set_first(path, "/bodies/tetra/position", H5T_NATIVE_FLOAT, 3, infinite);
+    set_first(path, "/bodies/tetra/triangles", H5T_NATIVE_INT, 3, corner);
+    RecordingReader *reader = open_reader(path);
+    assert_false(recording_reader_positions(reader, 0, 0, position, &status));
+    assert_non_null(strstr(status.text, "not finite"));
+    int id[NODES], triangle[2][3];
+    RecordingTopology topology;
+    status = (Status){0};
+    assert_false(recording_reader_mesh(reader, 0, 0, id, triangle, &topology, &status));
+    assert_non_null(strstr(status.text, "triangle 1 has node 5 of 5"));
+    // The rest of the file is still there.
+    assert_true(recording_reader_positions(reader, 0, 3, position, &status));
+    recording_reader_close(reader);
+}
+
+static void a_frame_that_goes_back_in_time_is_not_found(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    const double late = 2.05;
+    make("back.h5", path);
+    set_first(path, "/bodies/tetra/frames/time", H5T_NATIVE_DOUBLE, 0, &late);
+    RecordingReader *reader = open_reader(path);
+    // Frames 2 to 20 are not after the second one any more.
+    assert_int_equal(recording_reader_frames(reader, 0), FRAMES - 19);
+    assert_int_equal(recording_reader_find_frame(reader, 0, time_at(21)), 2);
+    recording_reader_close(reader);
+}
+
+static void several_readers_are_closed_in_any_order(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    RecordingReader *first = open_reader(make("two.h5", path)), *second = open_reader(path);
+    recording_reader_close(first);
+    recording_reader_close(second);
+}
+
+static void what_is_no_recording_is_refused(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    Status status = {0};
+    scratch_path(&scratch, "text.h5", path);
+    file_write(path, "no HDF5", 7);
+    assert_null(recording_reader_open(path, &status));
+    assert_non_null(strstr(status.text, "not an HDF5 file"));
+}
+
+static int setup(void **state)
+{
+    (void)state;
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    return scratch_create(&scratch);
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_frame_is_found_by_its_time_and_has_the_recorded_bits),
+        cmocka_unit_test(a_frame_has_the_mesh_of_its_topology),
+        cmocka_unit_test(tools_events_and_the_scene_are_read),
+        cmocka_unit_test(a_description_in_place_of_the_scene_is_one),
+        cmocka_unit_test(a_position_that_is_no_number_and_a_corner_that_is_no_node_are_refused),
+        cmocka_unit_test(a_frame_that_goes_back_in_time_is_not_found),
+        cmocka_unit_test(several_readers_are_closed_in_any_order),
+        cmocka_unit_test(what_is_no_recording_is_refused),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
+
+#else
+
+int main(void)
+{
+    return 0;
+}
+#endif
