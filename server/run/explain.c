@@ -355,12 +355,18 @@ static void shorten(char *text)
 
 char *explain_describe(World *world, const Scene *scene)
 {
+    enum { SETTINGS = 256 };
     char *text = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     ASSERT(out != NULL);
     // The summary as people see it, with what programs need besides.
     explain_summary(world, scene, out);
+    for (int i = 0; i < sim_body_count(world->sim); i++) {
+        char keys[SETTINGS];
+        sim_list_settings(world->sim, i, keys, sizeof keys);
+        fprintf(out, "settings of %s: %s\n", sim_body(world->sim, i)->name, keys);
+    }
     fprintf(out, "capacity: %d nodes, %d loads at a time, %d requests waiting\n",
             explain_nodes(world), SIM_LOADS, EXCHANGE_REQUESTS);
     fprintf(out, "units: m, kg, s, N, rad; world frame of the scene\n");

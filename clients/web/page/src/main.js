@@ -2,11 +2,15 @@
 
 import { NoColorSpace, TextureLoader } from 'three';
 import { Body } from './body.js';
+import { Capture } from './capture.js';
+import { Forces } from './forces.js';
 import { Hand } from './hand.js';
 import { isIdleCut } from './knife.js';
 import { Link } from './link.js';
 import { Panel } from './panel.js';
 import { Workbench } from './scenes.js';
+import { SecondHand } from './second.js';
+import { Settings } from './settings.js';
 import { Stage, boxOfAll } from './stage.js';
 import { Timeline } from './timeline.js';
 import { Tools } from './tools.js';
@@ -15,7 +19,7 @@ import { applyLook, drawnTissue, look } from './tissue.js';
 const HINTS = {
     press: 'Drag on tissue: press (wheel: depth) · Shift: cut · Ctrl: pull · empty space or right button: turn',
     pull: 'Drag on tissue: pull (wheel: nearer, farther) · Shift: cut · empty space or right button: turn',
-    cut: 'Drag across tissue: cut · right button: turn',
+    cut: 'Drag across tissue: cut, by the scene’s blade if it has one · right button: turn',
     tie: 'Click on tissue: pin · drag to another body: tie, to the same one: clip · empty space or right button: turn',
 };
 // Our own requests, and those that the page repeats: not shown in the list.
@@ -47,7 +51,8 @@ const panel = new Panel({
     mode: (mode) => {
         hand.mode = mode;
         panel.hint(HINTS[mode]);
-        stage.canvas.style.cursor = mode === 'cut' ? 'crosshair' : 'default';
+        stage.canvas.style.cursor = hand.cursor();
+        showTool();
     },
     look: takeLook,
     home: () => stage.home(),
@@ -59,12 +64,44 @@ const command = (kind, argument) => link.request({ type: 'command', kind, value:
 const timeline = new Timeline(element('timeline'),
     { set: (argument) => command('set', argument), command: (kind) => command(kind, '') });
 const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
-    told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties') }, element('trail'));
+    told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties'),
+    taken: () => second.tool?.id }, element('trail'));
+const second = new SecondHand({ stage, tools, link, settings: panel.settings, refused: whyNothing, mouse: hand,
+    allowed: () => hand.allowed }, element('second'), element('second-text'));
 const workbench = new Workbench(link, showLink);
+const settings = new Settings(element('settings'), link, whyNothing);
+const forces = new Forces({ time: element('force-time'), depth: element('force-depth'), pause: element('force-pause'),
+    save: element('force-save'), legend: element('force-legend') });
+const capture = new Capture(stage, { picture: element('shoot'), video: element('video'),
+    told: (text) => panel.hint(text), scene: () => element('scene-name').textContent });
+element('tool').addEventListener('change', chooseTool);
+element('second').addEventListener('change', showTool);
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
-window.pliant = { stage, tools, hand, link, look, timeline, workbench, get bodies() { return bodies; } };
+window.pliant = { stage, tools, panel, hand, second, settings, forces, capture, link, look, timeline,
+    workbench, get bodies() { return bodies; } };
+
+// The mouse's tools by name: choosing one chooses what a drag does, and the other way round.
+const MODES = { probe: 'press', grasper: 'pull', blade: 'cut' };
+function chooseTool() {
+    const tool = tools.list.find(({ id }) => String(id) === element('tool').value);
+    hand.chosen = tool?.id ?? null;
+    if (tool) document.querySelector(`input[name=mode][value=${MODES[tool.kind]}]`).click();
+    stage.canvas.focus(); // keys are for the hand now, not for the list
+}
+
+function showTool() {
+    const kind = Object.keys(MODES).find((one) => MODES[one] === hand.mode);
+    element('tool').value = String((kind && hand.toolOf(kind)?.id) ?? '');
+}
+
+function listTools() {
+    element('tool').replaceChildren(...[{ id: '', title: 'none' }, ...tools.list.filter(({ kind }) => MODES[kind])]
+        .map(({ id, title }) => Object.assign(document.createElement('option'), { value: String(id), textContent: title })));
+    hand.chosen = null;
+    showTool();
+}
 
 function takeLook(settings) {
     switches = settings;
@@ -108,9 +145,11 @@ function takeText(message) {
             if (tools.takeContact(contact, now)) changed();
             if (contact.contact) timeline.takeForce(Math.hypot(...contact.force));
         }
+        forces.takeContacts(message.tools, now);
         return undefined;
     case 'event':
         hand.ties.takeEvent(message.kind, message.text);
+        settings.takeEvent(message.kind, message.text);
         if (QUIET.has(message.kind) || isIdleCut(message.text)) return undefined;
         timeline.takeEvent(message.kind, message.text);
         panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
@@ -118,12 +157,14 @@ function takeText(message) {
     case 'reply':
         hand.answered(message);
         timeline.answered(message);
+        if (settings.answered(message)) return undefined;
         if (!message.ok && !isIdleCut(message.text)) panel.takeEvent('refused', message.text, true);
         return undefined;
     case 'workbench': return workbench.take(message);
     case 'error':
         if (workbench.takeError(message)) return undefined;
         hand.answered({ id: message.id, ok: false, text: message.text });
+        settings.answered({ id: message.id, ok: false, text: message.text });
         timeline.answered(message);
         return panel.takeEvent('error', message.text, true);
     case 'round': return takeRound(message.round);
@@ -209,6 +250,10 @@ function takeScene(scene) {
     if (/^ties by message/m.test(scene.describe ?? ''))
         link.request({ type: 'command', kind: 'describe', value: 0, argument: '' });
     tools.take(scene.tools ?? []);
+    listTools();
+    second.take(tools.list);
+    forces.takeScene(tools.list);
+    settings.takeScene(scene.describe ?? '');
     panel.takeScene(scene);
     fitted = false;
     stage.invalidate();
@@ -218,7 +263,10 @@ function takeState(state) {
     connected = state === 'open';
     if (!connected) {
         round = null;
-        if (started) hand.end();
+        if (started) {
+            hand.end();
+            second.withdraw('no connection');
+        }
     }
     showLink();
 }

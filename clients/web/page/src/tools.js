@@ -77,9 +77,12 @@ class Tool {
         if (this.edge) this.group.add(new Mesh(bladeShape(this.edge), material));
     }
 
-    /** The nearest end of a capsule to the tool's origin, and where the shaft goes from it. */
+    /** What a hand says of it: "grasper 3". */
+    get title() { return `${this.kind} ${this.id}`; }
+
+    /** The nearest end of a capsule, or of a blade's edge, to the tool's origin, and where the shaft goes from it. */
     tip() {
-        const first = this.capsules[0];
+        const first = this.edge ? { from: this.edge[0], to: this.edge[1], radius: 0 } : this.capsules[0];
         if (!first) return { at: new Vector3(), axis: new Vector3(0, 0, 1), radius: 0.002, stick: false };
         const flip = first.from.length() > first.to.length();
         const at = flip ? first.to : first.from, other = flip ? first.from : first.to;
@@ -87,7 +90,7 @@ class Tool {
         // Grasped in the middle: a stick that stands upright, not one that points.
         const stick = axis.length() > 0 && at.length() > 0.25 * axis.length();
         return { at, axis: axis.length() > 0 ? axis.normalize() : new Vector3(0, 0, 1),
-            radius: first.radius, stick };
+            radius: first.radius, stick: stick && !this.edge };
     }
 }
 
