@@ -66,6 +66,7 @@ test('its_recording_is_shown_with_the_same_marks', options, async () => {
     assert(existsSync(RECORDING));
     server = new Program(paths.out, 'pliant-play', beside('pliant-play'), ['--paused', RECORDING]);
     await until('it is a recording', () => bar('recorded'));
+    await until('the page says so', async () => (await page.locator('#link').textContent()) === 'recording');
     await untilShown(page);
     await until('the marks are there', async () => (await bar('marks')).some(({ kind }) => kind === 'cut'));
     assert(await page.locator('#timeline-controls').isVisible());

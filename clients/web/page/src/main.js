@@ -225,16 +225,17 @@ function takeHello(hello) {
 
 // Nothing can be pressed in a recording.
 function takePlayback(message) {
-    if (!timeline.recorded) {
-        hand.end();
-        panel.hint('A recording: drag in the bar of time, step with the arrow keys, press P to play or pause.');
-    }
+    const first = !timeline.recorded;
     timeline.takePlayback(message);
+    if (!first) return;
+    panel.hint('A recording: drag in the bar of time, step with the arrow keys, press P to play or pause.');
+    showLink();
 }
 
 function takeScene(scene) {
     if (timeline.recorded) panel.hint(HINTS[hand.mode]);
     timeline.clear();
+    showLink();
     for (const body of bodies) {
         stage.scene.remove(body.group);
         body.dispose();
@@ -293,7 +294,7 @@ function showLink(age = silence) {
         ? `pliantd is gone: no message from it${age > 0 ? ` for ${Math.round(age)} s` : ''}. What you see is ` +
             `old. ${why || 'The page continues as soon as one runs again.'}`
         : why || 'Waiting for pliantd …');
-    else panel.takeLink('live', '');
+    else panel.takeLink(timeline.recorded ? 'recording' : 'live', '');
     if (started && whyNothing()) hand.end();
     const silent = !(connected && daemon);
     if (silent === look.silent) return;

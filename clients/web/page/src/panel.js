@@ -204,14 +204,14 @@ export class Panel {
         while (list.children.length > EVENTS_SHOWN) list.lastChild.remove();
     }
 
-    /** The link: 'live', or why there is nothing to see. */
+    /** The link: what is seen, or, with a notice, why there is nothing to see. */
     takeLink(short, notice) {
-        this.live = short === 'live';
+        this.live = !notice;
         this.showState();
         const pill = element('link');
         set(pill, short);
-        pill.className = `pill ${short === 'live' ? 'good' : 'bad'}`;
-        document.body.classList.toggle('silent', short !== 'live');
+        pill.className = `pill ${this.live ? 'good' : 'bad'}`;
+        document.body.classList.toggle('silent', !this.live);
         element('notice').hidden = !notice;
         set('notice', notice);
     }
