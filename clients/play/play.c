@@ -2,6 +2,7 @@
 // thread, but for a child that reads each file.
 #include "hold.h"
 #include "log.h"
+#include "score.h"
 #include "sender.h"
 #include "timeline.h"
 #include "wire.h"
@@ -44,7 +45,8 @@ typedef struct Options {
     char *file[TIMELINE_PARTS];
     int files;
     double speed, from, to;
-    bool from_given, to_given, loop, paused, once;
+    bool loop, paused, once;
+    const char *score, *score_scene;
 } Options;
 
 static bool add_file(void *target, const char *text, Status *why)
@@ -53,20 +55,6 @@ static bool add_file(void *target, const char *text, Status *why)
     if (options->files == TIMELINE_PARTS)
         return status_fail(why, STATUS_INVALID, "at most %d recordings", TIMELINE_PARTS);
     options->file[options->files++] = (char *)(uintptr_t)text; // a word of the command line
-    return true;
-}
-
-static bool note_from(void *target, const char *text, Status *why)
-{
-    (void)text, (void)why;
-    ((Options *)target)->from_given = true;
-    return true;
-}
-
-static bool note_to(void *target, const char *text, Status *why)
-{
-    (void)text, (void)why;
-    ((Options *)target)->to_given = true;
     return true;
 }
 
@@ -80,9 +68,9 @@ static const ArgumentRow ROWS[] = {
     {.type = ARGUMENT_HEADING, .help = "How to play:"},
     {"speed", 's', ARGUMENT_NUMBER, "X", AT(speed), SPEED_LEAST, SPEED_MOST, .preset = 1.0,
      .help = "X times as fast as it was recorded"},
-    {"from", 0, ARGUMENT_NUMBER, "S", AT(from), -1e9, 1e9, .handler = note_from,
+    {"from", 0, ARGUMENT_NUMBER, "S", AT(from), -1e9, 1e9, .preset = -(double)INFINITY,
      .help = "begin at this simulated time (default: the start)"},
-    {"to", 0, ARGUMENT_NUMBER, "S", AT(to), -1e9, 1e9, .handler = note_to,
+    {"to", 0, ARGUMENT_NUMBER, "S", AT(to), -1e9, 1e9, .preset = (double)INFINITY,
      .help = "stop at this simulated time (default: the end)"},
     {"loop", 0, ARGUMENT_FLAG, NULL, AT(loop), .help = "begin again at the end"},
     {"paused", 0, ARGUMENT_FLAG, NULL, AT(paused), .help = "wait for RESUME, STEP or a seek"},
@@ -90,6 +78,12 @@ static const ArgumentRow ROWS[] = {
      .help = "exit at the end (default: stay there, so that a page can go back)"},
     {.type = ARGUMENT_HEADING, .help = "Where:"},
     {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {.type = ARGUMENT_HEADING, .help = "Instead of playing:"},
+    {"score", 0, ARGUMENT_TEXT, "BASE", AT(score),
+     .help = "write the score sheet of the session: BASE.json, BASE.csv and BASE.html, to print"},
+    {"score-scene", 0, ARGUMENT_TEXT, "SCENE.cfg", AT(score_scene),
+     .help = "for --score: the scene that names force limit and regions (default: the recorded "
+             "one)"},
     {0}};
 
 static bool check(void *target, Status *why)
@@ -99,7 +93,9 @@ static bool check(void *target, Status *why)
         return status_fail(why, STATUS_INVALID, "a recording is missing: FILE.h5");
     if (options->once && options->loop)
         return status_fail(why, STATUS_INVALID, "--once does not go with --loop");
-    return !(options->from_given && options->to_given && !(options->from < options->to)) ||
+    if (options->score_scene != NULL && options->score == NULL)
+        return status_fail(why, STATUS_INVALID, "--score-scene needs --score");
+    return options->from < options->to ||
            status_fail(why, STATUS_INVALID, "--from must be before --to");
 }
 
@@ -124,7 +120,7 @@ static const ArgumentTable TABLE = {
 // A request that was answered, lest a repeated one is executed again.
 typedef struct Answered {
     int32_t sender, id;
-    bool ok, describes;
+    bool ok, describes, waits; // waits: its reply is sent when the frame it asked for has left
     char channel[CLIENT_CHANNEL_MAX], text[200];
 } Answered;
 
@@ -135,11 +131,13 @@ typedef struct Play {
     Sender sender;
     // what is played
     double time, from, to, speed; // [s] on the timeline
+    double shown;                 // time of what is shown: `time`, or a little before it
     bool playing, loop, once;
     int64_t turned_ns; // last time that `time` was moved
     int event;         // the first one after `time`
     // requests
     bool changed, stop; // by a request: look at once; end
+    bool wanted;        // the frames at `time`, when those before have left
     Answered answered[ANSWERS];
     unsigned answers;
     // what is published and when next
@@ -243,7 +241,7 @@ static void turn(Play *play, int64_t now_ns)
         seek(play, play->from);
     else
         play->playing = false;
-    play->changed = true;
+    play->changed = play->wanted = true;
 }
 
 // --- requests ------------------------------------------------------------------------------------
@@ -364,16 +362,33 @@ static void answer_request(Play *play, int32_t sender, int32_t id, const char *c
     const Answered *before = find_answer(play, sender, id, channel);
     Answered answer = {.sender = sender, .id = id};
     if (before != NULL) {
-        publish_reply(play, before);
+        if (!before->waits)
+            publish_reply(play, before);
         return;
     }
     snprintf(answer.channel, sizeof answer.channel, "%.*s", CLIENT_CHANNEL_MAX - 1, channel);
     answer.ok = command != NULL
                     ? run_command(play, command, &answer)
                     : refuse(&answer, "a recording is played: nothing can be changed in it");
-    play->answered[play->answers++ % ANSWERS] = answer;
-    play->changed = true;
-    publish_reply(play, &answer);
+    // A client that seeks or steps has the frame before the reply; a description takes no waiting.
+    answer.waits = !answer.describes;
+    Answered *slot = &play->answered[play->answers++ % ANSWERS];
+    if (slot->waits)
+        publish_reply(play, slot);
+    *slot = answer;
+    play->changed = play->wanted = true;
+    if (!answer.waits)
+        publish_reply(play, &answer);
+}
+
+static void publish_waiting(Play *play)
+{
+    for (unsigned i = 0; i < ANSWERS; i++) {
+        Answered *answer = &play->answered[(play->answers + i) % ANSWERS]; // the oldest first
+        if (answer->waits)
+            publish_reply(play, answer);
+        answer->waits = false;
+    }
 }
 
 static void on_command(const lcm_recv_buf_t *buffer, const char *channel, void *user)
@@ -488,8 +503,8 @@ static void publish_playback(Play *play, bool whole)
                                        .whole = whole,
                                        .start = timeline_start(play->timeline),
                                        .end = timeline_end(play->timeline),
-                                       .from = play->from,
-                                       .to = play->to,
+                                       .first = play->from,
+                                       .last = play->to,
                                        .time = play->time,
                                        .speed = play->speed,
                                        .frame_time = timeline_frame_time(play->timeline),
@@ -517,14 +532,28 @@ static bool is_due(int64_t *next_ns, int64_t now_ns, int every_ms)
     return true;
 }
 
+// The time to show: no frame is left out up to the recorded speed, also when this program ran late.
+static double time_to_show(const Play *play)
+{
+    const double late_s = 1.0;
+    double next;
+    const bool all = play->playing && !play->wanted && play->speed <= 1.0;
+    return all && timeline_next(play->timeline, play->shown, &next) && next < play->time &&
+                   play->time - next < late_s
+               ? next
+               : play->time;
+}
+
 static bool publish(Play *play, int64_t now_ns, Status *status)
 {
-    // A new frame: at once after a request, else when the one before has left, and no faster than
-    // frames were recorded.
-    const bool waits = sender_waiting(&play->sender) > 0;
-    if (play->changed || (play->playing && !waits && now_ns >= play->frame_ns)) {
+    // A new frame when the one before has left: at once after a request, else no faster than frames
+    // were recorded.
+    if (sender_waiting(&play->sender, false) == 0 &&
+        (play->wanted || (play->playing && now_ns >= play->frame_ns))) {
         const int64_t frames = play->sender.frames;
-        if (!sender_show(&play->sender, play->time, status))
+        play->shown = time_to_show(play);
+        play->wanted = false;
+        if (!sender_show(&play->sender, play->shown, status))
             return false;
         if (play->sender.frames > frames) {
             play->frame_ns = now_ns + (int64_t)(0.75e9 * timeline_frame_time(play->timeline));
@@ -533,10 +562,12 @@ static bool publish(Play *play, int64_t now_ns, Status *status)
     }
     // Chunks leave evenly over a frame's time, at most a millisecond apart.
     const double frame_s = timeline_frame_time(play->timeline) / fmax(play->speed, 1.0);
-    const double interval = fmin(1e6, 1e9 * frame_s / (sender_waiting(&play->sender) + 1));
+    const double interval = fmin(1e6, 1e9 * frame_s / (sender_waiting(&play->sender, true) + 1));
     sender_send(&play->sender, now_ns, (int64_t)fmax(interval, 5e4));
+    if (sender_waiting(&play->sender, false) == 0 && !play->wanted)
+        publish_waiting(play);
     if (is_due(&play->tools_ns, now_ns, TOOLS_MS) &&
-        !sender_tools(&play->sender, play->time, status))
+        !sender_tools(&play->sender, play->shown, status))
         return false;
     // Then what there is to say about it.
     if (play->changed)
@@ -564,13 +595,13 @@ static int64_t next_ns(const Play *play, int64_t now_ns)
 {
     int64_t next =
         least(least(play->status_ns, play->playback_ns), least(play->tools_ns, play->whole_ns));
-    if (sender_waiting(&play->sender) > 0)
+    if (sender_waiting(&play->sender, true) > 0)
         next = least(next, play->sender.due_ns);
     // The next frame, or the end of the range.
     double time = play->to;
     if (play->playing) {
-        timeline_next(play->timeline, play->time, &time);
-        const double wait_s = (fmin(time, play->to) - play->time) / play->speed;
+        timeline_next(play->timeline, play->shown, &time);
+        const double wait_s = fmax(fmin(time, play->to) - play->time, 0.0) / play->speed;
         const int64_t due = now_ns + (int64_t)(fmin(wait_s, 1.0) * 1e9);
         next = least(next, due > play->frame_ns ? due : play->frame_ns);
     }
@@ -581,14 +612,14 @@ static bool run(Play *play, ClientError *error)
 {
     Status status = {0};
     play->turned_ns = client_now_ns();
-    play->changed = true;
+    play->changed = play->wanted = true;
     while (!play->stop && !play->hold.lost) {
         const int64_t now = client_now_ns();
         turn(play, now);
         if (!publish(play, now, &status))
             return client_fail(error, "%s", status.text);
-        if (play->once && !play->playing && play->time >= play->to &&
-            sender_waiting(&play->sender) == 0)
+        if (play->once && !play->playing && play->time >= play->to && !play->wanted &&
+            sender_waiting(&play->sender, true) == 0)
             break;
         if (!client_wait(&play->client, next_ns(play, now), &play->changed))
             break;
@@ -641,22 +672,25 @@ static bool read_forces(Play *play, Status *status)
     return true;
 }
 
-static bool prepare(Play *play, const Options *options, Status *status)
+static bool open_files(Play *play, const Options *options, Status *status)
 {
     play->timeline = log_is_one(options->file[0])
                          ? log_open(options->file, options->files, &options->client, status)
                          : timeline_open(options->file, options->files, status);
-    if (play->timeline == NULL || !read_forces(play, status))
+    return play->timeline != NULL;
+}
+
+static bool prepare(Play *play, const Options *options, Status *status)
+{
+    if (!open_files(play, options, status) || !read_forces(play, status))
         return false;
     // The range, within what there is.
     const double start = timeline_start(play->timeline), end = timeline_end(play->timeline);
-    play->from = options->from_given ? options->from : start;
-    play->to = options->to_given ? options->to : end;
+    play->from = fmax(options->from, start);
+    play->to = fmin(options->to, end);
     if (play->from > end || play->to < start)
         return status_fail(status, STATUS_INVALID, "--from and --to: %s has %.6g to %.6g s",
                            options->file[0], start, end);
-    play->from = fmax(play->from, start);
-    play->to = fmin(play->to, end);
     play->speed = options->speed;
     play->loop = options->loop;
     play->once = options->once;
@@ -705,10 +739,28 @@ static int play_files(Play *play, const Options *options)
     sender_create(&play->sender, &play->client, play->timeline);
     report(play);
     const bool ok = run(play, &error);
+    publish_waiting(play); // of STOP
     if (play->sender.failed > 0)
         fprintf(stderr, NAME ": LCM did not take %lld messages\n", (long long)play->sender.failed);
     sender_destroy(&play->sender);
     return ok ? 0 : fail(&error, 1);
+}
+
+static int score_files(Play *play, const Options *options)
+{
+    Status status = {0};
+    Score score;
+    bool ok = open_files(play, options, &status) &&
+              score_read(play->timeline, options->score_scene, &score, &status);
+    if (ok) {
+        ok = score_write(&score, options->score, &status);
+        if (ok)
+            score_print(&score, stdout);
+        score_destroy(&score);
+    }
+    if (!ok)
+        fprintf(stderr, NAME ": %s\n", status.text);
+    return ok ? 0 : (int)status.code;
 }
 
 int main(int argc, char **argv)
@@ -718,7 +770,8 @@ int main(int argc, char **argv)
     Status status = {0};
     if (!arguments_parse(&TABLE, argc, argv, &options, &status))
         return arguments_exit(&status);
-    const int code = play_files(&play, &options);
+    const int code =
+        options.score != NULL ? score_files(&play, &options) : play_files(&play, &options);
     client_disconnect(&play.client);
     timeline_close(play.timeline);
     free(play.describe);

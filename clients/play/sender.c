@@ -37,6 +37,7 @@ void sender_create(Sender *sender, Client *client, Timeline *timeline)
         body->at.frame = -1;
         body->position = allocate(nodes, 3 * sizeof *body->position);
         body->id = allocate(nodes, sizeof *body->id);
+        body->origin = allocate(nodes, sizeof *body->origin);
         body->parent = allocate(nodes, 2 * sizeof *body->parent);
         body->piece = allocate(nodes, sizeof *body->piece);
         body->level = allocate(nodes, sizeof *body->level);
@@ -53,6 +54,7 @@ void sender_destroy(Sender *sender)
         SenderBody *body = &sender->body[i];
         free(body->position);
         free(body->id);
+        free(body->origin);
         free(body->parent);
         free(body->piece);
         free(body->level);
@@ -95,9 +97,6 @@ static void find_pieces(SenderBody *body)
             body->piece[root] = body->pieces++;
         body->piece[i] = body->piece[root];
     }
-    // Nor are origins and parents: each node is its own.
-    for (int i = 0; i < mesh->node_count; i++)
-        body->parent[2 * i] = body->parent[2 * i + 1] = body->id[i];
 }
 
 static int chunks_of(int things, int size)
@@ -105,13 +104,14 @@ static int chunks_of(int things, int size)
     return things > 0 ? (things + size - 1) / size : 1;
 }
 
-static void start_mesh(SenderBody *body)
+static void start_mesh(SenderBody *body, bool repeats)
 {
     const int by_triangles = chunks_of(body->mesh.triangle_count, TRIANGLES_IN_CHUNK);
     const int by_nodes = chunks_of(body->mesh.node_count, NODES_IN_MESH_CHUNK);
     body->mesh_chunks = by_triangles > by_nodes ? by_triangles : by_nodes;
     body->mesh_next = 0;
     body->mesh_sequence++;
+    body->repeats = repeats;
 }
 
 static void start_nodes(SenderBody *body)
@@ -119,6 +119,26 @@ static void start_nodes(SenderBody *body)
     body->nodes_chunks =
         body->frame.node_count > 0 ? chunks_of(body->frame.node_count, NODES_IN_CHUNK) : 0;
     body->nodes_next = 0;
+}
+
+static bool read_mesh(Sender *sender, int index, const TimelineFrame *at, Status *status)
+{
+    SenderBody *body = &sender->body[index];
+    bool known;
+    if (!timeline_mesh(sender->timeline, at, index, body->id, body->triangle, &body->mesh,
+                       status) ||
+        !timeline_nodes(sender->timeline, at, index, body->origin, (int(*)[2])body->parent,
+                        body->level, &known, status))
+        return false;
+    if (!known) {
+        memcpy(body->origin, body->id, (size_t)body->mesh.node_count * sizeof *body->id);
+        for (int i = 0; i < body->mesh.node_count; i++)
+            body->parent[2 * i] = body->parent[2 * i + 1] = body->id[i];
+        memset(body->level, 0, (size_t)body->mesh.node_count * sizeof *body->level);
+    }
+    body->first_wall = timeline_first_wall(sender->timeline, at, index);
+    find_pieces(body);
+    return true;
 }
 
 static bool show_body(Sender *sender, int index, const TimelineFrame *at, Status *status)
@@ -132,13 +152,10 @@ static bool show_body(Sender *sender, int index, const TimelineFrame *at, Status
     if (!body->has_mesh || body->mesh.number != frame.topology) {
         body->mesh_next = body->mesh_chunks = 0;
         body->has_mesh = false;
-        if (!timeline_mesh(sender->timeline, at, index, body->id, body->triangle, &body->mesh,
-                           status))
+        if (!read_mesh(sender, index, at, status))
             return false;
         body->has_mesh = true;
-        body->first_wall = timeline_first_wall(sender->timeline, at, index);
-        find_pieces(body);
-        start_mesh(body);
+        start_mesh(body, false);
     }
     body->at = *at;
     body->frame = frame;
@@ -166,7 +183,7 @@ void sender_repeat(Sender *sender, bool frames)
     for (int i = 0; i < sender->bodies; i++) {
         SenderBody *body = &sender->body[i];
         if (body->has_mesh && body->mesh_next == body->mesh_chunks)
-            start_mesh(body);
+            start_mesh(body, true);
         if (frames && body->has_mesh && body->nodes_next == body->nodes_chunks)
             start_nodes(body);
     }
@@ -223,7 +240,7 @@ static void send_mesh_chunk(Sender *sender, SenderBody *body)
                                    .num_nodes = node_end - node,
                                    .num_parents = 2 * (node_end - node),
                                    .id = body->id + node,
-                                   .origin = body->id + node,
+                                   .origin = body->origin + node,
                                    .parent = body->parent + 2L * node,
                                    .piece = body->piece + node,
                                    .level = body->level + node};
@@ -256,23 +273,27 @@ void sender_send(Sender *sender, int64_t now_ns, int64_t interval_ns)
         return;
     for (int i = 0; i < sender->bodies; i++) {
         SenderBody *body = &sender->body[i];
-        if (body->mesh_next < body->mesh_chunks)
-            send_mesh_chunk(sender, body);
-        else if (body->nodes_next < body->nodes_chunks)
-            send_nodes_chunk(sender, body);
-        else
+        const bool mesh = body->mesh_next < body->mesh_chunks;
+        const bool nodes = body->nodes_next < body->nodes_chunks;
+        if (!mesh && !nodes)
             continue;
+        if (mesh && !(nodes && body->repeats))
+            send_mesh_chunk(sender, body);
+        else
+            send_nodes_chunk(sender, body);
         sender->due_ns = now_ns + interval_ns;
         return;
     }
 }
 
-int sender_waiting(const Sender *sender)
+int sender_waiting(const Sender *sender, bool with_repeats)
 {
     int chunks = 0;
     for (int i = 0; i < sender->bodies; i++) {
         const SenderBody *body = &sender->body[i];
-        chunks += body->mesh_chunks - body->mesh_next + body->nodes_chunks - body->nodes_next;
+        chunks += body->nodes_chunks - body->nodes_next;
+        if (with_repeats || !body->repeats)
+            chunks += body->mesh_chunks - body->mesh_next;
     }
     return chunks;
 }

@@ -18,10 +18,12 @@ typedef struct SenderBody {
     RecordingTopology mesh;
     int first_wall, pieces;
     int *id, *parent, *piece; // [nodes], [2 nodes], [nodes]
-    int8_t *level;            // [nodes] zero: levels are not recorded
+    int *origin;              // [nodes] the ids themselves where they were not recorded
+    int8_t *level;            // [nodes] likewise 0
     int (*triangle)[3];
     // chunks under way: the mesh's first; next == chunks: none
     int mesh_next, mesh_chunks, nodes_next, nodes_chunks;
+    bool repeats; // the mesh under way came before: nodes need not wait for it
     uint32_t mesh_sequence, nodes_sequence;
 } SenderBody;
 
@@ -50,8 +52,9 @@ bool sender_tools(Sender *sender, double time, Status *status);
 
 // Sends the chunk that is due; the next one is due after `interval_ns`.
 void sender_send(Sender *sender, int64_t now_ns, int64_t interval_ns);
-// Returns the chunks under way, of all bodies.
-int sender_waiting(const Sender *sender);
+// Returns the chunks under way, of all bodies: of frames and their meshes, or with those of
+// repeats.
+int sender_waiting(const Sender *sender, bool with_repeats);
 // Returns the ticks completed, and the time as recorded [s], of the newest frame shown.
 int64_t sender_step(const Sender *sender, double *time);
 

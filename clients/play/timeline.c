@@ -270,6 +270,16 @@ const char *timeline_describe(const Timeline *timeline)
     return recording_reader_describe(timeline->part[0].reader);
 }
 
+TimelinePart timeline_part(const Timeline *timeline, int part)
+{
+    ASSERT(part >= 0 && part < timeline->parts);
+    const Part *of = &timeline->part[part];
+    return (TimelinePart){.reader = of->reader,
+                          .offset = of->offset,
+                          .begin = of->begin,
+                          .end = part_end(timeline, part)};
+}
+
 int timeline_bodies(const Timeline *timeline)
 {
     return timeline->bodies;
@@ -394,6 +404,14 @@ bool timeline_mesh(Timeline *timeline, const TimelineFrame *at, int body, int *n
         return false;
     topology->number = topology_number(timeline, at->part, topology->number);
     return true;
+}
+
+bool timeline_nodes(Timeline *timeline, const TimelineFrame *at, int body, int *origin,
+                    int (*parent)[2], signed char *level, bool *known, Status *status)
+{
+    const Part *part = &timeline->part[at->part];
+    return recording_reader_nodes(part->reader, part->body[body], at->frame, origin, parent, level,
+                                  known, status);
 }
 
 int timeline_first_wall(const Timeline *timeline, const TimelineFrame *at, int body)

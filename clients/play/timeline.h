@@ -39,6 +39,14 @@ int timeline_parts(const Timeline *timeline);
 // The first part's description of its scene; "" if it has none.
 const char *timeline_describe(const Timeline *timeline);
 
+// A part for programs that read all of it: of its own times those count that are, plus `offset`, in
+// [begin, end). The reader stays the timeline's.
+typedef struct TimelinePart {
+    RecordingReader *reader;
+    double offset, begin, end; // [s]; of the last part `end` is infinite
+} TimelinePart;
+TimelinePart timeline_part(const Timeline *timeline, int part);
+
 int timeline_bodies(const Timeline *timeline);
 const char *timeline_body(const Timeline *timeline, int body);
 // The largest mesh of a body, and the first triangle on a wall of a cut (0: none, or not known).
@@ -56,6 +64,10 @@ bool timeline_positions(Timeline *timeline, const TimelineFrame *at, int body, f
                         Status *status);
 bool timeline_mesh(Timeline *timeline, const TimelineFrame *at, int body, int *node_id,
                    int (*triangle)[3], RecordingTopology *topology, Status *status);
+
+// As recording_reader_nodes.
+bool timeline_nodes(Timeline *timeline, const TimelineFrame *at, int body, int *origin,
+                    int (*parent)[2], signed char *level, bool *known, Status *status);
 
 int timeline_tools(const Timeline *timeline);
 int timeline_tool_id(const Timeline *timeline, int tool);

@@ -133,6 +133,9 @@ static void make_room(IntakeBody *body)
         map->live = grow(map->live, body->node_capacity, sizeof *map->live);
         map->row = grow(map->row, body->node_capacity, sizeof *map->row);
         map->id = grow(map->id, body->node_capacity, sizeof *map->id);
+        map->origin = grow(map->origin, body->node_capacity, sizeof *map->origin);
+        map->parent = grow(map->parent, body->node_capacity, sizeof *map->parent);
+        map->level = grow(map->level, body->node_capacity, sizeof *map->level);
     }
     if (body->mesh.triangle_count > body->triangle_capacity) {
         body->triangle_capacity = body->mesh.triangle_count;
@@ -147,6 +150,9 @@ static void map_mesh(IntakeBody *body)
                                   .node_count = mesh->node_count,
                                   .triangle_count = mesh->triangle_count,
                                   .id = mesh->id,
+                                  .origin = mesh->origin,
+                                  .parent = (const int(*)[2])mesh->parent,
+                                  .level = mesh->level,
                                   .triangle = (const int(*)[3])mesh->triangle};
     make_room(body);
     body->slots = mesh->node_count;
@@ -564,6 +570,9 @@ void intake_destroy(Intake *intake)
         free(body->map.live);
         free(body->map.row);
         free(body->map.id);
+        free(body->map.origin);
+        free(body->map.parent);
+        free(body->map.level);
         free(body->map.triangle);
     }
     survey_destroy(&intake->survey);

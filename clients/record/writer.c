@@ -62,11 +62,15 @@ Item *item_topology(int body, const RecordingTopology *topology)
 {
     size_t ids = (size_t)topology->node_count * sizeof *topology->node_id;
     size_t triangles = (size_t)topology->triangle_count * sizeof *topology->triangle;
-    Item *item = create(ITEM_TOPOLOGY, body, ids + triangles);
+    size_t levels = (size_t)topology->node_count * sizeof *topology->node_level;
+    Item *item = create(ITEM_TOPOLOGY, body, 4 * ids + triangles + levels);
     char *at = behind(item);
     item->as.topology = *topology;
     item->as.topology.node_id = put(&at, topology->node_id, ids);
+    item->as.topology.node_origin = put(&at, topology->node_origin, ids);
+    item->as.topology.node_parent = put(&at, topology->node_parent, 2 * ids);
     item->as.topology.triangle = put(&at, topology->triangle, triangles);
+    item->as.topology.node_level = put(&at, topology->node_level, levels);
     return item;
 }
 

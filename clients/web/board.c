@@ -142,6 +142,8 @@ void board_destroy(Board *board)
     empty_slot(&board->status);
     empty_slot(&board->link);
     empty_slot(&board->workbench);
+    empty_slot(&board->recording);
+    empty_slot(&board->playback);
     empty_bodies(board);
     pthread_cond_destroy(&board->news);
     pthread_mutex_destroy(&board->lock);
@@ -170,6 +172,8 @@ void board_clear(Board *board)
 {
     pthread_mutex_lock(&board->lock);
     empty_bodies(board);
+    empty_slot(&board->recording);
+    empty_slot(&board->playback);
     memset(board->contact, 0, sizeof board->contact);
     memset(board->pose, 0, sizeof board->pose);
     pthread_mutex_unlock(&board->lock);
@@ -193,6 +197,12 @@ void board_set_link(Board *board, Parcel *link)
 void board_set_workbench(Board *board, Parcel *workbench)
 {
     set_slot(board, &board->workbench, workbench);
+}
+
+void board_set_playback(Board *board, Parcel *recording, Parcel *playback)
+{
+    set_slot(board, &board->recording, recording);
+    set_slot(board, &board->playback, playback);
 }
 
 void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes)
@@ -377,6 +387,8 @@ static void take(Board *board, BoardPage *page, Round *round)
     take_slot(&board->link, seen, round);
     take_slot(&board->status, seen, round);
     take_slot(&board->workbench, seen, round);
+    take_slot(&board->recording, seen, round);
+    take_slot(&board->playback, seen, round);
     // then each body's newest set,
     for (int i = 0; i < BOARD_BODIES; i++) {
         take_slot(&board->body[i].mesh, seen, round);

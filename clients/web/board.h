@@ -46,7 +46,7 @@ enum {
     BOARD_TOOLS = 32,
     BOARD_PAGES = 16,
     OUTBOX_MAX = 256, // events, replies and errors that wait for a page; the oldest are dropped
-    ROUND_PARCELS = 4 + 3 * BOARD_BODIES + OUTBOX_MAX,
+    ROUND_PARCELS = 6 + 3 * BOARD_BODIES + OUTBOX_MAX,
 };
 
 // The newest parcel of one kind.
@@ -86,6 +86,7 @@ typedef struct Board {
     pthread_cond_t news; // wakes the threads that write to pages
     uint64_t version;    // grows with every change
     BoardSlot scene, status, link, workbench;
+    BoardSlot recording, playback; // of pliant-play: what does not change, and where it is now
     BoardBody body[BOARD_BODIES];
     BoardContact contact[BOARD_TOOLS];
     BoardPose pose[BOARD_TOOLS];
@@ -110,12 +111,14 @@ void board_destroy(Board *board);
 
 // --- the LCM thread; the board takes over the caller's reference to a parcel ---
 
-// Removes bodies, contacts and poses, for another daemon.
+// Removes bodies, contacts, poses and playback, for another daemon.
 void board_clear(Board *board);
 void board_set_scene(Board *board, Parcel *scene);
 void board_set_status(Board *board, Parcel *status);
 void board_set_link(Board *board, Parcel *link);
 void board_set_workbench(Board *board, Parcel *workbench);
+// NULL: unchanged.
+void board_set_playback(Board *board, Parcel *recording, Parcel *playback);
 // Sets parcels of a body; a new mesh must come with nodes of it. NULL: unchanged.
 void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes);
 void board_set_contact(Board *board, const pliant_contact_t *contact);

@@ -11,7 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
-static const int64_t PATIENCE_NS = 5000000000; // from SIGTERM to SIGKILL
+static const double PATIENCE_S = 5.0; // from SIGTERM to SIGKILL
 static const int TURN_READS = 8;
 
 // --- in the child ---
@@ -44,10 +44,12 @@ static _Noreturn void become(const char *const argv[], const ChildOptions *optio
     if (nothing < 0 || dup2(nothing, STDIN_FILENO) < 0 || dup2(out, STDOUT_FILENO) < 0 ||
         dup2(out, STDERR_FILENO) < 0 || close_range(3, ~0U, 0) != 0)
         _exit(127);
-    // Signals as a shell would leave them.
+    // Handlers of ours would take a signal meant for the program; one that has come meanwhile acts
+    // as soon as it is no longer blocked.
+    for (int number = 1; number < NSIG; number++)
+        signal(number, SIG_DFL);
     sigset_t none;
     sigemptyset(&none);
-    signal(SIGPIPE, SIG_DFL);
     sigprocmask(SIG_SETMASK, &none, NULL);
     if (options->memory_bytes > 0)
         limit(RLIMIT_AS, (rlim_t)options->memory_bytes);
@@ -84,7 +86,8 @@ bool child_start(Child *child, const char *const argv[], const ChildOptions *opt
         close(ends[0]);
         return client_fail(error, "%s: no process: %s", argv[0], strerror(why));
     }
-    *child = (Child){.pid = pid, .fd = ends[0]};
+    double patience_s = options->patience_s > 0.0 ? options->patience_s : PATIENCE_S;
+    *child = (Child){.pid = pid, .fd = ends[0], .patience_ns = (int64_t)(patience_s * 1e9)};
     if (options->seconds > 0.0)
         child->kill_ns = client_now_ns() + (int64_t)(options->seconds * 1e9);
     return true;
@@ -137,7 +140,7 @@ void child_stop(Child *child, int64_t now_ns)
     if (child->pid == 0 || child->asked)
         return;
     child->asked = true;
-    child->kill_ns = now_ns + PATIENCE_NS;
+    child->kill_ns = now_ns + child->patience_ns;
     kill(child->pid, SIGTERM);
 }
 

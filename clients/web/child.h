@@ -12,20 +12,22 @@
 enum { CHILD_TEXT_MAX = 16384, CHILD_HOW_MAX = 64 };
 
 typedef struct Child {
-    pid_t pid;        // 0: none runs
-    int fd;           // what it prints; meaningless if none runs
-    int64_t kill_ns;  // when it is killed, if it has not ended (CLOCK_MONOTONIC); 0: never
-    bool asked;       // it has been asked to end
-    bool over;        // it has run and ended,
-    int status;       // as waitpid reports it
-    int64_t ended_ns; // when (CLOCK_MONOTONIC)
-    bool cut;         // of `text` the beginning is missing
-    size_t size;      // of `text`
+    pid_t pid;           // 0: none runs
+    int fd;              // what it prints; meaningless if none runs
+    int64_t patience_ns; // from asking it to end to killing it
+    int64_t kill_ns;     // when it is killed, if it has not ended (CLOCK_MONOTONIC); 0: never
+    bool asked;          // it has been asked to end
+    bool over;           // it has run and ended,
+    int status;          // as waitpid reports it
+    int64_t ended_ns;    // when (CLOCK_MONOTONIC)
+    bool cut;            // of `text` the beginning is missing
+    size_t size;         // of `text`
     char text[CHILD_TEXT_MAX + 1]; // the last that it printed, on stdout and stderr
 } Child;
 
 typedef struct ChildOptions {
     const char *folder;   // current folder of the child
+    double patience_s;    // from asking it to end to killing it; 0: 5
     double seconds;       // of wall and of processor time; 0: no limit
     int64_t memory_bytes; // of its address space; 0: no limit
     bool gentle;          // with a lower priority than ours
@@ -39,7 +41,7 @@ bool child_start(Child *child, const char *const argv[], const ChildOptions *opt
 // Reads what it prints and whether it has ended, kills it if it is late. Call every few ms. Returns
 // true once, when it has ended.
 bool child_turn(Child *child, int64_t now_ns);
-// Asks it to end, and gives it five seconds.
+// Asks it to end, and gives it the time of its options.
 void child_stop(Child *child, int64_t now_ns);
 // The same, and waits for it.
 void child_end(Child *child);

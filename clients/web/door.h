@@ -48,9 +48,11 @@ typedef struct Visitor {
     int fd;                    // -1: a free slot
     unsigned char address[16]; // IPv6, or IPv4 in its last four bytes
     int64_t since_ns;
-    bool asked; // its request has arrived
-    bool page;  // it has become one
-    bool shut;  // shut down; the web server closes it
+    bool asked;          // its request has arrived
+    bool page;           // it has become one
+    bool shut;           // shut down; the web server closes it
+    int refusal;         // of what it sends, as a status code; 0: none
+    const char *because; // its sentence, constant
 } Visitor;
 
 typedef struct Visitors {

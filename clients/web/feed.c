@@ -338,6 +338,25 @@ static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *us
     pliant_event_t_decode_cleanup(&event);
 }
 
+static void on_playback(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Feed *feed = user;
+    pliant_playback_t playback;
+    if (!wire_check(&WIRE_PLAYBACK, buffer->data, buffer->data_size) ||
+        pliant_playback_t_decode(buffer->data, 0, (int)buffer->data_size, &playback) < 0) {
+        feed->wrong_types++;
+        return;
+    }
+    // It belongs to a scene, and comes again. What the page has is not sent again.
+    if (feed->known) {
+        Parcel *recording = playback.whole ? text_recording(&playback) : NULL;
+        board_set_playback(feed->board, unless_shown(&feed->board->recording, recording),
+                           unless_shown(&feed->board->playback, text_playback(&playback)));
+    }
+    pliant_playback_t_decode_cleanup(&playback);
+}
+
 static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     (void)channel;
@@ -421,6 +440,7 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Cl
               client_subscribe(client, "REPLY", NULL, 256, on_reply, feed) &&
               client_subscribe(client, "EVENT", NULL, 256, on_event, feed) &&
               client_subscribe(client, "CONTACT", NULL, 1024, on_contact, feed) &&
+              client_subscribe(client, "PLAYBACK", NULL, 16, on_playback, feed) &&
               session_open(&requests->session, client, NULL) && subscribe_poses(feed) &&
               client_subscribe(client, "MESH", ".+", 4096, on_mesh, feed) &&
               client_subscribe(client, "MESH_DELTA", ".+", 4096, on_delta, feed) &&

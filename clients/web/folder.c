@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 const char *const FOLDER_SCENES[] = {".cfg", NULL};
-// A volume is one file: what names another one cannot be sent.
+// A volume is one file: data of a header (.raw) cannot be sent.
 const char *const FOLDER_MESHES[] = {".obj",  ".stl", ".ply",    ".off",
                                      ".nrrd", ".nii", ".nii.gz", NULL};
 const char *const FOLDER_RECORDINGS[] = {".h5", ".lcmlog", NULL};
@@ -131,14 +131,19 @@ bool folder_free_name(const Folder *folder, const char *name, const char *const 
 
 // --- files that are there ---
 
-bool folder_has(const Folder *folder, const char *name, const char *const *endings, int64_t *bytes)
+bool folder_has(const Folder *folder, const char *name, const char *const *endings,
+                FolderFile *file)
 {
     struct stat info;
     if (folder->fd < 0 || !folder_name_valid(name, endings) ||
         fstatat(folder->fd, name, &info, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(info.st_mode))
         return false;
-    if (bytes)
-        *bytes = info.st_size;
+    if (!file)
+        return true;
+    folder_copy_name(file->name, name);
+    file->about[0] = '\0';
+    file->bytes = info.st_size;
+    file->utime = (int64_t)info.st_mtim.tv_sec * 1000000 + info.st_mtim.tv_nsec / 1000;
     return true;
 }
 
@@ -199,20 +204,14 @@ void folder_list(const Folder *folder, const char *const *endings, bool about, F
     DIR *entries = open_entries(folder);
     struct dirent *entry;
     for (int k = 0; entries && k < FOLDER_ENTRIES_MAX && (entry = readdir(entries)); k++) {
-        struct stat info;
-        if (!folder_name_valid(entry->d_name, endings) ||
-            fstatat(folder->fd, entry->d_name, &info, AT_SYMLINK_NOFOLLOW) != 0 ||
-            !S_ISREG(info.st_mode))
+        FolderFile *file = list->count < FOLDER_FILES_MAX ? &list->file[list->count] : NULL;
+        if (!folder_has(folder, entry->d_name, endings, file))
             continue;
-        if (list->count == FOLDER_FILES_MAX) {
+        if (!file) {
             list->more++;
             continue;
         }
-        FolderFile *file = &list->file[list->count++];
-        folder_copy_name(file->name, entry->d_name);
-        file->about[0] = '\0';
-        file->bytes = info.st_size;
-        file->utime = (int64_t)info.st_mtim.tv_sec * 1000000 + info.st_mtim.tv_nsec / 1000;
+        list->count++;
         if (about)
             read_about(folder, file->name, file->about);
     }

@@ -54,8 +54,10 @@ void folder_copy_name(char to[FOLDER_NAME_MAX], const char *name);
 // The length of a name before its ending.
 int folder_stem(const char *name, const char *const *endings);
 
-// True if the folder has a regular file (no link) of that valid name; `bytes` may be NULL.
-bool folder_has(const Folder *folder, const char *name, const char *const *endings, int64_t *bytes);
+// True if the folder has a regular file (no link) of that valid name. `file`, which may be NULL, is
+// then set; it says nothing about its comment.
+bool folder_has(const Folder *folder, const char *name, const char *const *endings,
+                FolderFile *file);
 // Opens such a file for reading; -1: there is none.
 int folder_read(const Folder *folder, const char *name, const char *const *endings);
 // Lists such files; `about`: with their first comments.

@@ -171,15 +171,14 @@ static bool take_word(const json_t *object, const char *name, const char *const 
                       int32_t *out, ClientError *error)
 {
     const char *word = json_string_value(json_object_get(object, name));
-    char list[64] = "";
-    size_t length = 0;
+    char list[128] = "";
     for (int32_t k = 1; words[k]; k++) {
         if (word && strcmp(word, words[k]) == 0) {
             *out = k;
             return true;
         }
-        length += (size_t)snprintf(list + length, sizeof list - length, "%s%s", k > 1 ? ", " : "",
-                                   words[k]);
+        const size_t length = strlen(list); // a list that is longer is cut
+        snprintf(list + length, sizeof list - length, "%s%s", k > 1 ? ", " : "", words[k]);
     }
     return client_fail(error, "%s: expected one of %s", name, list);
 }
@@ -243,19 +242,15 @@ static bool take_tie(const json_t *object, Ask *ask, ClientError *error)
 
 static bool take_command(const json_t *object, Ask *ask, ClientError *error)
 {
-    static const struct {
-        const char *name;
-        int32_t kind;
-    } kinds[] = {
-        {"pause", PLIANT_COMMAND_T_PAUSE},
-        {"resume", PLIANT_COMMAND_T_RESUME},
-        {"step", PLIANT_COMMAND_T_STEP},
-        {"reset", PLIANT_COMMAND_T_RESET},
-        {"checkpoint", PLIANT_COMMAND_T_CHECKPOINT},
-        {"describe", PLIANT_COMMAND_T_DESCRIBE},
-        {"set", PLIANT_COMMAND_T_SET},
-        {"stop", PLIANT_COMMAND_T_STOP},
-    };
+    static const char *const kinds[] = {[PLIANT_COMMAND_T_PAUSE] = "pause",
+                                        [PLIANT_COMMAND_T_RESUME] = "resume",
+                                        [PLIANT_COMMAND_T_STEP] = "step",
+                                        [PLIANT_COMMAND_T_RESET] = "reset",
+                                        [PLIANT_COMMAND_T_CHECKPOINT] = "checkpoint",
+                                        [PLIANT_COMMAND_T_DESCRIBE] = "describe",
+                                        [PLIANT_COMMAND_T_SET] = "set",
+                                        [PLIANT_COMMAND_T_STOP] = "stop",
+                                        NULL};
     ask->kind = ASK_COMMAND;
     if (!take_id(object, ask, error) || !take_text(object, "argument", ask->text, error))
         return false;
@@ -265,20 +260,7 @@ static bool take_command(const json_t *object, Ask *ask, ClientError *error)
             return false;
         ask->command.value = (int64_t)value;
     }
-    // Find the word,
-    const char *kind = json_string_value(json_object_get(object, "kind"));
-    for (size_t k = 0; kind && k < sizeof kinds / sizeof *kinds; k++) {
-        if (strcmp(kind, kinds[k].name) == 0) {
-            ask->command.kind = kinds[k].kind;
-            return true;
-        }
-    }
-    // or list those that there are.
-    char words[128] = "";
-    for (size_t k = 0, length = 0; k < sizeof kinds / sizeof *kinds && length < sizeof words; k++)
-        length += (size_t)snprintf(words + length, sizeof words - length, "%s%s", k > 0 ? ", " : "",
-                                   kinds[k].name);
-    return client_fail(error, "kind: expected one of %s", words);
+    return take_word(object, "kind", kinds, &ask->command.kind, error);
 }
 
 // --- messages for the workbench ---
@@ -339,22 +321,15 @@ static bool take_propose(const json_t *object, Ask *ask, ClientError *error)
 
 static bool take_message(const json_t *object, Ask *ask, ClientError *error)
 {
-    static const struct {
-        const char *type;
-        bool (*take)(const json_t *, Ask *, ClientError *);
-    } types[] = {{"drawn", take_drawn},    {"tool", take_tool}, {"cut", take_cut},
-                 {"load", take_load},      {"tie", take_tie},   {"command", take_command},
-                 {"start", take_start},    {"end", take_end},   {"record", take_record},
-                 {"propose", take_propose}};
-    const char *type = json_string_value(json_object_get(object, "type"));
-    for (size_t k = 0; type && k < sizeof types / sizeof *types; k++) {
-        if (strcmp(type, types[k].type) != 0)
-            continue;
-        ClientError why;
-        return types[k].take(object, ask, &why) || client_fail(error, "%s: %s", type, why.text);
-    }
-    return client_fail(error, "type: expected drawn, tool, cut, load, tie, command, start, end, "
-                              "record or propose");
+    static const char *const types[] = {"",        "drawn", "tool", "cut",    "load",    "tie",
+                                        "command", "start", "end",  "record", "propose", NULL};
+    static bool (*const take[])(const json_t *, Ask *, ClientError *) = {
+        NULL,         take_drawn, take_tool, take_cut,    take_load,   take_tie,
+        take_command, take_start, take_end,  take_record, take_propose};
+    int32_t type = 0;
+    ClientError why;
+    return take_word(object, "type", types, &type, error) &&
+           (take[type](object, ask, &why) || client_fail(error, "%s: %s", types[type], why.text));
 }
 
 bool ask_parse(const char *text, size_t size, Ask *ask, ClientError *error)

@@ -24,8 +24,9 @@ enum {
     QUIET_S = 10,              // a visitor that neither sends nor receives is closed
     TURN_MS = 100,
     BACKLOG = 128,
-    UPLOAD_S = 600, // for one mesh
 };
+
+static const int64_t UPLOAD_NS = 600000000000; // for one mesh
 
 // Only our own files may be loaded, and no other site may embed the page. One request per
 // connection.
@@ -239,6 +240,18 @@ static void refuse_upload(SiteUpload *upload)
     upload->refused = true;
 }
 
+// Refuses a mesh that has not begun. If it is of a size that may be sent, its answer follows when
+// all of it has been read: a browser that is still sending would see a broken connection only.
+static Result turn_away(Connection *connection, Visitor *visitor, long long bytes, int code,
+                        const char *because)
+{
+    if (bytes < 0 || bytes > WORKBENCH_MESH_BYTES)
+        return answer_text(connection, (unsigned)code, NULL, because);
+    visitor->refusal = code;
+    visitor->because = because;
+    return MHD_YES;
+}
+
 // A POST as its header has arrived: refuses it, or takes the visitor's mesh from now on.
 static Result begin_upload(Site *site, Connection *connection, Visitor *visitor)
 {
@@ -248,23 +261,25 @@ static Result begin_upload(Site *site, Connection *connection, Visitor *visitor)
     const char *length = header(connection, "Content-Length");
     const char *name = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "name");
     long long bytes = -1;
-    if (!workbench)
-        return answer_text(connection, 404, NULL, "this server takes no meshes (--scenes)\n");
+    bool sized = length && argument_read_integer(length, 0, 1e15, &bytes);
     if (site->shared.hello.read_only)
-        return answer_text(connection, 403, NULL, "this server only shows (--read-only)\n");
+        return turn_away(connection, visitor, bytes, 403, "this server only shows (--read-only)\n");
+    if (!workbench)
+        return turn_away(connection, visitor, bytes, 404,
+                         "this server takes no meshes (--scenes)\n");
     // A type that no form can send, so that a page of another site has to ask before.
     if (!type || strcmp(type, "application/octet-stream") != 0)
-        return answer_text(connection, 415, NULL, "send application/octet-stream\n");
-    if (!length || !argument_read_integer(length, 0, 1e15, &bytes))
-        return answer_text(connection, 411, NULL, "say the Content-Length\n");
+        return turn_away(connection, visitor, bytes, 415, "send application/octet-stream\n");
+    if (!sized)
+        return turn_away(connection, visitor, bytes, 411, "say the Content-Length\n");
     if (bytes > WORKBENCH_MESH_BYTES)
-        return answer_text(connection, 413, NULL, "larger than 256 MB\n");
+        return turn_away(connection, visitor, bytes, 413, "larger than 256 MB\n");
     if (upload->visitor && client_now_ns() < upload->until_ns)
-        return answer_text(connection, 503, NULL, "another mesh is being received: try again\n");
+        return turn_away(connection, visitor, bytes, 503,
+                         "another mesh is being received: try again\n");
     end_upload(site);
-    *upload = (SiteUpload){.visitor = visitor,
-                           .file.fd = -1,
-                           .until_ns = client_now_ns() + (int64_t)UPLOAD_S * 1000000000};
+    *upload =
+        (SiteUpload){.visitor = visitor, .file.fd = -1, .until_ns = client_now_ns() + UPLOAD_NS};
     const Folder *folder = &workbench->folder[ASK_UPLOADS];
     if (folder_bytes(folder) + bytes > WORKBENCH_UPLOADS_BYTES)
         client_fail(&upload->why, "the folder of meshes is full: remove some of them there");
@@ -274,10 +289,21 @@ static Result begin_upload(Site *site, Connection *connection, Visitor *visitor)
     return MHD_YES;
 }
 
+// Reads what was refused to its end, and says why.
+static Result take_refused(Connection *connection, const Visitor *visitor, size_t *size)
+{
+    if (*size == 0)
+        return answer_text(connection, (unsigned)visitor->refusal, NULL, visitor->because);
+    *size = 0;
+    return client_now_ns() < visitor->since_ns + UPLOAD_NS ? MHD_YES : MHD_NO;
+}
+
 static Result take_upload(Site *site, Connection *connection, const Visitor *visitor,
                           const char *data, size_t *size)
 {
     SiteUpload *upload = &site->upload;
+    if (visitor->refusal)
+        return take_refused(connection, visitor, size);
     if (upload->visitor != visitor) // it was too slow, and another one came
         return MHD_NO;
     if (*size > 0) {

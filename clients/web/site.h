@@ -53,7 +53,7 @@ typedef struct SiteUpload {
     Visitor *visitor; // NULL: none
     Upload file;
     bool refused; // the rest is read and forgotten; `why` is the answer
-    int64_t refused_bytes, until_ns;
+    int64_t until_ns;
     ClientError why;
 } SiteUpload;
 

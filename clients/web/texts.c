@@ -317,6 +317,54 @@ Parcel *text_event(const pliant_event_t *event)
     return finish(object);
 }
 
+// The curve of one tool, in its own form.
+static json_t *force_curve(const pliant_playback_t *playback, int tool)
+{
+    const int parts = playback->num_forces / playback->num_tools;
+    json_t *object = json_object(), *force = json_array();
+    put(object, "tool", json_integer(playback->tool[tool]));
+    for (int k = 0; k < parts; k++)
+        json_array_append_new(force, json_real((double)playback->force[tool * parts + k]));
+    put(object, "force", force);
+    return object;
+}
+
+Parcel *text_recording(const pliant_playback_t *playback)
+{
+    json_t *object = message("recording"), *marks = json_array(), *tools = json_array();
+    put(object, "parts", json_integer(playback->parts));
+    put(object, "start", json_real(playback->start));
+    put(object, "end", json_real(playback->end));
+    put(object, "frame_time", json_real(playback->frame_time));
+    // What happened, and how hard each tool was pressed.
+    for (int k = 0; k < playback->num_marks; k++) {
+        json_t *mark = json_object();
+        put(mark, "time", json_real(playback->mark_time[k]));
+        put(mark, "kind", string(playback->mark_kind[k]));
+        put(mark, "text", string(playback->mark_text[k]));
+        json_array_append_new(marks, mark);
+    }
+    for (int k = 0; k < playback->num_tools; k++)
+        json_array_append_new(tools, force_curve(playback, k));
+    put(object, "marks", marks);
+    put(object, "left_out", json_integer(playback->left_out));
+    put(object, "tools", tools);
+    return finish(object);
+}
+
+Parcel *text_playback(const pliant_playback_t *playback)
+{
+    json_t *object = message("playback");
+    put(object, "playing", json_boolean(playback->playing));
+    put(object, "loop", json_boolean(playback->loop));
+    put(object, "from", json_real(playback->first));
+    put(object, "to", json_real(playback->last));
+    put(object, "time", json_real(playback->time));
+    put(object, "speed", json_real(playback->speed));
+    put(object, "step", json_integer(playback->step));
+    return finish(object);
+}
+
 Parcel *text_reply(const pliant_reply_t *reply)
 {
     json_t *object = message("reply");

@@ -8,6 +8,7 @@
 
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
+#include "pliant_playback_t.h"
 #include "pliant_reply_t.h"
 #include "pliant_status_t.h"
 #include "pliant_tool_pose_t.h"
@@ -60,6 +61,9 @@ Parcel *text_contacts(const pliant_contact_t *contact, int count);
 // `ours`: the poses of that sender.
 Parcel *text_poses(const pliant_tool_pose_t *pose, int count, int32_t ours);
 Parcel *text_event(const pliant_event_t *event);
+// The recording, from a whole message; and what changes while it is played, from any.
+Parcel *text_recording(const pliant_playback_t *playback);
+Parcel *text_playback(const pliant_playback_t *playback);
 Parcel *text_reply(const pliant_reply_t *reply);
 Parcel *text_error(int32_t id, const char *text); // `id` of the request concerned, or 0
 Parcel *text_round(int64_t round);

@@ -85,7 +85,7 @@ static const ArgumentRow ROWS[] = {
      .help = "a name under which others reach this machine (default: only its addresses)"},
     {.type = ARGUMENT_HEADING, .help = "What to show:"},
     {"read-only", 0, ARGUMENT_FLAG, NULL, AT(read_only),
-     .help = "pages only show: no tools, cuts or commands"},
+     .help = "pages only show: no tools, cuts, commands or workbench"},
     {"rate", 'r', ARGUMENT_NUMBER, "HZ", AT(rate_hz), 0.1, 1000.0, .preset = 60.0,
      .help = "frames per second, at most"},
     {"texture", 0, ARGUMENT_OTHER, "BODY=IMAGE", .handler = take_texture,
@@ -206,13 +206,13 @@ static void tell(const Site *site)
     fflush(stdout);
 }
 
-// Opens the workbench, if there is one.
+// Opens the workbench, if there is one: not for pages that only show.
 static bool open_workbench(const Options *options, const Client *client, Site *site, Board *board,
                            ClientError *error)
 {
     static Workbench workbench;
     WorkbenchOptions wanted = options->workbench;
-    if (!wanted.scenes)
+    if (!wanted.scenes || options->read_only)
         return true;
     wanted.url = options->client.url;
     wanted.prefix = client->prefix;

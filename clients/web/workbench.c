@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -18,6 +19,8 @@ static const int64_t LIST_NS = 1000000000; // between two looks into the folders
 // A status that was sent before the daemon ended may be read after its end.
 static const int64_t LAST_STATUS_NS = 300000000;
 static const double PREPARE_S = 120.0;
+// To end, for programs that first write what they have: a checkpoint, a recording.
+static const double WRITE_S = 60.0;
 // Sanitizers reserve all of the address space.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 static const int64_t PREPARE_BYTES = 0;
@@ -149,7 +152,8 @@ static bool start_scene(Workbench *workbench, const Ask *ask, ClientError *error
     add_option(&arguments, "--lcm-url", workbench->url);
     add_option(&arguments, "--prefix", workbench->prefix);
     add(&arguments, ask->text);
-    if (!run(workbench, job, program, &arguments, &(ChildOptions){.folder = folder->path}, error))
+    if (!run(workbench, job, program, &arguments,
+             &(ChildOptions){.folder = folder->path, .patience_s = WRITE_S}, error))
         return false;
     job->folder = ask->folder;
     folder_copy_name(job->file, ask->text);
@@ -232,8 +236,8 @@ static bool begin_recording(Workbench *workbench, const WorkbenchHeard *heard, C
     add_option(&arguments, "--prefix", workbench->prefix);
     add_option(&arguments, "--input-prefix", workbench->input_prefix);
     add_option(&arguments, "--output", job->file);
-    return run(workbench, job, PLIANT_RECORD, &arguments, &(ChildOptions){.folder = folder->path},
-               error);
+    return run(workbench, job, PLIANT_RECORD, &arguments,
+               &(ChildOptions){.folder = folder->path, .patience_s = WRITE_S}, error);
 }
 
 static bool take_record(Workbench *workbench, const Ask *ask, const WorkbenchHeard *heard,
@@ -285,34 +289,52 @@ static bool propose(Workbench *workbench, ClientError *error)
     const Folder *folder = &workbench->folder[ASK_UPLOADS];
     snprintf(workbench->check, sizeof workbench->check, "%s", job->child.text);
     workbench->proposing = true;
-    // Replaces the last proposal for the same mesh, and no other scene.
-    if (workbench->scene[0] && strcmp(workbench->proposed, job->file) == 0)
-        unlinkat(folder->fd, workbench->scene, 0);
+    workbench->scene[0] = workbench->scene_text[0] = '\0';
     char wanted[FOLDER_NAME_MAX];
     snprintf(wanted, sizeof wanted, "%.*s.cfg", folder_stem(job->file, FOLDER_MESHES), job->file);
-    workbench->proposed[0] = workbench->scene_text[0] = '\0';
-    if (!folder_free_name(folder, wanted, FOLDER_SCENES, workbench->scene, error))
+    if (!folder_free_name(folder, wanted, FOLDER_SCENES, workbench->making, error))
         return false;
     Arguments arguments = {{workbench->program[PLIANT_PREPARE]}, 1};
     add(&arguments, "--propose");
     add(&arguments, job->file);
-    add_option(&arguments, "--output", workbench->scene);
+    add_option(&arguments, "--output", workbench->making);
     add_option(&arguments, "--model", workbench->model);
     return run_prepare(workbench, &arguments, error);
 }
 
+// Gives a new scene the place of the last one for the same mesh, unless that has been changed.
+static bool replace_last(Workbench *workbench, const Folder *folder)
+{
+    const FolderFile *last = &workbench->last;
+    FolderFile now;
+    return strcmp(workbench->last_mesh, workbench->prepare.file) == 0 &&
+           folder_has(folder, last->name, FOLDER_SCENES, &now) && now.bytes == last->bytes &&
+           now.utime == last->utime &&
+           renameat(folder->fd, workbench->making, folder->fd, last->name) == 0;
+}
+
 static void read_proposal(Workbench *workbench)
 {
+    Child *child = &workbench->prepare.child;
     const Folder *folder = &workbench->folder[ASK_UPLOADS];
+    if (child->status != 0) // it says why
+        return;
+    folder_copy_name(workbench->scene, workbench->making);
+    if (replace_last(workbench, folder)) {
+        folder_copy_name(workbench->scene, workbench->last.name);
+        // Its last line has the name that is no more.
+        char *line = strstr(child->text, workbench->making);
+        if (line)
+            *line = '\0';
+    }
     int fd = folder_read(folder, workbench->scene, FOLDER_SCENES);
     ssize_t size = fd < 0 ? 0 : read(fd, workbench->scene_text, WORKBENCH_CFG_MAX - 1);
     if (fd >= 0)
         close(fd);
     workbench->scene_text[size > 0 ? size : 0] = '\0';
-    if (size > 0)
-        folder_copy_name(workbench->proposed, workbench->prepare.file);
-    else
-        workbench->scene[0] = '\0'; // the program says why
+    // What is replaced next time.
+    bool there = folder_has(folder, workbench->scene, FOLDER_SCENES, &workbench->last);
+    folder_copy_name(workbench->last_mesh, there ? workbench->prepare.file : "");
 }
 
 // --- each turn ---
@@ -404,11 +426,14 @@ static WorkbenchRun run_of(const WorkbenchJob *job, char how[CHILD_HOW_MAX])
 {
     const Child *child = &job->child;
     child_how(child, how);
+    // Asked so early that it could not catch the signal, it has done what it was asked to.
+    const bool obeyed =
+        child->asked && WIFSIGNALED(child->status) && WTERMSIG(child->status) == SIGTERM;
     return (WorkbenchRun){.file = job->file,
                           .runs = child->pid != 0,
                           .asked = child->asked,
                           .over = child->over,
-                          .failed = child->over && child->status != 0,
+                          .failed = child->over && child->status != 0 && !obeyed,
                           .how = how,
                           .text = child->text};
 }
@@ -429,7 +454,7 @@ static void show(Workbench *workbench)
         .recorder = run_of(&workbench->recorder, how[1]),
         .prepare = run_of(&workbench->prepare, how[2]),
         .check = workbench->check,
-        .scene = workbench->proposed[0] ? workbench->scene : "",
+        .scene = workbench->scene,
         .scene_text = workbench->scene_text,
     };
     Parcel *parcel = text_workbench(&text);

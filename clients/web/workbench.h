@@ -53,9 +53,11 @@ typedef struct Workbench {
     bool proposing;    // the second run of pliant-prepare, after its check
     const char *units, *model;
     char check[CHILD_TEXT_MAX + 1];     // what it said of the mesh
-    char scene[FOLDER_NAME_MAX];        // proposed, in uploads; ""
+    char making[FOLDER_NAME_MAX];       // the scene that it writes, in uploads
+    char scene[FOLDER_NAME_MAX];        // that it has proposed; "" while there is none
     char scene_text[WORKBENCH_CFG_MAX]; // its contents
-    char proposed[FOLDER_NAME_MAX];     // mesh that `scene` is of
+    FolderFile last;                    // the last scene that was proposed, as it was written,
+    char last_mesh[FOLDER_NAME_MAX];    // and its mesh
     bool foreign;                       // a daemon runs that was not started here, as pages know it
     int64_t listed_ns; // when the folders were last read; 0: pages know nothing yet
     FolderList scenes, uploaded, meshes, recordings;

@@ -3,23 +3,19 @@
 
 #include <math.h>
 
-bool body_parameters_set(BodyParameters *parameters, bool damped, BodyParameter parameter,
-                         double value)
+// Returns where a parameter that every model has is; NULL: levels and cavities are the models' own
+// business, and a body without a damped kernel has no damping.
+static double *find_parameter(BodyParameters *parameters, bool damped, BodyParameter parameter)
 {
-    // What every model has; levels are the model's own business.
     switch (parameter) {
     case BODY_GRAVITY_X:
     case BODY_GRAVITY_Y:
     case BODY_GRAVITY_Z:
-        parameters->gravity[parameter - BODY_GRAVITY_X] = value;
-        return true;
+        return &parameters->gravity[parameter - BODY_GRAVITY_X];
     case BODY_STIFFNESS_SCALE:
-        parameters->stiffness_scale = value;
-        return true;
+        return &parameters->stiffness_scale;
     case BODY_DAMPING_SCALE:
-        if (damped)
-            parameters->damping_scale = value;
-        return damped;
+        return damped ? &parameters->damping_scale : NULL;
     case BODY_PRESSURE:
     case BODY_VOLUME:
     case BODY_SUPPLY:
@@ -28,9 +24,28 @@ bool body_parameters_set(BodyParameters *parameters, bool damped, BodyParameter 
     case BODY_ADAPT_CURVATURE:
     case BODY_ADAPT_SCALE:
     case BODY_ADAPT_LEVEL:
-        return false;
+        return NULL;
     }
-    return false;
+    return NULL;
+}
+
+bool body_parameters_set(BodyParameters *parameters, bool damped, BodyParameter parameter,
+                         double value)
+{
+    double *at = find_parameter(parameters, damped, parameter);
+    if (at != NULL)
+        *at = value;
+    return at != NULL;
+}
+
+bool body_parameters_get(const BodyParameters *parameters, bool damped, BodyParameter parameter,
+                         double *value)
+{
+    BodyParameters copy = *parameters;
+    const double *at = find_parameter(&copy, damped, parameter);
+    if (at != NULL)
+        *value = *at;
+    return at != NULL;
 }
 
 // Rounding of rows that hold displacements is nothing to show.

@@ -210,6 +210,8 @@ typedef struct BodyOps {
 
     // --- changes while running (SET): false when the model has no such parameter ---
     bool (*set)(void *model, BodyParameter parameter, double value);
+    // Reads what it is now; the pressure of a sealed cavity is that which it has.
+    bool (*get)(const void *model, BodyParameter parameter, double *value);
 
     // Recomputes what depends on the state list after it was restored (checkpoint, reset); may be
     // NULL. The bytes may come from any file: check detects an invalid state afterwards.
@@ -326,6 +328,9 @@ static inline BodyParameters body_parameters(Vec3 gravity)
 // kernel.
 bool body_parameters_set(BodyParameters *parameters, bool damped, BodyParameter parameter,
                          double value);
+// Implements BodyOps.get likewise.
+bool body_parameters_get(const BodyParameters *parameters, bool damped, BodyParameter parameter,
+                         double *value);
 
 // --- options ---
 // What a body of any model is created from; the options of each model begin with these.

@@ -244,6 +244,18 @@ bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, 
 // sentence in `why` for an unknown key, a value out of range, or a scale that the body's time step
 // does not allow; then nothing was changed.
 bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size);
+// Tells what sim_apply_set would do and changes nothing: the same answer, and in `why` also of a
+// value that would be accepted what it is now and what it does to the time steps. `longer`: the
+// factor by which ticks are expected to take longer then, by counts of springs and elements;
+// 0: it has no effect on them.
+bool sim_try_set(Sim *sim, const char *key, double value, double *longer, char *why,
+                 size_t why_size);
+// Writes a setting as it is now and what it may be, "<body>.friction = 0.3, from 0 to 10" or
+// "gravity = (0, 0, -9.81)"; returns false with a sentence for a key that no single body has.
+bool sim_tell_setting(Sim *sim, const char *key, char *text, size_t size);
+// Lists the keys of SET that a body has: "stiffness_scale, damping_scale, friction".
+void sim_list_settings(const Sim *sim, int body, char *text, size_t size);
+bool sim_try_gravity(Vec3 gravity, char *why, size_t why_size);
 // Sets all three components [m/s2].
 bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size);
 // Returns bodies to the state after settling, withdraws tools, ends loads; step and time go on.

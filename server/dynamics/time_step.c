@@ -277,7 +277,10 @@ bool time_step_allows(const Sim *sim, const Body *body, double stiffness_scale,
                       double damping_scale, double *limit, double *step)
 {
     *limit = finest_bound(sim, body, stiffness_scale, damping_scale);
-    *step = sim->tick / body->finest_substeps;
+    // Where the finest level is not known before the body is refined or cut, it may take as many
+    // substeps as it needs there without scales.
+    const int own = stability_substeps(sim->tick, finest_bound(sim, body, 1.0, 1.0));
+    *step = sim->tick / (own > body->finest_substeps ? own : body->finest_substeps);
     return *step <= *limit * ROUNDING || body->unsafe_time_step;
 }
 

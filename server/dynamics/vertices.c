@@ -443,12 +443,21 @@ int vertices_read_state(const void *model, int *id, Vec3 *position, Vec3 *veloci
     return vertices->count;
 }
 
+static bool is_damped(const Vertices *vertices)
+{
+    return vertices->damping_time > 0.0 || vertices->drag > 0.0;
+}
+
 bool vertices_set(void *model, BodyParameter parameter, double value)
 {
     Vertices *vertices = model;
-    return body_parameters_set(vertices->parameters,
-                               vertices->damping_time > 0.0 || vertices->drag > 0.0, parameter,
-                               value);
+    return body_parameters_set(vertices->parameters, is_damped(vertices), parameter, value);
+}
+
+bool vertices_get(const void *model, BodyParameter parameter, double *value)
+{
+    const Vertices *vertices = model;
+    return body_parameters_get(vertices->parameters, is_damped(vertices), parameter, value);
 }
 
 void vertices_measure(const Vertices *vertices, BodyMeasure *measure)

@@ -114,6 +114,7 @@ void vertices_add_load(void *model, int vertex, Vec3 force);
 void vertices_clear_loads(void *model);
 int vertices_read_state(const void *model, int *id, Vec3 *position, Vec3 *velocity);
 bool vertices_set(void *model, BodyParameter parameter, double value);
+bool vertices_get(const void *model, BodyParameter parameter, double *value);
 
 // --- parts of other operations ---
 static inline const void *vertices_row(const Vertices *vertices)

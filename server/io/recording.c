@@ -21,6 +21,10 @@ RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *s
             continue;
         to->row[i] = to->live_count;
         to->id[to->live_count] = slots->id[i];
+        to->origin[to->live_count] = slots->origin[i];
+        for (int k = 0; k < 2; k++)
+            to->parent[to->live_count][k] = slots->parent[i][k];
+        to->level[to->live_count] = slots->level[i];
         to->live[to->live_count++] = i;
     }
     // Triangles with the new numbers; free slots are dropped.
@@ -36,6 +40,9 @@ RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *s
                                .node_count = to->live_count,
                                .triangle_count = triangles,
                                .node_id = to->id,
+                               .node_origin = to->origin,
+                               .node_parent = (const int(*)[2])to->parent,
+                               .node_level = to->level,
                                .triangle = (const int(*)[3])to->triangle};
 }
 
@@ -93,7 +100,7 @@ static bool create_file(Recording *recording)
 // Names and shapes of the data sets of a body and of a tool.
 typedef struct TableForm {
     const char *name;
-    enum { REAL, SINGLE, LONG, INTEGER } type;
+    enum { REAL, SINGLE, LONG, INTEGER, BYTE } type;
     int columns, chunk; // chunk 0: the body's nodes, -1: its triangles
     const char *unit;
 } TableForm;
@@ -112,6 +119,9 @@ static const TableForm body_form[BODY_TABLES] = {
     [TOPOLOGY_NODE_COUNT] = {"topology/node_count", INTEGER, 0, TOPOLOGY_ROWS, "rows of node_id"},
     [TRIANGLES] = {"triangles", INTEGER, 3, -1, "nodes of a frame"},
     [NODE_ID] = {"node_id", INTEGER, 0, 0, "1"},
+    [NODE_ORIGIN] = {"node_origin", INTEGER, 0, 0, "node_id"},
+    [NODE_PARENT] = {"node_parent", INTEGER, 2, 0, "node_id"},
+    [NODE_LEVEL] = {"node_level", BYTE, 0, 0, "1"},
 };
 
 static const TableForm tool_form[TOOL_TABLES] = {
@@ -127,7 +137,8 @@ static bool create_table(const Recording *recording, const char *group, const Ta
     const hid_t type[] = {[REAL] = H5T_NATIVE_DOUBLE,
                           [SINGLE] = H5T_NATIVE_FLOAT,
                           [LONG] = H5T_NATIVE_INT64,
-                          [INTEGER] = H5T_NATIVE_INT32};
+                          [INTEGER] = H5T_NATIVE_INT32,
+                          [BYTE] = H5T_NATIVE_INT8};
     char name[NAME_TEXT];
     snprintf(name, sizeof name, "%s/%s", group, form->name);
     return hdf_table_create(&recording->file, name, type[form->type], form->columns, (hsize_t)chunk,
@@ -289,15 +300,22 @@ bool recording_add_topology(Recording *recording, int index, const RecordingTopo
                                .node_count = topology->node_count,
                                .first_triangle = (int64_t)table[TRIANGLES].count,
                                .first_node = (int64_t)table[NODE_ID].count};
+    const bool known = topology->node_origin != NULL && topology->node_parent != NULL &&
+                       topology->node_level != NULL;
+    const int told = known ? rows.node_count : 0;
     // Its number comes last: a reader takes a topology for complete once that is there.
-    bool ok = begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count) &&
-              append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
-              append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
-              append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&
-              append(recording, &table[TOPOLOGY_COUNT], 1, &rows.triangle_count) &&
-              append(recording, &table[TOPOLOGY_NODE_FIRST], 1, &rows.first_node) &&
-              append(recording, &table[TOPOLOGY_NODE_COUNT], 1, &rows.node_count) &&
-              append(recording, &table[TOPOLOGY_NUMBER], 1, &rows.number);
+    bool ok =
+        begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count + 2 * told) &&
+        append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
+        append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
+        append(recording, &table[NODE_ORIGIN], told, topology->node_origin) &&
+        append(recording, &table[NODE_PARENT], told, topology->node_parent) &&
+        append(recording, &table[NODE_LEVEL], told, topology->node_level) &&
+        append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&
+        append(recording, &table[TOPOLOGY_COUNT], 1, &rows.triangle_count) &&
+        append(recording, &table[TOPOLOGY_NODE_FIRST], 1, &rows.first_node) &&
+        append(recording, &table[TOPOLOGY_NODE_COUNT], 1, &rows.node_count) &&
+        append(recording, &table[TOPOLOGY_NUMBER], 1, &rows.number);
     if (ok)
         remember_topology(body, &rows);
     return ok;

@@ -42,6 +42,12 @@ typedef struct RecordingTopology {
     int number;
     int node_count, triangle_count;
     const int *node_id; // by slot; stays with a node for its life
+    // As in mesh_t: id that a duplicate was split from, ids between which a midpoint lies (else its
+    // own twice), and the level of detail; NULL, in all topologies of a recording or in none: not
+    // known.
+    const int *node_origin;
+    const int (*node_parent)[2];
+    const signed char *node_level;
     const int (*triangle)[3];
 } RecordingTopology;
 
@@ -156,7 +162,9 @@ void recording_info_print(const RecordingInfo *info, FILE *out);
 typedef struct RecordingSlots {
     int topology;
     int node_count, triangle_count; // slots
-    const int *id;                  // [node_count]
+    const int *id, *origin;         // [node_count]
+    const int (*parent)[2];         // [node_count]
+    const signed char *level;       // [node_count]
     const int (*triangle)[3];       // slots
 } RecordingSlots;
 
@@ -166,7 +174,9 @@ typedef struct RecordingMesh {
     int live_count;
     int *live;          // [node_capacity] slots
     int *row;           // [node_capacity] row in the file by slot; live slots only
-    int *id;            // [node_capacity] of live nodes
+    int *id, *origin;   // [node_capacity] of live nodes
+    int (*parent)[2];   // [node_capacity] likewise
+    signed char *level; // [node_capacity] likewise
     int (*triangle)[3]; // [triangle_capacity] rows
 } RecordingMesh;
 

@@ -123,6 +123,24 @@ static bool read_column(const HdfFile *file, const char *group, const char *colu
     return rows == 0 || recording_read_rows(file, name, type, 0, first, rows, to);
 }
 
+// Returns the rows that all optional data sets of nodes have; 0: one is missing; -1 with a status.
+static int64_t count_told(const HdfFile *file, const char *group)
+{
+    static const struct {
+        const char *name;
+        int columns;
+    } set[] = {{"node_origin", 0}, {"node_parent", 2}, {"node_level", 0}};
+    int64_t least = INT64_MAX;
+    for (int i = 0; i < 3 && least > 0; i++) {
+        char name[NAME_TEXT];
+        snprintf(name, sizeof name, "%s/%s", group, set[i].name);
+        int64_t rows =
+            hdf_exists(file, name) ? count_rows(file, name, H5T_INTEGER, set[i].columns) : 0;
+        least = rows < least ? rows : least;
+    }
+    return least;
+}
+
 // The complete topologies of a body; the caller frees them.
 static bool read_topologies(const HdfFile *file, const char *group, const Extents *extents,
                             int rows, TopologyRows **all, int *whole)
@@ -298,6 +316,9 @@ static bool read_body(const HdfFile *file, RecordingBodyInfo *info, RecordingInd
                         TOPOLOGY_LIMIT);
     // Topologies first, since frames are checked against them.
     const Extents extents = {triangles, ids};
+    index->nodes_told = count_told(file, group);
+    if (index->nodes_told < 0)
+        return false;
     bool ok = read_topologies(file, group, &extents, (int)topologies, &index->topology,
                               &index->topology_count) &&
               read_frames(file, group, index, frames, positions, info) &&

@@ -43,6 +43,9 @@ typedef enum BodyTable {
     TOPOLOGY_NODE_COUNT,
     TRIANGLES,
     NODE_ID,
+    NODE_ORIGIN,
+    NODE_PARENT,
+    NODE_LEVEL,
     BODY_TABLES,
 } BodyTable;
 
@@ -126,6 +129,7 @@ typedef struct RecordingIndex {
     int topology_count;
     FrameRow *frame; // [frame_count], times rise; others are not indexed
     int64_t frame_count, frame_capacity;
+    int64_t nodes_told; // rows of node_origin, node_parent and node_level, which older files lack
     int64_t first_wall; // slot of the first triangle on a wall of cuts; 0: none, or not known
 } RecordingIndex;
 

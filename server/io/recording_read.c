@@ -31,6 +31,9 @@ typedef enum RowSet {
     ROWS_POSITION,
     ROWS_TRIANGLES,
     ROWS_NODE_ID,
+    ROWS_NODE_ORIGIN,
+    ROWS_NODE_PARENT,
+    ROWS_NODE_LEVEL,
     ROWS_TOOL_TIME,
     ROWS_TOOL_POSITION,
     ROWS_TOOL_ORIENTATION,
@@ -49,6 +52,9 @@ static const RowForm row_form[ROW_SETS] = {
     [ROWS_POSITION] = {"/bodies", "/position", 3, 3 * sizeof(float)},
     [ROWS_TRIANGLES] = {"/bodies", "/triangles", 3, 3 * sizeof(int)},
     [ROWS_NODE_ID] = {"/bodies", "/node_id", 0, sizeof(int)},
+    [ROWS_NODE_ORIGIN] = {"/bodies", "/node_origin", 0, sizeof(int)},
+    [ROWS_NODE_PARENT] = {"/bodies", "/node_parent", 2, 2 * sizeof(int)},
+    [ROWS_NODE_LEVEL] = {"/bodies", "/node_level", 0, 1},
     [ROWS_TOOL_TIME] = {"/tools", "/time", 0, sizeof(double)},
     [ROWS_TOOL_POSITION] = {"/tools", "/position", 3, 3 * sizeof(double)},
     [ROWS_TOOL_ORIENTATION] = {"/tools", "/orientation", 4, 4 * sizeof(double)},
@@ -65,11 +71,17 @@ typedef struct Request {
 
 static bool read_request(const HdfFile *file, const Request *request, hid_t event, void *to)
 {
-    const hid_t type[ROW_SETS] = {
-        [ROWS_POSITION] = H5T_NATIVE_FLOAT,       [ROWS_TRIANGLES] = H5T_NATIVE_INT,
-        [ROWS_NODE_ID] = H5T_NATIVE_INT,          [ROWS_TOOL_TIME] = H5T_NATIVE_DOUBLE,
-        [ROWS_TOOL_POSITION] = H5T_NATIVE_DOUBLE, [ROWS_TOOL_ORIENTATION] = H5T_NATIVE_DOUBLE,
-        [ROWS_TOOL_FORCE] = H5T_NATIVE_DOUBLE,    [ROWS_EVENTS] = event};
+    const hid_t type[ROW_SETS] = {[ROWS_POSITION] = H5T_NATIVE_FLOAT,
+                                  [ROWS_TRIANGLES] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_ID] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_ORIGIN] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_PARENT] = H5T_NATIVE_INT,
+                                  [ROWS_NODE_LEVEL] = H5T_NATIVE_INT8,
+                                  [ROWS_TOOL_TIME] = H5T_NATIVE_DOUBLE,
+                                  [ROWS_TOOL_POSITION] = H5T_NATIVE_DOUBLE,
+                                  [ROWS_TOOL_ORIENTATION] = H5T_NATIVE_DOUBLE,
+                                  [ROWS_TOOL_FORCE] = H5T_NATIVE_DOUBLE,
+                                  [ROWS_EVENTS] = event};
     const RowForm *form = &row_form[request->set];
     char name[NAME_TEXT];
     snprintf(name, sizeof name, "%s%s%s%s", form->group, *request->name ? "/" : "", request->name,
@@ -137,6 +149,7 @@ static bool send_index(int fd, const RecordingIndex *index)
 {
     const RecordingIndex plain = {.topology_count = index->topology_count,
                                   .frame_count = index->frame_count,
+                                  .nodes_told = index->nodes_told,
                                   .first_wall = index->first_wall};
     return hdf_child_send(fd, &plain, sizeof plain) &&
            hdf_child_send(fd, index->topology,
@@ -215,6 +228,7 @@ static bool receive_index(RecordingReader *reader, int body, Status *status)
         return damaged(reader, status, "its index has no sense");
     index->topology_count = plain.topology_count;
     index->frame_count = plain.frame_count;
+    index->nodes_told = plain.nodes_told;
     index->first_wall =
         plain.first_wall > 0 && plain.first_wall <= RECORDING_TRIANGLES_MOST ? plain.first_wall : 0;
     index->topology = calloc((size_t)plain.topology_count + 1, sizeof *index->topology);
@@ -474,6 +488,22 @@ bool recording_reader_mesh(RecordingReader *reader, int body, int64_t frame, int
                                     .node_id = node_id,
                                     .triangle = (const int(*)[3])triangle};
     return true;
+}
+
+bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, int *origin,
+                            int (*parent)[2], signed char *level, bool *known, Status *status)
+{
+    const RecordingIndex *index = &reader->body[body];
+    const TopologyRows *rows = &index->topology[frame_of(reader, body, frame)->topology];
+    const char *name = reader->info.body[body].name;
+    *known = rows->node_count > 0 && rows->first_node <= index->nodes_told &&
+             rows->node_count <= index->nodes_told - rows->first_node;
+    return !*known ||
+           (ask(reader, ROWS_NODE_ORIGIN, name, rows->first_node, rows->node_count, origin,
+                status) &&
+            ask(reader, ROWS_NODE_PARENT, name, rows->first_node, rows->node_count, parent,
+                status) &&
+            ask(reader, ROWS_NODE_LEVEL, name, rows->first_node, rows->node_count, level, status));
 }
 
 // --- tools and events ----------------------------------------------------------------------------

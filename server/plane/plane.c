@@ -292,6 +292,12 @@ static bool plane_set(void *self, BodyParameter parameter, double value)
     return vertices_set(&model->vertices, parameter, value); // gravity's z has no effect
 }
 
+static bool plane_get(const void *self, BodyParameter parameter, double *value)
+{
+    const PlaneModel *model = self;
+    return vertices_get(&model->vertices, parameter, value);
+}
+
 static void plane_restored(Body *body)
 {
     PlaneModel *model = body->model;
@@ -328,7 +334,7 @@ static const char *plane_isa(const void *self)
     .kick_nodes = plane_kick_nodes, .find_nodes = plane_find_nodes, .add_load = plane_add_load,    \
     .clear_loads = vertices_clear_loads, .snapshot = plane_snapshot,                               \
     .snapshot_rest = plane_snapshot_rest, .read_state = vertices_read_state,                       \
-    .measure = plane_measure, .is_fixed = plane_is_fixed, .set = plane_set,                        \
+    .measure = plane_measure, .is_fixed = plane_is_fixed, .set = plane_set, .get = plane_get,      \
     .restored = plane_restored, .explain = plane_explain, .isa = plane_isa
 #define CUTTING                                                                                    \
     .cut = plane_cut_along, .reconstruct = plane_cut_reconstruct,                                  \

@@ -471,7 +471,7 @@ static void publish_answers(Bus *bus, Ring *ring, int64_t now_ns)
             bus_send_contacts(bus);
         }
         // Remember the answer for repeats, then send it.
-        if (!answer->ok)
+        if (!answer->ok && !answer->tries)
             gate_count(&bus->gate, REFUSED_NOT_POSSIBLE);
         gate_answer(&bus->gate, answer);
         bus_send_answer(bus, answer);

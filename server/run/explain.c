@@ -323,6 +323,7 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
     fprintf(out, "listen on %s_...: %s, tool timeout %g s%s\n", scene->input_prefix,
             scene->remote ? "all hosts" : "this host only", scene->tool_timeout_s,
             scene->stop_command ? "" : ", STOP is refused");
+    scene_print_score(&scene->score, out);
 }
 
 int explain_nodes(World *world)
@@ -354,12 +355,18 @@ static void shorten(char *text)
 
 char *explain_describe(World *world, const Scene *scene)
 {
+    enum { SETTINGS = 256 };
     char *text = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     ASSERT(out != NULL);
     // The summary as people see it, with what programs need besides.
     explain_summary(world, scene, out);
+    for (int i = 0; i < sim_body_count(world->sim); i++) {
+        char keys[SETTINGS];
+        sim_list_settings(world->sim, i, keys, sizeof keys);
+        fprintf(out, "settings of %s: %s\n", sim_body(world->sim, i)->name, keys);
+    }
     fprintf(out, "capacity: %d nodes, %d loads at a time, %d requests waiting\n",
             explain_nodes(world), SIM_LOADS, EXCHANGE_REQUESTS);
     fprintf(out, "units: m, kg, s, N, rad; world frame of the scene\n");

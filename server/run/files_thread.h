@@ -66,11 +66,14 @@ typedef struct Recorder {
     Recording *recording;
     Sim *sim;           // only its constant members are read
     RecorderMesh *mesh; // [body_count]; zero where the mesh never changes
-    bool tools_apart;   // tools come by recorder_write_tools; set before recorder_create
     int64_t frames;     // written
+    // Set before recorder_create, which reads them.
+    bool tools_apart;     // tools come by recorder_write_tools
+    const char *describe; // the answer to DESCRIBE; NULL: the file has none
 } Recorder;
 
-// Allocates from the world's arena at load time. The recorder is zero before, except tools_apart.
+// Allocates from the world's arena at load time. The recorder is zero before, except for the
+// members that are set before.
 void recorder_reserve(Recorder *recorder, World *world);
 // Creates the files (recording_create) and describes the bodies in them. Calls recorder_reserve if
 // that has not been done.

@@ -238,12 +238,14 @@ static int encode_load(const Input *input, void *data)
     return pliant_load_t_encode(data, 0, INPUT_WIRE_MAX, &m);
 }
 
+static const char TRY[] = "try "; // before the text of a SET that is only to be tried
+
 static int encode_command(const Input *input, void *data)
 {
     char text[2 * INPUT_TEXT_MAX];
     // SET was split into key and numbers: join them again.
-    int length = snprintf(text, sizeof text, "%s", input->text);
-    if (input->command.kind == PLIANT_COMMAND_T_SET) {
+    int length = snprintf(text, sizeof text, "%s%s", input->command.tries ? TRY : "", input->text);
+    if (input->command.kind == PLIANT_COMMAND_T_SET && input->command.set_count > 0) {
         length += snprintf(text + length, sizeof text - (size_t)length, "=");
         // 17 digits read back as the same double.
         for (int i = 0; i < input->command.set_count; i++)
@@ -472,10 +474,27 @@ static Refusal check_tie(Input *input, Sim *sim, char *why)
     return action == PLIANT_TIE_T_MAKE ? check_new_tie(input, sim, why) : ACCEPTED;
 }
 
-// Splits "key=value" into the key, left in `text`, and the numbers.
+// Whether a key leaves space for its numbers, of at most 25 bytes each, when it is written back as
+// text.
+static Refusal check_key(size_t length, int count, char *why)
+{
+    const size_t most = INPUT_TEXT_MAX - strlen(TRY) - (size_t)(25 * count) - 2; // "=" and the end
+    return length <= most ? ACCEPTED
+                          : REFUSE(REFUSED_COMMAND, "SET with a key longer than %zu bytes", most);
+}
+
+// Splits "key=value" into the key, left in `text`, and the numbers; a "try " goes first.
 static Refusal split_setting(Input *input, char *why)
 {
+    const size_t word = strlen(TRY);
+    input->command.tries = strncmp(input->text, TRY, word) == 0;
+    if (input->command.tries)
+        memmove(input->text, input->text + word, strlen(input->text + word) + 1);
     char *equals = strchr(input->text, '=');
+    input->command.set_count = 0;
+    // A key alone: what is it now?
+    if (input->command.tries && equals == NULL && input->text[0] != '\0')
+        return check_key(strlen(input->text), 0, why);
     if (equals == NULL || equals == input->text)
         return REFUSE(REFUSED_COMMAND, "SET wants \"key=number\"");
     // Accepts one number, or a vector of three: "0 0 -9.81", "0, 0, -9.81" or "[0, 0, -9.81]".
@@ -495,9 +514,9 @@ static Refusal split_setting(Input *input, char *why)
     }
     if (count != 1 && count != 3)
         return REFUSE(REFUSED_COMMAND, "SET wants \"key=number\" or three numbers");
-    // The key must leave space for its numbers when it is written back as text.
-    if (equals - input->text > INPUT_TEXT_MAX - 96)
-        return REFUSE(REFUSED_COMMAND, "SET with a key longer than %d bytes", INPUT_TEXT_MAX - 96);
+    const Refusal refusal = check_key((size_t)(equals - input->text), count, why);
+    if (refusal != ACCEPTED)
+        return refusal;
     *equals = '\0';
     memcpy(input->command.set_value, value, sizeof value);
     input->command.set_count = count;

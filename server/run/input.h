@@ -80,7 +80,8 @@ typedef struct Input {
             int32_t kind; // PLIANT_COMMAND_T_...
             int64_t value;
             double set_value[3]; // SET: the numbers after "="
-            int32_t set_count;   // 1 or 3
+            int32_t set_count;   // 1 or 3; of a try also 0: only what it is now
+            bool tries;          // SET: tell what it would do
         } command;
         struct {
             int32_t action, number, kind; // PLIANT_TIE_T_...
@@ -139,6 +140,8 @@ typedef struct Answer {
     int64_t step;                   // ticks completed when it was executed
     int32_t separated, nodes_added; // of a cut
     int32_t pieces;
+    bool tries;    // to a SET that was only tried
+    double longer; // the factor by which it would prolong ticks
     char text[INPUT_WHY_MAX];
 } Answer;
 

@@ -43,6 +43,7 @@ static bool open_recording(Live *live, Status *status)
 {
     live->files.recorder = &live->recorder;
     live->recorder.tools_apart = live->options->record_tools_hz > 0.0;
+    live->recorder.describe = live->describe;
     return recorder_create(&live->recorder, live->options->record_path, live->world, live->scene,
                            status);
 }

@@ -83,9 +83,15 @@ static bool open_recording(Offline *run)
         return true;
     run->frame = malloc(record_frame_bytes(run->sim));
     run->recorder.tools_apart = run->options->record_tools_hz > 0.0;
-    return run->frame == NULL ? status_fail(run->status, STATUS_FAILED, "out of memory")
-                              : recorder_create(&run->recorder, run->options->record_path,
-                                                run->world, run->scene, run->status);
+    if (run->frame == NULL)
+        return status_fail(run->status, STATUS_FAILED, "out of memory");
+    char *describe = explain_describe(run->world, run->scene);
+    run->recorder.describe = describe;
+    const bool ok = recorder_create(&run->recorder, run->options->record_path, run->world,
+                                    run->scene, run->status);
+    free(describe);
+    run->recorder.describe = NULL;
+    return ok;
 }
 
 // Records the tools if they have a rate of their own.

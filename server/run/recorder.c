@@ -1,7 +1,6 @@
 #include "run/files_thread.h"
 
 #include "base/check.h"
-#include "run/modes.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -116,7 +115,8 @@ void recorder_reserve(Recorder *recorder, World *world)
 {
     Arena *arena = &world->arena;
     int bodies = sim_body_count(world->sim);
-    *recorder = (Recorder){.sim = world->sim, .tools_apart = recorder->tools_apart};
+    *recorder = (Recorder){
+        .sim = world->sim, .tools_apart = recorder->tools_apart, .describe = recorder->describe};
     // Bodies whose mesh never changes need no memory of their own.
     recorder->mesh =
         arena_allocate(arena, ARENA_OUTPUT, (size_t)bodies, sizeof *recorder->mesh, "run/recorder");
@@ -132,6 +132,9 @@ void recorder_reserve(Recorder *recorder, World *world)
         mesh->live = RESERVE(nodes, int, "live");
         mesh->row = RESERVE(nodes, int, "rows");
         mesh->id = RESERVE(nodes, int, "ids");
+        mesh->origin = RESERVE(nodes, int, "origins");
+        mesh->parent = RESERVE(nodes, int[2], "parents");
+        mesh->level = RESERVE(nodes, signed char, "levels");
         mesh->triangle = RESERVE(triangles, int[3], "triangles");
         recorder->mesh[i].position = RESERVE(3 * nodes, float, "positions");
     }
@@ -144,6 +147,9 @@ static RecordingTopology compact(RecorderMesh *to, const BodyMesh *mesh)
                                   .node_count = mesh->node_count,
                                   .triangle_count = mesh->triangle_count,
                                   .id = mesh->id,
+                                  .origin = mesh->origin,
+                                  .parent = mesh->parent,
+                                  .level = mesh->level,
                                   .triangle = mesh->triangle};
     return recording_mesh_take(&to->mesh, &slots);
 }
@@ -154,6 +160,9 @@ static RecordingTopology whole(const BodyMesh *mesh)
                                .node_count = mesh->node_count,
                                .triangle_count = mesh->triangle_count,
                                .node_id = mesh->id,
+                               .node_origin = mesh->origin,
+                               .node_parent = mesh->parent,
+                               .node_level = mesh->level,
                                .triangle = mesh->triangle};
 }
 
@@ -241,16 +250,14 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
     for (int i = 0; i < tools; i++)
         tool[i] = sim_tool(sim, i)->id;
     // The file with all its data sets, and the first mesh of each body.
-    char *describe = explain_describe(world, scene);
     const RecordingOptions options = {.scene = scene->text,
-                                      .describe = describe,
+                                      .describe = recorder->describe,
                                       .created_by = "pliantd " PLIANT_VERSION,
                                       .body_count = bodies,
                                       .tool_count = tools,
                                       .body = body,
                                       .tool = tool};
     recorder->recording = recording_create(path, &options, status);
-    free(describe);
     free(body);
     free(tool);
     if (recorder->recording == NULL)

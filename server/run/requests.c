@@ -40,6 +40,18 @@ static bool execute_tie(Sim *sim, const Input *input, Answer *answer)
     return sim_apply_tie(sim, &tie, answer->text, sizeof answer->text);
 }
 
+// Tells what a SET would do, or what its key is now.
+static bool try_set(Sim *sim, const Input *input, Answer *answer)
+{
+    const double *value = input->command.set_value;
+    char *text = answer->text;
+    if (input->command.set_count == 0)
+        return sim_tell_setting(sim, input->text, text, INPUT_WHY_MAX);
+    if (input->command.set_count == 1)
+        return sim_try_set(sim, input->text, value[0], &answer->longer, text, INPUT_WHY_MAX);
+    return sim_try_gravity((Vec3){value[0], value[1], value[2]}, text, INPUT_WHY_MAX);
+}
+
 static bool execute_set(Sim *sim, const Input *input, Answer *answer)
 {
     const double *value = input->command.set_value;
@@ -50,20 +62,20 @@ static bool execute_set(Sim *sim, const Input *input, Answer *answer)
         return false;
     }
     Vec3 gravity = {value[0], value[1], value[2]};
+    if (input->command.tries)
+        return try_set(sim, input, answer);
     if (vector ? !sim_apply_gravity(sim, gravity, text, INPUT_WHY_MAX)
                : !sim_apply_set(sim, input->text, value[0], text, INPUT_WHY_MAX))
         return false;
-    if (vector)
-        snprintf(text, INPUT_WHY_MAX, "gravity = (%g, %g, %g)", value[0], value[1], value[2]);
-    else
+    if (!vector)
         snprintf(text, INPUT_WHY_MAX, "%s = %g", input->text, value[0]);
     return true;
 }
 
 bool requests_change_scene(const Input *input)
 {
-    return input->kind != INPUT_COMMAND || input->command.kind == PLIANT_COMMAND_T_SET ||
-           input->command.kind == PLIANT_COMMAND_T_RESET;
+    return input->kind != INPUT_COMMAND || input->command.kind == PLIANT_COMMAND_T_RESET ||
+           (input->command.kind == PLIANT_COMMAND_T_SET && !input->command.tries);
 }
 
 bool requests_execute(Sim *sim, const Input *input, Answer *answer)
@@ -122,6 +134,12 @@ void requests_report(Loop *loop)
         requests_event(loop, event.body, event.kind, "%s", event.text);
 }
 
+static bool is_try(const Input *input)
+{
+    return input->kind == INPUT_COMMAND && input->command.kind == PLIANT_COMMAND_T_SET &&
+           input->command.tries;
+}
+
 static Answer answer_to(const Loop *loop, const Input *input)
 {
     // The pieces of the body that was meant, or of all.
@@ -134,6 +152,7 @@ static Answer answer_to(const Loop *loop, const Input *input)
                     .sender = input->sender,
                     .id = input->id,
                     .ok = true,
+                    .tries = is_try(input),
                     .step = sim_steps(loop->sim),
                     .pieces = pieces};
 }
@@ -245,6 +264,19 @@ static void list_ties(Loop *loop)
             requests_event(loop, -1, "tie", "%s", text);
 }
 
+// Adds to the answer to a try what a tick would take, from what the last ones have taken.
+static void tell_time(const Loop *loop, Answer *answer)
+{
+    const bool recent = loop->step_window.count > 0;
+    double us[4];
+    histogram_summarize(recent ? &loop->step_window : &loop->step_total, us);
+    const size_t length = strlen(answer->text);
+    if (us[0] > 0.0 && answer->longer > 0.0)
+        snprintf(answer->text + length, sizeof answer->text - length,
+                 ", about %.3g ms of %.3g ms a tick", 1e-3 * us[0] * answer->longer,
+                 1e3 / loop->options.rate_hz);
+}
+
 // Executes a command of the loop. False: the answer follows once the checkpoint's file is complete.
 static bool command(Loop *loop, const Input *input, Answer *answer)
 {
@@ -271,6 +303,11 @@ static bool command(Loop *loop, const Input *input, Answer *answer)
     // The rest changes the scene.
     default:
         requests_execute(loop->sim, input, answer);
+        if (answer->tries) {
+            if (answer->ok)
+                tell_time(loop, answer);
+            return true;
+        }
         if (answer->ok && input->command.kind == PLIANT_COMMAND_T_RESET)
             governor_restart(&loop->governor);
         if (answer->ok)
@@ -317,8 +354,9 @@ static bool take(Loop *loop, const Input *input, Answer *answer)
         snprintf(answer->text, sizeof answer->text, "%s", RESET_DONE);
         return true;
     }
-    // Log it before it is executed, so that a replay repeats it.
-    requests_log(loop, input);
+    // Log it before it is executed, so that a replay repeats it; a try leaves no trace.
+    if (!answer->tries)
+        requests_log(loop, input);
     if (requests_change_scene(input))
         loop->reset_step = -1;
     if (input->kind == INPUT_COMMAND) {

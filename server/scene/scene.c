@@ -14,7 +14,8 @@ typedef struct SceneGroup {
     Scene scene; // first: offsets of rows are the same in a Scene
     const char *name, *prefix, *input_prefix, *lcm_url, *prepared;
     int late, start;
-    const config_setting_t *publish, *capacity, *bodies, *tools, *attachments, *touch, *loads;
+    const config_setting_t *publish, *capacity, *bodies, *tools, *attachments, *touch, *loads,
+        *score;
 } SceneGroup;
 
 enum { ONLY_WORD, START_RUNNING = 0, START_PAUSED, NODES_SURFACE = 0, NODES_ALL };
@@ -98,6 +99,8 @@ static const Option SCENE_OPTIONS[] = {
          "Bodies that collide with each other or with themselves: up to 64 groups. Others pass "
          "through one another."},
     {"loads", OPTION_LIST, AT(loads), "", .about = "Forces at given times: up to 64 groups."},
+    {"score", OPTION_GROUP, AT(score), "", .preset_text = "none",
+     .about = "What the score sheet of a session judges by."},
 };
 #undef AT
 const OptionTable SCENE_TABLE =
@@ -337,7 +340,8 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
         return false;
     return read_bodies(reader, raw.bodies) && read_tools(reader, raw.tools) &&
            read_attachments(reader, raw.attachments) && read_touches(reader, raw.touch) &&
-           scene_join_bodies(reader, raw.attachments, raw.touch) && read_loads(reader, raw.loads);
+           scene_join_bodies(reader, raw.attachments, raw.touch) && read_loads(reader, raw.loads) &&
+           scene_read_score_group(reader, raw.score, &scene->score);
 }
 
 bool scene_read(const char *path, Scene *scene, Status *status)

@@ -45,6 +45,7 @@ extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, BRANCH_TABLE, LABEL
     SKIN_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
 extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE, TOUCH_TABLE;
+extern const OptionTable SCORE_TABLE, SCORE_REGION_TABLE;
 
 // A group of a body's keys as its options hold it: the rows of the table are offsets in `keys`.
 typedef struct KeyGroup {
@@ -59,7 +60,7 @@ enum { KEY_GROUPS = 8 };
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
 
 // The tables in the order of the reference.
-enum { SCENE_TABLE_COUNT = 26 };
+enum { SCENE_TABLE_COUNT = 28 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -147,6 +148,8 @@ bool scene_join_bodies(const SceneReader *reader, const config_setting_t *attach
 // Returns the index of a body by its name; `at` is the setting that names it. -1 with a status.
 int scene_find_body(const SceneReader *reader, const config_setting_t *at, const char *name);
 bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load);
+bool scene_read_score_group(const SceneReader *reader, const config_setting_t *group,
+                            SceneScore *score);
 // Lists in scene->idle the keys that others make idle. Call last.
 void scene_find_idle(Scene *scene, const config_setting_t *root);
 
@@ -161,5 +164,7 @@ char *scene_source_resolve(const char *folder, const char *name);
 // Returns the text of the scene file itself, which the caller frees, or NULL with a status that
 // names file and line.
 char *scene_source_read(const char *path, config_t *config, Status *status);
+// Parses a text that is no file, and includes none; `name` is for errors.
+bool scene_source_parse(const char *name, const char *text, config_t *config, Status *status);
 
 #endif

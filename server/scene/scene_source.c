@@ -25,7 +25,7 @@ enum {
 
 // A file being checked.
 typedef struct Scan {
-    const char *folder; // of the scene file: all includes are relative to it
+    const char *folder; // of the scene file: all includes are relative to it; NULL: none allowed
     const char *shown;  // the file's name in errors
     int line;
     int depth;
@@ -108,6 +108,8 @@ static bool scan_include(Scan *scan, const char *at)
     const char *end = name != NULL ? strpbrk(name + 1, "\"\n") : NULL;
     if (end == NULL || *end != '"')
         return true; // libconfig reports the error
+    if (scan->folder == NULL)
+        return scan_fail(scan, "@include: the included file is not in here");
     char *file = strndup(name + 1, (size_t)(end - name - 1));
     ASSERT(file != NULL);
     char *path = scene_source_resolve(scan->folder, file);
@@ -277,4 +279,20 @@ char *scene_source_read(const char *path, config_t *config, Status *status)
         return text;
     free(text);
     return NULL;
+}
+
+bool scene_source_parse(const char *name, const char *text, config_t *config, Status *status)
+{
+    size_t bytes = strlen(text);
+    char *parsed = strdup(text);
+    ASSERT(parsed != NULL);
+    Scan scan = {NULL, name, 1, 0, &bytes, status};
+    if (bytes > BYTE_LIMIT)
+        status_fail(status, STATUS_INVALID, "%s is too much: a scene has at most 16 MiB", name);
+    bool ok = bytes <= BYTE_LIMIT && scan_text(&scan, parsed);
+    if (ok)
+        ok = config_read_string(config, parsed) == CONFIG_TRUE ||
+             fail_parse(name, text, config, status);
+    free(parsed);
+    return ok;
 }

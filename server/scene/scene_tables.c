@@ -15,7 +15,7 @@ const OptionTable *scene_table(int index)
         &LABEL_MATERIAL_TABLE, &BRANCH_TABLE,    &STIFFENING_TABLE, &SKIN_TABLE,
         &TEAR_TABLE,           &CONTACT_TABLE,   &FIXED_TABLE,      &WEIGHT_TABLE,
         &TOOL_TABLE,           &CAPSULE_TABLE,   &PLANE_TABLE,      &ATTACHMENT_TABLE,
-        &TOUCH_TABLE,          &LOAD_TABLE,
+        &TOUCH_TABLE,          &LOAD_TABLE,      &SCORE_TABLE,      &SCORE_REGION_TABLE,
     };
     ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
     return TABLES[index];

@@ -351,6 +351,23 @@ void cavity_set(SurfaceModel *model, BodyParameter parameter, double value)
         state->wanted = cavity->options.gas ? cavity->options.ambient * value : value;
 }
 
+bool cavity_get(const SurfaceModel *model, BodyParameter parameter, double *value)
+{
+    const Cavity *cavity = model->cavity;
+    const CavityState *state = cavity->state;
+    const bool supplied = state->supplied != 0;
+    if (parameter == BODY_PRESSURE) {
+        *value = supplied ? state->wanted : cavity_pressure(cavity);
+        return true;
+    }
+    if (parameter != BODY_VOLUME || !(cavity->options.gas || cavity->options.fluid))
+        return false;
+    const double content =
+        supplied ? content_of(cavity, state->content, cavity_volume(model)) : state->wanted;
+    *value = cavity->options.gas ? content / cavity->options.ambient : content;
+    return true;
+}
+
 void cavity_drift(Cavity *cavity, double dt)
 {
     CavityFlow *flow = &cavity->state->flow;

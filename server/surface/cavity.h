@@ -127,6 +127,9 @@ double cavity_energy(const SurfaceModel *model);
 // fluid has without pressure [m3], within the limits that are published; most of it comes within a
 // tenth of a second. BODY_SUPPLY 0: seals it as it is.
 void cavity_set(SurfaceModel *model, BodyParameter parameter, double value);
+// Reads the pressure [Pa] that is supplied, or that it has where it is sealed, or the volume of its
+// gas or fluid without pressure [m3]; returns false for other parameters.
+bool cavity_get(const SurfaceModel *model, BodyParameter parameter, double *value);
 void cavity_explain(const SurfaceModel *model, FILE *out);
 
 #endif

@@ -380,6 +380,14 @@ static bool surface_set(void *self, BodyParameter parameter, double value)
     return body_parameters_set(model->parameters, model->damped, parameter, value);
 }
 
+static bool surface_get(const void *self, BodyParameter parameter, double *value)
+{
+    const SurfaceModel *model = self;
+    return (model->detail != NULL && detail_get(model->detail, parameter, value)) ||
+           (model->cavity != NULL && cavity_get(model, parameter, value)) ||
+           body_parameters_get(model->parameters, model->damped, parameter, value);
+}
+
 static void surface_explain(const void *self, FILE *out)
 {
     const SurfaceModel *model = self;
@@ -447,7 +455,7 @@ static const char *surface_isa(const void *self)
     .clear_loads = surface_clear_loads, .gather_patch = model_gather_patch,                        \
     .snapshot = surface_snapshot, .snapshot_rest = surface_snapshot_rest,                          \
     .read_state = surface_read_rows, .measure = surface_measure, .set = surface_set,               \
-    .explain = surface_explain, .isa = surface_isa
+    .get = surface_get, .explain = surface_explain, .isa = surface_isa
 
 const BodyOps *surface_ops(const SurfaceOptions *options)
 {

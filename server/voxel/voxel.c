@@ -233,8 +233,8 @@ static const char *voxel_isa(const void *self)
     .clear_loads = vertices_clear_loads, .snapshot = voxel_snapshot,                               \
     .snapshot_rows = voxel_snapshot_rows, .snapshot_rest = voxel_snapshot_rest,                    \
     .read_state = vertices_read_state, .measure = voxel_measure, .is_fixed = vertices_is_fixed,    \
-    .gather_patch = voxel_gather_patch, .set = vertices_set, .restored = voxel_restored,           \
-    .explain = voxel_explain, .isa = voxel_isa
+    .gather_patch = voxel_gather_patch, .set = vertices_set, .get = vertices_get,                  \
+    .restored = voxel_restored, .explain = voxel_explain, .isa = voxel_isa
 #define OPERATIONS_OF_CUTTABLE                                                                     \
     OPERATIONS, .cut = cut_body_cut, .reconstruct = cut_body_reconstruct,                          \
                 .reserve_blades = cut_body_reserve_blades

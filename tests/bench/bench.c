@@ -168,7 +168,8 @@ static const char CASES[] =
     "sizes and of one), live.loop, live.rk4, live.voxel and live.voxel.pressed (a cube of 32 cells "
     "an edge, free and with a ball in it) and live.largest.* (the real pliantd at 1 kHz in a "
     "private network), cut.* (a blade through half of a cube, cut messages) and live.cuts (a "
-    "hundred cuts a second while a tool presses), fitted.* (the smooth surface of a solid), "
+    "hundred cuts a second while a tool presses), play.seek (a frame and its mesh out of an hour's "
+    "recording with 500 cuts), fitted.* (the smooth surface of a solid), "
     "touch.solids and touch.balls (two bodies, without contact, apart and at rest on each other), "
     "touch.folds (a hollow body with itself).";
 
@@ -228,6 +229,7 @@ int main(int argc, char **argv)
     bench_live(&bench);
 #ifdef PLIANT_BENCH_RECORD
     bench_record(&bench);
+    bench_play(&bench);
 #endif
     bench_cuts(&bench);
     bench_estimates(&bench);

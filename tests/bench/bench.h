@@ -51,6 +51,7 @@ void bench_load(Bench *bench);
 void bench_levels(Bench *bench);
 void bench_live(Bench *bench);
 void bench_record(Bench *bench);
+void bench_play(Bench *bench);
 void bench_cuts(Bench *bench);
 void bench_estimates(Bench *bench);
 void bench_guards(Bench *bench);

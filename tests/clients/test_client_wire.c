@@ -11,6 +11,7 @@
 #include "pliant_mesh_delta_t.h"
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
+#include "pliant_playback_t.h"
 #include "pliant_reply_t.h"
 #include "pliant_rest_t.h"
 #include "pliant_status_t.h"
@@ -53,8 +54,9 @@ DEFINE_CODEC(contact)
 DEFINE_CODEC(status)
 DEFINE_CODEC(event)
 DEFINE_CODEC(rest)
+DEFINE_CODEC(playback)
 
-enum { TYPES = 10 };
+enum { TYPES = 11 };
 
 static void make_all(Raw raw[TYPES])
 {
@@ -121,6 +123,17 @@ static void make_all(Raw raw[TYPES])
                                                       .position = position,
                                                       .num_coordinates = 4,
                                                       .texture = position});
+    static double time[2] = {1.0, 2.0};
+    static char *kind[2] = {(char *)"cut", (char *)"tear"}, *text[2] = {(char *)"a", (char *)""};
+    raw[10] = encode_playback(&WIRE_PLAYBACK, &(pliant_playback_t){.whole = true,
+                                                                   .num_marks = 2,
+                                                                   .mark_time = time,
+                                                                   .mark_kind = kind,
+                                                                   .mark_text = text,
+                                                                   .num_tools = 2,
+                                                                   .num_forces = 6,
+                                                                   .tool = id,
+                                                                   .force = position});
 }
 
 static void free_all(Raw raw[TYPES])

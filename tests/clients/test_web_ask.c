@@ -112,7 +112,8 @@ static void what_is_wrong_is_refused_by_name(void **state)
         {"{\"type\":\"tool\",\"type\":\"cut\"}", "not JSON"}, // twice
         {"{}", "type: expected"},
         {"{\"type\":5}", "type: expected"},
-        {"{\"type\":\"fly\"}", "type: expected"},
+        {"{\"type\":\"fly\"}", "type: expected one of drawn, tool, cut, load, tie, command, start, "
+                               "end, record, propose"},
         {"{\"type\":\"drawn\"}", "round: expected an integer"},
         {"{\"type\":\"drawn\",\"round\":-1}", "round: expected"},
         {"{\"type\":\"drawn\",\"round\":1.5}", "round: expected"},
@@ -158,7 +159,8 @@ static void what_is_wrong_is_refused_by_name(void **state)
         {TIE_HEAD ",\"action\":\"make\",\"kind\":\"pin\",\"center\":[0,0,0]}", "radius: expected"},
         {TIE_HEAD TIE_AT ",\"kind\":\"tie\",\"to_body\":\"a b\"}", "to_body: expected"},
         {TIE_HEAD TIE_AT ",\"kind\":\"carry\"}", "tool: expected an integer"},
-        {"{\"type\":\"command\",\"id\":1,\"kind\":\"explode\"}", "kind: expected"},
+        {"{\"type\":\"command\",\"id\":1,\"kind\":\"explode\"}",
+         "kind: expected one of pause, resume, step, reset, checkpoint, describe, set, stop"},
         {"{\"type\":\"command\",\"id\":1}", "kind: expected"},
         {"{\"type\":\"command\",\"id\":1,\"kind\":\"step\",\"value\":1e300}", "value: expected"},
         {"{\"type\":\"command\",\"id\":1,\"kind\":\"set\",\"argument\":\"a\\u0001b\"}",

@@ -1,5 +1,6 @@
 // Programs that pliant-web runs: what they say is kept, they end when they must, and leave nothing.
 #include "child.h"
+#include "effort.h"
 #include "expect.h"
 
 #include <dirent.h>
@@ -121,6 +122,25 @@ static void a_program_inherits_neither_files_nor_blocked_signals(void **state)
     assert_int_equal(strncmp(child.text, "0\n", 2), 0); // nothing to read
 }
 
+// As in pliant-web, which blocks and catches SIGTERM: it mostly comes before the program runs.
+static void a_program_that_is_ended_at_once_ends_at_once(void **state)
+{
+    (void)state;
+    client_catch_signals();
+    for (int k = 0; k < EFFORT(30); k++) {
+        start("exec sleep 1000", &(ChildOptions){0});
+        child_end(&child);
+        child_how(&child, how);
+        assert_string_equal(how, "signal 15 (Terminated)"); // not killed after a while
+    }
+    // The test itself can be ended again.
+    sigset_t none;
+    sigemptyset(&none);
+    for (int k = 0; k < 3; k++)
+        signal((const int[]){SIGINT, SIGTERM, SIGHUP}[k], SIG_DFL);
+    sigprocmask(SIG_SETMASK, &none, NULL);
+}
+
 static void a_program_that_takes_too_long_is_killed(void **state)
 {
     (void)state;
@@ -132,14 +152,23 @@ static void a_program_that_takes_too_long_is_killed(void **state)
 static void a_program_that_does_not_end_when_asked_is_killed(void **state)
 {
     (void)state;
-    start("trap '' TERM; echo ready; while :; do sleep 0.01; done", &(ChildOptions){0});
-    wait_for_text("ready");
-    child_stop(&child, client_now_ns());
-    assert_false(child_turn(&child, client_now_ns()));
-    for (int k = 0; k < 15000 && !child_turn(&child, INT64_MAX); k++) // as if the time had passed
-        pause_ms(2);
-    child_how(&child, how);
-    assert_non_null(strstr(how, "signal 9"));
+    for (int k = 0; k < 2; k++) {
+        const int64_t second = 1000000000, given = k == 0 ? 5 : 60;
+        start("trap '' TERM; echo ready; while :; do sleep 0.01; done",
+              &(ChildOptions){.patience_s = k == 0 ? 0.0 : 60.0});
+        wait_for_text("ready");
+        int64_t asked = client_now_ns();
+        child_stop(&child, asked);
+        // As if the time had passed: not before its end,
+        assert_false(child_turn(&child, asked + (given - 1) * second));
+        pause_ms(20);
+        assert_false(child_turn(&child, asked));
+        // and after it.
+        while (!child_turn(&child, asked + (given + 1) * second)) // ctest's limit ends a failure
+            pause_ms(2);
+        child_how(&child, how);
+        assert_non_null(strstr(how, "signal 9"));
+    }
 }
 
 static void limits_of_memory_hold(void **state)
@@ -154,7 +183,7 @@ static void starting_and_ending_many_times_leaves_nothing(void **state)
 {
     (void)state;
     int before = open_files();
-    for (int k = 0; k < 50; k++) {
+    for (int k = 0; k < 15; k++) {
         start("exec sleep 1000", &(ChildOptions){0});
         child_end(&child);
         assert_int_equal(child.pid, 0);
@@ -196,6 +225,7 @@ int main(void)
         cmocka_unit_test(a_program_that_is_not_there_says_so),
         cmocka_unit_test(of_a_program_that_talks_without_end_the_last_is_kept),
         cmocka_unit_test(a_program_inherits_neither_files_nor_blocked_signals),
+        cmocka_unit_test(a_program_that_is_ended_at_once_ends_at_once),
         cmocka_unit_test(a_program_that_takes_too_long_is_killed),
         cmocka_unit_test(a_program_that_does_not_end_when_asked_is_killed),
         cmocka_unit_test(limits_of_memory_hold),

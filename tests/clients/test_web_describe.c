@@ -67,11 +67,48 @@ static void what_is_no_number_or_too_much_is_left_out(void **state)
     assert_int_equal(describe_tools(line, tool), 1);
 }
 
+// ---------------------------------------------------------------------------------------------
+// A recording
+
+static bool contains(const Parcel *parcel, const char *text)
+{
+    return memmem(parcel->data, parcel->size, text, strlen(text)) != NULL;
+}
+
+static void a_recording_has_the_marks_and_the_curve_of_each_tool(void **state)
+{
+    (void)state;
+    double time[1] = {1.5};
+    char *kind[1] = {(char *)"cut"}, *text[1] = {(char *)"\xff \"x\""}; // no UTF-8, and a quote
+    int32_t tool[2] = {1, 7};
+    float force[5] = {0.0f, 0.5f, 1.0f, 0.25f, 9.0f}; // one that belongs to no tool
+    const pliant_playback_t playback = {.whole = true,
+                                        .end = 3.0,
+                                        .num_marks = 1,
+                                        .mark_time = time,
+                                        .mark_kind = kind,
+                                        .mark_text = text,
+                                        .num_tools = 2,
+                                        .num_forces = 5,
+                                        .tool = tool,
+                                        .force = force};
+    Parcel *recording = text_recording(&playback), *now = text_playback(&playback);
+    assert_true(contains(recording, "\"marks\":[{\"time\":1.5,\"kind\":\"cut\",\"text\":"
+                                    "\"? \\\"x\\\"\"}]"));
+    assert_true(contains(recording, "{\"tool\":1,\"force\":[0.0,0.5]}"));
+    assert_true(contains(recording, "{\"tool\":7,\"force\":[1.0,0.25]}"));
+    assert_true(contains(now, "\"type\":\"playback\""));
+    assert_false(contains(now, "marks"));
+    parcel_drop(recording);
+    parcel_drop(now);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shapes_belong_to_the_tool_above_them),
         cmocka_unit_test(what_is_no_number_or_too_much_is_left_out),
+        cmocka_unit_test(a_recording_has_the_marks_and_the_curve_of_each_tool),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

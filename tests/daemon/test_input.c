@@ -73,19 +73,28 @@ static void a_setting_survives_being_logged_to_the_last_bit(void **state)
     (void)state;
     unsigned char data[INPUT_WIRE_MAX];
     char why[INPUT_WHY_MAX];
-    static const char *const settings[2] = {"sphere.friction=0.1", "gravity=[0.1, -0.3, -9.81]"};
-    static const char *const keys[2] = {"sphere.friction", "gravity"};
-    for (int i = 0; i < 2; i++) {
+    // The longest name of a body with the longest number.
+    static const char longest[] =
+        "try wall_with_a_name_of_31_letters_.stiffness_scale=-1.2345678901234567e-100";
+    static const char *const settings[] = {"sphere.friction=0.1", "gravity=[0.1, -0.3, -9.81]",
+                                           "try sphere.friction", "try gravity=0 0 -9.81", longest};
+    static const char *const keys[] = {"sphere.friction", "gravity", "sphere.friction", "gravity",
+                                       "wall_with_a_name_of_31_letters_.stiffness_scale"};
+    static const int counts[] = {1, 3, 0, 3, 1};
+    for (int i = 0; i < 5; i++) {
         size_t size = encode_command(PLIANT_COMMAND_T_SET, 0, settings[i], data);
         Input first, second;
         assert_int_equal(input_decode(INPUT_COMMAND, data, size, &first, why), ACCEPTED);
         assert_int_equal(input_check(&first, NULL, why), ACCEPTED);
         assert_string_equal(first.text, keys[i]);
-        assert_int_equal(first.command.set_count, i == 0 ? 1 : 3);
+        assert_int_equal(first.command.set_count, counts[i]);
+        assert_int_equal(first.command.tries, i >= 2);
         size = input_encode(&first, data);
         assert_int_equal(input_decode(INPUT_COMMAND, data, size, &second, why), ACCEPTED);
         assert_int_equal(input_check(&second, NULL, why), ACCEPTED);
         assert_string_equal(second.text, first.text);
+        assert_int_equal(second.command.tries, first.command.tries);
+        assert_int_equal(second.command.set_count, first.command.set_count);
         // The same doubles: 17 digits are enough.
         assert_memory_equal(second.command.set_value, first.command.set_value,
                             sizeof first.command.set_value);
@@ -98,8 +107,9 @@ static void settings_that_are_no_key_and_number_are_refused(void **state)
     char longest[2 * INPUT_TEXT_MAX];
     memset(longest, 'k', sizeof longest);
     strcpy(longest + INPUT_TEXT_MAX - 6, "=1");
-    const char *const bad[] = {"",   "=",     "a",     "a=",    "a=b",       "a=1x",
-                               "=1", "a=nan", "a=inf", "a=1 2", "a=1 2 3 4", longest};
+    const char *const bad[] = {"",          "=",     "a",     "a=",     "a=b",
+                               "a=1x",      "=1",    "a=nan", "a=inf",  "a=1 2",
+                               "a=1 2 3 4", longest, "try ",  "try =1", "try a=b"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         unsigned char data[INPUT_WIRE_MAX];
         char why[INPUT_WHY_MAX];

@@ -121,6 +121,37 @@ static void set_changes_gravity_and_reset_brings_the_start_back(void **state)
     command(client, PLIANT_COMMAND_T_RESUME, 0, "");
 }
 
+static void a_try_of_set_answers_and_leaves_no_trace(void **state)
+{
+    Client *client = ((Fixture *)*state)->client;
+    const int64_t not_possible = refused(client, "not_possible");
+    const Reply *reply = command(client, PLIANT_COMMAND_T_SET, 0, "try sphere.stiffness_scale=0.5");
+    assert_true(reply->ok);
+    assert_non_null(strstr(reply->text, "sphere.stiffness_scale = 0.5 instead of 1: "));
+    assert_non_null(strstr(reply->text, " substeps a tick"));
+    assert_non_null(strstr(reply->text, " ms of 1 ms a tick"));
+    reply = command(client, PLIANT_COMMAND_T_SET, 0, "try sphere.stiffness_scale");
+    assert_true(reply->ok);
+    assert_non_null(strstr(reply->text, "sphere.stiffness_scale = 1, from 0 to "));
+    reply = command(client, PLIANT_COMMAND_T_SET, 0, "try gravity");
+    assert_string_equal(reply->text, "gravity = (0, 0, 0)");
+    reply = command(client, PLIANT_COMMAND_T_SET, 0, "try stiffness_scale=1e5");
+    assert_false(reply->ok);
+    assert_non_null(strstr(reply->text, "take at most "));
+    assert_false(command(client, PLIANT_COMMAND_T_SET, 0, "try gravity=1e5 0 0")->ok);
+    // What cannot be read is refused as ever.
+    assert_false(command(client, PLIANT_COMMAND_T_SET, 0, "try ")->ok);
+    assert_false(command(client, PLIANT_COMMAND_T_SET, 0, "try friction=nan")->ok);
+    client_fresh_status(client);
+    // Not even counted: only what could not be read was.
+    assert_int_equal(refused(client, "not_possible"), not_possible);
+    assert_false(saw_event(client, "set"));
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.stiffness_scale=0.5")->ok);
+    reply = command(client, PLIANT_COMMAND_T_SET, 0, "try sphere.stiffness_scale");
+    assert_non_null(strstr(reply->text, "sphere.stiffness_scale = 0.5, from 0 to "));
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.stiffness_scale=1")->ok);
+}
+
 static void step_runs_exactly_n_ticks_with_nodes_and_contacts_before_the_reply(void **state)
 {
     Client *client = ((Fixture *)*state)->client;
@@ -279,6 +310,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(a_cut_is_answered_but_not_made),
         cmocka_unit_test(a_repeated_request_is_answered_again_and_not_executed),
         cmocka_unit_test(pause_stops_and_resume_goes_on),
+        cmocka_unit_test(a_try_of_set_answers_and_leaves_no_trace),
         cmocka_unit_test(set_changes_gravity_and_reset_brings_the_start_back),
         cmocka_unit_test(statuses_that_are_asked_for_are_few),
     };

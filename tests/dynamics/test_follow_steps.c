@@ -4,6 +4,7 @@
 #include "dynamics/integrator.h"
 #include "toy_body.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 static const double RATE = 100.0; // [Hz]: several substeps at every level
@@ -214,6 +215,67 @@ static void thresholds_are_set_on_one_body_or_all(void **state)
     toy_scene_destroy(&scene);
 }
 
+// A surface body with levels does not know its finest one: SET was refused wherever it was refined,
+// even to a scale below 1.
+static void a_refined_body_takes_the_scales_that_its_steps_allow(void **state)
+{
+    (void)state;
+    ToySceneOptions options = options_with(0.0, false);
+    ToyScene scene;
+    toy_scene_create(&scene, &options);
+    Body *body = scene.body[0];
+    body->finest_lambda = body->finest_damping = 0.0;
+    body->finest_substeps = body->substeps;
+    split(&scene, true);
+    assert_true(body->substeps > body->finest_substeps);
+    char why[256];
+    assert_true(sim_apply_set(scene.sim, "wall.stiffness_scale", 0.5, why, sizeof why));
+    assert_true(sim_apply_set(scene.sim, "stiffness_scale", 1.0, why, sizeof why));
+    assert_false(sim_apply_set(scene.sim, "stiffness_scale", 3.0, why, sizeof why));
+    toy_scene_destroy(&scene);
+}
+
+// What SET does afterwards is the measure of what a try says; rates differ in how much room
+// substeps leave.
+static void a_try_tells_the_substeps_that_set_takes_and_changes_nothing(void **state)
+{
+    (void)state;
+    int changed = 0;
+    for (int rate = 20; rate < 140; rate++) {
+        ToySceneOptions options = options_with(0.0, false);
+        options.rate_hz = rate;
+        ToyScene scene;
+        toy_scene_create(&scene, &options);
+        const Body *body = scene.body[0], before = *body;
+        char text[256], set[256];
+        double longer;
+        assert_true(sim_tell_setting(scene.sim, "wall.stiffness_scale", text, sizeof text));
+        const double most = strtod(strstr(text, " to ") + strlen(" to "), NULL);
+        const uint64_t hash = state_hash(&scene.state);
+        assert_true(
+            sim_try_set(scene.sim, "wall.stiffness_scale", most, &longer, text, sizeof text));
+        assert_true(state_hash(&scene.state) == hash);
+        assert_memory_equal(body, &before, sizeof before);
+        assert_true(sim_apply_set(scene.sim, "wall.stiffness_scale", most, set, sizeof set));
+        assert_int_equal(atoi(strstr(text, ": ") + strlen(": ")), body->substeps);
+        if (body->substeps != before.substeps) {
+            const char *instead = strstr(strstr(text, ": "), "instead of ");
+            assert_int_equal(atoi(instead + strlen("instead of ")), before.substeps);
+            assert_true(longer > 1.0); // substeps have a price of their own
+            changed++;
+        } else {
+            assert_non_null(strstr(text, "as now"));
+            expect_near(longer, 1.0, 0.0);
+        }
+        // A refusal is the same sentence.
+        assert_false(sim_try_set(scene.sim, "stiffness_scale", 3.0, &longer, text, sizeof text));
+        assert_false(sim_apply_set(scene.sim, "stiffness_scale", 3.0, set, sizeof set));
+        assert_string_equal(text, set);
+        toy_scene_destroy(&scene);
+    }
+    assert_true(changed > 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -224,6 +286,8 @@ int main(void)
         cmocka_unit_test(scales_enter_the_step_at_every_level),
         cmocka_unit_test(bodies_are_asked_after_loads_and_before_contacts),
         cmocka_unit_test(thresholds_are_set_on_one_body_or_all),
+        cmocka_unit_test(a_refined_body_takes_the_scales_that_its_steps_allow),
+        cmocka_unit_test(a_try_tells_the_substeps_that_set_takes_and_changes_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,9 +1,9 @@
-// A recording as `pliant-record --info` and `pliant-play` read it: one whose data were changed;
-// with an odd first byte the input is the file itself, as it comes.
+// A recording as `pliant-record --info` and `pliant-play` read and score it: one whose data were
+// changed; with an odd first byte the input is the file itself, as it comes.
 #include "fuzz.h"
 
-#include "io/recording_read.h"
 #include "hdf_edit.h"
+#include "score.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +14,9 @@ static void make_base(HdfBase *base)
 {
     const RecordingBody body = {.name = "ball", .nodes = NODES, .triangles = 2};
     const int tool = 1, id[NODES] = {0, 1, 2, 3}, triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
-    const RecordingOptions options = {.scene = "name = \"fuzz\";",
+    const int parent[NODES][2] = {{0, 0}, {1, 1}, {0, 1}, {3, 3}};
+    const signed char level[NODES] = {0};
+    const RecordingOptions options = {.scene = "name = \"fuzz\"; score = { force_limit = 1.0; };",
                                       .created_by = "fuzz",
                                       .body_count = 1,
                                       .tool_count = 1,
@@ -24,8 +26,13 @@ static void make_base(HdfBase *base)
     Status status = {0};
     Recording *recording = recording_create(fuzz_path("base"), &options, &status);
     MUST(recording != NULL);
-    RecordingTopology topology = {
-        .node_count = NODES, .triangle_count = 2, .node_id = id, .triangle = triangle};
+    RecordingTopology topology = {.node_count = NODES,
+                                  .triangle_count = 2,
+                                  .node_id = id,
+                                  .node_origin = id,
+                                  .node_parent = parent,
+                                  .node_level = level,
+                                  .triangle = triangle};
     for (int i = 0; i < FRAMES; i++) {
         RecordingFrame frame = {.step = 10 * i,
                                 .time = 0.01 * i,
@@ -62,12 +69,18 @@ static void read_as_player(const char *path)
         recording_reader_most(reader, b, &nodes, &triangles);
         float *position = malloc(((size_t)nodes + 1) * 3 * sizeof *position);
         int *id = malloc(((size_t)nodes + 1) * sizeof *id);
+        int *origin = malloc(((size_t)nodes + 1) * sizeof *origin);
+        int(*parent)[2] = malloc(((size_t)nodes + 1) * sizeof *parent);
+        signed char *level = malloc((size_t)nodes + 1);
         int(*triangle)[3] = malloc(((size_t)triangles + 1) * sizeof *triangle);
-        MUST(position != NULL && id != NULL && triangle != NULL);
+        MUST(position != NULL && id != NULL && triangle != NULL && origin != NULL &&
+             parent != NULL && level != NULL);
         for (int64_t f = 0; f < recording_reader_frames(reader, b) && f < ROWS; f++) {
             RecordingTopology topology;
             Status why = {0};
-            bool ok = recording_reader_positions(reader, b, f, position, &why) &&
+            bool known;
+            bool ok = recording_reader_nodes(reader, b, f, origin, parent, level, &known, &why) &&
+                      recording_reader_positions(reader, b, f, position, &why) &&
                       recording_reader_mesh(reader, b, f, id, triangle, &topology, &why);
             MUST(ok == (why.code == STATUS_OK));
             const double time = recording_reader_frame(reader, b, f).time;
@@ -75,6 +88,9 @@ static void read_as_player(const char *path)
         }
         free(position);
         free(id);
+        free(origin);
+        free(parent);
+        free(level);
         free(triangle);
     }
     for (int t = 0; t < info->tool_count; t++) {
@@ -88,6 +104,26 @@ static void read_as_player(const char *path)
         recording_reader_events(reader, 0, (int)(info->events < ROWS ? info->events : ROWS), event,
                                 &status);
     recording_reader_close(reader);
+}
+
+// Scores it: births, meshes and rows may be anything that the reader lets pass.
+static void read_as_scorer(const char *path, FILE *nowhere)
+{
+    char *const part[] = {(char *)(uintptr_t)path};
+    Status status = {0};
+    Score score;
+    Timeline *timeline = timeline_open(part, 1, &status);
+    if (timeline == NULL)
+        return;
+    bool ok = score_read(timeline, NULL, &score, &status);
+    MUST(ok == (status.code == STATUS_OK));
+    if (ok) {
+        score_write_json(&score, nowhere);
+        score_write_csv(&score, nowhere);
+        score_write_page(&score, nowhere);
+        score_destroy(&score);
+    }
+    timeline_close(timeline);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -115,6 +151,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (ok) {
         recording_info_print(&info, nowhere);
         read_as_player(path);
+        read_as_scorer(path, nowhere);
     }
     return 0;
 }

@@ -73,7 +73,9 @@ static void draw_command(Feed *feed, Input *input)
                                             "ball.=1",
                                             "=",
                                             "gravity=1e5 0 0",
-                                            "block.stiffness_scale=1e9"};
+                                            "block.stiffness_scale=1e9",
+                                            "try ball.stiffness_scale=2",
+                                            "try damping_scale"};
     static const int kinds[] = {PLIANT_COMMAND_T_SET, PLIANT_COMMAND_T_RESET, PLIANT_COMMAND_T_STEP,
                                 PLIANT_COMMAND_T_RESUME, PLIANT_COMMAND_T_SET};
     uint8_t kind = feed_byte(feed);

@@ -29,15 +29,21 @@ static double time_at(int frame)
     return 0.1 * frame;
 }
 
-static const char *make(const char *name, char path[SCRATCH_PATH])
+static const char DESCRIBED[] = "scene tetra: 1000 Hz\nbody tetra: model surface, leapfrog\n";
+
+// Nodes 9 and 3 are copies of others, and finer.
+static const int origin[NODES] = {0, 1, 2, 2, 0};
+static const int parent[NODES][2] = {{0, 0}, {1, 1}, {0, 1}, {3, 3}, {0, 2}};
+static const signed char level[NODES] = {0, 0, 0, 1, 2};
+
+static const char *make_with(const char *name, const char *describe, const char *text,
+                             char path[SCRATCH_PATH])
 {
     static const int id[NODES] = {0, 1, 2, 3, 9}, tool[1] = {3};
     static const int triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
     const RecordingBody body = {"tetra", NODES, 2, 1};
-    char scene[1000];
-    memset(scene, 's', sizeof scene); // longer than a text of fixed length
-    scene[sizeof scene - 1] = '\0';
-    const RecordingOptions options = {.scene = scene,
+    const RecordingOptions options = {.scene = text,
+                                      .describe = describe,
                                       .created_by = "test 1",
                                       .body_count = 1,
                                       .tool_count = 1,
@@ -55,6 +61,9 @@ static const char *make(const char *name, char path[SCRATCH_PATH])
                                             .node_count = nodes_at(f),
                                             .triangle_count = nodes_at(f) - 3,
                                             .node_id = id,
+                                            .node_origin = describe != NULL ? origin : NULL,
+                                            .node_parent = describe != NULL ? parent : NULL,
+                                            .node_level = describe != NULL ? level : NULL,
                                             .triangle = triangle};
         if (f == 0 || f == CUT_AT)
             assert_true(recording_add_topology(recording, 0, &topology));
@@ -75,6 +84,14 @@ static const char *make(const char *name, char path[SCRATCH_PATH])
     if (!recording_close(recording, &status))
         fail_msg("%s", status.text);
     return path;
+}
+
+static const char *make(const char *name, char path[SCRATCH_PATH])
+{
+    char scene[1000];
+    memset(scene, 's', sizeof scene); // longer than a text of fixed length
+    scene[sizeof scene - 1] = '\0';
+    return make_with(name, DESCRIBED, scene, path);
 }
 
 static RecordingReader *open_reader(const char *path)
@@ -134,6 +151,14 @@ static void a_frame_has_the_mesh_of_its_topology(void **state)
         assert_int_equal(topology.triangle_count, nodes_at(f) - 3);
         assert_int_equal(topology.triangle[0][2], 2);
         assert_int_equal(topology.node_id[nodes_at(f) - 1], f < CUT_AT ? 9 : 3);
+        int from[NODES], between[NODES][2];
+        signed char at[NODES];
+        bool known;
+        assert_true(recording_reader_nodes(reader, 0, f, from, between, at, &known, &status));
+        assert_true(known);
+        assert_memory_equal(from, origin, (size_t)nodes_at(f) * sizeof *from);
+        assert_memory_equal(between, parent, (size_t)nodes_at(f) * sizeof *between);
+        assert_memory_equal(at, level, (size_t)nodes_at(f));
     }
     recording_reader_close(reader);
 }
@@ -145,6 +170,7 @@ static void tools_events_and_the_scene_are_read(void **state)
     Status status = {0};
     RecordingReader *reader = open_reader(make("rest.h5", path));
     assert_int_equal(strlen(recording_reader_scene(reader)), 999);
+    assert_string_equal(recording_reader_describe(reader), DESCRIBED);
     assert_int_equal(recording_reader_find_tool(reader, 3), 0);
     assert_int_equal(recording_reader_find_tool(reader, 4), -1);
     assert_int_equal(recording_reader_tool_rows(reader, 0), FRAMES);
@@ -162,6 +188,28 @@ static void tools_events_and_the_scene_are_read(void **state)
     assert_true(recording_reader_events(reader, 0, 4, event, &status));
     assert_int_equal(event[2].step, 25);
     assert_string_equal(event[2].text, "a cut");
+    recording_reader_close(reader);
+}
+
+// pliant-record knows no scene and writes the description in its place; older files have none.
+static void a_description_in_place_of_the_scene_is_one(void **state)
+{
+    (void)state;
+    char path[SCRATCH_PATH];
+    RecordingReader *reader = open_reader(make_with("heard.h5", NULL, DESCRIBED, path));
+    assert_string_equal(recording_reader_describe(reader), DESCRIBED);
+    assert_string_equal(recording_reader_scene(reader), "");
+    recording_reader_close(reader);
+    reader = open_reader(make_with("old.h5", NULL, "name = \"a\";", path));
+    assert_string_equal(recording_reader_describe(reader), "");
+    assert_string_equal(recording_reader_scene(reader), "name = \"a\";");
+    // Nor do they say what nodes were split from.
+    int from[NODES], between[NODES][2];
+    signed char at[NODES];
+    bool known = true;
+    Status status = {0};
+    assert_true(recording_reader_nodes(reader, 0, 0, from, between, at, &known, &status));
+    assert_false(known);
     recording_reader_close(reader);
 }
 
@@ -258,6 +306,7 @@ int main(void)
         cmocka_unit_test(a_frame_is_found_by_its_time_and_has_the_recorded_bits),
         cmocka_unit_test(a_frame_has_the_mesh_of_its_topology),
         cmocka_unit_test(tools_events_and_the_scene_are_read),
+        cmocka_unit_test(a_description_in_place_of_the_scene_is_one),
         cmocka_unit_test(a_position_that_is_no_number_and_a_corner_that_is_no_node_are_refused),
         cmocka_unit_test(a_frame_that_goes_back_in_time_is_not_found),
         cmocka_unit_test(several_readers_are_closed_in_any_order),

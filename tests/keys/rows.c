@@ -30,6 +30,9 @@
     ", { name = \"b\"; mesh = { generator = \"ico_sphere\"; subdivisions = 1; radius = 0.04;\n"    \
     "    place = { translation = [0.0, 0.092, 0.0]; }; }; }"
 #define TOUCHES(more) "touch = ( { " more " } );"
+#define SCORE(more)   "score = { " more " };"
+#define TARGET(more)  SCORE("regions = ( { " more " } );")
+#define BALL          "sphere = [0.0, 0.0, 1.0]; radius = 1.0;"
 #define TWO           "bodies = [\"a\", \"b\"]; "
 #define ONTO                                                                                       \
     LOAD("body = \"b\"; center = [0.0, 0.092, 0.0]; radius = 0.05; force = [1.0, -4.0, 0.0]; "     \
@@ -88,6 +91,19 @@ const KeyRow KEY_ROWS[] = {
     {REFUSES(SCENE_TABLE, "touch", P, ATTACH, TOUCHES(TWO), "plane body"),
      .also = {{OTHER, BESIDE}}},
     {IN(SCENE_TABLE, "loads", ALL, STATE, LOADS, "", LOAD(PUSH))},
+    // The server prints it, for the score sheet.
+    {IN(SCENE_TABLE, "score", ALL, PLAN, HEAD, "", SCORE("force_limit = 2.0;"))},
+    {IN(SCORE_TABLE, "force_limit", ALL, PLAN, HEAD, SCORE("force_limit = 1.0;"),
+        SCORE("force_limit = 2.0;"))},
+    {IN(SCORE_TABLE, "regions", ALL, PLAN, HEAD, SCORE(""), TARGET("name = \"a\"; " BALL))},
+    {IN(SCORE_REGION_TABLE, "name", ALL, PLAN, HEAD, TARGET("name = \"a\"; " BALL),
+        TARGET("name = \"b\"; " BALL))},
+    {IN(SCORE_REGION_TABLE, "box", ALL, PLAN, HEAD, TARGET(BALL),
+        TARGET("box = ([0.0, 0.0, 0.0], [1.0, 1.0, 1.0]);"))},
+    {IN(SCORE_REGION_TABLE, "sphere", ALL, PLAN, HEAD, TARGET(BALL),
+        TARGET("sphere = [0.0, 0.0, 2.0]; radius = 1.0;"))},
+    {IN(SCORE_REGION_TABLE, "radius", ALL, PLAN, HEAD, TARGET(BALL),
+        TARGET("sphere = [0.0, 0.0, 1.0]; radius = 2.0;"))},
 
     {IN(PUBLISH_TABLE, "nodes_hz", ALL, STREAM, HEAD, "", "publish = { nodes_hz = 10.0; };")},
     {IN(PUBLISH_TABLE, "mesh_hz", ALL, STREAM, HEAD, "", "publish = { mesh_hz = 20.0; };")},

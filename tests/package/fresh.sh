@@ -103,8 +103,8 @@ mount_system() { # ROOT
 check_build() { # CLONE
     local program
     [ -d "$1/build/release/bin" ] || return 0
-    for program in pliantd pliant-prepare pliant-probe pliant-cut pliant-tie pliant-monitor pliant-record pliant-drake \
-        pliant-study pliant-web; do
+    for program in pliantd pliant-prepare pliant-probe pliant-cut pliant-tie pliant-monitor pliant-record pliant-play \
+        pliant-drake pliant-study pliant-web; do
         [ -x "$1/build/release/bin/$program" ] || die "$program was not built"
     done
     [ -f "$1/build/web/index.html" ] ||

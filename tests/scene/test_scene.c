@@ -129,6 +129,14 @@ static const Line SCENE[] = {
     {"loads", "force", "force = [0, 0, -1];"},
     {"loads", "duration", "duration = 2;"},
     {"", "loads", "} );"},
+    {"", "score", "score = {"},
+    {"score", NULL, ""},
+    {"score", "regions", "regions = ( {"},
+    {"score.regions", NULL, ""},
+    {"score.regions", "sphere", "sphere = [0, 0, 1];"},
+    {"score.regions", "radius", "radius = 0.5;"},
+    {"score", "regions", "} );"},
+    {"", "score", "};"},
 };
 enum { SCENE_LINES = sizeof SCENE / sizeof SCENE[0], SCENE_TEXT = 16384 };
 

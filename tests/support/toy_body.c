@@ -144,6 +144,13 @@ static bool toy_set(void *self, BodyParameter parameter, double value)
     return true;
 }
 
+static bool toy_get(const void *self, BodyParameter parameter, double *value)
+{
+    const Toy *toy = self;
+    *value = toy->parameter[parameter];
+    return true;
+}
+
 static void toy_snapshot(const void *self, float *position, float *velocity)
 {
     (void)self, (void)position, (void)velocity; // it publishes no mesh
@@ -172,7 +179,8 @@ void toy_rebuild(Body *body)
     .drift = toy_drift, .evaluate = toy_evaluate, .commit = toy_commit, .restore = toy_restore,    \
     .read_nodes = toy_read_nodes, .add_forces = toy_add_forces, .find_nodes = toy_find_nodes,      \
     .add_load = toy_add_load, .clear_loads = toy_clear_loads, .snapshot = toy_snapshot,            \
-    .measure = toy_measure, .is_fixed = toy_is_fixed, .set = toy_set, .restored = toy_rebuild
+    .measure = toy_measure, .is_fixed = toy_is_fixed, .set = toy_set, .get = toy_get,              \
+    .restored = toy_rebuild
 
 static const BodyOps *ops_of(const ToyOptions *options)
 {

@@ -113,6 +113,48 @@ static void set_beyond_the_bound_or_the_range_is_refused(void **state)
     fixture_destroy(&fixture);
 }
 
+static void a_try_changes_no_bit_and_a_setting_is_told_as_it_is(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *key;
+        double value;
+        const char *says; // of the value, then of the key alone
+        const char *is;
+    } cases[] = {
+        {"body.stiffness_scale", 0.5,
+         "body.stiffness_scale = 0.5 instead of 1: ", "body.stiffness_scale = 1, from 0 to "},
+        {"body.stiffness_scale", 1e4, "time step", "from 0 to "},
+        {"body.damping_scale", 2e6, "outside", "body.damping_scale = 1, from 0 to "},
+        {"friction", 0.7, "friction = 0.7 instead of ", ", from 0 to 10"},
+        {"gravity_x", 3.0, "gravity_x = 3 instead of 0", "gravity_x = 0, from -1e+04 to 1e+04"},
+        {"body.adapt_level", 1.0, "body body does not adapt", "does not adapt"},
+        {"body.pressure", 1.0, "body body has no closed cavity", "has no closed cavity"},
+        {"nothing", 1.0, "unknown key nothing", "unknown key nothing"},
+    };
+    FixtureOptions options = fixture_loadable();
+    Fixture fixture;
+    fixture_create_sphere(&fixture, &options);
+    const Body before = *fixture.body;
+    const uint64_t hash = state_hash(&fixture.state);
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char why[256] = "", is[256] = "";
+        double longer;
+        sim_try_set(fixture.sim, cases[k].key, cases[k].value, &longer, why, sizeof why);
+        sim_tell_setting(fixture.sim, cases[k].key, is, sizeof is);
+        if (strstr(why, cases[k].says) == NULL || strstr(is, cases[k].is) == NULL)
+            print_error("%s %g: %s; %s\n", cases[k].key, cases[k].value, why, is);
+        assert_non_null(strstr(why, cases[k].says));
+        assert_non_null(strstr(is, cases[k].is));
+        assert_true(state_hash(&fixture.state) == hash);
+        assert_memory_equal(fixture.body, &before, sizeof before);
+    }
+    char list[256];
+    sim_list_settings(fixture.sim, 0, list, sizeof list);
+    assert_string_equal(list, "stiffness_scale, damping_scale, friction");
+    fixture_destroy(&fixture);
+}
+
 static void damping_of_an_undamped_body_cannot_be_scaled(void **state)
 {
     (void)state;
@@ -152,6 +194,7 @@ int main(void)
         cmocka_unit_test(set_changes_what_it_names),
         cmocka_unit_test(scales_multiply_stiffness_and_damping),
         cmocka_unit_test(set_beyond_the_bound_or_the_range_is_refused),
+        cmocka_unit_test(a_try_changes_no_bit_and_a_setting_is_told_as_it_is),
         cmocka_unit_test(damping_of_an_undamped_body_cannot_be_scaled),
         cmocka_unit_test(unsafe_body_takes_any_scale_in_range),
     };

@@ -123,6 +123,14 @@ export function onPage(page, world) {
     }, world);
 }
 
+/** Drags from one point to another in small steps and stays there, button down. */
+export async function drag(page, from, to, steps = 12) {
+    await page.mouse.move(from.x, from.y);
+    await page.mouse.down();
+    for (let i = 1; i <= steps; i++)
+        await page.mouse.move(from.x + (to.x - from.x) * i / steps, from.y + (to.y - from.y) * i / steps);
+}
+
 /** The middle of the picture, where the bodies are. */
 export function middle(page) {
     return page.evaluate(() => {

@@ -3,11 +3,13 @@
 //     tests/daemon/in_namespace.sh tests/web/run.sh measure.mjs PLIANTD PLIANT-WEB PAGE-FOLDER OUTPUT-FOLDER
 //
 // page_load: from the navigation's start to the first picture of the bodies. frames: pictures of a
-// ball of 10242 nodes a second, 640 x 480, drawn by the processor: `page_alone` waves, as fast as the
-// page takes it; `with_daemon` is pressed, published 60 times a second. drag_to_pose: from the browser's
-// time of a pointer event to the arrival of its pose at lcm-logger.
+// ball of 10242 nodes a second, in a window of 1280 x 800 or WIDTH x HEIGHT of the environment, drawn by the processor:
+// `page_alone` waves, as fast as the page takes it; `with_daemon` is pressed, published 60 times a second. browser_ and
+// daemon_per_frame: processor time of all processes of the browser, and of pliantd with pliant-web: depends less on what else
+// runs. Of the page's window the picture is all but the panel. drag_to_pose: from the browser's time of a pointer event to
+// the arrival of its pose at lcm-logger.
 
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { fileURLToPath } from 'node:url';
 import { join } from 'node:path';
@@ -68,6 +70,27 @@ const noteEvents = () => {
     };
 };
 
+// Processor time so far [ms] of processes that this one has started: {browser, daemon}.
+function processorTime() {
+    const TICK = 10; // [ms] of /proc
+    const all = new Map(), sum = { browser: 0, daemon: 0 };
+    for (const id of readdirSync('/proc').filter((name) => /^\d+$/.test(name)))
+        try {
+            const text = readFileSync(`/proc/${id}/stat`, 'utf8'), end = text.lastIndexOf(')');
+            const fields = text.slice(end + 2).split(' ').map(Number);
+            all.set(Number(id), { name: text.slice(text.indexOf('(') + 1, end), parent: fields[1],
+                ms: TICK * (fields[11] + fields[12]) });
+        } catch {
+            // has ended
+        }
+    for (const { name, parent, ms } of all.values()) {
+        let at = parent;
+        while (at > 1 && at !== process.pid) at = all.get(at)?.parent ?? 0;
+        if (at === process.pid) sum[name.startsWith('pliant') ? 'daemon' : 'browser'] += ms;
+    }
+    return sum;
+}
+
 async function drag(page, log) {
     await page.evaluate(noteEvents);
     const m = await middle(page);
@@ -75,16 +98,17 @@ async function drag(page, log) {
     await page.mouse.down();
     await until('the ball is pressed', async () => (await newtons(page)) > 0);
     const frames = () => page.evaluate(() => [window.pliant.stage.frames, performance.now()]);
-    const [first, began] = await frames();
+    const [first, began] = await frames(), used = processorTime();
     const end = Date.now() + 1000 * SECONDS;
     for (let i = 0; Date.now() < end; i++) {
         await page.mouse.move(m.x + 40 * Math.sin(i / 30), m.y + 30 * Math.cos(i / 40));
         await new Promise((resolve) => setTimeout(resolve, 8));
     }
-    const [last, ended] = await frames();
+    const [last, ended] = await frames(), more = processorTime();
     const moved = await figureOf(page, 'ball', 'moved');
     await page.mouse.up();
     row('frames_with_daemon', 1000 * (last - first) / (ended - began), 'Hz');
+    for (const part of ['browser', 'daemon']) row(`${part}_per_frame`, (more[part] - used[part]) / (last - first), 'ms');
     row('ball_moved', 1000 * moved, 'mm');
     const noted = await page.evaluate(() => window.noted);
     await new Promise((resolve) => setTimeout(resolve, 1500)); // the logger writes what it has
@@ -130,7 +154,8 @@ async function alone(page) {
 
 const folder = mkdtempSync(join(tmpdir(), 'pliant-measure-'));
 const log = join(folder, 'poses.log');
-const browser = await openBrowser({ width: 640, height: 480 });
+const browser = await openBrowser({ width: Number(process.env.WIDTH ?? 1280), height: Number(process.env.HEIGHT ?? 800),
+    options: process.env.CHROMIUM_OPTIONS?.split(' ') });
 console.log(['case', 'metric', 'value', 'unit'].join('\t'));
 await alone(browser.page);
 const daemon = startDaemon(paths, scene);

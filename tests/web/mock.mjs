@@ -38,10 +38,11 @@ export function icoSphere(times, radius) {
     return { position, triangle: new Int32Array(faces.flat()) };
 }
 
-export function meshMessage(body, topology, { position, triangle, level, piece, id, origin }) {
+export function meshMessage(body, topology, { position, triangle, level, piece, id, origin, parent,
+    firstWall = 0 }) {
     const n = position.length / 3, t = triangle.length / 3;
     const data = new ArrayBuffer(24 + 12 * t + 21 * n);
-    new Uint32Array(data, 0, 6).set([1, body, topology, n, t, 0]);
+    new Uint32Array(data, 0, 6).set([1, body, topology, n, t, firstWall]);
     let at = 24;
     const put = (list) => {
         new Int32Array(data, at, list.length).set(list);
@@ -51,7 +52,7 @@ export function meshMessage(body, topology, { position, triangle, level, piece, 
     put(triangle);
     put(own);
     put(origin ?? own);
-    put(Int32Array.from({ length: 2 * n }, (_, i) => own[i >> 1]));
+    put(parent ?? Int32Array.from({ length: 2 * n }, (_, i) => own[i >> 1]));
     put(piece ?? new Int32Array(n));
     new Int8Array(data, at, n).set(level ?? new Int8Array(n));
     return data;

@@ -5,7 +5,7 @@ import { fileURLToPath } from 'node:url';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { openBrowser } from './browser.mjs';
-import { change, figureOf, middle, newtons, PATIENCE, picture, setting, startDaemon, startWeb, until,
+import { change, drag as dragOn, figureOf, middle, newtons, PATIENCE, picture, setting, startDaemon, startWeb, until,
     untilShown } from './live.mjs';
 
 const paths = setting();
@@ -30,13 +30,7 @@ after(async () => {
     await daemon?.stop();
 });
 
-// Drags from one point to another in small steps and stays there, button down.
-async function drag(from, to, steps = 12) {
-    await page.mouse.move(from.x, from.y);
-    await page.mouse.down();
-    for (let i = 1; i <= steps; i++)
-        await page.mouse.move(from.x + (to.x - from.x) * i / steps, from.y + (to.y - from.y) * i / steps);
-}
+const drag = (...way) => dragOn(page, ...way);
 
 const moved = () => figureOf(page, 'ball', 'moved');
 const nodes = () => figureOf(page, 'ball', 'nodes');

@@ -138,6 +138,7 @@ void detail_restored(Body *body);
 void detail_forget(Detail *detail, RestoreMode mode);
 // Sets a parameter of adaptation; false for others, and for a body that does not adapt.
 bool detail_set(Detail *detail, BodyParameter parameter, double value);
+bool detail_get(const Detail *detail, BodyParameter parameter, double *value);
 // Prints what depends on levels, for --explain.
 void detail_explain(const Detail *detail, FILE *out);
 

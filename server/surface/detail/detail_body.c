@@ -119,26 +119,45 @@ void detail_forget(Detail *detail, RestoreMode mode)
         detail_tear_forget(&detail->set);
 }
 
+// Returns where a threshold of refinement, or their common factor, is; NULL: another parameter.
+static double *find_threshold(Sweep *sweep, BodyParameter parameter)
+{
+    switch (parameter) {
+    case BODY_ADAPT_FORCE:
+    case BODY_ADAPT_SPEED:
+    case BODY_ADAPT_CURVATURE:
+        return &sweep->thresholds[parameter - BODY_ADAPT_FORCE];
+    case BODY_ADAPT_SCALE:
+        return &sweep->scale;
+    default:
+        return NULL;
+    }
+}
+
 bool detail_set(Detail *detail, BodyParameter parameter, double value)
 {
     Sweep *sweep = detail->adapt.sweep;
     if (!detail->options.adaptive)
         return false;
-    switch (parameter) {
-    case BODY_ADAPT_FORCE:
-    case BODY_ADAPT_SPEED:
-    case BODY_ADAPT_CURVATURE:
-        sweep->thresholds[parameter - BODY_ADAPT_FORCE] = value;
-        return true;
-    case BODY_ADAPT_SCALE:
-        sweep->scale = value;
-        return true;
-    case BODY_ADAPT_LEVEL:
+    double *threshold = find_threshold(sweep, parameter);
+    if (threshold != NULL)
+        *threshold = value;
+    else if (parameter == BODY_ADAPT_LEVEL)
         sweep->level = (int64_t)fmin(fmax(value, 0.0), detail->set.levels.finest);
-        return true;
-    default:
+    return threshold != NULL || parameter == BODY_ADAPT_LEVEL;
+}
+
+bool detail_get(const Detail *detail, BodyParameter parameter, double *value)
+{
+    Sweep *sweep = detail->adapt.sweep;
+    if (!detail->options.adaptive)
         return false;
-    }
+    const double *threshold = find_threshold(sweep, parameter);
+    if (threshold != NULL)
+        *value = *threshold;
+    else if (parameter == BODY_ADAPT_LEVEL)
+        *value = (double)sweep->level;
+    return threshold != NULL || parameter == BODY_ADAPT_LEVEL;
 }
 
 void detail_explain(const Detail *detail, FILE *out)

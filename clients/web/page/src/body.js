@@ -1,11 +1,14 @@
 // One body: its mesh in slots, its node positions, and the drawn objects. Arrays grow with the mesh; a frame of
 // positions allocates nothing.
 
-import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial, LineSegments,
-    Mesh, Points, PointsMaterial } from 'three';
-import { addNormals, boxOf, isClosed } from './normals.js';
+import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial,
+    LineSegments, Mesh, Points, PointsMaterial } from 'three';
+import { coarserMeshes, facing, finerMeshes, meanEdge, placeMiddles } from './detail.js';
+import { addNormals, boxOf, isClosed, markInner } from './normals.js';
 import { RestShape } from './rest_shape.js';
-import { tissueMaterial } from './tissue.js';
+import { AT_CUT, KIND, applyLook, tissueMaterial } from './tissue.js';
+
+const FINE = 1 / 60; // edges of a fine mesh are shorter than this part of its size
 
 /** The nodes at rims: of outer triangles and of walls of cuts. */
 function twinsOf(mesh) {
@@ -21,7 +24,18 @@ function twinsOf(mesh) {
     return twin;
 }
 
+const SETTLED_MS = 500; // without a change of the mesh, before coarser ones are made
+
 const room = (count) => Math.ceil(Math.max(count, 64) * 1.25);
+
+// Positions closer than this part of the body's size to those that were drawn draw the same picture: a fiftieth of a
+// pixel of a body of a thousand.
+const UNSEEN = 2e-5;
+
+function differs(a, b, tolerance) {
+    for (let i = 0; i < a.length; i++) if (Math.abs(a[i] - b[i]) > tolerance) return true;
+    return false;
+}
 
 export class Body {
     constructor(number, { name, model }, images) {
@@ -34,7 +48,13 @@ export class Body {
         this.twin = [];       // nodes that are drawn once more, behind the others: at rims, for walls of cuts
         this.m = 0;           // indices of triangles in use
         this.finest = 0;      // level of its nodes
+        this.outer = 0;       // indices from here on are of walls of cuts; 0: there are none
         this.index = new Uint32Array(0);
+        this.drawn = new Uint32Array(0); // the triangles of a frame
+        this.finer = null;    // meshes and the middles of edges, nodes behind the twins
+        this.levels = [];     // meshes to choose from, finest first
+        this.level = null;    // the one of the last frame
+        this.settleAt = 0;    // [ms] when coarser ones are made, if `index` has not changed until then; infinite: they are
         this.position = new Float32Array(0);
         this.id = new Int32Array(0);
         this.shown = false;   // there is something to draw
@@ -58,7 +78,7 @@ export class Body {
 
     changeMesh(mesh) {
         this.twin = twinsOf(mesh);
-        if (mesh.n + this.twin.length > this.capacityNodes() || mesh.triangle.length > this.index.length) this.grow(mesh);
+        if (mesh.triangle.length > this.index.length) this.index = new Uint32Array(3 * room(mesh.triangle.length / 3));
         this.topology = mesh.topology;
         this.n = mesh.n;
         this.id = mesh.id.slice();
@@ -79,8 +99,13 @@ export class Body {
         // Walls have normals of their own.
         for (let i = outer; i < m && this.twin.length > 0; i++)
             this.index[i] = twinOf.get(this.index[i]) ?? this.index[i];
-        this.surface.geometry.index.needsUpdate = true;
-        this.surface.geometry.setDrawRange(0, m);
+        this.finer = finerMeshes(this.index, m, this.n + this.twin.length);
+        this.levels = [...this.finer.levels].reverse().concat({ index: this.index, m, middles: 0 });
+        this.level = null;
+        this.settleAt = performance.now() + SETTLED_MS;
+        const nodes = this.n + this.twin.length + this.finer.straight.length;
+        if (nodes > this.capacityNodes() || this.levels[0].m > this.drawn.length) this.grow(nodes, this.levels[0].m);
+        this.outer = outer;
         this.fillInfo(mesh);
         this.edgesValid = false;
     }
@@ -93,10 +118,30 @@ export class Body {
         }
     }
 
+    /** Gives middles of edges the mean of their ends. */
+    halve(array, size) {
+        const { ends, straight } = this.finer;
+        for (let k = 0, to = size * (this.n + this.twin.length); k < straight.length; k++, to += size)
+            for (let c = 0; c < size; c++)
+                array[to + c] = 0.5 * (array[size * ends[2 * k] + c] + array[size * ends[2 * k + 1] + c]);
+    }
+
+    // Levels, pieces and kinds have no mean.
+    halveInfo() {
+        const { info, finer: { ends, straight } } = this;
+        for (let k = 0, to = 4 * (this.n + this.twin.length); k < straight.length; k++, to += 4) {
+            const a = 4 * ends[2 * k], b = 4 * ends[2 * k + 1];
+            info[to] = Math.min(info[a], info[b]);
+            info[to + 1] = info[a + 1];
+            info[to + 2] = (info[a + 2] + info[b + 2]) >> 1;
+            info[to + 3] = info[a + 3];
+        }
+    }
+
     capacityNodes() { return this.position.length / 3; }
 
-    grow(mesh) {
-        const n = room(mesh.n + this.twin.length), m = 3 * room(mesh.triangle.length / 3);
+    grow(nodes, indices) {
+        const n = room(nodes), m = 3 * room(indices / 3);
         const geometry = new BufferGeometry();
         const add = (name, array, size) => {
             const attribute = new BufferAttribute(array, size);
@@ -112,8 +157,8 @@ export class Body {
         this.restNormal = add('restNormal', new Float32Array(3 * n), 3);
         this.uv = add('uv', new Float32Array(2 * n), 2);
         this.info = add('info', new Uint8Array(4 * n), 4);
-        this.index = new Uint32Array(m);
-        geometry.setIndex(new BufferAttribute(this.index, 1));
+        this.drawn = new Uint32Array(m);
+        geometry.setIndex(new BufferAttribute(this.drawn, 1).setUsage(DynamicDrawUsage));
         this.replaceSurface(geometry);
     }
 
@@ -155,13 +200,24 @@ export class Body {
             this.info[at] = Math.max(mesh.level[i], 0);
             this.info[at + 1] = mesh.piece[i];
             this.info[at + 2] =
-                split.size > 0 && (mesh.origin[i] !== mesh.id[i] || split.has(mesh.id[i])) ? 1 : 0;
+                split.size > 0 && (mesh.origin[i] !== mesh.id[i] || split.has(mesh.id[i])) ? AT_CUT : 0;
         }
         this.repeat(this.info, 4);
-        this.surface.geometry.attributes.info.needsUpdate = true;
         this.lips = split.size;
         this.finest = 0;
         for (let i = 0; i < mesh.n; i++) if (mesh.id[i] >= 0) this.finest = Math.max(this.finest, mesh.level[i]);
+    }
+
+    // Walls of cuts have nodes of their own, and so do inner walls: no colour runs into another. After `rest` is filled.
+    findKinds() {
+        const { mesh, info } = this, outer = this.outer > 0 ? this.outer : this.m;
+        const kind = new Uint8Array(this.n + this.twin.length);
+        const slot = new Map();
+        for (let i = 0; i < mesh.n; i++) if (mesh.id[i] >= 0) slot.set(mesh.id[i], i);
+        const origin = Int32Array.from(kind, (_, i) => (i < mesh.n ? slot.get(mesh.origin[i]) ?? i : i));
+        if (this.model === 'voxel') markInner(this.index, outer, origin, this.rest, kind);
+        for (let i = outer; i < this.m; i++) kind[this.index[i]] = KIND.CUT;
+        for (let i = 0; i < kind.length; i++) info[4 * i + 3] = kind[i];
     }
 
     takeRest(message) {
@@ -176,12 +232,22 @@ export class Body {
         this.restShape.fill(this.mesh, this.position, this.rest, this.uv);
         this.repeat(this.rest, 3);
         this.repeat(this.uv, 2);
+        this.halve(this.rest, 3);
+        this.halve(this.uv, 2);
         const { attributes } = this.surface.geometry;
+        this.levels.forEach((level) => { level.edge = meanEdge(level.index, level.m, this.rest); });
         addNormals(this.index, this.m, this.rest, this.restNormal);
+        this.halve(this.restNormal, 3);
+        this.findKinds();
+        this.halveInfo();
+        attributes.info.needsUpdate = true;
         attributes.rest.needsUpdate = attributes.restNormal.needsUpdate = attributes.uv.needsUpdate = true;
         const textured = this.restShape.textured;
         if (!this.dressed || this.textured !== textured) this.dress(textured);
-        this.surface.material.side = this.closed ? FrontSide : DoubleSide;
+        const { material } = this.surface;
+        material.side = this.closed ? FrontSide : DoubleSide;
+        material.userData.rim = this.model !== 'voxel' && this.lips > 0;
+        applyLook(material);
     }
 
     dress(textured) {
@@ -192,7 +258,8 @@ export class Body {
         this.surface.material?.dispose();
         this.surface.material = tissueMaterial({ number: this.number, model: this.model,
             grain: 2.2 / this.size(), image: own ?? this.images.drawn, own: own !== null,
-            plain: this.images.plain });
+            plain: this.images.plain,
+            fine: this.levels[0].edge < FINE * this.size() });
     }
 
     /** Nodes of another mesh are refused: false. */
@@ -201,6 +268,7 @@ export class Body {
         const changes = next !== null && message.topology === next.topology && message.n === next.n;
         if (!changes && (message.topology !== this.topology || message.n !== this.n)) return false;
         if (changes) this.changeMesh(next);
+        else if (this.shown && !differs(message.position, this.position, UNSEEN * this.size())) return true;
         this.position.set(message.position);
         this.repeat(this.position, 3);
         this.moved = this.shown = true;
@@ -217,19 +285,49 @@ export class Body {
         return Math.max(Math.hypot(b[3] - b[0], b[4] - b[1], b[5] - b[2]), 1e-6);
     }
 
+    /** The mesh to draw: the coarsest whose edges are below `edge` [m]; the body's own where its edges are shown. */
+    levelFor(edge) {
+        if (performance.now() > this.settleAt) this.findCoarser();
+        if (this.show.wireframe) return this.levels[this.finer.levels.length];
+        return this.levels.findLast((level) => level.edge < edge) ?? this.levels[0];
+    }
+
+    findCoarser() {
+        const fixed = new Uint8Array(this.n + this.twin.length);
+        for (let i = 0; i < fixed.length; i++) fixed[i] = this.info[4 * i + 2];
+        this.levels.push(...coarserMeshes(this.index, this.m, this.rest, fixed));
+        this.settleAt = Infinity;
+    }
+
+    /** Chooses the triangles of a frame: `view` as stage.js says. */
+    chooseTriangles({ eye, edge, turned }) {
+        const level = this.levelFor(edge);
+        if (level === this.level && !this.moved && !turned) return;
+        const { index: drawn, attributes } = this.surface.geometry;
+        if (this.moved || level !== this.level) {
+            placeMiddles(this.finer, level.middles, this.n + this.twin.length, this.position, this.normal);
+            attributes.position.needsUpdate = attributes.normal.needsUpdate = true;
+        }
+        this.level = level;
+        let used = level.m;
+        if (this.closed) used = facing(level.index, level.m, this.position, eye, this.drawn);
+        else this.drawn.set(level.index.subarray(0, level.m));
+        drawn.clearUpdateRanges();
+        drawn.addUpdateRange(0, used);
+        drawn.needsUpdate = true;
+        this.surface.geometry.setDrawRange(0, used);
+    }
+
     /** Before a frame: what follows from new positions. */
-    prepare() {
+    prepare(view) {
         if (!this.surface) return;
         const { wireframe, springs } = this.show;
         this.surface.visible = this.shown;
         this.edges.visible = wireframe;
         this.anchors.visible = this.springs.visible = springs;
         if (wireframe && !this.edgesValid) this.findEdges();
-        if (this.moved) {
-            addNormals(this.index, this.m, this.position, this.normal);
-            this.surface.geometry.attributes.position.needsUpdate = true;
-            this.surface.geometry.attributes.normal.needsUpdate = true;
-        }
+        if (this.moved) addNormals(this.index, this.m, this.position, this.normal);
+        if (this.shown) this.chooseTriangles(view);
         if (springs) this.fillSprings();
         this.moved = false;
     }

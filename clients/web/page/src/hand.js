@@ -1,16 +1,18 @@
-// The mouse as a hand: presses with a probe, pulls with a grasper (or with a load if the scene has none), cuts. Sends
-// poses at the pointer's events, and every few milliseconds while a tool is in use, independent of drawing.
+// The mouse as a hand: presses with a probe, pulls with a grasper (or with a load if the scene has none), cuts with a
+// blade (or with cut messages). Sends poses at the pointer's events, and every few milliseconds while a tool is in use,
+// independent of drawing.
 
-import { Plane, Quaternion, Vector3 } from 'three';
+import { Plane, Vector3 } from 'three';
 import { pickTriangle } from './normals.js';
 import { Knife } from './knife.js';
 import { Ties } from './ties.js';
 import { mostLoad } from './load.js';
 import { lengthText } from './units.js';
-import { turned } from './tools.js';
+import { Pose, hold } from './pose.js';
 
 const TICK = 10, REPEAT = 40;     // [ms]
-const GRIP_AFTER = 40;            // [ms] jaws arrive open, then close
+const GRIP_AFTER = 40;            // [ms] jaws are open where they arrive, then close
+const APART = 0.03;               // of the scene's size: from where a tool approaches
 const LOAD_EVERY = 100;           // [ms]
 const TELL_EVERY = 100;           // [ms]
 
@@ -27,14 +29,14 @@ export class Hand {
         this.hit = { distance: 0, triangle: -1 };
         this.plane = new Plane();
         this.forward = new Vector3();
-        this.cursor = new Vector3(); // the pointer's position on the plane
+        this.at = new Vector3();     // the pointer's position on the plane
         this.place = new Vector3();  // of the tool
         this.knife = new Knife(world, trail);
         this.ties = new Ties(world, trail);
         this.timer = 0;
+        this.chosen = null; // id of the tool that its kind of drag uses; null: the first
         this.pick = this.pick.bind(this);
-        this.message = { type: 'tool', tool: 0, position: [0, 0, 0], orientation: [1, 0, 0, 0], grip: 0,
-            active: true };
+        this.pose = new Pose(world.link);
         const { canvas } = world.stage;
         // Before the camera's own listeners, which check whether they are enabled.
         canvas.addEventListener('pointerdown', (event) => this.down(event), { capture: true });
@@ -53,6 +55,17 @@ export class Hand {
         if (event.shiftKey) return 'cut';
         if (event.ctrlKey || event.altKey || event.metaKey) return 'pull';
         return this.mode;
+    }
+
+    /** The tool of a kind that this hand uses: never one that the other hand holds. */
+    toolOf(kind) {
+        const free = this.world.tools.list.filter((tool) => tool.kind === kind && tool.id !== this.world.taken?.());
+        return free.find(({ id }) => id === this.chosen) ?? free[0];
+    }
+
+    /** What draws where the pointer is. */
+    cursor(intent = this.mode) {
+        return { press: 'default', pull: this.drag ? 'grabbing' : 'grab', cut: 'crosshair', tie: 'copy' }[intent];
     }
 
     /** The nearest point of any body under the pointer; fills `hit`. */
@@ -81,7 +94,7 @@ export class Hand {
             if (found) this.world.told(why);
             return; // the camera's
         }
-        if (intent === 'cut') this.drag = this.knife.begin(found, event);
+        if (intent === 'cut') this.drag = this.takeBlade(ray, found) ?? this.knife.begin(found, event);
         else if (intent === 'tie' && found)
             this.drag = this.ties.begin(found, ray.at(found.distance, new Vector3()), event);
         else if (intent === 'tie') return; // the camera's
@@ -91,6 +104,7 @@ export class Hand {
         stage.controls.enabled = false;
         this.drag.pointer = event.pointerId;
         stage.canvas.setPointerCapture(event.pointerId);
+        stage.canvas.style.cursor = this.cursor(intent);
         this.world.told('');
         this.follow(event);
         this.tell();
@@ -98,39 +112,42 @@ export class Hand {
     }
 
     take(intent, ray, found) {
-        const { stage, tools } = this.world;
+        const { stage } = this.world;
         const point = ray.at(found.distance, new Vector3());
         const direction = ray.direction.clone();
         this.plane.setFromNormalAndCoplanarPoint(stage.viewDirection(this.forward), point);
         const base = { direction, point, started: performance.now(), sent: -Infinity, advance: 0 };
-        const probe = tools.of('probe'), grasper = tools.of('grasper');
-        if (intent === 'press' && probe) return { ...base, kind: 'press', ...this.hold(probe, direction),
-            advance: -0.03 * stage.size, depth: this.world.settings.depth * stage.size };
-        if (intent === 'pull' && grasper)
-            return { ...base, kind: 'pull', ...this.hold(grasper, direction), depth: 0 };
+        const probe = this.toolOf('probe'), grasper = this.toolOf('grasper');
+        if (intent === 'press' && probe) return { ...base, kind: 'press', ...hold(stage, probe, direction),
+            advance: -APART * stage.size, depth: this.world.settings.depth * stage.size };
+        if (intent === 'pull' && grasper) return { ...base, kind: 'pull', ...hold(stage, grasper, direction),
+            advance: -APART * stage.size, depth: 0 };
         return { ...base, kind: 'load', instead: intent === 'press', body: found.body, node: nearestNode(found, point), depth: 0,
             radius: Math.max(0.07 * stage.size, 2 * edgeOf(found)) };
     }
 
+    // A blade whose edge lies along the line of sight; beside the tissue at the depth of the scene's middle.
+    takeBlade(ray, found) {
+        const { stage, settings } = this.world;
+        const blade = this.toolOf('blade');
+        if (!blade) return null;
+        const direction = stage.viewDirection(new Vector3());
+        const length = blade.edge[0].distanceTo(blade.edge[1]);
+        const point = found ? ray.at(found.distance, new Vector3()) : stage.center.clone();
+        this.plane.setFromNormalAndCoplanarPoint(direction, point);
+        const depth = found ? Math.min(settings.depth * stage.size, length) : 0.5 * length;
+        return { kind: 'blade', direction, point, started: performance.now(), sent: -Infinity, depth,
+            advance: found ? -APART * stage.size : depth, ...hold(stage, blade, direction) };
+    }
+
     // A stick in the plane of a flat body pushes it from the side.
     takeStick(ray) {
-        const { stage, tools } = this.world;
-        const probe = tools.of('probe');
+        const { stage } = this.world;
+        const probe = this.toolOf('probe');
         if (!probe?.tip().stick) return null;
         this.plane.setFromNormalAndCoplanarPoint(new Vector3(0, 0, 1), new Vector3(0, 0, stage.center.z));
         return { kind: 'press', direction: new Vector3(0, 0, 0), point: stage.center.clone(), advance: 0,
-            depth: 0, started: performance.now(), sent: -Infinity, ...this.hold(probe, ray.direction) };
-    }
-
-    // Tilt the shaft towards the viewer's upper right, so that its tip stays visible.
-    hold(tool, direction) {
-        const { at, axis, radius, stick } = tool.tip();
-        if (stick) return { tool, radius: 0, tip: new Vector3(), turn: new Quaternion(), stick };
-        const { camera } = this.world.stage;
-        const lean = new Vector3(0.62, 0.68, 0).normalize().transformDirection(camera.matrixWorld);
-        const back = direction.clone().multiplyScalar(-0.72).addScaledVector(lean, 0.69).normalize();
-        const turn = turned(axis, back);
-        return { tool, radius, tip: at.clone().applyQuaternion(turn), turn, stick };
+            depth: 0, started: performance.now(), sent: -Infinity, ...hold(stage, probe, ray.direction) };
     }
 
     move(event) {
@@ -142,7 +159,7 @@ export class Hand {
         if (drag.kind === 'cut') return this.knife.follow(event, this.pick);
         if (drag.kind === 'tie') return this.ties.follow(event);
         const ray = this.world.stage.rayThrough(event.clientX, event.clientY);
-        if (!ray.intersectPlane(this.plane, this.cursor)) return;
+        if (!ray.intersectPlane(this.plane, this.at)) return;
         if (drag.tool) this.send();
     }
 
@@ -164,26 +181,24 @@ export class Hand {
             this.send();
     }
 
-    gripOf(drag, now) { return drag.kind === 'pull' && now - drag.started > GRIP_AFTER ? 1 : 0; }
+    // Jaws close once they have arrived.
+    gripOf(drag, now) {
+        if (drag.kind !== 'pull' || drag.gripped) return drag.gripped ? 1 : 0;
+        if (drag.advance < drag.depth - 1e-6 * this.world.stage.size) return 0;
+        drag.arrived ??= now;
+        drag.gripped = now - drag.arrived > GRIP_AFTER;
+        return drag.gripped ? 1 : 0;
+    }
 
     send() {
-        const { drag, place, message } = this;
+        const { drag, place } = this;
         const now = performance.now();
         drag.grip = this.gripOf(drag, now);
         drag.sent = now;
         // The surface of a probe's tip touches the point; the middle of jaws does.
         const back = drag.kind === 'press' ? drag.radius : 0;
-        place.copy(this.cursor).addScaledVector(drag.direction, drag.advance - back).sub(drag.tip);
-        message.tool = drag.tool.id;
-        place.toArray(message.position);
-        const { x, y, z, w } = drag.turn;
-        message.orientation[0] = w;
-        message.orientation[1] = x;
-        message.orientation[2] = y;
-        message.orientation[3] = z;
-        message.grip = drag.grip;
-        message.active = true;
-        this.world.link.send(message);
+        place.copy(this.at).addScaledVector(drag.direction, drag.advance - back).sub(drag.tip);
+        this.pose.send(drag, place, drag.grip);
     }
 
     // Pulls towards the pointer, harder with distance: the picked node follows.
@@ -192,7 +207,7 @@ export class Hand {
         const { stage, link } = this.world;
         const at = new Vector3().fromArray(drag.body.position, 3 * drag.node);
         drag.most = mostLoad(this.world.tools.list, drag.body.mass);
-        const force = this.cursor.clone().addScaledVector(drag.direction, drag.advance + drag.depth).sub(at)
+        const force = this.at.clone().addScaledVector(drag.direction, drag.advance + drag.depth).sub(at)
             .multiplyScalar(drag.most / (0.25 * stage.size)).clampLength(0, drag.most);
         drag.sent = now;
         drag.newtons = drag.why ? 0 : force.length(); // a refused load has no force
@@ -229,11 +244,17 @@ export class Hand {
         } else if (drag.kind === 'load') {
             if (drag.why) return this.world.told(`Not pulled: ${drag.why}`);
             const most = drag.newtons >= drag.most * (1 - 1e-9) ? ', which is the most' : '';
-            this.world.told(`${drag.instead ? 'This scene has no probe: the tissue is pulled' : 'Pulling'} by a load of ` +
+            this.world.told(`${drag.instead ? `${this.world.tools.of('probe')
+                ? 'The other hand has the probe' : 'This scene has no probe'}: the tissue is pulled` : 'Pulling'} by a load of ` +
                 `${(drag.newtons ?? 0).toFixed(2)} N${most}`);
+        } else if (drag.kind === 'blade') {
+            this.world.told(`Cutting with ${drag.tool.title}, ${lengthText(Math.max(drag.advance, 0))} deep · wheel: ` +
+                'deeper, less deep (and “depth” of the panel)');
+        } else if (!drag.gripped) {
+            this.world.told(`${drag.tool.title} approaches, and closes where it arrives`);
         } else {
             const away = lengthText(Math.abs(drag.advance));
-            this.world.told(`Pulling by the grasper${Math.abs(drag.advance) > 1e-3 * size
+            this.world.told(`Pulling by ${drag.tool.title}${Math.abs(drag.advance) > 1e-3 * size
                 ? `, ${away} ${drag.advance > 0 ? 'farther' : 'nearer'}` : ''} · wheel: nearer, farther`);
         }
     }
@@ -257,13 +278,10 @@ export class Hand {
         clearInterval(this.timer);
         this.drag = null;
         this.world.stage.controls.enabled = true;
+        this.world.stage.canvas.style.cursor = this.cursor();
         if (drag.kind === 'cut') return this.knife.end();
         if (drag.kind === 'tie') return this.ties.end(this.pick, givenUp);
-        if (drag.tool) {
-            this.message.active = false;
-            this.message.grip = 0;
-            this.world.link.send(this.message);
-        }
+        if (drag.tool) this.pose.withdraw();
         this.world.told('');
     }
 }

@@ -2,19 +2,24 @@
 
 import { NoColorSpace, TextureLoader } from 'three';
 import { Body } from './body.js';
+import { Capture } from './capture.js';
+import { Forces } from './forces.js';
 import { Hand } from './hand.js';
 import { isIdleCut } from './knife.js';
 import { Link } from './link.js';
 import { Panel } from './panel.js';
 import { Workbench } from './scenes.js';
+import { SecondHand } from './second.js';
+import { Settings } from './settings.js';
 import { Stage, boxOfAll } from './stage.js';
+import { Timeline } from './timeline.js';
 import { Tools } from './tools.js';
 import { applyLook, drawnTissue, look } from './tissue.js';
 
 const HINTS = {
     press: 'Drag on tissue: press (wheel: depth) · Shift: cut · Ctrl: pull · empty space or right button: turn',
     pull: 'Drag on tissue: pull (wheel: nearer, farther) · Shift: cut · empty space or right button: turn',
-    cut: 'Drag across tissue: cut · right button: turn',
+    cut: 'Drag across tissue: cut, by the scene’s blade if it has one · right button: turn',
     tie: 'Click on tissue: pin · drag to another body: tie, to the same one: clip · empty space or right button: turn',
 };
 // Our own requests, and those that the page repeats: not shown in the list.
@@ -46,7 +51,8 @@ const panel = new Panel({
     mode: (mode) => {
         hand.mode = mode;
         panel.hint(HINTS[mode]);
-        stage.canvas.style.cursor = mode === 'cut' ? 'crosshair' : 'default';
+        stage.canvas.style.cursor = hand.cursor();
+        showTool();
     },
     look: takeLook,
     home: () => stage.home(),
@@ -54,13 +60,48 @@ const panel = new Panel({
 const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
 const link = new Link(`${scheme}//${location.host}/live${location.search}`,
     { text: takeText, binary: takeBinary, state: takeState });
+const command = (kind, argument) => link.request({ type: 'command', kind, value: 0, argument });
+const timeline = new Timeline(element('timeline'),
+    { set: (argument) => command('set', argument), command: (kind) => command(kind, '') });
 const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
-    told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties') }, element('trail'));
+    told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties'),
+    taken: () => second.tool?.id }, element('trail'));
+const second = new SecondHand({ stage, tools, link, settings: panel.settings, refused: whyNothing, mouse: hand,
+    allowed: () => hand.allowed }, element('second'), element('second-text'));
 const workbench = new Workbench(link, showLink);
+const settings = new Settings(element('settings'), link, whyNothing);
+const forces = new Forces({ time: element('force-time'), depth: element('force-depth'), pause: element('force-pause'),
+    save: element('force-save'), legend: element('force-legend') });
+const capture = new Capture(stage, { picture: element('shoot'), video: element('video'),
+    told: (text) => panel.hint(text), scene: () => element('scene-name').textContent });
+element('tool').addEventListener('change', chooseTool);
+element('second').addEventListener('change', showTool);
 panel.hint(HINTS.press);
 started = true;
 // For tests and measurements.
-window.pliant = { stage, tools, hand, link, look, workbench, get bodies() { return bodies; } };
+window.pliant = { stage, tools, panel, hand, second, settings, forces, capture, link, look, timeline,
+    workbench, get bodies() { return bodies; } };
+
+// The mouse's tools by name: choosing one chooses what a drag does, and the other way round.
+const MODES = { probe: 'press', grasper: 'pull', blade: 'cut' };
+function chooseTool() {
+    const tool = tools.list.find(({ id }) => String(id) === element('tool').value);
+    hand.chosen = tool?.id ?? null;
+    if (tool) document.querySelector(`input[name=mode][value=${MODES[tool.kind]}]`).click();
+    stage.canvas.focus(); // keys are for the hand now, not for the list
+}
+
+function showTool() {
+    const kind = Object.keys(MODES).find((one) => MODES[one] === hand.mode);
+    element('tool').value = String((kind && hand.toolOf(kind)?.id) ?? '');
+}
+
+function listTools() {
+    element('tool').replaceChildren(...[{ id: '', title: 'none' }, ...tools.list.filter(({ kind }) => MODES[kind])]
+        .map(({ id, title }) => Object.assign(document.createElement('option'), { value: String(id), textContent: title })));
+    hand.chosen = null;
+    showTool();
+}
 
 function takeLook(settings) {
     switches = settings;
@@ -94,24 +135,37 @@ function takeText(message) {
     case 'status':
         for (const { name, mass } of message.body ?? [])
             for (const body of bodies) if (body.name === name) body.mass = mass;
+        timeline.takeStatus(message);
         return panel.takeStatus(message);
-    case 'pose': for (const pose of message.tools) tools.takePose(pose, now); return changed();
+    case 'recording': return timeline.takeRecording(message);
+    case 'playback': return takePlayback(message);
+    case 'pose': for (const pose of message.tools) if (tools.takePose(pose, now)) changed(); return undefined;
     case 'contact':
-        for (const contact of message.tools) tools.takeContact(contact, now);
-        return changed();
+        for (const contact of message.tools) {
+            if (tools.takeContact(contact, now)) changed();
+            if (contact.contact) timeline.takeForce(Math.hypot(...contact.force));
+        }
+        forces.takeContacts(message.tools, now);
+        return undefined;
     case 'event':
         hand.ties.takeEvent(message.kind, message.text);
-        if (!QUIET.has(message.kind) && !isIdleCut(message.text))
-            panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
+        settings.takeEvent(message.kind, message.text);
+        if (QUIET.has(message.kind) || isIdleCut(message.text)) return undefined;
+        timeline.takeEvent(message.kind, message.text);
+        panel.takeEvent(message.kind, message.text, /refused|restored|withdrawn|reset/.test(message.kind));
         return undefined;
     case 'reply':
         hand.answered(message);
+        timeline.answered(message);
+        if (settings.answered(message)) return undefined;
         if (!message.ok && !isIdleCut(message.text)) panel.takeEvent('refused', message.text, true);
         return undefined;
     case 'workbench': return workbench.take(message);
     case 'error':
         if (workbench.takeError(message)) return undefined;
         hand.answered({ id: message.id, ok: false, text: message.text });
+        settings.answered({ id: message.id, ok: false, text: message.text });
+        timeline.answered(message);
         return panel.takeEvent('error', message.text, true);
     case 'round': return takeRound(message.round);
     default: return undefined;
@@ -135,10 +189,10 @@ function showFigures() {
     stage.invalidate();
 }
 
-function beforeDraw() {
+function beforeDraw(view) {
     drawnAt = performance.now();
     toolsChanged = false;
-    for (const body of bodies) body.prepare();
+    for (const body of bodies) body.prepare(view);
     if (!fitted && bodies.length && bodies.every((body) => body.shown)) {
         fitted = true;
         const box = boxOfAll(bodies);
@@ -169,7 +223,19 @@ function takeHello(hello) {
     hand.allowed = !hello.read_only;
 }
 
+// Nothing can be pressed in a recording.
+function takePlayback(message) {
+    const first = !timeline.recorded;
+    timeline.takePlayback(message);
+    if (!first) return;
+    panel.hint('A recording: drag in the bar of time, step with the arrow keys, press P to play or pause.');
+    showLink();
+}
+
 function takeScene(scene) {
+    if (timeline.recorded) panel.hint(HINTS[hand.mode]);
+    timeline.clear();
+    showLink();
     for (const body of bodies) {
         stage.scene.remove(body.group);
         body.dispose();
@@ -185,6 +251,10 @@ function takeScene(scene) {
     if (/^ties by message/m.test(scene.describe ?? ''))
         link.request({ type: 'command', kind: 'describe', value: 0, argument: '' });
     tools.take(scene.tools ?? []);
+    listTools();
+    second.take(tools.list);
+    forces.takeScene(tools.list);
+    settings.takeScene(scene.describe ?? '');
     panel.takeScene(scene);
     fitted = false;
     stage.invalidate();
@@ -194,7 +264,10 @@ function takeState(state) {
     connected = state === 'open';
     if (!connected) {
         round = null;
-        if (started) hand.end();
+        if (started) {
+            hand.end();
+            second.withdraw('no connection');
+        }
     }
     showLink();
 }
@@ -207,6 +280,7 @@ function takeLink(message) {
 
 // The reason why pressing, pulling, cutting and commands are disabled; '': enabled.
 function whyNothing() {
+    if (timeline.recorded) return 'This is a recording: nothing can be moved in it.';
     if (!connected) return 'pliant-web does not answer: nothing can be moved.';
     return daemon ? '' : 'pliantd is silent: nothing can be moved before it runs again.';
 }
@@ -220,14 +294,16 @@ function showLink(age = silence) {
         ? `pliantd is gone: no message from it${age > 0 ? ` for ${Math.round(age)} s` : ''}. What you see is ` +
             `old. ${why || 'The page continues as soon as one runs again.'}`
         : why || 'Waiting for pliantd …');
-    else panel.takeLink('live', '');
+    else panel.takeLink(timeline.recorded ? 'recording' : 'live', '');
     if (started && whyNothing()) hand.end();
-    look.silent = !(connected && daemon);
+    const silent = !(connected && daemon);
+    if (silent === look.silent) return;
+    look.silent = silent;
     changeLook();
 }
 
 // A silent tool, or a force that is not repeated, disappears without a round.
 setInterval(() => {
     panel.takeForces(tools.list, hand.newtons);
-    if (tools.fading && performance.now() - drawnAt > 200) stage.invalidate();
+    if (tools.fallsSilent(performance.now())) stage.invalidate();
 }, 250);

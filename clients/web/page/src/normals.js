@@ -79,3 +79,36 @@ export function isClosed(index, m) {
         }
     return sum === 0;
 }
+
+/**
+ * Marks the nodes of inner walls of a hollow solid body: `mark`[node] = 1 in parts of the surface that face inwards, if
+ * another part is larger. `index` [m] is the surface without walls of cuts, `origin`[node] the slot of the node that it
+ * was split from, or itself: a cut does not part what is one wall. `position` is that at rest.
+ */
+export function markInner(index, m, origin, position, mark) {
+    const of = origin.slice(); // a node of the same part, the part's own node in the end
+    const find = (i) => {
+        while (of[i] !== i) i = of[i] = of[of[i]];
+        return i;
+    };
+    for (let i = 0; i < m; i += 3) {
+        const a = find(index[i]);
+        of[find(index[i + 1])] = a;
+        of[find(index[i + 2])] = a;
+    }
+    // Six times the volume that each part encloses, less than zero if it faces inwards.
+    const volume = new Float64Array(of.length);
+    for (let i = 0; i < m; i += 3) {
+        const a = 3 * index[i], b = 3 * index[i + 1], c = 3 * index[i + 2];
+        volume[find(index[i])] +=
+            position[a] * (position[b + 1] * position[c + 2] - position[b + 2] * position[c + 1]) +
+            position[a + 1] * (position[b + 2] * position[c] - position[b] * position[c + 2]) +
+            position[a + 2] * (position[b] * position[c + 1] - position[b + 1] * position[c]);
+    }
+    let largest = 0;
+    for (const v of volume) largest = Math.max(largest, v);
+    for (let i = 0; i < of.length; i++) {
+        const v = volume[find(i)];
+        mark[i] = v < 0 && -v < largest ? 1 : 0;
+    }
+}

@@ -1,10 +1,12 @@
 // The switches, the figures and the list of events: everything on the page but the picture.
 
+import { lateAdvice, newRefusals } from './advice.js';
 import { Chart } from './charts.js';
 import { LEVELS } from './tissue.js';
 import { figure, lengthText, timesText } from './units.js';
 
 const EVENTS_SHOWN = 60;
+const ADVICE_MS = 5000; // after the last late tick
 const element = (id) => document.getElementById(id);
 const set = (id, text) => {
     const node = typeof id === 'string' ? element(id) : id;
@@ -17,6 +19,8 @@ export class Panel {
         this.state = '';
         this.live = false;
         this.late = null;
+        this.reasons = null;
+        this.lateAt = -Infinity;
         this.size = 0.2;
         this.settings = { depth: 0.1, speed: 0.25, shallow: false };
         this.stepChart = new Chart(element('step-chart'), { log: true,
@@ -97,7 +101,8 @@ export class Panel {
         set('scene-name', scene.name || 'Pliant');
         document.title = scene.name ? `${scene.name} · Pliant` : 'Pliant';
         set('describe', scene.describe ?? '');
-        this.late = null;
+        this.late = this.reasons = null;
+        this.lateAt = -Infinity;
         for (const chart of [this.stepChart, this.lateChart, this.errorChart]) chart.clear();
         element('bodies').replaceChildren(...scene.bodies.map(({ name }) => {
             const row = document.createElement('tr');
@@ -155,10 +160,29 @@ export class Panel {
         this.late = status.late_ticks;
         this.lateChart.add([late]);
         set('late-text', `${status.late_ticks}${late ? ` (+${late})` : ''}`);
+        this.advise(status, late);
         const error = Math.max(0, ...status.body.map((body) => body.estimated_error));
         this.errorChart.add([error]);
         set('error-text', error > 0 ? error.toExponential(1) : 'not estimated');
         set('counts', `resets ${status.resets} · refused ${status.rejected}`);
+    }
+
+    // What to do about late ticks, as long as some were late lately; and which inputs were refused, why.
+    advise(status, late) {
+        const now = performance.now();
+        if (late > 0) {
+            this.lateAt = now;
+            set('advice', lateAdvice(status.stages ?? {}, status.rate_hz));
+        }
+        element('advice').hidden = now - this.lateAt > ADVICE_MS;
+        const reasons = status.reasons ?? {};
+        for (const { reason, count, meaning } of newRefusals(reasons, this.reasons ?? reasons)) {
+            // One line of each reason: a program that sends a thousand a second leaves room for other events.
+            element('events').querySelector(`[data-reason="${reason}"]`)?.remove();
+            this.takeEvent('refused', `${count} input${count > 1 ? 's' : ''} so far, ${reason}: ${meaning}`, true);
+            element('events').firstChild.dataset.reason = reason;
+        }
+        this.reasons = reasons;
     }
 
     takeEvent(kind, text, bad) {
@@ -180,14 +204,14 @@ export class Panel {
         while (list.children.length > EVENTS_SHOWN) list.lastChild.remove();
     }
 
-    /** The link: 'live', or why there is nothing to see. */
+    /** The link: what is seen, or, with a notice, why there is nothing to see. */
     takeLink(short, notice) {
-        this.live = short === 'live';
+        this.live = !notice;
         this.showState();
         const pill = element('link');
         set(pill, short);
-        pill.className = `pill ${short === 'live' ? 'good' : 'bad'}`;
-        document.body.classList.toggle('silent', short !== 'live');
+        pill.className = `pill ${this.live ? 'good' : 'bad'}`;
+        document.body.classList.toggle('silent', !this.live);
         element('notice').hidden = !notice;
         set('notice', notice);
     }

@@ -202,7 +202,7 @@ export class Workbench {
         const text = runs ? `recording ${recorder.file}, ${bytesText(size)}`
             : recorder.state === 'failed' ? `${recorder.file} (${recorder.how}): ${recorder.text.trim()}`
                 : recorder.state === 'ended' ? `${recorder.file}, ${bytesText(size)}: ${
-                    frames.map(([, body, count]) => `${count} frames of ${body}`).join(', ')}` : '';
+                    frames.map(([, body, count]) => `${count} frames of ${body}`).join(', ') || 'nothing came'}` : '';
         this.say('recorder', text);
         element('recorder').classList.toggle('failure', recorder.state === 'failed');
     }

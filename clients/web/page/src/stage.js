@@ -1,10 +1,15 @@
-// The camera, the renderer and the ground: draws only when something changed.
+// The camera, the renderer and the ground: draws only when something changed. Where the processor draws, moving tissue
+// gets coarser meshes and one sample a pixel; what has stood still for a moment is drawn once more, with all its triangles
+// and four samples a pixel.
 
 import { Box3, Color, GridHelper, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, Vector2, Vector3,
     WebGLRenderer } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const BACKGROUND = 0x171b1f;
+const STILL_MS = 300;       // without a frame, before that
+const STILL_PIXELS = 4e6;   // most that are drawn then: a large window gets fewer samples a pixel
+const EDGE = 4, EDGE_SOFTWARE = 14; // [pixels]: shorter edges of triangles are not worth their time
 
 // Software rendering: without antialiasing, at one pixel per CSS pixel.
 function drawsInSoftware() {
@@ -16,14 +21,17 @@ function drawsInSoftware() {
 }
 
 export class Stage {
-    /** `beforeDraw` is called before each frame. */
+    /** `beforeDraw(view)` is called before each frame: view = {eye, edge, turned, still}, see findView. */
     constructor(canvas, beforeDraw) {
         this.canvas = canvas;
         this.beforeDraw = beforeDraw;
         this.software = drawsInSoftware();
-        this.renderer = new WebGLRenderer({ canvas, antialias: !this.software,
+        // Opaque: a picture that could be seen through is mixed with the page behind it for every frame.
+        const context = canvas.getContext('webgl2', { alpha: false, stencil: false, antialias: !this.software,
             powerPreference: 'high-performance' });
-        this.renderer.setPixelRatio(this.software ? 1 : Math.min(devicePixelRatio, 2));
+        this.renderer = new WebGLRenderer({ canvas, context });
+        this.ratio = this.software ? 1 : Math.min(devicePixelRatio, 2); // of moving pictures
+        this.renderer.setPixelRatio(this.ratio);
         this.renderer.setClearColor(new Color(BACKGROUND));
         this.scene = new Scene();
         this.camera = new PerspectiveCamera(34, 1, 0.001, 10);
@@ -37,6 +45,7 @@ export class Stage {
         this.center = new Vector3();
         this.frames = 0;
         this.wanted = false;
+        this.view = { eye: new Vector3(NaN), edge: 0, turned: true, still: false };
         this.ray = new Raycaster();
         this.point = new Vector2();
         this.plane = new Plane();
@@ -63,9 +72,34 @@ export class Stage {
 
     draw() {
         this.wanted = false;
-        this.beforeDraw();
+        this.render(false);
+        if (!this.software) return;
+        clearTimeout(this.stillLater);
+        this.stillLater = setTimeout(() => { if (!this.wanted) this.render(true); }, STILL_MS);
+    }
+
+    render(still) {
+        const { clientWidth, clientHeight } = this.canvas;
+        const finest = Math.sqrt(STILL_PIXELS / Math.max(clientWidth * clientHeight, 1));
+        const ratio = this.software && still ? Math.min(Math.max(finest, 1), 2) : this.ratio;
+        if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
+        this.beforeDraw(this.findView(still));
         this.renderer.render(this.scene, this.camera);
         this.frames++;
+    }
+
+    // The eye [m], the length of an edge [m] that is short enough for this picture, whether either differs from the last
+    // frame's, and whether everything stands still.
+    findView(still) {
+        const { view, camera } = this;
+        const distance = camera.position.distanceTo(this.controls.target);
+        const pixel = 2 * distance * Math.tan(0.5 * camera.fov * Math.PI / 180) / this.canvas.height;
+        const edge = still ? 0 : pixel * (this.software ? EDGE_SOFTWARE : EDGE);
+        view.turned = edge !== view.edge || !view.eye.equals(camera.position);
+        view.edge = edge;
+        view.still = still;
+        view.eye.copy(camera.position);
+        return view;
     }
 
     /** Looks at all of a box; `flat`: from above. */
@@ -102,7 +136,7 @@ export class Stage {
         }
         const power = 10 ** Math.floor(Math.log10(this.size / 14));
         const cell = power * [5, 2, 1].find((times) => times * power <= this.size / 14);
-        const cells = 2 * Math.ceil(this.size / cell);
+        const cells = 2 * Math.ceil(0.7 * this.size / cell);
         const grid = new GridHelper(cells * cell, cells, 0x2c3238, 0x23292e);
         grid.rotation.x = Math.PI / 2;
         grid.position.set(this.center.x, this.center.y, box.min.z - (flat ? 0.05 : 0.02) * this.size);

@@ -1,38 +1,90 @@
 // The look of tissue: one small shader, cheap enough for software rendering, and the texture of bodies without image.
 
 import { CanvasTexture, Color, DoubleSide, LinearFilter, NoColorSpace, RepeatWrapping,
-    ShaderMaterial } from 'three';
+    ShaderMaterial, Vector4 } from 'three';
 
 export const COLOUR = { TISSUE: 0, LEVEL: 1, PIECE: 2 };
 const TISSUES = [0xc4695c, 0xa8503f, 0xd29a78, 0xb5607a, 0xc58a52, 0x9a6a8c];
 /** Level 0, 1, ...: from calm to warm; also the legend's. */
 export const LEVELS = [0x4f7cac, 0x4fa69a, 0x9cc06a, 0xe3c451, 0xe58a45, 0xd65353, 0xb0479b, 0x6f4bb3];
+/** What a wall of tissue is: in the fourth number of a node's `info`. */
+export const KIND = { OUTER: 0, INNER: 1, CUT: 2 };
+/** The third one at a cut; 0 elsewhere, and between them at middles of edges. */
+export const AT_CUT = 4;
+const CAPSULES = 4; // of tools that shade tissue
 const PIECES = [0xc4695c, 0x5c93c4, 0x7db56a, 0xd9b44a, 0x9a78c4, 0x4fb0a8, 0xd07fa8, 0x9c8f7a];
 
-// Variables from the vertex shader to the fragment shader.
-const BETWEEN = /* glsl */ `varying vec3 vNormal;
-#ifdef COLOURED
-varying vec3 vColour;
+// What both shaders know. LIT_AT_NODES, for software rendering of fine meshes: light is computed at nodes, and a fragment
+// is one look at the texture and little else. PLAIN omits the grain from three sides, the exact view direction and the rim.
+const COMMON = /* glsl */ `
+uniform vec3 inside;
+varying vec3 vColour; // of the node, linear; lit if LIT_AT_NODES, and the root of that
+#ifdef LIT_AT_NODES
+varying float vShine;
+#ifdef DOUBLE_SIDED
+varying vec4 vBack; // the same of the other side
 #endif
-#if defined(RED) || defined(LIPS)
+#else
+varying vec3 vNormal;
+varying vec2 vShade; // part of the light that reaches the node; 1: the image lies here
+#endif
+#if defined(RED) || defined(LIPS) || defined(RIM)
 varying vec2 vShiftLip;
 #endif
 #ifndef PLAIN
 varying vec3 vEye;
 #endif
-`;
-
-const vertexShader = /* glsl */ `
-attribute vec3 rest;
-attribute vec4 info; // level, piece, at a cut
-uniform vec3 palette[8];
-${BETWEEN}#ifdef THREE_SIDES
-attribute vec3 restNormal;
+#ifdef THREE_SIDES
 varying vec3 vRest, vRestNormal;
 #else
 varying vec2 vUv;
 #endif
+const vec3 KEY = vec3(-0.42, 0.62, 0.66);
+const vec3 HALF = vec3(-0.2305, 0.3403, 0.9116); // between the key light and the eye
+const vec3 FILL = vec3(0.72, -0.18, 0.67);
+// Light wraps around the edge of soft tissue, red farther than blue.
+vec3 lightOn(vec3 n) {
+    const vec3 reach = vec3(0.42, 0.22, 0.16);
+    vec3 light = max(dot(n, KEY) * (1.18 / (1.0 + reach)) + reach * (1.18 / (1.0 + reach)), 0.0);
+    light += max(dot(n, FILL), 0.0) * vec3(0.20, 0.25, 0.32);
+    return light + vec3(0.14, 0.14, 0.145) + n.y * vec3(0.045, 0.065, 0.075);
+}
+float shineOf(vec3 n, vec3 middle) {
+    float shine = max(dot(n, middle), 0.0);
+    float s4 = shine * shine;
+    s4 *= s4;
+    float s16 = s4 * s4;
+    s16 *= s16;
+    float s64 = s16 * s16;
+    s64 *= s64;
+    return 0.07 * s16 + 0.26 * s64 * s16;
+}
+// The other side of a wall, and inner walls.
+vec3 innerColour(vec3 base) { return mix(base, inside, 0.75); }
+`;
+
+const vertexShader = /* glsl */ `
+attribute vec3 rest;
+attribute vec4 info; // level, piece, at a cut, kind of wall: KIND
+uniform vec3 tissue, flesh, palette[8];
 uniform float grain;
+uniform vec4 capsule[${2 * CAPSULES}]; // of tools: one end and the radius, the other end
+${COMMON}
+#ifdef THREE_SIDES
+attribute vec3 restNormal;
+#endif
+// The part of the light that tools take away: of each that of a ball at its axis' nearest point.
+float shadeAt(vec3 n) {
+    float shade = 1.0;
+    for (int i = 0; i < ${2 * CAPSULES}; i += 2) {
+        if (capsule[i].w == 0.0) break;
+        vec3 a = capsule[i].xyz - position, along = capsule[i + 1].xyz - capsule[i].xyz;
+        a -= along * clamp(dot(a, along) / max(dot(along, along), 1e-12), -1.0, 0.0);
+        float d2 = max(dot(a, a), 1e-12), r2 = capsule[i].w * capsule[i].w;
+        shade *= 1.0 - 0.75 * max(0.4 + 0.6 * dot(n, a) * inversesqrt(d2), 0.0) * min(r2 / d2, 1.0);
+    }
+    return shade;
+}
 void main() {
     vec4 eye = modelViewMatrix * vec4(position, 1.0);
     gl_Position = projectionMatrix * eye;
@@ -40,13 +92,26 @@ void main() {
     vEye = eye.xyz;
 #endif
     // Summed triangle normals: long where triangles are large, zero without triangles.
-    vec3 n = normalMatrix * normal;
-    vNormal = n * inversesqrt(max(dot(n, n), 1e-30));
+    vec3 outward = normal * inversesqrt(max(dot(normal, normal), 1e-30));
+    vec3 n = normalMatrix * outward;
+    float shade = shadeAt(outward), kind = info.w;
 #ifdef COLOURED
     vColour = palette[COLOURED == 1 ? min(int(info.x), 7) : int(info.y) & 7];
+#else
+    vColour = kind < 0.5 ? tissue : kind < 1.5 ? innerColour(tissue) : flesh;
 #endif
-#if defined(RED) || defined(LIPS)
-    vShiftLip = vec2(distance(position, rest), info.z);
+#ifdef LIT_AT_NODES
+#ifdef DOUBLE_SIDED
+    vBack = vec4(sqrt(innerColour(vColour) * lightOn(-n)), 0.6 * shineOf(-n, HALF));
+#endif
+    vColour = sqrt(vColour * lightOn(n) * shade);
+    vShine = shade * shineOf(n, HALF);
+#else
+    vNormal = n;
+    vShade = vec2(shade, kind < 0.5 ? 1.0 : 0.0);
+#endif
+#if defined(RED) || defined(LIPS) || defined(RIM)
+    vShiftLip = vec2(distance(position, rest), info.z / ${AT_CUT}.0);
 #endif
 #ifdef THREE_SIDES
     vRest = rest * grain;
@@ -58,21 +123,12 @@ void main() {
 #endif
 }`;
 
-// PLAIN, for software rendering, omits what costs most: the grain from three sides, the exact view direction, the
-// rim.
 const fragmentShader = /* glsl */ `
-uniform vec3 tissue, inside, lipColour;
+uniform vec3 lipColour, flesh;
 uniform float threshold; // [m]
 uniform vec2 lipEdge;    // where a face begins to count as part of a cut, and where it fully does
 uniform sampler2D image;
-${BETWEEN}#ifdef THREE_SIDES
-varying vec3 vRest, vRestNormal;
-#else
-varying vec2 vUv;
-#endif
-const vec3 KEY = vec3(-0.42, 0.62, 0.66);
-const vec3 HALF = vec3(-0.2305, 0.3403, 0.9116); // between the key light and the eye
-const vec3 FILL = vec3(0.72, -0.18, 0.67);
+${COMMON}
 void main() {
 #ifdef THREE_SIDES
     // The grain from three sides, blended by the orientation of the rest shape.
@@ -83,47 +139,49 @@ void main() {
 #else
     vec3 grainColour = texture2D(image, vUv).rgb;
 #endif
+#ifdef LIT_AT_NODES
+    vec4 lit = vec4(vColour, vShine);
+#ifdef DOUBLE_SIDED
+    if (!gl_FrontFacing) lit = vBack;
+#endif
+    gl_FragColor = vec4(lit.rgb * grainColour + lit.a, 1.0);
+#else
     grainColour *= grainColour; // approximately linear
+#ifdef OWN_IMAGE
+    grainColour = mix(vec3(0.7), grainColour, vShade.y);
+#endif
 #ifdef COLOURED
-    vec3 base = mix(tissue * grainColour, vColour * (0.5 + 0.9 * grainColour.g), 0.9);
+    vec3 base = vColour * (0.5 + 0.9 * grainColour.g);
     float wet = 0.5;
 #else
-    vec3 base = tissue * grainColour;
+    vec3 base = vColour * grainColour;
     float wet = 1.0;
 #endif
     vec3 n = vNormal * inversesqrt(dot(vNormal, vNormal));
+    float shade = vShade.x;
     if (!gl_FrontFacing) {
         n = -n;
+        shade = 1.0;
 #ifndef COLOURED
-        base = mix(base, inside, 0.75);
+        base = innerColour(base);
 #endif
         wet *= 0.6;
     }
+#ifdef RIM
+    // A wall without thickness shows its cut as a line.
+    base = mix(base, flesh, 0.9 * smoothstep(0.78, 0.92, vShiftLip.y));
+#endif
 #ifdef LIPS
     base = mix(base, lipColour, 0.9 * smoothstep(lipEdge.x, lipEdge.y, vShiftLip.y));
 #endif
 #ifdef RED
     base = mix(base, vec3(0.86, 0.02, 0.015), 0.94 * smoothstep(0.985, 1.015, vShiftLip.x / threshold));
 #endif
-    // Light wraps around the edge of soft tissue, red farther than blue.
-    const vec3 reach = vec3(0.42, 0.22, 0.16);
-    vec3 light = max(dot(n, KEY) * (1.18 / (1.0 + reach)) + reach * (1.18 / (1.0 + reach)), 0.0);
-    light += max(dot(n, FILL), 0.0) * vec3(0.20, 0.25, 0.32);
-    light += vec3(0.14, 0.14, 0.145) + n.y * vec3(0.045, 0.065, 0.075);
 #ifdef PLAIN
-    float shine = max(dot(n, HALF), 0.0);
+    vec3 colour = shade * (base * lightOn(n) + wet * shineOf(n, HALF));
 #else
     vec3 v = normalize(-vEye);
-    float shine = max(dot(n, normalize(KEY + v)), 0.0);
-#endif
-    float s4 = shine * shine;
-    s4 *= s4;
-    float s16 = s4 * s4;
-    s16 *= s16;
-    float s64 = s16 * s16;
-    s64 *= s64;
-    vec3 colour = base * light + wet * (0.07 * s16 + 0.26 * s64 * s16);
-#ifndef PLAIN
+    vec3 colour = shade * (base * lightOn(n) + wet * shineOf(n, normalize(KEY + v)));
     float rim = 1.0 - max(dot(n, v), 0.0);
     colour += wet * rim * rim * rim * vec3(0.12, 0.10, 0.10);
 #endif
@@ -131,6 +189,7 @@ void main() {
     colour = vec3(dot(colour, vec3(0.21, 0.72, 0.07))) * 0.55 + 0.02;
 #endif
     gl_FragColor = vec4(sqrt(colour), 1.0);
+#endif
 }`;
 
 const colours = (list) => list.map((hex) => new Color(hex));
@@ -139,6 +198,19 @@ const levelColours = colours(LEVELS), pieceColours = colours(PIECES);
 /** What the switches and the link say, for all bodies. */
 export const look = { colouring: COLOUR.TISSUE, threshold: 0, lips: false, silent: false };
 const threshold = { value: 0 };
+const capsule = { value: Array.from({ length: 2 * CAPSULES }, () => new Vector4()) };
+
+/** Capsules that shade tissue, the first ones: [{from, to (Vector3), radius}] in the world frame [m]. */
+export function shadeTissue(list) {
+    for (let i = 0; i < CAPSULES; i++) {
+        const one = list[i];
+        capsule.value[2 * i].w = one ? one.radius : 0;
+        if (!one) continue;
+        capsule.value[2 * i].set(one.from.x, one.from.y, one.from.z, one.radius);
+        capsule.value[2 * i + 1].set(one.to.x, one.to.y, one.to.z, 0);
+    }
+}
+
 
 /** Brings a body's material in line with `look`. What is switched off is not in the shader at all. */
 export function applyLook(material) {
@@ -154,14 +226,18 @@ export function applyLook(material) {
     set('RED', look.threshold > 0 ? 1 : undefined);
     set('LIPS', look.lips ? 1 : undefined);
     set('SILENT', look.silent ? 1 : undefined);
+    const simple = !look.colouring && !(look.threshold > 0) && !look.lips && !look.silent;
+    set('RIM', simple && material.userData.rim ? 1 : undefined);
+    set('LIT_AT_NODES', simple && !material.userData.rim && material.userData.fine ? 1 : undefined);
     material.uniforms.palette.value = look.colouring === COLOUR.PIECE ? pieceColours : levelColours;
 }
 
 /**
  * `grain` [1/m]: repeats of the drawn texture a metre. `own`: the image lies on the body by its
- * texture coordinates. `plain`: for processors that draw in software.
+ * texture coordinates. `plain`: for processors that draw in software; `fine`: nodes are close enough to compute the
+ * light at them.
  */
-export function tissueMaterial({ number, model, grain, image, own, plain }) {
+export function tissueMaterial({ number, model, grain, image, own, plain, fine }) {
     const defines = {};
     if (plain) defines.PLAIN = 1;
     if (own) defines.OWN_IMAGE = 1;
@@ -170,17 +246,19 @@ export function tissueMaterial({ number, model, grain, image, own, plain }) {
         vertexShader, fragmentShader, side: DoubleSide, defines,
         polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
         uniforms: {
-            threshold, palette: { value: levelColours },
+            threshold, capsule, palette: { value: levelColours },
             // The procedural texture is a little darker than white; an image has its own colours.
             tissue: { value: own ? new Color(1, 1, 1)
                 : new Color(TISSUES[number % TISSUES.length]).multiplyScalar(1.35) },
-            inside: { value: new Color(0x6e1f20) },
+            inside: { value: new Color(0x9a6a48) },
+            flesh: { value: new Color(0xb3261f) },
             lipColour: { value: new Color(0xf2c230) },
             // A solid shows inner faces, all of whose nodes are at the cut; a wall has a rim.
             lipEdge: { value: model === 'voxel' ? { x: 0.9, y: 0.999 } : { x: 0.35, y: 0.75 } },
             grain: { value: grain }, image: { value: image },
         },
     });
+    material.userData.fine = plain && fine && !own;
     applyLook(material);
     return material;
 }

@@ -2,6 +2,7 @@
 
 import { BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, Float32BufferAttribute,
     Group, Mesh, Quaternion, ShaderMaterial, SphereGeometry, Vector3, DoubleSide, FrontSide } from 'three';
+import { shadeTissue } from './tissue.js';
 
 const STALE = 1000; // [ms] after which a contact or pose without repeat is hidden
 
@@ -54,6 +55,7 @@ class Tool {
         this.contact = null;
         this.contactAt = -Infinity;
         this.force = 0;                // [N] last reported
+        this.shownForce = 0;           // [N] of the last frame
         this.touching = false;
         this.build();
     }
@@ -75,9 +77,12 @@ class Tool {
         if (this.edge) this.group.add(new Mesh(bladeShape(this.edge), material));
     }
 
-    /** The nearest end of a capsule to the tool's origin, and where the shaft goes from it. */
+    /** What a hand says of it: "grasper 3". */
+    get title() { return `${this.kind} ${this.id}`; }
+
+    /** The nearest end of a capsule, or of a blade's edge, to the tool's origin, and where the shaft goes from it. */
     tip() {
-        const first = this.capsules[0];
+        const first = this.edge ? { from: this.edge[0], to: this.edge[1], radius: 0 } : this.capsules[0];
         if (!first) return { at: new Vector3(), axis: new Vector3(0, 0, 1), radius: 0.002, stick: false };
         const flip = first.from.length() > first.to.length();
         const at = flip ? first.to : first.from, other = flip ? first.from : first.to;
@@ -85,7 +90,7 @@ class Tool {
         // Grasped in the middle: a stick that stands upright, not one that points.
         const stick = axis.length() > 0 && at.length() > 0.25 * axis.length();
         return { at, axis: axis.length() > 0 ? axis.normalize() : new Vector3(0, 0, 1),
-            radius: first.radius, stick };
+            radius: first.radius, stick: stick && !this.edge };
     }
 }
 
@@ -133,23 +138,39 @@ export class Tools {
         }
     }
 
+    /** True if the picture changes; so does takeContact. */
     takePose(pose, now) {
         const tool = this.byId.get(pose.tool);
-        if (!tool) return;
+        if (!tool) return false;
+        const [w, x, y, z] = pose.orientation, turn = tool.group.quaternion;
+        const same = tool.active === pose.active && now - tool.poseAt < STALE && turn.w === w && turn.x === x &&
+            turn.y === y && turn.z === z && this.isNear(tool.position, pose.position);
+        const seen = (tool.active || pose.active) && !same;
         tool.active = pose.active;
         tool.poseAt = now;
         tool.position.fromArray(pose.position);
-        const [w, x, y, z] = pose.orientation;
-        tool.group.quaternion.set(x, y, z, w);
+        turn.set(x, y, z, w);
         tool.grip = pose.grip;
+        return seen;
     }
+
+    // On the screen they are at the same place.
+    isNear(position, list) { return position.distanceTo(this.origin.fromArray(list)) < 1e-4 * this.stage.size; }
 
     takeContact(contact, now) {
         const tool = this.byId.get(contact.tool);
-        if (!tool) return;
+        if (!tool) return false;
+        const seen = this.looksOther(tool, contact);
         tool.contact = contact;
         tool.contactAt = now;
         tool.force = contact.contact ? Math.hypot(...contact.force) : 0;
+        return seen;
+    }
+
+    looksOther(tool, contact) {
+        if (!contact.contact) return tool.touching;
+        return !tool.touching || Math.abs(Math.hypot(...contact.force) - tool.shownForce) > 0.005 * tool.maxForce ||
+            (tool.kind !== 'static' && !this.isNear(tool.group.position, contact.position));
     }
 
     /** Before a frame; `figures`: also what the labels say. */
@@ -165,10 +186,21 @@ export class Tools {
             }
             this.drawForce(tool, touches && tool.force > 1e-4, figures);
         }
+        this.shade();
+    }
+
+    // Tissue near tools that are shown gets less light.
+    shade() {
+        const shown = this.list.filter((tool) => tool.group.visible && tool.kind !== 'grasper')
+            .sort((a, b) => (a.kind === 'static') - (b.kind === 'static'));
+        shadeTissue(shown.flatMap(({ group, capsules }) => capsules.map(({ from, to, radius }) => ({ radius,
+            from: from.clone().applyQuaternion(group.quaternion).add(group.position),
+            to: to.clone().applyQuaternion(group.quaternion).add(group.position) }))));
     }
 
     drawForce(tool, shown, figures) {
         tool.arrow.visible = shown;
+        tool.shownForce = tool.force;
         if (tool.label.hidden === shown) tool.label.hidden = !shown;
         if (!shown) return;
         const { contact, arrow, label } = tool;
@@ -188,8 +220,11 @@ export class Tools {
         if (label.textContent !== text) label.textContent = text;
     }
 
-    /** Whether a tool goes on being shown only for a while: then another frame is due. */
-    get fading() { return this.list.some((tool) => tool.group.visible && tool.kind !== 'static'); }
+    /** True if something is shown of a tool that has fallen silent: then another frame is due. */
+    fallsSilent(now) {
+        return this.list.some((tool) => (tool.kind !== 'static' && tool.group.visible && now - tool.poseAt >= STALE) ||
+            (tool.touching && now - tool.contactAt >= STALE));
+    }
 
     of(kind) { return this.list.find((tool) => tool.kind === kind); }
 }
