@@ -143,6 +143,7 @@ const char *client_nodes_body(const Client *client, const char *channel)
 // --- waiting ---
 
 static volatile sig_atomic_t stop_signal;
+static bool catches_signals; // else they are the business of the program that uses this
 
 static void note_signal(int signal)
 {
@@ -161,6 +162,7 @@ void client_catch_signals(void)
         sigaddset(&mask, signal);
     }
     sigprocmask(SIG_BLOCK, &mask, NULL);
+    catches_signals = true;
 }
 
 bool client_stopped(void)
@@ -195,7 +197,7 @@ bool client_wait(Client *client, int64_t deadline_ns, const bool *done)
             left = 0;
         struct timespec timeout = {left / 1000000000, left % 1000000000};
         struct pollfd poll = {.fd = receiver_file(client->receiver), .events = POLLIN};
-        int ready = ppoll(&poll, 1, &timeout, &open);
+        int ready = ppoll(&poll, 1, &timeout, catches_signals ? &open : NULL);
         // A signal ends the wait; messages are handled until the deadline.
         if (client_stopped())
             return false;

@@ -9,6 +9,7 @@
 #include "base/fnv.h"
 #include "base/output.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -302,6 +303,23 @@ static void restrain(const char *path)
         limit(RLIMIT_AS, used + 4 * (size < stored ? size : stored) + MEMORY_MARGIN);
 }
 
+// Closes the pipes, sockets and devices that the child has from us, but for `kept` and standard
+// input, output and error: they are to end when we close them, not with the child. Files stay open:
+// HDF5 may have one open that it reads again.
+static void close_inherited(int kept)
+{
+    DIR *open_ones = opendir("/proc/self/fd");
+    for (struct dirent *entry; open_ones != NULL && (entry = readdir(open_ones)) != NULL;) {
+        struct stat info;
+        int fd = atoi(entry->d_name);
+        if (fd > STDERR_FILENO && fd != kept && fd != dirfd(open_ones) && fstat(fd, &info) == 0 &&
+            !S_ISREG(info.st_mode))
+            close(fd);
+    }
+    if (open_ones != NULL)
+        closedir(open_ones);
+}
+
 HdfChild *hdf_child_start(const char *path, HdfServe *run, void *user, Status *status)
 {
     int end[2];
@@ -315,6 +333,7 @@ HdfChild *hdf_child_start(const char *path, HdfServe *run, void *user, Status *s
     *child = (HdfChild){.pid = fork(), .fd = end[0]};
     if (child->pid == 0) {
         close(end[0]);
+        close_inherited(end[1]);
         restrain(path);
         run(end[1], user);
         _exit(0);

@@ -123,7 +123,8 @@ typedef struct HdfChild {
 // the start.
 typedef void HdfServe(int fd, void *user);
 
-// Starts a child for the file at `path`. Returns NULL with `status` (STATUS_FAILED) on failure.
+// Starts a child for the file at `path`, in which our pipes and sockets are closed. Returns NULL
+// with `status` (STATUS_FAILED) on failure.
 HdfChild *hdf_child_start(const char *path, HdfServe *serve, void *user, Status *status);
 // Called in the child: from now on it may compute for as long as at its start, for a child that
 // answers many requests.

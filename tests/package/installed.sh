@@ -84,7 +84,7 @@ hardened() {
 }
 
 if [ -z "$sanitize" ] && grep -q '^PLIANT_HARDEN:BOOL=ON' "$build/CMakeCache.txt"; then
-    for program in "$prefix"/bin/pliant*; do
+    for program in "$prefix"/bin/pliant* $(find "$prefix" -name libpliant-client.so); do
         hardened "$program"
     done
 fi

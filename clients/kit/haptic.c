@@ -1,0 +1,257 @@
+// The force that a haptic device shows between two contacts, and the guard that keeps it passive:
+// an observer of the energy at the hand, after Hannaford and Ryu, "Time-domain passivity control of
+// haptic interfaces", IEEE Trans. Robotics and Automation 18 (2002). Their controller adds damping
+// after energy was generated; this one limits the force before, so that no damping is felt.
+#include "pliant/client.h"
+
+#include "hand.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double PERIOD_MOST = 0.05;  // [s] a velocity predicts no further,
+static const double PERIOD_USUAL = 1e-3; // and before the second call this far
+
+// What no prediction sees is paid from a credit: half of what is there is for a way as long as the
+// longest of late.
+static const double CREDIT = 1e-3, CREDIT_SPENT = 1.0 - 1e-6; // [J], share at most
+static const double WAY_LEAST = 1e-4, WAY_FADES = 0.999;      // [m], per call
+
+struct PliantHaptic {
+    double max_force; // [N]
+    bool guard;
+    // the newest contact
+    HandForce last;
+    bool heard;
+    double time, received, damping; // server's [s], pliant_now [s], [N s/m]
+    double velocity[3];             // of the tool at the contact [m/s]
+    bool velocity_known;
+    // the last call
+    bool called;
+    double now, position[3], force[3];
+    double period; // between the last two calls [s]
+    // Where the hand went last, mainly along each axis; 0: nowhere, or back [m].
+    double recent[3][3];
+    double longest; // way between two calls, fading [m]
+    double energy;  // work of the hand that may be given back [J]
+};
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static bool all_finite(const double *number, int count)
+{
+    for (int k = 0; k < count; k++) {
+        if (!isfinite(number[k]))
+            return false;
+    }
+    return true;
+}
+
+PliantHaptic *pliant_haptic_create(double max_force, bool guard)
+{
+    if (!(max_force > 0.0) || !isfinite(max_force))
+        return NULL;
+    PliantHaptic *haptic = calloc(1, sizeof *haptic);
+    if (!haptic)
+        abort(); // the machine is out of memory
+    haptic->max_force = max_force;
+    haptic->guard = guard;
+    haptic->period = PERIOD_USUAL;
+    haptic->longest = WAY_LEAST;
+    return haptic;
+}
+
+void pliant_haptic_destroy(PliantHaptic *haptic)
+{
+    free(haptic);
+}
+
+static bool contact_is_finite(const PliantContact *contact)
+{
+    return isfinite(contact->time) && isfinite(contact->received) && isfinite(contact->valid) &&
+           isfinite(contact->damping) && all_finite(contact->position, 3) &&
+           all_finite(contact->force, 3) && all_finite(contact->normal, 3) &&
+           all_finite(&contact->stiffness[0][0], 9);
+}
+
+void pliant_haptic_take(PliantHaptic *haptic, const PliantContact *contact)
+{
+    if (contact == NULL || !contact_is_finite(contact) ||
+        (haptic->heard && contact->received <= haptic->received))
+        return;
+    // How fast the tool moved: the force of the contact's damping is that of this velocity.
+    const double passed = contact->time - haptic->time;
+    haptic->velocity_known = haptic->heard && passed > 0.0 && passed <= PERIOD_MOST;
+    for (int k = 0; k < 3 && haptic->velocity_known; k++)
+        haptic->velocity[k] = (contact->position[k] - haptic->last.position[k]) / passed;
+    // The contact itself.
+    haptic->last = (HandForce){.contact = contact->contact, .valid = contact->valid};
+    memcpy(haptic->last.position, contact->position, sizeof contact->position);
+    memcpy(haptic->last.force, contact->force, sizeof contact->force);
+    memcpy(haptic->last.normal, contact->normal, sizeof contact->normal);
+    memcpy(haptic->last.stiffness, contact->stiffness, sizeof contact->stiffness);
+    haptic->time = contact->time;
+    haptic->received = contact->received;
+    haptic->damping = fmax(0.0, contact->damping);
+    haptic->heard = true;
+}
+
+// Computes the plane's force.
+static void show_plane(const PliantHaptic *haptic, const double position[3],
+                       const double velocity[3], double force[3])
+{
+    HandForce plane = haptic->last;
+    const double faster = haptic->velocity_known
+                              ? dot(plane.normal, velocity) - dot(plane.normal, haptic->velocity)
+                              : 0.0;
+    for (int k = 0; k < 3; k++)
+        plane.force[k] -= haptic->damping * faster * plane.normal[k];
+    hand_show(&plane, position, true, haptic->max_force, force);
+}
+
+// Returns the stiffness along the force [N/m]; 0: not known.
+static double stiffness_along(const HandForce *plane, const double force[3])
+{
+    double sum = 0.0;
+    for (int i = 0; i < 3; i++)
+        sum += force[i] * dot(plane->stiffness[i], force);
+    const double size = dot(force, force);
+    return sum > 0.0 && size > 0.0 ? sum / size : 0.0;
+}
+
+// Remembers where the hand went since the last call, unless it rests. An encoder counts steps, one
+// axis at a time and none in most calls: the next step goes where one of the last ones went, until
+// the hand turns.
+static void remember(PliantHaptic *haptic, const double way[3])
+{
+    int axis = 0;
+    for (int k = 1; k < 3; k++)
+        axis = fabs(way[k]) > fabs(way[axis]) ? k : axis;
+    if (way[axis] == 0.0)
+        return;
+    for (int k = 0; k < 3; k++) {
+        if (dot(haptic->recent[k], way) < 0.0)
+            memset(haptic->recent[k], 0, sizeof haptic->recent[k]);
+    }
+    memcpy(haptic->recent[axis], way, sizeof haptic->recent[axis]);
+}
+
+// Adds the work of the hand since the last call; the device has held the last force. Returns false
+// if the numbers are beyond any hand.
+static bool observe(PliantHaptic *haptic, const double position[3])
+{
+    double way[3] = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 3 && haptic->called; k++)
+        way[k] = position[k] - haptic->position[k];
+    if (!all_finite(way, 3))
+        return false;
+    haptic->energy -= dot(haptic->force, way);
+    // A jump may cost more than the credit. A little is left, to be paid back from.
+    haptic->energy = fmax(haptic->energy, -CREDIT_SPENT * CREDIT);
+    haptic->longest = fmax(fmax(WAY_LEAST, sqrt(dot(way, way))), WAY_FADES * haptic->longest);
+    remember(haptic, way);
+    return true;
+}
+
+// Returns how much more than `most` the force would do on the way, per metre of its largest
+// component, and that way scaled by it: a product of small numbers would be 0.
+static double excess(const double force[3], const double way[3], double most, double scaled[3])
+{
+    const double size = fmax(fabs(way[0]), fmax(fabs(way[1]), fabs(way[2])));
+    for (int k = 0; k < 3; k++)
+        scaled[k] = size > 0.0 ? way[k] / size : 0.0;
+    return size > 0.0 ? dot(force, scaled) - most / size : 0.0;
+}
+
+// Drops the part of the force along the way that would do more than `most`.
+static void drop(double force[3], const double way[3], double most)
+{
+    double scaled[3];
+    const double more = excess(force, way, most, scaled);
+    for (int k = 0; k < 3 && more > 0.0; k++)
+        force[k] -= more / dot(scaled, scaled) * scaled[k];
+}
+
+// Scales the force down until it does no more than `most`, but for what the steps before rounded.
+static void scale(double force[3], const double way[3], double most)
+{
+    const double rounding = 1e-12;
+    double scaled[3];
+    const double more = excess(force, way, most, scaled), power = dot(force, scaled);
+    if (!(more > rounding * sqrt(dot(force, force))))
+        return;
+    for (int k = 0; k < 3; k++)
+        force[k] *= fmax(0.0, 1.0 - more / power);
+}
+
+// Reduces the force to one that gives no more than is left if the hand goes on as its velocity
+// says, or as it went before. Every step makes the force smaller.
+static void limit(PliantHaptic *haptic, const double velocity[3], double force[3])
+{
+    // Twice what a spring of this stiffness stores: tissue whose force grows as a power of the
+    // depth d^n stores 2 n / (n + 1) times a spring's of its tangent stiffness, below 2.
+    const double stiffness = stiffness_along(&haptic->last, force);
+    if (stiffness > 0.0)
+        haptic->energy = fmin(haptic->energy, dot(force, force) / stiffness);
+    const double left = fmax(0.0, haptic->energy);
+    const double *n = haptic->last.normal;
+    const double inward[3] = {-n[0], -n[1], -n[2]};
+    double going[4][3];
+    for (int k = 0; k < 3; k++)
+        going[0][k] = velocity[k] * haptic->period;
+    memcpy(going[1], haptic->recent, sizeof haptic->recent);
+    for (int i = 0; i < 4; i++)
+        drop(force, going[i], left);
+    // What was dropped of a slanted force may leave one into the body. Without that part it may
+    // give more again.
+    drop(force, inward, 0.0);
+    for (int i = 0; i < 4; i++)
+        scale(force, going[i], left);
+    // And wherever it goes.
+    const double most = 0.5 * (CREDIT + haptic->energy) / haptic->longest;
+    const double size = sqrt(dot(force, force));
+    for (int k = 0; k < 3 && size > most; k++)
+        force[k] *= most / size;
+}
+
+void pliant_haptic_force(PliantHaptic *haptic, const double position[3], const double velocity[3],
+                         double now, double force[3])
+{
+    memset(force, 0, 3 * sizeof *force);
+    if (!isfinite(now) || !all_finite(position, 3) || (velocity && !all_finite(velocity, 3)) ||
+        !observe(haptic, position)) {
+        // Where the hand went is not known: nothing is left to give back.
+        haptic->energy = fmin(haptic->energy, 0.0);
+        haptic->called = false;
+        return;
+    }
+    const double period = haptic->called ? now - haptic->now : 0.0;
+    double going[3] = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 3 && (velocity || (period > 0.0 && period <= PERIOD_MOST)); k++)
+        going[k] = velocity ? velocity[k] : (position[k] - haptic->position[k]) / period;
+    if (period > 0.0)
+        haptic->period = fmin(period, PERIOD_MOST);
+    // A force that has expired is none.
+    if (haptic->heard && haptic->last.contact && now - haptic->received <= haptic->last.valid)
+        show_plane(haptic, position, going, force);
+    const bool touches = dot(force, force) > 0.0;
+    if (touches && haptic->guard)
+        limit(haptic, going, force);
+    if (!all_finite(force, 3))
+        memset(force, 0, 3 * sizeof *force); // numbers beyond any device's
+    if (!touches)
+        haptic->energy = fmin(haptic->energy, 0.0);
+    haptic->called = true;
+    haptic->now = now;
+    memcpy(haptic->position, position, sizeof haptic->position);
+    memcpy(haptic->force, force, sizeof haptic->force);
+}
+
+double pliant_haptic_energy(const PliantHaptic *haptic)
+{
+    return haptic->energy;
+}

@@ -1,0 +1,93 @@
+// Shared by the files of libpliant-client.
+#ifndef PLIANT_CLIENTS_KIT_H
+#define PLIANT_CLIENTS_KIT_H
+
+#include "pliant/client.h"
+
+#include "client.h"
+#include "frames_parts.h"
+
+#include "pliant_event_t.h"
+#include "pliant_status_t.h"
+
+#include <stdatomic.h>
+
+enum {
+    KIT_BODIES = 64, // more are ignored, as are more tools
+    KIT_TOOLS = 64,
+    KIT_EVENTS = 256,
+};
+
+// A mesh that frames share: as in PliantBody.
+typedef struct KitMesh {
+    atomic_int uses;
+    int32_t topology;
+    int node_count, triangle_count;
+    int32_t *triangle, *id, *origin, *parent, *piece;
+    int8_t *level;
+} KitMesh;
+
+typedef struct KitBody {
+    char name[CLIENT_CHANNEL_MAX];
+    NodesFrame nodes;
+    MeshFrame mesh;
+    KitMesh *shared;          // copy of `mesh`, NULL until a frame needs it
+    bool renewed;             // `mesh` may be another one since
+    const PliantBody *newest; // one use is ours; NULL: none
+    int64_t count;
+    bool waiting; // complete positions were not handed out: they wait for their mesh
+    int32_t first_wall;
+} KitBody;
+
+typedef struct KitTool {
+    PliantContact contact; // the newest one
+    int64_t count;         // received; 0: only waited for
+} KitTool;
+
+struct PliantClient {
+    Client client;
+    char input_prefix[CLIENT_PREFIX_MAX];
+    ClientError error;
+    // bodies
+    KitBody *body[KIT_BODIES];
+    int bodies;
+    bool wants_mesh;           // DESCRIBE would bring it
+    int64_t asked_ns, mesh_ns; // last DESCRIBE, last chunk of a whole mesh
+    // tools
+    KitTool tool[KIT_TOOLS];
+    int tools;
+    int32_t driven[KIT_TOOLS]; // ids of active tools
+    int drives;
+    int32_t pose_sequence;
+    // status and events
+    pliant_status_t *status_message; // NULL: none
+    PliantStatus status;
+    pliant_event_t *event[KIT_EVENTS]; // a ring
+    unsigned event_first, event_end;
+    pliant_event_t *taken; // behind the event that was handed out
+    PliantEvent event_taken;
+    PliantReply reply;
+};
+
+// Returns a copy of `bytes` bytes; aborts if there is no memory.
+void *kit_copy(const void *from, size_t bytes);
+// Makes a mesh with one use, the caller's; it takes the arrays over, those that are not known NULL.
+KitMesh *kit_mesh_create(const KitMesh *mesh);
+void kit_mesh_release(KitMesh *mesh); // NULL is allowed
+// Makes a frame with one use, the caller's: takes `position` over, uses the mesh, and completes
+// what follows from it.
+const PliantBody *kit_frame_create(const PliantBody *body, KitMesh *mesh);
+
+// Subscribes to the messages of bodies; false if LCM refuses.
+bool kit_bodies_subscribe(PliantClient *kit);
+void kit_bodies_destroy(PliantClient *kit);
+// Handles messages until `deadline_ns`, a signal, or `*count` (may be NULL) differs from `before`.
+// Returns false if the connection is broken.
+bool kit_wait(PliantClient *kit, int64_t deadline_ns, const int64_t *count, int64_t before);
+// Waits until the count of `what` grows; returns false with a sentence otherwise.
+bool kit_wait_for(PliantClient *kit, const char *what, double seconds, const int64_t *count);
+// Returns the deadline `seconds` from now [ns]; a number that is none, or below 0, is now.
+int64_t kit_deadline(double seconds);
+void kit_input_channel(const PliantClient *kit, const char *name, char channel[CLIENT_CHANNEL_MAX]);
+
+#endif

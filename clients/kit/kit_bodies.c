@@ -1,0 +1,212 @@
+// Frames of bodies: assembles positions and meshes, and hands both out together, when they belong
+// together. A frame is never changed, so that it can be kept; frames of one topology share the
+// mesh.
+#include "kit.h"
+
+#include "wire.h"
+
+#include "pliant_walls_t.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// --- frames --------------------------------------------------------------------------------------
+
+static bool same(const void *a, const void *b, size_t bytes)
+{
+    return bytes == 0 || memcmp(a, b, bytes) == 0;
+}
+
+// True if the copy is the mesh; a restarted server gives the numbers of topologies again.
+static bool mesh_is(const KitMesh *mesh, const MeshFrame *frame)
+{
+    const size_t nodes = (size_t)frame->node_count, ids = nodes * sizeof(int32_t);
+    return mesh && mesh->topology == frame->topology && mesh->node_count == frame->node_count &&
+           mesh->triangle_count == frame->triangle_count &&
+           same(mesh->triangle, frame->triangle,
+                3 * (size_t)frame->triangle_count * sizeof(int32_t)) &&
+           same(mesh->id, frame->id, ids) && same(mesh->origin, frame->origin, ids) &&
+           same(mesh->parent, frame->parent, 2 * ids) && same(mesh->piece, frame->piece, ids) &&
+           same(mesh->level, frame->level, nodes);
+}
+
+// Returns a copy of the mesh, which is the caller's.
+static KitMesh *mesh_copy(const MeshFrame *from)
+{
+    const size_t nodes = (size_t)from->node_count, ids = nodes * sizeof(int32_t);
+    return kit_mesh_create(&(const KitMesh){
+        .topology = from->topology,
+        .node_count = from->node_count,
+        .triangle_count = from->triangle_count,
+        .triangle = kit_copy(from->triangle, 3 * (size_t)from->triangle_count * sizeof(int32_t)),
+        .id = kit_copy(from->id, ids),
+        .origin = kit_copy(from->origin, ids),
+        .parent = kit_copy(from->parent, 2 * ids),
+        .piece = kit_copy(from->piece, ids),
+        .level = kit_copy(from->level, nodes)});
+}
+
+// Hands the newest positions out if there is one of each node and the mesh is theirs.
+static void frame_try(PliantClient *kit, KitBody *body)
+{
+    const NodesFrame *nodes = &body->nodes;
+    const MeshFrame *mesh = &body->mesh;
+    if (!nodes->ready || !body->waiting)
+        return;
+    if (!mesh->whole || mesh->topology != nodes->topology ||
+        mesh->node_count != nodes->node_count) {
+        kit->wants_mesh = true;
+        return;
+    }
+    // Most whole meshes repeat the one that is there.
+    if (body->renewed && !mesh_is(body->shared, mesh)) {
+        kit_mesh_release(body->shared);
+        body->shared = mesh_copy(mesh);
+    }
+    body->renewed = false;
+    float *position = kit_copy(nodes->position, 3 * (size_t)nodes->node_count * sizeof *position);
+    pliant_body_release(body->newest);
+    body->newest =
+        kit_frame_create(&(const PliantBody){.name = body->name,
+                                             .count = ++body->count,
+                                             .step = nodes->step,
+                                             .time = nodes->time,
+                                             .utime = nodes->utime,
+                                             .position = position,
+                                             .first_wall = body->first_wall,
+                                             .old_nodes = nodes->node_count - nodes->nodes.arrived},
+                         body->shared);
+    body->waiting = false;
+}
+
+// --- messages ------------------------------------------------------------------------------------
+
+static KitBody *find(const PliantClient *kit, const char *name)
+{
+    for (int i = 0; i < kit->bodies && name; i++) {
+        if (strcmp(kit->body[i]->name, name) == 0)
+            return kit->body[i];
+    }
+    return NULL;
+}
+
+// Returns the entry of a body, made if it is new; NULL: no name, or there is room for no more.
+static KitBody *add(PliantClient *kit, const char *name)
+{
+    KitBody *body = find(kit, name);
+    if (body || !name || kit->bodies == KIT_BODIES || strlen(name) >= sizeof body->name)
+        return body;
+    body = kit_copy(&(const KitBody){0}, sizeof *body);
+    strcpy(body->name, name);
+    kit->body[kit->bodies++] = body;
+    return body;
+}
+
+static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    PliantClient *kit = user;
+    KitBody *body = add(kit, client_nodes_body(&kit->client, channel));
+    if (!body)
+        return;
+    const FramesResult result = nodes_frame_add(&body->nodes, buffer->data, buffer->data_size);
+    if (result != FRAMES_WHOLE && result != FRAMES_PATCHED)
+        return;
+    body->waiting = true;
+    frame_try(kit, body);
+}
+
+static void take_mesh(PliantClient *kit, KitBody *body, FramesResult result)
+{
+    kit->wants_mesh |= result == FRAMES_MISSED;
+    if (result != FRAMES_WHOLE)
+        return;
+    body->renewed = true;
+    frame_try(kit, body);
+}
+
+// Channels of meshes and deltas begin alike.
+static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    PliantClient *kit = user;
+    const char *name = client_body_of(&kit->client, "MESH_DELTA", channel);
+    const bool is_delta = name != NULL;
+    KitBody *body = add(kit, is_delta ? name : client_body_of(&kit->client, "MESH", channel));
+    if (!body)
+        return;
+    if (!is_delta)
+        kit->mesh_ns = client_now_ns();
+    take_mesh(kit, body,
+              is_delta ? mesh_frame_add_delta(&body->mesh, buffer->data, buffer->data_size)
+                       : mesh_frame_add(&body->mesh, buffer->data, buffer->data_size));
+}
+
+static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    PliantClient *kit = user;
+    KitBody *body = add(kit, client_body_of(&kit->client, "WALLS", channel));
+    pliant_walls_t walls;
+    if (body && wire_check(&WIRE_WALLS, buffer->data, buffer->data_size) &&
+        pliant_walls_t_decode(buffer->data, 0, (int)buffer->data_size, &walls) >= 0 &&
+        walls.first_wall >= 0)
+        body->first_wall = walls.first_wall;
+}
+
+bool kit_bodies_subscribe(PliantClient *kit)
+{
+    enum { QUEUE = 1000 };
+    return client_subscribe(&kit->client, "NODES", ".+", QUEUE, on_nodes, kit) &&
+           client_subscribe(&kit->client, "POINTS", ".+", QUEUE, on_nodes, kit) &&
+           client_subscribe(&kit->client, "MESH", ".+", QUEUE, on_mesh, kit) &&
+           client_subscribe(&kit->client, "WALLS", ".+", QUEUE, on_walls, kit);
+}
+
+void kit_bodies_destroy(PliantClient *kit)
+{
+    for (int i = 0; i < kit->bodies; i++) {
+        KitBody *body = kit->body[i];
+        nodes_frame_destroy(&body->nodes);
+        mesh_frame_destroy(&body->mesh);
+        kit_mesh_release(body->shared);
+        pliant_body_release(body->newest);
+        free(body);
+    }
+    kit->bodies = 0;
+}
+
+// --- what is there -------------------------------------------------------------------------------
+
+int pliant_body_count(const PliantClient *kit)
+{
+    int count = 0;
+    for (int i = 0; i < kit->bodies; i++)
+        count += kit->body[i]->newest != NULL;
+    return count;
+}
+
+const char *pliant_body_name(const PliantClient *kit, int k)
+{
+    for (int i = 0; i < kit->bodies; i++) {
+        if (kit->body[i]->newest && k-- == 0)
+            return kit->body[i]->name;
+    }
+    return NULL;
+}
+
+const PliantBody *pliant_body(const PliantClient *kit, const char *name)
+{
+    const KitBody *body = find(kit, name);
+    return body ? body->newest : NULL;
+}
+
+const PliantBody *pliant_wait_body(PliantClient *kit, const char *name, double seconds)
+{
+    char what[CLIENT_CHANNEL_MAX + 32];
+    KitBody *body = add(kit, name);
+    if (!body) {
+        client_fail(&kit->error, "body '%.80s': none has such a name, or there are %d already",
+                    name ? name : "", KIT_BODIES);
+        return NULL;
+    }
+    snprintf(what, sizeof what, "frame of body '%s'", body->name);
+    return kit_wait_for(kit, what, seconds, &body->count) ? body->newest : NULL;
+}

@@ -1,0 +1,419 @@
+"""The client side of Pliant, a real-time server of soft tissue, on libpliant-client.
+
+SI units, world frame; what each value means is in pliant/client.h. A client is used by one thread at
+a time. Arrays are read-only views of the library's memory, of numpy where it is installed, else
+memoryviews; they stay valid as long as they are referenced. Failures raise pliant.Error.
+"""
+import collections
+import ctypes
+from ctypes import POINTER, c_bool, c_char, c_char_p, c_double, c_float, c_int, c_int8, c_int32, c_int64, c_void_p
+
+try:
+    import numpy
+except ImportError:
+    numpy = None
+
+_lib = ctypes.CDLL("libpliant-client.so.0")
+
+PAUSE, RESUME, STEP, RESET, CHECKPOINT, DESCRIBE, SET, STOP = range(1, 9)
+PIN, TIE, CLIP, CARRY = range(1, 5)
+_Vector = c_double * 3
+
+
+class Error(Exception):
+    """Why a call failed, in a sentence."""
+
+
+# --- the structures of pliant/client.h ---
+
+class _Options(ctypes.Structure):
+    _fields_ = [("url", c_char_p), ("prefix", c_char_p), ("input_prefix", c_char_p)]
+
+
+class _Error(ctypes.Structure):
+    _fields_ = [("text", c_char * 1024)]
+
+
+class _Body(ctypes.Structure):
+    _fields_ = [("name", c_char_p), ("count", c_int64), ("step", c_int64), ("time", c_double), ("utime", c_int64),
+                ("topology", c_int32), ("node_count", c_int32), ("triangle_count", c_int32),
+                ("position", c_void_p), ("triangle", c_void_p), ("id", c_void_p), ("origin", c_void_p),
+                ("parent", c_void_p), ("piece", c_void_p), ("level", c_void_p), ("first_wall", c_int32),
+                ("old_nodes", c_int32)]
+
+
+class _Pose(ctypes.Structure):
+    _fields_ = [("tool", c_int32), ("position", _Vector), ("orientation", c_double * 4), ("linear", _Vector),
+                ("angular", _Vector), ("moving", c_bool), ("grip", c_double), ("active", c_bool)]
+
+
+class _Contact(ctypes.Structure):
+    _fields_ = [("tool", c_int32), ("sequence", c_int32), ("step", c_int64), ("time", c_double), ("utime", c_int64),
+                ("pose_utime", c_int64), ("received", c_double), ("valid", c_double), ("contact", c_bool),
+                ("position", _Vector), ("force", _Vector), ("torque", _Vector), ("point", _Vector),
+                ("normal", _Vector), ("depth", c_double), ("stiffness", _Vector * 3), ("damping", c_double)]
+
+
+class _Reply(ctypes.Structure):
+    _fields_ = [("step", c_int64), ("separated", c_int32), ("nodes_added", c_int32), ("pieces", c_int32),
+                ("text", c_char_p)]
+
+
+class _Tie(ctypes.Structure):
+    _fields_ = [("kind", c_int), ("body", c_char_p), ("to_body", c_char_p), ("tool", c_int32), ("center", _Vector),
+                ("radius", c_double), ("node", POINTER(c_int32)), ("node_count", c_int32), ("stiffness", c_double),
+                ("damping_ratio", c_double), ("break_force", c_double)]
+
+
+class _Status(ctypes.Structure):
+    _fields_ = [("scene", c_char_p), ("state", c_char_p), ("step", c_int64), ("time", c_double),
+                ("rate_hz", c_double), ("real_time_factor", c_double), ("late_ticks", c_int64),
+                ("resets", c_int64), ("rejected", c_int64), ("received", c_double)]
+
+
+class _ToolRow(ctypes.Structure):
+    _fields_ = [("time", c_double), ("position", _Vector), ("orientation", c_double * 4), ("force", _Vector)]
+
+
+class _Event(ctypes.Structure):
+    _fields_ = [("step", c_int64), ("body", c_char_p), ("kind", c_char_p), ("text", c_char_p)]
+
+
+def _declare(result, name, *arguments):
+    function = getattr(_lib, "pliant_" + name)
+    function.restype, function.argtypes = result, arguments
+    return function
+
+
+_Edge = _Vector * 2
+_version = _declare(c_char_p, "version")
+_open = _declare(c_void_p, "open", POINTER(_Options), POINTER(_Error))
+_close = _declare(None, "close", c_void_p)
+_error = _declare(c_char_p, "error", c_void_p)
+_wait = _declare(c_bool, "wait", c_void_p, c_double)
+_file = _declare(c_int, "file", c_void_p)
+_now = _declare(c_double, "now")
+_body_count = _declare(c_int, "body_count", c_void_p)
+_body_name = _declare(c_char_p, "body_name", c_void_p, c_int)
+_body = _declare(POINTER(_Body), "body", c_void_p, c_char_p)
+_wait_body = _declare(POINTER(_Body), "wait_body", c_void_p, c_char_p, c_double)
+_keep = _declare(POINTER(_Body), "body_keep", POINTER(_Body))
+_release = _declare(None, "body_release", POINTER(_Body))
+_pose = _declare(c_bool, "pose", c_void_p, POINTER(_Pose))
+_contact = _declare(POINTER(_Contact), "contact", c_void_p, c_int32)
+_wait_contact = _declare(POINTER(_Contact), "wait_contact", c_void_p, c_int32, c_double)
+_haptic_create = _declare(c_void_p, "haptic_create", c_double, c_bool)
+_haptic_destroy = _declare(None, "haptic_destroy", c_void_p)
+_haptic_take = _declare(None, "haptic_take", c_void_p, POINTER(_Contact))
+_haptic_force = _declare(None, "haptic_force", c_void_p, _Vector, POINTER(c_double), c_double, _Vector)
+_haptic_energy = _declare(c_double, "haptic_energy", c_void_p)
+_command = _declare(POINTER(_Reply), "command", c_void_p, c_int, c_int64, c_char_p)
+_cut = _declare(POINTER(_Reply), "cut", c_void_p, _Edge, _Edge, c_char_p)
+_load = _declare(POINTER(_Reply), "load", c_void_p, _Vector, c_double, _Vector, c_double, c_char_p)
+_tie = _declare(c_int32, "tie", c_void_p, POINTER(_Tie))
+_tie_change = _declare(c_bool, "tie_change", c_void_p, c_int32, POINTER(_Tie))
+_tie_release = _declare(c_bool, "tie_release", c_void_p, c_int32)
+_status = _declare(POINTER(_Status), "status", c_void_p)
+_next_event = _declare(POINTER(_Event), "next_event", c_void_p)
+_recording_open = _declare(c_void_p, "recording_open", c_char_p, POINTER(_Error))
+_recording_close = _declare(None, "recording_close", c_void_p)
+_recording_error = _declare(c_char_p, "recording_error", c_void_p)
+_recording_body_count = _declare(c_int, "recording_body_count", c_void_p)
+_recording_body_name = _declare(c_char_p, "recording_body_name", c_void_p, c_int)
+_recording_frames = _declare(c_int64, "recording_frames", c_void_p, c_char_p)
+_recording_find = _declare(c_int64, "recording_find", c_void_p, c_char_p, c_double)
+_recording_frame = _declare(POINTER(_Body), "recording_frame", c_void_p, c_char_p, c_int64)
+_recording_tool_rows = _declare(c_int64, "recording_tool_rows", c_void_p, c_int32)
+_recording_tool = _declare(c_bool, "recording_tool", c_void_p, c_int32, c_int64, c_int, POINTER(_ToolRow))
+_recording_events = _declare(c_int64, "recording_events", c_void_p)
+_recording_event = _declare(POINTER(_Event), "recording_event", c_void_p, c_int64)
+
+
+# --- values ---
+
+def _plain(value):
+    """A C value as Python's: text, numbers, tuples."""
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    if isinstance(value, ctypes.Array):
+        return tuple(_plain(item) for item in value)
+    return value
+
+
+def _record(name, structure):
+    return collections.namedtuple(name, [field[0] for field in structure._fields_])
+
+
+Contact = _record("Contact", _Contact)
+Reply = _record("Reply", _Reply)
+Status = _record("Status", _Status)
+Event = _record("Event", _Event)
+ToolRow = _record("ToolRow", _ToolRow)
+
+
+def _take(record, pointer):
+    return record(*(_plain(getattr(pointer[0], name)) for name in record._fields))
+
+
+def _text(text):
+    return text if text is None else text.encode()
+
+
+def _vector(numbers, length=3):
+    numbers = tuple(map(float, numbers))
+    if len(numbers) != length:
+        raise ValueError("%d numbers are needed, not %d" % (length, len(numbers)))
+    return (c_double * length)(*numbers)
+
+
+def _edge(ends):
+    return _Edge(*(_vector(end) for end in ends))
+
+
+class _Kept:
+    """A frame of the library's, for as long as something of it is referenced."""
+
+    def __init__(self, pointer):
+        self.pointer = _keep(pointer)
+
+    def __del__(self):
+        _release(self.pointer)
+
+
+class Body:
+    """A frame of a body: name, count, step, time, utime, topology, node_count, triangle_count, first_wall, old_nodes,
+    and arrays: position and triangle (rows of 3), parent (rows of 2), id, origin, piece, level; None: not recorded."""
+    _ARRAYS = {"position": (c_float, "f", "node_count", 3), "triangle": (c_int32, "i", "triangle_count", 3),
+               "id": (c_int32, "i", "node_count", 1), "origin": (c_int32, "i", "node_count", 1),
+               "parent": (c_int32, "i", "node_count", 2), "piece": (c_int32, "i", "node_count", 1),
+               "level": (c_int8, "b", "node_count", 1)}
+
+    def __init__(self, pointer):
+        self._kept = _Kept(pointer)
+        for name, _ in _Body._fields_:
+            if name not in self._ARRAYS:
+                setattr(self, name, _plain(getattr(pointer[0], name)))
+
+    def __getattr__(self, name):
+        if name not in self._ARRAYS:
+            raise AttributeError(name)
+        kind, code, count, columns = self._ARRAYS[name]
+        rows, address = getattr(self, count), getattr(self._kept.pointer[0], name)
+        if not address:
+            return None
+        memory = (kind * (rows * columns)).from_address(address)
+        memory._kept = self._kept  # the view holds the memory, and that the frame
+        if numpy is not None:
+            view = numpy.frombuffer(memory, dtype=kind)
+            view.flags.writeable = False
+            view = view if columns == 1 else view.reshape(rows, columns)
+        else:
+            view = memoryview(memory).cast("B").cast(code, [rows] if columns == 1 or not rows else [rows, columns])
+            view = view.toreadonly()
+        setattr(self, name, view)
+        return view
+
+
+class Haptic:
+    """The force that a device shows between two contacts: see pliant_haptic_force."""
+
+    def __init__(self, max_force, guard=True):
+        self._haptic = _haptic_create(max_force, guard)
+        if not self._haptic:
+            raise ValueError("max_force is not positive and finite")
+
+    def __del__(self):
+        _haptic_destroy(getattr(self, "_haptic", None))
+
+    def take(self, contact):
+        """Takes a Contact, or None."""
+        if contact is not None:
+            fields = [_vector(value) if isinstance(value, tuple) and name != "stiffness" else value
+                      for name, value in contact._asdict().items()]
+            fields[Contact._fields.index("stiffness")] = (_Vector * 3)(*map(_vector, contact.stiffness))
+            _haptic_take(self._haptic, _Contact(*fields))
+
+    def force(self, position, velocity=None, now=None):
+        """The force on the hand [N]: once per tick of the device."""
+        force = _Vector()
+        _haptic_force(self._haptic, _vector(position), None if velocity is None else _vector(velocity),
+                      _now() if now is None else now, force)
+        return tuple(force)
+
+    @property
+    def energy(self):
+        return _haptic_energy(self._haptic)
+
+
+class _Opened:
+    """What the library has opened: closed once, at the latest with its last reference."""
+    _kind = _destroy = _reason = None  # its name, and functions of the library
+    _pointer = None
+
+    def __init__(self, pointer, error):
+        self._pointer = pointer
+        if not pointer:
+            raise Error(_plain(error.text))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def __del__(self):
+        self.close()
+
+    def close(self):
+        pointer, self._pointer = self._pointer, None
+        self._destroy(pointer)
+
+    @property
+    def _handle(self):
+        if not self._pointer:
+            raise Error("the %s is closed" % self._kind)
+        return self._pointer
+
+    def _check(self, result):
+        if not result:
+            raise Error(_plain(self._reason(self._handle)))
+        return result
+
+
+class Client(_Opened):
+    """Hears everything on a prefix; a server may start later. Closing withdraws the tools that it drives."""
+    _kind, _destroy, _reason = "client", _close, _error
+
+    def __init__(self, url=None, prefix=None, input_prefix=None):
+        error = _Error()
+        super().__init__(_open(_Options(_text(url), _text(prefix), _text(input_prefix)), error), error)
+
+    def wait(self, seconds):
+        """Handles messages for so long; 0: those that are there."""
+        self._check(_wait(self._handle, seconds))
+
+    def fileno(self):
+        """Readable when wait(0) has something to do."""
+        return _file(self._handle)
+
+    @property
+    def bodies(self):
+        """The names of the bodies of which a frame is there."""
+        return [_plain(_body_name(self._handle, k)) for k in range(_body_count(self._handle))]
+
+    def body(self, name):
+        """The newest frame of a body, or None."""
+        pointer = _body(self._handle, _text(name))
+        return Body(pointer) if pointer else None
+
+    def wait_body(self, name, seconds=10.0):
+        """The next frame of a body."""
+        return Body(self._check(_wait_body(self._handle, _text(name), seconds)))
+
+    def pose(self, tool, position, orientation=(1.0, 0.0, 0.0, 0.0), linear=None, angular=None, grip=0.0, active=True):
+        """Sends where a tool is, best a thousand times per second."""
+        moves = [_vector((0.0, 0.0, 0.0) if way is None else way) for way in (linear, angular)]
+        pose = _Pose(tool, _vector(position), _vector(orientation, 4), *moves, linear is not None, grip, active)
+        self._check(_pose(self._handle, pose))
+
+    def contact(self, tool):
+        """What a tool felt last, or None."""
+        pointer = _contact(self._handle, tool)
+        return _take(Contact, pointer) if pointer else None
+
+    def wait_contact(self, tool, seconds=10.0):
+        """The next contact of a tool."""
+        return _take(Contact, self._check(_wait_contact(self._handle, tool, seconds)))
+
+    def command(self, command, value=0, argument=None):
+        """PAUSE, RESUME, STEP (`value` ticks), RESET, CHECKPOINT, DESCRIBE, SET (`argument`) or STOP."""
+        return _take(Reply, self._check(_command(self._handle, command, value, _text(argument))))
+
+    def describe(self):
+        """The scene as text."""
+        return self.command(DESCRIBE).text
+
+    def cut(self, before, after, body=None):
+        """Cuts along the quadrilateral between a blade's edge before and after, two ends each."""
+        return _take(Reply, self._check(_cut(self._handle, _edge(before), _edge(after), _text(body))))
+
+    def load(self, center, radius, force, duration, body=None):
+        """Pulls the nodes inside a sphere with a total force for simulated seconds."""
+        return _take(Reply, self._check(_load(self._handle, _vector(center), radius, _vector(force), duration,
+                                              _text(body))))
+
+    def tie(self, kind, body=None, to_body=None, tool=0, center=(0.0, 0.0, 0.0), radius=0.0, nodes=(),
+            stiffness=0.3, damping_ratio=0.5, break_force=0.0):
+        """Ties the nodes inside a sphere, or these ids: PIN, TIE, CLIP or CARRY. Returns the tie's number."""
+        tie = _Tie(kind, _text(body), _text(to_body), tool, _vector(center), radius, (c_int32 * len(nodes))(*nodes),
+                   len(nodes), stiffness, damping_ratio, break_force)
+        return self._check(_tie(self._handle, tie))
+
+    def tie_change(self, number, stiffness=0.3, damping_ratio=0.5, break_force=0.0):
+        tie = _Tie(stiffness=stiffness, damping_ratio=damping_ratio, break_force=break_force)
+        self._check(_tie_change(self._handle, number, tie))
+
+    def tie_release(self, number):
+        self._check(_tie_release(self._handle, number))
+
+    @property
+    def status(self):
+        """The server's newest status, or None."""
+        pointer = _status(self._handle)
+        return _take(Status, pointer) if pointer else None
+
+    def events(self):
+        """Takes the events that have come."""
+        while True:
+            pointer = _next_event(self._handle)
+            if not pointer:
+                return
+            yield _take(Event, pointer)
+
+
+class Recording(_Opened):
+    """A recording as it was when it was opened: open it before the program starts threads. Frames outlive it."""
+    _kind, _destroy, _reason = "recording", _recording_close, _recording_error
+
+    def __init__(self, path):
+        error = _Error()
+        super().__init__(_recording_open(_text(str(path)), error), error)
+
+    @property
+    def bodies(self):
+        return [_plain(_recording_body_name(self._handle, k)) for k in range(_recording_body_count(self._handle))]
+
+    def frames(self, body):
+        """The number of frames of a body; -1: there is no such body."""
+        return _recording_frames(self._handle, _text(body))
+
+    def find(self, body, time):
+        """The last frame at or before a simulated time; -1: there is none."""
+        return _recording_find(self._handle, _text(body), time)
+
+    def frame(self, body, k):
+        """Frame k of a body, the recorded bits."""
+        return Body(self._check(_recording_frame(self._handle, _text(body), k)))
+
+    def tool(self, tool, first=0, count=None):
+        """Rows of a tool, of the time that it was active; all of them by default."""
+        count = max(0, _recording_tool_rows(self._handle, tool) - first) if count is None else count
+        rows = []
+        while len(rows) < count:
+            part = (_ToolRow * min(4096, count - len(rows)))()
+            self._check(_recording_tool(self._handle, tool, first + len(rows), len(part), part))
+            rows += [ToolRow(*(_plain(getattr(row, name)) for name in ToolRow._fields)) for row in part]
+        return rows
+
+    def events(self):
+        """All events."""
+        for k in range(_recording_events(self._handle)):
+            yield _take(Event, self._check(_recording_event(self._handle, k)))
+
+
+def now():
+    """The time on the clock of Contact.received [s]."""
+    return _now()
+
+
+__version__ = _plain(_version())

@@ -1,0 +1,316 @@
+// libpliant-client: the client side of Pliant, a real-time server of soft tissue.
+//
+// A client is used by one thread at a time; different clients are independent. What a function
+// returns by pointer belongs to the client, and stays valid until the next call with that client,
+// unless it says otherwise. SI units, world frame. Every message is checked before it is decoded:
+// numbers in what is returned are finite, indices are inside their arrays, strings end (but may
+// hold control characters). The library never exits, prints nothing, and leaves signals alone;
+// without memory it aborts.
+#ifndef PLIANT_CLIENT_H
+#define PLIANT_CLIENT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define PLIANT_API __attribute__((visibility("default")))
+
+// Returns the version of the library, "0.1.0". Members are added at the end of structures that the
+// library fills; any other change of this header changes the name that programs link.
+PLIANT_API const char *pliant_version(void);
+
+// --- connection ---
+
+typedef struct PliantClient PliantClient;
+
+typedef struct PliantError {
+    char text[1024]; // one sentence
+} PliantError;
+
+typedef struct PliantOptions {
+    const char *url;          // of LCM's network; NULL: LCM_DEFAULT_URL, else LCM's default
+    const char *prefix;       // of the channels; NULL: "PLIANT"
+    const char *input_prefix; // of tools and requests; NULL: as `prefix`
+} PliantOptions;
+
+// Connects to the network and hears everything on the prefix; a server may start later. `options`
+// may be NULL, and so may `error`. Returns NULL with a sentence on failure.
+PLIANT_API PliantClient *pliant_open(const PliantOptions *options, PliantError *error);
+// Also withdraws the tools that this client drives. NULL is allowed; bodies that are kept stay.
+PLIANT_API void pliant_close(PliantClient *client);
+// Returns why the last call failed, "" if none has. Valid until the next failure.
+PLIANT_API const char *pliant_error(const PliantClient *client);
+
+// Handles messages for `seconds`; 0: those that are there. A signal ends it early. Call it often:
+// the kernel buffers messages for a fraction of a second. Returns false if the connection is
+// broken.
+PLIANT_API bool pliant_wait(PliantClient *client, double seconds);
+// Returns a descriptor that is readable when pliant_wait(client, 0) has something to do.
+PLIANT_API int pliant_file(const PliantClient *client);
+// Returns the time on the clock of `received` below, CLOCK_MONOTONIC [s].
+PLIANT_API double pliant_now(void);
+
+// --- bodies ---
+
+// One frame of a body: positions, and the mesh that they belong to. It never changes.
+typedef struct PliantBody {
+    const char *name;
+    int64_t count;           // frames of this body that this client has assembled, with this one
+    int64_t step;            // ticks completed
+    double time;             // simulated [s]
+    int64_t utime;           // of the server's CLOCK_REALTIME [us]
+    int32_t topology;        // number of the mesh
+    int32_t node_count;      // slots, some of which may be free (id -1)
+    int32_t triangle_count;  // slots, some of which may be free (0 0 0)
+    const float *position;   // [node_count][3] [m]
+    const int32_t *triangle; // [triangle_count][3] node slots, counter-clockwise from outside
+    const int32_t *id;       // [node_count] stable for the life of a node
+    const int32_t *origin;   // [node_count] id that a duplicate was split from, else its own
+    const int32_t *parent;   // [node_count][2] ids between which a midpoint lies, else its own
+    const int32_t *piece;    // [node_count] connected piece, from 0
+    const int8_t *level;     // [node_count] level of detail at which the node was created
+    int32_t first_wall;      // triangles from this slot on are walls of cuts; 0: none, or unknown
+    int32_t old_nodes;       // nodes that are where an earlier frame had them, since their packets
+                             // of this one did not come; of servers that send packets
+} PliantBody;
+
+// Return the number of bodies of which a frame is there, and their names, k from 0.
+PLIANT_API int pliant_body_count(const PliantClient *client);
+PLIANT_API const char *pliant_body_name(const PliantClient *client, int k);
+// Returns the newest frame of a body, or NULL if none is complete. Deltas are applied, lost ones
+// are repaired with the next whole mesh, which the client asks for. Positions that are sent as
+// packets are a frame when the last one of a step comes and every node was heard once.
+PLIANT_API const PliantBody *pliant_body(const PliantClient *client, const char *name);
+// Waits for the next frame of a body. Returns NULL after `seconds`, or if the connection breaks.
+PLIANT_API const PliantBody *pliant_wait_body(PliantClient *client, const char *name,
+                                              double seconds);
+// Keeps a frame until it is released as often, beyond the client too; any thread may read and
+// release it. Returns `body`.
+PLIANT_API const PliantBody *pliant_body_keep(const PliantBody *body);
+PLIANT_API void pliant_body_release(const PliantBody *body); // NULL is allowed
+
+// --- tools ---
+
+typedef struct PliantPose {
+    int32_t tool;          // id in the scene
+    double position[3];    // origin of the tool frame [m]
+    double orientation[4]; // unit quaternion w x y z, tool to world; all zero: not rotated
+    double linear[3];      // [m/s]
+    double angular[3];     // [rad/s]
+    bool moving;           // `linear` and `angular` are valid
+    double grip;           // 0 open, 1 closed; of graspers only
+    bool active;           // false: the tool is withdrawn
+} PliantPose;
+
+// Sends the pose of a tool, best a thousand times per second: one that falls silent is withdrawn
+// after the scene's tool_timeout_s. Returns false if it is invalid or cannot be sent.
+PLIANT_API bool pliant_pose(PliantClient *client, const PliantPose *pose);
+
+// What a tool felt in one tick.
+typedef struct PliantContact {
+    int32_t tool, sequence; // `sequence` counts the contacts of this tool
+    int64_t step;           // ticks completed
+    double time;            // simulated [s]
+    int64_t utime;          // of the server's CLOCK_REALTIME [us]
+    int64_t pose_utime;     // utime of the pose in use; 0 before the first
+    double received;        // when it arrived, on the clock of pliant_now [s]
+    double valid;       // for how long after `received` the force may be used [s]; 0 or below: no
+    bool contact;       // touches or holds; false: all below is zero but `position`
+    double position[3]; // tool position that the force belongs to [m]
+    double force[3];    // on the tool [N]
+    double torque[3];   // on the tool about `position` [N m]
+    double point[3];    // mean contact point [m]
+    double normal[3];   // unit, out of the body; zero of a tool that only holds
+    double depth;       // largest overlap [m]
+    double stiffness[3][3]; // d(force)/d(-position) [N/m]; all zero: not estimated
+    double damping;         // along the normal [N s/m]; 0: not estimated
+} PliantContact;
+
+// Returns the newest contact of a tool, or NULL.
+PLIANT_API const PliantContact *pliant_contact(const PliantClient *client, int32_t tool);
+// Waits for the next one. Returns NULL after `seconds`, or if the connection breaks.
+PLIANT_API const PliantContact *pliant_wait_contact(PliantClient *client, int32_t tool,
+                                                    double seconds);
+
+// --- haptic loop ---
+
+// The force that a haptic device shows between two contacts: a plane through the last one with the
+// stiffness K that the server published,
+//   F = F_c - K (x - x_c) - b n n.(v - v_c),
+// x_c and F_c of the contact, b its damping, v_c from its last two positions. F is zero without
+// contact and after its `valid`, never points into the body, and is at most the limit.
+//
+// A guard keeps the device passive whatever was delayed or lost. It counts the work W of the hand,
+// exactly if the device holds F until the next call, and gives back no more than is left:
+// - It drops the part of F along where the hand may go until the next call: as its velocity says,
+//   over the last period (at most 50 ms), and where it went last along each axis, until it turns.
+//   So the steps of an encoder, which most calls do not see, give nothing back either.
+// - What comes otherwise, as the first step of a hand that turns, is paid from a credit of 1 mJ:
+//   |F| is at most half of what is there of it, with what is left, over the longest way between two
+//   of the last calls (which fades by a thousandth per call, to 0.1 mm).
+// So W >= -1 mJ at any time, less 1 nJ per call, and less |F| times what a way between two calls is
+// longer than twice that longest one: 0.2 mm for a hand that rested. W is that of the positions as
+// given: encoders hide up to half a step. Where the stiffness K along F is known, what is left is
+// at most F^2 / K, twice the energy of a spring. It is forgotten without contact, so that what
+// tissue has dissipated is not given back later. The guard also withholds real work of others: a
+// body that moves against a resting hand resists, but does not push it away.
+//
+// Allocated here; no client needed. One thread at a time.
+typedef struct PliantHaptic PliantHaptic;
+
+// `max_force`: of the device [N]. Returns NULL if it is not positive and finite.
+PLIANT_API PliantHaptic *pliant_haptic_create(double max_force, bool guard);
+PLIANT_API void pliant_haptic_destroy(PliantHaptic *haptic); // NULL is allowed
+// Takes a contact; one that it has, that is older or not finite changes nothing. NULL is allowed.
+PLIANT_API void pliant_haptic_take(PliantHaptic *haptic, const PliantContact *contact);
+// Computes the force on the hand [N] at `now` (of pliant_now) [s], once per tick of the device.
+// `velocity` [m/s] may be NULL: from the last two positions. Zero if an argument is not finite.
+PLIANT_API void pliant_haptic_force(PliantHaptic *haptic, const double position[3],
+                                    const double velocity[3], double now, double force[3]);
+// Returns the work of the hand that the guard counts now [J]; below 0: what it owes of the credit.
+PLIANT_API double pliant_haptic_energy(const PliantHaptic *haptic);
+
+// --- requests ---
+
+// A request handles messages while it waits for its reply; it is repeated when none comes, at most
+// for 3 s, and executed once. It fails if there is no reply, or if the server refuses it:
+// pliant_error says which, and why.
+typedef struct PliantReply {
+    int64_t step;        // ticks completed when it was executed
+    int32_t separated;   // links that a cut has severed
+    int32_t nodes_added; // nodes that a cut or a split has added
+    int32_t pieces;      // of the body, or of all bodies
+    const char *text;    // what was done
+} PliantReply;
+
+typedef enum PliantCommand {
+    PLIANT_PAUSE = 1,
+    PLIANT_RESUME = 2,
+    PLIANT_STEP = 3, // `value` ticks
+    PLIANT_RESET = 4,
+    PLIANT_CHECKPOINT = 5,
+    PLIANT_DESCRIBE = 6,
+    PLIANT_SET = 7, // `argument`: "gravity=0 0 -9.81", "liver.stiffness_scale=2"
+    PLIANT_STOP = 8
+} PliantCommand;
+
+// Returns NULL on failure. `argument` may be NULL.
+PLIANT_API const PliantReply *pliant_command(PliantClient *client, PliantCommand command,
+                                             int64_t value, const char *argument);
+// Returns the scene as text (bodies, tools, capacities), and makes the server send whole meshes.
+// NULL on failure.
+PLIANT_API const char *pliant_describe(PliantClient *client);
+// Cuts along the quadrilateral between a blade's edge before and after, two ends each [m]. `body`
+// NULL: all. Returns NULL on failure.
+PLIANT_API const PliantReply *pliant_cut(PliantClient *client, const double before[2][3],
+                                         const double after[2][3], const char *body);
+// Pulls the nodes inside a sphere with a total force [N] for simulated seconds. `body` NULL: all.
+PLIANT_API const PliantReply *pliant_load(PliantClient *client, const double center[3],
+                                          double radius, const double force[3], double duration,
+                                          const char *body);
+
+typedef enum PliantTieKind {
+    PLIANT_PIN = 1,  // holds nodes where they are, in the world
+    PLIANT_TIE = 2,  // to the nearest points of `to_body`
+    PLIANT_CLIP = 3, // draws them to the nearest wall that faces them
+    PLIANT_CARRY = 4 // to the tool `tool`
+} PliantTieKind;
+
+typedef struct PliantTie {
+    PliantTieKind kind;
+    const char *body;     // whose nodes are tied; NULL: the only one
+    const char *to_body;  // of PLIANT_TIE and PLIANT_CLIP; NULL: none
+    int32_t tool;         // of PLIANT_CARRY
+    double center[3];     // of the sphere whose nodes are tied [m]
+    double radius;        // [m]
+    const int32_t *node;  // instead: these ids, at most 16; or NULL
+    int32_t node_count;   // 0: the sphere
+    double stiffness;     // as a share of the body's own, (0, 4]; 0: 0.3
+    double damping_ratio; // of the springs, [0, 2]; 0.5 is usual
+    double break_force;   // the tie ends when it pulls harder [N]; 0: never
+} PliantTie;
+
+// Ties tissue in a scene with max_ties. Returns the number of the tie, 0 on failure.
+PLIANT_API int32_t pliant_tie(PliantClient *client, const PliantTie *tie);
+// Gives a tie other springs: the last three members of `tie`; releases it.
+PLIANT_API bool pliant_tie_change(PliantClient *client, int32_t number, const PliantTie *tie);
+PLIANT_API bool pliant_tie_release(PliantClient *client, int32_t number);
+
+// --- status and events ---
+
+typedef struct PliantStatus {
+    const char *scene, *state;            // "running", "paused" or "lockstep"
+    int64_t step;                         // ticks completed
+    double time;                          // simulated [s]
+    double rate_hz;                       // of the scene
+    double real_time_factor;              // simulated over real time
+    int64_t late_ticks, resets, rejected; // skipped, restored, refused since the start
+    double received;                      // on the clock of pliant_now [s]
+} PliantStatus;
+
+typedef struct PliantEvent {
+    int64_t step;            // ticks completed
+    const char *body;        // "": no body is concerned
+    const char *kind, *text; // "cut", "tear", "refused", ...
+} PliantEvent;
+
+// Returns the server's newest status, or NULL.
+PLIANT_API const PliantStatus *pliant_status(const PliantClient *client);
+// Takes the oldest event of the last 256 that were not taken; NULL: there is none.
+PLIANT_API const PliantEvent *pliant_next_event(PliantClient *client);
+
+// --- recordings ----------------------------------------------------------------------------------
+
+// Reads a recording as it was when it was opened: ended, being written, or left by a writer that
+// was killed. A child process reads the file, so that a damaged one crashes nothing. Open it before
+// the program starts threads, and in one that lives as long. One thread at a time.
+typedef struct PliantRecording PliantRecording;
+
+// Returns NULL with a sentence (`error` may be NULL) on failure; without HDF5 in the build, always.
+PLIANT_API PliantRecording *pliant_recording_open(const char *path, PliantError *error);
+// Frames that are kept stay. NULL is allowed.
+PLIANT_API void pliant_recording_close(PliantRecording *recording);
+// Returns why the last call failed, "" if none has.
+PLIANT_API const char *pliant_recording_error(const PliantRecording *recording);
+
+// Return the bodies of the recording, k from 0, and the number of complete frames of one; -1: there
+// is no such body.
+PLIANT_API int pliant_recording_body_count(const PliantRecording *recording);
+PLIANT_API const char *pliant_recording_body_name(const PliantRecording *recording, int k);
+PLIANT_API int64_t pliant_recording_frames(const PliantRecording *recording, const char *body);
+// Returns the last frame at or before a simulated time [s]; -1: there is none.
+PLIANT_API int64_t pliant_recording_find(const PliantRecording *recording, const char *body,
+                                         double time);
+// Reads a frame, k from 0: the recorded bits, as a frame that can be kept, else valid until the
+// next call. Not recorded are the free slots, utime (0), origin, parent, piece and level (NULL).
+// Returns NULL on failure.
+PLIANT_API const PliantBody *pliant_recording_frame(PliantRecording *recording, const char *body,
+                                                    int64_t k);
+
+// A tool while it was active.
+// As the file has it: numbers that are not finite are not known.
+typedef struct PliantToolRow {
+    double time;           // simulated [s]
+    double position[3];    // that acted on the bodies [m]
+    double orientation[4]; // unit quaternion w x y z
+    double force[3];       // on the tool [N]
+} PliantToolRow;
+
+// Returns the number of rows of a tool; -1: it is not in the recording.
+PLIANT_API int64_t pliant_recording_tool_rows(const PliantRecording *recording, int32_t tool);
+// Reads `count` rows, at most 4096, from row `first` on. Returns false on failure.
+PLIANT_API bool pliant_recording_tool(PliantRecording *recording, int32_t tool, int64_t first,
+                                      int count, PliantToolRow *row);
+
+// Returns the number of events, and reads one, k from 0; NULL on failure.
+PLIANT_API int64_t pliant_recording_events(const PliantRecording *recording);
+PLIANT_API const PliantEvent *pliant_recording_event(PliantRecording *recording, int64_t k);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
