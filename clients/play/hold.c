@@ -1,6 +1,7 @@
 // Holds the prefix like a server. One thread.
 #include "hold.h"
 
+#include "sending.h"
 #include "wire.h"
 
 #include "pliant_claim_t.h"
@@ -9,12 +10,7 @@
 #include <stdlib.h>
 #include <sys/random.h>
 
-enum {
-    WAIT_MS = 250,     // for an answer: as long as a server waits
-    ASK_AGAIN_MS = 50, // messages get lost
-    QUEUE = 16,
-    CLOSE_US = 100000, // holds that began within this time count as equally old
-};
+enum { QUEUE = 16 };
 
 static int64_t draw(void)
 {
@@ -64,12 +60,10 @@ static void on_claim(const lcm_recv_buf_t *buffer, const char *channel, void *us
     if (claim.answers != 0 && claim.answers == hold->question) {
         // Before the start any answer decides; later the one that has held it for longer stays.
         hold->question = 0;
-        const int64_t ahead = claim.held - held_us(hold);
-        const bool younger = llabs(ahead) < CLOSE_US ? claim.daemon > hold->number : ahead > 0;
         if (hold->since_ns == 0)
             hold->taken = true;
-        else
-            hold->lost = hold->lost || younger;
+        else if (claim_yields(held_us(hold), hold->number, claim.held, claim.daemon))
+            hold->lost = true;
         return;
     }
     if (claim.question == 0 || hold->since_ns == 0)
@@ -110,10 +104,10 @@ bool hold_take(Hold *hold, Client *client, ClientError *error)
         !client_subscribe(client, "STATUS", NULL, QUEUE, on_status, hold))
         return client_fail(error, "LCM refuses to subscribe to %s_CLAIM", client->prefix);
     // Ask a few times: a question may be lost.
-    const int64_t end = client_now_ns() + WAIT_MS * INT64_C(1000000);
+    const int64_t end = client_now_ns() + CLAIM_WAIT_MS * INT64_C(1000000);
     for (int64_t now = client_now_ns(); now < end && !hold->taken; now = client_now_ns()) {
         publish(hold, hold->question, 0);
-        if (!client_wait(client, now + ASK_AGAIN_MS * INT64_C(1000000), &hold->taken))
+        if (!client_wait(client, now + CLAIM_ASK_AGAIN_MS * INT64_C(1000000), &hold->taken))
             return client_fail(error, client->broken ? "the LCM connection failed" : "interrupted");
     }
     if (hold->taken)

@@ -2,6 +2,7 @@
 #include "sender.h"
 
 #include "base/check.h"
+#include "sending.h"
 
 #include "pliant_contact_t.h"
 #include "pliant_mesh_t.h"
@@ -12,9 +13,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-// As the server's: below one datagram.
-enum { NODES_IN_CHUNK = 4096, TRIANGLES_IN_CHUNK = 2048, NODES_IN_MESH_CHUNK = 1024 };
 
 static void *allocate(int count, size_t size)
 {
@@ -99,16 +97,9 @@ static void find_pieces(SenderBody *body)
     }
 }
 
-static int chunks_of(int things, int size)
-{
-    return things > 0 ? (things + size - 1) / size : 1;
-}
-
 static void start_mesh(SenderBody *body, bool repeats)
 {
-    const int by_triangles = chunks_of(body->mesh.triangle_count, TRIANGLES_IN_CHUNK);
-    const int by_nodes = chunks_of(body->mesh.node_count, NODES_IN_MESH_CHUNK);
-    body->mesh_chunks = by_triangles > by_nodes ? by_triangles : by_nodes;
+    body->mesh_chunks = chunks_of_mesh(body->mesh.node_count, body->mesh.triangle_count);
     body->mesh_next = 0;
     body->mesh_sequence++;
     body->repeats = repeats;
@@ -204,11 +195,6 @@ int64_t sender_step(const Sender *sender, double *time)
 }
 
 // --- chunks --------------------------------------------------------------------------------------
-
-static int chunk_begin(int total, int chunk, int chunks)
-{
-    return (int)((int64_t)total * chunk / chunks);
-}
 
 static void send_mesh_chunk(Sender *sender, SenderBody *body)
 {

@@ -16,11 +16,9 @@
 #include <sys/random.h>
 
 enum {
-    WAIT_MS = 250,     // for an answer
-    ASK_AGAIN_MS = 50, // before the start: packets get lost
-    CLOSE_US = 100000, // holds that began within this time count as equally old
-    QUEUE = 16,        // messages that liblcm queues for URLs other than udpm
-    AWAY_MS = 1000,    // longer than WAIT_MS, lest a daemon on a busy machine yields to a newcomer
+    QUEUE = 16, // messages that liblcm queues for URLs other than udpm
+    AWAY_MS =
+        1000, // longer than CLAIM_WAIT_MS, lest a daemon on a busy machine yields to a newcomer
 };
 
 static int64_t draw(void)
@@ -86,13 +84,13 @@ static void on_first_answer(const lcm_recv_buf_t *message, const char *channel, 
 
 static void ask_until_answered(Bus *bus, const Asking *asking)
 {
-    int64_t now_ns = clock_now_ns(), end_ns = now_ns + WAIT_MS * INT64_C(1000000);
+    int64_t now_ns = clock_now_ns(), end_ns = now_ns + CLAIM_WAIT_MS * INT64_C(1000000);
     int64_t again_ns = now_ns;
     while (!asking->taken && now_ns < end_ns) {
         // Questions get lost as any message may, so ask more than once.
         if (now_ns >= again_ns) {
             publish(bus, bus->claim.question, 0, -1);
-            again_ns = now_ns + ASK_AGAIN_MS * INT64_C(1000000);
+            again_ns = now_ns + CLAIM_ASK_AGAIN_MS * INT64_C(1000000);
         }
         // Wait for the answer, or until it is time to ask again.
         int64_t until_ns = again_ns < end_ns ? again_ns : end_ns;
@@ -154,20 +152,12 @@ static void ask_rival(Bus *bus)
     publish(bus, claim->question, 0, held_us(bus));
 }
 
-static bool must_yield(const Bus *bus, const pliant_claim_t *rival)
-{
-    int64_t ahead_us = rival->held - held_us(bus);
-    if (llabs(ahead_us) < CLOSE_US)
-        return rival->daemon > bus->claim.daemon;
-    return ahead_us > 0;
-}
-
 static void meet_rival(Bus *bus, const pliant_claim_t *rival)
 {
     EventOut event = {.step = bus->status != NULL ? bus->status->step : 0, .body = -1};
     double held = (double)rival->held * 1e-6, ours = (double)held_us(bus) * 1e-6;
     // Of two daemons the one that has held the prefix for less time ends; report it now and then.
-    bool yields = must_yield(bus, rival);
+    bool yields = claim_yields(held_us(bus), bus->claim.daemon, rival->held, rival->daemon);
     int64_t now_ns = clock_now_ns();
     if (!yields && bus->claim.reported_ns != 0 && now_ns - bus->claim.reported_ns < 10000000000)
         return;

@@ -183,10 +183,8 @@ static void send_whole_chunk(Bus *bus, int index)
 static void start_mesh(Bus *bus, int index, int64_t now_ns)
 {
     BodyStream *stream = &bus->body[index];
-    // As many chunks as the larger of the two arrays takes, then the rest positions.
-    int by_triangles = chunks_of(stream->mesh.triangle_count, TRIANGLES_IN_CHUNK);
-    int by_nodes = chunks_of(stream->mesh.node_count, NODES_IN_MESH_CHUNK);
-    stream->mesh_chunks = by_triangles > by_nodes ? by_triangles : by_nodes;
+    // The rest positions follow the mesh.
+    stream->mesh_chunks = chunks_of_mesh(stream->mesh.node_count, stream->mesh.triangle_count);
     int count = stream->mesh_chunks + bus_rest_chunks(stream);
     stream->whole_wanted = false;
     stream->mesh_sequence++;

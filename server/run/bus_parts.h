@@ -10,6 +10,7 @@
 #include "pliant_mesh_delta_t.h"
 
 #include "receiver.h"
+#include "sending.h"
 
 #include <pthread.h>
 #include <stdbool.h>
@@ -25,18 +26,6 @@ typedef struct Pace {
     int next, count; // next == count: nothing is under way
     int64_t start_ns, interval_ns;
 } Pace;
-
-// Chunks of at most `size` things each; one when there is nothing.
-static inline int chunks_of(int count, int size)
-{
-    return count > 0 ? (count + size - 1) / size : 1;
-}
-
-// Where chunk `chunk` of `count` begins among `total` things.
-static inline int chunk_begin(int total, int chunk, int count)
-{
-    return (int)((int64_t)total * chunk / count);
-}
 
 // Evenly over a period of 1/hz, or 10 ms a chunk, whichever is faster.
 static inline void pace_start(Pace *pace, int count, double hz, int64_t now_ns)
@@ -129,9 +118,6 @@ int points_pack(const float *position, const int *id, int count, float grid, int
 
 enum {
     CHANNEL_MAX = 64, // with its NUL; buffers are longer so that the compiler sees that all fits
-    NODES_IN_CHUNK = 4096,     // 49 kB: below one datagram
-    TRIANGLES_IN_CHUNK = 2048, // with NODES_IN_MESH_CHUNK 46 kB
-    NODES_IN_MESH_CHUNK = 1024,
     NODES_IN_REST_CHUNK = 2048, // 41 kB with texture coordinates
     OWN_STATUSES = 64,          // most that may be in transit at a time; a power of two
     BUS_AGAIN_NS = 100000000,   // pause before something that any client may request is sent again

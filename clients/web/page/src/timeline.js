@@ -6,7 +6,10 @@ import { figure } from './units.js';
 const LIVE_S = 120;       // shown of a live session
 const SAMPLES = 2400;     // of the live curve, at most
 const MARKS = 512;        // of a live session; the oldest go
-const ANSWER_MS = 1000;   // after which a seek without reply is taken for lost
+// pliant-web repeats a seek for 3.2 s, then it answers that none came. No newer one may overtake the repeats: the older
+// would be the last to arrive. Later the connection is gone.
+const ANSWER_MS = 5000;
+const CHOSEN_MS = 1000;   // for which what was chosen is shown, whatever comes
 const NEAR = 6;           // [pixels] from a mark, to be told of it
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 const COLOURS = [
@@ -211,7 +214,7 @@ export class Timeline {
         if (playback) {
             this.play.textContent = playback.playing ? '❚❚' : '▶';
             // What was chosen just now is not undone by a message from before.
-            if (!(performance.now() - this.chosenAt < ANSWER_MS)) {
+            if (!(performance.now() - this.chosenAt < CHOSEN_MS)) {
                 this.loop.checked = playback.loop;
                 this.speed.value = String(playback.speed);
             }
