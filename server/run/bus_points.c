@@ -9,7 +9,8 @@
 enum {
     GROUP_NODES = 8,
     WIDTH_BITS = 5,
-    // Differences of such numbers, folded to be positive, have at most 31 bits. A float can hold it.
+    // Differences of such numbers, folded to be positive, have at most 31 bits. A float can hold
+    // it.
     GRID_MOST = (1 << 29) - 32,
 };
 
