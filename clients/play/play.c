@@ -224,6 +224,23 @@ static void pass_events(Play *play)
     }
 }
 
+// The least time between frames, at any speed.
+static int64_t least_frame_ns(const Play *play)
+{
+    return (int64_t)(0.75e9 * fmin(timeline_frame_time(play->timeline), 1.0 / 60.0));
+}
+
+// Returns true once everything up to the end has been published, and its last frame was seen.
+static bool is_over(const Play *play, int64_t now_ns)
+{
+    int count;
+    int64_t left_out;
+    const TimelineEvent *event = timeline_events(play->timeline, &count, &left_out);
+    const bool events = play->event < count && event[play->event].time <= play->time;
+    return play->time >= play->to && play->shown >= play->to && !events && !play->wanted &&
+           sender_waiting(&play->sender, false) == 0 && now_ns >= play->frame_ns;
+}
+
 static void turn(Play *play, int64_t now_ns)
 {
     const double passed = (double)(now_ns - play->turned_ns) * 1e-9;
@@ -231,16 +248,17 @@ static void turn(Play *play, int64_t now_ns)
     if (!play->playing)
         return;
     play->time += passed * play->speed;
-    const bool at_end = play->time >= play->to;
-    play->time = at_end ? play->to : play->time;
+    play->time = fmin(play->time, play->to);
     pass_events(play);
-    if (!at_end)
+    if (!is_over(play, now_ns))
         return;
     // At the end again from the start, or it stays there.
     if (play->loop)
         seek(play, play->from);
     else
         play->playing = false;
+    // A range of one frame takes its time, too.
+    play->frame_ns = now_ns + least_frame_ns(play);
     play->changed = play->wanted = true;
 }
 
@@ -547,7 +565,7 @@ static double time_to_show(const Play *play)
 static bool publish(Play *play, int64_t now_ns, Status *status)
 {
     // A new frame when the one before has left: at once after a request, else no faster than frames
-    // were recorded.
+    // were recorded, or than 80 per second.
     if (sender_waiting(&play->sender, false) == 0 &&
         (play->wanted || (play->playing && now_ns >= play->frame_ns))) {
         const int64_t frames = play->sender.frames;
@@ -556,7 +574,7 @@ static bool publish(Play *play, int64_t now_ns, Status *status)
         if (!sender_show(&play->sender, play->shown, status))
             return false;
         if (play->sender.frames > frames) {
-            play->frame_ns = now_ns + (int64_t)(0.75e9 * timeline_frame_time(play->timeline));
+            play->frame_ns = now_ns + least_frame_ns(play);
             play->tools_ns = 0;
         }
     }

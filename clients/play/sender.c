@@ -80,7 +80,7 @@ static int root_of(int *up, int node)
 static void find_pieces(SenderBody *body)
 {
     const RecordingTopology *mesh = &body->mesh;
-    int *up = body->parent; // scratch, filled below
+    int *up = body->parent; // scratch, filled later
     for (int i = 0; i < mesh->node_count; i++)
         up[i] = i;
     for (int t = 0; t < mesh->triangle_count; t++)
@@ -116,9 +116,10 @@ static bool read_mesh(Sender *sender, int index, const TimelineFrame *at, Status
 {
     SenderBody *body = &sender->body[index];
     bool known;
-    if (!timeline_mesh(sender->timeline, at, index, body->id, body->triangle, &body->mesh,
-                       status) ||
-        !timeline_nodes(sender->timeline, at, index, body->origin, (int(*)[2])body->parent,
+    if (!timeline_mesh(sender->timeline, at, index, body->id, body->triangle, &body->mesh, status))
+        return false;
+    find_pieces(body);
+    if (!timeline_nodes(sender->timeline, at, index, body->origin, (int(*)[2])body->parent,
                         body->level, &known, status))
         return false;
     if (!known) {
@@ -128,7 +129,6 @@ static bool read_mesh(Sender *sender, int index, const TimelineFrame *at, Status
         memset(body->level, 0, (size_t)body->mesh.node_count * sizeof *body->level);
     }
     body->first_wall = timeline_first_wall(sender->timeline, at, index);
-    find_pieces(body);
     return true;
 }
 

@@ -360,14 +360,22 @@ bool timeline_next(const Timeline *timeline, double time, double *next)
     return isfinite(*next);
 }
 
+// The time of the newest frame of any body at or before a time; -HUGE_VAL: none.
+static double newest(const Timeline *timeline, double time)
+{
+    double found = -HUGE_VAL;
+    for (int b = 0; b < timeline->bodies; b++) {
+        const TimelineFrame at = timeline_find(timeline, b, time);
+        if (at.frame >= 0)
+            found = fmax(found, time_of(timeline, at.part, b, at.frame));
+    }
+    return found;
+}
+
 bool timeline_previous(const Timeline *timeline, double time, double *previous)
 {
-    *previous = -HUGE_VAL;
-    for (int b = 0; b < timeline->bodies; b++) {
-        TimelineFrame at = timeline_find(timeline, b, time - 2.0 * SAME_S);
-        if (at.frame >= 0)
-            *previous = fmax(*previous, time_of(timeline, at.part, b, at.frame));
-    }
+    const double shown = newest(timeline, time);
+    *previous = isfinite(shown) ? newest(timeline, shown - 2.0 * SAME_S) : shown;
     return isfinite(*previous);
 }
 

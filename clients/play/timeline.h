@@ -55,7 +55,8 @@ int timeline_first_wall(const Timeline *timeline, const TimelineFrame *at, int b
 
 // The last frame of a body at or before a time.
 TimelineFrame timeline_find(const Timeline *timeline, int body, double time);
-// The nearest time after, or before, at which any body has a frame; false: there is none.
+// The nearest time after a time at which any body has a frame, or the one before the frame that is
+// shown at that time; false: there is none.
 bool timeline_next(const Timeline *timeline, double time, double *next);
 bool timeline_previous(const Timeline *timeline, double time, double *previous);
 // As recorded, but for the number of the topology, which is unique among all parts.

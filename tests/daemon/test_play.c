@@ -3,6 +3,8 @@
 #include "recorder.h"
 #include "scene_writer.h"
 
+#include "pliant_mesh_t.h"
+
 #include <math.h>
 #include <signal.h>
 
@@ -199,6 +201,111 @@ static void tools_are_where_they_were_with_the_forces_that_were(void **state)
     free(time);
 }
 
+// The newest whole mesh of one chunk.
+typedef struct Births {
+    int topology, count, origin[NODES_MAX], parent[2 * NODES_MAX];
+} Births;
+
+static void on_births(const lcm_recv_buf_t *buffer, const char *channel, const pliant_mesh_t *m,
+                      void *user)
+{
+    (void)buffer, (void)channel;
+    Births *births = user;
+    assert_int_equal(m->chunk_count, 1);
+    births->topology = m->topology;
+    births->count = m->num_nodes;
+    memcpy(births->origin, m->origin, (size_t)m->num_nodes * sizeof *births->origin);
+    memcpy(births->parent, m->parent, 2 * (size_t)m->num_nodes * sizeof *births->parent);
+}
+
+static void a_mesh_says_where_its_nodes_come_from(void **state)
+{
+    (void)state;
+    static Births births;
+    BodyView view;
+    Process program;
+    int rows;
+    read_body(session(), "sphere", &view);
+    hid_t file = view_open(session(), false);
+    int *origin = view_rows(file, "/bodies/sphere/node_origin", H5T_NATIVE_INT, &rows);
+    int *parent = view_rows(file, "/bodies/sphere/node_parent", H5T_NATIVE_INT, &rows);
+    H5Fclose(file);
+    Client *client = start_paused(&program, session());
+    pliant_mesh_t_subscription_t *mesh =
+        pliant_mesh_t_subscribe(client->lcm, "PLIANT_MESH_sphere", on_births, &births);
+    set(client, "seek=%.17g", 1e9);
+    const int last = view.topologies - 1;
+    wait_until(client, births.topology == view.number[last]);
+    assert_int_equal(births.count, view.node_count[last]);
+    const size_t count = (size_t)births.count;
+    assert_memory_equal(births.origin, origin + view.first_node[last], count * sizeof *origin);
+    assert_memory_equal(births.parent, parent + 2 * view.first_node[last],
+                        2 * count * sizeof *parent);
+    pliant_mesh_t_unsubscribe(client->lcm, mesh);
+    stop(client, &program);
+    client_destroy(client);
+    free(origin);
+    free(parent);
+    view_free(&view);
+}
+
+static void a_step_back_between_two_frames_shows_the_one_before(void **state)
+{
+    (void)state;
+    BodyView view;
+    Process program;
+    read_body(session(), "sphere", &view);
+    Client *client = start_paused(&program, session());
+    set(client, "seek=%.17g", 0.5 * (view.time[5] + view.time[6]));
+    wait_until(client, client->frames.step == view.step[5]);
+    set(client, "step=%g", -1.0);
+    wait_until(client, client->frames.step == view.step[4]);
+    expect_frame(client, &view, 4);
+    stop(client, &program);
+    client_destroy(client);
+    view_free(&view);
+}
+
+static void a_loop_shows_its_last_frame(void **state)
+{
+    (void)state;
+    BodyView view;
+    Process program;
+    read_body(session(), "sphere", &view);
+    char line[1200];
+    snprintf(line, sizeof line, "--loop --from 0.15 %s", session());
+    Client *client = start(&program, line);
+    for (int round = 0; round < 3; round++) {
+        wait_until(client, client->frames.step == view.step[view.frames - 1]);
+        wait_until(client, client->frames.step < view.step[view.frames - 1]);
+    }
+    stop(client, &program);
+    client_destroy(client);
+    view_free(&view);
+}
+
+static void a_loop_of_one_frame_takes_its_time(void **state)
+{
+    (void)state;
+    BodyView view;
+    Process program;
+    read_body(session(), "sphere", &view);
+    char line[1200];
+    snprintf(line, sizeof line, "--loop --from %.17g --to %.17g %s", view.time[5] + 1e-4,
+             view.time[5] + 2e-4, session());
+    Client *client = start(&program, line);
+    // Meshes come once a second, by the same clock as the loop; each round has a status. Rounds
+    // take at least 12 ms; without a pause there are thousands.
+    const int mesh = client->mesh.whole + 1;
+    wait_until(client, client->mesh.whole > mesh);
+    const int first = client->status.count;
+    wait_until(client, client->mesh.whole > mesh + 1);
+    assert_in_range(client->status.count - first, 0, 200);
+    stop(client, &program);
+    client_destroy(client);
+    view_free(&view);
+}
+
 static void it_plays_in_a_loop_within_the_range_and_at_the_speed(void **state)
 {
     (void)state;
@@ -343,9 +450,14 @@ static void a_log_is_played_like_a_recording(void **state)
     BodyView view;
     read_body(path, "sphere", &view);
     client = start_paused(&program, log);
-    set(client, "seek=%.17g", 1e9);
-    wait_until(client, client->frames.step == view.step[view.frames - 1]);
-    expect_frame(client, &view, view.frames - 1);
+    // The log has what the daemon published, on a busy machine without its last frames.
+    const int64_t step = set(client, "seek=%.17g", 1e9)->step;
+    int frame = view.frames - 1;
+    while (frame > 0 && view.step[frame] > step)
+        frame--;
+    assert_true(frame > 0);
+    wait_until(client, client->frames.step == view.step[frame]);
+    expect_frame(client, &view, frame);
     stop(client, &program);
     expect_printed(&program, "converted in ");
     client_destroy(client);
@@ -447,6 +559,10 @@ int main(int argc, char **argv)
         daemon_test(every_frame_comes_with_the_recorded_bits_and_its_mesh),
         daemon_test(a_seek_shows_the_last_frame_at_or_before_that_time),
         daemon_test(tools_are_where_they_were_with_the_forces_that_were),
+        daemon_test(a_mesh_says_where_its_nodes_come_from),
+        daemon_test(a_step_back_between_two_frames_shows_the_one_before),
+        daemon_test(a_loop_shows_its_last_frame),
+        daemon_test(a_loop_of_one_frame_takes_its_time),
         daemon_test(it_plays_in_a_loop_within_the_range_and_at_the_speed),
         daemon_test(once_it_ends_by_itself),
         daemon_test(a_run_offline_is_described_too),
