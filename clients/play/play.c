@@ -190,7 +190,7 @@ static void seek(Play *play, double time)
     int below = -1, above = count;
     while (above - below > 1) {
         const int middle = below + (above - below) / 2;
-        if (event[middle].time <= play->time)
+        if (event[middle].time < play->time)
             below = middle;
         else
             above = middle;

@@ -298,11 +298,28 @@ static bool read_bodies(const Timeline *timeline, Score *score, Status *status)
 
 // --- the session ---------------------------------------------------------------------------------
 
+// Reads the name of a part's scene; "": not known.
+static void scene_of(const Timeline *timeline, int part, char name[64])
+{
+    name[0] = '\0';
+    sscanf(recording_reader_describe(timeline_part(timeline, part).reader),
+           "scene %63[A-Za-z0-9_-]", name);
+}
+
 static bool read_rules(const Timeline *timeline, const char *scene, Score *score, Status *status)
 {
     const char *text = recording_reader_scene(timeline_part(timeline, 0).reader);
     const char *described = timeline_describe(timeline);
-    sscanf(described, "scene %63[A-Za-z0-9_-]", score->scene);
+    scene_of(timeline, 0, score->scene);
+    // One sheet is of one scene: its limit, regions and fixed nodes hold for all parts.
+    for (int p = 1; p < timeline_parts(timeline); p++) {
+        char name[64];
+        scene_of(timeline, p, name);
+        if (strcmp(name, score->scene) != 0)
+            return status_fail(status, STATUS_INVALID,
+                               "part %d is of the scene '%s', part 1 of '%s': score them alone",
+                               p + 1, name, score->scene);
+    }
     if (scene != NULL) {
         score->fixed_known = true;
         return scene_load_score(scene, &score->rules, status);

@@ -193,6 +193,17 @@ static void parts_of_a_session_make_one_sheet(void **unused)
     assert_int_equal(score.tool[0].gaps, 0);
 }
 
+static void parts_of_different_scenes_are_refused(void **unused)
+{
+    (void)unused;
+    record(0, "scene strip: 1000 Hz\nunits: m\n", 0, 500, "");
+    record(1, "scene other: 1000 Hz\nunits: m\n", 0, 500, "");
+    open_parts(2);
+    assert_false(score_read(timeline, NULL, &score, &status));
+    assert_non_null(
+        strstr(status.text, "part 2 is of the scene 'other', part 1 of 'strip': score them alone"));
+}
+
 static void a_description_names_limit_and_regions(void **unused)
 {
     (void)unused;
@@ -316,6 +327,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_cut_without_an_event_is_found, begin, end),
         cmocka_unit_test_setup_teardown(a_recording_that_was_not_ended_says_so, begin, end),
         cmocka_unit_test_setup_teardown(parts_of_a_session_make_one_sheet, begin, end),
+        cmocka_unit_test_setup_teardown(parts_of_different_scenes_are_refused, begin, end),
         cmocka_unit_test_setup_teardown(a_description_names_limit_and_regions, begin, end),
         cmocka_unit_test_setup_teardown(another_scene_can_be_named, begin, end),
         cmocka_unit_test(bad_rules_are_refused_with_their_line),
