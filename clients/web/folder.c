@@ -154,6 +154,17 @@ int folder_read(const Folder *folder, const char *name, const char *const *endin
     return openat(folder->fd, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
 }
 
+// True if what follows a full stop is no small letter, number or bracket of the same comment.
+static bool ends_sentence(const char *after)
+{
+    if (*after && *after != ' ' && *after != '\n')
+        return false;
+    after += strspn(after, " ");
+    if (*after == '\n' && after[1] == '#')
+        after += 2 + strspn(after + 2, " ");
+    return !((*after >= 'a' && *after <= 'z') || (*after >= '0' && *after <= '9') || *after == '(');
+}
+
 // Reads the comment that a scene begins with, its lines joined, up to the end of a sentence.
 static void read_about(const Folder *folder, const char *name, char about[FOLDER_ABOUT_MAX])
 {
@@ -170,8 +181,9 @@ static void read_about(const Folder *folder, const char *name, char about[FOLDER
         while (*line && *line != '\n' && length < FOLDER_ABOUT_MAX - 1) {
             char c = *line++;
             about[length++] = c < ' ' || c > '~' ? ' ' : c;
-            // It ends with its first sentence.
-            if ((c == '.' || c == ':') && (*line == ' ' || *line == '\n' || !*line)) {
+            // It ends with its first sentence, but not within "Choi et al. (2005), Fig. 8".
+            if ((c == '.' && ends_sentence(line)) ||
+                (c == ':' && (*line == ' ' || *line == '\n' || !*line))) {
                 about[c == ':' ? length - 1 : length] = '\0';
                 return;
             }

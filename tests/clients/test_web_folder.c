@@ -88,6 +88,9 @@ static void a_scene_is_described_by_the_sentence_that_it_begins_with(void **stat
     static const char *const texts[][2] = {
         {"# A ball: it falls.\nname = \"a\";\n", "A ball"},
         {"# Two lines that\n# are one. Not this.\n", "Two lines that are one."},
+        {"# As Choi et al. (2005), Fig. 8, and\n# Kim et al.\n# 2007. No more.\n",
+         "As Choi et al. (2005), Fig. 8, and Kim et al. 2007."},
+        {"# A ball.\nbodies = ();\n", "A ball."},
         {"bodies = ();\n# later\n", ""},
         {"# tab\tand \x1b[31m\n", "tab and  [31m"},
         {"#", ""},
