@@ -283,41 +283,45 @@ static bool set_range(Play *play, const double *value, Answered *answer)
 
 static bool set(Play *play, const char *argument, Answered *answer)
 {
-    char key[16];
+    enum { SEEK, SPEED, LOOP, STEP, RANGE, KEYS };
+    static const char *const keys[KEYS] = {"seek", "speed", "loop", "step", "range"};
+    char name[16];
     double value[2];
-    int length = 0;
+    int length = 0, key = 0;
     // "key=numbers"
-    if (sscanf(argument, "%15[a-z]=%n", key, &length) != 1 || length == 0)
-        return refuse(answer, "expected key=value; a recording has speed, seek, step, loop, range");
-    const int count = client_read_numbers(argument + length, value, 2);
+    if (sscanf(argument, "%15[a-z]=%n", name, &length) != 1 || length == 0)
+        key = KEYS;
+    while (key < KEYS && strcmp(name, keys[key]) != 0)
+        key++;
+    if (key == KEYS)
+        return refuse(answer, "a recording takes seek=S, speed=X, loop=0 or 1, step=N, range=S S");
+    if (client_read_numbers(argument + length, value, 2) != (key == RANGE ? 2 : 1))
+        return refuse(answer,
+                      key == RANGE ? "range takes two times [s]" : "expected one finite number");
     snprintf(answer->text, sizeof answer->text, "%.100s", argument);
-    if (strcmp(key, "range") == 0)
-        return count == 2 ? set_range(play, value, answer)
-                          : refuse(answer, "range takes two times [s]");
-    if (count != 1)
-        return refuse(answer, "expected one finite number");
-    if (strcmp(key, "seek") == 0) {
+    switch (key) {
+    case SEEK:
         seek(play, value[0]);
         return true;
-    }
-    if (strcmp(key, "speed") == 0) {
+    case SPEED:
         if (!(value[0] >= SPEED_LEAST && value[0] <= SPEED_MOST))
             return refuse(answer, "speed outside [0.01, 100]");
         play->speed = value[0];
         return true;
-    }
-    if (strcmp(key, "loop") == 0) {
-        play->loop = value[0] != 0.0;
+    case LOOP:
+        if (value[0] != 0.0 && value[0] != 1.0)
+            return refuse(answer, "loop is 0 or 1");
+        play->loop = value[0] == 1.0;
         return true;
-    }
-    if (strcmp(key, "step") == 0) {
+    case STEP:
         if (!(fabs(value[0]) <= STEPS_MOST))
             return refuse(answer, "step outside [-100000, 100000] frames");
         play->playing = false;
         step(play, (long)value[0]);
         return true;
+    default:
+        return set_range(play, value, answer);
     }
-    return refuse(answer, "a recording has no such parameter, only speed, seek, step, loop, range");
 }
 
 static bool run_command(Play *play, const pliant_command_t *command, Answered *answer)
