@@ -177,6 +177,16 @@ static void packets_take_half_of_the_bytes(void **state)
     free(sent);
 }
 
+// All nodes from one packet.
+static void unpack(NodesFrame *frame, int count, float grid, const int32_t origin[3], uint8_t *data,
+                   int bytes)
+{
+    pliant_points_t packet = {
+        .node_count = count, .count = count, .grid = grid, .num_bytes = bytes, .data = data};
+    memcpy(packet.origin, origin, sizeof packet.origin);
+    assert_int_equal(add(frame, &packet), FRAMES_WHOLE);
+}
+
 // The largest difference that there is takes 31 bits, not 32.
 static void two_nodes_as_far_apart_as_the_grid_reaches(void **state)
 {
@@ -198,10 +208,7 @@ static void two_nodes_as_far_apart_as_the_grid_reaches(void **state)
         int count = points_pack(position, id, COUNT, grid, sizeof data, origin, data, &bytes);
         assert_int_equal(count, COUNT);
         NodesFrame frame = {0};
-        pliant_points_t packet = {
-            .node_count = COUNT, .count = COUNT, .grid = grid, .num_bytes = bytes, .data = data};
-        memcpy(packet.origin, origin, sizeof origin);
-        assert_int_equal(add(&frame, &packet), FRAMES_WHOLE);
+        unpack(&frame, COUNT, grid, origin, data, bytes);
         for (int i = 0; i < 3 * COUNT; i++)
             assert_true(frame.position[i] == position[i]); // numbers of the grid
         nodes_frame_destroy(&frame);
@@ -225,10 +232,7 @@ static void numbers_out_of_range_are_packed_as_finite_ones(void **state)
         int count = points_pack(position, id, COUNT, grid, sizeof data, origin, data, &bytes);
         assert_int_equal(count, COUNT);
         NodesFrame frame = {0};
-        pliant_points_t packet = {
-            .node_count = COUNT, .count = COUNT, .grid = grid, .num_bytes = bytes, .data = data};
-        memcpy(packet.origin, origin, sizeof origin);
-        assert_int_equal(add(&frame, &packet), FRAMES_WHOLE);
+        unpack(&frame, COUNT, grid, origin, data, bytes);
         for (int i = 0; i < 3 * COUNT; i++)
             assert_true(isfinite(frame.position[i]));
         nodes_frame_destroy(&frame);
