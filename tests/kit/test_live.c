@@ -622,11 +622,16 @@ static void lost_packets_keep_their_nodes_and_no_others(void **state)
         const PliantReply *reply;
         expect_done(near, reply = pliant_command(near, PLIANT_STEP, 10, NULL));
         pass_until(&lossy, reply->step);
-        assert_true(pliant_wait(far, 0.0));
-        const PliantBody *truth = pliant_body(near, "sphere"), *body = pliant_body(far, "sphere");
-        // A busy machine may lose packets, too.
+        const PliantBody *truth = pliant_body(near, "sphere"), *body;
+        for (int n = 0; n < 20; n++) {
+            assert_true(pliant_wait(far, n == 0 ? 0.0 : 0.01));
+            body = pliant_body(far, "sphere");
+            if (body && body->step == reply->step)
+                break;
+        }
+        // A busy machine may lose packets, too, or whole frames: the one before is then unknown.
         if (body && truth->old_nodes == 0 && truth->step == reply->step &&
-            body->step == truth->step) {
+            body->step == truth->step && (!before || before->step == body->step - 10)) {
             assert_int_equal(body->node_count, 2562);
             const int found = old_nodes(body, truth, before);
             assert_true(found <= body->old_nodes); // some have not moved
