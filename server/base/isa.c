@@ -12,10 +12,10 @@ const char *isa_name(IsaLevel level)
     return names[ISA_COUNT - 1 - level];
 }
 
-IsaLevel isa_best(void)
+// Returns the best level whose features, of those that kernels use, this processor has.
+static IsaLevel of_processor(void)
 {
 #if defined(__x86_64__)
-    // The features of x86-64-v3 and -v4 that kernels use.
     __builtin_cpu_init();
     if (!(__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") &&
           __builtin_cpu_supports("fma")))
@@ -27,6 +27,12 @@ IsaLevel isa_best(void)
 #else
     return ISA_BASE;
 #endif
+}
+
+IsaLevel isa_best(void)
+{
+    const IsaLevel compiled = (IsaLevel)(PLIANT_ISA_LEVELS - 1), level = of_processor();
+    return level < compiled ? level : compiled;
 }
 
 IsaLevel isa_find(const char *name)

@@ -8,10 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-extern const ImplicitKernel implicit_kernels_double_base;
-#if defined(__x86_64__)
-extern const ImplicitKernel implicit_kernels_double_v3, implicit_kernels_double_v4;
-#endif
+ISA_KERNELS_OF(ImplicitKernel, implicit_kernels_double);
 // ---------------------------------------------------------------------------------------------
 // Nodes are numbered for one step in the order of the kernel's lanes, and sorted into islands
 
@@ -372,26 +369,13 @@ double implicit_theta(const SurfaceOptions *options)
     return options->implicit.theta > 0.0 ? options->implicit.theta : IMPLICIT_THETA;
 }
 
-// Finds the kernel for the level of the spring kernels.
-static const ImplicitKernel *find_kernel(const char *level)
-{
-#if defined(__x86_64__)
-    const ImplicitKernel *const kernel[ISA_COUNT] = {
-        &implicit_kernels_double_base, &implicit_kernels_double_v3, &implicit_kernels_double_v4};
-    return kernel[isa_find(level)];
-#else
-    (void)level;
-    return &implicit_kernels_double_base;
-#endif
-}
-
 void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *arena)
 {
     const char *name = options->body.name;
     Implicit *system = model->implicit = ALLOCATE(ARENA_STEP, 1, Implicit, "implicit system");
     const SurfaceImplicit *asked = &options->implicit;
     // What the scene chose, or the defaults.
-    system->kernel = find_kernel(model->kernels->level);
+    system->kernel = implicit_kernels_double[isa_find(model->kernels->level)];
     system->theta = implicit_theta(options);
     system->anchored = options->shape.wanted && options->shape.frame == SHAPE_WORLD;
     system->tolerance = asked->tolerance > 0.0 ? asked->tolerance : IMPLICIT_TOLERANCE;
