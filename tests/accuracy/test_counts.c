@@ -1,5 +1,5 @@
 // The counts of Choi et al. 2005, Table 1, and eq 7's example of a mass.
-#include "expect.h"
+#include "test.h"
 #include "patch.h"
 
 static const char *const SCENES[] = {"sphere", "stomach"};
@@ -18,9 +18,8 @@ static void drop(Scene *scene, World *world)
     scene_destroy(scene);
 }
 
-static void meshes_have_the_papers_nodes_and_springs(void **state)
+TEST(meshes_have_the_papers_nodes_and_springs)
 {
-    (void)state;
     static const Model *const models[] = {&MODEL_COARSE, &MODEL_REFINED_1};
     static const int expected[2][2][2] = {{{114, 336}, {450, 1344}}, {{188, 558}, {746, 2232}}};
     for (int mesh = 0; mesh < 2; mesh++)
@@ -37,9 +36,8 @@ static void meshes_have_the_papers_nodes_and_springs(void **state)
 
 // What the paper's sphere gained, 114 to 133 nodes and 336 to 385 springs: the ten faces around two
 // neighbours of valence six, their eight rim edges switched off. Where those stay on: +57.
-static void patch_around_two_neighbours_adds_what_the_paper_counted(void **state)
+TEST(patch_around_two_neighbours_adds_what_the_paper_counted)
 {
-    (void)state;
     for (int mesh = 0; mesh < 2; mesh++)
         for (int r = 0; r < 2; r++) {
             SurfaceAdjust rule = r == 0 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
@@ -60,9 +58,8 @@ static void patch_around_two_neighbours_adds_what_the_paper_counted(void **state
 }
 
 // Masses by eqs 6 and 7 from counts alone, and the total that a patch leaves.
-static void mixed_node_has_the_mean_mass_of_its_edges(void **state)
+TEST(mixed_node_has_the_mean_mass_of_its_edges)
 {
-    (void)state;
     Scene scene;
     World world;
     build("sphere", ADJUST_CHOI2005, &MODEL_ADAPTIVE_1, &scene, &world);
@@ -82,14 +79,4 @@ static void mixed_node_has_the_mean_mass_of_its_edges(void **state)
     patch_refine_two_faces(&world, node);
     expect_near(patch_body(&world)->mass, whole, 1e-13 * whole); // rounding of 114 terms
     drop(&scene, &world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(meshes_have_the_papers_nodes_and_springs),
-        cmocka_unit_test(patch_around_two_neighbours_adds_what_the_paper_counted),
-        cmocka_unit_test(mixed_node_has_the_mean_mass_of_its_edges),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

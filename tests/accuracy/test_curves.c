@@ -1,7 +1,7 @@
 // What Figs. 10 to 12 of Choi et al. 2005 must show: adaptive bodies follow wholly refined ones,
 // and more closely than coarse ones do; and what the paper's eq 8 and constant shape springs cannot
 // show.
-#include "expect.h"
+#include "test.h"
 #include "run.h"
 
 static Trace coarse, refined, adaptive;
@@ -52,24 +52,21 @@ static void adaptive_follows_refined(const char *name, double factor, const Mode
     }
 }
 
-static void adaptive_sphere_follows_refined(void **state)
+TEST(adaptive_sphere_follows_refined)
 {
-    (void)state;
     adaptive_follows_refined("sphere", 1.0, &MODEL_REFINED_2, &MODEL_ADAPTIVE_2, 0.06);
     adaptive_follows_refined("sphere", 0.2, &MODEL_REFINED_2, &MODEL_ADAPTIVE_2, 0.12);
     adaptive_follows_refined("sphere", 1.0, &MODEL_REFINED_1, &MODEL_ADAPTIVE_1, 0.06);
 }
 
-static void adaptive_stomach_follows_refined(void **state)
+TEST(adaptive_stomach_follows_refined)
 {
-    (void)state;
     adaptive_follows_refined("stomach", 1.0, &MODEL_REFINED_2, &MODEL_ADAPTIVE_2, 0.06);
 }
 
 // Walls of 2 mm that bend: bounds twice what was measured. A third of the nodes is enough.
-static void adaptive_walls_that_bend_follow_refined_ones(void **state)
+TEST(adaptive_walls_that_bend_follow_refined_ones)
 {
-    (void)state;
     static const struct {
         const char *name;
         double factor, bound;
@@ -103,9 +100,8 @@ static double compliance(SurfaceAdjust rule, double frequency, bool in_plane)
     return refined.displacement[refined.count - 1] / coarse.displacement[coarse.count - 1];
 }
 
-static void fabric_is_as_stiff_refined_as_coarse(void **state)
+TEST(fabric_is_as_stiff_refined_as_coarse)
 {
-    (void)state;
     // A coarse sheet of ten cells, pressed on four, is up to a tenth too stiff.
     expect_near(compliance(ADJUST_CONTINUUM, 50.0, false), 1.0, 0.1);
     expect_near(compliance(ADJUST_CONTINUUM, 5.0, false), 1.0, 0.1);
@@ -115,21 +111,8 @@ static void fabric_is_as_stiff_refined_as_coarse(void **state)
 
 // Springs half as stiff at level 1, so in its plane a sheet gives way by twice as much, less what
 // the shape springs hold (server/surface/detail/README.md, "Properties that follow the level").
-static void equation_8_softens_fabric_where_nothing_hides_it(void **state)
+TEST(equation_8_softens_fabric_where_nothing_hides_it)
 {
-    (void)state;
     expect_at_least(compliance(ADJUST_CHOI2005, 5.0, true), 1.6);
     expect_at_least(compliance(ADJUST_CHOI2005, 5.0, false), 1.25);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(adaptive_sphere_follows_refined),
-        cmocka_unit_test(adaptive_stomach_follows_refined),
-        cmocka_unit_test(adaptive_walls_that_bend_follow_refined_ones),
-        cmocka_unit_test(fabric_is_as_stiff_refined_as_coarse),
-        cmocka_unit_test(equation_8_softens_fabric_where_nothing_hides_it),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Command lines: what a table stores and what it refuses.
 #include "base/arguments.h"
-#include "expect.h"
+#include "test.h"
 
 #include <math.h>
 #include <string.h>
@@ -66,9 +66,8 @@ static bool read_line(const char *line, Values *values, Status *status)
     return arguments_parse(&TABLE, count, word, values, status);
 }
 
-static void defaults_are_those_of_the_rows(void **state)
+TEST(defaults_are_those_of_the_rows)
 {
-    (void)state;
     Values values;
     Status status;
     assert_true(read_line("", &values, &status));
@@ -80,9 +79,8 @@ static void defaults_are_those_of_the_rows(void **state)
     assert_null(values.scene);
 }
 
-static void values_are_stored_where_their_rows_say(void **state)
+TEST(values_are_stored_where_their_rows_say)
 {
-    (void)state;
     Values values;
     Status status;
     assert_true(read_line("-r 2.5e0 a.cfg --no-smooth --step=10 --at 0.5,-1e-3,10 -n5 --seed -7 "
@@ -100,9 +98,8 @@ static void values_are_stored_where_their_rows_say(void **state)
     assert_string_equal(values.scene, "--rate");
 }
 
-static void refusals_name_option_value_and_range(void **state)
+TEST(refusals_name_option_value_and_range)
 {
-    (void)state;
     static const char *const cases[][2] = {
         {"--rate 0", "try: --rate '0' is not a number in (0, 10] (see try --help)"},
         {"--rate nan", "try: --rate 'nan' is not a number in (0, 10] (see try --help)"},
@@ -128,9 +125,8 @@ static void refusals_name_option_value_and_range(void **state)
     }
 }
 
-static void numbers_must_be_whole_finite_and_inside(void **state)
+TEST(numbers_must_be_whole_finite_and_inside)
 {
-    (void)state;
     static const char *const bad[] = {"", "x", "1x", "nan", "inf", "-1", "11", "1e999", "1 2"};
     static const char *const bad_integers[] = {"", "1.5", "99999999999999999999", "-1", "11", "0x"};
     static const char *const bad_vectors[] = {"",        "1",       "1,2",     "1,2,",
@@ -148,9 +144,8 @@ static void numbers_must_be_whole_finite_and_inside(void **state)
     assert_int_equal(integer, 10);
 }
 
-static void names_hold_nothing_that_a_pattern_would_read(void **state)
+TEST(names_hold_nothing_that_a_pattern_would_read)
 {
-    (void)state;
     assert_true(argument_is_name("left_kidney-2", 31));
     static const char *const bad[] = {"",    "a.b", "a*",  "a b",
                                       "a/b", "a\n", "(a)", "0123456789012345678901234567890123"};
@@ -178,9 +173,8 @@ static void read_printed(const char *line, char *text, size_t size)
 }
 
 // Each row with its default, if it can be given; lines fit a terminal.
-static void help_lists_every_row_with_its_default(void **state)
+TEST(help_lists_every_row_with_its_default)
 {
-    (void)state;
     char text[4096];
     read_printed("--version", text, sizeof text);
     assert_string_equal(text, "try " PLIANT_VERSION "\n");
@@ -196,17 +190,4 @@ static void help_lists_every_row_with_its_default(void **state)
         assert_true(strcspn(line, "\n") <= 79);
     assert_non_null(strstr(text, "  -?, --help "));
     assert_non_null(strstr(text, "      --name=NAME            a name (default: PLIANT)\n"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(defaults_are_those_of_the_rows),
-        cmocka_unit_test(values_are_stored_where_their_rows_say),
-        cmocka_unit_test(refusals_name_option_value_and_range),
-        cmocka_unit_test(numbers_must_be_whole_finite_and_inside),
-        cmocka_unit_test(names_hold_nothing_that_a_pattern_would_read),
-        cmocka_unit_test(help_lists_every_row_with_its_default),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

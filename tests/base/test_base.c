@@ -1,5 +1,5 @@
 // The base room: slot, ring, histogram, arena, state list, status, vectors and quaternions.
-#include "expect.h"
+#include "test.h"
 #include "base/memory.h"
 #include "base/clock.h"
 #include "base/log.h"
@@ -34,9 +34,8 @@ static void *write_values(void *argument)
     return NULL;
 }
 
-static void slot_is_never_torn_and_never_goes_back(void **state)
+TEST(slot_is_never_torn_and_never_goes_back)
 {
-    (void)state;
     static Value memory[3];
     static Slot slot;
     slot_init(&slot, memory, sizeof(Value));
@@ -59,9 +58,8 @@ static void slot_is_never_torn_and_never_goes_back(void **state)
     assert_int_equal(older, 0);
 }
 
-static void slot_gives_the_newest_value_once(void **state)
+TEST(slot_gives_the_newest_value_once)
 {
-    (void)state;
     int memory[3];
     Slot slot;
     slot_init(&slot, memory, sizeof(int));
@@ -98,9 +96,8 @@ static void *push_entries(void *argument)
     return NULL;
 }
 
-static void ring_entries_are_filled_in_place(void **state)
+TEST(ring_entries_are_filled_in_place)
 {
-    (void)state;
     uint64_t memory[2], pushed = 7;
     Ring ring;
     ring_init(&ring, memory, 2, sizeof memory[0]);
@@ -117,9 +114,8 @@ static void ring_entries_are_filled_in_place(void **state)
     assert_int_equal(ring.high_water, 2);
 }
 
-static void ring_keeps_the_order_between_two_threads(void **state)
+TEST(ring_keeps_the_order_between_two_threads)
 {
-    (void)state;
     static uint64_t memory[16][3];
     static Ring ring;
     ring_init(&ring, memory, 16, sizeof memory[0]);
@@ -142,9 +138,8 @@ static void ring_keeps_the_order_between_two_threads(void **state)
     assert_true(ring.high_water >= 1 && ring.high_water <= 16);
 }
 
-static void full_ring_refuses(void **state)
+TEST(full_ring_refuses)
 {
-    (void)state;
     int memory[4];
     Ring ring;
     ring_init(&ring, memory, 4, sizeof(int));
@@ -163,9 +158,8 @@ static void full_ring_refuses(void **state)
     assert_int_equal(ring.high_water, 4);
 }
 
-static void ring_counts_on_when_its_counters_wrap(void **state)
+TEST(ring_counts_on_when_its_counters_wrap)
 {
-    (void)state;
     int memory[4];
     Ring ring;
     ring_init(&ring, memory, 4, sizeof(int));
@@ -191,9 +185,8 @@ static int compare_times(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static void percentiles_are_right_to_a_bin(void **state)
+TEST(percentiles_are_right_to_a_bin)
 {
-    (void)state;
     static Histogram histogram;
     enum { COUNT = 20000 };
     static int64_t ns[COUNT];
@@ -220,9 +213,8 @@ static void percentiles_are_right_to_a_bin(void **state)
         expect_near(us[k], 0.0, 0.0);
 }
 
-static void histogram_takes_any_duration(void **state)
+TEST(histogram_takes_any_duration)
 {
-    (void)state;
     static Histogram histogram;
     double us[4];
     histogram_add(&histogram, -5);
@@ -237,9 +229,8 @@ static void histogram_takes_any_duration(void **state)
     assert_int_equal(histogram.count, 3);
 }
 
-static void percentile_never_exceeds_the_maximum(void **state)
+TEST(percentile_never_exceeds_the_maximum)
 {
-    (void)state;
     static Histogram histogram;
     double us[4];
     histogram_add(&histogram, 1500);
@@ -251,9 +242,8 @@ static void percentile_never_exceeds_the_maximum(void **state)
 // ---------------------------------------------------------------------------------------------
 // Arena and state
 
-static void arena_gives_zeroed_aligned_memory_and_counts_it(void **state)
+TEST(arena_gives_zeroed_aligned_memory_and_counts_it)
 {
-    (void)state;
     Arena arena = {0};
     size_t total = 0;
     for (int k = 0; k < 200; k++) { // more than its list starts with
@@ -276,9 +266,8 @@ static void arena_gives_zeroed_aligned_memory_and_counts_it(void **state)
     assert_int_equal(arena_bytes(&arena), 0);
 }
 
-static void arena_cuts_long_names(void **state)
+TEST(arena_cuts_long_names)
 {
-    (void)state;
     Arena arena = {0};
     arena_allocate(&arena, ARENA_STEP, 1, 1, "%s",
                    "a name that is much longer than the forty-seven bytes that a block keeps");
@@ -286,9 +275,8 @@ static void arena_cuts_long_names(void **state)
     arena_destroy(&arena);
 }
 
-static void state_is_copied_out_and_in_whole(void **state)
+TEST(state_is_copied_out_and_in_whole)
 {
-    (void)state;
     int64_t a = 1, first[2] = {2, 3}, second[2] = {4, 5};
     int current = 0;
     StateList list = {0};
@@ -315,9 +303,8 @@ static void state_is_copied_out_and_in_whole(void **state)
     state_destroy(&list);
 }
 
-static void hash_sees_every_byte(void **state)
+TEST(hash_sees_every_byte)
 {
-    (void)state;
     unsigned char bytes[64] = {0};
     StateList list = {0};
     for (int k = 0; k < 8; k++)
@@ -335,9 +322,8 @@ static void hash_sees_every_byte(void **state)
 // ---------------------------------------------------------------------------------------------
 // Status, log level
 
-static void status_keeps_the_first_failure(void **state)
+TEST(status_keeps_the_first_failure)
 {
-    (void)state;
     Status status = {0};
     assert_false(status_fail(&status, STATUS_INVALID, "scene.cfg:%d: rate_hz %g", 12, 0.5));
     assert_int_equal(status.code, STATUS_INVALID);
@@ -348,9 +334,8 @@ static void status_keeps_the_first_failure(void **state)
     assert_false(status_fail(NULL, STATUS_FAILED, "nobody asks"));
 }
 
-static void status_cuts_long_texts(void **state)
+TEST(status_cuts_long_texts)
 {
-    (void)state;
     char text[2000];
     memset(text, 'x', sizeof text - 1);
     text[sizeof text - 1] = '\0';
@@ -359,9 +344,8 @@ static void status_cuts_long_texts(void **state)
     assert_int_equal(strlen(status.text), sizeof status.text - 1);
 }
 
-static void log_levels_are_read_by_name(void **state)
+TEST(log_levels_are_read_by_name)
 {
-    (void)state;
     LogLevel level = LOG_INFO;
     assert_true(log_parse_level("debug", &level));
     assert_int_equal(level, LOG_DEBUG);
@@ -375,9 +359,8 @@ static void log_levels_are_read_by_name(void **state)
 // ---------------------------------------------------------------------------------------------
 // Vectors and quaternions; tolerances are a few roundings of numbers near 1
 
-static void vectors_obey_their_identities(void **state)
+TEST(vectors_obey_their_identities)
 {
-    (void)state;
     uint64_t random = 5;
     for (int k = 0; k < 1000; k++) {
         Vec3 a = random_vec3(&random), b = random_vec3(&random), c = random_vec3(&random);
@@ -397,9 +380,8 @@ static void vectors_obey_their_identities(void **state)
     assert_false(vec3_finite(vec3(1.0, 0.0, (double)INFINITY)));
 }
 
-static void quaternions_rotate_as_rodrigues_says(void **state)
+TEST(quaternions_rotate_as_rodrigues_says)
 {
-    (void)state;
     uint64_t random = 6;
     for (int k = 0; k < 1000; k++) {
         Vec3 axis = vec3_unit(random_vec3(&random)), v = random_vec3(&random);
@@ -417,9 +399,8 @@ static void quaternions_rotate_as_rodrigues_says(void **state)
     }
 }
 
-static void quaternion_products_are_rotations_in_turn(void **state)
+TEST(quaternion_products_are_rotations_in_turn)
 {
-    (void)state;
     uint64_t random = 8;
     for (int k = 0; k < 1000; k++) {
         Quat a = quat_from_rotation(random_vec3(&random));
@@ -430,9 +411,8 @@ static void quaternion_products_are_rotations_in_turn(void **state)
     }
 }
 
-static void tiny_and_missing_rotations_are_the_identity(void **state)
+TEST(tiny_and_missing_rotations_are_the_identity)
 {
-    (void)state;
     Quat q = quat_from_rotation(vec3(0.0, 0.0, 0.0));
     expect_near(q.w, 1.0, 0.0);
     q = quat_from_rotation(vec3(1e-13, 0.0, 0.0));
@@ -442,31 +422,4 @@ static void tiny_and_missing_rotations_are_the_identity(void **state)
     // The other sign is the same rotation: by less than half a turn.
     Vec3 r = quat_to_rotation((Quat){-cos(0.1), 0.0, -sin(0.1), 0.0});
     expect_near(r.y, 0.2, 1e-15);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(slot_is_never_torn_and_never_goes_back),
-        cmocka_unit_test(slot_gives_the_newest_value_once),
-        cmocka_unit_test(ring_entries_are_filled_in_place),
-        cmocka_unit_test(ring_keeps_the_order_between_two_threads),
-        cmocka_unit_test(full_ring_refuses),
-        cmocka_unit_test(ring_counts_on_when_its_counters_wrap),
-        cmocka_unit_test(percentiles_are_right_to_a_bin),
-        cmocka_unit_test(histogram_takes_any_duration),
-        cmocka_unit_test(percentile_never_exceeds_the_maximum),
-        cmocka_unit_test(arena_gives_zeroed_aligned_memory_and_counts_it),
-        cmocka_unit_test(arena_cuts_long_names),
-        cmocka_unit_test(state_is_copied_out_and_in_whole),
-        cmocka_unit_test(hash_sees_every_byte),
-        cmocka_unit_test(status_keeps_the_first_failure),
-        cmocka_unit_test(status_cuts_long_texts),
-        cmocka_unit_test(log_levels_are_read_by_name),
-        cmocka_unit_test(vectors_obey_their_identities),
-        cmocka_unit_test(quaternions_rotate_as_rodrigues_says),
-        cmocka_unit_test(quaternion_products_are_rotations_in_turn),
-        cmocka_unit_test(tiny_and_missing_rotations_are_the_identity),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

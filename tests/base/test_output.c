@@ -1,5 +1,5 @@
 // Names of successive outputs, and temporaries that another writer holds.
-#include "expect.h"
+#include "test.h"
 #include "scratch.h"
 
 #include "base/output.h"
@@ -30,9 +30,10 @@ static void expect_next(const char *name, const char *next)
     free(found);
 }
 
-static void the_next_output_is_one_above_the_highest_number(void **state)
+AROUND_ALL(make_folder, remove_folder)
+
+TEST(the_next_output_is_one_above_the_highest_number)
 {
-    (void)state;
     expect_next("run.h5", "run.h5");
     scratch_write(&scratch, "run.h5", "", 0);
     expect_next("run.h5", "run.h5"); // empty: nothing to lose
@@ -58,9 +59,8 @@ static void the_next_output_is_one_above_the_highest_number(void **state)
     free(device);
 }
 
-static void one_writer_at_a_time_has_the_temporary(void **state)
+TEST(one_writer_at_a_time_has_the_temporary)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     struct stat facts;
     Output first, second;
@@ -105,9 +105,8 @@ static void expect_claimed(const char *path, bool claimed)
     output_release(&other);
 }
 
-static void a_claim_holds_before_between_and_after_what_is_written(void **state)
+TEST(a_claim_holds_before_between_and_after_what_is_written)
 {
-    (void)state;
     char path[SCRATCH_PATH], temporary[SCRATCH_PATH];
     scratch_path(&scratch, "claimed.h5", path);
     scratch_path(&scratch, "claimed.h5.tmp", temporary);
@@ -135,9 +134,8 @@ static void a_claim_holds_before_between_and_after_what_is_written(void **state)
     assert_int_equal(facts.st_size, 4);
 }
 
-static void a_claim_of_what_was_never_written_leaves_nothing(void **state)
+TEST(a_claim_of_what_was_never_written_leaves_nothing)
 {
-    (void)state;
     char path[SCRATCH_PATH], temporary[SCRATCH_PATH];
     scratch_path(&scratch, "nothing.h5", path);
     scratch_path(&scratch, "nothing.h5.tmp", temporary);
@@ -155,9 +153,8 @@ static void a_claim_of_what_was_never_written_leaves_nothing(void **state)
 }
 
 // Somebody removed it, or put another one there: what is there then is claimed, or left to another.
-static void a_claim_is_made_again_for_what_took_its_place(void **state)
+TEST(a_claim_is_made_again_for_what_took_its_place)
 {
-    (void)state;
     char path[SCRATCH_PATH], temporary[SCRATCH_PATH], other[SCRATCH_PATH];
     scratch_path(&scratch, "moved.h5", path);
     scratch_path(&scratch, "moved.h5.tmp", temporary);
@@ -185,16 +182,4 @@ static void a_claim_is_made_again_for_what_took_its_place(void **state)
     assert_false(output_begin_claimed(&output, &claim, &status));
     output_release(&second);
     output_release(&claim);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_next_output_is_one_above_the_highest_number),
-        cmocka_unit_test(one_writer_at_a_time_has_the_temporary),
-        cmocka_unit_test(a_claim_holds_before_between_and_after_what_is_written),
-        cmocka_unit_test(a_claim_of_what_was_never_written_leaves_nothing),
-        cmocka_unit_test(a_claim_is_made_again_for_what_took_its_place),
-    };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -1,5 +1,5 @@
 // Disjoint sets against labels that every join rewrites.
-#include "expect.h"
+#include "test.h"
 #include "base/sets.h"
 #include "random.h"
 
@@ -25,9 +25,8 @@ static int join_some(uint64_t *random, int (*pair)[2])
     return count;
 }
 
-static void root_is_the_lowest_of_all_that_were_joined(void **state)
+TEST(root_is_the_lowest_of_all_that_were_joined)
 {
-    (void)state;
     uint64_t random = 5;
     int pair[3 * COUNT][2], parent[COUNT], label[COUNT];
     for (int round = 0; round < ROUNDS; round++) {
@@ -44,9 +43,8 @@ static void root_is_the_lowest_of_all_that_were_joined(void **state)
 }
 
 // Also by parents that lead to the root over several others.
-static void sets_are_numbered_by_their_lowest_members(void **state)
+TEST(sets_are_numbered_by_their_lowest_members)
 {
-    (void)state;
     uint64_t random = 6;
     int pair[3 * COUNT][2], parent[COUNT], label[COUNT], number[COUNT];
     for (int round = 0; round < ROUNDS; round++) {
@@ -68,9 +66,8 @@ static void sets_are_numbered_by_their_lowest_members(void **state)
     assert_int_equal(union_find_number(parent, 0), 0);
 }
 
-static void order_of_the_joins_does_not_matter(void **state)
+TEST(order_of_the_joins_does_not_matter)
 {
-    (void)state;
     uint64_t random = 7;
     int pair[3 * COUNT][2], parent[2][COUNT];
     for (int round = 0; round < ROUNDS; round++) {
@@ -85,14 +82,4 @@ static void order_of_the_joins_does_not_matter(void **state)
         }
         assert_memory_equal(parent[0], parent[1], sizeof parent[0]);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(root_is_the_lowest_of_all_that_were_joined),
-        cmocka_unit_test(sets_are_numbered_by_their_lowest_members),
-        cmocka_unit_test(order_of_the_joins_does_not_matter),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,12 @@
 // What every client shares, as far as it needs no network.
 #include "client.h"
-#include "expect.h"
+#include "test.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static void the_url_is_the_option_else_the_environment_else_lcms_own(void **state)
+TEST(the_url_is_the_option_else_the_environment_else_lcms_own)
 {
-    (void)state;
     static const struct {
         const char *url, *fallback, *expected;
         int ttl, bytes;
@@ -34,18 +33,16 @@ static void the_url_is_the_option_else_the_environment_else_lcms_own(void **stat
     unsetenv("LCM_DEFAULT_URL");
 }
 
-static void url_that_does_not_fit_is_refused(void **state)
+TEST(url_that_does_not_fit_is_refused)
 {
-    (void)state;
     char url[300] = "udpm://", why[RECEIVER_WHY_MAX];
     Network network;
     memset(url + 7, '1', sizeof url - 8);
     assert_false(network_read(&network, url, why));
 }
 
-static void addresses_that_are_no_multicast_group_are_refused_with_the_form_wanted(void **state)
+TEST(addresses_that_are_no_multicast_group_are_refused_with_the_form_wanted)
 {
-    (void)state;
     static const char *const urls[] = {"udpm://127.0.0.1:7667", "udpm://nonsense:1",
                                        "udpm://239.255.76.67:70000", "udpm://239.255.76.67:x"};
     for (size_t k = 0; k < sizeof urls / sizeof urls[0]; k++) {
@@ -57,9 +54,8 @@ static void addresses_that_are_no_multicast_group_are_refused_with_the_form_want
     }
 }
 
-static void channels_name_prefix_message_and_body(void **state)
+TEST(channels_name_prefix_message_and_body)
 {
-    (void)state;
     Client client = {.prefix = "LAB"};
     char channel[CLIENT_CHANNEL_MAX];
     client_channel(&client, "NODES", "liver", channel);
@@ -82,9 +78,8 @@ static void on_nothing(const lcm_recv_buf_t *buffer, const char *channel, void *
     (void)user;
 }
 
-static void a_daemon_is_heard_by_contact_or_status_alone(void **state)
+TEST(a_daemon_is_heard_by_contact_or_status_alone)
 {
-    (void)state;
     Client client;
     ClientError error;
     ClientOptions options = {.url = "memq://"};
@@ -108,9 +103,8 @@ static void a_daemon_is_heard_by_contact_or_status_alone(void **state)
     client_disconnect(&client);
 }
 
-static void text_from_the_network_cannot_steer_the_terminal(void **state)
+TEST(text_from_the_network_cannot_steer_the_terminal)
 {
-    (void)state;
     char *text = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
@@ -123,17 +117,4 @@ static void text_from_the_network_cannot_steer_the_terminal(void **state)
     assert_string_equal(text, "a?[2Jb?c??\x9b"
                               "d \xc3\xb6");
     free(text);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_url_is_the_option_else_the_environment_else_lcms_own),
-        cmocka_unit_test(url_that_does_not_fit_is_refused),
-        cmocka_unit_test(addresses_that_are_no_multicast_group_are_refused_with_the_form_wanted),
-        cmocka_unit_test(channels_name_prefix_message_and_body),
-        cmocka_unit_test(a_daemon_is_heard_by_contact_or_status_alone),
-        cmocka_unit_test(text_from_the_network_cannot_steer_the_terminal),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

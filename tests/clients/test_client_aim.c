@@ -1,12 +1,11 @@
 // Where a body is pressed that nobody has measured.
 #include "aim.h"
-#include "expect.h"
+#include "test.h"
 
 static const double DOWN[3] = {0.0, 0.0, -1.0};
 
-static void the_highest_node_is_pressed_from_above(void **state)
+TEST(the_highest_node_is_pressed_from_above)
 {
-    (void)state;
     const float position[] = {0, 0, 1, 5, 5, 2, 9, 9, 0};
     const int32_t id[] = {0, 1, 2};
     double node[3];
@@ -17,9 +16,8 @@ static void the_highest_node_is_pressed_from_above(void **state)
     expect_near(node[0], 9.0, 0.0);
 }
 
-static void a_flat_side_is_pressed_in_its_middle(void **state)
+TEST(a_flat_side_is_pressed_in_its_middle)
 {
-    (void)state;
     enum { SIDE = 5, COUNT = SIDE * SIDE + 1 };
     float position[3 * COUNT];
     int32_t id[COUNT];
@@ -36,22 +34,11 @@ static void a_flat_side_is_pressed_in_its_middle(void **state)
     expect_near(node[1], 2.0, 0.0);
 }
 
-static void free_slots_are_no_nodes(void **state)
+TEST(free_slots_are_no_nodes)
 {
-    (void)state;
     const float position[] = {0, 0, 9, 1, 0, 1, 3, 0, 1};
     const int32_t id[] = {-1, 0, -1};
     double node[3];
     aim_choose(3, position, id, DOWN, node);
     expect_near(node[0], 1.0, 0.0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_highest_node_is_pressed_from_above),
-        cmocka_unit_test(a_flat_side_is_pressed_in_its_middle),
-        cmocka_unit_test(free_slots_are_no_nodes),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

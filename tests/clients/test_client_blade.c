@@ -1,6 +1,6 @@
 // Paths of blades: files with clear errors, planes, and the poses of a tool that follows them.
 #include "blade.h"
-#include "expect.h"
+#include "test.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,9 +19,8 @@ static bool read_text(const char *text, BladePath *path, ClientError *error)
     return ok;
 }
 
-static void sweeps_go_from_place_to_place_until_the_blade_is_lifted(void **unused)
+TEST(sweeps_go_from_place_to_place_until_the_blade_is_lifted)
 {
-    (void)unused;
     BladePath path;
     ClientError error;
     assert_true(read_text("# two strokes\n0 0 0 0 0 1\n 1 0 0\t1 0 1 # on\n2 0 0 2 0 1\n\nlift\n"
@@ -40,9 +39,8 @@ static void sweeps_go_from_place_to_place_until_the_blade_is_lifted(void **unuse
     blade_destroy(&path);
 }
 
-static void faulty_files_are_refused_with_their_line(void **unused)
+TEST(faulty_files_are_refused_with_their_line)
 {
-    (void)unused;
     static const struct {
         const char *text, *says;
     } faults[] = {
@@ -67,9 +65,8 @@ static void faulty_files_are_refused_with_their_line(void **unused)
     }
 }
 
-static void a_plane_is_swept_by_a_square_across_its_normal(void **unused)
+TEST(a_plane_is_swept_by_a_square_across_its_normal)
 {
-    (void)unused;
     static const double point[3] = {0.1, -0.2, 0.3};
     static const double normals[4][3] = {{0, 0, 2}, {1, 0, 0}, {0, -3, 0}, {1, -2, 0.5}};
     for (int n = 0; n < 4; n++) {
@@ -103,9 +100,8 @@ static void turned_z(const double q[4], double z[3])
     z[2] = 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]);
 }
 
-static void a_tool_carries_its_edge_along_the_path(void **unused)
+TEST(a_tool_carries_its_edge_along_the_path)
 {
-    (void)unused;
     static const double edge[][2][3] = {
         {{0, 0, 0}, {0, 0, -0.05}}, // straight down: half a turn from the tool's own frame
         {{0.1, 0, 0}, {0.1, 0.001, -0.05}},
@@ -138,9 +134,8 @@ static void a_tool_carries_its_edge_along_the_path(void **unused)
     blade_destroy(&path);
 }
 
-static void each_stroke_has_a_track_of_its_own(void **unused)
+TEST(each_stroke_has_a_track_of_its_own)
 {
-    (void)unused;
     BladePath path = {0};
     for (int i = 0; i < 6; i++) {
         const double end[2][3] = {{0.1 * i, 0, 0}, {0.1 * i, 0, 0.1}};
@@ -155,16 +150,4 @@ static void each_stroke_has_a_track_of_its_own(void **unused)
     assert_int_equal(track.count, 2);
     track_destroy(&track);
     blade_destroy(&path);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sweeps_go_from_place_to_place_until_the_blade_is_lifted),
-        cmocka_unit_test(faulty_files_are_refused_with_their_line),
-        cmocka_unit_test(a_plane_is_swept_by_a_square_across_its_normal),
-        cmocka_unit_test(a_tool_carries_its_edge_along_the_path),
-        cmocka_unit_test(each_stroke_has_a_track_of_its_own),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

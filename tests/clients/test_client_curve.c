@@ -1,6 +1,6 @@
 // The recorded curve and shape are those of the published frames.
 #include "curve.h"
-#include "expect.h"
+#include "test.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -52,9 +52,8 @@ static void take_mesh(Curve *curve, int topology)
     curve_take_mesh(curve, data, (size_t)size);
 }
 
-static void rows_hold_the_largest_displacement_against_the_first_frame(void **state)
+TEST(rows_hold_the_largest_displacement_against_the_first_frame)
 {
-    (void)state;
     Curve curve = {0};
     char *text = NULL;
     size_t size = 0;
@@ -68,9 +67,8 @@ static void rows_hold_the_largest_displacement_against_the_first_frame(void **st
     curve_destroy(&curve);
 }
 
-static void another_topology_begins_anew(void **state)
+TEST(another_topology_begins_anew)
 {
-    (void)state;
     Curve curve = {0};
     take_nodes(&curve, 0, 1, 0.0f);
     take_nodes(&curve, 1, 1, 1.0f);
@@ -80,9 +78,8 @@ static void another_topology_begins_anew(void **state)
     curve_destroy(&curve);
 }
 
-static void shape_is_written_of_the_last_frame_and_of_the_peak(void **state)
+TEST(shape_is_written_of_the_last_frame_and_of_the_peak)
 {
-    (void)state;
     Curve curve = {0};
     ClientError error;
     char path[] = "shape-XXXXXX", text[512];
@@ -161,9 +158,8 @@ static void take_ids(Curve *curve, int sequence, int topology, int count, const 
 }
 
 // All numbers are small binary fractions: exact.
-static void nodes_are_told_by_their_ids(void **state)
+TEST(nodes_are_told_by_their_ids)
 {
-    (void)state;
     Curve curve = {0};
     const int32_t parent[10] = {5, 5, 6, 6, 7, 7, 8, 8, 6, 7};
     take_ids(&curve, 0, 1, 4, (const int32_t[]){5, 6, 7, 8}, parent);
@@ -189,9 +185,8 @@ static void nodes_are_told_by_their_ids(void **state)
     curve_destroy(&curve);
 }
 
-static void births_between_births_have_their_beginnings_too(void **state)
+TEST(births_between_births_have_their_beginnings_too)
 {
-    (void)state;
     Curve curve = {0};
     take_ids(&curve, 0, 1, 3, (const int32_t[]){5, 6, -1}, (const int32_t[]){5, 5, 6, 6, 0, 0});
     take_line(&curve, 0, 1, 3, (const float[]){0.0f, 1.0f, 0.0f});
@@ -206,9 +201,8 @@ static void births_between_births_have_their_beginnings_too(void **state)
     curve_destroy(&curve);
 }
 
-static void a_change_that_was_missed_begins_anew(void **state)
+TEST(a_change_that_was_missed_begins_anew)
 {
-    (void)state;
     Curve curve = {0};
     const int32_t parent[6] = {5, 5, 6, 6, 7, 7}, id[3] = {5, 6, 7};
     take_ids(&curve, 0, 1, 3, id, parent);
@@ -223,17 +217,4 @@ static void a_change_that_was_missed_begins_anew(void **state)
     take_line(&curve, 4, 3, 3, (const float[]){4.75f, 1.0f, 0.0f});
     expect_near(curve.shape[CURVE_LAST].displacement, 0.75, 0.0);
     curve_destroy(&curve);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rows_hold_the_largest_displacement_against_the_first_frame),
-        cmocka_unit_test(another_topology_begins_anew),
-        cmocka_unit_test(shape_is_written_of_the_last_frame_and_of_the_peak),
-        cmocka_unit_test(nodes_are_told_by_their_ids),
-        cmocka_unit_test(births_between_births_have_their_beginnings_too),
-        cmocka_unit_test(a_change_that_was_missed_begins_anew),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

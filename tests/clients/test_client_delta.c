@@ -1,6 +1,6 @@
 // Deltas of a mesh: what a client that has the mesh makes of good, late, lost and hostile ones.
 // Long random sequences are with the bus that sends them (daemon/test_stream.c).
-#include "expect.h"
+#include "test.h"
 #include "frames.h"
 
 #include <stdlib.h>
@@ -114,9 +114,8 @@ static void expect_after(const MeshFrame *frame)
     assert_memory_equal(frame->triangle, triangles, sizeof triangles);
 }
 
-static void a_delta_makes_the_next_mesh(void **state)
+TEST(a_delta_makes_the_next_mesh)
 {
-    (void)state;
     MeshFrame frame = {0};
     Delta delta;
     make_delta(&delta);
@@ -129,9 +128,8 @@ static void a_delta_makes_the_next_mesh(void **state)
     mesh_frame_destroy(&frame);
 }
 
-static void nothing_changes_before_the_last_chunk(void **state)
+TEST(nothing_changes_before_the_last_chunk)
 {
-    (void)state;
     for (int first = 0; first < 2; first++) {
         MeshFrame frame = {0};
         Delta delta;
@@ -156,9 +154,8 @@ static void nothing_changes_before_the_last_chunk(void **state)
     }
 }
 
-static void a_delta_of_another_mesh_is_missed_and_a_whole_mesh_heals(void **state)
+TEST(a_delta_of_another_mesh_is_missed_and_a_whole_mesh_heals)
 {
-    (void)state;
     MeshFrame frame = {0};
     Delta delta;
     make_delta(&delta);
@@ -178,9 +175,8 @@ static void a_delta_of_another_mesh_is_missed_and_a_whole_mesh_heals(void **stat
 }
 
 // The mesh stays in use while a whole one arrives, and an older whole one does not undo a delta.
-static void a_mesh_that_a_delta_overtook_is_given_up(void **state)
+TEST(a_mesh_that_a_delta_overtook_is_given_up)
 {
-    (void)state;
     MeshFrame frame = {0};
     Delta delta;
     make_delta(&delta);
@@ -215,9 +211,8 @@ static void a_mesh_that_a_delta_overtook_is_given_up(void **state)
     mesh_frame_destroy(&frame);
 }
 
-static void hostile_deltas_are_refused_and_leave_the_mesh_alone(void **state)
+TEST(hostile_deltas_are_refused_and_leave_the_mesh_alone)
 {
-    (void)state;
     enum { FAULTS = 22 };
     for (int fault = 0; fault < FAULTS; fault++) {
         MeshFrame frame = {0};
@@ -293,9 +288,8 @@ static void hostile_deltas_are_refused_and_leave_the_mesh_alone(void **state)
     }
 }
 
-static void slots_beyond_a_smaller_mesh_are_gone(void **state)
+TEST(slots_beyond_a_smaller_mesh_are_gone)
 {
-    (void)state;
     MeshFrame frame = {0};
     Delta delta;
     make_delta(&delta);
@@ -322,26 +316,11 @@ static void slots_beyond_a_smaller_mesh_are_gone(void **state)
     mesh_frame_destroy(&frame);
 }
 
-static void garbage_is_no_delta(void **state)
+TEST(garbage_is_no_delta)
 {
-    (void)state;
     unsigned char data[64] = {1, 2, 3};
     MeshFrame frame = {0};
     for (size_t size = 0; size <= sizeof data; size++)
         assert_int_equal(mesh_frame_add_delta(&frame, data, size), FRAMES_REFUSED);
     mesh_frame_destroy(&frame);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_delta_makes_the_next_mesh),
-        cmocka_unit_test(nothing_changes_before_the_last_chunk),
-        cmocka_unit_test(a_delta_of_another_mesh_is_missed_and_a_whole_mesh_heals),
-        cmocka_unit_test(a_mesh_that_a_delta_overtook_is_given_up),
-        cmocka_unit_test(hostile_deltas_are_refused_and_leave_the_mesh_alone),
-        cmocka_unit_test(slots_beyond_a_smaller_mesh_are_gone),
-        cmocka_unit_test(garbage_is_no_delta),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Chunked frames and meshes come together again whatever their order, and hostile chunks do
 // nothing.
-#include "expect.h"
+#include "test.h"
 #include "frames.h"
 
 #include <stdlib.h>
@@ -69,9 +69,8 @@ static void check_frame(const NodesFrame *frame, int sequence)
         expect_near((double)frame->position[i], 10.0 * (i / 3) + i % 3 + 100.0 * sequence, 0.0);
 }
 
-static void chunks_in_any_order_make_the_frame(void **state)
+TEST(chunks_in_any_order_make_the_frame)
 {
-    (void)state;
     static const int order[6][CHUNKS] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                          {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
     NodesFrame frame = {0};
@@ -85,9 +84,8 @@ static void chunks_in_any_order_make_the_frame(void **state)
     nodes_frame_destroy(&frame);
 }
 
-static void repeated_chunks_do_not_complete_a_frame(void **state)
+TEST(repeated_chunks_do_not_complete_a_frame)
 {
-    (void)state;
     NodesFrame frame = {0};
     for (int k = 0; k < 2 * CHUNKS; k++)
         assert_int_equal(add_nodes_chunk(&frame, 0, k % 2), FRAMES_MORE);
@@ -96,9 +94,8 @@ static void repeated_chunks_do_not_complete_a_frame(void **state)
     nodes_frame_destroy(&frame);
 }
 
-static void newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped(void **state)
+TEST(newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped)
 {
-    (void)state;
     NodesFrame frame = {0};
     add_nodes_chunk(&frame, 1, 0);
     add_nodes_chunk(&frame, 1, 1);
@@ -111,9 +108,8 @@ static void newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped(v
     nodes_frame_destroy(&frame);
 }
 
-static void frames_of_which_nothing_came_are_counted(void **state)
+TEST(frames_of_which_nothing_came_are_counted)
 {
-    (void)state;
     NodesFrame frame = {0};
     for (int k = 0; k < CHUNKS; k++)
         add_nodes_chunk(&frame, 3, k);
@@ -124,9 +120,8 @@ static void frames_of_which_nothing_came_are_counted(void **state)
     nodes_frame_destroy(&frame);
 }
 
-static void daemon_that_starts_anew_is_followed_at_once(void **state)
+TEST(daemon_that_starts_anew_is_followed_at_once)
 {
-    (void)state;
     NodesFrame frame = {0};
     for (int k = 0; k < CHUNKS; k++)
         add_nodes_chunk(&frame, 20, k);
@@ -139,9 +134,8 @@ static void daemon_that_starts_anew_is_followed_at_once(void **state)
     nodes_frame_destroy(&frame);
 }
 
-static void hostile_sizes_are_refused_and_leave_the_frame_alone(void **state)
+TEST(hostile_sizes_are_refused_and_leave_the_frame_alone)
 {
-    (void)state;
     NodesFrame frame = {0};
     add_nodes_chunk(&frame, 3, 0);
     for (int fault = 0; fault < 12; fault++) {
@@ -223,9 +217,8 @@ static FramesResult add_mesh_chunk(MeshFrame *frame, int sequence, int k, int to
 }
 
 // On a link that loses much no mesh ever comes whole; its halves do.
-static void what_is_missing_of_a_mesh_may_come_with_the_next(void **state)
+TEST(what_is_missing_of_a_mesh_may_come_with_the_next)
 {
-    (void)state;
     MeshFrame frame = {0};
     assert_int_equal(add_mesh_chunk(&frame, 1, 0, 2), FRAMES_MORE);
     assert_int_equal(add_mesh_chunk(&frame, 2, 0, 2), FRAMES_MORE);
@@ -242,9 +235,8 @@ static void what_is_missing_of_a_mesh_may_come_with_the_next(void **state)
     mesh_frame_destroy(&frame);
 }
 
-static void mesh_chunks_make_the_mesh(void **state)
+TEST(mesh_chunks_make_the_mesh)
 {
-    (void)state;
     for (int first = 0; first < 2; first++) {
         MeshFrame frame = {0};
         pliant_mesh_t chunk = mesh_chunk(first);
@@ -259,9 +251,8 @@ static void mesh_chunks_make_the_mesh(void **state)
     }
 }
 
-static void what_was_lost_of_a_mesh_comes_with_its_next_sending(void **state)
+TEST(what_was_lost_of_a_mesh_comes_with_its_next_sending)
 {
-    (void)state;
     MeshFrame frame = {0};
     for (int sequence = 1; sequence <= 2; sequence++) { // of each sending another half arrives
         pliant_mesh_t chunk = mesh_chunk(sequence - 1);
@@ -286,9 +277,8 @@ static void what_was_lost_of_a_mesh_comes_with_its_next_sending(void **state)
     }
 }
 
-static void mesh_with_an_index_outside_is_refused(void **state)
+TEST(mesh_with_an_index_outside_is_refused)
 {
-    (void)state;
     MeshFrame frame = {0};
     for (int fault = 0; fault < 6; fault++) {
         int32_t triangle[9] = {0, 1, 2, 0, 1, 3, 0, 2, 3};
@@ -320,9 +310,8 @@ static void mesh_with_an_index_outside_is_refused(void **state)
     mesh_frame_destroy(&frame);
 }
 
-static void garbage_is_refused(void **state)
+TEST(garbage_is_refused)
 {
-    (void)state;
     unsigned char data[64] = {1, 2, 3};
     NodesFrame nodes = {0};
     MeshFrame mesh = {0};
@@ -332,22 +321,4 @@ static void garbage_is_refused(void **state)
     }
     nodes_frame_destroy(&nodes);
     mesh_frame_destroy(&mesh);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(chunks_in_any_order_make_the_frame),
-        cmocka_unit_test(repeated_chunks_do_not_complete_a_frame),
-        cmocka_unit_test(newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped),
-        cmocka_unit_test(daemon_that_starts_anew_is_followed_at_once),
-        cmocka_unit_test(hostile_sizes_are_refused_and_leave_the_frame_alone),
-        cmocka_unit_test(frames_of_which_nothing_came_are_counted),
-        cmocka_unit_test(what_is_missing_of_a_mesh_may_come_with_the_next),
-        cmocka_unit_test(mesh_chunks_make_the_mesh),
-        cmocka_unit_test(what_was_lost_of_a_mesh_comes_with_its_next_sending),
-        cmocka_unit_test(mesh_with_an_index_outside_is_refused),
-        cmocka_unit_test(garbage_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,10 +1,9 @@
 // The course of a grasper's jaws, as --grip says it.
-#include "expect.h"
+#include "test.h"
 #include "track.h"
 
-static void one_number_holds_for_ever(void **state)
+TEST(one_number_holds_for_ever)
 {
-    (void)state;
     Grip grip;
     assert_true(grip_parse("0.7", &grip));
     expect_near(grip_at(&grip, 0.0), 0.7, 0.0);
@@ -12,9 +11,8 @@ static void one_number_holds_for_ever(void **state)
     expect_near(grip_at(&(Grip){0}, 1.0), 0.0, 0.0);
 }
 
-static void points_are_joined_by_straight_lines(void **state)
+TEST(points_are_joined_by_straight_lines)
 {
-    (void)state;
     Grip grip;
     assert_true(grip_parse("1:0,2:1,2:0.5,4:0.25", &grip));
     expect_near(grip_at(&grip, 0.0), 0.0, 0.0);
@@ -24,9 +22,8 @@ static void points_are_joined_by_straight_lines(void **state)
     expect_near(grip_at(&grip, 9.0), 0.25, 0.0);
 }
 
-static void what_is_no_course_is_refused(void **state)
+TEST(what_is_no_course_is_refused)
 {
-    (void)state;
     static const char *const bad[] = {
         "",        "x",  "1.1", "-0.1",  "nan", "0:2",  "0:0,",  "1:0,0:1", "0:0;1",
         "0:0,1:x", ":1", "0:",  "0:0 1", "inf", "-1:0", "1e6:0", "0,1:1",   "0:nan"};
@@ -37,14 +34,4 @@ static void what_is_no_course_is_refused(void **state)
             fail();
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(one_number_holds_for_ever),
-        cmocka_unit_test(points_are_joined_by_straight_lines),
-        cmocka_unit_test(what_is_no_course_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

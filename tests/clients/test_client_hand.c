@@ -1,6 +1,6 @@
 // The hand of pliant-probe against bodies that answer at once, by closed form: what it shows, when
 // things arrive, and the work that it counts.
-#include "expect.h"
+#include "test.h"
 #include "hand.h"
 
 #include <string.h>
@@ -43,9 +43,8 @@ static HandFigures run_on_spring(const HandOptions *options)
     return hand.figures;
 }
 
-static void law_corrects_for_the_way_gone_since(void **state)
+TEST(law_corrects_for_the_way_gone_since)
 {
-    (void)state;
     HandForce last = {.contact = true,
                       .position = {1.0, 2.0, 3.0},
                       .force = {0.0, 0.1, 0.5},
@@ -61,9 +60,8 @@ static void law_corrects_for_the_way_gone_since(void **state)
     expect_near(force[2], 0.5, 0.0);
 }
 
-static void law_never_pulls_in_and_never_exceeds_the_device(void **state)
+TEST(law_never_pulls_in_and_never_exceeds_the_device)
 {
-    (void)state;
     HandForce last = spring_force((double[3]){TOUCH[0], TOUCH[1], TOUCH[2] - 0.002});
     double position[3] = {TOUCH[0], TOUCH[1], TOUCH[2] + 0.01}, force[3]; // gone out meanwhile
     hand_show(&last, position, true, 3.3, force);
@@ -78,9 +76,8 @@ static void law_never_pulls_in_and_never_exceeds_the_device(void **state)
 
 // A spring that answers at once gives all of its work back: k d^2 / 2 each cycle, within what the
 // device's ticks make of it, (pi f / 1 kHz)^2 of the work and a tick's delay in the first place.
-static void prompt_spring_gives_all_work_back(void **state)
+TEST(prompt_spring_gives_all_work_back)
 {
-    (void)state;
     HandOptions options = slow_hand();
     HandFigures figures = run_on_spring(&options);
     double work = 3.0 * 0.5 * 10.0 * 0.006 * 0.006;
@@ -91,9 +88,8 @@ static void prompt_spring_gives_all_work_back(void **state)
 
 // Late by T it is a spring k cos(w T) with a damper -k sin(w T)/w: over a cycle of amplitude d / 2
 // the hand gets pi k sin(w T) (d / 2)^2. With the spring's own stiffness, nothing.
-static void late_spring_gives_work_unless_its_stiffness_is_known(void **state)
+TEST(late_spring_gives_work_unless_its_stiffness_is_known)
 {
-    (void)state;
     HandOptions options = slow_hand();
     options.latency = 0.02;
     HandFigures figures = run_on_spring(&options);
@@ -105,9 +101,8 @@ static void late_spring_gives_work_unless_its_stiffness_is_known(void **state)
     expect_near(figures.lost, 0.0, 0.01 * work); // the same moment
 }
 
-static void poses_leave_at_their_rate_and_arrive_late(void **state)
+TEST(poses_leave_at_their_rate_and_arrive_late)
 {
-    (void)state;
     static Hand hand;
     HandOptions options = slow_hand();
     options.rate_hz = 50.0;
@@ -132,9 +127,8 @@ static void poses_leave_at_their_rate_and_arrive_late(void **state)
     assert_int_equal(sent, 50); // 0.98 s is the last that is due by 0.999 s
 }
 
-static void losses_are_of_their_share(void **state)
+TEST(losses_are_of_their_share)
 {
-    (void)state;
     static Hand hand;
     HandOptions options = slow_hand();
     options.loss = 0.2;
@@ -147,17 +141,4 @@ static void losses_are_of_their_share(void **state)
     }
     // Five standard deviations of 10,000 tries: 5 sqrt(10000 0.2 0.8).
     expect_near(sent, 8000.0, 200.0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(law_corrects_for_the_way_gone_since),
-        cmocka_unit_test(law_never_pulls_in_and_never_exceeds_the_device),
-        cmocka_unit_test(prompt_spring_gives_all_work_back),
-        cmocka_unit_test(late_spring_gives_work_unless_its_stiffness_is_known),
-        cmocka_unit_test(poses_leave_at_their_rate_and_arrive_late),
-        cmocka_unit_test(losses_are_of_their_share),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 // Rest positions and texture coordinates put together from their chunks.
-#include "expect.h"
+#include "test.h"
 #include "frames.h"
 
 #include <string.h>
@@ -35,9 +35,8 @@ static FramesResult take(RestFrame *frame, pliant_rest_t chunk)
     return rest_frame_add(frame, data, (size_t)size);
 }
 
-static void chunks_in_any_order_become_the_whole(void **state)
+TEST(chunks_in_any_order_become_the_whole)
 {
-    (void)state;
     for (int textured = 0; textured < 2; textured++) {
         RestFrame frame = {0};
         assert_int_equal(take(&frame, half(1, 0, textured)), FRAMES_MORE);
@@ -53,9 +52,8 @@ static void chunks_in_any_order_become_the_whole(void **state)
     }
 }
 
-static void a_lost_chunk_gives_way_to_the_next_message(void **state)
+TEST(a_lost_chunk_gives_way_to_the_next_message)
 {
-    (void)state;
     RestFrame frame = {0};
     assert_int_equal(take(&frame, half(0, 0, true)), FRAMES_MORE);
     assert_int_equal(take(&frame, half(0, 1, true)), FRAMES_MORE);
@@ -66,9 +64,8 @@ static void a_lost_chunk_gives_way_to_the_next_message(void **state)
     rest_frame_destroy(&frame);
 }
 
-static void chunks_that_contradict_themselves_are_refused(void **state)
+TEST(chunks_that_contradict_themselves_are_refused)
 {
-    (void)state;
     RestFrame frame = {0};
     assert_int_equal(take(&frame, half(0, 0, true)), FRAMES_MORE);
     pliant_rest_t wrong[8];
@@ -87,14 +84,4 @@ static void chunks_that_contradict_themselves_are_refused(void **state)
     assert_int_equal(frame.refused, 8);
     assert_int_equal(take(&frame, half(1, 0, true)), FRAMES_WHOLE);
     rest_frame_destroy(&frame);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(chunks_in_any_order_become_the_whole),
-        cmocka_unit_test(a_lost_chunk_gives_way_to_the_next_message),
-        cmocka_unit_test(chunks_that_contradict_themselves_are_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 // Round trips count each pose once, and only poses of ours.
-#include "expect.h"
+#include "test.h"
 #include "round_trip.h"
 
 #include <stdlib.h>
@@ -11,9 +11,8 @@ static RoundTrips *create(void)
     return trips;
 }
 
-static void trip_of_each_pose_is_counted_once(void **state)
+TEST(trip_of_each_pose_is_counted_once)
 {
-    (void)state;
     RoundTrips *trips = create();
     int64_t us;
     for (int k = 1; k <= 100; k++)
@@ -26,9 +25,8 @@ static void trip_of_each_pose_is_counted_once(void **state)
     free(trips);
 }
 
-static void poses_of_others_are_not_ours(void **state)
+TEST(poses_of_others_are_not_ours)
 {
-    (void)state;
     RoundTrips *trips = create();
     int64_t us;
     assert_false(round_trip_received(trips, 0, 10, &us));
@@ -44,9 +42,8 @@ static void poses_of_others_are_not_ours(void **state)
 }
 
 // The clock that poses are stamped with may be set while they are under way.
-static void a_clock_that_is_set_changes_no_trip(void **state)
+TEST(a_clock_that_is_set_changes_no_trip)
 {
-    (void)state;
     RoundTrips *trips = create();
     int64_t us;
     round_trip_sent(trips, 5000000000, 100);
@@ -58,9 +55,8 @@ static void a_clock_that_is_set_changes_no_trip(void **state)
     free(trips);
 }
 
-static void quantiles_are_those_of_the_sorted_trips(void **state)
+TEST(quantiles_are_those_of_the_sorted_trips)
 {
-    (void)state;
     RoundTrips *trips = create();
     int64_t us;
     assert_int_equal(round_trip_quantile(trips, 0.5), -1);
@@ -73,15 +69,4 @@ static void quantiles_are_those_of_the_sorted_trips(void **state)
     assert_int_equal(round_trip_quantile(trips, 0.99), 99);
     assert_int_equal(round_trip_quantile(trips, 1.0), 100);
     free(trips);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(trip_of_each_pose_is_counted_once),
-        cmocka_unit_test(poses_of_others_are_not_ours),
-        cmocka_unit_test(a_clock_that_is_set_changes_no_trip),
-        cmocka_unit_test(quantiles_are_those_of_the_sorted_trips),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 // Paths of tools: files of poses are read with clear errors, and velocities belong to the motion.
-#include "expect.h"
+#include "test.h"
 #include "track.h"
 
 #include <stdlib.h>
@@ -19,9 +19,8 @@ static bool read_text(const char *text, Track *track, ClientError *error)
     return ok;
 }
 
-static void file_of_poses_is_read_with_comments_and_optional_turns(void **state)
+TEST(file_of_poses_is_read_with_comments_and_optional_turns)
 {
-    (void)state;
     Track track;
     ClientError error;
     assert_true(read_text("# t x y z\n\n  5.0 0 0 0.1\n5.5\t0.1 0 0.1 0 0 0 1 # turned\n6 .1 0 0\n",
@@ -37,9 +36,8 @@ static void file_of_poses_is_read_with_comments_and_optional_turns(void **state)
     track_destroy(&track);
 }
 
-static void faulty_files_are_refused_with_their_line(void **state)
+TEST(faulty_files_are_refused_with_their_line)
 {
-    (void)state;
     static const struct {
         const char *text, *says;
     } faults[] = {
@@ -67,18 +65,16 @@ static void faulty_files_are_refused_with_their_line(void **state)
     }
 }
 
-static void file_that_is_not_there_is_named(void **state)
+TEST(file_that_is_not_there_is_named)
 {
-    (void)state;
     Track track;
     ClientError error;
     assert_false(track_read(&track, "no-such-file", &error));
     assert_non_null(strstr(error.text, "no-such-file: No such file"));
 }
 
-static void press_goes_in_rests_and_comes_back(void **state)
+TEST(press_goes_in_rests_and_comes_back)
 {
-    (void)state;
     const double start[3] = {0.1, 0.2, 0.3}, down[3] = {0.0, 0.0, -1.0};
     Track track;
     TrackPose pose;
@@ -101,9 +97,8 @@ static void press_goes_in_rests_and_comes_back(void **state)
     track_destroy(&track);
 }
 
-static void press_without_rest_or_depth_has_finite_velocities(void **state)
+TEST(press_without_rest_or_depth_has_finite_velocities)
 {
-    (void)state;
     const double start[3] = {0}, side[3] = {1.0, 0.0, 0.0};
     for (int k = 0; k < 4; k++) {
         Track track;
@@ -128,9 +123,8 @@ static void rotate(const double q[4], const double v[3], double out[3])
             v[k] + q[0] * t[k] + u[(k + 1) % 3] * t[(k + 2) % 3] - u[(k + 2) % 3] * t[(k + 1) % 3];
 }
 
-static void shaft_points_back_along_the_press(void **state)
+TEST(shaft_points_back_along_the_press)
 {
-    (void)state;
     static const double directions[][3] = {{0, 0, -1}, {0, 0, 1},       {1, 0, 0},
                                            {0, -1, 0}, {0.6, 0.0, 0.8}, {-0.48, 0.6, -0.64}};
     const double start[3] = {0}, z[3] = {0.0, 0.0, 1.0};
@@ -147,9 +141,8 @@ static void shaft_points_back_along_the_press(void **state)
 }
 
 // The twist is the derivative of the pose: a central difference over 2e must agree to O(e^2).
-static void twist_is_the_derivative_of_the_pose(void **state)
+TEST(twist_is_the_derivative_of_the_pose)
 {
-    (void)state;
     Track track;
     ClientError error;
     assert_true(read_text("0 0 0 0 1 0 0 0\n2 0.1 -0.2 0.3 0.5 0.5 -0.5 0.5\n", &track, &error));
@@ -175,18 +168,4 @@ static void twist_is_the_derivative_of_the_pose(void **state)
     track_at(&track, 2.0, &end);
     expect_near(end.orientation[2], -0.5, 1e-12);
     track_destroy(&track);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(file_of_poses_is_read_with_comments_and_optional_turns),
-        cmocka_unit_test(faulty_files_are_refused_with_their_line),
-        cmocka_unit_test(file_that_is_not_there_is_named),
-        cmocka_unit_test(press_goes_in_rests_and_comes_back),
-        cmocka_unit_test(press_without_rest_or_depth_has_finite_velocities),
-        cmocka_unit_test(shaft_points_back_along_the_press),
-        cmocka_unit_test(twist_is_the_derivative_of_the_pose),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

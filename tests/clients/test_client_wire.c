@@ -1,5 +1,5 @@
 // Raw messages are refused unless lcm-gen's decoder is safe with them.
-#include "expect.h"
+#include "test.h"
 #include "wire.h"
 
 #include <stdlib.h>
@@ -142,9 +142,8 @@ static void free_all(Raw raw[TYPES])
         free(raw[k].data);
 }
 
-static void whole_messages_of_every_type_pass(void **state)
+TEST(whole_messages_of_every_type_pass)
 {
-    (void)state;
     Raw raw[TYPES];
     make_all(raw);
     for (int k = 0; k < TYPES; k++) {
@@ -154,9 +153,8 @@ static void whole_messages_of_every_type_pass(void **state)
     free_all(raw);
 }
 
-static void messages_of_another_type_are_refused(void **state)
+TEST(messages_of_another_type_are_refused)
 {
-    (void)state;
     Raw raw[TYPES];
     make_all(raw);
     for (int k = 0; k < TYPES; k++) {
@@ -166,9 +164,8 @@ static void messages_of_another_type_are_refused(void **state)
     free_all(raw);
 }
 
-static void shortened_and_lengthened_messages_are_refused(void **state)
+TEST(shortened_and_lengthened_messages_are_refused)
 {
-    (void)state;
     Raw raw[TYPES];
     make_all(raw);
     for (int k = 0; k < TYPES; k++) {
@@ -187,9 +184,8 @@ static void shortened_and_lengthened_messages_are_refused(void **state)
 }
 
 // Whatever one byte is turned into: either refused, or decoded without harm (the sanitizers watch).
-static void messages_with_a_corrupt_byte_are_refused_or_decode_safely(void **state)
+TEST(messages_with_a_corrupt_byte_are_refused_or_decode_safely)
 {
-    (void)state;
     static const unsigned char values[] = {0x00, 0x01, 0x40, 0x7f, 0x80, 0xff};
     Raw raw[TYPES];
     make_all(raw);
@@ -207,9 +203,8 @@ static void messages_with_a_corrupt_byte_are_refused_or_decode_safely(void **sta
     free_all(raw);
 }
 
-static void non_finite_numbers_are_refused(void **state)
+TEST(non_finite_numbers_are_refused)
 {
-    (void)state;
     float position[3] = {0.0f, (float)NAN, 0.0f};
     Raw raw = encode_nodes(&WIRE_NODES, &(pliant_nodes_t){.num_values = 3, .position = position});
     assert_false(wire_check(raw.type, raw.data, raw.size));
@@ -218,16 +213,4 @@ static void non_finite_numbers_are_refused(void **state)
         encode_contact(&WIRE_CONTACT, &(pliant_contact_t){.force = {0.0, -(double)INFINITY, 0.0}});
     assert_false(wire_check(raw.type, raw.data, raw.size));
     free(raw.data);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(whole_messages_of_every_type_pass),
-        cmocka_unit_test(messages_of_another_type_are_refused),
-        cmocka_unit_test(shortened_and_lengthened_messages_are_refused),
-        cmocka_unit_test(messages_with_a_corrupt_byte_are_refused_or_decode_safely),
-        cmocka_unit_test(non_finite_numbers_are_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

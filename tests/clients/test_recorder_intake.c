@@ -1,6 +1,6 @@
 // What pliant-record makes of messages: which frames it hands to its writer, with which mesh, what
 // it counts as missing, and when it begins another file.
-#include "expect.h"
+#include "test.h"
 #include "intake.h"
 
 #include <stdlib.h>
@@ -222,9 +222,8 @@ static void expect_topology(Rig *rig, int number)
 // ---------------------------------------------------------------------------------------------
 // Frames
 
-static void a_frame_goes_without_free_slots_after_its_mesh(void **state)
+TEST(a_frame_goes_without_free_slots_after_its_mesh)
 {
-    (void)state;
     Rig rig;
     begin(&rig, 1 << 20);
     send_nodes(&rig, 1, 10, 1);
@@ -237,9 +236,8 @@ static void a_frame_goes_without_free_slots_after_its_mesh(void **state)
     rig_destroy(&rig);
 }
 
-static void positions_in_packets_are_recorded_once(void **state)
+TEST(positions_in_packets_are_recorded_once)
 {
-    (void)state;
     Rig rig;
     begin(&rig, 1 << 20);
     send_points(&rig, 1, 10, 1);
@@ -252,9 +250,8 @@ static void positions_in_packets_are_recorded_once(void **state)
     rig_destroy(&rig);
 }
 
-static void frames_wait_for_their_mesh_and_what_lost_its_own_is_counted(void **state)
+TEST(frames_wait_for_their_mesh_and_what_lost_its_own_is_counted)
 {
-    (void)state;
     Rig rig;
     begin(&rig, 1 << 20);
     rig.intake->wants_mesh = false;
@@ -282,9 +279,8 @@ static void frames_wait_for_their_mesh_and_what_lost_its_own_is_counted(void **s
     rig_destroy(&rig);
 }
 
-static void frames_that_did_not_come_are_counted_by_their_numbers(void **state)
+TEST(frames_that_did_not_come_are_counted_by_their_numbers)
 {
-    (void)state;
     Rig rig;
     begin(&rig, 1 << 20);
     send_nodes(&rig, 5, 10, 1);
@@ -300,9 +296,8 @@ static void frames_that_did_not_come_are_counted_by_their_numbers(void **state)
     rig_destroy(&rig);
 }
 
-static void what_does_not_fit_into_the_queue_is_dropped_and_counted(void **state)
+TEST(what_does_not_fit_into_the_queue_is_dropped_and_counted)
 {
-    (void)state;
     Rig rig;
     begin(&rig, 1000); // a few items
     for (int i = 1; i <= 20; i++)
@@ -321,9 +316,8 @@ static void what_does_not_fit_into_the_queue_is_dropped_and_counted(void **state
     rig_destroy(&rig);
 }
 
-static void what_came_before_the_file_begins_is_recorded_too(void **state)
+TEST(what_came_before_the_file_begins_is_recorded_too)
 {
-    (void)state;
     Rig rig;
     rig_create(&rig, 1 << 20);
     send_nodes(&rig, 3, 30, 1);
@@ -350,9 +344,8 @@ static void what_came_before_the_file_begins_is_recorded_too(void **state)
     rig_destroy(&rig);
 }
 
-static void another_run_of_the_daemon_begins_another_file(void **state)
+TEST(another_run_of_the_daemon_begins_another_file)
 {
-    (void)state;
     Rig rig;
     begin(&rig, 1 << 20);
     send_nodes(&rig, 100, 1000, 1);
@@ -378,9 +371,8 @@ static void another_run_of_the_daemon_begins_another_file(void **state)
     rig_destroy(&rig);
 }
 
-static void bodies_that_no_status_lists_are_not_recorded(void **state)
+TEST(bodies_that_no_status_lists_are_not_recorded)
 {
-    (void)state;
     Rig rig;
     rig_create(&rig, 1 << 20);
     send_status(&rig);
@@ -397,9 +389,8 @@ static void bodies_that_no_status_lists_are_not_recorded(void **state)
     rig_destroy(&rig);
 }
 
-static void files_are_numbered_before_their_ending(void **state)
+TEST(files_are_numbered_before_their_ending)
 {
-    (void)state;
     static const char *const cases[][2] = {{"run.h5", "run.2.h5"},
                                            {"a.b/run", "a.b/run.2"},
                                            {"a.b/run.x.h5", "a.b/run.x.2.h5"},
@@ -434,9 +425,8 @@ static void expect_row(Rig *rig, int index, double step, double turn)
     item_destroy(item);
 }
 
-static void tools_have_a_row_at_the_tick_of_each_frame(void **state)
+TEST(tools_have_a_row_at_the_tick_of_each_frame)
 {
-    (void)state;
     enum { STATIC, PROBE };
     Rig rig;
     begin(&rig, 1 << 20);
@@ -468,9 +458,8 @@ static void tools_have_a_row_at_the_tick_of_each_frame(void **state)
     rig_destroy(&rig);
 }
 
-static void a_turn_that_nobody_told_is_not_a_number(void **state)
+TEST(a_turn_that_nobody_told_is_not_a_number)
 {
-    (void)state;
     Rig rig;
     begin(&rig, 1 << 20);
     send_contact(&rig, 2, 10, 600);
@@ -500,9 +489,8 @@ static void *take_all(void *user)
     return taken;
 }
 
-static void a_queue_that_waits_loses_nothing_and_keeps_the_order(void **state)
+TEST(a_queue_that_waits_loses_nothing_and_keeps_the_order)
 {
-    (void)state;
     enum { ITEMS = 5000 };
     Queue queue;
     pthread_t thread;
@@ -518,23 +506,4 @@ static void a_queue_that_waits_loses_nothing_and_keeps_the_order(void **state)
     assert_in_range(queue.most, 1, 2000);
     free(taken);
     queue_destroy(&queue);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_frame_goes_without_free_slots_after_its_mesh),
-        cmocka_unit_test(positions_in_packets_are_recorded_once),
-        cmocka_unit_test(frames_wait_for_their_mesh_and_what_lost_its_own_is_counted),
-        cmocka_unit_test(frames_that_did_not_come_are_counted_by_their_numbers),
-        cmocka_unit_test(what_does_not_fit_into_the_queue_is_dropped_and_counted),
-        cmocka_unit_test(what_came_before_the_file_begins_is_recorded_too),
-        cmocka_unit_test(another_run_of_the_daemon_begins_another_file),
-        cmocka_unit_test(bodies_that_no_status_lists_are_not_recorded),
-        cmocka_unit_test(files_are_numbered_before_their_ending),
-        cmocka_unit_test(tools_have_a_row_at_the_tick_of_each_frame),
-        cmocka_unit_test(a_turn_that_nobody_told_is_not_a_number),
-        cmocka_unit_test(a_queue_that_waits_loses_nothing_and_keeps_the_order),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // From recordings to sheets: a strip that is cut in its middle, and a tool that presses.
 #include "score_parts.h"
 
-#include "expect.h"
+#include "test.h"
 #include "scratch.h"
 
 #include <string.h>
@@ -118,9 +118,10 @@ static int end(void **unused)
     return 0;
 }
 
-static void a_recorded_session_is_scored_by_its_scene(void **unused)
+AROUND_EACH(begin, end)
+
+TEST(a_recorded_session_is_scored_by_its_scene)
 {
-    (void)unused;
     record(0, SCENE, 0, 1000, "cut");
     open_parts(1);
     assert_true(score_read(timeline, NULL, &score, &status));
@@ -146,9 +147,8 @@ static void a_recorded_session_is_scored_by_its_scene(void **unused)
     assert_true(score.ended && score.fixed_known);
 }
 
-static void a_cut_without_an_event_is_found(void **unused)
+TEST(a_cut_without_an_event_is_found)
 {
-    (void)unused;
     record(0, SCENE, 0, 1000, "");
     open_parts(1);
     assert_true(score_read(timeline, NULL, &score, &status));
@@ -158,9 +158,8 @@ static void a_cut_without_an_event_is_found(void **unused)
     expect_near(score.cut[0].time_s, 0.51, 1e-12); // of the frame that shows it
 }
 
-static void a_recording_that_was_not_ended_says_so(void **unused)
+TEST(a_recording_that_was_not_ended_says_so)
 {
-    (void)unused;
     const RecordingBody body = {.name = "strip", .nodes = 6, .triangles = 4};
     const RecordingOptions options = {
         .scene = SCENE, .created_by = "test", .body_count = 1, .body = &body};
@@ -179,9 +178,8 @@ static void a_recording_that_was_not_ended_says_so(void **unused)
     assert_int_equal(score.body[0].pieces_last, 1);
 }
 
-static void parts_of_a_session_make_one_sheet(void **unused)
+TEST(parts_of_a_session_make_one_sheet)
 {
-    (void)unused;
     record(0, SCENE, 0, 500, "cut");
     record(1, SCENE, 500, 1000, "cut");
     open_parts(2);
@@ -193,9 +191,8 @@ static void parts_of_a_session_make_one_sheet(void **unused)
     assert_int_equal(score.tool[0].gaps, 0);
 }
 
-static void parts_of_different_scenes_are_refused(void **unused)
+TEST(parts_of_different_scenes_are_refused)
 {
-    (void)unused;
     record(0, "scene strip: 1000 Hz\nunits: m\n", 0, 500, "");
     record(1, "scene other: 1000 Hz\nunits: m\n", 0, 500, "");
     open_parts(2);
@@ -204,9 +201,8 @@ static void parts_of_different_scenes_are_refused(void **unused)
         strstr(status.text, "part 2 is of the scene 'other', part 1 of 'strip': score them alone"));
 }
 
-static void a_description_names_limit_and_regions(void **unused)
+TEST(a_description_names_limit_and_regions)
 {
-    (void)unused;
     record(0,
            "scene strip: 1000 Hz, gravity [0, 0, 0] m/s2, 1 bodies, 1 tools, 0 loads\n"
            "body strip: {\n"
@@ -223,9 +219,8 @@ static void a_description_names_limit_and_regions(void **unused)
     assert_string_equal(score.scene, "strip");
 }
 
-static void another_scene_can_be_named(void **unused)
+TEST(another_scene_can_be_named)
 {
-    (void)unused;
     static const char OTHER[] = "score = { force_limit = 7; };\n";
     char scene[SCRATCH_PATH];
     record(0, SCENE, 0, 100, "");
@@ -236,9 +231,8 @@ static void another_scene_can_be_named(void **unused)
     assert_int_equal(score.rules.region_count, 0);
 }
 
-static void bad_rules_are_refused_with_their_line(void **unused)
+TEST(bad_rules_are_refused_with_their_line)
 {
-    (void)unused;
     static const char *const BAD[][2] = {
         {"name = \"a\";\nscore = { force_limit = -1.0; };", ":2: force_limit -1"},
         {"score = 5;", "score must be a group"},
@@ -253,7 +247,6 @@ static void bad_rules_are_refused_with_their_line(void **unused)
         {"scene x\nscore = { regions = (", "recorded scene"},
     };
     for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) {
-        begin(NULL);
         record(0, BAD[i][0], 0, 50, "");
         open_parts(1);
         assert_false(score_read(timeline, NULL, &score, &status));
@@ -261,8 +254,8 @@ static void bad_rules_are_refused_with_their_line(void **unused)
         if (strstr(status.text, BAD[i][1]) == NULL)
             fail_msg("\"%s\" does not say \"%s\"", status.text, BAD[i][1]);
         end(NULL);
+        begin(NULL);
     }
-    begin(NULL);
 }
 
 // --- files ---------------------------------------------------------------------------------------
@@ -276,9 +269,8 @@ static char *read_file(const char *ending)
     return (char *)file_read(scratch_path(&scratch, name, file), &size);
 }
 
-static void three_files_say_the_same_and_escape_what_recordings_say(void **unused)
+TEST(three_files_say_the_same_and_escape_what_recordings_say)
 {
-    (void)unused;
     char base[SCRATCH_PATH];
     record(0, SCENE, 0, 1000, "cut");
     open_parts(1);
@@ -305,9 +297,8 @@ static void three_files_say_the_same_and_escape_what_recordings_say(void **unuse
     free(page);
 }
 
-static void a_file_of_someone_else_is_kept(void **unused)
+TEST(a_file_of_someone_else_is_kept)
 {
-    (void)unused;
     char base[SCRATCH_PATH], name[SCRATCH_PATH];
     record(0, SCENE, 0, 100, "");
     open_parts(1);
@@ -318,22 +309,4 @@ static void a_file_of_someone_else_is_kept(void **unused)
     char *notes = read_file(".csv");
     assert_string_equal(notes, "my notes\n");
     free(notes);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(a_recorded_session_is_scored_by_its_scene, begin, end),
-        cmocka_unit_test_setup_teardown(a_cut_without_an_event_is_found, begin, end),
-        cmocka_unit_test_setup_teardown(a_recording_that_was_not_ended_says_so, begin, end),
-        cmocka_unit_test_setup_teardown(parts_of_a_session_make_one_sheet, begin, end),
-        cmocka_unit_test_setup_teardown(parts_of_different_scenes_are_refused, begin, end),
-        cmocka_unit_test_setup_teardown(a_description_names_limit_and_regions, begin, end),
-        cmocka_unit_test_setup_teardown(another_scene_can_be_named, begin, end),
-        cmocka_unit_test(bad_rules_are_refused_with_their_line),
-        cmocka_unit_test_setup_teardown(three_files_say_the_same_and_escape_what_recordings_say,
-                                        begin, end),
-        cmocka_unit_test_setup_teardown(a_file_of_someone_else_is_kept, begin, end),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

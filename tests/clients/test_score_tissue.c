@@ -1,7 +1,7 @@
 // What was severed of bodies whose cuts are known: a sheet along a line, a box through its middle.
 #include "score_parts.h"
 
-#include "expect.h"
+#include "test.h"
 
 #include <string.h>
 
@@ -143,9 +143,10 @@ static void cut_sheet(int column, int rows, int first_id)
         }
 }
 
-static void a_cut_sheet_has_lost_the_length_of_the_cut(void **unused)
+AROUND_EACH(NULL, end)
+
+TEST(a_cut_sheet_has_lost_the_length_of_the_cut)
 {
-    (void)unused;
     rules.region_count = 1;
     rules.region[0].region =
         (FixedRegion){.kind = FIXED_BOX, .low = {-1.0, 0.015, -1.0}, .high = {1.0, 1.0, 1.0}};
@@ -166,9 +167,8 @@ static void a_cut_sheet_has_lost_the_length_of_the_cut(void **unused)
     assert_false(body.solid);
 }
 
-static void two_cuts_add_up_and_a_repeated_mesh_adds_nothing(void **unused)
+TEST(two_cuts_add_up_and_a_repeated_mesh_adds_nothing)
 {
-    (void)unused;
     begin(0);
     make_sheet();
     take(0.0, 1.0);
@@ -179,9 +179,8 @@ static void two_cuts_add_up_and_a_repeated_mesh_adds_nothing(void **unused)
     expect_near(take(0.2, 1.0).outside, 0.05, 1e-8);
 }
 
-static void restoring_the_body_severs_nothing_and_the_next_cut_counts(void **unused)
+TEST(restoring_the_body_severs_nothing_and_the_next_cut_counts)
 {
-    (void)unused;
     begin(0);
     make_sheet();
     take(0.0, 1.0);
@@ -196,9 +195,8 @@ static void restoring_the_body_severs_nothing_and_the_next_cut_counts(void **unu
     expect_near(body.removed_size, 0.04 * 0.05, 1e-9);
 }
 
-static void refinement_at_the_border_severs_nothing(void **unused)
+TEST(refinement_at_the_border_severs_nothing)
 {
-    (void)unused;
     begin(0);
     make_sheet();
     take(0.0, 1.0);
@@ -210,9 +208,8 @@ static void refinement_at_the_border_severs_nothing(void **unused)
     expect_near(take(0.0, 1.0).outside, 0.0, 0.0);
 }
 
-static void a_piece_with_fixed_nodes_is_not_removed(void **unused)
+TEST(a_piece_with_fixed_nodes_is_not_removed)
 {
-    (void)unused;
     FixedRegion region = {.kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {0.001, 1.0, 1.0}};
     SceneFixed fixed = {.body = "a", .region = &region, .count = 1};
     rules.fixed = &fixed;
@@ -263,9 +260,8 @@ static void make_box(bool cut)
 
 enum { BOX_OUTSIDE = 20 };
 
-static void a_box_cut_in_two_has_lost_its_section(void **unused)
+TEST(a_box_cut_in_two_has_lost_its_section)
 {
-    (void)unused;
     rules.region_count = 1;
     rules.region[0].region =
         (FixedRegion){.kind = FIXED_BOX, .low = {0.01, -1.0, -1.0}, .high = {1.0, 1.0, 1.0}};
@@ -287,9 +283,8 @@ static void a_box_cut_in_two_has_lost_its_section(void **unused)
     expect_near(body.whole_size, 0.04 * 0.02 * 0.01, 2e-7 * 8e-6);
 }
 
-static void new_nodes_from_the_inside_are_displaced_as_their_neighbours(void **unused)
+TEST(new_nodes_from_the_inside_are_displaced_as_their_neighbours)
 {
-    (void)unused;
     begin(BOX_OUTSIDE);
     make_box(false);
     take(0.0, 1.0);
@@ -303,9 +298,8 @@ static void new_nodes_from_the_inside_are_displaced_as_their_neighbours(void **u
 
 // --- damaged files -------------------------------------------------------------------------------
 
-static void births_in_circles_end(void **unused)
+TEST(births_in_circles_end)
 {
-    (void)unused;
     begin(0);
     make_sheet();
     for (int i = 0; i < 30; i++)
@@ -317,9 +311,8 @@ static void births_in_circles_end(void **unused)
     score_tissue_pieces(tissue, &body);
 }
 
-static void meshes_without_triangles_or_nodes_have_no_pieces(void **unused)
+TEST(meshes_without_triangles_or_nodes_have_no_pieces)
 {
-    (void)unused;
     begin(0);
     take(0.0, 1.0);
     add_node(5, vec3(0.0, 0.0, 0.0));
@@ -332,9 +325,8 @@ static void meshes_without_triangles_or_nodes_have_no_pieces(void **unused)
 
 // --- regions -------------------------------------------------------------------------------------
 
-static void regions_that_overlap_count_once(void **unused)
+TEST(regions_that_overlap_count_once)
 {
-    (void)unused;
     rules.region_count = 3;
     rules.region[0].region =
         (FixedRegion){.kind = FIXED_SPHERE, .center = {0.03, 0.01, 0.0}, .radius = 0.01};
@@ -348,21 +340,4 @@ static void regions_that_overlap_count_once(void **unused)
     cut_sheet(3, ROWS, 1000);
     // From 0 to 25 mm of 50 mm.
     expect_near(take(0.0, 1.0).inside, 0.025, 1e-8);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(a_cut_sheet_has_lost_the_length_of_the_cut, end),
-        cmocka_unit_test_teardown(two_cuts_add_up_and_a_repeated_mesh_adds_nothing, end),
-        cmocka_unit_test_teardown(restoring_the_body_severs_nothing_and_the_next_cut_counts, end),
-        cmocka_unit_test_teardown(refinement_at_the_border_severs_nothing, end),
-        cmocka_unit_test_teardown(a_piece_with_fixed_nodes_is_not_removed, end),
-        cmocka_unit_test_teardown(a_box_cut_in_two_has_lost_its_section, end),
-        cmocka_unit_test_teardown(new_nodes_from_the_inside_are_displaced_as_their_neighbours, end),
-        cmocka_unit_test_teardown(births_in_circles_end, end),
-        cmocka_unit_test_teardown(meshes_without_triangles_or_nodes_have_no_pieces, end),
-        cmocka_unit_test_teardown(regions_that_overlap_count_once, end),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // What one tool did, against closed forms.
 #include "score_parts.h"
 
-#include "expect.h"
+#include "test.h"
 
 #include <stdlib.h>
 
@@ -86,9 +86,8 @@ static double exact_arc_length(void)
     return -length;
 }
 
-static void a_movement_of_least_jerk_has_its_path_speed_and_smoothness(void **unused)
+TEST(a_movement_of_least_jerk_has_its_path_speed_and_smoothness)
 {
-    (void)unused;
     measure(fill(0, 0.0, 1.0, 1000.0, least_jerk, no_force), 0.0);
     expect_near(tool.time_s, 1.0, 1e-12);
     expect_near(tool.path_m, 0.1, 1e-12);
@@ -100,9 +99,8 @@ static void a_movement_of_least_jerk_has_its_path_speed_and_smoothness(void **un
     expect_near(tool.smoothness, exact_arc_length(), 0.01);
 }
 
-static void smoothness_depends_neither_on_duration_nor_on_size_nor_on_the_rate(void **unused)
+TEST(smoothness_depends_neither_on_duration_nor_on_size_nor_on_the_rate)
 {
-    (void)unused;
     measure(fill(0, 0.0, 1.0, 1000.0, least_jerk, no_force), 0.0);
     const double smoothness = tool.smoothness;
     measure(fill(0, 0.0, 2.0, 1000.0, twice_as_slow, no_force), 0.0);
@@ -118,9 +116,8 @@ static Vec3 in_two(double time)
     return vec3_scale(0.5, vec3_add(least_jerk(time), least_jerk(time - 0.7)));
 }
 
-static void a_movement_in_two_parts_is_less_smooth(void **unused)
+TEST(a_movement_in_two_parts_is_less_smooth)
 {
-    (void)unused;
     measure(fill(0, 0.0, 1.7, 1000.0, least_jerk, no_force), 0.0);
     const double smoothness = tool.smoothness;
     measure(fill(0, 0.0, 1.7, 1000.0, in_two, no_force), 0.0);
@@ -133,9 +130,8 @@ static Vec3 moves_then_rests(double time)
     return time < 2.0 ? vec3(0.05 * time, 0.0, 0.0) : vec3(0.1, 0.0, 0.0);
 }
 
-static void a_tool_that_rests_half_of_the_time_is_idle_half(void **unused)
+TEST(a_tool_that_rests_half_of_the_time_is_idle_half)
 {
-    (void)unused;
     measure(fill(0, 0.0, 4.0, 1000.0, moves_then_rests, no_force), 0.0);
     expect_near(tool.idle_fraction, 0.5, 1.0 / 240.0); // one of 240 speeds
     expect_near(tool.path_m, 0.1, 1e-12);
@@ -146,9 +142,8 @@ static Vec3 circle(double time)
     return vec3(0.03 * cos(2.0 * M_PI * time), 0.03 * sin(2.0 * M_PI * time), 0.01);
 }
 
-static void the_path_of_a_circle_is_its_circumference(void **unused)
+TEST(the_path_of_a_circle_is_its_circumference)
 {
-    (void)unused;
     measure(fill(0, 0.0, 1.0, 1000.0, circle, no_force), 0.0);
     // Of 1000 chords: shorter by (2 pi / 1000)^2 / 24.
     expect_near(tool.path_m, 2.0 * M_PI * 0.03, 2e-6 * 2.0 * M_PI * 0.03);
@@ -161,9 +156,8 @@ static Vec3 far_away(double time)
     return vec3_add(vec3(5.0, 0.0, 0.0), circle(time));
 }
 
-static void a_time_without_rows_adds_neither_time_nor_path_nor_force(void **unused)
+TEST(a_time_without_rows_adds_neither_time_nor_path_nor_force)
 {
-    (void)unused;
     int64_t rows = fill(0, 0.0, 1.0, 60.0, circle, no_force);
     measure(rows, 0.0);
     const double path = tool.path_m;
@@ -175,9 +169,8 @@ static void a_time_without_rows_adds_neither_time_nor_path_nor_force(void **unus
     expect_near(tool.rate_hz, 60.0, 1e-6);
 }
 
-static void nothing_is_known_of_a_tool_without_rows(void **unused)
+TEST(nothing_is_known_of_a_tool_without_rows)
 {
-    (void)unused;
     measure(0, 1.0);
     assert_true(isnan(tool.smoothness) && isnan(tool.mean_speed_m_s) && isnan(tool.idle_fraction) &&
                 isnan(tool.mean_force_n) && isnan(tool.peak_time_s) && isnan(tool.rate_hz));
@@ -188,9 +181,8 @@ static void nothing_is_known_of_a_tool_without_rows(void **unused)
     expect_near(tool.time_s, 0.0, 0.0);
 }
 
-static void rows_at_ten_hertz_show_no_smoothness(void **unused)
+TEST(rows_at_ten_hertz_show_no_smoothness)
 {
-    (void)unused;
     measure(fill(0, 0.0, 1.0, 10.0, least_jerk, no_force), 0.0);
     assert_true(isnan(tool.smoothness) && isnan(tool.idle_fraction));
     expect_near(tool.path_m, 0.1, 1e-12);
@@ -205,9 +197,8 @@ static double triangle(double time)
     return in < 1.0 ? 4.0 * in : in < 2.0 ? 4.0 * (2.0 - in) : 0.0;
 }
 
-static void a_force_has_its_peak_its_integral_and_its_time_above_the_limit(void **unused)
+TEST(a_force_has_its_peak_its_integral_and_its_time_above_the_limit)
 {
-    (void)unused;
     measure(fill(0, 0.0, 6.0, 1000.0, stays, triangle), 3.0);
     expect_near(tool.peak_force_n, 4.0, 1e-12);
     expect_near(tool.peak_time_s, 1.0, 1e-12);
@@ -221,26 +212,23 @@ static void a_force_has_its_peak_its_integral_and_its_time_above_the_limit(void 
     expect_near(tool.mean_force_n, 2.0, 2e-3);
 }
 
-static void sixty_rows_a_second_measure_a_slow_force_as_a_thousand_do(void **unused)
+TEST(sixty_rows_a_second_measure_a_slow_force_as_a_thousand_do)
 {
-    (void)unused;
     measure(fill(0, 0.0, 6.0, 60.0, stays, triangle), 3.0);
     expect_near(tool.force_time_n_s, 8.0, 1e-9);
     expect_near(tool.over_limit_s, 1.0, 1e-9);
     assert_int_equal(tool.over_limit_count, 2);
 }
 
-static void without_a_limit_nothing_is_above_it(void **unused)
+TEST(without_a_limit_nothing_is_above_it)
 {
-    (void)unused;
     measure(fill(0, 0.0, 6.0, 60.0, stays, triangle), 0.0);
     assert_true(isnan(tool.over_limit_s) && isnan(tool.over_limit_fraction));
     assert_int_equal(tool.over_limit_count, 0);
 }
 
-static void the_curve_keeps_every_peak(void **unused)
+TEST(the_curve_keeps_every_peak)
 {
-    (void)unused;
     const int64_t rows = fill(0, 0.0, 10.0, 1000.0, circle, no_force);
     row[4321].force = vec3(0.0, 9.0, 0.0);
     measure(rows, 0.0);
@@ -249,23 +237,4 @@ static void the_curve_keeps_every_peak(void **unused)
         peak = fmax(peak, tool.curve.force[i]);
     expect_near(peak, 9.0, 0.0);
     assert_true(tool.curve.path_count > SCORE_CURVE / 4 && tool.curve.path_count <= SCORE_CURVE);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_movement_of_least_jerk_has_its_path_speed_and_smoothness),
-        cmocka_unit_test(smoothness_depends_neither_on_duration_nor_on_size_nor_on_the_rate),
-        cmocka_unit_test(a_movement_in_two_parts_is_less_smooth),
-        cmocka_unit_test(a_tool_that_rests_half_of_the_time_is_idle_half),
-        cmocka_unit_test(the_path_of_a_circle_is_its_circumference),
-        cmocka_unit_test(a_time_without_rows_adds_neither_time_nor_path_nor_force),
-        cmocka_unit_test(nothing_is_known_of_a_tool_without_rows),
-        cmocka_unit_test(rows_at_ten_hertz_show_no_smoothness),
-        cmocka_unit_test(a_force_has_its_peak_its_integral_and_its_time_above_the_limit),
-        cmocka_unit_test(sixty_rows_a_second_measure_a_slow_force_as_a_thousand_do),
-        cmocka_unit_test(without_a_limit_nothing_is_above_it),
-        cmocka_unit_test(the_curve_keeps_every_peak),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

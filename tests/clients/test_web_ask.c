@@ -1,6 +1,6 @@
 // What a page may send: every number is checked before it goes anywhere.
 #include "requests.h"
-#include "expect.h"
+#include "test.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -20,9 +20,8 @@ static bool parse(const char *text, Ask *ask, ClientError *error)
     return ok;
 }
 
-static void a_tool_message_becomes_a_pose(void **state)
+TEST(a_tool_message_becomes_a_pose)
 {
-    (void)state;
     Ask ask;
     ClientError error;
     assert_true(parse("{\"type\":\"tool\",\"tool\":3,\"position\":[0.5,-1,2e-3],"
@@ -38,9 +37,8 @@ static void a_tool_message_becomes_a_pose(void **state)
     assert_true(ask.pose.active);
 }
 
-static void requests_keep_their_numbers_and_bodies(void **state)
+TEST(requests_keep_their_numbers_and_bodies)
 {
-    (void)state;
     Ask ask;
     ClientError error;
     assert_true(parse("{\"type\":\"cut\",\"id\":7,\"before\":[[1,2,3],[4,5,6]],"
@@ -98,9 +96,8 @@ static void requests_keep_their_numbers_and_bodies(void **state)
 #define TIE_AT    ",\"action\":\"make\",\"center\":[0,0,0],\"radius\":0.01"
 #define LOAD_HEAD "{\"type\":\"load\",\"id\":1,\"center\":[0,0,0],"
 
-static void what_is_wrong_is_refused_by_name(void **state)
+TEST(what_is_wrong_is_refused_by_name)
 {
-    (void)state;
     static const struct {
         const char *text, *says;
     } cases[] = {
@@ -177,9 +174,8 @@ static void what_is_wrong_is_refused_by_name(void **state)
     }
 }
 
-static void long_and_deep_messages_are_refused(void **state)
+TEST(long_and_deep_messages_are_refused)
 {
-    (void)state;
     char *text = malloc(ASK_BYTES_MAX + 2);
     assert_non_null(text);
     memset(text, '[', ASK_BYTES_MAX + 1);
@@ -201,9 +197,8 @@ static void long_and_deep_messages_are_refused(void **state)
     assert_non_null(strstr(error.text, "argument: expected a text of less than"));
 }
 
-static void the_workbench_takes_names_and_words_of_its_lists(void **state)
+TEST(the_workbench_takes_names_and_words_of_its_lists)
 {
-    (void)state;
     Ask ask;
     ClientError error;
     assert_true(parse("{\"type\":\"start\",\"id\":1,\"folder\":\"uploads\",\"name\":\"a.cfg\"}",
@@ -237,16 +232,4 @@ static void the_workbench_takes_names_and_words_of_its_lists(void **state)
         if (parse(no[k], &ask, &error))
             fail_msg("taken: %s", no[k]);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_tool_message_becomes_a_pose),
-        cmocka_unit_test(requests_keep_their_numbers_and_bodies),
-        cmocka_unit_test(what_is_wrong_is_refused_by_name),
-        cmocka_unit_test(long_and_deep_messages_are_refused),
-        cmocka_unit_test(the_workbench_takes_names_and_words_of_its_lists),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

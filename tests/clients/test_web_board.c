@@ -1,7 +1,7 @@
 // What pages get: the newest of everything, once, when they are ready; bounded, whatever they do.
 #include "board.h"
 #include "client.h"
-#include "expect.h"
+#include "test.h"
 
 #include <string.h>
 
@@ -45,9 +45,10 @@ static int end(void **state)
     return 0;
 }
 
-static void a_late_page_gets_the_newest_of_everything_in_order(void **state)
+AROUND_EACH(begin, end)
+
+TEST(a_late_page_gets_the_newest_of_everything_in_order)
 {
-    (void)state;
     board_set_status(&board, parcel("status1"));
     board_set_body(&board, 1, parcel("mesh1"), parcel("rest1"), parcel("nodes1"));
     board_set_body(&board, 1, NULL, NULL, parcel("nodes2"));
@@ -61,9 +62,8 @@ static void a_late_page_gets_the_newest_of_everything_in_order(void **state)
     board_remove_page(&board, page);
 }
 
-static void what_came_while_a_page_drew_is_replaced_by_what_is_newer(void **state)
+TEST(what_came_while_a_page_drew_is_replaced_by_what_is_newer)
 {
-    (void)state;
     BoardPage *page = board_add_page(&board);
     char texts[256];
     board_set_body(&board, 0, parcel("mesh0"), NULL, parcel("nodes0"));
@@ -99,9 +99,8 @@ static void *wait_for_round(void *user)
     return NULL;
 }
 
-static void a_page_that_does_not_answer_gets_no_further_round(void **state)
+TEST(a_page_that_does_not_answer_gets_no_further_round)
 {
-    (void)state;
     static Waiter waiter;
     waiter.page = board_add_page(&board);
     board_set_status(&board, parcel("status1"));
@@ -129,9 +128,8 @@ static void a_page_that_does_not_answer_gets_no_further_round(void **state)
     board_remove_page(&board, other);
 }
 
-static void a_stopped_page_is_let_go(void **state)
+TEST(a_stopped_page_is_let_go)
 {
-    (void)state;
     static Waiter waiter;
     waiter.page = board_add_page(&board);
     pthread_create(&waiter.thread, NULL, wait_for_round, &waiter);
@@ -141,9 +139,8 @@ static void a_stopped_page_is_let_go(void **state)
     board_remove_page(&board, waiter.page);
 }
 
-static void the_newest_256_events_wait_for_a_page_that_stalls(void **state)
+TEST(the_newest_256_events_wait_for_a_page_that_stalls)
 {
-    (void)state;
     BoardPage *page = board_add_page(&board);
     for (int k = 0; k < 1000; k++) {
         char text[32];
@@ -162,9 +159,8 @@ static void the_newest_256_events_wait_for_a_page_that_stalls(void **state)
     board_remove_page(&board, page);
 }
 
-static void replies_go_to_the_page_that_asked(void **state)
+TEST(replies_go_to_the_page_that_asked)
 {
-    (void)state;
     BoardPage *a = board_add_page(&board), *b = board_add_page(&board);
     char texts[256];
     assert_int_not_equal(a->sender, b->sender);
@@ -179,9 +175,8 @@ static void replies_go_to_the_page_that_asked(void **state)
     board_remove_page(&board, b);
 }
 
-static void there_are_no_more_pages_than_places(void **state)
+TEST(there_are_no_more_pages_than_places)
 {
-    (void)state;
     BoardPage *page[BOARD_PAGES];
     for (int k = 0; k < BOARD_PAGES; k++) {
         page[k] = board_add_page(&board);
@@ -196,9 +191,8 @@ static void there_are_no_more_pages_than_places(void **state)
         board_remove_page(&board, page[k]);
 }
 
-static void contacts_of_more_tools_than_places_are_left_out(void **state)
+TEST(contacts_of_more_tools_than_places_are_left_out)
 {
-    (void)state;
     BoardPage *page = board_add_page(&board);
     for (int tool = 0; tool < 2 * BOARD_TOOLS; tool++) {
         board_set_contact(&board, &(pliant_contact_t){.tool = tool});
@@ -208,21 +202,4 @@ static void contacts_of_more_tools_than_places_are_left_out(void **state)
     assert_int_equal(round_.contacts, BOARD_TOOLS);
     assert_int_equal(round_.poses, BOARD_TOOLS);
     board_remove_page(&board, page);
-}
-
-#define on_board(test) cmocka_unit_test_setup_teardown(test, begin, end)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        on_board(a_late_page_gets_the_newest_of_everything_in_order),
-        on_board(what_came_while_a_page_drew_is_replaced_by_what_is_newer),
-        on_board(a_page_that_does_not_answer_gets_no_further_round),
-        on_board(a_stopped_page_is_let_go),
-        on_board(the_newest_256_events_wait_for_a_page_that_stalls),
-        on_board(replies_go_to_the_page_that_asked),
-        on_board(there_are_no_more_pages_than_places),
-        on_board(contacts_of_more_tools_than_places_are_left_out),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // once.
 #include "feed.h"
 #include "client.h"
-#include "expect.h"
+#include "test.h"
 
 #include <string.h>
 
@@ -160,9 +160,10 @@ static double x_of(int node)
     return (double)x;
 }
 
-static void a_lost_packet_holds_up_only_its_own_nodes(void **state)
+AROUND_EACH(begin, end)
+
+TEST(a_lost_packet_holds_up_only_its_own_nodes)
 {
-    (void)state;
     send_mesh("a", 1);
     send_point("a", 100, 0);
     send_point("a", 100, 2);
@@ -177,9 +178,8 @@ static void a_lost_packet_holds_up_only_its_own_nodes(void **state)
     expect_near(x_of(2), 102.0, 0.0);
 }
 
-static void a_mesh_waits_for_its_nodes_and_nodes_for_their_mesh(void **state)
+TEST(a_mesh_waits_for_its_nodes_and_nodes_for_their_mesh)
 {
-    (void)state;
     send_mesh("b", 1);
     assert_null(board.body[1].mesh.parcel);
     send_nodes("b", 1, 3);
@@ -194,9 +194,8 @@ static void a_mesh_waits_for_its_nodes_and_nodes_for_their_mesh(void **state)
     send_nodes("nobody", 1, 3);
 }
 
-static void a_delta_is_shown_with_the_first_nodes_of_its_mesh(void **state)
+TEST(a_delta_is_shown_with_the_first_nodes_of_its_mesh)
 {
-    (void)state;
     send_mesh("a", 1);
     send_nodes("a", 1, 3);
     send_delta("a", 1, 2);
@@ -207,9 +206,8 @@ static void a_delta_is_shown_with_the_first_nodes_of_its_mesh(void **state)
     expect_near(bodies_unmatched(&bodies, client_now_ns()), 0.0, 0.0);
 }
 
-static void nodes_of_a_mesh_that_was_missed_are_not_shown_but_counted_as_time(void **state)
+TEST(nodes_of_a_mesh_that_was_missed_are_not_shown_but_counted_as_time)
 {
-    (void)state;
     send_mesh("a", 1);
     send_nodes("a", 1, 3);
     uint64_t version = board.version;
@@ -224,9 +222,8 @@ static void nodes_of_a_mesh_that_was_missed_are_not_shown_but_counted_as_time(vo
     expect_near(bodies_unmatched(&bodies, client_now_ns() + 1000000000), 0.0, 0.0);
 }
 
-static void what_is_repeated_unchanged_is_not_news(void **state)
+TEST(what_is_repeated_unchanged_is_not_news)
 {
-    (void)state;
     send_mesh("a", 1);
     send_nodes("a", 1, 3);
     send_rest("a", 1);
@@ -242,9 +239,8 @@ static void what_is_repeated_unchanged_is_not_news(void **state)
     assert_true(board.body[0].nodes.version > board.body[0].mesh.version);
 }
 
-static void rest_positions_wait_for_their_mesh(void **state)
+TEST(rest_positions_wait_for_their_mesh)
 {
-    (void)state;
     send_rest("a", 2);
     send_mesh("a", 1);
     send_nodes("a", 1, 3);
@@ -263,9 +259,8 @@ static int32_t wall_of(const BoardSlot *slot)
     return word[5];
 }
 
-static void walls_are_told_with_the_mesh(void **state)
+TEST(walls_are_told_with_the_mesh)
 {
-    (void)state;
     unsigned char data[DATA];
     const pliant_walls_t walls = {.utime = 1, .sequence = 1, .topology = 1, .first_wall = 7};
     const int size = pliant_walls_t_encode(data, 0, DATA, &walls);
@@ -280,9 +275,8 @@ static void walls_are_told_with_the_mesh(void **state)
     assert_int_equal(topology_of(&board.body[0].mesh), 1);
 }
 
-static void bodies_of_a_scene_that_pages_do_not_know_stay_back(void **state)
+TEST(bodies_of_a_scene_that_pages_do_not_know_stay_back)
 {
-    (void)state;
     pliant_body_status_t name = {.name = (char[]){"c"}};
     pliant_status_t status = {.num_bodies = 1, .body = &name};
     assert_false(bodies_are(&bodies, &status));
@@ -295,21 +289,4 @@ static void bodies_of_a_scene_that_pages_do_not_know_stay_back(void **state)
     assert_null(board.body[0].mesh.parcel);
     bodies_open(&bodies);
     assert_int_equal(topology_of(&board.body[0].mesh), 1);
-}
-
-#define on_board(test) cmocka_unit_test_setup_teardown(test, begin, end)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        on_board(a_lost_packet_holds_up_only_its_own_nodes),
-        on_board(a_mesh_waits_for_its_nodes_and_nodes_for_their_mesh),
-        on_board(a_delta_is_shown_with_the_first_nodes_of_its_mesh),
-        on_board(nodes_of_a_mesh_that_was_missed_are_not_shown_but_counted_as_time),
-        on_board(what_is_repeated_unchanged_is_not_news),
-        on_board(rest_positions_wait_for_their_mesh),
-        on_board(walls_are_told_with_the_mesh),
-        on_board(bodies_of_a_scene_that_pages_do_not_know_stay_back),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

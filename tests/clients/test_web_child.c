@@ -1,7 +1,7 @@
 // Programs that pliant-web runs: what they say is kept, they end when they must, and leave nothing.
 #include "child.h"
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -61,9 +61,8 @@ static int open_files(void)
     return count;
 }
 
-static void words_and_status_of_a_program_are_kept(void **state)
+TEST(words_and_status_of_a_program_are_kept)
 {
-    (void)state;
     start("echo out; echo err >&2; exit 7", &(ChildOptions){.folder = "/"});
     wait_for_end();
     assert_string_equal(child.text, "out\nerr\n");
@@ -75,9 +74,8 @@ static void words_and_status_of_a_program_are_kept(void **state)
     assert_non_null(strstr(how, "signal 11"));
 }
 
-static void a_program_that_is_not_there_says_so(void **state)
+TEST(a_program_that_is_not_there_says_so)
 {
-    (void)state;
     const char *const argv[] = {"/nowhere/pliantd", "a.cfg", NULL};
     assert_true(child_start(&child, argv, &(ChildOptions){0}, &why));
     wait_for_end();
@@ -85,9 +83,8 @@ static void a_program_that_is_not_there_says_so(void **state)
     assert_string_equal(how, "exit status 127");
 }
 
-static void of_a_program_that_talks_without_end_the_last_is_kept(void **state)
+TEST(of_a_program_that_talks_without_end_the_last_is_kept)
 {
-    (void)state;
     start("i=0; while [ $i -lt 20000 ]; do echo line $i; i=$((i+1)); done", &(ChildOptions){0});
     wait_for_end();
     assert_true(child.cut);
@@ -95,9 +92,8 @@ static void of_a_program_that_talks_without_end_the_last_is_kept(void **state)
     assert_string_equal(child.text + child.size - 11, "line 19999\n");
 }
 
-static void a_program_inherits_neither_files_nor_blocked_signals(void **state)
+TEST(a_program_inherits_neither_files_nor_blocked_signals)
 {
-    (void)state;
     int leaky[2];
     sigset_t blocked, before;
     assert_int_equal(pipe(leaky), 0); // not closed on exec
@@ -123,9 +119,8 @@ static void a_program_inherits_neither_files_nor_blocked_signals(void **state)
 }
 
 // As in pliant-web, which blocks and catches SIGTERM: it mostly comes before the program runs.
-static void a_program_that_is_ended_at_once_ends_at_once(void **state)
+TEST(a_program_that_is_ended_at_once_ends_at_once)
 {
-    (void)state;
     client_catch_signals();
     for (int k = 0; k < EFFORT(30); k++) {
         start("exec sleep 1000", &(ChildOptions){0});
@@ -141,17 +136,15 @@ static void a_program_that_is_ended_at_once_ends_at_once(void **state)
     sigprocmask(SIG_SETMASK, &none, NULL);
 }
 
-static void a_program_that_takes_too_long_is_killed(void **state)
+TEST(a_program_that_takes_too_long_is_killed)
 {
-    (void)state;
     start("exec sleep 1000", &(ChildOptions){.seconds = 0.05});
     wait_for_end();
     assert_non_null(strstr(how, "signal 9"));
 }
 
-static void a_program_that_does_not_end_when_asked_is_killed(void **state)
+TEST(a_program_that_does_not_end_when_asked_is_killed)
 {
-    (void)state;
     for (int k = 0; k < 2; k++) {
         const int64_t second = 1000000000, given = k == 0 ? 5 : 60;
         start("trap '' TERM; echo ready; while :; do sleep 0.01; done",
@@ -171,17 +164,15 @@ static void a_program_that_does_not_end_when_asked_is_killed(void **state)
     }
 }
 
-static void limits_of_memory_hold(void **state)
+TEST(limits_of_memory_hold)
 {
-    (void)state;
     start("ulimit -v; ulimit -t", &(ChildOptions){.memory_bytes = 64 << 20, .seconds = 100.0});
     wait_for_end();
     assert_string_equal(child.text, "65536\n101\n");
 }
 
-static void starting_and_ending_many_times_leaves_nothing(void **state)
+TEST(starting_and_ending_many_times_leaves_nothing)
 {
-    (void)state;
     int before = open_files();
     for (int k = 0; k < 15; k++) {
         start("exec sleep 1000", &(ChildOptions){0});
@@ -194,9 +185,8 @@ static void starting_and_ending_many_times_leaves_nothing(void **state)
 }
 
 // A process that starts a program and is killed before it can end it.
-static void a_program_ends_with_whoever_has_started_it(void **state)
+TEST(a_program_ends_with_whoever_has_started_it)
 {
-    (void)state;
     int ends[2];
     assert_int_equal(pipe(ends), 0);
     assert_int_equal(prctl(PR_SET_CHILD_SUBREAPER, 1), 0); // orphans become our children
@@ -216,21 +206,4 @@ static void a_program_ends_with_whoever_has_started_it(void **state)
     prctl(PR_SET_CHILD_SUBREAPER, 0);
     close(ends[0]);
     close(ends[1]);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(words_and_status_of_a_program_are_kept),
-        cmocka_unit_test(a_program_that_is_not_there_says_so),
-        cmocka_unit_test(of_a_program_that_talks_without_end_the_last_is_kept),
-        cmocka_unit_test(a_program_inherits_neither_files_nor_blocked_signals),
-        cmocka_unit_test(a_program_that_is_ended_at_once_ends_at_once),
-        cmocka_unit_test(a_program_that_takes_too_long_is_killed),
-        cmocka_unit_test(a_program_that_does_not_end_when_asked_is_killed),
-        cmocka_unit_test(limits_of_memory_hold),
-        cmocka_unit_test(starting_and_ending_many_times_leaves_nothing),
-        cmocka_unit_test(a_program_ends_with_whoever_has_started_it),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Tools from the daemon's own words.
 #include "texts.h"
-#include "expect.h"
+#include "test.h"
 
 #include <string.h>
 
@@ -17,9 +17,8 @@ static const char TEXT[] = "scene s: 1000 Hz, gravity [0, 0, 0] m/s2, 1 bodies, 
                            "publish on PLIANT_...: nodes 60 Hz\n"
                            "  capsule [9, 9, 9] to [9, 9, 9], radius 9 m\n";
 
-static void shapes_belong_to_the_tool_above_them(void **state)
+TEST(shapes_belong_to_the_tool_above_them)
 {
-    (void)state;
     DescribedTool tool[DESCRIBE_TOOLS];
     assert_int_equal(describe_tools(TEXT, tool), 3);
     assert_int_equal(tool[0].id, 1);
@@ -41,9 +40,8 @@ static void shapes_belong_to_the_tool_above_them(void **state)
     assert_int_equal(tool[2].capsules, 0); // that line is below another
 }
 
-static void what_is_no_number_or_too_much_is_left_out(void **state)
+TEST(what_is_no_number_or_too_much_is_left_out)
 {
-    (void)state;
     DescribedTool tool[DESCRIBE_TOOLS];
     assert_int_equal(describe_tools("", tool), 0);
     assert_int_equal(describe_tools("tool\ntool x: probe\ntool 1\n", tool), 0);
@@ -75,9 +73,8 @@ static bool contains(const Parcel *parcel, const char *text)
     return memmem(parcel->data, parcel->size, text, strlen(text)) != NULL;
 }
 
-static void a_recording_has_the_marks_and_the_curve_of_each_tool(void **state)
+TEST(a_recording_has_the_marks_and_the_curve_of_each_tool)
 {
-    (void)state;
     double time[1] = {1.5};
     char *kind[1] = {(char *)"cut"}, *text[1] = {(char *)"\xff \"x\""}; // no UTF-8, and a quote
     int32_t tool[2] = {1, 7};
@@ -101,14 +98,4 @@ static void a_recording_has_the_marks_and_the_curve_of_each_tool(void **state)
     assert_false(contains(now, "marks"));
     parcel_drop(recording);
     parcel_drop(now);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(shapes_belong_to_the_tool_above_them),
-        cmocka_unit_test(what_is_no_number_or_too_much_is_left_out),
-        cmocka_unit_test(a_recording_has_the_marks_and_the_curve_of_each_tool),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,13 @@
 // Who may come in: names, origins and tokens.
 #include "door.h"
-#include "expect.h"
+#include "test.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-static void only_addresses_localhost_and_the_given_name_are_admitted(void **state)
+TEST(only_addresses_localhost_and_the_given_name_are_admitted)
 {
-    (void)state;
     static const char *const yes[] = {"localhost",   "localhost:8080",     "LOCALHOST:1",
                                       "127.0.0.1",   "127.0.0.1:8080",     "192.168.7.1:80",
                                       "[::1]",       "[::1]:8080",         "lab.example:8080",
@@ -50,9 +49,8 @@ static void only_addresses_localhost_and_the_given_name_are_admitted(void **stat
     assert_false(door_admits_host(&door, longest));
 }
 
-static void only_pages_of_this_server_are_of_the_right_origin(void **state)
+TEST(only_pages_of_this_server_are_of_the_right_origin)
 {
-    (void)state;
     const char *host = "127.0.0.1:8080";
     assert_true(door_admits_origin(NULL, host)); // no browser
     assert_true(door_admits_origin("http://127.0.0.1:8080", host));
@@ -75,9 +73,8 @@ static void only_pages_of_this_server_are_of_the_right_origin(void **state)
     assert_false(door_admits_origin("http://127.0.0.1:8080", NULL));
 }
 
-static void the_whole_token_is_needed(void **state)
+TEST(the_whole_token_is_needed)
 {
-    (void)state;
     Door door = {.token = "0123456789abcdef"};
     assert_true(door_admits(&door, "0123456789abcdef"));
     static const char *const no[] = {"", "0123456789abcde", "0123456789abcdeF", "0123456789abcdef0",
@@ -89,9 +86,8 @@ static void the_whole_token_is_needed(void **state)
     assert_false(door_admits(&(Door){.cookie = "c"}, ""));
 }
 
-static void drawn_tokens_differ_and_are_long(void **state)
+TEST(drawn_tokens_differ_and_are_long)
 {
-    (void)state;
     Door a = {0}, b = {0};
     ClientError error;
     assert_true(door_draw_token(&a, &error));
@@ -101,9 +97,8 @@ static void drawn_tokens_differ_and_are_long(void **state)
     assert_string_not_equal(a.token, b.token);
 }
 
-static void tokens_of_files_are_checked(void **state)
+TEST(tokens_of_files_are_checked)
 {
-    (void)state;
     static const struct {
         const char *text;
         bool good;
@@ -133,16 +128,4 @@ static void tokens_of_files_are_checked(void **state)
     ClientError error;
     assert_false(door_read_token(&(Door){0}, path, &error));
     assert_non_null(strstr(error.text, "No such file"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(only_addresses_localhost_and_the_given_name_are_admitted),
-        cmocka_unit_test(only_pages_of_this_server_are_of_the_right_origin),
-        cmocka_unit_test(the_whole_token_is_needed),
-        cmocka_unit_test(drawn_tokens_differ_and_are_long),
-        cmocka_unit_test(tokens_of_files_are_checked),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // The folders of the workbench: no name leads out of them, and meshes that come in pieces are
 // bounded.
 #include "folder.h"
-#include "expect.h"
+#include "test.h"
 #include "scratch.h"
 
 #include <sys/stat.h>
@@ -26,9 +26,10 @@ static int end(void **state)
     return 0;
 }
 
-static void names_that_could_lead_elsewhere_are_none(void **state)
+AROUND_EACH(begin, end)
+
+TEST(names_that_could_lead_elsewhere_are_none)
 {
-    (void)state;
     char longest[FOLDER_NAME_MAX + 1];
     memset(longest, 'a', sizeof longest);
     strcpy(longest + FOLDER_NAME_MAX - 4, ".cfg");
@@ -60,9 +61,8 @@ static void names_that_could_lead_elsewhere_are_none(void **state)
     assert_true(folder_name_valid("a..b.CFG", FOLDER_SCENES));
 }
 
-static void links_and_folders_are_no_files(void **state)
+TEST(links_and_folders_are_no_files)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     scratch_write(&scratch, "one.cfg", "# One.\n", 7);
     assert_int_equal(symlink("/etc/passwd", scratch_path(&scratch, "away.cfg", path)), 0);
@@ -82,9 +82,8 @@ static void links_and_folders_are_no_files(void **state)
     close(fd);
 }
 
-static void a_scene_is_described_by_the_sentence_that_it_begins_with(void **state)
+TEST(a_scene_is_described_by_the_sentence_that_it_begins_with)
 {
-    (void)state;
     static const char *const texts[][2] = {
         {"# A ball: it falls.\nname = \"a\";\n", "A ball"},
         {"# Two lines that\n# are one. Not this.\n", "Two lines that are one."},
@@ -104,9 +103,8 @@ static void a_scene_is_described_by_the_sentence_that_it_begins_with(void **stat
     }
 }
 
-static void no_more_files_are_listed_than_there_is_place_for(void **state)
+TEST(no_more_files_are_listed_than_there_is_place_for)
 {
-    (void)state;
     static FolderList list;
     for (int k = 0; k < FOLDER_FILES_MAX + 3; k++) {
         char name[32];
@@ -119,9 +117,8 @@ static void no_more_files_are_listed_than_there_is_place_for(void **state)
     assert_int_equal(folder_bytes(&folder), FOLDER_FILES_MAX + 3);
 }
 
-static void any_name_of_a_mesh_becomes_a_valid_one(void **state)
+TEST(any_name_of_a_mesh_becomes_a_valid_one)
 {
-    (void)state;
     char longest[3000], name[FOLDER_NAME_MAX];
     memset(longest, 'x', sizeof longest);
     strcpy(longest + sizeof longest - 8, ".nii.gz");
@@ -156,9 +153,8 @@ static int file_count(void)
     return list.count;
 }
 
-static void a_mesh_appears_when_it_is_complete_and_replaces_none(void **state)
+TEST(a_mesh_appears_when_it_is_complete_and_replaces_none)
 {
-    (void)state;
     Upload upload;
     for (int k = 1; k <= 3; k++) {
         assert_true(upload_begin(&upload, &folder, "a.stl", 8, &why));
@@ -176,9 +172,8 @@ static void a_mesh_appears_when_it_is_complete_and_replaces_none(void **state)
     assert_int_equal(folder_bytes(&folder), 15); // nothing hidden is left
 }
 
-static void a_link_in_the_place_of_a_mesh_is_not_written_through(void **state)
+TEST(a_link_in_the_place_of_a_mesh_is_not_written_through)
 {
-    (void)state;
     Upload upload;
     char path[SCRATCH_PATH];
     scratch_write(&scratch, "precious", "old", 3);
@@ -193,9 +188,8 @@ static void a_link_in_the_place_of_a_mesh_is_not_written_through(void **state)
     free(data);
 }
 
-static void a_mesh_that_is_too_large_empty_or_broken_off_leaves_nothing(void **state)
+TEST(a_mesh_that_is_too_large_empty_or_broken_off_leaves_nothing)
 {
-    (void)state;
     Upload upload;
     assert_true(upload_begin(&upload, &folder, "a.stl", 8, &why));
     assert_true(upload_add(&upload, "12345678", 8, &why));
@@ -209,9 +203,8 @@ static void a_mesh_that_is_too_large_empty_or_broken_off_leaves_nothing(void **s
     assert_int_equal(file_count(), 0);
 }
 
-static void what_killed_servers_left_is_removed_and_nothing_else(void **state)
+TEST(what_killed_servers_left_is_removed_and_nothing_else)
 {
-    (void)state;
     char gone[32], runs[32], path[SCRATCH_PATH];
     pid_t pid = fork();
     if (pid == 0)
@@ -227,22 +220,4 @@ static void what_killed_servers_left_is_removed_and_nothing_else(void **state)
     assert_int_equal(access(scratch_path(&scratch, gone, path), F_OK), -1);
     for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)
         assert_int_equal(access(scratch_path(&scratch, kept[k], path), F_OK), 0);
-}
-
-#define in_folder(test) cmocka_unit_test_setup_teardown(test, begin, end)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        in_folder(names_that_could_lead_elsewhere_are_none),
-        in_folder(links_and_folders_are_no_files),
-        in_folder(a_scene_is_described_by_the_sentence_that_it_begins_with),
-        in_folder(no_more_files_are_listed_than_there_is_place_for),
-        in_folder(any_name_of_a_mesh_becomes_a_valid_one),
-        in_folder(a_mesh_appears_when_it_is_complete_and_replaces_none),
-        in_folder(a_link_in_the_place_of_a_mesh_is_not_written_through),
-        in_folder(what_killed_servers_left_is_removed_and_nothing_else),
-        in_folder(a_mesh_that_is_too_large_empty_or_broken_off_leaves_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

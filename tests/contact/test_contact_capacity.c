@@ -1,7 +1,7 @@
 // The memory of contacts is bounded by what a tool can reach: ordinary use stays within it, and a
 // body folded into the tool's reach is refused in part, counted, and still answers.
 #include "contact_bench.h"
-#include "expect.h"
+#include "test.h"
 
 #include <stdlib.h>
 
@@ -23,9 +23,8 @@ static void create_shrunk(Bench *bench, double share)
     free(shrunk);
 }
 
-static void faces_beyond_the_capacity_are_refused_and_counted(void **state)
+TEST(faces_beyond_the_capacity_are_refused_and_counted)
 {
-    (void)state;
     Bench bench;
     create_shrunk(&bench, 0.02); // all 5120 faces within 1 mm
     Vec3 force = bench_touch(&bench, 0, vec3(0.0, 0.0, 0.0035));
@@ -50,9 +49,8 @@ static void faces_beyond_the_capacity_are_refused_and_counted(void **state)
     bench_destroy(&bench);
 }
 
-static void a_refused_face_forgets_its_side(void **state)
+TEST(a_refused_face_forgets_its_side)
 {
-    (void)state;
     Bench bench;
     create_shrunk(&bench, 0.02);
     bench_touch(&bench, 0, vec3(0.0, 0.0, 0.0035));
@@ -64,9 +62,8 @@ static void a_refused_face_forgets_its_side(void **state)
     bench_destroy(&bench);
 }
 
-static void a_deep_press_fits(void **state)
+TEST(a_deep_press_fits)
 {
-    (void)state;
     for (int shape = 0; shape < 2; shape++) {
         Bench bench;
         BenchOptions options = bench_options();
@@ -83,9 +80,8 @@ static void a_deep_press_fits(void **state)
     }
 }
 
-static void faces_are_found_by_their_rank(void **state)
+TEST(faces_are_found_by_their_rank)
 {
-    (void)state;
     Bench bench;
     BenchOptions options = bench_options();
     options.mesh = bench_ico_sphere(3);
@@ -105,15 +101,4 @@ static void faces_are_found_by_their_rank(void **state)
     }
     assert_int_equal(found, contact->candidate_count);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(faces_beyond_the_capacity_are_refused_and_counted),
-        cmocka_unit_test(a_refused_face_forgets_its_side),
-        cmocka_unit_test(a_deep_press_fits),
-        cmocka_unit_test(faces_are_found_by_their_rank),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

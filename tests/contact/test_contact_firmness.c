@@ -1,7 +1,7 @@
 // Contact stiffness by face (server/dynamics/README.md, "Contact stiffness"): on bodies whose nodes
 // carry very different masses for their area, as voxels do at corners, every face may be as stiff
 // as its own nodes bear.
-#include "expect.h"
+#include "test.h"
 #include "contact_bench.h"
 #include "random.h"
 
@@ -54,9 +54,8 @@ static bool is_fixed(const Body *body, int node)
     return body->ops->is_fixed(body->model, node);
 }
 
-static void faces_around_a_node_are_together_within_its_share_of_the_bound(void **state)
+TEST(faces_around_a_node_are_together_within_its_share_of_the_bound)
 {
-    (void)state;
     for (int fixing = BENCH_FREE; fixing <= BENCH_SEATED; fixing++) {
         Case c;
         create_case(&c, (BenchFixing)fixing, true, bench_ball(0.005));
@@ -79,9 +78,8 @@ static void faces_around_a_node_are_together_within_its_share_of_the_bound(void 
     }
 }
 
-static void every_face_is_as_stiff_as_its_lightest_node_bears(void **state)
+TEST(every_face_is_as_stiff_as_its_lightest_node_bears)
 {
-    (void)state;
     Case c;
     create_case(&c, BENCH_SEATED, true, bench_ball(0.005));
     const Body *body = c.bench.body;
@@ -105,9 +103,8 @@ static void every_face_is_as_stiff_as_its_lightest_node_bears(void **state)
 
 // Where each node bears the same for its area, one number for all is right: the masses of the
 // bench's body are lumped by area.
-static void of_a_body_of_even_mass_every_face_is_equally_firm(void **state)
+TEST(of_a_body_of_even_mass_every_face_is_equally_firm)
 {
-    (void)state;
     Case c;
     create_case(&c, BENCH_FREE, false, bench_ball(0.005));
     expect_near(c.bench.body->contact_kappa, c.plain_kappa, 0.0);
@@ -140,23 +137,11 @@ static double push(bool table, double firmness)
     return vec3_length(force);
 }
 
-static void forces_grow_with_firmness(void **state)
+TEST(forces_grow_with_firmness)
 {
-    (void)state;
     for (int table = 0; table < 2; table++) {
         double once = push(table == 1, 1.0), thrice = push(table == 1, 3.0);
         assert_true(once > 0.0);
         expect_near(thrice, 3.0 * once, 1e-9 * thrice); // the same faces at the same depth
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(faces_around_a_node_are_together_within_its_share_of_the_bound),
-        cmocka_unit_test(every_face_is_as_stiff_as_its_lightest_node_bears),
-        cmocka_unit_test(of_a_body_of_even_mass_every_face_is_equally_firm),
-        cmocka_unit_test(forces_grow_with_firmness),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // The law of contact (server/dynamics/contact_force.c) against an energy written down a second
 // time: forces are its gradient, they cancel, they are those that hold a body in equilibrium, and
 // their stiffness enters the step bound rightly.
-#include "expect.h"
+#include "test.h"
 #include "contact_bench.h"
 #include "random.h"
 
@@ -230,9 +230,8 @@ static void expect_close(Vec3 actual, Vec3 expected, double tolerance)
     expect_near(actual.z, expected.z, tolerance);
 }
 
-static void forces_are_the_gradient_of_the_energy(void **state)
+TEST(forces_are_the_gradient_of_the_energy)
 {
-    (void)state;
     uint64_t random = 11;
     int touched = 0;
     for (int i = 0; i < 24; i++) {
@@ -259,9 +258,8 @@ static void forces_are_the_gradient_of_the_energy(void **state)
 }
 
 // With friction and damping too.
-static void forces_on_tool_and_nodes_cancel(void **state)
+TEST(forces_on_tool_and_nodes_cancel)
 {
-    (void)state;
     uint64_t random = 12;
     for (int i = 0; i < 24; i++) {
         Scene scene;
@@ -291,9 +289,8 @@ static void forces_on_tool_and_nodes_cancel(void **state)
 
 // The parts of the wrench say the same thing: the normal points away from the body, the depth is
 // that of the nearest face, friction lies within its cone.
-static void wrench_describes_the_touch(void **state)
+TEST(wrench_describes_the_touch)
 {
-    (void)state;
     BenchOptions options = bench_options();
     options.mesh = bench_sheet(0.008, 8);
     options.fixing = BENCH_FROZEN;
@@ -375,9 +372,8 @@ static double theoretical_step(const PressCase *press, IntegratorKind integrator
     return step;
 }
 
-static void contact_is_stable_up_to_the_step_bound(void **state)
+TEST(contact_is_stable_up_to_the_step_bound)
 {
-    (void)state;
     static const PressCase presses[] = {{-1, 0.010, false}, {2, 0.010, false}, {3, 0.004, true}};
     static const double ratios[] = {0.1, 1.0, 10.0};
     static const IntegratorKind kinds[] = {INTEGRATOR_LEAPFROG, INTEGRATOR_RK4};
@@ -394,9 +390,8 @@ static void contact_is_stable_up_to_the_step_bound(void **state)
 // The bound is needed: a hundred times stiffer than its step allows, the wall is shaken and thrown.
 // The proxy's max_force keeps even that finite, and a wall that was thrown off is at rest again
 // later, so the largest energy tells, not the last.
-static void stiffer_contact_at_the_same_step_is_unstable(void **state)
+TEST(stiffer_contact_at_the_same_step_is_unstable)
 {
-    (void)state;
     const PressCase press = {3, 0.005, false};
     double h = theoretical_step(&press, INTEGRATOR_LEAPFROG, 1.0), calm, wild;
     press_and_hold(&press, INTEGRATOR_LEAPFROG, 1.0, h, &calm);
@@ -404,16 +399,4 @@ static void stiffer_contact_at_the_same_step_is_unstable(void **state)
     // A pressing tool moves the wall at its own 0.1 m/s: under 13 g (5 mm wide) times that.
     expect_at_most(calm, 1e-4);
     expect_at_least(wild, 100.0 * calm);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forces_are_the_gradient_of_the_energy),
-        cmocka_unit_test(forces_on_tool_and_nodes_cancel),
-        cmocka_unit_test(wrench_describes_the_touch),
-        cmocka_unit_test(contact_is_stable_up_to_the_step_bound),
-        cmocka_unit_test(stiffer_contact_at_the_same_step_is_unstable),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

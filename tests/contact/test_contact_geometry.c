@@ -1,7 +1,7 @@
 // Where contact acts (server/dynamics/README.md, "Contact of faces"): on frozen sheets, so that
 // nothing but geometry plays. Forces must be conservative and without jumps wherever a tool goes,
 // found faces must be all the faces there are, and a free border must have no side.
-#include "expect.h"
+#include "test.h"
 #include "contact_bench.h"
 #include "random.h"
 
@@ -46,9 +46,8 @@ static Vec3 on_loop(Vec3 center, double way, double radius, double z)
                 z + radius - DEEP * (0.5 + 0.5 * sin(2.0 * phase + center.x * 1e3)));
 }
 
-static void closed_loops_cost_no_work(void **state)
+TEST(closed_loops_cost_no_work)
 {
-    (void)state;
     static const double edges[] = {0.004, 0.008, 0.016};
     enum { STEPS = 4000 };
     uint64_t random = 21;
@@ -74,9 +73,8 @@ static void closed_loops_cost_no_work(void **state)
     }
 }
 
-static void closed_loops_of_a_tilting_capsule_cost_no_work(void **state)
+TEST(closed_loops_of_a_tilting_capsule_cost_no_work)
 {
-    (void)state;
     enum { STEPS = 4000 };
     Bench bench;
     make_sheet(&bench, 0.008, 10, bench_capsule(0.04, 0.005));
@@ -138,9 +136,8 @@ static void slide(double radius, double edge, Vec3 from, Vec3 to, double *jump, 
     bench_destroy(&bench);
 }
 
-static void sliding_over_vertices_and_edges_has_no_jumps(void **state)
+TEST(sliding_over_vertices_and_edges_has_no_jumps)
 {
-    (void)state;
     // In the prototype by which the law was chosen a step changed the force by 1..7 % of its mean,
     // and it never fell below 0.4 of it where a face's middle is crossed: a quarter is a safe
     // meaning of "never 0" (server/dynamics/README.md, "Contact of faces").
@@ -165,9 +162,8 @@ static void sliding_over_vertices_and_edges_has_no_jumps(void **state)
 
 // The capsule lies askew to the edges: exactly along one, the nearest point jumps from end to end
 // of that edge, which no soft minimum over pairs can hide.
-static void tilting_a_capsule_turns_its_torque_without_jumps(void **state)
+TEST(tilting_a_capsule_turns_its_torque_without_jumps)
 {
-    (void)state;
     static const double edges[] = {0.002, 0.004, 0.008, 0.016}, yaws[] = {0.2, 0.6};
     enum { STEPS = 400 }; // of 0.005 degrees
     for (int e = 0; e < 8; e++) {
@@ -221,9 +217,8 @@ static bool is_candidate(const Contact *contact, int face)
 
 // Every face within reach of the axis (twice the radius while the tool stands still) and no other,
 // in ascending order.
-static void candidates_are_all_faces_within_reach(void **state)
+TEST(candidates_are_all_faces_within_reach)
 {
-    (void)state;
     uint64_t random = 22;
     for (int mesh = 0; mesh < 3; mesh++) {
         BenchOptions options = bench_options();
@@ -257,9 +252,8 @@ static void candidates_are_all_faces_within_reach(void **state)
 
 // A tool that moves and turns as far as it may in a tick meets no face that was not found at its
 // beginning.
-static void candidates_reach_as_far_as_the_proxy_may_go(void **state)
+TEST(candidates_reach_as_far_as_the_proxy_may_go)
 {
-    (void)state;
     uint64_t random = 23;
     BenchOptions options = bench_options();
     options.mesh = bench_ico_sphere(3);
@@ -332,17 +326,15 @@ static void go_round(double edge, int cells, double radius)
     bench_destroy(&bench);
 }
 
-static void tool_goes_round_a_free_border(void **state)
+TEST(tool_goes_round_a_free_border)
 {
-    (void)state;
     go_round(0.008, 6, 0.003);
     go_round(0.002, 24, 0.005); // many rows of faces are near at once
 }
 
 // A tool that comes to the rim from outside and then goes under the sheet stays under it.
-static void side_is_decided_where_the_border_is_left(void **state)
+TEST(side_is_decided_where_the_border_is_left)
 {
-    (void)state;
     for (int side = -1; side <= 1; side += 2) {
         Bench bench;
         make_sheet(&bench, 0.008, 6, bench_ball(0.003));
@@ -353,19 +345,4 @@ static void side_is_decided_where_the_border_is_left(void **state)
         }
         bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(closed_loops_cost_no_work),
-        cmocka_unit_test(closed_loops_of_a_tilting_capsule_cost_no_work),
-        cmocka_unit_test(sliding_over_vertices_and_edges_has_no_jumps),
-        cmocka_unit_test(tilting_a_capsule_turns_its_torque_without_jumps),
-        cmocka_unit_test(candidates_are_all_faces_within_reach),
-        cmocka_unit_test(candidates_reach_as_far_as_the_proxy_may_go),
-        cmocka_unit_test(tool_goes_round_a_free_border),
-        cmocka_unit_test(side_is_decided_where_the_border_is_left),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // feels, and that letting go leaves nothing behind.
 #include "contact_bench.h"
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "dynamics/attachment.h"
@@ -76,9 +76,8 @@ static Pull pull_pole(int subdivisions, double stiffness, double max_force)
 
 // The figures of the measurement that the stiffness was chosen by, of another program, rounded to
 // two digits: half of the last digit is 0.6 to 4 %, and shape springs settle within 1 %.
-static void grip_stretches_as_measured(void **state)
+TEST(grip_stretches_as_measured)
 {
-    (void)state;
     static const struct {
         double stiffness, stretch, force; // [mm], [N]
     } measured[] = {{0.01, 9.1, 0.61}, {0.1, 2.2, 1.33}, {0.3, 0.89, 1.49}, {1.0, 0.30, 1.57}};
@@ -90,9 +89,8 @@ static void grip_stretches_as_measured(void **state)
     }
 }
 
-static void hand_that_pulls_beyond_max_force_slips_with_that_force(void **state)
+TEST(hand_that_pulls_beyond_max_force_slips_with_that_force)
 {
-    (void)state;
     Pull pull = pull_pole(3, 0.3, 0.5);
     expect_near(pull.force, 0.5, 0.005);  // its part along the pull
     expect_at_least(pull.stretch, 0.005); // 1.49 N would take it all the way
@@ -129,9 +127,8 @@ static bool is_stable(double stiffness, double times, double bound_of)
     return stable;
 }
 
-static void step_bound_counts_the_grip(void **state)
+TEST(step_bound_counts_the_grip)
 {
-    (void)state;
     static const double stiffness[] = {0.1, 0.3, 1.0, 10.0};
     for (int k = 0; k < 4; k++)
         assert_true(is_stable(stiffness[k], 1.0 / 0.9, stiffness[k]));
@@ -200,9 +197,8 @@ static void swing(int subdivisions, double radius, bool want_points, double max_
 }
 
 // Round-off alone, as with contact.
-static void body_and_grasper_exchange_momentum_exactly(void **state)
+TEST(body_and_grasper_exchange_momentum_exactly)
 {
-    (void)state;
     double linear, angular;
     swing(2, 0.02, false, 100.0, INTEGRATOR_LEAPFROG, &linear, &angular);
     expect_at_most(linear, 1e-12);
@@ -221,9 +217,8 @@ static void body_and_grasper_exchange_momentum_exactly(void **state)
 // ---------------------------------------------------------------------------------------------
 // Taking hold and letting go
 
-static void jaws_close_at_a_half_and_open_at_less(void **state)
+TEST(jaws_close_at_a_half_and_open_at_less)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), jaws(0.015));
     Bench bench;
     bench_create(&bench, &options);
@@ -250,9 +245,8 @@ static void jaws_close_at_a_half_and_open_at_less(void **state)
     bench_destroy(&bench);
 }
 
-static void inactive_or_silent_grasper_lets_go(void **state)
+TEST(inactive_or_silent_grasper_lets_go)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), jaws(0.015));
     options.tool_timeout_s = 0.05;
     Bench bench;
@@ -273,9 +267,8 @@ static void inactive_or_silent_grasper_lets_go(void **state)
     bench_destroy(&bench);
 }
 
-static void body_that_was_let_go_returns_to_rest(void **state)
+TEST(body_that_was_let_go_returns_to_rest)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(3), jaws(0.009));
     Bench bench;
     bench_create(&bench, &options);
@@ -302,9 +295,8 @@ static void body_that_was_let_go_returns_to_rest(void **state)
     bench_destroy(&bench);
 }
 
-static void open_jaws_push_like_any_tool(void **state)
+TEST(open_jaws_push_like_any_tool)
 {
-    (void)state;
     Vec3 force[2];
     for (int k = 0; k < 2; k++) {
         BenchOptions options = bench_with_tool(bench_ico_sphere(2), jaws(0.005));
@@ -326,9 +318,8 @@ static void open_jaws_push_like_any_tool(void **state)
 // ---------------------------------------------------------------------------------------------
 // The state
 
-static void hold_is_part_of_the_state(void **state)
+TEST(hold_is_part_of_the_state)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), jaws(0.02));
     Bench bench;
     bench_create(&bench, &options);
@@ -368,9 +359,8 @@ static void hold_is_part_of_the_state(void **state)
 }
 
 // Whatever a file may have brought in place of what is held is refused or can be stepped on.
-static void damaged_holds_are_refused_or_harmless(void **state)
+TEST(damaged_holds_are_refused_or_harmless)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(1), jaws(0.03));
     Bench bench;
     bench_create(&bench, &options);
@@ -426,30 +416,11 @@ static Vec3 draw_along(double of_body, bool own, double of_tool)
     return force;
 }
 
-static void friction_of_a_tool_replaces_that_of_the_body(void **state)
+TEST(friction_of_a_tool_replaces_that_of_the_body)
 {
-    (void)state;
     Vec3 same = draw_along(0.3, false, 0.7), own = draw_along(0.7, true, 0.3);
     assert_memory_equal(&same, &own, sizeof same);
     Vec3 smooth = draw_along(0.0, false, 0.0), oiled = draw_along(0.7, true, 0.0);
     assert_memory_equal(&smooth, &oiled, sizeof smooth);
     assert_true(fabs(same.x - smooth.x) > 0.01 * same.z);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(grip_stretches_as_measured),
-        cmocka_unit_test(hand_that_pulls_beyond_max_force_slips_with_that_force),
-        cmocka_unit_test(step_bound_counts_the_grip),
-        cmocka_unit_test(body_and_grasper_exchange_momentum_exactly),
-        cmocka_unit_test(jaws_close_at_a_half_and_open_at_less),
-        cmocka_unit_test(inactive_or_silent_grasper_lets_go),
-        cmocka_unit_test(body_that_was_let_go_returns_to_rest),
-        cmocka_unit_test(open_jaws_push_like_any_tool),
-        cmocka_unit_test(hold_is_part_of_the_state),
-        cmocka_unit_test(damaged_holds_are_refused_or_harmless),
-        cmocka_unit_test(friction_of_a_tool_replaces_that_of_the_body),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

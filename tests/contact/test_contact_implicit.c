@@ -2,7 +2,7 @@
 // step allows, and then it is as stable as that of explicit bodies
 // (and as exact in momentum: contact_momentum).
 #include "contact_bench.h"
-#include "expect.h"
+#include "test.h"
 
 static const double THETA[] = {0.5, 0.55, 1.0};
 enum { THETAS = 3 };
@@ -19,9 +19,8 @@ static BenchOptions stiff_options(double theta)
 
 // With bounds a lambda and b_c a lambda of one capsule, the step is the longest stable one times
 // 0.9 (integrator.h).
-static void stiffness_is_what_the_step_allows(void **unused)
+TEST(stiffness_is_what_the_step_allows)
 {
-    (void)unused;
     for (int k = 0; k < THETAS; k++) {
         BenchOptions options = stiff_options(THETA[k]);
         Bench bench;
@@ -36,9 +35,8 @@ static void stiffness_is_what_the_step_allows(void **unused)
     }
 }
 
-static void soft_body_keeps_its_contact_stiffness(void **unused)
+TEST(soft_body_keeps_its_contact_stiffness)
 {
-    (void)unused;
     double lambda[2];
     for (int k = 0; k < 2; k++) {
         BenchOptions options = bench_with_tool(bench_uv_sphere(), bench_ball(0.01));
@@ -54,9 +52,8 @@ static void soft_body_keeps_its_contact_stiffness(void **unused)
 
 // A ball is pressed 4 mm into the top and held: the force comes to rest, points up, and the body
 // does not move on.
-static void tool_pressed_on_a_stiff_body_is_answered(void **unused)
+TEST(tool_pressed_on_a_stiff_body_is_answered)
 {
-    (void)unused;
     for (int k = 0; k < 2 * THETAS; k++) {
         BenchOptions options = stiff_options(THETA[k / 2]);
         if (k % 2 == 1) { // a body that tools can push away, on its shape springs
@@ -88,9 +85,8 @@ static void tool_pressed_on_a_stiff_body_is_answered(void **unused)
 }
 
 // Graspers and attachments share the step with contacts.
-static void grasper_takes_its_share_of_the_step(void **unused)
+TEST(grasper_takes_its_share_of_the_step)
 {
-    (void)unused;
     BenchOptions options = stiff_options(0.55);
     options.tool[0].kind = TOOL_GRASPER;
     options.tool[0].grip_stiffness = 10.0;
@@ -105,9 +101,8 @@ static void grasper_takes_its_share_of_the_step(void **unused)
 }
 
 // Jaws closed on the top and drawn up by 2 mm: they are held back, and all comes to rest.
-static void grasper_that_pulls_a_stiff_body_is_held_back(void **unused)
+TEST(grasper_that_pulls_a_stiff_body_is_held_back)
 {
-    (void)unused;
     for (int k = 0; k < THETAS; k++) {
         BenchOptions options = stiff_options(THETA[k]);
         options.tool[0] = bench_ball(0.02);
@@ -134,16 +129,4 @@ static void grasper_that_pulls_a_stiff_body_is_held_back(void **unused)
         expect_at_most(bench_kinetic(&bench), 1e-8); // as above
         bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(stiffness_is_what_the_step_allows),
-        cmocka_unit_test(soft_body_keeps_its_contact_stiffness),
-        cmocka_unit_test(tool_pressed_on_a_stiff_body_is_answered),
-        cmocka_unit_test(grasper_takes_its_share_of_the_step),
-        cmocka_unit_test(grasper_that_pulls_a_stiff_body_is_held_back),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

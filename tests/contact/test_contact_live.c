@@ -1,7 +1,7 @@
 // Tools against bodies that yield (server/dynamics/README.md, "Contact stiffness" and "The proxy"):
 // presses in equilibrium, thin tools, jumps, and what happens when a tool comes, goes, turns or
 // falls silent.
-#include "expect.h"
+#include "test.h"
 #include "contact_bench.h"
 #include "random.h"
 
@@ -47,9 +47,8 @@ static Vec3 inner_forces(const Bench *bench, double youngs, double frequency)
     return sum;
 }
 
-static void held_press_is_silent_and_in_equilibrium(void **state)
+TEST(held_press_is_silent_and_in_equilibrium)
 {
-    (void)state;
     static const double places[] = {0.0, 0.5, 1.0}; // from a node to the middle of a face
     for (int k = 0; k < 3; k++) {
         BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_ball(0.005));
@@ -91,9 +90,8 @@ static void held_press_is_silent_and_in_equilibrium(void **state)
 
 // Without a proxy such a face held 0.67 N in the prototype (server/dynamics/README.md, "Contact of
 // faces"); with it, what the face gives when the axis has come down to a tenth of the radius.
-static void thin_tool_cannot_pass_the_middle_of_a_large_face(void **state)
+TEST(thin_tool_cannot_pass_the_middle_of_a_large_face)
 {
-    (void)state;
     Bench bench;
     BenchOptions options =
         bench_with_tool(bench_ico_sphere(2), bench_ball(0.003)); // sides of 15 mm
@@ -147,9 +145,8 @@ static void watch(Bench *bench, double seconds, double limit, double most_work, 
     assert_int_equal(sim_resets(bench->sim), 0);
 }
 
-static void jumps_are_bounded_by_force_and_work(void **state)
+TEST(jumps_are_bounded_by_force_and_work)
 {
-    (void)state;
     static const double jumps[] = {0.001, 0.010, 0.100}, limits[] = {3.3, 0.3};
     for (int k = 0; k < 6; k++) {
         BenchOptions options = jump_options();
@@ -171,9 +168,8 @@ static void jumps_are_bounded_by_force_and_work(void **state)
     }
 }
 
-static void any_speed_is_survived(void **state)
+TEST(any_speed_is_survived)
 {
-    (void)state;
     for (double speed = 0.01; speed < 2e4; speed *= 10.0) {
         BenchOptions options = jump_options();
         Bench bench;
@@ -200,9 +196,8 @@ static void any_speed_is_survived(void **state)
 // ---------------------------------------------------------------------------------------------
 // Coming, going, turning
 
-static void withdrawn_tool_gives_no_force(void **state)
+TEST(withdrawn_tool_gives_no_force)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_ball(0.005));
     Bench bench;
     bench_create(&bench, &options);
@@ -224,9 +219,8 @@ static void withdrawn_tool_gives_no_force(void **state)
     bench_destroy(&bench);
 }
 
-static void silent_tool_is_withdrawn_after_its_timeout(void **state)
+TEST(silent_tool_is_withdrawn_after_its_timeout)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_ball(0.005));
     options.tool_timeout_s = 0.05;
     Bench bench;
@@ -245,9 +239,8 @@ static void silent_tool_is_withdrawn_after_its_timeout(void **state)
 }
 
 // The proxy turns by at most a quarter radius at the capsule's ends a substep.
-static void turning_capsule_sweeps_no_wall_away(void **state)
+TEST(turning_capsule_sweeps_no_wall_away)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_capsule(0.06, 0.004));
     Bench bench;
     bench_create(&bench, &options);
@@ -283,9 +276,8 @@ static void turning_capsule_sweeps_no_wall_away(void **state)
     bench_destroy(&bench);
 }
 
-static void tool_may_come_to_life_inside(void **state)
+TEST(tool_may_come_to_life_inside)
 {
-    (void)state;
     static const double heights[] = {0.053, 0.050, 0.047, 0.030, 0.0, -0.045};
     for (int k = 0; k < 6; k++) {
         BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_capsule(0.02, 0.006));
@@ -308,9 +300,8 @@ static void tool_may_come_to_life_inside(void **state)
     }
 }
 
-static void static_capsule_holds_a_falling_body(void **state)
+TEST(static_capsule_holds_a_falling_body)
 {
-    (void)state;
     BenchOptions options = bench_options();
     options.mesh = bench_ico_sphere(2);
     options.fixing = BENCH_FREE;
@@ -341,9 +332,8 @@ static void static_capsule_holds_a_falling_body(void **state)
     bench_destroy(&bench);
 }
 
-static void same_inputs_give_the_same_bits(void **state)
+TEST(same_inputs_give_the_same_bits)
 {
-    (void)state;
     uint64_t hash[2];
     for (int run = 0; run < 2; run++) {
         uint64_t random = 33;
@@ -364,9 +354,8 @@ static void same_inputs_give_the_same_bits(void **state)
 }
 
 // A copy of the state goes on like the original: nothing that contact remembers is missing in it.
-static void contact_continues_from_a_copy_of_its_state(void **state)
+TEST(contact_continues_from_a_copy_of_its_state)
 {
-    (void)state;
     Bench bench[2];
     for (int k = 0; k < 2; k++) {
         BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_ball(0.005));
@@ -398,22 +387,4 @@ static void contact_continues_from_a_copy_of_its_state(void **state)
     }
     bench_destroy(&bench[0]);
     bench_destroy(&bench[1]);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(held_press_is_silent_and_in_equilibrium),
-        cmocka_unit_test(thin_tool_cannot_pass_the_middle_of_a_large_face),
-        cmocka_unit_test(jumps_are_bounded_by_force_and_work),
-        cmocka_unit_test(any_speed_is_survived),
-        cmocka_unit_test(withdrawn_tool_gives_no_force),
-        cmocka_unit_test(silent_tool_is_withdrawn_after_its_timeout),
-        cmocka_unit_test(turning_capsule_sweeps_no_wall_away),
-        cmocka_unit_test(tool_may_come_to_life_inside),
-        cmocka_unit_test(static_capsule_holds_a_falling_body),
-        cmocka_unit_test(same_inputs_give_the_same_bits),
-        cmocka_unit_test(contact_continues_from_a_copy_of_its_state),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

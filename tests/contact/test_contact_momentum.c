@@ -1,6 +1,6 @@
 // What a tool gives, a body takes (server/dynamics/README.md, "Contact of faces" and "The proxy"):
 // momentum of free bodies in every tick, and the work of slow loops.
-#include "expect.h"
+#include "test.h"
 #include "contact_bench.h"
 #include "momentum_exchange.h"
 #include "random.h"
@@ -34,9 +34,8 @@ static void read_momentum(void *bench, Vec3 *linear, Vec3 *angular)
 #define ORDER 1e-3
 
 // Stiff: a wall of 1e8 N/m, 7000 times too stiff for leapfrog at this rate.
-static void body_and_tool_exchange_momentum_exactly(void **state)
+TEST(body_and_tool_exchange_momentum_exactly)
 {
-    (void)state;
     static const struct {
         IntegratorKind integrator;
         bool shape, stiff;
@@ -78,9 +77,8 @@ static void body_and_tool_exchange_momentum_exactly(void **state)
     }
 }
 
-static void slow_loops_never_gain_work(void **state)
+TEST(slow_loops_never_gain_work)
 {
-    (void)state;
     uint64_t random = 31;
     for (int k = 0; k < 16; k++) {
         BenchOptions options = bench_with_tool(bench_ico_sphere(2),
@@ -123,9 +121,8 @@ static void slow_loops_never_gain_work(void **state)
     }
 }
 
-static void two_tools_share_a_body(void **state)
+TEST(two_tools_share_a_body)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_ball(0.006));
     options.fixing = BENCH_FREE;
     options.body_frame = true;
@@ -156,9 +153,8 @@ static void two_tools_share_a_body(void **state)
 }
 
 // Each body has its own proxy; force and torque on the tool are those of both.
-static void wrench_sums_over_bodies(void **state)
+TEST(wrench_sums_over_bodies)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_capsule(0.02, 0.006));
     options.fixing = BENCH_FREE;
     options.shape_frequency = 0.0; // exact in angular momentum too
@@ -201,15 +197,4 @@ static void wrench_sums_over_bodies(void **state)
     }
     assert_true(apart > 0); // both touched, at different proxies
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(body_and_tool_exchange_momentum_exactly),
-        cmocka_unit_test(slow_loops_never_gain_work),
-        cmocka_unit_test(two_tools_share_a_body),
-        cmocka_unit_test(wrench_sums_over_bodies),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

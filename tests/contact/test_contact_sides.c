@@ -1,7 +1,7 @@
 // A hollow wall remembers on which side a tool stands (server/dynamics/README.md, "Sides of hollow
 // walls"): random pushes, held and slowly withdrawn, must not leak. Pushes are as fast as 10 m/s
 // and go through most of the body.
-#include "expect.h"
+#include "test.h"
 #include "contact_bench.h"
 #include "random.h"
 
@@ -106,9 +106,8 @@ static void count_leaks(int mesh, int seeds, double length, int *all, int *slow)
 
 // The prototype by which the rules were chosen knew 2 failures of 144, none slower than 1.1 m/s; of
 // 900 we know 2, both on the 114 nodes, where a fold closes over the ball.
-static void balls_do_not_leak(void **state)
+TEST(balls_do_not_leak)
 {
-    (void)state;
     int all = 0, slow = 0;
     for (int mesh = 0; mesh < 3; mesh++)
         count_leaks(mesh, 48, 0.0, &all, &slow);
@@ -117,9 +116,8 @@ static void balls_do_not_leak(void **state)
 }
 
 // Long ones lie across half the body, and deep in it a wall may close around an end: 2 of 450 did.
-static void capsules_seldom_leak_and_never_when_slow(void **state)
+TEST(capsules_seldom_leak_and_never_when_slow)
 {
-    (void)state;
     int all = 0, slow = 0;
     for (int mesh = 0; mesh < 3; mesh++)
         count_leaks(mesh, 16, 0.04, &all, &slow);
@@ -130,9 +128,8 @@ static void capsules_seldom_leak_and_never_when_slow(void **state)
 // A ball pressed into the top of a sphere until the walls fold, rolled round in the dent and over
 // its rim: at every tick it feels a push out of the body or nothing, never the pull of a face whose
 // side was mistaken.
-static void tool_is_never_pulled_in_over_a_fold(void **state)
+TEST(tool_is_never_pulled_in_over_a_fold)
 {
-    (void)state;
     BenchOptions options = bench_options();
     options.mesh = bench_ico_sphere(3);
     options.tool_count = 1;
@@ -152,14 +149,4 @@ static void tool_is_never_pulled_in_over_a_fold(void **state)
                             0.0);
     }
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(balls_do_not_leak),
-        cmocka_unit_test(capsules_seldom_leak_and_never_when_slow),
-        cmocka_unit_test(tool_is_never_pulled_in_over_a_fold),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // The stiffness that contacts tell (server/dynamics/README.md, "Stiffness for clients"): positive,
 // about what a slow hand feels, and rather too stiff than too soft.
-#include "expect.h"
+#include "test.h"
 #include "contact_bench.h"
 #include "effort.h"
 #include "stiffness_trial.h"
@@ -33,9 +33,8 @@ static void press_sphere(Bench *bench, int subdivisions, double radius, double p
 
 // Measured here: 0.24 to 0.43 over all, 1.06 to 1.11 along the normal. What is over is mostly
 // sideways, where a pressed wall hardly resists: 0 to 11 N/m of it.
-static void surface_tells_what_a_slow_hand_feels(void **state)
+TEST(surface_tells_what_a_slow_hand_feels)
 {
-    (void)state;
     for (int k = 0; k < EFFORT(6); k++) {
         Bench bench;
         press_sphere(&bench, 3, k % 2 == 0 ? 0.005 : 0.010, 0.5 * (k / 2));
@@ -50,9 +49,8 @@ static void surface_tells_what_a_slow_hand_feels(void **state)
     }
 }
 
-static void no_contact_has_no_stiffness(void **state)
+TEST(no_contact_has_no_stiffness)
 {
-    (void)state;
     Bench bench;
     press_sphere(&bench, 2, 0.005, 0.5);
     expect_at_least(size_of(sim_wrench(bench.sim, 0)->stiffness), 1.0);
@@ -65,9 +63,8 @@ static void no_contact_has_no_stiffness(void **state)
 }
 
 // It is told, and nothing else: the motion has the same bits without it.
-static void motion_does_not_depend_on_it(void **state)
+TEST(motion_does_not_depend_on_it)
 {
-    (void)state;
     uint64_t hash[2];
     for (int k = 0; k < 2; k++) {
         BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_capsule(0.03, 0.005));
@@ -83,9 +80,8 @@ static void motion_does_not_depend_on_it(void **state)
 }
 
 // Springs alone resist: nodes without shape springs and drag have no rates of their own to read.
-static void a_wall_without_shape_springs_tells_it_too(void **state)
+TEST(a_wall_without_shape_springs_tells_it_too)
 {
-    (void)state;
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_ball(0.005));
     options.contact_stiffness = true;
     options.shape_frequency = 0.0;
@@ -98,15 +94,4 @@ static void a_wall_without_shape_springs_tells_it_too(void **state)
     }
     expect_at_least(told, 1.0);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_wall_without_shape_springs_tells_it_too),
-        cmocka_unit_test(surface_tells_what_a_slow_hand_feels),
-        cmocka_unit_test(no_contact_has_no_stiffness),
-        cmocka_unit_test(motion_does_not_depend_on_it),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // that come at 60 Hz or 1 kHz, late or not, held, interpolated or extrapolated, and the force that
 // the hand feels. Work that the hand loses is what the body damps; a loop that gives the hand work
 // is active, and a hand shakes in it.
-#include "expect.h"
+#include "test.h"
 #include "contact_bench.h"
 
 static const double PI = 3.14159265358979323846;
@@ -130,9 +130,8 @@ static const double BODY = 6.0; // quasi-static stiffness of the pressed body [N
 // The margins are a third of what the prototype measured with a hand and a body like these
 // (server/dynamics/README.md, "Stiffness for clients"); signs and orders are the claim.
 
-static void prompt_streams_lose_work(void **state)
+TEST(prompt_streams_lose_work)
 {
-    (void)state;
     for (double frequency = 2.0; frequency < 7.0; frequency += 4.0) {
         expect_at_least(feel(POSES_1_KHZ, 0, INTERPOLATED, 0.0, frequency).lost, 0.13);
         expect_at_least(feel(POSES_60_HZ, 0, EXTRAPOLATED, 0.0, frequency).lost, 0.12);
@@ -140,17 +139,15 @@ static void prompt_streams_lose_work(void **state)
     }
 }
 
-static void latency_without_client_stiffness_is_active(void **state)
+TEST(latency_without_client_stiffness_is_active)
 {
-    (void)state;
     for (double frequency = 2.0; frequency < 7.0; frequency += 4.0)
         expect_at_most(feel(POSES_60_HZ, ROUND_TRIP_20_MS, INTERPOLATED, 0.0, frequency).lost,
                        -0.25);
 }
 
-static void client_stiffness_makes_latency_passive(void **state)
+TEST(client_stiffness_makes_latency_passive)
 {
-    (void)state;
     expect_at_least(feel(POSES_60_HZ, ROUND_TRIP_20_MS, INTERPOLATED, BODY, 2.0).lost, 0.17);
     expect_at_least(feel(POSES_1_KHZ, ROUND_TRIP_20_MS, INTERPOLATED, BODY, 2.0).lost, 0.17);
     expect_at_least(feel(POSES_1_KHZ, ROUND_TRIP_20_MS, INTERPOLATED, BODY, 6.0).lost, 0.26);
@@ -159,9 +156,8 @@ static void client_stiffness_makes_latency_passive(void **state)
 }
 
 // With what the body reports about itself; the prototype had a stiffness from a formula.
-static void told_stiffness_makes_latency_passive(void **state)
+TEST(told_stiffness_makes_latency_passive)
 {
-    (void)state;
     for (double frequency = 2.0; frequency < 7.0; frequency += 4.0)
         expect_at_least(feel(POSES_1_KHZ, ROUND_TRIP_20_MS, INTERPOLATED, TOLD, frequency).lost,
                         0.17);
@@ -170,9 +166,8 @@ static void told_stiffness_makes_latency_passive(void **state)
     expect_at_least(feel(POSES_60_HZ, 0, INTERPOLATED, TOLD, 6.0).lost, 0.17);
 }
 
-static void interpolation_smooths_and_twist_follows(void **state)
+TEST(interpolation_smooths_and_twist_follows)
 {
-    (void)state;
     Felt held = feel(POSES_60_HZ, 0, HELD, 0.0, 2.0);
     Felt interpolated = feel(POSES_60_HZ, 0, INTERPOLATED, 0.0, 2.0);
     Felt extrapolated = feel(POSES_60_HZ, 0, EXTRAPOLATED, 0.0, 2.0);
@@ -185,16 +180,4 @@ static void interpolation_smooths_and_twist_follows(void **state)
     expect_at_most(interpolated.behind, 0.038 * 0.018);
     expect_at_least(interpolated.behind, 0.038 * 0.015);
     expect_at_most(extrapolated.behind, 0.07e-3 + 0.038 * 0.001);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(prompt_streams_lose_work),
-        cmocka_unit_test(latency_without_client_stiffness_is_active),
-        cmocka_unit_test(client_stiffness_makes_latency_passive),
-        cmocka_unit_test(told_stiffness_makes_latency_passive),
-        cmocka_unit_test(interpolation_smooths_and_twist_follows),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Bodies on tables (server/dynamics/README.md, "Planes" and "Friction"): they come to rest, weigh
 // what they weigh, stick and slide by Coulomb's law.
-#include "expect.h"
+#include "test.h"
 #include "contact_bench.h"
 
 #include "geometry/generator.h"
@@ -31,9 +31,8 @@ static double fastest(Bench *bench)
 
 // A hollow sphere dropped 20 mm on a table. It lands on the edge that points down, where it would
 // tip over some seconds later: asked when it has come to rest and before rounding has grown.
-static void dropped_sphere_comes_to_rest_and_weighs_its_weight(void **state)
+TEST(dropped_sphere_comes_to_rest_and_weighs_its_weight)
 {
-    (void)state;
     static const double frequencies[] = {50.0, 100.0}, rest[] = {3.5, 3.0};
     for (int k = 0; k < 2; k++) {
         BenchOptions options = bench_options();
@@ -102,9 +101,8 @@ static double speed_x(Bench *bench)
     return linear.x / bench->body->mass;
 }
 
-static void body_sticks_below_the_friction_angle(void **state)
+TEST(body_sticks_below_the_friction_angle)
 {
-    (void)state;
     Bench bench;
     lie_down(&bench, 0.5, INTEGRATOR_LEAPFROG); // atan 0.5 = 26.6 degrees
     tilt(&bench, 20.0);
@@ -120,9 +118,8 @@ static void body_sticks_below_the_friction_angle(void **state)
     bench_destroy(&bench);
 }
 
-static void body_slides_above_the_friction_angle(void **state)
+TEST(body_slides_above_the_friction_angle)
 {
-    (void)state;
     static const IntegratorKind kinds[] = {INTEGRATOR_LEAPFROG, INTEGRATOR_RK4};
     for (int k = 0; k < 2; k++) {
         Bench bench;
@@ -142,9 +139,8 @@ static void body_slides_above_the_friction_angle(void **state)
     }
 }
 
-static void body_without_friction_slides_freely(void **state)
+TEST(body_without_friction_slides_freely)
 {
-    (void)state;
     Bench bench;
     lie_down(&bench, 0.0, INTEGRATOR_LEAPFROG);
     tilt(&bench, 5.0);
@@ -158,9 +154,8 @@ static void body_without_friction_slides_freely(void **state)
 }
 
 // Both tools push the same nodes: the step bound counts both, and the body is at rest between.
-static void body_lies_in_a_corner_of_two_tables(void **state)
+TEST(body_lies_in_a_corner_of_two_tables)
 {
-    (void)state;
     BenchOptions options = bench_options();
     options.mesh = bench_ico_sphere(2);
     mesh_place(&options.mesh, 1.0, vec3(0, 0, 0), vec3(0, 0, 0.075));
@@ -189,16 +184,4 @@ static void body_lies_in_a_corner_of_two_tables(void **state)
     expect_near(vec3_length(right), weight / sqrt(2.0), 0.01 * weight);
     expect_near(left.z + right.z, -weight, 0.01 * weight);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(dropped_sphere_comes_to_rest_and_weighs_its_weight),
-        cmocka_unit_test(body_sticks_below_the_friction_angle),
-        cmocka_unit_test(body_slides_above_the_friction_angle),
-        cmocka_unit_test(body_without_friction_slides_freely),
-        cmocka_unit_test(body_lies_in_a_corner_of_two_tables),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,7 @@
 // times, whatever is degenerate, twisted or folded.
 #include "dynamics/cut.h"
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include <stdlib.h>
@@ -35,18 +35,16 @@ static void sweep(CutPath edge[2])
     edge[1] = moving(at(X, -1, 1), at(X, 1, 1));
 }
 
-static void a_resting_link_is_met_once(void **unused)
+TEST(a_resting_link_is_met_once)
 {
-    (void)unused;
     CutPath edge[2], link[2] = {still(-1, 0, 0.125), still(1, 0, 0.125)};
     sweep(edge);
     assert_true(cut_may_meet(edge, link));
     assert_int_equal(cut_count(edge, link), 1);
 }
 
-static void a_resting_edge_is_met_by_a_link_that_moves(void **unused)
+TEST(a_resting_edge_is_met_by_a_link_that_moves)
 {
-    (void)unused;
     const CutPath edge[2] = {still(X, 0, -1), still(X, 0, 1)};
     const CutPath link[2] = {moving(at(-1, 1, 0.1), at(-1, -1, 0.1)),
                              moving(at(1, 1, 0.1), at(1, -1, 0.1))};
@@ -54,9 +52,8 @@ static void a_resting_edge_is_met_by_a_link_that_moves(void **unused)
     assert_int_equal(cut_count(edge, link), 1);
 }
 
-static void what_moves_along_with_the_blade_is_not_met(void **unused)
+TEST(what_moves_along_with_the_blade_is_not_met)
 {
-    (void)unused;
     static const double start[2] = {-1.5, -0.5};
     for (int k = 0; k < 2; k++) {
         double y = start[k];
@@ -68,9 +65,8 @@ static void what_moves_along_with_the_blade_is_not_met(void **unused)
     }
 }
 
-static void a_link_that_turns_past_the_blade_is_met(void **unused)
+TEST(a_link_that_turns_past_the_blade_is_met)
 {
-    (void)unused;
     CutPath edge[2];
     sweep(edge);
     const CutPath link[2] = {moving(at(-1, -0.5, 0.1), at(-1, 1.5, 0.2)),
@@ -78,9 +74,8 @@ static void a_link_that_turns_past_the_blade_is_met(void **unused)
     assert_int_equal(cut_count(edge, link), 1);
 }
 
-static void a_link_without_length_is_never_met(void **unused)
+TEST(a_link_without_length_is_never_met)
 {
-    (void)unused;
     CutPath edge[2];
     sweep(edge);
     CutPath link[2] = {still(X, 0, 0), still(X, 0, 0)};
@@ -89,9 +84,8 @@ static void a_link_without_length_is_never_met(void **unused)
     assert_int_equal(cut_count(edge, link), 0);
 }
 
-static void what_hangs_on_rounding_is_called_degenerate(void **unused)
+TEST(what_hangs_on_rounding_is_called_degenerate)
 {
-    (void)unused;
     CutPath edge[2];
     sweep(edge);
     const CutPath link[2] = {still(X, -1, 0), still(X, 0.5, 0)}; // in the plane of the sweep
@@ -101,9 +95,8 @@ static void what_hangs_on_rounding_is_called_degenerate(void **unused)
     assert_int_equal(cut_count(edge, touching), CUT_DEGENERATE);
 }
 
-static void nothing_is_met_where_nothing_moves(void **unused)
+TEST(nothing_is_met_where_nothing_moves)
 {
-    (void)unused;
     const CutPath edge[2] = {still(0, 0, -1), still(0, 0, 1)};
     const CutPath link[2] = {still(-1, 0, 0), still(1, 0, 0)};
     assert_int_equal(cut_count(edge, link), 0);
@@ -209,9 +202,8 @@ static CutPath random_path(uint64_t *random, int size)
     return path;
 }
 
-static void the_count_is_that_of_the_solved_equations(void **unused)
+TEST(the_count_is_that_of_the_solved_equations)
 {
-    (void)unused;
     uint64_t random = 11;
     long met = 0, degenerate = 0;
     for (int size = 2; size <= 2048; size *= 4)
@@ -233,9 +225,8 @@ static void the_count_is_that_of_the_solved_equations(void **unused)
     print_message("met %ld, left out %ld\n", met, degenerate);
 }
 
-static void degenerate_cases_are_never_taken_for_clear_ones(void **unused)
+TEST(degenerate_cases_are_never_taken_for_clear_ones)
 {
-    (void)unused;
     uint64_t random = 12;
     // On a tiny grid nearly everything touches something.
     for (int i = 0; i < EFFORT(100000); i++) {
@@ -250,9 +241,8 @@ static void degenerate_cases_are_never_taken_for_clear_ones(void **unused)
     }
 }
 
-static void far_apart_and_fine_steps_stay_exact(void **unused)
+TEST(far_apart_and_fine_steps_stay_exact)
 {
-    (void)unused;
     uint64_t random = 13;
     // The same figures shifted by a large whole number: differences are the same.
     for (int i = 0; i < EFFORT(20000); i++) {
@@ -275,9 +265,8 @@ static void far_apart_and_fine_steps_stay_exact(void **unused)
 
 // A blade that goes round nothing: after a sweep that begins and ends away from a loop of points,
 // and whose own ends never come near it, the loop has been crossed an even number of times.
-static void closed_loops_are_crossed_an_even_number_of_times(void **unused)
+TEST(closed_loops_are_crossed_an_even_number_of_times)
 {
-    (void)unused;
     enum { POINTS = 4, SIZE = 1024 };
     uint64_t random = 21;
     int odd_links = 0, redone = 0;
@@ -342,9 +331,8 @@ static void closed_loops_are_crossed_an_even_number_of_times(void **unused)
 
 // --- sub-ticks ---
 
-static void subticks_bound_the_twist_and_are_powers_of_two(void **unused)
+TEST(subticks_bound_the_twist_and_are_powers_of_two)
 {
-    (void)unused;
     uint64_t random = 31;
     for (int i = 0; i < 10000; i++) {
         CutSweep whole = {.phase = CUT_GOES_ON}, half;
@@ -372,9 +360,8 @@ static void subticks_bound_the_twist_and_are_powers_of_two(void **unused)
     assert_int_equal(cut_subticks(&wild, 0.001), 0);
 }
 
-static void parts_of_a_way_share_their_ends(void **unused)
+TEST(parts_of_a_way_share_their_ends)
 {
-    (void)unused;
     uint64_t random = 32;
     for (int i = 0; i < 1000; i++) {
         CutPath whole = random_path(&random, 1000000);
@@ -393,9 +380,8 @@ static void parts_of_a_way_share_their_ends(void **unused)
 
 // --- quantities ---
 
-static void places_are_rounded_once_and_far_ones_refused(void **unused)
+TEST(places_are_rounded_once_and_far_ones_refused)
 {
-    (void)unused;
     CutPoint point;
     assert_true(cut_quantise(vec3(0.51, -0.51, 2.49), vec3(0, 0, 0), 1.0, &point));
     assert_int_equal(point.x[0], 1);
@@ -408,9 +394,8 @@ static void places_are_rounded_once_and_far_ones_refused(void **unused)
     assert_false(cut_quantise(vec3(0, 0, (double)INFINITY), vec3(0, 0, 0), 1.0, &point));
 }
 
-static void shifts_are_small_and_differ(void **unused)
+TEST(shifts_are_small_and_differ)
 {
-    (void)unused;
     for (int k = 0; k < 2; k++) {
         CutPoint none = cut_shift(0, k);
         assert_true(cut_points_equal(none, (CutPoint){{0, 0, 0}}));
@@ -423,9 +408,8 @@ static void shifts_are_small_and_differ(void **unused)
     }
 }
 
-static void every_verdict_has_a_sentence(void **unused)
+TEST(every_verdict_has_a_sentence)
 {
-    (void)unused;
     char text[192];
     for (int v = CUT_DONE; v <= CUT_TOO_LARGE; v++) {
         CutOutcome outcome = {.verdict = (CutVerdict)v, .separated = 3, .needed = 5, .room = 2};
@@ -437,27 +421,4 @@ static void every_verdict_has_a_sentence(void **unused)
     cut_describe(&done, "liver", text, sizeof text);
     assert_string_equal(text,
                         "body 'liver': 1 link severed, 2 nodes added, 3 pieces, 1 of them tiny");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_resting_link_is_met_once),
-        cmocka_unit_test(a_resting_edge_is_met_by_a_link_that_moves),
-        cmocka_unit_test(what_moves_along_with_the_blade_is_not_met),
-        cmocka_unit_test(a_link_that_turns_past_the_blade_is_met),
-        cmocka_unit_test(a_link_without_length_is_never_met),
-        cmocka_unit_test(what_hangs_on_rounding_is_called_degenerate),
-        cmocka_unit_test(nothing_is_met_where_nothing_moves),
-        cmocka_unit_test(the_count_is_that_of_the_solved_equations),
-        cmocka_unit_test(degenerate_cases_are_never_taken_for_clear_ones),
-        cmocka_unit_test(far_apart_and_fine_steps_stay_exact),
-        cmocka_unit_test(closed_loops_are_crossed_an_even_number_of_times),
-        cmocka_unit_test(subticks_bound_the_twist_and_are_powers_of_two),
-        cmocka_unit_test(parts_of_a_way_share_their_ends),
-        cmocka_unit_test(places_are_rounded_once_and_far_ones_refused),
-        cmocka_unit_test(shifts_are_small_and_differ),
-        cmocka_unit_test(every_verdict_has_a_sentence),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,7 @@
 #include "toy_body.h"
 #include "dynamics/sim_data.h"
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include <stdlib.h>
@@ -60,9 +60,8 @@ static bool next_event(ToyScene *scene, const char *kind, SimEvent *event)
 
 // --- strokes ---
 
-static void a_stroke_cuts_through_at_any_speed(void **unused)
+TEST(a_stroke_cuts_through_at_any_speed)
 {
-    (void)unused;
     // 0.1 m in one tick of 1 ms is 100 m/s, just below a jump; the other is 50 mm/s.
     ToyScene fast, slow;
     create(&fast, false);
@@ -106,9 +105,8 @@ static Toy *stroke_evenly(ToyScene *scene, const CutSweep *whole, int ticks)
     return scene->toy[0];
 }
 
-static void a_twisted_stroke_does_not_depend_on_how_it_is_divided(void **unused)
+TEST(a_twisted_stroke_does_not_depend_on_how_it_is_divided)
 {
-    (void)unused;
     uint64_t random = 5;
     int severed = 0, apart = 0;
     for (int i = 0; i < EFFORT(60); i++) {
@@ -137,9 +135,8 @@ static void a_twisted_stroke_does_not_depend_on_how_it_is_divided(void **unused)
     expect_at_most((double)apart, 2e-3 * severed);
 }
 
-static void each_tick_begins_where_the_last_one_ended(void **unused)
+TEST(each_tick_begins_where_the_last_one_ended)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     for (int i = 0; i < 5; i++)
@@ -159,9 +156,8 @@ static void each_tick_begins_where_the_last_one_ended(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void tissue_that_moves_past_a_resting_blade_is_cut(void **unused)
+TEST(tissue_that_moves_past_a_resting_blade_is_cut)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     toy_move(scene.toy[0], vec3(0.0013, 0.06, 0.0));
@@ -173,9 +169,8 @@ static void tissue_that_moves_past_a_resting_blade_is_cut(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void a_lifted_blade_cuts_nothing_on_its_way(void **unused)
+TEST(a_lifted_blade_cuts_nothing_on_its_way)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0013, -0.05);
@@ -191,9 +186,8 @@ static void a_lifted_blade_cuts_nothing_on_its_way(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void a_blade_that_jumps_begins_another_stroke(void **unused)
+TEST(a_blade_that_jumps_begins_another_stroke)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0013, -0.05);
@@ -203,9 +197,8 @@ static void a_blade_that_jumps_begins_another_stroke(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void a_stale_blade_ends_its_stroke(void **unused)
+TEST(a_stale_blade_ends_its_stroke)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0, -0.05);
@@ -217,9 +210,8 @@ static void a_stale_blade_ends_its_stroke(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void a_restored_body_did_not_pass_the_blade(void **unused)
+TEST(a_restored_body_did_not_pass_the_blade)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0, -0.05);
@@ -233,9 +225,8 @@ static void a_restored_body_did_not_pass_the_blade(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void a_scene_has_the_stages_that_it_needs(void **unused)
+TEST(a_scene_has_the_stages_that_it_needs)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     const StageId expected[] = {STAGE_INPUTS,   STAGE_TOOLS,       STAGE_LOADS,
@@ -259,9 +250,8 @@ static void a_scene_has_the_stages_that_it_needs(void **unused)
 
 // --- state ---
 
-static void reset_in_a_stroke_returns_to_an_uncut_body(void **unused)
+TEST(reset_in_a_stroke_returns_to_an_uncut_body)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     uint64_t start = state_hash(&scene.state);
@@ -282,9 +272,8 @@ static void reset_in_a_stroke_returns_to_an_uncut_body(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void a_checkpoint_in_a_stroke_goes_on_bit_for_bit(void **unused)
+TEST(a_checkpoint_in_a_stroke_goes_on_bit_for_bit)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     void *image = malloc(state_bytes(&scene.state));
@@ -306,9 +295,8 @@ static void a_checkpoint_in_a_stroke_goes_on_bit_for_bit(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void strokes_that_cannot_be_are_found(void **unused)
+TEST(strokes_that_cannot_be_are_found)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, true);
     move_to(&scene, 0.0, -0.05);
@@ -345,9 +333,8 @@ static double sum_of_loads(const ToyScene *scene, int *nodes)
     return sum;
 }
 
-static void a_load_goes_on_to_act_on_both_lips(void **unused)
+TEST(a_load_goes_on_to_act_on_both_lips)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     LoadOptions load = {.body = -1, .radius = 0.025, .force = {0, 0, 2.0}, .duration = 100.0};
@@ -375,9 +362,8 @@ static void a_load_goes_on_to_act_on_both_lips(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void every_change_has_a_topology_number_of_its_own(void **unused)
+TEST(every_change_has_a_topology_number_of_its_own)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     int start = scene.body[0]->mesh.topology;
@@ -397,9 +383,8 @@ static CutOptions sweep_at(double x)
                         .after = {{{x, 0.05, -0.01}, {x, 0.05, 0.01}}}};
 }
 
-static void a_command_cuts_at_once_and_says_what(void **unused)
+TEST(a_command_cuts_at_once_and_says_what)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     CutOutcome sum;
@@ -440,9 +425,8 @@ static void expect_refusal(ToyScene *scene, const CutOptions *cut, const char *t
     assert_true(state_hash(&scene->state) == hash);
 }
 
-static void commands_that_cannot_be_done_say_why_and_change_nothing(void **unused)
+TEST(commands_that_cannot_be_done_say_why_and_change_nothing)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     CutOptions cut = sweep_at(0.0013), good = cut;
@@ -480,9 +464,8 @@ static void commands_that_cannot_be_done_say_why_and_change_nothing(void **unuse
     toy_scene_destroy(&scene);
 }
 
-static void a_triangle_swept_by_one_fixed_end_cuts(void **unused)
+TEST(a_triangle_swept_by_one_fixed_end_cuts)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     CutOptions cut = sweep_at(0.0013);
@@ -496,9 +479,8 @@ static void a_triangle_swept_by_one_fixed_end_cuts(void **unused)
 
 // --- what is told ---
 
-static void a_stroke_is_told_of_once_when_it_ends(void **unused)
+TEST(a_stroke_is_told_of_once_when_it_ends)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     cut_through(&scene, 100);
@@ -522,9 +504,8 @@ static void a_stroke_is_told_of_once_when_it_ends(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void refused_strokes_are_told_of_once_a_second(void **unused)
+TEST(refused_strokes_are_told_of_once_a_second)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     scene.toy[0]->cuts->node_limit = scene.toy[0]->base_nodes + 1;
@@ -539,9 +520,8 @@ static void refused_strokes_are_told_of_once_a_second(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void a_stroke_that_the_body_breaks_off_is_told_of_once(void **unused)
+TEST(a_stroke_that_the_body_breaks_off_is_told_of_once)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, false);
     // The first half fits, the rest does not.
@@ -559,9 +539,8 @@ static void a_stroke_that_the_body_breaks_off_is_told_of_once(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void tears_are_told_of_a_few_times_a_second(void **unused)
+TEST(tears_are_told_of_a_few_times_a_second)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, true);
     int told = 0, links = scene.toy[0]->cuts->links;
@@ -578,9 +557,8 @@ static void tears_are_told_of_a_few_times_a_second(void **unused)
     toy_scene_destroy(&scene);
 }
 
-static void events_that_nobody_takes_do_not_pile_up(void **unused)
+TEST(events_that_nobody_takes_do_not_pile_up)
 {
-    (void)unused;
     ToyScene scene;
     create(&scene, true);
     for (int i = 0; i < scene.toy[0]->cuts->links; i++) {
@@ -592,33 +570,4 @@ static void events_that_nobody_takes_do_not_pile_up(void **unused)
         taken++;
     assert_in_range(taken, 1, SIM_EVENTS);
     toy_scene_destroy(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_stroke_cuts_through_at_any_speed),
-        cmocka_unit_test(a_twisted_stroke_does_not_depend_on_how_it_is_divided),
-        cmocka_unit_test(each_tick_begins_where_the_last_one_ended),
-        cmocka_unit_test(tissue_that_moves_past_a_resting_blade_is_cut),
-        cmocka_unit_test(a_lifted_blade_cuts_nothing_on_its_way),
-        cmocka_unit_test(a_blade_that_jumps_begins_another_stroke),
-        cmocka_unit_test(a_stale_blade_ends_its_stroke),
-        cmocka_unit_test(a_restored_body_did_not_pass_the_blade),
-        cmocka_unit_test(a_scene_has_the_stages_that_it_needs),
-        cmocka_unit_test(a_stroke_that_the_body_breaks_off_is_told_of_once),
-        cmocka_unit_test(reset_in_a_stroke_returns_to_an_uncut_body),
-        cmocka_unit_test(a_checkpoint_in_a_stroke_goes_on_bit_for_bit),
-        cmocka_unit_test(strokes_that_cannot_be_are_found),
-        cmocka_unit_test(a_load_goes_on_to_act_on_both_lips),
-        cmocka_unit_test(every_change_has_a_topology_number_of_its_own),
-        cmocka_unit_test(a_command_cuts_at_once_and_says_what),
-        cmocka_unit_test(commands_that_cannot_be_done_say_why_and_change_nothing),
-        cmocka_unit_test(a_triangle_swept_by_one_fixed_end_cuts),
-        cmocka_unit_test(a_stroke_is_told_of_once_when_it_ends),
-        cmocka_unit_test(refused_strokes_are_told_of_once_a_second),
-        cmocka_unit_test(tears_are_told_of_a_few_times_a_second),
-        cmocka_unit_test(events_that_nobody_takes_do_not_pile_up),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

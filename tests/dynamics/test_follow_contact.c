@@ -1,6 +1,6 @@
 // Contact while the faces beneath a tool are divided and merged: a thin hollow wall keeps the tool
 // on the side on which it stands.
-#include "expect.h"
+#include "test.h"
 #include "dynamics/contact_data.h"
 #include "dynamics/sim_data.h"
 #include "random.h"
@@ -86,9 +86,8 @@ static void press_while_faces_change(double length, double radius, double depth,
     toy_scene_destroy(&coarse);
 }
 
-static void push_of_a_flat_wall_lies_between_its_points_and_its_coarsest_faces(void **state)
+TEST(push_of_a_flat_wall_lies_between_its_points_and_its_coarsest_faces)
 {
-    (void)state;
     press_while_faces_change(0.0, 0.005, 0.003, 7);
     press_while_faces_change(0.0, 0.015, 0.003, 8);
     press_while_faces_change(0.03, 0.005, 0.003, 9);
@@ -149,9 +148,8 @@ static void leap_through(double length, uint64_t seed)
 
 // No run of 120 flipped; with dents half as large again, 8 did: some folds then pass right through
 // the axis in the tick in which faces are merged.
-static void wall_that_changes_while_it_crosses_a_tool_does_not_flip(void **state)
+TEST(wall_that_changes_while_it_crosses_a_tool_does_not_flip)
 {
-    (void)state;
     for (uint64_t seed = 1; seed <= 4; seed++) {
         leap_through(0.0, seed);
         leap_through(0.02, 10 + seed);
@@ -159,9 +157,8 @@ static void wall_that_changes_while_it_crosses_a_tool_does_not_flip(void **state
 }
 
 // A hand deep behind the wall, held back for seconds: no division of faces lets it slip through.
-static void resting_tool_behind_the_wall_is_held_through_any_change(void **state)
+TEST(resting_tool_behind_the_wall_is_held_through_any_change)
 {
-    (void)state;
     ToolOptions tool = probe(0.0, 0.003);
     tool.max_force = 2.0;
     ToyScene scene;
@@ -183,9 +180,8 @@ static void resting_tool_behind_the_wall_is_held_through_any_change(void **state
 // ---------------------------------------------------------------------------------------------
 // What is remembered, by itself
 
-static void sides_pass_to_the_faces_that_take_over(void **state)
+TEST(sides_pass_to_the_faces_that_take_over)
 {
-    (void)state;
     ToolOptions tool = probe(0.0, 0.005);
     ToyScene scene;
     create(&scene, &tool);
@@ -213,9 +209,8 @@ static void sides_pass_to_the_faces_that_take_over(void **state)
 
 // The hold of a rough plane is spread over the nodes as their areas are: dividing faces leaves its
 // sum as it was, and nodes that went leave nothing to those that come in their place later.
-static void plane_keeps_its_hold(void **state)
+TEST(plane_keeps_its_hold)
 {
-    (void)state;
     const ToolOptions table = {.id = 2,
                                .kind = TOOL_STATIC,
                                .has_plane = true,
@@ -252,9 +247,8 @@ static void plane_keeps_its_hold(void **state)
 
 // A plane pushes each node with its area times its depth: a flat wall as a whole does not care how
 // it is divided.
-static void push_of_a_plane_is_the_same_at_every_division(void **state)
+TEST(push_of_a_plane_is_the_same_at_every_division)
 {
-    (void)state;
     const ToolOptions table = {.id = 2,
                                .kind = TOOL_STATIC,
                                .has_plane = true,
@@ -272,17 +266,4 @@ static void push_of_a_plane_is_the_same_at_every_division(void **state)
         expect_near(sim_wrench(scene.sim, 0)->force.z, push, 1e-12 * fabs(push)); // rounding
     }
     toy_scene_destroy(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(push_of_a_flat_wall_lies_between_its_points_and_its_coarsest_faces),
-        cmocka_unit_test(wall_that_changes_while_it_crosses_a_tool_does_not_flip),
-        cmocka_unit_test(resting_tool_behind_the_wall_is_held_through_any_change),
-        cmocka_unit_test(sides_pass_to_the_faces_that_take_over),
-        cmocka_unit_test(plane_keeps_its_hold),
-        cmocka_unit_test(push_of_a_plane_is_the_same_at_every_division),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // What is held of a body whose topology changes: nodes that come within the jaws are held, what
 // goes leaves its share to others, and hand and body feel the same.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "dynamics/attachment_data.h"
 #include "dynamics/sim_data.h"
 #include "random.h"
@@ -49,9 +49,8 @@ static bool is_used(const Body *body, int node)
 
 // The sheet stands still: held is at every moment what lies within the jaws where they closed, and
 // the force is that of all these masses.
-static void what_lies_within_the_jaws_is_held_at_any_level(void **state)
+TEST(what_lies_within_the_jaws_is_held_at_any_level)
 {
-    (void)state;
     const double radius = 0.017;
     const Vec3 at = {0.002, -0.003, 0.001}, away = {0.0, 0.0, 0.002};
     ToolOptions tool = jaws(radius);
@@ -95,9 +94,8 @@ static void what_lies_within_the_jaws_is_held_at_any_level(void **state)
 }
 
 // Jaws smaller than a face hold points of it; once the wall is fine enough, nodes.
-static void points_of_faces_pass_on_and_give_way_to_nodes(void **state)
+TEST(points_of_faces_pass_on_and_give_way_to_nodes)
 {
-    (void)state;
     ToolOptions tool = jaws(0.0029);
     ToyScene scene;
     create(&scene, &tool);
@@ -134,9 +132,8 @@ static void points_of_faces_pass_on_and_give_way_to_nodes(void **state)
 
 // A hold that is let go in any state of the mesh leaves nothing behind, and the state of a hold is
 // a function of what is held alone.
-static void letting_go_clears_what_was_known(void **state)
+TEST(letting_go_clears_what_was_known)
 {
-    (void)state;
     ToolOptions tool = jaws(0.02);
     ToyScene scene;
     create(&scene, &tool);
@@ -158,14 +155,4 @@ static void letting_go_clears_what_was_known(void **state)
             assert_true(grip->point[i].face == 0 && grip->point[i].weight[0] == 0.0);
     }
     toy_scene_destroy(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_lies_within_the_jaws_is_held_at_any_level),
-        cmocka_unit_test(points_of_faces_pass_on_and_give_way_to_nodes),
-        cmocka_unit_test(letting_go_clears_what_was_known),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Loads on a body whose topology changes: a load is a traction carried by nodes, and the sum of the
 // forces is what was asked for at every tick.
-#include "expect.h"
+#include "test.h"
 #include "dynamics/sim_data.h"
 #include "random.h"
 #include "toy_body.h"
@@ -52,9 +52,8 @@ static void expect_sum(const ToyScene *scene, Vec3 force)
     expect_at_most(vec3_length(vec3_sub(sum_of_loads(scene), force)), 1e-13 * vec3_length(force));
 }
 
-static void total_force_is_kept_through_any_change(void **state)
+TEST(total_force_is_kept_through_any_change)
 {
-    (void)state;
     ToyScene scene;
     create(&scene, 1);
     uint64_t random = 5;
@@ -74,9 +73,8 @@ static void total_force_is_kept_through_any_change(void **state)
 
 // On a flat sheet at rest a midpoint lies where it would have lain: a load acts on the nodes inside
 // its sphere, whenever they came.
-static void a_load_acts_on_its_patch_at_any_level(void **state)
+TEST(a_load_acts_on_its_patch_at_any_level)
 {
-    (void)state;
     ToyScene scene;
     create(&scene, 1);
     LoadOptions load = load_within(0.035);
@@ -112,9 +110,8 @@ static void a_load_acts_on_its_patch_at_any_level(void **state)
 // The body that was changed many times and one that went there in a single step carry the same
 // bits: where midpoints would have lain follows from where the coarse nodes were, and nodes are in
 // ascending order.
-static void loads_do_not_depend_on_the_way_to_a_topology(void **state)
+TEST(loads_do_not_depend_on_the_way_to_a_topology)
 {
-    (void)state;
     ToyScene wandering, direct;
     create(&wandering, 1);
     create(&direct, 1);
@@ -142,9 +139,8 @@ static void loads_do_not_depend_on_the_way_to_a_topology(void **state)
 }
 
 // A sphere around nothing but a midpoint: when it goes, the nodes between which it lay carry on.
-static void last_node_leaves_its_load_to_its_parents(void **state)
+TEST(last_node_leaves_its_load_to_its_parents)
 {
-    (void)state;
     ToyScene scene;
     create(&scene, 1);
     Toy *toy = scene.toy[0];
@@ -172,9 +168,8 @@ static void last_node_leaves_its_load_to_its_parents(void **state)
 }
 
 // Three levels in one change, by hand: the weight goes from child to parent as far as it must.
-static void weight_of_the_last_nodes_passes_through_parents_that_go_too(void **state)
+TEST(weight_of_the_last_nodes_passes_through_parents_that_go_too)
 {
-    (void)state;
     ToyScene scene;
     create(&scene, 1);
     Toy *toy = scene.toy[0];
@@ -197,9 +192,8 @@ static void weight_of_the_last_nodes_passes_through_parents_that_go_too(void **s
     toy_scene_destroy(&scene);
 }
 
-static void several_loads_on_two_bodies_follow_each_change(void **state)
+TEST(several_loads_on_two_bodies_follow_each_change)
 {
-    (void)state;
     ToyScene scene;
     create(&scene, 2);
     uint64_t random = 33;
@@ -234,9 +228,8 @@ static void several_loads_on_two_bodies_follow_each_change(void **state)
     toy_scene_destroy(&scene);
 }
 
-static void load_of_one_body_stays_on_it(void **state)
+TEST(load_of_one_body_stays_on_it)
 {
-    (void)state;
     ToyScene scene;
     create(&scene, 2);
     LoadOptions load = load_within(0.02);
@@ -255,9 +248,8 @@ static void load_of_one_body_stays_on_it(void **state)
 
 // Loads on every coarse node that leave no room for the midpoints: some do without, and no force is
 // lost.
-static void full_pool_loses_no_force(void **state)
+TEST(full_pool_loses_no_force)
 {
-    (void)state;
     ToyScene scene;
     create(&scene, 1);
     LoadOptions load = load_within(1.0);
@@ -278,9 +270,8 @@ static void full_pool_loses_no_force(void **state)
 
 // A Gaussian patch made of eight spheres keeps its shape when all around it is divided: every node
 // inside a sphere takes that load's traction.
-static void eight_wide_loads_keep_their_patches(void **state)
+TEST(eight_wide_loads_keep_their_patches)
 {
-    (void)state;
     enum { LOADS = 8 };
     ToyScene scene;
     create(&scene, 1);
@@ -301,9 +292,8 @@ static void eight_wide_loads_keep_their_patches(void **state)
     toy_scene_destroy(&scene);
 }
 
-static void reset_brings_back_loads_and_topology(void **state)
+TEST(reset_brings_back_loads_and_topology)
 {
-    (void)state;
     ToyScene scene;
     create(&scene, 1);
     uint64_t random = 8;
@@ -335,21 +325,4 @@ static void reset_brings_back_loads_and_topology(void **state)
     expect_near(vec3_length(sum_of_loads(&scene)), 0.0, 0.0);
     expect_near(scene.body[0]->lambda, TOY_LAMBDA, 0.0); // `restored` was called
     toy_scene_destroy(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(total_force_is_kept_through_any_change),
-        cmocka_unit_test(a_load_acts_on_its_patch_at_any_level),
-        cmocka_unit_test(loads_do_not_depend_on_the_way_to_a_topology),
-        cmocka_unit_test(last_node_leaves_its_load_to_its_parents),
-        cmocka_unit_test(weight_of_the_last_nodes_passes_through_parents_that_go_too),
-        cmocka_unit_test(several_loads_on_two_bodies_follow_each_change),
-        cmocka_unit_test(load_of_one_body_stays_on_it),
-        cmocka_unit_test(full_pool_loses_no_force),
-        cmocka_unit_test(eight_wide_loads_keep_their_patches),
-        cmocka_unit_test(reset_brings_back_loads_and_topology),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 // The time step of a body whose bounds change with its topology, and what can be set on it.
-#include "expect.h"
+#include "test.h"
 #include "dynamics/sim_data.h"
 #include "dynamics/integrator.h"
 #include "toy_body.h"
@@ -52,9 +52,8 @@ static void split(ToyScene *scene, bool wanted)
     toy_scene_step(scene);
 }
 
-static void step_follows_the_bounds_of_the_present_level(void **state)
+TEST(step_follows_the_bounds_of_the_present_level)
 {
-    (void)state;
     for (int touched = 0; touched < 2; touched++) {
         ToySceneOptions options = options_with(0.0, false);
         options.tool = &ball;
@@ -76,9 +75,8 @@ static void step_follows_the_bounds_of_the_present_level(void **state)
 }
 
 // Within the finest level's bound it stays; beyond it is refused at load, when it still can be.
-static void wanted_step_holds_at_every_level_or_is_refused_at_load(void **state)
+TEST(wanted_step_holds_at_every_level_or_is_refused_at_load)
 {
-    (void)state;
     double fine = limit_of(true, false, 1.0, 1.0);
     ToySceneOptions options = options_with(0.4 * fine, false);
     ToyScene scene;
@@ -97,9 +95,8 @@ static void wanted_step_holds_at_every_level_or_is_refused_at_load(void **state)
     toy_scene_destroy(&scene);
 }
 
-static void unsafe_step_stays_as_wanted(void **state)
+TEST(unsafe_step_stays_as_wanted)
 {
-    (void)state;
     double step = 2.0 * limit_of(false, false, 1.0, 1.0);
     ToySceneOptions options = options_with(step, true);
     ToyScene scene;
@@ -113,9 +110,8 @@ static void unsafe_step_stays_as_wanted(void **state)
 
 // A body that came to be stiffer than was known at load: the bound wins over the scene's step, and
 // a tick never takes more than 100000 substeps.
-static void bound_wins_over_the_wanted_step(void **state)
+TEST(bound_wins_over_the_wanted_step)
 {
-    (void)state;
     double fine = limit_of(true, false, 1.0, 1.0);
     ToySceneOptions options = options_with(0.9 * fine, false);
     ToyScene scene;
@@ -134,9 +130,8 @@ static void bound_wins_over_the_wanted_step(void **state)
 
 // The answer to SET does not depend on the level of the moment: what the finest level does not
 // allow is refused at any, and what is granted enters the step at once.
-static void scales_enter_the_step_at_every_level(void **state)
+TEST(scales_enter_the_step_at_every_level)
 {
-    (void)state;
     double fine = limit_of(true, false, 1.0, 1.0);
     for (int now = 0; now < 2; now++) {
         ToySceneOptions options = options_with(0.4 * fine, false);
@@ -163,9 +158,8 @@ static void scales_enter_the_step_at_every_level(void **state)
     toy_scene_destroy(&scene);
 }
 
-static void bodies_are_asked_after_loads_and_before_contacts(void **state)
+TEST(bodies_are_asked_after_loads_and_before_contacts)
 {
-    (void)state;
     ToySceneOptions options = options_with(0.0, false);
     options.tool = &ball;
     options.tool_count = 1;
@@ -182,9 +176,8 @@ static void bodies_are_asked_after_loads_and_before_contacts(void **state)
     toy_scene_destroy(&scene);
 }
 
-static void thresholds_are_set_on_one_body_or_all(void **state)
+TEST(thresholds_are_set_on_one_body_or_all)
 {
-    (void)state;
     static const struct {
         const char *key;
         BodyParameter parameter;
@@ -217,9 +210,8 @@ static void thresholds_are_set_on_one_body_or_all(void **state)
 
 // A surface body with levels does not know its finest one: SET was refused wherever it was refined,
 // even to a scale below 1.
-static void a_refined_body_takes_the_scales_that_its_steps_allow(void **state)
+TEST(a_refined_body_takes_the_scales_that_its_steps_allow)
 {
-    (void)state;
     ToySceneOptions options = options_with(0.0, false);
     ToyScene scene;
     toy_scene_create(&scene, &options);
@@ -237,9 +229,8 @@ static void a_refined_body_takes_the_scales_that_its_steps_allow(void **state)
 
 // What SET does afterwards is the measure of what a try says; rates differ in how much room
 // substeps leave.
-static void a_try_tells_the_substeps_that_set_takes_and_changes_nothing(void **state)
+TEST(a_try_tells_the_substeps_that_set_takes_and_changes_nothing)
 {
-    (void)state;
     int changed = 0;
     for (int rate = 20; rate < 140; rate++) {
         ToySceneOptions options = options_with(0.0, false);
@@ -274,20 +265,4 @@ static void a_try_tells_the_substeps_that_set_takes_and_changes_nothing(void **s
         toy_scene_destroy(&scene);
     }
     assert_true(changed > 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(step_follows_the_bounds_of_the_present_level),
-        cmocka_unit_test(wanted_step_holds_at_every_level_or_is_refused_at_load),
-        cmocka_unit_test(unsafe_step_stays_as_wanted),
-        cmocka_unit_test(bound_wins_over_the_wanted_step),
-        cmocka_unit_test(scales_enter_the_step_at_every_level),
-        cmocka_unit_test(bodies_are_asked_after_loads_and_before_contacts),
-        cmocka_unit_test(thresholds_are_set_on_one_body_or_all),
-        cmocka_unit_test(a_refined_body_takes_the_scales_that_its_steps_allow),
-        cmocka_unit_test(a_try_tells_the_substeps_that_set_takes_and_changes_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,13 @@
 // The checker of published meshes knows a good mesh from a damaged one: otherwise whoever relies on
 // it tests nothing.
-#include "expect.h"
+#include "test.h"
 #include "mesh_check.h"
 #include "mesh_toy.h"
 
 #include <string.h>
 
-static void randomly_refined_meshes_are_crack_free(void **state)
+TEST(randomly_refined_meshes_are_crack_free)
 {
-    (void)state;
     for (int open = 0; open < 2; open++) {
         MeshToy toy;
         mesh_toy_create(&toy, open, 7);
@@ -66,9 +65,8 @@ static int midpoint_slot(const MeshToyState *state)
     return i;
 }
 
-static void every_damage_is_found(void **state)
+TEST(every_damage_is_found)
 {
-    (void)state;
     enum { DAMAGES = 14 };
     static const char *const said[DAMAGES] = {
         "ends in its middle|on no border|crack",
@@ -156,9 +154,8 @@ static void every_damage_is_found(void **state)
 }
 
 // What a renderer shows as a gap: one side of an edge is divided, the other is not.
-static void a_hanging_midpoint_is_a_crack(void **state)
+TEST(a_hanging_midpoint_is_a_crack)
 {
-    (void)state;
     static const int id[5] = {3, 5, 8, 9, 20}, piece[5] = {0};
     static const int parent[5][2] = {{3, 3}, {5, 5}, {8, 8}, {9, 9}, {5, 8}};
     static const signed char level[5] = {0, 0, 0, 0, 1};
@@ -183,9 +180,8 @@ static void a_hanging_midpoint_is_a_crack(void **state)
     assert_non_null(strstr(why, "crack along the edge of level 0 between 5 and 8"));
 }
 
-static void a_missing_face_of_level_0_needs_the_base_to_be_seen(void **state)
+TEST(a_missing_face_of_level_0_needs_the_base_to_be_seen)
 {
-    (void)state;
     MeshToy toy;
     char why[MESH_CHECK_TEXT];
     mesh_toy_create(&toy, false, 1); // nowhere refined
@@ -195,15 +191,4 @@ static void a_missing_face_of_level_0_needs_the_base_to_be_seen(void **state)
     assert_false(mesh_agrees(&mesh, &toy.base, NULL, why));
     assert_non_null(strstr(why, "a whole face is missing"));
     mesh_toy_destroy(&toy);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(randomly_refined_meshes_are_crack_free),
-        cmocka_unit_test(every_damage_is_found),
-        cmocka_unit_test(a_hanging_midpoint_is_a_crack),
-        cmocka_unit_test(a_missing_face_of_level_0_needs_the_base_to_be_seen),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Rows: what goes in comes out, whatever they hold, and a base frame that follows its body changes
 // nothing in the world.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "base/memory.h"
@@ -102,9 +102,8 @@ static void expect_same(Vec3 actual, Vec3 expected, double tolerance)
 
 // ---------------------------------------------------------------------------------------------
 
-static void what_is_written_is_read(void **state)
+TEST(what_is_written_is_read)
 {
-    (void)state;
     for (int k = 0; k < KIND_COUNT; k++) {
         Cloud c;
         create_cloud(&c, KINDS[k]);
@@ -126,9 +125,8 @@ static void what_is_written_is_read(void **state)
 }
 
 // x = origin + turn (rest + u), written out by another way: rotation by Rodrigues' formula.
-static void displacements_are_in_the_coordinates_of_the_frame(void **state)
+TEST(displacements_are_in_the_coordinates_of_the_frame)
 {
-    (void)state;
     for (int k = 0; k < KIND_COUNT; k++) {
         if (!KINDS[k].floating)
             continue;
@@ -156,9 +154,8 @@ static void displacements_are_in_the_coordinates_of_the_frame(void **state)
     }
 }
 
-static void snapshots_are_what_is_read_row_by_row(void **state)
+TEST(snapshots_are_what_is_read_row_by_row)
 {
-    (void)state;
     for (int k = 0; k < KIND_COUNT; k++) {
         Cloud c;
         create_cloud(&c, KINDS[k]);
@@ -231,9 +228,8 @@ static void follow(Kind kind, double deformation, double rest_u)
     destroy_cloud(&c);
 }
 
-static void a_frame_that_follows_leaves_the_body_where_it_is(void **state)
+TEST(a_frame_that_follows_leaves_the_body_where_it_is)
 {
-    (void)state;
     for (int k = 0; k < KIND_COUNT; k++) {
         if (!KINDS[k].floating)
             continue;
@@ -244,9 +240,8 @@ static void a_frame_that_follows_leaves_the_body_where_it_is(void **state)
     }
 }
 
-static void a_frame_follows_now_and_then_and_early_when_it_lags(void **state)
+TEST(a_frame_follows_now_and_then_and_early_when_it_lags)
 {
-    (void)state;
     for (int k = 0; k < KIND_COUNT; k++) {
         if (!KINDS[k].floating)
             continue;
@@ -278,9 +273,8 @@ static void fall_through(Rows *rows, IntegratorKind kind, int substeps, double h
         }
 }
 
-static void a_frame_falls_as_its_integrator_says(void **state)
+TEST(a_frame_falls_as_its_integrator_says)
 {
-    (void)state;
     const Vec3 gravity = vec3(1.0, -2.0, 3.0), thrown = vec3(0.5, 0.25, -1.0);
     const int substeps = 7;
     const double h = 1e-3, time = substeps * h;
@@ -320,9 +314,8 @@ static void a_frame_falls_as_its_integrator_says(void **state)
 
 // What the rows have of a common velocity by other forces, the frame takes over: what is left in
 // the rows is small, and what is read is the same.
-static void a_frame_that_falls_takes_over_the_common_velocity(void **state)
+TEST(a_frame_that_falls_takes_over_the_common_velocity)
 {
-    (void)state;
     Cloud c;
     create_cloud(&c, (Kind){PRECISION_SINGLE, true, true});
     rows_let_fall(&c.rows, "cloud", &c.arena, &c.state);
@@ -351,9 +344,8 @@ static void a_frame_that_falls_takes_over_the_common_velocity(void **state)
     destroy_cloud(&c);
 }
 
-static void rows_return_to_where_the_scene_placed_them(void **state)
+TEST(rows_return_to_where_the_scene_placed_them)
 {
-    (void)state;
     for (int k = 0; k < KIND_COUNT; k++) {
         Cloud c;
         create_cloud(&c, KINDS[k]);
@@ -370,9 +362,8 @@ static void rows_return_to_where_the_scene_placed_them(void **state)
     }
 }
 
-static void bad_numbers_are_found_wherever_they_are(void **state)
+TEST(bad_numbers_are_found_wherever_they_are)
 {
-    (void)state;
     for (int k = 0; k < KIND_COUNT; k++) {
         Cloud c;
         create_cloud(&c, KINDS[k]);
@@ -396,20 +387,4 @@ static void bad_numbers_are_found_wherever_they_are(void **state)
         assert_true(rows_are_valid(&c.rows, c.row, 100.0));
         destroy_cloud(&c);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_written_is_read),
-        cmocka_unit_test(displacements_are_in_the_coordinates_of_the_frame),
-        cmocka_unit_test(snapshots_are_what_is_read_row_by_row),
-        cmocka_unit_test(a_frame_that_follows_leaves_the_body_where_it_is),
-        cmocka_unit_test(a_frame_follows_now_and_then_and_early_when_it_lags),
-        cmocka_unit_test(a_frame_falls_as_its_integrator_says),
-        cmocka_unit_test(a_frame_that_falls_takes_over_the_common_velocity),
-        cmocka_unit_test(rows_return_to_where_the_scene_placed_them),
-        cmocka_unit_test(bad_numbers_are_found_wherever_they_are),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

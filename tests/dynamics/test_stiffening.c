@@ -1,5 +1,5 @@
 // The curve of stiffening: against its definition, and against integrals of it.
-#include "expect.h"
+#include "test.h"
 
 #include "dynamics/stiffening.h"
 
@@ -8,9 +8,8 @@
 static const double CAPS[] = {1.0, 1.001, 2.0, 10.0, 50.0, 100.0};
 enum { CAPS_COUNT = sizeof CAPS / sizeof *CAPS };
 
-static void the_knee_is_where_the_tangent_reaches_the_cap(void **state)
+TEST(the_knee_is_where_the_tangent_reaches_the_cap)
 {
-    (void)state;
     for (int k = 0; k < CAPS_COUNT; k++) {
         const StiffeningCurve curve = stiffening_curve(CAPS[k]);
         const double q = curve.knee;
@@ -22,9 +21,8 @@ static void the_knee_is_where_the_tangent_reaches_the_cap(void **state)
 
 // Stress along one axis is e G'(e^2) in units of the strain of the law: its slope is the tangent,
 // grows up to the knee and is the cap from there on; G is its integral by Simpson's rule.
-static void stress_is_a_curve_that_grows_straight_beyond_the_knee(void **state)
+TEST(stress_is_a_curve_that_grows_straight_beyond_the_knee)
 {
-    (void)state;
     for (int k = 0; k < CAPS_COUNT; k++) {
         const StiffeningCurve curve = stiffening_curve(CAPS[k]);
         const double step = 1e-5;
@@ -54,9 +52,8 @@ static void stress_is_a_curve_that_grows_straight_beyond_the_knee(void **state)
     }
 }
 
-static void damping_has_the_roots_of_the_numbers(void **state)
+TEST(damping_has_the_roots_of_the_numbers)
 {
-    (void)state;
     for (int k = 0; k < CAPS_COUNT; k++) {
         const StiffeningCurve curve = stiffening_curve(CAPS[k]);
         for (double q = 0.0; q < 50.0; q += 0.01) {
@@ -69,9 +66,8 @@ static void damping_has_the_roots_of_the_numbers(void **state)
     }
 }
 
-static void without_a_cap_above_one_nothing_stiffens(void **state)
+TEST(without_a_cap_above_one_nothing_stiffens)
 {
-    (void)state;
     assert_false(stiffening_is_on(&(Stiffening){0.0, 0.0}));
     assert_false(stiffening_is_on(&(Stiffening){0.1, 1.0}));
     assert_true(stiffening_is_on(&(Stiffening){0.1, 1.5}));
@@ -81,15 +77,4 @@ static void without_a_cap_above_one_nothing_stiffens(void **state)
         expect_near(stiffening_factor(&curve, q), 1.0, 0.0);
         expect_near(stiffening_energy(&curve, q), q, 0.0);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_knee_is_where_the_tangent_reaches_the_cap),
-        cmocka_unit_test(stress_is_a_curve_that_grows_straight_beyond_the_knee),
-        cmocka_unit_test(damping_has_the_roots_of_the_numbers),
-        cmocka_unit_test(without_a_cap_above_one_nothing_stiffens),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 // Where a tool is between poses.
-#include "expect.h"
+#include "test.h"
 #include "dynamics/tool.h"
 
 static const double TICK = 1e-3;
@@ -20,9 +20,8 @@ static double place(const ToolMotion *motion, double time)
     return position.x;
 }
 
-static void first_pose_is_taken_at_once(void **state)
+TEST(first_pose_is_taken_at_once)
 {
-    (void)state;
     ToolMotion motion;
     tool_motion_init(&motion);
     assert_false(motion.active);
@@ -33,9 +32,8 @@ static void first_pose_is_taken_at_once(void **state)
     expect_near(place(&motion, 5.0), 0.3, 0.0);
 }
 
-static void tool_moves_over_one_measured_period_and_no_further(void **state)
+TEST(tool_moves_over_one_measured_period_and_no_further)
 {
-    (void)state;
     ToolMotion motion;
     tool_motion_init(&motion);
     ToolPose pose = pose_at(0.0);
@@ -48,9 +46,8 @@ static void tool_moves_over_one_measured_period_and_no_further(void **state)
     expect_near(place(&motion, 1.0), 0.1, 1e-16);
 }
 
-static void tool_does_not_jump_when_a_pose_comes_early_or_late(void **state)
+TEST(tool_does_not_jump_when_a_pose_comes_early_or_late)
 {
-    (void)state;
     static const int arrivals[] = {0, 10, 20, 27, 45, 46, 47, 100, 110};
     ToolMotion motion;
     tool_motion_init(&motion);
@@ -63,9 +60,8 @@ static void tool_does_not_jump_when_a_pose_comes_early_or_late(void **state)
     }
 }
 
-static void period_follows_the_sender(void **state)
+TEST(period_follows_the_sender)
 {
-    (void)state;
     ToolMotion motion;
     tool_motion_init(&motion);
     ToolPose pose = pose_at(0.0);
@@ -81,9 +77,8 @@ static void period_follows_the_sender(void **state)
     expect_near(motion.period, 0.100, 1e-15);
 }
 
-static void several_poses_in_one_tick_end_at_the_newest(void **state)
+TEST(several_poses_in_one_tick_end_at_the_newest)
 {
-    (void)state;
     ToolMotion motion;
     tool_motion_init(&motion);
     ToolPose pose = pose_at(0.0);
@@ -97,9 +92,8 @@ static void several_poses_in_one_tick_end_at_the_newest(void **state)
     assert_true(motion.period > 0.0);
 }
 
-static void valid_twist_carries_the_tool_for_one_period(void **state)
+TEST(valid_twist_carries_the_tool_for_one_period)
 {
-    (void)state;
     ToolMotion motion;
     tool_motion_init(&motion);
     ToolPose pose = pose_at(0.0);
@@ -121,9 +115,8 @@ static void valid_twist_carries_the_tool_for_one_period(void **state)
     expect_near(turned.y, 1.0, 1e-14);
 }
 
-static void orientation_turns_evenly_along_the_shorter_way(void **state)
+TEST(orientation_turns_evenly_along_the_shorter_way)
 {
-    (void)state;
     for (int sign = -1; sign <= 1; sign += 2) { // q and -q are the same rotation
         ToolMotion motion;
         tool_motion_init(&motion);
@@ -143,9 +136,8 @@ static void orientation_turns_evenly_along_the_shorter_way(void **state)
     }
 }
 
-static void held_pose_is_taken_at_once_without_its_twist(void **state)
+TEST(held_pose_is_taken_at_once_without_its_twist)
 {
-    (void)state;
     ToolMotion motion;
     tool_motion_init(&motion);
     ToolPose pose = pose_at(0.0);
@@ -158,9 +150,8 @@ static void held_pose_is_taken_at_once_without_its_twist(void **state)
     expect_near(place(&motion, 0.01), 0.2, 0.0);
 }
 
-static void inactive_pose_withdraws_the_tool_and_the_next_is_a_first_one(void **state)
+TEST(inactive_pose_withdraws_the_tool_and_the_next_is_a_first_one)
 {
-    (void)state;
     ToolMotion motion;
     tool_motion_init(&motion);
     ToolPose pose = pose_at(0.1);
@@ -172,20 +163,4 @@ static void inactive_pose_withdraws_the_tool_and_the_next_is_a_first_one(void **
     tool_motion_apply(&motion, &pose, 20, TICK, false);
     assert_true(motion.active);
     expect_near(place(&motion, 0.0), 0.7, 0.0); // does not sweep from where it was
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(first_pose_is_taken_at_once),
-        cmocka_unit_test(tool_moves_over_one_measured_period_and_no_further),
-        cmocka_unit_test(tool_does_not_jump_when_a_pose_comes_early_or_late),
-        cmocka_unit_test(period_follows_the_sender),
-        cmocka_unit_test(several_poses_in_one_tick_end_at_the_newest),
-        cmocka_unit_test(valid_twist_carries_the_tool_for_one_period),
-        cmocka_unit_test(orientation_turns_evenly_along_the_shorter_way),
-        cmocka_unit_test(held_pose_is_taken_at_once_without_its_twist),
-        cmocka_unit_test(inactive_pose_withdraws_the_tool_and_the_next_is_a_first_one),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

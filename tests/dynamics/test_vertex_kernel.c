@@ -1,5 +1,5 @@
 // The step after the forces, in both precisions and at every instruction-set level.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "dynamics/kernel.h"
@@ -70,9 +70,8 @@ static AdvancePass pass_of(State *s)
             for (const VertexKernels *kernels = vertex_kernels_find((Precision)precision, *level); \
                  kernels != NULL; kernels = NULL)
 
-static void vertices_are_kicked_then_drift(void **unused)
+TEST(vertices_are_kicked_then_drift)
 {
-    (void)unused;
     EACH_KERNEL(kernels)
     {
         for (int count = 1; count <= MOST; count++) {
@@ -105,9 +104,8 @@ static void vertices_are_kicked_then_drift(void **unused)
     }
 }
 
-static void levels_give_the_same_bits_in_place_or_not(void **unused)
+TEST(levels_give_the_same_bits_in_place_or_not)
 {
-    (void)unused;
     for (int count = MOST - 5; count <= MOST; count++) {
         State first[PRECISION_COUNT];
         bool known[PRECISION_COUNT] = {false};
@@ -136,9 +134,8 @@ static void levels_give_the_same_bits_in_place_or_not(void **unused)
     }
 }
 
-static void drift_moves_by_the_velocities(void **unused)
+TEST(drift_moves_by_the_velocities)
 {
-    (void)unused;
     EACH_KERNEL(kernels)
     {
         State s;
@@ -154,9 +151,8 @@ static void drift_moves_by_the_velocities(void **unused)
     }
 }
 
-static void numbers_out_of_bounds_are_found_at_every_vertex(void **unused)
+TEST(numbers_out_of_bounds_are_found_at_every_vertex)
 {
-    (void)unused;
     EACH_KERNEL(kernels)
     {
         const double fast = 2.0 * SPEED_LIMIT;
@@ -185,9 +181,8 @@ static void numbers_out_of_bounds_are_found_at_every_vertex(void **unused)
     }
 }
 
-static void fixed_vertices_stay_whatever_pulls(void **unused)
+TEST(fixed_vertices_stay_whatever_pulls)
 {
-    (void)unused;
     EACH_KERNEL(kernels)
     {
         State s;
@@ -199,16 +194,4 @@ static void fixed_vertices_stay_whatever_pulls(void **unused)
         const size_t row = ROW * (s.single ? 4 : 8);
         assert_memory_equal(s.next + 2 * row, s.rows + 2 * row, row);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(vertices_are_kicked_then_drift),
-        cmocka_unit_test(levels_give_the_same_bits_in_place_or_not),
-        cmocka_unit_test(drift_moves_by_the_velocities),
-        cmocka_unit_test(numbers_out_of_bounds_are_found_at_every_vertex),
-        cmocka_unit_test(fixed_vertices_stay_whatever_pulls),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

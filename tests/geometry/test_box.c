@@ -1,11 +1,10 @@
 // Axis-aligned boxes.
-#include "expect.h"
+#include "test.h"
 #include "geometry/box.h"
 #include "random.h"
 
-static void box_reaches_to_the_outermost_of_its_points(void **state)
+TEST(box_reaches_to_the_outermost_of_its_points)
 {
-    (void)state;
     uint64_t random = 3;
     Box box = box_empty();
     double low[3] = {2.0, 2.0, 2.0}, high[3] = {-2.0, -2.0, -2.0};
@@ -22,9 +21,8 @@ static void box_reaches_to_the_outermost_of_its_points(void **state)
     }
 }
 
-static void one_point_makes_a_box_without_size_and_none_an_empty_one(void **state)
+TEST(one_point_makes_a_box_without_size_and_none_an_empty_one)
 {
-    (void)state;
     Box box = box_empty();
     for (int c = 0; c < 3; c++)
         assert_true(box.low[c] > box.high[c]);
@@ -34,9 +32,8 @@ static void one_point_makes_a_box_without_size_and_none_an_empty_one(void **stat
 }
 
 // Numbers that binary fractions hold: no rounding.
-static void sides_middle_and_margin_are_those_of_the_corners(void **state)
+TEST(sides_middle_and_margin_are_those_of_the_corners)
 {
-    (void)state;
     Box box = box_empty();
     box_add(&box, vec3(1.0, 5.0, -1.0));
     box_add(&box, vec3(0.0, -2.0, 3.0));
@@ -52,14 +49,4 @@ static void sides_middle_and_margin_are_those_of_the_corners(void **state)
     expect_near(box_low(&box).y, -2.25, 0.0);
     expect_near(box_high(&box).z, 3.25, 0.0);
     expect_near(box_extent(&box), 7.5, 0.0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(box_reaches_to_the_outermost_of_its_points),
-        cmocka_unit_test(one_point_makes_a_box_without_size_and_none_an_empty_one),
-        cmocka_unit_test(sides_middle_and_margin_are_those_of_the_corners),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "geometry/generator.h"
@@ -102,9 +102,8 @@ static double printed_weight(int valence, int j)
     return (0.25 + cos(2.0 * PI * j / valence) + 0.5 * cos(4.0 * PI * j / valence)) / valence;
 }
 
-static void extraordinary_weights_are_those_of_eq_5(void **state)
+TEST(extraordinary_weights_are_those_of_eq_5)
 {
-    (void)state;
     for (int valence = 3; valence <= 12; valence++) {
         if (valence == 6)
             continue;
@@ -121,9 +120,8 @@ static void extraordinary_weights_are_those_of_eq_5(void **state)
     }
 }
 
-static void regular_weights_are_those_of_the_mask(void **state)
+TEST(regular_weights_are_those_of_the_mask)
 {
-    (void)state;
     Round round;
     take_disc(&round, 6, 3);
     int outer[2] = {disc_node(6, 2, 1), disc_node(6, 2, 11)}; // beside the end of the spoke
@@ -180,9 +178,8 @@ static double reproduction_error(Height *height)
     return error;
 }
 
-static void regular_mask_reproduces_cubics_and_no_more(void **state)
+TEST(regular_mask_reproduces_cubics_and_no_more)
 {
-    (void)state;
     // Heights up to 3^3: 27 times a few roundings.
     expect_at_most(reproduction_error(x2), 2e-14);
     expect_at_most(reproduction_error(xy), 2e-14);
@@ -192,9 +189,8 @@ static void regular_mask_reproduces_cubics_and_no_more(void **state)
     expect_at_least(reproduction_error(x4), 0.1);
 }
 
-static void spokes_of_every_valence_meet_the_paraboloid(void **state)
+TEST(spokes_of_every_valence_meet_the_paraboloid)
 {
-    (void)state;
     for (int valence = 3; valence <= 20; valence++) {
         if (valence == 6)
             continue;
@@ -278,9 +274,8 @@ static void expect_like_second_implementation(TriMesh *mesh)
     drop(&round);
 }
 
-static void closed_meshes_follow_the_printed_sums(void **state)
+TEST(closed_meshes_follow_the_printed_sums)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_stomach(&mesh, 188, 1.0, &status));
@@ -291,9 +286,8 @@ static void closed_meshes_follow_the_printed_sums(void **state)
     expect_like_second_implementation(&mesh);
 }
 
-static void constant_is_reproduced_whatever_the_valence(void **state)
+TEST(constant_is_reproduced_whatever_the_valence)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     Round round;
@@ -307,9 +301,8 @@ static void constant_is_reproduced_whatever_the_valence(void **state)
     drop(&round);
 }
 
-static void thousand_spokes_add_up(void **state)
+TEST(thousand_spokes_add_up)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     Round round;
@@ -345,9 +338,8 @@ static void make_strip(TriMesh *mesh, const Vec3 *lower, int count)
     }
 }
 
-static void boundary_reproduces_cubics_of_the_boundary_alone(void **state)
+TEST(boundary_reproduces_cubics_of_the_boundary_alone)
 {
-    (void)state;
     Vec3 lower[9];
     for (int i = 0; i < 9; i++)
         lower[i] = vec3(i, 0.01 * i * i * i, 0.02 * i * i); // turns by less than 60 degrees
@@ -369,9 +361,8 @@ static void boundary_reproduces_cubics_of_the_boundary_alone(void **state)
     drop(&round);
 }
 
-static void corner_is_a_turn_of_more_than_sixty_degrees(void **state)
+TEST(corner_is_a_turn_of_more_than_sixty_degrees)
 {
-    (void)state;
     for (int degrees = 50; degrees <= 70; degrees++) {
         double turn = degrees * PI / 180.0;
         Vec3 lower[5] = {{-2.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
@@ -389,9 +380,8 @@ static void corner_is_a_turn_of_more_than_sixty_degrees(void **state)
     }
 }
 
-static void missing_wings_are_parallelograms(void **state)
+TEST(missing_wings_are_parallelograms)
 {
-    (void)state;
     TriMesh mesh;
     Round round;
     mesh_create(&mesh, 4, 2); // all four wings missing: what remains is the middle, however bent
@@ -422,9 +412,8 @@ static void missing_wings_are_parallelograms(void **state)
     drop(&round);
 }
 
-static void two_triangles_back_to_back_stay_what_they_are(void **state)
+TEST(two_triangles_back_to_back_stay_what_they_are)
 {
-    (void)state;
     TriMesh mesh;
     Round round;
     mesh_create(&mesh, 3, 2); // closed, every node of valence 2
@@ -438,9 +427,8 @@ static void two_triangles_back_to_back_stay_what_they_are(void **state)
     drop(&round);
 }
 
-static void coordinates_map_on_their_own(void **state)
+TEST(coordinates_map_on_their_own)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_stomach(&mesh, 188, 1.0, &status));
@@ -460,23 +448,4 @@ static void coordinates_map_on_their_own(void **state)
     }
     free(before);
     drop(&round);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(extraordinary_weights_are_those_of_eq_5),
-        cmocka_unit_test(regular_weights_are_those_of_the_mask),
-        cmocka_unit_test(regular_mask_reproduces_cubics_and_no_more),
-        cmocka_unit_test(spokes_of_every_valence_meet_the_paraboloid),
-        cmocka_unit_test(closed_meshes_follow_the_printed_sums),
-        cmocka_unit_test(constant_is_reproduced_whatever_the_valence),
-        cmocka_unit_test(thousand_spokes_add_up),
-        cmocka_unit_test(boundary_reproduces_cubics_of_the_boundary_alone),
-        cmocka_unit_test(corner_is_a_turn_of_more_than_sixty_degrees),
-        cmocka_unit_test(missing_wings_are_parallelograms),
-        cmocka_unit_test(two_triangles_back_to_back_stay_what_they_are),
-        cmocka_unit_test(coordinates_map_on_their_own),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

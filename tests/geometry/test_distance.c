@@ -1,7 +1,7 @@
 // Distances against an exact reference that shares nothing with the code: every pair of features
 // (corner, side, face) of the two simplices is solved as a small least-squares problem in quadruple
 // precision, and the nearest pair whose weights are all positive wins.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "geometry/distance.h"
@@ -165,9 +165,8 @@ static void expect_pair_is_valid(const ClosestPair *pair, Vec3 p, Vec3 q, const 
     expect_near(vec3_length(vec3_sub(pair->on_segment, pair->on_triangle)), pair->distance, 1e-15);
 }
 
-static void point_and_triangle_match_the_exact_distance(void **state)
+TEST(point_and_triangle_match_the_exact_distance)
 {
-    (void)state;
     uint64_t random = 1;
     for (int i = 0; i < 150000; i++) {
         Vec3 x[6];
@@ -179,9 +178,8 @@ static void point_and_triangle_match_the_exact_distance(void **state)
     }
 }
 
-static void two_segments_match_the_exact_distance(void **state)
+TEST(two_segments_match_the_exact_distance)
 {
-    (void)state;
     uint64_t random = 2;
     for (int i = 0; i < 150000; i++) {
         Vec3 x[6];
@@ -196,9 +194,8 @@ static void two_segments_match_the_exact_distance(void **state)
     }
 }
 
-static void segment_and_triangle_match_the_exact_distance(void **state)
+TEST(segment_and_triangle_match_the_exact_distance)
 {
-    (void)state;
     uint64_t random = 3;
     for (int i = 0; i < 40000; i++) {
         Vec3 x[6];
@@ -216,9 +213,8 @@ static void segment_and_triangle_match_the_exact_distance(void **state)
     }
 }
 
-static void point_and_segment_match_the_exact_distance(void **state)
+TEST(point_and_segment_match_the_exact_distance)
 {
-    (void)state;
     uint64_t random = 4;
     for (int i = 0; i < 100000; i++) {
         Vec3 x[6];
@@ -228,9 +224,8 @@ static void point_and_segment_match_the_exact_distance(void **state)
     }
 }
 
-static void crossing_point_is_on_both(void **state)
+TEST(crossing_point_is_on_both)
 {
-    (void)state;
     uint64_t random = 5;
     int crossings = 0;
     for (int i = 0; i < 100000; i++) {
@@ -252,9 +247,8 @@ static void crossing_point_is_on_both(void **state)
     assert_true(crossings > 1000); // the test has tested something
 }
 
-static void crossing_knows_which_side_of_the_border(void **state)
+TEST(crossing_knows_which_side_of_the_border)
 {
-    (void)state;
     const Vec3 x[3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     double along, weight[3];
     assert_true(
@@ -276,9 +270,8 @@ static void crossing_knows_which_side_of_the_border(void **state)
     assert_false(distance_segment_crosses(vec3(0.5, 0, 1), vec3(0.5, 0, -1), line, &along, weight));
 }
 
-static void no_segment_slips_through_a_shared_side(void **state)
+TEST(no_segment_slips_through_a_shared_side)
 {
-    (void)state;
     uint64_t random = 6;
     for (int i = 0; i < 100000; i++) {
         // Two triangles left and right of a side, and a segment aimed at a point of it.
@@ -293,18 +286,4 @@ static void no_segment_slips_through_a_shared_side(void **state)
         assert_true(distance_segment_crosses(p, q, left, &along, weight) ||
                     distance_segment_crosses(p, q, right, &along, weight));
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(point_and_triangle_match_the_exact_distance),
-        cmocka_unit_test(two_segments_match_the_exact_distance),
-        cmocka_unit_test(segment_and_triangle_match_the_exact_distance),
-        cmocka_unit_test(point_and_segment_match_the_exact_distance),
-        cmocka_unit_test(crossing_point_is_on_both),
-        cmocka_unit_test(crossing_knows_which_side_of_the_border),
-        cmocka_unit_test(no_segment_slips_through_a_shared_side),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 
 #include "geometry/distance.h"
 #include "geometry/edges.h"
@@ -60,9 +60,8 @@ static double degrees(double radians)
     return radians * 180.0 / PI;
 }
 
-static void sphere_of_114_nodes_is_the_papers(void **state)
+TEST(sphere_of_114_nodes_is_the_papers)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_sphere(&mesh, 114, 0.05, &status));
@@ -74,9 +73,8 @@ static void sphere_of_114_nodes_is_the_papers(void **state)
     mesh_destroy(&mesh);
 }
 
-static void sphere_is_even_for_every_node_count(void **state)
+TEST(sphere_is_even_for_every_node_count)
 {
-    (void)state;
     // All small counts, where four nodes on one circle and other coincidences are common.
     for (int nodes = 4; nodes <= 200; nodes += nodes < 40 ? 1 : 7) {
         TriMesh mesh;
@@ -92,9 +90,8 @@ static void sphere_is_even_for_every_node_count(void **state)
     }
 }
 
-static void sphere_is_the_convex_hull_of_its_nodes(void **state)
+TEST(sphere_is_the_convex_hull_of_its_nodes)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_sphere(&mesh, 188, 1.0, &status));
@@ -109,9 +106,8 @@ static void sphere_is_the_convex_hull_of_its_nodes(void **state)
     mesh_destroy(&mesh);
 }
 
-static void few_nodes_find_the_regular_solids(void **state)
+TEST(few_nodes_find_the_regular_solids)
 {
-    (void)state;
     // Volumes of the inscribed tetrahedron, octahedron and icosahedron.
     const int nodes[3] = {4, 6, 12};
     const double side = 1.0 / sin(0.4 * PI); // of the icosahedron
@@ -127,9 +123,8 @@ static void few_nodes_find_the_regular_solids(void **state)
     }
 }
 
-static void large_spheres_are_valid_and_round(void **state)
+TEST(large_spheres_are_valid_and_round)
 {
-    (void)state;
     const int nodes[2] = {2000, 20000};
     for (int i = 0; i < 2; i++) {
         TriMesh mesh;
@@ -146,9 +141,8 @@ static void large_spheres_are_valid_and_round(void **state)
     }
 }
 
-static void uv_sphere_of_8_by_14_is_the_papers(void **state)
+TEST(uv_sphere_of_8_by_14_is_the_papers)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_uv_sphere(&mesh, 8, 14, 0.05, &status));
@@ -166,9 +160,8 @@ static void uv_sphere_of_8_by_14_is_the_papers(void **state)
     mesh_destroy(&mesh);
 }
 
-static void smallest_uv_sphere_is_valid(void **state)
+TEST(smallest_uv_sphere_is_valid)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_uv_sphere(&mesh, 1, 3, 1.0, &status));
@@ -176,9 +169,8 @@ static void smallest_uv_sphere_is_valid(void **state)
     mesh_destroy(&mesh);
 }
 
-static void ico_sphere_has_twelve_nodes_of_valence_five(void **state)
+TEST(ico_sphere_has_twelve_nodes_of_valence_five)
 {
-    (void)state;
     for (int s = 0, nodes = 12; s <= 5; s++, nodes = 4 * nodes - 6) {
         TriMesh mesh;
         WingedMesh winged;
@@ -195,9 +187,8 @@ static void ico_sphere_has_twelve_nodes_of_valence_five(void **state)
     }
 }
 
-static void sheet_is_flat_and_faces_up(void **state)
+TEST(sheet_is_flat_and_faces_up)
 {
-    (void)state;
     TriMesh mesh;
     MeshFault fault;
     WingedMesh winged;
@@ -249,9 +240,8 @@ static int count_crossings(const TriMesh *mesh)
     return crossings;
 }
 
-static void stomach_of_188_nodes_is_the_papers(void **state)
+TEST(stomach_of_188_nodes_is_the_papers)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_stomach(&mesh, 188, 0.25, &status));
@@ -263,9 +253,8 @@ static void stomach_of_188_nodes_is_the_papers(void **state)
     mesh_destroy(&mesh);
 }
 
-static void stomach_is_well_shaped_for_every_size(void **state)
+TEST(stomach_is_well_shaped_for_every_size)
 {
-    (void)state;
     const int nodes[] = {60, 61, 67, 75, 100, 133, 250, 400, 1000, 5000, 20000};
     for (size_t i = 0; i < sizeof nodes / sizeof *nodes; i++) {
         TriMesh mesh;
@@ -280,9 +269,8 @@ static void stomach_is_well_shaped_for_every_size(void **state)
     }
 }
 
-static void stomach_fills_its_box_and_thins_towards_the_end(void **state)
+TEST(stomach_fills_its_box_and_thins_towards_the_end)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_stomach(&mesh, 2000, 0.3, &status));
@@ -307,9 +295,8 @@ static void stomach_fills_its_box_and_thins_towards_the_end(void **state)
     mesh_destroy(&mesh);
 }
 
-static void same_parameters_give_the_same_bits(void **state)
+TEST(same_parameters_give_the_same_bits)
 {
-    (void)state;
     TriMesh one, two;
     Status status = {0};
     for (int kind = 0; kind < 2; kind++) {
@@ -333,9 +320,8 @@ static void expect_refused(bool accepted, Status *status, const char *text)
     *status = (Status){0};
 }
 
-static void parameters_out_of_range_are_refused(void **state)
+TEST(parameters_out_of_range_are_refused)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     expect_refused(generate_sphere(&mesh, 3, 1.0, &status), &status, "nodes 3 outside [4, 20000]");
@@ -367,25 +353,4 @@ static void parameters_out_of_range_are_refused(void **state)
                    "nodes 59 outside [60, 20000]");
     expect_refused(generate_stomach(&mesh, 60, -HUGE_VAL, &status), &status,
                    "length -inf outside [1e-30, 1e+30] m");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sphere_of_114_nodes_is_the_papers),
-        cmocka_unit_test(sphere_is_even_for_every_node_count),
-        cmocka_unit_test(sphere_is_the_convex_hull_of_its_nodes),
-        cmocka_unit_test(few_nodes_find_the_regular_solids),
-        cmocka_unit_test(large_spheres_are_valid_and_round),
-        cmocka_unit_test(uv_sphere_of_8_by_14_is_the_papers),
-        cmocka_unit_test(smallest_uv_sphere_is_valid),
-        cmocka_unit_test(ico_sphere_has_twelve_nodes_of_valence_five),
-        cmocka_unit_test(sheet_is_flat_and_faces_up),
-        cmocka_unit_test(stomach_of_188_nodes_is_the_papers),
-        cmocka_unit_test(stomach_is_well_shaped_for_every_size),
-        cmocka_unit_test(stomach_fills_its_box_and_thins_towards_the_end),
-        cmocka_unit_test(same_parameters_give_the_same_bits),
-        cmocka_unit_test(parameters_out_of_range_are_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "geometry/lattice.h"
@@ -16,9 +16,8 @@ static void fill_random(Lattice *lattice, double share, uint64_t *seed)
                                                                    : 0);
 }
 
-static void box_is_solid_and_centred(void **state)
+TEST(box_is_solid_and_centred)
 {
-    (void)state;
     Lattice box;
     Status status = {0};
     assert_true(lattice_box(&box, (int[3]){4, 3, 5}, 0.5, &status));
@@ -50,9 +49,8 @@ static long count_round(int radius, bool flat)
     return count;
 }
 
-static void round_lattices_hold_the_cells_whose_centre_is_within(void **state)
+TEST(round_lattices_hold_the_cells_whose_centre_is_within)
 {
-    (void)state;
     Lattice lattice;
     Status status = {0};
     // The disc of Miyazaki et al. and balls of the same radius and twice it.
@@ -76,9 +74,8 @@ static void round_lattices_hold_the_cells_whose_centre_is_within(void **state)
     lattice_destroy(&lattice);
 }
 
-static void round_lattices_are_cropped_and_mirror_symmetric(void **state)
+TEST(round_lattices_are_cropped_and_mirror_symmetric)
 {
-    (void)state;
     for (double radius = 1.0; radius < 9.0; radius += 0.37) {
         Lattice ball;
         Status status = {0};
@@ -102,9 +99,8 @@ static void round_lattices_are_cropped_and_mirror_symmetric(void **state)
     }
 }
 
-static void impossible_lattices_are_refused_in_words(void **state)
+TEST(impossible_lattices_are_refused_in_words)
 {
-    (void)state;
     static const struct {
         int count[3];
         double size;
@@ -139,9 +135,8 @@ static void impossible_lattices_are_refused_in_words(void **state)
     }
 }
 
-static void outside_of_the_block_all_is_void(void **state)
+TEST(outside_of_the_block_all_is_void)
 {
-    (void)state;
     Lattice box;
     Status status = {0};
     assert_true(lattice_box(&box, (int[3]){2, 3, 4}, 1.0, &status));
@@ -153,9 +148,8 @@ static void outside_of_the_block_all_is_void(void **state)
     lattice_destroy(&box);
 }
 
-static void crop_keeps_every_solid_cell_where_it_was(void **state)
+TEST(crop_keeps_every_solid_cell_where_it_was)
 {
-    (void)state;
     uint64_t seed = 11;
     for (int repeat = 0; repeat < EFFORT(60); repeat++) {
         Lattice lattice, whole;
@@ -211,9 +205,8 @@ static void crop_keeps_every_solid_cell_where_it_was(void **state)
     lattice_destroy(&empty);
 }
 
-static void place_moves_points_as_a_mesh_is_moved(void **state)
+TEST(place_moves_points_as_a_mesh_is_moved)
 {
-    (void)state;
     uint64_t seed = 5;
     for (int repeat = 0; repeat < 50; repeat++) {
         Lattice lattice;
@@ -265,9 +258,8 @@ static int count_pieces_slowly(const Lattice *lattice)
     return pieces;
 }
 
-static void pieces_are_what_faces_join(void **state)
+TEST(pieces_are_what_faces_join)
 {
-    (void)state;
     uint64_t seed = 7;
     for (int repeat = 0; repeat < EFFORT(300); repeat++) {
         Lattice lattice;
@@ -282,9 +274,8 @@ static void pieces_are_what_faces_join(void **state)
     }
 }
 
-static void edges_and_corners_join_nothing(void **state)
+TEST(edges_and_corners_join_nothing)
 {
-    (void)state;
     Lattice lattice;
     Status status = {0};
     assert_true(lattice_create(&lattice, (int[3]){4, 4, 4}, 1.0, &status));
@@ -295,20 +286,4 @@ static void edges_and_corners_join_nothing(void **state)
                 lattice.label[lattice_index(&lattice, i, j, k)] = (i + j + k) % 2;
     assert_int_equal(lattice_pieces(&lattice), 32);
     lattice_destroy(&lattice);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(box_is_solid_and_centred),
-        cmocka_unit_test(round_lattices_hold_the_cells_whose_centre_is_within),
-        cmocka_unit_test(round_lattices_are_cropped_and_mirror_symmetric),
-        cmocka_unit_test(impossible_lattices_are_refused_in_words),
-        cmocka_unit_test(outside_of_the_block_all_is_void),
-        cmocka_unit_test(crop_keeps_every_solid_cell_where_it_was),
-        cmocka_unit_test(place_moves_points_as_a_mesh_is_moved),
-        cmocka_unit_test(pieces_are_what_faces_join),
-        cmocka_unit_test(edges_and_corners_join_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

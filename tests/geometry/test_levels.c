@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 
 #include "geometry/edges.h"
 #include "geometry/generator.h"
@@ -130,9 +130,8 @@ static void expect_sound(TriMesh *mesh, int finest)
     drop(&divided);
 }
 
-static void every_mesh_is_divided_soundly(void **state)
+TEST(every_mesh_is_divided_soundly)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_sphere(&mesh, 114, 0.05, &status));
@@ -153,9 +152,8 @@ static void every_mesh_is_divided_soundly(void **state)
 
 // --- counts of Choi et al. 2005, Table 1 and Fig. 13 ---
 
-static void counts_are_those_of_the_paper(void **state)
+TEST(counts_are_those_of_the_paper)
 {
-    (void)state;
     static const int nodes[2][4] = {{114, 450, 1794, 7170}, {188, 746, 2978, 11906}};
     static const int edges[2][4] = {{336, 1344, 5376, 21504}, {558, 2232, 8928, 35712}};
     for (int organ = 0; organ < 2; organ++) {
@@ -205,9 +203,8 @@ static Shape shape_of(const Divided *divided, int l)
 
 static const double SPHERE = 4.0 * 3.14159265358979323846; // area of the unit sphere
 
-static void icosphere_stays_a_sphere(void **state)
+TEST(icosphere_stays_a_sphere)
 {
-    (void)state;
     // Measured on another implementation, four digits given.
     Divided divided = {0};
     Status status = {0};
@@ -223,9 +220,8 @@ static void icosphere_stays_a_sphere(void **state)
     drop(&divided);
 }
 
-static void spheres_of_any_valence_stay_round(void **state)
+TEST(spheres_of_any_valence_stay_round)
 {
-    (void)state;
     // The same kind of meshes as 0.9916 .. 1.0069 was measured on, whose nodes lay less evenly.
     static const int nodes[2] = {114, 188};
     for (int k = 0; k < 2; k++) {
@@ -241,9 +237,8 @@ static void spheres_of_any_valence_stay_round(void **state)
     }
 }
 
-static void sheet_keeps_plane_rectangle_and_area(void **state)
+TEST(sheet_keeps_plane_rectangle_and_area)
 {
-    (void)state;
     Divided divided = {0};
     Status status = {0};
     assert_true(generate_sheet(&divided.mesh, 11, 7, 1.0, 0.6, &status));
@@ -279,9 +274,8 @@ static void sheet_keeps_plane_rectangle_and_area(void **state)
 
 // --- names of nodes ---
 
-static void midpoints_count_on_from_the_source(void **state)
+TEST(midpoints_count_on_from_the_source)
 {
-    (void)state;
     // A source of 9 nodes: the first went away, the last two of the mesh are copies.
     Divided divided = {0};
     Status status = {0};
@@ -325,9 +319,8 @@ static void expect_refused(TriMesh *mesh, int finest, const char *why)
     drop(&divided);
 }
 
-static void what_cannot_be_divided_is_refused(void **state)
+TEST(what_cannot_be_divided_is_refused)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_sphere(&mesh, 4, 1.0, &status));
@@ -339,9 +332,8 @@ static void what_cannot_be_divided_is_refused(void **state)
                    "level 6 has 167772162 nodes and 335544320 faces, more than 268435456");
 }
 
-static void faces_that_vanish_are_refused(void **state)
+TEST(faces_that_vanish_are_refused)
 {
-    (void)state;
     // In a triangle (a, b, c) the node w across (b, c) counts -1/16 in the middles of (a, b) and
     // (c, a), and 1/8 in that of (b, c): moved by -8/3 (c - a) it makes two middles one.
     TriMesh mesh;
@@ -379,9 +371,8 @@ static void copy_tables(const Divided *from, Divided *to)
     }
 }
 
-static void tables_that_come_back_are_the_same_hierarchy(void **state)
+TEST(tables_that_come_back_are_the_same_hierarchy)
 {
-    (void)state;
     Divided one = {0}, two;
     Status status = {0};
     assert_true(generate_sheet(&one.mesh, 5, 4, 1.0, 1.0, &status));
@@ -398,9 +389,8 @@ static void tables_that_come_back_are_the_same_hierarchy(void **state)
     drop(&one);
 }
 
-static void any_other_number_in_a_table_is_refused(void **state)
+TEST(any_other_number_in_a_table_is_refused)
 {
-    (void)state;
     // Every entry of every table, changed to every kind of value: nothing else makes a hierarchy.
     Divided one = {0};
     Status status = {0};
@@ -436,9 +426,8 @@ static void any_other_number_in_a_table_is_refused(void **state)
     drop(&one);
 }
 
-static void positions_that_do_not_fit_are_refused(void **state)
+TEST(positions_that_do_not_fit_are_refused)
 {
-    (void)state;
     Divided one = {0}, two;
     Status status = {0};
     assert_true(generate_sphere(&one.mesh, 20, 1.0, &status));
@@ -454,9 +443,8 @@ static void positions_that_do_not_fit_are_refused(void **state)
     drop(&one);
 }
 
-static void same_mesh_gives_the_same_levels(void **state)
+TEST(same_mesh_gives_the_same_levels)
 {
-    (void)state;
     Divided one = {0}, two = {0};
     Status status = {0};
     assert_true(generate_stomach(&one.mesh, 188, 0.2, &status));
@@ -469,23 +457,4 @@ static void same_mesh_gives_the_same_levels(void **state)
                             one.arena.block[i].bytes);
     drop(&one);
     drop(&two);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_mesh_is_divided_soundly),
-        cmocka_unit_test(counts_are_those_of_the_paper),
-        cmocka_unit_test(icosphere_stays_a_sphere),
-        cmocka_unit_test(spheres_of_any_valence_stay_round),
-        cmocka_unit_test(sheet_keeps_plane_rectangle_and_area),
-        cmocka_unit_test(midpoints_count_on_from_the_source),
-        cmocka_unit_test(what_cannot_be_divided_is_refused),
-        cmocka_unit_test(faces_that_vanish_are_refused),
-        cmocka_unit_test(tables_that_come_back_are_the_same_hierarchy),
-        cmocka_unit_test(any_other_number_in_a_table_is_refused),
-        cmocka_unit_test(positions_that_do_not_fit_are_refused),
-        cmocka_unit_test(same_mesh_gives_the_same_levels),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "geometry/edges.h"
@@ -21,9 +21,8 @@ static void make_mesh(TriMesh *mesh, int nodes, const Vec3 *position, int triang
 static const Vec3 TETRAHEDRON[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static const int TETRAHEDRON_FACES[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
 
-static void equal_nodes_are_those_with_equal_bits_but_for_the_sign_of_zero(void **state)
+TEST(equal_nodes_are_those_with_equal_bits_but_for_the_sign_of_zero)
 {
-    (void)state;
     const Vec3 x[7] = {{0, 0, 0},      {1, 0, 0}, {nextafter(1, 2), 0, 0}, {1, 0, 0}, {0, -0., 0},
                        {1, 0, 5e-324}, {1, 0, 0}};
     const int expected[7] = {0, 1, 2, 1, 0, 5, 1};
@@ -32,9 +31,8 @@ static void equal_nodes_are_those_with_equal_bits_but_for_the_sign_of_zero(void 
     assert_memory_equal(first, expected, sizeof first);
 }
 
-static void equal_nodes_are_those_that_comparing_all_pairs_finds(void **state)
+TEST(equal_nodes_are_those_that_comparing_all_pairs_finds)
 {
-    (void)state;
     uint64_t random = 1;
     Vec3 x[600];
     int found[600];
@@ -50,9 +48,8 @@ static void equal_nodes_are_those_that_comparing_all_pairs_finds(void **state)
     }
 }
 
-static void place_scales_then_turns_then_moves(void **state)
+TEST(place_scales_then_turns_then_moves)
 {
-    (void)state;
     const Vec3 x[1] = {{1, 2, 3}};
     TriMesh mesh;
     make_mesh(&mesh, 1, x, 0, NULL);
@@ -64,9 +61,8 @@ static void place_scales_then_turns_then_moves(void **state)
     mesh_destroy(&mesh);
 }
 
-static void place_by_nothing_keeps_every_bit(void **state)
+TEST(place_by_nothing_keeps_every_bit)
 {
-    (void)state;
     const Vec3 x[1] = {{0.1, 1.0 / 3.0, 1e-300}};
     TriMesh mesh;
     make_mesh(&mesh, 1, x, 0, NULL);
@@ -75,9 +71,8 @@ static void place_by_nothing_keeps_every_bit(void **state)
     mesh_destroy(&mesh);
 }
 
-static void volume_and_area_of_a_tetrahedron_wherever_it_is(void **state)
+TEST(volume_and_area_of_a_tetrahedron_wherever_it_is)
 {
-    (void)state;
     TriMesh mesh;
     make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
     expect_near(mesh_volume(&mesh), 1.0 / 6.0, 1e-16);
@@ -98,9 +93,8 @@ static void expect_fault(TriMesh *mesh, const char *text, int node, int triangle
     mesh_destroy(mesh);
 }
 
-static void closed_and_open_meshes_are_valid(void **state)
+TEST(closed_and_open_meshes_are_valid)
 {
-    (void)state;
     TriMesh mesh;
     MeshFault fault;
     make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
@@ -111,9 +105,8 @@ static void closed_and_open_meshes_are_valid(void **state)
     mesh_destroy(&mesh);
 }
 
-static void tiny_and_huge_triangles_have_area(void **state)
+TEST(tiny_and_huge_triangles_have_area)
 {
-    (void)state;
     const double scales[] = {1e-300, 1e-160, 1.0, 1e160, 1e300};
     for (int i = 0; i < 5; i++) {
         TriMesh mesh;
@@ -125,17 +118,15 @@ static void tiny_and_huge_triangles_have_area(void **state)
     }
 }
 
-static void mesh_without_triangles_is_refused(void **state)
+TEST(mesh_without_triangles_is_refused)
 {
-    (void)state;
     TriMesh mesh;
     make_mesh(&mesh, 4, TETRAHEDRON, 0, NULL);
     expect_fault(&mesh, "the mesh has no triangles", -1, -1);
 }
 
-static void nonfinite_position_is_refused_by_its_file_index(void **state)
+TEST(nonfinite_position_is_refused_by_its_file_index)
 {
-    (void)state;
     TriMesh mesh;
     make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
     mesh.position[2].y = (double)NAN;
@@ -143,9 +134,8 @@ static void nonfinite_position_is_refused_by_its_file_index(void **state)
     expect_fault(&mesh, "node 77 has a position (0, nan, 0) that is not finite", 2, -1);
 }
 
-static void index_out_of_range_is_refused(void **state)
+TEST(index_out_of_range_is_refused)
 {
-    (void)state;
     const int wrong[2] = {-1, 4};
     const char *text[2] = {"triangle 3 names node -1 outside [0, 3]",
                            "triangle 3 names node 4 outside [0, 3]"};
@@ -157,18 +147,16 @@ static void index_out_of_range_is_refused(void **state)
     }
 }
 
-static void repeated_node_is_refused(void **state)
+TEST(repeated_node_is_refused)
 {
-    (void)state;
     TriMesh mesh;
     make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
     mesh.triangle[1][2] = mesh.triangle[1][0];
     expect_fault(&mesh, "triangle 1 has node 0 twice", 0, 1);
 }
 
-static void triangle_without_area_is_refused(void **state)
+TEST(triangle_without_area_is_refused)
 {
-    (void)state;
     // In line but for rounding: 0.1, 0.2 and 0.3 are not exact.
     const Vec3 x[3] = {{0.1, 0.1, 0.1}, {0.2, 0.2, 0.2}, {0.3, 0.3, 0.3}};
     const int t[1][3] = {{0, 1, 2}};
@@ -180,17 +168,15 @@ static void triangle_without_area_is_refused(void **state)
     expect_fault(&mesh, "triangle 0 is too large to measure", -1, 0);
 }
 
-static void unused_node_is_refused(void **state)
+TEST(unused_node_is_refused)
 {
-    (void)state;
     TriMesh mesh;
     make_mesh(&mesh, 4, TETRAHEDRON, 1, TETRAHEDRON_FACES);
     expect_fault(&mesh, "node 3 belongs to no triangle", 3, -1);
 }
 
-static void edge_of_three_triangles_is_refused(void **state)
+TEST(edge_of_three_triangles_is_refused)
 {
-    (void)state;
     const Vec3 x[5] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
     const int t[3][3] = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
     TriMesh mesh;
@@ -198,9 +184,8 @@ static void edge_of_three_triangles_is_refused(void **state)
     expect_fault(&mesh, "edge between nodes 0 and 1 belongs to 3 triangles, more than two", 0, 2);
 }
 
-static void opposite_orientations_are_refused(void **state)
+TEST(opposite_orientations_are_refused)
 {
-    (void)state;
     const Vec3 x[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
     const int t[2][3] = {{0, 1, 2}, {0, 1, 3}};
     TriMesh mesh;
@@ -209,9 +194,8 @@ static void opposite_orientations_are_refused(void **state)
                  0, 1);
 }
 
-static void bow_tie_is_refused(void **state)
+TEST(bow_tie_is_refused)
 {
-    (void)state;
     // Two triangles that share one corner; then two closed tetrahedra that do.
     const Vec3 x[5] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
     const int t[2][3] = {{0, 1, 2}, {0, 3, 4}};
@@ -236,9 +220,8 @@ static void bow_tie_is_refused(void **state)
         0, 0);
 }
 
-static void fault_in_a_large_mesh_is_found(void **state)
+TEST(fault_in_a_large_mesh_is_found)
 {
-    (void)state;
     TriMesh mesh;
     MeshFault fault;
     Status status = {0};
@@ -252,9 +235,8 @@ static void fault_in_a_large_mesh_is_found(void **state)
     mesh_destroy(&mesh);
 }
 
-static void random_triangles_never_crash(void **state)
+TEST(random_triangles_never_crash)
 {
-    (void)state;
     // Every soup is judged; what passes must link into a winged-edge table without holes.
     uint64_t random = 7;
     int valid = 0;
@@ -282,29 +264,4 @@ static void random_triangles_never_crash(void **state)
         mesh_destroy(&mesh);
     }
     assert_true(valid > 100); // both ways were taken
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(equal_nodes_are_those_with_equal_bits_but_for_the_sign_of_zero),
-        cmocka_unit_test(equal_nodes_are_those_that_comparing_all_pairs_finds),
-        cmocka_unit_test(place_scales_then_turns_then_moves),
-        cmocka_unit_test(place_by_nothing_keeps_every_bit),
-        cmocka_unit_test(volume_and_area_of_a_tetrahedron_wherever_it_is),
-        cmocka_unit_test(closed_and_open_meshes_are_valid),
-        cmocka_unit_test(tiny_and_huge_triangles_have_area),
-        cmocka_unit_test(mesh_without_triangles_is_refused),
-        cmocka_unit_test(nonfinite_position_is_refused_by_its_file_index),
-        cmocka_unit_test(index_out_of_range_is_refused),
-        cmocka_unit_test(repeated_node_is_refused),
-        cmocka_unit_test(triangle_without_area_is_refused),
-        cmocka_unit_test(unused_node_is_refused),
-        cmocka_unit_test(edge_of_three_triangles_is_refused),
-        cmocka_unit_test(opposite_orientations_are_refused),
-        cmocka_unit_test(bow_tie_is_refused),
-        cmocka_unit_test(fault_in_a_large_mesh_is_found),
-        cmocka_unit_test(random_triangles_never_crash),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Repairs of meshes as files hold them, defect by defect: what comes out is a valid mesh of the
 // same shape, what was done is counted, and what cannot be mended is refused by name.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "geometry/generator.h"
@@ -127,9 +127,8 @@ static void expect_refusal(MeshDraft *draft, int face, const char *expected)
 
 // --- nodes ---
 
-static void a_sound_mesh_comes_out_as_it_was(void **state)
+TEST(a_sound_mesh_comes_out_as_it_was)
 {
-    (void)state;
     TriMesh made;
     Status status = {0};
     MeshDraft draft = {0};
@@ -148,9 +147,8 @@ static void a_sound_mesh_comes_out_as_it_was(void **state)
     mesh_destroy(&made);
 }
 
-static void quads_become_triangles(void **state)
+TEST(quads_become_triangles)
 {
-    (void)state;
     MeshDraft draft = {0};
     Result result;
     add_cube(&draft, vec3(0, 0, 0));
@@ -160,9 +158,8 @@ static void quads_become_triangles(void **state)
     result_destroy(&result);
 }
 
-static void unused_nodes_go_even_if_they_are_no_numbers(void **state)
+TEST(unused_nodes_go_even_if_they_are_no_numbers)
 {
-    (void)state;
     MeshDraft draft = {0};
     Result result;
     mesh_draft_add_node(&draft, vec3((double)NAN, 0, 0));
@@ -177,18 +174,16 @@ static void unused_nodes_go_even_if_they_are_no_numbers(void **state)
     result_destroy(&result);
 }
 
-static void used_nodes_that_are_no_numbers_are_refused(void **state)
+TEST(used_nodes_that_are_no_numbers_are_refused)
 {
-    (void)state;
     MeshDraft draft = {0};
     add_cube(&draft, vec3(0, 0, 0));
     draft.position[6].y = -(double)INFINITY;
     expect_refusal(&draft, 1, "face 1 uses node 6, whose position (1, -inf, 1) is not finite");
 }
 
-static void nodes_out_of_range_are_refused(void **state)
+TEST(nodes_out_of_range_are_refused)
 {
-    (void)state;
     MeshDraft draft = {0};
     add_cube(&draft, vec3(0, 0, 0));
     mesh_draft_add_corner(&draft, 8, -1);
@@ -196,9 +191,8 @@ static void nodes_out_of_range_are_refused(void **state)
     expect_refusal(&draft, 6, "face 6 names node 8, but there are 8 nodes");
 }
 
-static void equal_nodes_are_welded_to_the_first(void **state)
+TEST(equal_nodes_are_welded_to_the_first)
 {
-    (void)state;
     // Every face with corners of its own, as STL has them.
     MeshDraft draft = {0};
     Result result;
@@ -219,9 +213,8 @@ static void equal_nodes_are_welded_to_the_first(void **state)
     result_destroy(&result);
 }
 
-static void closed_surfaces_that_touch_stay_apart(void **state)
+TEST(closed_surfaces_that_touch_stay_apart)
 {
-    (void)state;
     // Two cubes with nodes of their own that share a corner, an edge, a face.
     static const Vec3 at[3] = {{1, 1, 1}, {1, 1, 0}, {1, 0, 0}};
     for (int i = 0; i < 3; i++) {
@@ -240,9 +233,8 @@ static void closed_surfaces_that_touch_stay_apart(void **state)
     }
 }
 
-static void a_node_shared_by_two_surfaces_is_copied_behind_the_others(void **state)
+TEST(a_node_shared_by_two_surfaces_is_copied_behind_the_others)
 {
-    (void)state;
     const Vec3 x[7] = {{0, 0, 0},  {1, 0, 0},  {0, 1, 0}, {0, 0, 1},
                        {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
     MeshDraft draft = {0};
@@ -260,9 +252,8 @@ static void a_node_shared_by_two_surfaces_is_copied_behind_the_others(void **sta
     result_destroy(&result);
 }
 
-static void a_node_that_is_there_twice_where_surfaces_meet_is_not_welded(void **state)
+TEST(a_node_that_is_there_twice_where_surfaces_meet_is_not_welded)
 {
-    (void)state;
     const Vec3 x[8] = {{0, 0, 0},  {1, 0, 0},  {0, 1, 0},  {0, 0, 1},
                        {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}, {0, 0, 0}};
     MeshDraft draft = {0};
@@ -282,9 +273,8 @@ static void a_node_that_is_there_twice_where_surfaces_meet_is_not_welded(void **
 
 // --- faces ---
 
-static void degenerate_faces_are_dropped(void **state)
+TEST(degenerate_faces_are_dropped)
 {
-    (void)state;
     MeshDraft draft = {0};
     Result result;
     add_cube(&draft, vec3(0, 0, 0));
@@ -299,9 +289,8 @@ static void degenerate_faces_are_dropped(void **state)
     result_destroy(&result);
 }
 
-static void duplicate_faces_are_dropped_whichever_way_they_run(void **state)
+TEST(duplicate_faces_are_dropped_whichever_way_they_run)
 {
-    (void)state;
     MeshDraft draft = {0};
     Result result;
     add_cube(&draft, vec3(0, 0, 0));
@@ -313,9 +302,8 @@ static void duplicate_faces_are_dropped_whichever_way_they_run(void **state)
     result_destroy(&result);
 }
 
-static void a_mesh_of_nothing_is_refused(void **state)
+TEST(a_mesh_of_nothing_is_refused)
 {
-    (void)state;
     MeshDraft none = {0}, line = {0}, fold = {0};
     expect_refusal(&none, -1, "the mesh has no faces");
     add_nodes(&line, CUBE, 8);
@@ -327,9 +315,8 @@ static void a_mesh_of_nothing_is_refused(void **state)
     expect_refusal(&fold, -1, "the mesh has no face with an area");
 }
 
-static void a_polygon_that_crosses_itself_is_refused(void **state)
+TEST(a_polygon_that_crosses_itself_is_refused)
 {
-    (void)state;
     MeshDraft draft = {0};
     add_nodes(&draft, CUBE, 8);
     FACE(&draft, 4, 5, 6, 7);
@@ -364,9 +351,8 @@ static void add_split_tetrahedron(MeshDraft *draft, int more, uint64_t *random)
     }
 }
 
-static void faces_without_area_leave_no_crack(void **state)
+TEST(faces_without_area_leave_no_crack)
 {
-    (void)state;
     uint64_t random = 3;
     for (int round = 0; round < 400; round++) {
         int more = 1 + round % 12;
@@ -386,9 +372,8 @@ static void faces_without_area_leave_no_crack(void **state)
     }
 }
 
-static void a_face_without_area_at_the_border_is_dropped(void **state)
+TEST(a_face_without_area_at_the_border_is_dropped)
 {
-    (void)state;
     const Vec3 x[5] = {{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}, {1, 0, 0}};
     MeshDraft draft = {0};
     Result result;
@@ -406,9 +391,8 @@ static void a_face_without_area_at_the_border_is_dropped(void **state)
     result_destroy(&result);
 }
 
-static void a_face_without_area_along_other_faces_is_dropped(void **state)
+TEST(a_face_without_area_along_other_faces_is_dropped)
 {
-    (void)state;
     // A fin on an edge of the cube: a node in its middle that no other face knows.
     MeshDraft draft = {0};
     Result result;
@@ -422,9 +406,8 @@ static void a_face_without_area_along_other_faces_is_dropped(void **state)
     result_destroy(&result);
 }
 
-static void nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area(void **state)
+TEST(nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area)
 {
-    (void)state;
     // An octahedron whose upper tip is an edge of length 1e-11: its two faces are needles.
     const Vec3 x[7] = {{0, 0, 1},  {1, 0, 0},  {0, 1, 0},        {-1, 0, 0},
                        {0, -1, 0}, {0, 0, -1}, {0, 0, 1 + 1e-11}};
@@ -453,9 +436,8 @@ static void nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area(void
 
 // --- orientation ---
 
-static void faces_are_turned_until_closed_surfaces_look_outward(void **state)
+TEST(faces_are_turned_until_closed_surfaces_look_outward)
 {
-    (void)state;
     uint64_t random = 5;
     TriMesh sphere;
     Status status = {0};
@@ -484,9 +466,8 @@ static void faces_are_turned_until_closed_surfaces_look_outward(void **state)
     mesh_destroy(&sphere);
 }
 
-static void each_component_looks_outward_by_itself(void **state)
+TEST(each_component_looks_outward_by_itself)
 {
-    (void)state;
     MeshDraft draft = {0};
     Result result;
     add_cube(&draft, vec3(0, 0, 0));
@@ -505,9 +486,8 @@ static void each_component_looks_outward_by_itself(void **state)
     result_destroy(&result);
 }
 
-static void an_open_sheet_keeps_the_side_of_most_of_its_faces(void **state)
+TEST(an_open_sheet_keeps_the_side_of_most_of_its_faces)
 {
-    (void)state;
     TriMesh sheet;
     Status status = {0};
     MeshDraft draft = {0};
@@ -534,9 +514,8 @@ static void an_open_sheet_keeps_the_side_of_most_of_its_faces(void **state)
     mesh_destroy(&sheet);
 }
 
-static void a_moebius_strip_is_refused(void **state)
+TEST(a_moebius_strip_is_refused)
 {
-    (void)state;
     enum { TURNS = 12 };
     MeshDraft draft = {0};
     for (int i = 0; i < TURNS; i++) {
@@ -561,9 +540,8 @@ static void a_moebius_strip_is_refused(void **state)
 
 // --- edges ---
 
-static void an_edge_of_three_faces_is_refused(void **state)
+TEST(an_edge_of_three_faces_is_refused)
 {
-    (void)state;
     MeshDraft draft = {0};
     add_cube(&draft, vec3(0, 0, 0));
     mesh_draft_add_node(&draft, vec3(0.5, -1, 0.5));
@@ -572,9 +550,8 @@ static void an_edge_of_three_faces_is_refused(void **state)
                    "edge between nodes 0 and 1 belongs to 3 faces, more than two: 0, 2, 6");
 }
 
-static void closed_surfaces_drawn_with_a_common_edge_are_refused(void **state)
+TEST(closed_surfaces_drawn_with_a_common_edge_are_refused)
 {
-    (void)state;
     const Vec3 x[6] = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
     MeshDraft draft = {0};
     add_nodes(&draft, x, 6);
@@ -589,9 +566,8 @@ static void closed_surfaces_drawn_with_a_common_edge_are_refused(void **state)
     mesh_draft_destroy(&draft);
 }
 
-static void borders_stay_borders(void **state)
+TEST(borders_stay_borders)
 {
-    (void)state;
     MeshDraft draft = {0};
     Result result;
     add_nodes(&draft, CUBE, 8);
@@ -607,9 +583,8 @@ static void borders_stay_borders(void **state)
 
 // --- sizes ---
 
-static void tiny_and_huge_meshes_are_repaired_alike(void **state)
+TEST(tiny_and_huge_meshes_are_repaired_alike)
 {
-    (void)state;
     static const double scale[] = {1e-80, 1e-9, 1.0, 1e12, 1e80};
     for (size_t i = 0; i < sizeof scale / sizeof *scale; i++) {
         uint64_t random = 11;
@@ -641,9 +616,8 @@ static void tiny_and_huge_meshes_are_repaired_alike(void **state)
 
 // --- anything ---
 
-static void any_set_of_faces_is_made_valid_or_refused_with_a_sentence(void **state)
+TEST(any_set_of_faces_is_made_valid_or_refused_with_a_sentence)
 {
-    (void)state;
     uint64_t random = 17;
     int made = 0, refused = 0;
     for (int round = 0; round < 30000; round++) {
@@ -686,9 +660,8 @@ static void any_set_of_faces_is_made_valid_or_refused_with_a_sentence(void **sta
     assert_true(made > 1000 && refused > 1000);
 }
 
-static void repairs_do_not_change_a_repaired_mesh(void **state)
+TEST(repairs_do_not_change_a_repaired_mesh)
 {
-    (void)state;
     uint64_t random = 23;
     for (int round = 0; round < 50; round++) {
         MeshDraft draft = {0}, again = {0};
@@ -706,38 +679,4 @@ static void repairs_do_not_change_a_repaired_mesh(void **state)
         result_destroy(&first);
         result_destroy(&second);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_sound_mesh_comes_out_as_it_was),
-        cmocka_unit_test(quads_become_triangles),
-        cmocka_unit_test(unused_nodes_go_even_if_they_are_no_numbers),
-        cmocka_unit_test(used_nodes_that_are_no_numbers_are_refused),
-        cmocka_unit_test(nodes_out_of_range_are_refused),
-        cmocka_unit_test(equal_nodes_are_welded_to_the_first),
-        cmocka_unit_test(closed_surfaces_that_touch_stay_apart),
-        cmocka_unit_test(a_node_shared_by_two_surfaces_is_copied_behind_the_others),
-        cmocka_unit_test(a_node_that_is_there_twice_where_surfaces_meet_is_not_welded),
-        cmocka_unit_test(degenerate_faces_are_dropped),
-        cmocka_unit_test(duplicate_faces_are_dropped_whichever_way_they_run),
-        cmocka_unit_test(a_mesh_of_nothing_is_refused),
-        cmocka_unit_test(a_polygon_that_crosses_itself_is_refused),
-        cmocka_unit_test(faces_without_area_leave_no_crack),
-        cmocka_unit_test(a_face_without_area_at_the_border_is_dropped),
-        cmocka_unit_test(a_face_without_area_along_other_faces_is_dropped),
-        cmocka_unit_test(nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area),
-        cmocka_unit_test(faces_are_turned_until_closed_surfaces_look_outward),
-        cmocka_unit_test(each_component_looks_outward_by_itself),
-        cmocka_unit_test(an_open_sheet_keeps_the_side_of_most_of_its_faces),
-        cmocka_unit_test(a_moebius_strip_is_refused),
-        cmocka_unit_test(an_edge_of_three_faces_is_refused),
-        cmocka_unit_test(closed_surfaces_drawn_with_a_common_edge_are_refused),
-        cmocka_unit_test(borders_stay_borders),
-        cmocka_unit_test(tiny_and_huge_meshes_are_repaired_alike),
-        cmocka_unit_test(any_set_of_faces_is_made_valid_or_refused_with_a_sentence),
-        cmocka_unit_test(repairs_do_not_change_a_repaired_mesh),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

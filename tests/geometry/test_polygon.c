@@ -1,5 +1,5 @@
 // Polygons cut into triangles: inside the polygon, once, and alike however it is written down.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "geometry/mesh.h"
@@ -45,9 +45,8 @@ static void expect_cut(const Vec3 *x, int count, int (*triangle)[3])
     expect_near(sum, vec3_length(whole), 1e-12);
 }
 
-static void convex_polygons_are_covered_once(void **state)
+TEST(convex_polygons_are_covered_once)
 {
-    (void)state;
     for (int count = 4; count <= 40; count++) {
         Vec3 x[MOST];
         int triangle[MOST][3];
@@ -57,9 +56,8 @@ static void convex_polygons_are_covered_once(void **state)
     }
 }
 
-static void concave_polygons_are_cut_inside(void **state)
+TEST(concave_polygons_are_cut_inside)
 {
-    (void)state;
     uint64_t random = 7;
     for (int round = 0; round < 300; round++) {
         // Stars about the origin with random spikes are simple.
@@ -73,9 +71,8 @@ static void concave_polygons_are_cut_inside(void **state)
     }
 }
 
-static void an_arrow_is_cut_at_its_notch(void **state)
+TEST(an_arrow_is_cut_at_its_notch)
 {
-    (void)state;
     const Vec3 x[4] = {{0, 0, 0}, {2, 1, 0}, {0, 2, 0}, {0.5, 1, 0}};
     int triangle[2][3];
     expect_cut(x, 4, triangle);
@@ -84,9 +81,8 @@ static void an_arrow_is_cut_at_its_notch(void **state)
                     memchr(triangle[t], 3, sizeof triangle[t]) != NULL);
 }
 
-static void corners_in_the_middle_of_a_side_leave_no_flat_triangle(void **state)
+TEST(corners_in_the_middle_of_a_side_leave_no_flat_triangle)
 {
-    (void)state;
     // A tall triangle whose base has corners on it, some off the line by rounding: cutting off the
     // tip would be the best ear but leave them as a sliver.
     for (int round = 0; round < 3; round++) {
@@ -113,9 +109,8 @@ static uint64_t fingerprint(int (*triangle)[3], int count, const int *name)
     return sum;
 }
 
-static void cuts_do_not_depend_on_first_corner_and_direction(void **state)
+TEST(cuts_do_not_depend_on_first_corner_and_direction)
 {
-    (void)state;
     // A square has two equally good diagonals; a notched one more corners.
     static const double flat[2][6][2] = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}},
                                          {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}};
@@ -141,27 +136,24 @@ static void cuts_do_not_depend_on_first_corner_and_direction(void **state)
     }
 }
 
-static void a_polygon_without_area_is_cut_anyhow(void **state)
+TEST(a_polygon_without_area_is_cut_anyhow)
 {
-    (void)state;
     const Vec3 x[5] = {{0, 0, 0}, {1, 1, 1}, {3, 3, 3}, {2, 2, 2}, {0.5, 0.5, 0.5}};
     const int key[5] = {4, 3, 2, 1, 0};
     int triangle[3][3];
     assert_true(polygon_triangulate(x, key, 5, triangle));
 }
 
-static void a_polygon_that_crosses_itself_is_refused(void **state)
+TEST(a_polygon_that_crosses_itself_is_refused)
 {
-    (void)state;
     const Vec3 x[4] = {{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}};
     const int key[4] = {0, 1, 2, 3};
     int triangle[2][3];
     assert_false(polygon_triangulate(x, key, 4, triangle));
 }
 
-static void a_hole_reached_by_a_bridge_stays_a_hole(void **state)
+TEST(a_hole_reached_by_a_bridge_stays_a_hole)
 {
-    (void)state;
     // A square of side 3 with a hole of side 1: corners 0 and 4 are walked through twice.
     static const double flat[10][2] = {{0, 0}, {3, 0}, {3, 3}, {0, 3}, {0, 0},
                                        {1, 1}, {1, 2}, {2, 2}, {2, 1}, {1, 1}};
@@ -180,9 +172,8 @@ static void a_hole_reached_by_a_bridge_stays_a_hole(void **state)
     expect_near(area, 8.0, 1e-14); // exact but for rounding
 }
 
-static void huge_polygons_are_cut_if_convex_and_refused_otherwise(void **state)
+TEST(huge_polygons_are_cut_if_convex_and_refused_otherwise)
 {
-    (void)state;
     enum { CORNERS = 5000 };
     static Vec3 x[CORNERS];
     static int key[CORNERS], triangle[CORNERS][3];
@@ -193,20 +184,4 @@ static void huge_polygons_are_cut_if_convex_and_refused_otherwise(void **state)
     assert_true(polygon_triangulate(x, key, CORNERS, triangle));
     x[CORNERS / 4] = vec3(0, 0, 0);
     assert_false(polygon_triangulate(x, key, CORNERS, triangle));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(convex_polygons_are_covered_once),
-        cmocka_unit_test(concave_polygons_are_cut_inside),
-        cmocka_unit_test(an_arrow_is_cut_at_its_notch),
-        cmocka_unit_test(corners_in_the_middle_of_a_side_leave_no_flat_triangle),
-        cmocka_unit_test(cuts_do_not_depend_on_first_corner_and_direction),
-        cmocka_unit_test(a_polygon_without_area_is_cut_anyhow),
-        cmocka_unit_test(a_polygon_that_crosses_itself_is_refused),
-        cmocka_unit_test(a_hole_reached_by_a_bridge_stays_a_hole),
-        cmocka_unit_test(huge_polygons_are_cut_if_convex_and_refused_otherwise),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Voxelised meshes against another inside test: the solid angle under which a point sees the mesh.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "geometry/generator.h"
@@ -148,9 +148,8 @@ static void check_mesh(TriMesh *mesh, int cells, uint64_t *seed)
     mesh_destroy(mesh);
 }
 
-static void cells_are_inside_as_the_solid_angle_says(void **state)
+TEST(cells_are_inside_as_the_solid_angle_says)
 {
-    (void)state;
     uint64_t seed = 3;
     Status status = {0};
     TriMesh mesh = make_ball(2, 1.0, vec3(0.1, 0.2, -5.0)), other;
@@ -170,9 +169,8 @@ static void cells_are_inside_as_the_solid_angle_says(void **state)
     check_mesh(&mesh, 30, &seed);
 }
 
-static void a_shell_within_a_shell_is_a_cavity(void **state)
+TEST(a_shell_within_a_shell_is_a_cavity)
 {
-    (void)state;
     uint64_t seed = 4;
     for (int outward = 0; outward < 2; outward++) {
         TriMesh mesh = make_ball(2, 1.0, vec3(0.0, 0.0, 0.0));
@@ -191,9 +189,8 @@ static void a_shell_within_a_shell_is_a_cavity(void **state)
     }
 }
 
-static void volume_comes_closer_with_smaller_cells(void **state)
+TEST(volume_comes_closer_with_smaller_cells)
 {
-    (void)state;
     TriMesh mesh = make_ball(4, 0.05, vec3(0.3, -0.2, 0.1));
     double volume = mesh_volume(&mesh);
     for (int cells = 8; cells <= 128; cells *= 2) {
@@ -215,9 +212,8 @@ static void volume_comes_closer_with_smaller_cells(void **state)
 
 // --- cells exactly on faces, edges and corners ---
 
-static void box_of_whole_cells_is_filled_exactly(void **state)
+TEST(box_of_whole_cells_is_filled_exactly)
 {
-    (void)state;
     static const double sizes[] = {1.0, 0.1, 0.003125, 1.0 / 3.0};
     for (int s = 0; s < 4; s++) {
         double h = sizes[s];
@@ -261,9 +257,8 @@ static Lattice voxelise_marked(TriMesh *mesh)
     return lattice;
 }
 
-static void centres_on_the_low_sides_are_inside_and_on_the_high_sides_outside(void **state)
+TEST(centres_on_the_low_sides_are_inside_and_on_the_high_sides_outside)
 {
-    (void)state;
     TriMesh mesh = make_cuboid(vec3(-3.5, -2.5, -0.5), vec3(1.5, 0.5, 3.5));
     Lattice lattice = voxelise_marked(&mesh);
     assert_int_equal(lattice_solid(&lattice), 2 + 5 * 3 * 4);
@@ -282,9 +277,8 @@ static void centres_on_the_low_sides_are_inside_and_on_the_high_sides_outside(vo
 // A point in a cube, or on its sides, and each triangle of the cube's sides make a tetrahedron:
 // together they are the cube, so every centre, also those on faces, edges and corners of several,
 // belongs to exactly one.
-static void parts_of_a_whole_share_out_its_cells(void **state)
+TEST(parts_of_a_whole_share_out_its_cells)
 {
-    (void)state;
     uint64_t seed = 9;
     for (int repeat = 0; repeat < EFFORT(60); repeat++) {
         double h = repeat % 2 == 0 ? 4.0 : 3.5; // sides between centres, or on them
@@ -325,9 +319,8 @@ static void parts_of_a_whole_share_out_its_cells(void **state)
 }
 
 // Triangles without thickness and others on top of each other are met too.
-static void flat_parts_of_a_mesh_hold_no_cell(void **state)
+TEST(flat_parts_of_a_mesh_hold_no_cell)
 {
-    (void)state;
     TriMesh mesh = make_cuboid(vec3(-3.0, -3.0, -3.0), vec3(3.0, 3.0, 3.0));
     TriMesh flat = make_cuboid(vec3(-6.5, -6.5, 5.5), vec3(6.5, 6.5, 5.5));
     append(&mesh, &flat);
@@ -352,9 +345,8 @@ static void refuse(TriMesh *mesh, double size, const char *text)
     assert_null(lattice.label);
 }
 
-static void meshes_with_borders_are_refused(void **state)
+TEST(meshes_with_borders_are_refused)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_sheet(&mesh, 3, 3, 1.0, 1.0, &status));
@@ -370,9 +362,8 @@ static void meshes_with_borders_are_refused(void **state)
     mesh_destroy(&mesh);
 }
 
-static void unfit_sizes_are_refused_with_one_that_would_do(void **state)
+TEST(unfit_sizes_are_refused_with_one_that_would_do)
 {
-    (void)state;
     TriMesh mesh = make_cuboid(vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 1.0));
     refuse(&mesh, 0.0, "cells of 0 m are not possible");
     refuse(&mesh, -1.0, "cells of -1 m are not possible");
@@ -397,20 +388,4 @@ static void unfit_sizes_are_refused_with_one_that_would_do(void **state)
            "cells of 1 m fill the box of the mesh with 1e+05, more than 268435456, or 65536 along "
            "an axis; 1.6 m would do");
     mesh_destroy(&mesh);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cells_are_inside_as_the_solid_angle_says),
-        cmocka_unit_test(a_shell_within_a_shell_is_a_cavity),
-        cmocka_unit_test(volume_comes_closer_with_smaller_cells),
-        cmocka_unit_test(box_of_whole_cells_is_filled_exactly),
-        cmocka_unit_test(centres_on_the_low_sides_are_inside_and_on_the_high_sides_outside),
-        cmocka_unit_test(parts_of_a_whole_share_out_its_cells),
-        cmocka_unit_test(flat_parts_of_a_mesh_hold_no_cell),
-        cmocka_unit_test(meshes_with_borders_are_refused),
-        cmocka_unit_test(unfit_sizes_are_refused_with_one_that_would_do),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

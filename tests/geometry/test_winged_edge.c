@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 
 #include "geometry/edges.h"
 #include "geometry/generator.h"
@@ -86,9 +86,8 @@ static void expect_shape(const WingedMesh *winged, int edges, int loops, int com
     assert_int_equal(winged_components(winged), components);
 }
 
-static void closed_sphere_links_everything(void **state)
+TEST(closed_sphere_links_everything)
 {
-    (void)state;
     TriMesh mesh;
     WingedMesh winged;
     Status status = {0};
@@ -103,9 +102,8 @@ static void closed_sphere_links_everything(void **state)
     mesh_destroy(&mesh);
 }
 
-static void sheet_has_one_border(void **state)
+TEST(sheet_has_one_border)
 {
-    (void)state;
     TriMesh mesh;
     WingedMesh winged;
     Status status = {0};
@@ -121,9 +119,8 @@ static void sheet_has_one_border(void **state)
     mesh_destroy(&mesh);
 }
 
-static void single_triangle_is_all_border(void **state)
+TEST(single_triangle_is_all_border)
 {
-    (void)state;
     TriMesh mesh;
     WingedMesh winged;
     mesh_create(&mesh, 3, 1);
@@ -151,9 +148,8 @@ static void make_bands(TriMesh *mesh, int segments, int count)
     }
 }
 
-static void bands_have_two_borders_each(void **state)
+TEST(bands_have_two_borders_each)
 {
-    (void)state;
     TriMesh mesh;
     WingedMesh winged;
     make_bands(&mesh, 7, 3);
@@ -164,9 +160,8 @@ static void bands_have_two_borders_each(void **state)
     mesh_destroy(&mesh);
 }
 
-static void node_with_thousands_of_edges_is_linked(void **state)
+TEST(node_with_thousands_of_edges_is_linked)
 {
-    (void)state;
     TriMesh mesh;
     WingedMesh winged;
     Status status = {0};
@@ -183,9 +178,8 @@ static void node_with_thousands_of_edges_is_linked(void **state)
     mesh_destroy(&mesh);
 }
 
-static void same_mesh_gives_the_same_table(void **state)
+TEST(same_mesh_gives_the_same_table)
 {
-    (void)state;
     TriMesh mesh;
     WingedMesh one, two;
     Status status = {0};
@@ -198,17 +192,4 @@ static void same_mesh_gives_the_same_table(void **state)
     winged_destroy(&one);
     winged_destroy(&two);
     mesh_destroy(&mesh);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(closed_sphere_links_everything),
-        cmocka_unit_test(sheet_has_one_border),
-        cmocka_unit_test(single_triangle_is_all_border),
-        cmocka_unit_test(bands_have_two_borders_each),
-        cmocka_unit_test(node_with_thousands_of_edges_is_linked),
-        cmocka_unit_test(same_mesh_gives_the_same_table),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

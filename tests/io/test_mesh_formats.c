@@ -1,6 +1,6 @@
 // Every defect in every format that can hold it, through real files: the outcome is the same
 // whatever the format. And files that are cut off or damaged.
-#include "expect.h"
+#include "test.h"
 #include "mesh_writer.h"
 #include "random.h"
 #include "scratch.h"
@@ -270,18 +270,34 @@ static void run_case(const Case *expected, MeshFormat format)
     assert_null(strchr(status.text, '\n'));
 }
 
-static void every_defect_has_the_same_outcome_in_every_format(void **state)
+static int begin(void **state)
 {
     (void)state;
+    // Thousands of small files: in memory where there is such a folder.
+    if (access("/dev/shm", W_OK) == 0)
+        setenv("TMPDIR", "/dev/shm", 0);
+    return scratch_create(&scratch);
+}
+
+static int end(void **state)
+{
+    (void)state;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(begin, end)
+
+TEST(every_defect_has_the_same_outcome_in_every_format)
+{
     for (size_t i = 0; i < sizeof CASES / sizeof *CASES; i++)
         for (int format = 0; format < WRITE_FORMATS; format++)
             if (!CASES[i].shares_nodes || !mesh_format_is_stl((MeshFormat)format))
                 run_case(&CASES[i], (MeshFormat)format);
 }
 
-static void text_formats_name_the_line_of_the_face(void **state)
+TEST(text_formats_name_the_line_of_the_face)
 {
-    (void)state;
     const struct {
         MeshFormat format;
         int line; // of the face that uses the bad node first: face 1 of the cube
@@ -327,9 +343,8 @@ static bool import_bytes(const char *bytes, size_t size)
     return read;
 }
 
-static void a_file_cut_off_anywhere_is_refused_or_whole(void **state)
+TEST(a_file_cut_off_anywhere_is_refused_or_whole)
 {
-    (void)state;
     for (int format = 0; format < WRITE_FORMATS; format++) {
         MeshDraft draft = {0};
         sound(&draft);
@@ -348,9 +363,8 @@ static void a_file_cut_off_anywhere_is_refused_or_whole(void **state)
     }
 }
 
-static void changed_bytes_never_crash(void **state)
+TEST(changed_bytes_never_crash)
 {
-    (void)state;
     uint64_t random = 29;
     for (int format = 0; format < WRITE_FORMATS; format++) {
         MeshDraft draft = {0};
@@ -375,9 +389,8 @@ static void changed_bytes_never_crash(void **state)
     }
 }
 
-static void noise_behind_a_formats_first_word_is_refused(void **state)
+TEST(noise_behind_a_formats_first_word_is_refused)
 {
-    (void)state;
     static const char *const first[] = {"ply\nformat binary_little_endian 1.0\n",
                                         "ply\n",
                                         "OFF\n",
@@ -395,32 +408,4 @@ static void noise_behind_a_formats_first_word_is_refused(void **state)
                 bytes[size++] = (char)random_below(&random, 256);
             assert_false(import_bytes(bytes, sizeof bytes));
         }
-}
-
-static int begin(void **state)
-{
-    (void)state;
-    // Thousands of small files: in memory where there is such a folder.
-    if (access("/dev/shm", W_OK) == 0)
-        setenv("TMPDIR", "/dev/shm", 0);
-    return scratch_create(&scratch);
-}
-
-static int end(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_defect_has_the_same_outcome_in_every_format),
-        cmocka_unit_test(text_formats_name_the_line_of_the_face),
-        cmocka_unit_test(a_file_cut_off_anywhere_is_refused_or_whole),
-        cmocka_unit_test(changed_bytes_never_crash),
-        cmocka_unit_test(noise_behind_a_formats_first_word_is_refused),
-    };
-    return cmocka_run_group_tests(tests, begin, end);
 }

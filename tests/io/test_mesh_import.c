@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 
 #include "io/mesh_import.h"
 #include "geometry/generator.h"
@@ -75,9 +75,10 @@ static void expect_corners(const TriMesh *mesh, int triangle, int a, int b, int 
 
 // --- OBJ ---
 
-static void obj_of_a_generated_mesh_comes_back_bit_by_bit(void **state)
+AROUND_ALL(make_folder, remove_folder)
+
+TEST(obj_of_a_generated_mesh_comes_back_bit_by_bit)
 {
-    (void)state;
     TriMesh made, read;
     MeshImport import;
     Status status = {0};
@@ -100,9 +101,8 @@ static void obj_of_a_generated_mesh_comes_back_bit_by_bit(void **state)
     mesh_destroy(&read);
 }
 
-static void obj_corners_may_name_texture_and_normal(void **state)
+TEST(obj_corners_may_name_texture_and_normal)
 {
-    (void)state;
     TriMesh mesh;
     static const char *const faces[] = {"f 1 2 3", "f 1/1 2/1 3/1", "f 1/1/1 2/1/1 3/1/1",
                                         "f 1//1 2//1 3//1"};
@@ -117,9 +117,8 @@ static void obj_corners_may_name_texture_and_normal(void **state)
     }
 }
 
-static void obj_negative_indices_count_back(void **state)
+TEST(obj_negative_indices_count_back)
 {
-    (void)state;
     TriMesh mesh;
     import_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 1 -5 5\nf -1/-1 +2 -4//-2\n", &mesh);
     expect_corners(&mesh, 0, 0, 1, 2);
@@ -127,18 +126,16 @@ static void obj_negative_indices_count_back(void **state)
     mesh_destroy(&mesh);
 }
 
-static void obj_faces_may_come_before_vertices(void **state)
+TEST(obj_faces_may_come_before_vertices)
 {
-    (void)state;
     TriMesh mesh;
     import_text("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0", &mesh);
     expect_corners(&mesh, 0, 0, 1, 2);
     mesh_destroy(&mesh);
 }
 
-static void obj_tolerates_comments_crlf_continuation_and_other_keywords(void **state)
+TEST(obj_tolerates_comments_crlf_continuation_and_other_keywords)
 {
-    (void)state;
     TriMesh mesh;
     import_text("\xEF\xBB\xBFv 0 0 0 # the first, after a byte order mark\r\n"
                 "# v 9 9 9\r\n\r\n"
@@ -153,9 +150,8 @@ static void obj_tolerates_comments_crlf_continuation_and_other_keywords(void **s
     mesh_destroy(&mesh);
 }
 
-static void obj_equal_nodes_are_welded_and_remember_their_index(void **state)
+TEST(obj_equal_nodes_are_welded_and_remember_their_index)
 {
-    (void)state;
     TriMesh mesh;
     import_text("v 0 0 0\nv 1 0 0\nv -0 0 0\nv 0 1 0\nv 1 0 0\nv 0 0 1\nf 1 2 4\nf 3 6 5\n", &mesh);
     const int index[4] = {0, 1, 3, 5};
@@ -170,9 +166,8 @@ static void obj_equal_nodes_are_welded_and_remember_their_index(void **state)
     mesh_destroy(&mesh);
 }
 
-static void obj_texture_coordinates_stay_with_their_nodes(void **state)
+TEST(obj_texture_coordinates_stay_with_their_nodes)
 {
-    (void)state;
     // The seam runs through node 1, which is there twice and has two coordinates: the first stays.
     TriMesh mesh;
     import_text("vt 0.5 1e-3 9\nvt 0.25\nvt -1 7\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\n"
@@ -189,9 +184,8 @@ static void obj_texture_coordinates_stay_with_their_nodes(void **state)
     mesh_destroy(&mesh);
 }
 
-static void obj_faults_name_file_and_line(void **state)
+TEST(obj_faults_name_file_and_line)
 {
-    (void)state;
     const char *const v = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
     const char *const cases[][2] = {
         {"f 1 2", ": the mesh has no faces"},
@@ -260,18 +254,16 @@ static void expect_two_facets(const TriMesh *mesh)
     expect_corners(mesh, 1, 0, 2, 3);
 }
 
-static void ascii_stl_is_welded_and_remembers_its_corners(void **state)
+TEST(ascii_stl_is_welded_and_remembers_its_corners)
 {
-    (void)state;
     TriMesh mesh;
     import_text(TWO_FACETS, &mesh);
     expect_two_facets(&mesh);
     mesh_destroy(&mesh);
 }
 
-static void ascii_stl_tolerates_capitals_crlf_solids_and_bad_normals(void **state)
+TEST(ascii_stl_tolerates_capitals_crlf_solids_and_bad_normals)
 {
-    (void)state;
     TriMesh mesh;
     import_text("\r\n SOLID facet\r\nFACET NORMAL nan nan nan\r\nOUTER LOOP\r\nVERTEX 0 0 0\r\n"
                 "VERTEX 1 0 0 VERTEX 1 1 0\r\nENDLOOP ENDFACET\r\nendsolid facet\r\n"
@@ -283,9 +275,8 @@ static void ascii_stl_tolerates_capitals_crlf_solids_and_bad_normals(void **stat
 }
 
 // As some writers end their files.
-static void ascii_stl_may_end_with_two_words_or_zero_bytes(void **state)
+TEST(ascii_stl_may_end_with_two_words_or_zero_bytes)
 {
-    (void)state;
     static const char *const ends[] = {"end solid\n", "END SOLID two facets\n",
                                        "end solid\nsolid more\nendsolid\n", "endsolid\n\0\0"};
     const size_t body = (size_t)(strstr(TWO_FACETS, "endsolid") - TWO_FACETS);
@@ -307,9 +298,8 @@ static void ascii_stl_may_end_with_two_words_or_zero_bytes(void **state)
     expect_text_error("solid\nend facet\n", ":2: 'end' where 'facet' or 'endsolid' is expected");
 }
 
-static void obj_may_end_with_a_zero_byte_but_not_hold_one(void **state)
+TEST(obj_may_end_with_a_zero_byte_but_not_hold_one)
 {
-    (void)state;
     static const char text[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n"
                                "f 1 4 3\n";
     TriMesh mesh;
@@ -327,9 +317,8 @@ static void obj_may_end_with_a_zero_byte_but_not_hold_one(void **state)
     expect_error(": neither text nor a binary STL, which has at least 84 bytes");
 }
 
-static void ascii_stl_faults_name_file_and_line(void **state)
+TEST(ascii_stl_faults_name_file_and_line)
 {
-    (void)state;
     const char *const start =
         "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n";
     const char *const cases[][2] = {
@@ -377,9 +366,8 @@ static void put_float(unsigned char *bytes, int triangle, int corner, int axis, 
     memcpy(bytes + 84 + 50 * triangle + 12 + 12 * corner + 4 * axis, &value, sizeof value);
 }
 
-static void binary_stl_that_says_solid_is_read(void **state)
+TEST(binary_stl_that_says_solid_is_read)
 {
-    (void)state;
     TriMesh mesh;
     MeshImport import;
     Status status = {0};
@@ -395,9 +383,8 @@ static void binary_stl_that_says_solid_is_read(void **state)
     free(bytes);
 }
 
-static void binary_stl_keeps_every_float(void **state)
+TEST(binary_stl_keeps_every_float)
 {
-    (void)state;
     TriMesh mesh;
     MeshImport import;
     Status status = {0};
@@ -415,9 +402,8 @@ static void binary_stl_keeps_every_float(void **state)
     free(bytes);
 }
 
-static void binary_stl_faults_name_file_and_triangle(void **state)
+TEST(binary_stl_faults_name_file_and_triangle)
 {
-    (void)state;
     size_t size;
     unsigned char *bytes = make_binary(3, &size);
     put_float(bytes, 2, 1, 0, INFINITY);
@@ -443,9 +429,8 @@ static void binary_stl_faults_name_file_and_triangle(void **state)
 
 // --- any file ---
 
-static void what_is_no_file_is_refused(void **state)
+TEST(what_is_no_file_is_refused)
 {
-    (void)state;
     unlink(path);
     expect_error(": No such file or directory");
     assert_int_equal(mkdir(path, 0700), 0);
@@ -475,9 +460,8 @@ static void expect_no_crash_when_cut(const void *bytes, size_t size)
     }
 }
 
-static void file_cut_at_any_byte_does_not_crash(void **state)
+TEST(file_cut_at_any_byte_does_not_crash)
 {
-    (void)state;
     size_t size;
     unsigned char *binary = make_binary(4, &size);
     const char obj[] = "v 0 0 0\r\nv 1 0 0\nv 0 1 \\\n0\nf 1/1 2//2 3/3/3\nf -1 -2 -3 # end\n";
@@ -487,9 +471,8 @@ static void file_cut_at_any_byte_does_not_crash(void **state)
     free(binary);
 }
 
-static void binary_stl_cut_at_any_byte_is_refused(void **state)
+TEST(binary_stl_cut_at_any_byte_is_refused)
 {
-    (void)state;
     size_t size;
     unsigned char *binary = make_binary(4, &size);
     for (size_t length = 0; length < size; length++) {
@@ -502,9 +485,8 @@ static void binary_stl_cut_at_any_byte_is_refused(void **state)
     free(binary);
 }
 
-static void ascii_stl_without_its_end_is_refused(void **state)
+TEST(ascii_stl_without_its_end_is_refused)
 {
-    (void)state;
     size_t end = (size_t)(strstr(TWO_FACETS, "endsolid") - TWO_FACETS) + strlen("endsolid");
     for (size_t length = 0; length < end; length++) {
         TriMesh mesh;
@@ -515,9 +497,8 @@ static void ascii_stl_without_its_end_is_refused(void **state)
     }
 }
 
-static void changed_bytes_do_not_crash(void **state)
+TEST(changed_bytes_do_not_crash)
 {
-    (void)state;
     // Every byte of a small file of each kind becomes every other of a nasty set.
     size_t size;
     unsigned char *binary = make_binary(2, &size);
@@ -545,32 +526,4 @@ static void changed_bytes_do_not_crash(void **state)
         }
     }
     free(binary);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(obj_of_a_generated_mesh_comes_back_bit_by_bit),
-        cmocka_unit_test(obj_corners_may_name_texture_and_normal),
-        cmocka_unit_test(obj_negative_indices_count_back),
-        cmocka_unit_test(obj_faces_may_come_before_vertices),
-        cmocka_unit_test(obj_tolerates_comments_crlf_continuation_and_other_keywords),
-        cmocka_unit_test(obj_equal_nodes_are_welded_and_remember_their_index),
-        cmocka_unit_test(obj_texture_coordinates_stay_with_their_nodes),
-        cmocka_unit_test(obj_faults_name_file_and_line),
-        cmocka_unit_test(ascii_stl_is_welded_and_remembers_its_corners),
-        cmocka_unit_test(ascii_stl_tolerates_capitals_crlf_solids_and_bad_normals),
-        cmocka_unit_test(ascii_stl_may_end_with_two_words_or_zero_bytes),
-        cmocka_unit_test(obj_may_end_with_a_zero_byte_but_not_hold_one),
-        cmocka_unit_test(ascii_stl_faults_name_file_and_line),
-        cmocka_unit_test(binary_stl_that_says_solid_is_read),
-        cmocka_unit_test(binary_stl_keeps_every_float),
-        cmocka_unit_test(binary_stl_faults_name_file_and_triangle),
-        cmocka_unit_test(what_is_no_file_is_refused),
-        cmocka_unit_test(file_cut_at_any_byte_does_not_crash),
-        cmocka_unit_test(binary_stl_cut_at_any_byte_is_refused),
-        cmocka_unit_test(ascii_stl_without_its_end_is_refused),
-        cmocka_unit_test(changed_bytes_do_not_crash),
-    };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

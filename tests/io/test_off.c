@@ -1,4 +1,5 @@
 // OFF files: what they may look like, and how faults are named. And text files of other systems.
+#include "test.h"
 #include "import_text.h"
 
 static Scratch scratch;
@@ -6,9 +7,23 @@ static Scratch scratch;
 #define VERTICES "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 #define FACES    "3 0 1 2\n3 0 2 3\n"
 
-static void files_may_be_written_in_every_usual_way(void **state)
+static int begin(void **state)
 {
     (void)state;
+    return scratch_create(&scratch);
+}
+
+static int end(void **state)
+{
+    (void)state;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(begin, end)
+
+TEST(files_may_be_written_in_every_usual_way)
+{
     static const char *const texts[] = {
         "OFF\n4 2 0\n" VERTICES FACES,
         "OFF 4 2 5\n" VERTICES FACES,
@@ -33,9 +48,8 @@ static void files_may_be_written_in_every_usual_way(void **state)
     }
 }
 
-static void faults_name_the_line(void **state)
+TEST(faults_name_the_line)
 {
-    (void)state;
     static const char *const cases[][2] = {
         {"OFF", ":1: file ends where the number of vertices stands"},
         {"OFF\n4\n", ":3: file ends where the number of faces stands"},
@@ -71,26 +85,4 @@ static void faults_name_the_line(void **state)
         MeshImport import;
         assert_string_equal(import_text(&scratch, cases[i][0], &mesh, &import), cases[i][1]);
     }
-}
-
-static int begin(void **state)
-{
-    (void)state;
-    return scratch_create(&scratch);
-}
-
-static int end(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(files_may_be_written_in_every_usual_way),
-        cmocka_unit_test(faults_name_the_line),
-    };
-    return cmocka_run_group_tests(tests, begin, end);
 }

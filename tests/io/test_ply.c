@@ -1,4 +1,5 @@
 // PLY files: what headers and data may look like, and how faults are named.
+#include "test.h"
 #include "import_text.h"
 
 static Scratch scratch;
@@ -23,9 +24,23 @@ static void expect_square(const char *text, size_t size)
     mesh_destroy(&mesh);
 }
 
-static void headers_may_be_written_in_every_usual_way(void **state)
+static int begin(void **state)
 {
     (void)state;
+    return scratch_create(&scratch);
+}
+
+static int end(void **state)
+{
+    (void)state;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(begin, end)
+
+TEST(headers_may_be_written_in_every_usual_way)
+{
     static const char *const texts[] = {
         HEADER VERTICES "3 0 1 2\n3 0 2 3\n",
         HEADER "\n0 0 0\n\n1 0 0\n1 1 0 \n 0\t1 0\n3 0 1 2\n3 0 2 3", // blanks, no last newline
@@ -41,9 +56,8 @@ static void headers_may_be_written_in_every_usual_way(void **state)
         expect_square(texts[i], strlen(texts[i]));
 }
 
-static void line_ends_may_be_those_of_any_system(void **state)
+TEST(line_ends_may_be_those_of_any_system)
 {
-    (void)state;
     const char text[] = HEADER VERTICES "3 0 1 2\n3 0 2 3\n";
     char windows[2 * sizeof text], *to = windows;
     for (const char *from = text; *from != '\0'; from++) {
@@ -55,9 +69,8 @@ static void line_ends_may_be_those_of_any_system(void **state)
 }
 
 // Binary data with types of every size, in both byte orders.
-static void binary_data_are_read_by_their_types(void **state)
+TEST(binary_data_are_read_by_their_types)
 {
-    (void)state;
     static const char header[] = "element vertex 4\nproperty ushort x\nproperty char before\n"
                                  "property char y\nproperty uint z\n"
                                  "element face 2\nproperty list ushort short vertex_indices\n"
@@ -88,9 +101,8 @@ static void binary_data_are_read_by_their_types(void **state)
     }
 }
 
-static void negative_numbers_keep_their_sign_in_binary_data(void **state)
+TEST(negative_numbers_keep_their_sign_in_binary_data)
 {
-    (void)state;
     char bytes[512];
     int size =
         snprintf(bytes, sizeof bytes,
@@ -114,9 +126,8 @@ static void negative_numbers_keep_their_sign_in_binary_data(void **state)
     mesh_destroy(&mesh);
 }
 
-static void faults_name_line_or_element(void **state)
+TEST(faults_name_line_or_element)
 {
-    (void)state;
     static const char *const cases[][2] = {
         // headers
         {"ply\n", ":2: file ends inside its header"},
@@ -175,9 +186,8 @@ static void faults_name_line_or_element(void **state)
     }
 }
 
-static void headers_beyond_reason_are_refused(void **state)
+TEST(headers_beyond_reason_are_refused)
 {
-    (void)state;
     static char text[64 * 1024];
     TriMesh mesh;
     MeshImport import;
@@ -191,30 +201,4 @@ static void headers_beyond_reason_are_refused(void **state)
         size += snprintf(text + size, sizeof text - (size_t)size, "property float p%d\n", i);
     assert_string_equal(import_text(&scratch, text, &mesh, &import),
                         ":260: too many properties, at 'float'");
-}
-
-static int begin(void **state)
-{
-    (void)state;
-    return scratch_create(&scratch);
-}
-
-static int end(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(headers_may_be_written_in_every_usual_way),
-        cmocka_unit_test(line_ends_may_be_those_of_any_system),
-        cmocka_unit_test(binary_data_are_read_by_their_types),
-        cmocka_unit_test(negative_numbers_keep_their_sign_in_binary_data),
-        cmocka_unit_test(faults_name_line_or_element),
-        cmocka_unit_test(headers_beyond_reason_are_refused),
-    };
-    return cmocka_run_group_tests(tests, begin, end);
 }

@@ -1,7 +1,7 @@
 // Recordings: the layout as HDF5's own functions see it, values that come back bit for bit, a
 // sidecar that points at the right rows, and what is left when the writer is killed or the disk is
 // full.
-#include "expect.h"
+#include "test.h"
 #include "io/recording.h"
 #include "scratch.h"
 
@@ -196,9 +196,23 @@ static herr_t visit(hid_t root, const char *name, const H5O_info_t *info, void *
     return 0;
 }
 
-static void the_layout_is_as_documented(void **unused)
+static int begin(void **unused)
 {
     (void)unused;
+    return scratch_create(&scratch);
+}
+
+static int end(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(begin, end)
+
+TEST(the_layout_is_as_documented)
+{
     Recording *recording = start("a.h5");
     add_frames(recording, 0, 5);
     finish(recording);
@@ -231,9 +245,8 @@ static void the_layout_is_as_documented(void **unused)
     H5Fclose(file);
 }
 
-static void frames_come_back_bit_for_bit(void **unused)
+TEST(frames_come_back_bit_for_bit)
 {
-    (void)unused;
     int in_sidecar;
     Recording *recording = start("b.h5");
     add_frames(recording, 0, 40);
@@ -244,9 +257,8 @@ static void frames_come_back_bit_for_bit(void **unused)
     assert_int_equal(in_sidecar, 2 * 77);
 }
 
-static void a_new_topology_has_rows_of_its_own(void **unused)
+TEST(a_new_topology_has_rows_of_its_own)
 {
-    (void)unused;
     char path[SCRATCH_PATH];
     Recording *recording = start("c.h5");
     const RecordingTopology grown = topology_of(TETRA, 1);
@@ -275,9 +287,8 @@ static void a_new_topology_has_rows_of_its_own(void **unused)
     H5Fclose(file);
 }
 
-static void tools_and_events_are_stored(void **unused)
+TEST(tools_and_events_are_stored)
 {
-    (void)unused;
     Recording *recording = start("d.h5");
     const RecordingTool sample = {{1.0, 2.0, 3.0}, {0.5, 0.5, -0.5, 0.5}, {0.25, 0.0, -4.0}};
     const RecordingEvent event = {1.5, 1500, "tetra", "cut", "a text"};
@@ -320,9 +331,8 @@ static void tools_and_events_are_stored(void **unused)
 
 // --- the sidecar ---------------------------------------------------------------------------------
 
-static void a_file_with_an_odd_name_is_found_by_its_sidecar(void **unused)
+TEST(a_file_with_an_odd_name_is_found_by_its_sidecar)
 {
-    (void)unused;
     int in_sidecar;
     Recording *recording = start("a & \"b\" <c>.h5");
     add_frames(recording, 0, 2);
@@ -330,9 +340,8 @@ static void a_file_with_an_odd_name_is_found_by_its_sidecar(void **unused)
     assert_int_equal(check_recording("a & \"b\" <c>.h5", false, &in_sidecar), 2);
 }
 
-static void the_sidecar_lags_by_a_sixteenth_at_most(void **unused)
+TEST(the_sidecar_lags_by_a_sixteenth_at_most)
 {
-    (void)unused;
     char path[SCRATCH_PATH];
     Recording *recording = start("lag.h5");
     int frames = 0, written = 0;
@@ -397,9 +406,8 @@ static void write_and_be_killed(int pipe)
     kill(getpid(), SIGKILL);
 }
 
-static void what_was_flushed_survives_a_kill(void **unused)
+TEST(what_was_flushed_survives_a_kill)
 {
-    (void)unused;
     int from, in_sidecar;
     pid_t pid = fork_writer(write_and_be_killed, &from);
     assert_int_equal(hear(from), 30);
@@ -424,9 +432,8 @@ static void write_without_end(int pipe)
     }
 }
 
-static void a_kill_at_any_moment_leaves_a_readable_file(void **unused)
+TEST(a_kill_at_any_moment_leaves_a_readable_file)
 {
-    (void)unused;
     uint64_t random = 4711;
     for (int round = 0; round < 12; round++) {
         char path[SCRATCH_PATH];
@@ -464,9 +471,8 @@ static void write_step_by_step(int pipe)
         pause();
 }
 
-static void a_reader_follows_the_file_while_it_grows(void **unused)
+TEST(a_reader_follows_the_file_while_it_grows)
 {
-    (void)unused;
     int from, in_sidecar, frames = 0;
     pid_t pid = fork_writer(write_step_by_step, &from);
     for (int i = 0; i < 4; i++) {
@@ -492,9 +498,8 @@ static void expect_refusal(const char *name, const char *why)
     assert_null(strchr(status.text, '\n'));
 }
 
-static void a_file_that_exists_is_kept(void **unused)
+TEST(a_file_that_exists_is_kept)
 {
-    (void)unused;
     char path[SCRATCH_PATH];
     scratch_write(&scratch, "kept.h5", "precious", 8);
     expect_refusal("kept.h5", "exists already");
@@ -510,9 +515,8 @@ static void a_file_that_exists_is_kept(void **unused)
     assert_int_equal(check_recording("empty.h5", false, &in_sidecar), 1);
 }
 
-static void what_cannot_be_written_is_refused_at_the_start(void **unused)
+TEST(what_cannot_be_written_is_refused_at_the_start)
 {
-    (void)unused;
     char path[SCRATCH_PATH];
     expect_refusal("no/folder.h5", strerror(ENOENT));
     scratch_write(&scratch, "file", "x", 1);
@@ -538,9 +542,8 @@ static struct rlimit limit_files(rlim_t bytes)
     return before;
 }
 
-static void a_full_disk_leaves_a_whole_file(void **unused)
+TEST(a_full_disk_leaves_a_whole_file)
 {
-    (void)unused;
     Recording *recording = start("full.h5");
     const rlim_t limit = 2000000; // 500 frames of 3.6 kB
     struct rlimit before = limit_files(limit);
@@ -589,9 +592,8 @@ static void write_beyond_what_hdf5_survives(int pipe)
     exit(0); // HDF5's own end must not touch the file, nor crash
 }
 
-static void a_failure_inside_hdf5_leaves_what_was_flushed(void **unused)
+TEST(a_failure_inside_hdf5_leaves_what_was_flushed)
 {
-    (void)unused;
     int from, in_sidecar, status;
     pid_t pid = fork_writer(write_beyond_what_hdf5_survives, &from);
     assert_int_equal(waitpid(pid, &status, 0), pid);
@@ -605,9 +607,8 @@ static void a_failure_inside_hdf5_leaves_what_was_flushed(void **unused)
     assert_int_equal(in_sidecar, 40);
 }
 
-static void space_taken_in_advance_is_given_back(void **unused)
+TEST(space_taken_in_advance_is_given_back)
 {
-    (void)unused;
     char path[SCRATCH_PATH];
     Recording *recording = start("space.h5");
     add_frames(recording, 0, 3);
@@ -616,40 +617,6 @@ static void space_taken_in_advance_is_given_back(void **unused)
     assert_int_equal(stat(scratch_path(&scratch, "space.h5", path), &facts), 0);
     // Whole blocks of the file system: at most 64 kB beyond the end.
     expect_at_most((double)facts.st_blocks * 512.0, (double)facts.st_size + 65536.0);
-}
-
-static int begin(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_layout_is_as_documented),
-        cmocka_unit_test(frames_come_back_bit_for_bit),
-        cmocka_unit_test(a_new_topology_has_rows_of_its_own),
-        cmocka_unit_test(tools_and_events_are_stored),
-        cmocka_unit_test(a_file_with_an_odd_name_is_found_by_its_sidecar),
-        cmocka_unit_test(the_sidecar_lags_by_a_sixteenth_at_most),
-        cmocka_unit_test(what_was_flushed_survives_a_kill),
-        cmocka_unit_test(a_kill_at_any_moment_leaves_a_readable_file),
-        cmocka_unit_test(a_reader_follows_the_file_while_it_grows),
-        cmocka_unit_test(a_file_that_exists_is_kept),
-        cmocka_unit_test(what_cannot_be_written_is_refused_at_the_start),
-        cmocka_unit_test(a_full_disk_leaves_a_whole_file),
-        cmocka_unit_test(a_failure_inside_hdf5_leaves_what_was_flushed),
-        cmocka_unit_test(space_taken_in_advance_is_given_back),
-    };
-    return cmocka_run_group_tests(tests, begin, end);
 }
 
 #else

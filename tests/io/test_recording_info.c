@@ -1,5 +1,5 @@
 // What is said of a recording: of a whole one, of one that still grows, and of files that lie.
-#include "expect.h"
+#include "test.h"
 #include "io/recording.h"
 #include "scratch.h"
 
@@ -90,9 +90,24 @@ static void expect_content(const RecordingInfo *info)
     assert_int_equal(info->kind[0].events, (FRAMES + 2) / 3);
 }
 
-static void what_is_in_a_recording_is_said(void **state)
+static int setup(void **state)
 {
     (void)state;
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    return scratch_create(&scratch);
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(setup, teardown)
+
+TEST(what_is_in_a_recording_is_said)
+{
     char path[SCRATCH_PATH];
     static RecordingInfo info;
     Status status = {0};
@@ -107,9 +122,8 @@ static void what_is_in_a_recording_is_said(void **state)
     assert_int_equal(counts->refused, 4);
 }
 
-static void one_that_still_grows_is_read_and_not_called_ended(void **state)
+TEST(one_that_still_grows_is_read_and_not_called_ended)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     static RecordingInfo info;
     Status status = {0};
@@ -141,9 +155,8 @@ static hid_t open_to_change(const char *path)
     return file;
 }
 
-static void what_is_missing_or_of_another_shape_is_named(void **state)
+TEST(what_is_missing_or_of_another_shape_is_named)
 {
-    (void)state;
     static const char *const sets[] = {"/bodies/tetra/frames/time",
                                        "/bodies/tetra/frames/first",
                                        "/bodies/tetra/position",
@@ -171,9 +184,8 @@ static void what_is_missing_or_of_another_shape_is_named(void **state)
 }
 
 // Indices that point anywhere make no frame.
-static void frames_whose_rows_are_not_there_do_not_count(void **state)
+TEST(frames_whose_rows_are_not_there_do_not_count)
 {
-    (void)state;
     static const struct {
         const char *set;
         int64_t value;
@@ -209,9 +221,8 @@ static void frames_whose_rows_are_not_there_do_not_count(void **state)
     }
 }
 
-static void what_is_no_recording_is_refused(void **state)
+TEST(what_is_no_recording_is_refused)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     expect_refusal(scratch_path(&scratch, "nowhere.h5", path), "nowhere.h5");
     FILE *file = fopen(scratch_path(&scratch, "text.h5", path), "w");
@@ -224,32 +235,6 @@ static void what_is_no_recording_is_refused(void **state)
     make("short.h5", path);
     assert_int_equal(truncate(path, 3000), 0);
     expect_refusal(path, "short.h5");
-}
-
-static int setup(void **state)
-{
-    (void)state;
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return scratch_create(&scratch);
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_in_a_recording_is_said),
-        cmocka_unit_test(one_that_still_grows_is_read_and_not_called_ended),
-        cmocka_unit_test(what_is_missing_or_of_another_shape_is_named),
-        cmocka_unit_test(frames_whose_rows_are_not_there_do_not_count),
-        cmocka_unit_test(what_is_no_recording_is_refused),
-    };
-    return cmocka_run_group_tests(tests, setup, teardown);
 }
 
 #else

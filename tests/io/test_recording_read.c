@@ -1,5 +1,5 @@
 // Recordings are read at any time, bit for bit, and files that lie are refused.
-#include "expect.h"
+#include "test.h"
 #include "scratch.h"
 
 #ifdef PLIANT_WITH_HDF5
@@ -103,9 +103,24 @@ static RecordingReader *open_reader(const char *path)
     return reader;
 }
 
-static void a_frame_is_found_by_its_time_and_has_the_recorded_bits(void **state)
+static int setup(void **state)
 {
     (void)state;
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    return scratch_create(&scratch);
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(setup, teardown)
+
+TEST(a_frame_is_found_by_its_time_and_has_the_recorded_bits)
+{
     char path[SCRATCH_PATH];
     RecordingReader *reader = open_reader(make("bits.h5", path));
     assert_int_equal(recording_reader_frames(reader, 0), FRAMES);
@@ -132,9 +147,8 @@ static void a_frame_is_found_by_its_time_and_has_the_recorded_bits(void **state)
     recording_reader_close(reader);
 }
 
-static void a_frame_has_the_mesh_of_its_topology(void **state)
+TEST(a_frame_has_the_mesh_of_its_topology)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     RecordingReader *reader = open_reader(make("mesh.h5", path));
     int nodes, triangles, id[NODES], triangle[2][3];
@@ -163,9 +177,8 @@ static void a_frame_has_the_mesh_of_its_topology(void **state)
     recording_reader_close(reader);
 }
 
-static void tools_events_and_the_scene_are_read(void **state)
+TEST(tools_events_and_the_scene_are_read)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     Status status = {0};
     RecordingReader *reader = open_reader(make("rest.h5", path));
@@ -192,9 +205,8 @@ static void tools_events_and_the_scene_are_read(void **state)
 }
 
 // pliant-record knows no scene and writes the description in its place; older files have none.
-static void a_description_in_place_of_the_scene_is_one(void **state)
+TEST(a_description_in_place_of_the_scene_is_one)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     RecordingReader *reader = open_reader(make_with("heard.h5", NULL, DESCRIBED, path));
     assert_string_equal(recording_reader_describe(reader), DESCRIBED);
@@ -228,9 +240,8 @@ static void set_first(const char *path, const char *name, hid_t type, int column
     H5Fclose(file);
 }
 
-static void a_position_that_is_no_number_and_a_corner_that_is_no_node_are_refused(void **state)
+TEST(a_position_that_is_no_number_and_a_corner_that_is_no_node_are_refused)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     Status status = {0};
     float position[3 * NODES];
@@ -252,9 +263,8 @@ static void a_position_that_is_no_number_and_a_corner_that_is_no_node_are_refuse
     recording_reader_close(reader);
 }
 
-static void a_frame_that_goes_back_in_time_is_not_found(void **state)
+TEST(a_frame_that_goes_back_in_time_is_not_found)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     const double late = 2.05;
     make("back.h5", path);
@@ -266,53 +276,22 @@ static void a_frame_that_goes_back_in_time_is_not_found(void **state)
     recording_reader_close(reader);
 }
 
-static void several_readers_are_closed_in_any_order(void **state)
+TEST(several_readers_are_closed_in_any_order)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     RecordingReader *first = open_reader(make("two.h5", path)), *second = open_reader(path);
     recording_reader_close(first);
     recording_reader_close(second);
 }
 
-static void what_is_no_recording_is_refused(void **state)
+TEST(what_is_no_recording_is_refused)
 {
-    (void)state;
     char path[SCRATCH_PATH];
     Status status = {0};
     scratch_path(&scratch, "text.h5", path);
     file_write(path, "no HDF5", 7);
     assert_null(recording_reader_open(path, &status));
     assert_non_null(strstr(status.text, "not an HDF5 file"));
-}
-
-static int setup(void **state)
-{
-    (void)state;
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return scratch_create(&scratch);
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_frame_is_found_by_its_time_and_has_the_recorded_bits),
-        cmocka_unit_test(a_frame_has_the_mesh_of_its_topology),
-        cmocka_unit_test(tools_events_and_the_scene_are_read),
-        cmocka_unit_test(a_description_in_place_of_the_scene_is_one),
-        cmocka_unit_test(a_position_that_is_no_number_and_a_corner_that_is_no_node_are_refused),
-        cmocka_unit_test(a_frame_that_goes_back_in_time_is_not_found),
-        cmocka_unit_test(several_readers_are_closed_in_any_order),
-        cmocka_unit_test(what_is_no_recording_is_refused),
-    };
-    return cmocka_run_group_tests(tests, setup, teardown);
 }
 
 #else

@@ -1,4 +1,5 @@
 // What is no volume, and what once was one.
+#include "test.h"
 #include "effort.h"
 #include "random.h"
 #include "volume_bench.h"
@@ -9,9 +10,10 @@
 
 // --- anything ---
 
-static void what_is_no_volume_is_refused(void **state)
+AROUND_ALL(make_folder, remove_folder)
+
+TEST(what_is_no_volume_is_refused)
 {
-    (void)state;
     char name[SCRATCH_PATH];
     static const char *const neither = ": is neither an NRRD nor a NIfTI-1 file (of a pair .hdr "
                                        "and .img, name the .hdr)";
@@ -90,9 +92,8 @@ static void try_file(const unsigned char *data, size_t size, int *read, int *ref
     close(file);
 }
 
-static void damaged_files_are_read_or_refused_but_never_harm(void **state)
+TEST(damaged_files_are_read_or_refused_but_never_harm)
 {
-    (void)state;
     static const char *const encodings[] = {"raw", "gzip", "ascii", "hex"};
     Bytes *base = malloc(sizeof *base), *inner = malloc(sizeof *inner);
     uint64_t seed = 17;
@@ -133,12 +134,7 @@ static void damaged_files_are_read_or_refused_but_never_harm(void **state)
     free(inner);
 }
 
-int main(void)
+TEST(nothing_was_printed)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_no_volume_is_refused),
-        cmocka_unit_test(damaged_files_are_read_or_refused_but_never_harm),
-        cmocka_unit_test(nothing_was_printed),
-    };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    expect_nothing_printed();
 }

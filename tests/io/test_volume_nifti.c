@@ -1,4 +1,5 @@
 // Label volumes in NIfTI-1: types, pairs, transforms, units, defects.
+#include "test.h"
 #include "volume_bench.h"
 
 // --- NIfTI-1 ---
@@ -22,9 +23,10 @@ static void expect_plain(const LabelVolume *volume)
     expect_vec3(volume->origin, -10e-3, -20e-3, 30e-3, 1e-17);
 }
 
-static void nifti_of_every_type_and_order_packed_or_not_reads_the_same(void **state)
+AROUND_ALL(make_folder, remove_folder)
+
+TEST(nifti_of_every_type_and_order_packed_or_not_reads_the_same)
 {
-    (void)state;
     NiftiFields fields = plain_nifti();
     for (int t = 0; t < TYPE_COUNT; t++)
         for (int big = 0; big < 2; big++)
@@ -37,9 +39,8 @@ static void nifti_of_every_type_and_order_packed_or_not_reads_the_same(void **st
             }
 }
 
-static void nifti_pairs_are_read_by_their_header(void **state)
+TEST(nifti_pairs_are_read_by_their_header)
 {
-    (void)state;
     NiftiFields fields = plain_nifti();
     fields.magic = "ni1";
     char name[SCRATCH_PATH];
@@ -80,9 +81,8 @@ static void nifti_pairs_are_read_by_their_header(void **state)
                  "its voxels is not known");
 }
 
-static void nifti_sform_goes_before_qform(void **state)
+TEST(nifti_sform_goes_before_qform)
 {
-    (void)state;
     LabelVolume volume;
     NiftiFields fields = plain_nifti();
     fields.qform = 1;
@@ -93,9 +93,8 @@ static void nifti_sform_goes_before_qform(void **state)
     volume_destroy(&volume);
 }
 
-static void nifti_qform_turns_and_mirrors(void **state)
+TEST(nifti_qform_turns_and_mirrors)
 {
-    (void)state;
     for (int mirrored = 0; mirrored < 2; mirrored++) {
         LabelVolume volume;
         NiftiFields fields = plain_nifti();
@@ -118,9 +117,8 @@ static void nifti_qform_turns_and_mirrors(void **state)
     }
 }
 
-static void nifti_without_transform_has_the_axes_of_the_world(void **state)
+TEST(nifti_without_transform_has_the_axes_of_the_world)
 {
-    (void)state;
     LabelVolume volume;
     NiftiFields fields = plain_nifti();
     fields.sform = 0;
@@ -132,9 +130,8 @@ static void nifti_without_transform_has_the_axes_of_the_world(void **state)
     volume_destroy(&volume);
 }
 
-static void nifti_units_are_honoured(void **state)
+TEST(nifti_units_are_honoured)
 {
-    (void)state;
     static const struct {
         int code;
         double metres;
@@ -151,9 +148,8 @@ static void nifti_units_are_honoured(void **state)
     }
 }
 
-static void nifti_may_have_more_dimensions_of_one(void **state)
+TEST(nifti_may_have_more_dimensions_of_one)
 {
-    (void)state;
     for (int dims = 4; dims <= 7; dims++) {
         LabelVolume volume;
         NiftiFields fields = plain_nifti();
@@ -169,9 +165,8 @@ static void nifti_may_have_more_dimensions_of_one(void **state)
     volume_destroy(&volume);
 }
 
-static void nifti_scales_that_give_whole_numbers_are_applied(void **state)
+TEST(nifti_scales_that_give_whole_numbers_are_applied)
 {
-    (void)state;
     static const struct {
         float slope, inter;
     } scales[] = {{0.0f, 5.0f}, {1.0f, 0.0f}, {2.0f, 0.0f}, {1.0f, -3.0f}, {-3.0f, 7.0f}};
@@ -195,9 +190,8 @@ static void nifti_scales_that_give_whole_numbers_are_applied(void **state)
                  "2147483647");
 }
 
-static void nifti_defects_are_told_in_a_sentence(void **state)
+TEST(nifti_defects_are_told_in_a_sentence)
 {
-    (void)state;
     NiftiFields f;
 #define REFUSED(change, error)                                                                     \
     f = plain_nifti();                                                                             \
@@ -265,19 +259,7 @@ static void nifti_defects_are_told_in_a_sentence(void **state)
     expect_error(": is a NIfTI-2 file; NIfTI-1 is read");
 }
 
-int main(void)
+TEST(nothing_was_printed)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nifti_of_every_type_and_order_packed_or_not_reads_the_same),
-        cmocka_unit_test(nifti_pairs_are_read_by_their_header),
-        cmocka_unit_test(nifti_sform_goes_before_qform),
-        cmocka_unit_test(nifti_qform_turns_and_mirrors),
-        cmocka_unit_test(nifti_without_transform_has_the_axes_of_the_world),
-        cmocka_unit_test(nifti_units_are_honoured),
-        cmocka_unit_test(nifti_may_have_more_dimensions_of_one),
-        cmocka_unit_test(nifti_scales_that_give_whole_numbers_are_applied),
-        cmocka_unit_test(nifti_defects_are_told_in_a_sentence),
-        cmocka_unit_test(nothing_was_printed),
-    };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    expect_nothing_printed();
 }

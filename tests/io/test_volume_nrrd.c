@@ -1,4 +1,5 @@
 // Label volumes in NRRD: types, encodings, frames, headers of all sorts, files beside, defects.
+#include "test.h"
 #include "volume_bench.h"
 
 #include <sys/stat.h>
@@ -7,9 +8,10 @@
 
 // --- NRRD ---
 
-static void nrrd_of_every_type_order_and_encoding_reads_the_same(void **state)
+AROUND_ALL(make_folder, remove_folder)
+
+TEST(nrrd_of_every_type_order_and_encoding_reads_the_same)
 {
-    (void)state;
     static const char *const encodings[] = {"raw", "gzip", "ascii", "hex", "gz"};
     Bytes *bytes = malloc(sizeof *bytes);
     for (int t = 0; t < TYPE_COUNT; t++)
@@ -27,9 +29,8 @@ static void nrrd_of_every_type_order_and_encoding_reads_the_same(void **state)
     free(bytes);
 }
 
-static void negative_and_large_labels_keep_their_value(void **state)
+TEST(negative_and_large_labels_keep_their_value)
 {
-    (void)state;
     static const double labels[] = {-128, 127, -32768, 65535, 2147483647, -2147483647};
     static const int types[] = {0, 0, 2, 3, 5, 9};
     Bytes *bytes = malloc(sizeof *bytes);
@@ -49,9 +50,8 @@ static void negative_and_large_labels_keep_their_value(void **state)
     free(bytes);
 }
 
-static void nrrd_spaces_become_lps_in_metres(void **state)
+TEST(nrrd_spaces_become_lps_in_metres)
 {
-    (void)state;
     static const struct {
         const char *space;
         double x, y;
@@ -82,9 +82,8 @@ static void nrrd_spaces_become_lps_in_metres(void **state)
     }
 }
 
-static void nrrd_units_are_honoured(void **state)
+TEST(nrrd_units_are_honoured)
 {
-    (void)state;
     static const struct {
         const char *unit;
         double metres;
@@ -115,9 +114,8 @@ static void nrrd_units_are_honoured(void **state)
     }
 }
 
-static void nrrd_without_directions_has_the_axes_of_the_world(void **state)
+TEST(nrrd_without_directions_has_the_axes_of_the_world)
 {
-    (void)state;
     LabelVolume volume;
     write_nrrd(PLAIN "spacings: 0.5 2 -3\nkinds: space space space\ncenters: cell cell cell\n");
     import(&volume);
@@ -129,9 +127,8 @@ static void nrrd_without_directions_has_the_axes_of_the_world(void **state)
     volume_destroy(&volume);
 }
 
-static void nrrd_axes_of_one_value_are_left_out(void **state)
+TEST(nrrd_axes_of_one_value_are_left_out)
 {
-    (void)state;
     static const char *const headers[] = {
         "type: uchar\ndimension: 4\nsizes: 1 4 3 2\nencoding: raw\nspace: LPS\n"
         "space directions: none (1,0,0) (0,1,0) (0,0,1)\nkinds: vector domain domain domain\n",
@@ -151,9 +148,8 @@ static void nrrd_axes_of_one_value_are_left_out(void **state)
     }
 }
 
-static void nrrd_headers_may_be_written_in_many_ways(void **state)
+TEST(nrrd_headers_may_be_written_in_many_ways)
 {
-    (void)state;
     static const char *const headers[] = {
         "# comment\r\nencoding: RAW\r\nsizes: 4 3 2\r\nDimension: 3\r\nspacings: 1 1 1\r\n"
         "type: unsigned char\r\n\r",
@@ -181,9 +177,8 @@ static void write_header(const char *text)
     free(bytes);
 }
 
-static void nrrd_voxels_may_lie_in_a_file_beside(void **state)
+TEST(nrrd_voxels_may_lie_in_a_file_beside)
 {
-    (void)state;
     static const char *const headers[] = {
         "encoding: raw\ndata file: plain.raw\n",
         "encoding: raw\ndatafile: ./plain.raw\n\n",
@@ -220,9 +215,8 @@ static void nrrd_voxels_may_lie_in_a_file_beside(void **state)
     }
 }
 
-static void files_beside_that_are_none_are_refused(void **state)
+TEST(files_beside_that_are_none_are_refused)
 {
-    (void)state;
     LabelVolume volume;
     Status status = {0};
     char expected[2 * SCRATCH_PATH];
@@ -257,9 +251,8 @@ static void files_beside_that_are_none_are_refused(void **state)
     expect_error(": ends within its NRRD header, or has no voxels behind it");
 }
 
-static void nrrd_defects_are_told_in_a_sentence(void **state)
+TEST(nrrd_defects_are_told_in_a_sentence)
 {
-    (void)state;
     static const struct {
         const char *header, *error;
     } bad[] = {
@@ -362,9 +355,8 @@ static void nrrd_defects_are_told_in_a_sentence(void **state)
     }
 }
 
-static void voxels_that_are_no_labels_are_refused(void **state)
+TEST(voxels_that_are_no_labels_are_refused)
 {
-    (void)state;
     static const struct {
         const char *type, *encoding, *data, *error;
     } bad[] = {
@@ -408,21 +400,7 @@ static void voxels_that_are_no_labels_are_refused(void **state)
                  "not a number");
 }
 
-int main(void)
+TEST(nothing_was_printed)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nrrd_of_every_type_order_and_encoding_reads_the_same),
-        cmocka_unit_test(negative_and_large_labels_keep_their_value),
-        cmocka_unit_test(nrrd_spaces_become_lps_in_metres),
-        cmocka_unit_test(nrrd_units_are_honoured),
-        cmocka_unit_test(nrrd_without_directions_has_the_axes_of_the_world),
-        cmocka_unit_test(nrrd_axes_of_one_value_are_left_out),
-        cmocka_unit_test(nrrd_headers_may_be_written_in_many_ways),
-        cmocka_unit_test(nrrd_voxels_may_lie_in_a_file_beside),
-        cmocka_unit_test(files_beside_that_are_none_are_refused),
-        cmocka_unit_test(nrrd_defects_are_told_in_a_sentence),
-        cmocka_unit_test(voxels_that_are_no_labels_are_refused),
-        cmocka_unit_test(nothing_was_printed),
-    };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    expect_nothing_printed();
 }

@@ -1,7 +1,7 @@
 // The haptic loop of libpliant-client against tissue at the other end of a network that delays and
 // loses messages: the work that a hand gets back. A loop that holds the last force is the
 // comparison: it must be active, or the test would show nothing.
-#include "expect.h"
+#include "test.h"
 
 #include "pliant/client.h"
 
@@ -241,9 +241,8 @@ static const double LOSSES[] = {0.0, 0.01, 0.1};
 
 // Late by T a spring is a spring with a damper -k sin(wT)/w: over a cycle of amplitude a the hand
 // gets pi k sin(wT) a^2, less while it is outside.
-static void held_force_is_active_when_it_is_late(void **state)
+TEST(held_force_is_active_when_it_is_late)
 {
-    (void)state;
     for (int d = 1; d < 4; d++) {
         const Run run = press(HOLD, &SPRING, DELAYS[d], 0.01);
         print_message("held, %2.0f ms: %+.1f %% of the work put in\n", 1e3 * DELAYS[d],
@@ -257,9 +256,8 @@ static void held_force_is_active_when_it_is_late(void **state)
     expect_at_least(run.given, 0.01);
 }
 
-static void guarded_loop_never_gives_more_than_it_got(void **state)
+TEST(guarded_loop_never_gives_more_than_it_got)
 {
-    (void)state;
     static const struct {
         const char *name;
         Tissue tissue;
@@ -302,9 +300,8 @@ static void guarded_loop_never_gives_more_than_it_got(void **state)
 // Encoders whose steps most calls do not see, velocities that are not known or said to be 0, and
 // periods that vary or are left out: the bound holds, and with even periods next to nothing is
 // given. Where all are 60 ms, nothing foresees the hand: only the credit is in its way.
-static void guard_holds_with_encoders_and_uneven_calls(void **state)
+TEST(guard_holds_with_encoders_and_uneven_calls)
 {
-    (void)state;
     static const char *const TOLD[] = {"told", "found", "said to be 0"};
     static const Device DEVICES[] = {{.step = 0.0},
                                      {.step = 55e-6},
@@ -363,9 +360,8 @@ static double leave(const double way[3], const PliantContact *contact, const dou
     return given;
 }
 
-static void hand_gets_nothing_from_a_late_force_by_leaving_it(void **state)
+TEST(hand_gets_nothing_from_a_late_force_by_leaving_it)
 {
-    (void)state;
     const PliantContact up = {.contact = true,
                               .received = 1.0,
                               .valid = 100.0,
@@ -386,9 +382,8 @@ static void hand_gets_nothing_from_a_late_force_by_leaving_it(void **state)
 
 // A filter in the device lets the velocity of a hand that rests fade away below what its square can
 // be: the force stays one of the device's.
-static void force_stays_finite_while_a_velocity_fades(void **state)
+TEST(force_stays_finite_while_a_velocity_fades)
 {
-    (void)state;
     PliantHaptic *haptic = pliant_haptic_create(3.0, true);
     const PliantContact contact = {.contact = true,
                                    .received = 1.0,
@@ -410,9 +405,8 @@ static void force_stays_finite_while_a_velocity_fades(void **state)
 }
 
 // What the guard drops of a slanted force must not leave one into the body.
-static void guarded_force_never_points_into_the_body(void **state)
+TEST(guarded_force_never_points_into_the_body)
 {
-    (void)state;
     PliantHaptic *haptic = pliant_haptic_create(MOST, true);
     const PliantContact contact = {.contact = true,
                                    .received = 1.0,
@@ -428,9 +422,8 @@ static void guarded_force_never_points_into_the_body(void **state)
     pliant_haptic_destroy(haptic);
 }
 
-static void hand_is_calm_on_the_guarded_loop(void **state)
+TEST(hand_is_calm_on_the_guarded_loop)
 {
-    (void)state;
     for (int d = 0; d < 4; d++) {
         for (int l = 0; l < 3; l++) {
             const Run run = hold(GUARDED, &SPRING, DELAYS[d], LOSSES[l]);
@@ -446,9 +439,8 @@ static void hand_is_calm_on_the_guarded_loop(void **state)
 
 // Without delay the guard changes nothing that a hand could feel: the force is that of the plane,
 // but for what the device's own ticks would give (1.3 % of the work), at the end of the way out.
-static void guard_is_not_felt_where_nothing_is_late(void **state)
+TEST(guard_is_not_felt_where_nothing_is_late)
 {
-    (void)state;
     static Run a, b;
     a = press(PLANE, &SPRING, 0.0, 0.0);
     b = press(GUARDED, &SPRING, 0.0, 0.0);
@@ -457,9 +449,8 @@ static void guard_is_not_felt_where_nothing_is_late(void **state)
     expect_at_least(b.given / b.put_in, -0.02);
 }
 
-static void guard_gives_the_work_of_a_moving_body_to_nobody(void **state)
+TEST(guard_gives_the_work_of_a_moving_body_to_nobody)
 {
-    (void)state;
     static Run run;
     Tissue heart = SPRING;
     run_begin(&run, GUARDED, &heart, 0.005, 0.0);
@@ -478,9 +469,8 @@ static void guard_gives_the_work_of_a_moving_body_to_nobody(void **state)
 // Any contacts at all, with stiffness, force and damping at random, and a hand on a curve in space,
 // or one that turns at every tick, whose velocity the loop is told, or must find out: the bound
 // holds at every tick.
-static void bound_holds_in_space_for_contacts_at_random(void **state)
+TEST(bound_holds_in_space_for_contacts_at_random)
 {
-    (void)state;
     uint64_t random = 7;
     for (int n = 0; n < 4; n++) {
         const bool told = n % 2, curve = n < 2;
@@ -532,9 +522,8 @@ static void bound_holds_in_space_for_contacts_at_random(void **state)
     }
 }
 
-static void force_ends_with_its_validity_and_at_the_limit(void **state)
+TEST(force_ends_with_its_validity_and_at_the_limit)
 {
-    (void)state;
     PliantHaptic *haptic = pliant_haptic_create(3.0, false);
     PliantContact contact = {.contact = true,
                              .received = 10.0,
@@ -576,9 +565,8 @@ static void force_ends_with_its_validity_and_at_the_limit(void **state)
 
 // The damping that a contact reports acts on the difference of the velocities alone: what was felt
 // at the contact is in its force.
-static void damping_acts_on_the_change_of_velocity(void **state)
+TEST(damping_acts_on_the_change_of_velocity)
 {
-    (void)state;
     PliantHaptic *haptic = pliant_haptic_create(10.0, false);
     PliantContact contact = {.contact = true,
                              .received = 1.0,
@@ -599,9 +587,8 @@ static void damping_acts_on_the_change_of_velocity(void **state)
     pliant_haptic_destroy(haptic);
 }
 
-static void numbers_that_are_none_give_no_force(void **state)
+TEST(numbers_that_are_none_give_no_force)
 {
-    (void)state;
     const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e308};
     assert_null(pliant_haptic_create(0.0, true));
     assert_null(pliant_haptic_create((double)NAN, true));
@@ -626,24 +613,4 @@ static void numbers_that_are_none_give_no_force(void **state)
         }
         pliant_haptic_destroy(haptic);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(held_force_is_active_when_it_is_late),
-        cmocka_unit_test(guarded_loop_never_gives_more_than_it_got),
-        cmocka_unit_test(guard_holds_with_encoders_and_uneven_calls),
-        cmocka_unit_test(hand_gets_nothing_from_a_late_force_by_leaving_it),
-        cmocka_unit_test(force_stays_finite_while_a_velocity_fades),
-        cmocka_unit_test(guarded_force_never_points_into_the_body),
-        cmocka_unit_test(hand_is_calm_on_the_guarded_loop),
-        cmocka_unit_test(guard_is_not_felt_where_nothing_is_late),
-        cmocka_unit_test(guard_gives_the_work_of_a_moving_body_to_nobody),
-        cmocka_unit_test(bound_holds_in_space_for_contacts_at_random),
-        cmocka_unit_test(force_ends_with_its_validity_and_at_the_limit),
-        cmocka_unit_test(damping_acts_on_the_change_of_velocity),
-        cmocka_unit_test(numbers_that_are_none_give_no_force),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 // The plane body in a scene: what it keeps, what it refuses, and that it stays in its plane.
-#include "expect.h"
+#include "test.h"
 #include "plane_world.h"
 #include "random.h"
 
@@ -25,9 +25,8 @@ static void expect_in_plane(const PlaneWorld *world)
         world->body->ops->check(world->model)); // z and its velocity are 0, the frame upright
 }
 
-static void masses_add_up_and_balance(void **state)
+TEST(masses_add_up_and_balance)
 {
-    (void)state;
     for (int law = 0; law < 2; law++) {
         PlaneWorldOptions options = plane_world_disc(16);
         options.body.law = law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
@@ -49,9 +48,8 @@ static void masses_add_up_and_balance(void **state)
     }
 }
 
-static void free_sheet_keeps_its_momentum(void **state)
+TEST(free_sheet_keeps_its_momentum)
 {
-    (void)state;
     for (int law = 0; law < 2; law++)
         for (int precision = 0; precision < PRECISION_COUNT; precision++) {
             PlaneWorldOptions options = plane_world_disc(16);
@@ -79,9 +77,8 @@ static void free_sheet_keeps_its_momentum(void **state)
 }
 
 // A sheet that spins and flies: in its base frame it hardly moves.
-static void single_precision_follows_double_far_away(void **state)
+TEST(single_precision_follows_double_far_away)
 {
-    (void)state;
     PlaneWorld world[2];
     for (int k = 0; k < 2; k++) {
         PlaneWorldOptions options = plane_world_disc(12);
@@ -112,9 +109,8 @@ static void single_precision_follows_double_far_away(void **state)
     plane_world_destroy(&world[1]);
 }
 
-static void turned_sheet_moves_alike(void **state)
+TEST(turned_sheet_moves_alike)
 {
-    (void)state;
     PlaneWorld world[2];
     const Quat turn = quat_from_rotation(vec3(0.0, 0.0, 1.1));
     const Vec3 gravity = vec3(3.0, -4.0, 0.0);
@@ -171,9 +167,8 @@ static double energy_after(int levels, double ratio, double step, bool *reset)
 
 // dt0 = h sqrt(rho (1 - nu) / E): with nu = 0 all strains of a cell are alike, so that the pattern
 // of cells stretched and pressed by turns has the full frequency: 2 % more blows up.
-static void stability_bound_is_sharp(void **state)
+TEST(stability_bound_is_sharp)
 {
-    (void)state;
     bool reset;
     // So near the bound kinetic and elastic energy do not sum up to a constant: 1 / (1 - 0.98^2).
     expect_at_most(energy_after(0, 0.0, 0.98, &reset), 30.0);
@@ -185,9 +180,8 @@ static void stability_bound_is_sharp(void **state)
 }
 
 // Flat, mirrored and blown into a dot: with damping all come back.
-static void sheet_recovers_from_inversion(void **state)
+TEST(sheet_recovers_from_inversion)
 {
-    (void)state;
     for (int k = 0; k < 3; k++)
         for (int law = 0; law < 2; law++) {
             PlaneWorldOptions options = plane_world_disc(8);
@@ -249,9 +243,8 @@ static Vec3 press(PlaneWorld *world)
     return force;
 }
 
-static void tool_presses_the_sheet_by_its_section(void **state)
+TEST(tool_presses_the_sheet_by_its_section)
 {
-    (void)state;
     double single = 0.0;
     for (int precision = PRECISION_COUNT - 1; precision >= 0; precision--)
         for (int law = 0; law < 2; law++) {
@@ -285,9 +278,8 @@ static void tool_presses_the_sheet_by_its_section(void **state)
 }
 
 // The section that a ball has with z = 0 pushes: a smaller one the higher the ball, and none above.
-static void a_disc_meets_the_section_of_a_ball(void **state)
+TEST(a_disc_meets_the_section_of_a_ball)
 {
-    (void)state;
     static const FixedRegion below = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, -0.04, 1.0}};
     static const double heights[] = {0.0, 0.004, 0.02};
@@ -329,9 +321,8 @@ static void a_disc_meets_the_section_of_a_ball(void **state)
 
 // Tools of the same section push alike: a ball, a stick that ends at the strip's edges, one that
 // ends inside it and a long one.
-static void upright_stick_pushes_as_a_ball_of_its_section(void **state)
+TEST(upright_stick_pushes_as_a_ball_of_its_section)
 {
-    (void)state;
     static const double half[4] = {0.0, 0.001, 0.0005, 0.05};
     Vec3 force[4];
     for (int k = 0; k < 4; k++) {
@@ -345,9 +336,8 @@ static void upright_stick_pushes_as_a_ball_of_its_section(void **state)
         expect_near(force[k].y / force[0].y, 1.0, 0.04);
 }
 
-static void pressed_free_sheet_takes_what_the_tool_gives(void **state)
+TEST(pressed_free_sheet_takes_what_the_tool_gives)
 {
-    (void)state;
     PlaneWorldOptions options = plane_world_disc(12);
     options.tool_count = 1;
     options.tool[0] = (ToolOptions){.id = 1,
@@ -377,9 +367,8 @@ static void pressed_free_sheet_takes_what_the_tool_gives(void **state)
     plane_world_destroy(&world);
 }
 
-static void restored_run_matches_uninterrupted_run(void **state)
+TEST(restored_run_matches_uninterrupted_run)
 {
-    (void)state;
     PlaneWorld world[2];
     for (int k = 0; k < 2; k++) {
         make_pressed(&world[k], PLANE_AFFINE, PRECISION_SINGLE, 0.0);
@@ -409,9 +398,8 @@ static void restored_run_matches_uninterrupted_run(void **state)
     plane_world_destroy(&world[1]);
 }
 
-static void initial_state_goes_by_ascending_id(void **state)
+TEST(initial_state_goes_by_ascending_id)
 {
-    (void)state;
     PlaneWorldOptions options = plane_world_disc(8);
     options.body.lattice = &options.lattice;
     options.body.material = &options.material;
@@ -451,9 +439,8 @@ static void initial_state_goes_by_ascending_id(void **state)
     state_destroy(&list);
 }
 
-static void gravity_along_z_moves_nothing(void **state)
+TEST(gravity_along_z_moves_nothing)
 {
-    (void)state;
     PlaneWorldOptions options = plane_world_disc(8);
     options.body.body.gravity = vec3(0.0, 0.0, -9.81);
     PlaneWorld world;
@@ -471,9 +458,8 @@ static void gravity_along_z_moves_nothing(void **state)
     plane_world_destroy(&world);
 }
 
-static void what_is_no_plane_is_refused(void **state)
+TEST(what_is_no_plane_is_refused)
 {
-    (void)state;
     for (int k = 0; k < 5; k++) {
         PlaneWorldOptions options = plane_world_disc(8);
         const int nowhere = 0; // the corner of the disc's box
@@ -512,25 +498,4 @@ static void what_is_no_plane_is_refused(void **state)
         arena_destroy(&arena);
         state_destroy(&list);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(masses_add_up_and_balance),
-        cmocka_unit_test(free_sheet_keeps_its_momentum),
-        cmocka_unit_test(single_precision_follows_double_far_away),
-        cmocka_unit_test(turned_sheet_moves_alike),
-        cmocka_unit_test(stability_bound_is_sharp),
-        cmocka_unit_test(sheet_recovers_from_inversion),
-        cmocka_unit_test(tool_presses_the_sheet_by_its_section),
-        cmocka_unit_test(a_disc_meets_the_section_of_a_ball),
-        cmocka_unit_test(upright_stick_pushes_as_a_ball_of_its_section),
-        cmocka_unit_test(pressed_free_sheet_takes_what_the_tool_gives),
-        cmocka_unit_test(restored_run_matches_uninterrupted_run),
-        cmocka_unit_test(initial_state_goes_by_ascending_id),
-        cmocka_unit_test(gravity_along_z_moves_nothing),
-        cmocka_unit_test(what_is_no_plane_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

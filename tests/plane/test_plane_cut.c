@@ -1,6 +1,6 @@
 // Plane bodies that are cut: blades, the paper's threshold, quarters by its Fig. 7.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "plane_world.h"
 #include "random.h"
 #include "plane/cut.h"
@@ -117,9 +117,8 @@ static void expect_same_from_scratch(PlaneWorld *world)
     free(face);
 }
 
-static void an_uncut_cuttable_body_moves_as_another(void **state)
+TEST(an_uncut_cuttable_body_moves_as_another)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         PlaneWorldOptions one = plane_world_disc(12), two = cuttable_disc(12);
         one.body.body.precision = two.body.body.precision = (Precision)precision;
@@ -154,9 +153,8 @@ static void an_uncut_cuttable_body_moves_as_another(void **state)
     }
 }
 
-static void a_blade_through_the_disc_makes_two_pieces(void **state)
+TEST(a_blade_through_the_disc_makes_two_pieces)
 {
-    (void)state;
     for (int law = 0; law < 2; law++) {
         PlaneWorldOptions options = cuttable_disc(16);
         options.body.law = law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
@@ -189,9 +187,8 @@ static void a_blade_through_the_disc_makes_two_pieces(void **state)
     }
 }
 
-static void pieces_move_apart_and_keep_their_momentum(void **state)
+TEST(pieces_move_apart_and_keep_their_momentum)
 {
-    (void)state;
     PlaneWorldOptions options = cuttable_disc(16);
     PlaneWorld world;
     plane_world_create(&world, &options);
@@ -227,9 +224,8 @@ static void pieces_move_apart_and_keep_their_momentum(void **state)
     plane_world_destroy(&world);
 }
 
-static void random_cuts_of_a_moving_disc_keep_everything_sound(void **state)
+TEST(random_cuts_of_a_moving_disc_keep_everything_sound)
 {
-    (void)state;
     uint64_t seed = 77;
     for (int run = 0; run < EFFORT(30); run++) {
         PlaneWorldOptions options = cuttable_disc(8 + 4 * (run % 3));
@@ -276,9 +272,8 @@ static void blade_tick(PlaneWorld *world, int tool, double x, double y)
     expect_sound(world);
 }
 
-static void a_stroke_of_a_blade_severs_what_it_passes_through_and_no_more(void **state)
+TEST(a_stroke_of_a_blade_severs_what_it_passes_through_and_no_more)
 {
-    (void)state;
     for (int half = 0; half < 2; half++) {
         PlaneWorldOptions options = cuttable_disc(16);
         options.tool_count = 1;
@@ -303,9 +298,8 @@ static void a_stroke_of_a_blade_severs_what_it_passes_through_and_no_more(void *
     }
 }
 
-static void what_does_not_fit_is_refused_and_changes_nothing(void **state)
+TEST(what_does_not_fit_is_refused_and_changes_nothing)
 {
-    (void)state;
     PlaneWorldOptions options = cuttable_disc(16);
     options.body.body.node_capacity = 400;
     PlaneWorld world;
@@ -332,9 +326,8 @@ static void what_does_not_fit_is_refused_and_changes_nothing(void **state)
 
 // The paper's Figs. 7 (a) and 8: a quarter of a square of two cells becomes an element when one of
 // the three vertices that it shares with elements of one cell is released.
-static void a_released_vertex_carves_the_quarter_beside_it(void **state)
+TEST(a_released_vertex_carves_the_quarter_beside_it)
 {
-    (void)state;
     PlaneWorldOptions options = cuttable_disc(16);
     options.body.body.levels = 1;
     options.body.law = PLANE_MIYAZAKI2004;
@@ -367,9 +360,8 @@ static void a_released_vertex_carves_the_quarter_beside_it(void **state)
 }
 
 // Section 3.2: strong collisions separate, weak ones do not.
-static void a_strong_push_tears_and_a_weak_one_does_not(void **state)
+TEST(a_strong_push_tears_and_a_weak_one_does_not)
 {
-    (void)state;
     for (int strong = 0; strong < 2; strong++) {
         PlaneWorldOptions options = cuttable_disc(16);
         FixedRegion held = {.kind = FIXED_SPHERE, .center = {0.0, 0.032, 0.0}, .radius = 0.012};
@@ -404,9 +396,8 @@ static void a_strong_push_tears_and_a_weak_one_does_not(void **state)
     }
 }
 
-static void a_hostile_state_is_refused(void **state)
+TEST(a_hostile_state_is_refused)
 {
-    (void)state;
     PlaneWorldOptions options = cuttable_disc(12);
     PlaneWorld world;
     plane_world_create(&world, &options);
@@ -473,9 +464,8 @@ static int expect_nodes_of_faces(const PlaneWorld *world)
     return count;
 }
 
-static void only_nodes_of_the_outline_are_found_also_after_a_reset(void **state)
+TEST(only_nodes_of_the_outline_are_found_also_after_a_reset)
 {
-    (void)state;
     PlaneWorldOptions options = cuttable_disc(12);
     PlaneWorld world;
     plane_world_create(&world, &options);
@@ -488,21 +478,4 @@ static void only_nodes_of_the_outline_are_found_also_after_a_reset(void **state)
     sim_reset(world.sim);
     assert_int_equal(expect_nodes_of_faces(&world), before);
     plane_world_destroy(&world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_uncut_cuttable_body_moves_as_another),
-        cmocka_unit_test(a_blade_through_the_disc_makes_two_pieces),
-        cmocka_unit_test(pieces_move_apart_and_keep_their_momentum),
-        cmocka_unit_test(random_cuts_of_a_moving_disc_keep_everything_sound),
-        cmocka_unit_test(a_stroke_of_a_blade_severs_what_it_passes_through_and_no_more),
-        cmocka_unit_test(what_does_not_fit_is_refused_and_changes_nothing),
-        cmocka_unit_test(a_released_vertex_carves_the_quarter_beside_it),
-        cmocka_unit_test(a_strong_push_tears_and_a_weak_one_does_not),
-        cmocka_unit_test(a_hostile_state_is_refused),
-        cmocka_unit_test(only_nodes_of_the_outline_are_found_also_after_a_reset),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

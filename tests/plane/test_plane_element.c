@@ -1,6 +1,6 @@
 // The plane element: identities of its rest shapes, its laws as gradients of an energy, the patch
 // test on the paper's layouts.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "plane/mesh.h"
 
@@ -74,9 +74,8 @@ static void look_at_identities(const PlaneShape *shape, PlaneLaw law, uint64_t *
         expect_near(shape->mean[d], centroid[d], rounding);
 }
 
-static void shapes_keep_their_identities(void **state)
+TEST(shapes_keep_their_identities)
 {
-    (void)state;
     for_all_shapes(PLANE_AFFINE, look_at_identities);
     for_all_shapes(PLANE_MIYAZAKI2004, look_at_identities);
 }
@@ -112,9 +111,8 @@ static void look_at_force_and_moment(const PlaneShape *shape, PlaneLaw law, uint
     expect_at_most(power, 0.0); // damping takes energy
 }
 
-static void no_state_gives_force_or_moment(void **state)
+TEST(no_state_gives_force_or_moment)
 {
-    (void)state;
     for (int run = 0; run < 20; run++) {
         for_all_shapes(PLANE_AFFINE, look_at_force_and_moment);
         for_all_shapes(PLANE_MIYAZAKI2004, look_at_force_and_moment);
@@ -146,9 +144,8 @@ static void look_at_gradient(const PlaneShape *shape, PlaneLaw law, uint64_t *se
         }
 }
 
-static void forces_are_gradients_of_the_energy(void **state)
+TEST(forces_are_gradients_of_the_energy)
 {
-    (void)state;
     for_all_shapes(PLANE_AFFINE, look_at_gradient);
     for_all_shapes(PLANE_MIYAZAKI2004, look_at_gradient);
 }
@@ -171,17 +168,15 @@ static void look_at_isotropic(const PlaneShape *shape, PlaneLaw law, uint64_t *s
     expect_near(energy / expected, 1.0, 1e-12); // differences of places against rounding
 }
 
-static void isotropic_strain_costs_what_it_costs_the_continuum(void **state)
+TEST(isotropic_strain_costs_what_it_costs_the_continuum)
 {
-    (void)state;
     for_all_shapes(PLANE_AFFINE, look_at_isotropic);
     for_all_shapes(PLANE_MIYAZAKI2004, look_at_isotropic);
 }
 
 // The paper's element is the affine one with four corners, nu = 0 and the whole residual.
-static void the_papers_square_is_a_special_case(void **state)
+TEST(the_papers_square_is_a_special_case)
 {
-    (void)state;
     uint64_t seed = 8;
     const unsigned corners = 1u | 1u << 2 | 1u << 6 | 1u << 8;
     PlaneShape affine, paper;
@@ -203,9 +198,8 @@ static void the_papers_square_is_a_special_case(void **state)
 
 // A square in pure bending, u_x = 4 q x y / H^2: E (4 q / H^2)^2 / 2 times the second moment of
 // area H^4 / 12 a unit thickness, with Young's modulus of the sheet.
-static void bending_costs_what_it_costs_a_beam(void **state)
+TEST(bending_costs_what_it_costs_a_beam)
 {
-    (void)state;
     PlaneShape shape;
     plane_shape_create(&shape, PLANE_AFFINE, 15, 1u | 1u << 2 | 1u << 6 | 1u << 8);
     PlaneStiffness stiffness = stiffness_of(&shape, PLANE_AFFINE);
@@ -247,9 +241,8 @@ static void look_at_eigenvalue(const PlaneShape *shape, PlaneLaw law, uint64_t *
         expect_near(most / stiffness.residual, 1.0, 1e-8); // k, by all but rigid motions
 }
 
-static void eigenvalues_bound_the_stiffness(void **state)
+TEST(eigenvalues_bound_the_stiffness)
 {
-    (void)state;
     for_all_shapes(PLANE_AFFINE, look_at_eigenvalue);
     for_all_shapes(PLANE_MIYAZAKI2004, look_at_eigenvalue);
 }
@@ -297,9 +290,8 @@ static double patch_residual(const Lattice *lattice, int levels, PlaneLaw law, d
     return worst;
 }
 
-static void affine_law_passes_the_patch_test(void **state)
+TEST(affine_law_passes_the_patch_test)
 {
-    (void)state;
     Status status = {0};
     Lattice disc, square;
     const int count[3] = {32, 32, 1};
@@ -314,19 +306,4 @@ static void affine_law_passes_the_patch_test(void **state)
     expect_at_least(patch_residual(&disc, 3, PLANE_MIYAZAKI2004, 1.3), 1e-2);
     lattice_destroy(&disc);
     lattice_destroy(&square);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(shapes_keep_their_identities),
-        cmocka_unit_test(no_state_gives_force_or_moment),
-        cmocka_unit_test(forces_are_gradients_of_the_energy),
-        cmocka_unit_test(isotropic_strain_costs_what_it_costs_the_continuum),
-        cmocka_unit_test(the_papers_square_is_a_special_case),
-        cmocka_unit_test(bending_costs_what_it_costs_a_beam),
-        cmocka_unit_test(eigenvalues_bound_the_stiffness),
-        cmocka_unit_test(affine_law_passes_the_patch_test),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Kernels of plane bodies against the element written out (plane/shape.h), at every level and
 // precision of this machine.
-#include "expect.h"
+#include "test.h"
 #include "plane_world.h"
 #include "random.h"
 
@@ -92,9 +92,8 @@ static void compare(PlaneLaw law, Precision precision, const char *isa, double c
     plane_world_destroy(&world);
 }
 
-static void kernels_give_the_elements_forces(void **state)
+TEST(kernels_give_the_elements_forces)
 {
-    (void)state;
     for (const char *const *isa = isa_available(); *isa != NULL; isa++)
         for (int k = 0; k < 2; k++) {
             // The reference takes small differences of places: 1e-16 times 32 cells over the
@@ -108,9 +107,8 @@ static void kernels_give_the_elements_forces(void **state)
 }
 
 // Damping goes with the stiffness, so that all forces double, to the bit.
-static void stiffness_scale_scales_all_forces(void **state)
+TEST(stiffness_scale_scales_all_forces)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int k = 0; k < 2; k++) {
             PlaneWorld world;
@@ -133,9 +131,8 @@ static void stiffness_scale_scales_all_forces(void **state)
         }
 }
 
-static void levels_give_the_same_bits(void **state)
+TEST(levels_give_the_same_bits)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int k = 0; k < 2; k++) {
             unsigned char *first = NULL;
@@ -156,14 +153,4 @@ static void levels_give_the_same_bits(void **state)
             }
             free(first);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(kernels_give_the_elements_forces),
-        cmocka_unit_test(stiffness_scale_scales_all_forces),
-        cmocka_unit_test(levels_give_the_same_bits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

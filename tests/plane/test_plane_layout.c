@@ -1,6 +1,6 @@
 // Elements of plane bodies (Miyazaki et al. 2004, sections 2.3 and 3.1), and the vertices that they
 // share.
-#include "expect.h"
+#include "test.h"
 #include "mesh_check.h"
 #include "random.h"
 #include "remainder.h"
@@ -54,9 +54,8 @@ static void expect_counts(const PlaneLayout *layout, const int *expected, int to
 }
 
 // Section 2.3: "it is constructed by 172 elements"; Fig. 4.
-static void disc_has_the_papers_172_elements(void **state)
+TEST(disc_has_the_papers_172_elements)
 {
-    (void)state;
     Lattice lattice;
     PlaneLayout layout;
     make_disc(&lattice);
@@ -71,9 +70,8 @@ static void disc_has_the_papers_172_elements(void **state)
 }
 
 // 4 n along the outline, half of it at each further level, less the corners: below 8 n.
-static void squares_come_near_eight_n_elements(void **state)
+TEST(squares_come_near_eight_n_elements)
 {
-    (void)state;
     static const int cells[] = {32, 64, 128}, elements[] = {228, 480, 988};
     for (int k = 0; k < 3; k++) {
         Lattice lattice;
@@ -88,9 +86,8 @@ static void squares_come_near_eight_n_elements(void **state)
 }
 
 // The counting of remainder.h, which makes no elements, is another way to the same numbers.
-static void elements_are_as_many_as_counted(void **state)
+TEST(elements_are_as_many_as_counted)
 {
-    (void)state;
     uint64_t seed = 21;
     for (int run = 0; run < 60; run++) {
         Lattice lattice;
@@ -114,9 +111,8 @@ static int level_of(const PlaneLayout *layout, int i, int j)
     return e < 0 ? -1 : layout->element[e].level;
 }
 
-static void every_cell_has_one_element_and_neighbours_differ_by_a_level(void **state)
+TEST(every_cell_has_one_element_and_neighbours_differ_by_a_level)
 {
-    (void)state;
     uint64_t seed = 5;
     for (int run = 0; run < 60; run++) {
         Lattice lattice;
@@ -193,9 +189,8 @@ static void expect_conforming(const PlaneMesh *mesh)
     free(position);
 }
 
-static void triangles_fill_the_body_without_cracks(void **state)
+TEST(triangles_fill_the_body_without_cracks)
 {
-    (void)state;
     uint64_t seed = 11;
     for (int run = 0; run < 60; run++) {
         Lattice lattice;
@@ -222,9 +217,8 @@ static void triangles_fill_the_body_without_cracks(void **state)
     }
 }
 
-static void cells_that_touch_in_a_corner_do_not_share_a_vertex(void **state)
+TEST(cells_that_touch_in_a_corner_do_not_share_a_vertex)
 {
-    (void)state;
     Lattice lattice;
     PlaneLayout layout;
     PlaneMesh mesh;
@@ -244,9 +238,8 @@ static void cells_that_touch_in_a_corner_do_not_share_a_vertex(void **state)
 }
 
 // Fig. 6 and 7: edges broken along a line from the outline inwards release vertices there.
-static void broken_edges_part_vertices_and_ask_for_quarters(void **state)
+TEST(broken_edges_part_vertices_and_ask_for_quarters)
 {
-    (void)state;
     Lattice lattice;
     PlaneLayout layout;
     PlaneMesh whole, cut;
@@ -278,18 +271,4 @@ static void broken_edges_part_vertices_and_ask_for_quarters(void **state)
     plane_mesh_destroy(&whole);
     plane_layout_destroy(&layout);
     lattice_destroy(&lattice);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(disc_has_the_papers_172_elements),
-        cmocka_unit_test(squares_come_near_eight_n_elements),
-        cmocka_unit_test(elements_are_as_many_as_counted),
-        cmocka_unit_test(every_cell_has_one_element_and_neighbours_differ_by_a_level),
-        cmocka_unit_test(triangles_fill_the_body_without_cracks),
-        cmocka_unit_test(cells_that_touch_in_a_corner_do_not_share_a_vertex),
-        cmocka_unit_test(broken_edges_part_vertices_and_ask_for_quarters),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

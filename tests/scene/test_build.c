@@ -1,5 +1,5 @@
 // Worlds built from scene files: the meshes asked for, and refusals that name the scene's line.
-#include "expect.h"
+#include "test.h"
 #include "world_run.h"
 
 #include "scene/build.h"
@@ -27,9 +27,10 @@ static void expect_part(const char *text, const char *start, const char *part)
 
 #define MESH(text) "bodies = (\n{ name = \"a\"; mesh = { " text " }; } );\n"
 
-static void generators_give_the_meshes_that_scenes_ask_for(void **unused)
+AROUND_ALL(run_begin, run_end)
+
+TEST(generators_give_the_meshes_that_scenes_ask_for)
 {
-    (void)unused;
     // Counts from the generators' formulas: edges are springs.
     static const struct {
         const char *text;
@@ -54,9 +55,8 @@ static void generators_give_the_meshes_that_scenes_ask_for(void **unused)
     }
 }
 
-static void meshes_are_scaled_turned_and_moved(void **unused)
+TEST(meshes_are_scaled_turned_and_moved)
 {
-    (void)unused;
     // A quarter turn about x takes +z to -y.
     World world;
     assert_string_equal(build_text(MESH("generator = \"uv_sphere\"; radius = 2; scale = 0.01; "
@@ -76,9 +76,8 @@ static void meshes_are_scaled_turned_and_moved(void **unused)
     world_destroy(&world);
 }
 
-static void mesh_files_are_read_and_their_faults_named(void **unused)
+TEST(mesh_files_are_read_and_their_faults_named)
 {
-    (void)unused;
     World world;
     const char *scene = MESH("file = \"organ.obj\"; scale = 0.1;");
     expect_part(scene, "x.cfg:2: ", "organ.obj: ");
@@ -100,9 +99,8 @@ static void mesh_files_are_read_and_their_faults_named(void **unused)
     expect_part(MESH("file = \"organ.obj\"; scale = 1e6;"), "x.cfg:2: ", "organ.obj: ");
 }
 
-static void meshes_of_absurd_size_are_refused_with_a_hint(void **unused)
+TEST(meshes_of_absurd_size_are_refused_with_a_hint)
 {
-    (void)unused;
     World world;
     const char *tetrahedron = "v 0 0 0\nv 250 0 0\nv 0 120 0\nv 0 0 90\n"
                               "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
@@ -119,9 +117,8 @@ static void meshes_of_absurd_size_are_refused_with_a_hint(void **unused)
                 "x.cfg:2: ", "mesh: measures 1e-301 m after scale 1e-300, outside");
 }
 
-static void fixed_nodes_are_those_of_the_file_whatever_was_repaired(void **unused)
+TEST(fixed_nodes_are_those_of_the_file_whatever_was_repaired)
 {
-    (void)unused;
     // Two tetrahedra that share vertex 1 (node 0 of the file, which is split), with vertex 3 a
     // double of vertex 2, and vertex 4 of no face.
     World world;
@@ -152,9 +149,8 @@ static void fixed_nodes_are_those_of_the_file_whatever_was_repaired(void **unuse
 #define LEVELLED(more)                                                                             \
     "bodies = (\n{ name = \"a\"; mesh = { generator = \"stomach\"; }; " more " } );\n"
 
-static void bodies_stay_at_the_level_where_they_start(void **unused)
+TEST(bodies_stay_at_the_level_where_they_start)
 {
-    (void)unused;
     static const struct {
         const char *text;
         int nodes, springs, faces;
@@ -180,9 +176,8 @@ static void bodies_stay_at_the_level_where_they_start(void **unused)
     }
 }
 
-static void a_body_at_its_level_keeps_no_hierarchy(void **unused)
+TEST(a_body_at_its_level_keeps_no_hierarchy)
 {
-    (void)unused;
     World plain, levelled;
     assert_string_equal(build_text(LEVELLED(""), &plain), "");
     assert_string_equal(build_text(LEVELLED("levels = 3;"), &levelled), "");
@@ -192,9 +187,8 @@ static void a_body_at_its_level_keeps_no_hierarchy(void **unused)
     world_destroy(&levelled);
 }
 
-static void midpoints_are_named_after_all_nodes_of_the_file(void **unused)
+TEST(midpoints_are_named_after_all_nodes_of_the_file)
 {
-    (void)unused;
     // Two tetrahedra that share vertex 1, which is split: 9 vertices, of which 2 are not used.
     World world;
     const char *text = "v 0 0 0\nv 1 0 0\nv 9 9 9\nv 9 9 8\nv 0 1 0\nv 0 0 1\n"
@@ -229,9 +223,8 @@ static void midpoints_are_named_after_all_nodes_of_the_file(void **unused)
     world_destroy(&world);
 }
 
-static void bodies_that_do_not_fit_are_refused(void **unused)
+TEST(bodies_that_do_not_fit_are_refused)
 {
-    (void)unused;
     World world;
     assert_string_equal(
         build_text("capacity = { nodes = 188; faces = 372; };" LEVELLED(""), &world), "");
@@ -247,17 +240,15 @@ static void bodies_that_do_not_fit_are_refused(void **unused)
         "x.cfg:2: ", memory_free() < 45e9 ? "nodes at the finest level need" : "level 8 has");
 }
 
-static void fixed_nodes_must_exist(void **unused)
+TEST(fixed_nodes_must_exist)
 {
-    (void)unused;
     expect_part("bodies = (\n{ name = \"a\"; mesh = { generator = \"uv_sphere\"; };\n"
                 "fixed = ( { nodes = [3, 114]; } ); } );",
                 "x.cfg:2: ", "114");
 }
 
-static void time_steps_beyond_the_bound_are_refused_unless_wanted(void **unused)
+TEST(time_steps_beyond_the_bound_are_refused_unless_wanted)
 {
-    (void)unused;
     World world;
 #define STEP(text)                                                                                 \
     "rate_hz = 10;\nbodies = ( { name = \"a\"; mesh = { generator = \"uv_sphere\"; };\n"           \
@@ -268,9 +259,8 @@ static void time_steps_beyond_the_bound_are_refused_unless_wanted(void **unused)
     world_destroy(&world);
 }
 
-static void settling_ends_before_the_first_tick(void **unused)
+TEST(settling_ends_before_the_first_tick)
 {
-    (void)unused;
     // Free fall for 0.1 s: drift-kick-drift is exact for a constant acceleration.
     World world;
     assert_string_equal(
@@ -288,9 +278,8 @@ static void settling_ends_before_the_first_tick(void **unused)
     world_destroy(&world);
 }
 
-static void tools_and_loads_reach_the_simulation(void **unused)
+TEST(tools_and_loads_reach_the_simulation)
 {
-    (void)unused;
     World world;
     assert_string_equal(
         build_text("precision = \"double\";\n" MESH("generator = \"uv_sphere\";") //
@@ -314,26 +303,6 @@ static void tools_and_loads_reach_the_simulation(void **unused)
     // 2 N for 10 ms; rounding over ten ticks.
     expect_near(momentum, 0.02, 1e-12);
     world_destroy(&world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(generators_give_the_meshes_that_scenes_ask_for),
-        cmocka_unit_test(meshes_are_scaled_turned_and_moved),
-        cmocka_unit_test(mesh_files_are_read_and_their_faults_named),
-        cmocka_unit_test(meshes_of_absurd_size_are_refused_with_a_hint),
-        cmocka_unit_test(fixed_nodes_are_those_of_the_file_whatever_was_repaired),
-        cmocka_unit_test(bodies_stay_at_the_level_where_they_start),
-        cmocka_unit_test(a_body_at_its_level_keeps_no_hierarchy),
-        cmocka_unit_test(midpoints_are_named_after_all_nodes_of_the_file),
-        cmocka_unit_test(bodies_that_do_not_fit_are_refused),
-        cmocka_unit_test(fixed_nodes_must_exist),
-        cmocka_unit_test(time_steps_beyond_the_bound_are_refused_unless_wanted),
-        cmocka_unit_test(settling_ends_before_the_first_tick),
-        cmocka_unit_test(tools_and_loads_reach_the_simulation),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }
 #else
 // Without a model of bodies there is no world to build.

@@ -1,6 +1,6 @@
 // Checkpoints: the layout as HDF5's own functions see it, runs that go on with
 // the same bits, and files that are damaged or meant for something else.
-#include "expect.h"
+#include "test.h"
 #include "world_run.h"
 
 #include "io/checkpoint.h"
@@ -116,9 +116,10 @@ static void expect_rows(hid_t file, const char *name, const Vec3 *row, int count
     H5Dclose(set);
 }
 
-static void checkpoint_has_the_documented_layout(void **unused)
+AROUND_ALL(run_begin, run_end)
+
+TEST(checkpoint_has_the_documented_layout)
 {
-    (void)unused;
     Run run;
     run_create(&run, SCENE("leapfrog", ""));
     run_step(&run, 40);
@@ -171,9 +172,8 @@ static void checkpoint_has_the_documented_layout(void **unused)
     run_destroy(&run);
 }
 
-static void scenes_longer_than_64_kilobytes_are_stored_whole(void **unused)
+TEST(scenes_longer_than_64_kilobytes_are_stored_whole)
 {
-    (void)unused;
     enum { LONG = 200000 };
     static char text[LONG + 2000];
     Run run;
@@ -213,18 +213,16 @@ static void expect_same_run(const char *text)
     run_destroy(&whole);
 }
 
-static void restored_run_matches_uninterrupted_run(void **unused)
+TEST(restored_run_matches_uninterrupted_run)
 {
-    (void)unused;
     expect_same_run(SCENE("leapfrog", ""));
     expect_same_run(SCENE("rk4", ""));
     expect_same_run(SCENE("symplectic_euler", "prestress = 0.05; cuttable = false;"));
     expect_same_run(SCENE("leapfrog", "levels = 2; start_level = 1;"));
 }
 
-static void restored_state_survives_a_change_of_what_is_published(void **unused)
+TEST(restored_state_survives_a_change_of_what_is_published)
 {
-    (void)unused;
     Run run;
     run_create(&run, SCENE("leapfrog", ""));
     run_step(&run, 30);
@@ -239,9 +237,8 @@ static void restored_state_survives_a_change_of_what_is_published(void **unused)
 
 // --- files that do not fit -----------------------------------------------------------------------
 
-static void other_physics_are_refused(void **unused)
+TEST(other_physics_are_refused)
 {
-    (void)unused;
     static const char *const others[] = {
         SCENE("rk4", ""),
         SCENE("leapfrog", "prestress = 0.01;"),
@@ -265,9 +262,8 @@ static void other_physics_are_refused(void **unused)
     }
 }
 
-static void other_bodies_are_refused_by_name_and_size(void **unused)
+TEST(other_bodies_are_refused_by_name_and_size)
 {
-    (void)unused;
     Run run;
     run_create(&run, SCENE("leapfrog", ""));
     save(&run, "a.h5");
@@ -281,9 +277,8 @@ static void other_bodies_are_refused_by_name_and_size(void **unused)
     run_destroy(&run);
 }
 
-static void other_formats_and_versions_are_refused(void **unused)
+TEST(other_formats_and_versions_are_refused)
 {
-    (void)unused;
     Run run;
     run_create(&run, SCENE("leapfrog", ""));
     save(&run, "a.h5");
@@ -325,9 +320,8 @@ static void alter(const char *path, const char *name, long at, unsigned char bit
 }
 
 // Numbers of loads are indices: a forged file must not reach beyond the nodes.
-static void loads_that_cannot_be_are_refused(void **unused)
+TEST(loads_that_cannot_be_are_refused)
 {
-    (void)unused;
     static const struct {
         const char *name;
         long at;
@@ -358,9 +352,8 @@ static void loads_that_cannot_be_are_refused(void **unused)
 }
 
 // Where tools are goes out to clients as it is: it must be numbers, of a time that has been.
-static void tools_that_cannot_be_are_refused(void **unused)
+TEST(tools_that_cannot_be_are_refused)
 {
-    (void)unused;
     static const struct {
         size_t at;
         unsigned char bits;
@@ -393,9 +386,8 @@ static void tools_that_cannot_be_are_refused(void **unused)
     run_destroy(&run);
 }
 
-static void changed_numbers_are_refused(void **unused)
+TEST(changed_numbers_are_refused)
 {
-    (void)unused;
     static const char *const names[] = {"/bodies/ball/position", "/bodies/ball/velocity",
                                         "/state/ball/rows"};
     Run run;
@@ -415,9 +407,8 @@ static void changed_numbers_are_refused(void **unused)
     run_destroy(&run);
 }
 
-static void truncated_files_are_refused(void **unused)
+TEST(truncated_files_are_refused)
 {
-    (void)unused;
     Run run;
     size_t size = 0;
     run_create(&run, SCENE("leapfrog", ""));
@@ -434,9 +425,8 @@ static void truncated_files_are_refused(void **unused)
     run_destroy(&run);
 }
 
-static void altered_files_are_refused_wherever_the_change_is(void **unused)
+TEST(altered_files_are_refused_wherever_the_change_is)
 {
-    (void)unused;
     Run run;
     size_t size = 0;
     run_create(&run, SCENE("leapfrog", ""));
@@ -458,9 +448,8 @@ static void altered_files_are_refused_wherever_the_change_is(void **unused)
 
 // --- writing -------------------------------------------------------------------------------------
 
-static void files_that_cannot_be_written_are_named(void **unused)
+TEST(files_that_cannot_be_written_are_named)
 {
-    (void)unused;
     Run run;
     Status status = {0};
     char path[SCRATCH_PATH];
@@ -475,9 +464,8 @@ static void files_that_cannot_be_written_are_named(void **unused)
     run_destroy(&run);
 }
 
-static void numbers_that_are_none_are_not_written(void **unused)
+TEST(numbers_that_are_none_are_not_written)
 {
-    (void)unused;
     Run run;
     char path[SCRATCH_PATH];
     WorldImage image;
@@ -497,9 +485,8 @@ static void numbers_that_are_none_are_not_written(void **unused)
     run_destroy(&run);
 }
 
-static void a_full_disk_leaves_the_previous_file_whole(void **unused)
+TEST(a_full_disk_leaves_the_previous_file_whole)
 {
-    (void)unused;
     Run run;
     Status status = {0};
     char path[SCRATCH_PATH];
@@ -531,34 +518,13 @@ static void a_full_disk_leaves_the_previous_file_whole(void **unused)
     run_destroy(&run);
 }
 
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(checkpoint_has_the_documented_layout),
-        cmocka_unit_test(scenes_longer_than_64_kilobytes_are_stored_whole),
-        cmocka_unit_test(restored_run_matches_uninterrupted_run),
-        cmocka_unit_test(restored_state_survives_a_change_of_what_is_published),
-        cmocka_unit_test(other_physics_are_refused),
-        cmocka_unit_test(other_bodies_are_refused_by_name_and_size),
-        cmocka_unit_test(other_formats_and_versions_are_refused),
-        cmocka_unit_test(changed_numbers_are_refused),
-        cmocka_unit_test(loads_that_cannot_be_are_refused),
-        cmocka_unit_test(tools_that_cannot_be_are_refused),
-        cmocka_unit_test(truncated_files_are_refused),
-        cmocka_unit_test(altered_files_are_refused_wherever_the_change_is),
-        cmocka_unit_test(files_that_cannot_be_written_are_named),
-        cmocka_unit_test(numbers_that_are_none_are_not_written),
-        cmocka_unit_test(a_full_disk_leaves_the_previous_file_whole),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
-}
-
 #else
 
+AROUND_ALL(run_begin, run_end)
+
 // Without HDF5 or without bodies: the files are refused in words, nothing else is there to test.
-static void what_is_not_built_in_is_refused(void **unused)
+TEST(what_is_not_built_in_is_refused)
 {
-    (void)unused;
 #ifndef PLIANT_WITH_HDF5
     Status status = {0};
     Vec3 *position, *velocity;
@@ -574,13 +540,6 @@ static void what_is_not_built_in_is_refused(void **unused)
 #else
     skip();
 #endif
-}
-
-int main(void)
-{
-    (void)scratch;
-    const struct CMUnitTest tests[] = {cmocka_unit_test(what_is_not_built_in_is_refused)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 #endif

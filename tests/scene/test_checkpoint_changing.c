@@ -1,6 +1,6 @@
 // Checkpoints of a body whose mesh changes: the nodes alive, in ascending id, for anyone to read;
 // the same mesh, slot by slot, when they are read back; files that contradict themselves.
-#include "expect.h"
+#include "test.h"
 #include "scratch.h"
 
 #include "io/checkpoint.h"
@@ -85,9 +85,23 @@ static void read_set(hid_t file, const char *name, hid_t type, void *data, int *
     H5Dclose(set);
 }
 
-static void the_nodes_alive_are_written_in_ascending_id(void **unused)
+static int setup(void **unused)
 {
     (void)unused;
+    return scratch_create(&scratch);
+}
+
+static int teardown(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(setup, teardown)
+
+TEST(the_nodes_alive_are_written_in_ascending_id)
+{
     Run run;
     char path[SCRATCH_PATH];
     run_create(&run, 21);
@@ -123,9 +137,8 @@ static void the_nodes_alive_are_written_in_ascending_id(void **unused)
     run_destroy(&run);
 }
 
-static void a_mesh_comes_back_slot_by_slot(void **unused)
+TEST(a_mesh_comes_back_slot_by_slot)
 {
-    (void)unused;
     Run run;
     Status status;
     run_create(&run, 22);
@@ -179,9 +192,8 @@ static void alter(const char *name, const char *set_name, size_t at, unsigned ch
     seal_again(name);
 }
 
-static void files_that_contradict_themselves_change_nothing(void **unused)
+TEST(files_that_contradict_themselves_change_nothing)
 {
-    (void)unused;
     // Little-endian: byte 0 is the lowest of the first number, byte 3 its highest.
     const size_t slots = offsetof(MeshToyState, node_count);
     const struct {
@@ -216,29 +228,6 @@ static void files_that_contradict_themselves_change_nothing(void **unused)
         assert_int_equal(body->mesh.node_count, before.node_count);
     }
     run_destroy(&run);
-}
-
-static int setup(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int teardown(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_nodes_alive_are_written_in_ascending_id),
-        cmocka_unit_test(a_mesh_comes_back_slot_by_slot),
-        cmocka_unit_test(files_that_contradict_themselves_change_nothing),
-    };
-    return cmocka_run_group_tests(tests, setup, teardown);
 }
 
 #else

@@ -1,7 +1,7 @@
 // Scenes that were cut, restored: from their own state they go on bit for bit, also in the middle
 // of a stroke; from a damaged one they are refused, or go on somehow, and leave nothing behind.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "world_run.h"
 
@@ -77,9 +77,10 @@ static void begin(Run *run)
         go_on(run->world.sim, i);
 }
 
-static void a_cut_scene_goes_on_from_its_state_bit_for_bit(void **unused)
+AROUND_ALL(run_begin, run_end)
+
+TEST(a_cut_scene_goes_on_from_its_state_bit_for_bit)
 {
-    (void)unused;
     Run run;
     begin(&run);
     StateList *state = &run.world.state;
@@ -127,9 +128,8 @@ static void damage(const StateList *state, uint64_t *random)
     }
 }
 
-static void damaged_states_are_refused_or_can_be_stepped_on(void **unused)
+TEST(damaged_states_are_refused_or_can_be_stepped_on)
 {
-    (void)unused;
     Run run;
     begin(&run);
     StateList *state = &run.world.state;
@@ -172,13 +172,4 @@ static void damaged_states_are_refused_or_can_be_stepped_on(void **unused)
     free(end);
     free(image);
     run_destroy(&run);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_cut_scene_goes_on_from_its_state_bit_for_bit),
-        cmocka_unit_test(damaged_states_are_refused_or_can_be_stepped_on),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

@@ -3,7 +3,7 @@
 #include "dynamics/sim.h"
 #include "scene/build.h"
 
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 #include "surface/surface.h"
@@ -82,9 +82,8 @@ static double apart(const One *a, int ticks_a, const One *b, int ticks_b)
     return most;
 }
 
-static void the_estimate_is_the_error_of_a_step(void **unused)
+TEST(the_estimate_is_the_error_of_a_step)
 {
-    (void)unused;
     static const IntegratorKind KIND[] = {INTEGRATOR_RK4, INTEGRATOR_LEAPFROG,
                                           INTEGRATOR_SYMPLECTIC_EULER};
     enum { FINE = 64 };
@@ -108,9 +107,8 @@ static void the_estimate_is_the_error_of_a_step(void **unused)
 }
 
 // Scenes with what a try may touch: warm starts, pieces, forces felt, frames that float, levels.
-static void tried_steps_leave_no_trace(void **unused)
+TEST(tried_steps_leave_no_trace)
 {
-    (void)unused;
     static const char *const SCENE[] = {"table",      "press-sphere", "adaptive-organ", "sheet",
                                         "block",      "disc",         "cut-block",      "torn-disc",
                                         "cut-sphere", "grasp-sphere"};
@@ -152,9 +150,8 @@ static void tried_steps_leave_no_trace(void **unused)
     }
 }
 
-static void nothing_is_kept_for_a_scene_that_does_not_ask(void **unused)
+TEST(nothing_is_kept_for_a_scene_that_does_not_ask)
 {
-    (void)unused;
     Scene scene;
     World world = {0};
     Status status = {0};
@@ -166,14 +163,4 @@ static void nothing_is_kept_for_a_scene_that_does_not_ask(void **unused)
         assert_true(sim_stage(world.sim, s) != STAGE_ESTIMATE);
     world_destroy(&world);
     scene_destroy(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_estimate_is_the_error_of_a_step),
-        cmocka_unit_test(tried_steps_leave_no_trace),
-        cmocka_unit_test(nothing_is_kept_for_a_scene_that_does_not_ask),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // The hand of pliant-probe --hand on the bodies of config/, in lockstep with the simulation: the
 // stiffness that contacts tell is the slope of the force that is felt, and with it the hand gains
 // no work, however late it hears of the force.
-#include "expect.h"
+#include "test.h"
 
 #include "dynamics/sim_data.h"
 #include "dynamics/contact_data.h"
@@ -116,9 +116,8 @@ enum { PLACES = sizeof WHERE / sizeof WHERE[0] };
 
 // In and out once, 20 mm in four seconds: the slope is that of the force over 0.1 s, where the hand
 // moves by 0.2 mm at least.
-static void told_stiffness_is_the_slope_of_the_force(void **unused)
+TEST(told_stiffness_is_the_slope_of_the_force)
 {
-    (void)unused;
     enum { TICKS = 4000, HALF = 50 };
     static double depth[TICKS], force[TICKS], told[TICKS];
     for (int k = 0; k < PLACES; k++) {
@@ -194,9 +193,8 @@ static double lost(const Where *where, double depth, double latency, bool stiffn
 // Round trips of 0 and 20 ms. Without stiffness a delay of 20 ms gives the hand a third to two
 // thirds of what it puts in. With it, it gains in one of 15 cases, 0.9 % in the cube at 20 mm,
 // where the slope is told 20 ms late, too: 0.02 is twice that.
-static void a_late_hand_gains_no_work(void **unused)
+TEST(a_late_hand_gains_no_work)
 {
-    (void)unused;
     static const double DEPTH[] = {0.006, 0.012, 0.02};
     for (int k = 0; k < PLACES; k++)
         for (int d = 0; d < 3; d++) {
@@ -208,13 +206,4 @@ static void a_late_hand_gains_no_work(void **unused)
             expect_at_least(late, -0.02);
         }
     expect_at_most(lost(&WHERE[0], DEPTH[0], 0.02, false), -0.2);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(told_stiffness_is_the_slope_of_the_force),
-        cmocka_unit_test(a_late_hand_gains_no_work),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

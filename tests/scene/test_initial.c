@@ -1,5 +1,5 @@
 // Initial states of bodies: rows of nodes or of the mesh file, midpoints, files that do not fit.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "world_run.h"
 
@@ -63,9 +63,10 @@ static const char *read_initial(const char *name, const TriMesh *mesh, Vec3 **po
     return said;
 }
 
-static void initial_state_takes_rows_of_nodes_or_of_the_file(void **unused)
+AROUND_ALL(run_begin, run_end)
+
+TEST(initial_state_takes_rows_of_nodes_or_of_the_file)
 {
-    (void)unused;
     TriMesh mesh;
     Vec3 *position, *velocity;
     square(&mesh);
@@ -96,9 +97,8 @@ static void initial_state_takes_rows_of_nodes_or_of_the_file(void **unused)
     mesh_destroy(&mesh);
 }
 
-static void initial_rows_of_the_file_reach_nodes_that_were_split(void **unused)
+TEST(initial_rows_of_the_file_reach_nodes_that_were_split)
 {
-    (void)unused;
     // Two triangles that touch in node 1 of the file; its copy is the last node and has its row.
     static const Vec3 x[6] = {{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
     static const int corner[6] = {1, 2, 3, 1, 4, 5}, row_of[6] = {1, 2, 3, 4, 5, 1};
@@ -127,9 +127,8 @@ static void initial_rows_of_the_file_reach_nodes_that_were_split(void **unused)
     mesh_destroy(&mesh);
 }
 
-static void initial_state_is_converted_from_single_precision(void **unused)
+TEST(initial_state_is_converted_from_single_precision)
 {
-    (void)unused;
     TriMesh mesh;
     Vec3 *position, *velocity;
     square(&mesh);
@@ -142,9 +141,8 @@ static void initial_state_is_converted_from_single_precision(void **unused)
     mesh_destroy(&mesh);
 }
 
-static void initial_files_that_do_not_fit_are_refused(void **unused)
+TEST(initial_files_that_do_not_fit_are_refused)
 {
-    (void)unused;
     TriMesh mesh;
     Vec3 *position, *velocity;
     square(&mesh);
@@ -175,9 +173,8 @@ static void initial_files_that_do_not_fit_are_refused(void **unused)
     mesh_destroy(&mesh);
 }
 
-static void bodies_start_from_their_initial_state(void **unused)
+TEST(bodies_start_from_their_initial_state)
 {
-    (void)unused;
     static double rows[114][3], speeds[114][3];
     for (int i = 0; i < 114 * 3; i++) {
         rows[i / 3][i % 3] = 0.001 * i;
@@ -194,9 +191,8 @@ static void bodies_start_from_their_initial_state(void **unused)
     run_destroy(&run);
 }
 
-static void midpoints_start_as_their_parents_do(void **unused)
+TEST(midpoints_start_as_their_parents_do)
 {
-    (void)unused;
     Run run;
     const char *text =
         "precision = \"double\"; bodies = ( { name = \"a\"; levels = 2; start_level = 2; "
@@ -253,9 +249,8 @@ static const char *read_any(const char *name, int most, int *count, Vec3 **posit
     return said;
 }
 
-static void rows_of_an_unknown_body_are_as_many_as_the_file_has(void **unused)
+TEST(rows_of_an_unknown_body_are_as_many_as_the_file_has)
 {
-    (void)unused;
     const double row[3][3] = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
     const double wrong[3][3] = {{0, 0, 0}, {0, (double)NAN, 0}, {0, 0, 0}};
     Vec3 *position, *velocity;
@@ -284,18 +279,4 @@ static void rows_of_an_unknown_body_are_as_many_as_the_file_has(void **unused)
     write_initial("a.h5", H5T_NATIVE_DOUBLE, 3, 3, NULL, row);
     assert_string_equal(read_any("a.h5", 3, &count, &position, &velocity),
                         "a.h5: /position is missing or no data set");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(initial_state_takes_rows_of_nodes_or_of_the_file),
-        cmocka_unit_test(initial_rows_of_the_file_reach_nodes_that_were_split),
-        cmocka_unit_test(initial_state_is_converted_from_single_precision),
-        cmocka_unit_test(initial_files_that_do_not_fit_are_refused),
-        cmocka_unit_test(bodies_start_from_their_initial_state),
-        cmocka_unit_test(midpoints_start_as_their_parents_do),
-        cmocka_unit_test(rows_of_an_unknown_body_are_as_many_as_the_file_has),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

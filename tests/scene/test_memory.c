@@ -1,5 +1,5 @@
 // Scenes that take more memory than there is: refused by a sentence before they are made.
-#include "expect.h"
+#include "test.h"
 #include "world_run.h"
 
 #include "scene/build_parts.h"
@@ -10,9 +10,10 @@ static const char *refusal_of(const char *text)
     return try_world(&world, text, &(BuildOptions){.isa = "auto"});
 }
 
-static void a_body_that_no_machine_holds_is_refused_before_it_is_made(void **unused)
+AROUND_ALL(run_begin, run_end)
+
+TEST(a_body_that_no_machine_holds_is_refused_before_it_is_made)
 {
-    (void)unused;
     const char *said = refusal_of("bodies = ( { name = \"a\"; mesh = { generator = \"sheet\"; "
                                   "columns = 4000; rows = 4000; }; levels = 8; adapt = { }; } );");
     assert_ptr_equal(strstr(said, "x.cfg:1: 1048576000000 nodes at the finest level need at least "
@@ -21,9 +22,8 @@ static void a_body_that_no_machine_holds_is_refused_before_it_is_made(void **unu
 }
 
 // More than a machine has that runs tests, less than would be refused for other reasons.
-static void room_that_a_scene_asks_for_counts(void **unused)
+TEST(room_that_a_scene_asks_for_counts)
 {
-    (void)unused;
     SceneBody body = {.model = MODEL_SURFACE,
                       .surface = {.body.cuttable = true, .body.node_capacity = 100000000}};
     Status status = {0};
@@ -32,9 +32,8 @@ static void room_that_a_scene_asks_for_counts(void **unused)
     assert_int_equal(status.code, fits ? STATUS_OK : STATUS_INVALID);
 }
 
-static void what_is_free_is_a_number(void **unused)
+TEST(what_is_free_is_a_number)
 {
-    (void)unused;
     assert_true(memory_free() > 0.0);
     SceneBody body = {.model = MODEL_SURFACE};
     Status status = {0};
@@ -42,24 +41,12 @@ static void what_is_free_is_a_number(void **unused)
     assert_int_equal(status.code, STATUS_OK);
 }
 
-static void generators_say_how_many_nodes_they_make(void **unused)
+TEST(generators_say_how_many_nodes_they_make)
 {
-    (void)unused;
     const MeshSource sheet = {.kind = MESH_SHEET, .columns = 3, .rows = 5};
     const MeshSource uv = {.kind = MESH_UV_SPHERE, .rings = 4, .segments = 6};
     const MeshSource file = {.kind = MESH_FILE};
     assert_int_equal((int)memory_source_nodes(&sheet), 15);
     assert_int_equal((int)memory_source_nodes(&uv), 26);
     assert_int_equal((int)memory_source_nodes(&file), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_body_that_no_machine_holds_is_refused_before_it_is_made),
-        cmocka_unit_test(room_that_a_scene_asks_for_counts),
-        cmocka_unit_test(what_is_free_is_a_number),
-        cmocka_unit_test(generators_say_how_many_nodes_they_make),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

@@ -1,5 +1,5 @@
 // The reader of option tables, on a table made for the purpose.
-#include "expect.h"
+#include "test.h"
 
 #include "scene/option_table.h"
 
@@ -65,9 +65,8 @@ static void expect_refused(const char *text, const char *message)
     assert_string_equal(read_text(text, &target), message);
 }
 
-static void omitted_keys_take_their_defaults(void **unused)
+TEST(omitted_keys_take_their_defaults)
 {
-    (void)unused;
     Target t;
     assert_string_equal(read_text("", &t), "");
     expect_near(t.real, 1000.0, 0.0);
@@ -85,9 +84,8 @@ static void omitted_keys_take_their_defaults(void **unused)
     expect_near(absent.real, 1000.0, 0.0);
 }
 
-static void given_values_are_stored(void **unused)
+TEST(given_values_are_stored)
 {
-    (void)unused;
     Target t;
     assert_string_equal(read_text("rate_hz = 0.5e2; count = 3; kind = \"one\"; flag = false;\n"
                                   "gravity = (0, 1.5, -2L); name = \"a_b-9\"; file = \"x y.h5\";\n"
@@ -107,9 +105,8 @@ static void given_values_are_stored(void **unused)
     assert_int_equal(option_length(t.list), 2);
 }
 
-static void reals_accept_integers_but_integers_refuse_reals(void **unused)
+TEST(reals_accept_integers_but_integers_refuse_reals)
 {
-    (void)unused;
     Target t;
     assert_string_equal(read_text("rate_hz = 60;", &t), "");
     expect_near(t.real, 60.0, 0.0);
@@ -117,9 +114,8 @@ static void reals_accept_integers_but_integers_refuse_reals(void **unused)
                    "press.cfg:1: count 2 must be a whole number, written without a point");
 }
 
-static void vectors_accept_arrays_and_lists(void **unused)
+TEST(vectors_accept_arrays_and_lists)
 {
-    (void)unused;
     Target t;
     assert_string_equal(read_text("gravity = [1, 2, 3];", &t), "");
     expect_near(t.vector.z, 3.0, 0.0);
@@ -132,9 +128,8 @@ static void vectors_accept_arrays_and_lists(void **unused)
     expect_refused("gravity = (0, 0, -101);", "press.cfg:1: gravity length 101 outside [0, 100]");
 }
 
-static void integers_are_one_number_or_a_list(void **unused)
+TEST(integers_are_one_number_or_a_list)
 {
-    (void)unused;
     Target t;
     int value[4] = {0};
     assert_string_equal(read_text("", &t), "");
@@ -160,26 +155,23 @@ static void integers_are_one_number_or_a_list(void **unused)
     expect_refused("labels = ((1));", "press.cfg:1: labels ( ... ) must be a whole number");
 }
 
-static void out_of_range_names_line_value_and_range(void **unused)
+TEST(out_of_range_names_line_value_and_range)
 {
-    (void)unused;
     expect_refused("\n\nrate_hz = 20000;", "press.cfg:3: rate_hz 20000 outside [1, 10000]");
     expect_refused("rate_hz = 0.1;", "press.cfg:1: rate_hz 0.1 outside [1, 10000]");
     expect_refused("count = -1;", "press.cfg:1: count -1 outside [0, 2147483647]");
     expect_refused("count = 2147483648L;", "press.cfg:1: count 2147483648 outside [0, 2147483647]");
 }
 
-static void numbers_that_are_not_finite_are_out_of_range(void **unused)
+TEST(numbers_that_are_not_finite_are_out_of_range)
 {
-    (void)unused;
     expect_refused("rate_hz = 1e999;", "press.cfg:1: rate_hz inf outside [1, 10000]");
     expect_refused("rate_hz = -1e999;", "press.cfg:1: rate_hz -inf outside [1, 10000]");
     expect_refused("gravity = (1e999, 0, 0);", "press.cfg:1: gravity length inf outside [0, 100]");
 }
 
-static void wrong_types_are_named(void **unused)
+TEST(wrong_types_are_named)
 {
-    (void)unused;
     expect_refused("rate_hz = \"fast\";", "press.cfg:1: rate_hz \"fast\" must be a number");
     expect_refused("rate_hz = true;", "press.cfg:1: rate_hz true must be a number");
     expect_refused("count = { };", "press.cfg:1: count { ... } must be a whole number");
@@ -190,9 +182,8 @@ static void wrong_types_are_named(void **unused)
     expect_refused("gravity = 9.81;", "press.cfg:1: gravity 9.81 must be three numbers [x, y, z]");
 }
 
-static void names_are_short_and_plain(void **unused)
+TEST(names_are_short_and_plain)
 {
-    (void)unused;
     expect_refused("name = \"a b\";",
                    "press.cfg:1: name \"a b\" must be made of letters, digits, _ and -");
     expect_refused("name = \"\";", "press.cfg:1: name \"\" has 0 characters, outside [1, 8]");
@@ -202,17 +193,15 @@ static void names_are_short_and_plain(void **unused)
                    "press.cfg:1: file \"a?b\" must be free of control characters");
 }
 
-static void words_list_what_is_allowed(void **unused)
+TEST(words_list_what_is_allowed)
 {
-    (void)unused;
     expect_refused("kind = \"four\";",
                    "press.cfg:1: kind \"four\" must be one of \"one\", \"two\"");
     expect_refused("kind = 4;", "press.cfg:1: kind 4 must be one of \"one\", \"two\"");
 }
 
-static void unknown_keys_suggest_the_nearest_known_one(void **unused)
+TEST(unknown_keys_suggest_the_nearest_known_one)
 {
-    (void)unused;
     expect_refused("rate_hs = 5;",
                    "press.cfg:1: unknown key rate_hs in things: did you mean rate_hz?");
     expect_refused("rate = 5;", "press.cfg:1: unknown key rate in things: did you mean rate_hz?");
@@ -220,9 +209,8 @@ static void unknown_keys_suggest_the_nearest_known_one(void **unused)
     expect_refused("whatever = 5;", "press.cfg:1: unknown key whatever in things");
 }
 
-static void missing_required_keys_are_named_at_their_group(void **unused)
+TEST(missing_required_keys_are_named_at_their_group)
 {
-    (void)unused;
     static const Option NEEDED[] = {
         {"id", OPTION_INT, 0, "", 0.0, 9.0, .required = true, .about = "Number."}};
     static const OptionTable NEEDY = {.path = "tools", .about = "", .option = NEEDED, .count = 1};
@@ -243,9 +231,8 @@ static void missing_required_keys_are_named_at_their_group(void **unused)
     config_destroy(&config);
 }
 
-static void numbers_print_as_written(void **unused)
+TEST(numbers_print_as_written)
 {
-    (void)unused;
     char text[OPTION_NUMBER_TEXT];
     assert_string_equal(option_number_text(text, 0.1), "0.1");
     assert_string_equal(option_number_text(text, 20000.0), "20000");
@@ -254,9 +241,8 @@ static void numbers_print_as_written(void **unused)
     assert_string_not_equal(option_number_text(text, nextafter(10000.0, 20000.0)), "10000");
 }
 
-static void reference_lists_every_key(void **unused)
+TEST(reference_lists_every_key)
 {
-    (void)unused;
     char *text = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
@@ -269,25 +255,4 @@ static void reference_lists_every_key(void **unused)
     }
     assert_non_null(strstr(text, "| `rate_hz` | real | Hz | [1, 10000] | 1000 | Rate. |"));
     free(text);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(omitted_keys_take_their_defaults),
-        cmocka_unit_test(given_values_are_stored),
-        cmocka_unit_test(reals_accept_integers_but_integers_refuse_reals),
-        cmocka_unit_test(vectors_accept_arrays_and_lists),
-        cmocka_unit_test(integers_are_one_number_or_a_list),
-        cmocka_unit_test(out_of_range_names_line_value_and_range),
-        cmocka_unit_test(numbers_that_are_not_finite_are_out_of_range),
-        cmocka_unit_test(wrong_types_are_named),
-        cmocka_unit_test(names_are_short_and_plain),
-        cmocka_unit_test(words_list_what_is_allowed),
-        cmocka_unit_test(unknown_keys_suggest_the_nearest_known_one),
-        cmocka_unit_test(missing_required_keys_are_named_at_their_group),
-        cmocka_unit_test(numbers_print_as_written),
-        cmocka_unit_test(reference_lists_every_key),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

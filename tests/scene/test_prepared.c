@@ -1,6 +1,6 @@
 // Prepared models: runs from them have the same bits, and files that are damaged, inconsistent or
 // made for something else are refused.
-#include "expect.h"
+#include "test.h"
 #include "world_run.h"
 
 #include "scene/build.h"
@@ -107,9 +107,17 @@ static void write_organ(const char *more)
 }
 #define ORGAN "file = \"organ.obj\"; scale = 0.01;"
 
-static void runs_from_a_prepared_model_have_the_same_bits(void **unused)
+static int begin(void **unused)
 {
     (void)unused;
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    return run_begin(unused);
+}
+
+AROUND_ALL(begin, run_end)
+
+TEST(runs_from_a_prepared_model_have_the_same_bits)
+{
     expect_same_world(SCENE(STOMACH, ""));
     expect_same_world(SCENE(STOMACH, "levels = 2; start_level = 1;"));
     expect_same_world(SCENE(STOMACH, "levels = 1; start_level = 1; adjust = \"choi2005\";"));
@@ -121,9 +129,8 @@ static void runs_from_a_prepared_model_have_the_same_bits(void **unused)
 }
 
 // Of nodes that were split, welded and dropped, too.
-static void textures_are_prepared_with_their_mesh(void **unused)
+TEST(textures_are_prepared_with_their_mesh)
 {
-    (void)unused;
     char text[512];
     World world;
     snprintf(text, sizeof text, "publish = { rest = true; }; %s", SCENE(ORGAN, "levels = 1;"));
@@ -137,17 +144,15 @@ static void textures_are_prepared_with_their_mesh(void **unused)
     world_destroy(&world);
 }
 
-static void each_body_finds_its_own(void **unused)
+TEST(each_body_finds_its_own)
 {
-    (void)unused;
     expect_same_world(
         "bodies = ( { name = \"b\"; mesh = { generator = \"uv_sphere\"; }; levels = 1; },\n" //
         BODY(STOMACH, "levels = 2; start_level = 2;") " );");
 }
 
-static void keys_beside_mesh_and_levels_may_change(void **unused)
+TEST(keys_beside_mesh_and_levels_may_change)
 {
-    (void)unused;
     World world;
     prepare(SCENE(STOMACH, "levels = 2;"), "a.h5");
     assert_string_equal(build(SCENE(STOMACH, "levels = 2; start_level = 2; material = { "
@@ -157,9 +162,8 @@ static void keys_beside_mesh_and_levels_may_change(void **unused)
     world_destroy(&world);
 }
 
-static void scenes_name_their_prepared_model(void **unused)
+TEST(scenes_name_their_prepared_model)
 {
-    (void)unused;
     World world;
     prepare(SCENE(STOMACH, "levels = 1;"), "a.h5");
     assert_string_equal(build("prepared = \"a.h5\";\n" SCENE(STOMACH, "levels = 1;"), NULL, &world),
@@ -173,9 +177,8 @@ static void scenes_name_their_prepared_model(void **unused)
 
 // --- files for something else --------------------------------------------------------------------
 
-static void models_of_other_scenes_are_refused(void **unused)
+TEST(models_of_other_scenes_are_refused)
 {
-    (void)unused;
     prepare(SCENE(STOMACH, "levels = 1;"), "a.h5");
     const char *other = "x.cfg:2: a.h5: /bodies/a was prepared from another mesh than this scene's";
     expect_refusal(SCENE("generator = \"stomach\"; nodes = 101;", "levels = 1;"), "a.h5", other);
@@ -193,9 +196,8 @@ static void models_of_other_scenes_are_refused(void **unused)
                    "x.cfg:2: a.h5: /bodies/b is missing: the file was prepared for another scene");
 }
 
-static void mesh_files_that_changed_are_noticed(void **unused)
+TEST(mesh_files_that_changed_are_noticed)
 {
-    (void)unused;
     write_organ("");
     prepare(SCENE(ORGAN, "levels = 1;"), "a.h5");
     write_organ("# one byte more is another file\n");
@@ -215,9 +217,8 @@ static hid_t open_plain(const char *name)
     return file;
 }
 
-static void other_formats_and_versions_are_refused(void **unused)
+TEST(other_formats_and_versions_are_refused)
 {
-    (void)unused;
     const char *scene = SCENE(STOMACH, "levels = 1;");
     prepare(scene, "a.h5");
     hid_t file = open_plain("a.h5");
@@ -239,9 +240,8 @@ static void other_formats_and_versions_are_refused(void **unused)
 
 // --- damage --------------------------------------------------------------------------------------
 
-static void truncated_files_are_refused(void **unused)
+TEST(truncated_files_are_refused)
 {
-    (void)unused;
     const char *scene = SCENE(STOMACH, "levels = 1;");
     World world;
     size_t size = 0;
@@ -254,9 +254,8 @@ static void truncated_files_are_refused(void **unused)
     free(data);
 }
 
-static void altered_files_are_refused_wherever_the_change_is(void **unused)
+TEST(altered_files_are_refused_wherever_the_change_is)
 {
-    (void)unused;
     const char *scene = SCENE(STOMACH, "levels = 1;");
     World world;
     size_t size = 0;
@@ -306,9 +305,8 @@ static unsigned char *prepare_organ(const char *scene, Names *names, size_t *siz
     return scratch_read(&scratch, "a.h5", size);
 }
 
-static void data_sets_that_are_missing_are_named(void **unused)
+TEST(data_sets_that_are_missing_are_named)
 {
-    (void)unused;
     const char *scene = SCENE(ORGAN, "levels = 1;");
     Names names;
     World world;
@@ -331,9 +329,8 @@ static void data_sets_that_are_missing_are_named(void **unused)
     free(whole);
 }
 
-static void data_sets_of_other_sizes_are_refused(void **unused)
+TEST(data_sets_of_other_sizes_are_refused)
 {
-    (void)unused;
     const char *scene = SCENE(ORGAN, "levels = 1;");
     Names names;
     World world;
@@ -364,9 +361,8 @@ static void data_sets_of_other_sizes_are_refused(void **unused)
     free(whole);
 }
 
-static void numbers_that_do_not_fit_are_refused_behind_a_right_seal(void **unused)
+TEST(numbers_that_do_not_fit_are_refused_behind_a_right_seal)
 {
-    (void)unused;
     const char *scene = SCENE(ORGAN, "levels = 1;");
     Names names;
     World world;
@@ -415,9 +411,8 @@ static void numbers_that_do_not_fit_are_refused_behind_a_right_seal(void **unuse
     assert_true(tried > 500);
 }
 
-static void positions_that_do_not_fit_are_refused(void **unused)
+TEST(positions_that_do_not_fit_are_refused)
 {
-    (void)unused;
     const char *scene = SCENE(STOMACH, "levels = 1;");
     static const double others[] = {(double)NAN, HUGE_VAL, 1e308};
     enum { NODES = 100 + 294 };
@@ -443,9 +438,8 @@ static void positions_that_do_not_fit_are_refused(void **unused)
     free(whole);
 }
 
-static void files_that_cannot_be_written_are_named(void **unused)
+TEST(files_that_cannot_be_written_are_named)
 {
-    (void)unused;
     char path[SCRATCH_PATH];
     Scene scene;
     Status status = {0};
@@ -461,9 +455,8 @@ static void files_that_cannot_be_written_are_named(void **unused)
     scene_destroy(&scene);
 }
 
-static void layout_is_as_documented(void **unused)
+TEST(layout_is_as_documented)
 {
-    (void)unused;
     Names names;
     write_organ("");
     prepare(SCENE(ORGAN, "levels = 1;"), "a.h5");
@@ -485,35 +478,6 @@ static void layout_is_as_documented(void **unused)
     H5Fclose(file);
 }
 
-static int begin(void **unused)
-{
-    (void)unused;
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return run_begin(unused);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(runs_from_a_prepared_model_have_the_same_bits),
-        cmocka_unit_test(textures_are_prepared_with_their_mesh),
-        cmocka_unit_test(each_body_finds_its_own),
-        cmocka_unit_test(keys_beside_mesh_and_levels_may_change),
-        cmocka_unit_test(scenes_name_their_prepared_model),
-        cmocka_unit_test(models_of_other_scenes_are_refused),
-        cmocka_unit_test(mesh_files_that_changed_are_noticed),
-        cmocka_unit_test(other_formats_and_versions_are_refused),
-        cmocka_unit_test(truncated_files_are_refused),
-        cmocka_unit_test(altered_files_are_refused_wherever_the_change_is),
-        cmocka_unit_test(data_sets_that_are_missing_are_named),
-        cmocka_unit_test(data_sets_of_other_sizes_are_refused),
-        cmocka_unit_test(numbers_that_do_not_fit_are_refused_behind_a_right_seal),
-        cmocka_unit_test(positions_that_do_not_fit_are_refused),
-        cmocka_unit_test(files_that_cannot_be_written_are_named),
-        cmocka_unit_test(layout_is_as_documented),
-    };
-    return cmocka_run_group_tests(tests, begin, run_end);
-}
 #else
 // Without HDF5 or without bodies there is nothing to prepare.
 int main(void)

@@ -1,7 +1,7 @@
 // Every block of our READMEs that has bodies is a whole scene, and runs as it is printed. The files
 // that they name are made here: a closed mesh in millimetres and the volume of config/.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "world_run.h"
 
 #include "geometry/generator.h"
@@ -93,9 +93,10 @@ static int run_file(const char *name)
     return scenes;
 }
 
-static void scenes_of_the_readmes_run_as_printed(void **unused)
+AROUND_ALL(run_begin, run_end)
+
+TEST(scenes_of_the_readmes_run_as_printed)
 {
-    (void)unused;
     write_organ("organ.stl");
     write_organ("liver.stl");
     copy_volume("labels.nrrd");
@@ -104,10 +105,4 @@ static void scenes_of_the_readmes_run_as_printed(void **unused)
     for (size_t i = 0; i < sizeof READMES / sizeof READMES[0]; i++)
         scenes += run_file(READMES[i]);
     assert_true(scenes >= 5); // two on the front page, three of the server
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(scenes_of_the_readmes_run_as_printed)};
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

@@ -1,6 +1,6 @@
 // Reading of scene files: every key of every table refused with its line when wrong, damaged files,
 // and the scenes in config/.
-#include "expect.h"
+#include "test.h"
 #include "scene_text.h"
 
 #include <dirent.h>
@@ -223,9 +223,10 @@ static void expect_refused(const OptionTable *table, const char *key, const char
 
 // --- every key of every table ------------------------------------------------------------------
 
-static void base_scene_is_valid(void **unused)
+AROUND_ALL(scene_text_begin, scene_text_end)
+
+TEST(base_scene_is_valid)
 {
-    (void)unused;
     static char text[SCENE_TEXT];
     Scene scene;
     compose(text, "", "no such key", "");
@@ -233,16 +234,14 @@ static void base_scene_is_valid(void **unused)
     scene_destroy(&scene);
 }
 
-static void every_table_refuses_an_unknown_key(void **unused)
+TEST(every_table_refuses_an_unknown_key)
 {
-    (void)unused;
     for (int i = 0; i < SCENE_TABLE_COUNT; i++)
         expect_refused(scene_table(i), "zzz", "1", "unknown key");
 }
 
-static void every_key_refuses_a_wrong_type(void **unused)
+TEST(every_key_refuses_a_wrong_type)
 {
-    (void)unused;
     for (int i = 0; i < SCENE_TABLE_COUNT; i++) {
         const OptionTable *table = scene_table(i);
         for (int k = 0; k < table->count; k++) {
@@ -264,9 +263,8 @@ static void every_key_refuses_a_wrong_type(void **unused)
     }
 }
 
-static void every_number_refuses_what_is_outside_its_range(void **unused)
+TEST(every_number_refuses_what_is_outside_its_range)
 {
-    (void)unused;
     char value[64];
     for (int i = 0; i < SCENE_TABLE_COUNT; i++) {
         const OptionTable *table = scene_table(i);
@@ -302,9 +300,8 @@ static void every_number_refuses_what_is_outside_its_range(void **unused)
     }
 }
 
-static void every_string_refuses_what_is_too_long(void **unused)
+TEST(every_string_refuses_what_is_too_long)
 {
-    (void)unused;
     static char value[8192];
     for (int i = 0; i < SCENE_TABLE_COUNT; i++) {
         const OptionTable *table = scene_table(i);
@@ -325,9 +322,8 @@ static void every_string_refuses_what_is_too_long(void **unused)
     }
 }
 
-static void every_required_key_is_missed(void **unused)
+TEST(every_required_key_is_missed)
 {
-    (void)unused;
     static char text[SCENE_TEXT];
     for (int i = 0; i < SCENE_TABLE_COUNT; i++) {
         const OptionTable *table = scene_table(i);
@@ -346,9 +342,8 @@ static void every_required_key_is_missed(void **unused)
     }
 }
 
-static void damaged_scenes_are_read_or_refused_in_one_line(void **unused)
+TEST(damaged_scenes_are_read_or_refused_in_one_line)
 {
-    (void)unused;
     static char text[SCENE_TEXT], damaged[SCENE_TEXT];
     Scene scene;
     compose(text, "", "no such key", "");
@@ -370,9 +365,8 @@ static void damaged_scenes_are_read_or_refused_in_one_line(void **unused)
 
 // --- config/ -----------------------------------------------------------------------------------
 
-static void every_scene_in_config_is_valid(void **unused)
+TEST(every_scene_in_config_is_valid)
 {
-    (void)unused;
     DIR *folder = opendir("../config");
     assert_non_null(folder);
     int count = 0;
@@ -396,63 +390,4 @@ static void every_scene_in_config_is_valid(void **unused)
     }
     closedir(folder);
     assert_true(count >= 11);
-}
-
-static void reference_in_config_is_the_printed_one(void **unused)
-{
-    (void)unused;
-    char *text = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&text, &size);
-    scene_print_reference(out);
-    fclose(out);
-    FILE *file = fopen("../config/README.md", "rb");
-    assert_non_null(file);
-    char *stored = calloc(size + 2, 1);
-    size_t length = fread(stored, 1, size + 1, file);
-    fclose(file);
-    if (length != size || strcmp(stored, text) != 0)
-        fail_msg("config/README.md differs from the tables: from the top of the sources run\n"
-                 "    build/release/bin/test_scene --reference > config/README.md");
-    free(stored);
-    free(text);
-}
-
-// --- without surface bodies ---------------------------------------------------------------------
-
-#ifdef PLIANT_WITH_SURFACE
-static const bool with_surface = true;
-#else
-static const bool with_surface = false;
-#endif
-
-static void surface_bodies_that_are_not_built_in_are_refused(void **unused)
-{
-    (void)unused;
-    expect_error(BODY, "x.cfg:1: this pliantd was built without surface bodies (PLIANT_SURFACE)");
-}
-
-int main(int argc, char **argv)
-{
-    if (argc == 2 && strcmp(argv[1], "--reference") == 0) {
-        scene_print_reference(stdout);
-        return 0;
-    }
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(base_scene_is_valid),
-        cmocka_unit_test(every_table_refuses_an_unknown_key),
-        cmocka_unit_test(every_key_refuses_a_wrong_type),
-        cmocka_unit_test(every_number_refuses_what_is_outside_its_range),
-        cmocka_unit_test(every_string_refuses_what_is_too_long),
-        cmocka_unit_test(every_required_key_is_missed),
-        cmocka_unit_test(damaged_scenes_are_read_or_refused_in_one_line),
-        cmocka_unit_test(every_scene_in_config_is_valid),
-        cmocka_unit_test(reference_in_config_is_the_printed_one),
-    };
-    const struct CMUnitTest tests_without[] = {
-        cmocka_unit_test(surface_bodies_that_are_not_built_in_are_refused),
-        cmocka_unit_test(reference_in_config_is_the_printed_one),
-    };
-    return with_surface ? cmocka_run_group_tests(tests, scene_text_begin, scene_text_end)
-                        : cmocka_run_group_tests(tests_without, scene_text_begin, scene_text_end);
 }

@@ -1,4 +1,5 @@
 // How scenes name attachments: what is refused, and the integrator that joined bodies share.
+#include "test.h"
 #include "tied_bodies.h"
 
 static void expect_refused(const char *attachment, const char *why)
@@ -18,9 +19,10 @@ static void expect_refused(const char *attachment, const char *why)
     assert_string_equal(said, why);
 }
 
-static void wrong_attachments_are_named_by_their_line(void **state)
+AROUND_ALL(run_begin, run_end)
+
+TEST(wrong_attachments_are_named_by_their_line)
 {
-    (void)state;
 #define AT "x.cfg:12: "
     expect_refused("{ body = \"thing\"; sphere = [0, 0, 0]; radius = 1; to = \"world\"; }",
                    AT "body \"thing\" is not in the scene");
@@ -45,9 +47,8 @@ static void wrong_attachments_are_named_by_their_line(void **state)
 #undef AT
 }
 
-static void attachment_far_from_the_other_body_is_refused(void **state)
+TEST(attachment_far_from_the_other_body_is_refused)
 {
-    (void)state;
     const char *text = "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BALL(
         "two", "[0.3, 0, 0]",
         "") " );\n"
@@ -60,9 +61,8 @@ static void attachment_far_from_the_other_body_is_refused(void **state)
     assert_non_null(strstr(said, " m from body one, at most "));
 }
 
-static void nodes_are_named_as_in_the_mesh(void **state)
+TEST(nodes_are_named_as_in_the_mesh)
 {
-    (void)state;
     Run run;
     run_create(
         &run,
@@ -107,9 +107,8 @@ static IntegratorKind integrator_in(const Scene *scene, int b)
     return body->options.integrator;
 }
 
-static void joined_bodies_that_name_no_integrator_take_a_common_one(void **state)
+TEST(joined_bodies_that_name_no_integrator_take_a_common_one)
 {
-    (void)state;
 #define S     "surface"
 #define V     "voxel"
 #define EULER "integrator = \"symplectic_euler\";"
@@ -148,15 +147,4 @@ static void joined_bodies_that_name_no_integrator_take_a_common_one(void **state
         if (cases[c].common >= 0)
             scene_destroy(&scene);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(wrong_attachments_are_named_by_their_line),
-        cmocka_unit_test(attachment_far_from_the_other_body_is_refused),
-        cmocka_unit_test(nodes_are_named_as_in_the_mesh),
-        cmocka_unit_test(joined_bodies_that_name_no_integrator_take_a_common_one),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

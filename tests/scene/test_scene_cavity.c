@@ -1,6 +1,6 @@
 // What a wall encloses, in scenes: gas and fluid, levels, cuts that let it out, SET.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "world_run.h"
 
@@ -124,9 +124,10 @@ static void momenta(const Run *run, Vec3 *linear, Vec3 *angular)
     }
 }
 
-static void a_gas_keeps_pressure_times_volume(void **unused)
+AROUND_ALL(run_begin, run_end)
+
+TEST(a_gas_keeps_pressure_times_volume)
 {
-    (void)unused;
     static const char *const CASES[] = {
         EXACT BALL(SOFT "cavity = { gas = true; ambient = 0.0; pressure = 150.0; };"),
         EXACT BALL(SOFT "cavity = { gas = true; pressure = 300.0; };"),
@@ -163,9 +164,8 @@ static void a_gas_keeps_pressure_times_volume(void **unused)
 
 // A step that is tried and undone leaves nothing behind, also where it was the first to measure the
 // volume after the rows have changed.
-static void a_tried_step_leaves_nothing(void **unused)
+TEST(a_tried_step_leaves_nothing)
 {
-    (void)unused;
     uint64_t hash[2];
     for (int tried = 0; tried < 2; tried++) {
         Run run;
@@ -189,9 +189,8 @@ static void a_tried_step_leaves_nothing(void **unused)
     assert_true(hash[0] == hash[1]);
 }
 
-static void a_fluid_keeps_its_volume(void **unused)
+TEST(a_fluid_keeps_its_volume)
 {
-    (void)unused;
     Run run;
     run_create(
         &run,
@@ -219,9 +218,8 @@ static void a_fluid_keeps_its_volume(void **unused)
 }
 
 // Nothing holds it, nothing damps it.
-static void a_free_balloon_keeps_momentum_and_energy(void **unused)
+TEST(a_free_balloon_keeps_momentum_and_energy)
 {
-    (void)unused;
     static const char *const CASES[] = {
         EXACT BALL(SOFT "cavity = { pressure = 300.0; };"),
         EXACT BALL(SOFT "cavity = { gas = true; ambient = 0.0; pressure = 300.0; };"),
@@ -279,9 +277,8 @@ static void cut(Run *run, Vec3 a, Vec3 b, Vec3 way)
     "material = { youngs_modulus_2d = 80.0; node_damping = 1.0e-3; };\n"
 
 // Cut in two halves, whose openings are known at every tick.
-static void what_is_inside_leaves_by_the_law_of_a_jet(void **unused)
+TEST(what_is_inside_leaves_by_the_law_of_a_jet)
 {
-    (void)unused;
     static const struct {
         const char *text;
         double density;
@@ -352,9 +349,8 @@ static void what_is_inside_leaves_by_the_law_of_a_jet(void **unused)
 
 // The upper part of a full bladder falls off, and far: what it encloses by itself does not change
 // with where it is, and the pressure is gone.
-static void a_piece_that_falls_off_is_left_alone(void **unused)
+TEST(a_piece_that_falls_off_is_left_alone)
 {
-    (void)unused;
 #define HUNG                                                                                       \
     "cuttable = true; fixed = ( { box = ([-1, -1, -1], [1, 1, -0.04]); } );\n"                     \
     "material = { youngs_modulus_2d = 120.0; areal_density = 2.0; node_damping = 1.0e-3;\n"        \
@@ -384,9 +380,8 @@ static void a_piece_that_falls_off_is_left_alone(void **unused)
 }
 
 // Resumed in the middle of its emptying, and on two threads: the same bits.
-static void a_cut_balloon_repeats_bit_for_bit(void **unused)
+TEST(a_cut_balloon_repeats_bit_for_bit)
 {
-    (void)unused;
     static const char *const CASES[] = {
         BALL(CUTTABLE "cavity = { pressure = 300.0; };"),
         BALL(CUTTABLE LEVELS "cavity = { gas = true; pressure = 300.0; };"),
@@ -437,9 +432,8 @@ static void a_cut_balloon_repeats_bit_for_bit(void **unused)
     }
 }
 
-static void set_changes_pressure_and_volume(void **unused)
+TEST(set_changes_pressure_and_volume)
 {
-    (void)unused;
     Run run;
     char why[256];
     run_create(&run, EXACT BALL(SOFT "cavity = { pressure = 100.0; };"));
@@ -479,9 +473,8 @@ static void set_changes_pressure_and_volume(void **unused)
 
 // What is accepted is borne: by a SET before the first tick, the largest, a fluid that hardly gives
 // way, a wall that is put back to its rest shape, or one that cannot move.
-static void what_is_accepted_is_borne(void **unused)
+TEST(what_is_accepted_is_borne)
 {
-    (void)unused;
 #define DAMPED                                                                                     \
     "material = { youngs_modulus_2d = 80.0; damping_time = 1e-3; node_damping = 1e-3; };\n"
     static const struct {
@@ -541,9 +534,8 @@ static void what_is_accepted_is_borne(void **unused)
 }
 
 // One of two bodies refuses: neither changes.
-static void a_set_of_all_is_of_all_or_none(void **unused)
+TEST(a_set_of_all_is_of_all_or_none)
 {
-    (void)unused;
     Run run;
     char why[256];
 #define ONE(name, place, more)                                                                     \
@@ -562,9 +554,8 @@ static void a_set_of_all_is_of_all_or_none(void **unused)
     run_destroy(&run);
 }
 
-static void bad_cavities_are_refused(void **unused)
+TEST(bad_cavities_are_refused)
 {
-    (void)unused;
     static const char *const CASES[][2] = {
         {BALL("cavity = { gas = true; fluid = true; };"),
          "x.cfg:4: fluid cannot be mixed with gas"},
@@ -580,22 +571,4 @@ static void bad_cavities_are_refused(void **unused)
         if (strstr(said, CASES[k][1]) == NULL)
             fail_msg("%s", said);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_gas_keeps_pressure_times_volume),
-        cmocka_unit_test(a_tried_step_leaves_nothing),
-        cmocka_unit_test(a_fluid_keeps_its_volume),
-        cmocka_unit_test(a_free_balloon_keeps_momentum_and_energy),
-        cmocka_unit_test(what_is_inside_leaves_by_the_law_of_a_jet),
-        cmocka_unit_test(a_piece_that_falls_off_is_left_alone),
-        cmocka_unit_test(a_cut_balloon_repeats_bit_for_bit),
-        cmocka_unit_test(set_changes_pressure_and_volume),
-        cmocka_unit_test(what_is_accepted_is_borne),
-        cmocka_unit_test(a_set_of_all_is_of_all_or_none),
-        cmocka_unit_test(bad_cavities_are_refused),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

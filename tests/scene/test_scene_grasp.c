@@ -1,5 +1,6 @@
 // Graspers and attachments that hold bodies which adapt, are cut, hang on the world or follow a
 // tool.
+#include "test.h"
 #include "effort.h"
 #include "random.h"
 #include "tied_bodies.h"
@@ -12,11 +13,12 @@
 #define ADAPTS                                                                                     \
     "levels = 2; adapt = { force = 0.0005; speed = 0.05; curvature = 0.3; check_hz = 100.0; };"
 
+AROUND_ALL(run_begin, run_end)
+
 // Two balls that refine and coarsen under a kick, tied to each other: momentum stays exact, and the
 // ties follow.
-static void ties_follow_bodies_that_adapt(void **state)
+TEST(ties_follow_bodies_that_adapt)
 {
-    (void)state;
     Run run;
     run_create(&run,
                DOUBLE "bodies = ( " BALL("one", "[0, 0, 0]", ADAPTS) ",\n" BALL(
@@ -79,9 +81,8 @@ static int pull_top(Run *run, int i)
 }
 
 // Jaws that pull a ball which refines around them; elsewhere it goes on with the same bits.
-static void hold_grows_with_the_refinement_that_it_causes(void **state)
+TEST(hold_grows_with_the_refinement_that_it_causes)
 {
-    (void)state;
     Run run, other;
     create_adaptive(&run);
     create_adaptive(&other);
@@ -168,9 +169,8 @@ static void cut_through_what_is_held(const char *body, double height)
     run_destroy(&run);
 }
 
-static void what_is_held_stays_held_when_it_is_cut(void **state)
+TEST(what_is_held_stays_held_when_it_is_cut)
 {
-    (void)state;
     cut_through_what_is_held(BALL("one", "[0, 0, 0]", "cuttable = true; levels = 1;"), 0.05);
     cut_through_what_is_held(
         "{ name = \"one\"; model = \"voxel\"; cuttable = true; levels = 1;\n"
@@ -184,9 +184,8 @@ static void what_is_held_stays_held_when_it_is_cut(void **state)
 
 // Every node of a ball hangs on a spring of its own: k_i = g lambda m_i, so that all sink by
 // 9.81 / (g lambda), without strain.
-static void body_that_hangs_on_the_world_sinks_by_its_weight(void **state)
+TEST(body_that_hangs_on_the_world_sinks_by_its_weight)
 {
-    (void)state;
     Run run;
     run_create(&run, DOUBLE "gravity = [0, 0, -9.81];\nbodies = ( " BALL(
                          "one", "[0, 0, 0]",
@@ -204,9 +203,8 @@ static void body_that_hangs_on_the_world_sinks_by_its_weight(void **state)
     run_destroy(&run);
 }
 
-static void tool_holds_its_region_while_it_is_active(void **state)
+TEST(tool_holds_its_region_while_it_is_active)
 {
-    (void)state;
     Run run;
     run_create(&run,
                "bodies = ( " BALL(
@@ -241,9 +239,8 @@ static void tool_holds_its_region_while_it_is_active(void **state)
 // ---------------------------------------------------------------------------------------------
 // Graspers on voxel bodies
 
-static void grasper_pulls_a_voxel_body_and_feels_it(void **state)
+TEST(grasper_pulls_a_voxel_body_and_feels_it)
 {
-    (void)state;
     Run run;
     run_create(&run, DOUBLE "bodies = ( " BAR(
                          "bar", "") " );\n"
@@ -282,9 +279,8 @@ static void grasper_pulls_a_voxel_body_and_feels_it(void **state)
 }
 
 // A trembling grip makes ten events a second at most, and the last one is the truth.
-static void grasps_are_told_ten_times_a_second_at_most(void **state)
+TEST(grasps_are_told_ten_times_a_second_at_most)
 {
-    (void)state;
     Run run;
     run_create(
         &run, "bodies = ( " BAR(
@@ -311,9 +307,8 @@ static void grasps_are_told_ten_times_a_second_at_most(void **state)
 // ---------------------------------------------------------------------------------------------
 // What a scene without them pays, and what is wrong with others
 
-static void scene_without_graspers_has_nothing_of_them(void **state)
+TEST(scene_without_graspers_has_nothing_of_them)
 {
-    (void)state;
     Run run;
     run_create(&run,
                "bodies = ( " BALL(
@@ -328,19 +323,4 @@ static void scene_without_graspers_has_nothing_of_them(void **state)
         assert_null(strstr(run.world.arena.block[i].name, "attachment"));
     }
     run_destroy(&run);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ties_follow_bodies_that_adapt),
-        cmocka_unit_test(hold_grows_with_the_refinement_that_it_causes),
-        cmocka_unit_test(what_is_held_stays_held_when_it_is_cut),
-        cmocka_unit_test(body_that_hangs_on_the_world_sinks_by_its_weight),
-        cmocka_unit_test(tool_holds_its_region_while_it_is_active),
-        cmocka_unit_test(grasper_pulls_a_voxel_body_and_feels_it),
-        cmocka_unit_test(grasps_are_told_ten_times_a_second_at_most),
-        cmocka_unit_test(scene_without_graspers_has_nothing_of_them),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

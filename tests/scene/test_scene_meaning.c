@@ -1,6 +1,6 @@
 // The meaning of the keys of scene files: defaults, what goes together and what does not, names,
 // places, includes and syntax.
-#include "expect.h"
+#include "test.h"
 #include "scene_text.h"
 
 #include <stdlib.h>
@@ -9,9 +9,10 @@
     "bodies = ( { name = \"a\"; mesh = { generator = \"uv_sphere\"; };\n" text " } );\n"
 #define MESH(text) "bodies = ( { name = \"a\";\nmesh = { " text " }; } );\n"
 
-static void a_bare_body_takes_all_defaults(void **unused)
+AROUND_ALL(scene_text_begin, scene_text_end)
+
+TEST(a_bare_body_takes_all_defaults)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(read_as_scene(BODY, &scene), "");
     assert_string_equal(scene.name, "scene");
@@ -48,9 +49,8 @@ static void a_bare_body_takes_all_defaults(void **unused)
     scene_destroy(&scene);
 }
 
-static void names_are_read_back(void **unused)
+TEST(names_are_read_back)
 {
-    (void)unused;
     Scene scene;
     char text[256];
     for (int kind = 0; kind < INTEGRATOR_COUNT; kind++) {
@@ -68,9 +68,8 @@ static void names_are_read_back(void **unused)
     expect_error(IN_BODY("integrator = \"\";"), text);
 }
 
-static void keys_are_accepted_at_their_defaults(void **unused)
+TEST(keys_are_accepted_at_their_defaults)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(
         read_as_scene(
@@ -80,9 +79,8 @@ static void keys_are_accepted_at_their_defaults(void **unused)
     scene_destroy(&scene);
 }
 
-static void step_may_have_several_threads(void **unused)
+TEST(step_may_have_several_threads)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(read_as_scene("threads = 8;\n" BODY, &scene), "");
     assert_int_equal(scene.threads, 8);
@@ -91,9 +89,8 @@ static void step_may_have_several_threads(void **unused)
     expect_error("threads = 0;\n" BODY, "x.cfg:1: threads 0 outside [1, 8]");
 }
 
-static void implicit_integration_has_its_keys(void **unused)
+TEST(implicit_integration_has_its_keys)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(
         read_as_scene(IN_BODY("integrator = \"implicit\"; theta = 1.0; "
@@ -117,9 +114,8 @@ static void implicit_integration_has_its_keys(void **unused)
     expect_error(IN_BODY("theta = 0.4;"), "x.cfg:2: theta 0.4 outside [0.5, 1]");
 }
 
-static void shape_springs_may_be_damped_along_themselves(void **unused)
+TEST(shape_springs_may_be_damped_along_themselves)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(read_as_scene(IN_BODY("shape = {};"), &scene), "");
     assert_int_equal(scene.body[0].surface.shape.direction, SHAPE_DAMPS_ALL);
@@ -138,9 +134,8 @@ static void shape_springs_may_be_damped_along_themselves(void **unused)
                  "\"auto\"");
 }
 
-static void cuttable_body_may_tear_by_stretch(void **unused)
+TEST(cuttable_body_may_tear_by_stretch)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(read_as_scene(IN_BODY("cuttable = true;"), &scene), "");
     assert_true(scene.body[0].surface.body.cuttable);
@@ -162,9 +157,8 @@ static void cuttable_body_may_tear_by_stretch(void **unused)
                  "x.cfg:2: split_budget means nothing for a surface body");
 }
 
-static void surface_body_needs_a_mesh_and_no_key_of_a_voxel_body(void **unused)
+TEST(surface_body_needs_a_mesh_and_no_key_of_a_voxel_body)
 {
-    (void)unused;
     expect_error("bodies = (\n{ name = \"a\"; } );",
                  "x.cfg:2: bodies.mesh is missing (Source of its triangles.)");
     expect_error(IN_BODY("voxels = {};"), "x.cfg:2: voxels means nothing for a surface body");
@@ -178,9 +172,8 @@ static void surface_body_needs_a_mesh_and_no_key_of_a_voxel_body(void **unused)
                  "youngs_modulus_2d?");
 }
 
-static void levels_are_read_as_written(void **unused)
+TEST(levels_are_read_as_written)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(
         read_as_scene("rate_hz = 500; capacity = { nodes = 9000; faces = 8000; };\n" IN_BODY(
@@ -218,9 +211,8 @@ static void levels_are_read_as_written(void **unused)
     scene_destroy(&scene);
 }
 
-static void levels_that_do_not_go_together_are_refused(void **unused)
+TEST(levels_that_do_not_go_together_are_refused)
 {
-    (void)unused;
     expect_error(IN_BODY("levels = 9;"), "x.cfg:2: levels 9 outside [0, 8]");
     expect_error(IN_BODY("start_level = 1;"), "x.cfg:2: start_level 1 exceeds levels 0");
     expect_error(IN_BODY("levels = 2;\nstart_level = 3;"),
@@ -239,9 +231,8 @@ static void levels_that_do_not_go_together_are_refused(void **unused)
                  "x.cfg:2: adjust \"choi\" must be one of \"continuum\", \"choi2005\"");
 }
 
-static void checks_follow_a_lower_rate(void **unused)
+TEST(checks_follow_a_lower_rate)
 {
-    (void)unused;
     Scene scene;
     Status status = {0};
     assert_string_equal(read_as_scene("rate_hz = 50;\n" IN_BODY("levels = 1; adapt = {};"), &scene),
@@ -252,9 +243,8 @@ static void checks_follow_a_lower_rate(void **unused)
     scene_destroy(&scene);
 }
 
-static void generators_take_their_own_keys_only(void **unused)
+TEST(generators_take_their_own_keys_only)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(
         read_as_scene(MESH("generator = \"sphere\"; nodes = 60; radius = 1;"), &scene), "");
@@ -277,9 +267,8 @@ static void generators_take_their_own_keys_only(void **unused)
                  "x.cfg:2: mesh needs only one of file or generator");
 }
 
-static void ico_sphere_counts_nodes_or_subdivisions(void **unused)
+TEST(ico_sphere_counts_nodes_or_subdivisions)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(read_as_scene(MESH("generator = \"ico_sphere\"; nodes = 642;"), &scene),
                         "");
@@ -295,9 +284,8 @@ static void ico_sphere_counts_nodes_or_subdivisions(void **unused)
                  "x.cfg:2: nodes and subdivisions are two ways to say the same");
 }
 
-static void mesh_files_are_seen_from_the_scenes_folder(void **unused)
+TEST(mesh_files_are_seen_from_the_scenes_folder)
 {
-    (void)unused;
     char expected[SCRATCH_PATH];
     Scene scene;
     assert_string_equal(
@@ -317,9 +305,8 @@ static void mesh_files_are_seen_from_the_scenes_folder(void **unused)
     scene_destroy(&scene);
 }
 
-static void uniform_and_physical_material_do_not_mix(void **unused)
+TEST(uniform_and_physical_material_do_not_mix)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(read_as_scene(IN_BODY("material = { spring_stiffness = 40; node_mass = "
                                               "0.001; node_damping = 0.5; };"),
@@ -342,9 +329,8 @@ static void uniform_and_physical_material_do_not_mix(void **unused)
                  "x.cfg:2: bodies.material.node_mass is missing: it goes with spring_stiffness");
 }
 
-static void shape_is_a_frequency_or_a_stiffness_a_node(void **unused)
+TEST(shape_is_a_frequency_or_a_stiffness_a_node)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(read_as_scene(IN_BODY("shape = { frame = \"body\"; };"), &scene), "");
     const SurfaceShape *shape = &scene.body[0].surface.shape;
@@ -364,9 +350,8 @@ static void shape_is_a_frequency_or_a_stiffness_a_node(void **unused)
                  "x.cfg:2: bodies.shape.stiffness is missing: it goes with damping");
 }
 
-static void fixed_takes_boxes_spheres_and_nodes(void **unused)
+TEST(fixed_takes_boxes_spheres_and_nodes)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(
         read_as_scene(IN_BODY("fixed = ( { box = ([-1, -1, -1.5], [1, 1, 0]); },\n"
@@ -399,9 +384,8 @@ static void fixed_takes_boxes_spheres_and_nodes(void **unused)
 
 #define TOOL(text) BODY "tools = ( { id = 1; " text " } );"
 
-static void tools_have_the_shapes_of_their_kind(void **unused)
+TEST(tools_have_the_shapes_of_their_kind)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(
         read_as_scene(
@@ -429,9 +413,8 @@ static void tools_have_the_shapes_of_their_kind(void **unused)
                  "x.cfg:2: edge means nothing for this tool, only for kind blade");
 }
 
-static void blades_have_an_edge_and_may_have_a_back(void **unused)
+TEST(blades_have_an_edge_and_may_have_a_back)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(
         read_as_scene(TOOL("kind = \"blade\"; edge = ( [0, 0, 0], [0.0, 0.0, 0.02] ); "), &scene),
@@ -460,9 +443,8 @@ static void blades_have_an_edge_and_may_have_a_back(void **unused)
                  "x.cfg:2: plane means nothing for a blade, only for kind static");
 }
 
-static void loads_find_their_body(void **unused)
+TEST(loads_find_their_body)
 {
-    (void)unused;
 #define LOAD(body)                                                                                 \
     "bodies = ( { name = \"one\"; mesh = { generator = \"sheet\"; }; },\n"                         \
     " { name = \"two\"; mesh = { generator = \"sheet\"; }; } );\n"                                 \
@@ -485,9 +467,8 @@ static void loads_find_their_body(void **unused)
                  "x.cfg:3: body \"twoo\" is not in the scene: did you mean \"two\"?");
 }
 
-static void names_and_ids_are_unique_and_fit_a_channel(void **unused)
+TEST(names_and_ids_are_unique_and_fit_a_channel)
 {
-    (void)unused;
     expect_error("bodies = ( { name = \"a\"; mesh = { generator = \"sheet\"; }; },\n"
                  " { name = \"a\"; mesh = { generator = \"sheet\"; }; } );\n",
                  "x.cfg:2: name \"a\" is taken by the body at line 1");
@@ -503,9 +484,8 @@ static void names_and_ids_are_unique_and_fit_a_channel(void **unused)
         "characters");
 }
 
-static void publish_rates_do_not_exceed_the_tick_rate(void **unused)
+TEST(publish_rates_do_not_exceed_the_tick_rate)
 {
-    (void)unused;
     Scene scene;
     assert_string_equal(read_as_scene("rate_hz = 30;\n" BODY, &scene), "");
     expect_near(scene.publish.nodes_hz, 30.0, 0.0);
@@ -516,9 +496,8 @@ static void publish_rates_do_not_exceed_the_tick_rate(void **unused)
                  "x.cfg:3: nodes_hz 60 exceeds rate_hz 30");
 }
 
-static void counts_are_limited(void **unused)
+TEST(counts_are_limited)
 {
-    (void)unused;
     static char text[65536];
     size_t length = (size_t)snprintf(text, sizeof text, "%sloads = (", BODY);
     for (int i = 0; i < SIM_LOADS + 1; i++)
@@ -534,9 +513,8 @@ static void counts_are_limited(void **unused)
 
 // --- files -------------------------------------------------------------------------------------
 
-static void duplicate_keys_and_syntax_errors_show_their_line(void **unused)
+TEST(duplicate_keys_and_syntax_errors_show_their_line)
 {
-    (void)unused;
     expect_error("rate_hz = 5;\nrate_hz = 6;\n" BODY,
                  "x.cfg:2: duplicate setting name: rate_hz = 6;");
     expect_error("rate_hz = ;\n", "x.cfg:1: syntax error: rate_hz = ;");
@@ -545,9 +523,8 @@ static void duplicate_keys_and_syntax_errors_show_their_line(void **unused)
                  "x.cfg:1: syntax error: gravity = [nan, 0.0, 0.0];");
 }
 
-static void integers_beyond_32_bits_are_refused_not_cut(void **unused)
+TEST(integers_beyond_32_bits_are_refused_not_cut)
 {
-    (void)unused;
     // libconfig would read 4294968296 as 1000, a valid rate.
     expect_error("# 4294968296\nrate_hz = 4294968296;\n" BODY,
                  "x.cfg:2: integer 4294968296 does not fit 32 bits");
@@ -560,9 +537,8 @@ static void integers_beyond_32_bits_are_refused_not_cut(void **unused)
     scene_destroy(&scene);
 }
 
-static void errors_in_included_files_name_the_included_file(void **unused)
+TEST(errors_in_included_files_name_the_included_file)
 {
-    (void)unused;
     Scene scene;
     const char *include = "\n@include \"part.inc\"\n" BODY;
     scratch_write(&scratch, "part.inc", "rate_hz = 500;\n", 15);
@@ -579,9 +555,8 @@ static void errors_in_included_files_name_the_included_file(void **unused)
                           "use ( )");
 }
 
-static void includes_that_cannot_be_read_are_named(void **unused)
+TEST(includes_that_cannot_be_read_are_named)
 {
-    (void)unused;
     expect_error("\n@include \"none.inc\"\n", "x.cfg:2: @include \"none.inc\": No such file or "
                                               "directory");
     // libconfig's scanner would end the process.
@@ -593,9 +568,8 @@ static void includes_that_cannot_be_read_are_named(void **unused)
                            "x.cfg:1: @include \"x.cfg\" is nested deeper than 10 files"));
 }
 
-static void scene_files_that_cannot_be_read_are_named(void **unused)
+TEST(scene_files_that_cannot_be_read_are_named)
 {
-    (void)unused;
     Scene scene;
     Status status = {0};
     assert_false(scene_read("no-such-scene.cfg", &scene, &status));
@@ -608,39 +582,4 @@ static void scene_files_that_cannot_be_read_are_named(void **unused)
     status = (Status){0};
     assert_false(scene_read(scratch_path(&scratch, "zero.cfg", path), &scene, &status));
     assert_non_null(strstr(status.text, "holds a zero byte: it is not text"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_bare_body_takes_all_defaults),
-        cmocka_unit_test(names_are_read_back),
-        cmocka_unit_test(keys_are_accepted_at_their_defaults),
-        cmocka_unit_test(step_may_have_several_threads),
-        cmocka_unit_test(implicit_integration_has_its_keys),
-        cmocka_unit_test(shape_springs_may_be_damped_along_themselves),
-        cmocka_unit_test(cuttable_body_may_tear_by_stretch),
-        cmocka_unit_test(blades_have_an_edge_and_may_have_a_back),
-        cmocka_unit_test(surface_body_needs_a_mesh_and_no_key_of_a_voxel_body),
-        cmocka_unit_test(levels_are_read_as_written),
-        cmocka_unit_test(levels_that_do_not_go_together_are_refused),
-        cmocka_unit_test(checks_follow_a_lower_rate),
-        cmocka_unit_test(generators_take_their_own_keys_only),
-        cmocka_unit_test(ico_sphere_counts_nodes_or_subdivisions),
-        cmocka_unit_test(mesh_files_are_seen_from_the_scenes_folder),
-        cmocka_unit_test(uniform_and_physical_material_do_not_mix),
-        cmocka_unit_test(shape_is_a_frequency_or_a_stiffness_a_node),
-        cmocka_unit_test(fixed_takes_boxes_spheres_and_nodes),
-        cmocka_unit_test(tools_have_the_shapes_of_their_kind),
-        cmocka_unit_test(loads_find_their_body),
-        cmocka_unit_test(names_and_ids_are_unique_and_fit_a_channel),
-        cmocka_unit_test(publish_rates_do_not_exceed_the_tick_rate),
-        cmocka_unit_test(counts_are_limited),
-        cmocka_unit_test(duplicate_keys_and_syntax_errors_show_their_line),
-        cmocka_unit_test(integers_beyond_32_bits_are_refused_not_cut),
-        cmocka_unit_test(errors_in_included_files_name_the_included_file),
-        cmocka_unit_test(includes_that_cannot_be_read_are_named),
-        cmocka_unit_test(scene_files_that_cannot_be_read_are_named),
-    };
-    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
 }

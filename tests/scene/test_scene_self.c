@@ -1,4 +1,5 @@
 // A body that touches itself: the pieces that it is cut into, and the lips of a cut.
+#include "test.h"
 #include "effort.h"
 #include "touching_bodies.h"
 
@@ -111,12 +112,13 @@ static void expect_repeats(Run *run, int ticks)
     free(state);
 }
 
+AROUND_ALL(run_begin, run_end)
+
 // A tower of tissue is cut through, level and at a slope that friction holds: the upper piece stays
 // on the lower one, from the tick of the cut on, and comes to rest. All of it repeats from the
 // middle.
-static void a_piece_lies_on_what_it_was_cut_from(void **state)
+TEST(a_piece_lies_on_what_it_was_cut_from)
 {
-    (void)state;
     static const double slope[] = {0.0, 0.2, 0.5};
     for (int k = 0; k < 3; k++) {
         Run run;
@@ -200,9 +202,8 @@ static double overlap_of(const Shell *shell)
 
 // A beam with a slit on its upper side is bent upwards: the lips close and press on each other.
 // Without contact they pass through each other.
-static void lips_of_a_slit_do_not_pass_each_other(void **state)
+TEST(lips_of_a_slit_do_not_pass_each_other)
 {
-    (void)state;
     double overlap[2];
     for (int with = 0; with < 2; with++) {
         char text[1024];
@@ -232,9 +233,8 @@ static void lips_of_a_slit_do_not_pass_each_other(void **state)
 
 // A body that is pressed far in but not cut moves as one that does not touch itself, bit for bit:
 // neither its corners nor its thin parts touch anything.
-static void a_whole_body_does_not_feel_itself(void **state)
+TEST(a_whole_body_does_not_feel_itself)
 {
-    (void)state;
     Run run[2];
     for (int with = 0; with < 2; with++) {
         char text[1024];
@@ -265,9 +265,8 @@ static void a_whole_body_does_not_feel_itself(void **state)
 }
 
 // A hollow ball is cut in two: the upper half falls into the lower one and stays there.
-static void halves_of_a_hollow_ball_touch(void **state)
+TEST(halves_of_a_hollow_ball_touch)
 {
-    (void)state;
     Run run;
     run_create(&run, "gravity = [0.0, 0, -9.0];\n"
                      "bodies = ( { name = \"one\"; cuttable = true; mesh = { generator = "
@@ -383,9 +382,8 @@ static void leave(Run *run, int tick)
 // Without contact all of these pass through themselves. Walls that resist bending do not; a ball
 // that crumples to single faces holds some tangles, and calms down. The flap may be caught at a
 // moment.
-static void folds_do_not_pass_each_other(void **state)
+TEST(folds_do_not_pass_each_other)
 {
-    (void)state;
     const bool full = EFFORT(6) == 6; // a sanitizer needs no comparison
     static const Fold fold[] = {{"flap", FLAP, turn_flap, 900, 4, 2.0},
                                 {"pinched", PINCHED, pinch, 520, 0, 2.0},
@@ -428,9 +426,8 @@ static void folds_do_not_pass_each_other(void **state)
     }
 }
 
-static void forces_of_folds_are_the_gradient_of_the_energy(void **state)
+TEST(forces_of_folds_are_the_gradient_of_the_energy)
 {
-    (void)state;
     char text[1024];
     Run run;
     snprintf(text, sizeof text, DOUBLE "%s" SELF(""), COLLAPSED);
@@ -439,16 +436,4 @@ static void forces_of_folds_are_the_gradient_of_the_energy(void **state)
         step(&run, 1);
     expect_gradient(&run);
     run_destroy(&run);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_piece_lies_on_what_it_was_cut_from),
-        cmocka_unit_test(lips_of_a_slit_do_not_pass_each_other),
-        cmocka_unit_test(a_whole_body_does_not_feel_itself),
-        cmocka_unit_test(halves_of_a_hollow_ball_touch),
-        cmocka_unit_test(folds_do_not_pass_each_other),
-        cmocka_unit_test(forces_of_folds_are_the_gradient_of_the_energy)};
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

@@ -1,4 +1,5 @@
 // Attachments that tie bodies to each other, surface and voxel: momentum, steps, checkpoints.
+#include "test.h"
 #include "effort.h"
 #include "tied_bodies.h"
 
@@ -42,9 +43,10 @@ static void kicked_pair_keeps_its_momentum(const char *bodies, const char *regio
     run_destroy(&run);
 }
 
-static void bodies_tied_to_each_other_exchange_momentum_exactly(void **state)
+AROUND_ALL(run_begin, run_end)
+
+TEST(bodies_tied_to_each_other_exchange_momentum_exactly)
 {
-    (void)state;
     // Surfaces: forces along springs, round-off alone.
     kicked_pair_keeps_its_momentum(
         BALL("one", "[0, 0, 0]", "") ",\n" BALL("two", "[0.102, 0, 0]", ""),
@@ -55,9 +57,8 @@ static void bodies_tied_to_each_other_exchange_momentum_exactly(void **state)
 }
 
 // In the middle of everything the state is all that counts.
-static void joined_bodies_repeat_bit_for_bit(void **state)
+TEST(joined_bodies_repeat_bit_for_bit)
 {
-    (void)state;
     Run run;
     run_create(&run, "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BAR(
                          "two", "") " );\n"
@@ -94,9 +95,8 @@ static double *state_numbers(Run *run, const char *name)
 }
 
 // From such numbers every tick would come out beyond bounds, for ever.
-static void holds_and_ties_beyond_all_bounds_are_refused(void **state)
+TEST(holds_and_ties_beyond_all_bounds_are_refused)
 {
-    (void)state;
     Run run;
     run_create(
         &run,
@@ -124,9 +124,8 @@ static void holds_and_ties_beyond_all_bounds_are_refused(void **state)
 
 #ifdef PLIANT_WITH_HDF5
 // Through a file too.
-static void holds_and_ties_are_in_checkpoints(void **state)
+TEST(holds_and_ties_are_in_checkpoints)
 {
-    (void)state;
     const char *text = "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BAR(
         "two",
         "") " );\n"
@@ -200,9 +199,8 @@ static bool ties_are_stable(double stiffness, double bound_of)
     return stable;
 }
 
-static void step_bound_counts_ties(void **state)
+TEST(step_bound_counts_ties)
 {
-    (void)state;
     static const double stiffness[] = {0.1, 1.0, 10.0};
     for (int k = 0; k < 3; k++)
         assert_true(ties_are_stable(stiffness[k], stiffness[k]));
@@ -210,9 +208,8 @@ static void step_bound_counts_ties(void **state)
 }
 
 // The softer of two bodies with many substeps sets the pace of both.
-static void joined_bodies_take_the_same_steps(void **state)
+TEST(joined_bodies_take_the_same_steps)
 {
-    (void)state;
     Run run;
     run_create(&run, "bodies = ( " BALL("one", "[0, 0, 0]", "time_step = 0.0001; ") ",\n" BALL(
                          "two", "[0.102, 0, 0]", "") ",\n" BALL("three", "[0, 0, 1]",
@@ -225,19 +222,4 @@ static void joined_bodies_take_the_same_steps(void **state)
     assert_int_equal(sim_body(run.world.sim, 1)->substeps, 10);
     assert_true(sim_body(run.world.sim, 2)->substeps < 10);
     run_destroy(&run);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bodies_tied_to_each_other_exchange_momentum_exactly),
-        cmocka_unit_test(joined_bodies_repeat_bit_for_bit),
-        cmocka_unit_test(holds_and_ties_beyond_all_bounds_are_refused),
-#ifdef PLIANT_WITH_HDF5
-        cmocka_unit_test(holds_and_ties_are_in_checkpoints),
-#endif
-        cmocka_unit_test(step_bound_counts_ties),
-        cmocka_unit_test(joined_bodies_take_the_same_steps),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

@@ -1,4 +1,5 @@
 // Bodies that touch each other: the law, momentum, energy, what rests, what is refused.
+#include "test.h"
 #include "effort.h"
 #include "touching_bodies.h"
 
@@ -18,9 +19,10 @@ static const char *const PAIRS[][2] = {
 };
 enum { PAIR_COUNT = sizeof PAIRS / sizeof *PAIRS };
 
-static void forces_are_the_gradient_of_the_energy(void **state)
+AROUND_ALL(run_begin, run_end)
+
+TEST(forces_are_the_gradient_of_the_energy)
 {
-    (void)state;
     for (int k = 0; k < 2 * PAIR_COUNT; k++) {
         char text[4096];
         Run run;
@@ -157,14 +159,18 @@ static const double DEEPEST = 5e-3;
 // a point finds another face than the one that it left, and the push with it.
 static const double USUAL_GAIN = 1e-6, MOST_GAIN = 1e-3;
 
-static int pushes = 20; // the slow run has more
-
-static void nothing_passes_through_and_few_gain_energy(void **state)
+// The long form has more.
+static int push_count(void)
 {
-    (void)state;
+    return EFFORT(test_is_long() ? 400 : 20);
+}
+
+TEST(nothing_passes_through_and_few_gain_energy)
+{
     uint64_t seed = 0x1234567;
     double depth = 0.0, gain = 0.0;
     int gained = 0;
+    const int pushes = push_count();
     for (int i = 0; i < pushes; i++) {
         Push push = {.kind = {random_below(&seed, 4), random_below(&seed, 3)},
                      .speed = random_between(&seed, 0.05, 0.5)};
@@ -246,10 +252,9 @@ static double close_way(uint64_t *seed, const int kind[2], double *most)
 // point that finds another face than the one that it left gives or takes energy: in 19 of 1000 ways
 // contact gave more than 2 % of the most that it held, at most 19 % (28 % in 3000 ways). In every
 // third it took that, since what presses gets softer, but not stiffer.
-static void closed_ways_rarely_gain(void **state)
+TEST(closed_ways_rarely_gain)
 {
-    (void)state;
-    const int ways = pushes < 500 ? pushes : 500;
+    const int ways = push_count();
     uint64_t seed = 0x7654321;
     int pressed = 0, gained = 0;
     double worst = 0.0;
@@ -269,9 +274,8 @@ static void closed_ways_rarely_gain(void **state)
 }
 
 // A search among bad numbers ends, and finds nothing in them.
-static void bad_numbers_end_a_search(void **state)
+TEST(bad_numbers_end_a_search)
 {
-    (void)state;
     static const double BAD[] = {(double)NAN, (double)INFINITY, 1e300};
     for (int k = 0; k < 3; k++) {
         Run run;
@@ -293,9 +297,8 @@ static void bad_numbers_end_a_search(void **state)
 // --- momentum ------------------------------------------------------------------------------------
 
 // Every force has its opposite, with friction and damping: the sums of an evaluation in motion.
-static void forces_and_moments_cancel(void **state)
+TEST(forces_and_moments_cancel)
 {
-    (void)state;
     for (int k = 0; k < PAIR_COUNT; k++) {
         char text[4096];
         Run run;
@@ -350,9 +353,8 @@ static Momentum momentum_of(Run *run)
 }
 
 // Two hollow balls, all of whose mass is in nodes that can be read, after a kick.
-static void colliding_balls_keep_their_momentum(void **state)
+TEST(colliding_balls_keep_their_momentum)
 {
-    (void)state;
     Run run;
     run_create(&run, DOUBLE "bodies = ( " BALL("one", "translation = [0, 0, 0];", "") ", " BALL(
                          "two", "translation = [0.041, 0.005, 0.0];", "") " );\n" //
@@ -386,9 +388,8 @@ static void colliding_balls_keep_their_momentum(void **state)
     "  contact = { friction = 0.5; damping_time = 0.005; }; }"
 
 // Three soft cubes on a table, a little beside each other.
-static void a_stack_comes_to_rest_and_stays(void **state)
+LONG_TEST(a_stack_comes_to_rest_and_stays)
 {
-    (void)state;
     Run run;
     run_create(
         &run, DOUBLE "gravity = [0, 0, -9.81];\nbodies = ( " STACKED("one", "0, 0, 0.02") ",\n" //
@@ -422,9 +423,8 @@ static void a_stack_comes_to_rest_and_stays(void **state)
 }
 
 // A cube on a cube rests as much higher as the scene says that surfaces are thick.
-static void surfaces_rest_at_their_thickness(void **state)
+TEST(surfaces_rest_at_their_thickness)
 {
-    (void)state;
     double height[2];
     for (int thick = 0; thick < 2; thick++) {
         char text[2048];
@@ -504,9 +504,8 @@ static void refuse_what_cannot_be(Run *run)
 
 // What lies on another body is cut in two, and both halves still lie on it. From the middle,
 // between two searches and some ticks before the cut, all of it repeats.
-static void what_is_cut_still_lies_there_and_repeats(void **state)
+TEST(what_is_cut_still_lies_there_and_repeats)
 {
-    (void)state;
     for (int k = 0; k < 3; k++) {
         char text[2048], why[256];
         Run run;
@@ -581,9 +580,8 @@ static void expect_refused(const char *touch, const char *said)
         fail_msg("%s: \"%s\" is not in \"%s\"", touch, said, got);
 }
 
-static void pairs_that_cannot_touch_are_refused_by_name(void **state)
+TEST(pairs_that_cannot_touch_are_refused_by_name)
 {
-    (void)state;
     expect_refused("{ bodies = [\"one\", \"two\", \"one\"]; }", "it must have one or two");
     expect_refused("{ bodies = [\"flat\"]; }", "\"flat\" is a plane body");
     expect_refused("{ bodies = [\"one\", \"one\"]; }", "\"one\" is named twice");
@@ -596,28 +594,4 @@ static void pairs_that_cannot_touch_are_refused_by_name(void **state)
     expect_refused("{ bodies = [\"one\", \"two\"]; stiffness = 0.0; }", "stiffness");
     expect_refused("{ bodies = [\"one\"]; thickness = -0.001; }", "thickness");
     expect_refused("{ bodies = [\"one\", \"two\"]; thickness = 0.05; }", "longest edge of body");
-}
-
-// With a number: so many pushes, and what takes seconds.
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forces_are_the_gradient_of_the_energy),
-        cmocka_unit_test(forces_and_moments_cancel),
-        cmocka_unit_test(colliding_balls_keep_their_momentum),
-        cmocka_unit_test(what_is_cut_still_lies_there_and_repeats),
-        cmocka_unit_test(pairs_that_cannot_touch_are_refused_by_name),
-        cmocka_unit_test(nothing_passes_through_and_few_gain_energy),
-        cmocka_unit_test(closed_ways_rarely_gain),
-        cmocka_unit_test(surfaces_rest_at_their_thickness),
-        cmocka_unit_test(bad_numbers_end_a_search),
-    };
-    const struct CMUnitTest slow[] = {
-        cmocka_unit_test(a_stack_comes_to_rest_and_stays),
-        cmocka_unit_test(nothing_passes_through_and_few_gain_energy),
-        cmocka_unit_test(closed_ways_rarely_gain),
-    };
-    pushes = EFFORT(argc > 1 ? atoi(argv[1]) : pushes);
-    return argc > 1 ? cmocka_run_group_tests(slow, run_begin, run_end)
-                    : cmocka_run_group_tests(tests, run_begin, run_end);
 }

@@ -1,5 +1,6 @@
 // Bodies that touch with their smooth surfaces: the slope of the energy for the vertices that carry
 // them, Hertz, states after cuts; and bodies that overlap at the start.
+#include "test.h"
 #include "effort.h"
 #include "touching_bodies.h"
 
@@ -30,11 +31,12 @@ static double energy_with(Run *run, int vertex, Vec3 way)
     return touch_of(run)->energy;
 }
 
+AROUND_ALL(run_begin, run_end)
+
 // Of smooth surfaces the vertices that carry them get the slope of the energy: both bodies' by
 // which something is pushed.
-static void forces_on_vertices_are_the_gradient_of_the_energy(void **state)
+TEST(forces_on_vertices_are_the_gradient_of_the_energy)
 {
-    (void)state;
     char text[4096];
     Run run;
     snprintf(text, sizeof text, DOUBLE "bodies = ( %s, %s );\n" TOUCH("") PRESS, ONE, TWO);
@@ -79,9 +81,8 @@ static void forces_on_vertices_are_the_gradient_of_the_energy(void **state)
 }
 
 // Free bodies that overlap by half a cell at the start part slowly, as far as they overlap.
-static void what_overlaps_at_the_start_parts_slowly(void **state)
+TEST(what_overlaps_at_the_start_parts_slowly)
 {
-    (void)state;
     for (int k = 0; k < 3; k++) {
         static const char *const PLACED[][2] = {
             {CUBE("one", "", ""), CUBE("two", "translation = [0.001, 0.002, 0.035];", "")},
@@ -166,9 +167,8 @@ static double press_spheres(double radius, double cells, double overlap, Vec3 wa
 // Two equal elastic spheres: F = 4/3 E' sqrt(R/2) d^(3/2), E' = E / (2 (1 - nu^2)) (Hertz 1881),
 // for contacts much smaller than the spheres, here an eighth of their radius. Along an axis of the
 // cells, and on two ways between.
-static void spheres_follow_hertz(void **state)
+LONG_TEST(spheres_follow_hertz)
 {
-    (void)state;
     static const Vec3 WAYS[] = {{0.0, 0.0, 1.0}, {0.2, 0.1, 0.97}, {0.4, 0.25, 0.88}};
     static const double CELLS[] = {8.3, 16.3, 31.6};
     const double radius = 0.02, overlap = 0.03 * radius;
@@ -193,9 +193,8 @@ static void spheres_follow_hertz(void **state)
 
 // A cap lies on the smooth ball that it was cut from. When a search holds and nothing fades any
 // more, the state goes on alike in another world.
-static void a_cut_goes_on_alike_in_another_world(void **state)
+TEST(a_cut_goes_on_alike_in_another_world)
 {
-    (void)state;
     static const char TEXT[] = "gravity = [0, 0, -9.81];\nbodies = ( " LUMP(
         "one", "",
         "cuttable = true; fixed = ( { box = ([-1, -1, -1], [1, 1, -0.01]); } );") " );\n"
@@ -233,18 +232,4 @@ static void a_cut_goes_on_alike_in_another_world(void **state)
     run_destroy(&other);
     run_destroy(&run);
     free(middle);
-}
-
-// With a word: what takes half a minute.
-int main(int argc, char **argv)
-{
-    (void)argv;
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forces_on_vertices_are_the_gradient_of_the_energy),
-        cmocka_unit_test(what_overlaps_at_the_start_parts_slowly),
-        cmocka_unit_test(a_cut_goes_on_alike_in_another_world),
-    };
-    const struct CMUnitTest slow[] = {cmocka_unit_test(spheres_follow_hertz)};
-    return argc > 1 ? cmocka_run_group_tests(slow, run_begin, run_end)
-                    : cmocka_run_group_tests(tests, run_begin, run_end);
 }

@@ -1,6 +1,6 @@
 // The meaning of the keys of voxel bodies in scene files: defaults, sources of voxels, materials by
 // label, the plane case, and what is refused.
-#include "expect.h"
+#include "test.h"
 #include "scene_text.h"
 
 #include <stdlib.h>
@@ -17,9 +17,10 @@ static void read_valid(const char *text, Scene *scene)
     assert_string_equal(read_as_scene(text, scene), "");
 }
 
-static void a_bare_voxel_body_takes_all_defaults(void **unused)
+AROUND_ALL(scene_text_begin, scene_text_end)
+
+TEST(a_bare_voxel_body_takes_all_defaults)
 {
-    (void)unused;
     Scene scene;
     read_valid(START "voxels = { generator = \"box\"; }; } );", &scene);
     const SceneBody *body = &scene.body[0];
@@ -59,9 +60,8 @@ static void a_bare_voxel_body_takes_all_defaults(void **unused)
     scene_destroy(&scene);
 }
 
-static void keys_of_both_models_are_read_as_written(void **unused)
+TEST(keys_of_both_models_are_read_as_written)
 {
-    (void)unused;
     Scene scene;
     read_valid(IN_BODY("levels = 5; law = \"miyazaki2004\"; integrator = \"leapfrog\"; "
                        "time_step = 0.0003; unsafe_time_step = true; initial = \"start.h5\"; "
@@ -95,9 +95,8 @@ static void keys_of_both_models_are_read_as_written(void **unused)
     scene_destroy(&scene);
 }
 
-static void volumes_have_labels_and_their_own_spacing(void **unused)
+TEST(volumes_have_labels_and_their_own_spacing)
 {
-    (void)unused;
     char expected[SCRATCH_PATH];
     Scene scene;
     read_valid(VOXELS("file = \"liver.nrrd\";"), &scene);
@@ -139,9 +138,8 @@ static void volumes_have_labels_and_their_own_spacing(void **unused)
                  "x.cfg:2: label \"liver\" must be a whole number or a list of them");
 }
 
-static void labels_are_limited_to_what_a_lattice_holds(void **unused)
+TEST(labels_are_limited_to_what_a_lattice_holds)
 {
-    (void)unused;
     static char text[8192];
     Scene scene;
     for (int count = LATTICE_MATERIALS; count <= LATTICE_MATERIALS + 1; count++) {
@@ -159,9 +157,8 @@ static void labels_are_limited_to_what_a_lattice_holds(void **unused)
     }
 }
 
-static void meshes_are_filled_with_cells_of_a_size(void **unused)
+TEST(meshes_are_filled_with_cells_of_a_size)
 {
-    (void)unused;
     char expected[SCRATCH_PATH];
     Scene scene;
     read_valid(VOXELS("mesh = \"liver.stl\"; size = 0.004; scale = 0.001;"), &scene);
@@ -179,9 +176,8 @@ static void meshes_are_filled_with_cells_of_a_size(void **unused)
                  "x.cfg:2: label means nothing for voxels from a mesh");
 }
 
-static void voxel_generators_take_their_own_keys_only(void **unused)
+TEST(voxel_generators_take_their_own_keys_only)
 {
-    (void)unused;
     Scene scene;
     read_valid(VOXELS("generator = \"box\"; count = [8, 4, 2]; size = 0.01;"), &scene);
     const VoxelSource *voxels = &scene.body[0].voxels;
@@ -230,9 +226,8 @@ static void voxel_generators_take_their_own_keys_only(void **unused)
                  "x.cfg:2: unknown key scale in bodies.voxels.place");
 }
 
-static void plane_bodies_are_boxes_and_discs_in_their_plane(void **unused)
+TEST(plane_bodies_are_boxes_and_discs_in_their_plane)
 {
-    (void)unused;
     Scene scene;
     read_valid(VOXELS("generator = \"disc\"; radius = 0.05;"), &scene);
     assert_int_equal(scene.body[0].dimensions, 2);
@@ -282,9 +277,8 @@ static void plane_bodies_are_boxes_and_discs_in_their_plane(void **unused)
                  "x.cfg:2: dimensions 4 outside [2, 3]");
 }
 
-static void plane_bodies_tear_by_force_and_divide_nothing(void **unused)
+TEST(plane_bodies_tear_by_force_and_divide_nothing)
 {
-    (void)unused;
     Scene scene;
     static const char DISC[] = "voxels = { generator = \"disc\"; }; cuttable = true;\n";
     char text[512];
@@ -299,9 +293,8 @@ static void plane_bodies_tear_by_force_and_divide_nothing(void **unused)
                        "of its elements");
 }
 
-static void labels_without_an_entry_take_the_bodys_material(void **unused)
+TEST(labels_without_an_entry_take_the_bodys_material)
 {
-    (void)unused;
     Scene scene;
     read_valid(IN_BODY("material = { youngs_modulus = 5000; poisson_ratio = 0.3; density = 1060; "
                        "damping = 0.4; }; materials = ( { label = 7; youngs_modulus = 2e4; } );"),
@@ -328,9 +321,8 @@ static void labels_without_an_entry_take_the_bodys_material(void **unused)
     scene_destroy(&scene);
 }
 
-static void materials_must_be_of_labels_that_are_chosen(void **unused)
+TEST(materials_must_be_of_labels_that_are_chosen)
 {
-    (void)unused;
     Scene scene;
     expect_error(IN_BODY("materials = (\n{ label = 4; } );"),
                  "x.cfg:3: label 4 is not among those of voxels");
@@ -353,9 +345,8 @@ static void materials_must_be_of_labels_that_are_chosen(void **unused)
                  "x.cfg:2: label 2 is not among those of voxels");
 }
 
-static void numbers_of_materials_have_their_ranges(void **unused)
+TEST(numbers_of_materials_have_their_ranges)
 {
-    (void)unused;
     expect_error(IN_BODY("material = { youngs_modulus = 0; };"),
                  "x.cfg:2: youngs_modulus 0 outside (0, 1e+12]");
     expect_error(IN_BODY("material = { poisson_ratio = 0.5; };"),
@@ -368,9 +359,8 @@ static void numbers_of_materials_have_their_ranges(void **unused)
                  "youngs_modulus?");
 }
 
-static void paper_law_has_no_poisson_ratio(void **unused)
+TEST(paper_law_has_no_poisson_ratio)
 {
-    (void)unused;
     Scene scene;
     read_valid(IN_BODY("law = \"miyazaki2004\"; material = { poisson_ratio = 0; };"), &scene);
     scene_destroy(&scene);
@@ -385,9 +375,8 @@ static void paper_law_has_no_poisson_ratio(void **unused)
                  "x.cfg:2: law \"spring\" must be one of \"affine\", \"miyazaki2004\"");
 }
 
-static void skin_is_a_mesh_placed_like_others(void **unused)
+TEST(skin_is_a_mesh_placed_like_others)
 {
-    (void)unused;
     char expected[SCRATCH_PATH];
     Scene scene;
     read_valid(IN_BODY("skin = { mesh = \"liver.stl\"; };"), &scene);
@@ -409,9 +398,8 @@ static void skin_is_a_mesh_placed_like_others(void **unused)
                  "x.cfg:2: unknown key zzz in bodies.skin.place");
 }
 
-static void keys_of_a_surface_body_are_refused(void **unused)
+TEST(keys_of_a_surface_body_are_refused)
 {
-    (void)unused;
     static const char *const KEYS[][2] = {{"mesh", "{ file = \"a.stl\"; }"},
                                           {"start_level", "0"},
                                           {"adjust", "\"continuum\""},
@@ -428,9 +416,8 @@ static void keys_of_a_surface_body_are_refused(void **unused)
 }
 
 // Whoever says how elements are damped, says all: no drag comes on top of it.
-static void drag_is_for_bodies_that_say_nothing_of_damping(void **unused)
+TEST(drag_is_for_bodies_that_say_nothing_of_damping)
 {
-    (void)unused;
     static const struct {
         const char *text;
         double damping, damping_time, drag;
@@ -463,9 +450,8 @@ static void drag_is_for_bodies_that_say_nothing_of_damping(void **unused)
     scene_destroy(&scene);
 }
 
-static void bad_damping_is_refused(void **unused)
+TEST(bad_damping_is_refused)
 {
-    (void)unused;
     expect_error(IN_BODY("material = { damping = 0.2;\n damping_time = 1e-3; };"),
                  "x.cfg:3: damping_time cannot be mixed with damping");
     expect_error(IN_BODY("material = { damping_time = -1e-3; };"),
@@ -478,9 +464,8 @@ static void bad_damping_is_refused(void **unused)
                  "x.cfg:2: damping_time means nothing for a plane body");
 }
 
-static void what_a_voxel_body_cannot_do_is_refused(void **unused)
+TEST(what_a_voxel_body_cannot_do_is_refused)
 {
-    (void)unused;
     expect_error("bodies = (\n{ name = \"a\"; model = \"voxel\"; } );",
                  "x.cfg:2: bodies.voxels is missing (Source of its cells.)");
     expect_error(IN_BODY("levels = 6;"), "x.cfg:2: levels 6 outside [0, 5] of a voxel body");
@@ -505,9 +490,8 @@ static void what_a_voxel_body_cannot_do_is_refused(void **unused)
 
 #else
 
-static void voxel_bodies_that_are_not_built_in_are_refused(void **unused)
+TEST(voxel_bodies_that_are_not_built_in_are_refused)
 {
-    (void)unused;
 #ifndef PLIANT_WITH_VOXEL
     expect_error("bodies = (\n{ name = \"a\"; model = \"voxel\"; "
                  "voxels = { generator = \"box\"; }; } );",
@@ -521,31 +505,3 @@ static void voxel_bodies_that_are_not_built_in_are_refused(void **unused)
 }
 
 #endif
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#if defined(PLIANT_WITH_VOXEL) && defined(PLIANT_WITH_PLANE)
-        cmocka_unit_test(a_bare_voxel_body_takes_all_defaults),
-        cmocka_unit_test(keys_of_both_models_are_read_as_written),
-        cmocka_unit_test(volumes_have_labels_and_their_own_spacing),
-        cmocka_unit_test(labels_are_limited_to_what_a_lattice_holds),
-        cmocka_unit_test(meshes_are_filled_with_cells_of_a_size),
-        cmocka_unit_test(voxel_generators_take_their_own_keys_only),
-        cmocka_unit_test(plane_bodies_are_boxes_and_discs_in_their_plane),
-        cmocka_unit_test(plane_bodies_tear_by_force_and_divide_nothing),
-        cmocka_unit_test(labels_without_an_entry_take_the_bodys_material),
-        cmocka_unit_test(materials_must_be_of_labels_that_are_chosen),
-        cmocka_unit_test(numbers_of_materials_have_their_ranges),
-        cmocka_unit_test(paper_law_has_no_poisson_ratio),
-        cmocka_unit_test(skin_is_a_mesh_placed_like_others),
-        cmocka_unit_test(keys_of_a_surface_body_are_refused),
-        cmocka_unit_test(drag_is_for_bodies_that_say_nothing_of_damping),
-        cmocka_unit_test(bad_damping_is_refused),
-        cmocka_unit_test(what_a_voxel_body_cannot_do_is_refused),
-#else
-        cmocka_unit_test(voxel_bodies_that_are_not_built_in_are_refused),
-#endif
-    };
-    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
-}

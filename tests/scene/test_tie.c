@@ -1,5 +1,6 @@
 // Ties by message: when they act, what they conserve, how they follow tissue that is refined and
 // cut, when they break, and what is refused.
+#include "test.h"
 #include "effort.h"
 #include "tied_bodies.h"
 
@@ -54,10 +55,11 @@ static uint64_t hash_of(Run *run)
 static const char FALLING[] = "max_ties = 4; gravity = [0.0, 0.0, -9.81];\n"
                               "bodies = ( " BALL("one", "[0, 0, 0]", "") " );";
 
+AROUND_ALL(run_begin, run_end)
+
 // Made between two ticks, it acts in the next one, and has no effect after its release.
-static void a_tie_acts_in_the_next_tick(void **state)
+TEST(a_tie_acts_in_the_next_tick)
 {
-    (void)state;
     Run tied, not_tied;
     run_create(&tied, FALLING);
     run_create(&not_tied, FALLING);
@@ -88,9 +90,8 @@ static void a_tie_acts_in_the_next_tick(void **state)
 }
 
 // A released tie leaves nothing: not even in the bits of what follows.
-static void a_released_tie_leaves_nothing(void **state)
+TEST(a_released_tie_leaves_nothing)
 {
-    (void)state;
     Run run;
     run_create(&run, FALLING);
     const uint64_t before = hash_of(&run);
@@ -149,9 +150,8 @@ static void thrown_pair_keeps_its_momentum(const char *bodies, const TieOptions 
     run_destroy(&run);
 }
 
-static void tied_bodies_exchange_momentum_exactly(void **state)
+TEST(tied_bodies_exchange_momentum_exactly)
 {
-    (void)state;
     TieOptions tie = tie_at(TIE_BODIES, (Vec3){0.052, 0, 0}, 0.02);
     tie.body = 1;
     tie.to_body = 0;
@@ -164,9 +164,8 @@ static void tied_bodies_exchange_momentum_exactly(void **state)
     thrown_pair_keeps_its_momentum(BALL("one", "[0, 0, 0]", "") ",\n" BAR("two", ""), &tie, 1e-3);
 }
 
-static void a_clip_keeps_momentum(void **state)
+TEST(a_clip_keeps_momentum)
 {
-    (void)state;
     // Of one ball, whose opposite walls it draws together.
     TieOptions clip = tie_at(TIE_CLIP, (Vec3){0.02, 0, 0}, 0.048);
     clip.to_body = 0;
@@ -226,9 +225,8 @@ static double energy_grows(const char *integrator, double damping_ratio, bool bo
     return restored ? (double)INFINITY : (measure.kinetic + measure.elastic) / most;
 }
 
-static void stiffest_ties_are_stable(void **state)
+TEST(stiffest_ties_are_stable)
 {
-    (void)state;
     static const char *const INTEGRATORS[] = {"leapfrog", "rk4", "symplectic_euler", "implicit"};
     // Leapfrog's energy swings by factors of five in its highest modes (integrator.c).
     for (int k = 0; k < 8; k++)
@@ -309,9 +307,8 @@ static double opening(Run *run)
     return high - low;
 }
 
-static void a_clip_holds_a_pressed_tube_closed(void **state)
+TEST(a_clip_holds_a_pressed_tube_closed)
 {
-    (void)state;
     double open[2];
     for (int clipped = 0; clipped < 2; clipped++) {
         Run run;
@@ -381,9 +378,8 @@ static void coarsen(Run *run, int before)
     assert_int_equal(count_nodes(sim_body(run->world.sim, 0)), before);
 }
 
-static void a_tie_follows_refinement_and_coarsening(void **state)
+TEST(a_tie_follows_refinement_and_coarsening)
 {
-    (void)state;
     Run run;
     run_create(&run, CHANGING);
     const TieOptions pin = tie_at(TIE_PIN, (Vec3){0.05, 0, 0}, 0.018);
@@ -414,9 +410,8 @@ static void a_tie_follows_refinement_and_coarsening(void **state)
 }
 
 // Made of nodes of the finest level alone, a tie goes on at their parents.
-static void a_tie_of_fine_nodes_alone_goes_on_at_their_parents(void **state)
+TEST(a_tie_of_fine_nodes_alone_goes_on_at_their_parents)
 {
-    (void)state;
     static const TieKind KINDS[] = {TIE_PIN, TIE_BODIES};
     for (int k = 0; k < 2; k++) {
         Run run;
@@ -455,9 +450,8 @@ static void a_tie_of_fine_nodes_alone_goes_on_at_their_parents(void **state)
 }
 
 // Through the tied region: both lips stay tied, with the same stiffness in all.
-static void a_cut_through_a_tie_leaves_each_side_its_share(void **state)
+TEST(a_cut_through_a_tie_leaves_each_side_its_share)
 {
-    (void)state;
     Run run;
     run_create(&run, CHANGING);
     Sim *sim = run.world.sim;
@@ -493,9 +487,8 @@ static void a_cut_through_a_tie_leaves_each_side_its_share(void **state)
 // ---------------------------------------------------------------------------------------------
 // Breaking
 
-static void a_tie_breaks_when_it_pulls_harder_than_it_may(void **state)
+TEST(a_tie_breaks_when_it_pulls_harder_than_it_may)
 {
-    (void)state;
     // The ball weighs m g; a pin of twice that holds, one of half of it breaks.
     for (int k = 0; k < 2; k++) {
         Run run;
@@ -535,9 +528,8 @@ static void a_tie_breaks_when_it_pulls_harder_than_it_may(void **state)
 // ---------------------------------------------------------------------------------------------
 // What a tool carries
 
-static void a_tool_carries_what_is_tied_to_it(void **state)
+TEST(a_tool_carries_what_is_tied_to_it)
 {
-    (void)state;
     Run run;
     run_create(&run, "max_ties = 1; bodies = ( " BALL(
                          "one", "[0, 0, 0]",
@@ -581,9 +573,8 @@ static void expect_refused(Run *run, const TieOptions *tie, const char *says)
     assert_true(sim_check(run->world.sim));
 }
 
-static void what_cannot_be_tied_is_refused_by_name(void **state)
+TEST(what_cannot_be_tied_is_refused_by_name)
 {
-    (void)state;
     Run run;
     run_create(&run, "max_ties = 2; bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BALL(
                          "two", "[0.2, 0, 0]",
@@ -649,9 +640,8 @@ static void what_cannot_be_tied_is_refused_by_name(void **state)
     run_destroy(&run);
 }
 
-static void nodes_are_tied_by_their_ids(void **state)
+TEST(nodes_are_tied_by_their_ids)
 {
-    (void)state;
     Run run;
     run_create(&run, FALLING);
     TieOptions pin = tie_at(TIE_PIN, (Vec3){0, 0, 0}, 0.0);
@@ -666,9 +656,8 @@ static void nodes_are_tied_by_their_ids(void **state)
 }
 
 // Both of a plane body's nodes at a vertex are pinned; its two sides are no walls of an opening.
-static void plane_bodies_are_pinned_and_not_clipped(void **state)
+TEST(plane_bodies_are_pinned_and_not_clipped)
 {
-    (void)state;
     Run run;
     run_create(&run, "max_ties = 2; gravity = [0.0, -1.0, 0.0];\n"
                      "bodies = ( { name = \"disc\"; model = \"voxel\"; dimensions = 2;\n"
@@ -685,9 +674,8 @@ static void plane_bodies_are_pinned_and_not_clipped(void **state)
 }
 
 // Numbers from a file that no run can have are found before they act.
-static void a_state_that_cannot_be_is_found(void **state)
+TEST(a_state_that_cannot_be_is_found)
 {
-    (void)state;
     Run run;
     run_create(&run, CHANGING);
     TieOptions tie = tie_at(TIE_BODIES, (Vec3){0.05, 0, 0}, 0.02);
@@ -729,26 +717,4 @@ static void a_state_that_cannot_be_is_found(void **state)
     assert_true(hash_of(&run) == hash);
     free(good);
     run_destroy(&run);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_tie_acts_in_the_next_tick),
-        cmocka_unit_test(a_released_tie_leaves_nothing),
-        cmocka_unit_test(tied_bodies_exchange_momentum_exactly),
-        cmocka_unit_test(a_clip_keeps_momentum),
-        cmocka_unit_test(stiffest_ties_are_stable),
-        cmocka_unit_test(a_clip_holds_a_pressed_tube_closed),
-        cmocka_unit_test(a_tie_follows_refinement_and_coarsening),
-        cmocka_unit_test(a_tie_of_fine_nodes_alone_goes_on_at_their_parents),
-        cmocka_unit_test(a_cut_through_a_tie_leaves_each_side_its_share),
-        cmocka_unit_test(a_tie_breaks_when_it_pulls_harder_than_it_may),
-        cmocka_unit_test(a_tool_carries_what_is_tied_to_it),
-        cmocka_unit_test(what_cannot_be_tied_is_refused_by_name),
-        cmocka_unit_test(nodes_are_tied_by_their_ids),
-        cmocka_unit_test(plane_bodies_are_pinned_and_not_clipped),
-        cmocka_unit_test(a_state_that_cannot_be_is_found),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

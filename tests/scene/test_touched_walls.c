@@ -1,7 +1,7 @@
 // The hollow organs of config/, touched as their users touch them: with a shaft along the wall, as
 // clients/examples does, and deep with the tip while faces are divided and merged. The force has no
 // jumps, rests when the tool rests, and the tool stays on its side.
-#include "expect.h"
+#include "test.h"
 
 #include "dynamics/contact_data.h"
 #include "dynamics/sim_data.h"
@@ -47,9 +47,8 @@ static Vec3 step_at(Organ *organ, Vec3 position, Quat orientation)
 // The way of clients/examples/touch on config/stomach.cfg, with a second of rest at its deepest.
 // The shaft lies along the bent wall. From one tick to the next the force changes by 0.027 N, where
 // the wall swings as the shaft first lies on it; it was up to 1.2 N, in every second tick.
-static void a_shaft_along_the_stomach_is_quiet(void **unused)
+TEST(a_shaft_along_the_stomach_is_quiet)
 {
-    (void)unused;
     enum { WAY = 4000, REST = 1000, LAST = 500 };
     Organ organ;
     create(&organ, "../config/stomach.cfg");
@@ -153,9 +152,8 @@ static void press(Organ *organ, int number, double depth, int *changes)
     expect_at_most(most, 1.015 * least);
 }
 
-static void an_adaptive_wall_is_pressed_without_jumps(void **unused)
+TEST(an_adaptive_wall_is_pressed_without_jumps)
 {
-    (void)unused;
     int changes = 0;
     for (int number = 10; number < 150; number += 35)
         for (int k = 0; k < 3; k++) {
@@ -167,13 +165,4 @@ static void an_adaptive_wall_is_pressed_without_jumps(void **unused)
         }
     print_message("%d changes under the tool\n", changes);
     assert_true(changes >= 15);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_shaft_along_the_stomach_is_quiet),
-        cmocka_unit_test(an_adaptive_wall_is_pressed_without_jumps),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

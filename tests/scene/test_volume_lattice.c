@@ -1,5 +1,5 @@
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "volume_writer.h"
 
@@ -58,10 +58,31 @@ static void make_lattice(const LabelVolume *volume, const int *label, int count,
     expect_near(unit, 1.0, 1e-15); // a few roundings
 }
 
-// Every voxel is the cell at its place, whatever the axes: all orders and directions, also turned.
-static void voxels_that_are_cubes_become_cells_where_they_are(void **state)
+static Scratch scratch;
+static char path[SCRATCH_PATH];
+
+static int make_folder(void **state)
 {
     (void)state;
+    log_set_level(LOG_ERROR);
+    if (scratch_create(&scratch) != 0)
+        return -1;
+    scratch_path(&scratch, "organ", path);
+    return 0;
+}
+
+static int remove_folder(void **state)
+{
+    (void)state;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(make_folder, remove_folder)
+
+// Every voxel is the cell at its place, whatever the axes: all orders and directions, also turned.
+TEST(voxels_that_are_cubes_become_cells_where_they_are)
+{
     uint64_t seed = 1;
     for (int order = 0; order < 6; order++)
         for (int signs = 0; signs < 8; signs++)
@@ -104,9 +125,8 @@ static void voxels_that_are_cubes_become_cells_where_they_are(void **state)
             }
 }
 
-static void only_the_part_asked_for_is_kept(void **state)
+TEST(only_the_part_asked_for_is_kept)
 {
-    (void)state;
     LabelVolume volume =
         make_volume(30, 30, 30, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
     for (int v = 0; v < 27000; v++)
@@ -126,9 +146,8 @@ static void only_the_part_asked_for_is_kept(void **state)
 }
 
 // Each cell has the label of the voxel that its centre is in; nothing else is near.
-static void cells_of_other_sizes_ask_the_voxel_at_their_centre(void **state)
+TEST(cells_of_other_sizes_ask_the_voxel_at_their_centre)
 {
-    (void)state;
     static const double sizes[] = {0.0, 0.0007, 0.0013, 0.002, 0.0029, 0.0041};
     uint64_t seed = 8;
     for (int s = 0; s < 6; s++)
@@ -176,9 +195,8 @@ static void cells_of_other_sizes_ask_the_voxel_at_their_centre(void **state)
         }
 }
 
-static void a_thousandth_decides_what_a_cube_is(void **state)
+TEST(a_thousandth_decides_what_a_cube_is)
 {
-    (void)state;
     for (int i = 0; i < 2; i++) {
         double tall = i == 0 ? 1.0005e-3 : 1.2e-3;
         LabelVolume volume = make_volume(10, 10, 10, vec3(1e-3, 0.0, 0.0), vec3(0.0, 1e-3, 0.0),
@@ -210,9 +228,8 @@ static void refuse(const LabelVolume *volume, const int *label, int count, doubl
     assert_null(lattice.label);
 }
 
-static void what_cannot_be_made_is_told_in_a_sentence(void **state)
+TEST(what_cannot_be_made_is_told_in_a_sentence)
 {
-    (void)state;
     LabelVolume volume =
         make_volume(20, 2, 1, vec3(1e-3, 0.0, 0.0), vec3(0.0, 1e-3, 0.0), vec3(0.0, 0.0, 1e-3));
     refuse(&volume, (const int[]){4}, 1, 0.0, "no voxel has the label 4; all have the label 0");
@@ -263,26 +280,6 @@ static void what_cannot_be_made_is_told_in_a_sentence(void **state)
 
 // --- bodies ---
 
-static Scratch scratch;
-static char path[SCRATCH_PATH];
-
-static int make_folder(void **state)
-{
-    (void)state;
-    log_set_level(LOG_ERROR);
-    if (scratch_create(&scratch) != 0)
-        return -1;
-    scratch_path(&scratch, "organ", path);
-    return 0;
-}
-
-static int remove_folder(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
 static void make_body(const VoxelSource *source, Lattice *lattice)
 {
     Status status = {0};
@@ -301,9 +298,8 @@ static void refuse_body(const VoxelSource *source, const char *text)
     assert_null(lattice.label);
 }
 
-static void body_of_a_volume_stands_where_it_is_put(void **state)
+TEST(body_of_a_volume_stands_where_it_is_put)
 {
-    (void)state;
     static const char text[] =
         "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 3 2 2\nencoding: ascii\n"
         "space: LPS\nspace directions: (2,0,0) (0,2,0) (0,0,2)\n"
@@ -347,9 +343,8 @@ static void body_of_a_volume_stands_where_it_is_put(void **state)
 
 #define TETRAHEDRON "v 0 0 0\nv 8 0 0\nv 0 8 0\nv 0 0 8\nf 1 3 2\nf 1 2 4\nf 1 4 3\n"
 
-static void body_of_a_mesh_stands_where_it_is_put(void **state)
+TEST(body_of_a_mesh_stands_where_it_is_put)
 {
-    (void)state;
     scratch_write(&scratch, "organ", TETRAHEDRON "f 2 3 4\n", strlen(TETRAHEDRON "f 2 3 4\n"));
     VoxelSource source = {.kind = VOXELS_MESH,
                           .file = path,
@@ -377,9 +372,8 @@ static void body_of_a_mesh_stands_where_it_is_put(void **state)
                          "between nodes 2 and 1, so it has no inside");
 }
 
-static void generated_bodies_stand_where_they_are_put(void **state)
+TEST(generated_bodies_stand_where_they_are_put)
 {
-    (void)state;
     VoxelSource source = {.kind = VOXELS_BOX,
                           .count = {4, 2, 6},
                           .size = 0.5,
@@ -404,19 +398,4 @@ static void generated_bodies_stand_where_they_are_put(void **state)
     lattice_destroy(&lattice);
     source.size = -1.0;
     refuse_body(&source, "a radius of 8 m in cells of -1 m is not possible");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(voxels_that_are_cubes_become_cells_where_they_are),
-        cmocka_unit_test(only_the_part_asked_for_is_kept),
-        cmocka_unit_test(cells_of_other_sizes_ask_the_voxel_at_their_centre),
-        cmocka_unit_test(a_thousandth_decides_what_a_cube_is),
-        cmocka_unit_test(what_cannot_be_made_is_told_in_a_sentence),
-        cmocka_unit_test(body_of_a_volume_stands_where_it_is_put),
-        cmocka_unit_test(body_of_a_mesh_stands_where_it_is_put),
-        cmocka_unit_test(generated_bodies_stand_where_they_are_put),
-    };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

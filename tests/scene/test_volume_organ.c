@@ -1,6 +1,6 @@
 // The label volume in config/: the file is the one that the formula here makes, read as scenes read
-// it. `test_volume_organ --write FILE` makes it anew.
-#include "expect.h"
+// it. `test_scene --write_volume FILE` makes it anew.
+#include "test.h"
 
 #include "scene/build_parts.h"
 #include "scene/scene.h"
@@ -43,7 +43,7 @@ static int label_of(int i, int j, int k)
     return label_at(ORIGIN[0] + SPACING * i, ORIGIN[1] + SPACING * j, ORIGIN[2] + SPACING * k);
 }
 
-static int write_volume(const char *path)
+WRITER(write_volume)
 {
     static unsigned char label[NZ][NY][NX], packed[sizeof label];
     for (int k = 0; k < NZ; k++)
@@ -55,12 +55,11 @@ static int write_volume(const char *path)
                        .next_out = packed,
                        .avail_out = sizeof packed};
     // 15 + 16: the largest window, and a gzip header.
-    if (deflateInit2(&stream, 9, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) != Z_OK ||
-        deflate(&stream, Z_FINISH) != Z_STREAM_END || deflateEnd(&stream) != Z_OK)
-        return 1;
-    FILE *file = fopen(path, "wb");
-    if (file == NULL)
-        return 1;
+    assert_int_equal(deflateInit2(&stream, 9, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY), Z_OK);
+    assert_int_equal(deflate(&stream, Z_FINISH), Z_STREAM_END);
+    assert_int_equal(deflateEnd(&stream), Z_OK);
+    FILE *file = fopen(test_argument(1), "wb");
+    assert_non_null(file);
     fprintf(file,
             "NRRD0004\n"
             "# A liver by formula: label 1 parenchyma, 2 a stiff inclusion\n"
@@ -76,13 +75,13 @@ static int write_volume(const char *path)
             "\n",
             NX, NY, NZ, SPACING, SPACING, SPACING, ORIGIN[0], ORIGIN[1], ORIGIN[2]);
     size_t written = fwrite(packed, 1, stream.total_out, file);
-    return fclose(file) == 0 && written == stream.total_out ? 0 : 1;
+    assert_int_equal(written, stream.total_out);
+    assert_int_equal(fclose(file), 0);
 }
 
 // The scene's lattice has every voxel of the formula where the formula has it, in metres.
-static void volume_in_config_is_that_of_the_formula(void **unused)
+TEST(volume_in_config_is_that_of_the_formula)
 {
-    (void)unused;
     Scene scene;
     Status status = {0};
     Lattice lattice = {0};
@@ -138,9 +137,8 @@ static void make_organ(Scene *scene, World *world)
 
 // Pulled aside for half a second and let go: without a word about damping it is at rest, to 5 %,
 // after one to two seconds.
-static void a_swing_of_the_organ_dies_out(void **unused)
+TEST(a_swing_of_the_organ_dies_out)
 {
-    (void)unused;
     Scene scene;
     World world;
     make_organ(&scene, &world);
@@ -165,9 +163,8 @@ static void a_swing_of_the_organ_dies_out(void **unused)
 
 // Pressed by 3 mm in 0.3 s, half of the probe's radius, and held: after two seconds nothing swings.
 // (With damping = 0.2 alone the force goes from 0.23 to 0.30 N then.)
-static void a_press_that_is_held_is_calm(void **unused)
+TEST(a_press_that_is_held_is_calm)
 {
-    (void)unused;
     enum { DOWN = 300, TICKS = 2300, LAST = 500 };
     Scene scene;
     World world;
@@ -204,9 +201,8 @@ static void a_press_that_is_held_is_calm(void **unused)
 // comes back: it is never drawn in, its force changes little from tick to tick, and after the 0.1 s
 // of its easing it is where the hand is. (Led out only from behind the surface, and running into
 // the hand with all its force, it was drawn in by up to 0.27 N and changed by 0.66 N in a tick.)
-static void a_tool_that_appears_across_the_surface_is_let_out_gently(void **unused)
+TEST(a_tool_that_appears_across_the_surface_is_let_out_gently)
 {
-    (void)unused;
     static const double places[][2] = {{-0.0433, 0.0067}, {-0.0312, 0.0011}, {-0.04, 0.005}};
     double change = 0.0, pull = 0.0, off = 0.0;
     for (int k = 0; k < 3; k++)
@@ -272,9 +268,8 @@ static void find_heights(const Body *body, const double from[2], double length, 
 
 // Dragged by 80 mm over the organ at 5 and 10 mm depth, below a path that follows its shape and not
 // its cells (the mean over 20 mm): what the force changes by in a tenth of a millimetre.
-static void a_drag_over_the_organ_is_smooth(void **unused)
+TEST(a_drag_over_the_organ_is_smooth)
 {
-    (void)unused;
     enum { DOWN = 500, TICKS = 2000, SMOOTH = 50 };
     const double length = 0.08, from[2] = {-0.05, 0.0}, depths[] = {0.005, 0.01};
     for (int d = 0; d < 2; d++) {
@@ -324,17 +319,4 @@ static void a_drag_over_the_organ_is_smooth(void **unused)
         world_destroy(&world);
         scene_destroy(&scene);
     }
-}
-
-int main(int argc, char **argv)
-{
-    if (argc == 3 && strcmp(argv[1], "--write") == 0)
-        return write_volume(argv[2]);
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(volume_in_config_is_that_of_the_formula),
-        cmocka_unit_test(a_swing_of_the_organ_dies_out),
-        cmocka_unit_test(a_press_that_is_held_is_calm),
-        cmocka_unit_test(a_tool_that_appears_across_the_surface_is_let_out_gently),
-        cmocka_unit_test(a_drag_over_the_organ_is_smooth)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

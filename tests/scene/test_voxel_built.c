@@ -1,6 +1,6 @@
 // Worlds of voxel bodies built from scene files: what the keys make of them, initial states,
 // prepared models, checkpoints of other scenes.
-#include "expect.h"
+#include "test.h"
 #include "world_run.h"
 
 #include "io/checkpoint.h"
@@ -31,9 +31,16 @@ static void expect_refusal(const char *text, const char *said)
     assert_string_equal(build_text(text, NULL, &world), said);
 }
 
-static void bodies_have_the_elements_that_scenes_ask_for(void **unused)
+static int begin(void **unused)
 {
-    (void)unused;
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    return run_begin(unused);
+}
+
+AROUND_ALL(begin, run_end)
+
+TEST(bodies_have_the_elements_that_scenes_ask_for)
+{
     static const struct {
         const char *text;
         int elements, vertices;
@@ -62,9 +69,8 @@ static void bodies_have_the_elements_that_scenes_ask_for(void **unused)
     }
 }
 
-static void lattices_stand_where_they_are_placed(void **unused)
+TEST(lattices_stand_where_they_are_placed)
 {
-    (void)unused;
     // A quarter turn about z takes x to y.
     World world;
     assert_string_equal(build_text("precision = \"double\";\n" BODY(
@@ -89,9 +95,8 @@ static void lattices_stand_where_they_are_placed(void **unused)
     world_destroy(&world);
 }
 
-static void inner_vertices_are_published_when_asked_for(void **unused)
+TEST(inner_vertices_are_published_when_asked_for)
 {
-    (void)unused;
     World world;
     assert_string_equal(build_text(BODY(BOX, "levels = 0;"), NULL, &world), "");
     // All lattice points but the 3 x 4 x 5 inner ones.
@@ -103,9 +108,8 @@ static void inner_vertices_are_published_when_asked_for(void **unused)
     world_destroy(&world);
 }
 
-static void skins_are_published_in_place_of_the_cells(void **unused)
+TEST(skins_are_published_in_place_of_the_cells)
 {
-    (void)unused;
     // A tetrahedron within the box, in millimetres.
     static const char SKIN[] = "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\n"
                                "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
@@ -128,9 +132,8 @@ static void skins_are_published_in_place_of_the_cells(void **unused)
     assert_string_equal(said, "x.cfg:2: none.obj: No such file or directory");
 }
 
-static void faults_of_bodies_name_the_scenes_line(void **unused)
+TEST(faults_of_bodies_name_the_scenes_line)
 {
-    (void)unused;
     World world;
     expect_refusal(BODY("file = \"none.nrrd\";", ""),
                    "x.cfg:2: none.nrrd: No such file or directory");
@@ -171,9 +174,8 @@ static void write_rows(const char *name, const char *set_name, int rows, const V
     H5Fclose(file);
 }
 
-static void initial_states_go_by_ascending_lattice_point(void **unused)
+TEST(initial_states_go_by_ascending_lattice_point)
 {
-    (void)unused;
     enum { NX = 5, NY = 6, NZ = 7, COUNT = NX * NY * NZ };
     static Vec3 row[COUNT + 1], speed[COUNT + 1], x[COUNT], v[COUNT];
     static int id[COUNT];
@@ -209,9 +211,8 @@ static void initial_states_go_by_ascending_lattice_point(void **unused)
 
 // --- prepared models and checkpoints -------------------------------------------------------------
 
-static void runs_from_a_prepared_model_have_the_same_bits(void **unused)
+TEST(runs_from_a_prepared_model_have_the_same_bits)
 {
-    (void)unused;
     char path[SCRATCH_PATH], file[SCRATCH_PATH];
     const char *scenes[] = {
         "gravity = [0, 0, -9.81];\n" BODY("generator = \"ball\"; radius = 0.03; size = 0.005; "
@@ -269,9 +270,8 @@ static const char *load(Run *run, const char *name)
 #define FALLING(voxels, more) "gravity = [0, 0, -9.81];\n" BODY(voxels, more)
 #define HELD                  "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.0299]); } );"
 
-static void resumed_run_matches_the_uninterrupted_one(void **unused)
+TEST(resumed_run_matches_the_uninterrupted_one)
 {
-    (void)unused;
     Run whole, before, after;
     run_create(&whole, FALLING(BOX, HELD));
     run_create(&before, FALLING(BOX, HELD));
@@ -291,9 +291,8 @@ static void resumed_run_matches_the_uninterrupted_one(void **unused)
 }
 
 // Every key that changes motion changes the hash of the physics, others do not.
-static void checkpoints_belong_to_their_physics(void **unused)
+TEST(checkpoints_belong_to_their_physics)
 {
-    (void)unused;
     static const char *const OTHERS[] = {
         FALLING(BOX, HELD "levels = 1;"),
         FALLING(BOX, HELD "law = \"miyazaki2004\";"),
@@ -332,27 +331,6 @@ static void checkpoints_belong_to_their_physics(void **unused)
     }
 }
 
-static int begin(void **unused)
-{
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return run_begin(unused);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bodies_have_the_elements_that_scenes_ask_for),
-        cmocka_unit_test(lattices_stand_where_they_are_placed),
-        cmocka_unit_test(inner_vertices_are_published_when_asked_for),
-        cmocka_unit_test(skins_are_published_in_place_of_the_cells),
-        cmocka_unit_test(faults_of_bodies_name_the_scenes_line),
-        cmocka_unit_test(initial_states_go_by_ascending_lattice_point),
-        cmocka_unit_test(runs_from_a_prepared_model_have_the_same_bits),
-        cmocka_unit_test(resumed_run_matches_the_uninterrupted_one),
-        cmocka_unit_test(checkpoints_belong_to_their_physics),
-    };
-    return cmocka_run_group_tests(tests, begin, run_end);
-}
 #else
 int main(void)
 {

@@ -1,6 +1,6 @@
 // Lattices in prepared files: read back as they were made, and refused when they were made from
 // something else, are damaged or do not fit.
-#include "expect.h"
+#include "test.h"
 #include "world_run.h"
 
 #include "scene/build_parts.h"
@@ -91,9 +91,17 @@ static void expect_as_made(const char *text)
     scene_destroy(&scene);
 }
 
-static void lattices_are_read_back_bit_for_bit(void **unused)
+static int begin(void **unused)
 {
     (void)unused;
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    return run_begin(unused);
+}
+
+AROUND_ALL(begin, run_end)
+
+TEST(lattices_are_read_back_bit_for_bit)
+{
     expect_as_made(SCENE(BALL));
     expect_as_made(SCENE(BALL "scale = 1.1; place = { translation = [1, 2, 3]; "
                               "rotation = [0.1, -0.2, 3]; };"));
@@ -103,9 +111,8 @@ static void lattices_are_read_back_bit_for_bit(void **unused)
     expect_as_made(SCENE(VOLUME));
 }
 
-static void report_says_what_was_prepared(void **unused)
+TEST(report_says_what_was_prepared)
 {
-    (void)unused;
     char *printed = prepare("bodies = ( { name = \"a\"; model = \"voxel\"; "
                             "voxels = { generator = \"box\"; count = [4, 5, 6]; }; },\n"
                             "{ name = \"b\"; model = \"voxel\"; "
@@ -115,9 +122,8 @@ static void report_says_what_was_prepared(void **unused)
     free(printed);
 }
 
-static void keys_beside_voxels_may_change(void **unused)
+TEST(keys_beside_voxels_may_change)
 {
-    (void)unused;
     Lattice lattice;
     free(prepare(SCENE(BALL)));
     assert_string_equal(read_back("bodies = ( { name = \"a\"; model = \"voxel\"; levels = 0;\n"
@@ -127,9 +133,8 @@ static void keys_beside_voxels_may_change(void **unused)
     lattice_destroy(&lattice);
 }
 
-static void lattices_of_other_scenes_are_refused(void **unused)
+TEST(lattices_of_other_scenes_are_refused)
 {
-    (void)unused;
     static const char *const OTHERS[] = {
         SCENE("generator = \"ball\"; radius = 0.0101; size = 0.0025;"),
         SCENE("generator = \"ball\"; radius = 0.01; size = 0.00251;"),
@@ -150,9 +155,8 @@ static void lattices_of_other_scenes_are_refused(void **unused)
                    "a.h5: /bodies/a was prepared from another source of voxels than this scene's");
 }
 
-static void volumes_and_labels_that_changed_are_noticed(void **unused)
+TEST(volumes_and_labels_that_changed_are_noticed)
 {
-    (void)unused;
     write_volume("");
     free(prepare(SCENE(VOLUME)));
     expect_refusal(SCENE("file = \"v.nrrd\"; label = [2, 4];"),
@@ -165,9 +169,8 @@ static void volumes_and_labels_that_changed_are_noticed(void **unused)
 }
 
 // The header alone stays as it was: its voxels are in a file of their own.
-static void voxels_beside_their_header_are_noticed_too(void **unused)
+TEST(voxels_beside_their_header_are_noticed_too)
 {
-    (void)unused;
     static const char HEADER[] = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 1 1\n"
                                  "space: left-posterior-superior\n"
                                  "space directions: (2,0,0) (0,2,0) (0,0,2)\n"
@@ -181,9 +184,8 @@ static void voxels_beside_their_header_are_noticed_too(void **unused)
 }
 
 #ifdef PLIANT_WITH_SURFACE
-static void models_do_not_read_each_other(void **unused)
+TEST(models_do_not_read_each_other)
 {
-    (void)unused;
     static const char SURFACE[] =
         "bodies = ( { name = \"a\"; mesh = { generator = \"sheet\"; }; } );";
     free(prepare(SURFACE));
@@ -194,9 +196,8 @@ static void models_do_not_read_each_other(void **unused)
 
 // --- damage --------------------------------------------------------------------------------------
 
-static void damaged_files_are_refused_wherever_the_damage_is(void **unused)
+TEST(damaged_files_are_refused_wherever_the_damage_is)
 {
-    (void)unused;
     Lattice lattice;
     size_t size = 0;
     free(prepare(SCENE(BALL)));
@@ -245,9 +246,8 @@ static void expect_part(const char *part)
         fail_msg("\"%s\" must hold \"%s\"", said, part);
 }
 
-static void numbers_that_do_not_fit_are_refused_behind_a_right_seal(void **unused)
+TEST(numbers_that_do_not_fit_are_refused_behind_a_right_seal)
 {
-    (void)unused;
     const hsize_t one = 1, three = 3, four = 4, five = 5, rows[2] = {1, 3};
     const hsize_t huge = 1 << 28;
     static const char *const SETS[] = {"count", "label", "size", "origin", "turn"};
@@ -307,9 +307,8 @@ static void numbers_that_do_not_fit_are_refused_behind_a_right_seal(void **unuse
     expect_part("origin lies farther than 1e+12 m away");
 }
 
-static void sources_that_cannot_be_read_are_named(void **unused)
+TEST(sources_that_cannot_be_read_are_named)
 {
-    (void)unused;
     char path[SCRATCH_PATH];
     Scene scene;
     Status status = {0};
@@ -319,31 +318,6 @@ static void sources_that_cannot_be_read_are_named(void **unused)
     scene_destroy(&scene);
 }
 
-static int begin(void **unused)
-{
-    (void)unused;
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return run_begin(unused);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lattices_are_read_back_bit_for_bit),
-        cmocka_unit_test(report_says_what_was_prepared),
-        cmocka_unit_test(keys_beside_voxels_may_change),
-        cmocka_unit_test(lattices_of_other_scenes_are_refused),
-        cmocka_unit_test(volumes_and_labels_that_changed_are_noticed),
-        cmocka_unit_test(voxels_beside_their_header_are_noticed_too),
-#ifdef PLIANT_WITH_SURFACE
-        cmocka_unit_test(models_do_not_read_each_other),
-#endif
-        cmocka_unit_test(damaged_files_are_refused_wherever_the_damage_is),
-        cmocka_unit_test(numbers_that_do_not_fit_are_refused_behind_a_right_seal),
-        cmocka_unit_test(sources_that_cannot_be_read_are_named),
-    };
-    return cmocka_run_group_tests(tests, begin, run_end);
-}
 #else
 int main(void)
 {

@@ -1,6 +1,6 @@
 // Scenes of extreme numbers that once ended in finite nonsense, and what is true of each: a body
 // that nothing but gravity acts on keeps its shape, and energy does not come from nowhere.
-#include "expect.h"
+#include "test.h"
 #include "world_run.h"
 
 #include <math.h>
@@ -60,9 +60,10 @@ static void run_for(Run *run, double seconds)
     "mesh = { generator = \"sheet\"; columns = " columns "; rows = " columns "; width = 0.2; "     \
     "height = 0.2; place = { rotation = [0.4, 0.3, 0.0]; }; };"
 
-static void stiff_implicit_sheet_keeps_its_shape_as_it_falls(void **unused)
+AROUND_ALL(run_begin, run_end)
+
+TEST(stiff_implicit_sheet_keeps_its_shape_as_it_falls)
 {
-    (void)unused;
     static const char *const material[] = {"youngs_modulus_2d = 1.0e7;",
                                            "youngs_modulus_2d = 9.0e8; damping_time = 10.0;"};
     for (int k = 0; k < 2; k++) {
@@ -87,9 +88,8 @@ static void stiff_implicit_sheet_keeps_its_shape_as_it_falls(void **unused)
 
 // What a spring gains by turning within a step comes and goes (trial.c): most of it was measured,
 // 2.2, over E2D of 1e5 to 9e8, damping times of 0 to 1 s and three meshes. Before, up to 1e4.
-static void pushed_implicit_sheet_gains_no_energy_on_its_own(void **unused)
+TEST(pushed_implicit_sheet_gains_no_energy_on_its_own)
 {
-    (void)unused;
     static const struct {
         const char *stiffness, *damping_time;
     } cases[] = {{"1.0e5", "1.0"}, {"1.0e8", "0.0"}, {"9.0e8", "0.0"}, {"9.0e8", "10.0"}};
@@ -122,9 +122,8 @@ static void pushed_implicit_sheet_gains_no_energy_on_its_own(void **unused)
 // A sphere of 3 um: its springs swing 5e6 times in a step, and any turn would stretch them with
 // more energy than its motion has, were nodes moved straight on (300 times). What it has of a push
 // that turns it is motion: next to nothing is left in its springs.
-static void tiny_implicit_sphere_turns_without_straining_itself(void **unused)
+TEST(tiny_implicit_sphere_turns_without_straining_itself)
 {
-    (void)unused;
     Run run;
     BodyMeasure start, now;
     run_create(&run, "bodies = ( { name = \"b\"; mesh = { generator = \"sphere\"; scale = "
@@ -143,9 +142,8 @@ static void tiny_implicit_sphere_turns_without_straining_itself(void **unused)
     run_destroy(&run);
 }
 
-static void implicit_sheet_too_uneven_to_follow_is_refused_with_the_step_it_can_take(void **unused)
+TEST(implicit_sheet_too_uneven_to_follow_is_refused_with_the_step_it_can_take)
 {
-    (void)unused;
     static const char *const steps[] = {"1.0e-3", "7.0e-4"};
     for (int k = 0; k < 2; k++) {
         char text[400], path[SCRATCH_PATH];
@@ -186,9 +184,8 @@ static void implicit_sheet_too_uneven_to_follow_is_refused_with_the_step_it_can_
     "voxels = { generator = \"box\"; count = [5, 4, 3]; size = 0.001; place = { rotation = [0.4, " \
     "0.3, 0.0]; }; };"
 
-static void what_falls_in_single_precision_neither_hurries_nor_spins(void **unused)
+TEST(what_falls_in_single_precision_neither_hurries_nor_spins)
 {
-    (void)unused;
     static const struct {
         const char *name, *scene;
     } cases[] = {
@@ -244,9 +241,8 @@ static int64_t restores_for(const Run *run, GuardCause cause)
 
 // A rod that stands in a hollow ball, across its wall: what it gives without end its contacts never
 // had. (The contact of solids has one potential and gives nothing: test_voxel_press_law.c.)
-static void energy_out_of_a_contact_is_seen(void **unused)
+TEST(energy_out_of_a_contact_is_seen)
 {
-    (void)unused;
     Run run;
     SimEvent event;
     run_create(&run, "bodies = ( { name = \"b\"; mesh = { generator = \"sphere\"; nodes = 114; }; "
@@ -267,9 +263,8 @@ static void energy_out_of_a_contact_is_seen(void **unused)
 }
 
 // A ball bounces on a table, softer than it is itself: at the turning point it has next to nothing.
-static void a_bouncing_ball_is_no_false_alarm(void **unused)
+TEST(a_bouncing_ball_is_no_false_alarm)
 {
-    (void)unused;
     Run run;
     run_create(&run, "gravity = [0.0, 0.0, -9.81]; bodies = ( { name = \"b\"; mesh = { generator = "
                      "\"sphere\"; nodes = 114; }; material = { youngs_modulus_2d = 400.0; "
@@ -325,9 +320,8 @@ static double drop(int turn, double damping_time)
 // A node that hammers on a table, thrown back by its springs, must not gain at each turn; the
 // scheme itself lets the energy of a drop swing by 1 / (1 - 0.7^2) = 2 (trial.c). Now at most 1.5
 // times; with the steps of well damped contacts these have 2.4 to 3.6 times.
-static void ball_on_a_table_gains_no_energy_as_it_bounces(void **unused)
+TEST(ball_on_a_table_gains_no_energy_as_it_bounces)
 {
-    (void)unused;
     static const double damping_time[] = {0.0, 1e-7, 1e-6, 3e-6, 1e-5};
     for (size_t d = 0; d < sizeof damping_time / sizeof *damping_time; d++)
         for (int turn = 0; turn < (d == 0 ? 6 : 4); turn++) {
@@ -335,19 +329,4 @@ static void ball_on_a_table_gains_no_energy_as_it_bounces(void **unused)
             print_message("damping time %g, drop %d: %.3g times\n", damping_time[d], turn, times);
             expect_at_most(times, 2.0);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(stiff_implicit_sheet_keeps_its_shape_as_it_falls),
-        cmocka_unit_test(pushed_implicit_sheet_gains_no_energy_on_its_own),
-        cmocka_unit_test(tiny_implicit_sphere_turns_without_straining_itself),
-        cmocka_unit_test(implicit_sheet_too_uneven_to_follow_is_refused_with_the_step_it_can_take),
-        cmocka_unit_test(what_falls_in_single_precision_neither_hurries_nor_spins),
-        cmocka_unit_test(energy_out_of_a_contact_is_seen),
-        cmocka_unit_test(a_bouncing_ball_is_no_false_alarm),
-        cmocka_unit_test(ball_on_a_table_gains_no_energy_as_it_bounces),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

@@ -1,6 +1,6 @@
 // What a study advises: the cheapest run that has all that was asked for, and its keys, which make
 // a scene that case.
-#include "expect.h"
+#include "test.h"
 #include "scene_text.h"
 #include "study_sample.h"
 
@@ -34,9 +34,10 @@ static void fill(void)
     unknown->total.patch = unknown->total.surface = (double)NAN;
 }
 
-static void cheapest_that_has_everything_is_advised(void **unused)
+AROUND_ALL(scene_text_begin, scene_text_end)
+
+TEST(cheapest_that_has_everything_is_advised)
 {
-    (void)unused;
     fill();
     assert_string_equal(advised(0.01, 1000.0), "b, level 1");
     assert_true(advice.met);
@@ -49,9 +50,8 @@ static void cheapest_that_has_everything_is_advised(void **unused)
 }
 
 // Each of them would be advised, were its one fault not there.
-static void each_condition_alone_excludes(void **unused)
+TEST(each_condition_alone_excludes)
 {
-    (void)unused;
     for (int i = 2; i < 8; i++) {
         fill();
         assert_string_equal(advised(0.01, 1000.0), "b, level 1");
@@ -65,9 +65,8 @@ static void each_condition_alone_excludes(void **unused)
     }
 }
 
-static void reference_s_own_error_counts(void **unused)
+TEST(reference_s_own_error_counts)
 {
-    (void)unused;
     fill();
     result.finest.own_error = 0.0021; // b: 0.8 % and this exceed 1 %
     assert_string_equal(advised(0.01, 1000.0), "slow, level 2");
@@ -75,9 +74,8 @@ static void reference_s_own_error_counts(void **unused)
 }
 
 // An order that looks good does not make it smaller than what the last refinement still changed.
-static void last_difference_of_the_reference_counts(void **unused)
+TEST(last_difference_of_the_reference_counts)
 {
-    (void)unused;
     fill();
     result.finest.difference[1] = 0.0021;
     assert_string_equal(advised(0.01, 1000.0), "slow, level 2");
@@ -87,9 +85,8 @@ static void last_difference_of_the_reference_counts(void **unused)
 }
 
 // 99 of 100 ticks may take seven tenths of the period, and no more.
-static void a_share_of_the_tick_is_kept_free(void **unused)
+TEST(a_share_of_the_tick_is_kept_free)
 {
-    (void)unused;
     fill();
     result.run[1].tick_p99 = 0.699e-3;
     assert_string_equal(advised(0.01, 1000.0), "b, level 1");
@@ -99,9 +96,8 @@ static void a_share_of_the_tick_is_kept_free(void **unused)
 
 // What to change where nothing is enough: eight times too slow, a wall needs a quarter of its
 // nodes; what misses the error alone needs more; walls without bending do not converge.
-static void the_next_step_is_said(void **unused)
+TEST(the_next_step_is_said)
 {
-    (void)unused;
     sample_begin(&result, 0.001, 1e-6);
     StudyRun *run = sample_add(&result, "slow, level 1", 5.6, 5.6e-3, 0.001, 0.001);
     run->cpu_median = 5.6;
@@ -130,9 +126,8 @@ static void the_next_step_is_said(void **unused)
 }
 
 // Also when single ticks are short: the processor must keep up.
-static void mean_cost_must_fit_too(void **unused)
+TEST(mean_cost_must_fit_too)
 {
-    (void)unused;
     fill();
     result.run[1].cpu_median = 0.71;
     result.run[0].cpu_median = 0.72;
@@ -140,9 +135,8 @@ static void mean_cost_must_fit_too(void **unused)
     assert_false(advice.met);
 }
 
-static void where_nothing_fits_the_nearest_is_named_with_what_it_misses(void **unused)
+TEST(where_nothing_fits_the_nearest_is_named_with_what_it_misses)
 {
-    (void)unused;
     fill();
     assert_string_equal(advised(0.0015, 1000.0),
                         "slow, level 2"); // "late" errs as little, but late
@@ -160,9 +154,8 @@ static void where_nothing_fits_the_nearest_is_named_with_what_it_misses(void **u
 }
 
 // Under a tool the patch goes where the tool does: what a hand feels must be right, too.
-static void error_of_the_force_counts_too(void **unused)
+TEST(error_of_the_force_counts_too)
 {
-    (void)unused;
     fill();
     result.run[1].total.force = 0.4;
     assert_string_equal(advised(0.01, 1000.0), "slow, level 2");
@@ -179,9 +172,8 @@ static void error_of_the_force_counts_too(void **unused)
 }
 
 // A body that makes 2 % of inputs that differ by 0.01 % is known to 2 %, whatever the references.
-static void what_nearly_equal_inputs_differ_by_counts(void **unused)
+TEST(what_nearly_equal_inputs_differ_by_counts)
 {
-    (void)unused;
     fill();
     result.nudged = (StudyErrors){.patch = 0.02, .force = 0.05};
     assert_string_equal(advised(0.03, 1000.0), "b, level 1"); // 0.8 + 2 %; else the coarse one
@@ -196,9 +188,8 @@ static void what_nearly_equal_inputs_differ_by_counts(void **unused)
     assert_string_equal(advised(0.03, 1000.0), "coarse, level 0");
 }
 
-static void without_a_total_reference_the_promise_is_about_time(void **unused)
+TEST(without_a_total_reference_the_promise_is_about_time)
 {
-    (void)unused;
     fill();
     result.finest.known = false;
     // A coarser mesh is exact in time too, and would always be cheaper: it does not count.
@@ -225,9 +216,8 @@ static void without_a_total_reference_the_promise_is_about_time(void **unused)
     assert_true(advice.time_only);
 }
 
-static void without_any_reference_nothing_is_advised(void **unused)
+TEST(without_any_reference_nothing_is_advised)
 {
-    (void)unused;
     fill();
     result.run[1].what.is_scene = true;
     result.finest.known = false;
@@ -273,9 +263,8 @@ static void set_keys(const char *text, const StudyCase *what, double rate_hz, Sc
     assert_true(ok);
 }
 
-static void advised_keys_make_a_scene_that_case(void **unused)
+TEST(advised_keys_make_a_scene_that_case)
 {
-    (void)unused;
     Scene scene;
     const StudyCase held = {.integrator = INTEGRATOR_RK4,
                             .time_step = 0.001 / 3.0,
@@ -302,9 +291,8 @@ static void advised_keys_make_a_scene_that_case(void **unused)
     scene_destroy(&scene);
 }
 
-static void adaptive_keys_scale_the_scene_s_thresholds(void **unused)
+TEST(adaptive_keys_scale_the_scene_s_thresholds)
 {
-    (void)unused;
     Scene scene;
     const StudyCase adaptive = {.integrator = INTEGRATOR_LEAPFROG,
                                 .precision = PRECISION_SINGLE,
@@ -325,9 +313,8 @@ static void adaptive_keys_scale_the_scene_s_thresholds(void **unused)
     scene_destroy(&scene);
 }
 
-static void the_scene_s_own_case_changes_nothing_but_the_rate(void **unused)
+TEST(the_scene_s_own_case_changes_nothing_but_the_rate)
 {
-    (void)unused;
     Scene before, after;
     assert_string_equal(read_as_scene(SURFACE, &before), "");
     const StudyCase own = {.integrator = before.body[0].surface.body.integrator,
@@ -349,9 +336,8 @@ static void the_scene_s_own_case_changes_nothing_but_the_rate(void **unused)
     scene_destroy(&after);
 }
 
-static void voxel_bodies_get_their_own_keys(void **unused)
+TEST(voxel_bodies_get_their_own_keys)
 {
-    (void)unused;
     Scene scene;
     const StudyCase what = {.integrator = INTEGRATOR_LEAPFROG,
                             .time_step = 1e-4,
@@ -368,9 +354,8 @@ static void voxel_bodies_get_their_own_keys(void **unused)
 }
 
 // The copy lies in another folder, and still finds what the scene names.
-static void files_keep_their_place(void **unused)
+TEST(files_keep_their_place)
 {
-    (void)unused;
     static const char off[] =
         "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 "
         "1 2 3\n";
@@ -411,9 +396,8 @@ static void expect_refused(const char *text, const char *said)
     assert_int_not_equal(access(to, F_OK), 0); // nothing half done
 }
 
-static void what_is_no_scene_is_refused(void **unused)
+TEST(what_is_no_scene_is_refused)
 {
-    (void)unused;
     char deep[200] = "x = ";
     memset(deep + 4, '(', 100);
     expect_refused("name = \"x", "x.cfg:1: a text has no end");
@@ -429,9 +413,8 @@ static void what_is_no_scene_is_refused(void **unused)
     expect_refused(deep, "x.cfg:1: groups lie too deep in each other");
 }
 
-static void keys_are_printed_to_be_pasted(void **unused)
+TEST(keys_are_printed_to_be_pasted)
 {
-    (void)unused;
     char said[1024] = "";
     Scene scene;
     SceneKeys keys;
@@ -455,30 +438,4 @@ static void keys_are_printed_to_be_pasted(void **unused)
                               "    start_level = 1;\n"
                               "    adjust = \"continuum\";\n"
                               "    # no adapt\n");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cheapest_that_has_everything_is_advised),
-        cmocka_unit_test(each_condition_alone_excludes),
-        cmocka_unit_test(reference_s_own_error_counts),
-        cmocka_unit_test(last_difference_of_the_reference_counts),
-        cmocka_unit_test(a_share_of_the_tick_is_kept_free),
-        cmocka_unit_test(the_next_step_is_said),
-        cmocka_unit_test(error_of_the_force_counts_too),
-        cmocka_unit_test(what_nearly_equal_inputs_differ_by_counts),
-        cmocka_unit_test(mean_cost_must_fit_too),
-        cmocka_unit_test(where_nothing_fits_the_nearest_is_named_with_what_it_misses),
-        cmocka_unit_test(without_a_total_reference_the_promise_is_about_time),
-        cmocka_unit_test(without_any_reference_nothing_is_advised),
-        cmocka_unit_test(advised_keys_make_a_scene_that_case),
-        cmocka_unit_test(adaptive_keys_scale_the_scene_s_thresholds),
-        cmocka_unit_test(the_scene_s_own_case_changes_nothing_but_the_rate),
-        cmocka_unit_test(voxel_bodies_get_their_own_keys),
-        cmocka_unit_test(files_keep_their_place),
-        cmocka_unit_test(what_is_no_scene_is_refused),
-        cmocka_unit_test(keys_are_printed_to_be_pasted),
-    };
-    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
 }

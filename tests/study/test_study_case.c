@@ -1,5 +1,5 @@
 // The grid of cases.
-#include "expect.h"
+#include "test.h"
 #include "study_bench.h"
 
 static StudyCase cases[STUDY_CASES];
@@ -30,9 +30,10 @@ static void expect_sound(const Scene *scene, int count)
     }
 }
 
-static void the_first_is_the_scene_and_names_are_unique(void **state)
+AROUND_ALL(scene_text_begin, scene_text_end)
+
+TEST(the_first_is_the_scene_and_names_are_unique)
 {
-    (void)state;
     static const char *const texts[] = {
         SHEET, SHEET_BODY("levels = 2; adapt = {}; adjust = \"choi2005\";"),
         SHEET_BODY("levels = 2; start_level = 1; time_step = 0.0005; integrator = \"rk4\";"),
@@ -57,9 +58,8 @@ static int count_of(int count, IntegratorKind kind, StudyDetail detail, int leve
 
 // What the curves need: every integrator with every step, and every detail with the default
 // integrator and the paper's.
-static void curves_have_their_points(void **state)
+TEST(curves_have_their_points)
 {
-    (void)state;
     Scene scene;
     int count = make(SHEET_BODY("levels = 2; adapt = {};"), &(StudyOptions){0}, &scene);
     for (int k = 0; k < INTEGRATOR_COUNT; k++)
@@ -82,9 +82,8 @@ static void curves_have_their_points(void **state)
     scene_destroy(&scene);
 }
 
-static void voxels_are_only_given_what_they_take(void **state)
+TEST(voxels_are_only_given_what_they_take)
 {
-    (void)state;
     Scene scene;
     int count = make(VOXEL, &(StudyOptions){0}, &scene), level[2] = {0, 0};
     for (int i = 0; i < count; i++) {
@@ -98,9 +97,8 @@ static void voxels_are_only_given_what_they_take(void **state)
     scene_destroy(&scene);
 }
 
-static void only_keeps_the_scene_and_what_was_asked_for(void **state)
+TEST(only_keeps_the_scene_and_what_was_asked_for)
 {
-    (void)state;
     Scene scene;
     int count = make(SHEET, &(StudyOptions){.only = "symplectic_euler"}, &scene);
     assert_true(count > 2);
@@ -111,15 +109,4 @@ static void only_keeps_the_scene_and_what_was_asked_for(void **state)
         study_make_cases(&scene, &(StudyOptions){.only = "symplectic_euler", .quick = true}, cases);
     assert_true(fewer < count);
     scene_destroy(&scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_first_is_the_scene_and_names_are_unique),
-        cmocka_unit_test(curves_have_their_points),
-        cmocka_unit_test(voxels_are_only_given_what_they_take),
-        cmocka_unit_test(only_keeps_the_scene_and_what_was_asked_for),
-    };
-    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
 }

@@ -1,6 +1,6 @@
 // Measures of error against closed forms, and what Richardson's extrapolation says of sequences
 // whose order is known.
-#include "expect.h"
+#include "test.h"
 
 #include "study/sampler.h"
 
@@ -33,9 +33,8 @@ static StudyTrace *make_swing(double size, double phase)
 
 // |sin(x + p) - sin(x)| = 2 |sin(p / 2) cos(x + p / 2)|: over whole periods the L2 norms have the
 // ratio 2 sin(p / 2). Rounding only: 1e-12.
-static void a_late_swing_has_the_error_of_its_phase(void **state)
+TEST(a_late_swing_has_the_error_of_its_phase)
 {
-    (void)state;
     StudyTrace *reference = make_swing(0.3, 0.0), *late = make_swing(0.3, 0.2);
     StudyErrors errors = study_errors(late, reference);
     expect_near(errors.patch, 2.0 * sin(0.1), 1e-12);
@@ -44,9 +43,8 @@ static void a_late_swing_has_the_error_of_its_phase(void **state)
     free(late);
 }
 
-static void a_larger_swing_is_off_by_its_share(void **state)
+TEST(a_larger_swing_is_off_by_its_share)
 {
-    (void)state;
     StudyTrace *reference = make_swing(1.0, 0.0), *larger = make_swing(1.05, 0.0);
     StudyErrors errors = study_errors(larger, reference);
     expect_near(errors.patch, 0.05, 1e-12);
@@ -59,9 +57,8 @@ static void a_larger_swing_is_off_by_its_share(void **state)
     free(larger);
 }
 
-static void what_a_scene_lacks_has_no_error(void **state)
+TEST(what_a_scene_lacks_has_no_error)
 {
-    (void)state;
     StudyTrace *reference = make_swing(1.0, 0.0), *trace = make_swing(1.1, 0.0);
     trace->has_force = false;
     reference->has_volume = false;
@@ -82,9 +79,8 @@ static StudyReference make_sequence(double c, double p)
     return (StudyReference){.difference = {e[0] - e[1], e[1] - e[2]}};
 }
 
-static void order_and_error_of_a_power_law_are_found(void **state)
+TEST(order_and_error_of_a_power_law_are_found)
 {
-    (void)state;
     for (int p = 1; p <= 4; p++) {
         StudyReference reference = make_sequence(0.01, p);
         study_richardson(&reference, 8.0);
@@ -96,18 +92,16 @@ static void order_and_error_of_a_power_law_are_found(void **state)
 }
 
 // A sequence may fall faster than the method can, by chance: that is not believed.
-static void an_order_beyond_the_method_is_not_believed(void **state)
+TEST(an_order_beyond_the_method_is_not_believed)
 {
-    (void)state;
     StudyReference reference = make_sequence(0.01, 6.0);
     study_richardson(&reference, 2.0);
     expect_near(reference.order, 6.0, 1e-9);
     expect_near(reference.own_error, reference.difference[1] / 3.0, 1e-15);
 }
 
-static void differences_that_do_not_fall_are_the_error(void **state)
+TEST(differences_that_do_not_fall_are_the_error)
 {
-    (void)state;
     StudyReference rising = {.difference = {0.01, 0.02}}, slow = {.difference = {0.02, 0.018}};
     StudyReference missing = {.difference = {(double)NAN, 0.02}};
     study_richardson(&rising, 4.0);
@@ -119,17 +113,4 @@ static void differences_that_do_not_fall_are_the_error(void **state)
     study_richardson(&missing, 4.0);
     assert_false(missing.known);
     assert_true(isnan(missing.own_error));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_late_swing_has_the_error_of_its_phase),
-        cmocka_unit_test(a_larger_swing_is_off_by_its_share),
-        cmocka_unit_test(what_a_scene_lacks_has_no_error),
-        cmocka_unit_test(order_and_error_of_a_power_law_are_found),
-        cmocka_unit_test(an_order_beyond_the_method_is_not_believed),
-        cmocka_unit_test(differences_that_do_not_fall_are_the_error),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Tables of anything: what is read has a fit within the ranges of the scene's keys, all else a
 // reason. (test_curves.c tries tables of known laws with the real program.)
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "scratch.h"
 
@@ -73,9 +73,23 @@ static void check(const char *path)
     fit_table_destroy(&table);
 }
 
-static void any_table_has_a_fit_in_range_or_a_reason(void **unused)
+static int begin(void **unused)
 {
     (void)unused;
+    return scratch_create(&scratch);
+}
+
+static int end(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(begin, end)
+
+TEST(any_table_has_a_fit_in_range_or_a_reason)
+{
     static char text[TEXT];
     for (int n = 0; n < TABLES; n++) {
         size_t length = n % 2 == 0 ? write_words(text) : write_rows(text);
@@ -90,32 +104,9 @@ static void any_table_has_a_fit_in_range_or_a_reason(void **unused)
 
 // Across the edges a small strain meets the same modulus, and a large one 1.22 times it: measured
 // on a simulated strip of 24 rows (1.227; what its border carries is known to 1 %).
-static void a_sheet_across_its_edges_turns_into_the_pull(void **unused)
+TEST(a_sheet_across_its_edges_turns_into_the_pull)
 {
-    (void)unused;
     const FitLaw law = {.modulus = 100.0, .cap = 1.0};
     expect_near(fit_stress_across(&law, 1e-6), 1e-4, 1e-9);
     expect_near(fit_stress_across(&law, 0.5), 61.35, 0.6);
-}
-
-static int begin(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_table_has_a_fit_in_range_or_a_reason),
-        cmocka_unit_test(a_sheet_across_its_edges_turns_into_the_pull),
-    };
-    return cmocka_run_group_tests(tests, begin, end);
 }

@@ -1,5 +1,5 @@
 // What drives a scene depends on simulated time alone.
-#include "expect.h"
+#include "test.h"
 #include "study_bench.h"
 
 #include "study/sampler.h"
@@ -49,11 +49,12 @@ static void follow(const Bench *bench, double step, Vec3 *path, int count, doubl
     study_destroy_scene(&copy);
 }
 
+AROUND_ALL(scene_text_begin, scene_text_end)
+
 // Also between the ticks of the slower one: every 2 ms of ticks of 0.5 ms and of 1 ms. The first 2
 // ms are left out: a tool that appears has no speed yet. Rounding of 1e-12 m.
-static void the_tool_goes_the_same_way_at_any_tick_rate(void **state)
+TEST(the_tool_goes_the_same_way_at_any_tick_rate)
 {
-    (void)state;
     enum { COUNT = 350 };
     static Vec3 slow[COUNT], fast[COUNT];
     Bench bench;
@@ -73,9 +74,8 @@ static void the_tool_goes_the_same_way_at_any_tick_rate(void **state)
     bench_destroy(&bench);
 }
 
-static void the_press_comes_from_the_free_side_with_its_shaft_outside(void **state)
+TEST(the_press_comes_from_the_free_side_with_its_shaft_outside)
 {
-    (void)state;
     Bench bench;
     bench_create(&bench, BALL(PROBE), &(StudyOptions){.repeats = 1});
     const StudyPress *press = &bench.context.inputs.press;
@@ -96,9 +96,8 @@ static void the_press_comes_from_the_free_side_with_its_shaft_outside(void **sta
     bench_destroy(&bench);
 }
 
-static void a_press_deforms_and_is_felt(void **state)
+TEST(a_press_deforms_and_is_felt)
 {
-    (void)state;
     Bench bench;
     StudyRun run;
     bench_create(&bench, BALL(PROBE), &(StudyOptions){.repeats = 1});
@@ -120,9 +119,8 @@ static void a_press_deforms_and_is_felt(void **state)
     bench_destroy(&bench);
 }
 
-static void a_scene_that_nothing_moves_gets_a_load(void **state)
+TEST(a_scene_that_nothing_moves_gets_a_load)
 {
-    (void)state;
     Bench bench;
     bench_create(&bench, BALL(""), &(StudyOptions){.repeats = 1});
     assert_int_equal(bench.context.inputs.drive, DRIVE_LOADS);
@@ -132,9 +130,8 @@ static void a_scene_that_nothing_moves_gets_a_load(void **state)
     bench_destroy(&bench);
 }
 
-static void a_scene_with_weight_falls(void **state)
+TEST(a_scene_with_weight_falls)
 {
-    (void)state;
     Bench bench;
     bench_create(&bench, BALL("gravity = [0.0, 0.0, -9.81];\n"), &(StudyOptions){.repeats = 1});
     assert_int_equal(bench.context.scene.load_count, 0);
@@ -164,9 +161,8 @@ static void write_log(const char *path, int64_t ticks)
     assert_true(input_log_close(writer, ticks, 0, &status));
 }
 
-static void a_log_drives_the_scene_at_any_rate(void **state)
+TEST(a_log_drives_the_scene_at_any_rate)
 {
-    (void)state;
     Bench bench;
     StudyRun run;
     char path[SCRATCH_PATH];
@@ -193,17 +189,4 @@ static void a_log_drives_the_scene_at_any_rate(void **state)
     free(trace[0]);
     free(trace[1]);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_tool_goes_the_same_way_at_any_tick_rate),
-        cmocka_unit_test(the_press_comes_from_the_free_side_with_its_shaft_outside),
-        cmocka_unit_test(a_press_deforms_and_is_felt),
-        cmocka_unit_test(a_scene_that_nothing_moves_gets_a_load),
-        cmocka_unit_test(a_scene_with_weight_falls),
-        cmocka_unit_test(a_log_drives_the_scene_at_any_rate),
-    };
-    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
 }

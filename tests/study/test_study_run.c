@@ -1,6 +1,6 @@
 // One case: what a study measures of it has the order of its integrator, is what it says it is, and
 // fails in words.
-#include "expect.h"
+#include "test.h"
 #include "study_bench.h"
 
 #include "study/sampler.h"
@@ -49,28 +49,26 @@ static void expect_order_of(IntegratorKind kind, double step, double order)
     bench_destroy(&bench);
 }
 
-static void rk4_has_order_4(void **state)
+AROUND_ALL(scene_text_begin, scene_text_end)
+
+TEST(rk4_has_order_4)
 {
-    (void)state;
     expect_order_of(INTEGRATOR_RK4, 0.00125, 4.0);
 }
 
-static void undamped_leapfrog_has_order_2(void **state)
+TEST(undamped_leapfrog_has_order_2)
 {
-    (void)state;
     expect_order_of(INTEGRATOR_LEAPFROG, 0.00125, 2.0);
 }
 
-static void symplectic_euler_has_order_1(void **state)
+TEST(symplectic_euler_has_order_1)
 {
-    (void)state;
     expect_order_of(INTEGRATOR_SYMPLECTIC_EULER, 0.000625, 1.0);
 }
 
 // A step above the tick: samples are taken at the same times as with the scene's own rate.
-static void a_step_above_the_tick_lowers_the_rate(void **state)
+TEST(a_step_above_the_tick_lowers_the_rate)
 {
-    (void)state;
     Bench bench;
     StudyRun run;
     char text[2048];
@@ -92,9 +90,8 @@ static void a_step_above_the_tick_lowers_the_rate(void **state)
     bench_destroy(&bench);
 }
 
-static void a_step_beyond_the_bound_is_refused_with_the_reason(void **state)
+TEST(a_step_beyond_the_bound_is_refused_with_the_reason)
 {
-    (void)state;
     Bench bench;
     StudyRun run;
     bench_create(&bench, SHEET, &SHORT);
@@ -106,9 +103,8 @@ static void a_step_beyond_the_bound_is_refused_with_the_reason(void **state)
     bench_destroy(&bench);
 }
 
-static void a_scene_that_blows_up_is_bad(void **state)
+TEST(a_scene_that_blows_up_is_bad)
 {
-    (void)state;
     Bench bench;
     StudyRun run;
     bench_create(
@@ -127,9 +123,8 @@ static void a_scene_that_blows_up_is_bad(void **state)
 
 // Every accepted tick is within the tolerance, by the routine's own measure; a tolerance a hundred
 // times smaller costs more and is nearer to the truth.
-static void step_doubling_meets_its_tolerance(void **state)
+TEST(step_doubling_meets_its_tolerance)
 {
-    (void)state;
     Bench bench;
     StudyRun run;
     double error[2];
@@ -177,9 +172,8 @@ static void step_doubling_meets_its_tolerance(void **state)
 
 // The pressed patch is that on which the load acts: its mean displacement, weighed by area, is what
 // the load works on.
-static void the_patch_is_where_the_load_is(void **state)
+TEST(the_patch_is_where_the_load_is)
 {
-    (void)state;
     Bench bench;
     bench_create(&bench, SHEET, &SHORT);
     const StudyPoints *points = &bench.context.points;
@@ -207,9 +201,8 @@ static void the_patch_is_where_the_load_is(void **state)
     bench_destroy(&bench);
 }
 
-static void a_run_says_what_it_was(void **state)
+TEST(a_run_says_what_it_was)
 {
-    (void)state;
     Bench bench;
     StudyRun run;
     bench_create(&bench, SHEET, &(StudyOptions){.duration_s = 0.1, .repeats = 3});
@@ -229,9 +222,8 @@ static void a_run_says_what_it_was(void **state)
 
 // A taut sheet answers a slightly larger load with a slightly larger motion: by as much, if it is
 // linear, as it is for small loads.
-static void a_nudge_moves_a_sheet_by_as_much(void **state)
+TEST(a_nudge_moves_a_sheet_by_as_much)
 {
-    (void)state;
     Bench bench;
     bench_create(&bench, SHEET, &SHORT);
     StudyCase what = study_scene_case(&bench.scene);
@@ -243,21 +235,4 @@ static void a_nudge_moves_a_sheet_by_as_much(void **state)
     expect_at_most(moved.patch, 1.5 * STUDY_NUDGE);
     assert_true(isnan(moved.force)); // it has no tool
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rk4_has_order_4),
-        cmocka_unit_test(undamped_leapfrog_has_order_2),
-        cmocka_unit_test(symplectic_euler_has_order_1),
-        cmocka_unit_test(a_step_above_the_tick_lowers_the_rate),
-        cmocka_unit_test(a_step_beyond_the_bound_is_refused_with_the_reason),
-        cmocka_unit_test(a_scene_that_blows_up_is_bad),
-        cmocka_unit_test(step_doubling_meets_its_tolerance),
-        cmocka_unit_test(the_patch_is_where_the_load_is),
-        cmocka_unit_test(a_run_says_what_it_was),
-        cmocka_unit_test(a_nudge_moves_a_sheet_by_as_much),
-    };
-    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
 }

@@ -1,6 +1,6 @@
 // Cases in processes of their own: the same results for any number of them, and a task that dies
 // loses nothing but itself.
-#include "expect.h"
+#include "test.h"
 #include "study_bench.h"
 
 #include "study/pool.h"
@@ -67,9 +67,10 @@ static Trial try_pool(int jobs, int deadly, int hanging, double timeout_s)
     return trial;
 }
 
-static void every_task_is_done_once_by_any_number_of_processes(void **state)
+AROUND_ALL(scene_text_begin, scene_text_end)
+
+TEST(every_task_is_done_once_by_any_number_of_processes)
 {
-    (void)state;
     for (int jobs = 1; jobs <= 12; jobs = 2 * jobs + 1) {
         Trial trial = try_pool(jobs, -1, -1, 0.0);
         for (int t = 0; t < TASKS; t++)
@@ -77,9 +78,8 @@ static void every_task_is_done_once_by_any_number_of_processes(void **state)
     }
 }
 
-static void a_task_that_dies_loses_only_itself(void **state)
+TEST(a_task_that_dies_loses_only_itself)
 {
-    (void)state;
     for (int deadly = 0; deadly < TASKS; deadly += TASKS - 1) {
         Trial trial = try_pool(3, deadly, -1, 0.0);
         for (int t = 0; t < TASKS; t++)
@@ -89,17 +89,15 @@ static void a_task_that_dies_loses_only_itself(void **state)
 }
 
 // More than there are processes at a time: each is replaced.
-static void the_last_task_is_done_when_all_others_die(void **state)
+TEST(the_last_task_is_done_when_all_others_die)
 {
-    (void)state;
     Trial trial = try_pool(2, MANY, -1, 0.0);
     for (int t = 0; t < TASKS; t++)
         assert_int_equal(trial.lost[t], t < TASKS - 1);
 }
 
-static void a_task_that_hangs_is_ended(void **state)
+TEST(a_task_that_hangs_is_ended)
 {
-    (void)state;
     Trial trial = try_pool(2, -1, 4, 1.0);
     for (int t = 0; t < TASKS; t++)
         assert_int_equal(trial.lost[t], t == 4);
@@ -126,9 +124,8 @@ static void expect_same(const StudyRun *a, const StudyRun *b)
     assert_memory_equal(&a->total, &b->total, sizeof a->total);
 }
 
-static void results_do_not_depend_on_the_number_of_processes(void **state)
+TEST(results_do_not_depend_on_the_number_of_processes)
 {
-    (void)state;
     static const char text[] = SHEET_BODY(
         "levels = 1; adapt = { force = 1e-4; };") "loads = ( { center = [0.0, 0.0, 0.0]; radius = "
                                                   "0.03; force = [0.0, 0.0, -0.02];"
@@ -161,9 +158,8 @@ static void results_do_not_depend_on_the_number_of_processes(void **state)
 }
 
 // The references of a mesh that changes nothing: their own error is far below that of the cases.
-static void references_are_better_than_what_they_judge(void **state)
+TEST(references_are_better_than_what_they_judge)
 {
-    (void)state;
     Bench bench;
     Status status = {0};
     StudyResult *of = &result[0];
@@ -192,17 +188,4 @@ static void references_are_better_than_what_they_judge(void **state)
     assert_non_null(strstr(of->finest.what, "level 2"));
     assert_true(of->run[0].total.patch > of->run[0].time.patch);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_task_is_done_once_by_any_number_of_processes),
-        cmocka_unit_test(a_task_that_dies_loses_only_itself),
-        cmocka_unit_test(the_last_task_is_done_when_all_others_die),
-        cmocka_unit_test(a_task_that_hangs_is_ended),
-        cmocka_unit_test(results_do_not_depend_on_the_number_of_processes),
-        cmocka_unit_test(references_are_better_than_what_they_judge),
-    };
-    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
 }

@@ -1,5 +1,5 @@
 // What a study tells of runs that are known: the Pareto front, the table, the files, progress.
-#include "expect.h"
+#include "test.h"
 #include "scratch.h"
 #include "study_sample.h"
 
@@ -47,9 +47,23 @@ static void fill(void)
 
 // --- front ---------------------------------------------------------------------------------------
 
-static void front_holds_what_nothing_beats(void **unused)
+static int begin(void **unused)
 {
     (void)unused;
+    return scratch_create(&scratch);
+}
+
+static int end(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(begin, end)
+
+TEST(front_holds_what_nothing_beats)
+{
     const double nan_value = (double)NAN;
     //                       best  beaten  cheap  equal  equal  unknown    no cost
     const double costs[] = {2.0, 3.0, 1.0, 4.0, 4.0, 0.5, nan_value};
@@ -63,9 +77,8 @@ static void front_holds_what_nothing_beats(void **unused)
 
 // Against the definition, on points by chance: on the front exactly when no point is in the closed
 // quarter below it but itself and its equals.
-static void front_is_what_its_definition_says(void **unused)
+TEST(front_is_what_its_definition_says)
 {
-    (void)unused;
     enum { COUNT = 200 };
     double costs[COUNT], errors[COUNT];
     bool front[COUNT];
@@ -86,9 +99,8 @@ static void front_is_what_its_definition_says(void **unused)
     }
 }
 
-static void refused_runs_are_on_no_front(void **unused)
+TEST(refused_runs_are_on_no_front)
 {
-    (void)unused;
     bool front[STUDY_CASES];
     fill();
     result.run[2].cpu_median = 1e-6; // as if it had been the best of all
@@ -99,9 +111,8 @@ static void refused_runs_are_on_no_front(void **unused)
     assert_true(front[3]);
 }
 
-static void surface_counts_where_nothing_is_pressed(void **unused)
+TEST(surface_counts_where_nothing_is_pressed)
 {
-    (void)unused;
     StudyErrors errors = {.patch = (double)NAN, .surface = 0.25};
     assert_true(study_error(&errors) == 0.25);
     errors.patch = 0.5;
@@ -110,9 +121,8 @@ static void surface_counts_where_nothing_is_pressed(void **unused)
 
 // --- table ---------------------------------------------------------------------------------------
 
-static void table_tells_every_case_and_why_some_have_no_row(void **unused)
+TEST(table_tells_every_case_and_why_some_have_no_row)
 {
-    (void)unused;
     fill();
     printed_table();
     for (int i = 0; i < result.run_count; i++)
@@ -124,9 +134,8 @@ static void table_tells_every_case_and_why_some_have_no_row(void **unused)
 }
 
 // Columns stand below each other: of a table's rows none is longer than its titles allow.
-static void rows_of_the_table_have_one_length(void **unused)
+TEST(rows_of_the_table_have_one_length)
 {
-    (void)unused;
     fill();
     result.run[3].cpu_median = 123456.0;
     result.run[3].nodes_least = 12;
@@ -137,9 +146,8 @@ static void rows_of_the_table_have_one_length(void **unused)
         assert_int_equal(strcspn(row, "\n"), length);
 }
 
-static void references_without_an_estimate_are_said_to_have_none(void **unused)
+TEST(references_without_an_estimate_are_said_to_have_none)
 {
-    (void)unused;
     fill();
     result.finest.order = (double)NAN;
     assert_non_null(strstr(printed_table(), "not monotone: no order observed, own error 0.1 %, the "
@@ -196,9 +204,8 @@ static void cell_of(const char *text, int row, const char *column, char cell[STU
     snprintf(cell, STUDY_WHY, "%.*s", (int)strcspn(at, "\t\n"), at);
 }
 
-static void tables_have_a_column_for_every_field_of_every_run(void **unused)
+TEST(tables_have_a_column_for_every_field_of_every_run)
 {
-    (void)unused;
     char path[SCRATCH_PATH], cell[STUDY_WHY];
     Status status = {0};
     fill();
@@ -233,9 +240,8 @@ static void tables_have_a_column_for_every_field_of_every_run(void **unused)
 }
 
 // No member of a run is left out: the fields and the array of costs fill it but for padding.
-static void fields_cover_a_run(void **unused)
+TEST(fields_cover_a_run)
 {
-    (void)unused;
     static unsigned char covered[sizeof(StudyRun)];
     memset(covered, 0, sizeof covered);
     memset(covered + offsetof(StudyRun, cpu_s), 1, sizeof(double) * STUDY_REPEATS);
@@ -262,9 +268,8 @@ static void fields_cover_a_run(void **unused)
     }
 }
 
-static void a_folder_that_is_none_is_said(void **unused)
+TEST(a_folder_that_is_none_is_said)
 {
-    (void)unused;
     Status status = {0};
     fill();
     assert_false(study_save_runs(&result, "/nowhere/runs.tsv", &status));
@@ -309,9 +314,8 @@ static herr_t has_unit(hid_t file, const char *name, const H5O_info_t *info, voi
     return H5Aexists_by_name(file, name, "unit", H5P_DEFAULT) > 0 ? 0 : -1;
 }
 
-static void hdf5_holds_every_run(void **unused)
+TEST(hdf5_holds_every_run)
 {
-    (void)unused;
     char path[SCRATCH_PATH], text[64];
     double costs[4], repeats[4][3];
     int nodes[4], count = 0;
@@ -356,9 +360,8 @@ static void hdf5_holds_every_run(void **unused)
 
 // --- pictures ------------------------------------------------------------------------------------
 
-static void missing_gnuplot_leaves_the_script(void **unused)
+TEST(missing_gnuplot_leaves_the_script)
 {
-    (void)unused;
     Status status = {0};
     fill();
     assert_true(plot_write(&result, scratch.folder, 0.01, &status));
@@ -378,9 +381,8 @@ static bool there(const char *name)
     return stat(scratch_path(&scratch, name, path), &info) == 0 && info.st_size > 1000;
 }
 
-static void gnuplot_draws_all_four(void **unused)
+TEST(gnuplot_draws_all_four)
 {
-    (void)unused;
     Status status = {0};
     fill();
     snprintf(result.scene, sizeof result.scene, "it's a_scene");
@@ -394,9 +396,8 @@ static void gnuplot_draws_all_four(void **unused)
     assert_true(there("total.png") && there("total.svg"));
 }
 
-static void a_script_without_points_is_no_error(void **unused)
+TEST(a_script_without_points_is_no_error)
 {
-    (void)unused;
     Status status = {0};
     sample_begin(&result, 0.001, 1e-6);
     assert_true(plot_write(&result, scratch.folder, 0.01, &status));
@@ -406,9 +407,8 @@ static void a_script_without_points_is_no_error(void **unused)
 
 // --- progress ------------------------------------------------------------------------------------
 
-static void time_left_is_that_of_cases_like_those_done(void **unused)
+TEST(time_left_is_that_of_cases_like_those_done)
 {
-    (void)unused;
     char text[32];
     assert_true(progress_left(30.0, 3, 12) == 90.0);
     assert_true(progress_left(30.0, 12, 12) == 0.0);
@@ -419,9 +419,8 @@ static void time_left_is_that_of_cases_like_those_done(void **unused)
     assert_string_equal(progress_clock((double)NAN, text), "?");
 }
 
-static void without_a_terminal_a_line_a_tenth(void **unused)
+TEST(without_a_terminal_a_line_a_tenth)
 {
-    (void)unused;
     Progress progress;
     memset(said, 0, sizeof said);
     FILE *out = fmemopen(said, sizeof said, "w");
@@ -438,9 +437,8 @@ static void without_a_terminal_a_line_a_tenth(void **unused)
     assert_null(strchr(said, '\r'));
 }
 
-static void on_a_terminal_one_line_is_written_over(void **unused)
+TEST(on_a_terminal_one_line_is_written_over)
 {
-    (void)unused;
     Progress progress;
     memset(said, 0, sizeof said);
     FILE *out = fmemopen(said, sizeof said, "w");
@@ -453,43 +451,4 @@ static void on_a_terminal_one_line_is_written_over(void **unused)
     assert_null(strchr(said, '\n'));
     progress_end(&progress);
     fclose(out);
-}
-
-static int begin(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(front_holds_what_nothing_beats),
-        cmocka_unit_test(front_is_what_its_definition_says),
-        cmocka_unit_test(refused_runs_are_on_no_front),
-        cmocka_unit_test(surface_counts_where_nothing_is_pressed),
-        cmocka_unit_test(table_tells_every_case_and_why_some_have_no_row),
-        cmocka_unit_test(rows_of_the_table_have_one_length),
-        cmocka_unit_test(references_without_an_estimate_are_said_to_have_none),
-        cmocka_unit_test(tables_have_a_column_for_every_field_of_every_run),
-        cmocka_unit_test(fields_cover_a_run),
-        cmocka_unit_test(a_folder_that_is_none_is_said),
-#ifdef PLIANT_WITH_HDF5
-        cmocka_unit_test(hdf5_holds_every_run),
-#endif
-        cmocka_unit_test(missing_gnuplot_leaves_the_script),
-        cmocka_unit_test(gnuplot_draws_all_four),
-        cmocka_unit_test(a_script_without_points_is_no_error),
-        cmocka_unit_test(time_left_is_that_of_cases_like_those_done),
-        cmocka_unit_test(without_a_terminal_a_line_a_tenth),
-        cmocka_unit_test(on_a_terminal_one_line_is_written_over),
-    };
-    return cmocka_run_group_tests(tests, begin, end);
 }

@@ -1,6 +1,6 @@
 // The advice is right: against a reference that is finer than the study's own, the advised scene
 // errs at most one and a half times what was promised. A small study from beginning to end.
-#include "expect.h"
+#include "test.h"
 #include "scene_text.h"
 
 #include "study/report.h"
@@ -91,9 +91,10 @@ static double promised(void)
     return advice.error;
 }
 
-static void total_error_is_what_was_promised(void **unused)
+AROUND_ALL(make_study, end_study)
+
+TEST(total_error_is_what_was_promised)
 {
-    (void)unused;
     double promise = promised();
     assert_false(advice.time_only);
     // The study's finest mesh is of level 2.
@@ -112,9 +113,8 @@ static void total_error_is_what_was_promised(void **unused)
     free(own);
 }
 
-static void error_in_time_is_what_was_promised(void **unused)
+TEST(error_in_time_is_what_was_promised)
 {
-    (void)unused;
     const bool known = result.finest.known;
     result.finest.known = false;
     double promise = promised();
@@ -135,9 +135,8 @@ static void error_in_time_is_what_was_promised(void **unused)
 }
 
 // Bit by bit: what was measured is what the user gets.
-static void advised_scene_moves_as_the_case_did(void **unused)
+TEST(advised_scene_moves_as_the_case_did)
 {
-    (void)unused;
     static StudyContext advised_context;
     static char from[SCRATCH_PATH], to[SCRATCH_PATH];
     SceneKeys keys;
@@ -162,14 +161,4 @@ static void advised_scene_moves_as_the_case_did(void **unused)
     free(found);
     study_destroy(&advised_context);
     scene_destroy(&advised);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(total_error_is_what_was_promised),
-        cmocka_unit_test(error_in_time_is_what_was_promised),
-        cmocka_unit_test(advised_scene_moves_as_the_case_did),
-    };
-    return cmocka_run_group_tests(tests, make_study, end_study);
 }

@@ -1,5 +1,5 @@
 // A study of voxels: the finest reference of a box has half its cells, and the same points.
-#include "expect.h"
+#include "test.h"
 #include "study_bench.h"
 
 #include "study/sampler.h"
@@ -18,9 +18,10 @@
 
 static const StudyOptions SHORT = {.duration_s = 0.1, .repeats = 1, .quick = true};
 
-static void a_box_has_its_points_in_half_cells_too(void **state)
+AROUND_ALL(scene_text_begin, scene_text_end)
+
+TEST(a_box_has_its_points_in_half_cells_too)
 {
-    (void)state;
     Bench bench;
     bench_create(&bench, BLOCK(BOX), &SHORT);
     const StudyPoints *points = &bench.context.points;
@@ -35,9 +36,8 @@ static void a_box_has_its_points_in_half_cells_too(void **state)
 // Both lattices tell of the same places: the one with half the cells moves nearly as the other
 // does, point by point. The faces of a cube of four cells bend too little by tenths; points that
 // were taken for each other would be off by as much as there is.
-static void half_cells_move_as_whole_ones(void **state)
+TEST(half_cells_move_as_whole_ones)
 {
-    (void)state;
     Bench bench;
     StudyRun run;
     StudyTrace *trace[2];
@@ -64,9 +64,8 @@ static void half_cells_move_as_whole_ones(void **state)
     bench_destroy(&bench);
 }
 
-static void what_is_no_box_is_not_cut_finer(void **state)
+TEST(what_is_no_box_is_not_cut_finer)
 {
-    (void)state;
     static StudyCase cases[STUDY_CASES];
     static StudyResult result;
     Bench bench;
@@ -81,14 +80,4 @@ static void what_is_no_box_is_not_cut_finer(void **state)
     // Leapfrog with damping taken explicitly: order 1 at least.
     assert_true(result.mesh[0].reference.order > 0.9);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_box_has_its_points_in_half_cells_too),
-        cmocka_unit_test(half_cells_move_as_whole_ones),
-        cmocka_unit_test(what_is_no_box_is_not_cut_finer),
-    };
-    return cmocka_run_group_tests(tests, scene_text_begin, scene_text_end);
 }

@@ -13,13 +13,6 @@
 
 static Scratch scratch;
 
-// libconfig 1.5 forgets the text of a string when the syntax is wrong right behind it.
-const char *__lsan_default_suppressions(void);
-const char *__lsan_default_suppressions(void)
-{
-    return "leak:strbuf_append";
-}
-
 // Reads a text as scene file; returns what was wrong, "" if nothing, without the folder's name.
 static inline const char *read_as_scene(const char *text, Scene *scene)
 {

@@ -1,5 +1,5 @@
 // Bending of a wall: forces and energy of the hinges. What a whole wall does: test_bending_walls.c.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 #include "surface/bending.h"
@@ -62,9 +62,8 @@ static double energy_of(const Vec3 *x, double modulus, void (*make)(TriMesh *))
     return energy;
 }
 
-static void force_is_minus_the_gradient_of_the_energy(void **state)
+TEST(force_is_minus_the_gradient_of_the_energy)
 {
-    (void)state;
     void (*const make[])(TriMesh *) = {fixture_organ, fixture_sphere, fixture_sheet};
     for (int m = 0; m < 3; m++) {
         TriMesh mesh;
@@ -96,9 +95,8 @@ static void force_is_minus_the_gradient_of_the_energy(void **state)
     }
 }
 
-static void single_precision_agrees_with_double(void **state)
+TEST(single_precision_agrees_with_double)
 {
-    (void)state;
     TriMesh mesh;
     fixture_organ(&mesh);
     Vec3 x[NODES], force[2][NODES];
@@ -154,17 +152,15 @@ static void keeps_momentum(IntegratorKind integrator)
     fixture_destroy(&fixture);
 }
 
-static void free_body_keeps_its_momentum(void **state)
+TEST(free_body_keeps_its_momentum)
 {
-    (void)state;
     keeps_momentum(INTEGRATOR_LEAPFROG);
     keeps_momentum(INTEGRATOR_IMPLICIT);
 }
 
 // Nodes that meet, faces without area, folds of half a turn: nothing but finite numbers.
-static void folded_faces_give_finite_forces(void **state)
+TEST(folded_faces_give_finite_forces)
 {
-    (void)state;
     TriMesh mesh;
     fixture_sphere(&mesh);
     for (int way = 0; way < 4; way++) {
@@ -200,9 +196,8 @@ static void folded_faces_give_finite_forces(void **state)
 
 // The largest eigenvalue of M^-1 K of the hinges alone lies below the bound, and not far: found by
 // power iteration with forces of small displacements.
-static void bound_holds_the_largest_eigenvalue(void **state)
+TEST(bound_holds_the_largest_eigenvalue)
 {
-    (void)state;
     void (*const make[])(TriMesh *) = {fixture_organ, fixture_sphere, fixture_sheet};
     for (int m = 0; m < 3; m++) {
         TriMesh mesh;
@@ -253,9 +248,8 @@ static void refuses(const FixtureOptions *options, const char *reason)
     fixture_destroy(&fixture);
 }
 
-static void refuses_free_hanging_nodes_and_what_is_no_wall(void **state)
+TEST(refuses_free_hanging_nodes_and_what_is_no_wall)
 {
-    (void)state;
     FixtureOptions options = hinged(80.0);
     options.levels = 1;
     options.adjust = ADJUST_CHOI2005;
@@ -266,24 +260,9 @@ static void refuses_free_hanging_nodes_and_what_is_no_wall(void **state)
     refuses(&options, "thickness");
 }
 
-static void thickness_gives_the_stiffness_of_a_plate(void **state)
+TEST(thickness_gives_the_stiffness_of_a_plate)
 {
-    (void)state;
     SurfaceMaterial material = {.youngs_modulus_2d = 80.0, .thickness = 4e-3};
     // 20 kPa (4 mm)^3 / (12 (1 - 1/9)).
     expect_near(bending_stiffness(&material), 20e3 * 64e-9 / (12.0 * 8.0 / 9.0), 1e-18);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(force_is_minus_the_gradient_of_the_energy),
-        cmocka_unit_test(single_precision_agrees_with_double),
-        cmocka_unit_test(free_body_keeps_its_momentum),
-        cmocka_unit_test(folded_faces_give_finite_forces),
-        cmocka_unit_test(bound_holds_the_largest_eigenvalue),
-        cmocka_unit_test(refuses_free_hanging_nodes_and_what_is_no_wall),
-        cmocka_unit_test(thickness_gives_the_stiffness_of_a_plate),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

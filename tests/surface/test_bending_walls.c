@@ -1,6 +1,6 @@
 // Walls that bend: plates against plate theory, a cylinder against that of shells, and whether
 // finer levels come closer to one another.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 
 #include <math.h>
@@ -101,9 +101,8 @@ static double deflection(IntegratorKind integrator, int level, double pressure, 
 // of height a, simply supported, bends by q a^4 / (972 D) at its centroid under a pressure, and by
 // 0.00575 P a^2 / D under a force there. Its borders are straight: nothing depends on the Poisson
 // ratio.
-static void plates_follow_plate_theory(void **state)
+TEST(plates_follow_plate_theory)
 {
-    (void)state;
     const double a = SIDE * sqrt(0.75), D = 1e-4;
     // One level, finer, and implicit.
     for (int k = 0; k < 3; k++) {
@@ -154,9 +153,8 @@ static void make_cylinder(TriMesh *mesh)
 // A long cylinder pinched by a pressure p cos(2 phi) bends without stretching into an oval of
 // amplitude w = p R^4 / (9 D) (Timoshenko and Gere, Theory of Elastic Stability, section 7.1, with
 // D in place of E I: a ring at n = 2 has the factor (n^2 - 1)^2).
-static void a_pinched_cylinder_becomes_an_oval(void **state)
+TEST(a_pinched_cylinder_becomes_an_oval)
 {
-    (void)state;
     const double D = 1e-4, pressure = 0.002, want = pressure * pow(RADIUS, 4.0) / (9.0 * D);
     for (int level = 0; level < 3; level++) {
         TriMesh mesh;
@@ -286,9 +284,8 @@ static const Press PRESSES[] = {
 
 // From level 0 to 2 the distance to level 3 falls by order 1 at least: to a quarter. Without hinges
 // the wall folds elsewhere at each level, and level 2 is three times as far from it.
-static void levels_converge_only_with_bending(void **state)
+TEST(levels_converge_only_with_bending)
 {
-    (void)state;
     static Pressed at[TOP + 1];
     double with = 0.0;
     for (size_t b = 0; b < sizeof PRESSES / sizeof *PRESSES; b++)
@@ -316,9 +313,8 @@ static void levels_converge_only_with_bending(void **state)
 
 // Nothing converges where the physics is unstable. At these loads it is not, not even without
 // bending: a force that differs by 1e-4 changes little. So there it is the faces that differ.
-static void a_little_more_force_changes_little(void **state)
+TEST(a_little_more_force_changes_little)
 {
-    (void)state;
     static Pressed at[2];
     for (size_t b = 0; b < sizeof PRESSES / sizeof *PRESSES; b++)
         for (int k = 0; k < 2; k++) {
@@ -331,15 +327,4 @@ static void a_little_more_force_changes_little(void **state)
             // A dent that grows gives way: ten times the linear answer at most.
             expect_at_most(change, 1e-3);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(plates_follow_plate_theory),
-        cmocka_unit_test(a_pinched_cylinder_becomes_an_oval),
-        cmocka_unit_test(levels_converge_only_with_bending),
-        cmocka_unit_test(a_little_more_force_changes_little),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // What a wall encloses: the pressure on its nodes, and the balloon that it makes of a sphere. Cuts,
 // levels and scenes: test_scene_cavity.c.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 
@@ -42,9 +42,8 @@ static void forces_in(Precision precision, const Vec3 *x, void (*make)(TriMesh *
     fixture_forces(&mesh, &options, x, force);
 }
 
-static void pressure_acts_along_the_gradient_of_the_volume(void **state)
+TEST(pressure_acts_along_the_gradient_of_the_volume)
 {
-    (void)state;
     const double pressure = 700.0;
     void (*const make[])(TriMesh *) = {fixture_organ, fixture_sphere};
     for (int m = 0; m < 2; m++)
@@ -126,9 +125,8 @@ static double held_together(const Fixture *fixture, double height)
     return force;
 }
 
-static void a_balloon_bears_two_tensions_over_its_radius(void **state)
+TEST(a_balloon_bears_two_tensions_over_its_radius)
 {
-    (void)state;
     const double radius = 0.05, modulus = 80.0;
     // 1200 Pa is the most that linear springs of this stiffness bear: beyond, the balloon grows
     // without end.
@@ -157,9 +155,8 @@ static void a_balloon_bears_two_tensions_over_its_radius(void **state)
     }
 }
 
-static void what_cannot_be_filled_is_refused(void **state)
+TEST(what_cannot_be_filled_is_refused)
 {
-    (void)state;
     static const struct {
         void (*make)(TriMesh *);
         IntegratorKind integrator;
@@ -191,14 +188,4 @@ static void what_cannot_be_filled_is_refused(void **state)
             fail_msg("%s", status.text);
         fixture_destroy(&fixture);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pressure_acts_along_the_gradient_of_the_volume),
-        cmocka_unit_test(a_balloon_bears_two_tensions_over_its_radius),
-        cmocka_unit_test(what_cannot_be_filled_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

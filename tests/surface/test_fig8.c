@@ -1,6 +1,6 @@
 // The experiment of Choi et al. 2005, Fig. 8: a hollow sphere of 114 nodes is pressed for 2 s and
 // released. With shape-preserving springs it springs back, without them it stays collapsed.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 
@@ -45,9 +45,8 @@ static double residual(const SurfaceShape *shape, double force, double *pressed)
     return rms / RADIUS;
 }
 
-static void sphere_springs_back_with_shape_springs(void **state)
+TEST(sphere_springs_back_with_shape_springs)
 {
-    (void)state;
     SurfaceShape shape = fixture_shape(SHAPE_WORLD);
     static const double forces[] = {1.0, 4.0};
     for (int k = 0; k < 2; k++) {
@@ -59,9 +58,8 @@ static void sphere_springs_back_with_shape_springs(void **state)
     }
 }
 
-static void sphere_stays_collapsed_without_shape_springs(void **state)
+TEST(sphere_stays_collapsed_without_shape_springs)
 {
-    (void)state;
     SurfaceShape none = {.wanted = false};
     static const double forces[] = {1.0, 4.0};
     for (int k = 0; k < 2; k++) {
@@ -70,13 +68,4 @@ static void sphere_stays_collapsed_without_shape_springs(void **state)
         // 2.1 R and 0.91 R in tests/accuracy/report.md, "Fig. 8: collapse and recovery".
         expect_at_least(left, 0.3);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sphere_springs_back_with_shape_springs),
-        cmocka_unit_test(sphere_stays_collapsed_without_shape_springs),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

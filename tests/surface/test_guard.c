@@ -1,7 +1,7 @@
 // The guard at the end of a tick: what is restored and how much of it, who is blamed, told and
 // withdrawn, and that no number leaves unchecked. Bodies are made bad by loads that no scene may
 // have, or by making what tools push with a thousand quadrillion times larger.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 
 #include "dynamics/sim_data.h"
@@ -92,9 +92,8 @@ static void spoil_motion(Fixture *fixture)
 // ---------------------------------------------------------------------------------------------
 // What is restored
 
-static void a_bad_tick_gives_places_and_velocities_back(void **state)
+TEST(a_bad_tick_gives_places_and_velocities_back)
 {
-    (void)state;
     for (int precision = 0; precision < 2; precision++)
         for (int kind = 0; kind < INTEGRATOR_COUNT; kind++) {
             FixtureOptions options = fixture_loadable();
@@ -128,9 +127,8 @@ static void a_bad_tick_gives_places_and_velocities_back(void **state)
         }
 }
 
-static void bad_ticks_with_good_ones_between_lead_to_the_rest_shape_too(void **state)
+TEST(bad_ticks_with_good_ones_between_lead_to_the_rest_shape_too)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     Vec3 initial[114];
     TriMesh mesh;
@@ -157,9 +155,8 @@ static void bad_ticks_with_good_ones_between_lead_to_the_rest_shape_too(void **s
     fixture_destroy(&fixture);
 }
 
-static void a_floating_body_that_has_flown_away_comes_back_in_its_rest_shape(void **state)
+TEST(a_floating_body_that_has_flown_away_comes_back_in_its_rest_shape)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.precision = PRECISION_SINGLE;
     options.shape = (SurfaceShape){0};
@@ -185,9 +182,8 @@ static void a_floating_body_that_has_flown_away_comes_back_in_its_rest_shape(voi
 
 // It flies for some ticks before it is out of bounds. What was pushed as long, but has come to rest
 // since, has no known cause: here numbers are made bad by hand.
-static void a_load_that_has_ended_is_the_cause_as_long_as_its_energy_lasts(void **state)
+TEST(a_load_that_has_ended_is_the_cause_as_long_as_its_energy_lasts)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.shape = (SurfaceShape){0};
     Fixture fixture;
@@ -218,9 +214,8 @@ static void a_load_that_has_ended_is_the_cause_as_long_as_its_energy_lasts(void 
     fixture_destroy(&fixture);
 }
 
-static void a_load_that_keeps_making_numbers_bad_is_ended_and_leaves_no_trace(void **state)
+TEST(a_load_that_keeps_making_numbers_bad_is_ended_and_leaves_no_trace)
 {
-    (void)state;
     Fixture fixture, calm;
     FixtureOptions options = fixture_loadable();
     fixture_create_sphere(&fixture, &options);
@@ -255,9 +250,8 @@ static void a_load_that_keeps_making_numbers_bad_is_ended_and_leaves_no_trace(vo
     fixture_destroy(&calm);
 }
 
-static void a_body_that_a_withdrawn_load_has_torn_away_goes_back_to_its_rest_shape(void **state)
+TEST(a_body_that_a_withdrawn_load_has_torn_away_goes_back_to_its_rest_shape)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     Fixture fixture;
     fixture_create_sphere(&fixture, &options);
@@ -274,9 +268,8 @@ static void a_body_that_a_withdrawn_load_has_torn_away_goes_back_to_its_rest_sha
     fixture_destroy(&fixture);
 }
 
-static void the_strongest_load_is_withdrawn_and_the_others_stay(void **state)
+TEST(the_strongest_load_is_withdrawn_and_the_others_stay)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     Fixture fixture;
     fixture_create_sphere(&fixture, &options);
@@ -290,9 +283,8 @@ static void the_strongest_load_is_withdrawn_and_the_others_stay(void **state)
     fixture_destroy(&fixture);
 }
 
-static void blame_that_is_spread_over_more_than_the_window_withdraws_nothing(void **state)
+TEST(blame_that_is_spread_over_more_than_the_window_withdraws_nothing)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.tool_count = 1;
     options.tool = &table;
@@ -362,9 +354,8 @@ static void press_too_hard(Fixture *fixture)
     assert_int_equal(sim_resets(fixture->sim), before + GUARD_MOST_BLAME);
 }
 
-static void a_tool_that_keeps_making_numbers_bad_is_withdrawn_until_let_go(void **state)
+TEST(a_tool_that_keeps_making_numbers_bad_is_withdrawn_until_let_go)
 {
-    (void)state;
     Fixture fixture;
     create_probed(&fixture);
     press_too_hard(&fixture);
@@ -387,9 +378,8 @@ static void a_tool_that_keeps_making_numbers_bad_is_withdrawn_until_let_go(void 
     fixture_destroy(&fixture);
 }
 
-static void a_withdrawn_tool_comes_back_after_its_sender_was_silent(void **state)
+TEST(a_withdrawn_tool_comes_back_after_its_sender_was_silent)
 {
-    (void)state;
     Fixture fixture;
     create_probed(&fixture);
     press_too_hard(&fixture);
@@ -404,9 +394,8 @@ static void a_withdrawn_tool_comes_back_after_its_sender_was_silent(void **state
     fixture_destroy(&fixture);
 }
 
-static void a_static_tool_stays_and_the_body_goes_to_its_rest_shape(void **state)
+TEST(a_static_tool_stays_and_the_body_goes_to_its_rest_shape)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.tool_count = 1;
     options.tool = &table;
@@ -430,9 +419,8 @@ static void a_static_tool_stays_and_the_body_goes_to_its_rest_shape(void **state
 // ---------------------------------------------------------------------------------------------
 // Other causes
 
-static void what_was_set_is_the_cause_for_a_while_then_the_unsafe_step(void **state)
+TEST(what_was_set_is_the_cause_for_a_while_then_the_unsafe_step)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.time_step = 1e-3;
     options.unsafe_time_step = true;
@@ -466,9 +454,8 @@ static void what_was_set_is_the_cause_for_a_while_then_the_unsafe_step(void **st
     fixture_destroy(&fixture);
 }
 
-static void a_body_is_told_of_once_a_window_however_often_it_is_restored(void **state)
+TEST(a_body_is_told_of_once_a_window_however_often_it_is_restored)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     Fixture fixture;
     fixture_create_sphere(&fixture, &options);
@@ -492,9 +479,8 @@ static void a_body_is_told_of_once_a_window_however_often_it_is_restored(void **
 // ---------------------------------------------------------------------------------------------
 // Other bodies
 
-static void another_body_does_not_notice(void **state)
+TEST(another_body_does_not_notice)
 {
-    (void)state;
     Vec3 *place[2] = {NULL, NULL};
     for (int run = 0; run < 2; run++) {
         Arena arena = {0};
@@ -537,9 +523,8 @@ static void another_body_does_not_notice(void **state)
 // ---------------------------------------------------------------------------------------------
 // What leaves
 
-static void a_wrench_that_nobody_should_feel_is_withheld(void **state)
+TEST(a_wrench_that_nobody_should_feel_is_withheld)
 {
-    (void)state;
     Fixture fixture;
     create_probed(&fixture);
     put_probe(&fixture, true);
@@ -573,9 +558,8 @@ static void measure_badly(const void *model, BodyMeasure *measure)
     *measure = (BodyMeasure){.kinetic = HUGE_VAL, .elastic = (double)NAN, .max_displacement = 2.0};
 }
 
-static void figures_that_are_no_numbers_are_withheld(void **state)
+TEST(figures_that_are_no_numbers_are_withheld)
 {
-    (void)state;
     Fixture fixture;
     create_probed(&fixture);
     spoiling.measure = measure_badly;
@@ -591,9 +575,8 @@ static void figures_that_are_no_numbers_are_withheld(void **state)
 // ---------------------------------------------------------------------------------------------
 // The state
 
-static void what_the_guard_remembers_is_part_of_the_state(void **state)
+TEST(what_the_guard_remembers_is_part_of_the_state)
 {
-    (void)state;
     Fixture fixture, other;
     create_probed(&fixture);
     create_probed(&other);
@@ -631,9 +614,8 @@ static void what_the_guard_remembers_is_part_of_the_state(void **state)
     fixture_destroy(&other);
 }
 
-static void a_reset_forgives(void **state)
+TEST(a_reset_forgives)
 {
-    (void)state;
     Fixture fixture, fresh;
     create_probed(&fixture);
     create_probed(&fresh);
@@ -648,29 +630,4 @@ static void a_reset_forgives(void **state)
     assert_true(sim_wrench(fixture.sim, 0)->contact);
     fixture_destroy(&fixture);
     fixture_destroy(&fresh);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_bad_tick_gives_places_and_velocities_back),
-        cmocka_unit_test(bad_ticks_with_good_ones_between_lead_to_the_rest_shape_too),
-        cmocka_unit_test(a_floating_body_that_has_flown_away_comes_back_in_its_rest_shape),
-        cmocka_unit_test(a_load_that_has_ended_is_the_cause_as_long_as_its_energy_lasts),
-        cmocka_unit_test(a_load_that_keeps_making_numbers_bad_is_ended_and_leaves_no_trace),
-        cmocka_unit_test(a_body_that_a_withdrawn_load_has_torn_away_goes_back_to_its_rest_shape),
-        cmocka_unit_test(the_strongest_load_is_withdrawn_and_the_others_stay),
-        cmocka_unit_test(blame_that_is_spread_over_more_than_the_window_withdraws_nothing),
-        cmocka_unit_test(a_tool_that_keeps_making_numbers_bad_is_withdrawn_until_let_go),
-        cmocka_unit_test(a_withdrawn_tool_comes_back_after_its_sender_was_silent),
-        cmocka_unit_test(a_static_tool_stays_and_the_body_goes_to_its_rest_shape),
-        cmocka_unit_test(what_was_set_is_the_cause_for_a_while_then_the_unsafe_step),
-        cmocka_unit_test(a_body_is_told_of_once_a_window_however_often_it_is_restored),
-        cmocka_unit_test(another_body_does_not_notice),
-        cmocka_unit_test(a_wrench_that_nobody_should_feel_is_withheld),
-        cmocka_unit_test(figures_that_are_no_numbers_are_withheld),
-        cmocka_unit_test(what_the_guard_remembers_is_part_of_the_state),
-        cmocka_unit_test(a_reset_forgives),
-    };
-    return cmocka_run_group_tests_name("guard", tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Scenes that ask for steps that they cannot stand are refused with the bound and the nearest value
 // that is safe: taken at its word, the scene is accepted.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 
 #include <math.h>
@@ -77,9 +77,8 @@ static void expect_advice(const Asked *asked, const char *words, size_t member, 
         fail_msg("%g is not the most that '%s' could have asked for", value, refusal);
 }
 
-static void a_time_step_above_the_bound_is_refused_with_the_nearest_safe_one(void **state)
+TEST(a_time_step_above_the_bound_is_refused_with_the_nearest_safe_one)
 {
-    (void)state;
     for (int kind = 0; kind <= INTEGRATOR_RK4; kind++)
         for (double stiffness = 1e2; stiffness < 1e6; stiffness *= 7.3) {
             Asked asked = usual;
@@ -100,9 +99,8 @@ static void a_time_step_above_the_bound_is_refused_with_the_nearest_safe_one(voi
         }
 }
 
-static void the_key_that_is_to_blame_is_named_with_the_most_that_is_safe(void **state)
+TEST(the_key_that_is_to_blame_is_named_with_the_most_that_is_safe)
 {
-    (void)state;
     Asked asked = usual;
     asked.contact_damping = 0.5;
     expect_advice(&asked, "contact.damping_time of at most ", offsetof(Asked, contact_damping),
@@ -119,9 +117,8 @@ static void the_key_that_is_to_blame_is_named_with_the_most_that_is_safe(void **
                   1e5);
 }
 
-static void more_substeps_than_can_be_are_refused_with_a_way_out(void **state)
+TEST(more_substeps_than_can_be_are_refused_with_a_way_out)
 {
-    (void)state;
     char refusal[512], text[512];
     Asked asked = usual;
     asked.time_step = 1e-12; // of one's own will
@@ -155,9 +152,8 @@ static void more_substeps_than_can_be_are_refused_with_a_way_out(void **state)
     }
 }
 
-static void a_scale_that_is_refused_is_refused_with_the_most_that_is_not(void **state)
+TEST(a_scale_that_is_refused_is_refused_with_the_most_that_is_not)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.time_step = 1e-3;
     Fixture fixture;
@@ -168,15 +164,4 @@ static void a_scale_that_is_refused_is_refused_with_the_most_that_is_not(void **
     assert_false(sim_apply_set(fixture.sim, "stiffness_scale", 1.01 * most, why, sizeof why));
     assert_true(sim_apply_set(fixture.sim, "stiffness_scale", most, why, sizeof why));
     fixture_destroy(&fixture);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_time_step_above_the_bound_is_refused_with_the_nearest_safe_one),
-        cmocka_unit_test(the_key_that_is_to_blame_is_named_with_the_most_that_is_safe),
-        cmocka_unit_test(more_substeps_than_can_be_are_refused_with_a_way_out),
-        cmocka_unit_test(a_scale_that_is_refused_is_refused_with_the_most_that_is_not),
-    };
-    return cmocka_run_group_tests_name("guard_keys", tests, NULL, NULL);
 }

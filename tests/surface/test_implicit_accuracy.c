@@ -1,7 +1,7 @@
 // The theta method of implicit bodies against closed forms, its order of convergence, and one step
 // of a mesh with hanging nodes against a dense direct solution of the same linear system.
 #include "detail_bench.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 
@@ -46,9 +46,8 @@ static void create_oscillator(Fixture *fixture, double theta, double h)
     free(x);
 }
 
-static void rigid_motion_on_shape_springs_goes_by_the_theta_method(void **unused)
+TEST(rigid_motion_on_shape_springs_goes_by_the_theta_method)
 {
-    (void)unused;
     static const double theta[] = {0.5, 0.55, 1.0};
     for (int k = 0; k < 3; k++)
         for (int substeps = 1; substeps <= 4; substeps += 3) {
@@ -88,9 +87,8 @@ static double error_of(double theta, int substeps)
     return worst;
 }
 
-static void order_is_two_at_one_half_and_else_one(void **unused)
+TEST(order_is_two_at_one_half_and_else_one)
 {
-    (void)unused;
     static const double theta[] = {0.5, 0.55, 1.0}, order[] = {2.0, 1.0, 1.0};
     for (int k = 0; k < 3; k++) {
         double last = error_of(theta[k], 64);
@@ -105,9 +103,8 @@ static void order_is_two_at_one_half_and_else_one(void **unused)
 
 // --- a triangle that breathes: each node a linear oscillator of 3 k / m along its radius ---
 
-static void stiff_triangle_breathes_by_the_theta_method(void **unused)
+TEST(stiff_triangle_breathes_by_the_theta_method)
 {
-    (void)unused;
     static const double theta[] = {0.5, 0.55, 1.0};
     static const double stiffness[] = {1.0, 1e4, 1e8}, mass = 1e-6, h = 1e-3;
     for (int k = 0; k < 9; k++) {
@@ -188,9 +185,8 @@ static double distance_to_reference(double theta, int substeps, bool measure)
     return worst;
 }
 
-static void body_in_tension_converges_to_runge_kutta(void **unused)
+TEST(body_in_tension_converges_to_runge_kutta)
 {
-    (void)unused;
     distance_to_reference(0.5, 1, false);
     static const double theta[] = {0.5, 0.55, 1.0}, order[] = {2.0, 1.0, 1.0};
     for (int k = 0; k < 3; k++) {
@@ -232,9 +228,8 @@ static void press_and_release(FixtureOptions options, double time_step, Vec3 cur
     fixture_destroy(&fixture);
 }
 
-static void errors_of_a_press_are_those_of_the_prototype(void **unused)
+TEST(errors_of_a_press_are_those_of_the_prototype)
 {
-    (void)unused;
     const FixedRegion fixed = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.025}};
     FixtureOptions options = {.material = fixture_material(2e-4),
@@ -463,9 +458,8 @@ static void create_refined(DetailBench *bench, double theta, const FixedRegion *
     detail_hang(&bench->model->detail->lists, bench->model->basis.precision, rows);
 }
 
-static void step_with_hanging_nodes_is_that_of_a_dense_solution(void **unused)
+TEST(step_with_hanging_nodes_is_that_of_a_dense_solution)
 {
-    (void)unused;
     const FixedRegion fixed = {.kind = FIXED_SPHERE, .center = {0.0, 0.0, -0.05}, .radius = 0.04};
     for (int k = 0; k < 3; k++) {
         const double theta = k == 1 ? 1.0 : 0.55, h = 1e-3;
@@ -506,17 +500,4 @@ static void step_with_hanging_nodes_is_that_of_a_dense_solution(void **unused)
         free(change);
         bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rigid_motion_on_shape_springs_goes_by_the_theta_method),
-        cmocka_unit_test(order_is_two_at_one_half_and_else_one),
-        cmocka_unit_test(stiff_triangle_breathes_by_the_theta_method),
-        cmocka_unit_test(body_in_tension_converges_to_runge_kutta),
-        cmocka_unit_test(errors_of_a_press_are_those_of_the_prototype),
-        cmocka_unit_test(step_with_hanging_nodes_is_that_of_a_dense_solution),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // the same input gives the same bits.
 #include "detail_bench.h"
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 
@@ -46,9 +46,8 @@ static void create_flying(Fixture *fixture, FixtureOptions *options)
     fixture_create(fixture, &mesh, options);
 }
 
-static void free_body_keeps_its_momentum(void **unused)
+TEST(free_body_keeps_its_momentum)
 {
-    (void)unused;
     static const struct {
         bool frame;
         double stiffness, theta;
@@ -87,9 +86,8 @@ static void free_body_keeps_its_momentum(void **unused)
 }
 
 // The change of momentum is the impulse of the load, node damping aside.
-static void load_gives_its_impulse(void **unused)
+TEST(load_gives_its_impulse)
 {
-    (void)unused;
     const LoadOptions load = {
         .center = {0.0, 0.0, 0.05}, .radius = 0.03, .force = {0.1, 0.0, -0.2}, .duration = 0.05};
     for (int shape = 0; shape < 2; shape++) {
@@ -113,9 +111,8 @@ static void load_gives_its_impulse(void **unused)
     }
 }
 
-static void node_damping_slows_a_free_body_by_the_theta_method(void **unused)
+TEST(node_damping_slows_a_free_body_by_the_theta_method)
 {
-    (void)unused;
     FixtureOptions options = {
         .material = {.uniform = true,
                      .spring_stiffness = 1e8,
@@ -194,9 +191,8 @@ static void expect_return(const char *what, FixtureOptions options, double mass_
     }
 }
 
-static void any_stiffness_is_pressed_and_returns(void **unused)
+TEST(any_stiffness_is_pressed_and_returns)
 {
-    (void)unused;
     for (double k = 1e2; k < 2e8; k *= 1e2) {
         char what[64];
         snprintf(what, sizeof what, "%g N/m", k);
@@ -209,24 +205,21 @@ static void any_stiffness_is_pressed_and_returns(void **unused)
     }
 }
 
-static void light_nodes_on_stiff_springs_are_pressed_and_return(void **unused)
+TEST(light_nodes_on_stiff_springs_are_pressed_and_return)
 {
-    (void)unused;
     expect_return(
         "1e8 N/m, 1e-6 kg",
         (FixtureOptions){.material = {.uniform = true, .spring_stiffness = 1e8, .node_mass = 1e-6}},
         1.0);
 }
 
-static void a_node_may_be_a_million_times_lighter(void **unused)
+TEST(a_node_may_be_a_million_times_lighter)
 {
-    (void)unused;
     expect_return("a light node", (FixtureOptions){.material = fixture_material(2e-4)}, 1e-6);
 }
 
-static void a_heavy_node_moves_slowly_and_nothing_breaks(void **unused)
+TEST(a_heavy_node_moves_slowly_and_nothing_breaks)
 {
-    (void)unused;
     FixtureOptions options = {.material = fixture_material(2e-4),
                               .shape = fixture_shape(SHAPE_WORLD),
                               .integrator = INTEGRATOR_IMPLICIT,
@@ -245,9 +238,8 @@ static void a_heavy_node_moves_slowly_and_nothing_breaks(void **unused)
 
 // Flattened, inverted, thrown about in a cube of 10 R, all in one point: a soft wall, a stiff one,
 // and one that nothing damps but the method.
-static void comes_to_rest_from_any_start(void **unused)
+TEST(comes_to_rest_from_any_start)
 {
-    (void)unused;
     for (int k = 0; k < 12; k++) {
         const int start = k % 4, wall = k / 4;
         TriMesh mesh;
@@ -294,9 +286,8 @@ static void comes_to_rest_from_any_start(void **unused)
 
 // --- what stays, and what is the same ---
 
-static void fixed_nodes_stay_and_the_rest_comes_to_equilibrium(void **unused)
+TEST(fixed_nodes_stay_and_the_rest_comes_to_equilibrium)
 {
-    (void)unused;
     const FixedRegion fixed = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.025}};
     FixtureOptions options = {
@@ -346,9 +337,8 @@ static FixtureOptions busy_options(int kind)
     return options;
 }
 
-static void state_goes_on_elsewhere_with_the_same_bits(void **unused)
+TEST(state_goes_on_elsewhere_with_the_same_bits)
 {
-    (void)unused;
     for (int kind = 0; kind < 3; kind++) {
         FixtureOptions options = busy_options(kind);
         Fixture whole, rest;
@@ -369,9 +359,8 @@ static void state_goes_on_elsewhere_with_the_same_bits(void **unused)
     }
 }
 
-static void every_instruction_set_level_gives_the_same_bits(void **unused)
+TEST(every_instruction_set_level_gives_the_same_bits)
 {
-    (void)unused;
     for (int kind = 0; kind < 3; kind++) {
         uint64_t first = 0;
         for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
@@ -389,9 +378,8 @@ static void every_instruction_set_level_gives_the_same_bits(void **unused)
 }
 
 // With substeps the tick only says when others look.
-static void substeps_are_steps(void **unused)
+TEST(substeps_are_steps)
 {
-    (void)unused;
     for (int kind = 0; kind < 3; kind++) {
         FixtureOptions options = busy_options(kind);
         options.load_count = 0;
@@ -415,9 +403,8 @@ static void substeps_are_steps(void **unused)
 }
 
 // What SET scales is scaled in forces and matrix alike.
-static void scaled_springs_are_springs_of_that_stiffness(void **unused)
+TEST(scaled_springs_are_springs_of_that_stiffness)
 {
-    (void)unused;
     FixtureOptions options = busy_options(0);
     options.material = (SurfaceMaterial){
         .uniform = true, .spring_stiffness = 1e5, .spring_damping = 20.0, .node_mass = 1e-3};
@@ -439,9 +426,8 @@ static void scaled_springs_are_springs_of_that_stiffness(void **unused)
 
 // --- the choice ---
 
-static void automatic_body_is_implicit_where_leapfrog_takes_too_many_substeps(void **unused)
+TEST(automatic_body_is_implicit_where_leapfrog_takes_too_many_substeps)
 {
-    (void)unused;
     int explicit_most = 0, limit = 0;
     bool was_implicit = false;
     for (double k = 1e2; k < 2e8; k *= 10.0) {
@@ -469,9 +455,8 @@ static void automatic_body_is_implicit_where_leapfrog_takes_too_many_substeps(vo
 
 // `leapfrog_substeps` of the stiff wall in tests/bench/results.tsv, measured on another day, with
 // other programs running: within a third and a half of the estimate there.
-static void automatic_choice_crosses_where_the_bench_does(void **unused)
+TEST(automatic_choice_crosses_where_the_bench_does)
 {
-    (void)unused;
     static const struct {
         int nodes;
         double measured;
@@ -488,9 +473,8 @@ static void automatic_choice_crosses_where_the_bench_does(void **unused)
     assert_true(surface_auto_substeps(30000, 10000, 5) < surface_auto_substeps(30000, 10000, 50));
 }
 
-static void refusal_of_too_many_substeps_names_the_bound_and_the_way_out(void **unused)
+TEST(refusal_of_too_many_substeps_names_the_bound_and_the_way_out)
 {
-    (void)unused;
     FixtureOptions options = {
         .material = {.uniform = true, .spring_stiffness = 1e8, .node_mass = 1e-12},
         .integrator = INTEGRATOR_LEAPFROG};
@@ -502,27 +486,4 @@ static void refusal_of_too_many_substeps_names_the_bound_and_the_way_out(void **
     assert_non_null(strstr(status.text, "stability bound of leapfrog is "));
     assert_non_null(strstr(status.text, "integrator = \"implicit\" or \"auto\""));
     fixture_destroy(&fixture);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(free_body_keeps_its_momentum),
-        cmocka_unit_test(load_gives_its_impulse),
-        cmocka_unit_test(node_damping_slows_a_free_body_by_the_theta_method),
-        cmocka_unit_test(any_stiffness_is_pressed_and_returns),
-        cmocka_unit_test(light_nodes_on_stiff_springs_are_pressed_and_return),
-        cmocka_unit_test(a_node_may_be_a_million_times_lighter),
-        cmocka_unit_test(a_heavy_node_moves_slowly_and_nothing_breaks),
-        cmocka_unit_test(comes_to_rest_from_any_start),
-        cmocka_unit_test(fixed_nodes_stay_and_the_rest_comes_to_equilibrium),
-        cmocka_unit_test(state_goes_on_elsewhere_with_the_same_bits),
-        cmocka_unit_test(every_instruction_set_level_gives_the_same_bits),
-        cmocka_unit_test(substeps_are_steps),
-        cmocka_unit_test(scaled_springs_are_springs_of_that_stiffness),
-        cmocka_unit_test(automatic_body_is_implicit_where_leapfrog_takes_too_many_substeps),
-        cmocka_unit_test(automatic_choice_crosses_where_the_bench_does),
-        cmocka_unit_test(refusal_of_too_many_substeps_names_the_bound_and_the_way_out),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Order of convergence of each scheme against closed forms: a whole body displaced rigidly on its
 // shape-preserving springs is a damped oscillator at every node.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 
 #include <stdlib.h>
@@ -65,37 +65,32 @@ static void expect_order_of(IntegratorKind kind, double ratio, double order)
     }
 }
 
-static void rk4_converges_with_order_four(void **state)
+TEST(rk4_converges_with_order_four)
 {
-    (void)state;
     expect_order_of(INTEGRATOR_RK4, 0.0, 4.0);
     expect_order_of(INTEGRATOR_RK4, 0.3, 4.0);
 }
 
-static void leapfrog_converges_with_order_two(void **state)
+TEST(leapfrog_converges_with_order_two)
 {
-    (void)state;
     expect_order_of(INTEGRATOR_LEAPFROG, 0.0, 2.0);
 }
 
-static void explicit_damping_lowers_leapfrog_to_order_one(void **state)
+TEST(explicit_damping_lowers_leapfrog_to_order_one)
 {
-    (void)state;
     // The kick takes the damping from the velocity before it (that keeps one evaluation a step):
     // its error is of order c h, small for the light damping of organs.
     expect_order_of(INTEGRATOR_LEAPFROG, 0.3, 1.0);
 }
 
-static void symplectic_euler_converges_with_order_one(void **state)
+TEST(symplectic_euler_converges_with_order_one)
 {
-    (void)state;
     expect_order_of(INTEGRATOR_SYMPLECTIC_EULER, 0.0, 1.0);
     expect_order_of(INTEGRATOR_SYMPLECTIC_EULER, 0.3, 1.0);
 }
 
-static void constant_gravity_gives_the_parabola(void **state)
+TEST(constant_gravity_gives_the_parabola)
 {
-    (void)state;
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
         TriMesh mesh;
         fixture_sheet(&mesh);
@@ -119,9 +114,8 @@ static void constant_gravity_gives_the_parabola(void **state)
     }
 }
 
-static void node_damping_decays_exponentially(void **state)
+TEST(node_damping_decays_exponentially)
 {
-    (void)state;
     // v' = -(gamma / m) v for a body in rigid translation, mass equal at every node.
     const double rate = 4.0; // gamma / m [1/s]
     TriMesh mesh;
@@ -149,9 +143,8 @@ static void node_damping_decays_exponentially(void **state)
     free(v);
 }
 
-static void stages_are_consistent(void **state)
+TEST(stages_are_consistent)
 {
-    (void)state;
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
         const Integrator *integrator = integrator_get((IntegratorKind)kind);
         double weights = 0.0;
@@ -161,18 +154,4 @@ static void stages_are_consistent(void **state)
         if (integrator->kicks)
             expect_near(integrator->first_drift + integrator->last_drift, 1.0, 0.0);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rk4_converges_with_order_four),
-        cmocka_unit_test(leapfrog_converges_with_order_two),
-        cmocka_unit_test(explicit_damping_lowers_leapfrog_to_order_one),
-        cmocka_unit_test(symplectic_euler_converges_with_order_one),
-        cmocka_unit_test(constant_gravity_gives_the_parabola),
-        cmocka_unit_test(node_damping_decays_exponentially),
-        cmocka_unit_test(stages_are_consistent),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Every variant of the spring kernel at every instruction-set level that this machine can run: the
 // same bits at all levels, and the numbers of a plain evaluation.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "base/isa.h"
 #include "surface/kernel.h"
@@ -338,9 +338,8 @@ static void check_both(const Problem *p, StageRule rule, int damped, int shape, 
     check_plain(p, rule, damped, shape, external);
 }
 
-static void all_levels_agree_with_a_plain_evaluation(void **state)
+TEST(all_levels_agree_with_a_plain_evaluation)
 {
-    (void)state;
     Problem *p = malloc(sizeof *p);
     for (int nodes = 4; nodes <= NODES; nodes++)
         for (uint64_t seed = 1; seed <= 4; seed++) {
@@ -350,9 +349,8 @@ static void all_levels_agree_with_a_plain_evaluation(void **state)
     free(p);
 }
 
-static void huge_and_tiny_bodies_are_no_exception(void **state)
+TEST(huge_and_tiny_bodies_are_no_exception)
 {
-    (void)state;
     Problem *p = malloc(sizeof *p);
     // Below 1e-12 m springs have no direction; beyond 3e8 m/s a velocity counts as bad.
     static const double sizes[] = {1e-13, 1e-12, 1e-9, 1e-5, 1e2, 1e4};
@@ -364,9 +362,8 @@ static void huge_and_tiny_bodies_are_no_exception(void **state)
     free(p);
 }
 
-static void coincident_nodes_pull_nowhere(void **state)
+TEST(coincident_nodes_pull_nowhere)
 {
-    (void)state;
     Problem *p = malloc(sizeof *p);
     make_problem(p, 19, 0.05, 2);
     for (int i = 0; i < p->node_count; i++)
@@ -389,9 +386,8 @@ static void check_bad(const Problem *p, StageRule rule, int damped, int shape, i
     }
 }
 
-static void every_level_notices_bad_numbers(void **state)
+TEST(every_level_notices_bad_numbers)
 {
-    (void)state;
     Problem *p = malloc(sizeof *p);
     static const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e120, -1e120};
     for (int k = 0; k < 5; k++)
@@ -409,9 +405,8 @@ static void every_level_notices_bad_numbers(void **state)
     free(p);
 }
 
-static void padding_nodes_stay_at_the_origin(void **state)
+TEST(padding_nodes_stay_at_the_origin)
 {
-    (void)state;
     Problem *p = malloc(sizeof *p);
     make_problem(p, 21, 0.05, 6);
     memset(p->sum, 0, sizeof p->sum);
@@ -426,9 +421,8 @@ static void padding_nodes_stay_at_the_origin(void **state)
     free(p);
 }
 
-static void levels_are_found_by_name(void **state)
+TEST(levels_are_found_by_name)
 {
-    (void)state;
     const char *const *isa = isa_available();
     int count = 0;
     assert_non_null(isa[0]);
@@ -439,17 +433,4 @@ static void levels_are_found_by_name(void **state)
     assert_null(kernels_find(PRECISION_DOUBLE, "x86-64-v9"));
     assert_null(kernels_find(PRECISION_DOUBLE, ""));
     print_message("%d levels, the best is %s\n", count, isa[0]);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(levels_are_found_by_name),
-        cmocka_unit_test(all_levels_agree_with_a_plain_evaluation),
-        cmocka_unit_test(huge_and_tiny_bodies_are_no_exception),
-        cmocka_unit_test(coincident_nodes_pull_nowhere),
-        cmocka_unit_test(every_level_notices_bad_numbers),
-        cmocka_unit_test(padding_nodes_stay_at_the_origin),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

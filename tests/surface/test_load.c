@@ -1,5 +1,5 @@
 // Loads: who shares them, how long they last, when they are refused.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 
 #include "dynamics/load.h"
@@ -7,9 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void load_is_shared_by_nodal_area_and_sums_to_its_force(void **state)
+TEST(load_is_shared_by_nodal_area_and_sums_to_its_force)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     Fixture fixture;
     fixture_create_sphere(&fixture, &options);
@@ -56,9 +55,8 @@ static double gain_of_a_tick(Fixture *fixture)
     return after - before;
 }
 
-static void load_lasts_its_duration_in_ticks(void **state)
+TEST(load_lasts_its_duration_in_ticks)
 {
-    (void)state;
     static const struct {
         double duration;
         int ticks;
@@ -79,9 +77,8 @@ static void load_lasts_its_duration_in_ticks(void **state)
     }
 }
 
-static void scene_loads_start_at_their_time_and_add_up(void **state)
+TEST(scene_loads_start_at_their_time_and_add_up)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.shape.wanted = false;
     options.may_load = false;
@@ -100,9 +97,8 @@ static void scene_loads_start_at_their_time_and_add_up(void **state)
     fixture_destroy(&fixture);
 }
 
-static void load_on_nothing_is_refused(void **state)
+TEST(load_on_nothing_is_refused)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     Fixture fixture;
     fixture_create_sphere(&fixture, &options);
@@ -117,9 +113,8 @@ static void load_on_nothing_is_refused(void **state)
     fixture_destroy(&fixture);
 }
 
-static void load_on_held_nodes_alone_is_refused(void **state)
+TEST(load_on_held_nodes_alone_is_refused)
 {
-    (void)state;
     const FixedRegion top = {.kind = FIXED_BOX, .low = {-1.0, -1.0, 0.02}, .high = {1.0, 1.0, 1.0}};
     FixtureOptions options = fixture_loadable();
     options.fixed_count = 1;
@@ -135,9 +130,8 @@ static void load_on_held_nodes_alone_is_refused(void **state)
     fixture_destroy(&fixture);
 }
 
-static void full_set_of_loads_refuses_and_takes_again_when_one_ended(void **state)
+TEST(full_set_of_loads_refuses_and_takes_again_when_one_ended)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     Fixture fixture;
     fixture_create_sphere(&fixture, &options);
@@ -161,9 +155,8 @@ static void full_set_of_loads_refuses_and_takes_again_when_one_ended(void **stat
 
 // As a checkpoint may bring them: places are counted on from body to body, and of the first body
 // here the last one never had a node.
-static void a_load_on_a_place_that_never_had_a_node_cannot_be(void **state)
+TEST(a_load_on_a_place_that_never_had_a_node_cannot_be)
 {
-    (void)state;
     const Body bodies[2] = {{.surface = {.node_count = 4, .node_used = 3}},
                             {.surface = {.node_count = 2, .node_used = 2}}};
     static const struct {
@@ -178,18 +171,4 @@ static void a_load_on_a_place_that_never_had_a_node_cannot_be(void **state)
             .count = &count, .used = &used, .load = &load, .pool = pool, .pool_capacity = 1};
         assert_int_equal(loads_check(&set, bodies, 2), cases[k].sound);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(load_is_shared_by_nodal_area_and_sums_to_its_force),
-        cmocka_unit_test(load_lasts_its_duration_in_ticks),
-        cmocka_unit_test(scene_loads_start_at_their_time_and_add_up),
-        cmocka_unit_test(load_on_nothing_is_refused),
-        cmocka_unit_test(load_on_held_nodes_alone_is_refused),
-        cmocka_unit_test(a_load_on_a_place_that_never_had_a_node_cannot_be),
-        cmocka_unit_test(full_set_of_loads_refuses_and_takes_again_when_one_ended),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,12 @@
 // SET: what it changes while a scene runs, and what it refuses.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static void set_changes_what_it_names(void **state)
+TEST(set_changes_what_it_names)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.shape.wanted = false;
     Fixture fixture;
@@ -58,9 +57,8 @@ static double first_kick(const char *key, double value)
     return kick;
 }
 
-static void scales_multiply_stiffness_and_damping(void **state)
+TEST(scales_multiply_stiffness_and_damping)
 {
-    (void)state;
     double whole = first_kick("body.stiffness_scale", 1.0);
     expect_at_least(fabs(whole), 1e-6);
     expect_near(first_kick("body.stiffness_scale", 0.25), 0.25 * whole, 1e-12 * fabs(whole));
@@ -72,9 +70,8 @@ static void scales_multiply_stiffness_and_damping(void **state)
     expect_near(first_kick("body.damping_scale", 0.0), 0.0, 1e-15);
 }
 
-static void set_beyond_the_bound_or_the_range_is_refused(void **state)
+TEST(set_beyond_the_bound_or_the_range_is_refused)
 {
-    (void)state;
     static const struct {
         const char *key;
         double value;
@@ -113,9 +110,8 @@ static void set_beyond_the_bound_or_the_range_is_refused(void **state)
     fixture_destroy(&fixture);
 }
 
-static void a_try_changes_no_bit_and_a_setting_is_told_as_it_is(void **state)
+TEST(a_try_changes_no_bit_and_a_setting_is_told_as_it_is)
 {
-    (void)state;
     static const struct {
         const char *key;
         double value;
@@ -155,9 +151,8 @@ static void a_try_changes_no_bit_and_a_setting_is_told_as_it_is(void **state)
     fixture_destroy(&fixture);
 }
 
-static void damping_of_an_undamped_body_cannot_be_scaled(void **state)
+TEST(damping_of_an_undamped_body_cannot_be_scaled)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.material.damping_time = 0.0;
     Fixture fixture;
@@ -170,9 +165,8 @@ static void damping_of_an_undamped_body_cannot_be_scaled(void **state)
     fixture_destroy(&fixture);
 }
 
-static void unsafe_body_takes_any_scale_in_range(void **state)
+TEST(unsafe_body_takes_any_scale_in_range)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.unsafe_time_step = true;
     Fixture fixture;
@@ -186,17 +180,4 @@ static void unsafe_body_takes_any_scale_in_range(void **state)
     }
     assert_true(sim_resets(fixture.sim) > 0);
     fixture_destroy(&fixture);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(set_changes_what_it_names),
-        cmocka_unit_test(scales_multiply_stiffness_and_damping),
-        cmocka_unit_test(set_beyond_the_bound_or_the_range_is_refused),
-        cmocka_unit_test(a_try_changes_no_bit_and_a_setting_is_told_as_it_is),
-        cmocka_unit_test(damping_of_an_undamped_body_cannot_be_scaled),
-        cmocka_unit_test(unsafe_body_takes_any_scale_in_range),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

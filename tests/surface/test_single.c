@@ -1,7 +1,7 @@
 // Single precision against double: the same bodies, the same inputs. Double precision itself is
 // checked against a plain solver in test_surface_trajectory.c and test_kernel_variants.c.
 #include "base/isa.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 
@@ -70,9 +70,8 @@ static FixtureOptions variant(int number, IntegratorKind integrator)
     return options;
 }
 
-static void every_variant_at_every_level_follows_double(void **state)
+TEST(every_variant_at_every_level_follows_double)
 {
-    (void)state;
     static void (*const meshes[3])(TriMesh *) = {fixture_organ, fixture_sphere, fixture_sheet};
     for (int number = 0; number < 2 * ALL_VARIANTS; number++) {
         FixtureOptions options =
@@ -143,9 +142,8 @@ static Difference one_second(void (*make)(TriMesh *), Vec3 place, FixtureOptions
     return d;
 }
 
-static void small_motion_agrees_to_1e_5_here_and_far_from_the_origin(void **state)
+TEST(small_motion_agrees_to_1e_5_here_and_far_from_the_origin)
 {
-    (void)state;
     static const Vec3 places[3] = {{0.0, 0.0, 0.0}, {5.0, -3.0, 2.0}, {300.0, 500.0, -200.0}};
     static const IntegratorKind kinds[2] = {INTEGRATOR_RK4, INTEGRATOR_LEAPFROG};
     for (int k = 0; k < 6; k++) {
@@ -179,9 +177,8 @@ static void small_motion_agrees_to_1e_5_here_and_far_from_the_origin(void **stat
     }
 }
 
-static void bodies_that_travel_and_turn_agree_to_1e_5(void **state)
+TEST(bodies_that_travel_and_turn_agree_to_1e_5)
 {
-    (void)state;
     for (int k = 0; k < 4; k++) {
         FixtureOptions options = {.material = fixture_material(2e-4),
                                   .integrator = k % 2 ? INTEGRATOR_LEAPFROG : INTEGRATOR_RK4,
@@ -204,9 +201,8 @@ static void bodies_that_travel_and_turn_agree_to_1e_5(void **state)
     }
 }
 
-static void rest_is_exact(void **state)
+TEST(rest_is_exact)
 {
-    (void)state;
     for (int shape = 0; shape < 3; shape++) {
         FixtureOptions options = variant(1 + 2 * shape, INTEGRATOR_LEAPFROG);
         options.gravity = (Vec3){0.0, 0.0, 0.0};
@@ -222,9 +218,8 @@ static void rest_is_exact(void **state)
     }
 }
 
-static void momentum_of_a_free_body_stays(void **state)
+TEST(momentum_of_a_free_body_stays)
 {
-    (void)state;
     FixtureOptions options = {.material = fixture_material(2e-4),
                               .shape = fixture_shape(SHAPE_BODY),
                               .integrator = INTEGRATOR_LEAPFROG};
@@ -256,9 +251,8 @@ static void momentum_of_a_free_body_stays(void **state)
     free(v);
 }
 
-static void a_copied_state_continues_with_the_same_bits(void **state)
+TEST(a_copied_state_continues_with_the_same_bits)
 {
-    (void)state;
     FixtureOptions options = variant(5, INTEGRATOR_LEAPFROG); // a floating body
     Fixture single;
     create(&single, fixture_sphere, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_SINGLE);
@@ -279,9 +273,8 @@ static void a_copied_state_continues_with_the_same_bits(void **state)
 
 // What the bus and the recording get, of bodies held and floating, turned far from where they
 // began.
-static void snapshots_are_the_rounded_state_and_nothing_more(void **state)
+TEST(snapshots_are_the_rounded_state_and_nothing_more)
 {
-    (void)state;
     const float untouched = -77.0f;
     for (int number = 0; number < 6; number++) { // double, single; three shapes
         FixtureOptions options = variant(2 * (number / 2), INTEGRATOR_LEAPFROG);
@@ -317,18 +310,4 @@ static void snapshots_are_the_rounded_state_and_nothing_more(void **state)
         free(out);
         fixture_destroy(&fixture);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_variant_at_every_level_follows_double),
-        cmocka_unit_test(small_motion_agrees_to_1e_5_here_and_far_from_the_origin),
-        cmocka_unit_test(bodies_that_travel_and_turn_agree_to_1e_5),
-        cmocka_unit_test(rest_is_exact),
-        cmocka_unit_test(momentum_of_a_free_body_stays),
-        cmocka_unit_test(snapshots_are_the_rounded_state_and_nothing_more),
-        cmocka_unit_test(a_copied_state_continues_with_the_same_bits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

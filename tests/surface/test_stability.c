@@ -1,6 +1,6 @@
 // The bound of the time step against the truth: largest eigenvalues by power iteration, and the
 // step at which a vibration really grows.
-#include "expect.h"
+#include "test.h"
 #include "dynamics/integrator.h"
 #include "fixture.h"
 
@@ -52,9 +52,8 @@ static double true_limit(IntegratorKind kind, double lambda, double c)
     return low;
 }
 
-static void bound_is_below_the_true_limit_of_an_oscillator(void **state)
+TEST(bound_is_below_the_true_limit_of_an_oscillator)
 {
-    (void)state;
     static const double ratios[] = {0.0, 0.05, 0.1, 0.2, 0.5, 0.9, 1.0, 1.3, 2.0, 5.0};
     for (int k = 0; k < 10; k++) {
         double lambda = 4e4, c = 2.0 * ratios[k] * sqrt(lambda);
@@ -69,9 +68,8 @@ static void bound_is_below_the_true_limit_of_an_oscillator(void **state)
     }
 }
 
-static void limits_are_those_of_the_literature(void **state)
+TEST(limits_are_those_of_the_literature)
 {
-    (void)state;
     // 2 sqrt 2 on the imaginary axis, 2.7853 on the real one (Hairer & Wanner), 2 for leapfrog.
     expect_near(true_limit(INTEGRATOR_RK4, 1.0, 0.0), 2.0 * sqrt(2.0), 1e-3);
     expect_near(true_limit(INTEGRATOR_LEAPFROG, 1.0, 0.0), 2.0, 1e-5);
@@ -79,9 +77,8 @@ static void limits_are_those_of_the_literature(void **state)
     expect_near(10.0 * true_limit(INTEGRATOR_RK4, 1.0, 10.1), 2.7853, 1e-3);
 }
 
-static void nothing_bounds_a_body_without_forces(void **state)
+TEST(nothing_bounds_a_body_without_forces)
 {
-    (void)state;
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
         assert_true(isinf(stability_time_step((IntegratorKind)kind, 0.0, 0.0)));
         assert_true(isfinite(stability_time_step((IntegratorKind)kind, 0.0, 1.0)));
@@ -89,9 +86,8 @@ static void nothing_bounds_a_body_without_forces(void **state)
     }
 }
 
-static void substeps_cover_the_tick(void **state)
+TEST(substeps_cover_the_tick)
 {
-    (void)state;
     assert_int_equal(stability_substeps(1e-3, 1e-3), 1);
     assert_int_equal(stability_substeps(1e-3, 1e-3 * (1.0 - 1e-12)), 1); // rounding of a division
     assert_int_equal(stability_substeps(1e-3, 0.99e-3), 2);
@@ -103,9 +99,8 @@ static void substeps_cover_the_tick(void **state)
 // ---------------------------------------------------------------------------------------------
 // The bound of a network
 
-static void network_bound_is_above_the_largest_eigenvalue_but_not_far(void **state)
+TEST(network_bound_is_above_the_largest_eigenvalue_but_not_far)
 {
-    (void)state;
     const FixedRegion side = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, -0.02, 1.0}};
     for (int m = 0; m < 3; m++)
@@ -164,9 +159,8 @@ static bool blows_up(const FixtureOptions *like, MakeMesh *mesh_of, double h,
     return farthest >= 1e4 * small;
 }
 
-static void bodies_blow_up_just_above_the_prediction(void **state)
+TEST(bodies_blow_up_just_above_the_prediction)
 {
-    (void)state;
     // Damping ratios of the stiffest vibration, beta w / 2. Between 0.2 and 5 RK4's prediction
     // costs more than it must: see the oscillator above.
     static const double ratios[] = {0.0, 0.05, 0.2, 5.0};
@@ -201,9 +195,8 @@ static void bodies_blow_up_just_above_the_prediction(void **state)
         }
 }
 
-static void motion_stays_bounded_at_the_bound(void **state)
+TEST(motion_stays_bounded_at_the_bound)
 {
-    (void)state;
     for (int m = 0; m < 3; m++)
         for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++)
             for (int damped = 0; damped < 2; damped++) {
@@ -246,9 +239,8 @@ static void motion_stays_bounded_at_the_bound(void **state)
 // ---------------------------------------------------------------------------------------------
 // What a scene is told
 
-static void step_above_the_bound_is_refused_unless_asked_for(void **state)
+TEST(step_above_the_bound_is_refused_unless_asked_for)
 {
-    (void)state;
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
         FixtureOptions options = {.material = fixture_material(2e-4),
                                   .integrator = (IntegratorKind)kind,
@@ -276,9 +268,8 @@ static void step_above_the_bound_is_refused_unless_asked_for(void **state)
     }
 }
 
-static void step_is_the_tick_in_equal_parts_within_the_bound(void **state)
+TEST(step_is_the_tick_in_equal_parts_within_the_bound)
 {
-    (void)state;
     static const double rates[] = {30.0, 100.0, 1000.0, 10000.0};
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++)
         for (int k = 0; k < 4; k++) {
@@ -299,9 +290,8 @@ static void step_is_the_tick_in_equal_parts_within_the_bound(void **state)
         }
 }
 
-static void too_many_substeps_are_refused(void **state)
+TEST(too_many_substeps_are_refused)
 {
-    (void)state;
     FixtureOptions options = {.material = fixture_material(2e-4), .time_step = 1e-12};
     TriMesh mesh;
     fixture_sphere(&mesh);
@@ -332,9 +322,8 @@ static void capture(const FixtureOptions *options, Fixture *fixture, char *text,
     close(ends[0]);
 }
 
-static void too_long_a_damping_time_is_shortened_with_a_warning(void **state)
+TEST(too_long_a_damping_time_is_shortened_with_a_warning)
 {
-    (void)state;
     char text[512];
     Fixture fixture;
     FixtureOptions options = {.material = fixture_material(1e-4)};
@@ -351,22 +340,4 @@ static void too_long_a_damping_time_is_shortened_with_a_warning(void **state)
     expect_at_most(fixture.body->damping, 0.8 * sqrt(fixture.body->lambda) * (1.0 + 1e-12));
     expect_at_least(fixture.body->damping, 0.79 * sqrt(fixture.body->lambda));
     fixture_destroy(&fixture);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bound_is_below_the_true_limit_of_an_oscillator),
-        cmocka_unit_test(limits_are_those_of_the_literature),
-        cmocka_unit_test(nothing_bounds_a_body_without_forces),
-        cmocka_unit_test(substeps_cover_the_tick),
-        cmocka_unit_test(network_bound_is_above_the_largest_eigenvalue_but_not_far),
-        cmocka_unit_test(bodies_blow_up_just_above_the_prediction),
-        cmocka_unit_test(motion_stays_bounded_at_the_bound),
-        cmocka_unit_test(step_above_the_bound_is_refused_unless_asked_for),
-        cmocka_unit_test(step_is_the_tick_in_equal_parts_within_the_bound),
-        cmocka_unit_test(too_many_substeps_are_refused),
-        cmocka_unit_test(too_long_a_damping_time_is_shortened_with_a_warning),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // One tick and what comes between two: resets, bad numbers, settling, stages, and that
 // the same inputs give the same bits.
 #include "base/isa.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 
 #include <stdlib.h>
@@ -60,9 +60,8 @@ static void act_busy(Fixture *fixture, int tick)
     sim_step(fixture->sim);
 }
 
-static void same_inputs_give_the_same_bits(void **state)
+TEST(same_inputs_give_the_same_bits)
 {
-    (void)state;
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
         Fixture fixture[2];
         for (int k = 0; k < 2; k++)
@@ -78,9 +77,8 @@ static void same_inputs_give_the_same_bits(void **state)
     }
 }
 
-static void instruction_set_level_does_not_change_a_bit(void **state)
+TEST(instruction_set_level_does_not_change_a_bit)
 {
-    (void)state;
     const char *const *levels = isa_available();
     uint64_t expected = 0;
     for (int k = 0; levels[k] != NULL; k++) {
@@ -102,9 +100,8 @@ static void instruction_set_level_does_not_change_a_bit(void **state)
     }
 }
 
-static void unknown_instruction_set_level_is_refused(void **state)
+TEST(unknown_instruction_set_level_is_refused)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.isa = "x86-64-v9";
     TriMesh mesh;
@@ -116,9 +113,8 @@ static void unknown_instruction_set_level_is_refused(void **state)
     fixture_destroy(&fixture);
 }
 
-static void copied_state_continues_with_the_same_bits(void **state)
+TEST(copied_state_continues_with_the_same_bits)
 {
-    (void)state;
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
         Fixture whole, resumed;
         create_busy(&whole, (IntegratorKind)kind);
@@ -143,9 +139,8 @@ static void copied_state_continues_with_the_same_bits(void **state)
     }
 }
 
-static void reset_returns_to_the_bits_of_the_start(void **state)
+TEST(reset_returns_to_the_bits_of_the_start)
 {
-    (void)state;
     Fixture fixture, fresh;
     create_busy(&fixture, INTEGRATOR_LEAPFROG);
     create_busy(&fresh, INTEGRATOR_LEAPFROG);
@@ -174,9 +169,8 @@ static void reset_returns_to_the_bits_of_the_start(void **state)
 // ---------------------------------------------------------------------------------------------
 // Bad numbers
 
-static void bad_numbers_restore_the_last_good_state_and_are_counted(void **state)
+TEST(bad_numbers_restore_the_last_good_state_and_are_counted)
 {
-    (void)state;
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
         FixtureOptions options = fixture_loadable();
         options.integrator = (IntegratorKind)kind;
@@ -221,9 +215,8 @@ static void bad_numbers_restore_the_last_good_state_and_are_counted(void **state
     }
 }
 
-static void other_bodies_go_on_when_one_is_restored(void **state)
+TEST(other_bodies_go_on_when_one_is_restored)
 {
-    (void)state;
     // Two bodies in one sim: one beyond its bound, one within.
     Arena arena = {0};
     StateList list = {0};
@@ -266,9 +259,8 @@ static void other_bodies_go_on_when_one_is_restored(void **state)
 // ---------------------------------------------------------------------------------------------
 // Settling
 
-static void settled_body_hangs_still_at_time_zero(void **state)
+TEST(settled_body_hangs_still_at_time_zero)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.gravity = vec3(0.0, 0.0, -9.81);
     options.settle_s = 8.0;
@@ -293,9 +285,8 @@ static void settled_body_hangs_still_at_time_zero(void **state)
     fixture_destroy(&fixture);
 }
 
-static void settling_that_blows_up_is_refused(void **state)
+TEST(settling_that_blows_up_is_refused)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.gravity = vec3(0.0, 0.0, -9.81);
     options.prestress = 0.2;
@@ -316,9 +307,8 @@ static void settling_that_blows_up_is_refused(void **state)
 // ---------------------------------------------------------------------------------------------
 // Tools' time, stages
 
-static void silent_tool_is_withdrawn_after_its_time(void **state)
+TEST(silent_tool_is_withdrawn_after_its_time)
 {
-    (void)state;
     Fixture fixture;
     create_busy(&fixture, INTEGRATOR_LEAPFROG); // tool_timeout_s 0.2
     press(&fixture, 0.006);
@@ -332,9 +322,8 @@ static void silent_tool_is_withdrawn_after_its_time(void **state)
     fixture_destroy(&fixture);
 }
 
-static void tool_in_lockstep_never_gets_stale(void **state)
+TEST(tool_in_lockstep_never_gets_stale)
 {
-    (void)state;
     Fixture fixture;
     create_busy(&fixture, INTEGRATOR_LEAPFROG);
     sim_set_lockstep(fixture.sim, true);
@@ -345,9 +334,8 @@ static void tool_in_lockstep_never_gets_stale(void **state)
     fixture_destroy(&fixture);
 }
 
-static void static_tool_stays(void **state)
+TEST(static_tool_stays)
 {
-    (void)state;
     const ToolOptions table = {.id = 4,
                                .kind = TOOL_STATIC,
                                .has_plane = true,
@@ -377,9 +365,8 @@ static void expect_stages(const FixtureOptions *options, const StageId *expected
     fixture_destroy(&fixture);
 }
 
-static void stages_are_only_those_that_the_scene_has(void **state)
+TEST(stages_are_only_those_that_the_scene_has)
 {
-    (void)state;
     FixtureOptions options = fixture_loadable();
     options.may_load = false;
     expect_stages(&options, (StageId[]){STAGE_FORCES, STAGE_CHECK}, 2);
@@ -411,9 +398,8 @@ static void stages_are_only_those_that_the_scene_has(void **state)
         assert_true(strlen(stage_name((StageId)s)) > 0);
 }
 
-static void bodies_are_found_by_name(void **state)
+TEST(bodies_are_found_by_name)
 {
-    (void)state;
     Fixture fixture;
     create_busy(&fixture, INTEGRATOR_RK4);
     assert_int_equal(sim_body_count(fixture.sim), 1);
@@ -424,25 +410,4 @@ static void bodies_are_found_by_name(void **state)
     assert_int_equal(sim_tool(fixture.sim, 0)->id, 1);
     expect_near(sim_tick(fixture.sim), 1e-3, 0.0);
     fixture_destroy(&fixture);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(same_inputs_give_the_same_bits),
-        cmocka_unit_test(instruction_set_level_does_not_change_a_bit),
-        cmocka_unit_test(unknown_instruction_set_level_is_refused),
-        cmocka_unit_test(copied_state_continues_with_the_same_bits),
-        cmocka_unit_test(reset_returns_to_the_bits_of_the_start),
-        cmocka_unit_test(bad_numbers_restore_the_last_good_state_and_are_counted),
-        cmocka_unit_test(other_bodies_go_on_when_one_is_restored),
-        cmocka_unit_test(settled_body_hangs_still_at_time_zero),
-        cmocka_unit_test(settling_that_blows_up_is_refused),
-        cmocka_unit_test(silent_tool_is_withdrawn_after_its_time),
-        cmocka_unit_test(tool_in_lockstep_never_gets_stale),
-        cmocka_unit_test(static_tool_stays),
-        cmocka_unit_test(stages_are_only_those_that_the_scene_has),
-        cmocka_unit_test(bodies_are_found_by_name),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 // Forces of a surface body: invariants that hold whatever the numbers.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 
@@ -48,9 +48,8 @@ static void rigid(const TriMesh *mesh, Vec3 rotation, Vec3 translation, Vec3 *x)
         x[i] = vec3_add(quat_rotate(q, mesh->position[i]), translation);
 }
 
-static void nothing_moves_at_rest(void **state)
+TEST(nothing_moves_at_rest)
 {
-    (void)state;
     void (*const make[])(TriMesh *) = {fixture_organ, fixture_sphere, fixture_sheet};
     for (int m = 0; m < 3; m++)
         for (int shape = 0; shape < 3; shape++) {
@@ -68,9 +67,8 @@ static void nothing_moves_at_rest(void **state)
         }
 }
 
-static void rigid_motion_gives_no_spring_force(void **state)
+TEST(rigid_motion_gives_no_spring_force)
 {
-    (void)state;
     static const Vec3 turns[] = {
         {0.0, 0.0, 0.0}, {0.3, -0.2, 0.9}, {1.9, 1.1, -0.7}, {0.0, 0.0, 3.14159265358979312}};
     FixtureOptions options = {.material = fixture_material(2e-4)};
@@ -90,9 +88,8 @@ static void rigid_motion_gives_no_spring_force(void **state)
     mesh_destroy(&mesh);
 }
 
-static void body_frame_follows_any_rigid_motion(void **state)
+TEST(body_frame_follows_any_rigid_motion)
 {
-    (void)state;
     // Half turns too: there the fit's gradient vanishes at the rotation that it starts from.
     static const Vec3 turns[] = {{0.0, 0.0, 0.0},
                                  {0.3, -0.2, 0.9},
@@ -115,9 +112,8 @@ static void body_frame_follows_any_rigid_motion(void **state)
     mesh_destroy(&mesh);
 }
 
-static void exact_half_turn_is_found(void **state)
+TEST(exact_half_turn_is_found)
 {
-    (void)state;
     FixtureOptions options = {.material = fixture_material(2e-4),
                               .shape = fixture_shape(SHAPE_BODY)};
     TriMesh mesh;
@@ -152,9 +148,8 @@ static void to_rows(const Vec3 *x, int count, double (*rows)[3])
     }
 }
 
-static void force_is_minus_the_gradient_of_the_energy(void **state)
+TEST(force_is_minus_the_gradient_of_the_energy)
 {
-    (void)state;
     for (int shape = 0; shape < 3; shape++) {
         FixtureOptions options = {.material = fixture_material(0.0), .prestress = 0.05};
         if (shape > 0)
@@ -193,9 +188,8 @@ static void force_is_minus_the_gradient_of_the_energy(void **state)
     }
 }
 
-static void inner_forces_have_no_sum_and_no_moment(void **state)
+TEST(inner_forces_have_no_sum_and_no_moment)
 {
-    (void)state;
     // Action and reaction: springs, and shape-preserving springs on a frame of the body.
     for (int shape = 0; shape < 2; shape++) {
         FixtureOptions options = {.material = fixture_material(2e-4), .prestress = 0.1};
@@ -240,9 +234,8 @@ static void momentum(const Fixture *fixture, Vec3 *linear, Vec3 *angular)
     }
 }
 
-static void free_body_keeps_its_momentum(void **state)
+TEST(free_body_keeps_its_momentum)
 {
-    (void)state;
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++)
         for (int shape = 0; shape < 2; shape++)
             for (int damped = 0; damped < 2; damped++) {
@@ -280,9 +273,8 @@ static void free_body_keeps_its_momentum(void **state)
             }
 }
 
-static void damping_only_takes_energy(void **state)
+TEST(damping_only_takes_energy)
 {
-    (void)state;
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++)
         for (int shape = 0; shape < 3; shape++) {
             TriMesh mesh;
@@ -317,9 +309,8 @@ static void damping_only_takes_energy(void **state)
         }
 }
 
-static void measured_energy_is_that_of_the_reference(void **state)
+TEST(measured_energy_is_that_of_the_reference)
 {
-    (void)state;
     for (int shape = 0; shape < 3; shape++) {
         TriMesh mesh;
         fixture_sheet(&mesh);
@@ -352,20 +343,4 @@ static void measured_energy_is_that_of_the_reference(void **state)
         reference_destroy(&reference);
         fixture_destroy(&fixture);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nothing_moves_at_rest),
-        cmocka_unit_test(rigid_motion_gives_no_spring_force),
-        cmocka_unit_test(body_frame_follows_any_rigid_motion),
-        cmocka_unit_test(exact_half_turn_is_found),
-        cmocka_unit_test(force_is_minus_the_gradient_of_the_energy),
-        cmocka_unit_test(inner_forces_have_no_sum_and_no_moment),
-        cmocka_unit_test(free_body_keeps_its_momentum),
-        cmocka_unit_test(damping_only_takes_energy),
-        cmocka_unit_test(measured_energy_is_that_of_the_reference),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // Surface bodies held at a level of detail: properties by both rules, against formulas written out
 // here and against the plain reference solver.
 #include "dynamics/integrator.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
@@ -65,9 +65,8 @@ static double total_mass(const LevelRules *rules, int l)
     return sum;
 }
 
-static void mass_is_the_same_at_every_level(void **state)
+TEST(mass_is_the_same_at_every_level)
 {
-    (void)state;
     void (*const meshes[])(TriMesh *) = {fixture_organ, fixture_sphere, fixture_sheet};
     for (int m = 0; m < 3; m++)
         for (int kind = 0; kind < 4; kind++) {
@@ -86,9 +85,8 @@ static void mass_is_the_same_at_every_level(void **state)
         }
 }
 
-static void equations_6_and_8_are_as_printed(void **state)
+TEST(equations_6_and_8_are_as_printed)
 {
-    (void)state;
     static const double nodes[LEVELS + 1] = {114.0, 450.0, 1794.0};
     FixtureOptions options = {.material = uniform_material(), .adjust = ADJUST_CHOI2005};
     Ruled ruled;
@@ -105,9 +103,8 @@ static void equations_6_and_8_are_as_printed(void **state)
 // Steps go with 1 / sqrt(lambda), and with 1 / c of damping: both follow eq 9 exactly, since what
 // eq 8 as printed asks of them is less: lambda doubles with a level, and the step needs 1 /
 // sqrt(2).
-static void equation_9_halves_the_time_step_with_each_level(void **state)
+TEST(equation_9_halves_the_time_step_with_each_level)
 {
-    (void)state;
     static const IntegratorKind kinds[] = {INTEGRATOR_RK4, INTEGRATOR_LEAPFROG,
                                            INTEGRATOR_SYMPLECTIC_EULER};
     for (int kind = 0; kind < 3; kind++) {
@@ -134,9 +131,8 @@ static void equation_9_halves_the_time_step_with_each_level(void **state)
     }
 }
 
-static void equation_7_is_the_mean_over_edges(void **state)
+TEST(equation_7_is_the_mean_over_edges)
 {
-    (void)state;
     FixtureOptions options = {.material = uniform_material(), .adjust = ADJUST_CHOI2005};
     Ruled ruled;
     make_rules(&ruled, fixture_sphere, &options);
@@ -149,9 +145,8 @@ static void equation_7_is_the_mean_over_edges(void **state)
     drop_rules(&ruled);
 }
 
-static void paper_takes_the_mean_of_a_physical_material(void **state)
+TEST(paper_takes_the_mean_of_a_physical_material)
 {
-    (void)state;
     FixtureOptions options = {.material = fixture_material(0.0), .adjust = ADJUST_CHOI2005};
     Ruled ruled;
     make_rules(&ruled, fixture_organ, &options);
@@ -174,9 +169,8 @@ static void paper_takes_the_mean_of_a_physical_material(void **state)
     drop_rules(&ruled);
 }
 
-static void shape_springs_and_drag_follow_the_mass(void **state)
+TEST(shape_springs_and_drag_follow_the_mass)
 {
-    (void)state;
     FixtureOptions options = {
         .material = uniform_material(),
         .shape = {.wanted = true, .per_node = true, .stiffness = 3.0, .damping = 0.01},
@@ -201,9 +195,8 @@ static void shape_springs_and_drag_follow_the_mass(void **state)
     drop_rules(&ruled);
 }
 
-static void midpoints_are_held_between_held_nodes(void **state)
+TEST(midpoints_are_held_between_held_nodes)
 {
-    (void)state;
     FixtureOptions options = {.material = fixture_material(0.0)};
     Ruled ruled;
     make_rules(&ruled, fixture_sheet, &options);
@@ -362,9 +355,8 @@ static double compare(void (*make)(TriMesh *), SurfaceAdjust adjust, int level, 
     return worst / farthest;
 }
 
-static void levels_move_as_the_reference_does(void **state)
+TEST(levels_move_as_the_reference_does)
 {
-    (void)state;
     // Rounding in another order, grown by the motion's own sensitivity; a wrong coefficient shows
     // at 1e-3 or more. Single precision: test_single's bound.
     for (int l = 1; l <= LEVELS; l++) {
@@ -409,9 +401,8 @@ static double stretch_energy(int level, SurfaceAdjust adjust)
     return measure.elastic;
 }
 
-static void wall_is_as_stiff_at_every_level(void **state)
+TEST(wall_is_as_stiff_at_every_level)
 {
-    (void)state;
     double coarse = stretch_energy(0, ADJUST_CONTINUUM);
     expect_at_least(coarse, 1e-6); // E2D A strain^2 / 2 is 8e-5 J
     for (int l = 1; l <= LEVELS; l++)
@@ -421,9 +412,8 @@ static void wall_is_as_stiff_at_every_level(void **state)
     expect_near(stretch_energy(1, ADJUST_CHOI2005) / stretch_energy(0, ADJUST_CHOI2005), 0.5, 0.1);
 }
 
-static void start_level_leaves_damping_and_contact_alone(void **state)
+TEST(start_level_leaves_damping_and_contact_alone)
 {
-    (void)state;
     // A damping time far too long is shortened for the finest level, whichever the body is at.
     double damping_time[LEVELS + 1], contact[LEVELS + 1], finest = 0.0;
     for (int l = 0; l <= LEVELS; l++) {
@@ -445,9 +435,8 @@ static void start_level_leaves_damping_and_contact_alone(void **state)
     }
 }
 
-static void level_0_of_a_levelled_body_is_the_plain_body(void **state)
+TEST(level_0_of_a_levelled_body_is_the_plain_body)
 {
-    (void)state;
     FixtureOptions options = {.material = fixture_material(1e-5),
                               .shape = fixture_shape(SHAPE_WORLD),
                               .gravity = {0.0, 0.0, -9.81}};
@@ -462,9 +451,8 @@ static void level_0_of_a_levelled_body_is_the_plain_body(void **state)
     fixture_destroy(&levelled);
 }
 
-static void clients_are_told_levels_and_parents(void **state)
+TEST(clients_are_told_levels_and_parents)
 {
-    (void)state;
     FixtureOptions options = {
         .material = fixture_material(0.0), .levels = LEVELS, .start_level = LEVELS};
     Fixture fixture;
@@ -488,23 +476,4 @@ static void clients_are_told_levels_and_parents(void **state)
         expect_at_most(length_of(middle, fixture.mesh.position[i]), 0.1 * 0.019 / level);
     }
     fixture_destroy(&fixture);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(mass_is_the_same_at_every_level),
-        cmocka_unit_test(equations_6_and_8_are_as_printed),
-        cmocka_unit_test(equation_7_is_the_mean_over_edges),
-        cmocka_unit_test(equation_9_halves_the_time_step_with_each_level),
-        cmocka_unit_test(paper_takes_the_mean_of_a_physical_material),
-        cmocka_unit_test(shape_springs_and_drag_follow_the_mass),
-        cmocka_unit_test(midpoints_are_held_between_held_nodes),
-        cmocka_unit_test(levels_move_as_the_reference_does),
-        cmocka_unit_test(wall_is_as_stiff_at_every_level),
-        cmocka_unit_test(start_level_leaves_damping_and_contact_alone),
-        cmocka_unit_test(level_0_of_a_levelled_body_is_the_plain_body),
-        cmocka_unit_test(clients_are_told_levels_and_parents),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // Springs with Maxwell branches: forces against the energy, the relaxation of a stretched sheet,
 // the decay of swings at a loss factor, what a free body keeps, both ends of a spring, states.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "extreme.h"
 #include "fixture.h"
 #include "geometry/generator.h"
@@ -78,9 +78,8 @@ static void expect_alike(const SurfaceModel *model, long at, long back, void *wi
 
 // In any state and with any dashpots, from one kick that is too short to move anything: forces are
 // the slope of the energy, and have neither resultant nor moment.
-static void forces_are_the_gradient_of_the_energy(void **state)
+TEST(forces_are_the_gradient_of_the_energy)
 {
-    (void)state;
     const double h = 1e-9, step = 1e-7; // [s], [m]
     FixtureOptions options = {.material = fixture_material(0.0),
                               .prestress = 0.05,
@@ -165,9 +164,8 @@ static void pull_of(Precision precision, IntegratorKind integrator, double prest
     fixture_destroy(&fixture);
 }
 
-static void stress_relaxes_as_the_closed_form(void **state)
+TEST(stress_relaxes_as_the_closed_form)
 {
-    (void)state;
     enum { TICKS = 1000 };
     static const IntegratorKind KICKS[] = {INTEGRATOR_LEAPFROG, INTEGRATOR_SYMPLECTIC_EULER};
     static double pull[TICKS], linear[TICKS], resting[TICKS];
@@ -259,9 +257,8 @@ static double loss_of(const Swing *swing, double *frequency, double *growth)
 }
 
 // At 3, 10 and 30 Hz, with moduli that bring them there.
-static void swings_decay_at_the_loss_factor(void **state)
+TEST(swings_decay_at_the_loss_factor)
 {
-    (void)state;
     static const double MODULI[2][3] = {{300.0, 3000.0, 27000.0}, {1.1, 11.0, 90.0}};
     for (int loss = 0; loss < 2; loss++)
         for (int k = 0; k < EFFORT(6); k++) {
@@ -303,9 +300,8 @@ static void sum_up(const Fixture *fixture, Vec3 *linear, Vec3 *angular)
     }
 }
 
-static void a_free_body_keeps_its_momentum(void **state)
+TEST(a_free_body_keeps_its_momentum)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int shape = 0; shape < 2; shape++) {
             FixtureOptions options = {.material = fixture_material(2e-4),
@@ -339,9 +335,8 @@ static void a_free_body_keeps_its_momentum(void **state)
 
 // From crumpled, flat, stretched and inverted states, with damping and steps that are short enough
 // for leapfrog to keep its energy: it grows in no tick.
-static void energy_never_grows(void **state)
+TEST(energy_never_grows)
 {
-    (void)state;
     static const Vec3 STARTS[] = {
         {0.05, 0.05, 0.05}, {0.3, 0.3, 0.3}, {1.0, 1.0, 0.0}, {3.0, 1.0, 1.0}, {1.0, 1.0, -1.0}};
     uint64_t random = 4;
@@ -380,9 +375,8 @@ static void energy_never_grows(void **state)
 }
 
 // Threads and instruction sets compute the same bits, and a state continues with the same bits.
-static void states_repeat(void **state)
+TEST(states_repeat)
 {
-    (void)state;
     const char *const *isa = isa_available();
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         uint64_t hash = 0;
@@ -422,9 +416,8 @@ static void states_repeat(void **state)
 
 // A tick that is abandoned leaves the dashpots as they were, a return to rest relaxes them, and
 // numbers that are none are found.
-static void restores_dashpots(void **state)
+TEST(restores_dashpots)
 {
-    (void)state;
     FixtureOptions options = {.material = fixture_material(0.0), .integrator = INTEGRATOR_LEAPFROG};
     set_branches(&options.material, 2, TWO);
     Fixture fixture;
@@ -448,9 +441,8 @@ static void restores_dashpots(void **state)
 }
 
 // What cannot advance dashpots is refused by name; "auto" takes leapfrog.
-static void only_kicks_relax(void **state)
+TEST(only_kicks_relax)
 {
-    (void)state;
     static const IntegratorKind KINDS[] = {INTEGRATOR_RK4, INTEGRATOR_IMPLICIT};
     for (int k = 0; k < 3; k++) {
         FixtureOptions options = {.material = fixture_material(0.0), .automatic = k == 2};
@@ -468,19 +460,4 @@ static void only_kicks_relax(void **state)
             assert_int_equal(fixture.body->integrator, INTEGRATOR_LEAPFROG);
         fixture_destroy(&fixture);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forces_are_the_gradient_of_the_energy),
-        cmocka_unit_test(stress_relaxes_as_the_closed_form),
-        cmocka_unit_test(swings_decay_at_the_loss_factor),
-        cmocka_unit_test(a_free_body_keeps_its_momentum),
-        cmocka_unit_test(energy_never_grows),
-        cmocka_unit_test(states_repeat),
-        cmocka_unit_test(restores_dashpots),
-        cmocka_unit_test(only_kicks_relax),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // Springs that stiffen by Fung's law: a strip against the closed form, forces against the energy,
 // the kernel's exponential, the bound of the time step, what a free body keeps, the same bits.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
@@ -78,9 +78,8 @@ static double closed_form(double modulus, double s, double cap, double strain)
     return modulus * (low * exp(low * low / (s * s)) + cap * (strain - low));
 }
 
-static void a_strip_follows_the_closed_form(void **state)
+TEST(a_strip_follows_the_closed_form)
 {
-    (void)state;
     static const Stiffening LAWS[] = {{0.15, 10.0}, {0.05, 100.0}, {0.3, 1.5}, {10.0, 2.0}};
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         double most = 0.0;
@@ -106,9 +105,8 @@ static void a_strip_follows_the_closed_form(void **state)
 // ---------------------------------------------------------------------------------------------
 // Forces and energy
 
-static void forces_are_the_gradient_of_the_energy(void **state)
+TEST(forces_are_the_gradient_of_the_energy)
 {
-    (void)state;
     const double h = 1e-9, step = 1e-7; // [s], [m]
     uint64_t random = 3;
     for (int round = 0; round < EFFORT(6); round++) {
@@ -157,9 +155,8 @@ static void forces_are_the_gradient_of_the_energy(void **state)
 
 // At the step of the bound, stretched far beyond the knee, without damping: no body blows up; with
 // damping and shorter steps energy grows in no tick.
-static void stretched_bodies_come_back(void **state)
+TEST(stretched_bodies_come_back)
 {
-    (void)state;
     static const double CAPS[] = {1.0, 10.0, 100.0};
     uint64_t random = 8;
     for (int trial = 0; trial < EFFORT(12); trial++) {
@@ -202,9 +199,8 @@ static void stretched_bodies_come_back(void **state)
 // ---------------------------------------------------------------------------------------------
 // What stays, and bits
 
-static void a_free_body_keeps_its_momentum(void **state)
+TEST(a_free_body_keeps_its_momentum)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         FixtureOptions options = {.material = fixture_material(0.0),
                                   .precision = (Precision)precision,
@@ -239,9 +235,8 @@ static void a_free_body_keeps_its_momentum(void **state)
     }
 }
 
-static void every_instruction_set_gives_the_same_bits(void **state)
+TEST(every_instruction_set_gives_the_same_bits)
 {
-    (void)state;
     const char *const *isa = isa_available();
     static const ShapeFrame FRAMES[] = {SHAPE_WORLD, SHAPE_BODY};
     for (int trial = 0; trial < 16; trial++) {
@@ -271,9 +266,8 @@ static void every_instruction_set_gives_the_same_bits(void **state)
 
 // The bound of the time step is that of springs cap times as stiff, and haptic clients are told the
 // tangent; implicit steps are refused by name.
-static void the_bound_follows_the_cap(void **state)
+TEST(the_bound_follows_the_cap)
 {
-    (void)state;
     double lambda[2];
     for (int k = 0; k < 2; k++) {
         FixtureOptions options = {.material = fixture_material(0.0),
@@ -303,17 +297,4 @@ static void the_bound_follows_the_cap(void **state)
     assert_false(fixture_try(&fixture, &mesh, &options, &status));
     assert_non_null(strstr(status.text, "stiffening needs an explicit integrator"));
     fixture_destroy(&fixture);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_strip_follows_the_closed_form),
-        cmocka_unit_test(forces_are_the_gradient_of_the_energy),
-        cmocka_unit_test(stretched_bodies_come_back),
-        cmocka_unit_test(a_free_body_keeps_its_momentum),
-        cmocka_unit_test(every_instruction_set_gives_the_same_bits),
-        cmocka_unit_test(the_bound_follows_the_cap),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Motion of a surface body against the plain reference solver, over a covering set of what a scene
 // can say.
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 
@@ -181,9 +181,8 @@ static double compare(const Case *c)
     return worst / farthest;
 }
 
-static void motion_agrees_with_the_reference(void **state)
+TEST(motion_agrees_with_the_reference)
 {
-    (void)state;
     double worst = 0.0;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         double error = compare(&cases[k]);
@@ -195,10 +194,4 @@ static void motion_agrees_with_the_reference(void **state)
         expect_at_most(error, 1e-9);
     }
     print_message("largest difference over largest displacement: %.2g\n", worst);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(motion_agrees_with_the_reference)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // same bits with any number of them.
 #include "base/team.h"
 #include "base/clock.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 
@@ -62,9 +62,8 @@ static void expect_each_item(Count *count, int items, int times)
         assert_int_equal(atomic_load(&count->done[i]), i < items ? times : 0);
 }
 
-static void every_item_is_done_once_a_loop(void **state)
+TEST(every_item_is_done_once_a_loop)
 {
-    (void)state;
     static const int items[] = {0, 1, 7, 16, 333, ITEMS};
     for (int threads = 1; threads <= TEAM_THREADS_MOST; threads++) {
         Team *team = make_team(threads);
@@ -84,9 +83,8 @@ static void every_item_is_done_once_a_loop(void **state)
     }
 }
 
-static void team_without_workers_is_its_caller(void **state)
+TEST(team_without_workers_is_its_caller)
 {
-    (void)state;
     static Count count;
     memset(&count, 0, sizeof count);
     count.caller = pthread_self();
@@ -112,9 +110,8 @@ static void be_late(Count *count)
 
 // A worker that is late now and then is missed for one loop, one that is late again and again for
 // twice as many loops each time, up to TEAM_ALONE_MOST.
-static void late_worker_is_waited_for_once_and_then_left_out(void **state)
+TEST(late_worker_is_waited_for_once_and_then_left_out)
 {
-    (void)state;
     static Count count;
     memset(&count, 0, sizeof count);
     count.caller = pthread_self();
@@ -175,9 +172,8 @@ static uint64_t hash_of_run(IntegratorKind integrator, Precision precision, Team
     return hash;
 }
 
-static void any_number_of_threads_gives_the_same_bits(void **state)
+TEST(any_number_of_threads_gives_the_same_bits)
 {
-    (void)state;
     Team *two = make_team(2), *three = make_team(3);
     static const IntegratorKind kinds[] = {INTEGRATOR_RK4, INTEGRATOR_LEAPFROG,
                                            INTEGRATOR_IMPLICIT};
@@ -190,15 +186,4 @@ static void any_number_of_threads_gives_the_same_bits(void **state)
     }
     team_destroy(two);
     team_destroy(three);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_item_is_done_once_a_loop),
-        cmocka_unit_test(team_without_workers_is_its_caller),
-        cmocka_unit_test(late_worker_is_waited_for_once_and_then_left_out),
-        cmocka_unit_test(any_number_of_threads_gives_the_same_bits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // state, that a body at its own time step gains nothing from it, and what it prevents. Gradients
 // are those of test_voxel_element.c, kernels those of test_voxel_kernel.c.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_bench.h"
 
@@ -37,9 +37,8 @@ static double gap_of(const double f[3][3], double gap[3][3])
 
 // Half the square of the distance to the matrices that are not crushed: no law that is zero there
 // and bends by 1 at most is higher anywhere.
-static void the_gap_is_that_to_the_nearest_matrix(void **state)
+TEST(the_gap_is_that_to_the_nearest_matrix)
 {
-    (void)state;
     uint64_t random = 71;
     for (int n = 0; n < EFFORT(20000); n++) {
         double f[3][3], gap[3][3], nearest[3][3], square = 0.0;
@@ -72,9 +71,8 @@ static void the_gap_is_that_to_the_nearest_matrix(void **state)
 }
 
 // The proof of the bound: W(F + D) + W(F - D) - 2 W(F) <= |D|^2 for every F and D, however large.
-static void no_second_difference_exceeds_the_stiffness(void **state)
+TEST(no_second_difference_exceeds_the_stiffness)
 {
-    (void)state;
     uint64_t random = 72;
     double most = 0.0;
     for (int n = 0; n < EFFORT(40000); n++) {
@@ -103,9 +101,8 @@ static void no_second_difference_exceeds_the_stiffness(void **state)
 
 // M^-1 K of a stiffness k of F has the eigenvalues (8 k / rho) sum a a^T / w: with 8 corners 4 k /
 // (rho H^2), and otherwise at most twice that, as the step has it.
-static void hanging_vertices_at_most_double_its_eigenvalue(void **state)
+TEST(hanging_vertices_at_most_double_its_eigenvalue)
 {
-    (void)state;
     uint64_t random = 73;
     double most = 0.0;
     const unsigned all = (1u << (NODE_COUNT - NODE_CORNERS)) - 1;
@@ -197,9 +194,8 @@ static double release(VoxelBench *cube, double h, double *left)
     return most;
 }
 
-static void a_crushed_cube_gains_nothing_and_returns_to_rest(void **state)
+TEST(a_crushed_cube_gains_nothing_and_returns_to_rest)
 {
-    (void)state;
     static const double NU[] = {0.0, 0.3, 0.45};
     uint64_t random = 74;
     for (int k = 0; k < 3; k++) {
@@ -274,18 +270,16 @@ static void expect_squeezed(Plates plates, double nu, int most)
 
 // Of 512 elements. Without the barrier 12 stay inverted between glued plates, 59 between loose
 // ones.
-static void a_squeezed_block_hardly_ends_inverted(void **state)
+TEST(a_squeezed_block_hardly_ends_inverted)
 {
-    (void)state;
     expect_squeezed(SMOOTH, 0.0, 0);
     expect_squeezed(SMOOTH, 0.3, 0);
     expect_squeezed(GLUED, 0.0, 0);
     expect_squeezed(LOOSE, 0.45, 40); // here 14
 }
 
-static void an_inverted_element_recovers(void **state)
+TEST(an_inverted_element_recovers)
 {
-    (void)state;
     VoxelBench block = make_block(3, 0.3, 0.2);
     const double h = step_of(&block, 0.2), size = block.size;
     // The middle cell, turned inside out.
@@ -304,17 +298,4 @@ static void an_inverted_element_recovers(void **state)
     assert_int_equal(voxel_bench_inverted(&block), 0);
     expect_at_most(voxel_bench_forces(&block) + voxel_bench_kinetic(&block), 1e-6 * start);
     voxel_bench_destroy(&block);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_gap_is_that_to_the_nearest_matrix),
-        cmocka_unit_test(no_second_difference_exceeds_the_stiffness),
-        cmocka_unit_test(hanging_vertices_at_most_double_its_eigenvalue),
-        cmocka_unit_test(a_crushed_cube_gains_nothing_and_returns_to_rest),
-        cmocka_unit_test(a_squeezed_block_hardly_ends_inverted),
-        cmocka_unit_test(an_inverted_element_recovers),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

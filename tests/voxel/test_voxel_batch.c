@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "voxel/batch.h"
@@ -72,9 +72,8 @@ static void expect_lane(const Batches *b, int batch, int lane, int e)
                         sizeof(ElementClass));
 }
 
-static void every_element_stands_in_one_lane_with_its_vertices(void **unused)
+TEST(every_element_stands_in_one_lane_with_its_vertices)
 {
-    (void)unused;
     Arena arena = {0};
     Batches b;
     BatchOptions from = options(1);
@@ -123,9 +122,8 @@ static int order(const Batches *b, int e, int f)
     return e - f;
 }
 
-static void batches_follow_template_class_and_element(void **unused)
+TEST(batches_follow_template_class_and_element)
 {
-    (void)unused;
     Arena arena = {0};
     Batches b;
     BatchOptions from = options(2);
@@ -139,9 +137,8 @@ static void batches_follow_template_class_and_element(void **unused)
     arena_destroy(&arena);
 }
 
-static void few_lanes_are_left_over(void **unused)
+TEST(few_lanes_are_left_over)
 {
-    (void)unused;
     Arena arena = {0};
     Batches b;
     BatchOptions from = options(5);
@@ -155,9 +152,8 @@ static void few_lanes_are_left_over(void **unused)
     arena_destroy(&arena);
 }
 
-static void the_same_elements_give_the_same_batches(void **unused)
+TEST(the_same_elements_give_the_same_batches)
 {
-    (void)unused;
     Arena arena[2] = {{0}};
     Batches b;
     for (int k = 0; k < 2; k++) {
@@ -174,9 +170,8 @@ static void the_same_elements_give_the_same_batches(void **unused)
     arena_destroy(&arena[1]);
 }
 
-static void no_elements_give_no_batches(void **unused)
+TEST(no_elements_give_no_batches)
 {
-    (void)unused;
     Arena arena = {0};
     Batches b;
     BatchOptions from = options(4);
@@ -184,16 +179,4 @@ static void no_elements_give_no_batches(void **unused)
     batches_create(&b, &from, &arena);
     assert_int_equal(batches_total(&b), 0);
     arena_destroy(&arena);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_element_stands_in_one_lane_with_its_vertices),
-        cmocka_unit_test(batches_follow_template_class_and_element),
-        cmocka_unit_test(few_lanes_are_left_over),
-        cmocka_unit_test(the_same_elements_give_the_same_batches),
-        cmocka_unit_test(no_elements_give_no_batches),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

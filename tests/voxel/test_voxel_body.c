@@ -1,13 +1,12 @@
 // The real voxel body in a Sim: free flight, momentum, rest, precision, loads.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_world.h"
 
 #include <stdlib.h>
 
-static void at_rest_nothing_moves(void **state)
+TEST(at_rest_nothing_moves)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorldOptions options = voxel_world_cube(8);
         options.body.body.precision = (Precision)precision;
@@ -27,9 +26,8 @@ static void at_rest_nothing_moves(void **state)
     }
 }
 
-static void a_free_body_falls_as_a_stone(void **state)
+TEST(a_free_body_falls_as_a_stone)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(8);
     options.body.body.gravity = vec3(1.0, -2.0, -9.81);
     VoxelWorld world;
@@ -45,9 +43,8 @@ static void a_free_body_falls_as_a_stone(void **state)
     voxel_world_destroy(&world);
 }
 
-static void momentum_is_kept(void **state)
+TEST(momentum_is_kept)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(8);
     VoxelWorld world;
     voxel_world_create(&world, &options);
@@ -68,14 +65,4 @@ static void momentum_is_kept(void **state)
     expect_near(vec3_length(vec3_sub(p1, p0)) / vec3_length(p0), 0.0, 1e-11);
     expect_near(vec3_length(vec3_sub(l1, l0)) / vec3_length(l0), 0.0, 1e-9);
     voxel_world_destroy(&world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(at_rest_nothing_moves),
-        cmocka_unit_test(a_free_body_falls_as_a_stone),
-        cmocka_unit_test(momentum_is_kept),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // The bound of the time step that voxel_create takes from an element: the largest eigenvalue of
 // M^-1 K of its rest shape, found by power iteration on the readable element.
-#include "expect.h"
+#include "test.h"
 #include "effort.h"
 #include "random.h"
 
@@ -70,17 +70,15 @@ static const double NU[] = {0.0, 0.3, 0.45};
 
 // Differences of forces at 1e-6 are exact to 1e-9; the iteration has converged far below 1e-3, as
 // the next eigenvalues of a cube are lower by a third.
-static void a_cube_s_eigenvalue_is_the_one_of_the_formula(void **state)
+TEST(a_cube_s_eigenvalue_is_the_one_of_the_formula)
 {
-    (void)state;
     uint64_t random = 5;
     for (int k = 0; k < 3; k++)
         expect_near(largest_eigenvalue(0, NU[k], &random), 1.0, 1e-3);
 }
 
-static void hanging_vertices_at_most_double_it(void **state)
+TEST(hanging_vertices_at_most_double_it)
 {
-    (void)state;
     uint64_t random = 9;
     for (int k = 0; k < 3; k++) {
         double most = 0.0;
@@ -90,13 +88,4 @@ static void hanging_vertices_at_most_double_it(void **state)
         print_message("nu %g: at most %.4f times that of a cube\n", NU[k], most);
         expect_at_most(most, 2.0 + 1e-3);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_cube_s_eigenvalue_is_the_one_of_the_formula),
-        cmocka_unit_test(hanging_vertices_at_most_double_it),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

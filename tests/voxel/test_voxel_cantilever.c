@@ -1,7 +1,7 @@
 // Bending: cantilevers under an end load (voxel_trials.h) against Timoshenko's beam and, for nu >
 // 0, where the clamp makes the beam stiffer than that, against C3D8I of CalculiX
 // (tests/accuracy/cantilever_ccx.sh): a brick with incompatible modes.
-#include "expect.h"
+#include "test.h"
 #include "voxel_trials.h"
 
 #include <stdlib.h>
@@ -43,9 +43,8 @@ static double sag(int n, double nu)
 
 // With alpha = 1/3 an element bends as the continuum does: what is left is the discretisation's.
 // Expected: C3D8I, whose four digits these equal.
-static void even_one_element_through_the_thickness_bends_as_a_beam(void **state)
+TEST(even_one_element_through_the_thickness_bends_as_a_beam)
 {
-    (void)state;
     static const double EXPECTED[] = {0.9789, 0.9902, 0.9972, 0.9994};
     VoxelBenchOptions options = voxel_bench_options(0);
     for (int k = 0; k < 4; k++) {
@@ -59,9 +58,8 @@ static void even_one_element_through_the_thickness_bends_as_a_beam(void **state)
 // bending energy, 4 mu h q^2 for u_x = q x y in the place of 4/3 mu h q^2, leaves 1/3 of the
 // deflection by bending with one element, and errors of second order fall by four with each
 // halving.
-static void the_paper_s_element_is_too_stiff_in_bending(void **state)
+TEST(the_paper_s_element_is_too_stiff_in_bending)
 {
-    (void)state;
     static const double EXPECTED[] = {0.346, 0.670, 0.889, 0.970};
     VoxelBenchOptions options = voxel_bench_options(0);
     options.law = VOXEL_MIYAZAKI2004;
@@ -78,9 +76,8 @@ static void the_paper_s_element_is_too_stiff_in_bending(void **state)
 
 // nu = 0.3: within 0.5 % of C3D8I's 0.981 with eight elements, and nu = 0.45, where fully
 // integrated bricks lock (C3D8: 0.927), of its 0.955.
-static void the_volume_term_does_not_lock(void **state)
+TEST(the_volume_term_does_not_lock)
 {
-    (void)state;
     VoxelBenchOptions options = voxel_bench_options(0);
     options.poisson_ratio = 0.3;
     double ratio = trial_cantilever(8, 0, &options);
@@ -93,9 +90,8 @@ static void the_volume_term_does_not_lock(void **state)
 }
 
 // Large elements within, near the neutral axis, where strains are small: half a percent.
-static void large_elements_inside_hardly_change_the_bending(void **state)
+TEST(large_elements_inside_hardly_change_the_bending)
 {
-    (void)state;
     VoxelBenchOptions options = voxel_bench_options(0);
     double ratio = trial_cantilever(8, 1, &options);
     print_message("levels 0 and 1, n 8: %.4f\n", ratio);
@@ -104,25 +100,12 @@ static void large_elements_inside_hardly_change_the_bending(void **state)
 
 // Rotations of elements and their strain together, against C3D8I with NLGEOM, whose strain measure
 // (Green) differs in second order: the root strains by 2 %, so half a percent.
-static void a_sagging_beam_turns_as_it_should(void **state)
+TEST(a_sagging_beam_turns_as_it_should)
 {
-    (void)state;
     static const double RATIO[] = {0.0, 0.3, 0.45}, EXPECTED[] = {-9.847, -9.707, -9.333};
     for (int k = 0; k < 3; k++) {
         double move = sag(4, RATIO[k]);
         print_message("sagging, nu %.2f: %.3f mm\n", RATIO[k], move);
         expect_near(move, EXPECTED[k], 0.005 * fabs(EXPECTED[k]));
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(even_one_element_through_the_thickness_bends_as_a_beam),
-        cmocka_unit_test(the_paper_s_element_is_too_stiff_in_bending),
-        cmocka_unit_test(the_volume_term_does_not_lock),
-        cmocka_unit_test(large_elements_inside_hardly_change_the_bending),
-        cmocka_unit_test(a_sagging_beam_turns_as_it_should),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

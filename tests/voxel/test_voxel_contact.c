@@ -1,7 +1,7 @@
 // Tools against voxel bodies: pressed from outside they stay outside, whatever they meet; what the
 // tool feels is what the body feels; and a tool that finds itself inside is let out.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "momentum_exchange.h"
 #include "voxel_bench.h"
 #include "voxel_world.h"
@@ -126,15 +126,13 @@ static VoxelWorldOptions make_cube(void)
     return voxel_world_cube(16);
 }
 
-static void tools_pressed_into_a_cube_stay_outside(void **state)
+TEST(tools_pressed_into_a_cube_stay_outside)
 {
-    (void)state;
     press_everywhere(make_cube, "cube");
 }
 
-static void tools_pressed_into_a_ball_stay_outside(void **state)
+TEST(tools_pressed_into_a_ball_stay_outside)
 {
-    (void)state;
     press_everywhere(voxel_world_ball, "ball");
 }
 
@@ -164,9 +162,8 @@ static Vec3 reaction(const VoxelWorld *world, const VoxelWorldOptions *options)
 }
 
 // At rest the held vertices bear what the tool does: by the forces of another solver.
-static void held_vertices_bear_what_the_tool_feels(void **state)
+TEST(held_vertices_bear_what_the_tool_feels)
 {
-    (void)state;
     for (int k = 0; k < 2; k++) {
         VoxelWorldOptions options =
             with_tool(held(voxel_world_cube(8)), make_tool(k == 0 ? 0.0 : 0.02, 0.01));
@@ -193,9 +190,8 @@ static void read_momentum(void *world, Vec3 *linear, Vec3 *angular)
     voxel_world_momentum(world, linear, angular);
 }
 
-static void body_and_tool_exchange_momentum_exactly(void **state)
+TEST(body_and_tool_exchange_momentum_exactly)
 {
-    (void)state;
     static const IntegratorKind integrators[] = {INTEGRATOR_SYMPLECTIC_EULER, INTEGRATOR_LEAPFROG};
     for (int k = 0; k < 2; k++) {
         VoxelWorldOptions options = with_tool(voxel_world_cube(8), make_tool(0.06, 0.006));
@@ -217,9 +213,8 @@ static void body_and_tool_exchange_momentum_exactly(void **state)
 
 // A tool that appears inside a solid, near its surface, is pushed out the nearest way; it never
 // feels more than it may. Deep inside nothing holds it: it moves freely until it comes near.
-static void a_tool_inside_is_let_out(void **state)
+TEST(a_tool_inside_is_let_out)
 {
-    (void)state;
     for (int k = 0; k < 4; k++) {
         ToolOptions tool = make_tool(k % 2 == 0 ? 0.0 : 0.02, 0.006);
         tool.max_force = 3.0;
@@ -257,9 +252,8 @@ static void a_tool_inside_is_let_out(void **state)
 }
 
 // Poses that jump: the proxy walks, meets the surface, and waits there.
-static void jumps_stay_finite_and_outside(void **state)
+TEST(jumps_stay_finite_and_outside)
 {
-    (void)state;
     static const double jumps[] = {0.001, 0.01, 0.05, 0.1, 1.0};
     for (int k = 0; k < 5; k++) {
         ToolOptions tool = make_tool(0.0, 0.005);
@@ -289,9 +283,8 @@ static void jumps_stay_finite_and_outside(void **state)
 }
 
 // A plate one cell thick, thinner than the tool: the far side must not pull it through.
-static void a_plate_of_one_cell_holds_a_thick_tool(void **state)
+TEST(a_plate_of_one_cell_holds_a_thick_tool)
 {
-    (void)state;
     static const FixedRegion rim = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {-0.0499, 1.0, 1.0}};
     for (int k = 0; k < 4; k++) {
@@ -323,9 +316,8 @@ static void a_plate_of_one_cell_holds_a_thick_tool(void **state)
 }
 
 // Two cubes that an edge joins, where four faces meet: pressed along the edge and into the notch.
-static void an_edge_of_four_faces_pushes_back(void **state)
+TEST(an_edge_of_four_faces_pushes_back)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(16);
     Lattice *lattice = &options.lattice;
     for (int k = 0; k < 16; k++)
@@ -359,9 +351,8 @@ static void an_edge_of_four_faces_pushes_back(void **state)
 }
 
 // A cube falls 1 mm on a table: it comes to rest, borne by its weight.
-static void a_cube_rests_on_a_table(void **state)
+TEST(a_cube_rests_on_a_table)
 {
-    (void)state;
     VoxelWorldOptions options = with_tool(voxel_world_cube(8), TABLE);
     options.body.body.gravity = vec3(0.0, 0.0, -9.81);
     options.body.damping = 1.0;
@@ -382,9 +373,8 @@ static void a_cube_rests_on_a_table(void **state)
 
 // Static capsules that lie inside a falling body, sticking out of it at both ends: they cannot
 // leave, and hold it.
-static void a_body_hangs_on_what_it_encloses(void **state)
+TEST(a_body_hangs_on_what_it_encloses)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(16);
     options.body.body.gravity = vec3(0.0, 0.0, -9.81);
     for (options.tool_count = 0; options.tool_count < 2; options.tool_count++) {
@@ -406,21 +396,4 @@ static void a_body_hangs_on_what_it_encloses(void **state)
     expect_at_most(vec3_length(middle), 0.1);
     assert_int_equal(world.body->resets, 0);
     voxel_world_destroy(&world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tools_pressed_into_a_cube_stay_outside),
-        cmocka_unit_test(tools_pressed_into_a_ball_stay_outside),
-        cmocka_unit_test(held_vertices_bear_what_the_tool_feels),
-        cmocka_unit_test(body_and_tool_exchange_momentum_exactly),
-        cmocka_unit_test(a_tool_inside_is_let_out),
-        cmocka_unit_test(a_body_hangs_on_what_it_encloses),
-        cmocka_unit_test(jumps_stay_finite_and_outside),
-        cmocka_unit_test(a_plate_of_one_cell_holds_a_thick_tool),
-        cmocka_unit_test(an_edge_of_four_faces_pushes_back),
-        cmocka_unit_test(a_cube_rests_on_a_table),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

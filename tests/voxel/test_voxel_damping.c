@@ -1,7 +1,7 @@
 // Damping by a time (C = beta K) and drag (C = drag M): the forces, the decay of a beam's swing,
 // what a free body keeps, the bound of the step.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "extreme.h"
 #include "random.h"
 #include "voxel_world.h"
@@ -35,9 +35,8 @@ static void make_shape(Shape *out, unsigned mask, double nu)
 
 // At rest the forces of velocities v are beta times those of small displacements v, for every rest
 // shape.
-static void damping_is_beta_times_the_stiffness(void **state)
+TEST(damping_is_beta_times_the_stiffness)
 {
-    (void)state;
     uint64_t random = 11;
     const double beta = 0.37, step = 1e-6;
     double worst = 0.0;
@@ -162,9 +161,8 @@ static void expect_ratio(const Beam *beam)
 }
 
 // Whatever the cells, the levels, the precision: it is a property of the material.
-static void a_beam_swings_out_at_the_rate_of_the_formula(void **state)
+TEST(a_beam_swings_out_at_the_rate_of_the_formula)
 {
-    (void)state;
     for (int n = 2; n <= 4; n += 2) {
         expect_ratio(&(Beam){.n = n, .drag = 1.5, .precision = PRECISION_DOUBLE});
         expect_ratio(&(Beam){.n = n, .damping_time = 8e-3, .precision = PRECISION_DOUBLE});
@@ -180,9 +178,8 @@ static void a_beam_swings_out_at_the_rate_of_the_formula(void **state)
 }
 
 // SET: both are scaled.
-static void the_scale_is_one_of_drag_too(void **state)
+TEST(the_scale_is_one_of_drag_too)
 {
-    (void)state;
     VoxelWorld world;
     char why[200];
     make_beam(&world, &(Beam){.n = 2, .drag = 3.0, .precision = PRECISION_DOUBLE});
@@ -245,9 +242,8 @@ static double energy(const VoxelWorld *world)
 }
 
 // Of the motion relative to the rigid one only: what is left turns and flies as before.
-static void a_free_body_keeps_its_momentum(void **state)
+TEST(a_free_body_keeps_its_momentum)
 {
-    (void)state;
     static const Free BODIES[] = {
         {PRECISION_DOUBLE, 0.0, 4.0, false, false},  {PRECISION_SINGLE, 0.0, 4.0, false, false},
         {PRECISION_DOUBLE, 5e-3, 0.0, false, false}, {PRECISION_SINGLE, 5e-3, 0.0, false, false},
@@ -281,9 +277,8 @@ static void a_free_body_keeps_its_momentum(void **state)
     }
 }
 
-static void drag_lets_a_free_body_fall(void **state)
+TEST(drag_lets_a_free_body_fall)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorld world;
         make_free(&world, &(Free){(Precision)precision, 0.0, 50.0, true, false});
@@ -346,9 +341,8 @@ static double growth(double share, double nu, double times, double drag, Integra
     return worst;
 }
 
-static void the_bound_is_safe_and_sharp(void **state)
+TEST(the_bound_is_safe_and_sharp)
 {
-    (void)state;
     static const double TIMES[] = {0.2, 2.0, 20.0};
     for (int k = 0; k < 3; k++) {
         const IntegratorKind kind = k == 1 ? INTEGRATOR_LEAPFROG : INTEGRATOR_SYMPLECTIC_EULER;
@@ -363,9 +357,8 @@ static void the_bound_is_safe_and_sharp(void **state)
 
 // A free body is slowed down once a tick if beta >= drag h^2, which is just so here: a rhythm of
 // its own, that could drive a motion of its frequency.
-static void drag_once_a_tick_drives_nothing(void **state)
+TEST(drag_once_a_tick_drives_nothing)
 {
-    (void)state;
     const double critical = 0.0125 * sqrt(1000.0 / 1e7), drag = 100.0;
     for (int substeps = 2; substeps <= 7; substeps++) {
         expect_at_most(
@@ -375,18 +368,4 @@ static void drag_once_a_tick_drives_nothing(void **state)
             growth(0.99, 0.0, 0.5 * drag * critical, drag, INTEGRATOR_SYMPLECTIC_EULER, substeps),
             5.0);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(damping_is_beta_times_the_stiffness),
-        cmocka_unit_test(a_beam_swings_out_at_the_rate_of_the_formula),
-        cmocka_unit_test(the_scale_is_one_of_drag_too),
-        cmocka_unit_test(a_free_body_keeps_its_momentum),
-        cmocka_unit_test(drag_lets_a_free_body_fall),
-        cmocka_unit_test(the_bound_is_safe_and_sharp),
-        cmocka_unit_test(drag_once_a_tick_drives_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

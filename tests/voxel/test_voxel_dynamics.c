@@ -1,6 +1,6 @@
 // Bodies that move freely: what symplectic Euler keeps over many steps, up to where it is stable.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_bench.h"
 
@@ -64,9 +64,8 @@ static void expect_kept(Momentum start, const VoxelBench *bench, double toleranc
 
 // Energy within a window of steps swings by the order of (omega dt)^2; a drift would show in the
 // windows' means. 1e5 steps of a small body, fewer of one with hanging vertices.
-static void an_undamped_body_keeps_energy_and_momentum(void **state)
+TEST(an_undamped_body_keeps_energy_and_momentum)
 {
-    (void)state;
     for (int n = 0; n < 2; n++) {
         uint64_t random = 61;
         VoxelBench bench;
@@ -97,9 +96,8 @@ static void an_undamped_body_keeps_energy_and_momentum(void **state)
 }
 
 // Damping takes energy from what is no rigid motion, and nothing from momentum.
-static void a_damped_body_keeps_its_momentum(void **state)
+TEST(a_damped_body_keeps_its_momentum)
 {
-    (void)state;
     uint64_t random = 62;
     VoxelBench bench;
     VoxelBenchOptions options = voxel_bench_options(1);
@@ -115,13 +113,4 @@ static void a_damped_body_keeps_its_momentum(void **state)
     expect_kept(kept, &bench, 1e-11);
     expect_at_most(end, start);
     voxel_bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_undamped_body_keeps_energy_and_momentum),
-        cmocka_unit_test(a_damped_body_keeps_its_momentum),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

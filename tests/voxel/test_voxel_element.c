@@ -1,7 +1,7 @@
 // One element in every state: what the force is the gradient of, and what it never does. Shapes are
 // about one in size and so are stiffnesses, so that tolerances read as relative ones.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "voxel/barrier.h"
@@ -178,9 +178,8 @@ static void expect_gradient(const Element *element, const ElementStiffness *stif
     }
 }
 
-static void force_is_the_negative_gradient_of_the_energy(void **state)
+TEST(force_is_the_negative_gradient_of_the_energy)
 {
-    (void)state;
     uint64_t random = 31;
     for (int n = 0; n < EFFORT(600); n++) {
         Shape shape;
@@ -268,9 +267,8 @@ static void expect_balanced(const Element *element, const Vec3 *position, const 
     expect_at_most(vec3_length(moment), 1e-12 * total * size);
 }
 
-static void no_state_has_a_resultant_or_a_moment(void **state)
+TEST(no_state_has_a_resultant_or_a_moment)
 {
-    (void)state;
     uint64_t random = 32;
     for (int n = 0; n < EFFORT(60000); n++) {
         Shape shape;
@@ -304,9 +302,8 @@ static void no_state_has_a_resultant_or_a_moment(void **state)
     }
 }
 
-static void no_force_at_rest_and_under_rigid_motion(void **state)
+TEST(no_force_at_rest_and_under_rigid_motion)
 {
-    (void)state;
     uint64_t random = 33;
     for (int n = 0; n < EFFORT(1200); n++) {
         Shape shape;
@@ -346,9 +343,8 @@ static bool is_crushed(const Element *element, const Vec3 *position)
     return vec3_dot(column[0], vec3_cross(column[1], column[2])) < BARRIER_VOLUME;
 }
 
-static void eight_corners_without_lambda_are_the_paper_s_element(void **state)
+TEST(eight_corners_without_lambda_are_the_paper_s_element)
 {
-    (void)state;
     uint64_t random = 34;
     for (int n = 0; n < EFFORT(2000); n++) {
         double size = random_between(&random, 0.5, 2.0), mu = random_between(&random, 0.5, 2.0);
@@ -372,9 +368,8 @@ static void eight_corners_without_lambda_are_the_paper_s_element(void **state)
     }
 }
 
-static void homogeneous_deformation_has_the_energy_of_the_continuum(void **state)
+TEST(homogeneous_deformation_has_the_energy_of_the_continuum)
 {
-    (void)state;
     uint64_t random = 35;
     for (int n = 0; n < EFFORT(1200); n++) {
         Shape shape;
@@ -403,9 +398,8 @@ static void homogeneous_deformation_has_the_energy_of_the_continuum(void **state
 }
 
 // The area vectors give the mean gradient of any affine field, and a closed surface has none.
-static void area_vectors_of_a_polyhedron_close_and_reproduce_its_volume(void **state)
+TEST(area_vectors_of_a_polyhedron_close_and_reproduce_its_volume)
 {
-    (void)state;
     uint64_t random = 36;
     for (int n = 0; n < EFFORT(1200); n++) {
         Shape shape;
@@ -427,9 +421,8 @@ static void area_vectors_of_a_polyhedron_close_and_reproduce_its_volume(void **s
 }
 
 // Two vertices are a spring between them, three a triangle that keeps its shape.
-static void the_paper_s_law_works_with_two_and_three_vertices(void **state)
+TEST(the_paper_s_law_works_with_two_and_three_vertices)
 {
-    (void)state;
     uint64_t random = 37;
     for (int n = 0; n < EFFORT(600); n++) {
         Shape shape;
@@ -465,9 +458,8 @@ static void the_paper_s_law_works_with_two_and_three_vertices(void **state)
 
 // All vertices of the rest shape in a plane: across it the affine fit knows nothing, and there is
 // still no resultant, no moment and nothing infinite.
-static void a_flat_rest_shape_is_balanced_too(void **state)
+TEST(a_flat_rest_shape_is_balanced_too)
 {
-    (void)state;
     uint64_t random = 38;
     for (int n = 0; n < EFFORT(600); n++) {
         Shape shape;
@@ -488,19 +480,4 @@ static void a_flat_rest_shape_is_balanced_too(void **state)
         element_forces(&shape.element, &stiffness, position, NULL, &last, force);
         expect_balanced(&shape.element, position, force);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(force_is_the_negative_gradient_of_the_energy),
-        cmocka_unit_test(no_state_has_a_resultant_or_a_moment),
-        cmocka_unit_test(no_force_at_rest_and_under_rigid_motion),
-        cmocka_unit_test(eight_corners_without_lambda_are_the_paper_s_element),
-        cmocka_unit_test(homogeneous_deformation_has_the_energy_of_the_continuum),
-        cmocka_unit_test(area_vectors_of_a_polyhedron_close_and_reproduce_its_volume),
-        cmocka_unit_test(the_paper_s_law_works_with_two_and_three_vertices),
-        cmocka_unit_test(a_flat_rest_shape_is_balanced_too),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

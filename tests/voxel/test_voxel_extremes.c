@@ -1,7 +1,7 @@
 // Bodies at the edge of what a scene can ask for: all held, a single element, cells that touch in a
 // corner, more levels than fit, no damping, loads beyond reason.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "voxel_reference.h"
 #include "voxel_world.h"
 
@@ -27,9 +27,8 @@ static BodyMeasure measure(const VoxelWorld *world)
     return out;
 }
 
-static void a_body_held_everywhere_stays(void **state)
+TEST(a_body_held_everywhere_stays)
 {
-    (void)state;
     static const FixedRegion all = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, 1}};
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorldOptions options = box(6, 6, 6, 1, (Precision)precision);
@@ -53,9 +52,8 @@ static void a_body_held_everywhere_stays(void **state)
 
 // Stretched evenly by a little, one element with eight equal masses swings with
 // omega^2 = 4 (2 mu + 3 lambda) / (rho H^2).
-static void one_element_rings_at_its_frequency(void **state)
+TEST(one_element_rings_at_its_frequency)
 {
-    (void)state;
     for (int nu = 0; nu < 2; nu++) {
         VoxelWorldOptions options = box(1, 1, 1, 3, PRECISION_DOUBLE);
         options.material.poisson_ratio = nu == 0 ? 0.0 : 0.4;
@@ -88,9 +86,8 @@ static void one_element_rings_at_its_frequency(void **state)
 }
 
 // Two cells that share a corner's place, and no vertex.
-static void cells_that_touch_in_a_corner_do_not_know_of_each_other(void **state)
+TEST(cells_that_touch_in_a_corner_do_not_know_of_each_other)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorldOptions options = box(2, 2, 2, 1, (Precision)precision);
         memset(options.lattice.label, 0, 8);
@@ -131,9 +128,8 @@ static void cells_that_touch_in_a_corner_do_not_know_of_each_other(void **state)
 }
 
 // Nowhere in a slab of three layers is a cell without void around.
-static void more_levels_than_fit_change_nothing(void **state)
+TEST(more_levels_than_fit_change_nothing)
 {
-    (void)state;
     uint64_t hash[2];
     for (int k = 0; k < 2; k++) {
         VoxelWorldOptions options = box(20, 20, 3, k == 0 ? 0 : 5, PRECISION_SINGLE);
@@ -154,9 +150,8 @@ static void more_levels_than_fit_change_nothing(void **state)
 
 // A thick slab with five levels allowed hangs from one side as the same without levels, to the few
 // per cent that large elements inside cost.
-static void a_slab_with_many_levels_sags_as_one_without(void **state)
+TEST(a_slab_with_many_levels_sags_as_one_without)
 {
-    (void)state;
     double sag[2];
     for (int k = 0; k < 2; k++) {
         VoxelWorldOptions options = box(40, 14, 14, k == 0 ? 0 : 5, PRECISION_SINGLE);
@@ -178,9 +173,8 @@ static void a_slab_with_many_levels_sags_as_one_without(void **state)
 }
 
 // Its motion is bounded by the energy that it began with.
-static void a_body_without_damping_swings_on(void **state)
+TEST(a_body_without_damping_swings_on)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int integrator = 1; integrator < 3; integrator++) {
             VoxelWorldOptions options = box(8, 8, 8, 2, (Precision)precision);
@@ -211,9 +205,8 @@ static void a_body_without_damping_swings_on(void **state)
 
 // Whatever a load does, the numbers stay sound. Once one has ended that drew the body out to many
 // times its length, it gets its shape back; beyond, it may whirl around its held end for long.
-static void loads_beyond_reason_are_survived(void **state)
+TEST(loads_beyond_reason_are_survived)
 {
-    (void)state;
     static const double forces[] = {1e1, 1e3, 1e5, 1e20, 1e38};
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (size_t k = 0; k < sizeof forces / sizeof *forces; k++) {
@@ -251,18 +244,4 @@ static void loads_beyond_reason_are_survived(void **state)
             voxel_reference_destroy(&reference);
             voxel_world_destroy(&world);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_body_held_everywhere_stays),
-        cmocka_unit_test(one_element_rings_at_its_frequency),
-        cmocka_unit_test(cells_that_touch_in_a_corner_do_not_know_of_each_other),
-        cmocka_unit_test(more_levels_than_fit_change_nothing),
-        cmocka_unit_test(a_slab_with_many_levels_sags_as_one_without),
-        cmocka_unit_test(a_body_without_damping_swings_on),
-        cmocka_unit_test(loads_beyond_reason_are_survived),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

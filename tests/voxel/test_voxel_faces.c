@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 #include "sample_mesh.h"
 
 #include <stdlib.h>
@@ -69,9 +69,8 @@ static void expect_squares(const Sample *sample)
     assert_int_equal(mesh->face_count, 2 * open);
 }
 
-static void squares_lie_between_solid_and_void(void **unused)
+TEST(squares_lie_between_solid_and_void)
 {
-    (void)unused;
     on_all_sorts(expect_squares, 20, 37);
 }
 
@@ -90,9 +89,8 @@ static void expect_volume(const Sample *sample)
     assert_int_equal(volume, 6 * lattice_solid(&sample->lattice));
 }
 
-static void outer_faces_enclose_the_cells_exactly(void **unused)
+TEST(outer_faces_enclose_the_cells_exactly)
 {
-    (void)unused;
     on_all_sorts(expect_volume, 20, 41);
 }
 
@@ -146,9 +144,8 @@ static void expect_neighbors(const Sample *sample)
         }
 }
 
-static void neighbors_lie_around_the_same_solid_corner(void **unused)
+TEST(neighbors_lie_around_the_same_solid_corner)
 {
-    (void)unused;
     on_all_sorts(expect_neighbors, 20, 43);
 }
 
@@ -158,9 +155,8 @@ static int euler(const LatticeMesh *mesh)
     return mesh->surface_count - mesh->face_count / 2;
 }
 
-static void surfaces_have_the_euler_number_of_their_shape(void **unused)
+TEST(surfaces_have_the_euler_number_of_their_shape)
 {
-    (void)unused;
     Sample sample;
     sample_mesh(&sample, sample_ball(32), 2);
     assert_int_equal(euler(&sample.mesh), 2);
@@ -178,15 +174,4 @@ static void surfaces_have_the_euler_number_of_their_shape(void **unused)
     sample_mesh(&sample, shell, 2);
     assert_int_equal(euler(&sample.mesh), 4);
     drop(&sample);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(squares_lie_between_solid_and_void),
-        cmocka_unit_test(outer_faces_enclose_the_cells_exactly),
-        cmocka_unit_test(neighbors_lie_around_the_same_solid_corner),
-        cmocka_unit_test(surfaces_have_the_euler_number_of_their_shape),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

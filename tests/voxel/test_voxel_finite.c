@@ -1,6 +1,6 @@
 // A ball pressed deep into a solid, against finite elements that share nothing with the server:
 // rings around the axis of a cylinder, the same law of the material, their own contact.
-#include "expect.h"
+#include "test.h"
 #include "voxel_world.h"
 
 #include <stdlib.h>
@@ -234,9 +234,8 @@ static void press_cube(double force[DEPTHS])
     voxel_world_destroy(&world);
 }
 
-static void deep_presses_follow_finite_elements_of_the_same_law(void **state)
+TEST(deep_presses_follow_finite_elements_of_the_same_law)
 {
-    (void)state;
     double finite[DEPTHS], server[DEPTHS];
     press_cylinder(finite);
     press_cube(server);
@@ -251,11 +250,4 @@ static void deep_presses_follow_finite_elements_of_the_same_law(void **state)
     // Not a fault of cells or contact: the law itself gives way.
     expect_at_most(finite[SOUND], 0.8 * finite[SOUND - 1]);
     expect_at_most(server[SOUND], 0.8 * server[SOUND - 1]);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(deep_presses_follow_finite_elements_of_the_same_law)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // The real body without damping, free: what a symplectic integrator keeps over 1e5 steps, and how
 // far its energy swings on the way.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_world.h"
 
@@ -66,9 +66,8 @@ static Sums sums(VoxelWorld *world)
 
 // Within a window energy swings by the order of omega dt (Euler) or its square (leapfrog): a drift
 // shows in the windows' means.
-static void energy_and_momentum_last_for_many_steps(void **state)
+TEST(energy_and_momentum_last_for_many_steps)
 {
-    (void)state;
     for (int k = 0; k < 2; k++) {
         VoxelWorld world;
         create(&world, k == 1 ? INTEGRATOR_LEAPFROG : INTEGRATOR_SYMPLECTIC_EULER,
@@ -102,9 +101,8 @@ static void energy_and_momentum_last_for_many_steps(void **state)
 }
 
 // The slow modes alone, which leapfrog follows with errors of the order of (omega dt)^2 / 8.
-static void energy_of_a_smooth_motion_is_constant(void **state)
+TEST(energy_of_a_smooth_motion_is_constant)
 {
-    (void)state;
     VoxelWorld world;
     create(&world, INTEGRATOR_LEAPFROG, 0.3, 0.2);
     disturb(&world, 0.0, 0.0);
@@ -127,13 +125,4 @@ static void energy_of_a_smooth_motion_is_constant(void **state)
     // It went to and fro between the two.
     expect_at_least(most - least, 0.3 * most);
     voxel_world_destroy(&world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(energy_and_momentum_last_for_many_steps),
-        cmocka_unit_test(energy_of_a_smooth_motion_is_constant),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // Tools pressed into solids and held there, dragged, withdrawn, thrown in: the force rises with
 // depth, comes to rest, ends at the tool's largest force, and the hand gains no work.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "voxel_world.h"
 
 #include "dynamics/contact_data.h"
@@ -140,9 +140,8 @@ static void press_and_hold(const Press *press)
     voxel_world_destroy(&world);
 }
 
-static void held_presses_rest_and_rise_with_depth(void **state)
+TEST(held_presses_rest_and_rise_with_depth)
 {
-    (void)state;
     // Deeper than four radii, and firm contacts deeper than three, crush elements to an inverted
     // shape, and a node snaps past the tool: the force falls.
     static const Press presses[] = {
@@ -168,9 +167,8 @@ static void held_presses_rest_and_rise_with_depth(void **state)
 // A ball of 15 mm on a block of 80 x 80 x 50 mm, cells of a sixth of its radius: F = 4/3 E / (1 -
 // nu^2) sqrt(r) d^(3/2) (Hertz 1881), and 4 % for the block's depth (bricks of finite elements: 3
 // to 5 %).
-static void shallow_presses_follow_hertz(void **state)
+TEST(shallow_presses_follow_hertz)
 {
-    (void)state;
     static const FixedRegion bottom = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0249}};
     const double radius = 0.015, depths[] = {0.001, 0.002, 0.004};
@@ -212,9 +210,8 @@ static void shallow_presses_follow_hertz(void **state)
 }
 
 // Beyond the tool's largest force: it is that, exactly, and stays so, whatever the hand does.
-static void a_press_ends_at_the_largest_force(void **state)
+TEST(a_press_ends_at_the_largest_force)
 {
-    (void)state;
     const Press press = {1.6, 2.0, 0.2, 3.0, PRECISION_SINGLE, false};
     VoxelWorld world;
     create(&world, &press, 0.3, 0.2);
@@ -236,9 +233,8 @@ static void a_press_ends_at_the_largest_force(void **state)
 
 // Pressed and released, or dragged there and back, slowly and without damping: what comes back to
 // the hand is at most what it put in.
-static void closed_ways_give_no_work(void **state)
+TEST(closed_ways_give_no_work)
 {
-    (void)state;
     for (int k = 0; k < 4; k++) {
         const bool drag = k >= 2;
         const Press press = {1.6, k % 2 == 0 ? 0.5 : 8.0, k == 3 ? 0.2 : 0.0,
@@ -274,9 +270,8 @@ static void closed_ways_give_no_work(void **state)
     }
 }
 
-static void fast_tools_do_not_pass(void **state)
+TEST(fast_tools_do_not_pass)
 {
-    (void)state;
     for (int k = 0; k < 4; k++) {
         const Press press = {k < 2 ? 0.5 : 1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
         VoxelWorld world;
@@ -303,9 +298,8 @@ static void fast_tools_do_not_pass(void **state)
 
 // Dragged by nine cells at a depth of a radius, with and without friction: the force changes by
 // less than 2 % of its mean on a tenth of a millimetre.
-static void a_drag_is_smooth(void **state)
+TEST(a_drag_is_smooth)
 {
-    (void)state;
     for (int k = 0; k < 2; k++) {
         const Press press = {1.6, 0.5, k == 0 ? 0.0 : 0.2, 0.0, PRECISION_SINGLE, false};
         const double radius = press.cells * CELL;
@@ -333,9 +327,8 @@ static void a_drag_is_smooth(void **state)
 
 // A capsule flat on its side, and two balls that pinch the block by 12 mm from both sides: both
 // come to rest.
-static void flat_capsules_and_pinches_rest(void **state)
+TEST(flat_capsules_and_pinches_rest)
 {
-    (void)state;
     for (int k = 0; k < 2; k++) {
         const bool pinch = k == 1;
         const Press press = {1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
@@ -368,9 +361,8 @@ static void flat_capsules_and_pinches_rest(void **state)
 
 // A tool that appears inside is let out without a blow: the force grows to that of the same press,
 // and never beyond.
-static void a_tool_that_appears_inside_is_felt_gently(void **state)
+TEST(a_tool_that_appears_inside_is_felt_gently)
 {
-    (void)state;
     const Press press = {1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
     VoxelWorld world;
     create(&world, &press, 3.3, 0.2);
@@ -402,9 +394,8 @@ static Vec3 proxy_of(const VoxelWorld *world)
 
 // A capsule that appears flat on the top, hardly inside, without friction: all pushes lie in a
 // plane, and its force begins at zero. It stays where it is.
-static void a_tool_that_appears_flat_stays(void **state)
+TEST(a_tool_that_appears_flat_stays)
 {
-    (void)state;
     static const double deep[] = {1e-8, 3e-7, 2e-6, 1e-5, 3e-4};
     for (int k = 0; k < EFFORT(5); k++) {
         const Press press = {1.6, 0.5, 0.0, 0.0, PRECISION_SINGLE, false};
@@ -420,9 +411,8 @@ static void a_tool_that_appears_flat_stays(void **state)
 }
 
 // A tool that may not push at all stays in front of the body.
-static void a_tool_without_force_stays_outside(void **state)
+TEST(a_tool_without_force_stays_outside)
 {
-    (void)state;
     const Press press = {1.6, 0.5, 0.0, 0.0, PRECISION_SINGLE, false};
     VoxelWorld world;
     create(&world, &press, 0.0, 0.2);
@@ -437,9 +427,8 @@ static void a_tool_without_force_stays_outside(void **state)
 
 // A tool that was withdrawn from a press and returns inside elsewhere is let out there; that it
 // touches is part of the state.
-static void a_tool_that_returns_inside_leaves_there(void **state)
+TEST(a_tool_that_returns_inside_leaves_there)
 {
-    (void)state;
     const Press press = {1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
     VoxelWorld world;
     create(&world, &press, 3.3, 0.2);
@@ -456,22 +445,4 @@ static void a_tool_that_returns_inside_leaves_there(void **state)
     step_at(&world, inside);
     expect_at_most(vec3_length(vec3_sub(proxy_of(&world), inside)), 0.001 + 1.1 * radius);
     voxel_world_destroy(&world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(held_presses_rest_and_rise_with_depth),
-        cmocka_unit_test(shallow_presses_follow_hertz),
-        cmocka_unit_test(a_press_ends_at_the_largest_force),
-        cmocka_unit_test(closed_ways_give_no_work),
-        cmocka_unit_test(fast_tools_do_not_pass),
-        cmocka_unit_test(a_drag_is_smooth),
-        cmocka_unit_test(flat_capsules_and_pinches_rest),
-        cmocka_unit_test(a_tool_that_appears_inside_is_felt_gently),
-        cmocka_unit_test(a_tool_that_appears_flat_stays),
-        cmocka_unit_test(a_tool_without_force_stays_outside),
-        cmocka_unit_test(a_tool_that_returns_inside_leaves_there),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

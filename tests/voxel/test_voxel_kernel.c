@@ -1,6 +1,6 @@
 // Every variant of the voxel kernels, in both precisions and at every instruction-set level that
 // this machine can run: the forces of element.c, the same bits at all levels, balance, rest.
-#include "expect.h"
+#include "test.h"
 #include "effort.h"
 #include "random.h"
 
@@ -350,9 +350,8 @@ static const Quat STILL = {1.0, 0.0, 0.0, 0.0};
 static const double CLOSE[PRECISION_COUNT] = {
     [PRECISION_DOUBLE] = 3e-14, [PRECISION_SINGLE] = 4e-6};
 
-static void graded_cube_has_the_forces_of_its_elements(void **unused)
+TEST(graded_cube_has_the_forces_of_its_elements)
 {
-    (void)unused;
     uint64_t random = 5;
     EACH_VARIANT(v)
     {
@@ -365,9 +364,8 @@ static void graded_cube_has_the_forces_of_its_elements(void **unused)
     }
 }
 
-static void any_rest_shape_and_turn_has_the_forces_of_the_element(void **unused)
+TEST(any_rest_shape_and_turn_has_the_forces_of_the_element)
 {
-    (void)unused;
     uint64_t random = 6;
     EACH_VARIANT(v)
     {
@@ -415,9 +413,8 @@ static void deform_badly(Problem *p, bool only_unique, uint64_t *random)
     }
 }
 
-static void flat_and_inverted_elements_among_others_have_their_forces(void **unused)
+TEST(flat_and_inverted_elements_among_others_have_their_forces)
 {
-    (void)unused;
     // As above; smaller numbers (zeta, moments of inertia of needles) come from differences.
     static const double tolerance[PRECISION_COUNT] = {
         [PRECISION_DOUBLE] = 1e-13, [PRECISION_SINGLE] = 2e-5};
@@ -432,9 +429,8 @@ static void flat_and_inverted_elements_among_others_have_their_forces(void **unu
     }
 }
 
-static void no_state_gives_a_resultant_or_moment(void **unused)
+TEST(no_state_gives_a_resultant_or_moment)
 {
-    (void)unused;
     uint64_t random = 10;
     EACH_VARIANT(v)
     {
@@ -470,9 +466,8 @@ static void no_state_gives_a_resultant_or_moment(void **unused)
     }
 }
 
-static void healthy_elements_leave_the_last_rotations_alone(void **unused)
+TEST(healthy_elements_leave_the_last_rotations_alone)
 {
-    (void)unused;
     uint64_t random = 11;
     Problem p;
     make_cube(&p, 16, 2, &VARIANTS[1]);
@@ -493,9 +488,8 @@ static void healthy_elements_leave_the_last_rotations_alone(void **unused)
 
 // Near rest single precision knows forces relative to the deformation, not to the element: errors
 // relative to the largest force stay the same down to strains far below rounding of 1 + strain.
-static void single_precision_is_relative_to_the_deformation(void **unused)
+TEST(single_precision_is_relative_to_the_deformation)
 {
-    (void)unused;
     for (double noise = 1e-2; noise > 1e-10; noise *= 0.01) {
         uint64_t random = 12;
         Problem p;
@@ -521,9 +515,8 @@ static void single_precision_is_relative_to_the_deformation(void **unused)
     }
 }
 
-static void rest_gives_no_force_at_all(void **unused)
+TEST(rest_gives_no_force_at_all)
 {
-    (void)unused;
     EACH_VARIANT(v)
     {
         Problem p;
@@ -552,9 +545,8 @@ static void rest_gives_no_force_at_all(void **unused)
     }
 }
 
-static void scales_multiply_stiffness_and_damping(void **unused)
+TEST(scales_multiply_stiffness_and_damping)
 {
-    (void)unused;
     uint64_t random = 14;
     Problem p;
     make_loose(&p, 200, &VARIANTS[1], &random);
@@ -593,9 +585,8 @@ static void scales_multiply_stiffness_and_damping(void **unused)
     destroy(&p);
 }
 
-static void bad_numbers_stay_bad(void **unused)
+TEST(bad_numbers_stay_bad)
 {
-    (void)unused;
     uint64_t random = 15;
     Problem p;
     make_loose(&p, 64, &VARIANTS[1], &random);
@@ -617,27 +608,9 @@ static void bad_numbers_stay_bad(void **unused)
     destroy(&p);
 }
 
-static void unknown_levels_are_not_found(void **unused)
+TEST(unknown_levels_are_not_found)
 {
-    (void)unused;
     assert_null(voxel_kernels_find(PRECISION_SINGLE, "x86-64-v9"));
     assert_ptr_equal(voxel_kernels_find(PRECISION_SINGLE, "auto"),
                      voxel_kernels_find(PRECISION_SINGLE, isa_available()[0]));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(graded_cube_has_the_forces_of_its_elements),
-        cmocka_unit_test(any_rest_shape_and_turn_has_the_forces_of_the_element),
-        cmocka_unit_test(flat_and_inverted_elements_among_others_have_their_forces),
-        cmocka_unit_test(no_state_gives_a_resultant_or_moment),
-        cmocka_unit_test(healthy_elements_leave_the_last_rotations_alone),
-        cmocka_unit_test(single_precision_is_relative_to_the_deformation),
-        cmocka_unit_test(rest_gives_no_force_at_all),
-        cmocka_unit_test(scales_multiply_stiffness_and_damping),
-        cmocka_unit_test(bad_numbers_stay_bad),
-        cmocka_unit_test(unknown_levels_are_not_found),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

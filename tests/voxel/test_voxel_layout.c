@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 #include "effort.h"
 #include "lattice_samples.h"
 
@@ -11,9 +11,8 @@
 // A cube of n^3 cells, n a power of two: of n / 2^l blocks along an edge the outermost are not
 // merged themselves (l > 0), and those and the next keep from merging further: so (n/2^l - 2)^3 of
 // level l are made and (n/2^l - 4)^3 of them merge on.
-static void cubes_have_the_counts_of_their_layers(void **unused)
+TEST(cubes_have_the_counts_of_their_layers)
 {
-    (void)unused;
     for (int n = 16; n <= 64; n *= 2) {
         Lattice lattice = sample_box(n, n, n);
         for (int levels = 1; levels <= 3; levels++) {
@@ -35,9 +34,8 @@ static void cubes_have_the_counts_of_their_layers(void **unused)
 }
 
 // Counts of an independent program.
-static void cubes_and_balls_have_the_known_counts(void **unused)
+TEST(cubes_and_balls_have_the_known_counts)
 {
-    (void)unused;
     static const struct {
         int n, ball, leaves[3];
     } known[] = {
@@ -197,9 +195,8 @@ static void expect_sizes(const Layout *layout, const Lattice *lattice, int level
     assert_int_equal(cells, lattice_solid(lattice));
 }
 
-static void layouts_of_all_sorts_follow_the_rule(void **unused)
+TEST(layouts_of_all_sorts_follow_the_rule)
 {
-    (void)unused;
     uint64_t seed = 2004;
     for (int round = 0; round < EFFORT(12); round++)
         for (int kind = 0; kind < SAMPLE_KINDS; kind++) {
@@ -217,9 +214,8 @@ static void layouts_of_all_sorts_follow_the_rule(void **unused)
 }
 
 // Level 5 needs 94 cells, and blocks aligned to 32: 128 cells have 2^3 of that size at least.
-static void large_cube_reaches_the_coarsest_level(void **unused)
+TEST(large_cube_reaches_the_coarsest_level)
 {
-    (void)unused;
     Lattice lattice = sample_box(128, 128, 128);
     Layout layout;
     layout_create(&layout, &lattice, VOXEL_LEVELS_MAX);
@@ -232,9 +228,8 @@ static void large_cube_reaches_the_coarsest_level(void **unused)
 }
 
 // What a long thin lattice is rounded up to stays near its size: 31 fold otherwise, squared.
-static void thin_lattices_are_hardly_rounded_up(void **unused)
+TEST(thin_lattices_are_hardly_rounded_up)
 {
-    (void)unused;
     Lattice lattice = sample_box(1, 3, 1000);
     Layout layout;
     layout_create(&layout, &lattice, VOXEL_LEVELS_MAX);
@@ -245,9 +240,8 @@ static void thin_lattices_are_hardly_rounded_up(void **unused)
 }
 
 // Nothing solid is no fault here.
-static void void_has_no_leaves(void **unused)
+TEST(void_has_no_leaves)
 {
-    (void)unused;
     Lattice lattice = sample_void(9, 4, 6);
     Layout layout;
     layout_create(&layout, &lattice, 2);
@@ -255,17 +249,4 @@ static void void_has_no_leaves(void **unused)
     assert_int_equal(layout_leaf_at(&layout, 3, 3, 3), -1);
     layout_destroy(&layout);
     lattice_destroy(&lattice);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cubes_have_the_counts_of_their_layers),
-        cmocka_unit_test(cubes_and_balls_have_the_known_counts),
-        cmocka_unit_test(layouts_of_all_sorts_follow_the_rule),
-        cmocka_unit_test(large_cube_reaches_the_coarsest_level),
-        cmocka_unit_test(thin_lattices_are_hardly_rounded_up),
-        cmocka_unit_test(void_has_no_leaves),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // What a body says of itself against sums over its vertices and the readable element's energy, and
 // what SET and loads do to it.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_reference.h"
 #include "voxel_world.h"
@@ -59,9 +59,8 @@ static void expect_measures(VoxelWorldOptions options, VoxelLaw law, double nois
     voxel_world_destroy(&world);
 }
 
-static void energies_and_displacement_are_the_sums(void **state)
+TEST(energies_and_displacement_are_the_sums)
 {
-    (void)state;
     for (int law = 0; law < 2; law++)
         for (int large = 0; large < 2; large++) {
             double noise = large == 0 ? 0.05 : 1.0;
@@ -72,9 +71,8 @@ static void energies_and_displacement_are_the_sums(void **state)
         }
 }
 
-static void single_precision_measures_the_same(void **state)
+TEST(single_precision_measures_the_same)
 {
-    (void)state;
     double value[2][3];
     for (int precision = 0; precision < 2; precision++) {
         VoxelWorldOptions options = voxel_world_corner();
@@ -95,9 +93,8 @@ static void single_precision_measures_the_same(void **state)
         expect_near(value[1][i] / value[0][i], 1.0, 1e-6);
 }
 
-static void masses_add_up(void **state)
+TEST(masses_add_up)
 {
-    (void)state;
     for (int law = 0; law < 2; law++) {
         VoxelWorldOptions options = voxel_world_corner();
         options.body.law = (VoxelLaw)law;
@@ -118,9 +115,8 @@ static void masses_add_up(void **state)
 }
 
 // The reference, set alike, goes on as the body does.
-static void scales_and_gravity_act_from_the_next_tick(void **state)
+TEST(scales_and_gravity_act_from_the_next_tick)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(6);
     options.body.body.levels = 1;
     options.body.body.unsafe_time_step = true; // the substeps stay as they are
@@ -156,9 +152,8 @@ static void scales_and_gravity_act_from_the_next_tick(void **state)
     voxel_world_destroy(&world);
 }
 
-static void a_body_without_damping_has_none_to_scale(void **state)
+TEST(a_body_without_damping_has_none_to_scale)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(4);
     options.body.damping = 0.0;
     VoxelWorld world;
@@ -172,9 +167,8 @@ static void a_body_without_damping_has_none_to_scale(void **state)
 }
 
 // A scale that the body's time step cannot bear is refused, by its default step.
-static void scales_beyond_the_time_step_are_refused(void **state)
+TEST(scales_beyond_the_time_step_are_refused)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(6);
     options.rate_hz = 250.0; // several substeps
     VoxelWorld world;
@@ -188,9 +182,8 @@ static void scales_beyond_the_time_step_are_refused(void **state)
 
 // Without elastic forces (a moment after rest) a load shows as momentum: the total is F t, and each
 // vertex has its share of the area.
-static void a_load_is_shared_by_area(void **state)
+TEST(a_load_is_shared_by_area)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(8);
     options.rate_hz = 1e6;
     VoxelWorld world;
@@ -235,9 +228,8 @@ static void a_load_is_shared_by_area(void **state)
     voxel_world_destroy(&world);
 }
 
-static void areas_of_the_outer_vertices_add_up(void **state)
+TEST(areas_of_the_outer_vertices_add_up)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(8);
     VoxelWorld world;
     voxel_world_create(&world, &options);
@@ -248,9 +240,8 @@ static void areas_of_the_outer_vertices_add_up(void **state)
     voxel_world_destroy(&world);
 }
 
-static void held_vertices_are_known_and_stay(void **state)
+TEST(held_vertices_are_known_and_stay)
 {
-    (void)state;
     // A lattice point by its id, a ball, and a box.
     const int point = 8 + 9 * (8 + 9 * 8); // the far corner
     const FixedRegion regions[3] = {
@@ -283,20 +274,4 @@ static void held_vertices_are_known_and_stay(void **state)
     }
     assert_in_range(fixed, 9 * 9 + 1 + 1, 9 * 9 + 1 + 40);
     voxel_world_destroy(&world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(energies_and_displacement_are_the_sums),
-        cmocka_unit_test(single_precision_measures_the_same),
-        cmocka_unit_test(masses_add_up),
-        cmocka_unit_test(scales_and_gravity_act_from_the_next_tick),
-        cmocka_unit_test(a_body_without_damping_has_none_to_scale),
-        cmocka_unit_test(scales_beyond_the_time_step_are_refused),
-        cmocka_unit_test(a_load_is_shared_by_area),
-        cmocka_unit_test(areas_of_the_outer_vertices_add_up),
-        cmocka_unit_test(held_vertices_are_known_and_stay),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 #include "sample_mesh.h"
 
 #include <stdlib.h>
@@ -21,9 +21,8 @@ static long count_incidences(const LatticeMesh *mesh)
 }
 
 // Vertices and incidences of an independent program; surface vertices of a cube in closed form.
-static void cubes_and_balls_have_the_known_counts(void **unused)
+TEST(cubes_and_balls_have_the_known_counts)
 {
-    (void)unused;
     static const struct {
         int n, ball, vertices, incidences;
     } known[] = {
@@ -60,9 +59,8 @@ static int count_masks(const LatticeMesh *mesh)
 
 // A cube's element is plain, or has finer ones beyond its faces on one side or another of each axis
 // or neither: 3^3 with the plain one.
-static void cube_has_27_kinds_of_elements(void **unused)
+TEST(cube_has_27_kinds_of_elements)
 {
-    (void)unused;
     Sample sample;
     sample_mesh(&sample, sample_box(64, 64, 64), 3);
     assert_int_equal(count_masks(&sample.mesh), 27);
@@ -177,9 +175,8 @@ static void expect_vertices(const Sample *sample)
     assert_int_equal(seen, count_slots(&sample->mesh));
 }
 
-static void vertices_are_what_the_cells_around_share(void **unused)
+TEST(vertices_are_what_the_cells_around_share)
 {
-    (void)unused;
     on_all_sorts(expect_vertices, 10, 17);
 }
 
@@ -210,9 +207,8 @@ static void expect_numbers(const Sample *sample)
     free(use);
 }
 
-static void every_vertex_has_a_use_and_surface_comes_first(void **unused)
+TEST(every_vertex_has_a_use_and_surface_comes_first)
 {
-    (void)unused;
     on_all_sorts(expect_numbers, 20, 23);
 }
 
@@ -262,9 +258,8 @@ static void expect_pieces(const Sample *sample)
     free(stack);
 }
 
-static void pieces_are_what_faces_join(void **unused)
+TEST(pieces_are_what_faces_join)
 {
-    (void)unused;
     on_all_sorts(expect_pieces, 20, 29);
 }
 
@@ -301,17 +296,15 @@ static void expect_mass(const Sample *sample)
     free(mass);
 }
 
-static void masses_and_their_centre_are_those_of_the_cells(void **unused)
+TEST(masses_and_their_centre_are_those_of_the_cells)
 {
-    (void)unused;
     on_all_sorts(expect_mass, 10, 31);
 }
 
 // --- small cases by hand ---
 
-static void cells_that_touch_along_an_edge_share_nothing(void **unused)
+TEST(cells_that_touch_along_an_edge_share_nothing)
 {
-    (void)unused;
     Lattice lattice = sample_void(2, 2, 1);
     lattice.label[0] = lattice.label[3] = 1;
     Sample sample;
@@ -331,9 +324,8 @@ static void cells_that_touch_along_an_edge_share_nothing(void **unused)
     drop(&sample);
 }
 
-static void cells_that_touch_at_a_corner_share_nothing(void **unused)
+TEST(cells_that_touch_at_a_corner_share_nothing)
 {
-    (void)unused;
     Lattice lattice = sample_void(2, 2, 2);
     lattice.label[0] = lattice.label[7] = 1;
     Sample sample;
@@ -345,9 +337,8 @@ static void cells_that_touch_at_a_corner_share_nothing(void **unused)
 
 // Around an edge two cells that a third one joins farther on: one vertex where it joins them, two
 // at the other end.
-static void edge_opens_from_one_vertex_into_two(void **unused)
+TEST(edge_opens_from_one_vertex_into_two)
 {
-    (void)unused;
     Lattice lattice = sample_void(2, 2, 2);
     // below: (0,0) and (1,1); above: all but (0,1)
     lattice.label[0] = lattice.label[3] = 1;
@@ -367,9 +358,8 @@ static void edge_opens_from_one_vertex_into_two(void **unused)
     drop(&sample);
 }
 
-static void one_cell_is_a_cube_of_twelve_triangles(void **unused)
+TEST(one_cell_is_a_cube_of_twelve_triangles)
 {
-    (void)unused;
     Sample sample;
     sample_mesh(&sample, sample_box(1, 1, 1), 3);
     assert_int_equal(sample.mesh.vertex_count, 8);
@@ -382,9 +372,8 @@ static void one_cell_is_a_cube_of_twelve_triangles(void **unused)
     drop(&sample);
 }
 
-static void void_has_no_vertices(void **unused)
+TEST(void_has_no_vertices)
 {
-    (void)unused;
     Sample sample;
     sample_mesh(&sample, sample_void(3, 5, 2), 1);
     assert_int_equal(sample.mesh.vertex_count, 0);
@@ -395,9 +384,8 @@ static void void_has_no_vertices(void **unused)
 
 // Vertices keep their numbers whatever the levels: an element may be divided without renaming
 // anything.
-static void ids_do_not_depend_on_levels(void **unused)
+TEST(ids_do_not_depend_on_levels)
 {
-    (void)unused;
     Sample fine, coarse;
     sample_mesh(&fine, sample_box(30, 27, 25), 0);
     sample_mesh(&coarse, sample_box(30, 27, 25), 3);
@@ -416,9 +404,8 @@ static void ids_do_not_depend_on_levels(void **unused)
 }
 
 // An id is an int and counts every lattice point eight times.
-static void lattice_with_too_many_points_is_refused(void **unused)
+TEST(lattice_with_too_many_points_is_refused)
 {
-    (void)unused;
     Layout layout = {.lattice_count = {645, 645, 645}, .count = {645, 645, 645}};
     LatticeMesh mesh;
     Status status = {0};
@@ -426,24 +413,4 @@ static void lattice_with_too_many_points_is_refused(void **unused)
     assert_int_equal(status.code, STATUS_INVALID);
     assert_non_null(strstr(status.text, "645"));
     lattice_mesh_destroy(&mesh);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cubes_and_balls_have_the_known_counts),
-        cmocka_unit_test(cube_has_27_kinds_of_elements),
-        cmocka_unit_test(vertices_are_what_the_cells_around_share),
-        cmocka_unit_test(every_vertex_has_a_use_and_surface_comes_first),
-        cmocka_unit_test(pieces_are_what_faces_join),
-        cmocka_unit_test(masses_and_their_centre_are_those_of_the_cells),
-        cmocka_unit_test(cells_that_touch_along_an_edge_share_nothing),
-        cmocka_unit_test(cells_that_touch_at_a_corner_share_nothing),
-        cmocka_unit_test(edge_opens_from_one_vertex_into_two),
-        cmocka_unit_test(one_cell_is_a_cube_of_twelve_triangles),
-        cmocka_unit_test(void_has_no_vertices),
-        cmocka_unit_test(ids_do_not_depend_on_levels),
-        cmocka_unit_test(lattice_with_too_many_points_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

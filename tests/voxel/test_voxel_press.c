@@ -1,7 +1,7 @@
 // The press of a ball into a cube: what a graded body's surface loses against the ordinary voxel
 // model of the same cells. 16 cells an edge; the benchmark has 32.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "voxel_press.h"
 
 static void run(VoxelPress *press, int cells, int levels)
@@ -16,9 +16,8 @@ static void run(VoxelPress *press, int cells, int levels)
     assert_int_equal(press->world.body->resets, 0);
 }
 
-static void graded_bodies_yield_as_the_full_one(void **state)
+TEST(graded_bodies_yield_as_the_full_one)
 {
-    (void)state;
     // A prototype in double precision, with contact by projection, found 6.498 N, and errors of
     // 0.55 % and 1.72 % with levels 1 and 2. Here the ball sinks in by 1.2 of its 20 mm, and
     // presses by that much less.
@@ -42,12 +41,4 @@ static void graded_bodies_yield_as_the_full_one(void **state)
         voxel_press_destroy(&graded);
     }
     voxel_press_destroy(&full);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(graded_bodies_yield_as_the_full_one),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

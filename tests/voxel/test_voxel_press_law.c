@@ -2,7 +2,7 @@
 // not jump, and on a body that does not yield they are those of an integral over a flat wall and
 // give no work around closed loops.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_world.h"
 
@@ -118,9 +118,8 @@ static const double LENGTHS[] = {0.0, 0.02}, CELLS[] = {0.5, 1.0, 3.0};
 
 // For every position of the nodes and of the tool, the forces on the nodes and on the tool are the
 // slope of one energy, and the lumped stiffness is about how fast they fall.
-static void forces_are_the_gradient_of_one_potential(void **state)
+TEST(forces_are_the_gradient_of_one_potential)
 {
-    (void)state;
     uint64_t random = 7;
     int tried = 0;
     for (int k = 0; k < 6; k++) {
@@ -175,9 +174,8 @@ static void forces_are_the_gradient_of_one_potential(void **state)
 
 // Along a million short ways of all nodes and of the tool, over edges, corners and the rims of what
 // acts, no force jumps: it changes by at most what its stiffness allows.
-static void no_force_jumps_on_short_ways(void **state)
+TEST(no_force_jumps_on_short_ways)
 {
-    (void)state;
     uint64_t random = 11;
     const int trials = EFFORT(1000000) / 6 / 100;
     for (int k = 0; k < 6; k++) {
@@ -229,9 +227,8 @@ static void no_force_jumps_on_short_ways(void **state)
 // On a flat wall that does not yield, a ball of four cells: the sum over the points of the faces is
 // the integral over the wall of kappa (r - d), pi kappa (r - z)^2 (2 r + z) / 3, plus the
 // barrier's.
-static void a_flat_wall_pushes_as_the_integral_over_it(void **state)
+TEST(a_flat_wall_pushes_as_the_integral_over_it)
 {
-    (void)state;
     const double r = 0.02;
     VoxelWorld world;
     create_wall(&world, 20, 0.0, r);
@@ -283,9 +280,8 @@ static double loop_work(VoxelWorld *world, double height, double across, double 
     return work / (most * 0.6 * height);
 }
 
-static void closed_loops_give_no_work(void **state)
+TEST(closed_loops_give_no_work)
 {
-    (void)state;
     VoxelWorld world;
     create_wall(&world, 20, 0.0, 0.012);
     double ball = loop_work(&world, 0.008, 0.01, 0.0, EFFORT(600));
@@ -300,15 +296,4 @@ static void closed_loops_give_no_work(void **state)
     expect_near(ball, 0.0, EFFORT(600) < 600 ? 0.02 : 2e-3);
     expect_near(flat, 0.0, EFFORT(600) < 600 ? 0.02 : 2e-3);
     expect_near(tilted, 0.0, 0.02);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forces_are_the_gradient_of_one_potential),
-        cmocka_unit_test(no_force_jumps_on_short_ways),
-        cmocka_unit_test(a_flat_wall_pushes_as_the_integral_over_it),
-        cmocka_unit_test(closed_loops_give_no_work),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

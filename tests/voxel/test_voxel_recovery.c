@@ -3,7 +3,7 @@
 // bodies. dt 0.6 dt0 and damping 0.2 dt0, the defaults. 6^3 cells: the fewest with hanging
 // vertices.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_bench.h"
 
@@ -73,47 +73,30 @@ static void expect_recovery(Start start, double modulus, double nu, int steps, d
     expect_at_most(turned, 1e-11);
 }
 
-static void a_random_blob_recovers(void **state)
+TEST(a_random_blob_recovers)
 {
-    (void)state;
     expect_recovery(BLOB, 1e4, 0.0, 1000, 1e-4);
 }
 
-static void a_flattened_body_recovers(void **state)
+TEST(a_flattened_body_recovers)
 {
-    (void)state;
     expect_recovery(FLAT, 1e4, 0.0, 1000, 1e-4);
 }
 
-static void a_mirrored_body_recovers(void **state)
+TEST(a_mirrored_body_recovers)
 {
-    (void)state;
     expect_recovery(MIRRORED, 1e4, 0.0, 1000, 1e-4);
 }
 
-static void noise_of_more_than_a_cell_vanishes_at_any_stiffness(void **state)
+TEST(noise_of_more_than_a_cell_vanishes_at_any_stiffness)
 {
-    (void)state;
     expect_recovery(NOISE, 1e3, 0.0, 1000, 1e-4);
     expect_recovery(NOISE, 1e9, 0.0, 1000, 1e-4);
 }
 
-static void hardly_compressible_bodies_recover(void **state)
+TEST(hardly_compressible_bodies_recover)
 {
-    (void)state;
     expect_recovery(NOISE, 1e4, 0.3, 1000, 1e-4);
     expect_recovery(NOISE, 1e4, 0.45, 1000, 1e-3);
     expect_recovery(NOISE, 1e4, 0.49, 2000, 1e-2);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_random_blob_recovers),
-        cmocka_unit_test(a_flattened_body_recovers),
-        cmocka_unit_test(a_mirrored_body_recovers),
-        cmocka_unit_test(noise_of_more_than_a_cell_vanishes_at_any_stiffness),
-        cmocka_unit_test(hardly_compressible_bodies_recover),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // Maxwell branches: forces against the energy, the relaxation of a stretched bar, the decay of
 // swings at a loss factor, what a free body keeps, states and cuts.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "extreme.h"
 #include "random.h"
 #include "voxel_world.h"
@@ -55,9 +55,8 @@ static double elastic_of(const VoxelWorld *world)
 
 // With any strains of the dashpots, in strained and turned states, of cubes and elements with
 // hanging vertices: forces are the slope of the energy, and have neither resultant nor moment.
-static void forces_are_the_gradient_of_the_energy(void **state)
+TEST(forces_are_the_gradient_of_the_energy)
 {
-    (void)state;
     static const MaxwellBranch BRANCHES[] = {{0.1, 0.3, false}, {0.02, 0.25, true}};
     VoxelWorldOptions options = voxel_world_cube(8);
     options.material.poisson_ratio = 0.3;
@@ -122,9 +121,8 @@ static void forces_are_the_gradient_of_the_energy(void **state)
 // A bar, stretched by 10 % at once and held: its stress falls as E (1 + sum e exp(-t / time)), e
 // the stiffness of a branch over E. A branch of changes of shape alone has the shear modulus mu e,
 // and with nu = 0.3 the bar, whose sides are free, the modulus 9 K G / (3 K + G).
-static void stress_relaxes_as_the_closed_form(void **state)
+TEST(stress_relaxes_as_the_closed_form)
 {
-    (void)state;
     static const FixedRegion ends[] = {
         {.kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {-0.0999, 1.0, 1.0}},
         {.kind = FIXED_BOX, .low = {0.0999, -1.0, -1.0}, .high = {1.0, 1.0, 1.0}}};
@@ -243,9 +241,8 @@ static double loss_of(const Swing *swing, double *frequency, double *growth)
 }
 
 // At 3, 10 and 30 Hz, bent and twisted, with moduli that bring the bar there.
-static void swings_decay_at_the_loss_factor(void **state)
+TEST(swings_decay_at_the_loss_factor)
 {
-    (void)state;
     static const double MODULI[2][3] = {{2.3e5, 2.6e6, 2.3e7}, {2.3e4, 2.6e5, 2.3e6}};
     for (int loss = 0; loss < 2; loss++)
         for (int k = 0; k < EFFORT(6); k++) {
@@ -278,9 +275,8 @@ static void make_free(VoxelWorld *world, Precision precision, bool cuttable)
     voxel_world_throw(world);
 }
 
-static void a_free_body_keeps_its_momentum(void **state)
+TEST(a_free_body_keeps_its_momentum)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorld world;
         make_free(&world, (Precision)precision, false);
@@ -309,9 +305,8 @@ static void a_free_body_keeps_its_momentum(void **state)
 // A body is cut in the middle of its motion; from a state before that, all of it repeats. Elements
 // that move to other batches, and those that are divided, take their strains along: energy does not
 // grow by the cut.
-static void states_and_cuts_keep_the_dashpots(void **state)
+TEST(states_and_cuts_keep_the_dashpots)
 {
-    (void)state;
     VoxelWorld world;
     make_free(&world, PRECISION_DOUBLE, true);
     voxel_world_run(&world, 0.02);
@@ -358,16 +353,4 @@ static void states_and_cuts_keep_the_dashpots(void **state)
     assert_false(world.body->ops->check(world.body->model));
     free(middle);
     voxel_world_destroy(&world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forces_are_the_gradient_of_the_energy),
-        cmocka_unit_test(stress_relaxes_as_the_closed_form),
-        cmocka_unit_test(swings_decay_at_the_loss_factor),
-        cmocka_unit_test(a_free_body_keeps_its_momentum),
-        cmocka_unit_test(states_and_cuts_keep_the_dashpots),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

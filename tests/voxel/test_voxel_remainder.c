@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 #include "remainder.h"
 
 #include "voxel/layout.h"
@@ -23,9 +23,8 @@ static Lattice box_of(int nx, int ny, int nz)
 // Around a cube one layer of blocks of every size, so long as blocks lie inside: b^3 - (b - 2)^3 of
 // b^3 blocks, and of the largest size all. This is the 8 n^2 of Miyazaki et al. 2004, section 2.3:
 // 6 n^2 (1 + 1/4 + 1/16 + ...).
-static void cube_has_one_layer_of_every_size(void **unused)
+TEST(cube_has_one_layer_of_every_size)
 {
-    (void)unused;
     for (int n = 16; n <= 64; n *= 2) {
         Lattice lattice = box_of(n, n, n);
         for (int levels = 1; levels <= 3; levels++) {
@@ -42,9 +41,8 @@ static void cube_has_one_layer_of_every_size(void **unused)
 }
 
 // The same in the plane, 4 n (1 + 1/2 + 1/4 + ...) = 8 n.
-static void square_has_one_ring_of_every_size(void **unused)
+TEST(square_has_one_ring_of_every_size)
 {
-    (void)unused;
     static const long known[3] = {228, 480, 988}; // of an independent program
     for (int s = 0; s < 3; s++) {
         int n = 32 << s;
@@ -64,9 +62,8 @@ static void square_has_one_ring_of_every_size(void **unused)
 // The disc of Fig. 4 that fits into 32 x 32 squares: 172 elements after reduction, as printed
 // there. (Its 852 squares before reduction are no disc of whole cells by the centre rule, which
 // gives 812.)
-static void disc_of_the_paper_has_172_elements(void **unused)
+TEST(disc_of_the_paper_has_172_elements)
 {
-    (void)unused;
     Lattice lattice;
     Status status = {0};
     assert_true(lattice_disc(&lattice, 16.0, 1.0, &status));
@@ -80,9 +77,8 @@ static void disc_of_the_paper_has_172_elements(void **unused)
 }
 
 // Counts of an independent program.
-static void balls_have_the_known_counts(void **unused)
+TEST(balls_have_the_known_counts)
 {
-    (void)unused;
     static const long expected[2][3] = {{6400, 5496, 5448}, {34568, 23736, 22832}};
     for (int b = 0; b < 2; b++) {
         Lattice lattice;
@@ -94,9 +90,8 @@ static void balls_have_the_known_counts(void **unused)
     }
 }
 
-static void without_levels_every_cell_counts(void **unused)
+TEST(without_levels_every_cell_counts)
 {
-    (void)unused;
     Lattice lattice = box_of(5, 3, 2);
     lattice.label[lattice_index(&lattice, 2, 1, 1)] = 0;
     assert_int_equal(total_of(&lattice, 3, 0), 29);
@@ -107,9 +102,8 @@ static void without_levels_every_cell_counts(void **unused)
 }
 
 // A remainder is of one material: no cell beside another material joins it.
-static void materials_do_not_mix(void **unused)
+TEST(materials_do_not_mix)
 {
-    (void)unused;
     Lattice lattice = box_of(16, 8, 1);
     for (int j = 0; j < 8; j++)
         for (int i = 8; i < 16; i++)
@@ -123,9 +117,8 @@ static void materials_do_not_mix(void **unused)
 // A square of 6 x 6 with two void cells beside the middle block's opposite corners: two of its
 // cells are carved, and the two others, which meet in a point only, go with them. By hand: of the
 // nine blocks two keep two cells and two keep one.
-static void what_meets_in_a_corner_is_no_element(void **unused)
+TEST(what_meets_in_a_corner_is_no_element)
 {
-    (void)unused;
     Lattice lattice = box_of(6, 6, 1);
     lattice.label[lattice_index(&lattice, 4, 2, 0)] = 0;
     lattice.label[lattice_index(&lattice, 1, 3, 0)] = 0;
@@ -134,18 +127,4 @@ static void what_meets_in_a_corner_is_no_element(void **unused)
     assert_int_equal(count[1], 4);
     assert_int_equal(count[0], 34 - 2 * 2 - 2 * 1);
     lattice_destroy(&lattice);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cube_has_one_layer_of_every_size),
-        cmocka_unit_test(square_has_one_ring_of_every_size),
-        cmocka_unit_test(disc_of_the_paper_has_172_elements),
-        cmocka_unit_test(balls_have_the_known_counts),
-        cmocka_unit_test(without_levels_every_cell_counts),
-        cmocka_unit_test(materials_do_not_mix),
-        cmocka_unit_test(what_meets_in_a_corner_is_no_element),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

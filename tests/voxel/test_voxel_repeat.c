@@ -2,7 +2,7 @@
 // reset, from a state that was put away. A scene that is moved and turned as a whole does the same
 // there.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_world.h"
 
@@ -61,9 +61,8 @@ static uint64_t run(VoxelWorld *world)
     return state_hash(&world->state);
 }
 
-static void every_level_of_instructions_gives_the_same_bits(void **state)
+TEST(every_level_of_instructions_gives_the_same_bits)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int law = 0; law < 2; law++) {
             uint64_t first = 0;
@@ -80,9 +79,8 @@ static void every_level_of_instructions_gives_the_same_bits(void **state)
         }
 }
 
-static void a_second_build_gives_the_same_bits(void **state)
+TEST(a_second_build_gives_the_same_bits)
 {
-    (void)state;
     for (int integrator = 1; integrator < 3; integrator++) {
         uint64_t hash[2];
         for (int k = 0; k < 2; k++) {
@@ -106,9 +104,8 @@ static void expect_same_body(const VoxelWorld *world, const void *rows, const Ba
     assert_memory_equal(&model->vertices.rows.frame->turn, &frame->turn, sizeof frame->turn);
 }
 
-static void after_a_reset_all_begins_anew(void **state)
+TEST(after_a_reset_all_begins_anew)
 {
-    (void)state;
     for (int held = 0; held < 2; held++) {
         VoxelWorld world;
         create(&world, PRECISION_SINGLE, INTEGRATOR_LEAPFROG, held == 1, "auto");
@@ -140,9 +137,8 @@ static void after_a_reset_all_begins_anew(void **state)
 
 // Put away in the middle of a load and of the repair of turned elements; another body goes on from
 // there.
-static void a_state_put_away_goes_on_with_the_same_bits(void **state)
+TEST(a_state_put_away_goes_on_with_the_same_bits)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int held = 0; held < 2; held++) {
             VoxelWorld world, other;
@@ -176,9 +172,8 @@ static void a_state_put_away_goes_on_with_the_same_bits(void **state)
 }
 
 // States read from a file that cannot be.
-static void states_that_cannot_be_are_seen(void **state)
+TEST(states_that_cannot_be_are_seen)
 {
-    (void)state;
     VoxelWorld world;
     create(&world, PRECISION_DOUBLE, INTEGRATOR_SYMPLECTIC_EULER, false, "auto");
     VoxelModel *model = world.body->model;
@@ -241,9 +236,8 @@ static void create_placed(VoxelWorld *world, Quat turn, Vec3 move, bool held,
     voxel_world_read(world);
 }
 
-static void a_scene_moved_as_a_whole_does_the_same_there(void **state)
+TEST(a_scene_moved_as_a_whole_does_the_same_there)
 {
-    (void)state;
     const Quat turn = quat_from_rotation(vec3(0.5, -1.2, 2.0));
     const Vec3 move = {0.7, -0.4, 0.2};
     for (int held = 0; held < 2; held++)
@@ -263,17 +257,4 @@ static void a_scene_moved_as_a_whole_does_the_same_there(void **state)
             voxel_world_destroy(&here);
             voxel_world_destroy(&there);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_level_of_instructions_gives_the_same_bits),
-        cmocka_unit_test(a_second_build_gives_the_same_bits),
-        cmocka_unit_test(after_a_reset_all_begins_anew),
-        cmocka_unit_test(a_state_put_away_goes_on_with_the_same_bits),
-        cmocka_unit_test(states_that_cannot_be_are_seen),
-        cmocka_unit_test(a_scene_moved_as_a_whole_does_the_same_there),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // The real body at its default time step: from any shape back to the rest shape, in both
 // precisions, soft and hard, compressible and hardly so; and bad numbers, which cost a tick or two.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_reference.h"
 #include "voxel_world.h"
@@ -85,26 +85,23 @@ static void expect_recovery(Start start, Precision precision, double modulus, do
     voxel_world_destroy(&world);
 }
 
-static void every_start_recovers_in_both_precisions(void **state)
+TEST(every_start_recovers_in_both_precisions)
 {
-    (void)state;
     for (int start = 0; start < STARTS; start++)
         for (int precision = 0; precision < PRECISION_COUNT; precision++)
             expect_recovery((Start)start, (Precision)precision, 1e4, 0.0, 1500, 1e-3);
 }
 
-static void soft_and_hard_bodies_recover(void **state)
+TEST(soft_and_hard_bodies_recover)
 {
-    (void)state;
     static const double moduli[3] = {1e3, 1e6, 1e9};
     for (int k = 0; k < 3; k++)
         for (int precision = 0; precision < PRECISION_COUNT; precision++)
             expect_recovery(NOISE, (Precision)precision, moduli[k], 0.0, 1500, 1e-3);
 }
 
-static void hardly_compressible_bodies_recover(void **state)
+TEST(hardly_compressible_bodies_recover)
 {
-    (void)state;
     static const double nu[3] = {0.3, 0.45, 0.49};
     for (int k = 0; k < 3; k++) // with 0.49 the steps are seven times as short
         expect_recovery(NOISE, PRECISION_SINGLE, 1e4, nu[k], k == 2 ? 4000 : 2000, 1e-2);
@@ -134,9 +131,8 @@ static void expect_sound_again(VoxelWorld *world, const VoxelWorldOptions *optio
 
 // A velocity that is no number, or that takes its vertex out of the world in a tick, costs one
 // tick: the body stops where it was before.
-static void bad_velocities_cost_a_tick(void **state)
+TEST(bad_velocities_cost_a_tick)
 {
-    (void)state;
     static const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e30, -1e20,
                                  1e12};
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
@@ -163,9 +159,8 @@ static void bad_velocities_cost_a_tick(void **state)
 }
 
 // Places that are no numbers are none to go back to: the body returns to its rest shape.
-static void bad_places_cost_a_tick_and_the_shape(void **state)
+TEST(bad_places_cost_a_tick_and_the_shape)
 {
-    (void)state;
     static const double bad[3] = {(double)NAN, (double)INFINITY, 1e30};
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int k = 0; k < 3; k++) {
@@ -185,9 +180,8 @@ static void bad_places_cost_a_tick_and_the_shape(void **state)
 }
 
 // One vertex thrown at any speed: whether the body bears it or is restored, it comes back.
-static void a_thrown_vertex_comes_back(void **state)
+TEST(a_thrown_vertex_comes_back)
 {
-    (void)state;
     static const double speeds[] = {1e2, 1e5, 1e6, 1e8, 1e11, 1e18};
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (size_t k = 0; k < sizeof speeds / sizeof *speeds; k++) {
@@ -204,17 +198,4 @@ static void a_thrown_vertex_comes_back(void **state)
                           (int)world.body->resets);
             voxel_world_destroy(&world);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_start_recovers_in_both_precisions),
-        cmocka_unit_test(soft_and_hard_bodies_recover),
-        cmocka_unit_test(hardly_compressible_bodies_recover),
-        cmocka_unit_test(bad_velocities_cost_a_tick),
-        cmocka_unit_test(bad_places_cost_a_tick_and_the_shape),
-        cmocka_unit_test(a_thrown_vertex_comes_back),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // The best rotation of a deformation, against one that shares nothing with the code: singula//
 // tr(R^T A) / |A| values by one-sided Jacobi in quadruple precision, R = U diag(1, 1, det) V^T.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "voxel/rotation.h"
@@ -230,9 +230,8 @@ static void expect_fits_reference(uint64_t *random, const double s[3], double sc
     expect_same((const double(*)[3])r, (const double(*)[3])expected.rotation, 1e-14 / gap);
 }
 
-static void small_strains_give_the_polar_rotation(void **state)
+TEST(small_strains_give_the_polar_rotation)
 {
-    (void)state;
     uint64_t random = 11;
     for (int n = 0; n < EFFORT(4000); n++) {
         double s[3];
@@ -242,9 +241,8 @@ static void small_strains_give_the_polar_rotation(void **state)
     }
 }
 
-static void large_stretches_give_the_polar_rotation(void **state)
+TEST(large_stretches_give_the_polar_rotation)
 {
-    (void)state;
     uint64_t random = 12;
     for (int n = 0; n < EFFORT(4000); n++) {
         double s[3];
@@ -254,9 +252,8 @@ static void large_stretches_give_the_polar_rotation(void **state)
     }
 }
 
-static void inverted_states_give_the_best_rotation_not_a_reflection(void **state)
+TEST(inverted_states_give_the_best_rotation_not_a_reflection)
 {
-    (void)state;
     uint64_t random = 13;
     for (int n = 0; n < EFFORT(4000); n++) {
         double s[3] = {random_between(&random, 0.5, 1.5), random_between(&random, 0.5, 1.5),
@@ -265,9 +262,8 @@ static void inverted_states_give_the_best_rotation_not_a_reflection(void **state
     }
 }
 
-static void flat_states_give_the_best_rotation(void **state)
+TEST(flat_states_give_the_best_rotation)
 {
-    (void)state;
     uint64_t random = 14;
     for (int n = 0; n < EFFORT(4000); n++) {
         double s[3] = {random_between(&random, 0.3, 2.3), random_between(&random, 0.3, 2.3), 0.0};
@@ -277,9 +273,8 @@ static void flat_states_give_the_best_rotation(void **state)
 
 // Down to a distance of 1e-12 from the line and from the mirror image, through both ways of
 // fitting.
-static void nearly_ambiguous_states_give_the_best_rotation(void **state)
+TEST(nearly_ambiguous_states_give_the_best_rotation)
 {
-    (void)state;
     uint64_t random = 15;
     for (int n = 0; n < EFFORT(4000); n++) {
         double gap = pow(10.0, random_between(&random, -12.0, 0.0));
@@ -289,9 +284,8 @@ static void nearly_ambiguous_states_give_the_best_rotation(void **state)
     }
 }
 
-static void magnitude_does_not_matter(void **state)
+TEST(magnitude_does_not_matter)
 {
-    (void)state;
     uint64_t random = 16;
     static const double SCALE[] = {1e-6, 1e6, 0x1p-900, 0x1p+900};
     for (int n = 0; n < EFFORT(4000); n++) {
@@ -325,9 +319,8 @@ static void magnitude_does_not_matter(void **state)
 
 // Exactly ambiguous: a point, lines along axes, mirror images along axes. Nothing else in A says
 // which, so the result is the nearest of the best to `last`: it turns only as far as A asks.
-static void where_the_state_does_not_decide_the_last_rotation_does(void **state)
+TEST(where_the_state_does_not_decide_the_last_rotation_does)
 {
-    (void)state;
     uint64_t random = 17;
     for (int n = 0; n < EFFORT(2000); n++) {
         static const double POINT[3][3], LINE[3][3] = {{2.0}};
@@ -356,9 +349,8 @@ static void where_the_state_does_not_decide_the_last_rotation_does(void **state)
 }
 
 // The result depends on `last` only where A leaves the choice.
-static void otherwise_the_last_rotation_does_not_matter(void **state)
+TEST(otherwise_the_last_rotation_does_not_matter)
 {
-    (void)state;
     uint64_t random = 18;
     for (int n = 0; n < EFFORT(2000); n++) {
         double s[3] = {1.0, random_between(&random, 0.5, 1.0), random_between(&random, -0.4, 1.0)};
@@ -371,9 +363,8 @@ static void otherwise_the_last_rotation_does_not_matter(void **state)
     }
 }
 
-static void what_is_not_a_number_leaves_the_last_rotation(void **state)
+TEST(what_is_not_a_number_leaves_the_last_rotation)
 {
-    (void)state;
     static const double BAD[] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
     for (int n = 0; n < 27; n++) {
         double a[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}, r[3][3], before[3][3];
@@ -391,9 +382,8 @@ static void what_is_not_a_number_leaves_the_last_rotation(void **state)
 }
 
 // As the kernels use it: exact where it says so with enough steps, and no moment in any case.
-static void foam_alone_says_where_it_is_exact(void **state)
+TEST(foam_alone_says_where_it_is_exact)
 {
-    (void)state;
     uint64_t random = 19;
     for (int n = 0; n < EFFORT(4000); n++) {
         double s[3] = {random_between(&random, 0.3, 2.3), random_between(&random, 0.3, 2.3),
@@ -424,9 +414,8 @@ static void foam_alone_says_where_it_is_exact(void **state)
     assert_false(rotation_foam(POINT, 6, r, &trace));
 }
 
-static void in_the_plane_the_fit_is_exact_and_keeps_its_last_where_nothing_is_said(void **state)
+TEST(in_the_plane_the_fit_is_exact_and_keeps_its_last_where_nothing_is_said)
 {
-    (void)state;
     uint64_t random = 20;
     for (int n = 0; n < 2000; n++) {
         double a[2][2], cs[2] = {0.6, 0.8}, scale = pow(10.0, random_between(&random, -6.0, 6.0));
@@ -447,22 +436,4 @@ static void in_the_plane_the_fit_is_exact_and_keeps_its_last_where_nothing_is_sa
     double nothing[2][2] = {{(double)NAN, 0.0}, {0.0, 1.0}}, cs[2] = {0.6, 0.8};
     rotation_fit_plane((const double(*)[2])nothing, 1.0, cs);
     assert_true(cs[0] == 0.6 && cs[1] == 0.8);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(small_strains_give_the_polar_rotation),
-        cmocka_unit_test(large_stretches_give_the_polar_rotation),
-        cmocka_unit_test(inverted_states_give_the_best_rotation_not_a_reflection),
-        cmocka_unit_test(flat_states_give_the_best_rotation),
-        cmocka_unit_test(nearly_ambiguous_states_give_the_best_rotation),
-        cmocka_unit_test(magnitude_does_not_matter),
-        cmocka_unit_test(where_the_state_does_not_decide_the_last_rotation_does),
-        cmocka_unit_test(otherwise_the_last_rotation_does_not_matter),
-        cmocka_unit_test(what_is_not_a_number_leaves_the_last_rotation),
-        cmocka_unit_test(foam_alone_says_where_it_is_exact),
-        cmocka_unit_test(in_the_plane_the_fit_is_exact_and_keeps_its_last_where_nothing_is_said),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Single precision against double, after a second: also far from the origin, spinning, travelling
 // and turned. What rounds is the displacement in a frame that moves along, not the place.
-#include "expect.h"
+#include "test.h"
 #include "voxel_world.h"
 
 typedef struct Motion {
@@ -98,9 +98,8 @@ static void expect_alike(const char *what, const Motion *motion)
 static const Vec3 FAR = {600.0, -300.0, 100.0};
 static const Quat TURNED = {0.7, 0.1, -0.5, 0.5}; // unit
 
-static void held_bodies_swing_alike(void **state)
+TEST(held_bodies_swing_alike)
 {
-    (void)state;
     for (int k = 0; k < 2; k++) {
         Motion motion = {.shape = cube,
                          .turn = QUAT_NONE,
@@ -112,9 +111,8 @@ static void held_bodies_swing_alike(void **state)
     }
 }
 
-static void free_bodies_swing_and_spin_alike(void **state)
+TEST(free_bodies_swing_and_spin_alike)
 {
-    (void)state;
     for (int k = 0; k < 2; k++) {
         Motion motion = {.shape = cube,
                          .turn = QUAT_NONE,
@@ -128,9 +126,8 @@ static void free_bodies_swing_and_spin_alike(void **state)
     }
 }
 
-static void travellers_keep_their_accuracy_far_away(void **state)
+TEST(travellers_keep_their_accuracy_far_away)
 {
-    (void)state;
     for (int k = 0; k < 2; k++) {
         Motion motion = {.shape = cube,
                          .at = FAR,
@@ -145,14 +142,4 @@ static void travellers_keep_their_accuracy_far_away(void **state)
         motion.shape = voxel_world_corner;
         expect_alike("travelling corner of three materials", &motion);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(held_bodies_swing_alike),
-        cmocka_unit_test(free_bodies_swing_and_spin_alike),
-        cmocka_unit_test(travellers_keep_their_accuracy_far_away),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // A display surface carried by the elements: it moves rigidly and affinely as they do, has the ids
 // of its file, and is refused where no element is near. And what is published without one.
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_world.h"
 
@@ -92,9 +92,8 @@ static void expect_follows(Dressed *dressed, const Map *map)
 
 static const double NONE[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
 
-static void a_skin_at_rest_is_its_file(void **state)
+TEST(a_skin_at_rest_is_its_file)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         Dressed dressed;
         dress(&dressed, (Precision)precision, vec3(0.3, -0.2, 0.1),
@@ -110,9 +109,8 @@ static void a_skin_at_rest_is_its_file(void **state)
     }
 }
 
-static void a_skin_follows_rigid_and_affine_motion(void **state)
+TEST(a_skin_follows_rigid_and_affine_motion)
 {
-    (void)state;
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int k = 0; k < 3; k++) {
             Dressed dressed;
@@ -135,9 +133,8 @@ static void a_skin_follows_rigid_and_affine_motion(void **state)
         }
 }
 
-static void a_skin_has_the_triangles_and_ids_of_its_file(void **state)
+TEST(a_skin_has_the_triangles_and_ids_of_its_file)
 {
-    (void)state;
     Dressed dressed;
     dress(&dressed, PRECISION_SINGLE, vec3(0.0, 0.0, 0.0), QUAT_NONE);
     const BodyMesh *mesh = &dressed.world.body->mesh;
@@ -181,9 +178,8 @@ static bool is_refused(Vec3 move, double scale, char *why, size_t size)
     return !made;
 }
 
-static void a_skin_elsewhere_is_refused(void **state)
+TEST(a_skin_elsewhere_is_refused)
 {
-    (void)state;
     char why[512];
     assert_false(is_refused(vec3(0.0, 0.0, 0.0), 1.0, why, sizeof why));
     assert_false(is_refused(vec3(0.0, 0.03, 0.0), 1.0, why, sizeof why)); // within four cells
@@ -195,9 +191,8 @@ static void a_skin_elsewhere_is_refused(void **state)
 }
 
 // Without a skin: the outer vertices, or all; their places and velocities as floats.
-static void without_a_skin_vertices_are_published(void **state)
+TEST(without_a_skin_vertices_are_published)
 {
-    (void)state;
     for (int all = 0; all < 2; all++)
         for (int precision = 0; precision < PRECISION_COUNT; precision++) {
             VoxelWorldOptions options = voxel_world_cube(8);
@@ -238,16 +233,4 @@ static void without_a_skin_vertices_are_published(void **state)
             free(v);
             voxel_world_destroy(&world);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_skin_at_rest_is_its_file),
-        cmocka_unit_test(a_skin_follows_rigid_and_affine_motion),
-        cmocka_unit_test(a_skin_has_the_triangles_and_ids_of_its_file),
-        cmocka_unit_test(a_skin_elsewhere_is_refused),
-        cmocka_unit_test(without_a_skin_vertices_are_published),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // against its share of the masses, and so no assembly has. In a body the bound is reached. With
 // damping beta = xi dt0 symplectic Euler is stable up to dt0 (sqrt(1 + xi^2) - xi): 0.82 for 0.2.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_bench.h"
 #include "voxel_world.h"
@@ -34,23 +34,20 @@ static double growth(double step, double poisson_ratio, double damping)
 
 // Kinetic energy at the ends of steps is not the conserved one: near the bound it may be twice as
 // large. An instability grows until elements turn over, some hundred times the energy of the start.
-static void the_bound_is_safe_and_sharp(void **state)
+TEST(the_bound_is_safe_and_sharp)
 {
-    (void)state;
     expect_at_most(growth(0.95, 0.0, 0.0), 5.0);
     expect_at_most(growth(1.00, 0.0, 0.0), 5.0);
     expect_at_least(growth(1.05, 0.0, 0.0), 100.0);
 }
 
-static void the_bound_holds_for_nearly_incompressible_bodies(void **state)
+TEST(the_bound_holds_for_nearly_incompressible_bodies)
 {
-    (void)state;
     expect_at_most(growth(1.00, 0.45, 0.0), 5.0);
 }
 
-static void damping_lowers_the_bound_as_predicted(void **state)
+TEST(damping_lowers_the_bound_as_predicted)
 {
-    (void)state;
     expect_at_most(growth(0.81, 0.0, 0.2), 5.0);
     expect_at_least(growth(0.90, 0.0, 0.2), 100.0);
 }
@@ -92,9 +89,8 @@ static double growth_of_body(double step, double poisson_ratio, double damping)
 
 // Beyond the bound of nu = 0.45 only what fills a cube's corners could be unstable, and a free cube
 // has little of it: 1.10 is stable too.
-static void the_body_in_a_scene_has_the_same_bound(void **state)
+TEST(the_body_in_a_scene_has_the_same_bound)
 {
-    (void)state;
     expect_at_most(growth_of_body(0.95, 0.0, 0.0), 5.0);
     expect_at_most(growth_of_body(1.00, 0.0, 0.0), 5.0);
     expect_at_least(growth_of_body(1.05, 0.0, 0.0), 100.0);
@@ -103,15 +99,4 @@ static void the_body_in_a_scene_has_the_same_bound(void **state)
     expect_at_most(growth_of_body(1.10, 0.45, 0.0), 5.0);
     expect_at_most(growth_of_body(0.81, 0.0, 0.2), 5.0);
     expect_at_least(growth_of_body(0.90, 0.0, 0.2), 100.0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_bound_is_safe_and_sharp),
-        cmocka_unit_test(the_bound_holds_for_nearly_incompressible_bodies),
-        cmocka_unit_test(damping_lowers_the_bound_as_predicted),
-        cmocka_unit_test(the_body_in_a_scene_has_the_same_bound),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

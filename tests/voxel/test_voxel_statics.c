@@ -5,7 +5,7 @@
 // vector (H/4, H/2), which is not along its place (H/2, H/2)); how far it is off is part of what
 // these tests say.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_trials.h"
 
@@ -21,9 +21,8 @@ static VoxelBenchOptions with_law(int levels, double poisson_ratio, int law)
 }
 
 // 16 cells are the fewest with elements of level 2.
-static void uniform_deformation_is_in_balance_at_every_level(void **state)
+TEST(uniform_deformation_is_in_balance_at_every_level)
 {
-    (void)state;
     uint64_t random = 51;
     for (int law = 0; law < 3; law++) {
         VoxelBench bench;
@@ -43,9 +42,8 @@ static void uniform_deformation_is_in_balance_at_every_level(void **state)
     }
 }
 
-static void uniform_deformation_is_in_balance_in_random_bodies(void **state)
+TEST(uniform_deformation_is_in_balance_in_random_bodies)
 {
-    (void)state;
     uint64_t random = 52;
     int hanging = 0;
     for (int n = 0; n < EFFORT(12); n++) {
@@ -62,9 +60,8 @@ static void uniform_deformation_is_in_balance_in_random_bodies(void **state)
 
 // The law is linear in the stretches (Biot strain), so that a bar in tension has exactly E and nu
 // at any strain.
-static void a_bar_of_several_levels_has_its_modulus_and_thins_as_it_should(void **state)
+TEST(a_bar_of_several_levels_has_its_modulus_and_thins_as_it_should)
 {
-    (void)state;
     for (int n = 0; n < 3; n++) {
         static const double RATIO[] = {0.0, 0.3, 0.45};
         VoxelBenchOptions options = with_law(2, RATIO[n], 0);
@@ -80,9 +77,8 @@ static void a_bar_of_several_levels_has_its_modulus_and_thins_as_it_should(void 
 
 // Vertices within give way where sizes change: E is off by a percent or several, and places by
 // more. Ranges, as neither is a value that another model confirms.
-static void a_bar_of_the_paper_s_elements_is_off_by_percents(void **state)
+TEST(a_bar_of_the_paper_s_elements_is_off_by_percents)
 {
-    (void)state;
     for (int law = 1; law < 3; law++) {
         VoxelBenchOptions options = with_law(2, 0.0, law);
         Tension t = trial_tension(&options);
@@ -95,9 +91,8 @@ static void a_bar_of_the_paper_s_elements_is_off_by_percents(void **state)
     }
 }
 
-static void inside_of_a_sheared_block_follows_exactly(void **state)
+TEST(inside_of_a_sheared_block_follows_exactly)
 {
-    (void)state;
     uint64_t random = 53;
     for (int n = 0; n < 4; n++) {
         VoxelBenchOptions options = with_law(2, n == 1 ? 0.3 : 0.0, n < 2 ? 0 : n - 1);
@@ -108,16 +103,4 @@ static void inside_of_a_sheared_block_follows_exactly(void **state)
         else // the paper's: a good part of a cell's own shear
             expect_at_least(error, 0.02);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(uniform_deformation_is_in_balance_at_every_level),
-        cmocka_unit_test(uniform_deformation_is_in_balance_in_random_bodies),
-        cmocka_unit_test(a_bar_of_several_levels_has_its_modulus_and_thins_as_it_should),
-        cmocka_unit_test(a_bar_of_the_paper_s_elements_is_off_by_percents),
-        cmocka_unit_test(inside_of_a_sheared_block_follows_exactly),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

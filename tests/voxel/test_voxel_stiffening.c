@@ -1,7 +1,7 @@
 // Stiffening: forces against the energy, the curve of a bar, what a free body keeps, energy from
 // wild starts, states, cuts, threads, tearing.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_world.h"
 
@@ -110,9 +110,8 @@ static void expect_slope(VoxelWorld *world, const Vec3 *x, uint64_t *random)
 // Strained by up to 20 %, turned, with noise, crushed in places: far below the knee, about it and
 // beyond it, cubes and elements with hanging vertices, relaxing ones, before and after a cut that
 // divides some.
-static void forces_are_the_slope_of_the_energy(void **state)
+TEST(forces_are_the_slope_of_the_energy)
 {
-    (void)state;
     static const MaxwellBranch BRANCH = {0.1, 0.3, true};
     static const Stiffening LAWS[] = {{1.0, 10.0}, {0.1, 10.0}, {0.02, 100.0}, {0.3, 3.0}};
     static const double NOISE[] = {1e-3, 4e-3}; // of cells of 12.5 mm: crushed ones with the second
@@ -153,9 +152,8 @@ static void forces_are_the_slope_of_the_energy(void **state)
 // A bar stretched or shortened by e, its sides narrower by nu e as a free bar's are: its stress is
 // E e exp((e/s)^2) up to the strain s sqrt(q_c), and from there on a straight line with the slope
 // cap E. Here q_c is the root of (1 + 2 q) exp(q) = cap by bisection.
-static void a_bar_follows_the_closed_form(void **state)
+TEST(a_bar_follows_the_closed_form)
 {
-    (void)state;
     static const Stiffening LAWS[] = {{0.15, 10.0}, {0.3, 2.0}, {0.1, 100.0}};
     const double modulus = 1e4, side = 0.05;
     for (int k = 0; k < 6; k++) {
@@ -228,9 +226,8 @@ static void make_free(VoxelWorld *world, Precision precision, bool cuttable, boo
 }
 
 // Rounding of some thousand substeps, a few per cent beyond the strain of the law.
-static void a_free_body_keeps_its_momentum(void **state)
+TEST(a_free_body_keeps_its_momentum)
 {
-    (void)state;
     for (int k = 0; k < 4; k++) {
         const bool single = k % 2 != 0;
         VoxelWorld world;
@@ -313,9 +310,8 @@ static double growth_of(const Trial *trial, double *left)
 // From any start, with the default damping. With steps a fiftieth of the critical one at rest
 // energy falls in every tick. With the longest ones, at which leapfrog's swings within a step (by
 // 6e-3 of the first, of the linear law too), it is gone in 0.4 s.
-static void energy_falls_from_any_start(void **state)
+TEST(energy_falls_from_any_start)
 {
-    (void)state;
     static const Stiffening LAWS[] = {{0.15, 10.0}, {0.3, 50.0}, {0.05, 100.0}};
     for (int k = 0; k < EFFORT(3 * STARTS); k++) {
         Trial trial = {.start = (Start)(k % STARTS),
@@ -339,9 +335,8 @@ static void energy_falls_from_any_start(void **state)
 // ---------------------------------------------------------------------------------------------
 // States, threads, cuts, tears
 
-static void threads_give_the_same_bits(void **state)
+TEST(threads_give_the_same_bits)
 {
-    (void)state;
     for (int k = 0; k < 4; k++) {
         uint64_t hash[2];
         for (int threads = 1; threads <= 2; threads++) {
@@ -361,9 +356,8 @@ static void threads_give_the_same_bits(void **state)
 
 // A body is cut in the middle of its motion; from a state before that, all of it repeats. A cut
 // gives no energy.
-static void states_repeat_through_a_cut(void **state)
+TEST(states_repeat_through_a_cut)
 {
-    (void)state;
     VoxelWorld world;
     make_free(&world, PRECISION_DOUBLE, true, true, NULL);
     voxel_world_run(&world, 0.02);
@@ -432,9 +426,8 @@ static double tears_at(Stiffening law, double stress)
 
 // In the middle of a body a crack begins at 1.5 times the strength, at a front, where the outer
 // faces are, at the strength itself. Steps of the strain are 0.005.
-static void a_stiffening_bar_tears_at_its_stress(void **state)
+TEST(a_stiffening_bar_tears_at_its_stress)
 {
-    (void)state;
     const Stiffening law = {0.2, 100.0};
     const double linear = tears_at((Stiffening){0.0, 1.0}, 4000.0), stiff = tears_at(law, 4000.0);
     print_message("tears at strains of %.3f, stiffening at %.3f\n", linear, stiff);
@@ -443,18 +436,4 @@ static void a_stiffening_bar_tears_at_its_stress(void **state)
     while (1e4 * strain * exp(strain * strain / 0.04) < 4000.0)
         strain += 1e-4;
     expect_near(stiff, strain, 0.011);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forces_are_the_slope_of_the_energy),
-        cmocka_unit_test(a_bar_follows_the_closed_form),
-        cmocka_unit_test(a_free_body_keeps_its_momentum),
-        cmocka_unit_test(energy_falls_from_any_start),
-        cmocka_unit_test(threads_give_the_same_bits),
-        cmocka_unit_test(states_repeat_through_a_cut),
-        cmocka_unit_test(a_stiffening_bar_tears_at_its_stress),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

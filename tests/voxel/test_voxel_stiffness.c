@@ -1,16 +1,15 @@
 // The stiffness that contacts with voxel bodies tell: positive, about what a slow hand feels, and
 // rather too stiff than too soft.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "stiffness_trial.h"
 #include "voxel_world.h"
 
 // No prestress is in it, only how elements resist about their present rotation. Measured here: 0.21
 // to 0.30 over all, 1.2 along the normal at the small balls. The large ones need more than a patch:
 // there what the press showed is told, 0.76 along the normal, since it was quick (5 cm/s).
-static void voxels_tell_what_a_slow_hand_feels(void **state)
+TEST(voxels_tell_what_a_slow_hand_feels)
 {
-    (void)state;
     static const FixedRegion bottom = {
         .kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, -0.0499}};
     for (int k = 0; k < EFFORT(8); k++) {
@@ -44,12 +43,4 @@ static void voxels_tell_what_a_slow_hand_feels(void **state)
         expect_at_most(verdict.error, 0.35);
         voxel_world_destroy(&world);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(voxels_tell_what_a_slow_hand_feels),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-#include "expect.h"
+#include "test.h"
 #include "effort.h"
 #include "random.h"
 
@@ -16,9 +16,8 @@ static bool is_present(unsigned mask, int node)
     return node < NODE_CORNERS || (mask >> (node - NODE_CORNERS) & 1);
 }
 
-static void places_follow_the_mask(void **unused)
+TEST(places_follow_the_mask)
 {
-    (void)unused;
     uint64_t seed = 11;
     for (int round = 0; round < 1000; round++) {
         unsigned mask = (unsigned)random_below(&seed, MASKS);
@@ -40,9 +39,8 @@ static void places_follow_the_mask(void **unused)
     }
 }
 
-static void offsets_name_corners_then_edges_then_faces(void **unused)
+TEST(offsets_name_corners_then_edges_then_faces)
 {
-    (void)unused;
     for (int node = 0; node < NODE_COUNT; node++) {
         const signed char *o = NODE_OFFSET[node];
         int middles = (o[0] == 1) + (o[1] == 1) + (o[2] == 1);
@@ -87,9 +85,8 @@ static void expect_identities(const Template *t)
 }
 
 // Whatever vertices hang: also those that no layout without cuts shows.
-static void identities_hold_for_every_mask(void **unused)
+TEST(identities_hold_for_every_mask)
 {
-    (void)unused;
     for (unsigned i = 0; i < EFFORT(MASKS); i++) {
         Template t;
         template_create(&t, i * 40503u % MASKS); // an odd factor: each mask once
@@ -97,9 +94,8 @@ static void identities_hold_for_every_mask(void **unused)
     }
 }
 
-static void cube_of_eight_corners_is_that_of_the_paper(void **unused)
+TEST(cube_of_eight_corners_is_that_of_the_paper)
 {
-    (void)unused;
     Template t;
     template_create(&t, 0);
     assert_int_equal(t.count, 8);
@@ -113,9 +109,8 @@ static void cube_of_eight_corners_is_that_of_the_paper(void **unused)
         assert_true(t.spread[d] == 2.0);
 }
 
-static void full_cube_weighs_its_nodes_by_kind(void **unused)
+TEST(full_cube_weighs_its_nodes_by_kind)
 {
-    (void)unused;
     Template t;
     template_create(&t, MASKS - 1);
     assert_int_equal(t.count, NODE_COUNT);
@@ -126,9 +121,8 @@ static void full_cube_weighs_its_nodes_by_kind(void **unused)
 // The volume above a face when one of its vertices is pushed outwards by 1, by hand: a quarter of
 // the area of each square around that vertex, so bilinear is the roof over them. Squares have an
 // area of 1/4 on the refined face +x and of 1 on -x.
-static void refined_face_swells_by_its_roof(void **unused)
+TEST(refined_face_swells_by_its_roof)
 {
-    (void)unused;
     // face +x with its four mid-edges and its middle
     unsigned mask = 0;
     for (int node = NODE_CORNERS; node < NODE_COUNT; node++)
@@ -142,17 +136,4 @@ static void refined_face_swells_by_its_roof(void **unused)
         double roof = o[0] == 2 ? squares * 0.25 / 4.0 : -1.0 / 4.0;
         expect_near(t.area[i].x, roof, ROUNDING);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(places_follow_the_mask),
-        cmocka_unit_test(offsets_name_corners_then_edges_then_faces),
-        cmocka_unit_test(identities_hold_for_every_mask),
-        cmocka_unit_test(cube_of_eight_corners_is_that_of_the_paper),
-        cmocka_unit_test(full_cube_weighs_its_nodes_by_kind),
-        cmocka_unit_test(refined_face_swells_by_its_roof),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

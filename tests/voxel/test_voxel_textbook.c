@@ -1,6 +1,6 @@
 // The textbook's element, which the benchmark compares with, does the work that it claims to do.
 #include "bench/voxel_textbook.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_bench.h"
 
@@ -37,9 +37,8 @@ static Vec3 as_vec3(const double a[3])
 }
 
 // The same forces in one state, then the same way over 200 steps.
-static void moves_as_the_readable_element_does(void **state)
+TEST(moves_as_the_readable_element_does)
 {
-    (void)state;
     uint64_t random = 91;
     for (int n = 0; n < 2; n++) {
         VoxelBench bench;
@@ -75,12 +74,4 @@ static void moves_as_the_readable_element_does(void **state)
         voxel_textbook_destroy(&textbook);
         voxel_bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(moves_as_the_readable_element_does),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

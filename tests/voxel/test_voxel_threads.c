@@ -1,5 +1,5 @@
 // Threads that share the elements of a voxel body.
-#include "expect.h"
+#include "test.h"
 #include "voxel_world.h"
 
 // State after some ticks of a cube that swings under a load on its top; `soft`: damped by a time
@@ -46,9 +46,8 @@ static uint64_t run(int n, int threads, Precision precision, VoxelLaw law, bool 
 
 // 16^3 cells: 2528 elements, most with hanging vertices in batches of one shape and in mixed ones;
 // 8^3: too few to be shared.
-static void any_number_of_threads_gives_the_same_bits(void **state)
+TEST(any_number_of_threads_gives_the_same_bits)
 {
-    (void)state;
     for (int n = 8; n <= 16; n += 8)
         for (int precision = 0; precision < PRECISION_COUNT; precision++)
             for (int variant = 0; variant < 4; variant++) {
@@ -58,12 +57,4 @@ static void any_number_of_threads_gives_the_same_bits(void **state)
                 for (int threads = 2; threads <= 3; threads++)
                     assert_int_equal(run(n, threads, (Precision)precision, law, soft), one);
             }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_number_of_threads_gives_the_same_bits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // readable element: shapes with levels and materials, laws, integrators, gravity, held vertices,
 // loads, damping.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 #include "voxel_reference.h"
 #include "voxel_world.h"
@@ -110,35 +110,31 @@ static void run(const char *what, VoxelWorldOptions options, bool held, bool loa
     expect_same_motion(what, &scene);
 }
 
-static void a_graded_cube_moves_as_the_reference(void **state)
+TEST(a_graded_cube_moves_as_the_reference)
 {
-    (void)state;
     const IntegratorKind euler = INTEGRATOR_SYMPLECTIC_EULER, leapfrog = INTEGRATOR_LEAPFROG;
     run("cube, free", voxel_world_cube(8), false, false, 0.1, VOXEL_AFFINE, euler);
     run("cube, held", voxel_world_cube(8), true, true, 0.0, VOXEL_AFFINE, leapfrog);
     run("cube, held, 2004", voxel_world_cube(8), true, true, 0.0, VOXEL_MIYAZAKI2004, euler);
 }
 
-static void a_ball_moves_as_the_reference(void **state)
+TEST(a_ball_moves_as_the_reference)
 {
-    (void)state;
     const IntegratorKind euler = INTEGRATOR_SYMPLECTIC_EULER, leapfrog = INTEGRATOR_LEAPFROG;
     run("ball, free", voxel_world_ball(), false, true, 0.1, VOXEL_AFFINE, leapfrog);
     run("ball, free, 2004", voxel_world_ball(), false, false, 0.5, VOXEL_MIYAZAKI2004, leapfrog);
     run("ball, held", voxel_world_ball(), true, false, 0.1, VOXEL_AFFINE, euler);
 }
 
-static void a_corner_of_three_materials_moves_as_the_reference(void **state)
+TEST(a_corner_of_three_materials_moves_as_the_reference)
 {
-    (void)state;
     const IntegratorKind euler = INTEGRATOR_SYMPLECTIC_EULER, leapfrog = INTEGRATOR_LEAPFROG;
     run("corner, free", voxel_world_corner(), false, true, 0.05, VOXEL_AFFINE, euler);
     run("corner, held", voxel_world_corner(), true, true, 0.05, VOXEL_AFFINE, leapfrog);
 }
 
-static void bodies_without_damping_move_as_the_reference(void **state)
+TEST(bodies_without_damping_move_as_the_reference)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(8);
     options.body.damping = 0.0;
     run("cube, undamped", options, false, false, 0.05, VOXEL_AFFINE, INTEGRATOR_LEAPFROG);
@@ -147,22 +143,9 @@ static void bodies_without_damping_move_as_the_reference(void **state)
     run("corner, undamped", options, true, false, 0.02, VOXEL_AFFINE, INTEGRATOR_SYMPLECTIC_EULER);
 }
 
-static void a_turned_and_distant_body_moves_as_the_reference(void **state)
+TEST(a_turned_and_distant_body_moves_as_the_reference)
 {
-    (void)state;
     VoxelWorldOptions options = voxel_world_cube(8);
     options.lattice.turn = quat_from_rotation(vec3(0.7, -0.3, 1.9));
     run("cube, turned", options, false, false, 0.1, VOXEL_AFFINE, INTEGRATOR_SYMPLECTIC_EULER);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_graded_cube_moves_as_the_reference),
-        cmocka_unit_test(a_ball_moves_as_the_reference),
-        cmocka_unit_test(a_corner_of_three_materials_moves_as_the_reference),
-        cmocka_unit_test(bodies_without_damping_move_as_the_reference),
-        cmocka_unit_test(a_turned_and_distant_body_moves_as_the_reference),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

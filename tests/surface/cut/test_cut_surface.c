@@ -1,6 +1,6 @@
 // Cuts of triangle surfaces, found exactly: whatever the blade does, the outcome is a sound mesh,
 // a blade that goes all the way through separates, and one that ends inside does not.
-#include "expect.h"
+#include "test.h"
 
 #include "cut_blades.h"
 #include "effort.h"
@@ -175,9 +175,8 @@ static void random_cuts(int sequences)
     }
 }
 
-static void random_cuts_leave_a_sound_mesh(void **state)
+TEST(random_cuts_leave_a_sound_mesh)
 {
-    (void)state;
     const char *many = getenv("PLIANT_TEST_SEQUENCES"); // of each shape; 10,000 cuts: 334
     random_cuts(many ? atoi(many) : EFFORT(60));
 }
@@ -209,9 +208,8 @@ static void expect_bits_are_sides(const CutModel *model, Vec3 through, Vec3 norm
         }
 }
 
-static void whole_planes_separate_along_the_sides_of_centroids(void **state)
+TEST(whole_planes_separate_along_the_sides_of_centroids)
 {
-    (void)state;
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
         CutModel model;
         cut_model_create(&model, (CutShape)shape);
@@ -241,13 +239,4 @@ static void whole_planes_separate_along_the_sides_of_centroids(void **state)
                       more[0], more[1]);
         cut_model_destroy(&model);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_cuts_leave_a_sound_mesh),
-        cmocka_unit_test(whole_planes_separate_along_the_sides_of_centroids),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

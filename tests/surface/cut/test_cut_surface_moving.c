@@ -1,5 +1,5 @@
 // A blade that cuts tick by tick through a triangle surface that moves meanwhile.
-#include "expect.h"
+#include "test.h"
 
 #include "cut_blades.h"
 #include "effort.h"
@@ -102,9 +102,8 @@ static int expect_sound(CutModel *model)
     return pieces;
 }
 
-static void a_blade_that_passes_through_moving_tissue_separates_it(void **state)
+TEST(a_blade_that_passes_through_moving_tissue_separates_it)
 {
-    (void)state;
     // Of the tissue over that of the blade.
     const double speed[4] = {0.0, 0.02, 0.1, 0.4};
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
@@ -130,9 +129,8 @@ static void a_blade_that_passes_through_moving_tissue_separates_it(void **state)
 }
 
 // Links whose points the blade's edge meets exactly, at rest, in the grid of the integer points.
-static void strokes_through_vertices_and_centroids_separate_too(void **state)
+TEST(strokes_through_vertices_and_centroids_separate_too)
 {
-    (void)state;
     CutModel model;
     cut_model_create(&model, CUT_SHEET);
     uint64_t seed = 22;
@@ -154,9 +152,8 @@ static void strokes_through_vertices_and_centroids_separate_too(void **state)
     cut_model_destroy(&model);
 }
 
-static void a_blade_that_stops_inside_leaves_one_piece(void **state)
+TEST(a_blade_that_stops_inside_leaves_one_piece)
 {
-    (void)state;
     CutModel model;
     cut_model_create(&model, CUT_SPHERE);
     uint64_t seed = 23;
@@ -177,9 +174,8 @@ static void a_blade_that_stops_inside_leaves_one_piece(void **state)
 
 // A twisted sweep in n ticks and in 2 n: the sub-ticks are the same, and so are the links, but for
 // those that the edge passes within the rounding of its places: 1/2048 of an edge's length.
-static void twice_the_ticks_break_the_same_links(void **state)
+TEST(twice_the_ticks_break_the_same_links)
 {
-    (void)state;
     const double twist[2] = {0.3, 1.2}; // [rad]
     CutModel model;
     cut_model_create(&model, CUT_SPHERE);
@@ -210,9 +206,8 @@ static void twice_the_ticks_break_the_same_links(void **state)
 }
 
 // A stroke goes on the same after its state was copied out and in.
-static void a_stroke_is_part_of_the_state(void **state)
+TEST(a_stroke_is_part_of_the_state)
 {
-    (void)state;
     CutModel model;
     cut_model_create(&model, CUT_TUBE);
     uint64_t seed = 25;
@@ -252,16 +247,4 @@ static void a_stroke_is_part_of_the_state(void **state)
     free(bits);
     free(before);
     cut_model_destroy(&model);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_blade_that_passes_through_moving_tissue_separates_it),
-        cmocka_unit_test(strokes_through_vertices_and_centroids_separate_too),
-        cmocka_unit_test(a_blade_that_stops_inside_leaves_one_piece),
-        cmocka_unit_test(twice_the_ticks_break_the_same_links),
-        cmocka_unit_test(a_stroke_is_part_of_the_state),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 // What single cuts of a fresh triangle surface come to, and how well their path follows the blade.
-#include "expect.h"
+#include "test.h"
 
 #include "cut_blades.h"
 #include "effort.h"
@@ -66,9 +66,8 @@ static int inner_face(const CutModel *model, uint64_t *seed)
 
 // --- what cuts come to ---
 
-static void a_plane_makes_two_pieces_of_sphere_and_sheet(void **state)
+TEST(a_plane_makes_two_pieces_of_sphere_and_sheet)
 {
-    (void)state;
     for (int shape = CUT_SPHERE; shape <= CUT_SHEET; shape++) {
         CutModel model;
         cut_model_create(&model, (CutShape)shape);
@@ -91,9 +90,8 @@ static void a_plane_makes_two_pieces_of_sphere_and_sheet(void **state)
     }
 }
 
-static void closed_loops_free_a_disc_unless_the_blade_ends_inside(void **state)
+TEST(closed_loops_free_a_disc_unless_the_blade_ends_inside)
 {
-    (void)state;
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
         CutModel model;
         cut_model_create(&model, (CutShape)shape);
@@ -127,9 +125,8 @@ static void closed_loops_free_a_disc_unless_the_blade_ends_inside(void **state)
     }
 }
 
-static void half_a_loop_opens_one_border_and_frees_nothing(void **state)
+TEST(half_a_loop_opens_one_border_and_frees_nothing)
 {
-    (void)state;
     CutModel model;
     cut_model_create(&model, CUT_SPHERE);
     uint64_t seed = 6;
@@ -147,9 +144,8 @@ static void half_a_loop_opens_one_border_and_frees_nothing(void **state)
     cut_model_destroy(&model);
 }
 
-static void cuts_that_end_inside_leave_one_piece(void **state)
+TEST(cuts_that_end_inside_leave_one_piece)
 {
-    (void)state;
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
         CutModel model;
         cut_model_create(&model, (CutShape)shape);
@@ -173,9 +169,8 @@ static void cuts_that_end_inside_leave_one_piece(void **state)
 }
 
 // A cut that runs into an older one, and half an edge beyond, separates.
-static void t_cuts_with_half_an_edge_of_overlap_separate(void **state)
+TEST(t_cuts_with_half_an_edge_of_overlap_separate)
 {
-    (void)state;
     CutModel model;
     cut_model_create(&model, CUT_SHEET);
     uint64_t seed = 9;
@@ -200,9 +195,8 @@ static void t_cuts_with_half_an_edge_of_overlap_separate(void **state)
 
 // --- single links ---
 
-static void one_broken_link_copies_no_node_and_the_next_one_copies_one(void **state)
+TEST(one_broken_link_copies_no_node_and_the_next_one_copies_one)
 {
-    (void)state;
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
         CutModel model;
         cut_model_create(&model, (CutShape)shape);
@@ -296,9 +290,8 @@ static Quality quality_of(const CutModel *model, Vec3 through, Vec3 normal)
     return quality;
 }
 
-static void paths_stay_near_the_blade(void **state)
+TEST(paths_stay_near_the_blade)
 {
-    (void)state;
     enum { TRIALS = 300 };
     for (int shape = 0; shape < CUT_SHAPES; shape++)
         for (int care = CUT_PLAIN; care <= CUT_SNAPPED; care++) {
@@ -339,18 +332,4 @@ static void paths_stay_near_the_blade(void **state)
             }
             cut_model_destroy(&model);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_plane_makes_two_pieces_of_sphere_and_sheet),
-        cmocka_unit_test(closed_loops_free_a_disc_unless_the_blade_ends_inside),
-        cmocka_unit_test(half_a_loop_opens_one_border_and_frees_nothing),
-        cmocka_unit_test(cuts_that_end_inside_leave_one_piece),
-        cmocka_unit_test(t_cuts_with_half_an_edge_of_overlap_separate),
-        cmocka_unit_test(one_broken_link_copies_no_node_and_the_next_one_copies_one),
-        cmocka_unit_test(paths_stay_near_the_blade),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,7 @@
 #include "wall_bench.h"
 
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include <stdlib.h>
@@ -36,9 +36,8 @@ static int edge_opposite(const DetailBench *bench, int node, int edge)
     return edge;
 }
 
-static void one_broken_edge_opens_nothing_two_in_a_row_one_node(void **unused)
+TEST(one_broken_edge_opens_nothing_two_in_a_row_one_node)
 {
-    (void)unused;
     for (int levels = 0; levels < 3; levels++) {
         SurfaceOptions options = wall_options(levels, 0);
         DetailBench bench;
@@ -59,9 +58,8 @@ static void one_broken_edge_opens_nothing_two_in_a_row_one_node(void **unused)
 }
 
 // Any edges in any order: sums of mass and stiffness stay what they were, to rounding.
-static void random_edges_keep_every_invariant(void **unused)
+TEST(random_edges_keep_every_invariant)
 {
-    (void)unused;
     uint64_t random = 15;
     for (int i = 0; i < EFFORT(8); i++) {
         SurfaceOptions options = wall_options(i % 2 + 1, i % 2 + 1);
@@ -101,9 +99,8 @@ static int count_repeated(DetailBench *bench, const CutOptions *options)
     return outcome.separated;
 }
 
-static void random_cuts_keep_every_invariant(void **unused)
+TEST(random_cuts_keep_every_invariant)
 {
-    (void)unused;
     uint64_t random = 20261;
     int severed = 0, most_pieces = 0, copies = 0, repeats = 0, cuts = 0;
     const char *wanted = getenv("PLIANT_TEST_CUTS");
@@ -149,9 +146,8 @@ static void random_cuts_keep_every_invariant(void **unused)
 }
 
 // The most that can be said of a cut across the whole body, at rest.
-static void a_whole_plane_makes_two_pieces_of_a_sphere(void **unused)
+TEST(a_whole_plane_makes_two_pieces_of_a_sphere)
 {
-    (void)unused;
     uint64_t random = 5;
     for (int i = 0; i < EFFORT(12); i++) {
         SurfaceOptions options = wall_options(2, i % 3);
@@ -177,9 +173,8 @@ static void a_whole_plane_makes_two_pieces_of_a_sphere(void **unused)
 }
 
 // 75 mm along the sphere of radius 50 mm, into a body of level 2; how long it takes is printed.
-static void a_long_cut_opens_under_prestress(void **unused)
+TEST(a_long_cut_opens_under_prestress)
 {
-    (void)unused;
     SurfaceOptions options = wall_options(2, 0);
     DetailBench bench;
     wall_create(&bench, WALL_SPHERE, &options, 0.0);
@@ -220,16 +215,4 @@ static void a_long_cut_opens_under_prestress(void **unused)
     // Springs shortened by a tenth over a cut of 75 mm: millimetres.
     expect_at_least(widest, 1e-3);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(one_broken_edge_opens_nothing_two_in_a_row_one_node),
-        cmocka_unit_test(random_edges_keep_every_invariant),
-        cmocka_unit_test(random_cuts_keep_every_invariant),
-        cmocka_unit_test(a_whole_plane_makes_two_pieces_of_a_sphere),
-        cmocka_unit_test(a_long_cut_opens_under_prestress),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // that were there have what they had, and their copies the same.
 #include "wall_bench.h"
 
-#include "expect.h"
+#include "test.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -33,9 +33,8 @@ static Row *read_all(const DetailBench *bench)
     return row;
 }
 
-static void a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were(void **unused)
+TEST(a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were)
 {
-    (void)unused;
     for (int precision = 0; precision < 2; precision++) {
         const ToolOptions blade = {.id = 1,
                                    .kind = TOOL_BLADE,
@@ -85,12 +84,4 @@ static void a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were(void **u
         free(is);
         bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were),
-    };
-    return cmocka_run_group_tests_name("cut_wall_guard", tests, NULL, NULL);
 }

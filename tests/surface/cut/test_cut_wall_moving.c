@@ -3,7 +3,7 @@
 #include "wall_bench.h"
 
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 
@@ -29,9 +29,8 @@ static Vec3 momentum_of_piece(const DetailBench *bench, int piece, double *mass,
 }
 
 // Shape springs on frames of their own: nothing holds the pieces together.
-static void pieces_that_come_apart_move_apart(void **unused)
+TEST(pieces_that_come_apart_move_apart)
 {
-    (void)unused;
     for (int kind = 0; kind < 4; kind++) { // explicit ones, implicit ones soft and stiff
         const int precision = kind == 1;
         SurfaceOptions options = wall_options(1, 0);
@@ -106,9 +105,8 @@ static void stroke(DetailBench *bench, double way, int ticks, double offset, dou
     }
 }
 
-static void a_blade_through_moving_tissue_separates_it(void **unused)
+TEST(a_blade_through_moving_tissue_separates_it)
 {
-    (void)unused;
     uint64_t random = 88;
     int cuts = EFFORT(12), most = 0, copies = 0;
     double slowest = 0.0;
@@ -152,9 +150,8 @@ static const ToolOptions BALL = {.id = 1,
                                  .friction = -1.0};
 
 // A probe stays outside of a wall whose faces under it are cut, and is pushed by both lips.
-static void a_probe_presses_on_what_is_cut_under_it(void **unused)
+TEST(a_probe_presses_on_what_is_cut_under_it)
 {
-    (void)unused;
     for (int levels = 0; levels < 3; levels++) {
         SurfaceOptions options = wall_options(levels, 0);
         options.adaptive = levels == 2;
@@ -188,14 +185,4 @@ static void a_probe_presses_on_what_is_cut_under_it(void **unused)
         wall_expect_sound(&bench, &shape, 0);
         bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pieces_that_come_apart_move_apart),
-        cmocka_unit_test(a_blade_through_moving_tissue_separates_it),
-        cmocka_unit_test(a_probe_presses_on_what_is_cut_under_it),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // are at rest where they are put.
 #include "wall_bench.h"
 
-#include "expect.h"
+#include "test.h"
 #include "geometry/generator.h"
 #include "random.h"
 
@@ -96,9 +96,8 @@ static int count_snapped(const DetailCut *cut)
     return count;
 }
 
-static void an_unloaded_wall_stays_at_rest_when_it_is_cut(void **unused)
+TEST(an_unloaded_wall_stays_at_rest_when_it_is_cut)
 {
-    (void)unused;
     uint64_t random = 8;
     double most = 0.0;
     for (int i = 0; i < 72; i++) {
@@ -121,12 +120,4 @@ static void an_unloaded_wall_stays_at_rest_when_it_is_cut(void **unused)
         bench_destroy(&bench);
     }
     print_message("largest speed %.2g m/s\n", most);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_unloaded_wall_stays_at_rest_when_it_is_cut),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

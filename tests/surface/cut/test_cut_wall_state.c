@@ -2,16 +2,15 @@
 #include "wall_bench.h"
 
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static void what_does_not_fit_is_refused_and_changes_nothing(void **unused)
+TEST(what_does_not_fit_is_refused_and_changes_nothing)
 {
-    (void)unused;
     TriMesh mesh;
     fixture_sphere(&mesh);
     for (int which = 0; which < 2; which++) {
@@ -38,9 +37,8 @@ static void what_does_not_fit_is_refused_and_changes_nothing(void **unused)
 }
 
 // A body at its finest level from the start takes as many copies as it has room for, no more.
-static void copies_end_with_their_capacity(void **unused)
+TEST(copies_end_with_their_capacity)
 {
-    (void)unused;
     uint64_t random = 77;
     SurfaceOptions options = wall_options(0, 0);
     DetailBench bench;
@@ -75,9 +73,8 @@ static void prepare_cut_body(DetailBench *bench, uint64_t *random, int levels)
     }
 }
 
-static void a_cut_state_goes_on_elsewhere_with_the_same_bits(void **unused)
+TEST(a_cut_state_goes_on_elsewhere_with_the_same_bits)
 {
-    (void)unused;
     for (int levels = 0; levels < 3; levels++) {
         uint64_t random = 9 + (uint64_t)levels, other = 1234;
         DetailBench whole, rest;
@@ -110,9 +107,8 @@ static void a_cut_state_goes_on_elsewhere_with_the_same_bits(void **unused)
     }
 }
 
-static void a_reset_makes_it_whole_again(void **unused)
+TEST(a_reset_makes_it_whole_again)
 {
-    (void)unused;
     uint64_t random = 31;
     SurfaceOptions options = wall_options(2, 0);
     DetailBench bench;
@@ -136,9 +132,8 @@ static void a_reset_makes_it_whole_again(void **unused)
 }
 
 // Numbers of the state changed at random, as by a damaged file: found out, or harmless.
-static void a_cut_that_no_run_can_have_made_is_refused(void **unused)
+TEST(a_cut_that_no_run_can_have_made_is_refused)
 {
-    (void)unused;
     for (int levels = 0; levels < 3; levels++) {
         uint64_t random = 19;
         DetailBench bench;
@@ -175,16 +170,4 @@ static void a_cut_that_no_run_can_have_made_is_refused(void **unused)
         free(good);
         bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_does_not_fit_is_refused_and_changes_nothing),
-        cmocka_unit_test(copies_end_with_their_capacity),
-        cmocka_unit_test(a_cut_state_goes_on_elsewhere_with_the_same_bits),
-        cmocka_unit_test(a_reset_makes_it_whole_again),
-        cmocka_unit_test(a_cut_that_no_run_can_have_made_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

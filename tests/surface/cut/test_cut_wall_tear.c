@@ -1,7 +1,7 @@
 // Surface bodies that tear where they are stretched too far.
 #include "wall_check.h"
 
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 
 #include <stdlib.h>
@@ -58,9 +58,8 @@ static int run(DetailBench *bench, int ticks)
     return bench->detail->set.cut->piece_count;
 }
 
-static void a_sheet_within_its_strength_stays_whole(void **unused)
+TEST(a_sheet_within_its_strength_stays_whole)
 {
-    (void)unused;
     const Pull pull = {.start_level = 1};
     DetailBench bench;
     create(&bench, &pull);
@@ -74,9 +73,8 @@ static void a_sheet_within_its_strength_stays_whole(void **unused)
 
 // A body that goes back to its rest shape after its numbers went bad is as one that never was
 // stretched.
-static void a_sheet_that_went_back_to_rest_stays_whole(void **unused)
+TEST(a_sheet_that_went_back_to_rest_stays_whole)
 {
-    (void)unused;
     const Pull pull = {.start_level = 1};
     DetailBench bench;
     create(&bench, &pull);
@@ -91,9 +89,8 @@ static void a_sheet_that_went_back_to_rest_stays_whole(void **unused)
     bench_destroy(&bench);
 }
 
-static void a_notched_sheet_tears_from_its_notch_in_two(void **unused)
+TEST(a_notched_sheet_tears_from_its_notch_in_two)
 {
-    (void)unused;
     for (int start = 0; start < 2; start++) {
         const Pull pull = {.start_level = start, .notch = 0.055};
         DetailBench bench;
@@ -123,14 +120,4 @@ static void a_notched_sheet_tears_from_its_notch_in_two(void **unused)
         expect_at_most(farthest, 0.015); // an edge of the finest level is 10 mm to 14 mm
         bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_sheet_within_its_strength_stays_whole),
-        cmocka_unit_test(a_sheet_that_went_back_to_rest_stays_whole),
-        cmocka_unit_test(a_notched_sheet_tears_from_its_notch_in_two),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

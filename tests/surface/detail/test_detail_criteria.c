@@ -3,7 +3,7 @@
 // calm must last; how often faces are looked at; what the governor may set.
 #include "detail_bench.h"
 
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
@@ -92,9 +92,8 @@ static double mean_edge(const Levels *levels)
 enum { MIDDLE = 24, AROUND = 6, HALO = 24 };
 
 // (|f| / A_i) L_l / E2D against the threshold; A_i = m_i / rho_A.
-static void force_refines_at_its_threshold(void **unused)
+TEST(force_refines_at_its_threshold)
 {
-    (void)unused;
     for (int precision = 0; precision < 2; precision++)
         for (int over = 0; over < 2; over++) {
             SurfaceOptions options = adapting(1, 0.005, NEVER, NEVER, EVERY_TICK);
@@ -117,9 +116,8 @@ static void force_refines_at_its_threshold(void **unused)
 }
 
 // |v| / (c 2^l) in the world's frame.
-static void speed_refines_at_its_threshold(void **unused)
+TEST(speed_refines_at_its_threshold)
 {
-    (void)unused;
     for (int level = 0; level < 2; level++)
         for (int over = 0; over < 2; over++) {
             SurfaceOptions options = adapting(2, NEVER, 0.3, NEVER, EVERY_TICK);
@@ -150,9 +148,8 @@ static void fold(TriMesh *mesh, double rest)
     memcpy(mesh->triangle, triangle, sizeof triangle);
 }
 
-static void change_of_the_angle_refines_at_its_threshold(void **unused)
+TEST(change_of_the_angle_refines_at_its_threshold)
 {
-    (void)unused;
     static const double rests[3] = {0.0, 1.1, -2.0};
     static const double turns[6] = {0.399, 0.401, -0.399, -0.401, 1.5, -0.9};
     for (int r = 0; r < 3; r++)
@@ -172,9 +169,8 @@ static void change_of_the_angle_refines_at_its_threshold(void **unused)
 }
 
 // A body that moves as a whole is at rest as far as its shape goes: nothing to refine.
-static void rigid_motion_refines_nothing(void **unused)
+TEST(rigid_motion_refines_nothing)
 {
-    (void)unused;
     for (int kind = 0; kind < 8; kind++) {
         bool has_shape = (kind & 2) != 0;
         SurfaceOptions options = adapting(2, 0.005, 0.3, 0.4, EVERY_TICK);
@@ -224,9 +220,8 @@ static void set_eta(DetailBench *bench, double eta)
 }
 
 // Low mark 0.35: between it and 1 nothing happens, however long.
-static void faces_between_the_marks_stay(void **unused)
+TEST(faces_between_the_marks_stay)
 {
-    (void)unused;
     static const double etas[3] = {0.352, 0.6, 0.998};
     for (int k = 0; k < 3; k++) {
         DetailBench bench;
@@ -240,9 +235,8 @@ static void faces_between_the_marks_stay(void **unused)
 
 // 50 ms of calm, no less: and once they are over, at the next look at it. Whether leaves are calm
 // is asked in whole sweeps, as many as fit into 50 ms.
-static void calm_faces_are_taken_back_after_the_hold(void **unused)
+TEST(calm_faces_are_taken_back_after_the_hold)
 {
-    (void)unused;
     static const double rates[3] = {EVERY_TICK, 100.0, 40.0};
     for (int k = 0; k < 3; k++) {
         DetailBench bench;
@@ -266,9 +260,8 @@ static void calm_faces_are_taken_back_after_the_hold(void **unused)
     }
 }
 
-static void calm_that_is_interrupted_begins_anew(void **unused)
+TEST(calm_that_is_interrupted_begins_anew)
 {
-    (void)unused;
     DetailBench bench;
     create_refined(&bench, EVERY_TICK);
     int64_t step = 100;
@@ -285,9 +278,8 @@ static void calm_that_is_interrupted_begins_anew(void **unused)
 
 // All faces ask for refinement: those of a small body are looked at in one tick of a check period,
 // so that its topology changes once.
-static void a_small_body_is_looked_at_at_once_check_hz_times_a_second(void **unused)
+TEST(a_small_body_is_looked_at_at_once_check_hz_times_a_second)
 {
-    (void)unused;
     static const double rates[3] = {200.0, 100.0, 50.0};
     for (int k = 0; k < 3; k++) {
         SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, rates[k]);
@@ -309,9 +301,8 @@ static void a_small_body_is_looked_at_at_once_check_hz_times_a_second(void **unu
 
 // A large body in slices of 2048 leaves: no tick looks at more, and each face is looked at check_hz
 // times a second.
-static void a_large_body_is_looked_at_in_slices(void **unused)
+TEST(a_large_body_is_looked_at_in_slices)
 {
-    (void)unused;
     TriMesh mesh;
     Status status = {0};
     SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, 100.0);
@@ -334,9 +325,8 @@ static void a_large_body_is_looked_at_in_slices(void **unused)
 }
 
 // Where nothing happens a face is looked at in every fourth sweep; a load does not wait for it.
-static void a_face_at_ease_is_looked_at_in_every_fourth_sweep(void **unused)
+TEST(a_face_at_ease_is_looked_at_in_every_fourth_sweep)
 {
-    (void)unused;
     for (int loaded = 0; loaded < 2; loaded++) {
         SurfaceOptions options = adapting(1, 1e-9, 0.3, NEVER, EVERY_TICK);
         DetailBench bench;
@@ -362,9 +352,8 @@ static void a_face_at_ease_is_looked_at_in_every_fourth_sweep(void **unused)
 }
 
 // What cannot wait: with faces looked at once in ages, loads and tools still refine.
-static void a_new_load_refines_in_its_own_tick(void **unused)
+TEST(a_new_load_refines_in_its_own_tick)
 {
-    (void)unused;
     SurfaceOptions options = adapting(2, 0.005, 0.3, 0.4, 1e-9);
     DetailBench bench;
     create_sheet(&bench, &options, NULL);
@@ -381,9 +370,8 @@ static void a_new_load_refines_in_its_own_tick(void **unused)
     bench_destroy(&bench);
 }
 
-static void a_tool_that_presses_refines_in_the_next_tick(void **unused)
+TEST(a_tool_that_presses_refines_in_the_next_tick)
 {
-    (void)unused;
     const ToolOptions ball = {.id = 1,
                               .kind = TOOL_PROBE,
                               .capsule_count = 1,
@@ -415,9 +403,8 @@ static void a_tool_that_presses_refines_in_the_next_tick(void **unused)
 
 // A load is given to the nodes anew with every change of topology; only when it is new are all
 // faces looked at, which costs as much as hundreds of changes.
-static void a_load_that_follows_a_change_asks_for_no_look_at_all_faces(void **unused)
+TEST(a_load_that_follows_a_change_asks_for_no_look_at_all_faces)
 {
-    (void)unused;
     SurfaceOptions options = adapting(2, 0.005, NEVER, NEVER, 1e-9);
     const ToolOptions ball = {.id = 1,
                               .kind = TOOL_PROBE,
@@ -465,9 +452,8 @@ static int finest(const DetailBench *bench)
     return bench->body->finest_level;
 }
 
-static void the_governors_level_lowers_and_raises_the_finest_one(void **unused)
+TEST(the_governors_level_lowers_and_raises_the_finest_one)
 {
-    (void)unused;
     SurfaceOptions options = adapting(3, NEVER, 0.05, NEVER, 100.0);
     DetailBench bench;
     create_sphere(&bench, &options);
@@ -488,9 +474,8 @@ static void the_governors_level_lowers_and_raises_the_finest_one(void **unused)
     bench_destroy(&bench);
 }
 
-static void the_governors_scale_raises_all_thresholds(void **unused)
+TEST(the_governors_scale_raises_all_thresholds)
 {
-    (void)unused;
     SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, EVERY_TICK);
     DetailBench bench;
     create_sheet(&bench, &options, NULL);
@@ -507,9 +492,8 @@ static void the_governors_scale_raises_all_thresholds(void **unused)
     bench_destroy(&bench);
 }
 
-static void what_cannot_be_set_changes_nothing(void **unused)
+TEST(what_cannot_be_set_changes_nothing)
 {
-    (void)unused;
     SurfaceOptions options = adapting(2, 0.005, 0.3, 0.4, 100.0);
     DetailBench bench;
     create_sheet(&bench, &options, NULL);
@@ -533,27 +517,4 @@ static void what_cannot_be_set_changes_nothing(void **unused)
         sim_step(bench.sim);
     bench_expect_sound(&bench);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(force_refines_at_its_threshold),
-        cmocka_unit_test(speed_refines_at_its_threshold),
-        cmocka_unit_test(change_of_the_angle_refines_at_its_threshold),
-        cmocka_unit_test(rigid_motion_refines_nothing),
-        cmocka_unit_test(faces_between_the_marks_stay),
-        cmocka_unit_test(calm_faces_are_taken_back_after_the_hold),
-        cmocka_unit_test(calm_that_is_interrupted_begins_anew),
-        cmocka_unit_test(a_small_body_is_looked_at_at_once_check_hz_times_a_second),
-        cmocka_unit_test(a_large_body_is_looked_at_in_slices),
-        cmocka_unit_test(a_face_at_ease_is_looked_at_in_every_fourth_sweep),
-        cmocka_unit_test(a_new_load_refines_in_its_own_tick),
-        cmocka_unit_test(a_tool_that_presses_refines_in_the_next_tick),
-        cmocka_unit_test(a_load_that_follows_a_change_asks_for_no_look_at_all_faces),
-        cmocka_unit_test(the_governors_level_lowers_and_raises_the_finest_one),
-        cmocka_unit_test(the_governors_scale_raises_all_thresholds),
-        cmocka_unit_test(what_cannot_be_set_changes_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

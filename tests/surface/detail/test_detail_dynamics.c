@@ -3,7 +3,7 @@
 #include "detail_bench.h"
 
 #include "dynamics/integrator.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "geometry/levels.h"
@@ -74,9 +74,8 @@ static void compare_with_dense(const SurfaceOptions *options, const LoadOptions 
     bench_destroy(&dense);
 }
 
-static void a_body_wholly_of_one_level_moves_as_one_without_levels(void **unused)
+TEST(a_body_wholly_of_one_level_moves_as_one_without_levels)
 {
-    (void)unused;
     for (int level = 0; level <= 2; level++)
         for (int adjust = 0; adjust < 2; adjust++)
             for (int variant = 0; variant < 6; variant++) {
@@ -113,9 +112,8 @@ static void shake(DetailBench *bench, uint64_t *random)
 // The velocity averaged on refinement, shared out on coarsening
 // (server/surface/detail/README.md, "Momentum and mass across changes"): M c is the scale of
 // momenta, c the speed of waves.
-static void changes_keep_mass_and_momentum(void **unused)
+TEST(changes_keep_mass_and_momentum)
 {
-    (void)unused;
     uint64_t random = 99;
     for (int kind = 0; kind < 2; kind++) {
         TriMesh mesh;
@@ -162,9 +160,8 @@ static void measure(const DetailBench *bench, double *moved, double *speed)
 }
 
 // Choi et al. 2005, eq 9: the step follows the finest level that is in use, tick by tick.
-static void paper_step_follows_the_finest_level_in_use(void **unused)
+TEST(paper_step_follows_the_finest_level_in_use)
 {
-    (void)unused;
     const LoadOptions press = {
         .center = {0.0, 0.0, 0.05}, .radius = 0.02, .force = {0.0, 0.0, -0.5}, .duration = 0.2};
     TriMesh mesh;
@@ -190,9 +187,8 @@ static void paper_step_follows_the_finest_level_in_use(void **unused)
     bench_destroy(&bench);
 }
 
-static void a_body_at_rest_stays_at_rest_whatever_its_levels(void **unused)
+TEST(a_body_at_rest_stays_at_rest_whatever_its_levels)
 {
-    (void)unused;
     uint64_t random = 4;
     for (int variant = 0; variant < 8; variant++) {
         TriMesh mesh;
@@ -219,9 +215,8 @@ static void a_body_at_rest_stays_at_rest_whatever_its_levels(void **unused)
 
 // With choi2005 a new node lies where the butterfly of the present positions has it: divided all
 // over, a level is the one that butterfly_midpoints makes of the level above as it is now.
-static void the_papers_new_nodes_lie_on_the_present_butterfly(void **unused)
+TEST(the_papers_new_nodes_lie_on_the_present_butterfly)
 {
-    (void)unused;
     uint64_t random = 12;
     for (int variant = 0; variant < 6; variant++) {
         TriMesh mesh;
@@ -274,16 +269,4 @@ static void the_papers_new_nodes_lie_on_the_present_butterfly(void **unused)
         winged_destroy(&winged);
         bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_body_wholly_of_one_level_moves_as_one_without_levels),
-        cmocka_unit_test(changes_keep_mass_and_momentum),
-        cmocka_unit_test(the_papers_new_nodes_lie_on_the_present_butterfly),
-        cmocka_unit_test(paper_step_follows_the_finest_level_in_use),
-        cmocka_unit_test(a_body_at_rest_stays_at_rest_whatever_its_levels),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,7 @@
 // edges, corners, five levels of a tetrahedron, and states that no run has made.
 #include "detail_bench.h"
 
-#include "expect.h"
+#include "test.h"
 #include "effort.h"
 #include "fixture.h"
 #include "geometry/generator.h"
@@ -74,9 +74,8 @@ static void expect_finite(const DetailBench *bench)
 // A probe drawn about in a sheet that refines under it: so deep that its middle comes out behind,
 // or not as deep, with the levels going up and down at the governor's whim. It is pushed back to
 // where it came from, as by sheets wholly of either level.
-static void a_wall_keeps_its_side_while_it_is_divided_and_merged(void **unused)
+TEST(a_wall_keeps_its_side_while_it_is_divided_and_merged)
 {
-    (void)unused;
     static const struct {
         double depth, low; // [m]; level to which it falls back, 3: none
     } walls[] = {{0.015, 3.0}, {0.009, 2.0}, {0.009, 1.0}, {0.009, 0.0}};
@@ -118,9 +117,8 @@ static void a_wall_keeps_its_side_while_it_is_divided_and_merged(void **unused)
 
 // Faces that merge hand on to the one that they become, each of them; those of a divided one come
 // from it.
-static void every_face_that_goes_has_a_successor(void **unused)
+TEST(every_face_that_goes_has_a_successor)
 {
-    (void)unused;
     TriMesh mesh;
     fixture_sphere(&mesh);
     SurfaceOptions options = bench_options(3, 0);
@@ -159,9 +157,8 @@ static void every_face_that_goes_has_a_successor(void **unused)
 
 // A load on a patch smaller than the faces, with the levels going up and down beneath it: its sum
 // stays.
-static void a_small_load_keeps_its_sum_while_levels_come_and_go(void **unused)
+TEST(a_small_load_keeps_its_sum_while_levels_come_and_go)
 {
-    (void)unused;
     TriMesh mesh;
     fixture_sphere(&mesh);
     SurfaceOptions options = adaptive(3);
@@ -199,9 +196,8 @@ static void a_small_load_keeps_its_sum_while_levels_come_and_go(void **unused)
 // ---------------------------------------------------------------------------------------------
 // Capacity
 
-static void what_does_not_fit_is_refused_and_counted(void **unused)
+TEST(what_does_not_fit_is_refused_and_counted)
 {
-    (void)unused;
     for (int kind = 0; kind < 3; kind++) {
         TriMesh mesh;
         fixture_sphere(&mesh);
@@ -243,9 +239,8 @@ static void what_does_not_fit_is_refused_and_counted(void **unused)
 // ---------------------------------------------------------------------------------------------
 // Extremes
 
-static void absurd_loads_and_tools_leave_finite_numbers(void **unused)
+TEST(absurd_loads_and_tools_leave_finite_numbers)
 {
-    (void)unused;
     for (int kind = 0; kind < 8; kind++) {
         TriMesh mesh;
         fixture_sphere(&mesh);
@@ -289,9 +284,8 @@ static void absurd_loads_and_tools_leave_finite_numbers(void **unused)
 }
 
 // Bad numbers from within: the tick is taken back, whatever the levels, and nothing of it is seen.
-static void bad_numbers_are_never_published(void **unused)
+TEST(bad_numbers_are_never_published)
 {
-    (void)unused;
     for (int precision = 0; precision < 2; precision++) {
         TriMesh mesh;
         fixture_sphere(&mesh);
@@ -322,9 +316,8 @@ static void bad_numbers_are_never_published(void **unused)
     }
 }
 
-static void a_body_that_cannot_move_does_not(void **unused)
+TEST(a_body_that_cannot_move_does_not)
 {
-    (void)unused;
     const FixedRegion all = {.kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, 1.0}};
     for (int frame = 0; frame < 3; frame++) {
         TriMesh mesh;
@@ -414,9 +407,8 @@ static void bipyramid_of_three(TriMesh *mesh) // poles of 3 edges
     assert_true(generate_uv_sphere(mesh, 1, 3, 0.05, &status));
 }
 
-static void odd_meshes_are_handled_like_others(void **unused)
+TEST(odd_meshes_are_handled_like_others)
 {
-    (void)unused;
     static const struct {
         void (*make)(TriMesh *mesh);
         int levels;
@@ -466,19 +458,4 @@ static void odd_meshes_are_handled_like_others(void **unused)
             bench_expect_sound(&bench);
             bench_destroy(&bench);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_wall_keeps_its_side_while_it_is_divided_and_merged),
-        cmocka_unit_test(every_face_that_goes_has_a_successor),
-        cmocka_unit_test(a_small_load_keeps_its_sum_while_levels_come_and_go),
-        cmocka_unit_test(what_does_not_fit_is_refused_and_counted),
-        cmocka_unit_test(absurd_loads_and_tools_leave_finite_numbers),
-        cmocka_unit_test(bad_numbers_are_never_published),
-        cmocka_unit_test(a_body_that_cannot_move_does_not),
-        cmocka_unit_test(odd_meshes_are_handled_like_others),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,7 @@
 #include "base/isa.h"
 #include "detail_bench.h"
 
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 
@@ -333,9 +333,8 @@ static void check_variant(const SurfaceOptions *options, int organ, uint64_t see
     bench_destroy(&bench);
 }
 
-static void every_variant_agrees_with_a_plain_sum(void **unused)
+TEST(every_variant_agrees_with_a_plain_sum)
 {
-    (void)unused;
     const FixedRegion held = {.kind = FIXED_SPHERE, .center = {0.0, 0.0, 0.0}, .radius = 0.03};
     const char *const *isa = isa_available();
     for (int level = 0; isa[level] != NULL; level++)
@@ -367,12 +366,4 @@ static void every_variant_agrees_with_a_plain_sum(void **unused)
                     options.cavity = (SurfaceCavity){.wanted = true, .pressure = 2000.0};
                     check_variant(&options, 1, 80 + (uint64_t)variant);
                 }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_variant_agrees_with_a_plain_sum),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Graspers on a body where faces of two levels meet: what hangs there carries no mass of its own.
 #include "detail_bench.h"
-#include "expect.h"
+#include "test.h"
 
 #include "dynamics/attachment_data.h"
 #include "dynamics/sim_data.h"
@@ -29,9 +29,8 @@ static void hold_at(DetailBench *bench, Vec3 position, double grip)
 }
 
 // Jaws smaller than any face: the one that they close on is held by a point in it.
-static void faces_with_hanging_corners_are_held_too(void **state)
+TEST(faces_with_hanging_corners_are_held_too)
 {
-    (void)state;
     TriMesh mesh;
     Status status = {0};
     assert_true(generate_ico_sphere(&mesh, 1, 0.05, &status));
@@ -69,12 +68,4 @@ static void faces_with_hanging_corners_are_held_too(void **state)
     }
     assert_true(tried > 20);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(faces_with_hanging_corners_are_held_too),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

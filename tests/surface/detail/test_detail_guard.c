@@ -1,7 +1,7 @@
 // Bodies with levels whose numbers go bad in a tick in which they also refine, or are cut: what
 // came stays, and lies between its parents.
 #include "detail_bench.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 
 #include <stdlib.h>
@@ -76,9 +76,8 @@ static Vec3 expected(const DetailBench *bench, const Before *before, const Vec3 
                                     expected(bench, before, was, parent[1])));
 }
 
-static void nodes_born_in_a_bad_tick_lie_between_their_parents(void **state)
+TEST(nodes_born_in_a_bad_tick_lie_between_their_parents)
 {
-    (void)state;
     for (int precision = 0; precision < 2; precision++) {
         DetailBench bench;
         create(&bench, (Precision)precision);
@@ -127,9 +126,8 @@ static void nodes_born_in_a_bad_tick_lie_between_their_parents(void **state)
 }
 
 // What a change of topology has spoilt is no state to go back to.
-static void a_state_that_was_bad_before_the_tick_is_not_restored(void **state)
+TEST(a_state_that_was_bad_before_the_tick_is_not_restored)
 {
-    (void)state;
     DetailBench bench;
     create(&bench, PRECISION_DOUBLE);
     double *row = bench.model->rows[bench.model->current];
@@ -142,13 +140,4 @@ static void a_state_that_was_bad_before_the_tick_is_not_restored(void **state)
     sim_measure(bench.sim, 0, &measure);
     expect_at_most(measure.max_displacement, 0.0);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nodes_born_in_a_bad_tick_lie_between_their_parents),
-        cmocka_unit_test(a_state_that_was_bad_before_the_tick_is_not_restored),
-    };
-    return cmocka_run_group_tests_name("detail_guard", tests, NULL, NULL);
 }

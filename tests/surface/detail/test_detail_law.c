@@ -2,7 +2,7 @@
 #include "detail_bench.h"
 
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
@@ -93,9 +93,8 @@ static void throw_body(DetailBench *bench, double speed, uint64_t *random)
 
 // A body that moves, and changes at random: both ends of each spring agree, what is packed locally
 // equals what is built anew, mass and momentum stay.
-static void changes_keep_both_ends_and_momentum(void **unused)
+TEST(changes_keep_both_ends_and_momentum)
 {
-    (void)unused;
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int adjust = 0; adjust < 2; adjust++) {
             TriMesh mesh;
@@ -131,9 +130,8 @@ static void changes_keep_both_ends_and_momentum(void **unused)
 
 // A flat sheet that is strained alike everywhere and partly relaxed: dividing faces and taking them
 // back changes no energy, and what is relaxed is the same everywhere.
-static void a_homogeneous_strain_keeps_its_energy(void **unused)
+TEST(a_homogeneous_strain_keeps_its_energy)
 {
-    (void)unused;
     TriMesh mesh;
     Status status = {0};
     SurfaceOptions options = law_options(3, PRECISION_DOUBLE);
@@ -163,9 +161,8 @@ static void a_homogeneous_strain_keeps_its_energy(void **unused)
 
 // With hanging nodes: forces are the slope of the energy, by one kick that is too short to move
 // anything. Hanging nodes follow their masters.
-static void forces_are_the_gradient_of_the_energy(void **unused)
+TEST(forces_are_the_gradient_of_the_energy)
 {
-    (void)unused;
     TriMesh mesh;
     SurfaceOptions options = law_options(2, PRECISION_DOUBLE);
     options.prestress = 0.05;
@@ -250,9 +247,8 @@ static void expect_same_elsewhere(const DetailBench *bench, const SurfaceOptions
 
 // A moving body is cut, refined around the cut: its springs keep their dashpots, so that the cut
 // adds no energy but what refining adds; states repeat from before and after.
-static void cuts_keep_the_dashpots(void **unused)
+TEST(cuts_keep_the_dashpots)
 {
-    (void)unused;
     for (int levels = 0; levels < 3; levels++)
         for (int precision = 0; precision < PRECISION_COUNT; precision++) {
             TriMesh mesh;
@@ -320,15 +316,4 @@ static void cuts_keep_the_dashpots(void **unused)
             free(middle);
             bench_destroy(&bench);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(changes_keep_both_ends_and_momentum),
-        cmocka_unit_test(a_homogeneous_strain_keeps_its_energy),
-        cmocka_unit_test(forces_are_the_gradient_of_the_energy),
-        cmocka_unit_test(cuts_keep_the_dashpots),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

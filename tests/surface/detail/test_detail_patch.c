@@ -5,7 +5,7 @@
 // is stated.
 #include "detail_bench.h"
 
-#include "expect.h"
+#include "test.h"
 #include "geometry/generator.h"
 #include "random.h"
 
@@ -133,9 +133,8 @@ static double lattice_energy(const DetailBench *bench, const Strain *strain)
     return energy;
 }
 
-static void homogeneous_strain_is_free_of_forces_and_has_its_energy(void **unused)
+TEST(homogeneous_strain_is_free_of_forces_and_has_its_energy)
 {
-    (void)unused;
     for (int levels = 1; levels <= LEVELS; levels++)
         for (int s = 0; s < STRAIN_COUNT; s++)
             for (uint64_t seed = 1; seed <= 4; seed++) {
@@ -171,9 +170,8 @@ static double settled_error(DetailBench *bench, const Strain *strain)
     return worst / (STRAIN * SIDE / CELLS);
 }
 
-static void moved_borders_strain_the_inside_homogeneously(void **unused)
+TEST(moved_borders_strain_the_inside_homogeneously)
 {
-    (void)unused;
     for (int levels = 1; levels <= LEVELS; levels++)
         for (int s = 0; s < STRAIN_COUNT; s++) {
             DetailBench bench;
@@ -209,9 +207,8 @@ static void refine_the_middle(DetailBench *bench)
 // had 0.12 at level 1 and 0.15 at level 2 around such a patch of an equilateral lattice
 // (server/surface/detail/README.md, "Hanging nodes"); this one, of squares with diagonals, has
 // 0.148 and 0.169.
-static void the_papers_rule_fails_the_patch_test_by_a_seventh(void **unused)
+TEST(the_papers_rule_fails_the_patch_test_by_a_seventh)
 {
-    (void)unused;
     for (int levels = 1; levels <= 2; levels++) {
         DetailBench bench;
         create(&bench, levels, ADJUST_CHOI2005, true);
@@ -226,14 +223,4 @@ static void the_papers_rule_fails_the_patch_test_by_a_seventh(void **unused)
         expect_at_most(settled_error(&bench, &STRAINS[0]), 1e-9);
         bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(homogeneous_strain_is_free_of_forces_and_has_its_energy),
-        cmocka_unit_test(moved_borders_strain_the_inside_homogeneously),
-        cmocka_unit_test(the_papers_rule_fails_the_patch_test_by_a_seventh),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,7 @@
 #include "base/isa.h"
 #include "detail_bench.h"
 
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "random.h"
 #include "surface/surface.h"
@@ -55,9 +55,8 @@ static void run_to(DetailBench *bench, int tick, bool look)
     }
 }
 
-static void a_scene_run_twice_has_the_same_bits(void **unused)
+TEST(a_scene_run_twice_has_the_same_bits)
 {
-    (void)unused;
     for (int kind = 0; kind < KINDS; kind++) {
         DetailBench bench[2];
         for (int k = 0; k < 2; k++) {
@@ -74,9 +73,8 @@ static void a_scene_run_twice_has_the_same_bits(void **unused)
     }
 }
 
-static void a_refined_state_goes_on_elsewhere_with_the_same_bits(void **unused)
+TEST(a_refined_state_goes_on_elsewhere_with_the_same_bits)
 {
-    (void)unused;
     for (int kind = 0; kind < KINDS; kind++) {
         DetailBench whole, rest;
         create(&whole, kind, NULL);
@@ -117,9 +115,8 @@ static uint64_t hash_of_body(const DetailBench *bench)
     return hash;
 }
 
-static void a_reset_returns_to_the_start_and_counts_topologies_on(void **unused)
+TEST(a_reset_returns_to_the_start_and_counts_topologies_on)
 {
-    (void)unused;
     for (int kind = 0; kind < KINDS; kind++) {
         DetailBench bench;
         create(&bench, kind, NULL);
@@ -154,9 +151,8 @@ static StateArray *find_array(const DetailBench *bench, const char *name)
 }
 
 // As a checkpoint that somebody has made up: indices everywhere, and none may be followed.
-static void a_state_that_no_run_can_have_is_refused(void **unused)
+TEST(a_state_that_no_run_can_have_is_refused)
 {
-    (void)unused;
     static const char *const arrays[] = {"body/refined",    "body/calm_since", "body/sweep",
                                          "body/felt_count", "body/felt",       "body/node_slots",
                                          "body/face_slots"};
@@ -201,9 +197,8 @@ static void a_state_that_no_run_can_have_is_refused(void **unused)
     }
 }
 
-static void every_instruction_set_gives_the_same_bits(void **unused)
+TEST(every_instruction_set_gives_the_same_bits)
 {
-    (void)unused;
     for (int kind = 0; kind < KINDS; kind++) {
         uint64_t hash = 0;
         for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
@@ -218,16 +213,4 @@ static void every_instruction_set_gives_the_same_bits(void **unused)
             bench_destroy(&bench);
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_scene_run_twice_has_the_same_bits),
-        cmocka_unit_test(a_refined_state_goes_on_elsewhere_with_the_same_bits),
-        cmocka_unit_test(a_reset_returns_to_the_start_and_counts_topologies_on),
-        cmocka_unit_test(a_state_that_no_run_can_have_is_refused),
-        cmocka_unit_test(every_instruction_set_gives_the_same_bits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

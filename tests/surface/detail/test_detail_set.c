@@ -1,4 +1,5 @@
 // Refining and coarsening faces at random, with everything re-derived after each change.
+#include "test.h"
 #include "detail_bench.h"
 
 #include "effort.h"
@@ -9,8 +10,6 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 static void fuzz(TriMesh *mesh, const SurfaceOptions *options, uint64_t random, int changes)
 {
@@ -31,9 +30,8 @@ static void fuzz(TriMesh *mesh, const SurfaceOptions *options, uint64_t random, 
     bench_destroy(&bench);
 }
 
-static void random_changes_keep_every_invariant(void **unused)
+TEST(random_changes_keep_every_invariant)
 {
-    (void)unused;
     TriMesh mesh;
     for (int adjust = 0; adjust < 2; adjust++) {
         for (int levels = 1; levels <= 4; levels++) {
@@ -54,12 +52,4 @@ static void random_changes_keep_every_invariant(void **unused)
         fixture_organ(&mesh);
         fuzz(&mesh, &options, 5, EFFORT(120));
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_changes_keep_every_invariant),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,7 +4,7 @@
 #include "detail_bench.h"
 
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
@@ -130,9 +130,8 @@ static void run(DetailBench *bench, int ticks, double most_energy)
 
 // Sphere of 114 nodes, 1 N pressed for 0.6 s and 0.6 s after: a prototype had 958 refinements with
 // all faces checked in every step (server/surface/detail/README.md, "Refinement criteria").
-static void a_press_refines_without_flicker_and_is_forgotten(void **unused)
+TEST(a_press_refines_without_flicker_and_is_forgotten)
 {
-    (void)unused;
     for (int s = 0; s < SCENE_COUNT; s++) {
         DetailBench bench;
         create_scene(&bench, &SCENES[s], 2);
@@ -168,9 +167,8 @@ static void a_press_refines_without_flicker_and_is_forgotten(void **unused)
 }
 
 // A press that lasts: when the body has come to rest, so have the changes.
-static void a_steady_press_comes_to_rest(void **unused)
+TEST(a_steady_press_comes_to_rest)
 {
-    (void)unused;
     for (int s = 0; s < SCENE_COUNT; s++) {
         DetailBench bench;
         create_scene(&bench, &SCENES[s], SCENES[s].frame == SHAPE_BODY ? 2 : 3);
@@ -221,9 +219,8 @@ static void move_hand(DetailBench *bench, double time)
     sim_apply_pose(bench->sim, 0, &pose, true);
 }
 
-static void a_body_that_is_handled_for_long_stays_sound_and_recovers(void **unused)
+TEST(a_body_that_is_handled_for_long_stays_sound_and_recovers)
 {
-    (void)unused;
     for (int s = 0; s < SCENE_COUNT; s++) {
         DetailBench bench;
         create_scene(&bench, &SCENES[s], 2);
@@ -256,9 +253,8 @@ static void a_body_that_is_handled_for_long_stays_sound_and_recovers(void **unus
 }
 
 // A month of refining: after the last number of a mesh comes the first, also over a RESET.
-static void the_number_of_a_mesh_stays_positive_and_new_beyond_its_last(void **state)
+TEST(the_number_of_a_mesh_stays_positive_and_new_beyond_its_last)
 {
-    (void)state;
     enum { CHANGES = 20 };
     DetailBench bench;
     create_scene(&bench, &SCENES[0], 2);
@@ -285,15 +281,4 @@ static void the_number_of_a_mesh_stays_positive_and_new_beyond_its_last(void **s
     assert_true(topology_is_newer(bench.body->mesh.topology, last));
     bench_expect_sound(&bench);
     bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_press_refines_without_flicker_and_is_forgotten),
-        cmocka_unit_test(a_steady_press_comes_to_rest),
-        cmocka_unit_test(the_number_of_a_mesh_stays_positive_and_new_beyond_its_last),
-        cmocka_unit_test(a_body_that_is_handled_for_long_stays_sound_and_recovers),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

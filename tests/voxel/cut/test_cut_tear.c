@@ -1,5 +1,6 @@
 // Tearing of voxel bodies: which faces, by known stresses; a notched bar pulled apart; forces from
 // outside beyond the threshold.
+#include "test.h"
 #include "cut_world.h"
 #include "effort.h"
 
@@ -67,9 +68,8 @@ static bool find(CutWorld *world)
 
 // Uniform tension: T is E times the strain on faces across the pull, none on others, whatever the
 // body's turn, law and sizes of elements.
-static void pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_more(void **unused)
+TEST(pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_more)
 {
-    (void)unused;
     for (int variant = 0; variant < 8; variant++) {
         VoxelWorldOptions options;
         FixedRegion end[2];
@@ -121,9 +121,8 @@ static void pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_mor
     }
 }
 
-static void every_level_of_the_kernels_finds_the_same_faces(void **unused)
+TEST(every_level_of_the_kernels_finds_the_same_faces)
 {
-    (void)unused;
     for (int precision = 0; precision < 2; precision++) {
         int(*first)[2] = NULL, first_count = 0;
         for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
@@ -188,9 +187,8 @@ static void create_bar(CutWorld *world, int levels, double stress, bool notched)
     cut_world_create(world, &options);
 }
 
-static void notched_bar_comes_apart_at_the_notch_in_two_clean_pieces(void **unused)
+TEST(notched_bar_comes_apart_at_the_notch_in_two_clean_pieces)
 {
-    (void)unused;
     for (int levels = 0; levels <= 2; levels += 2) {
         CutWorld world;
         create_bar(&world, levels, 0.3 * E, true);
@@ -225,9 +223,8 @@ static void notched_bar_comes_apart_at_the_notch_in_two_clean_pieces(void **unus
     }
 }
 
-static void nothing_tears_below_the_threshold(void **unused)
+TEST(nothing_tears_below_the_threshold)
 {
-    (void)unused;
     CutWorld world;
     create_bar(&world, 2, 0.3 * E, false);
     run_pulled(&world, 0.05,
@@ -256,9 +253,8 @@ static int vertex_at(const CutLattice *lattice, int x, int y, int z)
     return -1;
 }
 
-static void force_beyond_the_threshold_releases_the_vertex(void **unused)
+TEST(force_beyond_the_threshold_releases_the_vertex)
 {
-    (void)unused;
     for (int variant = 0; variant < 4; variant++) {
         VoxelWorldOptions options = voxel_world_cube(8);
         options.body.tear_force = 0.1;
@@ -302,9 +298,8 @@ static void run_on(CutWorld *world, int from, int to)
 }
 
 // What was felt is state, what is under stress follows from it.
-static void torn_run_goes_on_alike_from_its_states(void **unused)
+TEST(torn_run_goes_on_alike_from_its_states)
 {
-    (void)unused;
     CutWorld world;
     VoxelWorldOptions options;
     FixedRegion end[2];
@@ -345,17 +340,4 @@ static void torn_run_goes_on_alike_from_its_states(void **unused)
         free(saved[k]);
     }
     cut_world_destroy(&world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_more),
-        cmocka_unit_test(every_level_of_the_kernels_finds_the_same_faces),
-        cmocka_unit_test(notched_bar_comes_apart_at_the_notch_in_two_clean_pieces),
-        cmocka_unit_test(nothing_tears_below_the_threshold),
-        cmocka_unit_test(force_beyond_the_threshold_releases_the_vertex),
-        cmocka_unit_test(torn_run_goes_on_alike_from_its_states),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

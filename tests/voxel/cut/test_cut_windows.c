@@ -1,6 +1,6 @@
 // The batches of a cuttable body: a function of the leaves alone, whatever the way there, and the
 // forces, bits and rotations of its elements.
-#include "expect.h"
+#include "test.h"
 #include "effort.h"
 #include "random.h"
 
@@ -207,9 +207,8 @@ static void expect_equal(const World *world, const CutWindows *a, const CutWindo
     }
 }
 
-static void packing_what_changed_gives_the_same_as_packing_all(void **unused)
+TEST(packing_what_changed_gives_the_same_as_packing_all)
 {
-    (void)unused;
     uint64_t random = 11;
     for (int variant = 0; variant < 4; variant++) {
         World world;
@@ -245,9 +244,8 @@ static void rotation_of(int element, double q[4])
     q[0] = turn.w, q[1] = turn.x, q[2] = turn.y, q[3] = turn.z;
 }
 
-static void rotations_go_along_with_elements_and_to_their_children(void **unused)
+TEST(rotations_go_along_with_elements_and_to_their_children)
 {
-    (void)unused;
     uint64_t random = 12;
     World world;
     world_create(&world, 16, false, VOXEL_AFFINE, PRECISION_DOUBLE);
@@ -391,9 +389,8 @@ static void dense_forces(const World *world, Forces *f, double *energy)
     free(last);
 }
 
-static void windows_have_the_forces_of_dense_batches(void **unused)
+TEST(windows_have_the_forces_of_dense_batches)
 {
-    (void)unused;
     uint64_t random = 13;
     for (int variant = 0; variant < 4; variant++) {
         World world;
@@ -444,9 +441,8 @@ static void evaluate_halves(void *context, int first, int last)
     }
 }
 
-static void halves_and_levels_and_threads_give_the_same_bits(void **unused)
+TEST(halves_and_levels_and_threads_give_the_same_bits)
 {
-    (void)unused;
     uint64_t random = 14;
     Team *team = team_create(2);
     Status status = {0};
@@ -513,9 +509,8 @@ static void halves_and_levels_and_threads_give_the_same_bits(void **unused)
 
 // --- templates ---
 
-static void a_template_is_the_same_whatever_was_asked_for_before(void **unused)
+TEST(a_template_is_the_same_whatever_was_asked_for_before)
 {
-    (void)unused;
     uint64_t random = 15;
     for (VoxelLaw law = VOXEL_AFFINE; law <= VOXEL_MIYAZAKI2004; law++) {
         Arena arena = {0}, other = {0};
@@ -541,16 +536,4 @@ static void a_template_is_the_same_whatever_was_asked_for_before(void **unused)
         arena_destroy(&arena);
         arena_destroy(&other);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(packing_what_changed_gives_the_same_as_packing_all),
-        cmocka_unit_test(rotations_go_along_with_elements_and_to_their_children),
-        cmocka_unit_test(windows_have_the_forces_of_dense_batches),
-        cmocka_unit_test(halves_and_levels_and_threads_give_the_same_bits),
-        cmocka_unit_test(a_template_is_the_same_whatever_was_asked_for_before),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

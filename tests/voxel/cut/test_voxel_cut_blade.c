@@ -2,7 +2,7 @@
 // shape and motion; one that stops halfway does not.
 #include "cut_bench.h"
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include "voxel/cut/cut_centre.h"
@@ -197,24 +197,21 @@ static void expect_separation(Shape shape, bool aligned, int strokes, int least,
     assert_true(count.met > strokes / 3 || shape.kind == LINE);
 }
 
-static void full_strokes_separate_still_bodies(void **state)
+TEST(full_strokes_separate_still_bodies)
 {
-    (void)state;
     for (int kind = REST; kind <= NOISE; kind++)
         expect_separation((Shape){.kind = kind, .noise = 0.8}, false, EFFORT(150), 1, 40);
 }
 
-static void full_strokes_along_the_lattice_separate(void **state)
+TEST(full_strokes_along_the_lattice_separate)
 {
-    (void)state;
     for (int kind = REST; kind <= FLAT; kind++)
         expect_separation((Shape){.kind = kind}, true, EFFORT(150), 1, 20);
 }
 
 // Tissue moves by up to about `speed` of what the blade does.
-static void full_strokes_separate_moving_bodies(void **state)
+TEST(full_strokes_separate_moving_bodies)
 {
-    (void)state;
     const double part[3] = {0.05, 0.26, 1.0};
     for (int k = 0; k < 3; k++)
         expect_separation(
@@ -222,9 +219,8 @@ static void full_strokes_separate_moving_bodies(void **state)
             false, EFFORT(40), 20, 120);
 }
 
-static void half_strokes_leave_one_piece(void **state)
+TEST(half_strokes_leave_one_piece)
 {
-    (void)state;
     CutBench bench;
     make_bar(&bench, 2);
     uint64_t seed = 5;
@@ -266,9 +262,8 @@ static Stroke plane_between_layers(int ticks)
                     .ticks = ticks};
 }
 
-static void plane_breaks_the_faces_of_one_layer(void **state)
+TEST(plane_breaks_the_faces_of_one_layer)
 {
-    (void)state;
     CutBench bench;
     make_bar(&bench, 2);
     Shape shape = {.kind = REST};
@@ -309,9 +304,8 @@ static void expect_alike(int differ, int faces)
     expect_at_most(differ, 2e-3 * faces);
 }
 
-static void command_breaks_what_a_stroke_breaks(void **state)
+TEST(command_breaks_what_a_stroke_breaks)
 {
-    (void)state;
     CutBench bench;
     make_bar(&bench, 2);
     const size_t cells = (size_t)bench.cut.level_first[1];
@@ -343,9 +337,8 @@ static void command_breaks_what_a_stroke_breaks(void **state)
 
 // A twisted sweep is the same whether it comes in n ticks or in 2 n, since sub-ticks are powers of
 // two.
-static void twisted_stroke_is_the_same_in_twice_the_ticks(void **state)
+TEST(twisted_stroke_is_the_same_in_twice_the_ticks)
 {
-    (void)state;
     CutBench bench;
     make_bar(&bench, 0);
     const size_t cells = (size_t)bench.cut.level_first[1];
@@ -383,9 +376,8 @@ static void twisted_stroke_is_the_same_in_twice_the_ticks(void **state)
     cut_bench_destroy(&bench);
 }
 
-static void planes_commute(void **state)
+TEST(planes_commute)
 {
-    (void)state;
     CutBench bench;
     make_bar(&bench, 2);
     const size_t cells = (size_t)bench.cut.level_first[1];
@@ -418,9 +410,8 @@ static void planes_commute(void **state)
 }
 
 // Centres inside larger elements are those that a division gives.
-static void division_moves_no_centre(void **state)
+TEST(division_moves_no_centre)
 {
-    (void)state;
     CutBench bench;
     make_bar(&bench, 2);
     Shape shape = {.kind = NOISE, .noise = 0.3};
@@ -448,9 +439,8 @@ static void division_moves_no_centre(void **state)
     cut_bench_destroy(&bench);
 }
 
-static void blade_that_meets_nothing_says_so(void **state)
+TEST(blade_that_meets_nothing_says_so)
 {
-    (void)state;
     CutBench bench;
     make_bar(&bench, 2);
     const BladeEdge far = {{{100.0, 0.0, 0.0}, {100.0, 1.0, 0.0}}},
@@ -478,9 +468,8 @@ static void blade_that_meets_nothing_says_so(void **state)
 }
 
 // Its memory is part of the state: half an edge in it would not come back from a checkpoint.
-static void stroke_that_begins_beyond_reach_leaves_nothing_behind(void **state)
+TEST(stroke_that_begins_beyond_reach_leaves_nothing_behind)
 {
-    (void)state;
     static const BladeStroke none = {0};
     CutBench bench;
     make_bar(&bench, 2);
@@ -495,9 +484,8 @@ static void stroke_that_begins_beyond_reach_leaves_nothing_behind(void **state)
 }
 
 // What a file says of a stroke may be anything: it goes on, or begins anew.
-static void any_memory_of_a_stroke_is_survived(void **state)
+TEST(any_memory_of_a_stroke_is_survived)
 {
-    (void)state;
     CutBench bench;
     make_bar(&bench, 2);
     Shape shape = {.kind = BENT};
@@ -528,23 +516,4 @@ static void any_memory_of_a_stroke_is_survived(void **state)
         assert_in_range(outcome.verdict, CUT_DONE, CUT_TOO_LARGE);
     }
     cut_bench_destroy(&bench);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(plane_breaks_the_faces_of_one_layer),
-        cmocka_unit_test(full_strokes_separate_still_bodies),
-        cmocka_unit_test(full_strokes_along_the_lattice_separate),
-        cmocka_unit_test(full_strokes_separate_moving_bodies),
-        cmocka_unit_test(half_strokes_leave_one_piece),
-        cmocka_unit_test(command_breaks_what_a_stroke_breaks),
-        cmocka_unit_test(twisted_stroke_is_the_same_in_twice_the_ticks),
-        cmocka_unit_test(planes_commute),
-        cmocka_unit_test(division_moves_no_centre),
-        cmocka_unit_test(blade_that_meets_nothing_says_so),
-        cmocka_unit_test(stroke_that_begins_beyond_reach_leaves_nothing_behind),
-        cmocka_unit_test(any_memory_of_a_stroke_is_survived),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

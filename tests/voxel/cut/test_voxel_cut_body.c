@@ -1,5 +1,6 @@
 // Cuttable voxel bodies as the pipeline runs them: elements, masses and momentum across cuts and
 // divisions, with real dynamics between.
+#include "test.h"
 #include "cut_world.h"
 #include "effort.h"
 
@@ -7,9 +8,8 @@
 
 // Batches are packed otherwise, so forces add up in another order: equal to rounding, which the
 // motion of a tenth of a second in double does not amplify beyond 1e-9 of a cell.
-static void uncut_body_moves_as_one_that_cannot_be_cut(void **unused)
+TEST(uncut_body_moves_as_one_that_cannot_be_cut)
 {
-    (void)unused;
     for (int law = 0; law < 2; law++) {
         VoxelWorldOptions options = voxel_world_cube(8), plain_options = voxel_world_cube(8);
         options.body.law = plain_options.body.law = (VoxelLaw)law;
@@ -47,9 +47,8 @@ static void uncut_body_moves_as_one_that_cannot_be_cut(void **unused)
 }
 
 // What a hand feels of either is the same matrix; blocks add up in another order.
-static void uncut_body_tells_the_stiffness_of_one_that_cannot_be_cut(void **unused)
+TEST(uncut_body_tells_the_stiffness_of_one_that_cannot_be_cut)
 {
-    (void)unused;
     for (int law = 0; law < 2; law++) {
         VoxelWorldOptions options = voxel_world_cube(16), plain_options = voxel_world_cube(16);
         options.body.law = plain_options.body.law = (VoxelLaw)law;
@@ -153,9 +152,8 @@ static void cut_and_check(CutWorld *world, int cuts, uint64_t *seed)
     assert_true(world->body->ops->check(world->model));
 }
 
-static void cuts_and_divisions_keep_momentum_and_mass(void **unused)
+TEST(cuts_and_divisions_keep_momentum_and_mass)
 {
-    (void)unused;
     uint64_t seed = 21;
     for (int round = 0; round < EFFORT(6); round++) {
         VoxelWorldOptions options = round % 3 == 0   ? voxel_world_cube(16)
@@ -174,9 +172,8 @@ static void cuts_and_divisions_keep_momentum_and_mass(void **unused)
 
 // Fixed vertices take no part; what comes inside the region, or of one that is fixed, is fixed too,
 // and at rest. A region may end inside large elements: what comes there stays where it came.
-static void copies_and_middles_in_a_fixed_region_are_fixed(void **unused)
+TEST(copies_and_middles_in_a_fixed_region_are_fixed)
 {
-    (void)unused;
     static const double top[2] = {0.001, 0.0135}; // [m] cells 8 and 10: the second is a middle
     uint64_t seed = 22;
     for (int k = 0; k < 2; k++) {
@@ -211,9 +208,8 @@ static void copies_and_middles_in_a_fixed_region_are_fixed(void **unused)
 
 // --- separation ---
 
-static void whole_sweep_through_a_cube_gives_two_halves(void **unused)
+TEST(whole_sweep_through_a_cube_gives_two_halves)
 {
-    (void)unused;
     VoxelWorldOptions options = voxel_world_cube(16);
     CutWorld world;
     cut_world_create(&world, &options);
@@ -268,9 +264,8 @@ static uint64_t run_on(CutWorld *world, const CutOptions *cut, int cuts)
 
 // In the middle of what is left to be divided, the state is copied out; the run that goes on, and
 // the one that is brought back from there and from the start, end in the same bits.
-static void brought_back_state_goes_on_in_the_same_bits(void **unused)
+TEST(brought_back_state_goes_on_in_the_same_bits)
 {
-    (void)unused;
     uint64_t seed = 23;
     for (int single = 0; single < 2; single++) {
         VoxelWorldOptions options = voxel_world_cube(16);
@@ -314,9 +309,8 @@ static void brought_back_state_goes_on_in_the_same_bits(void **unused)
 }
 
 // Lanes without an element read the spare row: a damaged checkpoint may have anything there.
-static void spare_row_must_hold_numbers(void **unused)
+TEST(spare_row_must_hold_numbers)
 {
-    (void)unused;
     for (int single = 0; single < 2; single++) {
         VoxelWorldOptions options = voxel_world_cube(16);
         options.body.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
@@ -338,9 +332,8 @@ static void spare_row_must_hold_numbers(void **unused)
 
 // More broken faces inside large elements than there is room for when these are divided: no cut
 // leads there, but a damaged checkpoint may.
-static void broken_faces_that_find_no_room_are_refused(void **unused)
+TEST(broken_faces_that_find_no_room_are_refused)
 {
-    (void)unused;
     VoxelWorldOptions options = voxel_world_cube(32);
     options.body.body.face_capacity = 40000; // fewer than large elements have faces inside
     CutWorld world;
@@ -361,19 +354,4 @@ static void broken_faces_that_find_no_room_are_refused(void **unused)
         assert_int_equal(world.body->ops->check(world.model), more == 0);
     }
     cut_world_destroy(&world);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(uncut_body_moves_as_one_that_cannot_be_cut),
-        cmocka_unit_test(uncut_body_tells_the_stiffness_of_one_that_cannot_be_cut),
-        cmocka_unit_test(cuts_and_divisions_keep_momentum_and_mass),
-        cmocka_unit_test(copies_and_middles_in_a_fixed_region_are_fixed),
-        cmocka_unit_test(whole_sweep_through_a_cube_gives_two_halves),
-        cmocka_unit_test(spare_row_must_hold_numbers),
-        cmocka_unit_test(broken_faces_that_find_no_room_are_refused),
-        cmocka_unit_test(brought_back_state_goes_on_in_the_same_bits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

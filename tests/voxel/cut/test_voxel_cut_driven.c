@@ -1,5 +1,6 @@
 // Blades through real bodies that swing, sag and are divided while they are cut, tick by tick in
 // the pipeline.
+#include "test.h"
 #include "cut_bench.h"
 #include "cut_world.h"
 #include "effort.h"
@@ -122,9 +123,8 @@ static int dead_ends(const CutWorld *world)
 }
 
 // The shaken body swings and drifts by more than a cell a tick's way of the slow blade.
-static void whole_strokes_separate_swinging_bodies(void **unused)
+TEST(whole_strokes_separate_swinging_bodies)
 {
-    (void)unused;
     uint64_t seed = 41;
     int met = 0, faces = 0, dead = 0;
     const int strokes = EFFORT(12);
@@ -147,9 +147,8 @@ static void whole_strokes_separate_swinging_bodies(void **unused)
     expect_at_most(dead, 0.02 * faces); // links along the sweep
 }
 
-static void strokes_that_stop_inside_separate_nothing(void **unused)
+TEST(strokes_that_stop_inside_separate_nothing)
 {
-    (void)unused;
     uint64_t seed = 42;
     for (int s = 0; s < EFFORT(6); s++) {
         CutWorld world;
@@ -166,9 +165,8 @@ static void strokes_that_stop_inside_separate_nothing(void **unused)
 }
 
 // Path after stroke on one body, single precision, with what is left to be divided piling up.
-static void many_strokes_keep_a_body_sound(void **unused)
+TEST(many_strokes_keep_a_body_sound)
 {
-    (void)unused;
     uint64_t seed = 43;
     CutWorld world;
     make_world(&world, 0, true);
@@ -187,9 +185,8 @@ static void many_strokes_keep_a_body_sound(void **unused)
 
 // In the middle of a stroke the state is copied out; brought back, the stroke goes on in the same
 // bits.
-static void stroke_goes_on_in_the_same_bits_after_a_restore(void **unused)
+TEST(stroke_goes_on_in_the_same_bits_after_a_restore)
 {
-    (void)unused;
     uint64_t seed = 44;
     CutWorld world;
     make_world(&world, 0, true);
@@ -222,9 +219,8 @@ static void stroke_goes_on_in_the_same_bits_after_a_restore(void **unused)
 }
 
 // What follows from scratch is what sim_create asked contact for.
-static void uncut_body_is_as_firm_as_contact_says(void **unused)
+TEST(uncut_body_is_as_firm_as_contact_says)
 {
-    (void)unused;
     for (int kind = 0; kind < 3; kind++) {
         CutWorld world;
         make_world(&world, kind, false);
@@ -233,9 +229,8 @@ static void uncut_body_is_as_firm_as_contact_says(void **unused)
     }
 }
 
-static void cut_without_room_changes_nothing(void **unused)
+TEST(cut_without_room_changes_nothing)
 {
-    (void)unused;
     for (int which = 0; which < 2; which++) {
         VoxelWorldOptions options = voxel_world_cube(8);
         if (which == 0)
@@ -258,17 +253,4 @@ static void cut_without_room_changes_nothing(void **unused)
         expect_sound(&world);
         cut_world_destroy(&world);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(uncut_body_is_as_firm_as_contact_says),
-        cmocka_unit_test(whole_strokes_separate_swinging_bodies),
-        cmocka_unit_test(strokes_that_stop_inside_separate_nothing),
-        cmocka_unit_test(many_strokes_keep_a_body_sound),
-        cmocka_unit_test(cut_without_room_changes_nothing),
-        cmocka_unit_test(stroke_goes_on_in_the_same_bits_after_a_restore),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,7 @@
 // step by step.
 #include "cut_bench.h"
 #include "cut_sample.h"
-#include "expect.h"
+#include "test.h"
 #include "random.h"
 
 #include <stdlib.h>
@@ -169,9 +169,8 @@ static void expect_sound(CutBench *bench)
 
 // ---------------------------------------------------------------------------------------------
 
-static void uncut_body_shows_its_outer_faces(void **state)
+TEST(uncut_body_shows_its_outer_faces)
 {
-    (void)state;
     for (int all = 0; all < 2; all++) {
         Lattice lattice;
         Status status = {0};
@@ -199,9 +198,8 @@ static void uncut_body_shows_its_outer_faces(void **state)
     }
 }
 
-static void random_cuts_leave_closed_surfaces(void **state)
+TEST(random_cuts_leave_closed_surfaces)
 {
-    (void)state;
     uint64_t seed = 77;
     for (int run = 0; run < EFFORT(16); run++) {
         CutBench bench;
@@ -233,9 +231,8 @@ static void random_cuts_leave_closed_surfaces(void **state)
 }
 
 // Euler's number of a closed surface without handles is 2; a staircase through a box has none.
-static void halves_of_a_box_are_spheres(void **state)
+TEST(halves_of_a_box_are_spheres)
 {
-    (void)state;
     uint64_t seed = 9;
     for (int run = 0; run < EFFORT(30); run++) {
         CutBench bench;
@@ -260,9 +257,8 @@ static void halves_of_a_box_are_spheres(void **state)
     }
 }
 
-static void one_broken_face_opens_two_squares(void **state)
+TEST(one_broken_face_opens_two_squares)
 {
-    (void)state;
     CutBench bench;
     make_box(&bench, 6, 6, 6, (CutBenchOptions){.levels = 0});
     const int cell = cut_lattice_cell(&bench.cut, 2, 2, 2);
@@ -288,9 +284,8 @@ static void one_broken_face_opens_two_squares(void **state)
     cut_bench_destroy(&bench);
 }
 
-static void capacity_is_known_before_anything_breaks(void **state)
+TEST(capacity_is_known_before_anything_breaks)
 {
-    (void)state;
     Lattice lattice;
     Status status = {0};
     CutBench bench;
@@ -314,9 +309,8 @@ static void capacity_is_known_before_anything_breaks(void **state)
 }
 
 // Bytes of a state that cannot be are told, and leave a body that can be looked at.
-static void impossible_states_are_told(void **state)
+TEST(impossible_states_are_told)
 {
-    (void)state;
     CutBench bench;
     make_box(&bench, 6, 6, 6, (CutBenchOptions){.levels = 1});
     int(*face)[2] = malloc(3 * (size_t)bench.cut.level_first[1] * sizeof *face);
@@ -363,9 +357,8 @@ static void impossible_states_are_told(void **state)
     cut_bench_destroy(&bench);
 }
 
-static void nodes_are_found_on_the_surface_only(void **state)
+TEST(nodes_are_found_on_the_surface_only)
 {
-    (void)state;
     for (int all = 0; all < 2; all++) {
         CutBench bench;
         make_box(&bench, 6, 6, 6, (CutBenchOptions){.levels = 0, .publish_all = all});
@@ -379,18 +372,4 @@ static void nodes_are_found_on_the_surface_only(void **state)
         free(node);
         cut_bench_destroy(&bench);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(uncut_body_shows_its_outer_faces),
-        cmocka_unit_test(one_broken_face_opens_two_squares),
-        cmocka_unit_test(random_cuts_leave_closed_surfaces),
-        cmocka_unit_test(halves_of_a_box_are_spheres),
-        cmocka_unit_test(capacity_is_known_before_anything_breaks),
-        cmocka_unit_test(impossible_states_are_told),
-        cmocka_unit_test(nodes_are_found_on_the_surface_only),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

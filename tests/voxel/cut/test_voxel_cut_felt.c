@@ -1,6 +1,7 @@
 // Contact on the smooth surface of solids: tools feel what is shown, the forces on the vertices
 // that carry it are the slope of one energy, momentum is exchanged exactly, friction is that of the
 // push, and a cut beside a tool is not felt as a jump.
+#include "test.h"
 #include "effort.h"
 #include "momentum_exchange.h"
 
@@ -108,9 +109,8 @@ static double off_from_shown(const Body *body, Contact *contact)
     return most;
 }
 
-static void tools_feel_what_is_shown(void **unused)
+TEST(tools_feel_what_is_shown)
 {
-    (void)unused;
     for (int k = 0; k < 2; k++) {
         Options options;
         make_options(&options, 0.0);
@@ -133,9 +133,8 @@ static void tools_feel_what_is_shown(void **unused)
 
 // Of a crumpled body, all vertices moved by up to a fifth of a cell: the forces on the carriers and
 // on the tool are the slope of one energy along random ways of all vertices and of the tool.
-static void forces_on_vertices_are_the_gradient(void **unused)
+TEST(forces_on_vertices_are_the_gradient)
 {
-    (void)unused;
     for (int k = 0; k < 2; k++) {
         Options options;
         make_options(&options, k == 0 ? 0.0 : 0.02);
@@ -243,9 +242,8 @@ static void expect_exact(const char *name, const MomentumExchange *sum)
 
 // A free body struck by a turning capsule, with friction; whole, and just cut, while the nodes of
 // the cut move to their places.
-static void body_and_tool_exchange_momentum_exactly(void **unused)
+TEST(body_and_tool_exchange_momentum_exactly)
 {
-    (void)unused;
     Options options;
     make_options(&options, 0.06);
     VoxelWorld world;
@@ -268,9 +266,8 @@ static void body_and_tool_exchange_momentum_exactly(void **unused)
 
 // Dragged over the top of a ball that is held below: with friction more is pulled along the way,
 // by so much of the push; what the tissue's own slope gives is the same without.
-static void friction_is_a_share_of_the_push(void **unused)
+TEST(friction_is_a_share_of_the_push)
 {
-    (void)unused;
     const double friction = 0.2, half = 0.012, deep = 0.003;
     double along[2] = {0.0}, push[2] = {0.0};
     for (int k = 0; k < 2; k++) {
@@ -303,9 +300,8 @@ static void friction_is_a_share_of_the_push(void **unused)
 
 // A cut beside a probe at rest changes nothing at its own tick, as nothing moves yet: nodes stay
 // where they are shown. Contact on the faces of cells changed by 14 % there.
-static void a_cut_beside_a_tool_is_no_jump(void **unused)
+TEST(a_cut_beside_a_tool_is_no_jump)
 {
-    (void)unused;
     Options options;
     make_options(&options, 0.0);
     hold_below(&options);
@@ -330,9 +326,8 @@ static void a_cut_beside_a_tool_is_no_jump(void **unused)
 // Cut where it is pressed: nodes begin to fade with an offset of zero, and those of walls have
 // offsets along one axis, so that some weights vanish. Every vertex that a pushed node follows must
 // have its own number among the touched ones; else it takes that of an earlier tick.
-static void what_carries_a_pushed_node_is_touched(void **unused)
+TEST(what_carries_a_pushed_node_is_touched)
 {
-    (void)unused;
     Options options;
     make_options(&options, 0.0);
     hold_below(&options);
@@ -366,9 +361,8 @@ static void what_carries_a_pushed_node_is_touched(void **unused)
 
 // A ball whose vertices are all fixed pushes a tool that leaves it, and never pulls; and one whose
 // hand goes on by three radii stays where its largest force is, as on a rigid body.
-static void what_is_fixed_only_pushes(void **unused)
+TEST(what_is_fixed_only_pushes)
 {
-    (void)unused;
     static const FixedRegion all = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, 1.0}};
     Options options;
@@ -442,9 +436,8 @@ static double together(const Contact *contact, const Vec3 *a, const Vec3 *b)
 // However few rounds find the step, it is that of one symmetric matrix between zero and the
 // inverse of M + g W^T K W: it takes energy from every motion, and is the exact step of some
 // contact. A step that is not leaves vertices trembling under a tool that is held deep.
-static void the_step_is_that_of_a_contact(void **unused)
+TEST(the_step_is_that_of_a_contact)
 {
-    (void)unused;
     Options options;
     make_options(&options, 0.02);
     hold_below(&options);
@@ -494,9 +487,8 @@ static void the_step_is_that_of_a_contact(void **unused)
 
 // Without memory for what nodes follow from, these are where their vertices are, and no more is
 // written than there is memory for.
-static void without_room_nodes_are_at_their_vertices(void **unused)
+TEST(without_room_nodes_are_at_their_vertices)
 {
-    (void)unused;
     Options options;
     make_options(&options, 0.0);
     VoxelWorld world;
@@ -522,20 +514,4 @@ static void without_room_nodes_are_at_their_vertices(void **unused)
     assert_true(alone > contact->local_count / 2);
     voxel_world_destroy(&world);
     surface_field_destroy(&options.field);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tools_feel_what_is_shown),
-        cmocka_unit_test(forces_on_vertices_are_the_gradient),
-        cmocka_unit_test(body_and_tool_exchange_momentum_exactly),
-        cmocka_unit_test(friction_is_a_share_of_the_push),
-        cmocka_unit_test(a_cut_beside_a_tool_is_no_jump),
-        cmocka_unit_test(what_carries_a_pushed_node_is_touched),
-        cmocka_unit_test(what_is_fixed_only_pushes),
-        cmocka_unit_test(the_step_is_that_of_a_contact),
-        cmocka_unit_test(without_room_nodes_are_at_their_vertices),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 // The smooth surface of solids: an analytic organ is met by its outer faces, and the sheet of a
 // blade by the walls of cuts; lips coincide when they part, and what is published follows from the
 // state alone.
+#include "test.h"
 #include "cut_world.h"
 
 #include "geometry/generator.h"
@@ -212,9 +213,8 @@ static long corner_key(const Fitted *it, int node)
 // ---------------------------------------------------------------------------------------------
 // The outer surface
 
-static void fitted_surface_of_an_organ_is_near_it(void **unused)
+TEST(fitted_surface_of_an_organ_is_near_it)
 {
-    (void)unused;
     // Cells [m], voxels to a cell (0: faces of cells), and bounds: distance [cells], angle.
     static const struct {
         double size;
@@ -242,9 +242,8 @@ static void fitted_surface_of_an_organ_is_near_it(void **unused)
     }
 }
 
-static void fitted_surface_of_a_mesh_is_near_it(void **unused)
+TEST(fitted_surface_of_a_mesh_is_near_it)
 {
-    (void)unused;
     Status status = {0};
     TriMesh mesh;
     Lattice lattice;
@@ -262,9 +261,8 @@ static void fitted_surface_of_a_mesh_is_near_it(void **unused)
 }
 
 // Nodes follow vertices as the tissue between them does.
-static void surface_follows_an_affine_motion(void **unused)
+TEST(surface_follows_an_affine_motion)
 {
-    (void)unused;
     Fitted it;
     create(&it, 0.006, 3);
     Vertices *vertices = &it.world.model->vertices;
@@ -390,9 +388,8 @@ static void expect_volumes(const Fitted *it, bool (*side)(Vec3 x))
     }
 }
 
-static void walls_lie_on_the_sheet_of_the_blade(void **unused)
+TEST(walls_lie_on_the_sheet_of_the_blade)
 {
-    (void)unused;
     for (int curved = 0; curved < 2; curved++) {
         Fitted it;
         create(&it, 0.005, 5);
@@ -445,9 +442,8 @@ static void show(Fitted *it, float *out)
     free(scratch);
 }
 
-static void lips_coincide_at_the_tick_of_the_cut(void **unused)
+TEST(lips_coincide_at_the_tick_of_the_cut)
 {
-    (void)unused;
     Fitted it;
     uint64_t seed = 5;
     create(&it, 0.005, 5);
@@ -510,9 +506,8 @@ static int by_id(const void *a, const void *b)
 }
 
 // Crossing cuts in either order; of a body at rest, so that its vertices are where they were.
-static void order_of_cuts_does_not_matter(void **unused)
+TEST(order_of_cuts_does_not_matter)
 {
-    (void)unused;
     float *row[2];
     int count[2];
     for (int k = 0; k < 2; k++) {
@@ -542,9 +537,8 @@ static void order_of_cuts_does_not_matter(void **unused)
     free(row[1]);
 }
 
-static void state_that_was_brought_back_shows_the_same(void **unused)
+TEST(state_that_was_brought_back_shows_the_same)
 {
-    (void)unused;
     Fitted it, again;
     uint64_t seed = 9;
     create(&it, 0.005, 5);
@@ -574,18 +568,4 @@ static void state_that_was_brought_back_shows_the_same(void **unused)
     assert_memory_equal(it.node, again.node, 3 * (size_t)mesh->node_count * sizeof *it.node);
     destroy(&it);
     destroy(&again);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(fitted_surface_of_an_organ_is_near_it),
-        cmocka_unit_test(fitted_surface_of_a_mesh_is_near_it),
-        cmocka_unit_test(surface_follows_an_affine_motion),
-        cmocka_unit_test(walls_lie_on_the_sheet_of_the_blade),
-        cmocka_unit_test(lips_coincide_at_the_tick_of_the_cut),
-        cmocka_unit_test(order_of_cuts_does_not_matter),
-        cmocka_unit_test(state_that_was_brought_back_shows_the_same),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 // Cuttable voxel bodies whose numbers go bad in the tick in which a blade goes through them: the
 // cut stays, and the vertices that came are where those were that they are copies of.
+#include "test.h"
 #include "cut_bench.h"
 #include "cut_world.h"
 
@@ -17,9 +18,8 @@ static bool is_number(Vec3 x)
     return vec3_length(x) < 1e3;
 }
 
-static void a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were(void **unused)
+TEST(a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were)
 {
-    (void)unused;
     for (int precision = 0; precision < 2; precision++) {
         CutWorld world;
         VoxelWorldOptions options = voxel_world_cube(6);
@@ -95,12 +95,4 @@ static void a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were(void 
         free(moved);
         cut_world_destroy(&world);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were),
-    };
-    return cmocka_run_group_tests_name("voxel_cut_guard", tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 // The lattice of cut bodies against its definition, worked out anew in the plainest way after every
 // step of random cuts and divisions.
 #include "cut_sample.h"
-#include "expect.h"
+#include "test.h"
 #include "sample_mesh.h"
 
 #include <string.h>
@@ -342,9 +342,8 @@ static void cut_at_random(CutSample *sample, int steps, uint64_t *seed)
     free(face);
 }
 
-static void random_cuts_keep_what_follows_from_the_bits(void **unused)
+TEST(random_cuts_keep_what_follows_from_the_bits)
 {
-    (void)unused;
     uint64_t seed = 11;
     for (int round = 0; round < EFFORT(4); round++)
         for (int kind = 0; kind < SAMPLE_KINDS; kind++) {
@@ -355,9 +354,8 @@ static void random_cuts_keep_what_follows_from_the_bits(void **unused)
         }
 }
 
-static void cubes_and_balls_with_three_levels_too(void **unused)
+TEST(cubes_and_balls_with_three_levels_too)
 {
-    (void)unused;
     uint64_t seed = 12;
     for (int round = 0; round < EFFORT(4); round++) {
         CutSample sample;
@@ -383,9 +381,8 @@ static unsigned char *whole_block(const CutSample *sample, size_t *size)
 }
 
 // Divisions that do not fit leave everything as it was and stay wanted; has_room says so of faces.
-static void what_does_not_fit_changes_nothing(void **unused)
+TEST(what_does_not_fit_changes_nothing)
 {
-    (void)unused;
     uint64_t seed = 13;
     int refused = 0, faces_refused = 0;
     for (int round = 0; round < EFFORT(12); round++) {
@@ -429,9 +426,8 @@ static void what_does_not_fit_changes_nothing(void **unused)
     assert_true(refused > 0 && faces_refused > 0);
 }
 
-static void too_few_vertices_are_refused_at_load(void **unused)
+TEST(too_few_vertices_are_refused_at_load)
 {
-    (void)unused;
     CutSample sample = {.lattice = sample_box(8, 8, 8)};
     Status status = {0};
     layout_create(&sample.layout, &sample.lattice, 1);
@@ -442,9 +438,8 @@ static void too_few_vertices_are_refused_at_load(void **unused)
 
 // The cut surface is of the smallest elements after as many calls as it has levels, and one more
 // for each budget of divisions that it needs.
-static void budget_bounds_the_calls_until_all_is_divided(void **unused)
+TEST(budget_bounds_the_calls_until_all_is_divided)
 {
-    (void)unused;
     static const int budgets[] = {1, 4, 16, 1000000};
     int divisions_of_all = 0;
     for (int b = 0; b < 4; b++) {
@@ -494,9 +489,8 @@ static void go_on(CutSample *sample, uint64_t seed, int steps)
     free(face);
 }
 
-static void state_that_was_brought_back_goes_on_alike(void **unused)
+TEST(state_that_was_brought_back_goes_on_alike)
 {
-    (void)unused;
     for (int round = 0; round < EFFORT(6); round++) {
         CutSample sample;
         cut_sample_create(&sample, round % 2 == 0 ? sample_box(16, 16, 16) : sample_ball(20), 2, 0,
@@ -525,9 +519,8 @@ static void state_that_was_brought_back_goes_on_alike(void **unused)
 }
 
 // Whatever bytes a file brings: refused, or a state in which everything holds.
-static void damaged_states_are_refused_or_sound(void **unused)
+TEST(damaged_states_are_refused_or_sound)
 {
-    (void)unused;
     uint64_t seed = 14;
     CutSample sample;
     cut_sample_create(&sample, sample_ball(14), 2, 0, 4);
@@ -559,18 +552,4 @@ static void damaged_states_are_refused_or_sound(void **unused)
     free(good);
     free(bad);
     cut_sample_drop(&sample);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_does_not_fit_changes_nothing),
-        cmocka_unit_test(too_few_vertices_are_refused_at_load),
-        cmocka_unit_test(budget_bounds_the_calls_until_all_is_divided),
-        cmocka_unit_test(state_that_was_brought_back_goes_on_alike),
-        cmocka_unit_test(damaged_states_are_refused_or_sound),
-        cmocka_unit_test(random_cuts_keep_what_follows_from_the_bits),
-        cmocka_unit_test(cubes_and_balls_with_three_levels_too),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 // Blades through bodies that move and are divided while they are cut: the whole pipeline, tick by
 // tick. What must hold is looked at in every tick, from scratch.
+#include "test.h"
 #include "cut_world.h"
 #include "effort.h"
 
@@ -160,9 +161,8 @@ static LiveStroke random_stroke(const CutWorld *world, uint64_t *seed)
     return stroke;
 }
 
-static void strokes_part_bodies_that_move(void **unused)
+TEST(strokes_part_bodies_that_move)
 {
-    (void)unused;
     uint64_t seed = 31;
     int parted = 0;
     for (int round = 0; round < EFFORT(24); round++) {
@@ -200,9 +200,8 @@ static void strokes_part_bodies_that_move(void **unused)
     assert_true(parted > EFFORT(24));
 }
 
-static void strokes_that_stop_inside_leave_one_piece(void **unused)
+TEST(strokes_that_stop_inside_leave_one_piece)
 {
-    (void)unused;
     uint64_t seed = 32;
     int met = 0;
     for (int round = 0; round < EFFORT(12); round++) {
@@ -219,13 +218,4 @@ static void strokes_that_stop_inside_leave_one_piece(void **unused)
         cut_world_destroy(&world);
     }
     assert_true(met > EFFORT(12) / 2);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(strokes_part_bodies_that_move),
-        cmocka_unit_test(strokes_that_stop_inside_leave_one_piece),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
