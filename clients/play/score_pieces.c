@@ -2,35 +2,20 @@
 #include "score_body.h"
 
 #include "base/check.h"
+#include "base/sets.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-static int root_of(int *parent, int i)
-{
-    while (parent[i] != i)
-        i = parent[i] = parent[parent[i]];
-    return i;
-}
 
 // Numbers the connected parts of the mesh: part[node]. Returns how many; a node without triangles
 // is one.
 static int find_parts(const ScoreTissue *tissue, int *part)
 {
-    int count = 0;
-    int *parent = score_allocate(tissue->node_count, sizeof *parent);
-    for (int i = 0; i < tissue->node_count; i++)
-        parent[i] = i;
+    union_find_reset(part, tissue->node_count);
     for (int t = 0; t < tissue->triangle_count; t++)
-        for (int k = 0; k < 2; k++) {
-            const int a = root_of(parent, tissue->triangle[t][k]);
-            const int b = root_of(parent, tissue->triangle[t][k + 1]);
-            parent[a > b ? a : b] = a > b ? b : a; // the root is the lowest node
-        }
-    for (int i = 0; i < tissue->node_count; i++)
-        part[i] = parent[i] == i ? count++ : part[root_of(parent, i)];
-    free(parent);
-    return count;
+        for (int k = 0; k < 2; k++)
+            union_find_join(part, tissue->triangle[t][k], tissue->triangle[t][k + 1]);
+    return union_find_number(part, tissue->node_count);
 }
 
 typedef struct Part {

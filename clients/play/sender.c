@@ -2,6 +2,7 @@
 #include "sender.h"
 
 #include "base/check.h"
+#include "base/sets.h"
 #include "sending.h"
 
 #include "pliant_contact_t.h"
@@ -69,32 +70,15 @@ static void count(Sender *sender, int result)
 
 // --- what is shown -------------------------------------------------------------------------------
 
-static int root_of(int *up, int node)
-{
-    while (up[node] != node)
-        node = up[node] = up[up[node]];
-    return node;
-}
-
 // Numbers the connected pieces of the mesh, which are not recorded.
 static void find_pieces(SenderBody *body)
 {
     const RecordingTopology *mesh = &body->mesh;
-    int *up = body->parent; // scratch, filled later
-    for (int i = 0; i < mesh->node_count; i++)
-        up[i] = i;
+    union_find_reset(body->piece, mesh->node_count);
     for (int t = 0; t < mesh->triangle_count; t++)
         for (int k = 1; k < 3; k++)
-            up[root_of(up, mesh->triangle[t][k])] = root_of(up, mesh->triangle[t][0]);
-    // A root gets its number before its nodes do.
-    memset(body->piece, -1, (size_t)mesh->node_count * sizeof *body->piece);
-    body->pieces = 0;
-    for (int i = 0; i < mesh->node_count; i++) {
-        const int root = root_of(up, i);
-        if (body->piece[root] < 0)
-            body->piece[root] = body->pieces++;
-        body->piece[i] = body->piece[root];
-    }
+            union_find_join(body->piece, mesh->triangle[t][0], mesh->triangle[t][k]);
+    body->pieces = union_find_number(body->piece, mesh->node_count);
 }
 
 static void start_mesh(SenderBody *body, bool repeats)

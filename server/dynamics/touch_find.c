@@ -2,6 +2,7 @@
 // between bodies"): boxes of both bodies, a grid over the faces where they overlap (touch_grid.c),
 // then the nearest faces of each point, and with touch_patch.c the sides of them that it is on.
 // Step thread, at most once a tick.
+#include "base/sets.h"
 #include "dynamics/touch_look.h"
 
 #include <string.h>
@@ -26,28 +27,20 @@ static const double DEEPEST = 4.0;
 // ---------------------------------------------------------------------------------------------
 // Bodies
 
-static int root_of(int *piece, int node)
-{
-    while (piece[node] != node)
-        node = piece[node] = piece[piece[node]];
-    return node;
-}
-
 // Finds the pieces of a surface: nodes that are connected by faces.
 static void list_pieces(const TouchEnd *end)
 {
     const BodySurface *surface = &end->body->surface;
     int *piece = end->piece;
-    for (int i = 0; i < surface->node_count; i++)
-        piece[i] = i;
+    union_find_reset(piece, surface->node_count);
     for (int i = 0; i < end->used_count; i++)
         for (int k = surface->node_face_start[end->used[i]];
              k < surface->node_face_end[end->used[i]]; k++) {
             const int *corner = surface->face[surface->node_face[k]];
-            piece[root_of(piece, corner[0])] = root_of(piece, end->used[i]);
+            union_find_join(piece, corner[0], end->used[i]);
         }
     for (int i = 0; i < end->used_count; i++)
-        piece[end->used[i]] = root_of(piece, end->used[i]);
+        piece[end->used[i]] = union_find_root(piece, end->used[i]);
 }
 
 void touch_list_nodes(TouchEnd *end)
