@@ -1,5 +1,6 @@
 #include "dynamics/attachment_data.h"
 
+#include "base/bits.h"
 #include "base/check.h"
 #include "base/sets.h"
 
@@ -136,7 +137,7 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
     }
     // Marks and places of all nodes, where they change or are searched.
     if (grasper || attachment->changes)
-        attachment->mark = ALLOCATE(ARENA_CONTACT, (nodes + 63) / 64, uint64_t, "marks");
+        attachment->mark = ALLOCATE(ARENA_CONTACT, bits_words(nodes), uint64_t, "marks");
     if (attachment->changes)
         attachment->given = ALLOCATE(ARENA_CONTACT, nodes, HeldNode, "held before");
 }

@@ -59,19 +59,6 @@ struct Attachment {
     int64_t taken, refused;
 };
 
-static inline bool attachment_is_marked(const Attachment *attachment, int node)
-{
-    return (attachment->mark[node / 64] >> (node % 64) & 1) != 0;
-}
-static inline void attachment_mark(Attachment *attachment, int node)
-{
-    attachment->mark[node / 64] |= UINT64_C(1) << (node % 64);
-}
-static inline void attachment_unmark(Attachment *attachment, int node)
-{
-    attachment->mark[node / 64] &= ~(UINT64_C(1) << (node % 64));
-}
-
 // Finds the free outer nodes in the region, ascending, in memory that the caller frees (also after
 // a failure). Load time. Returns false with a status if there are none, or for invalid node
 // numbers.

@@ -1,6 +1,7 @@
 // Which nodes an attachment holds: grasping and releasing, once per tick, and what becomes of the
 // held nodes after a change of topology (nodes created between them, copies, removed nodes,
 // replaced faces). Step thread.
+#include "base/bits.h"
 #include "dynamics/attachment_data.h"
 #include "dynamics/contact_data.h"
 #include "geometry/distance.h"
@@ -40,20 +41,14 @@ static void mark_near(Attachment *attachment, Vec3 position, Quat orientation, d
         int count = body->ops->find_nodes(body->model, &region, attachment->found,
                                           body->surface.node_count);
         for (int i = 0; i < count; i++)
-            attachment_mark(attachment, attachment->found[i]);
+            bits_add(attachment->mark, attachment->found[i]);
     }
 }
 
 // Writes the marked nodes to `found`, ascending, and clears the marks. Returns how many.
 static int collect_marked(Attachment *attachment)
 {
-    int count = 0;
-    for (int word = 0; word < (attachment->body->surface.node_count + 63) / 64; word++) {
-        for (uint64_t bits = attachment->mark[word]; bits != 0; bits &= bits - 1)
-            attachment->found[count++] = word * 64 + __builtin_ctzll(bits);
-        attachment->mark[word] = 0;
-    }
-    return count;
+    return bits_move(attachment->mark, attachment->body->surface.node_count, attachment->found);
 }
 
 // Appends a node; returns false if no force can act on it: a hanging node has no mass.
@@ -130,7 +125,7 @@ static int find_points(Attachment *attachment, Vec3 position, Quat orientation, 
     mark_near(attachment, position, orientation, CONTACT_FACE_REACH * surface->longest_edge);
     int found = collect_marked(attachment), within = 0;
     for (int i = 0; i < found; i++)
-        attachment_mark(attachment, attachment->found[i]);
+        bits_add(attachment->mark, attachment->found[i]);
     for (int i = 0; i < found; i++) {
         int node = attachment->found[i];
         for (int j = surface->node_face_start[node]; j < surface->node_face_end[node]; j++) {
@@ -139,7 +134,7 @@ static int find_points(Attachment *attachment, Vec3 position, Quat orientation, 
             bool lowest = true, any_free = false;
             for (int k = 0; k < 3; k++) {
                 int corner = surface->face[face][k];
-                lowest &= corner >= node || !attachment_is_marked(attachment, corner);
+                lowest &= corner >= node || !bits_has(attachment->mark, corner);
                 any_free |= !body->ops->is_fixed(body->model, corner);
             }
             ClosestPair pair;
@@ -228,7 +223,7 @@ void attachment_remember(Attachment *attachment)
 
 static void give(Attachment *attachment, int node, Vec3 local, double share)
 {
-    attachment_mark(attachment, node);
+    bits_add(attachment->mark, node);
     attachment->given[node] = (HeldNode){local, share};
 }
 
@@ -250,18 +245,18 @@ static void change_nodes(Attachment *attachment, int held, const TopologyChange 
 {
     // How many held nodes are left without those that go.
     for (int i = 0; i < change->gone_count; i++)
-        if (attachment_is_marked(attachment, change->gone[i]))
+        if (bits_has(attachment->mark, change->gone[i]))
             held -= attachment->given[change->gone[i]].share > 0.0;
     // A held node that goes hands its place to its parents, if nothing else is held.
     for (int i = 0; i < change->gone_count; i++) {
         int node = change->gone[i];
-        if (!attachment_is_marked(attachment, node))
+        if (!bits_has(attachment->mark, node))
             continue;
-        attachment_unmark(attachment, node);
+        bits_remove(attachment->mark, node);
         const HeldNode went = attachment->given[node];
         for (int k = 0; k < 2 && held == 0 && went.share > 0.0; k++) {
             int parent = change->gone_parent[i][k];
-            bool known = attachment_is_marked(attachment, parent);
+            bool known = bits_has(attachment->mark, parent);
             // Where a tie knows no place of the parent, that is where it is when the tick begins.
             attachment->hold->holding &= known || !attachment->of_tie;
             if (!attachment->body->ops->is_fixed(attachment->body->model, parent))
@@ -272,7 +267,7 @@ static void change_nodes(Attachment *attachment, int held, const TopologyChange 
     for (int i = 0; i < change->born_count; i++) {
         const NodeBirth *born = &change->born[i];
         int a = born->parent[0], b = born->parent[1];
-        if (!attachment_is_marked(attachment, a) || !attachment_is_marked(attachment, b))
+        if (!bits_has(attachment->mark, a) || !bits_has(attachment->mark, b))
             continue;
         const HeldNode *from = &attachment->given[a], *to = &attachment->given[b];
         Vec3 local = vec3_scale(0.5, vec3_add(from->local, to->local));
@@ -296,9 +291,9 @@ static void follow_nodes(Attachment *attachment, const TopologyChange *change)
     change_nodes(attachment, held, change);
     // Back to an ascending list, by the marks, which are cleared on the way.
     int count = 0;
-    for (int word = 0; word < (attachment->body->surface.node_count + 63) / 64; word++) {
-        for (uint64_t bits = attachment->mark[word]; bits != 0; bits &= bits - 1) {
-            int node = word * 64 + __builtin_ctzll(bits);
+    for (int word = 0; word < bits_words(attachment->body->surface.node_count); word++) {
+        for (uint64_t left = attachment->mark[word]; left != 0;) {
+            const int node = bits_take(&left, word);
             // What exceeds the capacity stays free and is counted.
             if (count == attachment->capacity) {
                 attachment->refused += attachment->given[node].share > 0.0;

@@ -1,6 +1,7 @@
 // A contact's stiffness and memory. Load time only.
 #include "dynamics/contact_data.h"
 
+#include "base/bits.h"
 #include "base/check.h"
 #include "base/sets.h"
 
@@ -244,8 +245,8 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
     contact->local = ALLOCATE(ARENA_CONTACT, nodes, int, "local numbers");
     for (int i = 0; i < nodes; i++)
         contact->local[i] = -1;
-    contact->mark = ALLOCATE(ARENA_CONTACT, (faces + 63) / 64, uint64_t, "face marks");
-    contact->rank = ALLOCATE(ARENA_CONTACT, (faces + 63) / 64, int, "face ranks");
+    contact->mark = ALLOCATE(ARENA_CONTACT, bits_words(faces), uint64_t, "face marks");
+    contact->rank = ALLOCATE(ARENA_CONTACT, bits_words(faces), int, "face ranks");
 
     // Arrays by candidate and local node, of the chosen capacity.
     choose_capacity(contact);

@@ -4,20 +4,16 @@
 // thread, once per tick.
 #include "dynamics/contact_data.h"
 
+#include "base/bits.h"
 #include "geometry/distance.h"
 
 #include <string.h>
-
-static void mark_face(Contact *contact, int face)
-{
-    contact->mark[face / 64] |= UINT64_C(1) << (face % 64);
-}
 
 // Marks the faces around every node near a capsule, and the existing candidates.
 static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
 {
     const BodySurface *surface = &contact->body->surface;
-    memset(contact->mark, 0, (size_t)((surface->face_used + 63) / 64) * sizeof *contact->mark);
+    memset(contact->mark, 0, (size_t)bits_words(surface->face_used) * sizeof *contact->mark);
     for (int shape = 0; shape < contact->tool->capsule_count; shape++) {
         Region region = {.kind = REGION_CAPSULE};
         contact_axis(&contact->tool->capsule[shape], at, &region.from, &region.to);
@@ -28,7 +24,7 @@ static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
         for (int i = 0; i < count; i++) {
             int node = contact->node[i];
             for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++)
-                mark_face(contact, surface->node_face[k]);
+                bits_add(contact->mark, surface->node_face[k]);
         }
         const signed char *side = contact->side[shape];
         for (int f = 0; side != NULL && f < surface->face_used; f++) {
@@ -36,7 +32,7 @@ static void mark_faces(Contact *contact, const ToolPlacement *at, double margin)
             while (f + 8 <= surface->face_used && (memcpy(&eight, side + f, 8), eight == 0))
                 f += 8;
             if (f < surface->face_used && side[f] != 0)
-                mark_face(contact, f);
+                bits_add(contact->mark, f);
         }
     }
 }
@@ -145,10 +141,10 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
         wide[shape] = axis[shape];
         wide[shape].reach += contact->reach;
     }
-    for (int word = 0; word < (surface->face_used + 63) / 64; word++) {
+    for (int word = 0; word < bits_words(surface->face_used); word++) {
         contact->rank[word] = contact->candidate_count;
-        for (uint64_t bits = contact->mark[word]; bits != 0; bits &= bits - 1) {
-            int face = word * 64 + __builtin_ctzll(bits);
+        for (uint64_t left = contact->mark[word]; left != 0;) {
+            const int face = bits_take(&left, word);
             Vec3 x[3];
             bool reached = true;
             if (contact->fit != NULL) {
@@ -162,7 +158,7 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
             if (reached && add_candidate(contact, face, x))
                 continue;
             contact->refused += reached;
-            contact->mark[word] &= ~(bits & -bits);
+            bits_remove(contact->mark, face);
             for (int shape = 0; shape < shapes && !contact->is_solid; shape++)
                 contact->side[shape][face] = 0;
         }
@@ -171,9 +167,9 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
 
 int contact_find_candidate(const Contact *contact, int face)
 {
-    uint64_t bit = UINT64_C(1) << (face % 64), word = contact->mark[face / 64];
-    return (word & bit) == 0 ? -1
-                             : contact->rank[face / 64] + __builtin_popcountll(word & (bit - 1));
+    return bits_has(contact->mark, face)
+               ? contact->rank[face / 64] + bits_before(contact->mark, face)
+               : -1;
 }
 
 // Returns the area-weighted normal at a node, from all faces around it; zero at a node of a free

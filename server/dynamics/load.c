@@ -1,5 +1,7 @@
 #include "dynamics/load.h"
 
+#include "base/bits.h"
+
 #include <stdio.h>
 #include <string.h>
 
@@ -37,7 +39,7 @@ void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena
     state_add(state, set->node, capacity * sizeof *set->node, "loads/nodes");
     set->given = arena_allocate(arena, ARENA_STEP, (size_t)most, sizeof *set->given,
                                 "loads/nodes of a body");
-    set->mark = arena_allocate(arena, ARENA_STEP, (size_t)(most + 63) / 64, sizeof *set->mark,
+    set->mark = arena_allocate(arena, ARENA_STEP, (size_t)bits_words(most), sizeof *set->mark,
                                "loads/marks of nodes");
 }
 
@@ -107,20 +109,10 @@ static void apply_all(const LoadSet *set, Body *bodies, int body_count)
 // ---------------------------------------------------------------------------------------------
 // New and removed nodes
 
-static bool is_marked(const LoadSet *set, int node)
-{
-    return (set->mark[node / 64] >> (node % 64) & 1) != 0;
-}
-
 static void give(LoadSet *set, int node, const LoadNode *what)
 {
-    set->mark[node / 64] |= UINT64_C(1) << (node % 64);
+    bits_add(set->mark, node);
     set->given[node] = *what;
-}
-
-static void take_back(LoadSet *set, int node)
-{
-    set->mark[node / 64] &= ~(UINT64_C(1) << (node % 64));
 }
 
 // Writes the marked nodes from entry `at` on, ascending, at most `room` of them, and clears the
@@ -128,9 +120,9 @@ static void take_back(LoadSet *set, int node)
 static int64_t write_marked(LoadSet *set, int64_t at, int64_t room, int node_count, int first_node)
 {
     int64_t count = 0;
-    for (int word = 0; word < (node_count + 63) / 64; word++) {
-        for (uint64_t bits = set->mark[word]; bits != 0; bits &= bits - 1) {
-            int node = word * 64 + __builtin_ctzll(bits);
+    for (int word = 0; word < bits_words(node_count); word++) {
+        for (uint64_t left = set->mark[word]; left != 0;) {
+            const int node = bits_take(&left, word);
             if (count < room) {
                 set->pool[at + count] = first_node + node;
                 set->node[at + count++] = set->given[node];
@@ -138,14 +130,6 @@ static int64_t write_marked(LoadSet *set, int64_t at, int64_t room, int node_cou
         }
         set->mark[word] = 0;
     }
-    return count;
-}
-
-static int64_t count_marked(const LoadSet *set, int node_count)
-{
-    int64_t count = 0;
-    for (int word = 0; word < (node_count + 63) / 64; word++)
-        count += __builtin_popcountll(set->mark[word]);
     return count;
 }
 
@@ -163,18 +147,18 @@ static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
 {
     // How much of the load is left without the nodes that go.
     for (int i = 0; i < change->gone_count; i++)
-        if (is_marked(set, change->gone[i]))
+        if (bits_has(set->mark, change->gone[i]))
             inside -= set->given[change->gone[i]].share > 0.0;
     // The last inside nodes that go hand their part to their parents.
     for (int i = 0; i < change->gone_count; i++) {
         int node = change->gone[i];
-        if (!is_marked(set, node))
+        if (!bits_has(set->mark, node))
             continue;
-        take_back(set, node);
+        bits_remove(set->mark, node);
         for (int k = 0; k < 2 && inside == 0 && set->given[node].share > 0.0; k++) {
             int parent = change->gone_parent[i][k];
             LoadNode heir = {set->given[node].start, 1.0};
-            if (is_marked(set, parent))
+            if (bits_has(set->mark, parent))
                 heir.start = set->given[parent].start;
             give(set, parent, &heir);
         }
@@ -183,7 +167,7 @@ static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
     for (int i = 0; i < change->born_count; i++) {
         const NodeBirth *born = &change->born[i];
         const int *parent = born->parent;
-        if (!is_marked(set, parent[0]) || !is_marked(set, parent[1]))
+        if (!bits_has(set->mark, parent[0]) || !bits_has(set->mark, parent[1]))
             continue;
         // A copy gets its original's part in the load: the two share one area.
         Vec3 sum = vec3_add(set->given[parent[0]].start, set->given[parent[1]].start);
@@ -215,7 +199,7 @@ static void follow_load(LoadSet *set, int k, int first_node, const BodySurface *
     change_nodes(set, load, inside, change);
     // The list grows or shrinks: move what follows, and drop what does not fit.
     int64_t room = set->pool_capacity - *set->used + (end - begin);
-    int64_t marked = count_marked(set, node_used);
+    int64_t marked = bits_count(set->mark, node_used);
     int64_t more = (marked < room ? marked : room) - (end - begin);
     move_entries(set, end + more, end, *set->used - end);
     if (more < 0)

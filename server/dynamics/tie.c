@@ -2,6 +2,7 @@
 // ties and clips are joints, of a pool that is reserved at load. Step thread; nothing here runs in
 // a substep. Bodies that are tied together advance together while they are, with the most substeps
 // that any of them needs, and every tie shortens the steps by what it adds to the bounds.
+#include "base/bits.h"
 #include "base/check.h"
 #include "dynamics/attachment_data.h"
 #include "dynamics/sim_data.h"
@@ -49,13 +50,13 @@ static void create_scratch(Sim *sim, TiePool *pool)
         changes |= body_changes(body);
     }
     pool->room = changes ? GROWTH * TIE_NODES : TIE_NODES;
-    pool->shared.mark = MEMORY(ARENA_CONTACT, (nodes + 63) / 64, uint64_t, "marks");
+    pool->shared.mark = MEMORY(ARENA_CONTACT, bits_words(nodes), uint64_t, "marks");
     pool->shared.demand = MEMORY(ARENA_CONTACT, nodes, double, "demand");
     if (changes)
         pool->shared.given = MEMORY(ARENA_CONTACT, nodes, HeldNode, "held before");
     // To find nodes and walls.
     pool->found = MEMORY(ARENA_CONTACT, nodes, int, "found");
-    pool->mark_face = MEMORY(ARENA_CONTACT, (faces + 63) / 64, uint64_t, "marks of faces");
+    pool->mark_face = MEMORY(ARENA_CONTACT, bits_words(faces), uint64_t, "marks of faces");
     pool->face = MEMORY(ARENA_CONTACT, TIE_FACES, int, "faces");
     pool->corner = MEMORY(ARENA_CONTACT, 3 * TIE_FACES, Vec3, "corners");
     pool->id = MEMORY(ARENA_CONTACT, rows, int, "ids");
@@ -300,13 +301,7 @@ int64_t ties_refused(const Sim *sim)
 // Writes the marked nodes to `found`, ascending, and clears the marks. Returns how many.
 static int collect_marked(TiePool *pool, const Body *body)
 {
-    int count = 0;
-    for (int word = 0; word < (body->surface.node_count + 63) / 64; word++) {
-        for (uint64_t bits = pool->shared.mark[word]; bits != 0; bits &= bits - 1)
-            pool->found[count++] = word * 64 + __builtin_ctzll(bits);
-        pool->shared.mark[word] = 0;
-    }
-    return count;
+    return bits_move(pool->shared.mark, body->surface.node_count, pool->found);
 }
 
 // Marks the outer nodes of a body within a sphere. Returns how many nodes it has there.
@@ -317,7 +312,7 @@ static int mark_sphere(TiePool *pool, const Body *body, Vec3 center, double radi
     int count = body->ops->find_nodes(body->model, &region, pool->found, room);
     count = count < room ? count : room;
     for (int i = 0; i < count; i++)
-        pool->shared.mark[pool->found[i] / 64] |= UINT64_C(1) << (pool->found[i] % 64);
+        bits_add(pool->shared.mark, pool->found[i]);
     return count;
 }
 
@@ -402,14 +397,15 @@ static int collect_faces(TiePool *pool, const Body *body, Vec3 center, double ra
     for (int i = 0; i < nodes; i++) {
         const int node = pool->found[i];
         for (int j = surface->node_face_start[node]; j < surface->node_face_end[node]; j++)
-            pool->mark_face[surface->node_face[j] / 64] |= UINT64_C(1)
-                                                           << (surface->node_face[j] % 64);
+            bits_add(pool->mark_face, surface->node_face[j]);
     }
     int count = 0;
-    for (int word = 0; word < (surface->face_count + 63) / 64; word++) {
-        for (uint64_t bits = pool->mark_face[word]; bits != 0; bits &= bits - 1, count++)
+    for (int word = 0; word < bits_words(surface->face_count); word++) {
+        for (uint64_t left = pool->mark_face[word]; left != 0; count++) {
+            const int face = bits_take(&left, word);
             if (count < TIE_FACES)
-                pool->face[count] = word * 64 + __builtin_ctzll(bits);
+                pool->face[count] = face;
+        }
         pool->mark_face[word] = 0;
     }
     for (int f = 0; f < count && count <= TIE_FACES; f++)
