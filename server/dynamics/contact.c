@@ -255,9 +255,7 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
         if ((excess <= 0.0 && f->floor >= 0.0) || retreat == RETREATS || !(size > 0.0))
             return;
         Vec3 n = vec3_scale(1.0 / size, f->force);
-        const double *K = f->stiffness;
-        double along = K[0] * n.x * n.x + K[1] * n.y * n.y + K[2] * n.z * n.z +
-                       2.0 * (K[3] * n.x * n.y + K[4] * n.x * n.z + K[5] * n.y * n.z);
+        double along = sym3_along(f->stiffness, n);
         along *= 1.0 + contact->body->contact_damping / h; // a step back also slows the approach
         double back = along > 0.0 ? fmax(0.0, excess / along) : 0.0;
         next->position = vec3_madd(next->position, fmin(0.5 * r, back), n);

@@ -4,6 +4,7 @@
 #ifndef PLIANT_DYNAMICS_CONTACT_DATA_H
 #define PLIANT_DYNAMICS_CONTACT_DATA_H
 
+#include "base/sym3.h"
 #include "dynamics/contact.h"
 #include "geometry/distance.h"
 
@@ -89,11 +90,11 @@ typedef struct Clear {
 // corners of the cells around them. [count]
 typedef struct Carriers {
     int count;
-    int *node;           // of the body
-    Vec3 *x, *f;         // position [m], force [N]
-    double (*lumped)[6]; // stiffness, xx yy zz xy xz yz [N/m]
-    double *push;        // share of the pushes on the surface [N]; NULL: the size of `f`
-    int *touched;        // number among the touched ones
+    int *node;    // of the body
+    Vec3 *x, *f;  // position [m], force [N]
+    Sym3 *lumped; // stiffness [N/m]
+    double *push; // share of the pushes on the surface [N]; NULL: the size of `f`
+    int *touched; // number among the touched ones
 } Carriers;
 
 typedef struct CarrierWeight {
@@ -132,7 +133,7 @@ typedef struct ContactForces {
     Vec3 moment;         // on the tool, about ContactSums.about [N m]
     Vec3 point, normal;  // force-weighted sums
     double weight;       // sum of normal forces [N]
-    double stiffness[6]; // sum k n n^T: xx yy zz xy xz yz [N/m]
+    Sym3 stiffness;      // sum k n n^T [N/m]
     double floor;        // smallest (signed distance - least allowed) of an acting face [m];
                          // solids: least distance of an axis
     Vec3 floor_normal;   // of that face, hollow walls only
@@ -208,7 +209,7 @@ struct Contact {
     // Points spread over a face, where it feels the tool: barycentric weights.
     int point_count;
     double point_weight[CONTACT_POINTS][3];
-    double (*lumped)[6]; // of a local node: lumped stiffness, xx yy zz xy xz yz [N/m]
+    Sym3 *lumped; // of a local node: lumped stiffness [N/m]
     Carriers carriers;
     ContactFit *fit;                  // of a fitted surface, else NULL
     double limit;                     // of the force now [N]
@@ -222,25 +223,6 @@ struct Contact {
     double kicked; // half the duration of the forces `f` whose work is half counted [s], or 0
     ContactSums sums;
 };
-
-// Symmetric matrices: xx yy zz xy xz yz.
-static inline Vec3 sym_times(const double k[6], Vec3 x)
-{
-    return vec3(k[0] * x.x + k[3] * x.y + k[4] * x.z, k[3] * x.x + k[1] * x.y + k[5] * x.z,
-                k[4] * x.x + k[5] * x.y + k[2] * x.z);
-}
-
-// Solves (k + add 1) y = x for a positive matrix.
-static inline Vec3 sym_solve(const double k[6], double add, Vec3 x)
-{
-    const double a = k[0] + add, b = k[1] + add, c = k[2] + add;
-    const double xx = b * c - k[5] * k[5], yy = a * c - k[4] * k[4], zz = a * b - k[3] * k[3],
-                 xy = k[4] * k[5] - k[3] * c, xz = k[3] * k[5] - k[4] * b,
-                 yz = k[3] * k[4] - a * k[5];
-    const double inverse = 1.0 / (a * xx + k[3] * xy + k[4] * xz);
-    const double adjugate[6] = {xx, yy, zz, xy, xz, yz};
-    return vec3_scale(inverse, sym_times(adjugate, x));
-}
 
 // A capsule without length.
 bool contact_is_sphere(const Capsule *capsule);
@@ -296,7 +278,7 @@ void contact_fit_spread(Contact *contact);
 //   (M + g W^T K W) dv = W^T (h f - g K (W v - u)),
 // with the weights W of the pressed nodes, and the tool moving at `u` [m/s]. Sets those on carriers
 // that cannot move to what these withhold, and adds the derivative of these by `u` to `slope`.
-void contact_fit_solve(Contact *contact, Vec3 u, double h, double g, double slope[6]);
+void contact_fit_solve(Contact *contact, Vec3 u, double h, double g, Sym3 *slope);
 
 // The vertices that carry most of a spring's point. [count], of which CONTACT_MAIN for each corner
 // of its face.

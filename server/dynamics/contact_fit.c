@@ -225,8 +225,8 @@ void contact_fit_spread(Contact *contact)
             const double share = fabs(weight->weight);
             carriers->f[i] = vec3_madd(carriers->f[i], weight->weight, f);
             carriers->push[i] += share * push;
-            for (int j = 0; j < 6; j++)
-                carriers->lumped[i][j] += share * follower->size * contact->lumped[local][j];
+            carriers->lumped[i] =
+                sym3_madd(carriers->lumped[i], share * follower->size, contact->lumped[local]);
         }
     }
 }
@@ -264,7 +264,7 @@ static void find_left(Contact *contact, Vec3 u, double h, double g)
         Vec3 move = vec3_sub(pressed->speed, vec3_add(u, pressed->swing));
         for (int c = 0; c < follower->count; c++)
             move = vec3_madd(move, weight[c].weight, touched[number[weight[c].carrier]].change);
-        const Vec3 push = vec3_scale(g, sym_times(contact->lumped[pressed->local], move));
+        const Vec3 push = vec3_scale(g, sym3_times(contact->lumped[pressed->local], move));
         for (int c = 0; c < follower->count; c++) {
             Vec3 *left = &touched[number[weight[c].carrier]].left;
             *left = vec3_madd(*left, -weight[c].weight, push);
@@ -275,18 +275,16 @@ static void find_left(Contact *contact, Vec3 u, double h, double g)
 // Returns the velocity by which a carrier alone would answer its residual.
 static Vec3 answer(const Contact *contact, const Touched *touched, double g)
 {
-    const double m = touched->mass, *d = contact->carriers.lumped[touched->carrier];
-    double k[6];
+    const double m = touched->mass;
     if (!(m > 0.0))
         return vec3(0.0, 0.0, 0.0);
-    for (int j = 0; j < 6; j++)
-        k[j] = g / m * d[j];
-    return vec3_scale(1.0 / m, sym_solve(k, 1.0, touched->left));
+    const Sym3 k = sym3_scale(g / m, contact->carriers.lumped[touched->carrier]);
+    return vec3_scale(1.0 / m, sym3_solve(k, 1.0, touched->left));
 }
 
 // Adds the derivative, by the tool's velocity, of what carriers that cannot move withhold. More, as
 // by D, would let a hand that pulls at its largest force drag the proxy into a rigid surface.
-static void add_withheld(const Contact *contact, double g, double slope[6])
+static void add_withheld(const Contact *contact, double g, Sym3 *slope)
 {
     for (int p = 0; p < contact->pressed_count; p++) {
         const Pressed *pressed = &contact->pressed[p];
@@ -299,12 +297,12 @@ static void add_withheld(const Contact *contact, double g, double slope[6])
             const int t = contact->carriers.touched[weight[c].carrier];
             share += contact->touched[t].mass > 0.0 ? 0.0 : weight[c].weight;
         }
-        for (int j = 0; j < 6 && share > 0.0; j++)
-            slope[j] += share * g * contact->lumped[pressed->local][j];
+        if (share > 0.0)
+            *slope = sym3_madd(*slope, share * g, contact->lumped[pressed->local]);
     }
 }
 
-void contact_fit_solve(Contact *contact, Vec3 u, double h, double g, double slope[6])
+void contact_fit_solve(Contact *contact, Vec3 u, double h, double g, Sym3 *slope)
 {
     Touched *touched = contact->touched;
     const int count = contact->touched_count;

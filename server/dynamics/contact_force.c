@@ -133,13 +133,8 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
     add_force(contact, candidate, weight, point, vec3_scale(force, normal));
 
     // Sums for the wrench and for the proxy's steps.
-    double k = share * stiffness;
-    sum->stiffness[0] += k * normal.x * normal.x;
-    sum->stiffness[1] += k * normal.y * normal.y;
-    sum->stiffness[2] += k * normal.z * normal.z;
-    sum->stiffness[3] += k * normal.x * normal.y;
-    sum->stiffness[4] += k * normal.x * normal.z;
-    sum->stiffness[5] += k * normal.y * normal.z;
+    const double k = share * stiffness;
+    sum->stiffness = sym3_madd(sum->stiffness, 1.0, sym3_outer(k, normal));
     sum->weight += force;
     sum->point = vec3_madd(sum->point, force, point);
     sum->normal = vec3_madd(sum->normal, force, normal);

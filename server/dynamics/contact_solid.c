@@ -136,14 +136,11 @@ static void add_push(Contact *contact, const Candidate *candidate, const double 
     sum->normal = vec3_madd(sum->normal, force, normal);
     if (contact->spring != NULL)
         contact_note_spring(contact, candidate, weight, normal, stiffness, force / distance, stays);
-    const Vec3 n = vec3_scale(stiffness, normal);
-    const double k[6] = {n.x * normal.x, n.y * normal.y, n.z * normal.z,
-                         n.x * normal.y, n.x * normal.z, n.y * normal.z};
+    const Sym3 k = sym3_outer(stiffness, normal);
     for (int c = 0; c < 3; c++) {
         const int i = candidate->node[c];
         contact->f[i] = vec3_madd(contact->f[i], -weight[c] * force, normal);
-        for (int j = 0; j < 6; j++)
-            contact->lumped[i][j] += weight[c] * k[j];
+        contact->lumped[i] = sym3_madd(contact->lumped[i], weight[c], k);
     }
 }
 
@@ -245,25 +242,20 @@ static void evaluate_shape(Contact *contact, const ToolPlacement *at, int shape,
     }
 }
 
-static bool is_stiff(const double lumped[6])
-{
-    return lumped[0] + lumped[1] + lumped[2] > 0.0;
-}
-
 // Lists the nodes that are pushed, then the carriers that move with them, in ascending order.
 static void list_touched(Contact *contact)
 {
     Carriers *carriers = &contact->carriers;
     contact->pressed_count = contact->touched_count = 0;
     for (int i = 0; i < contact->local_count; i++)
-        if (is_stiff((const double *)contact->lumped[i]))
+        if (sym3_trace(contact->lumped[i]) > 0.0)
             contact->pressed[contact->pressed_count++].local = i;
     if (contact->fit != NULL)
         contact_fit_spread(contact);
     else
         carriers->count = contact->local_count;
     for (int i = 0; i < carriers->count; i++) {
-        if (!is_stiff((const double *)carriers->lumped[i]))
+        if (!(sym3_trace(carriers->lumped[i]) > 0.0))
             continue;
         carriers->touched[i] = contact->touched_count;
         contact->touched_node[contact->touched_count] = carriers->node[i];
@@ -299,14 +291,14 @@ static const CarrierWeight *weights_of(const Contact *contact, int local, Carrie
 }
 
 // Adds s (1 - n n^T).
-static void add_across(double k[6], double s, Vec3 n)
+static void add_across(Sym3 *k, double s, Vec3 n)
 {
-    k[0] += s * (1.0 - n.x * n.x);
-    k[1] += s * (1.0 - n.y * n.y);
-    k[2] += s * (1.0 - n.z * n.z);
-    k[3] -= s * n.x * n.y;
-    k[4] -= s * n.x * n.z;
-    k[5] -= s * n.y * n.z;
+    k->xx += s * (1.0 - n.x * n.x);
+    k->yy += s * (1.0 - n.y * n.y);
+    k->zz += s * (1.0 - n.z * n.z);
+    k->yz -= s * n.y * n.z;
+    k->zx -= s * n.x * n.z;
+    k->xy -= s * n.x * n.y;
 }
 
 // Returns the mass with which a pressed node resists; 0: it cannot move.
@@ -326,17 +318,15 @@ static double mass_of(const Contact *contact, const CarrierWeight *weight, int c
 // not pull: a node that separates faster than it is pushed is free.
 static void add_pressed(Contact *contact, Pressed *pressed, Vec3 u, double h, double g)
 {
-    const double *d = contact->lumped[pressed->local];
+    const Sym3 d = contact->lumped[pressed->local];
     const Vec3 f = contact->f[pressed->local],
                slip = vec3_sub(pressed->speed, vec3_add(u, pressed->swing));
     int count;
     CarrierWeight own;
     const CarrierWeight *weight = weights_of(contact, pressed->local, &own, &count);
     const double m = mass_of(contact, weight, count);
-    double k[6];
-    for (int j = 0; j < 6; j++)
-        k[j] = m > 0.0 ? g / m * d[j] : 0.0;
-    const Vec3 push = sym_solve(k, 1.0, vec3_madd(vec3_scale(h, f), -g, sym_times(d, slip)));
+    const Sym3 k = m > 0.0 ? sym3_scale(g / m, d) : (Sym3){0};
+    const Vec3 push = sym3_solve(k, 1.0, vec3_madd(vec3_scale(h, f), -g, sym3_times(d, slip)));
     pressed->acts = vec3_dot(push, f) > 0.0;
     for (int c = 0; c < count && pressed->acts; c++) {
         Touched *to = &contact->touched[contact->carriers.touched[weight[c].carrier]];
@@ -356,7 +346,7 @@ static double friction_share(const Contact *contact, const Touched *touched)
 
 // Adds Coulomb friction: as much as stops the carrier beside the tool, at most `friction` times its
 // share of the push. Implicit, so that what sticks does not creep.
-static void add_friction(const Contact *contact, int t, double friction, Vec3 slip, double slope[6])
+static void add_friction(const Contact *contact, int t, double friction, Vec3 slip, Sym3 *slope)
 {
     Vec3 *impulse = &contact->impulse[t];
     const double length = vec3_length(*impulse);
@@ -376,35 +366,32 @@ static void add_friction(const Contact *contact, int t, double friction, Vec3 sl
 // with the tool moving at u, and adds its derivative by u. One that cannot move gets what it
 // withholds. Of a node that carries itself D is its stiffness K; where several nodes share carriers
 // D bounds the stiffness of all, and contact_fit_solve starts from here, for those that can move.
-static void find_impulse(Contact *contact, int t, Vec3 u, double h, double g, double slope[6])
+static void find_impulse(Contact *contact, int t, Vec3 u, double h, double g, Sym3 *slope)
 {
     const Touched *touched = &contact->touched[t];
     contact->impulse[t] = vec3(0.0, 0.0, 0.0);
     if (!touched->acts || (contact->fit != NULL && !(touched->mass > 0.0)))
         return;
-    const double m = touched->mass, *d = contact->carriers.lumped[touched->carrier];
+    const double m = touched->mass;
+    const Sym3 d = contact->carriers.lumped[touched->carrier];
     const Vec3 slip = vec3_sub(contact->v[t], vec3_add(u, touched->swing));
-    double k[6];
-    for (int j = 0; j < 6; j++)
-        k[j] = m > 0.0 ? g / m * d[j] : 0.0;
+    const Sym3 k = m > 0.0 ? sym3_scale(g / m, d) : (Sym3){0};
     contact->impulse[t] =
-        sym_solve(k, 1.0, vec3_madd(vec3_scale(h, touched->force), -g, sym_times(d, slip)));
+        sym3_solve(k, 1.0, vec3_madd(vec3_scale(h, touched->force), -g, sym3_times(d, slip)));
     // m (m + g D)^-1 g D, column by column; symmetric.
-    const Vec3 x = sym_solve(k, 1.0, vec3(g * d[0], g * d[3], g * d[4])),
-               y = sym_solve(k, 1.0, vec3(g * d[3], g * d[1], g * d[5])),
-               z = sym_solve(k, 1.0, vec3(g * d[4], g * d[5], g * d[2]));
-    const double own[6] = {x.x, y.y, z.z, x.y, x.z, y.z};
-    for (int j = 0; j < 6; j++)
-        slope[j] += own[j];
+    const Vec3 x = sym3_solve(k, 1.0, vec3(g * d.xx, g * d.xy, g * d.zx)),
+               y = sym3_solve(k, 1.0, vec3(g * d.xy, g * d.yy, g * d.yz)),
+               z = sym3_solve(k, 1.0, vec3(g * d.zx, g * d.yz, g * d.zz));
+    *slope = sym3_madd(*slope, 1.0, (Sym3){x.x, y.y, z.z, y.z, x.z, x.y});
 }
 
 // Computes the impulses on all touched carriers with the proxy moving at `u`; returns their sum and
 // in `slope` its derivative by u.
-static Vec3 impulses(Contact *contact, Vec3 u, double h, double friction, double slope[6])
+static Vec3 impulses(Contact *contact, Vec3 u, double h, double friction, Sym3 *slope)
 {
     const double g = h * (h + contact->body->contact_damping);
     Vec3 sum = {0.0, 0.0, 0.0};
-    memset(slope, 0, 6 * sizeof *slope);
+    *slope = (Sym3){0};
     for (int t = 0; t < contact->touched_count; t++) {
         contact->touched[t].force = sum;
         contact->touched[t].acts = false;
@@ -426,21 +413,21 @@ static Vec3 impulses(Contact *contact, Vec3 u, double h, double friction, double
 
 // Returns how much slower than the hand the proxy moves, such that the impulse is the largest
 // allowed one and leads towards the hand: (S + p 1) s = T, p |s| = most; |T| > most.
-static Vec3 slack(const double slope[6], Vec3 impulse, double most)
+static Vec3 slack(Sym3 slope, Vec3 impulse, double most)
 {
     enum { HALVINGS = 60 };
     const double size = vec3_length(impulse);
-    const double trace = slope[0] + slope[1] + slope[2];
+    const double trace = sym3_trace(slope);
     // p |s| rises with p, from 0 to |T|. S is below its trace.
     double low = 0.0, high = trace * most / (size - most) + 1e-300;
     for (int i = 0; i < HALVINGS && high - low > 1e-12 * high; i++) {
         const double pull = 0.5 * (low + high);
-        if (pull * vec3_length(sym_solve(slope, pull, impulse)) < most)
+        if (pull * vec3_length(sym3_solve(slope, pull, impulse)) < most)
             low = pull;
         else
             high = pull;
     }
-    return sym_solve(slope, fmax(high, LEAST_PULL * trace), impulse);
+    return sym3_solve(slope, fmax(high, LEAST_PULL * trace), impulse);
 }
 
 // Reads the touched carriers after the body's own kick, and the tool's turn at each; then how fast
@@ -485,18 +472,18 @@ static double follow_hand(Contact *contact, double h)
     const double friction = contact_friction(contact);
     const double most = contact->tool->kind == TOOL_STATIC ? (double)INFINITY : h * contact->limit;
     Vec3 u = vec3_scale(1.0 / h, vec3_sub(next->position, from->position));
-    double slope[6];
-    Vec3 sum = impulses(contact, u, h, friction, slope);
+    Sym3 slope;
+    Vec3 sum = impulses(contact, u, h, friction, &slope);
     // Too much: it stays behind the hand. Each pass solves anew for how far, since nodes separate
     // and slide.
     const bool yields = vec3_length(sum) > most;
     Vec3 behind = {0.0, 0.0, 0.0};
     for (int pass = 0; pass < PASSES && yields; pass++) {
-        const Vec3 whole = vec3_add(sum, sym_times(slope, behind));
+        const Vec3 whole = vec3_add(sum, sym3_times(slope, behind));
         const Vec3 step = vec3_length(whole) > most ? slack(slope, whole, most) : vec3(0, 0, 0);
         u = vec3_add(vec3_sub(u, step), behind);
         behind = step;
-        sum = impulses(contact, u, h, friction, slope);
+        sum = impulses(contact, u, h, friction, &slope);
     }
     next->position = vec3_madd(from->position, h, u);
     const double size = vec3_length(sum);

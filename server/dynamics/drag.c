@@ -1,6 +1,8 @@
 // Step thread, except drag_create.
 #include "dynamics/drag.h"
 
+#include "base/sym3.h"
+
 #include <math.h>
 
 enum {
@@ -62,26 +64,24 @@ static void find_motion(const Drag *by, int parts, SlowPass *pass)
         add_sums(&all, &by->part[k]);
     // About the centre of mass.
     const double weight = all.mass > 0.0 ? 1.0 / all.mass : 0.0;
-    double c[3], s[6], l[3];
+    double c[3], s[3], p[3], l[3];
     for (int i = 0; i < 3; i++)
         c[i] = weight * all.first[i];
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         s[i] = all.square[i] - c[i] * all.first[i];
-        s[3 + i] = all.product[i] - c[j] * all.first[k];
+        p[i] = all.product[i] - c[j] * all.first[k];
         l[i] = all.spin[i] - (c[j] * all.momentum[k] - c[k] * all.momentum[j]);
     }
     // I = tr(S) 1 - S, by the adjugate.
-    const double x = s[1] + s[2], y = s[2] + s[0], z = s[0] + s[1];
-    const double xx = y * z - s[3] * s[3], yy = z * x - s[4] * s[4], zz = x * y - s[5] * s[5],
-                 yz = s[4] * s[5] + x * s[3], zx = s[5] * s[3] + y * s[4],
-                 xy = s[3] * s[4] + z * s[5];
-    const double determinant = x * xx - s[5] * xy - s[4] * zx, size = x + y + z;
+    const Sym3 inertia = {s[1] + s[2], s[2] + s[0], s[0] + s[1], -p[0], -p[1], -p[2]};
+    double determinant;
+    const Sym3 adjugate = sym3_adjugate(inertia, &determinant);
+    const double size = sym3_trace(inertia);
     const double inverse = determinant > 1e-12 * size * size * size ? 1.0 / determinant : 0.0;
+    const Vec3 turn = vec3_scale(inverse, sym3_times(adjugate, vec3(l[0], l[1], l[2])));
     double *o = pass->turn;
-    o[0] = (xx * l[0] + xy * l[1] + zx * l[2]) * inverse;
-    o[1] = (xy * l[0] + yy * l[1] + yz * l[2]) * inverse;
-    o[2] = (zx * l[0] + yz * l[1] + zz * l[2]) * inverse;
+    o[0] = turn.x, o[1] = turn.y, o[2] = turn.z;
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         pass->velocity[i] = weight * all.momentum[i] - (o[j] * c[k] - o[k] * c[j]);

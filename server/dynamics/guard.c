@@ -304,13 +304,13 @@ static bool is_within(Vec3 v, double most)
 
 static bool is_valid(const ToolWrench *wrench)
 {
-    bool ok = is_within(wrench->position, POSITION_MOST) && is_within(wrench->force, FORCE_MOST) &&
-              is_within(wrench->torque, FORCE_MOST) && is_within(wrench->point, POSITION_MOST) &&
-              is_within(wrench->normal, 2.0) && fabs(wrench->depth) <= POSITION_MOST &&
-              fabs(wrench->damping) <= STIFFNESS_MOST;
-    for (int i = 0; i < 6; i++)
-        ok = ok && fabs(wrench->stiffness[i]) <= STIFFNESS_MOST;
-    return ok;
+    const bool ok = is_within(wrench->position, POSITION_MOST) &&
+                    is_within(wrench->force, FORCE_MOST) && is_within(wrench->torque, FORCE_MOST) &&
+                    is_within(wrench->point, POSITION_MOST) && is_within(wrench->normal, 2.0) &&
+                    fabs(wrench->depth) <= POSITION_MOST && fabs(wrench->damping) <= STIFFNESS_MOST;
+    const Sym3 *k = &wrench->stiffness;
+    return ok && is_within(vec3(k->xx, k->yy, k->zz), STIFFNESS_MOST) &&
+           is_within(vec3(k->yz, k->zx, k->xy), STIFFNESS_MOST);
 }
 
 void guard_wrenches(Sim *sim)

@@ -42,8 +42,7 @@ bool patch_add_node(Patch *patch, int node, double mass, double drag, double sti
     patch->mass[i] = alone;
     patch->drag[i] = drag;
     patch->first[i] = -1;
-    for (int k = 0; k < 6; k++)
-        patch->diagonal[i][k] = k < 3 ? alone : 0.0;
+    patch->diagonal[i] = (Sym3){alone, alone, alone, 0.0, 0.0, 0.0};
     return true;
 }
 
@@ -84,13 +83,13 @@ int patch_carriers(const Patch *patch, int node, short *local, double *share)
 
 static void add_diagonal(Patch *patch, int a, double s, const double m[9])
 {
-    double *d = patch->diagonal[a];
-    d[0] += s * m[0];
-    d[1] += s * m[4];
-    d[2] += s * m[8];
-    d[3] += 0.5 * s * (m[5] + m[7]);
-    d[4] += 0.5 * s * (m[2] + m[6]);
-    d[5] += 0.5 * s * (m[1] + m[3]);
+    Sym3 *d = &patch->diagonal[a];
+    d->xx += s * m[0];
+    d->yy += s * m[4];
+    d->zz += s * m[8];
+    d->yz += 0.5 * s * (m[5] + m[7]);
+    d->zx += 0.5 * s * (m[2] + m[6]);
+    d->xy += 0.5 * s * (m[1] + m[3]);
 }
 
 // Returns the block of a row and a later column; NULL beyond the capacity.
@@ -150,12 +149,9 @@ static Vec3 times_transposed(const double m[9], Vec3 x)
 
 void patch_multiply(const Patch *patch, const PatchColumns *x, PatchColumns *y, int first, int last)
 {
-    for (int i = 0; i < patch->node_count && first == 0; i++) {
-        const double *d = patch->diagonal[i];
-        const double m[9] = {d[0], d[5], d[4], d[5], d[1], d[3], d[4], d[3], d[2]};
+    for (int i = 0; i < patch->node_count && first == 0; i++)
         for (int c = 0; c < 3; c++)
-            y[i].of[c] = times(m, x[i].of[c]);
-    }
+            y[i].of[c] = sym3_times(patch->diagonal[i], x[i].of[c]);
     for (int k = first; k < last; k++) {
         const PatchBlock *block = &patch->block[k];
         const Vec3 *a = x[block->row].of, *b = x[block->column].of;

@@ -6,7 +6,7 @@
 #define PLIANT_DYNAMICS_PATCH_H
 
 #include "base/memory.h"
-#include "base/vec.h"
+#include "base/sym3.h"
 #include "dynamics/region.h"
 
 #include <stdbool.h>
@@ -53,11 +53,11 @@ typedef struct Patch {
     bool full;         // something exceeded the capacity
     double relaxation; // largest ratio of damping to stiffness of the links between nodes [s]
     int node_count, tie_count, block_count;
-    int node[PATCH_NODES];           // the model's numbers; those of BodySurface come first
-    double mass[PATCH_NODES];        // of m / t^2 + c / t + k of the node alone [N/m]
-    double drag[PATCH_NODES];        // c of the node alone [N s/m]
-    double diagonal[PATCH_NODES][6]; // xx yy zz yz zx xy [N/m], with all of it
-    int first[PATCH_NODES];          // block of a row; -1: none
+    int node[PATCH_NODES];      // the model's numbers; those of BodySurface come first
+    double mass[PATCH_NODES];   // of m / t^2 + c / t + k of the node alone [N/m]
+    double drag[PATCH_NODES];   // c of the node alone [N s/m]
+    Sym3 diagonal[PATCH_NODES]; // [N/m], with all of it
+    int first[PATCH_NODES];     // block of a row; -1: none
     PatchTie tie[PATCH_TIES];
     PatchBlock block[PATCH_BLOCKS];
 

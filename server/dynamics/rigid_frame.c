@@ -4,7 +4,7 @@
 // velocity, has neither force nor moment by construction.
 #include "dynamics/rows.h"
 
-#include "base/vec.h"
+#include "base/sym3.h"
 
 #include <string.h>
 
@@ -88,21 +88,15 @@ static void rotation_matrix(const double q[4], double r[3][3])
 // definite.
 static bool solve_positive(const double m[3][3], const double b[3], double s[3])
 {
+    const Sym3 k = {m[0][0], m[1][1], m[2][2], m[1][2], m[0][2], m[0][1]};
+    const double trace = sym3_trace(k);
+    double determinant;
+    const Sym3 adjugate = sym3_adjugate(k, &determinant);
     // Minors from the top left are positive for a positive definite matrix.
-    double trace = m[0][0] + m[1][1] + m[2][2];
-    double minor = m[0][0] * m[1][1] - m[0][1] * m[0][1];
-    double c00 = m[1][1] * m[2][2] - m[1][2] * m[1][2];
-    double c01 = m[0][2] * m[1][2] - m[0][1] * m[2][2];
-    double c02 = m[0][1] * m[1][2] - m[0][2] * m[1][1];
-    double determinant = m[0][0] * c00 + m[0][1] * c01 + m[0][2] * c02;
-    if (!(m[0][0] > 0.0 && minor > 0.0 && determinant > 1e-9 * trace * trace * trace))
+    if (!(k.xx > 0.0 && adjugate.zz > 0.0 && determinant > 1e-9 * trace * trace * trace))
         return false;
-    // The remaining cofactors: the inverse is symmetric.
-    double c11 = m[0][0] * m[2][2] - m[0][2] * m[0][2];
-    double c12 = m[0][1] * m[0][2] - m[0][0] * m[1][2];
-    s[0] = (c00 * b[0] + c01 * b[1] + c02 * b[2]) / determinant;
-    s[1] = (c01 * b[0] + c11 * b[1] + c12 * b[2]) / determinant;
-    s[2] = (c02 * b[0] + c12 * b[1] + minor * b[2]) / determinant;
+    const Vec3 all = sym3_times(adjugate, vec3(b[0], b[1], b[2]));
+    s[0] = all.x / determinant, s[1] = all.y / determinant, s[2] = all.z / determinant;
     return true;
 }
 

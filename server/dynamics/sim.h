@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "base/memory.h"
+#include "base/sym3.h"
 #include "dynamics/attachment.h"
 #include "dynamics/body.h"
 #include "dynamics/contact.h"
@@ -119,8 +120,8 @@ typedef struct ToolWrench {
     Vec3 force, torque; // on the tool; torque about `position`
     Vec3 point, normal; // normal zero and depth 0 for a tool that only grasps
     double depth;
-    double stiffness[6]; // (stiffness.h) xx yy zz yz zx xy [N/m]; all zero: unknown
-    double damping;      // along the normal [N s/m]
+    Sym3 stiffness; // (stiffness.h) [N/m]; all zero: unknown
+    double damping; // along the normal [N s/m]
 } ToolWrench;
 
 // A grasper has grasped or released a body.

@@ -420,8 +420,7 @@ static void report_stiffness(const Sim *sim, int contact, ToolWrench *wrench)
     const ContactStiffness *stiffness = stiffness_get(sim->stiffness, contact);
     if (stiffness == NULL)
         return;
-    for (int i = 0; i < 6; i++)
-        wrench->stiffness[i] += stiffness->k[i];
+    wrench->stiffness = sym3_madd(wrench->stiffness, 1.0, stiffness->k);
     wrench->damping += stiffness->damping;
 }
 

@@ -33,7 +33,7 @@ typedef enum Phase { PHASE_IDLE, PHASE_GATHER, PHASE_SOLVE } Phase;
 typedef struct Estimate {
     bool valid, is_solved;
     ContactStiffness stiffness;
-    double solved[6];     // by the patch
+    Sym3 solved;          // by the patch
     bool whole;           // the patch is as large as it should be
     Vec3 normal;          // mean
     double felt;          // slope of the force along the normal [N/m]; negative: not known
@@ -63,11 +63,11 @@ struct StiffnessEstimator {
     int topology;   // of its body at the start
     int spring_count, step_count;
     ContactSpring spring[SPRINGS];
-    ContactCarriers *carried;       // [SPRINGS] with a fitted surface, else NULL
-    double tangent[SPRINGS][6];     // of a spring's force, by its length and by its direction
-    double kc[6];                   // their sum
-    Vec3 normal;                    // mean
-    double inverse[PATCH_NODES][6]; // of the diagonal blocks
+    ContactCarriers *carried;  // [SPRINGS] with a fitted surface, else NULL
+    Sym3 tangent[SPRINGS];     // of a spring's force, by its length and by its direction
+    Sym3 kc;                   // their sum
+    Vec3 normal;               // mean
+    Sym3 inverse[PATCH_NODES]; // of the diagonal blocks
     PatchColumns u[PATCH_NODES], r[PATCH_NODES], d[PATCH_NODES], q[PATCH_NODES], b[PATCH_NODES];
     double size[3]; // r . z of each direction
     double first[3];
@@ -119,47 +119,25 @@ StiffnessEstimator *stiffness_create(Contact *const *contact, int count, double 
 }
 
 // ---------------------------------------------------------------------------------------------
-// Small symmetric matrices: xx yy zz yz zx xy
+// Symmetric matrices
 
-static void add_outer(double k[6], double s, Vec3 a, Vec3 b)
+static void add_outer(Sym3 *k, double s, Vec3 n)
 {
-    k[0] += s * a.x * b.x;
-    k[1] += s * a.y * b.y;
-    k[2] += s * a.z * b.z;
-    k[3] += 0.5 * s * (a.y * b.z + a.z * b.y);
-    k[4] += 0.5 * s * (a.z * b.x + a.x * b.z);
-    k[5] += 0.5 * s * (a.x * b.y + a.y * b.x);
-}
-
-static Vec3 times(const double k[6], Vec3 x)
-{
-    return vec3(k[0] * x.x + k[5] * x.y + k[4] * x.z, k[5] * x.x + k[1] * x.y + k[3] * x.z,
-                k[4] * x.x + k[3] * x.y + k[2] * x.z);
-}
-
-static void invert(const double k[6], double out[6])
-{
-    double xx = k[1] * k[2] - k[3] * k[3], yy = k[2] * k[0] - k[4] * k[4],
-           zz = k[0] * k[1] - k[5] * k[5], yz = k[4] * k[5] - k[0] * k[3],
-           zx = k[5] * k[3] - k[1] * k[4], xy = k[3] * k[4] - k[2] * k[5];
-    double inverse = 1.0 / (k[0] * xx + k[5] * xy + k[4] * zx);
-    const double adjugate[6] = {xx, yy, zz, yz, zx, xy};
-    for (int i = 0; i < 6; i++)
-        out[i] = inverse * adjugate[i];
+    *k = sym3_madd(*k, 1.0, sym3_outer(s, n));
 }
 
 // Roots of the characteristic polynomial by the cosine of a third of an angle (Smith 1961).
-void stiffness_eigenvalues(const double k[6], double *least, double *most)
+void stiffness_eigenvalues(Sym3 k, double *least, double *most)
 {
-    double mean = (k[0] + k[1] + k[2]) / 3.0;
-    double a = k[0] - mean, b = k[1] - mean, c = k[2] - mean;
+    double mean = sym3_trace(k) / 3.0;
+    double a = k.xx - mean, b = k.yy - mean, c = k.zz - mean;
     double spread =
-        sqrt((a * a + b * b + c * c + 2.0 * (k[3] * k[3] + k[4] * k[4] + k[5] * k[5])) / 6.0);
+        sqrt((a * a + b * b + c * c + 2.0 * (k.yz * k.yz + k.zx * k.zx + k.xy * k.xy)) / 6.0);
     double angle = 0.0;
     if (spread > 0.0) {
         double half = 0.5 *
-                      (a * (b * c - k[3] * k[3]) - k[5] * (k[5] * c - k[3] * k[4]) +
-                       k[4] * (k[5] * k[3] - b * k[4])) /
+                      (a * (b * c - k.yz * k.yz) - k.xy * (k.xy * c - k.yz * k.zx) +
+                       k.zx * (k.xy * k.yz - b * k.zx)) /
                       (spread * spread * spread);
         angle = acos(fmax(-1.0, fmin(1.0, half))) / 3.0;
     }
@@ -216,12 +194,11 @@ static Region choose_region(const StiffnessEstimator *all, const Contact *contac
 // length and, where the point does not slide along with the tool, by its direction: at a corner,
 // and where it stays, for all sideways motion, at an edge across it, inside a face for none.
 static void find_tangent(const Contact *contact, const ContactSpring *spring, bool turns,
-                         double tangent[6])
+                         Sym3 *tangent)
 {
     const Vec3 axis[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     Vec3 n = spring->normal, x[3];
-    memset(tangent, 0, 6 * sizeof *tangent);
-    add_outer(tangent, spring->stiffness, n, n);
+    *tangent = sym3_outer(spring->stiffness, n);
     if (!turns)
         return;
     int corners = 0, off = 0; // corners that carry the point; the last one that does not
@@ -231,24 +208,23 @@ static void find_tangent(const Contact *contact, const ContactSpring *spring, bo
     }
     if (corners == 1 || spring->stays) {
         for (int c = 0; c < 3; c++)
-            add_outer(tangent, -spring->yield, axis[c], axis[c]);
-        add_outer(tangent, spring->yield, n, n);
+            add_outer(tangent, -spring->yield, axis[c]);
+        add_outer(tangent, spring->yield, n);
     } else if (corners == 2) {
         contact->body->ops->read_nodes(contact->body->model, spring->node, 3, x, NULL);
         Vec3 along = vec3_sub(x[(off + 2) % 3], x[(off + 1) % 3]);
         Vec3 across = vec3_unit(vec3_cross(along, n));
-        add_outer(tangent, -spring->yield, across, across);
+        add_outer(tangent, -spring->yield, across);
     }
 }
 
 // `turns`: with the turning of the springs, which can leave the system without balance.
 static void find_tangents(StiffnessEstimator *all, bool turns)
 {
-    memset(all->kc, 0, sizeof all->kc);
+    all->kc = (Sym3){0};
     for (int i = 0; i < all->spring_count; i++) {
-        find_tangent(all->contact[all->at], &all->spring[i], turns, all->tangent[i]);
-        for (int e = 0; e < 6; e++)
-            all->kc[e] += all->tangent[i][e];
+        find_tangent(all->contact[all->at], &all->spring[i], turns, &all->tangent[i]);
+        all->kc = sym3_madd(all->kc, 1.0, all->tangent[i]);
     }
 }
 
@@ -314,8 +290,8 @@ static void add_springs(StiffnessEstimator *all)
 {
     memset(all->b, 0, (size_t)all->patch->node_count * sizeof *all->b);
     for (int i = 0; i < all->spring_count; i++) {
-        const double *k = all->tangent[i];
-        const double m[9] = {k[0], k[5], k[4], k[5], k[1], k[3], k[4], k[3], k[2]};
+        double m[9];
+        sym3_full(all->tangent[i], m);
         short local[SPRING_CARRIERS];
         double share[SPRING_CARRIERS];
         int count = spring_carriers(all, i, local, share);
@@ -356,9 +332,16 @@ static void precondition(StiffnessEstimator *all, double size[3])
         size[c] = 0.0;
     for (int i = 0; i < all->patch->node_count; i++)
         for (int c = 0; c < 3; c++) {
-            all->q[i].of[c] = times(all->inverse[i], all->r[i].of[c]);
+            all->q[i].of[c] = sym3_times(all->inverse[i], all->r[i].of[c]);
             size[c] += vec3_dot(all->r[i].of[c], all->q[i].of[c]);
         }
+}
+
+static Sym3 inverse_of(Sym3 k)
+{
+    double determinant;
+    const Sym3 adjugate = sym3_adjugate(k, &determinant);
+    return sym3_scale(1.0 / determinant, adjugate);
 }
 
 static void begin_solving(StiffnessEstimator *all)
@@ -370,7 +353,7 @@ static void begin_solving(StiffnessEstimator *all)
         return;
     }
     for (int i = 0; i < patch->node_count; i++)
-        invert(patch->diagonal[i], all->inverse[i]);
+        all->inverse[i] = inverse_of(patch->diagonal[i]);
     // The residual of zero, as the reference.
     memcpy(all->r, all->b, (size_t)patch->node_count * sizeof *all->r);
     precondition(all, all->first);
@@ -454,16 +437,16 @@ static double find_damping(const StiffnessEstimator *all)
         for (int e = 0; e < count; e++)
             for (int c = 0; c < 3; c++)
                 moved = vec3_madd(moved, share[e] * n[c], all->u[local[e]].of[c]);
-        contact += vec3_dot(moved, times(all->tangent[i], moved));
+        contact += sym3_along(all->tangent[i], moved);
     }
     return of_nodes + patch->relaxation * fmax(0.0, inner - alone - contact);
 }
 
 // Finds the nearest positive matrix with eigenvalues of at most `limit`, by rotating pairs of axes
 // until it is diagonal (Jacobi's method).
-static void clamp_eigenvalues(double k[6], double limit)
+static void clamp_eigenvalues(Sym3 *k, double limit)
 {
-    double a[3][3] = {{k[0], k[5], k[4]}, {k[5], k[1], k[3]}, {k[4], k[3], k[2]}};
+    double a[3][3] = {{k->xx, k->xy, k->zx}, {k->xy, k->yy, k->yz}, {k->zx, k->yz, k->zz}};
     double v[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}; // axes as columns
     for (int turn = 0; turn < 24; turn++) {
         int p = turn % 3, q = (p + 1) % 3;
@@ -483,10 +466,10 @@ static void clamp_eigenvalues(double k[6], double limit)
             a[p][i] = c * x - s * y, a[q][i] = s * x + c * y;
         }
     }
-    memset(k, 0, 6 * sizeof *k);
+    *k = (Sym3){0};
     for (int i = 0; i < 3; i++) {
         Vec3 axis = {v[0][i], v[1][i], v[2][i]};
-        add_outer(k, fmin(limit, fmax(0.0, a[i][i])), axis, axis);
+        add_outer(k, fmin(limit, fmax(0.0, a[i][i])), axis);
     }
 }
 
@@ -495,15 +478,14 @@ static void clamp_eigenvalues(double k[6], double limit)
 // normal: where little is solved along it, a factor would have no bound, and sideways no sense.
 static void publish(Estimate *estimate)
 {
-    double *k = estimate->stiffness.k;
+    Sym3 *k = &estimate->stiffness.k;
     const Vec3 n = estimate->normal;
-    const double along = estimate->is_solved ? vec3_dot(n, times(estimate->solved, n)) : 0.0,
+    const double along = estimate->is_solved ? sym3_along(estimate->solved, n) : 0.0,
                  felt = estimate->felt >= 0.0 ? estimate->felt : along,
                  share = along > felt ? felt / along : 1.0;
     estimate->valid = estimate->is_solved || estimate->felt >= 0.0;
-    for (int e = 0; e < 6; e++)
-        k[e] = estimate->is_solved ? share * estimate->solved[e] : 0.0;
-    add_outer(k, felt - share * along, n, n);
+    *k = estimate->is_solved ? sym3_scale(share, estimate->solved) : (Sym3){0};
+    add_outer(k, felt - share * along, n);
 }
 
 // Follows the slope of the force over the tool's ways along the normal: it is known sooner than
@@ -538,8 +520,7 @@ static void feel(const StiffnessEstimator *all, const Contact *contact, Estimate
     // What was felt is forgotten at rest, for the mass and friction in it: unless the patch is too
     // small, and more was solved than felt.
     if (rests && estimate->is_solved &&
-        (estimate->whole ||
-         estimate->felt > vec3_dot(estimate->normal, times(estimate->solved, estimate->normal)))) {
+        (estimate->whole || estimate->felt > sym3_along(estimate->solved, estimate->normal))) {
         estimate->felt = -1.0;
         publish(estimate);
     }
@@ -561,17 +542,16 @@ static void finish(StiffnessEstimator *all)
 {
     Estimate *estimate = &all->estimate[all->at];
     const Patch *patch = all->patch;
-    double *k = estimate->stiffness.k, least, most;
-    memcpy(k, all->kc, sizeof all->kc);
-    static const int pair[6][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {2, 0}, {0, 1}};
-    for (int e = 0; e < 6; e++) {
-        int c = pair[e][0], f = pair[e][1];
-        k[e] -= 0.5 * (dot(all, all->b, all->u, c, f) + dot(all, all->u, all->r, c, f) +
-                       dot(all, all->b, all->u, f, c) + dot(all, all->u, all->r, f, c));
-    }
+    double less[3][3], least, most;
+    for (int c = 0; c < 3; c++)
+        for (int f = c; f < 3; f++)
+            less[c][f] = 0.5 * (dot(all, all->b, all->u, c, f) + dot(all, all->u, all->r, c, f) +
+                                dot(all, all->b, all->u, f, c) + dot(all, all->u, all->r, f, c));
+    estimate->solved =
+        sym3_madd(all->kc, -1.0,
+                  (Sym3){less[0][0], less[1][1], less[2][2], less[1][2], less[0][2], less[0][1]});
     stiffness_eigenvalues(all->kc, &least, &most);
-    clamp_eigenvalues(k, most);
-    memcpy(estimate->solved, k, sizeof estimate->solved);
+    clamp_eigenvalues(&estimate->solved, most);
     estimate->is_solved = true;
     estimate->normal = all->normal;
     estimate->whole = all->whole;

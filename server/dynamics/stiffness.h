@@ -11,11 +11,12 @@
 #ifndef PLIANT_DYNAMICS_STIFFNESS_H
 #define PLIANT_DYNAMICS_STIFFNESS_H
 
+#include "base/sym3.h"
 #include "dynamics/contact.h"
 
 // Additional force on a tool that moves by dx: -K dx; against a speed v: -b (n . v) n.
 typedef struct ContactStiffness {
-    double k[6];    // xx yy zz yz zx xy, world [N/m]
+    Sym3 k;         // world frame [N/m]
     double damping; // b, along the mean normal n [N s/m]
 } ContactStiffness;
 
@@ -32,7 +33,7 @@ const ContactStiffness *stiffness_get(const StiffnessEstimator *estimator, int i
 // Call after the state has been replaced.
 void stiffness_forget(StiffnessEstimator *estimator);
 
-// Finds the smallest and the largest eigenvalue of a symmetric matrix xx yy zz yz zx xy.
-void stiffness_eigenvalues(const double k[6], double *least, double *most);
+// Finds the smallest and the largest eigenvalue of a symmetric matrix.
+void stiffness_eigenvalues(Sym3 k, double *least, double *most);
 
 #endif

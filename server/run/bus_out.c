@@ -245,10 +245,9 @@ static void send_contact(Bus *bus, const ContactOut *contact)
         set3(message.point, wrench->point);
         set3(message.normal, wrench->normal);
         message.depth = wrench->depth;
-        // Voigt order (xx yy zz yz xz xy) to a full 3 x 3 matrix.
-        const double *k = wrench->stiffness;
-        const double all[9] = {k[0], k[5], k[4], k[5], k[1], k[3], k[4], k[3], k[2]};
-        memcpy(message.stiffness, all, sizeof message.stiffness);
+        double stiffness[9];
+        sym3_full(wrench->stiffness, stiffness);
+        memcpy(message.stiffness, stiffness, sizeof message.stiffness);
         message.damping = wrench->damping;
     }
     bus_count_published(bus, pliant_contact_t_publish(bus->lcm, bus->contact_channel, &message));

@@ -98,10 +98,7 @@ static Felt run_stream(const Stream *stream)
         wire.force[i % RING] = vec3_dot(wrench->force, out);
         wire.at[i % RING] = touch - vec3_dot(wrench->position, out);
         wire.contact[i % RING] = wrench->contact;
-        const double *k = wrench->stiffness;
-        wire.stiffness[i % RING] =
-            k[0] * out.x * out.x + k[1] * out.y * out.y + k[2] * out.z * out.z +
-            2.0 * (k[3] * out.y * out.z + k[4] * out.z * out.x + k[5] * out.x * out.y);
+        wire.stiffness[i % RING] = sym3_along(wrench->stiffness, out);
         double force = shown_force(stream, &wire, i, depth);
         if (i >= warm) { // whole cycles only
             double work = 0.5 * (force + last_force) * (depth - last_depth);

@@ -82,12 +82,12 @@ static HandForce hear(Felt *felt, Hand *hand, int tick, HandPose *newest)
     if (tick % every == 0)
         sim_step(sim);
     const ToolWrench *wrench = sim_wrench(sim, 0);
-    const double *k = wrench->stiffness;
+    const Sym3 k = wrench->stiffness;
     return (HandForce){.contact = wrench->contact,
                        .position = {wrench->position.x, wrench->position.y, wrench->position.z},
                        .force = {wrench->force.x, wrench->force.y, wrench->force.z},
                        .normal = {wrench->normal.x, wrench->normal.y, wrench->normal.z},
-                       .stiffness = {{k[0], k[5], k[4]}, {k[5], k[1], k[3]}, {k[4], k[3], k[2]}}};
+                       .stiffness = {{k.xx, k.xy, k.zx}, {k.xy, k.yy, k.yz}, {k.zx, k.yz, k.zz}}};
 }
 
 static double along(Vec3 d, const double v[3])

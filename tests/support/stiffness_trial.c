@@ -23,8 +23,8 @@ static Vec3 ramped(Sim *sim, StateList *state, const void *start, Vec3 from, Vec
     return sim_wrench(sim, 0)->force;
 }
 
-// -dF/dx by central differences, its symmetric part: xx yy zz yz zx xy.
-static void measure(Sim *sim, StateList *state, Vec3 from, double k[6])
+// -dF/dx by central differences, its symmetric part.
+static Sym3 measure(Sim *sim, StateList *state, Vec3 from)
 {
     void *start = malloc(state_bytes(state));
     assert_non_null(start);
@@ -38,36 +38,33 @@ static void measure(Sim *sim, StateList *state, Vec3 from, double k[6])
         m[0][c] = d.x, m[1][c] = d.y, m[2][c] = d.z;
     }
     free(start);
-    static const int pair[6][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {2, 0}, {0, 1}};
-    for (int e = 0; e < 6; e++)
-        k[e] = 0.5 * (m[pair[e][0]][pair[e][1]] + m[pair[e][1]][pair[e][0]]);
+    return (Sym3){m[0][0],
+                  m[1][1],
+                  m[2][2],
+                  0.5 * (m[1][2] + m[2][1]),
+                  0.5 * (m[2][0] + m[0][2]),
+                  0.5 * (m[0][1] + m[1][0])};
 }
 
-static double norm(const double k[6])
+static double norm(Sym3 k)
 {
-    return sqrt(k[0] * k[0] + k[1] * k[1] + k[2] * k[2] +
-                2.0 * (k[3] * k[3] + k[4] * k[4] + k[5] * k[5]));
-}
-
-static double along(const double k[6], Vec3 n)
-{
-    return k[0] * n.x * n.x + k[1] * n.y * n.y + k[2] * n.z * n.z +
-           2.0 * (k[3] * n.y * n.z + k[4] * n.z * n.x + k[5] * n.x * n.y);
+    return sqrt(k.xx * k.xx + k.yy * k.yy + k.zz * k.zz +
+                2.0 * (k.yz * k.yz + k.zx * k.zx + k.xy * k.xy));
 }
 
 StiffnessVerdict stiffness_judge(Sim *sim, StateList *state)
 {
     const ToolWrench reported = *sim_wrench(sim, 0);
-    double measured[6], difference[6], least, most;
+    double least, most;
     StiffnessVerdict verdict;
     assert_true(reported.contact);
-    measure(sim, state, reported.position, measured);
-    for (int e = 0; e < 6; e++)
-        difference[e] = reported.stiffness[e] - measured[e];
+    const Sym3 measured = measure(sim, state, reported.position);
+    const Sym3 difference = sym3_madd(reported.stiffness, -1.0, measured);
     stiffness_eigenvalues(reported.stiffness, &verdict.reported_least, &verdict.reported_most);
     stiffness_eigenvalues(measured, &least, &most);
     verdict.error = norm(difference) / norm(measured);
-    verdict.normal = along(reported.stiffness, reported.normal) / along(measured, reported.normal);
+    verdict.normal =
+        sym3_along(reported.stiffness, reported.normal) / sym3_along(measured, reported.normal);
     stiffness_eigenvalues(difference, &least, &verdict.short_by);
     verdict.short_by = fmin(0.0, least) / most;
     printf("reported %.3g to %.3g N/m, damping %.3g, error %.2f, along the normal %.2f, short by "

@@ -539,7 +539,7 @@ TEST(a_wrench_that_nobody_should_feel_is_withheld)
     const size_t at[] = {offsetof(ToolWrench, position.x),   offsetof(ToolWrench, force.y),
                          offsetof(ToolWrench, torque.z),     offsetof(ToolWrench, point.x),
                          offsetof(ToolWrench, normal.y),     offsetof(ToolWrench, depth),
-                         offsetof(ToolWrench, stiffness[5]), offsetof(ToolWrench, damping)};
+                         offsetof(ToolWrench, stiffness.xy), offsetof(ToolWrench, damping)};
     int64_t count = 0;
     for (size_t i = 0; i < sizeof at / sizeof *at; i++)
         for (int k = 0; k < 4; k++) {

@@ -146,11 +146,9 @@ TEST(forces_are_the_gradient_of_one_potential)
             slope = vec3_dot(force_on_tool(contact), move);
             for (int i = 0; i < contact->local_count; i++) {
                 const Vec3 d = vec3_sub(way[i], move);
-                const double *y = contact->lumped[i];
                 slope += vec3_dot(contact->f[i], way[i]);
                 scale += vec3_length(contact->f[i]);
-                bound += y[0] * d.x * d.x + y[1] * d.y * d.y + y[2] * d.z * d.z +
-                         2.0 * (y[3] * d.x * d.y + y[4] * d.x * d.z + y[5] * d.y * d.z);
+                bound += sym3_along(contact->lumped[i], d);
             }
             if (scale == 0.0)
                 continue;
@@ -203,7 +201,7 @@ TEST(no_force_jumps_on_short_ways)
                 double bound = contact->forces.weight /
                                fmin(contact->forces.floor, 0.85 * contact->largest_radius);
                 for (int n = 0; n < contact->local_count; n++)
-                    bound += contact->lumped[n][0] + contact->lumped[n][1] + contact->lumped[n][2];
+                    bound += sym3_trace(contact->lumped[n]);
                 const double change = vec3_length(vec3_sub(force, before));
                 // Nodes and tool part by up to 2 sqrt(3) steps. The bound itself changes on the
                 // way.

@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "base/sets.h"
+#include "base/sym3.h"
 #include "voxel/rotation.h"
 
 #include <math.h>
@@ -167,7 +168,7 @@ typedef struct Momentum {
     double mass;
     Vec3 origin;
     Vec3 first;           // sum m x
-    double second[6];     // sum m x x^T: xx yy zz yz zx xy
+    Sym3 second;          // sum m x x^T
     Vec3 linear, angular; // gained by the change of masses: sum dm v, sum dm x cross v
 } Momentum;
 
@@ -191,11 +192,9 @@ static Momentum momentum_of(const CutMasses *masses, const void *row, int group)
         const Vec3 x = vec3_sub(position_of(masses, row, i), sum.origin);
         const Vec3 v = rows_vector(&masses->vertices->rows, row, i, 4);
         const double mass = masses->vertices->mass[i], more = mass - masses->mass_before[i];
-        const double second[6] = {x.x * x.x, x.y * x.y, x.z * x.z, x.y * x.z, x.z * x.x, x.x * x.y};
         sum.mass += mass;
         sum.first = vec3_madd(sum.first, mass, x);
-        for (int k = 0; k < 6; k++)
-            sum.second[k] += mass * second[k];
+        sum.second = sym3_madd(sum.second, mass, sym3_outer(1.0, x));
         sum.linear = vec3_madd(sum.linear, more, v);
         sum.angular = vec3_madd(sum.angular, more, vec3_cross(x, v));
     }
@@ -207,17 +206,18 @@ static Vec3 spin_for(const Momentum *sum, Vec3 center, Vec3 moment)
 {
     double a[JACOBI_MAX][JACOBI_MAX] = {{0.0}}, axes[JACOBI_MAX][JACOBI_MAX];
     // The inertia about the centre, scaled to a trace of 1.
-    const double m = sum->mass, *s = sum->second;
-    const double xx = s[0] - m * center.x * center.x, yy = s[1] - m * center.y * center.y;
-    const double zz = s[2] - m * center.z * center.z, trace = 2.0 * (xx + yy + zz);
+    const double m = sum->mass;
+    const Sym3 s = sum->second;
+    const double xx = s.xx - m * center.x * center.x, yy = s.yy - m * center.y * center.y;
+    const double zz = s.zz - m * center.z * center.z, trace = 2.0 * (xx + yy + zz);
     if (!(trace > 0.0))
         return vec3(0.0, 0.0, 0.0);
     a[0][0] = (yy + zz) / trace;
     a[1][1] = (zz + xx) / trace;
     a[2][2] = (xx + yy) / trace;
-    a[1][2] = a[2][1] = -(s[3] - m * center.y * center.z) / trace;
-    a[2][0] = a[0][2] = -(s[4] - m * center.z * center.x) / trace;
-    a[0][1] = a[1][0] = -(s[5] - m * center.x * center.y) / trace;
+    a[1][2] = a[2][1] = -(s.yz - m * center.y * center.z) / trace;
+    a[2][0] = a[0][2] = -(s.zx - m * center.z * center.x) / trace;
+    a[0][1] = a[1][0] = -(s.xy - m * center.x * center.y) / trace;
     jacobi_diagonalise(3, a, axes);
     // Along its axes; about one without inertia nothing can turn.
     Vec3 spin = {0.0, 0.0, 0.0};

@@ -397,15 +397,13 @@ TEST(what_is_fixed_only_pushes)
 static void respond(Contact *contact, double g, const Vec3 *v, Vec3 *to, Vec3 *left)
 {
     const Carriers *carriers = &contact->carriers;
-    double slope[6] = {0.0};
+    Sym3 slope = {0};
     for (int t = 0; t < contact->touched_count; t++) {
         Touched *touched = &contact->touched[t];
-        const double *d = carriers->lumped[touched->carrier];
-        double k[6];
-        for (int j = 0; j < 6; j++)
-            k[j] = g / touched->mass * d[j];
+        const Sym3 d = carriers->lumped[touched->carrier];
+        const Sym3 k = sym3_scale(g / touched->mass, d);
         touched->force = (Vec3){0.0, 0.0, 0.0};
-        contact->impulse[t] = sym_solve(k, 1.0, vec3_scale(-g, sym_times(d, v[t])));
+        contact->impulse[t] = sym3_solve(k, 1.0, vec3_scale(-g, sym3_times(d, v[t])));
     }
     for (int p = 0; p < contact->pressed_count; p++) {
         Pressed *pressed = &contact->pressed[p];
@@ -417,7 +415,7 @@ static void respond(Contact *contact, double g, const Vec3 *v, Vec3 *to, Vec3 *l
                 vec3_madd(pressed->speed, weight->weight, v[carriers->touched[weight->carrier]]);
         }
     }
-    contact_fit_solve(contact, (Vec3){0.0, 0.0, 0.0}, 0.0, g, slope);
+    contact_fit_solve(contact, (Vec3){0.0, 0.0, 0.0}, 0.0, g, &slope);
     for (int t = 0; t < contact->touched_count; t++) {
         to[t] = vec3_madd(v[t], 1.0 / contact->touched[t].mass, contact->impulse[t]);
         left[t] = contact->touched[t].left;
