@@ -1,5 +1,6 @@
 # Debian's liblcm-dev ships neither a CMake package nor a usable pkg-config file.
-# Defines LCM::lcm, LCM_GEN and lcm_generate_c(TARGET file.lcm ...): a static library of the C types.
+# Defines LCM::lcm, LCM_GEN and lcm_generate_c(TARGET file.lcm ...): a static library of the C types, and TARGET.h, which
+# includes them all.
 find_path(LCM_INCLUDE_DIR lcm/lcm.h)
 find_library(LCM_LIBRARY lcm)
 find_program(LCM_GEN lcm-gen)
@@ -16,6 +17,7 @@ function(lcm_generate_c target)
     set(out ${CMAKE_CURRENT_BINARY_DIR}/generated)
     file(MAKE_DIRECTORY ${out}) # lcm-gen exits 0 without writing when the folder is missing
     set(sources "")
+    set(headers "")
     foreach(type ${ARGN})
         file(STRINGS ${type} package REGEX "^package ")
         string(REGEX REPLACE "^package +([a-z0-9_]+).*" "\\1" package "${package}")
@@ -26,7 +28,9 @@ function(lcm_generate_c target)
             COMMAND ${LCM_GEN} -c --c-cpath ${out} --c-hpath ${out} ${CMAKE_CURRENT_SOURCE_DIR}/${type}
             DEPENDS ${type} VERBATIM)
         list(APPEND sources ${out}/${name}.c)
+        string(APPEND headers "#include \"${name}.h\"\n")
     endforeach()
+    file(CONFIGURE OUTPUT ${out}/${target}.h CONTENT "${headers}" @ONLY)
     add_library(${target} STATIC ${sources})
     target_include_directories(${target} SYSTEM PUBLIC ${out})
     target_link_libraries(${target} PUBLIC LCM::lcm)

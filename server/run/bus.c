@@ -2,23 +2,68 @@
 
 #include "base/clock.h"
 
+#include "pliant_lcmtypes.h"
+
 #include <errno.h>
 #include <poll.h>
 #include <stdio.h>
 #include <string.h>
 
-// --- start ---
+// --- messages out ---
 
-// The reader of scenes has checked their lengths (longest_channel).
-static void name_channels(Bus *bus)
+// First value of every sequence on the wire. A test build starts just below the wrap-around.
+#ifndef BUS_FIRST_SEQUENCE
+#define BUS_FIRST_SEQUENCE 0
+#endif
+
+typedef enum OutOf { OF_SERVER, OF_BODY, OF_TOOL } OutOf;
+
+typedef struct OutType {
+    const char *channel; // behind the prefix
+    OutOf of;
+    int (*publish)(lcm_t *lcm, const char *channel, const void *message);
+} OutType;
+
+#define OUT_PUBLISH(channel, type, of)                                                             \
+    static int publish_##channel(lcm_t *lcm, const char *name, const void *message)                \
+    {                                                                                              \
+        return pliant_##type##_publish(lcm, name, message);                                        \
+    }
+OUT_LIST(OUT_PUBLISH)
+
+#define OUT_ROW(channel, type, of) [OUT_##channel] = {"_" #channel, OF_##of, publish_##channel},
+static const OutType OUT_TYPES[OUT_KINDS] = {OUT_LIST(OUT_ROW)};
+
+// Names the channels; the reader of scenes has checked their lengths (longest_channel).
+static void create_channels(Bus *bus, Arena *arena)
 {
-    const char *prefix = bus->scene->prefix;
-    snprintf(bus->reply_channel, 2 * CHANNEL_MAX, "%s_REPLY", prefix);
-    snprintf(bus->event_channel, 2 * CHANNEL_MAX, "%s_EVENT", prefix);
-    snprintf(bus->contact_channel, 2 * CHANNEL_MAX, "%s_CONTACT", prefix);
-    snprintf(bus->status_channel, 2 * CHANNEL_MAX, "%s_STATUS", prefix);
-    snprintf(bus->claim_channel, 2 * CHANNEL_MAX, "%s_CLAIM", prefix);
+    const int counts[] = {[OF_SERVER] = 1,
+                          [OF_BODY] = sim_body_count(bus->sim),
+                          [OF_TOOL] = sim_tool_count(bus->sim)};
+    for (int k = 0; k < OUT_KINDS; k++) {
+        const OutType *type = &OUT_TYPES[k];
+        const int count = counts[type->of];
+        bus->channel[k] = arena_allocate(arena, ARENA_OUTPUT, (size_t)count,
+                                         sizeof *bus->channel[k], "run/channels%s", type->channel);
+        for (int i = 0; i < count; i++) {
+            OutChannel *channel = &bus->channel[k][i];
+            const bool of_body = type->of == OF_BODY;
+            snprintf(channel->name, sizeof channel->name, "%s%s%s%s", bus->scene->prefix,
+                     type->channel, of_body ? "_" : "", of_body ? sim_body(bus->sim, i)->name : "");
+            channel->sequence = BUS_FIRST_SEQUENCE;
+        }
+    }
 }
+
+void bus_publish(Bus *bus, Out kind, int index, const void *message)
+{
+    if (OUT_TYPES[kind].publish(bus->lcm, bus->channel[kind][index].name, message) == 0)
+        bus->counts.published++;
+    else
+        bus->counts.failed++;
+}
+
+// --- start ---
 
 static bool join_network(Bus *bus, const char *url, Status *status)
 {
@@ -42,23 +87,6 @@ static bool join_network(Bus *bus, const char *url, Status *status)
            bus_subscribe(bus, status);
 }
 
-// First value of every sequence on the wire. A test build starts just below the wrap-around.
-#ifndef BUS_FIRST_SEQUENCE
-#define BUS_FIRST_SEQUENCE 0
-#endif
-
-static void start_sequences(Bus *bus)
-{
-    const uint32_t first = BUS_FIRST_SEQUENCE;
-    bus->event_sequence = bus->status_sequence = first;
-    for (int i = 0; i < sim_tool_count(bus->sim); i++)
-        bus->contact_sequence[i] = first;
-    for (int i = 0; i < sim_body_count(bus->sim); i++) {
-        BodyStream *stream = &bus->body[i];
-        stream->nodes_sequence = stream->mesh_sequence = stream->delta_sequence = first;
-    }
-}
-
 Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange)
 {
     Bus *bus = arena_allocate(&world->arena, ARENA_OUTPUT, 1, sizeof *bus, "run/bus");
@@ -66,8 +94,8 @@ Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange)
     bus->scene = scene;
     bus->exchange = exchange;
     gate_init(&bus->gate, world->sim, scene->tool_timeout_s, &world->arena);
+    create_channels(bus, &world->arena);
     bus_create_streams(bus, &world->arena);
-    start_sequences(bus);
     return bus;
 }
 
@@ -75,7 +103,6 @@ bool bus_connect(Bus *bus, const char *describe, const char *lcm_url, Status *st
 {
     bus->describe = describe;
     const char *url = lcm_url != NULL ? lcm_url : bus->scene->lcm_url;
-    name_channels(bus);
     return join_network(bus, url, status);
 }
 

@@ -41,7 +41,7 @@ static void publish(Bus *bus, int64_t question, int64_t answers, int64_t held)
                                     .question = question,
                                     .answers = answers,
                                     .held = held};
-    pliant_claim_t_publish(bus->lcm, bus->claim_channel, &message);
+    bus_publish(bus, OUT_CLAIM, 0, &message);
 }
 
 static bool read_claim(const lcm_recv_buf_t *message, pliant_claim_t *claim)
@@ -115,8 +115,9 @@ bool bus_claim(Bus *bus, const char *url, Status *status)
     Asking asking = {.bus = bus};
     Receiver *receiver = bus->receiver;
     ReceiverSubscription *on[2] = {
-        receiver_subscribe(receiver, bus->status_channel, QUEUE, on_any_status, &asking),
-        receiver_subscribe(receiver, bus->claim_channel, QUEUE, on_first_answer, &asking)};
+        receiver_subscribe(receiver, bus->channel[OUT_STATUS]->name, QUEUE, on_any_status, &asking),
+        receiver_subscribe(receiver, bus->channel[OUT_CLAIM]->name, QUEUE, on_first_answer,
+                           &asking)};
     if (on[0] == NULL || on[1] == NULL)
         return status_fail(status, STATUS_FAILED, "LCM cannot receive");
     ask_until_answered(bus, &asking);
@@ -128,7 +129,7 @@ bool bus_claim(Bus *bus, const char *url, Status *status)
     if (asking.taken)
         return status_fail(status, STATUS_FAILED,
                            "another daemon publishes on %s: give this one another --prefix",
-                           bus->status_channel);
+                           bus->channel[OUT_STATUS]->name);
     return true;
 }
 
@@ -165,7 +166,8 @@ static void meet_rival(Bus *bus, const pliant_claim_t *rival)
     snprintf(event.kind, sizeof event.kind, "%s", yields ? "yielded" : "rival");
     snprintf(event.text, sizeof event.text,
              "another daemon publishes on %.64s too, for %.1f s; this one for %.1f s: %s",
-             bus->status_channel, held, ours, yields ? "it ends" : "the other one is to end");
+             bus->channel[OUT_STATUS]->name, held, ours,
+             yields ? "it ends" : "the other one is to end");
     log_line(yields ? LOG_ERROR : LOG_WARNING, "%s", event.text);
     bus_send_event(bus, &event);
     // The one that yields stops its run.
@@ -238,8 +240,8 @@ static void on_status(const lcm_recv_buf_t *message, const char *channel, void *
 
 bool bus_subscribe_claims(Bus *bus, Status *status)
 {
-    return bus_subscribe_to(bus, bus->status_channel, on_status, bus, QUEUE, status) &&
-           bus_subscribe_to(bus, bus->claim_channel, on_claim, bus, QUEUE, status);
+    return bus_subscribe_to(bus, bus->channel[OUT_STATUS]->name, on_status, bus, QUEUE, status) &&
+           bus_subscribe_to(bus, bus->channel[OUT_CLAIM]->name, on_claim, bus, QUEUE, status);
 }
 
 bool bus_yielded(const Bus *bus)

@@ -76,7 +76,7 @@ static void hand_over(Bus *bus, GateResult *result)
         Slot *slot = &exchange->pose[result->input.index];
         uint32_t *lifts = &exchange->lifts[result->input.index];
         *lifts += !result->input.pose.active;
-        result->input.pose.lifts = (int32_t)*lifts;
+        result->input.lifts = (int32_t)*lifts;
         memcpy(slot_back(slot), &result->input, sizeof result->input);
         slot_publish(slot);
         return;

@@ -99,15 +99,11 @@ void bus_create_mesh_stream(Bus *bus, int index, Arena *arena)
 {
     BodyStream *stream = &bus->body[index];
     const Body *body = sim_body(bus->sim, index);
-    const char *prefix = bus->scene->prefix;
     // A mesh that never changes is read from the body itself.
-    snprintf(stream->mesh_channel, 2 * CHANNEL_MAX, "%s_MESH_%s", prefix, body->name);
-    snprintf(stream->walls_channel, 2 * CHANNEL_MAX, "%s_WALLS_%s", prefix, body->name);
     stream->mesh = body->mesh;
     if (!mesh_changes(body))
         return;
     // Else the bus keeps a copy, so that a mesh stays whole while it is sent,
-    snprintf(stream->delta_channel, 2 * CHANNEL_MAX, "%s_MESH_DELTA_%s", prefix, body->name);
     stream->copy = arena_allocate(arena, ARENA_OUTPUT, 1, mesh_copy_bytes(&body->mesh),
                                   "run/mesh_%s", body->name);
     mesh_copy_follow(stream->copy, &body->mesh);
@@ -138,7 +134,7 @@ static void send_mesh_chunk(Bus *bus, int index)
     int node_end = chunk_begin(mesh->node_count, chunk + 1, chunks);
     // The generated type has no const; encoding only reads.
     pliant_mesh_t message = {.utime = clock_utime(),
-                             .sequence = (int32_t)stream->mesh_sequence,
+                             .sequence = (int32_t)bus->channel[OUT_MESH][index].sequence,
                              .topology = mesh->topology,
                              .node_count = mesh->node_count,
                              .triangle_count = mesh->triangle_count,
@@ -155,24 +151,25 @@ static void send_mesh_chunk(Bus *bus, int index)
                              .parent = (int32_t *)(uintptr_t)mesh->parent[node],
                              .piece = (int32_t *)(uintptr_t)(mesh->piece + node),
                              .level = (int8_t *)(uintptr_t)(mesh->level + node)};
-    bus_count_published(bus, pliant_mesh_t_publish(bus->lcm, stream->mesh_channel, &message));
+    bus_publish(bus, OUT_MESH, index, &message);
 }
 
-static void send_walls(Bus *bus, const BodyStream *stream)
+static void send_walls(Bus *bus, int index)
 {
+    const BodyStream *stream = &bus->body[index];
     const pliant_walls_t message = {.utime = clock_utime(),
-                                    .sequence = (int32_t)stream->mesh_sequence,
+                                    .sequence = (int32_t)bus->channel[OUT_MESH][index].sequence,
                                     .topology = stream->mesh.topology,
                                     .first_wall = stream->mesh.first_wall};
     if (stream->mesh.first_wall > 0)
-        bus_count_published(bus, pliant_walls_t_publish(bus->lcm, stream->walls_channel, &message));
+        bus_publish(bus, OUT_WALLS, index, &message);
 }
 
 static void send_whole_chunk(Bus *bus, int index)
 {
     BodyStream *stream = &bus->body[index];
     if (stream->whole.next == 0)
-        send_walls(bus, stream);
+        send_walls(bus, index);
     if (stream->whole.next < stream->mesh_chunks)
         send_mesh_chunk(bus, index);
     else
@@ -187,7 +184,7 @@ static void start_mesh(Bus *bus, int index, int64_t now_ns)
     stream->mesh_chunks = chunks_of_mesh(stream->mesh.node_count, stream->mesh.triangle_count);
     int count = stream->mesh_chunks + bus_rest_chunks(stream);
     stream->whole_wanted = false;
-    stream->mesh_sequence++;
+    bus->channel[OUT_MESH][index].sequence++;
     // A mesh that changes must leave before it changes again.
     pace_start(&stream->whole, count,
                stream->copy == NULL ? bus->scene->publish.mesh_hz : (double)CHUNKS_A_SECOND / count,
@@ -242,7 +239,7 @@ bool bus_follow_mesh(Bus *bus, int index, int64_t now_ns, bool at_once)
     stream->mesh = mesh_copy_view(stream->copy);
     if (stream->rest != NULL)
         rest_copy_take(stream->rest, exchange_frame_rest(bus->exchange, index, stream->frame));
-    stream->delta_sequence++;
+    bus->channel[OUT_MESH_DELTA][index].sequence++;
     // Use a quarter of the time to the next frame, so that time is left for the nodes.
     pace_start(&stream->delta_pace, mesh_delta_chunks(&stream->delta),
                4.0 * bus->scene->publish.nodes_hz, now_ns);
@@ -258,9 +255,8 @@ bool bus_send_delta(Bus *bus, int index, int64_t now_ns, bool now)
         pliant_mesh_delta_t message =
             mesh_delta_chunk(&stream->delta, &stream->mesh, pace->next, bus->delta_chunk);
         message.utime = clock_utime();
-        message.sequence = (int32_t)stream->delta_sequence;
-        bus_count_published(bus,
-                            pliant_mesh_delta_t_publish(bus->lcm, stream->delta_channel, &message));
+        message.sequence = (int32_t)bus->channel[OUT_MESH_DELTA][index].sequence;
+        bus_publish(bus, OUT_MESH_DELTA, index, &message);
         pace->next++;
     }
     return !pace_is_under_way(pace);
@@ -278,7 +274,6 @@ void bus_create_rest_stream(Bus *bus, int index, Arena *arena)
     if (!bus->scene->publish.rest || !rest_is_known(body))
         return;
     // The bus keeps what it publishes: the step thread goes on.
-    snprintf(stream->rest_channel, 2 * CHANNEL_MAX, "%s_REST_%s", bus->scene->prefix, body->name);
     stream->rest = arena_allocate(arena, ARENA_OUTPUT, 1, rest_copy_bytes(&body->mesh),
                                   "run/rest_%s", body->name);
     rest_copy_follow(stream->rest, body);
@@ -302,7 +297,7 @@ void bus_send_rest_chunk(Bus *bus, int index, int chunk)
     const int first = chunk_begin(rest->node_count, chunk, chunks);
     const int end = chunk_begin(rest->node_count, chunk + 1, chunks);
     pliant_rest_t message = {.utime = clock_utime(),
-                             .sequence = (int32_t)stream->mesh_sequence,
+                             .sequence = (int32_t)bus->channel[OUT_MESH][index].sequence,
                              .topology = rest->topology,
                              .node_count = rest->node_count,
                              .chunk = chunk,
@@ -316,5 +311,5 @@ void bus_send_rest_chunk(Bus *bus, int index, int chunk)
         message.num_coordinates = 2 * (end - first);
         message.texture = bus->texture;
     }
-    bus_count_published(bus, pliant_rest_t_publish(bus->lcm, stream->rest_channel, &message));
+    bus_publish(bus, OUT_REST, index, &message);
 }

@@ -37,19 +37,10 @@ static void create_nodes(Bus *bus, int index, Arena *arena)
 void bus_create_streams(Bus *bus, Arena *arena)
 {
     int bodies = sim_body_count(bus->sim);
-    const char *prefix = bus->scene->prefix;
-    // Streams and counters for the whole run: nothing is allocated later.
+    // For the whole run: nothing is allocated later.
     bus->body =
         arena_allocate(arena, ARENA_OUTPUT, (size_t)bodies, sizeof *bus->body, "run/body_streams");
-    bus->contact_sequence = arena_allocate(arena, ARENA_OUTPUT, (size_t)sim_tool_count(bus->sim),
-                                           sizeof *bus->contact_sequence, "run/contact_sequences");
-    // The channels of each body.
     for (int i = 0; i < bodies; i++) {
-        BodyStream *stream = &bus->body[i];
-        const char *name = sim_body(bus->sim, i)->name;
-        snprintf(stream->nodes_channel, 2 * CHANNEL_MAX, "%s_NODES_%s", prefix, name);
-        snprintf(stream->points_channel, 2 * CHANNEL_MAX, "%s_POINTS_%s", prefix, name);
-        snprintf(stream->velocity_channel, 2 * CHANNEL_MAX, "%s_VELOCITY_%s", prefix, name);
         bus_create_mesh_stream(bus, i, arena);
         bus_create_rest_stream(bus, i, arena);
         create_nodes(bus, i, arena);
@@ -60,30 +51,29 @@ void bus_create_streams(Bus *bus, Arena *arena)
 
 // Sends nodes [first, end) of a frame as packets, one after the other: a receiver's kernel buffer
 // holds those of a chunk.
-static void send_packets(Bus *bus, const BodyStream *stream, const float *positions, int first,
-                         int end)
+static void send_packets(Bus *bus, int index, const float *positions, int first, int end)
 {
     enum { LCM_HEADER = 8 };
+    const BodyStream *stream = &bus->body[index];
     const Frame *frame = stream->frame;
     uint8_t data[PACKET_BYTES];
     pliant_points_t message = {
         .utime = frame->utime,
-        .sequence = (int32_t)stream->nodes_sequence,
+        .sequence = (int32_t)bus->channel[OUT_NODES][index].sequence,
         .step = frame->step,
         .time = frame->time,
         .topology = frame->topology,
         .node_count = frame->node_count,
         .grid = points_grid(positions + 3L * first, stream->mesh.id + first, end - first),
         .data = data};
-    const int room = PACKET_BYTES - LCM_HEADER - (int)strlen(stream->points_channel) - 1 -
-                     pliant_points_t_encoded_size(&message);
+    const int room = PACKET_BYTES - LCM_HEADER - (int)strlen(bus->channel[OUT_POINTS][index].name) -
+                     1 - pliant_points_t_encoded_size(&message);
     while (first < end) {
         int count = points_pack(positions + 3L * first, stream->mesh.id + first, end - first,
                                 message.grid, room, message.origin, data, &message.num_bytes);
         message.first = first;
         message.count = (int16_t)count;
-        bus_count_published(bus,
-                            pliant_points_t_publish(bus->lcm, stream->points_channel, &message));
+        bus_publish(bus, OUT_POINTS, index, &message);
         first += count;
     }
 }
@@ -98,7 +88,7 @@ static void send_nodes_chunk(Bus *bus, int index)
     int end = chunk_begin(nodes, pace->next + 1, pace->count);
     // Positions and velocities share a message type; they differ in channel and array.
     pliant_nodes_t message = {.utime = frame->utime,
-                              .sequence = (int32_t)stream->nodes_sequence,
+                              .sequence = (int32_t)bus->channel[OUT_NODES][index].sequence,
                               .step = frame->step,
                               .time = frame->time,
                               .topology = frame->topology,
@@ -111,14 +101,13 @@ static void send_nodes_chunk(Bus *bus, int index)
     const float *velocities = positions + 3L * nodes;
     message.position = (float *)(uintptr_t)(positions + 3 * first);
     if (bus->scene->publish.positions != POSITIONS_PACKETS)
-        bus_count_published(bus, pliant_nodes_t_publish(bus->lcm, stream->nodes_channel, &message));
+        bus_publish(bus, OUT_NODES, index, &message);
     if (bus->scene->publish.positions != POSITIONS_FLOATS)
-        send_packets(bus, stream, positions, first, end);
+        send_packets(bus, index, positions, first, end);
     // Velocities of the same chunk.
     if (bus->exchange->velocity) {
         message.position = (float *)(uintptr_t)(velocities + 3 * first);
-        bus_count_published(bus,
-                            pliant_nodes_t_publish(bus->lcm, stream->velocity_channel, &message));
+        bus_publish(bus, OUT_VELOCITY, index, &message);
     }
     pace->next++;
 }
@@ -158,7 +147,7 @@ static void take_frame(Bus *bus, int index, int64_t now_ns, bool at_once)
         return;
     if (stream->frame_waits)
         fit_frame(bus, stream);
-    stream->nodes_sequence += stream->frame_waits;
+    bus->channel[OUT_NODES][index].sequence += stream->frame_waits;
     stream->frame_waits = stream->frame_wanted = false;
     // Its chunks follow the delta, and leave evenly over the period.
     pace_start(&stream->nodes, chunks_of(stream->frame->node_count, NODES_IN_CHUNK),
@@ -231,7 +220,8 @@ static void send_contact(Bus *bus, const ContactOut *contact)
     // Who, when and where, also without contact.
     const ToolWrench *wrench = &contact->wrench;
     pliant_contact_t message = {.utime = contact->utime,
-                                .sequence = (int32_t)++bus->contact_sequence[contact->tool],
+                                .sequence =
+                                    (int32_t)++bus->channel[OUT_CONTACT][contact->tool].sequence,
                                 .tool = sim_tool(bus->sim, contact->tool)->id,
                                 .step = contact->step,
                                 .time = contact->time,
@@ -250,7 +240,7 @@ static void send_contact(Bus *bus, const ContactOut *contact)
         memcpy(message.stiffness, stiffness, sizeof message.stiffness);
         message.damping = wrench->damping;
     }
-    bus_count_published(bus, pliant_contact_t_publish(bus->lcm, bus->contact_channel, &message));
+    bus_publish(bus, OUT_CONTACT, contact->tool, &message);
 }
 
 void bus_send_contacts(Bus *bus)
@@ -265,14 +255,6 @@ void bus_send_contacts(Bus *bus)
 // --- replies and events, then status -------------------------------------------------------------
 
 enum { REASONS = REFUSAL_COUNT + 3 + GUARD_REASONS };
-
-void bus_count_published(Bus *bus, int result)
-{
-    if (result == 0)
-        bus->counts.published++;
-    else
-        bus->counts.failed++;
-}
 
 void bus_send_answer(Bus *bus, const Answer *answer)
 {
@@ -294,7 +276,7 @@ void bus_send_answer(Bus *bus, const Answer *answer)
                               .pieces = answer->pieces,
                               .channel = channel,
                               .text = (char *)(uintptr_t)text};
-    bus_count_published(bus, pliant_reply_t_publish(bus->lcm, bus->reply_channel, &message));
+    bus_publish(bus, OUT_REPLY, 0, &message);
     if (describes)
         bus_restart_streams(bus);
 }
@@ -303,12 +285,12 @@ void bus_send_event(Bus *bus, const EventOut *event)
 {
     const char *body = event->body >= 0 ? sim_body(bus->sim, event->body)->name : "";
     pliant_event_t message = {.utime = clock_utime(),
-                              .sequence = (int32_t)++bus->event_sequence,
+                              .sequence = (int32_t)++bus->channel[OUT_EVENT]->sequence,
                               .step = event->step,
                               .body = (char *)(uintptr_t)body,
                               .kind = (char *)(uintptr_t)event->kind,
                               .text = (char *)(uintptr_t)event->text};
-    bus_count_published(bus, pliant_event_t_publish(bus->lcm, bus->event_channel, &message));
+    bus_publish(bus, OUT_EVENT, 0, &message);
     // A recording has the events, too.
     if (bus->exchange->records && !ring_push(&bus->exchange->told, event))
         atomic_fetch_add_explicit(&bus->exchange->lost, 1, memory_order_relaxed);
@@ -406,7 +388,7 @@ void bus_send_status(Bus *bus, bool fresh)
     ASSERT(body != NULL);
     fill_bodies(bus, body);
     pliant_status_t message = {.utime = clock_utime(),
-                               .sequence = (int32_t)++bus->status_sequence,
+                               .sequence = (int32_t)++bus->channel[OUT_STATUS]->sequence,
                                .scene = (char *)(uintptr_t)bus->scene->name,
                                .state = (char *)(uintptr_t)loop_state_name(from->state),
                                .step = from->step,
@@ -432,8 +414,8 @@ void bus_send_status(Bus *bus, bool fresh)
         memset(stage_us, 0, sizeof stage_us);
     }
     // Remember the time stamp, by which bus_claim.c tells our statuses from a rival's.
-    bus->own_status[bus->status_sequence % OWN_STATUSES] = message.utime;
-    bus_count_published(bus, pliant_status_t_publish(bus->lcm, bus->status_channel, &message));
+    bus->own_status[bus->channel[OUT_STATUS]->sequence % OWN_STATUSES] = message.utime;
+    bus_publish(bus, OUT_STATUS, 0, &message);
     free(body);
 }
 

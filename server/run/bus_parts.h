@@ -16,6 +16,36 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+// --- messages out --------------------------------------------------------------------------------
+
+// All that the server publishes: X(channel, type, of), one channel for the whole server, for each
+// BODY or for each TOOL. Its name is the prefix, "_" and `channel`; of a body, "_" and the body's
+// name. bus_publish(OUT_<channel>) sends one.
+#define OUT_LIST(X)                                                                                \
+    X(REPLY, reply_t, SERVER)                                                                      \
+    X(EVENT, event_t, SERVER)                                                                      \
+    X(STATUS, status_t, SERVER)                                                                    \
+    X(CLAIM, claim_t, SERVER)                                                                      \
+    X(CONTACT, contact_t, TOOL)                                                                    \
+    X(NODES, nodes_t, BODY)                                                                        \
+    X(VELOCITY, nodes_t, BODY)                                                                     \
+    X(POINTS, points_t, BODY)                                                                      \
+    X(MESH, mesh_t, BODY)                                                                          \
+    X(MESH_DELTA, mesh_delta_t, BODY)                                                              \
+    X(REST, rest_t, BODY)                                                                          \
+    X(WALLS, walls_t, BODY)
+
+#define OUT_KIND(channel, type, of) OUT_##channel,
+typedef enum Out { OUT_LIST(OUT_KIND) OUT_KINDS } Out;
+
+// With its NUL; buffers are longer so that the compiler sees that all fits.
+enum { CHANNEL_MAX = 64 };
+
+typedef struct OutChannel {
+    char name[2 * CHANNEL_MAX];
+    uint32_t sequence; // of the last message; on the wire as int32, so it wraps
+} OutChannel;
+
 // --- pacing --------------------------------------------------------------------------------------
 
 // Pacing of data that is too large for one datagram: the chunks and when each is due. They are
@@ -117,7 +147,6 @@ int points_pack(const float *position, const int *id, int count, float grid, int
 // --- the bus -------------------------------------------------------------------------------------
 
 enum {
-    CHANNEL_MAX = 64, // with its NUL; buffers are longer so that the compiler sees that all fits
     NODES_IN_REST_CHUNK = 2048, // 41 kB with texture coordinates
     OWN_STATUSES = 64,          // most that may be in transit at a time; a power of two
     BUS_AGAIN_NS = 100000000,   // pause before something that any client may request is sent again
@@ -126,9 +155,6 @@ enum {
 // Streams of one body. If its mesh changes, the nodes, the delta and the whole mesh being sent
 // always have one topology: that of `mesh`, the one last published.
 typedef struct BodyStream {
-    char nodes_channel[2 * CHANNEL_MAX], velocity_channel[2 * CHANNEL_MAX];
-    char points_channel[2 * CHANNEL_MAX];
-    char mesh_channel[2 * CHANNEL_MAX], delta_channel[2 * CHANNEL_MAX];
     const Frame *frame;            // the newest taken, or NULL
     bool frame_waits;              // until its mesh is published
     bool whole_wanted;             // when the data being sent has left, and
@@ -137,14 +163,11 @@ typedef struct BodyStream {
     int64_t frame_next_ns;         // not before this
     Pace nodes, whole, delta_pace; // of the whole mesh, then of its rest positions
     int mesh_chunks;               // chunks of the mesh itself
-    uint32_t nodes_sequence, mesh_sequence, delta_sequence; // on the wire as int32, so they wrap
-    BodyMesh mesh; // of the body itself when it never changes, else of `copy`
+    BodyMesh mesh;                 // of the body itself when it never changes, else of `copy`
     MeshCopy *copy;
     MeshDelta delta;
-    char walls_channel[2 * CHANNEL_MAX];
     float *node; // of a fitted mesh: what is sent in place of the frame's rows; else NULL
     double *scratch;
-    char rest_channel[2 * CHANNEL_MAX];
     RestCopy *rest; // of `mesh`; NULL: not published
 } BodyStream;
 
@@ -187,13 +210,9 @@ struct Bus {
     // out
     BodyStream *body;
     int64_t next_mesh_ns, next_status_ns, status_reported_ns;
-    char reply_channel[2 * CHANNEL_MAX], event_channel[2 * CHANNEL_MAX];
-    char contact_channel[2 * CHANNEL_MAX], status_channel[2 * CHANNEL_MAX];
-    char claim_channel[2 * CHANNEL_MAX];
-    MeshDeltaChunk *delta_chunk; // scratch; NULL when no mesh changes
-    float *texture;              // scratch of a chunk; NULL if no body has texture to publish
-    uint32_t *contact_sequence;  // [tool_count]
-    uint32_t event_sequence, status_sequence;
+    OutChannel *channel[OUT_KINDS];   // [1, bodies or tools]
+    MeshDeltaChunk *delta_chunk;      // scratch; NULL when no mesh changes
+    float *texture;                   // scratch of a chunk; NULL if no body has texture to publish
     const StatusOut *status;          // the newest taken, or NULL
     int64_t own_status[OWN_STATUSES]; // utimes of our newest statuses
 
@@ -243,7 +262,7 @@ bool bus_send_delta(Bus *bus, int body, int64_t now_ns, bool now);
 void bus_create_rest_stream(Bus *bus, int body, Arena *arena);
 // Returns the number of chunks that follow a whole mesh; 0: rest positions are not published.
 int bus_rest_chunks(const BodyStream *stream);
-void bus_send_rest_chunk(Bus *bus, int body, int chunk);
+void bus_send_rest_chunk(Bus *bus, int index, int chunk);
 
 // bus_out.c: replies, events and status
 void bus_send_answer(Bus *bus, const Answer *answer);
@@ -254,7 +273,8 @@ void bus_report(Bus *bus, int64_t now_ns);
 // Publishes the status if it is new, if the last one is old, or if a claim requests it.
 void bus_report_status(Bus *bus, int64_t now_ns);
 
-// Counts the result of publishing.
-void bus_count_published(Bus *bus, int result);
+// bus.c
+// Publishes a message of the kind's type on the channel of a body or tool, else 0, and counts it.
+void bus_publish(Bus *bus, Out kind, int index, const void *message);
 
 #endif

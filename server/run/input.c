@@ -2,12 +2,6 @@
 
 #include "base/check.h"
 
-#include "pliant_command_t.h"
-#include "pliant_cut_t.h"
-#include "pliant_load_t.h"
-#include "pliant_tie_t.h"
-#include "pliant_tool_pose_t.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -55,231 +49,48 @@ const char *refusal_name(Refusal refusal)
 typedef struct InputType {
     const char *channel; // without its prefix
     const char *event;   // of a request that was executed; NULL: the command says
-    bool has_string;     // the type's last member is one
-    void (*decode)(const void *data, int size, Input *input);
-    int (*encode)(const Input *input, void *data); // returns the size
+    size_t string;       // where the message has its last member, a string; 0: it has none
+    int (*decode)(const void *data, int size, void *message);
+    int (*encode)(void *data, int size, const void *message); // returns the size
+    void (*clean)(void *message);                             // frees what decode allocated
     Refusal (*validate)(Input *input, Sim *sim, char *why);
 } InputType;
 
-static uint64_t read_big_endian(const unsigned char *byte, int count)
+// The generated functions of a type, for any message by its address.
+#define WIRE(kind, member, type)                                                                   \
+    static int decode_##type(const void *data, int size, void *message)                            \
+    {                                                                                              \
+        return pliant_##type##_decode(data, 0, size, message);                                     \
+    }                                                                                              \
+    static int encode_##type(void *data, int size, const void *message)                            \
+    {                                                                                              \
+        return pliant_##type##_encode(data, 0, size, message);                                     \
+    }                                                                                              \
+    static void clean_##type(void *message)                                                        \
+    {                                                                                              \
+        pliant_##type##_decode_cleanup(message);                                                   \
+    }                                                                                              \
+    _Static_assert(offsetof(pliant_##type, utime) == 0 && offsetof(pliant_##type, sender) == 8,    \
+                   "every message begins alike");
+INPUT_LIST(WIRE)
+
+// Where the string of a message is.
+static char **string_of(const InputType *type, void *message)
 {
-    uint64_t value = 0;
-    for (int i = 0; i < count; i++)
-        value = value << 8 | byte[i];
-    return value;
-}
-
-// The generated decoder trusts counts: a corrupt one makes it read or copy out of bounds. The raw
-// length must therefore match the type and its only string before the decoder runs.
-static Refusal check_wire(const InputType *type, const unsigned char *data, size_t size, char *why)
-{
-    // An empty input tells fingerprint and size.
-    unsigned char empty[INPUT_WIRE_MAX];
-    const size_t whole = (size_t)type->encode(&(Input){0}, empty);
-    // Is it this type, as far as its first bytes tell?
-    if (size < 8)
-        return REFUSE(REFUSED_SIZE, "%s of %zu bytes, shorter than a fingerprint", type->channel,
-                      size);
-    if (memcmp(data, empty, 8) != 0)
-        return REFUSE(REFUSED_TYPE, "%s with the fingerprint of another type", type->channel);
-    // Without a string the size is fixed.
-    if (!type->has_string)
-        return size == whole
-                   ? ACCEPTED
-                   : REFUSE(REFUSED_SIZE, "%s of %zu bytes, not %zu", type->channel, size, whole);
-
-    // The string is last: its stated length must be what is left, with one NUL at the end.
-    if (size < whole)
-        return REFUSE(REFUSED_SIZE, "%s of %zu bytes, at least %zu needed", type->channel, size,
-                      whole);
-    const unsigned char *string = data + whole - 1;
-    size_t length = size - (whole - 1); // with the closing NUL
-    uint64_t stated = read_big_endian(string - 4, 4);
-    if (stated != length)
-        return REFUSE(REFUSED_SIZE, "%s whose string states %llu bytes and has %zu", type->channel,
-                      (unsigned long long)stated, length);
-    if (length > INPUT_TEXT_MAX)
-        return REFUSE(REFUSED_STRING, "%s with a string of %zu bytes, at most %d", type->channel,
-                      length, INPUT_TEXT_MAX);
-    if (memchr(string, 0, length) != data + size - 1)
-        return REFUSE(REFUSED_STRING, "%s whose string does not end at its last byte",
-                      type->channel);
-    return ACCEPTED;
-}
-
-static void decode_pose(const void *data, int size, Input *input)
-{
-    pliant_tool_pose_t m;
-    int used = pliant_tool_pose_t_decode(data, 0, size, &m);
-    ASSERT(used == size);
-    input->sender = m.sender;
-    input->id = m.sequence;
-    input->utime = m.utime;
-    // What the tool is to do.
-    input->pose.tool = m.tool;
-    memcpy(input->pose.position, m.position, sizeof m.position);
-    memcpy(input->pose.orientation, m.orientation, sizeof m.orientation);
-    memcpy(input->pose.twist, m.twist, sizeof m.twist);
-    input->pose.grip = m.grip;
-    input->pose.twist_valid = m.twist_valid != 0;
-    input->pose.active = m.active != 0;
-    pliant_tool_pose_t_decode_cleanup(&m);
-}
-
-static void decode_cut(const void *data, int size, Input *input)
-{
-    pliant_cut_t m;
-    int used = pliant_cut_t_decode(data, 0, size, &m);
-    ASSERT(used == size);
-    input->sender = m.sender;
-    input->id = m.id;
-    input->utime = m.utime;
-    memcpy(input->cut.before, m.before, sizeof m.before);
-    memcpy(input->cut.after, m.after, sizeof m.after);
-    snprintf(input->text, sizeof input->text, "%s", m.body);
-    pliant_cut_t_decode_cleanup(&m);
-}
-
-static void decode_load(const void *data, int size, Input *input)
-{
-    pliant_load_t m;
-    int used = pliant_load_t_decode(data, 0, size, &m);
-    ASSERT(used == size);
-    input->sender = m.sender;
-    input->id = m.id;
-    input->utime = m.utime;
-    // What the load is to do.
-    memcpy(input->load.center, m.center, sizeof m.center);
-    memcpy(input->load.force, m.force, sizeof m.force);
-    input->load.radius = m.radius;
-    input->load.duration = m.duration;
-    snprintf(input->text, sizeof input->text, "%s", m.body);
-    pliant_load_t_decode_cleanup(&m);
-}
-
-static void decode_command(const void *data, int size, Input *input)
-{
-    pliant_command_t m;
-    int used = pliant_command_t_decode(data, 0, size, &m);
-    ASSERT(used == size);
-    input->sender = m.sender;
-    input->id = m.id;
-    input->utime = m.utime;
-    input->command.kind = m.kind;
-    input->command.value = m.value;
-    snprintf(input->text, sizeof input->text, "%s", m.argument);
-    pliant_command_t_decode_cleanup(&m);
-}
-
-_Static_assert(sizeof((pliant_tie_t *)NULL)->to_body == BODY_NAME_MAX, "a name fits");
-_Static_assert(sizeof((pliant_tie_t *)NULL)->node == TIE_IDS * sizeof(int32_t), "its ids");
-
-static void decode_tie(const void *data, int size, Input *input)
-{
-    pliant_tie_t m;
-    int used = pliant_tie_t_decode(data, 0, size, &m);
-    ASSERT(used == size);
-    input->sender = m.sender;
-    input->id = m.id;
-    input->utime = m.utime;
-    // What is to be done to which tie.
-    input->tie.action = m.action;
-    input->tie.number = m.tie;
-    input->tie.kind = m.kind;
-    input->tie.tool = m.tool;
-    input->tie.node_count = m.node_count;
-    memcpy(input->tie.node, m.node, sizeof m.node);
-    memcpy(input->tie.center, m.center, sizeof m.center);
-    input->tie.radius = m.radius;
-    input->tie.stiffness = m.stiffness;
-    input->tie.damping_ratio = m.damping_ratio;
-    input->tie.break_force = m.break_force;
-    memcpy(input->tie.to_body, m.to_body, sizeof m.to_body);
-    snprintf(input->text, sizeof input->text, "%s", m.body);
-    pliant_tie_t_decode_cleanup(&m);
-}
-
-static int encode_pose(const Input *input, void *data)
-{
-    pliant_tool_pose_t m = {.utime = input->utime,
-                            .sender = input->sender,
-                            .sequence = input->id,
-                            .tool = input->pose.tool,
-                            .twist_valid = input->pose.twist_valid,
-                            .grip = input->pose.grip,
-                            .active = input->pose.active};
-    memcpy(m.position, input->pose.position, sizeof m.position);
-    memcpy(m.orientation, input->pose.orientation, sizeof m.orientation);
-    memcpy(m.twist, input->pose.twist, sizeof m.twist);
-    return pliant_tool_pose_t_encode(data, 0, INPUT_WIRE_MAX, &m);
-}
-
-static int encode_cut(const Input *input, void *data)
-{
-    pliant_cut_t m = {.utime = input->utime,
-                      .sender = input->sender,
-                      .id = input->id,
-                      .body = (char *)(uintptr_t)input->text};
-    memcpy(m.before, input->cut.before, sizeof m.before);
-    memcpy(m.after, input->cut.after, sizeof m.after);
-    return pliant_cut_t_encode(data, 0, INPUT_WIRE_MAX, &m);
-}
-
-static int encode_load(const Input *input, void *data)
-{
-    pliant_load_t m = {.utime = input->utime,
-                       .sender = input->sender,
-                       .id = input->id,
-                       .radius = input->load.radius,
-                       .duration = input->load.duration,
-                       .body = (char *)(uintptr_t)input->text};
-    memcpy(m.center, input->load.center, sizeof m.center);
-    memcpy(m.force, input->load.force, sizeof m.force);
-    return pliant_load_t_encode(data, 0, INPUT_WIRE_MAX, &m);
+    return (char **)(void *)((char *)message + type->string);
 }
 
 static const char TRY[] = "try "; // before the text of a SET that is only to be tried
 
-static int encode_command(const Input *input, void *data)
+// SET was split into key and numbers: joins them again, as 17 digits, which read back as the same
+// doubles.
+static void join_setting(const Input *input, char *text, size_t size)
 {
-    char text[2 * INPUT_TEXT_MAX];
-    // SET was split into key and numbers: join them again.
-    int length = snprintf(text, sizeof text, "%s%s", input->command.tries ? TRY : "", input->text);
-    if (input->command.kind == PLIANT_COMMAND_T_SET && input->command.set_count > 0) {
-        length += snprintf(text + length, sizeof text - (size_t)length, "=");
-        // 17 digits read back as the same double.
-        for (int i = 0; i < input->command.set_count; i++)
-            length += snprintf(text + length, sizeof text - (size_t)length, " %.17g",
-                               input->command.set_value[i]);
-    }
-    pliant_command_t m = {.utime = input->utime,
-                          .sender = input->sender,
-                          .id = input->id,
-                          .kind = input->command.kind,
-                          .value = input->command.value,
-                          .argument = text};
-    return pliant_command_t_encode(data, 0, INPUT_WIRE_MAX, &m);
-}
-
-static int encode_tie(const Input *input, void *data)
-{
-    pliant_tie_t m = {.utime = input->utime,
-                      .sender = input->sender,
-                      .id = input->id,
-                      .action = input->tie.action,
-                      .tie = input->tie.number,
-                      .kind = input->tie.kind,
-                      .tool = input->tie.tool,
-                      .node_count = input->tie.node_count,
-                      .radius = input->tie.radius,
-                      .stiffness = input->tie.stiffness,
-                      .damping_ratio = input->tie.damping_ratio,
-                      .break_force = input->tie.break_force,
-                      .body = (char *)(uintptr_t)input->text};
-    memcpy(m.node, input->tie.node, sizeof m.node);
-    memcpy(m.center, input->tie.center, sizeof m.center);
-    memcpy(m.to_body, input->tie.to_body, sizeof m.to_body);
-    return pliant_tie_t_encode(data, 0, INPUT_WIRE_MAX, &m);
+    const Setting *setting = &input->setting;
+    int length = snprintf(text, size, "%s%s", setting->tries ? TRY : "", input->text);
+    for (int i = 0; i < setting->count; i++)
+        length += snprintf(text + length, size - (size_t)length, "%s%.17g", i == 0 ? "= " : " ",
+                           setting->value[i]);
 }
 
 // --- the values ---
@@ -388,24 +199,23 @@ static Refusal check_load(Input *input, Sim *sim, char *why)
 // Finds the other body of a tie. CLIP may have none: two walls of one body.
 static Refusal find_other_body(Input *input, Sim *sim, char *why)
 {
-    char *name = input->tie.to_body;
+    const char *name = (const char *)input->tie.to_body;
     if (memchr(name, 0, BODY_NAME_MAX) == NULL)
         return REFUSE(REFUSED_STRING, "to_body of a tie does not end within its %d bytes",
                       BODY_NAME_MAX);
     if (name[0] == '\0' && input->tie.kind == PLIANT_TIE_T_CLIP) {
-        input->tie.to_body_index = input->index;
+        input->to_body_index = input->index;
         return ACCEPTED;
     }
     // By name, as the body itself.
     for (int i = 0; i < sim_body_count(sim); i++)
         if (strcmp(sim_body(sim, i)->name, name) == 0)
-            input->tie.to_body_index = i;
-    if (input->tie.to_body_index == input->index && input->tie.kind == PLIANT_TIE_T_TIE)
+            input->to_body_index = i;
+    if (input->to_body_index == input->index && input->tie.kind == PLIANT_TIE_T_TIE)
         return REFUSE(REFUSED_BODY, "to_body '%s' of a tie is the body itself",
                       sim_body(sim, input->index)->name);
-    return input->tie.to_body_index >= 0
-               ? ACCEPTED
-               : REFUSE(REFUSED_BODY, "to_body of a tie is not in the scene");
+    return input->to_body_index >= 0 ? ACCEPTED
+                                     : REFUSE(REFUSED_BODY, "to_body of a tie is not in the scene");
 }
 
 // Checks what MAKE ties to what.
@@ -437,15 +247,15 @@ static Refusal check_new_tie(Input *input, Sim *sim, char *why)
         return REFUSE(REFUSED_COMMAND, "kind %d of a tie is unknown", input->tie.kind);
     for (int i = 0; i < sim_tool_count(sim) && input->tie.kind == PLIANT_TIE_T_CARRY; i++)
         if (sim_tool(sim, i)->id == input->tie.tool)
-            input->tie.tool_index = i;
-    if (input->tie.kind == PLIANT_TIE_T_CARRY && input->tie.tool_index < 0)
+            input->tool_index = i;
+    if (input->tie.kind == PLIANT_TIE_T_CARRY && input->tool_index < 0)
         return REFUSE(REFUSED_TOOL, "tool %d of a tie is not in the scene", input->tie.tool);
     return ACCEPTED;
 }
 
 static Refusal check_tie(Input *input, Sim *sim, char *why)
 {
-    input->tie.tool_index = input->tie.to_body_index = -1;
+    input->tool_index = input->to_body_index = -1;
     const int32_t action = input->tie.action;
     // Is it one, and is there room for any?
     if (action != PLIANT_TIE_T_MAKE && action != PLIANT_TIE_T_CHANGE &&
@@ -453,8 +263,8 @@ static Refusal check_tie(Input *input, Sim *sim, char *why)
         return REFUSE(REFUSED_COMMAND, "action %d of a tie is unknown", action);
     if (sim_tie_capacity(sim) == 0)
         return REFUSE(REFUSED_NOT_POSSIBLE, "this scene has no ties by message (max_ties)");
-    if (input->tie.number < (action == PLIANT_TIE_T_MAKE ? 0 : 1))
-        return REFUSE(REFUSED_RANGE, "tie %d: numbers begin with 1", input->tie.number);
+    if (input->tie.tie < (action == PLIANT_TIE_T_MAKE ? 0 : 1))
+        return REFUSE(REFUSED_RANGE, "tie %d: numbers begin with 1", input->tie.tie);
     if (action == PLIANT_TIE_T_RELEASE)
         return ACCEPTED;
     // Its springs.
@@ -487,13 +297,13 @@ static Refusal check_key(size_t length, int count, char *why)
 static Refusal split_setting(Input *input, char *why)
 {
     const size_t word = strlen(TRY);
-    input->command.tries = strncmp(input->text, TRY, word) == 0;
-    if (input->command.tries)
+    input->setting.tries = strncmp(input->text, TRY, word) == 0;
+    if (input->setting.tries)
         memmove(input->text, input->text + word, strlen(input->text + word) + 1);
     char *equals = strchr(input->text, '=');
-    input->command.set_count = 0;
+    input->setting.count = 0;
     // A key alone: what is it now?
-    if (input->command.tries && equals == NULL && input->text[0] != '\0')
+    if (input->setting.tries && equals == NULL && input->text[0] != '\0')
         return check_key(strlen(input->text), 0, why);
     if (equals == NULL || equals == input->text)
         return REFUSE(REFUSED_COMMAND, "SET wants \"key=number\"");
@@ -518,8 +328,8 @@ static Refusal split_setting(Input *input, char *why)
     if (refusal != ACCEPTED)
         return refusal;
     *equals = '\0';
-    memcpy(input->command.set_value, value, sizeof value);
-    input->command.set_count = count;
+    memcpy(input->setting.value, value, sizeof value);
+    input->setting.count = count;
     return ACCEPTED;
 }
 
@@ -550,14 +360,20 @@ static Refusal check_command(Input *input, Sim *sim, char *why)
     }
 }
 
+_Static_assert(sizeof((pliant_tie_t *)NULL)->to_body == BODY_NAME_MAX, "a name fits");
+_Static_assert(sizeof((pliant_tie_t *)NULL)->node == TIE_IDS * sizeof(int32_t), "its ids");
+
 // --- all kinds ---
 
+#define GENERATED(type) decode_##type, encode_##type, clean_##type
+
 static const InputType TYPES[INPUT_KINDS] = {
-    [INPUT_POSE] = {"TOOL_POSE", NULL, false, decode_pose, encode_pose, check_pose},
-    [INPUT_CUT] = {"CUT", "cut", true, decode_cut, encode_cut, check_cut},
-    [INPUT_LOAD] = {"LOAD", "load", true, decode_load, encode_load, check_load},
-    [INPUT_COMMAND] = {"COMMAND", NULL, true, decode_command, encode_command, check_command},
-    [INPUT_TIE] = {"TIE", "tie", true, decode_tie, encode_tie, check_tie},
+    [INPUT_POSE] = {"TOOL_POSE", NULL, 0, GENERATED(tool_pose_t), check_pose},
+    [INPUT_CUT] = {"CUT", "cut", offsetof(pliant_cut_t, body), GENERATED(cut_t), check_cut},
+    [INPUT_LOAD] = {"LOAD", "load", offsetof(pliant_load_t, body), GENERATED(load_t), check_load},
+    [INPUT_COMMAND] = {"COMMAND", NULL, offsetof(pliant_command_t, argument), GENERATED(command_t),
+                       check_command},
+    [INPUT_TIE] = {"TIE", "tie", offsetof(pliant_tie_t, body), GENERATED(tie_t), check_tie},
 };
 
 const char *input_channel(InputKind kind)
@@ -576,18 +392,83 @@ const char *input_event(const Input *input)
     return event != NULL ? event : input->command.kind == PLIANT_COMMAND_T_SET ? "set" : "reset";
 }
 
+static uint64_t read_big_endian(const unsigned char *byte, int count)
+{
+    uint64_t value = 0;
+    for (int i = 0; i < count; i++)
+        value = value << 8 | byte[i];
+    return value;
+}
+
+// The generated decoder trusts counts: a corrupt one makes it read or copy out of bounds. The raw
+// length must therefore match the type and its only string before the decoder runs.
+static Refusal check_wire(InputKind kind, const unsigned char *data, size_t size, char *why)
+{
+    // An empty message tells fingerprint and size.
+    const InputType *type = &TYPES[kind];
+    unsigned char empty[INPUT_WIRE_MAX];
+    const size_t whole = input_encode(&(Input){.kind = kind}, empty);
+    // Is it this type, as far as its first bytes tell?
+    if (size < 8)
+        return REFUSE(REFUSED_SIZE, "%s of %zu bytes, shorter than a fingerprint", type->channel,
+                      size);
+    if (memcmp(data, empty, 8) != 0)
+        return REFUSE(REFUSED_TYPE, "%s with the fingerprint of another type", type->channel);
+    // Without a string the size is fixed.
+    if (type->string == 0)
+        return size == whole
+                   ? ACCEPTED
+                   : REFUSE(REFUSED_SIZE, "%s of %zu bytes, not %zu", type->channel, size, whole);
+
+    // The string is last: its stated length must be what is left, with one NUL at the end.
+    if (size < whole)
+        return REFUSE(REFUSED_SIZE, "%s of %zu bytes, at least %zu needed", type->channel, size,
+                      whole);
+    const unsigned char *string = data + whole - 1;
+    size_t length = size - (whole - 1); // with the closing NUL
+    uint64_t stated = read_big_endian(string - 4, 4);
+    if (stated != length)
+        return REFUSE(REFUSED_SIZE, "%s whose string states %llu bytes and has %zu", type->channel,
+                      (unsigned long long)stated, length);
+    if (length > INPUT_TEXT_MAX)
+        return REFUSE(REFUSED_STRING, "%s with a string of %zu bytes, at most %d", type->channel,
+                      length, INPUT_TEXT_MAX);
+    if (memchr(string, 0, length) != data + size - 1)
+        return REFUSE(REFUSED_STRING, "%s whose string does not end at its last byte",
+                      type->channel);
+    return ACCEPTED;
+}
+
 Refusal input_decode(InputKind kind, const void *data, size_t size, Input *input, char *why)
 {
     *input = (Input){.kind = kind, .index = -1};
-    Refusal refusal = check_wire(&TYPES[kind], data, size, why);
-    if (refusal == ACCEPTED)
-        TYPES[kind].decode(data, (int)size, input);
-    return refusal;
+    const InputType *type = &TYPES[kind];
+    const Refusal refusal = check_wire(kind, data, size, why);
+    if (refusal != ACCEPTED)
+        return refusal;
+    const int used = type->decode(data, (int)size, &input->pose);
+    ASSERT(used == (int)size);
+    // The string stays in `text`; what was decoded to the heap is freed.
+    if (type->string > 0)
+        snprintf(input->text, sizeof input->text, "%s", *string_of(type, &input->pose));
+    type->clean(&input->pose);
+    if (type->string > 0)
+        *string_of(type, &input->pose) = NULL;
+    return ACCEPTED;
 }
 
 size_t input_encode(const Input *input, void *data)
 {
-    int size = TYPES[input->kind].encode(input, data);
+    const InputType *type = &TYPES[input->kind];
+    Input copy = *input;
+    char text[2 * INPUT_TEXT_MAX];
+    if (type->string > 0)
+        *string_of(type, &copy.pose) = copy.text;
+    if (copy.kind == INPUT_COMMAND && copy.command.kind == PLIANT_COMMAND_T_SET) {
+        join_setting(input, text, sizeof text);
+        copy.command.argument = text;
+    }
+    const int size = type->encode(data, INPUT_WIRE_MAX, &copy.pose);
     ASSERT(size > 0);
     return (size_t)size;
 }
@@ -648,10 +529,10 @@ TieOptions input_tie(const Input *input)
 {
     TieOptions tie = {.action = (TieAction)input->tie.action,
                       .kind = (TieKind)input->tie.kind,
-                      .number = input->tie.number,
+                      .number = input->tie.tie,
                       .body = input->index,
-                      .to_body = input->tie.to_body_index,
-                      .tool = input->tie.tool_index,
+                      .to_body = input->to_body_index,
+                      .tool = input->tool_index,
                       .node_count = input->tie.node_count,
                       .center = vec3_of(input->tie.center),
                       .radius = input->tie.radius,

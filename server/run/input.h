@@ -4,6 +4,8 @@
 
 #include "dynamics/sim.h"
 
+#include "pliant_lcmtypes.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -12,16 +14,19 @@
 
 // Inputs from other programs (poses, cuts, loads, commands and ties) as plain data of fixed size.
 // They are decoded from raw bytes, and every check comes before generated code reads them. Pure
-// functions for any thread but the step thread, which only reads finished Inputs.
+// functions for any thread but the step thread, which only reads finished Inputs. A new message is
+// an InputKind, a member of Input and a row of TYPES (input.c).
 
-typedef enum InputKind {
-    INPUT_POSE,
-    INPUT_CUT,
-    INPUT_LOAD,
-    INPUT_COMMAND,
-    INPUT_TIE,
-    INPUT_KINDS
-} InputKind;
+// All of them: X(kind, member, type). TYPES (input.c) has the rest of each.
+#define INPUT_LIST(X)                                                                              \
+    X(POSE, pose, tool_pose_t)                                                                     \
+    X(CUT, cut, cut_t)                                                                             \
+    X(LOAD, load, load_t)                                                                          \
+    X(COMMAND, command, command_t)                                                                 \
+    X(TIE, tie, tie_t)
+
+#define INPUT_KIND(kind, member, type) INPUT_##kind,
+typedef enum InputKind { INPUT_LIST(INPUT_KIND) INPUT_KINDS } InputKind;
 
 // Reasons for refusing an input; status_t.reason holds their names.
 typedef enum Refusal {
@@ -50,51 +55,30 @@ typedef enum Refusal {
 
 enum { INPUT_TEXT_MAX = 128, INPUT_WIRE_MAX = 512, INPUT_WHY_MAX = 192 };
 
-// The sender's values, unchanged, so that a log can store them as they came.
+// What SET is to set: its argument as input_check reads it.
+typedef struct Setting {
+    double value[3];
+    int32_t count; // of `value`, 1 or 3; of a try also 0: only what it is now
+    bool tries;    // report what it would do
+} Setting;
+
+// The message itself, as the sender filled it, so that a log can store it as it came; but its
+// string is in `text`.
+#define INPUT_MEMBER(kind, member, type) pliant_##type member;
 typedef struct Input {
     InputKind kind;
-    int index;      // pose: of the tool; request: of the body, -1 for all or none
-    int32_t sender; // random number drawn by the client
-    int32_t id;     // of a request; the sequence of a pose
-    int64_t utime;  // sender's clock [us]
+    int index; // pose: of the tool; request: of the body, -1 for all or none
     union {
-        struct {
-            int32_t tool;          // id in the scene
-            double position[3];    // [m]
-            double orientation[4]; // w x y z, nearly unit
-            double twist[6];       // [m/s], [rad/s]
-            double grip;
-            bool twist_valid, active;
-            int32_t lifts; // inactive poses of the tool before this one (counted by the bus)
-        } pose;
-        struct {
-            double before[2][3], after[2][3]; // [m]
-        } cut;
-        struct {
-            double center[3]; // [m]
-            double radius;    // [m]
-            double force[3];  // [N]
-            double duration;  // [s]
-        } load;
-        struct {
-            int32_t kind; // PLIANT_COMMAND_T_...
-            int64_t value;
-            double set_value[3]; // SET: the numbers after "="
-            int32_t set_count;   // 1 or 3; of a try also 0: only what it is now
-            bool tries;          // SET: tell what it would do
-        } command;
-        struct {
-            int32_t action, number, kind; // PLIANT_TIE_T_...
-            int32_t tool;                 // id in the scene
-            int32_t node_count, node[TIE_IDS];
-            double center[3]; // [m]
-            double radius;    // [m]
-            double stiffness, damping_ratio;
-            double break_force;                // [N]
-            char to_body[BODY_NAME_MAX];       // as it came: it may lack its end
-            int32_t tool_index, to_body_index; // set by input_check
-        } tie;
+        struct {            // the first members of every message
+            int64_t utime;  // sender's clock [us]
+            int32_t sender; // random number drawn by the client
+            int32_t id;     // of a request; the sequence of a pose
+        };
+        INPUT_LIST(INPUT_MEMBER)
     };
+    int32_t lifts;                 // inactive poses of the tool before this one: the bus counts
+    Setting setting;               // of SET
+    int tool_index, to_body_index; // of a tie; -1: none
     char text[INPUT_TEXT_MAX]; // cut, load, tie: name of the body; SET: the key; else the argument
 } Input;
 

@@ -226,8 +226,8 @@ static void apply_pose(Loop *loop, const Input *input)
 static void lift_blade(Loop *loop, const Input *input)
 {
     int32_t *taken = loop->exchange->taken[input->index];
-    bool passed = input->pose.lifts != taken[0] || input->sender != taken[1];
-    taken[0] = input->pose.lifts;
+    bool passed = input->lifts != taken[0] || input->sender != taken[1];
+    taken[0] = input->lifts;
     taken[1] = input->sender;
     bool cuts = sim_tool(loop->sim, input->index)->kind == TOOL_BLADE &&
                 sim_tool_motion(loop->sim, input->index)->active;
@@ -253,9 +253,10 @@ static void release_tools(Loop *loop)
             continue;
         const Input lift = {.kind = INPUT_POSE,
                             .index = i,
-                            .sender = exchange->taken[i][1],
-                            .utime = motion->pose_utime,
-                            .pose = {.tool = tool->id, .orientation = {1.0, 0.0, 0.0, 0.0}}};
+                            .pose = {.utime = motion->pose_utime,
+                                     .sender = exchange->taken[i][1],
+                                     .tool = tool->id,
+                                     .orientation = {1.0, 0.0, 0.0, 0.0}}};
         apply_pose(loop, &lift);
     }
     // Clients hear that the run stood still.

@@ -43,26 +43,26 @@ static bool execute_tie(Sim *sim, const Input *input, Answer *answer)
 // Tells what a SET would do, or what its key is now.
 static bool try_set(Sim *sim, const Input *input, Answer *answer)
 {
-    const double *value = input->command.set_value;
+    const double *value = input->setting.value;
     char *text = answer->text;
-    if (input->command.set_count == 0)
+    if (input->setting.count == 0)
         return sim_tell_setting(sim, input->text, text, INPUT_WHY_MAX);
-    if (input->command.set_count == 1)
+    if (input->setting.count == 1)
         return sim_try_set(sim, input->text, value[0], &answer->longer, text, INPUT_WHY_MAX);
     return sim_try_gravity((Vec3){value[0], value[1], value[2]}, text, INPUT_WHY_MAX);
 }
 
 static bool execute_set(Sim *sim, const Input *input, Answer *answer)
 {
-    const double *value = input->command.set_value;
+    const double *value = input->setting.value;
     char *text = answer->text;
-    bool vector = input->command.set_count == 3;
+    bool vector = input->setting.count == 3;
     if (vector && strcmp(input->text, "gravity") != 0) {
         snprintf(text, INPUT_WHY_MAX, "%.80s wants one number", input->text);
         return false;
     }
     Vec3 gravity = {value[0], value[1], value[2]};
-    if (input->command.tries)
+    if (input->setting.tries)
         return try_set(sim, input, answer);
     if (vector ? !sim_apply_gravity(sim, gravity, text, INPUT_WHY_MAX)
                : !sim_apply_set(sim, input->text, value[0], text, INPUT_WHY_MAX))
@@ -75,7 +75,7 @@ static bool execute_set(Sim *sim, const Input *input, Answer *answer)
 bool requests_change_scene(const Input *input)
 {
     return input->kind != INPUT_COMMAND || input->command.kind == PLIANT_COMMAND_T_RESET ||
-           (input->command.kind == PLIANT_COMMAND_T_SET && !input->command.tries);
+           (input->command.kind == PLIANT_COMMAND_T_SET && !input->setting.tries);
 }
 
 bool requests_execute(Sim *sim, const Input *input, Answer *answer)
@@ -137,7 +137,7 @@ void requests_report(Loop *loop)
 static bool is_try(const Input *input)
 {
     return input->kind == INPUT_COMMAND && input->command.kind == PLIANT_COMMAND_T_SET &&
-           input->command.tries;
+           input->setting.tries;
 }
 
 static Answer answer_to(const Loop *loop, const Input *input)
@@ -171,7 +171,8 @@ static void set(Loop *loop, const char *key, double value)
 {
     Input input = {.kind = INPUT_COMMAND,
                    .index = -1,
-                   .command = {.kind = PLIANT_COMMAND_T_SET, .set_value = {value}, .set_count = 1}};
+                   .command = {.kind = PLIANT_COMMAND_T_SET},
+                   .setting = {.value = {value}, .count = 1}};
     snprintf(input.text, sizeof input.text, "%s", key);
     // In the log like a client's, so that a replay repeats it.
     requests_log(loop, &input);

@@ -47,10 +47,12 @@ static Refusal pass_numbered(Fixture *fixture, int32_t sequence, int64_t utime, 
                              int sender, int tool, int64_t now_us)
 {
     Input input = {.kind = INPUT_POSE,
-                   .sender = sender,
-                   .id = sequence,
-                   .utime = utime,
-                   .pose = {.tool = tool, .orientation = {1.0}, .active = active}};
+                   .pose = {.sender = sender,
+                            .sequence = sequence,
+                            .utime = utime,
+                            .tool = tool,
+                            .orientation = {1.0},
+                            .active = active}};
     unsigned char data[INPUT_WIRE_MAX];
     size_t size = input_encode(&input, data);
     static GateResult result;
@@ -65,7 +67,7 @@ static Refusal pass_pose(Fixture *fixture, int sender, int tool, bool active, in
 
 static Passage pass_request(Fixture *fixture, int sender, int id, const Answer **answer)
 {
-    Input input = {.kind = INPUT_COMMAND, .sender = sender, .id = id, .command = {.kind = 1}};
+    Input input = {.kind = INPUT_COMMAND, .command = {.sender = sender, .id = id, .kind = 1}};
     unsigned char data[INPUT_WIRE_MAX];
     size_t size = input_encode(&input, data);
     static GateResult result;

@@ -39,7 +39,7 @@ static void what_is_encoded_decodes_to_the_same(void **state)
         {.kind = INPUT_COMMAND, .command = {.kind = PLIANT_COMMAND_T_STEP, .value = 77}},
         {.kind = INPUT_TIE,
          .tie = {.action = 1,
-                 .number = 3,
+                 .tie = 3,
                  .kind = 2,
                  .tool = 7,
                  .node_count = 2,
@@ -87,17 +87,16 @@ static void a_setting_survives_being_logged_to_the_last_bit(void **state)
         assert_int_equal(input_decode(INPUT_COMMAND, data, size, &first, why), ACCEPTED);
         assert_int_equal(input_check(&first, NULL, why), ACCEPTED);
         assert_string_equal(first.text, keys[i]);
-        assert_int_equal(first.command.set_count, counts[i]);
-        assert_int_equal(first.command.tries, i >= 2);
+        assert_int_equal(first.setting.count, counts[i]);
+        assert_int_equal(first.setting.tries, i >= 2);
         size = input_encode(&first, data);
         assert_int_equal(input_decode(INPUT_COMMAND, data, size, &second, why), ACCEPTED);
         assert_int_equal(input_check(&second, NULL, why), ACCEPTED);
         assert_string_equal(second.text, first.text);
-        assert_int_equal(second.command.tries, first.command.tries);
-        assert_int_equal(second.command.set_count, first.command.set_count);
+        assert_int_equal(second.setting.tries, first.setting.tries);
+        assert_int_equal(second.setting.count, first.setting.count);
         // The same doubles: 17 digits are enough.
-        assert_memory_equal(second.command.set_value, first.command.set_value,
-                            sizeof first.command.set_value);
+        assert_memory_equal(second.setting.value, first.setting.value, sizeof first.setting.value);
     }
 }
 

@@ -108,7 +108,7 @@ static Input draw_tie(void)
     input.tie.action = action < 5    ? PLIANT_TIE_T_MAKE
                        : action == 5 ? PLIANT_TIE_T_CHANGE
                                      : PLIANT_TIE_T_RELEASE;
-    input.tie.number = input.tie.action == PLIANT_TIE_T_MAKE ? 0 : 1 + (int32_t)(random() % TIES);
+    input.tie.tie = input.tie.action == PLIANT_TIE_T_MAKE ? 0 : 1 + (int32_t)(random() % TIES);
     input.tie.kind = 1 + (int32_t)(random() % 4);
     input.tie.tool = random() % 2 == 0 ? 1 : 3;
     draw_point(input.tie.center);
@@ -125,7 +125,7 @@ static Input draw_tie(void)
     input.tie.break_force = random() % 2 == 0 ? between(0.01, 2.0) : 0.0;
     snprintf(input.text, sizeof input.text, "%s", NAMES[random() % 3]);
     if (random() % 3 != 0)
-        snprintf(input.tie.to_body, sizeof input.tie.to_body, "%s", NAMES[random() % 3]);
+        snprintf((char *)input.tie.to_body, sizeof input.tie.to_body, "%s", NAMES[random() % 3]);
     return input;
 }
 

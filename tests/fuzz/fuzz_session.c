@@ -93,7 +93,7 @@ static void draw_tie(Feed *feed, Input *input)
 {
     static const char *const bodies[] = {"", "ball", "block", "liver"};
     input->tie.action = feed_byte(feed) % 5;
-    input->tie.number = feed_byte(feed) % 6;
+    input->tie.tie = feed_byte(feed) % 6;
     input->tie.kind = feed_byte(feed) % 6;
     input->tie.tool = feed_byte(feed) % 6;
     // The sphere as a rule, else a few ids.
@@ -107,7 +107,8 @@ static void draw_tie(Feed *feed, Input *input)
     input->tie.stiffness = feed_number(feed, 2.0);
     input->tie.damping_ratio = feed_number(feed, 1.0);
     input->tie.break_force = feed_number(feed, 1.0);
-    snprintf(input->tie.to_body, sizeof input->tie.to_body, "%s", bodies[feed_byte(feed) % 4]);
+    snprintf((char *)input->tie.to_body, sizeof input->tie.to_body, "%s",
+             bodies[feed_byte(feed) % 4]);
     draw_text(feed, bodies, 4, input->text);
 }
 
