@@ -3,7 +3,7 @@
 // again: slow enough to never miss a narrow valley, and the same on every machine.
 #include "study/fit.h"
 
-#include "dynamics/stiffening.h"
+#include "body/stiffening.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 // A material from a uniaxial curve: reads a table of stress against strain, fits Young's modulus
 // alone and with `stiffening`, pulls a strip of the result, and presents it.
-// The law of uniaxial stress, nominal stress over nominal strain (server/dynamics/stiffening.h):
+// The law of uniaxial stress, nominal stress over nominal strain (server/body/stiffening.h):
 //   s(e) = E e G'((e/strain)^2)
 // of solids at any Poisson's ratio, and of surfaces that are pulled along edges of their triangles,
 // whose other edges then carry nothing.

@@ -1,7 +1,7 @@
 // The inputs of a scene, and the built-in press.
 #include "study/inputs.h"
 
-#include "dynamics/body.h"
+#include "body/body.h"
 #include "geometry/box.h"
 
 #include <math.h>

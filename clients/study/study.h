@@ -7,7 +7,7 @@
 #define PLIANT_STUDY_STUDY_H
 
 #include "base/isa.h"
-#include "dynamics/integrator.h"
+#include "body/integrator.h"
 #include "scene/scene.h"
 
 #include <stdbool.h>

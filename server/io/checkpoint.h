@@ -4,7 +4,7 @@
 
 #include "base/check.h"
 #include "base/output.h"
-#include "dynamics/world.h"
+#include "sim/world.h"
 #include "geometry/mesh.h"
 
 // True if a run from the world's current step may write its checkpoints to `path`: they must not

@@ -3,13 +3,13 @@
 // level; all levels of a precision are bit-identical: elements of a batch are computed side by side
 // and added one after the other.
 //
-// Rows (dynamics/rows.h) hold displacements u in the body's base frame; only x, y, vx and vy are
+// Rows (body/rows.h) hold displacements u in the body's base frame; only x, y, vx and vy are
 // used, the other numbers stay 0.
 #ifndef PLIANT_PLANE_KERNEL_H
 #define PLIANT_PLANE_KERNEL_H
 
 #include "base/isa.h"
-#include "dynamics/rows.h"
+#include "body/rows.h"
 #include "plane/shape.h"
 
 enum { PLANE_LANES = 16 }; // elements per batch

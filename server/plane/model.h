@@ -2,7 +2,7 @@
 #ifndef PLIANT_PLANE_MODEL_H
 #define PLIANT_PLANE_MODEL_H
 
-#include "dynamics/vertices.h"
+#include "body/vertices.h"
 #include "plane/kernel.h"
 #include "plane/mesh.h"
 #include "plane/plane.h"

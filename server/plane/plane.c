@@ -1,4 +1,4 @@
-// The operations of a plane body (dynamics/body.h). Step thread: no allocation, no lock.
+// The operations of a plane body (body/body.h). Step thread: no allocation, no lock.
 #include "plane/cut.h"
 
 #include <string.h>

@@ -8,7 +8,7 @@
 
 #include "base/check.h"
 #include "base/memory.h"
-#include "dynamics/body.h"
+#include "body/body.h"
 #include "geometry/lattice.h"
 #include "plane/shape.h"
 

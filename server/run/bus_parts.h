@@ -4,7 +4,7 @@
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
-#include "dynamics/body.h"
+#include "body/body.h"
 #include "run/bus.h"
 
 #include "pliant_mesh_delta_t.h"

@@ -5,7 +5,7 @@
 #define PLIANT_RUN_EXCHANGE_H
 
 #include "base/handover.h"
-#include "dynamics/body.h"
+#include "body/body.h"
 #include "io/checkpoint.h"
 #include "run/input.h"
 #include "scene/build.h"

@@ -1,8 +1,8 @@
 #include "run/modes.h"
 
 #include "base/check.h"
-#include "dynamics/body.h"
-#include "dynamics/touch.h"
+#include "body/body.h"
+#include "sim/touch/touch.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #ifndef PLIANT_RUN_INPUT_H
 #define PLIANT_RUN_INPUT_H
 
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 
 #include "pliant_lcmtypes.h"
 

@@ -6,7 +6,7 @@
 #define PLIANT_RUN_LOOP_H
 
 #include "base/clock.h"
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 #include "run/exchange.h"
 #include "scene/scene.h"
 

@@ -3,7 +3,7 @@
 #ifndef PLIANT_SCENE_BUILD_H
 #define PLIANT_SCENE_BUILD_H
 
-#include "dynamics/world.h"
+#include "sim/world.h"
 #include "scene/scene.h"
 
 typedef struct BuildOptions {

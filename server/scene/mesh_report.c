@@ -1,6 +1,6 @@
 #include "scene/proposal.h"
 
-#include "dynamics/integrator.h"
+#include "body/integrator.h"
 #include "scene/build_parts.h"
 #include "io/mesh_import.h"
 #include "geometry/mesh.h"

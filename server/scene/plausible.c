@@ -1,7 +1,7 @@
 #include "scene/build.h"
 
 #include "base/log.h"
-#include "dynamics/body.h"
+#include "body/body.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,7 +1,7 @@
 #include "scene/proposal.h"
 
 #include "base/check.h"
-#include "dynamics/body.h"
+#include "body/body.h"
 #include "scene/build.h"
 #include "io/mesh_import.h"
 #include "io/volume_import.h"

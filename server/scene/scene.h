@@ -3,7 +3,7 @@
 #define PLIANT_SCENE_SCENE_H
 
 #include "base/check.h"
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"
 #include "surface/surface.h"

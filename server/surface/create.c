@@ -5,7 +5,7 @@
 #include "base/check.h"
 #include "base/log.h"
 #include "base/sets.h"
-#include "dynamics/integrator.h"
+#include "body/integrator.h"
 #include "geometry/edges.h"
 #include "surface/bending.h"
 #include "surface/cavity.h"

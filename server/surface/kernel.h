@@ -12,10 +12,10 @@
 #define PLIANT_SURFACE_KERNEL_H
 
 #include "base/isa.h"
-#include "dynamics/integrator.h"
-#include "dynamics/relaxation.h"
-#include "dynamics/rows.h"
-#include "dynamics/stiffening.h"
+#include "body/integrator.h"
+#include "body/relaxation.h"
+#include "body/rows.h"
+#include "body/stiffening.h"
 
 #include <stdbool.h>
 

@@ -9,13 +9,13 @@
 // 16 nodes; nodes with fewer springs are padded with springs of stiffness 0 to themselves.
 //
 // Real is float or double, depending on the body's precision. A row holds the position in double
-// precision, the displacement from the node's rest position in single (dynamics/rows.h).
+// precision, the displacement from the node's rest position in single (body/rows.h).
 #ifndef PLIANT_SURFACE_MODEL_H
 #define PLIANT_SURFACE_MODEL_H
 
 #include "base/team.h"
-#include "dynamics/rows.h"
-#include "dynamics/body.h"
+#include "body/rows.h"
+#include "body/body.h"
 #include "surface/kernel.h"
 #include "surface/network.h"
 #include "surface/surface.h"

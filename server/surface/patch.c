@@ -1,4 +1,4 @@
-// Local stiffness of a surface body, for haptics (dynamics/patch.h): each spring with its stiffness
+// Local stiffness of a surface body, for haptics (body/patch.h): each spring with its stiffness
 // along itself, and across itself with that of its tension. Step thread.
 #include "surface/detail/detail.h"
 #include "surface/law.h"

@@ -1,4 +1,4 @@
-// The operations of a surface body (dynamics/body.h). Step thread: no allocation, no lock.
+// The operations of a surface body (body/body.h). Step thread: no allocation, no lock.
 #include "surface/bending.h"
 #include "surface/cavity.h"
 #include "surface/detail/detail.h"

@@ -5,9 +5,9 @@
 
 #include "base/check.h"
 #include "base/memory.h"
-#include "dynamics/body.h"
-#include "dynamics/maxwell.h"
-#include "dynamics/stiffening.h"
+#include "body/body.h"
+#include "body/maxwell.h"
+#include "body/stiffening.h"
 #include "geometry/levels.h"
 #include "geometry/mesh.h"
 

@@ -7,7 +7,7 @@
 // det F below which an element is crushed.
 #define BARRIER_VOLUME 0.3
 // Stiffness over the largest of the element's own, 2 mu + 3 lambda. 1/0.9^2 - 1 = 0.23 is what the
-// safety factor of the time step leaves (dynamics/integrator.h): below it the barrier costs no
+// safety factor of the time step leaves (body/integrator.h): below it the barrier costs no
 // step.
 #define BARRIER_SHARE 0.1
 

@@ -5,7 +5,7 @@
 #define PLIANT_VOXEL_BATCH_H
 
 #include "base/memory.h"
-#include "dynamics/relaxation.h"
+#include "body/relaxation.h"
 #include "voxel/template.h"
 
 typedef struct BatchOptions {

@@ -5,7 +5,7 @@
 #define PLIANT_VOXEL_ELEMENT_H
 
 #include "base/vec.h"
-#include "dynamics/stiffening.h"
+#include "body/stiffening.h"
 
 typedef enum VoxelLaw {
     VOXEL_AFFINE,       // area vectors for the uniform part, weighted residual for the rest

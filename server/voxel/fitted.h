@@ -3,7 +3,7 @@
 #ifndef PLIANT_VOXEL_FITTED_H
 #define PLIANT_VOXEL_FITTED_H
 
-#include "dynamics/fit.h"
+#include "body/fit.h"
 #include "geometry/surface_field.h"
 #include "voxel/lattice_mesh.h"
 

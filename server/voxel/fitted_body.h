@@ -3,7 +3,7 @@
 #ifndef PLIANT_VOXEL_FITTED_BODY_H
 #define PLIANT_VOXEL_FITTED_BODY_H
 
-#include "dynamics/body.h"
+#include "body/body.h"
 #include "voxel/fitted.h"
 #include "voxel/model.h"
 

@@ -10,9 +10,9 @@
 #define PLIANT_VOXEL_KERNEL_H
 
 #include "base/isa.h"
-#include "dynamics/relaxation.h"
-#include "dynamics/rows.h"
-#include "dynamics/stiffening.h"
+#include "body/relaxation.h"
+#include "body/rows.h"
+#include "body/stiffening.h"
 #include "voxel/element.h"
 
 #include <stdbool.h>

@@ -5,8 +5,8 @@
 #ifndef PLIANT_VOXEL_MODEL_H
 #define PLIANT_VOXEL_MODEL_H
 
-#include "dynamics/rows.h"
-#include "dynamics/vertices.h"
+#include "body/rows.h"
+#include "body/vertices.h"
 #include "voxel/batch.h"
 #include "voxel/kernel.h"
 #include "voxel/lattice_mesh.h"

@@ -1,4 +1,4 @@
-// Local stiffness of a voxel body, for haptics (dynamics/patch.h): that of each element at its
+// Local stiffness of a voxel body, for haptics (body/patch.h): that of each element at its
 // current rotation, without the derivative of the rotation, so that it is positive. With F = sum
 // u_i g_i^T and b_i = R g_i the stiffness between two vertices of an element is
 //   V (mu (b_i . b_k 1 + b_k b_i^T) + lambda b_i b_k^T)
@@ -8,7 +8,7 @@
 // deformation (G''/(c V) f_i f_k^T added, f being the linear law's forces) 1.4 to 1.8 times too
 // much was told, as the softer tissue around a press is beyond the patch; with the secant 0.97
 // to 1.14 (test_voxel_stiffness.c). Step thread.
-#include "dynamics/patch.h"
+#include "body/patch.h"
 
 #include "voxel/model.h"
 #include "voxel/rotation.h"

@@ -6,8 +6,8 @@
 
 #include "base/check.h"
 #include "base/memory.h"
-#include "dynamics/body.h"
-#include "dynamics/rows.h"
+#include "body/body.h"
+#include "body/rows.h"
 #include "geometry/mesh.h"
 #include "voxel/lattice_mesh.h"
 

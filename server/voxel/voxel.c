@@ -1,4 +1,4 @@
-// The operations of a voxel body (dynamics/body.h). Step thread: no allocation, no lock.
+// The operations of a voxel body (body/body.h). Step thread: no allocation, no lock.
 #include "voxel/cut/cut_body.h"
 #include "voxel/fitted_body.h"
 #include "voxel/model.h"

@@ -3,7 +3,7 @@
 // paper's disc with its 172 elements and with one a cell; and what that makes of a frame.
 #include "base/check.h"
 #include "base/clock.h"
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 #include "plane_textbook.h"
 #include "plane/model.h"
 

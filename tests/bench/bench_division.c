@@ -3,7 +3,7 @@
 #include "bench.h"
 
 #include "base/clock.h"
-#include "dynamics/sim_data.h"
+#include "sim/sim_data.h"
 #include "voxel/cut/cut_body.h"
 #include "voxel/voxel.h"
 

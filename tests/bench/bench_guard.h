@@ -3,7 +3,7 @@
 #define PLIANT_TESTS_BENCH_BENCH_GUARD_H
 
 #include "bench.h"
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 
 // Least time of a tick [us], of many short runs by turns; 0: none yet.
 typedef struct GuardTimes {

@@ -7,7 +7,7 @@
 
 #include "base/check.h"
 #include "base/clock.h"
-#include "dynamics/kernel.h"
+#include "body/kernel.h"
 #include "voxel/batch.h"
 #include "voxel/lattice_mesh.h"
 #include "voxel/layout.h"

@@ -2,7 +2,7 @@
 #ifndef PLIANT_TESTS_BENCH_WORLD_H
 #define PLIANT_TESTS_BENCH_WORLD_H
 
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 #include "surface/surface.h"
 
 typedef struct BenchWorldOptions {

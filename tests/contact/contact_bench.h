@@ -4,8 +4,8 @@
 #ifndef PLIANT_TESTS_CONTACT_BENCH_H
 #define PLIANT_TESTS_CONTACT_BENCH_H
 
-#include "dynamics/contact_data.h"
-#include "dynamics/sim_data.h"
+#include "sim/contact/contact_data.h"
+#include "sim/sim_data.h"
 #include "geometry/mesh.h"
 #include "surface/surface.h"
 

@@ -1,4 +1,4 @@
-// Contact stiffness by face (server/dynamics/README.md, "Contact stiffness"): on bodies whose nodes
+// Contact stiffness by face (server/sim/README.md, "Contact stiffness"): on bodies whose nodes
 // carry very different masses for their area, as voxels do at corners, every face may be as stiff
 // as its own nodes bear.
 #include "test.h"

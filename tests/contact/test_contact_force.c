@@ -1,4 +1,4 @@
-// The law of contact (server/dynamics/contact_force.c) against an energy written down a second
+// The law of contact (server/sim/contact/contact_force.c) against an energy written down a second
 // time: forces are its gradient, they cancel, they are those that hold a body in equilibrium, and
 // their stiffness enters the step bound rightly.
 #include "test.h"
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 
 // ---------------------------------------------------------------------------------------------
-// Energy of contact, from server/dynamics/README.md, "Contact of faces" and "Capsules", alone: own
+// Energy of contact, from server/sim/README.md, "Contact of faces" and "Capsules", alone: own
 // closest points, in long double, so that differences over 10 nm keep ten digits.
 
 typedef long double Real;

@@ -1,4 +1,4 @@
-// Where contact acts (server/dynamics/README.md, "Contact of faces"): on frozen sheets, so that
+// Where contact acts (server/sim/README.md, "Contact of faces"): on frozen sheets, so that
 // nothing but geometry plays. Forces must be conservative and without jumps wherever a tool goes,
 // found faces must be all the faces there are, and a free border must have no side.
 #include "test.h"
@@ -140,7 +140,7 @@ TEST(sliding_over_vertices_and_edges_has_no_jumps)
 {
     // In the prototype by which the law was chosen a step changed the force by 1..7 % of its mean,
     // and it never fell below 0.4 of it where a face's middle is crossed: a quarter is a safe
-    // meaning of "never 0" (server/dynamics/README.md, "Contact of faces").
+    // meaning of "never 0" (server/sim/README.md, "Contact of faces").
     static const double cases[][2] = {
         {0.003, 0.004}, {0.003, 0.008}, {0.005, 0.008}, {0.005, 0.016}, {0.010, 0.016}};
     for (int k = 0; k < 5; k++) {

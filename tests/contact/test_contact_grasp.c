@@ -5,8 +5,8 @@
 #include "test.h"
 #include "random.h"
 
-#include "dynamics/attachment.h"
-#include "dynamics/sim_data.h"
+#include "sim/hold/attachment.h"
+#include "sim/sim_data.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-// Tools against bodies that yield (server/dynamics/README.md, "Contact stiffness" and "The proxy"):
+// Tools against bodies that yield (server/sim/README.md, "Contact stiffness" and "The proxy"):
 // presses in equilibrium, thin tools, jumps, and what happens when a tool comes, goes, turns or
 // falls silent.
 #include "test.h"
@@ -77,7 +77,7 @@ TEST(held_press_is_silent_and_in_equilibrium)
         Vec3 rest = vec3_sub(inner_forces(&bench, 80.0, 50.0), sim_wrench(bench.sim, 0)->force);
         expect_at_most(vec3_length(rest), 3e-5 * mean);
         // The prototype pressed at a place that is not known: 0.0523 N, 0.15 mm
-        // (server/dynamics/README.md, "Contact stiffness"). Between a node and a face the force
+        // (server/sim/README.md, "Contact stiffness"). Between a node and a face the force
         // spreads over 20 %; the depth is that of one face that carries all of it, or of up to six
         // that share it evenly.
         expect_near(mean, 0.0523, 0.2 * 0.0523);
@@ -88,7 +88,7 @@ TEST(held_press_is_silent_and_in_equilibrium)
     }
 }
 
-// Without a proxy such a face held 0.67 N in the prototype (server/dynamics/README.md, "Contact of
+// Without a proxy such a face held 0.67 N in the prototype (server/sim/README.md, "Contact of
 // faces"); with it, what the face gives when the axis has come down to a tenth of the radius.
 TEST(thin_tool_cannot_pass_the_middle_of_a_large_face)
 {

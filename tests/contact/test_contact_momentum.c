@@ -1,4 +1,4 @@
-// What a tool gives, a body takes (server/dynamics/README.md, "Contact of faces" and "The proxy"):
+// What a tool gives, a body takes (server/sim/README.md, "Contact of faces" and "The proxy"):
 // momentum of free bodies in every tick, and the work of slow loops.
 #include "test.h"
 #include "contact_bench.h"

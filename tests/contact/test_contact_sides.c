@@ -1,4 +1,4 @@
-// A hollow wall remembers on which side a tool stands (server/dynamics/README.md, "Sides of hollow
+// A hollow wall remembers on which side a tool stands (server/sim/README.md, "Sides of hollow
 // walls"): random pushes, held and slowly withdrawn, must not leak. Pushes are as fast as 10 m/s
 // and go through most of the body.
 #include "test.h"

@@ -1,4 +1,4 @@
-// The stiffness that contacts tell (server/dynamics/README.md, "Stiffness for clients"): positive,
+// The stiffness that contacts tell (server/sim/README.md, "Stiffness for clients"): positive,
 // about what a slow hand feels, and rather too stiff than too soft.
 #include "test.h"
 #include "contact_bench.h"

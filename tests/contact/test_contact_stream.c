@@ -1,4 +1,4 @@
-// Hand, network and server in one loop (server/dynamics/README.md, "Stiffness for clients"): poses
+// Hand, network and server in one loop (server/sim/README.md, "Stiffness for clients"): poses
 // that come at 60 Hz or 1 kHz, late or not, held, interpolated or extrapolated, and the force that
 // the hand feels. Work that the hand loses is what the body damps; a loop that gives the hand work
 // is active, and a hand shakes in it.
@@ -125,7 +125,7 @@ enum { POSES_60_HZ = 17, POSES_1_KHZ = 1, ROUND_TRIP_20_MS = 10 }; // ticks
 static const double BODY = 6.0; // quasi-static stiffness of the pressed body [N/m]
 
 // The margins are a third of what the prototype measured with a hand and a body like these
-// (server/dynamics/README.md, "Stiffness for clients"); signs and orders are the claim.
+// (server/sim/README.md, "Stiffness for clients"); signs and orders are the claim.
 
 TEST(prompt_streams_lose_work)
 {

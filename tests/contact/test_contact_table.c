@@ -1,4 +1,4 @@
-// Bodies on tables (server/dynamics/README.md, "Planes" and "Friction"): they come to rest, weigh
+// Bodies on tables (server/sim/README.md, "Planes" and "Friction"): they come to rest, weigh
 // what they weigh, stick and slide by Coulomb's law.
 #include "test.h"
 #include "contact_bench.h"
@@ -48,7 +48,7 @@ TEST(dropped_sphere_comes_to_rest_and_weighs_its_weight)
         bench_create(&bench, &options);
         bench_run(&bench, rest[k]);
         expect_at_most(fastest(&bench), 1e-6);
-        // 0.22 and 0.16 mm in the prototype (server/dynamics/README.md, "Planes")
+        // 0.22 and 0.16 mm in the prototype (server/sim/README.md, "Planes")
         expect_at_most(overlap(&bench), 0.5e-3);
         const ToolWrench *wrench = sim_wrench(bench.sim, 0);
         double weight = G * bench.body->mass;
@@ -169,7 +169,7 @@ TEST(body_lies_in_a_corner_of_two_tables)
     options.tool[1] = bench_table(vec3(0, 0, 0), vec3(-1, 0, 1));
     Bench bench;
     bench_create(&bench, &options);
-    // Each plane adds a third of a lambda_b (server/dynamics/README.md, "Planes").
+    // Each plane adds a third of a lambda_b (server/sim/README.md, "Planes").
     double lambda = bench.body->lambda, both = 0.0, more, damping;
     for (int t = 0; t < 2; t++) {
         contact_bounds(bench.body, sim_tool(bench.sim, t), &more, &damping);

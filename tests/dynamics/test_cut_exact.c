@@ -1,7 +1,7 @@
 // The exact test of a moving link against a moving blade: known cases, an independent count in
 // rational arithmetic, and what makes it leak-free: loops of links are crossed an even number of
 // times, whatever is degenerate, twisted or folded.
-#include "dynamics/cut.h"
+#include "body/cut.h"
 #include "effort.h"
 #include "test.h"
 #include "random.h"

@@ -1,8 +1,8 @@
 // Contact while the faces beneath a tool are divided and merged: a thin hollow wall keeps the tool
 // on the side on which it stands.
 #include "test.h"
-#include "dynamics/contact_data.h"
-#include "dynamics/sim_data.h"
+#include "sim/contact/contact_data.h"
+#include "sim/sim_data.h"
 #include "random.h"
 #include "toy_body.h"
 

@@ -2,8 +2,8 @@
 // goes leaves its share to others, and hand and body feel the same.
 #include "effort.h"
 #include "test.h"
-#include "dynamics/attachment_data.h"
-#include "dynamics/sim_data.h"
+#include "sim/hold/attachment_data.h"
+#include "sim/sim_data.h"
 #include "random.h"
 #include "toy_body.h"
 

@@ -1,7 +1,7 @@
 // Loads on a body whose topology changes: a load is a traction carried by nodes, and the sum of the
 // forces is what was asked for at every tick.
 #include "test.h"
-#include "dynamics/sim_data.h"
+#include "sim/sim_data.h"
 #include "random.h"
 #include "toy_body.h"
 

@@ -1,7 +1,7 @@
 // The time step of a body whose bounds change with its topology, and what can be set on it.
 #include "test.h"
-#include "dynamics/sim_data.h"
-#include "dynamics/integrator.h"
+#include "sim/sim_data.h"
+#include "body/integrator.h"
 #include "toy_body.h"
 
 #include <stdlib.h>

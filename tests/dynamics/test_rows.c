@@ -4,7 +4,7 @@
 #include "random.h"
 
 #include "base/memory.h"
-#include "dynamics/rows.h"
+#include "body/rows.h"
 
 #include <float.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 // The curve of stiffening: against its definition, and against integrals of it.
 #include "test.h"
 
-#include "dynamics/stiffening.h"
+#include "body/stiffening.h"
 
 #include <math.h>
 

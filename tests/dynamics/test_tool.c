@@ -1,6 +1,6 @@
 // Where a tool is between poses.
 #include "test.h"
-#include "dynamics/tool.h"
+#include "sim/tool.h"
 
 static const double TICK = 1e-3;
 static const double PI = 3.14159265358979323846;

@@ -2,7 +2,7 @@
 #include "test.h"
 #include "random.h"
 
-#include "dynamics/kernel.h"
+#include "body/kernel.h"
 
 #include <stdlib.h>
 #include <string.h>

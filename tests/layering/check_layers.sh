@@ -11,7 +11,8 @@ header_of() {
     case $1 in
     base) echo base/vec.h ;;
     geometry) echo geometry/mesh.h ;;
-    dynamics) echo dynamics/sim.h ;;
+    body) echo body/body.h ;;
+    sim) echo sim/sim.h ;;
     surface) echo surface/surface.h ;;
     voxel) echo voxel/voxel.h ;;
     plane) echo plane/plane.h ;;
@@ -22,21 +23,24 @@ header_of() {
     esac
 }
 
-rank_of() {
+# What each module sees besides itself. A model sees bodies alone, neither the tick nor another model.
+seen_by() {
     case $1 in
-    base) echo 1 ;;
-    geometry) echo 2 ;;
-    dynamics) echo 3 ;;
-    surface | voxel | plane | io) echo 4 ;;
-    scene) echo 5 ;;
-    run) echo 6 ;;
-    study) echo 7 ;;
+    geometry) echo base ;;
+    body) echo base geometry ;;
+    sim | surface | voxel | plane) echo base geometry body ;;
+    io) echo base geometry body sim ;;
+    scene) echo base geometry body sim surface voxel plane io ;;
+    run) echo base geometry body sim surface voxel plane io scene ;;
+    study) echo base geometry body sim surface voxel plane io scene run ;;
     esac
 }
 
-# Surface, voxel and plane bodies and the formats of files do not see each other.
 may_see() {
-    [ "$1" = "$2" ] || [ "$(rank_of "$2")" -lt "$(rank_of "$1")" ]
+    case " $1 $(seen_by "$1") " in
+    *" $2 "*) true ;;
+    *) false ;;
+    esac
 }
 
 complain() {
@@ -49,7 +53,7 @@ while read -r module folders; do
     for folder in $folders; do
         options="$options -I$folder"
     done
-    for other in base geometry dynamics surface voxel plane io scene run study; do
+    for other in base geometry body sim surface voxel plane io scene run study; do
         header=$(header_of "$other")
         [ -f "$server/$header" ] || [ -f "$server/../clients/$header" ] || complain "there is no $header to try"
         # shellcheck disable=SC2086 # one option a word

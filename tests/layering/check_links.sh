@@ -2,7 +2,7 @@
 # What our documents and comments refer to is there: check_links.sh TOP.
 # - Every link of a README leads to a file, and to a heading that it has. Those of config/package/ lead to what is
 #   installed: package_installed looks at them.
-# - A link whose text is a function leads to the file that defines it, as in [`sim_step`](dynamics/step.c).
+# - A link whose text is a function leads to the file that defines it, as in [`sim_step`](sim/step.c).
 # - Every document that a comment names is there, beside the comment's file or from the top of the sources; and so
 #   is every heading in it that the comment quotes, as in: server/README.md, "Limits" and "The guard".
 cd "$1" || exit 1

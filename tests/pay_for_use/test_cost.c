@@ -29,9 +29,9 @@ static const char *valgrind, *own_pliantd, *build_folder, *source_folder;
 #define LOAD                                                                                       \
     "loads = ( { center = [0.0, 0.0, 0.1]; radius = 0.03; force = [0.0, 0.0, -0.5]; start = 0.0; " \
     "duration = 9.0; } );"
-#define CONTACT_FILES "dynamics/contact", "dynamics/tool.c", "geometry/distance.c"
+#define CONTACT_FILES "sim/contact/", "sim/tool.c", "geometry/distance.c"
 #define OUTSIDE_FILES "surface/loads.c"
-#define FOLLOW_FILES  "dynamics/follow.c", "dynamics/time_step.c", "dynamics/integrator.c"
+#define FOLLOW_FILES  "sim/follow.c", "sim/time_step.c", "body/integrator.c"
 
 static const Feature PLAIN = {.name = "nothing"};
 
@@ -43,16 +43,16 @@ static const Feature COMMON[] = {
      .arrays = {"contacts", "/tool0/"}},
     {.name = "graspers",
      .tail = "tools = ( { id = 1; kind = \"grasper\"; capsules = ( " BALL " ); } );",
-     .files = {"dynamics/attachment", CONTACT_FILES, OUTSIDE_FILES},
+     .files = {"sim/hold/attachment", CONTACT_FILES, OUTSIDE_FILES},
      .arrays = {"/grasp0", "contacts", "/tool0/", "attachments"}},
     {.name = "attachments",
      .tail = "attachments = ( { body = \"body\"; to = \"world\"; sphere = [0.0, 0.0, 0.1]; "
              "radius = 0.05; } );",
-     .files = {"dynamics/attachment", OUTSIDE_FILES},
+     .files = {"sim/hold/attachment", OUTSIDE_FILES},
      .arrays = {"/attachment0", "attachments"}},
     {.name = "loads",
      .tail = LOAD,
-     .files = {"dynamics/load.c", "dynamics/inputs.c", OUTSIDE_FILES},
+     .files = {"sim/load.c", "sim/inputs.c", OUTSIDE_FILES},
      .arrays = {"loads/", "sim/loads"}},
     // Bodies that are too small for it are not shared.
     {.name = "threads", .head = "threads = 2;", .arrays = {"threads of a step"}},
@@ -85,7 +85,7 @@ static const Feature SURFACE[] = {
     {.name = "relaxation",
      .material = "damping_time = 0.0; relaxation = ( { time = 0.1; share = 0.2; } );",
      .kernel = "damped_relaxing_none",
-     .files = {"dynamics/relaxation.c"},
+     .files = {"body/relaxation.c"},
      .arrays = {"/dashpots", "/outside forces"}},
     {.name = "stiffening",
      .material = "damping_time = 0.0; stiffening = { strain = 0.2; cap = 5.0; };",
@@ -107,8 +107,7 @@ static const Feature SURFACE[] = {
     {.name = "cuts",
      .body = "cuttable = true; tear = { stretch = 3.0; };",
      .kernel = "plain_none_scattered",
-     .files = {"dynamics/cutting.c", "dynamics/cut.c", "surface/cut/", "surface/detail/",
-               FOLLOW_FILES},
+     .files = {"sim/cutting.c", "body/cut.c", "surface/cut/", "surface/detail/", FOLLOW_FILES},
      .arrays = {"/cuts", "sim/cutting"}},
 };
 
@@ -118,7 +117,7 @@ static const Feature VOXEL[] = {
     {.name = "relaxation",
      .material = "damping = 0.0; relaxation = ( { time = 0.1; share = 0.2; } );",
      .kernel = "plain_relaxing_undamped",
-     .files = {"dynamics/relaxation.c"},
+     .files = {"body/relaxation.c"},
      .arrays = {"/dashpots"}},
     {.name = "stiffening",
      .material = "damping = 0.0; stiffening = { strain = 0.1; cap = 2.0; };",
@@ -127,7 +126,7 @@ static const Feature VOXEL[] = {
     {.name = "larger elements inside", .body = "levels = 1;", .arrays = {"/hanging vertices"}},
     {.name = "cuts",
      .body = "cuttable = true; tear = { stress = 1.0e6; };",
-     .files = {"dynamics/cutting.c", "dynamics/cut.c", "voxel/cut/", FOLLOW_FILES},
+     .files = {"sim/cutting.c", "body/cut.c", "voxel/cut/", FOLLOW_FILES},
      .arrays = {"/cuts", "sim/cutting"}},
 };
 
@@ -164,17 +163,24 @@ static const char *write_feature_scene(bool voxel, const Feature *what, const ch
 // ---------------------------------------------------------------------------------------------
 // What is called
 
-static const char *const KERNELS[] = {"surface/kernel/", "voxel/kernel/", "dynamics/kernel/", NULL};
+static const char *const KERNELS[] = {"surface/kernel/", "voxel/kernel/", "body/kernel/", NULL};
 // Of a body and its integration, and how the pipeline comes to it.
-static const char *const PLAIN_FILES[] = {
-    "surface/kernel/",         "voxel/kernel/",          "dynamics/kernel/",
-    "surface/surface.c",       "voxel/voxel.c",          "dynamics/vertices.c",
-    "voxel/batch.c",
-    "voxel/rotation.c", // of elements that turn far in a step
-    "voxel/barrier.c",  // of elements that are crushed
-    "dynamics/guard.c", // which no scene leaves out
-    "dynamics/guard_energy.c", "dynamics/step.c",        "dynamics/integrator",
-    "dynamics/rows.c",         "dynamics/rigid_frame.c", NULL};
+static const char *const PLAIN_FILES[] = {"surface/kernel/",
+                                          "voxel/kernel/",
+                                          "body/kernel/",
+                                          "surface/surface.c",
+                                          "voxel/voxel.c",
+                                          "body/vertices.c",
+                                          "voxel/batch.c",
+                                          "voxel/rotation.c", // of elements that turn far in a step
+                                          "voxel/barrier.c",  // of elements that are crushed
+                                          "sim/guard/guard.c", // which no scene leaves out
+                                          "sim/guard/guard_energy.c",
+                                          "sim/step.c",
+                                          "body/integrator",
+                                          "body/rows.c",
+                                          "body/rigid_frame.c",
+                                          NULL};
 
 static void count_steps(Profile *profile, const char *pliantd, const char *scene, int ticks,
                         const char *arguments)

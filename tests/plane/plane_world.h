@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_PLANE_WORLD_H
 #define PLIANT_TESTS_PLANE_WORLD_H
 
-#include "dynamics/sim_data.h"
+#include "sim/sim_data.h"
 #include "plane/model.h"
 
 #include <stdio.h>

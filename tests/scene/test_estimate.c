@@ -1,6 +1,6 @@
 // The live estimate of a step's error: near the truth, which many small Runge-Kutta steps tell; and
 // without a trace in the motion.
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 #include "scene/build.h"
 
 #include "test.h"

@@ -3,8 +3,8 @@
 // no work, however late it hears of the force.
 #include "test.h"
 
-#include "dynamics/sim_data.h"
-#include "dynamics/contact_data.h"
+#include "sim/sim_data.h"
+#include "sim/contact/contact_data.h"
 #include "scene/build_parts.h"
 #include "scene/scene.h"
 

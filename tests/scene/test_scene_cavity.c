@@ -5,7 +5,7 @@
 #include "world_run.h"
 
 #include "base/sets.h"
-#include "dynamics/sim_data.h"
+#include "sim/sim_data.h"
 #include "surface/cavity.h"
 
 #include <stdlib.h>

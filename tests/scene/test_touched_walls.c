@@ -3,8 +3,8 @@
 // jumps, rests when the tool rests, and the tool stays on its side.
 #include "test.h"
 
-#include "dynamics/contact_data.h"
-#include "dynamics/sim_data.h"
+#include "sim/contact/contact_data.h"
+#include "sim/sim_data.h"
 #include "scene/build_parts.h"
 #include "scene/scene.h"
 

@@ -6,7 +6,7 @@
 #include "expect.h"
 #include "world_run.h"
 
-#include "dynamics/sim_data.h"
+#include "sim/sim_data.h"
 
 // A ball of tissue without shape springs, and a bar of eight cells beside it.
 #define BALL(name, place, more)                                                                    \

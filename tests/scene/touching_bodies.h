@@ -6,8 +6,8 @@
 #include "random.h"
 #include "world_run.h"
 
-#include "dynamics/sim_data.h"
-#include "dynamics/touch_data.h"
+#include "sim/sim_data.h"
+#include "sim/touch/touch_data.h"
 
 #include <stdlib.h>
 

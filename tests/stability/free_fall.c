@@ -315,7 +315,7 @@ static bool is_unsolved(const Body *body)
 static void judge_pushed(const Body *body, const View *start, const View *end, double most,
                          Vec3 impulse, const Rounding *rounding, FallResult *result)
 {
-    // What the guard allows, with its reasons (server/dynamics/guard_energy.c): leapfrog near the
+    // What the guard allows, with its reasons (server/sim/guard/guard_energy.c): leapfrog near the
     // bound of its step lets the energy swing by 5.3, symplectic Euler by 19.
     const double growth = body->integrator == INTEGRATOR_SYMPLECTIC_EULER ? 40.0 : 10.0;
     const double had = start->energy.kinetic + start->energy.elastic;

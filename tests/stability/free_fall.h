@@ -4,7 +4,7 @@
 #define PLIANT_TESTS_STABILITY_FREE_FALL_H
 
 #include "base/isa.h"
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 #include "random_scene.h"
 
 #include <stddef.h>

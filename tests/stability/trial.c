@@ -3,7 +3,7 @@
 #include "trial.h"
 
 #include "base/check.h"
-#include "dynamics/integrator.h"
+#include "body/integrator.h"
 
 #include <math.h>
 #include <stdlib.h>

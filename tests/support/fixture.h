@@ -2,7 +2,7 @@
 #ifndef PLIANT_TESTS_FIXTURE_H
 #define PLIANT_TESTS_FIXTURE_H
 
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 #include "reference.h"
 #include "surface/model.h"
 #include "surface/surface.h"

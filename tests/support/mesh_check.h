@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_MESH_CHECK_H
 #define PLIANT_TESTS_MESH_CHECK_H
 
-#include "dynamics/body.h"
+#include "body/body.h"
 #include "geometry/mesh.h"
 
 enum { MESH_CHECK_TEXT = 200 };

@@ -4,7 +4,7 @@
 #define PLIANT_TESTS_MESH_TOY_H
 
 #include "base/memory.h"
-#include "dynamics/body.h"
+#include "body/body.h"
 #include "geometry/mesh.h"
 
 enum {

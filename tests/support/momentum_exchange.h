@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_MOMENTUM_EXCHANGE_H
 #define PLIANT_TESTS_MOMENTUM_EXCHANGE_H
 
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 
 typedef struct MomentumExchange {
     double impulse, moment;         // the largest of a tick [N s, N m s], about the origin

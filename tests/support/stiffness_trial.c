@@ -2,7 +2,7 @@
 
 #include "expect.h"
 
-#include "dynamics/stiffness.h"
+#include "sim/contact/stiffness.h"
 
 #include <stdlib.h>
 

@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_STIFFNESS_TRIAL_H
 #define PLIANT_TESTS_STIFFNESS_TRIAL_H
 
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 
 // Reported against measured stiffness.
 typedef struct StiffnessVerdict {

@@ -4,7 +4,7 @@
 #ifndef PLIANT_TESTS_TOY_BODY_H
 #define PLIANT_TESTS_TOY_BODY_H
 
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 #include "geometry/mesh.h"
 
 #define TOY_DENSITY 4.2  // [kg/m2]

@@ -2,7 +2,7 @@
 #ifndef PLIANT_TESTS_DETAIL_BENCH_H
 #define PLIANT_TESTS_DETAIL_BENCH_H
 
-#include "dynamics/sim.h"
+#include "sim/sim.h"
 #include "surface/detail/detail.h"
 #include "surface/surface.h"
 

@@ -4,7 +4,7 @@
 #include "test.h"
 #include "fixture.h"
 
-#include "dynamics/sim_data.h"
+#include "sim/sim_data.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 #include "test.h"
 #include "fixture.h"
 
-#include "dynamics/load.h"
+#include "sim/load.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 // The bound of the time step against the truth: largest eigenvalues by power iteration, and the
 // step at which a vibration really grows.
 #include "test.h"
-#include "dynamics/integrator.h"
+#include "body/integrator.h"
 #include "fixture.h"
 
 #include <fcntl.h>

@@ -1,6 +1,6 @@
 // Surface bodies held at a level of detail: properties by both rules, against formulas written out
 // here and against the plain reference solver.
-#include "dynamics/integrator.h"
+#include "body/integrator.h"
 #include "test.h"
 #include "fixture.h"
 #include "geometry/generator.h"

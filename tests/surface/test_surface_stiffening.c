@@ -186,7 +186,7 @@ TEST(stretched_bodies_come_back)
             before = now;
         }
         // Leapfrog near its bound lets the energy of the fastest modes swing by 5
-        // (dynamics/integrator.h); little of it is in those.
+        // (body/integrator.h); little of it is in those.
         expect_at_most(most, damped ? 1.0 : 1.5);
         if (damped) { // rounding of an energy, in single precision of its positions
             expect_at_most(grows, 1e-6);

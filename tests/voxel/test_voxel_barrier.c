@@ -6,7 +6,7 @@
 #include "random.h"
 #include "voxel_bench.h"
 
-#include "dynamics/integrator.h"
+#include "body/integrator.h"
 #include "voxel/barrier.h"
 #include "voxel/rotation.h"
 

@@ -6,7 +6,7 @@
 #include "voxel_bench.h"
 #include "voxel_world.h"
 
-#include "dynamics/contact_data.h"
+#include "sim/contact/contact_data.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -365,7 +365,7 @@ TEST(a_cube_rests_on_a_table)
                   1e3 * sim_wrench(world.sim, 0)->depth);
     // What is left of the swing after 6 s.
     expect_near(-force.z / weight, 1.0, 1e-3);
-    // A plane's penalty a node is a third of what the bound would bear (server/dynamics/README.md,
+    // A plane's penalty a node is a third of what the bound would bear (server/sim/README.md,
     // "Planes"): 981 Pa of weight over about a E / (3 h / 2) = 2.7e5 N/m3.
     expect_at_most(sim_wrench(world.sim, 0)->depth, 0.35 * 0.0125);
     voxel_world_destroy(&world);

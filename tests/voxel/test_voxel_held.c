@@ -4,7 +4,7 @@
 #include "test.h"
 #include "voxel_world.h"
 
-#include "dynamics/contact_data.h"
+#include "sim/contact/contact_data.h"
 
 #include <stdlib.h>
 

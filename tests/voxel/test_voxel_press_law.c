@@ -6,7 +6,7 @@
 #include "random.h"
 #include "voxel_world.h"
 
-#include "dynamics/contact_data.h"
+#include "sim/contact/contact_data.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -159,7 +159,7 @@ TEST(forces_are_the_gradient_of_one_potential)
             expect_at_most(error, 1e-6);
             steepest = fmax(steepest, fall / bound);
         }
-        // The implicit step is stable to twice the bound (server/dynamics/README.md).
+        // The implicit step is stable to twice the bound (server/sim/README.md).
         expect_at_most(steepest, 1.8);
         print_message("%g cells, %s: off by %.2g at most, steepness %.3f of the bound\n",
                       CELLS[k / 2], k % 2 == 0 ? "ball" : "capsule", worst, steepest);

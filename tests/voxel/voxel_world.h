@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_VOXEL_WORLD_H
 #define PLIANT_TESTS_VOXEL_WORLD_H
 
-#include "dynamics/sim_data.h"
+#include "sim/sim_data.h"
 #include "voxel/voxel.h"
 
 typedef struct VoxelWorldOptions {

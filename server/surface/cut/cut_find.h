@@ -1,7 +1,7 @@
 // Finds the links of a triangle surface that a blade breaks (README.md, "Links"). A link joins two
 // faces of the finest level across an edge: the bent line from the centroid of one over the middle
 // of the edge to the centroid of the other, which stays in the surface; a shallow blade would miss
-// a straight chord. Each half, centroid to middle, is offered to the finder of dynamics/cut.h; the
+// a straight chord. Each half, centroid to middle, is offered to the finder of body/cut.h; the
 // counts of both, in all quadrilaterals of a command, add up.
 //
 // Pure except for the memory of strokes: the body is not changed. Step thread; does not allocate
@@ -10,7 +10,7 @@
 #define PLIANT_SURFACE_CUT_CUT_FIND_H
 
 #include "base/memory.h"
-#include "dynamics/cut.h"
+#include "body/cut.h"
 #include "geometry/levels.h"
 
 #define CUT_FIND_UNITS     2048.0 // h / q: units of the integer points per mean finest edge

@@ -11,7 +11,7 @@
 #define PLIANT_SURFACE_DETAIL_DETAIL_CUT_H
 
 #include "base/memory.h"
-#include "dynamics/cut.h"
+#include "body/cut.h"
 #include "surface/cut/cut_snap.h"
 #include "surface/detail/detail_set.h"
 #include "surface/surface.h"

@@ -4,7 +4,7 @@
 #ifndef PLIANT_SURFACE_DETAIL_FACES_H
 #define PLIANT_SURFACE_DETAIL_FACES_H
 
-#include "dynamics/body.h"
+#include "body/body.h"
 #include "surface/detail/detail_set.h"
 #include "surface/detail/detail_slots.h"
 #include "surface/network.h"

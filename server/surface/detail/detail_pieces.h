@@ -6,7 +6,7 @@
 #define PLIANT_SURFACE_DETAIL_DETAIL_PIECES_H
 
 #include "base/memory.h"
-#include "dynamics/rows.h"
+#include "body/rows.h"
 
 struct SurfaceModel;
 struct Detail;

@@ -4,7 +4,7 @@
 #define PLIANT_SURFACE_DETAIL_SLOTS_H
 
 #include "base/memory.h"
-#include "dynamics/body.h"
+#include "body/body.h"
 #include "geometry/levels.h"
 
 // The slots of nodes, or those of faces.

@@ -8,7 +8,7 @@
 #define PLIANT_SURFACE_KERNEL_LAW_H
 
 #include "base/vector.h"
-#include "dynamics/kernel/stiffening.h"
+#include "body/kernel/stiffening.h"
 #include "surface/kernel.h"
 
 // The numbers of a pass as vectors.

@@ -1,6 +1,6 @@
 // Finds the faces of a voxel body that a blade breaks (README.md, "Links"): those whose link,
 // between the centres of two finest cells, meets the blade's edge while both move
-// (dynamics/cut_exact.h). Centres are quantised once: a tick starts with the points at which the
+// (body/cut_exact.h). Centres are quantised once: a tick starts with the points at which the
 // last one ended, which are stored for the cells around each blade.
 //
 // Boxes around all links of a brick of cells (a window of level 0) exclude bricks that are far
@@ -11,8 +11,8 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_BLADE_H
 #define PLIANT_VOXEL_CUT_CUT_BLADE_H
 
-#include "dynamics/cut.h"
-#include "dynamics/rows.h"
+#include "body/cut.h"
+#include "body/rows.h"
 #include "geometry/box.h"
 #include "voxel/cut/cut_cross.h"
 #include "voxel/cut/cut_lattice.h"

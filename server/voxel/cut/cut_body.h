@@ -27,7 +27,7 @@ typedef struct VoxelCuts {
     int64_t refused; // reconstructions left incomplete for lack of capacity, since the start
 } VoxelCuts;
 
-// --- operations of dynamics/body.h that other bodies do not have ---
+// --- operations of body/body.h that other bodies do not have ---
 bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change);
 bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
 bool cut_body_reconstruct(Body *body, TopologyChange *change);

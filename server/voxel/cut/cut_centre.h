@@ -3,7 +3,7 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_CENTRE_H
 #define PLIANT_VOXEL_CUT_CUT_CENTRE_H
 
-#include "dynamics/rows.h"
+#include "body/rows.h"
 #include "geometry/box.h"
 #include "voxel/cut/cut_lattice.h"
 

@@ -2,7 +2,7 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_CROSS_H
 #define PLIANT_VOXEL_CUT_CUT_CROSS_H
 
-#include "dynamics/cut_exact.h"
+#include "body/cut_exact.h"
 #include "voxel/cut/cut_centre.h"
 
 #include <stdint.h>

@@ -11,8 +11,8 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_FACES_H
 #define PLIANT_VOXEL_CUT_CUT_FACES_H
 
-#include "dynamics/body.h"
-#include "dynamics/vertices.h"
+#include "body/body.h"
+#include "body/vertices.h"
 #include "voxel/cut/cut_pieces.h"
 
 // Most triangles around a vertex: a part of n of the 8 cells around a point has at most n + 2

@@ -4,7 +4,7 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_MASSES_H
 #define PLIANT_VOXEL_CUT_CUT_MASSES_H
 
-#include "dynamics/vertices.h"
+#include "body/vertices.h"
 #include "voxel/cut/cut_lattice.h"
 #include "voxel/template.h"
 

@@ -17,7 +17,7 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_TEAR_H
 #define PLIANT_VOXEL_CUT_CUT_TEAR_H
 
-#include "dynamics/vertices.h"
+#include "body/vertices.h"
 #include "voxel/cut/cut_windows.h"
 
 // Most faces (of any elements) that tear per tick, those under the greatest stress first; so a body

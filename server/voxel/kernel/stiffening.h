@@ -5,7 +5,7 @@
 #ifndef PLIANT_VOXEL_KERNEL_STIFFENING_H
 #define PLIANT_VOXEL_KERNEL_STIFFENING_H
 
-#include "dynamics/kernel/stiffening.h"
+#include "body/kernel/stiffening.h"
 #include "voxel/kernel/foam.h"
 #include "voxel/kernel.h"
 

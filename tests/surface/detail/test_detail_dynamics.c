@@ -2,7 +2,7 @@
 // mass kept through every change, without a start of its own, in patches as in whole.
 #include "detail_bench.h"
 
-#include "dynamics/integrator.h"
+#include "body/integrator.h"
 #include "test.h"
 #include "fixture.h"
 #include "geometry/generator.h"

@@ -2,8 +2,8 @@
 #include "detail_bench.h"
 #include "test.h"
 
-#include "dynamics/attachment_data.h"
-#include "dynamics/sim_data.h"
+#include "sim/hold/attachment_data.h"
+#include "sim/sim_data.h"
 #include "geometry/generator.h"
 
 static bool has_hanging_corner(const DetailBench *bench, int face)

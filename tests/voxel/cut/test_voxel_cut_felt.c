@@ -7,8 +7,8 @@
 
 #include "cut_world.h"
 
-#include "dynamics/contact_data.h"
-#include "dynamics/fit.h"
+#include "sim/contact/contact_data.h"
+#include "body/fit.h"
 
 #include <math.h>
 

@@ -1,0 +1,490 @@
+#include "sim/hold/attachment_data.h"
+
+#include "base/bits.h"
+#include "base/check.h"
+#include "base/sets.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void attachment_bounds(const Body *body, double stiffness, double damping_ratio, double *lambda,
+                       double *damping)
+{
+    *lambda = stiffness * body->contact_lambda;
+    *damping = 2.0 * damping_ratio * sqrt(*lambda);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Creation
+
+static bool is_free_node(const Body *body, int node)
+{
+    const BodySurface *surface = &body->surface;
+    return surface->node_face_end[node] > surface->node_face_start[node] &&
+           !body->ops->is_fixed(body->model, node);
+}
+
+// Finds the outer nodes whose ids the state shows at a region's positions, with their copies.
+// Returns how many ids have none.
+static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
+{
+    // Ids are those of the state, nodes those of the surface: positions tell which belong together.
+    size_t slots = (size_t)body->state_capacity;
+    int *id = calloc(slots + 1, sizeof *id), missing = 0;
+    Vec3 *x = calloc(slots + 1, sizeof *x), *v = calloc(slots + 1, sizeof *v);
+    ASSERT(id != NULL && x != NULL && v != NULL);
+    int count = body->ops->read_state(body->model, id, x, v);
+    // Each wanted node must lie on the outside, in one slot or (a plane body) in two.
+    for (int k = 0; k < region->node_count; k++) {
+        bool any = false;
+        for (int s = 0; s < count; s++) {
+            for (int i = 0; i < body->surface.node_count && id[s] == region->node[k]; i++) {
+                Vec3 at;
+                if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
+                    continue;
+                body->ops->read_nodes(body->model, &i, 1, &at, NULL);
+                const Vec3 away = vec3_sub(at, x[s]);
+                // Of a plane body both nodes of a vertex are meant, one on either side.
+                bool same = away.x == 0.0 && away.y == 0.0 && fabs(away.z) == body->half_thickness;
+                inside[i] |= same;
+                any |= same;
+            }
+        }
+        missing += !any;
+    }
+    free(id);
+    free(x);
+    free(v);
+    return missing;
+}
+
+bool attachment_find_region(const Body *body, const FixedRegion *region, int **node, int *count,
+                            Status *status)
+{
+    // Nodes that the region names are marked first; a box or sphere decides by position.
+    const int nodes = body->surface.node_count;
+    bool *inside = calloc((size_t)nodes + 1, sizeof *inside);
+    *node = calloc((size_t)nodes + 1, sizeof **node);
+    ASSERT(inside != NULL && *node != NULL);
+    *count = 0;
+    int missing = region->kind == FIXED_NODES ? find_by_id(body, region, inside) : 0, held = 0;
+    // Outer nodes in the region, fixed ones apart.
+    for (int i = 0; i < nodes; i++) {
+        Vec3 x;
+        if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
+            continue;
+        body->ops->read_nodes(body->model, &i, 1, &x, NULL);
+        if (!(region->kind == FIXED_NODES ? inside[i] : fixed_contains(region, x)))
+            continue;
+        held += !is_free_node(body, i);
+        if (is_free_node(body, i))
+            (*node)[(*count)++] = i;
+    }
+    free(inside);
+    qsort(*node, (size_t)*count, sizeof **node, compare_ints); // the state holds them ascending
+    // Say why nothing can be held.
+    if (missing > 0)
+        return status_fail(status, STATUS_INVALID,
+                           "nodes: %d of %d are not on the outside of body %s", missing,
+                           region->node_count, body->name);
+    if (*count == 0)
+        return status_fail(status, STATUS_INVALID, "no free node of body %s lies in the region%s",
+                           body->name, held > 0 ? ": all that do are fixed" : "");
+    return true;
+}
+
+int attachment_region_capacity(const Body *body, int count)
+{
+    enum { MOST_OF_ONE = 64 }; // nodes that a node may become, by three divisions of faces
+    const int nodes = body->surface.node_count;
+    if (!body_changes(body))
+        return count;
+    return count < nodes / MOST_OF_ONE ? MOST_OF_ONE * count : nodes;
+}
+
+// Allocates what is held, which is part of the state, and what an evaluation needs of it.
+static void create_lists(Attachment *attachment, const char *name, int capacity, int corners,
+                         Arena *arena, StateList *state)
+{
+    attachment->capacity = capacity;
+    attachment->hold = ALLOCATE(ARENA_CONTACT, 1, HoldState, "hold");
+    attachment->node = ALLOCATE(ARENA_CONTACT, capacity, int, "held");
+    attachment->held = ALLOCATE(ARENA_CONTACT, capacity, HeldNode, "held at");
+    state_add(state, attachment->hold, sizeof *attachment->hold, "%s/hold", name);
+    state_add(state, attachment->node, (size_t)capacity * sizeof(int), "%s/nodes", name);
+    state_add(state, attachment->held, (size_t)capacity * sizeof(HeldNode), "%s/places", name);
+    // Nodes and corners of an evaluation.
+    attachment->x = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "positions");
+    attachment->v = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "velocities");
+    attachment->f = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "forces");
+}
+
+static void create_memory(Attachment *attachment, const char *name, int region_count, Arena *arena,
+                          StateList *state)
+{
+    const int nodes = attachment->body->surface.node_count;
+    // A grasper may hold any nodes, a region only its own and those that they become.
+    const bool grasper = attachment->grasper;
+    int capacity = nodes < HELD_NODES ? nodes : HELD_NODES;
+    if (!grasper)
+        capacity = attachment_region_capacity(attachment->body, region_count);
+    // Only graspers hold points of faces and search.
+    create_lists(attachment, name, capacity, grasper ? 3 * HELD_POINTS : 0, arena, state);
+    if (grasper) {
+        attachment->point = ALLOCATE(ARENA_CONTACT, HELD_POINTS, HeldPoint, "held points");
+        state_add(state, attachment->point, HELD_POINTS * sizeof(HeldPoint), "%s/points", name);
+        attachment->found = ALLOCATE(ARENA_CONTACT, nodes, int, "found");
+    }
+    // Marks and places of all nodes, where they change or are searched.
+    if (grasper || attachment->changes)
+        attachment->mark = ALLOCATE(ARENA_CONTACT, bits_words(nodes), uint64_t, "marks");
+    if (attachment->changes)
+        attachment->given = ALLOCATE(ARENA_CONTACT, nodes, HeldNode, "held before");
+}
+
+Attachment *attachment_create(const char *name, const AttachmentOptions *options,
+                              const ToolOptions *tool, Body *body, Arena *arena, StateList *state,
+                              Status *status)
+{
+    // A region is searched once; a grasper searches when it closes.
+    int *node = NULL, count = 0;
+    if (options->to != ATTACH_GRASPER &&
+        !attachment_find_region(body, &options->region, &node, &count, status)) {
+        free(node);
+        return NULL;
+    }
+    // It belongs to its body for good.
+    Attachment *attachment = ALLOCATE(ARENA_CONTACT, 1, Attachment, "attachment");
+    attachment->options = *options;
+    attachment->tool = tool;
+    attachment->body = body;
+    attachment->changes = body_changes(body);
+    attachment->grasper = node == NULL;
+    create_memory(attachment, name, count, arena, state);
+    // All nodes of a region are held from now on, or as soon as the tool is active.
+    for (int i = 0; i < count; i++) {
+        attachment->node[i] = node[i];
+        attachment->held[i].share = 1.0;
+    }
+    attachment->hold->count = count;
+    free(node);
+    return attachment;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Ties by message
+
+Attachment *attachment_reserve(const char *name, int capacity, const TieScratch *scratch,
+                               Arena *arena, StateList *state)
+{
+    Attachment *attachment = ALLOCATE(ARENA_CONTACT, 1, Attachment, "attachment");
+    attachment->of_tie = true;
+    attachment->mark = scratch->mark;
+    attachment->given = scratch->given;
+    create_lists(attachment, name, capacity, 0, arena, state);
+    return attachment;
+}
+
+void attachment_assign(Attachment *attachment, const AttachmentOptions *options,
+                       const ToolOptions *tool, Body *body)
+{
+    attachment->options = *options;
+    attachment->tool = tool;
+    attachment->body = body;
+    attachment->changes = body_changes(body);
+}
+
+void attachment_hold(Attachment *attachment, const int *node, int count)
+{
+    ASSERT(count <= attachment->capacity);
+    for (int i = 0; i < count; i++) {
+        attachment->node[i] = node[i];
+        attachment->held[i] = (HeldNode){.share = 1.0};
+    }
+    attachment->hold->count = count;
+    attachment->sums = (ContactSums){0};
+}
+
+void attachment_drop(Attachment *attachment)
+{
+    const size_t count = (size_t)attachment->hold->count;
+    memset(attachment->node, 0, count * sizeof *attachment->node);
+    memset(attachment->held, 0, count * sizeof *attachment->held);
+    *attachment->hold = (HoldState){0};
+    attachment->sums = (ContactSums){0};
+}
+
+bool attachment_is_empty(const Attachment *attachment)
+{
+    static const HoldState NOTHING = {0};
+    return memcmp(attachment->hold, &NOTHING, sizeof NOTHING) == 0;
+}
+
+const int *attachment_nodes(const Attachment *attachment, int *count)
+{
+    *count = (int)attachment->hold->count;
+    return attachment->node;
+}
+
+const AttachmentOptions *attachment_options(const Attachment *attachment)
+{
+    return &attachment->options;
+}
+
+int attachment_node_capacity(const Attachment *attachment)
+{
+    return attachment->capacity + (attachment->point != NULL ? 3 * HELD_POINTS : 0);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Once per tick
+
+// Closes and opens graspers by their grip, with hysteresis.
+static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 position,
+                        Quat orientation)
+{
+    // A tool that has been withdrawn holds nothing.
+    HoldState *hold = attachment->hold;
+    if (!active) {
+        attachment_release(attachment);
+        hold->closed = hold->muted = 0;
+        return;
+    }
+    // The grip decides, with hysteresis.
+    if (hold->closed == 0 && grip >= GRIP_CLOSES) {
+        hold->closed = 1;
+        attachment_take(attachment, position, orientation);
+        hold->muted |= hold->holding;
+    } else if (hold->closed != 0 && grip < GRIP_OPENS) {
+        hold->closed = 0;
+        attachment_release(attachment);
+    }
+    // Contact comes back when the released nodes are out of the capsules.
+    if (hold->muted != 0 && hold->holding == 0 &&
+        attachment_is_clear(attachment, position, orientation))
+        hold->muted = 0;
+}
+
+void attachment_begin_tick(Attachment *attachment, bool active, double grip, Vec3 position,
+                           Quat orientation)
+{
+    attachment->sums = (ContactSums){.about = position};
+    HoldState *hold = attachment->hold;
+    if (attachment->grasper)
+        follow_grip(attachment, active, grip, position, orientation);
+    else if (hold->holding == 0 && active)
+        attachment_take(attachment, position, orientation);
+    else if (hold->holding != 0 && !active)
+        attachment_release(attachment);
+}
+
+bool attachment_is_holding(const Attachment *attachment)
+{
+    return attachment->hold->holding != 0;
+}
+
+bool attachment_mutes_contact(const Attachment *attachment)
+{
+    return attachment->hold->muted != 0;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Forces
+
+typedef struct Spring {
+    double stiffness, damping; // per unit mass [1/s2], [1/s]
+} Spring;
+
+// Returns the force on a held node and adds it to the sums.
+static Vec3 pull(Attachment *attachment, const Spring *spring, double mass, Vec3 local, Vec3 x,
+                 Vec3 v, const ToolPlacement *at)
+{
+    Vec3 arm = quat_rotate(at->orientation, local);
+    Vec3 target = vec3_add(at->position, arm);
+    Vec3 velocity = vec3_add(at->linear, vec3_cross(at->angular, arm));
+    Vec3 force = vec3_scale(mass * spring->stiffness, vec3_sub(target, x));
+    force = vec3_madd(force, mass * spring->damping, vec3_sub(velocity, v));
+    double size = vec3_length(force);
+    attachment->force = vec3_sub(attachment->force, force);
+    attachment->moment =
+        vec3_sub(attachment->moment, vec3_cross(vec3_sub(x, attachment->sums.about), force));
+    attachment->middle = vec3_madd(attachment->middle, size, x);
+    attachment->size += size;
+    return force;
+}
+
+// Returns the mass of which a face has a share [kg].
+static double face_mass(const Body *body, int face)
+{
+    const BodySurface *surface = &body->surface;
+    double least = (double)INFINITY; // [kg/m2]; node_area is a third of the sum
+    for (int k = 0; k < 3; k++) {
+        int node = surface->face[face][k];
+        double mass = surface->node_mass[node]; // a hanging node has none
+        least = fmin(least,
+                     mass > 0.0 ? mass / (3.0 * surface->node_area[node]) : body->contact_density);
+    }
+    return surface->face_area[face] * least;
+}
+
+static void pull_points(Attachment *attachment, const Spring *spring, const ToolPlacement *at)
+{
+    const Body *body = attachment->body;
+    const BodySurface *surface = &body->surface;
+    const int points = (int)attachment->hold->points, first = (int)attachment->hold->count;
+    // The corners of all points, read in one call.
+    for (int i = 0; i < points; i++)
+        memcpy(&attachment->corner[3 * i], surface->face[attachment->point[i].face],
+               3 * sizeof *attachment->corner);
+    Vec3 *x = &attachment->x[first], *v = &attachment->v[first], *f = &attachment->f[first];
+    body->ops->read_nodes(body->model, attachment->corner, 3 * points, x, v);
+    // Each point is pulled like a node with the mass of its face.
+    for (int i = 0; i < points; i++) {
+        const HeldPoint *point = &attachment->point[i];
+        Vec3 here = {0.0, 0.0, 0.0}, speed = {0.0, 0.0, 0.0};
+        for (int k = 0; k < 3; k++) {
+            here = vec3_madd(here, point->weight[k], x[3 * i + k]);
+            speed = vec3_madd(speed, point->weight[k], v[3 * i + k]);
+        }
+        // The force at the point is shared by the weights that made it.
+        Vec3 force = pull(attachment, spring, face_mass(body, (int)point->face), point->local, here,
+                          speed, at);
+        for (int k = 0; k < 3; k++)
+            f[3 * i + k] = vec3_scale(point->weight[k], force);
+    }
+}
+
+Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
+{
+    const Body *body = attachment->body;
+    const int count = (int)attachment->hold->count;
+    // The spring per mass: the same for all nodes.
+    Spring spring;
+    attachment_bounds(body, attachment->options.stiffness, attachment->options.damping_ratio,
+                      &spring.stiffness, &spring.damping);
+    // Sums on the frame start anew.
+    attachment->force = attachment->moment = attachment->middle = (Vec3){0.0, 0.0, 0.0};
+    attachment->size = 0.0;
+    // Nodes that are known but not held, and those without mass, are not pulled.
+    body->ops->read_nodes(body->model, attachment->node, count, attachment->x, attachment->v);
+    for (int i = 0; i < count; i++) {
+        const HeldNode *held = &attachment->held[i];
+        double mass = held->share * body->surface.node_mass[attachment->node[i]];
+        attachment->f[i] = (Vec3){0.0, 0.0, 0.0};
+        if (mass > 0.0)
+            attachment->f[i] = pull(attachment, &spring, mass, held->local, attachment->x[i],
+                                    attachment->v[i], at);
+    }
+    // The points of a grasper that holds no nodes.
+    if (attachment->hold->points > 0)
+        pull_points(attachment, &spring, at);
+    return attachment->force;
+}
+
+void attachment_apply(Attachment *attachment, double scale, double share)
+{
+    const Body *body = attachment->body;
+    const int count = (int)attachment->hold->count, corners = 3 * (int)attachment->hold->points;
+    for (int i = 0; i < count + corners && scale != 1.0; i++)
+        attachment->f[i] = vec3_scale(scale, attachment->f[i]);
+    body->ops->add_forces(body->model, attachment->node, count, attachment->f);
+    if (corners > 0)
+        body->ops->add_forces(body->model, attachment->corner, corners, &attachment->f[count]);
+    share *= scale;
+    ContactSums *sums = &attachment->sums;
+    sums->impulse = vec3_madd(sums->impulse, share, attachment->force);
+    sums->moment = vec3_madd(sums->moment, share, attachment->moment);
+    sums->point = vec3_madd(sums->point, share, attachment->middle);
+    sums->weight += share * attachment->size;
+}
+
+const ContactSums *attachment_sums(const Attachment *attachment)
+{
+    return &attachment->sums;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Queries
+
+void attachment_clear(Attachment *attachment)
+{
+    if (attachment->grasper)
+        attachment_release(attachment);
+    attachment->sums = (ContactSums){.about = attachment->sums.about};
+}
+
+static bool is_used_node(const BodySurface *surface, int node)
+{
+    return node >= 0 && node < surface->node_count &&
+           surface->node_face_end[node] > surface->node_face_start[node];
+}
+
+static bool is_used_face(const BodySurface *surface, int64_t face)
+{
+    if (face < 0 || face >= surface->face_count)
+        return false;
+    for (int k = 0; k < 3; k++) // a free slot has no corners, or the same one three times
+        if (!is_used_node(surface, surface->face[face][k]) ||
+            surface->face[face][k] == surface->face[face][(k + 1) % 3])
+            return false;
+    return true;
+}
+
+// True for positions within any possible distance of a tool and a body.
+static bool is_position(Vec3 local)
+{
+    return vec3_length(local) < 1e9;
+}
+
+bool attachment_check(const Attachment *attachment)
+{
+    const HoldState *hold = attachment->hold;
+    const BodySurface *surface = &attachment->body->surface;
+    const bool grasper = attachment->grasper;
+    // Counts within their limits; a grasper that holds nothing knows nothing.
+    if (hold->holding < 0 || hold->holding > 1 || hold->closed < 0 || hold->closed > grasper ||
+        hold->muted < 0 || hold->muted > grasper || hold->count < 0 ||
+        hold->count > attachment->capacity || hold->points < 0 ||
+        hold->points > (grasper ? HELD_POINTS : 0) ||
+        (grasper && hold->holding == 0 && hold->count + hold->points > 0))
+        return false;
+    // Nodes exist, ascend and are held wholly or not at all.
+    for (int64_t i = 0; i < hold->count; i++) {
+        const HeldNode *held = &attachment->held[i];
+        if (!is_used_node(surface, attachment->node[i]) || !is_position(held->local) ||
+            !(held->share == 0.0 || held->share == 1.0) ||
+            (i > 0 && attachment->node[i] <= attachment->node[i - 1]))
+            return false;
+    }
+    // Points lie in existing faces.
+    for (int64_t i = 0; i < hold->points; i++) {
+        const HeldPoint *point = &attachment->point[i];
+        if (!is_used_face(surface, point->face) || !is_position(point->local))
+            return false;
+        for (int k = 0; k < 3; k++)
+            if (!(point->weight[k] >= 0.0 && point->weight[k] <= 1.0))
+                return false;
+    }
+    return true;
+}
+
+int attachment_held(const Attachment *attachment, bool *points)
+{
+    *points = attachment->hold->points > 0;
+    if (*points)
+        return (int)attachment->hold->points;
+    int count = 0;
+    for (int64_t i = 0; i < attachment->hold->count; i++)
+        count += attachment->held[i].share > 0.0;
+    return count;
+}
+
+int64_t attachment_taken(const Attachment *attachment)
+{
+    return attachment->taken;
+}
+
+int64_t attachment_refused(const Attachment *attachment)
+{
+    return attachment->refused;
+}

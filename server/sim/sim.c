@@ -1,0 +1,553 @@
+// Makes a scene's bodies, tools and loads, and answers questions about them; step.c runs them,
+// inputs.c changes them.
+#include "base/check.h"
+#include "sim/sim_data.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+// Allocates for what the scene has, if that is known.
+static void create_arrays(Sim *sim)
+{
+    // Without counts there is space for the largest scene.
+    const SimCounts most = {SIM_BODIES, SIM_TOOLS, SIM_SCENE_LOADS, SIM_ATTACHMENTS, SIM_TOUCHES};
+    const SimCounts capacity = sim->capacity =
+        sim->options.counts.bodies > 0 ? sim->options.counts : most;
+    Arena *arena = sim->arena;
+    // No array for what the scene has none of.
+    sim->body =
+        arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies, sizeof *sim->body, "sim/bodies");
+    if (capacity.tools > 0)
+        sim->tool = arena_allocate(arena, ARENA_STEP, (size_t)capacity.tools, sizeof *sim->tool,
+                                   "sim/tools");
+    if (capacity.loads > 0)
+        sim->scene_load = arena_allocate(arena, ARENA_STEP, (size_t)capacity.loads,
+                                         sizeof *sim->scene_load, "sim/loads");
+    sim->group = arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies, sizeof *sim->group,
+                                "sim/groups");
+    if (capacity.attachments + sim->options.max_ties > 0)
+        sim->joint = arena_allocate(arena, ARENA_CONTACT,
+                                    (size_t)(capacity.attachments + sim->options.max_ties),
+                                    sizeof *sim->joint, "sim/joints");
+    if (capacity.attachments > 0)
+        sim->scene_attachment = arena_allocate(arena, ARENA_CONTACT, (size_t)capacity.attachments,
+                                               sizeof *sim->scene_attachment, "sim/attachments");
+    if (capacity.touches > 0)
+        sim->touch = arena_allocate(arena, ARENA_CONTACT, (size_t)capacity.touches,
+                                    sizeof *sim->touch, "sim/touches");
+}
+
+Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
+{
+    Sim *sim = arena_allocate(arena, ARENA_STEP, 1, sizeof *sim, "sim");
+    sim->options = *options;
+    sim->arena = arena;
+    sim->state = state;
+    sim->tick = 1.0 / options->rate_hz;
+    // Arrays, and what every scene has.
+    create_arrays(sim);
+    sim->clock = arena_allocate(arena, ARENA_STEP, 1, sizeof *sim->clock, "sim/clock");
+    state_add(state, sim->clock, sizeof *sim->clock, "sim/clock");
+    sim->events = arena_allocate(arena, ARENA_OUTPUT, 1, sizeof *sim->events, "sim/events");
+    return sim;
+}
+
+Body *sim_add_body(Sim *sim, const Body *body)
+{
+    ASSERT(sim->body_count < sim->capacity.bodies);
+    sim->body[sim->body_count] = *body;
+    sim->group[sim->body_count] = (GroupMember){.first = sim->body_count, .next = -1};
+    return &sim->body[sim->body_count++];
+}
+
+void sim_add_tool(Sim *sim, const ToolOptions *options)
+{
+    ASSERT(sim->tool_count < sim->capacity.tools);
+    sim->tool[sim->tool_count++] = *options;
+}
+
+void sim_add_load(Sim *sim, const LoadOptions *options)
+{
+    ASSERT(sim->scene_load_count < sim->capacity.loads);
+    int at = sim->scene_load_count++; // kept sorted by start; equal starts in the given order
+    for (; at > 0 && sim->scene_load[at - 1].start > options->start; at--)
+        sim->scene_load[at] = sim->scene_load[at - 1];
+    sim->scene_load[at] = *options;
+}
+
+void sim_join(Sim *sim, int a, int b)
+{
+    const int from = sim->group[a].first, to = sim->group[b].first, first = from < to ? from : to;
+    int last = -1;
+    // Members of both groups are linked anew, in ascending order.
+    for (int i = 0; i < sim->body_count; i++) {
+        GroupMember *member = &sim->group[i];
+        if (member->first != from && member->first != to)
+            continue;
+        *member = (GroupMember){.first = first, .next = -1};
+        if (last >= 0)
+            sim->group[last].next = i;
+        last = i;
+    }
+}
+
+bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
+{
+    ASSERT(sim->scene_attachment_count < sim->capacity.attachments);
+    SimAttachment *at = &sim->scene_attachment[sim->scene_attachment_count];
+    Body *body = &sim->body[options->body];
+    char name[56];
+    snprintf(name, sizeof name, "%.31s/attachment%d", body->name, sim->scene_attachment_count);
+    // Joined bodies advance stage by stage, so they must have the same stages.
+    if (options->to == ATTACH_BODY && body->integrator != sim->body[options->to_body].integrator)
+        return status_fail(status, STATUS_INVALID,
+                           "attachment %d: joined bodies %s (%s) and %s (%s) must have one "
+                           "integrator",
+                           sim->scene_attachment_count, body->name,
+                           integrator_name(body->integrator), sim->body[options->to_body].name,
+                           integrator_name(sim->body[options->to_body].integrator));
+    // A tie joins two groups of bodies, anything else hangs on one body alone.
+    if (options->to == ATTACH_BODY) {
+        at->joint = joint_create(name, options, body, &sim->body[options->to_body], sim->arena,
+                                 sim->state, status);
+        if (at->joint == NULL)
+            return false;
+        sim_join(sim, options->body, options->to_body);
+        sim->joint[sim->joint_count++] = at->joint;
+    } else {
+        const ToolOptions *tool = options->to == ATTACH_TOOL ? &sim->tool[options->tool] : NULL;
+        at->attachment =
+            attachment_create(name, options, tool, body, sim->arena, sim->state, status);
+        if (at->attachment == NULL)
+            return false;
+    }
+    sim->scene_attachment_count++;
+    return true;
+}
+
+bool sim_add_touch(Sim *sim, const TouchOptions *options, Status *status)
+{
+    ASSERT(sim->touch_count < sim->capacity.touches);
+    Body *first = &sim->body[options->body[0]], *second = &sim->body[options->body[1]];
+    // Bodies that touch advance stage by stage, so they must have the same stages.
+    if (first->integrator != second->integrator)
+        return status_fail(status, STATUS_INVALID,
+                           "bodies %s (%s) and %s (%s), which touch, must have one integrator",
+                           first->name, integrator_name(first->integrator), second->name,
+                           integrator_name(second->integrator));
+    for (int k = 0; k < 2; k++)
+        if (sim->body[options->body[k]].half_thickness > 0.0)
+            return status_fail(status, STATUS_INVALID,
+                               "body %s is a plane body: those do not touch others",
+                               sim->body[options->body[k]].name);
+    const double edge = fmin(first->surface.longest_edge, second->surface.longest_edge);
+    if (options->thickness > edge)
+        return status_fail(status, STATUS_INVALID,
+                           "thickness %g m is more than the longest edge of body %s, %g m",
+                           options->thickness,
+                           edge < first->surface.longest_edge ? second->name : first->name, edge);
+    char name[32];
+    snprintf(name, sizeof name, "touch%d", sim->touch_count);
+    sim->touch[sim->touch_count++] =
+        touch_create(name, options, first, second, sim->tick, sim->arena, sim->state);
+    sim_join(sim, options->body[0], options->body[1]);
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Sealing
+
+// Creates the attachment of a grasper to a body.
+static Attachment *create_grasp(Sim *sim, int b, int t)
+{
+    const ToolOptions *tool = &sim->tool[t];
+    const AttachmentOptions options = {.body = b,
+                                       .to = ATTACH_GRASPER,
+                                       .tool = t,
+                                       .stiffness = tool->grip_stiffness,
+                                       .damping_ratio = tool->grip_damping};
+    // A grasper has no region that could be without nodes: this cannot fail.
+    char name[56];
+    Status status = {0};
+    snprintf(name, sizeof name, "%.31s/grasp%d", sim->body[b].name, t);
+    return attachment_create(name, &options, tool, &sim->body[b], sim->arena, sim->state, &status);
+}
+
+static void create_attachments(Sim *sim)
+{
+    // Each grasper may grasp every body.
+    int graspers = 0;
+    for (int t = 0; t < sim->tool_count; t++)
+        graspers += sim->tool[t].kind == TOOL_GRASPER;
+    int most = sim->scene_attachment_count - sim->joint_count + graspers * sim->body_count;
+    most += sim->options.max_ties;
+    if (most == 0)
+        return;
+    // Those of a body are consecutive: attachment_start leads to them.
+    sim->attachment = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most,
+                                     sizeof *sim->attachment, "attachments");
+    sim->attachment_start = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)sim->body_count + 1,
+                                           sizeof *sim->attachment_start, "attachments/start");
+    sim->told = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most, sizeof *sim->told,
+                               "attachments/told");
+    // For each body the scene's own attachments, then the graspers.
+    for (int b = 0; b < sim->body_count; b++) {
+        for (int k = 0; k < sim->scene_attachment_count; k++) {
+            Attachment *own = sim->scene_attachment[k].attachment;
+            if (own != NULL && attachment_options(own)->body == b)
+                sim->attachment[sim->attachment_count++] = own;
+        }
+        for (int t = 0; t < sim->tool_count; t++)
+            if (sim->tool[t].kind == TOOL_GRASPER)
+                sim->attachment[sim->attachment_count++] = create_grasp(sim, b, t);
+        sim->attachment_start[b + 1] = sim->attachment_count;
+    }
+}
+
+static void create_contacts(Sim *sim)
+{
+    int most = 2 * sim->body_count * sim->tool_count; // a tool with a plane and capsules has two
+    // Every tool has a motion and a wrench.
+    sim->motion = arena_allocate(sim->arena, ARENA_STEP, (size_t)sim->tool_count,
+                                 sizeof *sim->motion, "tools/motion");
+    sim->wrench = arena_allocate(sim->arena, ARENA_STEP, (size_t)sim->tool_count,
+                                 sizeof *sim->wrench, "tools/wrench");
+    if (sim->tool_count == 0)
+        return;
+    // Contacts of a body are consecutive: contact_start leads to them.
+    sim->contact =
+        arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most, sizeof *sim->contact, "contacts");
+    sim->contact_tool = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most,
+                                       sizeof *sim->contact_tool, "contacts/tool");
+    sim->contact_start = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)sim->body_count + 1,
+                                        sizeof *sim->contact_start, "contacts/start");
+    // Static tools are active from the start, others from their first pose.
+    for (int t = 0; t < sim->tool_count; t++) {
+        tool_motion_init(&sim->motion[t]);
+        sim->motion[t].active = sim->tool[t].kind == TOOL_STATIC;
+    }
+    state_add(sim->state, sim->motion, (size_t)sim->tool_count * sizeof *sim->motion,
+              "tools/motion");
+    // A tool has one contact with a body by its capsules and one by its plane.
+    for (int b = 0; b < sim->body_count; b++) {
+        for (int k = 0; k < 2 * sim->tool_count; k++) {
+            const ToolOptions *tool = &sim->tool[k / 2];
+            bool plane = k % 2 == 1;
+            if (plane ? !tool->has_plane : tool->capsule_count == 0) // nothing to touch with
+                continue;
+            char name[56];
+            snprintf(name, sizeof name, "%.31s/tool%d%s", sim->body[b].name, k / 2,
+                     plane ? "p" : "");
+            Contact *contact =
+                contact_create(name, tool, plane, &sim->body[b], sim->arena, sim->state);
+            sim->contact_tool[sim->contact_count] = k / 2;
+            sim->contact[sim->contact_count++] = contact;
+        }
+        sim->contact_start[b + 1] = sim->contact_count;
+    }
+}
+
+// Reserves space for all nodes that contacts and attachments can push in one evaluation.
+static void reserve_forces(Sim *sim)
+{
+    if (sim->contact_start == NULL && sim->attachment == NULL && sim->joint_count == 0 &&
+        sim->ties == NULL && sim->touch_count == 0)
+        return;
+    // Sum up what may push at the same time.
+    for (int b = 0; b < sim->body_count; b++) {
+        Body *body = &sim->body[b];
+        int pushed = 0;
+        if (body->ops->reserve_forces == NULL)
+            continue;
+        for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
+             k < (sim->contact_count > 0 ? sim->contact_start[b + 1] : 0); k++)
+            pushed += contact_node_capacity(sim->contact[k]);
+        for (int k = sim->attachment_count > 0 ? sim->attachment_start[b] : 0;
+             k < (sim->attachment_count > 0 ? sim->attachment_start[b + 1] : 0); k++)
+            pushed += attachment_node_capacity(sim->attachment[k]);
+        // Ties push at both ends.
+        for (int k = 0; k < sim->joint_count; k++) {
+            const Joint *joint = sim->joint[k];
+            if (joint_options(joint)->body == b)
+                pushed += joint_node_capacity(joint);
+            if (joint_options(joint)->to_body == b)
+                pushed += joint_other_capacity(joint);
+        }
+        if (sim->ties != NULL)
+            pushed += ties_node_capacity(sim);
+        for (int k = 0; k < sim->touch_count; k++)
+            for (int which = 0; which < touch_bodies(touch_options(sim->touch[k])); which++)
+                if (touch_options(sim->touch[k])->body[which] == b)
+                    pushed += touch_node_capacity(sim->touch[k], which);
+        // The body makes space for it.
+        body->ops->reserve_forces(body->model, body->name, pushed, sim->arena);
+    }
+}
+
+bool sim_seal(Sim *sim, double settle_s, Status *status)
+{
+    // Steps of each body by itself, with the contacts' share in them.
+    for (int b = 0; b < sim->body_count; b++) {
+        time_step_cap_contacts(sim, &sim->body[b]);
+        contact_set_stiffness(&sim->body[b]);
+        if (!time_step_choose(sim, &sim->body[b], status))
+            return false;
+        state_add(sim->state, &sim->body[b].tuning, sizeof sim->body[b].tuning, "%s/tuning",
+                  sim->body[b].name);
+    }
+    // Joints and steps depend on the contacts' stiffness, contacts and attachments on the steps.
+    for (int k = 0; k < sim->scene_attachment_count; k++)
+        if (sim->scene_attachment[k].joint != NULL)
+            joint_stiffen(sim->scene_attachment[k].joint);
+    // Everything else that the scene needs, each when its inputs are known.
+    cutting_create(sim);
+    time_step_join(sim);
+    create_contacts(sim);
+    create_attachments(sim);
+    if (sim->options.max_ties > 0)
+        ties_create(sim);
+    reserve_forces(sim);
+    guard_create(sim);
+    if (sim->options.contact_stiffness && sim->contact_count > 0)
+        sim->stiffness = stiffness_create(sim->contact, sim->contact_count, sim->tick, sim->arena);
+    pipeline_create(sim);
+    if (sim->options.may_load || sim->scene_load_count > 0)
+        loads_create(&sim->loads, sim->body, sim->body_count, sim->arena, sim->state);
+
+    sim->settling = true;
+    // Let the bodies settle without loads; the step counter and events start after it.
+    int64_t ticks = (int64_t)llround(settle_s / sim->tick);
+    for (int64_t i = 0; i < ticks; i++)
+        sim_step(sim);
+    for (int b = 0; b < sim->body_count; b++)
+        if (sim->body[b].pressure_limit > 0.0)
+            sim->body[b].ops->set(sim->body[b].model, BODY_SUPPLY, 0.0);
+    // The run starts at 0, with no event.
+    sim->settling = false;
+    sim->clock->step = 0;
+    cutting_settled(sim);
+    sim->events->count = 0;
+    // A scene that is bad at rest is refused.
+    if (sim->resets > 0)
+        return status_fail(
+            status, STATUS_INVALID,
+            "settle_s: settling gave numbers out of bounds %lld times; take a smaller "
+            "time_step",
+            (long long)sim->resets);
+    for (int b = 0; b < sim->body_count; b++)
+        if (!guard_can_be(&sim->body[b], status))
+            return false;
+    // Settling costs no time in the statistics.
+    memset(sim->stage_ns, 0, sizeof sim->stage_ns);
+    if (sim->options.estimate_error)
+        sim->estimator = estimate_create(sim->body, sim->body_count, sim->state, sim->arena);
+    // RESET returns to this state.
+    sim->start_state =
+        arena_allocate(sim->arena, ARENA_OUTPUT, state_bytes(sim->state), 1, "state at the start");
+    state_copy_out(sim->state, sim->start_state);
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Queries
+
+int64_t sim_steps(const Sim *sim)
+{
+    return sim->clock->step;
+}
+
+double sim_time(const Sim *sim)
+{
+    return (double)sim->clock->step / sim->options.rate_hz;
+}
+
+double sim_tick(const Sim *sim)
+{
+    return sim->tick;
+}
+
+int sim_body_count(const Sim *sim)
+{
+    return sim->body_count;
+}
+
+Body *sim_body(Sim *sim, int index)
+{
+    return &sim->body[index];
+}
+
+const Body *sim_find_body(const Sim *sim, const char *name)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        if (strcmp(sim->body[b].name, name) == 0)
+            return &sim->body[b];
+    return NULL;
+}
+
+int sim_tool_count(const Sim *sim)
+{
+    return sim->tool_count;
+}
+
+const ToolOptions *sim_tool(const Sim *sim, int index)
+{
+    return &sim->tool[index];
+}
+
+const ToolMotion *sim_tool_motion(const Sim *sim, int index)
+{
+    return &sim->motion[index];
+}
+
+const ToolWrench *sim_wrench(const Sim *sim, int index)
+{
+    return &sim->wrench[index];
+}
+
+int64_t sim_resets(const Sim *sim)
+{
+    return sim->resets;
+}
+
+int64_t sim_refused_faces(const Sim *sim)
+{
+    int64_t refused = 0;
+    for (int k = 0; k < sim->contact_count; k++)
+        refused += contact_refused(sim->contact[k]);
+    return refused;
+}
+
+int64_t sim_refused_touches(const Sim *sim)
+{
+    int64_t refused = 0;
+    for (int k = 0; k < sim->touch_count; k++)
+        refused += touch_refused(sim->touch[k]);
+    return refused;
+}
+
+int sim_touch_count(const Sim *sim)
+{
+    return sim->touch_count;
+}
+
+const Touch *sim_touch(const Sim *sim, int index)
+{
+    return sim->touch[index];
+}
+
+int sim_attachment_nodes(const Sim *sim, int index)
+{
+    const SimAttachment *at = &sim->scene_attachment[index];
+    bool points;
+    return at->joint != NULL ? joint_count(at->joint) : attachment_held(at->attachment, &points);
+}
+
+int64_t sim_refused_holds(const Sim *sim)
+{
+    int64_t refused = 0;
+    for (int k = 0; k < sim->attachment_count; k++)
+        refused += attachment_refused(sim->attachment[k]);
+    for (int k = 0; k < sim->scene_attachment_count; k++)
+        if (sim->scene_attachment[k].joint != NULL)
+            refused += joint_refused(sim->scene_attachment[k].joint);
+    if (sim->ties != NULL)
+        refused += ties_refused(sim);
+    return refused;
+}
+
+bool sim_next_grasp(Sim *sim, GraspEvent *event)
+{
+    for (int k = 0, graspers = 0; k < sim->attachment_count; k++) {
+        const AttachmentOptions *options = attachment_options(sim->attachment[k]);
+        // Only graspers are told.
+        if (options->to != ATTACH_GRASPER)
+            continue;
+        GraspEvent *told = &sim->told[graspers++];
+        GraspEvent now = {.tool = options->tool,
+                          .body = options->body,
+                          .taken = attachment_taken(sim->attachment[k]),
+                          .step = sim->clock->step};
+        // Has it grasped or released anything since?
+        now.nodes = attachment_held(sim->attachment[k], &now.points);
+        bool same = now.taken == told->taken || (now.nodes == 0 && told->nodes == 0);
+        if ((now.nodes > 0) == (told->nodes > 0) && same)
+            continue;
+        // A trembling grip is told at most ten times a second.
+        if (told->taken > 0 && now.step >= told->step &&
+            (double)(now.step - told->step) * sim->tick < 0.1)
+            continue;
+        *event = *told = now;
+        return true;
+    }
+    return false;
+}
+
+void sim_try_step(Sim *sim, int body)
+{
+    estimate_try(sim, body);
+}
+
+void sim_step_alone(Sim *sim, int index)
+{
+    const Body *body = &sim->body[index];
+    advance_alone(sim, index, body->substeps);
+    if (body->ops->abandon != NULL)
+        body->ops->abandon(body->model);
+    else
+        body->ops->commit(body->model);
+}
+
+double sim_take_error(Sim *sim, int body)
+{
+    return estimate_take(sim->estimator, body);
+}
+
+int sim_stage_count(const Sim *sim)
+{
+    return sim->stage_count;
+}
+
+StageId sim_stage(const Sim *sim, int index)
+{
+    return sim->stage[index];
+}
+
+int64_t sim_stage_ns(const Sim *sim, StageId stage)
+{
+    return sim->stage_ns[stage];
+}
+
+void sim_add_stage_ns(Sim *sim, StageId stage, int64_t ns)
+{
+    sim->stage_ns[stage] += ns;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Events, until they are taken
+
+// The newest are dropped if they are not taken.
+void sim_report(Sim *sim, int body, const char *kind, const char *format, ...)
+{
+    EventRing *at = sim->events;
+    if (at->count == SIM_EVENTS)
+        return;
+    SimEvent *event = &at->event[(at->first + at->count++) % SIM_EVENTS];
+    *event = (SimEvent){.step = sim->clock->step, .body = body, .kind = kind};
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(event->text, sizeof event->text, format, arguments);
+    va_end(arguments);
+}
+
+bool sim_take_event(Sim *sim, SimEvent *event)
+{
+    EventRing *at = sim->events;
+    if (at->count == 0)
+        return false;
+    *event = at->event[at->first];
+    at->first = (at->first + 1) % SIM_EVENTS;
+    at->count--;
+    return true;
+}
