@@ -11,26 +11,14 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char *recorder; // path of pliant-record
-
-// The third word of a test program's command.
-static inline void recorder_program(int argc, char **argv)
-{
-    if (argc < 3) {
-        fprintf(stderr, "usage: %s PLIANTD PLIANT_RECORD\n", argv[0]);
-        exit(2);
-    }
-    recorder = argv[2];
-}
-
 static inline void record_start(Process *program, const char *path, const char *more)
 {
-    process_start(program, recorder, "-o %s %s", path, more);
+    process_start(program, program_path("pliant-record"), "-o %s %s", path, more);
 }
 
 static inline void record_run(Process *program, const char *arguments)
 {
-    process_run(program, recorder, "%s", arguments);
+    process_run(program, program_path("pliant-record"), "%s", arguments);
 }
 
 static inline bool has_sidecar(const char *path)

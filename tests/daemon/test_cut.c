@@ -1,13 +1,12 @@
 // Cuts through the real daemon: messages, answers and events, the client that sends them, blades,
 // and whatever else may arrive. Bodies: a solid box and a hollow sphere that can be cut, a sphere
 // that cannot.
+#include "test.h"
 #include "lcm_client.h"
 
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const char *cutter, *prober, *watcher; // paths of pliant-cut, -probe and -monitor
 
 static const char SCENE[] =
     "name = \"cuts\"; publish = { status_hz = 20.0; nodes_hz = 20.0; };\n"
@@ -72,9 +71,11 @@ static void reset(Client *client)
 
 // --- messages ---
 
-static void a_cut_is_answered_with_what_it_severed(void **state)
+AROUND_ALL(start_daemon, fixture_end)
+
+TEST(a_cut_is_answered_with_what_it_severed)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     reset(client);
     static const struct {
         const char *body;
@@ -99,9 +100,9 @@ static void a_cut_is_answered_with_what_it_severed(void **state)
     }
 }
 
-static void a_repeated_cut_is_answered_again_and_not_made(void **state)
+TEST(a_repeated_cut_is_answered_again_and_not_made)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     reset(client);
     char body[] = "box";
     pliant_cut_t cut = sweep_at(client, 0.0051, body);
@@ -118,9 +119,9 @@ static void a_repeated_cut_is_answered_again_and_not_made(void **state)
     }
 }
 
-static void all_bodies_are_cut_by_a_sweep_that_names_none(void **state)
+TEST(all_bodies_are_cut_by_a_sweep_that_names_none)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     reset(client);
     char all[] = "";
     pliant_cut_t cut = sweep_at(client, 0.0, all);
@@ -146,9 +147,9 @@ static void expect_refused(Client *client, pliant_cut_t *cut, const char *text)
         fail_msg("'%s' does not say '%s'", reply->text, text);
 }
 
-static void cuts_that_cannot_be_made_say_why(void **state)
+TEST(cuts_that_cannot_be_made_say_why)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     reset(client);
     char box[] = "box", hard[] = "hard", nobody[] = "nobody", odd[] = "b\x01x", all[] = "";
     pliant_cut_t good = sweep_at(client, 0.0001, box), cut = good;
@@ -192,9 +193,9 @@ static void cuts_that_cannot_be_made_say_why(void **state)
     assert_int_equal(reply->pieces, 2);
 }
 
-static void an_inside_out_blade_cuts_like_any(void **state)
+TEST(an_inside_out_blade_cuts_like_any)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     reset(client);
     char box[] = "box";
     pliant_cut_t cut = sweep_at(client, 0.0001, box), turned = cut;
@@ -207,9 +208,9 @@ static void an_inside_out_blade_cuts_like_any(void **state)
     assert_int_equal(reply->pieces, 2);
 }
 
-static void random_cuts_do_no_harm(void **state)
+TEST(random_cuts_do_no_harm)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     reset(client);
     srand(5);
     int made = 0;
@@ -240,12 +241,12 @@ static void run_cutter(Process *run, const char *format, ...)
     va_start(list, format);
     vsnprintf(arguments, sizeof arguments, format, list);
     va_end(list);
-    process_run(run, cutter, "%s", arguments);
+    process_run(run, program_path("pliant-cut"), "%s", arguments);
 }
 
-static void the_client_cuts_planes_polylines_and_files(void **state)
+TEST(the_client_cuts_planes_polylines_and_files)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     reset(client);
     Process run;
     run_cutter(&run, "--body box --plane 0.0001,0,0,1,0,0");
@@ -274,29 +275,29 @@ static void the_client_cuts_planes_polylines_and_files(void **state)
     assert_non_null(strstr(run.out, "2 sweeps, 2 of them cut: "));
 }
 
-static void an_unknown_body_is_answered_with_those_there_are(void **state)
+TEST(an_unknown_body_is_answered_with_those_there_are)
 {
-    (void)state;
     const char *says = "the daemon has no body 'bax', only: box, ball, hard\n";
     Process run;
     run_cutter(&run, "--body bax --plane 0.0001,0,0,1,0,0");
     assert_int_equal(run.code, 1);
     assert_non_null(strstr(run.err, says));
-    process_run(&run, prober, "--auto --body bax");
+    process_run(&run, program_path("pliant-probe"), "--auto --body bax");
     assert_int_equal(run.code, 1);
     assert_non_null(strstr(run.err, says));
     // It ends by itself, long before the duration.
-    process_run(&run, watcher, "--nodes bax --write %s --duration 1e6", scratch("curve.tsv"));
+    process_run(&run, program_path("pliant-monitor"), "--nodes bax --write %s --duration 1e6",
+                scratch("curve.tsv"));
     assert_int_equal(run.code, 1);
     assert_non_null(strstr(run.err, says));
 }
 
 // A ball of 5 mm, 2 mm before the nearest node, is in the body before it has moved.
-static void a_tool_that_begins_in_the_body_begins_again_outside(void **state)
+TEST(a_tool_that_begins_in_the_body_begins_again_outside)
 {
-    (void)state;
     Process run;
-    process_run(&run, prober, "--auto --body box --clearance 0.002 --depth 0.003 --hold 0.1");
+    process_run(&run, program_path("pliant-probe"),
+                "--auto --body box --clearance 0.002 --depth 0.003 --hold 0.1");
     assert_int_equal(run.code, 0);
     // The server leads it out by 3 mm, less what it has come back since.
     const char *begins = "the tool begins in the body; starting ", *back = strstr(run.out, begins);
@@ -309,9 +310,8 @@ static void a_tool_that_begins_in_the_body_begins_again_outside(void **state)
     expect_at_least(strtod(touched + strlen("touched after "), NULL), 1.5);
 }
 
-static void the_client_says_what_is_wrong_with_its_arguments(void **state)
+TEST(the_client_says_what_is_wrong_with_its_arguments)
 {
-    (void)state;
     const char *file = scratch("bad.txt");
     write_text(file, "0 0 0 0 0 1\n0 1 0 0 1\n");
     static const struct {
@@ -352,9 +352,9 @@ static void the_client_says_what_is_wrong_with_its_arguments(void **state)
     assert_non_null(strstr(run.err, "NOBODY_STATUS within 0.15 s: no pliantd on"));
 }
 
-static void the_client_moves_a_blade(void **state)
+TEST(the_client_moves_a_blade)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     reset(client);
     client->events = 0;
     Process run;
@@ -390,9 +390,9 @@ static void pose_blade(Client *client, double x, double y, bool active)
     send_pose(client, &pose);
 }
 
-static void a_blade_that_is_put_elsewhere_cuts_nothing_between(void **state)
+TEST(a_blade_that_is_put_elsewhere_cuts_nothing_between)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     reset(client);
     client->events = 0;
     // Down on the one side, up, down on the other at once: mostly within one tick.
@@ -418,9 +418,11 @@ static void a_blade_that_is_put_elsewhere_cuts_nothing_between(void **state)
 
 // --- repetition ---
 
-static void a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit(void **state)
+AROUND_ALL(NULL, NULL)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit)
 {
-    (void)state;
     const char *path = scratch("log.cfg"), *log = scratch("inputs.log");
     write_text(path, SCENE);
     Client *client = client_create();
@@ -444,10 +446,9 @@ static void a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit(void **state)
     client_destroy(client);
 }
 
-#ifdef WITH_HDF5
-static void a_cut_scene_goes_on_from_checkpoints_bit_for_bit(void **state)
+#if WITH_HDF5
+TEST(a_cut_scene_goes_on_from_checkpoints_bit_for_bit)
 {
-    (void)state;
     const char *path = scratch("cp.cfg"), *cut = scratch("cut.h5"), *part = scratch("part.h5");
     write_text(path, SCENE);
     Client *client = client_create();
@@ -490,9 +491,8 @@ static void a_cut_scene_goes_on_from_checkpoints_bit_for_bit(void **state)
 
 // --- load ---
 
-static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **state)
+TEST(hundred_cuts_a_second_are_all_answered_while_a_tool_presses)
 {
-    (void)state;
     enum { CUTS = 200 };
     const char *path = scratch("many.cfg"), *file = scratch("many.txt");
     write_text(path, SCENE);
@@ -516,7 +516,7 @@ static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **s
     Process daemon, run;
     daemon_start(&daemon, "%s", path);
     client_wait_for_daemon(client);
-    process_start(&run, cutter, "--quiet --rate 100 --file %s", file);
+    process_start(&run, program_path("pliant-cut"), "--quiet --rate 100 --file %s", file);
     const double press[3] = {0.0, 0.0, 0.023};
     double limit = client_now() + 60.0;
     while (client->replies < CUTS && client_now() < limit) {
@@ -539,9 +539,8 @@ static void hundred_cuts_a_second_are_all_answered_while_a_tool_presses(void **s
 }
 
 // Neither by messages, which are sent again until they are answered, nor by a blade on its way.
-static void a_daemon_that_starts_is_not_cut_by_what_was_meant_for_the_last(void **state)
+TEST(a_daemon_that_starts_is_not_cut_by_what_was_meant_for_the_last)
 {
-    (void)state;
     static const char *const ways[] = {
         "--body ball --tries 1000 --rate 20 --repeat 100000 --plane 0.2001,0,0,1,0,0",
         "--stroke --tries 1000 --tool 2 --speed 0.02 --repeat 1000 --blade 0,0,0.06 "
@@ -553,7 +552,7 @@ static void a_daemon_that_starts_is_not_cut_by_what_was_meant_for_the_last(void 
         Client *client = client_create();
         daemon_start(&daemon, "%s", path);
         client_wait_for_daemon(client);
-        process_start(&run, cutter, "%s", ways[k]);
+        process_start(&run, program_path("pliant-cut"), "%s", ways[k]);
         if (k == 0)
             wait_until(client, client->replies > 2);
         else
@@ -575,36 +574,4 @@ static void a_daemon_that_starts_is_not_cut_by_what_was_meant_for_the_last(void 
         process_end(&daemon);
         client_destroy(client);
     }
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_cut_is_answered_with_what_it_severed),
-        cmocka_unit_test(a_repeated_cut_is_answered_again_and_not_made),
-        cmocka_unit_test(all_bodies_are_cut_by_a_sweep_that_names_none),
-        cmocka_unit_test(cuts_that_cannot_be_made_say_why),
-        cmocka_unit_test(an_inside_out_blade_cuts_like_any),
-        cmocka_unit_test(random_cuts_do_no_harm),
-        cmocka_unit_test(the_client_cuts_planes_polylines_and_files),
-        cmocka_unit_test(an_unknown_body_is_answered_with_those_there_are),
-        cmocka_unit_test(a_tool_that_begins_in_the_body_begins_again_outside),
-        cmocka_unit_test(the_client_says_what_is_wrong_with_its_arguments),
-        cmocka_unit_test(the_client_moves_a_blade),
-        cmocka_unit_test(a_blade_that_is_put_elsewhere_cuts_nothing_between),
-    };
-    const struct CMUnitTest alone[] = {
-        daemon_test(a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit),
-#ifdef WITH_HDF5
-        daemon_test(a_cut_scene_goes_on_from_checkpoints_bit_for_bit),
-#endif
-        daemon_test(hundred_cuts_a_second_are_all_answered_while_a_tool_presses),
-        daemon_test(a_daemon_that_starts_is_not_cut_by_what_was_meant_for_the_last),
-    };
-    harness_start(argc, argv);
-    cutter = argv[2];
-    prober = argv[3];
-    watcher = argv[4];
-    int failed = cmocka_run_group_tests(tests, start_daemon, fixture_end);
-    return harness_end(cmocka_run_group_tests(alone, NULL, NULL) + failed);
 }

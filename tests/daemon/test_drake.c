@@ -1,4 +1,5 @@
 // pliant-drake between a real daemon and a viewer of Drake's, which is played here.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -7,12 +8,11 @@
 
 #include "drake_lcmt_viewer_link_data.h"
 
-static const char *drake_path;
+AROUND_EACH(NULL, harness_teardown)
 
 // Computed by lcm-gen from Drake's own files: what a program of Drake's knows the messages by.
-static void the_types_are_those_of_drake(void **state)
+TEST(the_types_are_those_of_drake)
 {
-    (void)state;
     assert_true(__drake_lcmt_viewer_geometry_data_get_hash() == 0x5d2e34cb3257db07);
     assert_true(__drake_lcmt_viewer_link_data_get_hash() == 0x51252725af982a63);
 }
@@ -64,9 +64,8 @@ static void on_link(const lcm_recv_buf_t *buffer, const char *channel,
     viewer->good = true;
 }
 
-static void bodies_reach_a_viewer_as_triangles(void **state)
+TEST(bodies_reach_a_viewer_as_triangles)
 {
-    (void)state;
     Process daemon, drake;
     Viewer viewer = {0};
     Client *client = client_create();
@@ -74,7 +73,7 @@ static void bodies_reach_a_viewer_as_triangles(void **state)
         client->lcm, "DRAKE_VIEWER_DEFORMABLE", on_link, &viewer);
     daemon_start(&daemon, "%s", write_scene("drake.cfg", "rate_hz = 100.0;", ""));
     client_wait_for_daemon(client);
-    process_start(&drake, drake_path, "--color 0.25,0.5,0.5");
+    process_start(&drake, program_path("pliant-drake"), "--color 0.25,0.5,0.5");
     wait_until(client, viewer.messages >= 3);
     assert_true(viewer.good);
     process_end(&drake);
@@ -83,23 +82,10 @@ static void bodies_reach_a_viewer_as_triangles(void **state)
     client_destroy(client);
 }
 
-static void no_daemon_is_told(void **state)
+TEST(no_daemon_is_told)
 {
-    (void)state;
     Process drake;
-    process_run(&drake, drake_path, "--prefix OTHER --duration 0.1");
+    process_run(&drake, program_path("pliant-drake"), "--prefix OTHER --duration 0.1");
     assert_int_equal(drake.code, 1);
     assert_non_null(strstr(drake.err, "no body came on OTHER_NODES_*"));
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_types_are_those_of_drake),
-        daemon_test(bodies_reach_a_viewer_as_triangles),
-        daemon_test(no_daemon_is_told),
-    };
-    harness_start(argc, argv);
-    drake_path = argc > 2 ? argv[2] : "";
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

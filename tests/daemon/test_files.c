@@ -1,4 +1,5 @@
 // Checkpoints and input logs: whole files, and runs that continue or repeat with the same bits.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -32,9 +33,10 @@ static long long checkpoint_step(const char *path, const char *scene)
     return printed(&daemon, "step");
 }
 
-static void offline_runs_are_the_same_every_time(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(offline_runs_are_the_same_every_time)
 {
-    (void)state;
     const char *scene = write_scene("same.cfg", HEAD, LOADS);
     char first[32], second[32];
     Process daemon;
@@ -84,7 +86,7 @@ static const Case CASES[] = {
       .material = "spring_stiffness = 1.0e8; node_mass = 1.0e-6;",
       .body = "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n" LOWER_FIXED,
       .tail = PUSH("[0.0, 0.0, 0.05]", "[0.001, 0.0, -0.004]", "0.02", "0.1")}},
-#ifdef WITH_VOXEL
+#if WITH_VOXEL
 #define SOLID(name, precision, generated, keys)                                                    \
     {                                                                                              \
         name, 0.4, 0.15,                                                                           \
@@ -113,9 +115,8 @@ static void expect_state(const char *name, const Process *daemon, const char *wh
         fail_msg("%s: state %s instead of %s", name, state, whole);
 }
 
-static void a_resumed_run_matches_the_uninterrupted_one(void **state)
+TEST(a_resumed_run_matches_the_uninterrupted_one)
 {
-    (void)state;
     const char *part = scratch("part.h5");
     for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
         const Case *c = &CASES[k];
@@ -139,9 +140,8 @@ static void a_resumed_run_matches_the_uninterrupted_one(void **state)
     }
 }
 
-static void a_checkpoint_reply_comes_when_the_file_is_whole(void **state)
+TEST(a_checkpoint_reply_comes_when_the_file_is_whole)
 {
-    (void)state;
     const char *scene = write_scene("command.cfg", HEAD, LOADS);
     const char *path = scratch("command.h5");
     Client *client = client_create();
@@ -166,9 +166,8 @@ static void a_checkpoint_reply_comes_when_the_file_is_whole(void **state)
     client_destroy(client);
 }
 
-static void checkpoints_come_every_so_often(void **state)
+TEST(checkpoints_come_every_so_often)
 {
-    (void)state;
     Process daemon;
     run_daemon(&daemon, "--duration 1 --checkpoint-every 0.2 --checkpoint %s %s",
                scratch("every.h5"), write_scene("every.cfg", HEAD, ""));
@@ -178,9 +177,8 @@ static void checkpoints_come_every_so_often(void **state)
     expect_at_most((double)printed(&daemon, "checkpoints"), 6.0);
 }
 
-static void a_checkpoint_that_cannot_be_written_exits_1(void **state)
+TEST(a_checkpoint_that_cannot_be_written_exits_1)
 {
-    (void)state;
     Process daemon;
     run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", scratch("no/folder.h5"),
                write_scene("folder.cfg", HEAD, ""));
@@ -245,7 +243,7 @@ static const LiveCase LIVE_CASES[] = {
      {.head = HEAD, .body = LEVELS_BODY, .tail = PROBE_TOOL},
      0.045,
      {"adapt_level=1", "sphere.adapt_scale=0.5"}},
-#ifdef WITH_VOXEL
+#if WITH_VOXEL
     {"a block",
      {.head = HEAD,
       .source = "model = \"voxel\"; voxels = { generator = \"box\"; count = 8; size = 0.00625; };",
@@ -258,9 +256,8 @@ static const LiveCase LIVE_CASES[] = {
     {"a surface", {.head = HEAD, .tail = PROBE_TOOL}, 0.05, {NULL}},
 };
 
-static void an_input_log_repeats_the_live_run_bit_for_bit(void **state)
+TEST(an_input_log_repeats_the_live_run_bit_for_bit)
 {
-    (void)state;
     const char *log = scratch("inputs.log"), *checkpoint = scratch("live.h5");
     for (size_t k = 0; k < sizeof LIVE_CASES / sizeof *LIVE_CASES; k++) {
         const LiveCase *c = &LIVE_CASES[k];
@@ -284,9 +281,8 @@ static void an_input_log_repeats_the_live_run_bit_for_bit(void **state)
     }
 }
 
-static void a_log_of_another_rate_or_time_is_refused(void **state)
+TEST(a_log_of_another_rate_or_time_is_refused)
 {
-    (void)state;
     const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
     Process daemon;
     run_daemon(&daemon, "--offline 1 --rate 500 --input %s %s", scratch("inputs.log"), scene);
@@ -302,9 +298,8 @@ static void a_log_of_another_rate_or_time_is_refused(void **state)
     assert_non_null(strstr(daemon.err, "inputs.log: ends at step "));
 }
 
-static void a_cut_off_log_is_used_as_far_as_it_goes(void **state)
+TEST(a_cut_off_log_is_used_as_far_as_it_goes)
 {
-    (void)state;
     const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
     FILE *from = fopen(scratch("inputs.log"), "rb"), *to = fopen(scratch("short.log"), "wb");
     assert_true(from != NULL && to != NULL);
@@ -334,9 +329,8 @@ static void write_log_event(lcm_eventlog_t *log, const char *channel, int64_t ut
 }
 
 // Whole, as a killed writer leaves it, and of lcm-logger.
-static void a_log_without_a_duration_is_applied_to_its_end(void **state)
+TEST(a_log_without_a_duration_is_applied_to_its_end)
 {
-    (void)state;
     const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
     char whole[32], to_end[32];
     Process daemon;
@@ -368,9 +362,8 @@ static void a_log_without_a_duration_is_applied_to_its_end(void **state)
     assert_int_equal(printed(&daemon, "step"), 100);
 }
 
-static void a_plain_log_is_applied_at_its_times(void **state)
+TEST(a_plain_log_is_applied_at_its_times)
 {
-    (void)state;
     // As lcm-logger writes: its own test first, other channels between, any epoch.
     const char *scene = write_scene("plain.cfg", "", PROBE_TOOL), *path = scratch("plain.log");
     lcm_eventlog_t *log = lcm_eventlog_create(path, "w");
@@ -405,22 +398,4 @@ static void a_plain_log_is_applied_at_its_times(void **state)
     assert_int_equal(after.code, 0);
     assert_non_null(strstr(before.out, "applied 0, rejected 0"));
     assert_non_null(strstr(after.out, "applied 1, rejected 1"));
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(offline_runs_are_the_same_every_time),
-        daemon_test(a_resumed_run_matches_the_uninterrupted_one),
-        daemon_test(a_checkpoint_reply_comes_when_the_file_is_whole),
-        daemon_test(checkpoints_come_every_so_often),
-        daemon_test(a_checkpoint_that_cannot_be_written_exits_1),
-        daemon_test(an_input_log_repeats_the_live_run_bit_for_bit),
-        daemon_test(a_log_of_another_rate_or_time_is_refused),
-        daemon_test(a_cut_off_log_is_used_as_far_as_it_goes),
-        daemon_test(a_log_without_a_duration_is_applied_to_its_end),
-        daemon_test(a_plain_log_is_applied_at_its_times),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

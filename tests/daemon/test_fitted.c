@@ -1,9 +1,10 @@
 // The smooth surface of a solid through the real daemon: a client that follows by deltas has the
 // mesh that others get whole, knows which triangles are walls, sees the wall on the blade's plane,
 // and a recording has the same positions.
+#include "test.h"
 #include "lcm_client.h"
 #include "frames.h"
-#ifdef WITH_HDF5
+#if WITH_HDF5
 #include "recording_view.h"
 #endif
 
@@ -159,15 +160,16 @@ static double wall_rms(const Follower *follower)
     return sqrt(sum / count) / SIZE;
 }
 
-static void a_smooth_surface_is_cut_shown_and_recorded(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_smooth_surface_is_cut_shown_and_recorded)
 {
-    (void)state;
     const char *path = scratch("smooth.h5"), *scene = scratch("smooth.cfg");
     write_text(scene, SCENE);
     static Process daemon;
     Client *client = client_create();
     Follower *follower = follower_create(client->lcm);
-#ifdef WITH_HDF5
+#if WITH_HDF5
     daemon_start(&daemon, "--record %s %s", path, scene);
 #else
     (void)path;
@@ -192,7 +194,7 @@ static void a_smooth_surface_is_cut_shown_and_recorded(void **state)
     assert_true(follower->whole.triangle_count > outer);
     print_message("nodes of the wall off the plane: %.3f cells rms\n", wall_rms(follower));
     assert_true(wall_rms(follower) < 0.1); // blocks: 0.3; rims included
-#ifdef WITH_HDF5
+#if WITH_HDF5
     static float seen[3 * 20000];
     const int shown = follower->nodes.node_count;
     memcpy(seen, follower->nodes.position, 3 * sizeof(float) * (size_t)shown);
@@ -202,7 +204,7 @@ static void a_smooth_surface_is_cut_shown_and_recorded(void **state)
     assert_int_equal(daemon.code, 0);
     follower_destroy(follower);
     client_destroy(client);
-#ifdef WITH_HDF5
+#if WITH_HDF5
     BodyView view;
     hid_t file = view_open(path, false);
     assert_true(file >= 0);
@@ -212,11 +214,4 @@ static void a_smooth_surface_is_cut_shown_and_recorded(void **state)
                         3 * sizeof(float) * (size_t)shown);
     view_free(&view);
 #endif
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {daemon_test(a_smooth_surface_is_cut_shown_and_recorded)};
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,5 +1,6 @@
 // A grasper over LCM: it closes on the top of a ball, pulls, is pulled back, releases; its log
 // all repeats the run.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -40,9 +41,10 @@ static const char *text_of(const Client *client, const char *kind)
     return "";
 }
 
-static void jaws_take_hold_pull_and_let_go(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(jaws_take_hold_pull_and_let_go)
 {
-    (void)state;
     Process daemon, again;
     Client *client = client_create();
     const char *scene = write_scene("grasp.cfg", HEAD, JAWS);
@@ -85,13 +87,4 @@ static void jaws_take_hold_pull_and_let_go(void **state)
     assert_int_equal(again.code, 0);
     printed_state(&again, repeated);
     assert_string_equal(live, repeated);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(jaws_take_hold_pull_and_let_go),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

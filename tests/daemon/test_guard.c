@@ -1,6 +1,7 @@
 // A daemon whose body is torn away, or that was given steps too long for it: every number that
 // leaves is one, events say why, and a load that keeps being why is withdrawn. The body beside it
 // and what was saved meanwhile are as ever.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -150,9 +151,10 @@ static void expect_resumable(const char *checkpoint, const char *scene)
 
 // ---------------------------------------------------------------------------------------------
 
-static void a_load_that_tears_a_body_away_is_withdrawn(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_load_that_tears_a_body_away_is_withdrawn)
 {
-    (void)state;
     const char *scene = make_scene("load.cfg", "", 80.0);
     const char *checkpoint = scratch("load.h5"), *log = scratch("load.log");
     Client *client = client_create();
@@ -198,9 +200,8 @@ static void a_load_that_tears_a_body_away_is_withdrawn(void **state)
     client_destroy(client);
 }
 
-static void a_body_beyond_its_bound_tells_why_and_sends_nothing_else(void **state)
+TEST(a_body_beyond_its_bound_tells_why_and_sends_nothing_else)
 {
-    (void)state;
     const char *scene =
         make_scene("step.cfg", "time_step = 0.002; unsafe_time_step = true;", 8.0e5);
     const char *checkpoint = scratch("step.h5");
@@ -227,14 +228,4 @@ static void a_body_beyond_its_bound_tells_why_and_sends_nothing_else(void **stat
     expect_resumable(checkpoint, scene);
     watch_no_more(client, &on);
     client_destroy(client);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_load_that_tears_a_body_away_is_withdrawn),
-        daemon_test(a_body_beyond_its_bound_tells_why_and_sends_nothing_else),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests_name("guard", tests, NULL, NULL));
 }

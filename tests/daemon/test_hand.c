@@ -1,6 +1,7 @@
 // A hand behind a network, through the real daemon: the stiffness that contacts report makes its
 // loop passive. In lockstep, so that a busy machine changes nothing: a tick of the daemon is one of
 // the device.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -76,9 +77,10 @@ static double feel(Client *client, bool stiffness)
     return hand.figures.lost / hand.figures.put_in;
 }
 
-static void told_stiffness_makes_the_loop_passive(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(told_stiffness_makes_the_loop_passive)
 {
-    (void)state;
     static Process daemon;
     Client *client;
     start(&daemon, &client, "");
@@ -90,9 +92,8 @@ static void told_stiffness_makes_the_loop_passive(void **state)
     stop(&daemon, client);
 }
 
-static void contacts_tell_a_symmetric_positive_stiffness(void **state)
+TEST(contacts_tell_a_symmetric_positive_stiffness)
 {
-    (void)state;
     static Process daemon;
     Client *client;
     start(&daemon, &client, "");
@@ -122,9 +123,8 @@ static void contacts_tell_a_symmetric_positive_stiffness(void **state)
     stop(&daemon, client);
 }
 
-static void scene_can_leave_it_out(void **state)
+TEST(scene_can_leave_it_out)
 {
-    (void)state;
     static Process daemon;
     Client *client;
     start(&daemon, &client, "contact_stiffness = false;");
@@ -137,15 +137,4 @@ static void scene_can_leave_it_out(void **state)
     for (int i = 0; i < 9; i++)
         expect_near(client->contact.stiffness[i / 3][i % 3], 0.0, 0.0);
     stop(&daemon, client);
-}
-
-int main(int argc, char **argv)
-{
-    harness_start(argc, argv);
-    const struct CMUnitTest tests[] = {
-        daemon_test(told_stiffness_makes_the_loop_passive),
-        daemon_test(contacts_tell_a_symmetric_positive_stiffness),
-        daemon_test(scene_can_leave_it_out),
-    };
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

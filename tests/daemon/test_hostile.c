@@ -1,5 +1,6 @@
 // Nothing that arrives stops the loop: every message that does not fit is refused, counted by its
 // reason, and changes nothing.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -121,9 +122,11 @@ static void expect_refused(Client *client, const char *reason, const Batch *batc
     expect_alive(client);
 }
 
-static void garbage_of_every_size_is_refused_and_counted(void **state)
+AROUND_ALL(start_daemon, stop_daemon)
+
+TEST(garbage_of_every_size_is_refused_and_counted)
 {
-    Client *client = *state;
+    Client *client = *test_state;
     static Batch batch;
     unsigned char data[600];
     srand(7);
@@ -137,9 +140,9 @@ static void garbage_of_every_size_is_refused_and_counted(void **state)
     assert_true(refused(client, "wrong_size") > 0 && refused(client, "wrong_type") > 0);
 }
 
-static void cut_off_and_padded_messages_are_refused(void **state)
+TEST(cut_off_and_padded_messages_are_refused)
 {
-    Client *client = *state;
+    Client *client = *test_state;
     static Batch batch;
     for (int c = 0; c < CHANNELS; c++) {
         unsigned char data[1024] = {0};
@@ -152,9 +155,9 @@ static void cut_off_and_padded_messages_are_refused(void **state)
     expect_refused(client, NULL, &batch);
 }
 
-static void corrupt_string_counts_are_refused(void **state)
+TEST(corrupt_string_counts_are_refused)
 {
-    Client *client = *state;
+    Client *client = *test_state;
     const uint32_t counts[] = {0, 1, 6, 8, 0x40000003, 0x7fffffff, 0x80000000, 0xffffffff};
     static Batch wrong_counts, wrong_ends;
     for (int c = 1; c < CHANNELS; c++) {
@@ -186,9 +189,9 @@ static void add_pose(Batch *batch, const pliant_tool_pose_t *pose)
     add(batch, 0, data, (size_t)size);
 }
 
-static void bad_values_are_refused_by_their_reason(void **state)
+TEST(bad_values_are_refused_by_their_reason)
 {
-    Client *client = *state;
+    Client *client = *test_state;
     const double origin[3] = {0.0, 0.0, 0.2};
     static Batch not_finite, not_unit, out_of_range;
     const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
@@ -216,9 +219,9 @@ static void bad_values_are_refused_by_their_reason(void **state)
     expect_refused(client, "out_of_range", &out_of_range);
 }
 
-static void bad_requests_are_answered_with_the_reason(void **state)
+TEST(bad_requests_are_answered_with_the_reason)
 {
-    Client *client = *state;
+    Client *client = *test_state;
     const double top[3] = {0.0, 0.0, 0.05}, down[3] = {0.0, 0.0, -0.1};
     const double infinite[3] = {0.0, (double)INFINITY, 0.0}, huge[3] = {0.0, 2e6, 0.0};
     const struct {
@@ -277,9 +280,9 @@ static void bad_requests_are_answered_with_the_reason(void **state)
     expect_alive(client);
 }
 
-static void refusals_are_told_at_most_once_a_second(void **state)
+TEST(refusals_are_told_at_most_once_a_second)
 {
-    Client *client = *state;
+    Client *client = *test_state;
     client_fresh_status(client);
     client->events = 0;
     double start = client_now();
@@ -294,18 +297,4 @@ static void refusals_are_told_at_most_once_a_second(void **state)
         told += strcmp(client->event[i].kind, "refused") == 0;
     // One reason: at most one event for each second begun.
     expect_at_most(told, 1.0 + ceil(client_now() - start));
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(garbage_of_every_size_is_refused_and_counted),
-        cmocka_unit_test(cut_off_and_padded_messages_are_refused),
-        cmocka_unit_test(corrupt_string_counts_are_refused),
-        cmocka_unit_test(bad_values_are_refused_by_their_reason),
-        cmocka_unit_test(bad_requests_are_answered_with_the_reason),
-        cmocka_unit_test(refusals_are_told_at_most_once_a_second),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, start_daemon, stop_daemon));
 }

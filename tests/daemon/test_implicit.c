@@ -1,5 +1,6 @@
 // integrator = "auto" through the real daemon: a body too stiff for leapfrog is implicit, says so,
 // and answers a tool at 1 kHz.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -28,9 +29,10 @@ static const char *write_auto(const char *file, const char *material, const char
             .tail = tail});
 }
 
-static void a_stiff_body_is_implicit_and_answers_a_tool(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_stiff_body_is_implicit_and_answers_a_tool)
 {
-    (void)state;
     Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s", write_auto("stiff.cfg", STIFF, LIVE, PROBE_TOOL));
@@ -47,9 +49,8 @@ static void a_stiff_body_is_implicit_and_answers_a_tool(void **state)
     client_destroy(client);
 }
 
-static void implicit_steps_are_tried_for_the_estimate_too(void **state)
+TEST(implicit_steps_are_tried_for_the_estimate_too)
 {
-    (void)state;
     Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s", write_auto("estimated.cfg", STIFF, ESTIMATED, ""));
@@ -62,9 +63,8 @@ static void implicit_steps_are_tried_for_the_estimate_too(void **state)
     client_destroy(client);
 }
 
-static void the_choice_is_told_before_anything_runs(void **state)
+TEST(the_choice_is_told_before_anything_runs)
 {
-    (void)state;
     Process daemon;
     run_daemon(&daemon, "--check %s", write_auto("stiff.cfg", STIFF, "", PROBE_TOOL));
     assert_int_equal(daemon.code, 0);
@@ -80,9 +80,8 @@ static void the_choice_is_told_before_anything_runs(void **state)
 }
 
 // One hangs on the other, which is fixed: springs between them are as stiff as the step allows too.
-static void joined_stiff_bodies_hang_together(void **state)
+TEST(joined_stiff_bodies_hang_together)
 {
-    (void)state;
     static const char FORMAT[] =
         "gravity = [0.0, 0.0, -9.81];\n"
         "bodies = ( { name = \"upper\"; model = \"surface\"; integrator = \"auto\";\n"
@@ -107,16 +106,4 @@ static void joined_stiff_bodies_hang_together(void **state)
     run_daemon(&daemon, "--check %s", scratch("joined.cfg"));
     assert_int_equal(daemon.code, 2);
     assert_non_null(strstr(daemon.err, "must have one integrator"));
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_stiff_body_is_implicit_and_answers_a_tool),
-        daemon_test(implicit_steps_are_tried_for_the_estimate_too),
-        daemon_test(the_choice_is_told_before_anything_runs),
-        daemon_test(joined_stiff_bodies_hang_together),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,6 +1,7 @@
 // A body that refines and coarsens, through the real daemon: what clients make of its meshes and
 // deltas has no cracks at any time, checkpoints and input logs continue and repeat it bit for bit,
 // recordings hold every mesh.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "mesh_check.h"
@@ -14,13 +15,13 @@
 #include <string.h>
 #include <unistd.h>
 
-#ifdef WITH_HDF5
+#if WITH_HDF5
 #include "recording_view.h"
 #endif
 
 static const char LIVE[] =
     "publish = { nodes_hz = 60.0; mesh_hz = 1.0; contact_hz = 100.0; status_hz = 20.0; };";
-#ifdef WITH_HDF5
+#if WITH_HDF5
 static const char PAUSED[] =
     "start = \"paused\"; publish = { nodes_hz = 60.0; mesh_hz = 1.0; contact_hz = 100.0; };";
 static const char LOADS[] = "loads = ( { body = \"sphere\"; center = [0.0, 0.0, 0.05];\n"
@@ -267,10 +268,11 @@ static void press(Client *client, Watch *watch, Watch *other, int poses)
         assert_true(condition);                                                                    \
     } while (0)
 
+AROUND_EACH(NULL, harness_teardown)
+
 // Every delta is of the mesh before it, unless a busy machine has lost one.
-static void clients_see_a_mesh_without_cracks_at_all_times(void **state)
+TEST(clients_see_a_mesh_without_cracks_at_all_times)
 {
-    (void)state;
     Client *client = client_create();
     Watch *watch = watch_create();
     Process daemon;
@@ -304,9 +306,8 @@ static void clients_see_a_mesh_without_cracks_at_all_times(void **state)
     client_destroy(client);
 }
 
-static void a_reset_takes_clients_back_to_the_first_mesh(void **state)
+TEST(a_reset_takes_clients_back_to_the_first_mesh)
 {
-    (void)state;
     Client *client = client_create();
     Watch *watch = watch_create();
     Process daemon;
@@ -331,7 +332,7 @@ static void a_reset_takes_clients_back_to_the_first_mesh(void **state)
     client_destroy(client);
 }
 
-#ifdef WITH_HDF5
+#if WITH_HDF5
 // ---------------------------------------------------------------------------------------------
 // The same bits
 
@@ -351,9 +352,8 @@ static void step_live(const char *arguments, int ticks, char hash[32])
     client_destroy(client);
 }
 
-static void a_live_run_is_resumed_with_the_same_bits(void **state)
+TEST(a_live_run_is_resumed_with_the_same_bits)
 {
-    (void)state;
     const char *scene = write_levels("lockstep.cfg", "single", PAUSED, LOADS);
     const char *part = scratch("lockstep.h5");
     char whole[32], half[32], resumed[32], arguments[1200];
@@ -396,9 +396,8 @@ static void expect_closed(int32_t (*triangle)[3], int count)
     free(side);
 }
 
-static void a_recording_holds_every_mesh_without_cracks(void **state)
+TEST(a_recording_holds_every_mesh_without_cracks)
 {
-    (void)state;
     const char *path = scratch("levels.h5");
     Process daemon;
     run_daemon(&daemon, "--offline 1 --record %s %s", path,
@@ -438,17 +437,3 @@ static void a_recording_holds_every_mesh_without_cracks(void **state)
     view_free(&view);
 }
 #endif
-
-int main(int argc, char **argv)
-{
-    harness_start(argc, argv);
-    const struct CMUnitTest tests[] = {
-        daemon_test(clients_see_a_mesh_without_cracks_at_all_times),
-        daemon_test(a_reset_takes_clients_back_to_the_first_mesh),
-#ifdef WITH_HDF5
-        daemon_test(a_live_run_is_resumed_with_the_same_bits),
-        daemon_test(a_recording_holds_every_mesh_without_cracks),
-#endif
-    };
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
-}

@@ -1,5 +1,6 @@
 // The loop's accounting and what it publishes unrequested. No test demands that a tick is
 // in time: they look at what the daemon reports about itself and at the steps in its messages.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -7,9 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void ticks_and_late_ticks_add_up_to_the_duration(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(ticks_and_late_ticks_add_up_to_the_duration)
 {
-    (void)state;
     Process daemon;
     run_daemon(&daemon, "--duration 1 %s", write_scene("duration.cfg", "rate_hz = 1000.0;", ""));
     assert_int_equal(daemon.code, 0);
@@ -18,9 +20,8 @@ static void ticks_and_late_ticks_add_up_to_the_duration(void **state)
     assert_int_equal(printed(&daemon, "step"), printed(&daemon, "ticks"));
 }
 
-static void late_ticks_are_skipped_not_replayed(void **state)
+TEST(late_ticks_are_skipped_not_replayed)
 {
-    (void)state;
     // A stopped process wakes with hundreds of deadlines behind it.
     Process daemon;
     Client *client = client_create();
@@ -43,9 +44,8 @@ static void late_ticks_are_skipped_not_replayed(void **state)
 }
 
 // 10 242 nodes in 400 substeps take several milliseconds on any machine.
-static void a_scene_slower_than_real_time_is_warned_of_once(void **state)
+TEST(a_scene_slower_than_real_time_is_warned_of_once)
 {
-    (void)state;
     const char *path = scratch("slow.cfg"), *says = "slower than real time for 2 s: ";
     write_text(path, "name = \"slow\"; publish = { nodes_hz = 0.0; };\n"
                      "bodies = ( { name = \"ball\"; time_step = 2.5e-6; shape = {};\n"
@@ -59,9 +59,8 @@ static void a_scene_slower_than_real_time_is_warned_of_once(void **state)
     assert_null(strstr(warning + 1, says));
 }
 
-static void nodes_come_at_the_steps_when_they_are_due(void **state)
+TEST(nodes_come_at_the_steps_when_they_are_due)
 {
-    (void)state;
     Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s",
@@ -86,9 +85,8 @@ static void nodes_come_at_the_steps_when_they_are_due(void **state)
 }
 
 // A slow rate, so that there is time left in ticks on any machine.
-static void the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep(void **state)
+TEST(the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep)
 {
-    (void)state;
     static const char *const HEAD[] = {
         "rate_hz = 100.0; gravity = [0.0, 0.0, -9.8]; publish = { status_hz = 20.0; };",
         "rate_hz = 100.0; gravity = [0.0, 0.0, -9.8]; publish = { status_hz = 20.0; };"
@@ -113,9 +111,8 @@ static void the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep(void 
     }
 }
 
-static void frames_larger_than_a_datagram_come_in_chunks(void **state)
+TEST(frames_larger_than_a_datagram_come_in_chunks)
 {
-    (void)state;
     const char *path = write_body_scene(
         "large.cfg",
         &(SceneParts){.head = "rate_hz = 100.0; publish = { nodes_hz = 10.0; mesh_hz = 2.0; };",
@@ -137,9 +134,8 @@ static void frames_larger_than_a_datagram_come_in_chunks(void **state)
     client_destroy(client);
 }
 
-static void a_late_joiner_gets_the_mesh(void **state)
+TEST(a_late_joiner_gets_the_mesh)
 {
-    (void)state;
     Process daemon;
     Client *early = client_create();
     daemon_start(&daemon, "%s", write_scene("mesh.cfg", "publish = { mesh_hz = 5.0; };", ""));
@@ -157,9 +153,8 @@ static void a_late_joiner_gets_the_mesh(void **state)
     client_destroy(late);
 }
 
-static void without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes(void **state)
+TEST(without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes)
 {
-    (void)state;
     Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s",
@@ -183,9 +178,8 @@ static void without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes(void **s
     client_destroy(client);
 }
 
-static void a_second_daemon_on_the_prefix_is_refused(void **state)
+TEST(a_second_daemon_on_the_prefix_is_refused)
 {
-    (void)state;
     Process first, second, third;
     Client *client = client_create();
     const char *scene = write_scene("prefix.cfg", "publish = { status_hz = 1.0; };", "");
@@ -200,18 +194,16 @@ static void a_second_daemon_on_the_prefix_is_refused(void **state)
     client_destroy(client);
 }
 
-static void a_daemon_runs_without_a_network(void **state)
+TEST(a_daemon_runs_without_a_network)
 {
-    (void)state;
     Process daemon;
     run_daemon(&daemon, "--lcm-url memq:// --duration 0.3 %s", write_scene("memq.cfg", "", ""));
     assert_int_equal(daemon.code, 0);
     expect_at_least((double)printed(&daemon, "ticks"), 1.0);
 }
 
-static void no_route_is_explained(void **state)
+TEST(no_route_is_explained)
 {
-    (void)state;
     Process daemon;
     // The group's network is routed away for this daemon only.
     assert_int_equal(system("ip route del 224.0.0.0/4 dev lo"), 0);
@@ -220,23 +212,4 @@ static void no_route_is_explained(void **state)
     assert_int_equal(daemon.code, 1);
     assert_non_null(strstr(daemon.err, "ip route add 224.0.0.0/4 dev lo"));
     assert_null(strchr(strchr(daemon.err, '\n') + 1, '\n'));
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(ticks_and_late_ticks_add_up_to_the_duration),
-        daemon_test(late_ticks_are_skipped_not_replayed),
-        daemon_test(a_scene_slower_than_real_time_is_warned_of_once),
-        daemon_test(nodes_come_at_the_steps_when_they_are_due),
-        daemon_test(the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep),
-        daemon_test(frames_larger_than_a_datagram_come_in_chunks),
-        daemon_test(a_late_joiner_gets_the_mesh),
-        daemon_test(without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes),
-        daemon_test(a_second_daemon_on_the_prefix_is_refused),
-        daemon_test(a_daemon_runs_without_a_network),
-        daemon_test(no_route_is_explained),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

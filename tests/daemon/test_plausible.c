@@ -1,12 +1,11 @@
 // Scenes that can be simulated and that hardly anybody means: pliantd says the number, its line and
 // the likely cause, once, and says nothing of scenes that are as they should be.
+#include "test.h"
 #include "harness.h"
 
 #include <dirent.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const char *scenes; // folder of those that we ship
 
 // A cube of 4 mm cells, a wall and a probe, as they should be; line 1 is the scene's, line 2 the
 // solid's, line 3 the wall's, line 4 the tool's. Each case replaces one text by another.
@@ -39,16 +38,16 @@ static void check(Process *run, const char *from, const char *to, int warnings)
         fail_msg("'%s': %d warnings, expected %d:\n%s", to, found, warnings, run->err);
 }
 
-static void an_ordinary_scene_is_not_warned_of(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(an_ordinary_scene_is_not_warned_of)
 {
-    (void)state;
     Process run;
     check(&run, "name", "name", 0);
 }
 
-static void implausible_numbers_are_warned_of_once_with_line_and_cause(void **state)
+TEST(implausible_numbers_are_warned_of_once_with_line_and_cause)
 {
-    (void)state;
     static const struct {
         const char *from, *to, *says;
     } cases[] = {
@@ -93,9 +92,8 @@ static void implausible_numbers_are_warned_of_once_with_line_and_cause(void **st
     }
 }
 
-static void a_mesh_in_millimetres_is_told_the_scale_that_mends_it(void **state)
+TEST(a_mesh_in_millimetres_is_told_the_scale_that_mends_it)
 {
-    (void)state;
     const char *scene = scratch("millimetres.cfg");
     write_text(scratch("organ.obj"), "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\n"
                                      "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
@@ -108,9 +106,8 @@ static void a_mesh_in_millimetres_is_told_the_scale_that_mends_it(void **state)
     assert_non_null(strstr(run.err, "is its file in millimetres? mesh = { scale = 0.001; }"));
 }
 
-static void a_body_without_gravity_is_warned_of_where_a_probe_can_push_it(void **state)
+TEST(a_body_without_gravity_is_warned_of_where_a_probe_can_push_it)
 {
-    (void)state;
     const char *scene = scratch("floating.cfg");
     Process run;
     static const char *const tools[] = {
@@ -130,9 +127,8 @@ static void a_body_without_gravity_is_warned_of_where_a_probe_can_push_it(void *
 }
 
 // Live and offline too, and a run goes on all the same.
-static void a_run_warns_as_the_check_does(void **state)
+TEST(a_run_warns_as_the_check_does)
 {
-    (void)state;
     Process run;
     check(&run, "-9.81", "-9810.0", 1);
     run_daemon(&run, "--offline 0.01 %s", scratch("scene.cfg"));
@@ -140,10 +136,9 @@ static void a_run_warns_as_the_check_does(void **state)
     assert_non_null(strstr(run.err, "gravity is 9810 m/s2"));
 }
 
-static void no_scene_of_ours_is_warned_of(void **state)
+TEST(no_scene_of_ours_is_warned_of)
 {
-    (void)state;
-    DIR *folder = opendir(scenes);
+    DIR *folder = opendir(test_argument(2));
     assert_non_null(folder);
     int looked_at = 0;
     for (struct dirent *entry; (entry = readdir(folder)) != NULL;) {
@@ -151,7 +146,7 @@ static void no_scene_of_ours_is_warned_of(void **state)
         if (end == NULL || strcmp(end, ".cfg") != 0)
             continue;
         Process run;
-        run_daemon(&run, "--check %s/%s", scenes, entry->d_name);
+        run_daemon(&run, "--check %s/%s", test_argument(2), entry->d_name);
         assert_int_equal(run.code, 0);
         if (strstr(run.err, ".cfg:") != NULL)
             fail_msg("%s: %s", entry->d_name, run.err);
@@ -163,9 +158,8 @@ static void no_scene_of_ours_is_warned_of(void **state)
 
 // What a tick takes is measured: a scene with a hundredth of its time to spare fits, one with a
 // tenth of the time that it needs does not, whatever the machine does besides.
-static void the_time_of_a_tick_has_a_verdict(void **state)
+TEST(the_time_of_a_tick_has_a_verdict)
 {
-    (void)state;
     static const struct {
         const char *rate, *nodes, *more, *says;
     } cases[] = {
@@ -187,20 +181,4 @@ static void the_time_of_a_tick_has_a_verdict(void **state)
         assert_non_null(line);
         assert_non_null(strstr(line, cases[i].says));
     }
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(an_ordinary_scene_is_not_warned_of),
-        daemon_test(implausible_numbers_are_warned_of_once_with_line_and_cause),
-        daemon_test(a_mesh_in_millimetres_is_told_the_scale_that_mends_it),
-        daemon_test(a_body_without_gravity_is_warned_of_where_a_probe_can_push_it),
-        daemon_test(a_run_warns_as_the_check_does),
-        daemon_test(no_scene_of_ours_is_warned_of),
-        daemon_test(the_time_of_a_tick_has_a_verdict),
-    };
-    harness_start(argc, argv);
-    scenes = argv[2];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

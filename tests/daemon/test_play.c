@@ -1,5 +1,6 @@
 // pliant-play, beside no daemon: what it publishes of a session that the real daemon recorded is
 // what is in the file, at any time; which requests, files and prefixes it takes.
+#include "test.h"
 #include "recorder.h"
 #include "scene_writer.h"
 
@@ -7,8 +8,6 @@
 
 #include <math.h>
 #include <signal.h>
-
-static const char *player; // path of pliant-play
 
 static const char PAUSED[] = "start = \"paused\";\n"
                              "publish = { nodes_hz = 60.0; contact_hz = 100.0; };";
@@ -86,7 +85,7 @@ static const char *session(void)
 static Client *start(Process *program, const char *arguments)
 {
     Client *client = client_create();
-    process_start(program, player, "%s", arguments);
+    process_start(program, program_path("pliant-play"), "%s", arguments);
     client_wait_for_daemon(client);
     return client;
 }
@@ -119,9 +118,10 @@ static const Reply *set(Client *client, const char *format, double value)
 
 // ---------------------------------------------------------------------------------------------
 
-static void every_frame_comes_with_the_recorded_bits_and_its_mesh(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(every_frame_comes_with_the_recorded_bits_and_its_mesh)
 {
-    (void)state;
     BodyView view;
     Process program;
     read_body(session(), "sphere", &view);
@@ -150,9 +150,8 @@ static void every_frame_comes_with_the_recorded_bits_and_its_mesh(void **state)
     view_free(&view);
 }
 
-static void a_seek_shows_the_last_frame_at_or_before_that_time(void **state)
+TEST(a_seek_shows_the_last_frame_at_or_before_that_time)
 {
-    (void)state;
     BodyView view;
     Process program;
     read_body(session(), "sphere", &view);
@@ -176,9 +175,8 @@ static void a_seek_shows_the_last_frame_at_or_before_that_time(void **state)
     view_free(&view);
 }
 
-static void tools_are_where_they_were_with_the_forces_that_were(void **state)
+TEST(tools_are_where_they_were_with_the_forces_that_were)
 {
-    (void)state;
     Process program;
     int rows, times;
     hid_t file = view_open(session(), false);
@@ -218,9 +216,8 @@ static void on_births(const lcm_recv_buf_t *buffer, const char *channel, const p
     memcpy(births->parent, m->parent, 2 * (size_t)m->num_nodes * sizeof *births->parent);
 }
 
-static void a_mesh_says_where_its_nodes_come_from(void **state)
+TEST(a_mesh_says_where_its_nodes_come_from)
 {
-    (void)state;
     static Births births;
     BodyView view;
     Process program;
@@ -249,9 +246,8 @@ static void a_mesh_says_where_its_nodes_come_from(void **state)
     view_free(&view);
 }
 
-static void a_step_back_between_two_frames_shows_the_one_before(void **state)
+TEST(a_step_back_between_two_frames_shows_the_one_before)
 {
-    (void)state;
     BodyView view;
     Process program;
     read_body(session(), "sphere", &view);
@@ -266,9 +262,8 @@ static void a_step_back_between_two_frames_shows_the_one_before(void **state)
     view_free(&view);
 }
 
-static void a_loop_shows_its_last_frame(void **state)
+TEST(a_loop_shows_its_last_frame)
 {
-    (void)state;
     BodyView view;
     Process program;
     read_body(session(), "sphere", &view);
@@ -284,9 +279,8 @@ static void a_loop_shows_its_last_frame(void **state)
     view_free(&view);
 }
 
-static void a_loop_of_one_frame_takes_its_time(void **state)
+TEST(a_loop_of_one_frame_takes_its_time)
 {
-    (void)state;
     BodyView view;
     Process program;
     read_body(session(), "sphere", &view);
@@ -306,9 +300,8 @@ static void a_loop_of_one_frame_takes_its_time(void **state)
     view_free(&view);
 }
 
-static void it_plays_in_a_loop_within_the_range_and_at_the_speed(void **state)
+TEST(it_plays_in_a_loop_within_the_range_and_at_the_speed)
 {
-    (void)state;
     BodyView view;
     Process program;
     read_body(session(), "sphere", &view);
@@ -336,20 +329,18 @@ static void it_plays_in_a_loop_within_the_range_and_at_the_speed(void **state)
     view_free(&view);
 }
 
-static void once_it_ends_by_itself(void **state)
+TEST(once_it_ends_by_itself)
 {
-    (void)state;
     char line[1200];
     Process program;
     snprintf(line, sizeof line, "--once --speed 10 %s", session());
-    process_run(&program, player, "%s", line);
+    process_run(&program, program_path("pliant-play"), "%s", line);
     assert_int_equal(program.code, 0);
     assert_non_null(strstr(program.out, "1 recording, 0 to "));
 }
 
-static void a_run_offline_is_described_too(void **state)
+TEST(a_run_offline_is_described_too)
 {
-    (void)state;
     const char *path = scratch("offline.h5");
     Process daemon, program;
     run_daemon(&daemon, "--offline 0.1 --record %s %s", path, scene());
@@ -369,9 +360,8 @@ static int64_t last_step(const char *path)
     return info_of(path)->body[0].last_step;
 }
 
-static void a_session_that_was_continued_is_one(void **state)
+TEST(a_session_that_was_continued_is_one)
 {
-    (void)state;
     char kept[2][PATH_TEXT];
     const char *first = keep(kept[0], "part.h5"), *second = keep(kept[1], "part-2.h5");
     char more[1200], line[2400];
@@ -403,9 +393,8 @@ static void a_session_that_was_continued_is_one(void **state)
     client_destroy(client);
 }
 
-static void a_session_that_was_restarted_follows(void **state)
+TEST(a_session_that_was_restarted_follows)
 {
-    (void)state;
     char line[2400];
     BodyView view;
     read_body(session(), "sphere", &view);
@@ -430,9 +419,8 @@ static void a_session_that_was_restarted_follows(void **state)
     view_free(&view);
 }
 
-static void a_log_is_played_like_a_recording(void **state)
+TEST(a_log_is_played_like_a_recording)
 {
-    (void)state;
     if (access("/usr/bin/lcm-logger", X_OK) != 0) {
         print_message("no lcm-logger: no log is played\n");
         return;
@@ -467,9 +455,8 @@ static void a_log_is_played_like_a_recording(void **state)
 // ---------------------------------------------------------------------------------------------
 // What it refuses
 
-static void what_a_recording_cannot_do_is_refused_in_words(void **state)
+TEST(what_a_recording_cannot_do_is_refused_in_words)
 {
-    (void)state;
     static const char *const bad[][2] = {{"gravity=0 0 1", "takes seek="},
                                          {"", "takes seek="},
                                          {"=4", "takes seek="},
@@ -504,9 +491,8 @@ static void what_a_recording_cannot_do_is_refused_in_words(void **state)
     client_destroy(client);
 }
 
-static void bytes_that_are_no_message_change_nothing(void **state)
+TEST(bytes_that_are_no_message_change_nothing)
 {
-    (void)state;
     static const char *const channels[] = {"PLIANT_COMMAND", "PLIANT_CUT", "PLIANT_CLAIM"};
     unsigned char bytes[200];
     Process program;
@@ -521,14 +507,13 @@ static void bytes_that_are_no_message_change_nothing(void **state)
     client_destroy(client);
 }
 
-static void a_prefix_has_one_server(void **state)
+TEST(a_prefix_has_one_server)
 {
-    (void)state;
     Process daemon, program, late;
     Client *client = client_create();
     daemon_start(&daemon, "%s", scene());
     client_wait_for_daemon(client);
-    process_run(&program, player, "%s", session());
+    process_run(&program, program_path("pliant-play"), "%s", session());
     expect_refusal(&program, 2, "a server publishes on PLIANT_STATUS");
     stop(client, &daemon);
     client_destroy(client);
@@ -537,56 +522,28 @@ static void a_prefix_has_one_server(void **state)
     process_run(&late, NULL, "%s", scene());
     assert_int_equal(late.code, 1);
     assert_non_null(strstr(late.err, "another daemon publishes on PLIANT_STATUS"));
-    process_run(&late, player, "%s", session());
+    process_run(&late, program_path("pliant-play"), "%s", session());
     expect_refusal(&late, 2, "a server publishes on PLIANT_STATUS");
     stop(client, &program);
     client_destroy(client);
 }
 
-static void what_cannot_be_played_is_refused(void **state)
+TEST(what_cannot_be_played_is_refused)
 {
-    (void)state;
     char line[1200];
     Process program;
     const char *kept = scratch("text.h5");
     write_text(kept, "no recording");
-    process_run(&program, player, " ");
+    process_run(&program, program_path("pliant-play"), " ");
     expect_refusal(&program, 2, "a recording is missing");
-    process_run(&program, player, "%s", kept);
+    process_run(&program, program_path("pliant-play"), "%s", kept);
     expect_refusal(&program, 2, "is not an HDF5 file");
-    process_run(&program, player, "%s", scratch("nowhere.h5"));
+    process_run(&program, program_path("pliant-play"), "%s", scratch("nowhere.h5"));
     expect_refusal(&program, 2, "No such file");
     snprintf(line, sizeof line, "--from 100 %s", session());
-    process_run(&program, player, "%s", line);
+    process_run(&program, program_path("pliant-play"), "%s", line);
     expect_refusal(&program, 2, "--from and --to");
     snprintf(line, sizeof line, "--once --loop %s", session());
-    process_run(&program, player, "%s", line);
+    process_run(&program, program_path("pliant-play"), "%s", line);
     expect_refusal(&program, 2, "--once");
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(every_frame_comes_with_the_recorded_bits_and_its_mesh),
-        daemon_test(a_seek_shows_the_last_frame_at_or_before_that_time),
-        daemon_test(tools_are_where_they_were_with_the_forces_that_were),
-        daemon_test(a_mesh_says_where_its_nodes_come_from),
-        daemon_test(a_step_back_between_two_frames_shows_the_one_before),
-        daemon_test(a_loop_shows_its_last_frame),
-        daemon_test(a_loop_of_one_frame_takes_its_time),
-        daemon_test(it_plays_in_a_loop_within_the_range_and_at_the_speed),
-        daemon_test(once_it_ends_by_itself),
-        daemon_test(a_run_offline_is_described_too),
-        daemon_test(a_session_that_was_continued_is_one),
-        daemon_test(a_session_that_was_restarted_follows),
-        daemon_test(a_log_is_played_like_a_recording),
-        daemon_test(what_a_recording_cannot_do_is_refused_in_words),
-        daemon_test(bytes_that_are_no_message_change_nothing),
-        daemon_test(a_prefix_has_one_server),
-        daemon_test(what_cannot_be_played_is_refused),
-    };
-    harness_start(argc, argv);
-    recorder_program(argc, argv);
-    player = argv[2];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,5 +1,6 @@
 // --record: what is in the file is what was simulated and published, live, in lockstep and off
 // line; what is left after kill -9 and on a full disk; and that nothing of it exists without it.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "recording_view.h"
@@ -61,9 +62,10 @@ static long long recorded_frames(const Process *daemon, long long *dropped)
     return frames;
 }
 
-static void every_published_frame_of_a_lockstep_run_is_recorded(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(every_published_frame_of_a_lockstep_run_is_recorded)
 {
-    (void)state;
     enum { STEPS = 50 };
     const char *path = scratch("lockstep.h5");
     static float seen[STEPS][3 * SPHERE_NODES];
@@ -103,9 +105,8 @@ static void every_published_frame_of_a_lockstep_run_is_recorded(void **state)
     client_destroy(client);
 }
 
-static void a_live_recording_is_read_while_it_runs_and_after_kill_9(void **state)
+TEST(a_live_recording_is_read_while_it_runs_and_after_kill_9)
 {
-    (void)state;
     const char *path = scratch("live.h5");
     Client *client = client_create();
     Process daemon;
@@ -149,9 +150,8 @@ static void a_live_recording_is_read_while_it_runs_and_after_kill_9(void **state
     client_destroy(client);
 }
 
-static void tools_and_events_are_recorded(void **state)
+TEST(tools_and_events_are_recorded)
 {
-    (void)state;
     const char *path = scratch("tools.h5");
     Client *client = client_create();
     Process daemon;
@@ -217,9 +217,8 @@ static double (*tool_rows(const char *path, const char *column, int *rows))[3]
     return row;
 }
 
-static void tools_may_be_recorded_at_a_rate_of_their_own(void **state)
+TEST(tools_may_be_recorded_at_a_rate_of_their_own)
 {
-    (void)state;
     enum { TICKS = 100, ROWS = TICKS / 2 };
     char scene[PATH_TEXT * 2], live[PATH_TEXT * 2], again[PATH_TEXT * 2], log[PATH_TEXT * 2];
     snprintf(scene, sizeof scene, "%s", write_scene("rate.cfg", PAUSED, PROBE_TOOL));
@@ -263,9 +262,8 @@ static void tools_may_be_recorded_at_a_rate_of_their_own(void **state)
     client_destroy(client);
 }
 
-static void offline_records_every_due_frame_with_the_exact_state(void **state)
+TEST(offline_records_every_due_frame_with_the_exact_state)
 {
-    (void)state;
     const char *scene = write_scene("offline.cfg", HEAD, LOADS);
     const char *path = scratch("offline.h5"), *checkpoint = scratch("end.h5");
     Process daemon;
@@ -303,9 +301,8 @@ static void offline_records_every_due_frame_with_the_exact_state(void **state)
     assert_string_equal(recorded, plain);
 }
 
-static void a_recording_and_checkpoints_share_the_files_thread(void **state)
+TEST(a_recording_and_checkpoints_share_the_files_thread)
 {
-    (void)state;
     const char *path = scratch("shared.h5"), *checkpoint = scratch("shared-end.h5");
     const char *scene = write_scene("shared.cfg", HEAD, LOADS);
     Process daemon;
@@ -324,9 +321,8 @@ static void a_recording_and_checkpoints_share_the_files_thread(void **state)
     assert_int_equal(printed(&daemon, "step"), step);
 }
 
-static void a_full_disk_ends_the_recording_and_not_the_run(void **state)
+TEST(a_full_disk_ends_the_recording_and_not_the_run)
 {
-    (void)state;
     const char *path = scratch("full.h5");
     // A limit on the size of files stands in for a full disk.
     struct rlimit before, tight;
@@ -368,9 +364,8 @@ static void expect_refused(const char *arguments, const char *scene, const char 
     assert_true(end != NULL && end[1] == '\0'); // one line, the last
 }
 
-static void what_cannot_be_recorded_is_refused_at_the_start(void **state)
+TEST(what_cannot_be_recorded_is_refused_at_the_start)
 {
-    (void)state;
     const char *scene = write_scene("refused.cfg", HEAD, "");
     const char *still = write_scene("still.cfg", "publish = { nodes_hz = 0.0; };", "");
     const char *kept = scratch("kept.h5");
@@ -429,9 +424,8 @@ static bool is_recording(const char *path)
     return strstr(target, ".h5") != NULL;
 }
 
-static void nothing_of_it_exists_in_a_scene_that_does_not_record(void **state)
+TEST(nothing_of_it_exists_in_a_scene_that_does_not_record)
 {
-    (void)state;
     const char *scene = write_scene("none.cfg", HEAD, "");
     Process daemon;
     run_daemon(&daemon, "--explain %s", scene);
@@ -453,21 +447,4 @@ static void nothing_of_it_exists_in_a_scene_that_does_not_record(void **state)
         assert_int_equal(strstr(daemon.out, "recorded frames") != NULL, records);
         client_destroy(client);
     }
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(every_published_frame_of_a_lockstep_run_is_recorded),
-        daemon_test(a_live_recording_is_read_while_it_runs_and_after_kill_9),
-        daemon_test(tools_and_events_are_recorded),
-        daemon_test(tools_may_be_recorded_at_a_rate_of_their_own),
-        daemon_test(offline_records_every_due_frame_with_the_exact_state),
-        daemon_test(a_recording_and_checkpoints_share_the_files_thread),
-        daemon_test(a_full_disk_ends_the_recording_and_not_the_run),
-        daemon_test(what_cannot_be_recorded_is_refused_at_the_start),
-        daemon_test(nothing_of_it_exists_in_a_scene_that_does_not_record),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

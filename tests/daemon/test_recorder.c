@@ -1,5 +1,6 @@
 // pliant-record beside the real daemon: what it makes of the messages, or of a log of them, is what
 // the daemon records itself; which bodies, files and logs it takes.
+#include "test.h"
 #include "recorder.h"
 #include "scene_writer.h"
 
@@ -116,9 +117,10 @@ static void expect_same_events(const char *path_a, const char *path_b, int least
 // ---------------------------------------------------------------------------------------------
 // Beside --record
 
-static void what_comes_by_messages_is_what_the_daemon_records(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(what_comes_by_messages_is_what_the_daemon_records)
 {
-    (void)state;
     enum { STEPS = 40 };
     const char *own = scratch("own.h5"), *path = scratch("heard.h5");
     Client *client = client_create();
@@ -175,9 +177,8 @@ static void cut_at(Client *client, double x)
 }
 
 // Refined, coarsened, cut and put together again; recorded by the daemon, by messages, from a log.
-static void every_frame_has_its_mesh_while_bodies_refine_and_are_cut(void **state)
+TEST(every_frame_has_its_mesh_while_bodies_refine_and_are_cut)
 {
-    (void)state;
     enum { ROUNDS = 60 };
     const char *own = scratch("changing.h5"), *path = scratch("changing-heard.h5");
     const char *log = scratch("changing.log"), *scene = scratch("changing.cfg");
@@ -244,9 +245,8 @@ static void expect_end(const char *arguments, int code, const char *needle)
                  needle, program.err);
 }
 
-static void what_cannot_be_recorded_is_refused(void **state)
+TEST(what_cannot_be_recorded_is_refused)
 {
-    (void)state;
     char line[2400];
     const char *kept = scratch("kept.txt"), *path = scratch("none.h5");
     write_text(kept, "precious");
@@ -271,9 +271,8 @@ static void what_cannot_be_recorded_is_refused(void **state)
     assert_int_equal(access(path, F_OK), -1); // nothing is left of it
 }
 
-static void bodies_are_chosen_and_files_replaced(void **state)
+TEST(bodies_are_chosen_and_files_replaced)
 {
-    (void)state;
     char line[1200];
     const char *path = scratch("chosen.h5"), *scene = scratch("chosen.cfg");
     write_text(scene, CHANGING);
@@ -306,17 +305,4 @@ static void bodies_are_chosen_and_files_replaced(void **state)
     assert_non_null(strstr(program.out, "body soft: "));
     stop(client, &daemon);
     client_destroy(client);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(what_comes_by_messages_is_what_the_daemon_records),
-        daemon_test(every_frame_has_its_mesh_while_bodies_refine_and_are_cut),
-        daemon_test(what_cannot_be_recorded_is_refused),
-        daemon_test(bodies_are_chosen_and_files_replaced),
-    };
-    harness_start(argc, argv);
-    recorder_program(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,5 +1,6 @@
 // pliant-record and what may happen to it: a daemon that comes late or is started again, kill -9, a
 // full disk, hostile messages.
+#include "test.h"
 #include "recorder.h"
 #include "scene_writer.h"
 
@@ -16,9 +17,10 @@ static const char PAUSED[] =
 static const char LIVE[] =
     "publish = { nodes_hz = 60.0; mesh_hz = 5.0; contact_hz = 100.0; status_hz = 20.0; };";
 
-static void it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_anew(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_anew)
 {
-    (void)state;
     const char *path = scratch("run.h5"), *second = scratch("run.2.h5");
     const char *scene = write_scene("run.cfg", LIVE, PROBE_TOOL);
     Client *client = client_create();
@@ -49,9 +51,8 @@ static void it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_ane
     }
 }
 
-static void what_was_flushed_survives_kill_9(void **state)
+TEST(what_was_flushed_survives_kill_9)
 {
-    (void)state;
     const char *path = scratch("killed.h5");
     Client *client = client_create();
     Process daemon, program;
@@ -81,9 +82,8 @@ static void what_was_flushed_survives_kill_9(void **state)
     client_destroy(client);
 }
 
-static void a_full_disk_ends_it_with_a_whole_file(void **state)
+TEST(a_full_disk_ends_it_with_a_whole_file)
 {
-    (void)state;
     const char *path = scratch("full.h5");
     struct rlimit before, tight;
     assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -120,9 +120,8 @@ static void send_nodes(Client *client, pliant_nodes_t *nodes)
     assert_int_equal(pliant_nodes_t_publish(client->lcm, "PLIANT_NODES_sphere", nodes), 0);
 }
 
-static void hostile_messages_are_refused_and_counted(void **state)
+TEST(hostile_messages_are_refused_and_counted)
 {
-    (void)state;
     const char *path = scratch("hostile.h5");
     Client *client = client_create();
     Process daemon, program;
@@ -229,17 +228,4 @@ static void hostile_messages_are_refused_and_counted(void **state)
             assert_true(isfinite(view.position[i][k]));
     assert_int_equal(view.topologies, 1);
     view_free(&view);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_anew),
-        daemon_test(what_was_flushed_survives_kill_9),
-        daemon_test(a_full_disk_ends_it_with_a_whole_file),
-        daemon_test(hostile_messages_are_refused_and_counted),
-    };
-    harness_start(argc, argv);
-    recorder_program(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,4 +1,5 @@
 // Loads, cuts and commands: what they do, that each is answered, and once only.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -21,9 +22,11 @@ static int start_paused(void **state)
     return fixture_start(state, "%s", write_scene("requests.cfg", head, PROBE_TOOL));
 }
 
-static void a_load_moves_the_body_and_ends(void **state)
+AROUND_ALL(start_running, fixture_end)
+
+TEST(a_load_moves_the_body_and_ends)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     const Reply *reply = apply_load(client, TOP, 0.03, DOWN, 0.5, "sphere");
     assert_true(reply->ok);
     assert_string_equal(reply->channel, "PLIANT_LOAD");
@@ -34,9 +37,9 @@ static void a_load_moves_the_body_and_ends(void **state)
     wait_until(client, client->status.max_displacement < 1e-5);
 }
 
-static void a_load_on_no_free_node_is_refused(void **state)
+TEST(a_load_on_no_free_node_is_refused)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     const double far[3] = {5.0, 0.0, 0.0};
     int64_t before = refused(client, "not_possible");
     assert_false(apply_load(client, far, 0.03, DOWN, 0.5, "")->ok);
@@ -48,9 +51,9 @@ static void publish_cut(Client *client, const void *message)
     pliant_cut_t_publish(client->lcm, "PLIANT_CUT", message);
 }
 
-static void a_cut_is_answered_but_not_made(void **state)
+TEST(a_cut_is_answered_but_not_made)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     char name[] = "sphere";
     pliant_cut_t cut = {.sender = client->sender,
                         .id = ++client->next_id,
@@ -63,9 +66,9 @@ static void a_cut_is_answered_but_not_made(void **state)
     assert_string_equal(reply->channel, "PLIANT_CUT");
 }
 
-static void a_repeated_request_is_answered_again_and_not_executed(void **state)
+TEST(a_repeated_request_is_answered_again_and_not_executed)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     int64_t step = command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->step;
     assert_int_equal(command(client, PLIANT_COMMAND_T_STEP, 10, "")->step, step + 10);
     const int32_t id = client->next_id;
@@ -87,9 +90,9 @@ static void a_repeated_request_is_answered_again_and_not_executed(void **state)
     command(client, PLIANT_COMMAND_T_RESUME, 0, "");
 }
 
-static void pause_stops_and_resume_goes_on(void **state)
+TEST(pause_stops_and_resume_goes_on)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     const Reply *reply = command(client, PLIANT_COMMAND_T_PAUSE, 0, "");
     assert_true(reply->ok);
     int64_t step = reply->step;
@@ -103,9 +106,9 @@ static void pause_stops_and_resume_goes_on(void **state)
     assert_true(saw_event(client, "resumed"));
 }
 
-static void set_changes_gravity_and_reset_brings_the_start_back(void **state)
+TEST(set_changes_gravity_and_reset_brings_the_start_back)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity=0 0 -9.81")->ok);
     wait_until(client, client->status.max_displacement > 1e-4);
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=0")->ok);
@@ -121,9 +124,9 @@ static void set_changes_gravity_and_reset_brings_the_start_back(void **state)
     command(client, PLIANT_COMMAND_T_RESUME, 0, "");
 }
 
-static void a_try_of_set_answers_and_leaves_no_trace(void **state)
+TEST(a_try_of_set_answers_and_leaves_no_trace)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     const int64_t not_possible = refused(client, "not_possible");
     const Reply *reply = command(client, PLIANT_COMMAND_T_SET, 0, "try sphere.stiffness_scale=0.5");
     assert_true(reply->ok);
@@ -152,9 +155,27 @@ static void a_try_of_set_answers_and_leaves_no_trace(void **state)
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.stiffness_scale=1")->ok);
 }
 
-static void step_runs_exactly_n_ticks_with_nodes_and_contacts_before_the_reply(void **state)
+// Any message on the claims' channel asks for a status: one follows, but not one for each.
+TEST(statuses_that_are_asked_for_are_few)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
+    client_fresh_status(client);
+    const int before = client->status.count;
+    const double start = client_now();
+    for (int sent = 0; sent < 400; sent++) {
+        send_bytes(client, "PLIANT_CLAIM", "", 1);
+        client_listen(client, 2);
+    }
+    const double seconds = client_now() - start;
+    // 20 a second of the scene, 10 of those who ask; one more of each at either end.
+    expect_at_most((double)(client->status.count - before), 30.0 * seconds + 4.0);
+}
+
+AROUND_ALL(start_paused, fixture_end)
+
+TEST(step_runs_exactly_n_ticks_with_nodes_and_contacts_before_the_reply)
+{
+    Client *client = ((Fixture *)*test_state)->client;
     assert_string_equal(client->status.state, "paused");
     int64_t done = client->status.step;
     assert_int_equal(done, 0);
@@ -182,17 +203,17 @@ static void step_runs_exactly_n_ticks_with_nodes_and_contacts_before_the_reply(v
     assert_int_equal(client->status.step, done);
 }
 
-static void in_lockstep_tools_do_not_become_stale(void **state)
+TEST(in_lockstep_tools_do_not_become_stale)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     assert_true(client->contact.contact);             // from the test before
     command(client, PLIANT_COMMAND_T_STEP, 2000, ""); // ten times tool_timeout_s
     assert_true(client->contact.contact);
 }
 
-static void a_pause_ends_a_long_step_early(void **state)
+TEST(a_pause_ends_a_long_step_early)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     int32_t id = send_command(client, PLIANT_COMMAND_T_STEP, 10000000, "");
     client_listen(client, 50);
     assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
@@ -201,9 +222,9 @@ static void a_pause_ends_a_long_step_early(void **state)
     assert_non_null(strstr(find_reply(client, id)->text, "of 10000000 ticks"));
 }
 
-static void more_requests_than_fit_are_refused_and_all_are_answered(void **state)
+TEST(more_requests_than_fit_are_refused_and_all_are_answered)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     enum { MANY = 300 };
     // A long STEP keeps the others waiting; under a sanitizer it takes seconds.
     const int32_t step = send_command(client, PLIANT_COMMAND_T_STEP, 40000, "");
@@ -228,22 +249,6 @@ static void more_requests_than_fit_are_refused_and_all_are_answered(void **state
     expect_at_least((double)refused(client, "queue_full"), full);
 }
 
-// Any message on the claims' channel asks for a status: one follows, but not one for each.
-static void statuses_that_are_asked_for_are_few(void **state)
-{
-    Client *client = ((Fixture *)*state)->client;
-    client_fresh_status(client);
-    const int before = client->status.count;
-    const double start = client_now();
-    for (int sent = 0; sent < 400; sent++) {
-        send_bytes(client, "PLIANT_CLAIM", "", 1);
-        client_listen(client, 2);
-    }
-    const double seconds = client_now() - start;
-    // 20 a second of the scene, 10 of those who ask; one more of each at either end.
-    expect_at_most((double)(client->status.count - before), 30.0 * seconds + 4.0);
-}
-
 static void publish_command(Client *client, const void *message)
 {
     pliant_command_t_publish(client->lcm, "PLIANT_COMMAND", message);
@@ -260,11 +265,13 @@ static const Reply *pause_made_at(Client *client, int64_t utime)
     return answer_to(client, m.id, publish_command, &m);
 }
 
+AROUND_ALL(NULL, NULL)
+AROUND_EACH(NULL, harness_teardown)
+
 // What a client repeats, with the time at which it was made, was meant for another daemon. A log
 // that is played back, a clock that was set and a client that gives no time are not meant by that.
-static void a_request_that_is_older_than_the_daemon_is_refused(void **state)
+TEST(a_request_that_is_older_than_the_daemon_is_refused)
 {
-    (void)state;
     Client *client = client_create();
     Process daemon;
     daemon_start(&daemon, "%s", write_scene("older.cfg", HEAD, ""));
@@ -288,9 +295,8 @@ static void a_request_that_is_older_than_the_daemon_is_refused(void **state)
     client_destroy(client);
 }
 
-static void stop_ends_the_daemon_cleanly(void **state)
+TEST(stop_ends_the_daemon_cleanly)
 {
-    (void)state;
     Client *client = client_create();
     Process daemon;
     daemon_start(&daemon, "%s", write_scene("stop.cfg", HEAD, ""));
@@ -300,33 +306,4 @@ static void stop_ends_the_daemon_cleanly(void **state)
     assert_int_equal(daemon.code, 0);
     expect_at_least((double)printed(&daemon, "ticks"), 1.0);
     client_destroy(client);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest running[] = {
-        cmocka_unit_test(a_load_moves_the_body_and_ends),
-        cmocka_unit_test(a_load_on_no_free_node_is_refused),
-        cmocka_unit_test(a_cut_is_answered_but_not_made),
-        cmocka_unit_test(a_repeated_request_is_answered_again_and_not_executed),
-        cmocka_unit_test(pause_stops_and_resume_goes_on),
-        cmocka_unit_test(a_try_of_set_answers_and_leaves_no_trace),
-        cmocka_unit_test(set_changes_gravity_and_reset_brings_the_start_back),
-        cmocka_unit_test(statuses_that_are_asked_for_are_few),
-    };
-    const struct CMUnitTest lockstep[] = {
-        cmocka_unit_test(step_runs_exactly_n_ticks_with_nodes_and_contacts_before_the_reply),
-        cmocka_unit_test(in_lockstep_tools_do_not_become_stale),
-        cmocka_unit_test(a_pause_ends_a_long_step_early),
-        cmocka_unit_test(more_requests_than_fit_are_refused_and_all_are_answered),
-    };
-    const struct CMUnitTest ending[] = {
-        daemon_test(a_request_that_is_older_than_the_daemon_is_refused),
-        daemon_test(stop_ends_the_daemon_cleanly),
-    };
-    harness_start(argc, argv);
-    int failed = cmocka_run_group_tests(running, start_running, fixture_end);
-    failed += cmocka_run_group_tests(lockstep, start_paused, fixture_end);
-    failed += cmocka_run_group_tests(ending, NULL, NULL);
-    return harness_end(failed);
 }

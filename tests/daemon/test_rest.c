@@ -1,5 +1,6 @@
 // Rest positions and texture coordinates from the real daemon: with each whole mesh, of its slots,
 // also of a body that was refined and cut.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -158,9 +159,10 @@ static void expect_on_the_ball(const Viewer *viewer, bool was_cut)
     assert_int_equal(copies > 5, was_cut);
 }
 
-static void each_whole_mesh_comes_with_its_rest(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(each_whole_mesh_comes_with_its_rest)
 {
-    (void)state;
     static Process daemon;
     Client *client = client_create();
     Viewer *viewer = viewer_create(client, "sphere");
@@ -194,9 +196,8 @@ static void each_whole_mesh_comes_with_its_rest(void **state)
     free(viewer);
 }
 
-static void unasked_nobody_sends_rest_positions(void **state)
+TEST(unasked_nobody_sends_rest_positions)
 {
-    (void)state;
     static Process daemon;
     Client *client = client_create();
     Viewer *viewer = viewer_create(client, "sphere");
@@ -216,9 +217,8 @@ static void unasked_nobody_sends_rest_positions(void **state)
 }
 
 // 41 chunks of its mesh and 21 of its rest positions take 0.6 s at 10 ms each.
-static void whole_meshes_leave_however_often_they_are_asked_for(void **state)
+TEST(whole_meshes_leave_however_often_they_are_asked_for)
 {
-    (void)state;
     static Process daemon;
     const char *scene = scratch("large.cfg");
     write_text(scene,
@@ -246,15 +246,4 @@ static void whole_meshes_leave_however_often_they_are_asked_for(void **state)
     process_end(&daemon);
     free(viewer);
     client_destroy(client);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(each_whole_mesh_comes_with_its_rest),
-        daemon_test(unasked_nobody_sends_rest_positions),
-        daemon_test(whole_meshes_leave_however_often_they_are_asked_for),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,5 +1,6 @@
 // The daemon under a service manager, which the test plays: a datagram socket on which it hears
 // that the daemon is ready, alive and ending, and a stream declared to be the journal's.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -102,9 +103,10 @@ static bool listen_for(Manager *manager, int ms)
 
 // --- alive ---
 
-static void it_says_when_it_is_ready_alive_and_ending(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(it_says_when_it_is_ready_alive_and_ending)
 {
-    (void)state;
     char unnamed[64];
     snprintf(unnamed, sizeof unnamed, "@pliant-test-%d", (int)getpid());
     const char *const names[] = {scratch("notify"), unnamed};
@@ -128,9 +130,8 @@ static void it_says_when_it_is_ready_alive_and_ending(void **state)
 }
 
 // It rests until something is asked of it, and still answers.
-static void a_paused_daemon_is_alive(void **state)
+TEST(a_paused_daemon_is_alive)
 {
-    (void)state;
     static Process daemon;
     Manager manager;
     manager_create(&manager, scratch("notify-paused"));
@@ -145,9 +146,8 @@ static void a_paused_daemon_is_alive(void **state)
     manager_destroy(&manager);
 }
 
-static void a_daemon_that_is_stopped_is_silent(void **state)
+TEST(a_daemon_that_is_stopped_is_silent)
 {
-    (void)state;
     static Process daemon;
     Manager manager;
     int status;
@@ -191,9 +191,8 @@ static pid_t find_thread(pid_t pid, const char *name)
 }
 
 // All else goes on: the status line still comes, though not the pings.
-static void a_daemon_whose_step_thread_is_stuck_is_not_alive(void **state)
+TEST(a_daemon_whose_step_thread_is_stuck_is_not_alive)
 {
-    (void)state;
     static Process daemon;
     Manager manager;
     int status;
@@ -229,9 +228,8 @@ static void a_daemon_whose_step_thread_is_stuck_is_not_alive(void **state)
     manager_destroy(&manager);
 }
 
-static void nobody_is_pinged_who_does_not_watch(void **state)
+TEST(nobody_is_pinged_who_does_not_watch)
 {
-    (void)state;
     static Process daemon;
     const char *scene = write_scene("unwatched.cfg", "rate_hz = 100.0;", "");
     for (int k = 0; k < 2; k++) {
@@ -255,9 +253,8 @@ static void nobody_is_pinged_who_does_not_watch(void **state)
     unsetenv("WATCHDOG_PID");
 }
 
-static void a_socket_that_cannot_be_reached_keeps_nothing_from_running(void **state)
+TEST(a_socket_that_cannot_be_reached_keeps_nothing_from_running)
 {
-    (void)state;
     static Process daemon;
     char long_name[200] = "/";
     memset(long_name + 1, 'x', sizeof long_name - 2);
@@ -309,11 +306,8 @@ static void run_in_journal(const char *program, const char *const *arguments, un
     waitpid(pid, NULL, 0);
 }
 
-static const char *own_program;
-
-static void lines_have_levels_in_the_journal_only(void **state)
+TEST(lines_have_levels_in_the_journal_only)
 {
-    (void)state;
     char said[4096];
     // Damped more than the step allows: a warning. A file that is not there: an error.
     const char *scene = write_scene("warned.cfg", "", "");
@@ -322,19 +316,18 @@ static void lines_have_levels_in_the_journal_only(void **state)
                "\"ico_sphere\"; nodes = 42; }; material = { damping_time = 0.05; }; } );\n");
     const char *const warned[] = {"--check", scene, NULL};
     const char *const missing[] = {"--check", "missing.cfg", NULL};
-    run_in_journal(own_program, warned, 0, said);
+    run_in_journal(program_path("pliantd"), warned, 0, said);
     assert_int_equal(strncmp(said, "<4>pliantd: warning: ", 21), 0);
-    run_in_journal(own_program, missing, 0, said);
+    run_in_journal(program_path("pliantd"), missing, 0, said);
     assert_int_equal(strncmp(said, "<3>missing.cfg", 14), 0);
-    run_in_journal(own_program, warned, 1, said);
+    run_in_journal(program_path("pliantd"), warned, 1, said);
     assert_int_equal(strncmp(said, "pliantd: warning: ", 18), 0);
 }
 
 // --- levels ---
 
-static void lines_above_the_level_asked_for_are_left_out(void **state)
+TEST(lines_above_the_level_asked_for_are_left_out)
 {
-    (void)state;
     static Process daemon;
     write_text(scratch("levels.cfg"),
                "name = \"levels\"; start = \"running\"; bodies = ( { name = \"a\"; shape = {};\n"
@@ -360,21 +353,4 @@ static void lines_above_the_level_asked_for_are_left_out(void **state)
         client_destroy(client);
         assert_int_equal(strstr(daemon.err, "pliantd: debug: ") != NULL, k == 3);
     }
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(it_says_when_it_is_ready_alive_and_ending),
-        daemon_test(a_paused_daemon_is_alive),
-        daemon_test(a_daemon_that_is_stopped_is_silent),
-        daemon_test(a_daemon_whose_step_thread_is_stuck_is_not_alive),
-        daemon_test(nobody_is_pinged_who_does_not_watch),
-        daemon_test(a_socket_that_cannot_be_reached_keeps_nothing_from_running),
-        daemon_test(lines_have_levels_in_the_journal_only),
-        daemon_test(lines_above_the_level_asked_for_are_left_out),
-    };
-    harness_start(argc, argv);
-    own_program = argv[1];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,13 +1,12 @@
 // The step thread allocates nothing, locks nothing and asks nothing of the kernel but the clock,
 // the sleep and, while contacts are published, one eventfd write a tick.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const char *library;
 
 static long counted(const char *path, const char *name)
 {
@@ -27,8 +26,8 @@ static Client *start_watched(const char *counts, const char *options, const char
                              Process *daemon)
 {
     Client *client = client_create();
-    daemon_start(daemon, "PLIANT_COUNT_CALLS=%s LD_PRELOAD=%s %s %s", counts, library, options,
-                 scene);
+    daemon_start(daemon, "PLIANT_COUNT_CALLS=%s LD_PRELOAD=%s %s %s", counts, test_argument(2),
+                 options, scene);
     client_wait_for_daemon(client);
     return client;
 }
@@ -74,9 +73,10 @@ static void expect_silence(const char *counts)
     assert_int_equal(counted(counts, "syscall"), 0);
 }
 
-static void with_contacts_a_tick_writes_one_eventfd(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(with_contacts_a_tick_writes_one_eventfd)
 {
-    (void)state;
     Process daemon;
     const char *counts = scratch("contacts.txt");
     long ticks = run_watched(counts, 1000.0, "", &daemon);
@@ -85,9 +85,8 @@ static void with_contacts_a_tick_writes_one_eventfd(void **state)
     expect_at_least((double)counted(counts, "write"), 1.0); // the counting works
 }
 
-static void without_contacts_a_tick_writes_nothing(void **state)
+TEST(without_contacts_a_tick_writes_nothing)
 {
-    (void)state;
     Process daemon;
     const char *counts = scratch("quiet.txt");
     run_watched(counts, 0.0, "", &daemon);
@@ -95,9 +94,8 @@ static void without_contacts_a_tick_writes_nothing(void **state)
     assert_int_equal(counted(counts, "write"), 0);
 }
 
-static void files_add_nothing_to_a_tick(void **state)
+TEST(files_add_nothing_to_a_tick)
 {
-    (void)state;
     if (!WITH_HDF5)
         skip();
     Process daemon;
@@ -112,11 +110,10 @@ static void files_add_nothing_to_a_tick(void **state)
     assert_non_null(strstr(daemon.out, "recorded frames: "));
 }
 
-#ifdef WITH_CUTS
+#if WITH_SURFACE && WITH_VOXEL
 // Messages, strokes, tears, presses and a RESET, on both kinds of bodies.
-static void cuts_add_nothing_to_a_tick(void **state)
+TEST(cuts_add_nothing_to_a_tick)
 {
-    (void)state;
     static const char scene[] =
         "name = \"cuts\"; publish = { status_hz = 20.0; contact_hz = 0.0; };\n"
         "bodies = ( { name = \"box\"; model = \"voxel\"; levels = 1; cuttable = true;\n"
@@ -162,20 +159,3 @@ static void cuts_add_nothing_to_a_tick(void **state)
     expect_silence(counts);
 }
 #endif
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(with_contacts_a_tick_writes_one_eventfd),
-        daemon_test(without_contacts_a_tick_writes_nothing),
-        daemon_test(files_add_nothing_to_a_tick),
-#ifdef WITH_CUTS
-        daemon_test(cuts_add_nothing_to_a_tick),
-#endif
-    };
-    if (argc < 3)
-        return 2;
-    library = argv[2];
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
-}

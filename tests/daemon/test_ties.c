@@ -1,5 +1,6 @@
 // Ties over LCM: made, repeated, changed, released, refused and broken by a real daemon, and
 // repeated from its log; then by pliant-tie.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -7,8 +8,6 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const char *tier; // path of pliant-tie
 
 // Two balls that fall side by side.
 static const char SCENE[] =
@@ -45,9 +44,10 @@ static void expect_text(const Reply *reply, bool ok, const char *says)
     assert_string_equal(reply->channel, "PLIANT_TIE");
 }
 
-static void ties_are_made_changed_released_and_repeated(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(ties_are_made_changed_released_and_repeated)
 {
-    (void)state;
     Process daemon, again;
     Client *client = client_create();
     const char *scene = write_ties_scene();
@@ -124,15 +124,14 @@ static void ties_are_made_changed_released_and_repeated(void **state)
 static void expect_tie(int code, const char *says, const char *arguments)
 {
     Process tie;
-    process_run(&tie, tier, "%s", arguments);
+    process_run(&tie, program_path("pliant-tie"), "%s", arguments);
     const char *said = code == 0 ? tie.out : tie.err;
     if (tie.code != code || strstr(said, says) == NULL)
         fail_msg("%s: %d, '%s' does not say '%s'", arguments, tie.code, said, says);
 }
 
-static void pliant_tie_makes_changes_and_releases(void **state)
+TEST(pliant_tie_makes_changes_and_releases)
 {
-    (void)state;
     Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s", write_ties_scene());
@@ -159,15 +158,4 @@ static void pliant_tie_makes_changes_and_releases(void **state)
     process_end(&daemon);
     client_destroy(client);
     expect_tie(1, "no reply on PLIANT_REPLY", "--release 1 --timeout 0.05 --tries 2");
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(ties_are_made_changed_released_and_repeated),
-        daemon_test(pliant_tie_makes_changes_and_releases),
-    };
-    tier = argv[2];
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

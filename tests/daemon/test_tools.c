@@ -1,4 +1,5 @@
 // Poses: the force on a tool, who owns it, when it is withdrawn.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -14,9 +15,11 @@ static int start_daemon(void **state)
     return fixture_start(state, "%s", write_scene("tools.cfg", HEAD, PROBE_TOOL));
 }
 
-static void a_pressed_tool_feels_a_force_away_from_the_body(void **state)
+AROUND_ALL(start_daemon, fixture_end)
+
+TEST(a_pressed_tool_feels_a_force_away_from_the_body)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     hold_pose_until(client, AWAY, client->contact.pose_utime != 0);
     assert_false(client->contact.contact);
     hold_pose_until(client, PRESS, client->contact.depth > 1e-5);
@@ -34,9 +37,9 @@ static void a_pressed_tool_feels_a_force_away_from_the_body(void **state)
     expect_at_least((double)(client->contact.step - step), 50.0);
 }
 
-static void a_stale_tool_is_withdrawn(void **state)
+TEST(a_stale_tool_is_withdrawn)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     hold_pose_until(client, PRESS, client->contact.contact);
     // No pose any more: tool_timeout_s later there is no force.
     wait_until(client, !client->contact.contact);
@@ -46,9 +49,9 @@ static void a_stale_tool_is_withdrawn(void **state)
     }
 }
 
-static void the_first_sender_owns_the_tool_until_it_gives_it_up(void **state)
+TEST(the_first_sender_owns_the_tool_until_it_gives_it_up)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     int64_t before = refused(client, "tool_owned_by_other");
     pliant_tool_pose_t mine = make_pose(client, AWAY), other = mine;
     other.sender = mine.sender + 5000;
@@ -75,9 +78,9 @@ static void the_first_sender_owns_the_tool_until_it_gives_it_up(void **state)
     send_pose(client, &other);
 }
 
-static void ten_thousand_poses_a_second_keep_the_newest(void **state)
+TEST(ten_thousand_poses_a_second_keep_the_newest)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     int64_t step = client->status.step;
     double start = client_now();
     const int64_t last = 1000000 + 10000;
@@ -101,9 +104,9 @@ static void ten_thousand_poses_a_second_keep_the_newest(void **state)
     expect_at_least((double)(client->status.step - step + client->status.late_ticks), 1000.0);
 }
 
-static void poses_of_tools_that_are_not_there_are_refused(void **state)
+TEST(poses_of_tools_that_are_not_there_are_refused)
 {
-    Client *client = ((Fixture *)*state)->client;
+    Client *client = ((Fixture *)*test_state)->client;
     int64_t before = refused(client, "unknown_tool");
     pliant_tool_pose_t pose = make_pose(client, AWAY);
     pose.tool = 77;
@@ -113,17 +116,4 @@ static void poses_of_tools_that_are_not_there_are_refused(void **state)
         client_listen(client, 20);
     }
     assert_true(refused(client, "unknown_tool") > before);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_pressed_tool_feels_a_force_away_from_the_body),
-        cmocka_unit_test(a_stale_tool_is_withdrawn),
-        cmocka_unit_test(the_first_sender_owns_the_tool_until_it_gives_it_up),
-        cmocka_unit_test(ten_thousand_poses_a_second_keep_the_newest),
-        cmocka_unit_test(poses_of_tools_that_are_not_there_are_refused),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, start_daemon, fixture_end));
 }

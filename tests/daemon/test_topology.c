@@ -1,11 +1,12 @@
 // A real daemon with a body that refines and coarsens while it is pressed: what it publishes and
 // records is followed by a client that was there from the start, one that came late, and one in
 // lockstep.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "frames.h"
 #include "mesh_check.h"
-#ifdef WITH_HDF5
+#if WITH_HDF5
 #include "recording_view.h"
 #endif
 
@@ -179,9 +180,10 @@ static void press(Client *client, double newton, double seconds)
         assert_true(client_now() < limit);
 }
 
-static void a_client_follows_a_body_that_refines_and_coarsens(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_client_follows_a_body_that_refines_and_coarsens)
 {
-    (void)state;
     const char *scene = write_levels("live.cfg", "");
     static Process daemon;
     Client *client = client_create();
@@ -218,9 +220,8 @@ static void a_client_follows_a_body_that_refines_and_coarsens(void **state)
     client_destroy(client);
 }
 
-static void a_step_shows_its_mesh_before_it_is_answered(void **state)
+TEST(a_step_shows_its_mesh_before_it_is_answered)
 {
-    (void)state;
     const char *scene = write_levels("lockstep.cfg", "start = \"paused\";");
     static Process daemon;
     Client *client = client_create();
@@ -245,10 +246,9 @@ static void a_step_shows_its_mesh_before_it_is_answered(void **state)
     client_destroy(client);
 }
 
-#ifdef WITH_HDF5
-static void a_recording_has_the_meshes_of_its_frames(void **state)
+#if WITH_HDF5
+TEST(a_recording_has_the_meshes_of_its_frames)
 {
-    (void)state;
     const char *scene = write_levels("record.cfg", "");
     static Process daemon;
     const char *path = scratch("levels.h5");
@@ -282,16 +282,3 @@ static void a_recording_has_the_meshes_of_its_frames(void **state)
     client_destroy(client);
 }
 #endif
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_client_follows_a_body_that_refines_and_coarsens),
-        daemon_test(a_step_shows_its_mesh_before_it_is_answered),
-#ifdef WITH_HDF5
-        daemon_test(a_recording_has_the_meshes_of_its_frames),
-#endif
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
-}

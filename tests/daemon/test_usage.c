@@ -1,4 +1,5 @@
 // The command line: what is refused, with which exit code, and that one line says why.
+#include "test.h"
 #include "scene_writer.h"
 
 #include <string.h>
@@ -22,9 +23,10 @@ static void expect_only_refusal(const Process *daemon, int code, const char *tex
     assert_string_equal(daemon->out, "");
 }
 
-static void bad_usage_exits_2_with_one_line(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(bad_usage_exits_2_with_one_line)
 {
-    (void)state;
     const char *scene = write_any("usage.cfg", "", "");
     const struct {
         const char *arguments, *needle;
@@ -62,9 +64,8 @@ static void bad_usage_exits_2_with_one_line(void **state)
     }
 }
 
-static void bad_files_exit_2_and_are_named(void **state)
+TEST(bad_files_exit_2_and_are_named)
 {
-    (void)state;
     const char *scene = write_any("files.cfg", "", "");
     const char *text = scratch("text.log");
     write_text(text, "this is no log and no checkpoint\n");
@@ -79,27 +80,24 @@ static void bad_files_exit_2_and_are_named(void **state)
     expect_only_refusal(&daemon, 2, "text.log");
 }
 
-static void a_bad_scene_names_file_line_and_value(void **state)
+TEST(a_bad_scene_names_file_line_and_value)
 {
-    (void)state;
     Process daemon;
     run_daemon(&daemon, "--check %s", write_any("bad.cfg", "rate_hz = 20000.0;", ""));
     expect_only_refusal(&daemon, 2, "bad.cfg:2:");
     assert_non_null(strstr(daemon.err, "20000"));
 }
 
-static void a_missing_folder_for_the_input_log_exits_1(void **state)
+TEST(a_missing_folder_for_the_input_log_exits_1)
 {
-    (void)state;
     Process daemon;
     run_daemon(&daemon, "--duration 1 --log-inputs %s %s", scratch("no/such/folder.log"),
                write_any("log.cfg", "", ""));
     expect_only_refusal(&daemon, 1, "folder.log");
 }
 
-static void check_and_explain_print_and_exit_0(void **state)
+TEST(check_and_explain_print_and_exit_0)
 {
-    (void)state;
     const char *scene = write_any("check.cfg", "", PROBE_TOOL);
     Process daemon;
     run_daemon(&daemon, "--check %s", scene);
@@ -134,9 +132,8 @@ static void expect_verdict(const char *scene, const char *verdict, Process *daem
 
 // Times of machines and builds differ by less than the factor to either limit: some ten
 // microseconds of a tick of 20 ms, and 90,000 substeps, tens of milliseconds, of a tick of 1 ms.
-static void check_says_whether_a_tick_fits(void **state)
+TEST(check_says_whether_a_tick_fits)
 {
-    (void)state;
     Process daemon;
     expect_verdict(write_any("small.cfg", "rate_hz = 50.0;", PROBE_TOOL), " ms: fits", &daemon);
     assert_non_null(strstr(daemon.out, " ms pressed by its tools, of 20 ms: fits\n"));
@@ -151,9 +148,8 @@ static void check_says_whether_a_tick_fits(void **state)
 }
 
 // No tool and no load can push its nodes, but springs do.
-static void a_body_that_is_only_attached_runs_off_line(void **state)
+TEST(a_body_that_is_only_attached_runs_off_line)
 {
-    (void)state;
     Process daemon;
     run_daemon(&daemon, "--offline 0.01 %s",
                write_any("attached.cfg", "",
@@ -163,9 +159,8 @@ static void a_body_that_is_only_attached_runs_off_line(void **state)
     assert_int_equal(printed(&daemon, "ticks"), 10);
 }
 
-static void version_and_help_exit_0(void **state)
+TEST(version_and_help_exit_0)
 {
-    (void)state;
     Process daemon;
     run_daemon(&daemon, "--version");
     assert_int_equal(daemon.code, 0);
@@ -176,28 +171,10 @@ static void version_and_help_exit_0(void **state)
     assert_non_null(strstr(daemon.out, "mesh or file.\n")); // the prompt comes on a line of its own
 }
 
-static void rate_replaces_the_scenes(void **state)
+TEST(rate_replaces_the_scenes)
 {
-    (void)state;
     Process daemon;
     run_daemon(&daemon, "--offline 1 --rate 500 %s", write_any("rate.cfg", "", ""));
     assert_int_equal(daemon.code, 0);
     assert_int_equal(printed(&daemon, "ticks"), 500);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(bad_usage_exits_2_with_one_line),
-        daemon_test(bad_files_exit_2_and_are_named),
-        daemon_test(a_bad_scene_names_file_line_and_value),
-        daemon_test(a_missing_folder_for_the_input_log_exits_1),
-        daemon_test(check_and_explain_print_and_exit_0),
-        daemon_test(check_says_whether_a_tick_fits),
-        daemon_test(a_body_that_is_only_attached_runs_off_line),
-        daemon_test(version_and_help_exit_0),
-        daemon_test(rate_replaces_the_scenes),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,4 +1,5 @@
 // Voxel bodies in the real daemon: what clients see and feel of them, and that runs repeat.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 
@@ -8,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-#ifdef WITH_HDF5
+#if WITH_HDF5
 #include "recording_view.h"
 #endif
 
@@ -76,9 +77,10 @@ static void end(Process *daemon, Client *client)
     client_destroy(client);
 }
 
-static void a_pressed_block_pushes_back_and_is_shown(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_pressed_block_pushes_back_and_is_shown)
 {
-    (void)state;
     Client *client = client_create();
     Process daemon;
     BodySeen seen = {0};
@@ -107,9 +109,8 @@ static void a_pressed_block_pushes_back_and_is_shown(void **state)
     end(&daemon, client);
 }
 
-static void requests_reach_a_solid(void **state)
+TEST(requests_reach_a_solid)
 {
-    (void)state;
     Client *client = client_create();
     Process daemon;
     daemon_start(&daemon, "%s", write_block("requests.cfg", HEAD));
@@ -153,9 +154,8 @@ static void requests_reach_a_solid(void **state)
 }
 
 // Killed, it starts again from its last checkpoint, and tools meet it there.
-static void a_killed_server_goes_on_from_its_checkpoint(void **state)
+TEST(a_killed_server_goes_on_from_its_checkpoint)
 {
-    (void)state;
     const char *scene = write_block("killed.cfg", HEAD), *path = scratch("killed.h5");
     Client *client = client_create();
     Process daemon;
@@ -184,9 +184,8 @@ static void write_skin(const char *path)
                      "f 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n");
 }
 
-static void what_is_published_is_recorded(void **state)
+TEST(what_is_published_is_recorded)
 {
-    (void)state;
     static const char SKIN[] = "skin = { mesh = \"skin.obj\"; scale = 0.001; };\n  ";
     char keys[512];
     snprintf(keys, sizeof keys, "%s%s", SKIN, FIXED);
@@ -210,7 +209,7 @@ static void what_is_published_is_recorded(void **state)
         Client *client = client_create();
         Process daemon;
         const char *scene = write_voxels("record.cfg", cases[k].head, BLOCK, cases[k].keys);
-#ifdef WITH_HDF5
+#if WITH_HDF5
         daemon_start(&daemon, "--record %s %s", path, scene);
 #else
         (void)path;
@@ -232,7 +231,7 @@ static void what_is_published_is_recorded(void **state)
         process_wait(&daemon);
         assert_int_equal(daemon.code, 0);
         client_destroy(client);
-#ifdef WITH_HDF5
+#if WITH_HDF5
         BodyView view;
         hid_t file = view_open(path, false);
         assert_true(file >= 0);
@@ -251,9 +250,8 @@ static void what_is_published_is_recorded(void **state)
     }
 }
 
-static void wrong_scenes_are_refused_in_one_line(void **state)
+TEST(wrong_scenes_are_refused_in_one_line)
 {
-    (void)state;
     static const struct {
         const char *voxels, *keys, *needle;
     } cases[] = {
@@ -280,17 +278,4 @@ static void wrong_scenes_are_refused_in_one_line(void **state)
             fail_msg("%s %s: exit %d, expected 2 and one line with '%s': %s", cases[k].voxels,
                      cases[k].keys, daemon.code, cases[k].needle, daemon.err);
     }
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_pressed_block_pushes_back_and_is_shown),
-        daemon_test(requests_reach_a_solid),
-        daemon_test(a_killed_server_goes_on_from_its_checkpoint),
-        daemon_test(what_is_published_is_recorded),
-        daemon_test(wrong_scenes_are_refused_in_one_line),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,5 +1,6 @@
 // A solid body in the real daemon: what it says of it, what it refuses, what tools and clients
 // find.
+#include "test.h"
 #include "lcm_client.h"
 
 #include <signal.h>
@@ -23,9 +24,10 @@ static const char *write_solid(const char *name, const char *text)
     return path;
 }
 
-static void bad_solids_exit_2_with_one_line(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(bad_solids_exit_2_with_one_line)
 {
-    (void)state;
     static const struct {
         const char *text, *needle;
     } cases[] = {
@@ -58,9 +60,8 @@ static void expect_told(const Process *daemon, const char *const *parts)
         expect_printed(daemon, *parts);
 }
 
-static void check_and_explain_say_what_it_is_made_of(void **state)
+TEST(check_and_explain_say_what_it_is_made_of)
 {
-    (void)state;
     static const char *const checked[] = {"body sphere: model voxel, symplectic_euler",
                                           "cells 12 x 12 x 12 of 0.004 m",
                                           "elements ",
@@ -88,9 +89,8 @@ static void check_and_explain_say_what_it_is_made_of(void **state)
     assert_null(strstr(daemon.out, "adapt"));
 }
 
-static void instruction_sets_give_the_same_bits(void **state)
+TEST(instruction_sets_give_the_same_bits)
 {
-    (void)state;
     const char *scene = write_solid("x.cfg", SCENE("gravity = [0.0, 0.0, -9.81];", VOXELS, ""));
     char first[32], other[32];
     Process daemon;
@@ -102,10 +102,9 @@ static void instruction_sets_give_the_same_bits(void **state)
     assert_string_equal(first, other);
 }
 
-#ifdef WITH_HDF5
-static void resumed_run_ends_as_the_uninterrupted_one(void **state)
+#if WITH_HDF5
+TEST(resumed_run_ends_as_the_uninterrupted_one)
 {
-    (void)state;
     const char *scene = write_solid("x.cfg", SCENE("gravity = [0.0, 0.0, -9.81];", VOXELS, ""));
     const char *part = scratch("part.h5");
     char whole[32], resumed[32];
@@ -128,9 +127,8 @@ static void resumed_run_ends_as_the_uninterrupted_one(void **state)
 }
 #endif
 
-static void tools_and_clients_meet_a_solid(void **state)
+TEST(tools_and_clients_meet_a_solid)
 {
-    (void)state;
     Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s", write_solid("x.cfg", SCENE("", VOXELS, "")));
@@ -163,19 +161,4 @@ static void tools_and_clients_meet_a_solid(void **state)
 
     process_end(&daemon);
     client_destroy(client);
-}
-
-int main(int argc, char **argv)
-{
-    harness_start(argc, argv);
-    const struct CMUnitTest tests[] = {
-        daemon_test(bad_solids_exit_2_with_one_line),
-        daemon_test(check_and_explain_say_what_it_is_made_of),
-        daemon_test(instruction_sets_give_the_same_bits),
-#ifdef WITH_HDF5
-        daemon_test(resumed_run_ends_as_the_uninterrupted_one),
-#endif
-        daemon_test(tools_and_clients_meet_a_solid),
-    };
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

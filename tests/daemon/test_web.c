@@ -1,5 +1,6 @@
 // pliant-web between a real daemon and pages: what they see, what they may do, who may come in, and
 // what happens when daemon or page goes.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "page_client.h"
@@ -12,8 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-static const char *web; // path of pliant-web
 
 static const char SCENE[] =
     "name = \"pages\"; rate_hz = 200.0; tool_timeout_s = 20.0;\n"
@@ -55,7 +54,7 @@ static void begin(const char *arguments)
 {
     char line[512];
     start_daemon(&rig.daemon, scene_path());
-    rig.port = web_start(&rig.server, web, arguments, line);
+    rig.port = web_start(&rig.server, program_path("pliant-web"), arguments, line);
 }
 
 static void end(void)
@@ -83,9 +82,10 @@ static void send_tool(PageClient *page, double z, bool active)
 
 // --- what a page sees ---
 
-static void a_page_learns_the_scene_and_follows_every_body(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_page_learns_the_scene_and_follows_every_body)
 {
-    (void)state;
     begin("--port 0");
     PageClient *page = open_page();
     page_wait(page_body(page, 0).frames > 3 && page_body(page, 1).frames > 3);
@@ -113,9 +113,8 @@ static void a_page_learns_the_scene_and_follows_every_body(void **state)
 }
 
 // Positions come as packets, here without any floats.
-static void a_page_follows_positions_in_packets(void **state)
+TEST(a_page_follows_positions_in_packets)
 {
-    (void)state;
     static char text[sizeof SCENE + 64];
     const char *publish = strstr(SCENE, "publish = {"), *path = scratch("packets.cfg");
     snprintf(text, sizeof text, "%.*spublish = { positions = \"packets\";%s",
@@ -123,7 +122,7 @@ static void a_page_follows_positions_in_packets(void **state)
     write_text(path, text);
     start_daemon(&rig.daemon, path);
     char line[512];
-    rig.port = web_start(&rig.server, web, "--port 0", line);
+    rig.port = web_start(&rig.server, program_path("pliant-web"), "--port 0", line);
     PageClient *page = open_page();
     page_wait(page_body(page, 0).frames > 3 && page_body(page, 1).frames > 3);
     assert_int_equal(page_body(page, 0).nodes, 162);
@@ -132,9 +131,8 @@ static void a_page_follows_positions_in_packets(void **state)
     end();
 }
 
-static void a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest(void **state)
+TEST(a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest)
 {
-    (void)state;
     begin("--port 0");
     PageClient *stalled = open_page(), *other = open_page();
     page_wait(page_body(stalled, 0).frames > 0 && page_body(other, 0).frames > 0);
@@ -173,9 +171,8 @@ static void on_pose(const lcm_recv_buf_t *buffer, const char *channel,
     seen->pose = *pose;
 }
 
-static void a_pose_presses_the_body_and_is_withdrawn_with_the_page(void **state)
+TEST(a_pose_presses_the_body_and_is_withdrawn_with_the_page)
 {
-    (void)state;
     begin("--port 0");
     Client *client = client_create();
     PoseSeen seen = {0};
@@ -207,9 +204,8 @@ static void a_pose_presses_the_body_and_is_withdrawn_with_the_page(void **state)
     end();
 }
 
-static void a_cut_changes_the_mesh_and_is_answered_to_whom_asked(void **state)
+TEST(a_cut_changes_the_mesh_and_is_answered_to_whom_asked)
 {
-    (void)state;
     begin("--port 0");
     PageClient *page = open_page(), *other = open_page();
     page_wait(page_body(page, 0).frames > 0 && page_body(other, 0).frames > 0);
@@ -240,9 +236,8 @@ static void a_cut_changes_the_mesh_and_is_answered_to_whom_asked(void **state)
     end();
 }
 
-static void a_read_only_server_shows_and_does_nothing(void **state)
+TEST(a_read_only_server_shows_and_does_nothing)
 {
-    (void)state;
     begin("--port 0 --read-only");
     Client *client = client_create();
     PoseSeen seen = {0};
@@ -285,12 +280,11 @@ static int get(int port, const char *method, const char *path, const char *more,
     return http_request(port, request, answer, ANSWER);
 }
 
-static void pages_of_other_sites_stay_outside(void **state)
+TEST(pages_of_other_sites_stay_outside)
 {
-    (void)state;
     char line[512];
     Process server;
-    int port = web_start(&server, web, "--port 0", line);
+    int port = web_start(&server, program_path("pliant-web"), "--port 0", line);
     assert_int_equal(upgrade(port, "127.0.0.1:8080", ""), 101);
     assert_int_equal(upgrade(port, "127.0.0.1:8080", "Origin: http://127.0.0.1:8080\r\n"), 101);
     assert_int_equal(upgrade(port, "127.0.0.1:8080", "Origin: http://evil.example\r\n"), 403);
@@ -303,9 +297,8 @@ static void pages_of_other_sites_stay_outside(void **state)
     process_end(&server);
 }
 
-static void only_files_of_the_page_are_served(void **state)
+TEST(only_files_of_the_page_are_served)
 {
-    (void)state;
     char line[512], answer[ANSWER], arguments[PATH_TEXT * 4];
     write_text(scratch("index.html"), "the page itself");
     write_text(scratch(".hidden"), "hidden");
@@ -314,7 +307,7 @@ static void only_files_of_the_page_are_served(void **state)
     Process server;
     snprintf(arguments, sizeof arguments, "--port 0 --page %s --texture ball=%s", scratch(""),
              scratch("tissue.png"));
-    int port = web_start(&server, web, arguments, line);
+    int port = web_start(&server, program_path("pliant-web"), arguments, line);
     assert_int_equal(get(port, "GET", "/", "", answer), 200);
     assert_non_null(strstr(answer, "the page itself"));
     static const char *const headers[] = {"Content-Security-Policy: default-src 'none'",
@@ -350,14 +343,13 @@ static void only_files_of_the_page_are_served(void **state)
     process_end(&server);
 }
 
-static void where_others_can_listen_a_token_is_needed(void **state)
+TEST(where_others_can_listen_a_token_is_needed)
 {
-    (void)state;
     char line[512], answer[ANSWER], arguments[PATH_TEXT * 4], why[256], path[128];
     write_text(scratch("token"), "0123456789abcdefXYZ\n");
     Process server;
     snprintf(arguments, sizeof arguments, "--listen 127.0.0.1:0 --token %s", scratch("token"));
-    int port = web_start(&server, web, arguments, line);
+    int port = web_start(&server, program_path("pliant-web"), arguments, line);
     assert_non_null(strstr(line, "/?token=0123456789abcdefXYZ"));
     assert_int_equal(get(port, "GET", "/", "", answer), 403);
     assert_int_equal(get(port, "GET", "/?token=0123456789abcdefXYz", "", answer), 403);
@@ -380,12 +372,11 @@ static void where_others_can_listen_a_token_is_needed(void **state)
     process_end(&server);
 }
 
-static void there_is_an_end_to_connections(void **state)
+TEST(there_is_an_end_to_connections)
 {
-    (void)state;
     char line[512], why[256];
     Process server;
-    int port = web_start(&server, web, "--port 0", line);
+    int port = web_start(&server, program_path("pliant-web"), "--port 0", line);
     PageClient *page[16];
     for (int k = 0; k < 16; k++) {
         page[k] = page_connect(port, "/live", NULL, why);
@@ -402,12 +393,11 @@ static void there_is_an_end_to_connections(void **state)
     process_end(&server);
 }
 
-static void hostile_frames_close_their_connection_only(void **state)
+TEST(hostile_frames_close_their_connection_only)
 {
-    (void)state;
     char line[512];
     Process server;
-    rig.port = web_start(&server, web, "--port 0", line);
+    rig.port = web_start(&server, program_path("pliant-web"), "--port 0", line);
     PageClient *good = open_page(), *bad = open_page(), *big = open_page();
     page_send_frame(bad, 0x82, "\x01\x02", 2);
     page_wait(page_closed(bad));
@@ -485,14 +475,13 @@ static void publish_status(Client *client)
 }
 
 // Else the page shows a daemon as running whose first command is refused: "no daemon ran".
-static void a_scene_is_shown_once_it_is_known_whose_it_is(void **state)
+TEST(a_scene_is_shown_once_it_is_known_whose_it_is)
 {
-    (void)state;
     char line[512];
     Process server;
     CommandsSeen seen = {0};
     int described = 0;
-    rig.port = web_start(&server, web, "--port 0", line);
+    rig.port = web_start(&server, program_path("pliant-web"), "--port 0", line);
     Client *client = client_create();
     pliant_command_t_subscription_t *describes =
         pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_describe, &described);
@@ -516,13 +505,12 @@ static void a_scene_is_shown_once_it_is_known_whose_it_is(void **state)
     process_end(&server);
 }
 
-static void what_is_not_answered_is_asked_again_and_then_given_up(void **state)
+TEST(what_is_not_answered_is_asked_again_and_then_given_up)
 {
-    (void)state;
     char line[512];
     Process server;
     CommandsSeen seen = {0};
-    rig.port = web_start(&server, web, "--port 0", line);
+    rig.port = web_start(&server, program_path("pliant-web"), "--port 0", line);
     Client *client = client_create();
     pliant_command_t_subscription_t *commands =
         pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_command, &seen);
@@ -545,12 +533,11 @@ static void what_is_not_answered_is_asked_again_and_then_given_up(void **state)
     process_end(&server);
 }
 
-static void daemons_may_come_late_go_and_come_again(void **state)
+TEST(daemons_may_come_late_go_and_come_again)
 {
-    (void)state;
     char line[512];
     Process server;
-    rig.port = web_start(&server, web, "--port 0", line);
+    rig.port = web_start(&server, program_path("pliant-web"), "--port 0", line);
     PageClient *page = open_page();
     page_wait(page_says(page, "link", "\"daemon\":false"));
     Process daemon;
@@ -581,12 +568,11 @@ static void daemons_may_come_late_go_and_come_again(void **state)
 
 // What was asked of a daemon that is gone is not done by the next one, of the same scene or
 // another.
-static void requests_die_with_the_daemon_that_they_are_for(void **state)
+TEST(requests_die_with_the_daemon_that_they_are_for)
 {
-    (void)state;
     char line[512];
     static Process server, daemon;
-    rig.port = web_start(&server, web, "--port 0", line);
+    rig.port = web_start(&server, program_path("pliant-web"), "--port 0", line);
     PageClient *page = open_page();
     const char *const scenes[] = {
         write_scene("again.cfg", "publish = { status_hz = 10.0; };", PROBE_TOOL),
@@ -629,12 +615,12 @@ static void requests_die_with_the_daemon_that_they_are_for(void **state)
     process_end(&server);
 }
 
-static void a_scene_may_listen_on_another_prefix(void **state)
+TEST(a_scene_may_listen_on_another_prefix)
 {
-    (void)state;
     char line[512];
     start_daemon(&rig.daemon, write_scene("inputs.cfg", "input_prefix = \"HANDS\";", PROBE_TOOL));
-    rig.port = web_start(&rig.server, web, "--port 0 --input-prefix HANDS", line);
+    rig.port =
+        web_start(&rig.server, program_path("pliant-web"), "--port 0 --input-prefix HANDS", line);
     PageClient *page = open_page();
     page_wait(page_body(page, 0).frames > 0); // so it has been described
     page_send(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"pause\"}");
@@ -647,13 +633,12 @@ static void a_scene_may_listen_on_another_prefix(void **state)
 
 // --- usage ---
 
-static void what_is_wrong_is_told_in_one_line(void **state)
+TEST(what_is_wrong_is_told_in_one_line)
 {
-    (void)state;
     char line[512], arguments[128];
     Process server, run;
-    int port = web_start(&server, web, "--port 0", line);
-    process_run(&run, web, "--port %d", port);
+    int port = web_start(&server, program_path("pliant-web"), "--port 0", line);
+    process_run(&run, program_path("pliant-web"), "--port %d", port);
     assert_int_equal(run.code, 1);
     snprintf(arguments, sizeof arguments, "port %d of 127.0.0.1 is in use: choose another", port);
     assert_non_null(strstr(run.err, arguments));
@@ -676,39 +661,13 @@ static void what_is_wrong_is_told_in_one_line(void **state)
         {"--listen 192.0.2.1:0", "cannot listen on port 0 of 192.0.2.1", 1},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        process_run(&run, web, "%s", cases[k].arguments);
+        process_run(&run, program_path("pliant-web"), "%s", cases[k].arguments);
         if (run.code != cases[k].code || strstr(run.err, cases[k].says) == NULL)
             fail_msg("'%s': exit %d, '%s' does not say '%s'", cases[k].arguments, run.code, run.err,
                      cases[k].says);
     }
-    process_run(&run, web, "--help");
+    process_run(&run, program_path("pliant-web"), "--help");
     assert_int_equal(run.code, 0);
     assert_non_null(strstr(run.out, "--read-only"));
     process_end(&server);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_page_learns_the_scene_and_follows_every_body),
-        daemon_test(a_page_follows_positions_in_packets),
-        daemon_test(a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest),
-        daemon_test(a_pose_presses_the_body_and_is_withdrawn_with_the_page),
-        daemon_test(a_cut_changes_the_mesh_and_is_answered_to_whom_asked),
-        daemon_test(a_read_only_server_shows_and_does_nothing),
-        daemon_test(pages_of_other_sites_stay_outside),
-        daemon_test(only_files_of_the_page_are_served),
-        daemon_test(where_others_can_listen_a_token_is_needed),
-        daemon_test(there_is_an_end_to_connections),
-        daemon_test(hostile_frames_close_their_connection_only),
-        daemon_test(a_scene_is_shown_once_it_is_known_whose_it_is),
-        daemon_test(what_is_not_answered_is_asked_again_and_then_given_up),
-        daemon_test(daemons_may_come_late_go_and_come_again),
-        daemon_test(requests_die_with_the_daemon_that_they_are_for),
-        daemon_test(a_scene_may_listen_on_another_prefix),
-        daemon_test(what_is_wrong_is_told_in_one_line),
-    };
-    harness_start(argc, argv);
-    web = argv[2];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

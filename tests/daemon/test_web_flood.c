@@ -1,5 +1,6 @@
 // pliant-web and those who mean it ill: requests that never end, pages that say nothing, frames
 // that claim more than there is. The page stays served to others, and memory stays.
+#include "test.h"
 #include "page_client.h"
 
 #include <errno.h>
@@ -8,8 +9,6 @@
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
-
-static const char *web; // path of pliant-web
 
 enum { FEW = 40, MANY = 200, ANSWER = 8192, VISITORS_KEPT = 64, PAGES = 16, ATTEMPTS = 5 };
 // What libraries take for some dozens of connections and pages; a frame of 300 MB is a hundred
@@ -23,7 +22,7 @@ static int port;
 static void begin(const char *arguments)
 {
     char line[512];
-    port = web_start(&server, web, arguments, line);
+    port = web_start(&server, program_path("pliant-web"), arguments, line);
 }
 
 static void end(void)
@@ -99,11 +98,12 @@ static int get_page(void)
 
 // --- requests ---
 
+AROUND_EACH(NULL, harness_teardown)
+
 // Served while all of them are still open, not after they have been given up. On a machine that
 // stalls for seconds they may be over by then: so in one of some attempts.
-static void half_sent_requests_hold_up_nobody(void **state)
+TEST(half_sent_requests_hold_up_nobody)
 {
-    (void)state;
     begin("--port 0");
     int fd[FEW];
     bool beside = false;
@@ -117,9 +117,8 @@ static void half_sent_requests_hold_up_nobody(void **state)
     end();
 }
 
-static void of_a_flood_of_half_sent_requests_some_are_kept(void **state)
+TEST(of_a_flood_of_half_sent_requests_some_are_kept)
 {
-    (void)state;
     begin("--port 0");
     long before = peak_kb();
     int fd[MANY];
@@ -138,9 +137,8 @@ static void of_a_flood_of_half_sent_requests_some_are_kept(void **state)
 }
 
 // An address with many connections loses its own, not those of others.
-static void who_floods_loses_his_own_connections(void **state)
+TEST(who_floods_loses_his_own_connections)
 {
-    (void)state;
     begin("--port 0");
     int one, fd[MANY];
     bool kept = false;
@@ -160,9 +158,8 @@ static void who_floods_loses_his_own_connections(void **state)
 }
 
 // Whatever goes on dripping in: the whole of a request has its time.
-static void a_request_by_drops_is_ended(void **state)
+TEST(a_request_by_drops_is_ended)
 {
-    (void)state;
     begin("--port 0");
     int fd;
     open_half(&fd, 1, US);
@@ -171,9 +168,8 @@ static void a_request_by_drops_is_ended(void **state)
     end();
 }
 
-static void a_request_without_end_is_refused(void **state)
+TEST(a_request_without_end_is_refused)
 {
-    (void)state;
     begin("--port 0");
     long before = peak_kb();
     char much[1024];
@@ -189,9 +185,8 @@ static void a_request_without_end_is_refused(void **state)
 }
 
 // Of an answer that is longer than what the network holds.
-static void answers_that_nobody_reads_hold_up_nobody(void **state)
+TEST(answers_that_nobody_reads_hold_up_nobody)
 {
-    (void)state;
     enum { IMAGE_BYTES = 32 << 20 };
     char *image = calloc(1, IMAGE_BYTES), arguments[PATH_TEXT];
     assert_non_null(image);
@@ -227,9 +222,8 @@ static void answers_that_nobody_reads_hold_up_nobody(void **state)
 // --- pages ---
 
 // Half of them never answered, the others did at first.
-static void pages_that_say_nothing_make_room(void **state)
+TEST(pages_that_say_nothing_make_room)
 {
-    (void)state;
     begin("--port 0");
     PageClient *silent[PAGES / 2];
     int fd[PAGES / 2];
@@ -280,9 +274,8 @@ static const Hostile HOSTILE[] = {
 };
 
 // The head alone is enough: the server neither waits for what it claims nor allocates it.
-static void frames_that_claim_too_much_are_refused_by_their_head(void **state)
+TEST(frames_that_claim_too_much_are_refused_by_their_head)
 {
-    (void)state;
     begin("--port 0");
     long before = peak_kb();
     for (size_t k = 0; k < sizeof HOSTILE / sizeof *HOSTILE; k++) {
@@ -299,9 +292,8 @@ static void frames_that_claim_too_much_are_refused_by_their_head(void **state)
     end();
 }
 
-static void a_frame_of_300_mb_takes_no_memory(void **state)
+TEST(a_frame_of_300_mb_takes_no_memory)
 {
-    (void)state;
     begin("--port 0");
     long before = peak_kb();
     PageClient *page = open_page(), *good = open_page();
@@ -322,9 +314,8 @@ static void a_frame_of_300_mb_takes_no_memory(void **state)
     end();
 }
 
-static void a_frame_by_drops_is_ended(void **state)
+TEST(a_frame_by_drops_is_ended)
 {
-    (void)state;
     begin("--port 0");
     PageClient *page = open_page();
     page_send_raw(page, "\x81\xfe\x3f\xff", 4);
@@ -333,9 +324,8 @@ static void a_frame_by_drops_is_ended(void **state)
     end();
 }
 
-static void a_flood_of_pings_holds_up_no_other_page(void **state)
+TEST(a_flood_of_pings_holds_up_no_other_page)
 {
-    (void)state;
     begin("--port 0");
     long before = peak_kb();
     PageClient *flood = open_page(), *good = open_page();
@@ -351,9 +341,8 @@ static void a_flood_of_pings_holds_up_no_other_page(void **state)
 }
 
 // Upgrades whose other end has gone before the answer is there.
-static void pages_that_come_and_go_leave_nothing(void **state)
+TEST(pages_that_come_and_go_leave_nothing)
 {
-    (void)state;
     begin("--port 0");
     long before = peak_kb();
     char why[256];
@@ -369,25 +358,4 @@ static void pages_that_come_and_go_leave_nothing(void **state)
     assert_true(peak_kb() - before < GROWTH_KB);
 #endif
     end();
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(half_sent_requests_hold_up_nobody),
-        daemon_test(of_a_flood_of_half_sent_requests_some_are_kept),
-        daemon_test(who_floods_loses_his_own_connections),
-        daemon_test(a_request_by_drops_is_ended),
-        daemon_test(a_request_without_end_is_refused),
-        daemon_test(answers_that_nobody_reads_hold_up_nobody),
-        daemon_test(pages_that_say_nothing_make_room),
-        daemon_test(frames_that_claim_too_much_are_refused_by_their_head),
-        daemon_test(a_frame_of_300_mb_takes_no_memory),
-        daemon_test(a_frame_by_drops_is_ended),
-        daemon_test(a_flood_of_pings_holds_up_no_other_page),
-        daemon_test(pages_that_come_and_go_leave_nothing),
-    };
-    harness_start(argc, argv);
-    web = argv[2];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

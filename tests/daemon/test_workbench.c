@@ -1,5 +1,6 @@
 // The workbench of pliant-web with the real programs: what pages may start and send, what is
 // refused, and that nothing is left of it.
+#include "test.h"
 #include "effort.h"
 #include "page_client.h"
 
@@ -15,7 +16,6 @@
 
 enum { ANSWER = 8192 };
 
-static const char *web; // path of pliant-web
 static Process server;
 static int port;
 static PageClient *page;
@@ -47,7 +47,7 @@ static void begin(const char *options)
     write_text(scratch("outside.cfg"), SCENE);
     assert_int_equal(symlink("../outside.cfg", scratch("scenes/away.cfg")), 0);
     snprintf(arguments, sizeof arguments, "--port 0 %s", options);
-    port = web_start(&server, web, arguments, line);
+    port = web_start(&server, program_path("pliant-web"), arguments, line);
     page = page_connect(port, "/live", NULL, why);
     if (page == NULL)
         fail_msg("not connected: %s", why);
@@ -112,9 +112,10 @@ static int open_files(void)
 
 // --- scenes ---
 
-static void a_scene_of_the_folder_runs_until_it_is_ended(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_scene_of_the_folder_runs_until_it_is_ended)
 {
-    (void)state;
     pid_t pid[4];
     begin_workbench("");
     start("good.cfg");
@@ -129,9 +130,8 @@ static void a_scene_of_the_folder_runs_until_it_is_ended(void **state)
     end();
 }
 
-static void a_scene_that_is_refused_says_where(void **state)
+TEST(a_scene_that_is_refused_says_where)
 {
-    (void)state;
     begin_workbench("");
     start("wrong.cfg");
     page_wait(daemon_is("failed"));
@@ -139,9 +139,8 @@ static void a_scene_that_is_refused_says_where(void **state)
     end();
 }
 
-static void nothing_but_files_of_the_list_is_started(void **state)
+TEST(nothing_but_files_of_the_list_is_started)
 {
-    (void)state;
     static const char *const names[] = {
         "away.cfg",        "../outside.cfg",       "none.cfg",      "--help", "/etc/passwd",
         "scenes/good.cfg", "good.cfg/../good.cfg", "uploads/x.cfg", "-l.cfg", "good.cfg "};
@@ -157,9 +156,8 @@ static void nothing_but_files_of_the_list_is_started(void **state)
     end();
 }
 
-static void a_daemon_that_others_started_is_neither_replaced_nor_ended(void **state)
+TEST(a_daemon_that_others_started_is_neither_replaced_nor_ended)
 {
-    (void)state;
     Process daemon;
     begin_workbench("");
     write_text(scratch("own.cfg"), SCENE);
@@ -174,9 +172,8 @@ static void a_daemon_that_others_started_is_neither_replaced_nor_ended(void **st
     end();
 }
 
-static void starting_and_ending_often_leaves_nothing(void **state)
+TEST(starting_and_ending_often_leaves_nothing)
 {
-    (void)state;
     pid_t pid[4];
     begin_workbench("");
     int files = open_files();
@@ -198,9 +195,8 @@ static void starting_and_ending_often_leaves_nothing(void **state)
     end();
 }
 
-static void programs_end_with_a_server_that_is_killed(void **state)
+TEST(programs_end_with_a_server_that_is_killed)
 {
-    (void)state;
     pid_t pid[4];
     assert_int_equal(prctl(PR_SET_CHILD_SUBREAPER, 1), 0); // orphans become ours
     begin_workbench("");
@@ -217,9 +213,8 @@ static void programs_end_with_a_server_that_is_killed(void **state)
     prctl(PR_SET_CHILD_SUBREAPER, 0);
 }
 
-static void a_session_is_recorded_listed_and_given_out(void **state)
+TEST(a_session_is_recorded_listed_and_given_out)
 {
-    (void)state;
     char answer[ANSWER], request[512];
     begin_workbench("");
     page_send(page, "{\"type\":\"record\",\"id\":3,\"on\":true}");
@@ -278,9 +273,8 @@ static int post_mesh(const char *name, const char *body, char *answer)
     return post(path, headers, body, answer);
 }
 
-static void a_mesh_that_is_sent_becomes_a_scene_that_runs(void **state)
+TEST(a_mesh_that_is_sent_becomes_a_scene_that_runs)
 {
-    (void)state;
     char answer[ANSWER];
     begin_workbench("");
     assert_int_equal(post_mesh("..%2F..%2Fmy%20mesh.stl", STL, answer), 201);
@@ -319,10 +313,8 @@ static bool has_text(const char *name, const char *text)
     return strstr(read, text) != NULL;
 }
 
-static void
-a_proposed_scene_is_replaced_by_a_better_one_only_while_nobody_has_changed_it(void **state)
+TEST(a_proposed_scene_is_replaced_by_a_better_one_only_while_nobody_has_changed_it)
 {
-    (void)state;
     char answer[ANSWER];
     begin_workbench("");
     assert_int_equal(post_mesh("a.stl", STL, answer), 201);
@@ -344,9 +336,8 @@ a_proposed_scene_is_replaced_by_a_better_one_only_while_nobody_has_changed_it(vo
     end();
 }
 
-static void only_a_page_of_this_server_sends_meshes_within_the_limits(void **state)
+TEST(only_a_page_of_this_server_sends_meshes_within_the_limits)
 {
-    (void)state;
     char answer[ANSWER];
     static const struct {
         const char *path, *headers;
@@ -419,9 +410,8 @@ static int begin_half(void)
     return fd;
 }
 
-static void a_mesh_that_breaks_off_leaves_nothing_and_holds_up_nobody(void **state)
+TEST(a_mesh_that_breaks_off_leaves_nothing_and_holds_up_nobody)
 {
-    (void)state;
     char answer[ANSWER];
     begin_workbench("");
     int fd = begin_half();
@@ -450,9 +440,8 @@ static int post_large(const char *type, char *answer)
     return code;
 }
 
-static void a_large_mesh_that_is_refused_is_told_why(void **state)
+TEST(a_large_mesh_that_is_refused_is_told_why)
 {
-    (void)state;
     char answer[ANSWER];
     begin_workbench("");
     assert_int_equal(post_large("text/plain", answer), 415);
@@ -466,9 +455,8 @@ static void a_large_mesh_that_is_refused_is_told_why(void **state)
 
 // --- who may ---
 
-static void a_read_only_server_starts_takes_and_lists_nothing(void **state)
+TEST(a_read_only_server_starts_takes_and_lists_nothing)
 {
-    (void)state;
     char answer[ANSWER], arguments[PATH_TEXT * 2];
     pid_t pid[4];
     snprintf(arguments, sizeof arguments, "--read-only --scenes %s", scratch("scenes"));
@@ -496,9 +484,8 @@ static void a_read_only_server_starts_takes_and_lists_nothing(void **state)
     end();
 }
 
-static void a_server_without_a_folder_starts_nothing(void **state)
+TEST(a_server_without_a_folder_starts_nothing)
 {
-    (void)state;
     char answer[ANSWER];
     begin("");
     start("good.cfg");
@@ -508,14 +495,13 @@ static void a_server_without_a_folder_starts_nothing(void **state)
     end();
 }
 
-static void with_a_token_meshes_need_it_too(void **state)
+TEST(with_a_token_meshes_need_it_too)
 {
-    (void)state;
     char line[512], answer[ANSWER], arguments[PATH_TEXT * 3], headers[256];
     write_text(scratch("token"), "0123456789abcdefXYZ\n");
     snprintf(arguments, sizeof arguments, "--listen 127.0.0.1:0 --token %s --scenes %s",
              scratch("token"), scratch("scenes"));
-    port = web_start(&server, web, arguments, line);
+    port = web_start(&server, program_path("pliant-web"), arguments, line);
     assert_int_equal(post_mesh("token.stl", STL, answer), 403);
     snprintf(headers, sizeof headers,
              "Content-Type: application/octet-stream\r\nContent-Length: %zu\r\n"
@@ -525,42 +511,17 @@ static void with_a_token_meshes_need_it_too(void **state)
     process_end(&server);
 }
 
-static void what_is_wrong_with_the_folders_is_told(void **state)
+TEST(what_is_wrong_with_the_folders_is_told)
 {
-    (void)state;
     Process run;
-    process_run(&run, web, "--port 0 --scenes /nowhere");
+    process_run(&run, program_path("pliant-web"), "--port 0 --scenes /nowhere");
     assert_int_equal(run.code, 1);
     assert_non_null(strstr(run.err, "--scenes /nowhere: No such file"));
-    process_run(&run, web, "--port 0 --uploads /tmp");
+    process_run(&run, program_path("pliant-web"), "--port 0 --uploads /tmp");
     assert_int_equal(run.code, 2);
     assert_non_null(strstr(run.err, "go with --scenes DIR"));
-    process_run(&run, web, "--port 0 --scenes %s --pliantd /nowhere", scratch("scenes"));
+    process_run(&run, program_path("pliant-web"), "--port 0 --scenes %s --pliantd /nowhere",
+                scratch("scenes"));
     assert_int_equal(run.code, 1);
     assert_non_null(strstr(run.err, "--pliantd /nowhere: No such file"));
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_scene_of_the_folder_runs_until_it_is_ended),
-        daemon_test(a_scene_that_is_refused_says_where),
-        daemon_test(nothing_but_files_of_the_list_is_started),
-        daemon_test(a_daemon_that_others_started_is_neither_replaced_nor_ended),
-        daemon_test(starting_and_ending_often_leaves_nothing),
-        daemon_test(programs_end_with_a_server_that_is_killed),
-        daemon_test(a_session_is_recorded_listed_and_given_out),
-        daemon_test(a_mesh_that_is_sent_becomes_a_scene_that_runs),
-        daemon_test(a_proposed_scene_is_replaced_by_a_better_one_only_while_nobody_has_changed_it),
-        daemon_test(only_a_page_of_this_server_sends_meshes_within_the_limits),
-        daemon_test(a_mesh_that_breaks_off_leaves_nothing_and_holds_up_nobody),
-        daemon_test(a_large_mesh_that_is_refused_is_told_why),
-        daemon_test(a_read_only_server_starts_takes_and_lists_nothing),
-        daemon_test(a_server_without_a_folder_starts_nothing),
-        daemon_test(with_a_token_meshes_need_it_too),
-        daemon_test(what_is_wrong_with_the_folders_is_told),
-    };
-    harness_start(argc, argv);
-    web = argv[2];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -39,10 +39,9 @@ LinkCounts hosts_counts(void);
 void hosts_forge(Host to, const void *packet, size_t size);
 void hosts_destroy(void);
 
-// What main returns of tests that need two hosts: makes them, runs the tests, takes them down.
-int hosts_run_tests(int argc, char **argv, uint64_t seed, const struct CMUnitTest *tests,
-                    size_t count);
-#define hosts_run(argc, argv, seed, tests)                                                         \
-    hosts_run_tests(argc, argv, seed, tests, sizeof(tests) / sizeof *(tests))
+// Around tests that need two hosts: makes them, with faults from a seed that is the same each time;
+// takes them down.
+int hosts_begin(void **state);
+int hosts_end(void **state);
 
 #endif

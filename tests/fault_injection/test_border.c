@@ -1,6 +1,7 @@
 // Who may send what: other hosts are refused unless the scene hears them, what is sent to the port
 // alone never arrives, forged addresses do not help, STOP can be switched off, and no claim ends a
 // daemon by its numbers.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "hosts.h"
@@ -59,9 +60,11 @@ static void expect_unmoved(Rig *rig)
 
 // --- other hosts ---
 
-static void another_host_is_refused_and_counted(void **state)
+AROUND_ALL(hosts_begin, hosts_end)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(another_host_is_refused_and_counted)
 {
-    (void)state;
     Rig rig = begin("", "");
     const double top[3] = {0.0, 0.0, 0.05}, push[3] = {0.0, 0.0, -1.0};
     pliant_tool_pose_t pose = make_pose(rig.far, top);
@@ -76,9 +79,8 @@ static void another_host_is_refused_and_counted(void **state)
     assert_non_null(strstr(rig.daemon.out, "other_host"));
 }
 
-static void a_scene_or_an_option_hears_all_hosts(void **state)
+TEST(a_scene_or_an_option_hears_all_hosts)
 {
-    (void)state;
     static const char *const CASES[][2] = {{"remote = true;", ""}, {"", "--remote"}};
     for (int k = 0; k < 2; k++) {
         Rig rig = begin(CASES[k][0], CASES[k][1]);
@@ -91,9 +93,8 @@ static void a_scene_or_an_option_hears_all_hosts(void **state)
 
 // --- to the port alone ---
 
-static void a_packet_for_the_port_alone_never_arrives(void **state)
+TEST(a_packet_for_the_port_alone_never_arrives)
 {
-    (void)state;
     Rig rig = begin("remote = true;", "");
     unsigned char packet[512];
     for (int k = 0; k < 2; k++) {
@@ -136,9 +137,8 @@ static void forge(Client *client, const char *source)
 }
 
 // The kernel refuses the host's own addresses from outside; ours refuses the rest.
-static void a_forged_address_is_no_way_in(void **state)
+TEST(a_forged_address_is_no_way_in)
 {
-    (void)state;
     static const char *const OWN[] = {"10.77.0.1", "127.0.0.1", "0.0.0.0", "127.0.0.2"};
     Rig rig = begin("", "");
     // That what is forged here arrives at all.
@@ -150,9 +150,8 @@ static void a_forged_address_is_no_way_in(void **state)
 }
 
 // This host's addresses may change while the daemon runs.
-static void an_address_that_came_later_is_of_this_host(void **state)
+TEST(an_address_that_came_later_is_of_this_host)
 {
-    (void)state;
     Rig rig = begin("", "");
     unsigned char packet[512];
     size_t size = packet_stop(packet, 92);
@@ -169,9 +168,8 @@ static void an_address_that_came_later_is_of_this_host(void **state)
 }
 
 // A route, but nothing comes back: here because it goes to another port.
-static void what_does_not_come_back_is_told_in_bounded_time(void **state)
+TEST(what_does_not_come_back_is_told_in_bounded_time)
 {
-    (void)state;
     Network network;
     const ReceiverOptions options = {.remote = true};
     char why[RECEIVER_WHY_MAX] = "";
@@ -186,9 +184,8 @@ static void what_does_not_come_back_is_told_in_bounded_time(void **state)
 
 // --- STOP ---
 
-static void stop_can_be_switched_off(void **state)
+TEST(stop_can_be_switched_off)
 {
-    (void)state;
     static const char *const CASES[][2] = {{"stop_command = false;", ""}, {"", "--no-stop"}};
     for (int k = 0; k < 2; k++) {
         Rig rig = begin(CASES[k][0], CASES[k][1]);
@@ -238,9 +235,8 @@ static void lie(Client *from, int64_t held)
     pliant_claim_t_unsubscribe(from->lcm, on);
 }
 
-static void no_claim_ends_a_daemon_by_its_numbers(void **state)
+TEST(no_claim_ends_a_daemon_by_its_numbers)
 {
-    (void)state;
     static const int64_t HELD[] = {INT64_C(1) << 62, INT64_MAX, INT64_MIN, -2};
     Rig rig = begin("", "");
     for (int k = 0; k < 4; k++) {
@@ -252,9 +248,8 @@ static void no_claim_ends_a_daemon_by_its_numbers(void **state)
     expect_unmoved(&rig);
 }
 
-static void another_host_claims_in_vain_unless_it_is_heard(void **state)
+TEST(another_host_claims_in_vain_unless_it_is_heard)
 {
-    (void)state;
     Rig rig = begin("", "");
     const pliant_claim_t question = {.daemon = 7, .question = 5, .held = 60000000};
     pliant_claim_t_publish(rig.far->lcm, "PLIANT_CLAIM", &question);
@@ -319,9 +314,8 @@ static const char *write_crowded(void)
 }
 
 // So that no client needs fragments.
-static void no_message_is_longer_than_a_packet(void **state)
+TEST(no_message_is_longer_than_a_packet)
 {
-    (void)state;
     static Largest largest;
     Process daemon;
     Client *client = client_create();
@@ -338,21 +332,4 @@ static void no_message_is_longer_than_a_packet(void **state)
     lcm_unsubscribe(client->lcm, on);
     process_end(&daemon);
     client_destroy(client);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(another_host_is_refused_and_counted),
-        daemon_test(a_scene_or_an_option_hears_all_hosts),
-        daemon_test(a_packet_for_the_port_alone_never_arrives),
-        daemon_test(a_forged_address_is_no_way_in),
-        daemon_test(an_address_that_came_later_is_of_this_host),
-        daemon_test(what_does_not_come_back_is_told_in_bounded_time),
-        daemon_test(stop_can_be_switched_off),
-        daemon_test(no_claim_ends_a_daemon_by_its_numbers),
-        daemon_test(another_host_claims_in_vain_unless_it_is_heard),
-        daemon_test(no_message_is_longer_than_a_packet),
-    };
-    return hosts_run(argc, argv, 2, tests);
 }

@@ -1,5 +1,6 @@
 // Clocks that are set while they are in use: by an hour forward and back, of the daemon and of a
 // client. Nothing that waits, times out or measures may rest on them.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
@@ -12,7 +13,6 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-static const char *library, *probe_path;
 static volatile int64_t *offset_us; // of the clocks of what is started by start_with_clock
 
 static const int64_t HOUR_US = INT64_C(3600000000);
@@ -22,8 +22,9 @@ static const char HEAD[] =
     "rate_hz = 500.0; tool_timeout_s = 30.0; publish = { nodes_hz = 50.0; mesh_hz = 5.0; "
     "contact_hz = 100.0; status_hz = 20.0; };";
 
-static void open_clock(void)
+static int open_clock(void **state)
 {
+    (void)state;
     const char *path = scratch("clock");
     int fd = open(path, O_RDWR | O_CREAT, 0600);
     assert_true(fd >= 0 && ftruncate(fd, sizeof *offset_us) == 0);
@@ -32,12 +33,13 @@ static void open_clock(void)
     offset_us = memory;
     close(fd);
     setenv("PLIANT_SET_CLOCK", path, 1);
+    return 0;
 }
 
 // `program`: NULL for the server.
 static void start_with_clock(Process *process, const char *program, const char *arguments)
 {
-    process_start(process, program, "LD_PRELOAD=%s %s", library, arguments);
+    process_start(process, program, "LD_PRELOAD=%s %s", test_argument(2), arguments);
 }
 
 // Presses with poses of our own clock until so many more contacts were reported; false when the
@@ -56,9 +58,11 @@ static bool feel(Client *client, int contacts)
     return unbroken;
 }
 
-static void a_daemon_whose_clock_is_set_goes_on_as_before(void **state)
+AROUND_ALL(open_clock, NULL)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_daemon_whose_clock_is_set_goes_on_as_before)
 {
-    (void)state;
     static const int64_t OFFSETS[] = {HOUR_US, -HOUR_US, 0};
     Process daemon;
     *offset_us = 0;
@@ -93,9 +97,8 @@ static void a_daemon_whose_clock_is_set_goes_on_as_before(void **state)
 }
 
 // A viewer that has seen the first one must not take the second one's frames for old ones.
-static void a_daemon_that_restarts_with_an_earlier_clock_is_shown(void **state)
+TEST(a_daemon_that_restarts_with_an_earlier_clock_is_shown)
 {
-    (void)state;
     Process daemon;
     *offset_us = 0;
     Client *client = client_create();
@@ -114,9 +117,8 @@ static void a_daemon_that_restarts_with_an_earlier_clock_is_shown(void **state)
     client_destroy(client);
 }
 
-static void a_client_whose_clock_is_set_keeps_its_tool_and_its_measures(void **state)
+TEST(a_client_whose_clock_is_set_keeps_its_tool_and_its_measures)
 {
-    (void)state;
     Process daemon, probe;
     char arguments[PATH_TEXT * 3];
     *offset_us = 0;
@@ -126,7 +128,7 @@ static void a_client_whose_clock_is_set_keeps_its_tool_and_its_measures(void **s
     const char *log = scratch("probe.tsv");
     snprintf(arguments, sizeof arguments,
              "--press 0,0,0.058 --depth 0.008 --speed 0.05 --hold 1.5 --rate 200 --log %s", log);
-    start_with_clock(&probe, probe_path, arguments);
+    start_with_clock(&probe, program_path("pliant-probe"), arguments);
     wait_until(client, client->contact.contact);
     static const int64_t OFFSETS[] = {HOUR_US, -HOUR_US, 0};
     for (int i = 0; i < 3; i++) {
@@ -164,9 +166,8 @@ static void a_client_whose_clock_is_set_keeps_its_tool_and_its_measures(void **s
     client_destroy(client);
 }
 
-static void time_stamps_of_poses_mean_nothing_to_the_daemon(void **state)
+TEST(time_stamps_of_poses_mean_nothing_to_the_daemon)
 {
-    (void)state;
     static const int64_t UTIMES[] = {0, -1, INT64_MIN, INT64_MAX, 1, INT64_MAX - 1, -HOUR_US};
     Process daemon;
     Client *client = client_create();
@@ -187,21 +188,4 @@ static void time_stamps_of_poses_mean_nothing_to_the_daemon(void **state)
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
     process_wait(&daemon);
     client_destroy(client);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_daemon_whose_clock_is_set_goes_on_as_before),
-        daemon_test(a_daemon_that_restarts_with_an_earlier_clock_is_shown),
-        daemon_test(a_client_whose_clock_is_set_keeps_its_tool_and_its_measures),
-        daemon_test(time_stamps_of_poses_mean_nothing_to_the_daemon),
-    };
-    if (argc < 4)
-        return 2;
-    library = argv[2];
-    probe_path = argv[3];
-    harness_start(argc, argv);
-    open_clock();
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

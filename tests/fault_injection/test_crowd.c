@@ -1,5 +1,6 @@
 // A hundred subscribers of one daemon: all of them get what is published, and the daemon's own
 // figures beside those of a run with one.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
@@ -69,9 +70,10 @@ static void times_line(const Process *daemon, const char *name, char line[128])
     snprintf(line, 128, "%.*s", (int)strcspn(at, "\n"), at);
 }
 
-static void a_hundred_subscribers_all_get_what_is_published(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_hundred_subscribers_all_get_what_is_published)
 {
-    (void)state;
     for (int count = 0; count <= CROWD; count += CROWD) {
         Process daemon;
         Client *client = client_create();
@@ -95,13 +97,4 @@ static void a_hundred_subscribers_all_get_what_is_published(void **state)
         close_listeners(count);
         client_destroy(client);
     }
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_hundred_subscribers_all_get_what_is_published),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,6 +1,7 @@
 // Raw datagrams against the running programs: a million random and made-up ones, whole messages and
 // fragments, to the group and to the port. Afterwards the server answers, pages are served, the
 // recording is whole, and none of them has grown.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
@@ -21,7 +22,6 @@
 enum { SERVER, WEB, RECORD, MONITOR, PROGRAMS, FEW = 30000 };
 static const char *const NAME[PROGRAMS] = {"pliantd", "pliant-web", "pliant-record",
                                            "pliant-monitor"};
-static const char *path[PROGRAMS];
 
 // --- packets ---
 
@@ -160,9 +160,9 @@ static void start_all(Process program[PROGRAMS])
     static const char HEAD[] =
         "rate_hz = 500.0; publish = { nodes_hz = 20.0; contact_hz = 100.0; status_hz = 10.0; };";
     daemon_start(&program[SERVER], "%s", write_scene("datagrams.cfg", HEAD, PROBE_TOOL));
-    process_start(&program[WEB], path[WEB], "--port 0");
-    process_start(&program[RECORD], path[RECORD], "-o %s", scratch("datagrams.h5"));
-    process_start(&program[MONITOR], path[MONITOR], "--duration 10000");
+    process_start(&program[WEB], program_path(NAME[WEB]), "--port 0");
+    process_start(&program[RECORD], program_path(NAME[RECORD]), "-o %s", scratch("datagrams.h5"));
+    process_start(&program[MONITOR], program_path(NAME[MONITOR]), "--duration 10000");
     Client *client = client_create();
     client_wait_for_daemon(client);
     // Pages and recordings begin when the whole mesh has come.
@@ -225,9 +225,10 @@ static void pour(int fd, long count, Process program[PROGRAMS])
     }
 }
 
-static void every_program_outlives_a_million_hostile_datagrams(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(every_program_outlives_a_million_hostile_datagrams)
 {
-    (void)state;
     Process program[PROGRAMS];
     long before[PROGRAMS][2], after[PROGRAMS][2];
     const char *wanted = getenv("PLIANT_DATAGRAMS");
@@ -266,17 +267,4 @@ static void every_program_outlives_a_million_hostile_datagrams(void **state)
     struct stat facts;
     assert_int_equal(stat(scratch("datagrams.h5"), &facts), 0);
     expect_at_least((double)facts.st_size, 10000.0);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(every_program_outlives_a_million_hostile_datagrams),
-    };
-    if (argc < 5)
-        return 2;
-    for (int k = 0; k < PROGRAMS; k++)
-        path[k] = argv[1 + k];
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

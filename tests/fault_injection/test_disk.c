@@ -1,6 +1,7 @@
 // A disk that fills up while the daemon runs: a recording, checkpoints and the log of inputs end
 // with an event and exit status 1, what was written stays whole, the simulation goes on. The disk
 // is a small tmpfs that only this test sees.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
@@ -18,15 +19,20 @@
 
 static char disk[PATH_TEXT];
 
-static bool mount_disk(void)
+static int mount_disk(void **state)
 {
+    (void)state;
     snprintf(disk, sizeof disk, "%s", scratch("disk"));
     if (unshare(CLONE_NEWNS) != 0 || mount(NULL, "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0 ||
-        mkdir(disk, 0700) != 0 || mount("none", disk, "tmpfs", 0, "size=2m") != 0) {
-        printf("skipped: a file system of our own is not permitted here: %s\n", strerror(errno));
-        return false;
-    }
-    return true;
+        mkdir(disk, 0700) != 0 || mount("none", disk, "tmpfs", 0, "size=2m") != 0)
+        test_skip_program("a file system of our own is not permitted here");
+    return 0;
+}
+
+static int unmount_disk(void **state)
+{
+    (void)state;
+    return umount(disk);
 }
 
 static const char *on_disk(const char *name)
@@ -88,9 +94,11 @@ static bool saw_end(const Client *client, const char *kind)
     return false;
 }
 
-static void a_full_disk_ends_the_recording_whole(void **state)
+AROUND_ALL(mount_disk, unmount_disk)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_full_disk_ends_the_recording_whole)
 {
-    (void)state;
     const char *path = on_disk("full.h5");
     Client *client = client_create();
     Process daemon;
@@ -120,9 +128,8 @@ static void a_full_disk_ends_the_recording_whole(void **state)
     unlink(on_disk("full.h5.xdmf"));
 }
 
-static void a_full_disk_leaves_the_last_checkpoint_whole(void **state)
+TEST(a_full_disk_leaves_the_last_checkpoint_whole)
 {
-    (void)state;
     char path[PATH_TEXT + 64];
     snprintf(path, sizeof path, "%s", on_disk("kept.h5"));
     const char *scene =
@@ -159,9 +166,8 @@ static void a_full_disk_leaves_the_last_checkpoint_whole(void **state)
     unlink(path);
 }
 
-static void a_full_disk_ends_the_log_of_inputs_with_status_1(void **state)
+TEST(a_full_disk_ends_the_log_of_inputs_with_status_1)
 {
-    (void)state;
     const char *path = on_disk("inputs.log");
     Client *client = client_create();
     Process daemon;
@@ -184,19 +190,4 @@ static void a_full_disk_ends_the_log_of_inputs_with_status_1(void **state)
     figure("disk full while logging inputs: event, exit status 1, the simulation goes on");
     unlink(on_disk("ballast"));
     unlink(path);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_full_disk_ends_the_recording_whole),
-        daemon_test(a_full_disk_leaves_the_last_checkpoint_whole),
-        daemon_test(a_full_disk_ends_the_log_of_inputs_with_status_1),
-    };
-    harness_start(argc, argv);
-    if (!mount_disk())
-        return harness_end(77);
-    int result = cmocka_run_group_tests(tests, NULL, NULL);
-    umount(disk);
-    return harness_end(result);
 }

@@ -1,5 +1,6 @@
 // Misbehaving clients: poses at 10 kHz, requests and garbage as fast as they go, requests that take
 // long. The daemon keeps its beat, counts what it refuses, and still answers a well-behaved client.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
@@ -116,9 +117,10 @@ static void pour_poses(Flood *flood)
     nanosleep(&pause, NULL);
 }
 
-static void poses_at_10_khz_move_the_tool_and_hold_up_nothing(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(poses_at_10_khz_move_the_tool_and_hold_up_nothing)
 {
-    (void)state;
     endure(pour_poses, "poses at 10 kHz", NULL);
 }
 
@@ -136,9 +138,8 @@ static void pour_requests(Flood *flood)
     atomic_fetch_add(&flood->sent, 1);
 }
 
-static void a_flood_of_requests_is_refused_when_the_queue_is_full(void **state)
+TEST(a_flood_of_requests_is_refused_when_the_queue_is_full)
 {
-    (void)state;
     endure(pour_requests, "requests as fast as they go", "queue_full");
 }
 
@@ -166,9 +167,8 @@ static void pour_garbage(Flood *flood)
     atomic_fetch_add(&flood->sent, 1);
 }
 
-static void garbage_on_all_channels_is_refused_and_counted(void **state)
+TEST(garbage_on_all_channels_is_refused_and_counted)
 {
-    (void)state;
     endure(pour_garbage, "garbage on all channels as fast as it goes", "wrong_size");
 }
 
@@ -249,9 +249,8 @@ static void run_ticks(bool flooded, char state[32])
     printed_state(&daemon, state);
 }
 
-static void hostile_ties_at_10_khz_change_nothing_but_counters(void **state)
+TEST(hostile_ties_at_10_khz_change_nothing_but_counters)
 {
-    (void)state;
     char flooded[32], quiet[32];
     run_ticks(true, flooded);
     run_ticks(false, quiet);
@@ -345,9 +344,8 @@ static double ticks_a_second(Client *client, double seconds)
 
 // The daemon gives requests at most half of the clock. A tenth leaves room for what the flood costs
 // its other threads, on a machine that does something else too.
-static void requests_that_take_long_leave_ticks_their_time(void **state)
+TEST(requests_that_take_long_leave_ticks_their_time)
 {
-    (void)state;
     const double LEAST_SHARE = 0.1;
     static Process daemon, again;
     Flood flood;
@@ -386,17 +384,4 @@ static void requests_that_take_long_leave_ticks_their_time(void **state)
            sent, during, calm, late, asked);
     close(manager);
     client_destroy(client);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(poses_at_10_khz_move_the_tool_and_hold_up_nothing),
-        daemon_test(a_flood_of_requests_is_refused_when_the_queue_is_full),
-        daemon_test(garbage_on_all_channels_is_refused_and_counted),
-        daemon_test(hostile_ties_at_10_khz_change_nothing_but_counters),
-        daemon_test(requests_that_take_long_leave_ticks_their_time),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

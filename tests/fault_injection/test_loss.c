@@ -1,6 +1,7 @@
 // A link between two hosts that loses, delays, reorders and repeats packets, and one that is cut:
 // requests are answered at last and executed once, a viewer shows the truth or nothing, what is
 // lost is counted, and everything comes back with the link.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
@@ -106,9 +107,11 @@ static void play(Scenery *scenery, int frames)
     assert_true(refined);
 }
 
-static void requests_over_a_lossy_link_are_answered_and_executed_once(void **state)
+AROUND_ALL(hosts_begin, hosts_end)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(requests_over_a_lossy_link_are_answered_and_executed_once)
 {
-    (void)state;
     Scenery s;
     begin(&s, write_scene("steps.cfg", "publish = { nodes_hz = 10.0; status_hz = 10.0; };", ""));
     insist(s.far, s.near, PLIANT_COMMAND_T_PAUSE, 0, "");
@@ -133,9 +136,8 @@ static void requests_over_a_lossy_link_are_answered_and_executed_once(void **sta
     assert_int_equal(printed(&s.daemon, "step"), step);
 }
 
-static void a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing(void **state)
+TEST(a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing)
 {
-    (void)state;
     Scenery s;
     begin(&s, write_adapting());
     int64_t lost = 0;
@@ -161,9 +163,8 @@ static void a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing(void **state
     end(&s);
 }
 
-static void delays_reordering_and_repeats_show_the_truth(void **state)
+TEST(delays_reordering_and_repeats_show_the_truth)
 {
-    (void)state;
     static const LinkFaults FAULTS[] = {
         {.delay_ms = 50.0},
         {.delay_ms = 5.0, .jitter_ms = 40.0},
@@ -191,9 +192,8 @@ static void delays_reordering_and_repeats_show_the_truth(void **state)
 
 // A frame of 21 packets comes whole one time in three when one packet in twenty is lost, a mesh of
 // 95 next to never; but its parts do.
-static void frames_of_many_packets_come_whole_or_not_at_all(void **state)
+TEST(frames_of_many_packets_come_whole_or_not_at_all)
 {
-    (void)state;
     const char *path = write_body_scene(
         "large.cfg", &(SceneParts){.head = "rate_hz = 100.0; publish = { nodes_hz = 50.0; mesh_hz "
                                            "= 10.0; status_hz = 10.0; };",
@@ -308,9 +308,8 @@ static void follow(Client *client, Stream stream[2])
 
 // Both streams of 10,242 nodes, 60 frames a second, one packet of a hundred lost: of floats whole
 // frames come now and then, of packets all but a few nodes.
-static void packets_keep_nodes_fresh_where_frames_of_floats_are_lost(void **state)
+TEST(packets_keep_nodes_fresh_where_frames_of_floats_are_lost)
 {
-    (void)state;
     const char *path = write_body_scene(
         "fine.cfg", &(SceneParts){.head = "rate_hz = 60.0; publish = { nodes_hz = 60.0; mesh_hz = "
                                           "0.0; status_hz = 10.0; positions = \"both\"; };",
@@ -376,9 +375,8 @@ static void packets_keep_nodes_fresh_where_frames_of_floats_are_lost(void **stat
     client_destroy(away);
 }
 
-static void a_link_that_was_cut_comes_back(void **state)
+TEST(a_link_that_was_cut_comes_back)
 {
-    (void)state;
     Scenery s;
     begin(&s, write_adapting());
     play(&s, 20);
@@ -395,17 +393,4 @@ static void a_link_that_was_cut_comes_back(void **state)
     expect_at_least((double)shown_compare(s.truth, s.shown), 20.0);
     assert_int_equal(refused(s.near, "tool_owned_by_other"), 0);
     end(&s);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(requests_over_a_lossy_link_are_answered_and_executed_once),
-        daemon_test(a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing),
-        daemon_test(delays_reordering_and_repeats_show_the_truth),
-        daemon_test(frames_of_many_packets_come_whole_or_not_at_all),
-        daemon_test(packets_keep_nodes_fresh_where_frames_of_floats_are_lost),
-        daemon_test(a_link_that_was_cut_comes_back),
-    };
-    return hosts_run(argc, argv, 8, tests);
 }

@@ -1,4 +1,5 @@
 // Processes that are stopped: the daemon itself, and those that listen to it.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
@@ -9,8 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-static const char *monitor_path;
 
 static void stop_for(Client *client, const Process *daemon, double seconds)
 {
@@ -39,11 +38,12 @@ static void press(Client *client)
     assert_true(client->contact.contact != 0);
 }
 
+AROUND_EACH(NULL, harness_teardown)
+
 // While the daemon is stopped the hand goes through where the body is, to its other side. Nothing
 // of that must be reported, and nothing that was due may be made up for.
-static void a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools(void **state)
+TEST(a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools)
 {
-    (void)state;
     Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "%s",
@@ -91,9 +91,8 @@ static void a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools(void **sta
     client_destroy(client);
 }
 
-static void a_daemon_stopped_many_times_keeps_its_accounts(void **state)
+TEST(a_daemon_stopped_many_times_keeps_its_accounts)
 {
-    (void)state;
     Process daemon;
     Client *client = client_create();
     daemon_start(&daemon, "--duration 2 %s",
@@ -133,9 +132,8 @@ static const double GROWTH_KB = 5.0 * 512.0;
 static const double GROWTH_KB = 512.0;
 #endif
 
-static void subscribers_that_read_nothing_hold_up_nobody(void **state)
+TEST(subscribers_that_read_nothing_hold_up_nobody)
 {
-    (void)state;
     Process daemon, monitor;
     Client *client = client_create(), *deaf = client_create();
     daemon_start(&daemon, "%s",
@@ -143,7 +141,8 @@ static void subscribers_that_read_nothing_hold_up_nobody(void **state)
                              "rate_hz = 500.0; publish = { nodes_hz = 100.0; status_hz = 20.0; "
                              "contact_hz = 500.0; };",
                              PROBE_TOOL));
-    process_start(&monitor, monitor_path, "--nodes sphere --write %s", scratch("curve.tsv"));
+    process_start(&monitor, program_path("pliant-monitor"), "--nodes sphere --write %s",
+                  scratch("curve.tsv"));
     client_wait_for_daemon(client);
     wait_until(client, client->frames.whole >= 20);
     process_signal(&monitor, SIGSTOP);
@@ -165,18 +164,4 @@ static void subscribers_that_read_nothing_hold_up_nobody(void **state)
     assert_null(strstr(daemon.out, "not published"));
     client_destroy(client);
     client_destroy(deaf);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools),
-        daemon_test(a_daemon_stopped_many_times_keeps_its_accounts),
-        daemon_test(subscribers_that_read_nothing_hold_up_nobody),
-    };
-    if (argc < 3)
-        return 2;
-    monitor_path = argv[2];
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,6 +1,7 @@
 // Two daemons on one output prefix: the second is refused, on one host and between two; what slips
 // through because packets were lost, the link was cut or the first was stopped ends as soon as they
 // hear each other, and one of them is left.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "hosts.h"
@@ -61,9 +62,11 @@ static Client *start_first(Process *first)
     return client;
 }
 
-static void a_second_daemon_is_refused_on_one_host_and_between_two(void **state)
+AROUND_ALL(hosts_begin, hosts_end)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_second_daemon_is_refused_on_one_host_and_between_two)
 {
-    (void)state;
     static const Host HOSTS[] = {HOST_SERVER, HOST_CLIENT};
     Process first, second;
     Client *client = start_first(&first);
@@ -76,9 +79,8 @@ static void a_second_daemon_is_refused_on_one_host_and_between_two(void **state)
 }
 
 // A paused one publishes seldom: it is asked, not waited for.
-static void a_paused_daemon_holds_its_prefix(void **state)
+TEST(a_paused_daemon_holds_its_prefix)
 {
-    (void)state;
     Process first, second;
     Client *client = start_first(&first);
     assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
@@ -89,9 +91,8 @@ static void a_paused_daemon_holds_its_prefix(void **state)
     client_destroy(client);
 }
 
-static void a_second_daemon_on_a_lossy_link_ends_and_the_first_does_not(void **state)
+TEST(a_second_daemon_on_a_lossy_link_ends_and_the_first_does_not)
 {
-    (void)state;
     Process first, second;
     Client *client = start_first(&first);
     for (int i = 0; i < 3; i++) { // at its start or a moment later
@@ -105,9 +106,8 @@ static void a_second_daemon_on_a_lossy_link_ends_and_the_first_does_not(void **s
     client_destroy(client);
 }
 
-static void of_two_that_started_apart_the_later_ends_when_the_link_is_back(void **state)
+TEST(of_two_that_started_apart_the_later_ends_when_the_link_is_back)
 {
-    (void)state;
     Process first, second;
     Client *client = start_first(&first), *other = client_on(HOST_CLIENT);
     hosts_fault(&(LinkFaults){.cut = true});
@@ -125,9 +125,8 @@ static void of_two_that_started_apart_the_later_ends_when_the_link_is_back(void 
     client_destroy(other);
 }
 
-static void a_daemon_that_was_stopped_ends_when_another_has_taken_its_place(void **state)
+TEST(a_daemon_that_was_stopped_ends_when_another_has_taken_its_place)
 {
-    (void)state;
     Process first, second;
     Client *client = start_first(&first);
     process_signal(&first, SIGSTOP);
@@ -145,9 +144,8 @@ static void a_daemon_that_was_stopped_ends_when_another_has_taken_its_place(void
     client_destroy(client);
 }
 
-static void a_daemon_that_was_stopped_alone_goes_on(void **state)
+TEST(a_daemon_that_was_stopped_alone_goes_on)
 {
-    (void)state;
     Process first;
     Client *client = start_first(&first);
     process_signal(&first, SIGSTOP);
@@ -175,9 +173,8 @@ static void keep(const lcm_recv_buf_t *message, const char *channel, void *user)
     }
 }
 
-static void a_log_that_is_played_back_ends_no_daemon(void **state)
+TEST(a_log_that_is_played_back_ends_no_daemon)
 {
-    (void)state;
     Process first;
     Client *client = start_first(&first);
     Logged status = {.size = 0};
@@ -197,18 +194,4 @@ static void a_log_that_is_played_back_ends_no_daemon(void **state)
     expect_alive(client, &first);
     assert_false(saw_event(client, "yielded"));
     client_destroy(client);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_second_daemon_is_refused_on_one_host_and_between_two),
-        daemon_test(a_paused_daemon_holds_its_prefix),
-        daemon_test(a_second_daemon_on_a_lossy_link_ends_and_the_first_does_not),
-        daemon_test(of_two_that_started_apart_the_later_ends_when_the_link_is_back),
-        daemon_test(a_daemon_that_was_stopped_ends_when_another_has_taken_its_place),
-        daemon_test(a_daemon_that_was_stopped_alone_goes_on),
-        daemon_test(a_log_that_is_played_back_ends_no_daemon),
-    };
-    return hosts_run(argc, argv, 1, tests);
 }

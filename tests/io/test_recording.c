@@ -2,6 +2,7 @@
 // sidecar that points at the right rows, and what is left when the writer is killed or the disk is
 // full.
 #include "test.h"
+#include "test.h"
 #include "io/recording.h"
 #include "scratch.h"
 
@@ -621,18 +622,11 @@ TEST(space_taken_in_advance_is_given_back)
 
 #else
 
-static void what_is_not_built_in_is_refused(void **unused)
+TEST(what_is_not_built_in_is_refused)
 {
-    (void)unused;
     Status status = {0};
     assert_null(recording_create("a.h5", &(RecordingOptions){0}, &status));
     assert_string_equal(status.text, "a.h5: built without HDF5 (PLIANT_HDF5)");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(what_is_not_built_in_is_refused)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 #endif

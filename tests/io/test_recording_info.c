@@ -1,5 +1,6 @@
 // What is said of a recording: of a whole one, of one that still grows, and of files that lie.
 #include "test.h"
+#include "test.h"
 #include "io/recording.h"
 #include "scratch.h"
 
@@ -239,18 +240,11 @@ TEST(what_is_no_recording_is_refused)
 
 #else
 
-static void what_is_not_built_in_is_refused(void **state)
+TEST(what_is_not_built_in_is_refused)
 {
-    (void)state;
     static RecordingInfo info;
     Status status = {0};
     assert_false(recording_info_read("x.h5", &info, &status));
     assert_non_null(strstr(status.text, "PLIANT_HDF5"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(what_is_not_built_in_is_refused)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 #endif

@@ -294,10 +294,4 @@ TEST(what_is_no_recording_is_refused)
     assert_non_null(strstr(status.text, "not an HDF5 file"));
 }
 
-#else
-
-int main(void)
-{
-    return 0;
-}
 #endif

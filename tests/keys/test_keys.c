@@ -1,6 +1,7 @@
 // No key is decoration: every key of every table, on every model that takes it, changes the state
 // of a run, what is published of it or its plan, or is refused with file and line. Keys are those
 // of the tables that read scenes; one without a row in rows.c fails.
+#include "test.h"
 #include "stream.h"
 
 #include "scene/build.h"
@@ -220,9 +221,10 @@ static int try_made_row(const OptionTable *table, const Option *option, KeyModel
     return key_row_make(table, option, model, &made) && try_row(&made.row, model);
 }
 
-static void every_key_changes_something_or_is_refused(void **unused)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(every_key_changes_something_or_is_refused)
 {
-    (void)unused;
     int faults = 0;
     write_ball("ball.obj", 1);
     write_ball("finer.obj", 2);
@@ -235,9 +237,8 @@ static void every_key_changes_something_or_is_refused(void **unused)
 }
 
 // Otherwise any change would show.
-static void same_scene_gives_the_same_hashes(void **unused)
+TEST(same_scene_gives_the_same_hashes)
 {
-    (void)unused;
     const KeyRow nothing = {.part = HEAD};
     for (int m = 0; m < KEY_MODELS; m++) {
         Outcome first = try_scene(&nothing, (KeyModel)m, false);
@@ -324,9 +325,8 @@ static int count_wrong_rows(const Scene *scene, const World *world, const KeyGro
     return wrong;
 }
 
-static void rows_that_count_change_the_hash_and_no_others(void **unused)
+TEST(rows_that_count_change_the_hash_and_no_others)
 {
-    (void)unused;
     static const char *const BODIES[] = {
         "mesh = { generator = \"sphere\"; }; levels = 1; adapt = {}; shape = {};\n"
         "cavity = {}; cuttable = true; tear = { stretch = 1.0; };\n"
@@ -376,9 +376,8 @@ static int miss_row(const OptionTable *table, const Option *option, KeyModel mod
     return 1;
 }
 
-static void every_key_of_every_table_has_a_row_for_every_model(void **unused)
+TEST(every_key_of_every_table_has_a_row_for_every_model)
 {
-    (void)unused;
     for (int i = 0; i < KEY_ROW_COUNT; i++) { // nor is there a row of a key that is none
         bool known = false;
         for (int k = 0; k < KEY_ROWS[i].table->count; k++)
@@ -388,9 +387,8 @@ static void every_key_of_every_table_has_a_row_for_every_model(void **unused)
     assert_int_equal(visit_keys_without_a_row(miss_row), 0);
 }
 
-static void every_published_key_changes_the_stream(void **unused)
+TEST(every_published_key_changes_the_stream)
 {
-    (void)unused;
     // Live programs on a busy machine may have no time for what a key is about (the stiffness of a
     // contact): a key that does something shows it in one of six runs, a decoration in none.
     enum { RUNS_MOST = 6 };
@@ -402,15 +400,3 @@ static void every_published_key_changes_the_stream(void **unused)
 }
 
 // PLIANTD
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_key_of_every_table_has_a_row_for_every_model),
-        cmocka_unit_test(same_scene_gives_the_same_hashes),
-        cmocka_unit_test(rows_that_count_change_the_hash_and_no_others),
-        cmocka_unit_test(every_key_changes_something_or_is_refused),
-        daemon_test(every_published_key_changes_the_stream),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
-}

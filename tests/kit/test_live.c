@@ -1,8 +1,9 @@
 // libpliant-client and a real server, from another process: what it hands out is what the server
 // recorded, through cuts and refinement; requests do what they say; hostile packets change nothing.
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
-#ifdef WITH_HDF5
+#if WITH_HDF5
 #include "recording_view.h"
 #endif
 
@@ -72,7 +73,7 @@ static const PliantReply *cut_top(PliantClient *client, double x)
     return pliant_cut(client, before, after, "sphere");
 }
 
-#ifdef WITH_HDF5
+#if WITH_HDF5
 
 enum { FRAMES = 64 };
 
@@ -141,9 +142,10 @@ static void expect_text_of_recording(PliantRecording *recording)
     assert_false(pliant_recording_tool(recording, 1, INT64_MIN, -1, &row));
 }
 
-static void frames_are_those_of_the_recording_bit_by_bit(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(frames_are_those_of_the_recording_bit_by_bit)
 {
-    (void)state;
     Process daemon;
     PliantClient *client = open_client();
     start_cut_scene(&daemon, "--record run.h5");
@@ -211,9 +213,8 @@ static void frames_are_those_of_the_recording_bit_by_bit(void **state)
     H5Fclose(file);
 }
 
-static void a_damaged_recording_is_refused_with_a_sentence(void **state)
+TEST(a_damaged_recording_is_refused_with_a_sentence)
 {
-    (void)state;
     PliantError error;
     assert_null(pliant_recording_open(scratch("none.h5"), &error));
     assert_non_null(strstr(error.text, "none.h5"));
@@ -226,9 +227,8 @@ static void a_damaged_recording_is_refused_with_a_sentence(void **state)
 
 #endif
 
-static void a_late_client_gets_the_mesh_by_asking(void **state)
+TEST(a_late_client_gets_the_mesh_by_asking)
 {
-    (void)state;
     Process daemon;
     PliantClient *early = open_client();
     start_cut_scene(&daemon, "");
@@ -270,9 +270,8 @@ static void *draw(void *user)
     return NULL;
 }
 
-static void another_thread_draws_frames_while_the_next_ones_come(void **state)
+TEST(another_thread_draws_frames_while_the_next_ones_come)
 {
-    (void)state;
     enum { DRAWN = 20 };
     Process daemon;
     PliantClient *client = open_client();
@@ -299,9 +298,8 @@ static void another_thread_draws_frames_while_the_next_ones_come(void **state)
     process_end(&daemon);
 }
 
-static void requests_do_what_they_say_or_say_why_not(void **state)
+TEST(requests_do_what_they_say_or_say_why_not)
 {
-    (void)state;
     Process daemon;
     PliantClient *client = open_client();
     start_cut_scene(&daemon, "");
@@ -344,9 +342,8 @@ static void requests_do_what_they_say_or_say_why_not(void **state)
     pliant_close(client);
 }
 
-static void ties_are_made_changed_and_released(void **state)
+TEST(ties_are_made_changed_and_released)
 {
-    (void)state;
     Process daemon;
     PliantClient *client = open_client();
     const char *path = write_body_scene(
@@ -372,9 +369,8 @@ static void ties_are_made_changed_and_released(void **state)
     process_end(&daemon);
 }
 
-static void poses_move_a_tool_and_closing_withdraws_it(void **state)
+TEST(poses_move_a_tool_and_closing_withdraws_it)
 {
-    (void)state;
     Process daemon;
     PliantClient *client = open_client(), *other = open_client();
     const char *path = write_scene(
@@ -420,9 +416,8 @@ static void send_contact(lcm_t *lcm, int32_t tool, int32_t sequence, int64_t uti
     assert_true(pliant_contact_t_publish(lcm, "PLIANT_CONTACT", &contact) >= 0);
 }
 
-static void a_contact_that_was_overtaken_is_dropped(void **state)
+TEST(a_contact_that_was_overtaken_is_dropped)
 {
-    (void)state;
     PliantClient *client = open_client();
     lcm_t *lcm = lcm_create(NULL);
     assert_non_null(lcm);
@@ -504,9 +499,8 @@ static int feel(PliantClient *client, Felt felt[3])
     return stiff;
 }
 
-static void haptic_loop_is_passive_behind_a_network(void **state)
+TEST(haptic_loop_is_passive_behind_a_network)
 {
-    (void)state;
     Process daemon;
     PliantClient *client = open_client();
     const SceneParts scene = {
@@ -595,9 +589,8 @@ static int old_nodes(const PliantBody *body, const PliantBody *truth, const Plia
     return old;
 }
 
-static void lost_packets_keep_their_nodes_and_no_others(void **state)
+TEST(lost_packets_keep_their_nodes_and_no_others)
 {
-    (void)state;
     Process daemon;
     const char *path = write_body_scene(
         "packets.cfg",
@@ -687,9 +680,8 @@ static void send_noise(lcm_t *lcm, uint64_t *random)
     }
 }
 
-static void hostile_packets_change_nothing(void **state)
+TEST(hostile_packets_change_nothing)
 {
-    (void)state;
     Process daemon;
     PliantClient *client = open_client();
     lcm_t *lcm = lcm_create(NULL);
@@ -728,9 +720,8 @@ static void hostile_packets_change_nothing(void **state)
     process_end(&daemon);
 }
 
-static void what_cannot_be_opened_says_why(void **state)
+TEST(what_cannot_be_opened_says_why)
 {
-    (void)state;
     PliantError error;
     assert_null(pliant_open(&(PliantOptions){.prefix = "two words"}, &error));
     assert_non_null(strstr(error.text, "prefix 'two words' is not"));
@@ -741,26 +732,4 @@ static void what_cannot_be_opened_says_why(void **state)
     pliant_close(NULL);
     pliant_body_release(NULL);
     assert_string_equal(pliant_version(), "0.1.0");
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-#ifdef WITH_HDF5
-        daemon_test(frames_are_those_of_the_recording_bit_by_bit),
-        daemon_test(a_damaged_recording_is_refused_with_a_sentence),
-#endif
-        daemon_test(a_late_client_gets_the_mesh_by_asking),
-        daemon_test(another_thread_draws_frames_while_the_next_ones_come),
-        daemon_test(requests_do_what_they_say_or_say_why_not),
-        daemon_test(ties_are_made_changed_and_released),
-        daemon_test(poses_move_a_tool_and_closing_withdraws_it),
-        daemon_test(a_contact_that_was_overtaken_is_dropped),
-        daemon_test(haptic_loop_is_passive_behind_a_network),
-        daemon_test(lost_packets_keep_their_nodes_and_no_others),
-        daemon_test(hostile_packets_change_nothing),
-        daemon_test(what_cannot_be_opened_says_why),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

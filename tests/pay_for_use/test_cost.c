@@ -1,6 +1,7 @@
 // What a scene leaves out is not there: none of its functions is called, none of its arrays is
 // taken, switching it off in so many words changes nothing, and neither does a build without it.
 // Instructions are counted by valgrind; they do not depend on the machine's load.
+#include "test.h"
 #include "scene_writer.h"
 #include "profile.h"
 
@@ -255,9 +256,26 @@ static int count_foreign(bool voxel, const Feature *feature)
     return foreign;
 }
 
-static void only_functions_of_what_a_scene_has_are_called(void **state)
+// PLIANTD VALGRIND BUILD SOURCES
+static int find_tools(void **state)
 {
     (void)state;
+    own_pliantd = program_path("pliantd");
+    valgrind = test_argument(2);
+    build_folder = test_argument(3);
+    source_folder = test_argument(4);
+    if (access(valgrind, X_OK) != 0)
+        test_skip_program("no valgrind here");
+    if (!profile_read_symbols(build_folder, source_folder))
+        test_skip_program("no nm here, or no libraries in the build's server/");
+    return 0;
+}
+
+AROUND_ALL(find_tools, NULL)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(only_functions_of_what_a_scene_has_are_called)
+{
     int foreign = 0;
     for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
         foreign += count_foreign(voxel, &PLAIN);
@@ -274,9 +292,8 @@ static void only_functions_of_what_a_scene_has_are_called(void **state)
 
 // Whatever asks during a tick whether a feature is on stands outside of the kernels, which are
 // chosen at load.
-static void all_that_is_no_kernel_takes_less_than_1_percent(void **state)
+TEST(all_that_is_no_kernel_takes_less_than_1_percent)
 {
-    (void)state;
     for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
         // A fixed body: its frame does not follow it, which would be part of the body.
         static Profile counted;
@@ -337,9 +354,8 @@ static void expect_arrays(bool voxel, const Feature *feature, const Process *pla
     }
 }
 
-static void only_arrays_of_what_a_scene_has_are_taken(void **state)
+TEST(only_arrays_of_what_a_scene_has_are_taken)
 {
-    (void)state;
     for (int voxel = !WITH_SURFACE; voxel <= WITH_VOXEL; voxel++) {
         Process plain;
         explain(&plain, own_pliantd, write_feature_scene(voxel, &PLAIN, ""));
@@ -371,9 +387,8 @@ static void expect_within_1_percent(const char *what, long long a, long long b)
     printf("%s: %lld and %lld\n", what, a, b);
 }
 
-static void switched_off_by_its_key_is_as_left_out(void **state)
+TEST(switched_off_by_its_key_is_as_left_out)
 {
-    (void)state;
     static const char *const OFF[2] = {
         "levels = 0; start_level = 0; prestress = 0.0; cuttable = false; unsafe_time_step = false;",
         "cuttable = false; split_budget = 100; unsafe_time_step = false;"};
@@ -409,9 +424,8 @@ static bool is_comparable(const char *folder)
 
 // The smallest builds (tests/pay_for_use/smallest.sh) lack the other model, HDF5, clients and
 // tests.
-static void a_build_without_it_is_as_one_that_does_not_use_it(void **state)
+TEST(a_build_without_it_is_as_one_that_does_not_use_it)
 {
-    (void)state;
     static const Feature RICH = {.name = "tools and loads",
                                  .head = "gravity = [0.0, 0.0, -1.0];",
                                  .tail = LOAD "tools = ( { id = 1; kind = \"static\"; "
@@ -450,9 +464,8 @@ static void a_build_without_it_is_as_one_that_does_not_use_it(void **state)
 
 #if WITH_HDF5
 // The recording is taken between two ticks, so that what it adds shows around them.
-static void without_a_recording_none_of_its_functions_is_called(void **state)
+TEST(without_a_recording_none_of_its_functions_is_called)
 {
-    (void)state;
     static const char *const FILES[] = {"io/recording", "io/hdf", "io/checkpoint", NULL};
     static Profile profile;
     const char *record = scratch("record.h5");
@@ -471,30 +484,3 @@ static void without_a_recording_none_of_its_functions_is_called(void **state)
 #endif
 
 // PLIANTD VALGRIND BUILD-FOLDER SOURCE-FOLDER
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(only_functions_of_what_a_scene_has_are_called),
-        daemon_test(all_that_is_no_kernel_takes_less_than_1_percent),
-        daemon_test(only_arrays_of_what_a_scene_has_are_taken),
-        daemon_test(switched_off_by_its_key_is_as_left_out),
-        daemon_test(a_build_without_it_is_as_one_that_does_not_use_it),
-#if WITH_HDF5
-        daemon_test(without_a_recording_none_of_its_functions_is_called),
-#endif
-    };
-    if (argc < 5 || access(argv[2], X_OK) != 0) {
-        printf("skipped: no valgrind here\n");
-        return 77;
-    }
-    own_pliantd = argv[1];
-    valgrind = argv[2];
-    build_folder = argv[3];
-    source_folder = argv[4];
-    if (!profile_read_symbols(build_folder, source_folder)) {
-        printf("skipped: no nm here, or no libraries in %s/server\n", build_folder);
-        return 77;
-    }
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
-}

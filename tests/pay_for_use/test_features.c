@@ -1,5 +1,6 @@
 // pliantd --explain: of a scene that requires nothing every feature is disabled, and each is
 // enabled with its key, alone or with those that the table here names.
+#include "test.h"
 #include "scene_writer.h"
 
 #include <stdlib.h>
@@ -204,9 +205,10 @@ static void expect_nothing(bool voxel, int cases)
                  strstr(daemon.out, "\nfeatures of "));
 }
 
-static void each_feature_of_a_surface_scene_has_its_key(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(each_feature_of_a_surface_scene_has_its_key)
 {
-    (void)state;
     if (!WITH_SURFACE)
         skip();
     expect_nothing(false, COUNT(COMMON) + COUNT(SURFACE));
@@ -217,9 +219,8 @@ static void each_feature_of_a_surface_scene_has_its_key(void **state)
         expect_flip(false, &SURFACE[i]);
 }
 
-static void each_feature_of_a_voxel_scene_has_its_key(void **state)
+TEST(each_feature_of_a_voxel_scene_has_its_key)
 {
-    (void)state;
     if (!WITH_VOXEL)
         skip();
     // A cube on the outside of the elements: corners and two triangles a side.
@@ -244,9 +245,8 @@ static long long total_bytes(const Process *daemon)
     return strtoll(at + 8, NULL, 10);
 }
 
-static void arrays_add_up_to_the_total(void **state)
+TEST(arrays_add_up_to_the_total)
 {
-    (void)state;
     Process daemon;
     explain(&daemon, !WITH_SURFACE, &(Case){.feature = "everything", .tail = PROBE});
     long long sum = 0, single = 0;
@@ -265,24 +265,11 @@ static void arrays_add_up_to_the_total(void **state)
     assert_int_equal(single, total_bytes(&daemon));
 }
 
-static void off_line_nothing_of_a_live_run_is_listed(void **state)
+TEST(off_line_nothing_of_a_live_run_is_listed)
 {
-    (void)state;
     Process daemon;
     explain(&daemon, !WITH_SURFACE, &(Case){.arguments = "--offline 1"});
     assert_null(strstr(daemon.out, "run/"));
     assert_null(strstr(daemon.out, "in messages"));
     assert_non_null(strstr(daemon.out, "stages: forces check\n"));
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(each_feature_of_a_surface_scene_has_its_key),
-        daemon_test(each_feature_of_a_voxel_scene_has_its_key),
-        daemon_test(arrays_add_up_to_the_total),
-        daemon_test(off_line_nothing_of_a_live_run_is_listed),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,5 +1,6 @@
 // Successive runs of one service: what one of them keeps, the next one goes on from or leaves
-// alone, whatever ended it. With the command line of the unit of systemd, argv[2].
+// alone, whatever ended it. With the command line of the test_argument(2) of systemd, argv[2].
+#include "test.h"
 #include "recording_view.h"
 #include "session.h"
 
@@ -20,7 +21,6 @@ enum { RUNS = 20 };
 
 static const char HEAD[] = "publish = { nodes_hz = 100.0; status_hz = 20.0; };\n"
                            "settle_s = 0.0;\n";
-static const char *unit;
 
 static bool holds_something(const char *path)
 {
@@ -28,11 +28,11 @@ static bool holds_something(const char *path)
     return stat(path, &facts) == 0 && facts.st_size > 0;
 }
 
-// The unit's options with these in place of $PLIANTD_OPTIONS, and the scene.
+// The test_argument(2)'s options with these in place of $PLIANTD_OPTIONS, and the scene.
 static void unit_arguments(const char *options, const char *scene, char *arguments, size_t size)
 {
     char text[16384], line[1024];
-    FILE *file = fopen(unit, "r");
+    FILE *file = fopen(test_argument(2), "r");
     assert_non_null(file);
     text[fread(text, 1, sizeof text - 1, file)] = '\0';
     fclose(file);
@@ -91,9 +91,10 @@ static void drain(Client *client)
         client_listen(client, 5);
 }
 
-static void a_service_killed_twenty_times_loses_nothing_since_its_checkpoint(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_service_killed_twenty_times_loses_nothing_since_its_checkpoint)
 {
-    (void)state;
     uint64_t chance = 7;
     char options[2048], arguments[4096], kept[PATH_TEXT * 2], base[PATH_TEXT * 2];
     char scene[PATH_TEXT * 2];
@@ -133,9 +134,8 @@ static void a_service_killed_twenty_times_loses_nothing_since_its_checkpoint(voi
     assert_false(holds_something(numbered("run", ".h5", RUNS + 1)));
 }
 
-static void a_second_daemon_leaves_the_log_of_the_first_alone(void **state)
+TEST(a_second_daemon_leaves_the_log_of_the_first_alone)
 {
-    (void)state;
     char scene[PATH_TEXT * 2], log[PATH_TEXT * 2], holder[64];
     snprintf(scene, sizeof scene, "%s", write_scene("two.cfg", HEAD, PROBE_TOOL));
     snprintf(log, sizeof log, "%s", scratch("live.log"));
@@ -178,9 +178,8 @@ static void a_second_daemon_leaves_the_log_of_the_first_alone(void **state)
     client_destroy(client);
 }
 
-static void a_later_checkpoint_is_not_replaced(void **state)
+TEST(a_later_checkpoint_is_not_replaced)
 {
-    (void)state;
     const char *kept = scratch("later.h5"), *scene = write_scene("later.cfg", HEAD, "");
     Process daemon;
     run_daemon(&daemon, "--offline 0.2 --checkpoint %s %s", kept, scene);
@@ -196,9 +195,8 @@ static void a_later_checkpoint_is_not_replaced(void **state)
     assert_int_equal(kept_step(kept, scene), 300);
 }
 
-static void a_damaged_checkpoint_is_neither_dropped_nor_replaced(void **state)
+TEST(a_damaged_checkpoint_is_neither_dropped_nor_replaced)
 {
-    (void)state;
     const char *kept = scratch("damaged.h5"), *copy = scratch("copy.h5");
     const char *scene = write_scene("damaged.cfg", HEAD, "");
     Process daemon;
@@ -221,9 +219,8 @@ static void a_damaged_checkpoint_is_neither_dropped_nor_replaced(void **state)
     assert_non_null(strstr(daemon.err, "differs from its seal"));
 }
 
-static void a_run_may_begin_from_a_checkpoint_and_then_go_on_from_its_own(void **state)
+TEST(a_run_may_begin_from_a_checkpoint_and_then_go_on_from_its_own)
 {
-    (void)state;
     char base[PATH_TEXT * 2], scene[PATH_TEXT * 2], arguments[4096];
     snprintf(scene, sizeof scene, "%s", write_scene("begin.cfg", HEAD, ""));
     snprintf(base, sizeof base, "%s", scratch("begin.h5"));
@@ -241,9 +238,8 @@ static void a_run_may_begin_from_a_checkpoint_and_then_go_on_from_its_own(void *
 
 // Nothing has been begun while a scene is loaded, so a signal ends it there and then: one that
 // settles for an hour, one of 2.7 million cells that takes two seconds here.
-static void a_signal_ends_a_scene_that_loads(void **state)
+TEST(a_signal_ends_a_scene_that_loads)
 {
-    (void)state;
     static const char *const name[] = {"settles.cfg", "fills.cfg"};
     static const int number[] = {SIGTERM, SIGINT};
     write_scene(name[0], "settle_s = 3600.0;", "");
@@ -262,19 +258,4 @@ static void a_signal_ends_a_scene_that_loads(void **state)
             fail_msg("exit %d: %s", daemon.code, daemon.err);
         assert_non_null(strstr(daemon.err, "before it had loaded"));
     }
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_service_killed_twenty_times_loses_nothing_since_its_checkpoint),
-        daemon_test(a_second_daemon_leaves_the_log_of_the_first_alone),
-        daemon_test(a_later_checkpoint_is_not_replaced),
-        daemon_test(a_damaged_checkpoint_is_neither_dropped_nor_replaced),
-        daemon_test(a_run_may_begin_from_a_checkpoint_and_then_go_on_from_its_own),
-        daemon_test(a_signal_ends_a_scene_that_loads),
-    };
-    harness_start(argc, argv);
-    unit = argc > 2 ? argv[2] : "";
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -2,6 +2,7 @@
 // or a recording are changed, and what had a seal is sealed again. HDF5's library may fail on them;
 // the program that reads them does not: it ends with an exit status of its own. How many of each
 // kind: PLIANT_DAMAGES in the environment.
+#include "test.h"
 #include "scene_writer.h"
 
 #include "effort.h"
@@ -19,8 +20,6 @@
 #include <unistd.h>
 
 enum { SEAL = 512, FILE_MOST = 1 << 20 };
-
-static const char *prepare, *record;
 
 typedef struct Bytes {
     unsigned char at[FILE_MOST];
@@ -99,7 +98,7 @@ static void make_bases(char scene[PATH_TEXT * 2], char with_initial[PATH_TEXT * 
     run_daemon(&daemon, "--offline 0.05 --checkpoint %s --record %s %s", scratch("checkpoint"),
                scratch("recording"), scene);
     assert_int_equal(daemon.code, 0);
-    process_run(&daemon, prepare, "-o %s %s", scratch("prepared"), scene);
+    process_run(&daemon, program_path("pliant-prepare"), "-o %s %s", scratch("prepared"), scene);
     assert_int_equal(daemon.code, 0);
     make_initial(scratch("initial"));
 }
@@ -107,7 +106,7 @@ static void make_bases(char scene[PATH_TEXT * 2], char with_initial[PATH_TEXT * 
 static void read_changed(Process *daemon, const Kind *kind, const char *path, const char *scene)
 {
     if (kind->arguments == NULL) {
-        process_run(daemon, record, "--info %s", path);
+        process_run(daemon, program_path("pliant-record"), "--info %s", path);
         return;
     }
     char line[4096];
@@ -118,9 +117,18 @@ static void read_changed(Process *daemon, const Kind *kind, const char *path, co
     run_daemon(daemon, "%s", line);
 }
 
-static void no_damage_brings_a_reader_down(void **state)
+static int quiet_hdf5(void **state)
 {
     (void)state;
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    return 0;
+}
+
+AROUND_ALL(quiet_hdf5, NULL)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(no_damage_brings_a_reader_down)
+{
     static Bytes base, changed;
     const char *text = getenv("PLIANT_DAMAGES");
     const int count = text != NULL ? atoi(text) : EFFORT(60);
@@ -156,9 +164,8 @@ static void no_damage_brings_a_reader_down(void **state)
 }
 
 // Fifteen terabytes of holes, with events all the way.
-static void a_recording_of_holes_is_told_of_in_no_time(void **state)
+TEST(a_recording_of_holes_is_told_of_in_no_time)
 {
-    (void)state;
     const char *path = scratch("holes.h5");
     const char *scene = write_scene("holes.cfg", "", "");
     Process daemon;
@@ -182,7 +189,8 @@ static void a_recording_of_holes_is_told_of_in_no_time(void **state)
     if (EFFORT(60) == 60)
         tight.rlim_cur = (rlim_t)1 << 31;
     assert_int_equal(setrlimit(RLIMIT_DATA, &tight), 0);
-    process_run(&daemon, record, "--info %s", path); // within the bound of process_wait
+    process_run(&daemon, program_path("pliant-record"), "--info %s",
+                path); // within the bound of process_wait
     assert_int_equal(setrlimit(RLIMIT_DATA, &before), 0);
     if (daemon.code != 0 && daemon.code != 2)
         fail_msg("exit %d: %s", daemon.code, daemon.err);
@@ -201,21 +209,4 @@ static void a_recording_of_holes_is_told_of_in_no_time(void **state)
     run_daemon(&daemon, "--offline 0 --resume %s %s", path, scene);
     assert_int_equal(daemon.code, 2);
     unlink(path);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(no_damage_brings_a_reader_down),
-        daemon_test(a_recording_of_holes_is_told_of_in_no_time),
-    };
-    if (argc < 4) {
-        fprintf(stderr, "usage: %s PLIANTD PLIANT_PREPARE PLIANT_RECORD\n", argv[0]);
-        return 2;
-    }
-    harness_start(argc, argv);
-    prepare = argv[2];
-    record = argv[3];
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

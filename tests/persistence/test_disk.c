@@ -1,6 +1,7 @@
 // What a checkpoint survives besides a kill at any moment: a kill at each of the system calls that
 // write it, a machine that stops (by the order of those calls), a full disk, two writers of one
 // file. With strace and a small file system of its own, where they are permitted.
+#include "test.h"
 #include "session.h"
 
 #include <errno.h>
@@ -17,7 +18,6 @@
 enum { TRACE_MAX = 1 << 20 };
 
 static const char STRACE[] = "/usr/bin/strace";
-static const char *pliantd;
 
 static bool exists(const char *path)
 {
@@ -38,7 +38,8 @@ static bool run_traced(Process *daemon, const char *options, const char *argumen
         permitted = daemon->code == 0;
     }
     if (permitted)
-        process_run(daemon, STRACE, "%s -f -qq %s %s %s", ALONE, options, pliantd, arguments);
+        process_run(daemon, STRACE, "%s -f -qq %s %s %s", ALONE, options, program_path("pliantd"),
+                    arguments);
     if (!permitted)
         print_message("skipped: no strace here, or it may not trace\n");
     return permitted;
@@ -68,10 +69,11 @@ static const char *find_call(const char *from, const char *call, const char *wha
     return found;
 }
 
+AROUND_EACH(NULL, harness_teardown)
+
 // The name is changed when the content is on the disk, and the run goes on when the name is.
-static void a_checkpoint_is_on_the_disk_before_it_has_its_name(void **state)
+TEST(a_checkpoint_is_on_the_disk_before_it_has_its_name)
 {
-    (void)state;
     Process daemon;
     char arguments[2048], options[1024];
     const char *trace = scratch("trace");
@@ -102,9 +104,8 @@ static void a_checkpoint_is_on_the_disk_before_it_has_its_name(void **state)
 
 // --- killed at each of them ---
 
-static void a_kill_at_any_call_leaves_a_checkpoint(void **state)
+TEST(a_kill_at_any_call_leaves_a_checkpoint)
 {
-    (void)state;
     static const char *const calls[] = {"openat", "flock", "ftruncate", "write", "fsync", "rename"};
     const char *scene = session_scene(&session_scenes[2], "single", 1);
     const char *kept = scratch("calls.h5");
@@ -144,9 +145,8 @@ static void a_kill_at_any_call_leaves_a_checkpoint(void **state)
 
 // --- the disk ---
 
-static void a_full_disk_leaves_the_former_checkpoint(void **state)
+TEST(a_full_disk_leaves_the_former_checkpoint)
 {
-    (void)state;
     const char *scene = session_scene(&session_scenes[2], "single", 1), *disk = scratch("disk");
     char kept[PATH_TEXT * 2], filler[PATH_TEXT * 2], former[32], now[32];
     assert_int_equal(mkdir(disk, 0700), 0);
@@ -192,9 +192,8 @@ static void a_full_disk_leaves_the_former_checkpoint(void **state)
 
 // --- two writers ---
 
-static void a_file_that_another_program_writes_is_left_to_it(void **state)
+TEST(a_file_that_another_program_writes_is_left_to_it)
 {
-    (void)state;
     const char *scene = session_scene(&session_scenes[2], "single", 1), *kept = scratch("two.h5");
     char temporary[PATH_TEXT * 2];
     snprintf(temporary, sizeof temporary, "%s", scratch("two.h5.tmp"));
@@ -209,17 +208,4 @@ static void a_file_that_another_program_writes_is_left_to_it(void **state)
     run_daemon(&daemon, "--offline 0.01 --checkpoint %s %s", kept, scene);
     assert_int_equal(daemon.code, 0);
     assert_false(exists(temporary));
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_checkpoint_is_on_the_disk_before_it_has_its_name),
-        daemon_test(a_kill_at_any_call_leaves_a_checkpoint),
-        daemon_test(a_full_disk_leaves_the_former_checkpoint),
-        daemon_test(a_file_that_another_program_writes_is_left_to_it),
-    };
-    harness_start(argc, argv);
-    pliantd = argv[1];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,5 +1,6 @@
 // The same bits on every instruction-set level of this machine, with one thread and with two, and
 // as they were when golden.tsv was written: a change of them is made on purpose or not at all.
+#include "test.h"
 #include "session.h"
 
 #include "effort.h"
@@ -13,7 +14,6 @@ static const char *const PRECISIONS[] = {"single", "double"};
 static const char *const LEVELS[] = {"baseline", "x86-64-v3", "x86-64-v4"};
 static const char HEADER[] = "scene\tprecision\tticks\tstate\n";
 
-static const char *table_path;
 static char state_of[SESSION_SCENES][2][HASH_TEXT]; // found by the first test
 
 // Whether this machine runs kernels of a level.
@@ -45,9 +45,10 @@ static void write_session(const SessionScene *scene)
     session_destroy(&session);
 }
 
-static void every_level_and_number_of_threads_gives_the_same_bits(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(every_level_and_number_of_threads_gives_the_same_bits)
 {
-    (void)state;
     for (int s = 0; s < EFFORT(SESSION_SCENES); s++) {
         const SessionScene *scene = &session_scenes[s];
         write_session(scene);
@@ -73,7 +74,7 @@ static void find_golden(const char *scene, const char *precision, char hash[HASH
 {
     char line[256], name[64], kind[64];
     int ticks;
-    FILE *file = fopen(table_path, "r");
+    FILE *file = fopen(test_argument(2), "r");
     assert_non_null(file);
     strcpy(hash, "none");
     while (fgets(line, sizeof line, file) != NULL) {
@@ -86,9 +87,8 @@ static void find_golden(const char *scene, const char *precision, char hash[HASH
 }
 
 // After the other test, which has run them.
-static void states_are_those_of_the_table(void **state)
+TEST(states_are_those_of_the_table)
 {
-    (void)state;
     int differ = 0;
     for (int s = 0; s < EFFORT(SESSION_SCENES); s++) {
         for (int p = 0; p < 2; p++) {
@@ -104,13 +104,13 @@ static void states_are_those_of_the_table(void **state)
     }
     if (differ > 0)
         fail_msg("%d states differ from %s; if that is meant: ./dev golden --write", differ,
-                 table_path);
+                 test_argument(2));
 }
 
-static void write_table(void **state)
+// test_persistence --write_golden PLIANTD TABLE
+WRITER(write_golden)
 {
-    (void)state;
-    FILE *file = fopen(table_path, "w");
+    FILE *file = fopen(test_argument(2), "w");
     assert_non_null(file);
     fputs(HEADER, file);
     for (int s = 0; s < SESSION_SCENES; s++) {
@@ -122,21 +122,4 @@ static void write_table(void **state)
         }
     }
     assert_int_equal(fclose(file), 0);
-}
-
-// PLIANTD TABLE [--write]
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(every_level_and_number_of_threads_gives_the_same_bits),
-        daemon_test(states_are_those_of_the_table),
-    };
-    const struct CMUnitTest writes[] = {daemon_test(write_table)};
-    harness_start(argc, argv);
-    if (argc < 3)
-        return harness_end(2);
-    table_path = argv[2];
-    bool write = argc > 3 && strcmp(argv[3], "--write") == 0;
-    return harness_end(write ? cmocka_run_group_tests(writes, NULL, NULL)
-                             : cmocka_run_group_tests(tests, NULL, NULL));
 }

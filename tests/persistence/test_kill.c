@@ -1,6 +1,7 @@
 // A server that is killed at any moment leaves a whole checkpoint, the former or the newer, from
 // which it goes on with the same bits; its log of inputs and its recording are readable as far as
 // they were written. How often: PLIANT_KILLS in the environment, half offline and half live.
+#include "test.h"
 #include "recording_view.h"
 #include "session.h"
 
@@ -176,9 +177,10 @@ static void run_offline_kills(Chain *chain, int count)
     assert_int_equal(kills, count);
 }
 
-static void a_run_killed_while_it_writes_goes_on_with_the_same_bits(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_run_killed_while_it_writes_goes_on_with_the_same_bits)
 {
-    (void)state;
     Tally tally[SESSION_SCENES] = {0};
     const int all = rounds(), chains = all < 2 * SESSION_SCENES ? all : 2 * SESSION_SCENES;
     for (int c = 0; c < chains; c++) {
@@ -279,9 +281,8 @@ static void kill_live(const SessionScene *scene, int round, Client *client, Tall
         expect_log_leads_on(config, log, resumed ? base : NULL, resumed ? before : 0, kept, after);
 }
 
-static void a_live_server_that_is_killed_goes_on_with_the_same_bits(void **state)
+TEST(a_live_server_that_is_killed_goes_on_with_the_same_bits)
 {
-    (void)state;
     Tally tally[SESSION_SCENES] = {0};
     Client *client = client_create();
     for (int round = 0; round < rounds(); round++)
@@ -289,14 +290,4 @@ static void a_live_server_that_is_killed_goes_on_with_the_same_bits(void **state
                   &tally[round % SESSION_SCENES]);
     client_destroy(client);
     print_tallies("live", tally);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_run_killed_while_it_writes_goes_on_with_the_same_bits),
-        daemon_test(a_live_server_that_is_killed_goes_on_with_the_same_bits),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,6 +1,7 @@
 // LCM's own logger and player with our channels: what a client sees of a session it sees again when
 // the log is played; the inputs of the log, alone, move the tissue of another server once more; and
 // a log serves as --input, whatever else is in it.
+#include "test.h"
 #include "session.h"
 
 #include "lcm_client.h"
@@ -20,8 +21,6 @@ enum { TICKS = 700, MESSAGES_MOST = 60000 };
 static const char LOGGER[] = "/usr/bin/lcm-logger", PLAYER[] = "/usr/bin/lcm-logplayer";
 // Frames come in bursts; a kernel's own buffer may be too small for those of large bodies.
 static const char URL[] = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
-
-static const char *monitor_path;
 
 static bool installed(void)
 {
@@ -160,7 +159,8 @@ static const SessionScene *scene = &session_scenes[1];
 
 static void start_monitor(Process *monitor, const char *table)
 {
-    process_start(monitor, monitor_path, "--nodes block --write %s", scratch(table));
+    process_start(monitor, program_path("pliant-monitor"), "--nodes block --write %s",
+                  scratch(table));
 }
 
 static void end_monitor(Process *monitor)
@@ -237,9 +237,10 @@ static void play(Process *player, const char *arguments, const char *path)
                   path);
 }
 
-static void a_logged_session_is_shown_again_by_the_player(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_logged_session_is_shown_again_by_the_player)
 {
-    (void)state;
     if (!installed())
         skip();
     const char *path = scratch("session.lcmlog");
@@ -283,9 +284,8 @@ static void a_logged_session_is_shown_again_by_the_player(void **state)
 }
 
 // A server with an output of its own hears the inputs of the log, and nothing else is played.
-static void logged_inputs_move_the_tissue_of_another_server(void **state)
+TEST(logged_inputs_move_the_tissue_of_another_server)
 {
-    (void)state;
     if (!installed())
         skip();
     char text[8192] = "prefix = \"AGAIN\";  input_prefix = \"PLIANT\";\n";
@@ -331,9 +331,8 @@ static void logged_inputs_move_the_tissue_of_another_server(void **state)
     lcm_destroy(lcm);
 }
 
-static void a_log_of_the_logger_is_input_off_line(void **state)
+TEST(a_log_of_the_logger_is_input_off_line)
 {
-    (void)state;
     if (!installed())
         skip();
     const char *config = session_scene(scene, "single", 1), *path = scratch("session.lcmlog");
@@ -358,18 +357,4 @@ static void a_log_of_the_logger_is_input_off_line(void **state)
     assert_int_equal(daemon.code, 0);
     assert_non_null(strstr(daemon.err, "cut off after"));
     assert_null(strstr(daemon.out, "applied 0,"));
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_logged_session_is_shown_again_by_the_player),
-        daemon_test(logged_inputs_move_the_tissue_of_another_server),
-        daemon_test(a_log_of_the_logger_is_input_off_line),
-    };
-    harness_start(argc, argv);
-    if (argc < 3)
-        return harness_end(2);
-    monitor_path = argv[2];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,4 +1,5 @@
 // No program replaces what is not its own, or writes through a link at a temporary's name.
+#include "test.h"
 #include "session.h"
 
 #include "lcm_client.h"
@@ -59,9 +60,22 @@ static void run_writer(Process *daemon, const Writer *writer, const char *path, 
     process_run(daemon, writer->program != NULL ? *writer->program : NULL, "%s", line);
 }
 
-static void a_file_of_another_kind_is_refused_by_every_writer(void **state)
+static int find_programs(void **state)
 {
     (void)state;
+    prepare = program_path("pliant-prepare");
+    record = program_path("pliant-record");
+    monitor = program_path("pliant-monitor");
+    probe = program_path("pliant-probe");
+    study = program_path("pliant-study");
+    return 0;
+}
+
+AROUND_ALL(find_programs, NULL)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_file_of_another_kind_is_refused_by_every_writer)
+{
     char scene[PATH_TEXT * 2], path[PATH_TEXT * 2];
     snprintf(scene, sizeof scene, "%s", write_scene("foreign.cfg", "", PROBE_TOOL));
     snprintf(path, sizeof path, "%s", scratch("organ.stl"));
@@ -78,9 +92,8 @@ static void a_file_of_another_kind_is_refused_by_every_writer(void **state)
 }
 
 // A sealed file of another format is not its own either.
-static void a_prepared_file_is_no_checkpoint_and_no_checkpoint_one(void **state)
+TEST(a_prepared_file_is_no_checkpoint_and_no_checkpoint_one)
 {
-    (void)state;
     char scene[PATH_TEXT * 2], kept[PATH_TEXT * 2], made[PATH_TEXT * 2];
     snprintf(scene, sizeof scene, "%s", write_scene("formats.cfg", "", ""));
     snprintf(kept, sizeof kept, "%s", scratch("kept.h5"));
@@ -106,9 +119,8 @@ static void a_prepared_file_is_no_checkpoint_and_no_checkpoint_one(void **state)
 
 // Before its first checkpoint, between two and after `kill -9`; it stands still, so that no step of
 // the others would be an earlier one.
-static void a_checkpoint_that_a_live_daemon_keeps_is_its_own(void **state)
+TEST(a_checkpoint_that_a_live_daemon_keeps_is_its_own)
 {
-    (void)state;
     static const char *const second[] = {
         "--prefix OTHER --checkpoint %s %s",
         "--prefix OTHER --continue --checkpoint %s %s",
@@ -145,9 +157,8 @@ static void a_checkpoint_that_a_live_daemon_keeps_is_its_own(void **state)
 }
 
 // The temporary's name, or the sidecar's, is a link to something precious, or something else.
-static void what_lies_at_a_temporarys_name_stays(void **state)
+TEST(what_lies_at_a_temporarys_name_stays)
 {
-    (void)state;
     static const Writer whole[] = {{NULL, "--offline 0.01 --checkpoint %s %s"},
                                    {&prepare, "-o %s %s"}};
     char scene[PATH_TEXT * 2], path[PATH_TEXT * 2], temporary[PATH_TEXT * 3], victim[PATH_TEXT * 2];
@@ -182,9 +193,8 @@ static void what_lies_at_a_temporarys_name_stays(void **state)
     expect_precious(victim);
 }
 
-static void what_is_no_file_is_refused_but_null_takes_everything(void **state)
+TEST(what_is_no_file_is_refused_but_null_takes_everything)
 {
-    (void)state;
     char scene[PATH_TEXT * 2];
     const Writer checkpoint = {NULL, "--offline 0.01 --checkpoint %s %s"};
     const Writer model = {&prepare, "-o %s %s"};
@@ -210,9 +220,8 @@ static void what_is_no_file_is_refused_but_null_takes_everything(void **state)
 }
 
 // Its names are common ones: a folder in which they are somebody else's is left alone.
-static void a_study_keeps_out_of_a_folder_that_is_not_its_own(void **state)
+TEST(a_study_keeps_out_of_a_folder_that_is_not_its_own)
 {
-    (void)state;
     char scene[PATH_TEXT * 2], folder[PATH_TEXT * 2], path[PATH_TEXT * 3];
     snprintf(scene, sizeof scene, "%s", write_scene("study.cfg", "", ""));
     snprintf(folder, sizeof folder, "%s", scratch("results"));
@@ -225,27 +234,4 @@ static void a_study_keeps_out_of_a_folder_that_is_not_its_own(void **state)
     if (strstr(daemon.err, "time.png: is not of a study") == NULL)
         fail_msg("%s", daemon.err);
     expect_precious(path);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_file_of_another_kind_is_refused_by_every_writer),
-        daemon_test(a_prepared_file_is_no_checkpoint_and_no_checkpoint_one),
-        daemon_test(a_checkpoint_that_a_live_daemon_keeps_is_its_own),
-        daemon_test(what_lies_at_a_temporarys_name_stays),
-        daemon_test(what_is_no_file_is_refused_but_null_takes_everything),
-        daemon_test(a_study_keeps_out_of_a_folder_that_is_not_its_own),
-    };
-    if (argc < 7) {
-        fprintf(stderr, "usage: %s PLIANTD PREPARE RECORD MONITOR PROBE STUDY\n", argv[0]);
-        return 2;
-    }
-    harness_start(argc, argv);
-    prepare = argv[2];
-    record = argv[3];
-    monitor = argv[4];
-    probe = argv[5];
-    study = argv[6];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,5 +1,6 @@
 // Runs that go on inside their log of inputs: from a checkpoint before and after a reset, and from
 // one that was taken in a pause, when part of the inputs of its tick were applied already.
+#include "test.h"
 #include "session.h"
 
 #include "lcm_client.h"
@@ -22,9 +23,10 @@ static void run_to_end(const char *arguments, const char *log, const char *confi
     printed_state(&daemon, state);
 }
 
-static void a_run_goes_on_inside_its_log(void **state)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_run_goes_on_inside_its_log)
 {
-    (void)state;
     static const double at_s[] = {0.06, 0.17}; // of 0.25 s; most sessions reset in between
     char log[PATH_TEXT * 2], part[PATH_TEXT * 2], arguments[PATH_TEXT * 3];
     snprintf(log, sizeof log, "%s", scratch("resume.log"));
@@ -95,9 +97,8 @@ static void expect_same(const char *first, const char *second, const char *log, 
     assert_string_equal(other, one);
 }
 
-static void inputs_of_a_pause_are_applied_once(void **state)
+TEST(inputs_of_a_pause_are_applied_once)
 {
-    (void)state;
     char first[PATH_TEXT * 2], second[PATH_TEXT * 2], log[PATH_TEXT * 2];
     char from_first[PATH_TEXT * 3], from_second[PATH_TEXT * 3];
     const char *config = session_scene(&session_scenes[0], "single", 1);
@@ -113,14 +114,4 @@ static void inputs_of_a_pause_are_applied_once(void **state)
     kill_after_pause(config, first, second, log);
     double end_s = (double)kept_step(second, config) / SESSION_RATE;
     expect_same(from_first, from_second, log, config, end_s - begin_s + 0.05, 0.05);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_run_goes_on_inside_its_log),
-        daemon_test(inputs_of_a_pause_are_applied_once),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,6 +1,7 @@
 // Live sessions of everything that can be sent - poses, strokes and pulls, cuts, loads, settings,
 // resets, pauses and lockstep - and what the governor does meanwhile: their logs repeat them off
 // line bit for bit, also on a machine that is kept busy.
+#include "test.h"
 #include "session.h"
 
 #include "lcm_client.h"
@@ -66,9 +67,22 @@ static void expect_repeated(const SessionScene *scene, const char *precision, ui
     assert_string_equal(again, live);
 }
 
-static void sessions_repeat_bit_for_bit(void **state)
+static pid_t busy[8];
+static int busy_count;
+
+static int end_load(void **state)
 {
-    (void)state;
+    for (int i = 0; i < busy_count; i++)
+        if (kill(busy[i], SIGKILL) == 0)
+            waitpid(busy[i], NULL, 0);
+    busy_count = 0;
+    return harness_teardown(state);
+}
+
+AROUND_EACH(NULL, end_load)
+
+TEST(sessions_repeat_bit_for_bit)
+{
     Client *client = client_create();
     for (int s = 0; s < EFFORT(SESSION_SCENES); s++)
         expect_repeated(&session_scenes[s], s % 2 == 0 ? "single" : "double", 40 + (uint64_t)s,
@@ -93,34 +107,11 @@ static int start_load(pid_t *pid, int most)
     return count;
 }
 
-static pid_t busy[8];
-static int busy_count;
-
-static int end_load(void **state)
+TEST(a_busy_machine_changes_nothing)
 {
-    for (int i = 0; i < busy_count; i++)
-        if (kill(busy[i], SIGKILL) == 0)
-            waitpid(busy[i], NULL, 0);
-    busy_count = 0;
-    return harness_teardown(state);
-}
-
-static void a_busy_machine_changes_nothing(void **state)
-{
-    (void)state;
     Client *client = client_create();
     busy_count = start_load(busy, 8);
     expect_repeated(&session_scenes[0], "double", 60, client); // with the governor at work
     expect_repeated(&session_scenes[1], "single", 61, client);
     client_destroy(client);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(sessions_repeat_bit_for_bit),
-        cmocka_unit_test_teardown(a_busy_machine_changes_nothing, end_load),
-    };
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,5 +1,6 @@
 // pliant-prepare --check as a user runs it: exit codes, the report's figures against closed forms,
 // and one line on stderr for what is not usable.
+#include "test.h"
 #include "harness.h"
 
 #include "geometry/generator.h"
@@ -7,11 +8,9 @@
 #include <math.h>
 #include <string.h>
 
-static const char *program;
-
 static void run(Process *result, const char *arguments)
 {
-    process_run(result, program, "%s", arguments);
+    process_run(result, program_path("pliant-prepare"), "%s", arguments);
 }
 
 static void write_file(const char *name, const char *text)
@@ -23,9 +22,8 @@ static const char CUBE[] =
     "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\n"
     "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
-static void a_cube_is_reported_with_its_figures(void **state)
+TEST(a_cube_is_reported_with_its_figures)
 {
-    (void)state;
     Process result;
     write_file("cube.obj", CUBE);
     run(&result, "--check --scale 0.01 cube.obj");
@@ -69,9 +67,8 @@ static void write_torus(const char *name, bool closed)
     fclose(file);
 }
 
-static void handles_and_boundaries_are_counted(void **state)
+TEST(handles_and_boundaries_are_counted)
 {
-    (void)state;
     Process result;
     write_torus("torus.off", true);
     write_torus("tube.off", false);
@@ -88,9 +85,8 @@ static void handles_and_boundaries_are_counted(void **state)
 
 #ifdef PLIANT_WITH_SURFACE
 // What a regular tetrahedron of side s allows, by hand: see surface/network.c for the rule.
-static void the_time_step_is_that_of_the_stiffest_node(void **state)
+TEST(the_time_step_is_that_of_the_stiffest_node)
 {
-    (void)state;
     Process result;
     write_file("tetrahedron.obj", "v 1 1 1\nv 1 -1 -1\nv -1 1 -1\nv -1 -1 1\n"
                                   "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
@@ -118,9 +114,8 @@ static void the_time_step_is_that_of_the_stiffest_node(void **state)
 }
 #endif
 
-static void what_is_not_usable_exits_2_with_one_line(void **state)
+TEST(what_is_not_usable_exits_2_with_one_line)
 {
-    (void)state;
     Process result;
     write_file("cube.obj", CUBE);
     write_file("empty.stl", "");
@@ -155,9 +150,8 @@ static void write_box(const char *name, const char *head, double side)
     write_file(name, text);
 }
 
-static void a_unit_that_is_not_given_is_guessed_with_its_reason(void **state)
+TEST(a_unit_that_is_not_given_is_guessed_with_its_reason)
 {
-    (void)state;
     static const struct {
         const char *head;
         double side;
@@ -183,9 +177,8 @@ static void a_unit_that_is_not_given_is_guessed_with_its_reason(void **state)
     }
 }
 
-static void units_and_scale_are_the_same_and_end_the_guessing(void **state)
+TEST(units_and_scale_are_the_same_and_end_the_guessing)
 {
-    (void)state;
     Process named, scaled;
     write_box("box.obj", "", 2.5);
     run(&named, "--check --units cm box.obj");
@@ -213,9 +206,8 @@ static void write_slivers(const char *name, double width, bool closed)
     fclose(file);
 }
 
-static void each_model_has_its_verdict_with_reason_and_cost(void **state)
+TEST(each_model_has_its_verdict_with_reason_and_cost)
 {
-    (void)state;
     Process result;
     write_box("box.obj", "", 0.1);
     run(&result, "--check --scale 1 box.obj");
@@ -239,9 +231,8 @@ static void each_model_has_its_verdict_with_reason_and_cost(void **state)
     expect_printed(&result, "  as a solid: no, its surface is not closed\n");
 }
 
-static void what_can_be_neither_is_reported_and_exits_2(void **state)
+TEST(what_can_be_neither_is_reported_and_exits_2)
 {
-    (void)state;
     Process result;
     write_slivers("open.off", 1e-8, false);
     run(&result, "--check --scale 1 open.off");
@@ -252,9 +243,8 @@ static void what_can_be_neither_is_reported_and_exits_2(void **state)
 }
 #endif
 
-static void a_repaired_mesh_is_written_for_other_programs_and_read_back(void **state)
+TEST(a_repaired_mesh_is_written_for_other_programs_and_read_back)
 {
-    (void)state;
     Process result, before, after;
     write_file("cube.obj", CUBE);
     run(&result, "--repair cube.obj -o repaired.off");
@@ -274,9 +264,8 @@ static void a_repaired_mesh_is_written_for_other_programs_and_read_back(void **s
     expect_refusal(&result, 2, "repaired.off: File exists");
 }
 
-static void bad_usage_exits_2_with_one_line(void **state)
+TEST(bad_usage_exits_2_with_one_line)
 {
-    (void)state;
     static const char *const cases[][2] = {
         {"", "no mesh given"},
         {"--check", "no mesh given"},
@@ -306,9 +295,8 @@ static void bad_usage_exits_2_with_one_line(void **state)
     }
 }
 
-static void help_and_version_exit_0(void **state)
+TEST(help_and_version_exit_0)
 {
-    (void)state;
     Process result;
     run(&result, "--help");
     assert_int_equal(result.code, 0);
@@ -317,28 +305,4 @@ static void help_and_version_exit_0(void **state)
     run(&result, "--version");
     assert_int_equal(result.code, 0);
     expect_printed(&result, "pliant-prepare 0.");
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_cube_is_reported_with_its_figures),
-        cmocka_unit_test(handles_and_boundaries_are_counted),
-#ifdef PLIANT_WITH_SURFACE
-        cmocka_unit_test(the_time_step_is_that_of_the_stiffest_node),
-#endif
-        cmocka_unit_test(what_is_not_usable_exits_2_with_one_line),
-        cmocka_unit_test(a_unit_that_is_not_given_is_guessed_with_its_reason),
-        cmocka_unit_test(units_and_scale_are_the_same_and_end_the_guessing),
-#if defined(PLIANT_WITH_SURFACE) && defined(PLIANT_WITH_VOXEL)
-        cmocka_unit_test(each_model_has_its_verdict_with_reason_and_cost),
-        cmocka_unit_test(what_can_be_neither_is_reported_and_exits_2),
-#endif
-        cmocka_unit_test(a_repaired_mesh_is_written_for_other_programs_and_read_back),
-        cmocka_unit_test(bad_usage_exits_2_with_one_line),
-        cmocka_unit_test(help_and_version_exit_0),
-    };
-    harness_start(argc, argv);
-    program = argv[1];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

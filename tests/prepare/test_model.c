@@ -1,11 +1,10 @@
 // pliant-prepare SCENE.cfg -o FILE and pliantd --prepared FILE as a user runs them, one process
 // after the other.
+#include "test.h"
 #include "harness.h"
 
 #include <hdf5.h>
 #include <string.h>
-
-static const char *prepare;
 
 static const char SCENE[] =
     "gravity = [0, 0, -9.81]; bodies = ( { name = \"organ\"; mesh = { generator = \"stomach\"; };\n"
@@ -26,12 +25,11 @@ static double *read_positions(const char *name, size_t *bytes)
     return data;
 }
 
-static void daemon_runs_alike_from_the_prepared_model(void **state)
+TEST(daemon_runs_alike_from_the_prepared_model)
 {
-    (void)state;
     Process result;
     write_text(scratch("x.cfg"), SCENE);
-    process_run(&result, prepare, "x.cfg -o x.h5");
+    process_run(&result, program_path("pliant-prepare"), "x.cfg -o x.h5");
     assert_string_equal(result.err, "");
     assert_int_equal(result.code, 0);
     assert_string_equal(
@@ -52,13 +50,12 @@ static void daemon_runs_alike_from_the_prepared_model(void **state)
     assert_int_equal(result.code, 0);
 }
 
-static void daemon_refuses_what_does_not_fit_in_one_line(void **state)
+TEST(daemon_refuses_what_does_not_fit_in_one_line)
 {
-    (void)state;
     Process result;
     size_t size = 0;
     write_text(scratch("x.cfg"), SCENE);
-    process_run(&result, prepare, "x.cfg -o x.h5");
+    process_run(&result, program_path("pliant-prepare"), "x.cfg -o x.h5");
     assert_int_equal(result.code, 0);
     unsigned char *data = file_read(scratch("x.h5"), &size);
     data[size / 2] ^= 1;
@@ -78,21 +75,19 @@ static void daemon_refuses_what_does_not_fit_in_one_line(void **state)
                         "c.h5: / format \"pliant-checkpoint\" must be \"pliant-prepared\"\n");
 }
 
-static void a_file_that_cannot_be_written_exits_1(void **state)
+TEST(a_file_that_cannot_be_written_exits_1)
 {
-    (void)state;
     Process result;
     write_text(scratch("x.cfg"), SCENE);
-    process_run(&result, prepare, "x.cfg -o none/x.h5");
+    process_run(&result, program_path("pliant-prepare"), "x.cfg -o none/x.h5");
     assert_int_equal(result.code, 1);
     assert_string_equal(result.err, "none/x.h5: No such file or directory\n");
 }
 
-#ifdef PLIANT_WITH_VOXEL
+#if WITH_VOXEL
 // What is proposed is a scene that pliantd takes without a warning, with figures as they were said.
-static void a_proposed_scene_is_one_that_the_daemon_takes(void **state)
+TEST(a_proposed_scene_is_one_that_the_daemon_takes)
 {
-    (void)state;
     static const char BOX[] = "v 0 0 0\nv 250 0 0\nv 250 150 0\nv 0 150 0\nv 0 0 100\nv 250 0 100\n"
                               "v 250 150 100\nv 0 150 100\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\n"
                               "f 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
@@ -110,7 +105,7 @@ static void a_proposed_scene_is_one_that_the_daemon_takes(void **state)
         char arguments[256];
         snprintf(arguments, sizeof arguments, "--propose %s 'bo\"x \\1.obj' -o p.cfg",
                  cases[i].options);
-        process_run(&result, prepare, "%s", arguments);
+        process_run(&result, program_path("pliant-prepare"), "%s", arguments);
         assert_string_equal(result.err, "");
         assert_int_equal(result.code, 0);
         assert_non_null(strstr(result.out, cases[i].says));
@@ -121,23 +116,23 @@ static void a_proposed_scene_is_one_that_the_daemon_takes(void **state)
             fail_msg("'%s' is not in: %s%s", cases[i].figures, result.out, result.err);
         assert_null(strstr(result.err, "p.cfg:")); // no warning
         // A scene that is there stays as it is.
-        process_run(&result, prepare, "%s", arguments);
+        process_run(&result, program_path("pliant-prepare"), "%s", arguments);
         assert_int_equal(result.code, 2);
         assert_non_null(strstr(result.err, "p.cfg: File exists"));
         remove(scratch("p.cfg"));
     }
 }
 
-static void every_piece_of_a_proposed_solid_is_held(void **state)
+TEST(every_piece_of_a_proposed_solid_is_held)
 {
-    (void)state;
     // Two tetrahedra of 10 cm, one high above the other.
     static const char PAIR[] = "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\nv 0 0 200\nv 100 0 200\n"
                                "v 0 100 200\nv 0 0 300\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
                                "f 5 7 6\nf 5 6 8\nf 6 7 8\nf 7 5 8\n";
     Process result;
     write_text(scratch("pair.obj"), PAIR);
-    process_run(&result, prepare, "--propose --units mm --model voxel pair.obj -o pair.cfg");
+    process_run(&result, program_path("pliant-prepare"),
+                "--propose --units mm --model voxel pair.obj -o pair.cfg");
     assert_int_equal(result.code, 0);
     assert_non_null(strstr(result.out, "in 2 pieces, each of which something has to hold"));
     size_t size = 0;
@@ -151,21 +146,3 @@ static void every_piece_of_a_proposed_solid_is_held(void **state)
     assert_int_equal(result.code, 0);
 }
 #endif
-
-int main(int argc, char **argv)
-{
-    if (argc < 3)
-        return 2;
-    harness_start(argc, argv);
-    prepare = argv[2];
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(daemon_runs_alike_from_the_prepared_model),
-        cmocka_unit_test(daemon_refuses_what_does_not_fit_in_one_line),
-        cmocka_unit_test(a_file_that_cannot_be_written_exits_1),
-#ifdef PLIANT_WITH_VOXEL
-        cmocka_unit_test(a_proposed_scene_is_one_that_the_daemon_takes),
-        cmocka_unit_test(every_piece_of_a_proposed_solid_is_held),
-#endif
-    };
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
-}

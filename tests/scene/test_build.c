@@ -304,10 +304,5 @@ TEST(tools_and_loads_reach_the_simulation)
     expect_near(momentum, 0.02, 1e-12);
     world_destroy(&world);
 }
-#else
-// Without a model of bodies there is no world to build.
-int main(void)
-{
-    return 77;
-}
+
 #endif

@@ -230,12 +230,4 @@ TEST(files_that_contradict_themselves_change_nothing)
     run_destroy(&run);
 }
 
-#else
-
-int main(void)
-{
-    print_message("built without HDF5 or surface bodies\n");
-    return 77;
-}
-
 #endif

@@ -1,5 +1,6 @@
 // pliant-study --fit as a user runs it: tables of known laws and of others, good and bad ones. What
 // it prints is compared with closed forms that are written down here.
+#include "test.h"
 #include "harness.h"
 
 #include <math.h>
@@ -7,12 +8,11 @@
 #include <string.h>
 #include <sys/stat.h>
 
-static const char *program;
 static Process result;
 
 static void run(const char *arguments)
 {
-    process_run(&result, program, "%s", arguments);
+    process_run(&result, program_path("pliant-study"), "%s", arguments);
 }
 
 static void expect_done(void)
@@ -141,9 +141,8 @@ static bool stiffens(void)
 
 // --- tables of laws ------------------------------------------------------------------------------
 
-static void a_line_has_a_modulus_and_no_stiffening(void **unused)
+TEST(a_line_has_a_modulus_and_no_stiffening)
 {
-    (void)unused;
     double modulus;
     write_table("line.csv", line, 0.5, 300, 0.0);
     run("--fit line.csv");
@@ -157,9 +156,8 @@ static void a_line_has_a_modulus_and_no_stiffening(void **unused)
     expect_near(strip_rms(), 0.0, 0.1);
 }
 
-static void noise_is_not_taken_for_stiffening(void **unused)
+TEST(noise_is_not_taken_for_stiffening)
 {
-    (void)unused;
     double modulus;
     write_table("noisy.csv", line, 0.5, 300, 500.0);
     run("--fit noisy.csv");
@@ -171,9 +169,8 @@ static void noise_is_not_taken_for_stiffening(void **unused)
     expect_near(modulus, 5e4, 300.0);
 }
 
-static void a_curve_of_the_law_is_found_again(void **unused)
+TEST(a_curve_of_the_law_is_found_again)
 {
-    (void)unused;
     write_table("capped.csv", capped, 0.4, 400, 0.0);
     run("--fit capped.csv");
     expect_done();
@@ -188,9 +185,8 @@ static void a_curve_of_the_law_is_found_again(void **unused)
 }
 
 // What the table does not reach is the least that has no effect: the slope at its end.
-static void a_cap_beyond_the_table_is_the_slope_at_its_end(void **unused)
+TEST(a_cap_beyond_the_table_is_the_slope_at_its_end)
 {
-    (void)unused;
     write_table("below.csv", exponential, 0.25, 200, 0.0);
     run("--fit below.csv");
     expect_done();
@@ -203,9 +199,8 @@ static void a_cap_beyond_the_table_is_the_slope_at_its_end(void **unused)
     expect_printed(&result, "The table ends before any cap");
 }
 
-static void curves_of_other_laws_are_met_within_three_percent(void **unused)
+TEST(curves_of_other_laws_are_met_within_three_percent)
 {
-    (void)unused;
     // Fivefold and fourteenfold slopes, as of skin; Ogden's at the strain where they are reached.
     static const struct {
         Law *law;
@@ -226,9 +221,8 @@ static void curves_of_other_laws_are_met_within_three_percent(void **unused)
     }
 }
 
-static void a_surface_gets_the_modulus_times_its_thickness(void **unused)
+TEST(a_surface_gets_the_modulus_times_its_thickness)
 {
-    (void)unused;
     write_table("capped.csv", capped, 0.4, 400, 0.0);
     run("--fit capped.csv --model surface --thickness 0.002 --out wall");
     expect_done();
@@ -237,9 +231,8 @@ static void a_surface_gets_the_modulus_times_its_thickness(void **unused)
     expect_printed(&result, "across them it misses the table by ");
 }
 
-static void a_curve_that_flattens_is_said_to(void **unused)
+TEST(a_curve_that_flattens_is_said_to)
 {
-    (void)unused;
     double modulus;
     write_table("flat.csv", flattening, 0.5, 100, 0.0);
     run("--fit flat.csv");
@@ -257,9 +250,8 @@ static bool is_there(const char *name)
     return stat(scratch(name), &info) == 0 && info.st_size > 0;
 }
 
-static void the_group_makes_a_scene_that_runs(void **unused)
+TEST(the_group_makes_a_scene_that_runs)
 {
-    (void)unused;
     write_table("capped.csv", capped, 0.4, 400, 0.0);
     for (int surface = 0; surface < 2; surface++) {
         run(surface ? "--fit capped.csv --out again --model surface --thickness 1e-3"
@@ -272,9 +264,8 @@ static void the_group_makes_a_scene_that_runs(void **unused)
     }
 }
 
-static void files_of_others_are_not_replaced(void **unused)
+TEST(files_of_others_are_not_replaced)
 {
-    (void)unused;
     write_table("line.csv", line, 0.5, 300, 0.0);
     assert_int_equal(mkdir(scratch("others"), 0777), 0);
     write_text(scratch("others/strip.cfg"), "mine");
@@ -286,9 +277,8 @@ static void files_of_others_are_not_replaced(void **unused)
 
 // --- tables as users have them -------------------------------------------------------------------
 
-static void spreadsheets_and_rigs_are_read(void **unused)
+TEST(spreadsheets_and_rigs_are_read)
 {
-    (void)unused;
     static const char *const good[] = {
         // As a spreadsheet writes it.
         "\xEF\xBB\xBFStrain,Stress [Pa]\r\n# test 3\r\n\r\n0,0\r\n0.1,100\r\n0.2,200\r\n0.3,300",
@@ -308,9 +298,8 @@ static void spreadsheets_and_rigs_are_read(void **unused)
 
 #define FOUR "0,0\n0.1,100\n0.2,200\n"
 
-static void bad_tables_are_refused_by_line(void **unused)
+TEST(bad_tables_are_refused_by_line)
 {
-    (void)unused;
     static const char *const bad[][2] = {
         {"", "bad.csv: has 0 points of strain and stress, fewer than 4"},
         {"strain,stress\n" FOUR, "bad.csv: has 3 points"},
@@ -356,9 +345,8 @@ static void bad_tables_are_refused_by_line(void **unused)
     expect_refusal(&result, 2, "/dev/zero:1: is longer than 1022 characters, or no text");
 }
 
-static void tables_of_up_to_a_hundred_thousand_points_are_read(void **unused)
+TEST(tables_of_up_to_a_hundred_thousand_points_are_read)
 {
-    (void)unused;
     write_table("long.csv", capped, 0.4, 100000, 500.0);
     run("--fit long.csv");
     expect_done();
@@ -370,9 +358,8 @@ static void tables_of_up_to_a_hundred_thousand_points_are_read(void **unused)
     expect_refusal(&result, 2, "long.csv:100002: has more than 100000 points");
 }
 
-static void what_is_hardly_meant_is_noted(void **unused)
+TEST(what_is_hardly_meant_is_noted)
 {
-    (void)unused;
     write_text(scratch("kpa.csv"), "0,0\n0.1,0.5\n0.2,1\n0.3,1.5\n");
     run("--fit kpa.csv");
     expect_done();
@@ -391,9 +378,8 @@ static void what_is_hardly_meant_is_noted(void **unused)
     expect_printed(&result, "note: the stress at strain 0 is 14 % of the largest");
 }
 
-static void options_that_do_not_go_together_are_refused(void **unused)
+TEST(options_that_do_not_go_together_are_refused)
 {
-    (void)unused;
     static const char *const bad[][2] = {
         {"--fit a.csv b.cfg", "pliant-study: --fit takes a table and no scene, got 'b.cfg'"},
         {"--fit a.csv --model voxel", "pliant-study: --model 'voxel' is neither solid nor surface"},
@@ -414,29 +400,4 @@ static void options_that_do_not_go_together_are_refused(void **unused)
     expect_done();
     expect_printed(&result, "--fit=CURVE.csv");
     expect_printed(&result, "nominal strain [-]");
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_line_has_a_modulus_and_no_stiffening),
-        cmocka_unit_test(noise_is_not_taken_for_stiffening),
-        cmocka_unit_test(a_curve_of_the_law_is_found_again),
-        cmocka_unit_test(a_cap_beyond_the_table_is_the_slope_at_its_end),
-        cmocka_unit_test(curves_of_other_laws_are_met_within_three_percent),
-        cmocka_unit_test(a_surface_gets_the_modulus_times_its_thickness),
-        cmocka_unit_test(a_curve_that_flattens_is_said_to),
-        cmocka_unit_test(the_group_makes_a_scene_that_runs),
-        cmocka_unit_test(files_of_others_are_not_replaced),
-        cmocka_unit_test(spreadsheets_and_rigs_are_read),
-        cmocka_unit_test(bad_tables_are_refused_by_line),
-        cmocka_unit_test(tables_of_up_to_a_hundred_thousand_points_are_read),
-        cmocka_unit_test(what_is_hardly_meant_is_noted),
-        cmocka_unit_test(options_that_do_not_go_together_are_refused),
-    };
-    if (argc < 3)
-        return 2;
-    harness_start(argc, argv);
-    program = argv[2];
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,16 +1,16 @@
 // pliant-study as a user runs it: options, exit codes, what it leaves behind; and that the scene it
 // advises is one that pliantd takes.
+#include "test.h"
 #include "harness.h"
 
 #include <string.h>
 #include <sys/stat.h>
 
-static const char *program;
 static Process result;
 
 static void run(const char *arguments)
 {
-    process_run(&result, program, "%s", arguments);
+    process_run(&result, program_path("pliant-study"), "%s", arguments);
 }
 
 static void expect_done(void)
@@ -32,9 +32,17 @@ static const char BALL[] =
 
 #define STUDY "ball.cfg --quick --duration 0.1 --repeat 1 --only 'leapfrog bound' "
 
-static void help_and_version_are_printed(void **unused)
+static int write_ball(void **state)
 {
-    (void)unused;
+    (void)state;
+    write_text(scratch("ball.cfg"), BALL);
+    return 0;
+}
+
+AROUND_ALL(write_ball, NULL)
+
+TEST(help_and_version_are_printed)
+{
     run("--help");
     expect_done();
     expect_printed(&result, "--error=PCT");
@@ -46,9 +54,8 @@ static void help_and_version_are_printed(void **unused)
     assert_int_equal(strncmp(result.out, "pliant-study ", 13), 0);
 }
 
-static void bad_options_are_named(void **unused)
+TEST(bad_options_are_named)
 {
-    (void)unused;
     static const char *const bad[][2] = {
         {"", "pliant-study: no scene given"},
         {"a.cfg b.cfg", "pliant-study: one scene at a time, got 'a.cfg' and 'b.cfg'"},
@@ -79,9 +86,8 @@ static void bad_options_are_named(void **unused)
     }
 }
 
-static void a_folder_that_cannot_be_made_fails(void **unused)
+TEST(a_folder_that_cannot_be_made_fails)
 {
-    (void)unused;
     run(STUDY "--out nowhere/there");
     expect_refusal(&result, 1,
                    "nowhere/there: cannot be made or written to: No such file or directory");
@@ -89,9 +95,8 @@ static void a_folder_that_cannot_be_made_fails(void **unused)
     expect_refusal(&result, 1, "ball.cfg: cannot be made or written to: ");
 }
 
-static void cases_are_listed_without_being_run(void **unused)
+TEST(cases_are_listed_without_being_run)
 {
-    (void)unused;
     struct stat info;
     run("ball.cfg --list");
     expect_done();
@@ -111,9 +116,8 @@ static bool is_there(const char *name)
 }
 
 // Files, table, progress; and the advice, taken: pliantd reads it and runs it.
-static void a_study_leaves_tables_pictures_and_a_scene_that_runs(void **unused)
+TEST(a_study_leaves_tables_pictures_and_a_scene_that_runs)
 {
-    (void)unused;
     run(STUDY "--error 20% --rate 250");
     expect_done();
     expect_printed(&result, "ball, body ball: ");
@@ -131,28 +135,9 @@ static void a_study_leaves_tables_pictures_and_a_scene_that_runs(void **unused)
     expect_done();
 }
 
-static void a_scene_that_cannot_be_built_is_refused(void **unused)
+TEST(a_scene_that_cannot_be_built_is_refused)
 {
-    (void)unused;
     write_text(scratch("bad.cfg"), "bodies = ( { name = \"a\"; levels = 99; } );");
     run("bad.cfg");
     expect_refusal(&result, 2, "bad.cfg:1: ");
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(help_and_version_are_printed),
-        cmocka_unit_test(bad_options_are_named),
-        cmocka_unit_test(a_folder_that_cannot_be_made_fails),
-        cmocka_unit_test(cases_are_listed_without_being_run),
-        cmocka_unit_test(a_study_leaves_tables_pictures_and_a_scene_that_runs),
-        cmocka_unit_test(a_scene_that_cannot_be_built_is_refused),
-    };
-    if (argc < 3)
-        return 2;
-    harness_start(argc, argv);
-    program = argv[2];
-    write_text(scratch("ball.cfg"), BALL);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

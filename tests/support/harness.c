@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,26 +11,45 @@
 #include <unistd.h>
 
 static Scratch folder;
-static char server[PATH_TEXT];
+static char server[PATH_MAX];
 static int started;
 static pid_t running[16]; // processes that have not been waited for
 
-void harness_start(int argc, char **argv)
+static void start_harness(void)
 {
-    if (argc < 2) {
-        fprintf(stderr, "usage: %s PLIANTD\n", argv[0]);
+    if (test_argument(1)[0] == '\0') {
+        fprintf(stderr, "the path of pliantd is missing\n");
         exit(2);
     }
-    for (int i = 1; i < argc; i++) {
-        // Programs run in the scratch folder, so that relative paths lead nowhere.
-        char *path = argv[i][0] != '/' ? realpath(argv[i], NULL) : NULL; // never freed
-        argv[i] = path != NULL ? path : argv[i];
-    }
-    snprintf(server, sizeof server, "%s", argv[1]);
-    if (scratch_create(&folder) != 0) {
-        perror(folder.folder);
+    // Programs run in the scratch folder, so that relative paths lead nowhere.
+    if (realpath(test_argument(1), server) == NULL || scratch_create(&folder) != 0) {
+        perror(test_argument(1));
         exit(2);
     }
+}
+
+static void end_harness(void)
+{
+    scratch_destroy(&folder);
+}
+
+__attribute__((constructor)) static void register_harness(void)
+{
+    test_around_program(start_harness, end_harness);
+}
+
+const char *program_path(const char *name)
+{
+    static char paths[16][PATH_MAX];
+    static int count;
+    char path[PATH_MAX];
+    snprintf(path, sizeof path, "%.*s/%s", (int)(strrchr(server, '/') - server), server, name);
+    for (int k = 0; k < count; k++) {
+        if (strcmp(paths[k], path) == 0)
+            return paths[k];
+    }
+    assert_true(count < 16);
+    return strcpy(paths[count++], path);
 }
 
 static void replace_running(pid_t from, pid_t to)
@@ -53,12 +73,6 @@ int harness_teardown(void **state)
         running[i] = 0;
     }
     return 0;
-}
-
-int harness_end(int result)
-{
-    scratch_destroy(&folder);
-    return result;
 }
 
 const char *scratch(const char *name)

@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_HARNESS_H
 #define PLIANT_TESTS_HARNESS_H
 
-#include "expect.h"
+#include "test.h"
 #include "scratch.h"
 
 #include <stdarg.h>
@@ -11,11 +11,11 @@
 
 enum { OUTPUT_MAX = 65536, PATH_TEXT = 512 };
 
-// Makes the scratch folder of this test program; argv[1] is the server's path.
-void harness_start(int argc, char **argv);
-// Removes the folder; returns `result`, for main.
-int harness_end(int result);
-// For cmocka: ends the processes that a failed test has left behind.
+// Before its first test a program of this harness makes a scratch folder, which is removed behind
+// the last; its first argument is the server's path. A path of a program beside the server, valid
+// forever:
+const char *program_path(const char *name);
+// For AROUND_EACH: ends the processes that a failed test has left behind.
 int harness_teardown(void **state);
 // A path in the scratch folder, valid for the next 31 calls.
 const char *scratch(const char *name);
@@ -56,8 +56,5 @@ void expect_printed(const Process *process, const char *text);
 long long printed(const Process *daemon, const char *name);
 // The hash of the final state, as printed.
 void printed_state(const Process *daemon, char state[32]);
-
-// A claim about running programs; they are ended if it fails.
-#define daemon_test(function) cmocka_unit_test_teardown(function, harness_teardown)
 
 #endif

@@ -34,6 +34,10 @@ typedef struct TestEntry {
 void test_register(TestEntry *entry);
 // What the command line has behind the options, from number 1; "" behind the last one.
 const char *test_argument(int number);
+// What a program needs around all of its groups; before main.
+void test_around_program(void (*begin)(void), void (*end)(void));
+// Ends the program as skipped, for a fixture: why says what this machine lacks.
+_Noreturn void test_skip_program(const char *why);
 // True in the long form of a group (--long), which repeats more and has the LONG_TESTs.
 bool test_is_long(void);
 

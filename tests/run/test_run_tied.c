@@ -2,7 +2,7 @@
 // log of inputs, from its start and from a checkpoint in the middle, they are bit-identical. With a
 // number as argument, so many sequences.
 #include "effort.h"
-#include "expect.h"
+#include "test.h"
 #include "scratch.h"
 
 #ifdef PLIANT_WITH_HDF5
@@ -18,7 +18,6 @@
 #include <string.h>
 
 enum { TICKS = 80, TIES = 5 };
-static int sequences = 20;
 static Scratch scratch;
 
 static const char TEXT[] =
@@ -246,15 +245,30 @@ static uint64_t run_again(Rig *rig, const char *path, const void *from)
     return state_hash(&rig->world.state);
 }
 
-static void random_sequences_repeat_bit_for_bit(void **state)
+static int begin(void **unused)
 {
-    (void)state;
+    (void)unused;
+    return scratch_create(&scratch);
+}
+
+static int end(void **unused)
+{
+    (void)unused;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(begin, end)
+
+TEST(random_sequences_repeat_bit_for_bit)
+{
     static Rig live, again;
     char path[SCRATCH_PATH];
     Tally tally = {0};
     build(&live);
     build(&again);
     scratch_path(&scratch, "tied.log", path);
+    const int sequences = EFFORT(test_is_long() ? 1000 : 20);
     for (int k = 0; k < sequences; k++) {
         const uint64_t hash = run_live(&live, path, 1000 + (unsigned)k, &tally);
         // In another world of the same scene, and on from the middle.
@@ -285,26 +299,4 @@ static void random_sequences_repeat_bit_for_bit(void **state)
     assert_true(tally.made > 2 * sequences && tally.cut > 0 && tally.broken > 0);
     destroy(&live);
     destroy(&again);
-}
-
-static int begin(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_sequences_repeat_bit_for_bit),
-    };
-    sequences = EFFORT(argc > 1 ? atoi(argv[1]) : sequences);
-    return cmocka_run_group_tests(tests, begin, end);
 }

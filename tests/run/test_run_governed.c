@@ -1,7 +1,7 @@
 // A loop in real time over a body whose ticks take longer than their period until its thresholds
 // are raised: the governor raises them, its actions are inputs like any other, and a run without
 // clock that gets these inputs ends in the same state.
-#include "expect.h"
+#include "test.h"
 #include "geometry/levels.h"
 #include "run/loop.h"
 #include "toy_body.h"
@@ -127,9 +127,8 @@ static void replay(Rig *live, Rig *twin)
     assert_null(ring_peek(applied));
 }
 
-static void overrun_raises_thresholds_and_the_log_repeats_it(void **state)
+TEST(overrun_raises_thresholds_and_the_log_repeats_it)
 {
-    (void)state;
     Rig live, twin;
     create(&live);
     live.toy->splits->labour = labour;
@@ -161,9 +160,8 @@ static void push_command(Rig *rig, int kind, int64_t value)
 }
 
 // Ticks of a STEP are as slow as before: in lockstep the governor rests.
-static void lockstep_is_not_governed(void **state)
+TEST(lockstep_is_not_governed)
 {
-    (void)state;
     Rig rig;
     create(&rig);
     rig.toy->splits->labour = labour;
@@ -180,9 +178,8 @@ static void lockstep_is_not_governed(void **state)
 }
 
 // What the governor holds back comes back when no time is measured any more, by inputs again.
-static void lockstep_begins_with_all_detail(void **state)
+TEST(lockstep_begins_with_all_detail)
 {
-    (void)state;
     Rig rig;
     create(&rig);
     create_loop(&rig, 0.0);
@@ -207,9 +204,8 @@ static void lockstep_begins_with_all_detail(void **state)
 }
 
 // RESET brings the thresholds back with the rest of the state; the governor begins again.
-static void reset_restarts_the_governor(void **state)
+TEST(reset_restarts_the_governor)
 {
-    (void)state;
     Rig rig;
     create(&rig);
     create_loop(&rig, 0.0);
@@ -222,15 +218,4 @@ static void reset_restarts_the_governor(void **state)
     assert_int_equal(rig.loop.governor.reduction, 0);
     close_loop(&rig);
     destroy(&rig);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(overrun_raises_thresholds_and_the_log_repeats_it),
-        cmocka_unit_test(lockstep_is_not_governed),
-        cmocka_unit_test(lockstep_begins_with_all_detail),
-        cmocka_unit_test(reset_restarts_the_governor),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

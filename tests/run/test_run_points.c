@@ -1,6 +1,6 @@
 // Positions in packets (points_t): what the bus packs and what a client unpacks, without threads,
 // sockets or real time.
-#include "expect.h"
+#include "test.h"
 #include "frames.h"
 #include "random.h"
 #include "run/bus_parts.h"
@@ -112,9 +112,8 @@ static void expect_near_cloud(const NodesFrame *frame, const Cloud *cloud, int f
 
 // --- what is packed ------------------------------------------------------------------------------
 
-static void positions_come_back_within_half_a_step(void **state)
+TEST(positions_come_back_within_half_a_step)
 {
-    (void)state;
     Cloud *cloud = malloc(sizeof *cloud);
     Sent *sent = malloc(sizeof *sent);
     uint64_t random = 5;
@@ -135,9 +134,8 @@ static void positions_come_back_within_half_a_step(void **state)
     free(sent);
 }
 
-static void each_packet_stands_alone(void **state)
+TEST(each_packet_stands_alone)
 {
-    (void)state;
     Cloud *cloud = malloc(sizeof *cloud);
     Sent *sent = malloc(sizeof *sent);
     uint64_t random = 6;
@@ -157,9 +155,8 @@ static void each_packet_stands_alone(void **state)
 
 // Neighbours in the order of their slots cost less than half of the 12 bytes of three floats, and
 // nodes in no order at all little more.
-static void packets_take_half_of_the_bytes(void **state)
+TEST(packets_take_half_of_the_bytes)
 {
-    (void)state;
     static const double most[SHAPES] = {
         [WALK] = 5.0, [SCATTERED] = 6.8, [ONE_PLACE] = 1.4, [FAR_AWAY] = 5.0};
     Cloud *cloud = malloc(sizeof *cloud);
@@ -188,9 +185,8 @@ static void unpack(NodesFrame *frame, int count, float grid, const int32_t origi
 }
 
 // The largest difference that there is takes 31 bits, not 32.
-static void two_nodes_as_far_apart_as_the_grid_reaches(void **state)
+TEST(two_nodes_as_far_apart_as_the_grid_reaches)
 {
-    (void)state;
     enum { COUNT = 8 };
     for (int n = 0; n < 2; n++) {
         // 4096 m is 2^29 steps, the next smaller float 32 steps less.
@@ -216,9 +212,8 @@ static void two_nodes_as_far_apart_as_the_grid_reaches(void **state)
 }
 
 // What has no place on any grid still gives a packet of finite numbers.
-static void numbers_out_of_range_are_packed_as_finite_ones(void **state)
+TEST(numbers_out_of_range_are_packed_as_finite_ones)
 {
-    (void)state;
     enum { COUNT = 4 };
     const float position[3 * COUNT] = {NAN,  INFINITY, -INFINITY, 3e38f, -3e38f, 1e30f,
                                        0.0f, -0.0f,    1e-40f,    1.0f,  2.0f,   3.0f};
@@ -274,9 +269,8 @@ static FramesResult add_but(Rig *rig, int missing, int sequence)
     return result;
 }
 
-static void a_lost_packet_leaves_its_nodes_as_they_were(void **state)
+TEST(a_lost_packet_leaves_its_nodes_as_they_were)
 {
-    (void)state;
     Rig *rig = rig_create();
     const NodesFrame *frame = &rig->frame;
     // Until all nodes are known there is nothing to show.
@@ -299,9 +293,8 @@ static void a_lost_packet_leaves_its_nodes_as_they_were(void **state)
     rig_destroy(rig);
 }
 
-static void nodes_of_another_mesh_are_not_patched_with(void **state)
+TEST(nodes_of_another_mesh_are_not_patched_with)
 {
-    (void)state;
     Rig *rig = rig_create();
     assert_int_equal(add_but(rig, -1, 1), FRAMES_WHOLE);
     FramesResult result = FRAMES_WHOLE;
@@ -315,9 +308,8 @@ static void nodes_of_another_mesh_are_not_patched_with(void **state)
     rig_destroy(rig);
 }
 
-static void positions_as_floats_are_kept_where_both_come(void **state)
+TEST(positions_as_floats_are_kept_where_both_come)
 {
-    (void)state;
     Rig *rig = rig_create();
     int half = NODES / 2;
     pliant_nodes_t chunk = {.utime = 1001,
@@ -345,9 +337,8 @@ static void positions_as_floats_are_kept_where_both_come(void **state)
     rig_destroy(rig);
 }
 
-static void packets_that_contradict_themselves_change_nothing(void **state)
+TEST(packets_that_contradict_themselves_change_nothing)
 {
-    (void)state;
     Rig *rig = rig_create();
     assert_int_equal(add_but(rig, -1, 1), FRAMES_WHOLE);
     const pliant_points_t good = packet_of(&rig->sent, 1, 2);
@@ -391,9 +382,8 @@ static void packets_that_contradict_themselves_change_nothing(void **state)
 }
 
 // Bits that differ from what was sent give finite numbers or nothing.
-static void corrupt_bits_give_finite_numbers_or_nothing(void **state)
+TEST(corrupt_bits_give_finite_numbers_or_nothing)
 {
-    (void)state;
     Rig *rig = rig_create();
     uint64_t random = 9;
     int taken = 0;
@@ -412,21 +402,4 @@ static void corrupt_bits_give_finite_numbers_or_nothing(void **state)
     for (int i = 0; i < 3 * NODES; i++)
         assert_true(isfinite(rig->frame.position[i]));
     rig_destroy(rig);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(positions_come_back_within_half_a_step),
-        cmocka_unit_test(each_packet_stands_alone),
-        cmocka_unit_test(packets_take_half_of_the_bytes),
-        cmocka_unit_test(two_nodes_as_far_apart_as_the_grid_reaches),
-        cmocka_unit_test(numbers_out_of_range_are_packed_as_finite_ones),
-        cmocka_unit_test(a_lost_packet_leaves_its_nodes_as_they_were),
-        cmocka_unit_test(nodes_of_another_mesh_are_not_patched_with),
-        cmocka_unit_test(positions_as_floats_are_kept_where_both_come),
-        cmocka_unit_test(packets_that_contradict_themselves_change_nothing),
-        cmocka_unit_test(corrupt_bits_give_finite_numbers_or_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

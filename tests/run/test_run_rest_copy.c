@@ -1,6 +1,6 @@
 // Where the nodes of published meshes rest, and their texture coordinates: of all kinds of bodies,
 // before and after their meshes have changed.
-#include "expect.h"
+#include "test.h"
 #include "world_run.h"
 
 #include "run/exchange.h"
@@ -90,9 +90,10 @@ static const struct {
 };
 enum { BALL_COUNT = sizeof BALLS / sizeof *BALLS };
 
-static void nodes_rest_where_they_are_before_anything_acts(void **unused)
+AROUND_ALL(run_begin, run_end)
+
+TEST(nodes_rest_where_they_are_before_anything_acts)
 {
-    (void)unused;
     for (int k = 0; k < BALL_COUNT; k++) {
         char text[2048];
         Run run;
@@ -126,9 +127,8 @@ static void cut_through(Sim *sim, double x)
 
 // Back in its rest shape a refined, cut body lies where its nodes are said to rest. So do nodes
 // that came meanwhile, wherever they hang or were moved to by a blade.
-static void nodes_that_came_rest_where_the_rest_shape_has_them(void **unused)
+TEST(nodes_that_came_rest_where_the_rest_shape_has_them)
 {
-    (void)unused;
     for (int k = 0; k < BALL_COUNT; k++) {
         if (!BALLS[k].changes)
             continue;
@@ -162,9 +162,8 @@ static void nodes_that_came_rest_where_the_rest_shape_has_them(void **unused)
 }
 
 #if defined(PLIANT_WITH_VOXEL) && defined(PLIANT_WITH_PLANE)
-static void nodes_of_voxel_bodies_rest_in_their_lattice(void **unused)
+TEST(nodes_of_voxel_bodies_rest_in_their_lattice)
 {
-    (void)unused;
     static const char *const BODIES[] = {
         "voxels = { generator = \"ball\"; radius = 0.04; size = 0.008; }; levels = 1; ",
         "voxels = { generator = \"box\"; count = [6, 6, 6]; size = 0.008; }; levels = 1; "
@@ -208,9 +207,8 @@ static void nodes_of_voxel_bodies_rest_in_their_lattice(void **unused)
 }
 #endif
 
-static void midpoints_have_the_mean_texture_of_their_parents(void **unused)
+TEST(midpoints_have_the_mean_texture_of_their_parents)
 {
-    (void)unused;
     static const char *const KEYS[] = {FIXED ADAPT, FIXED ADAPT "cuttable = true;",
                                        FIXED "levels = 2; start_level = 2; shape = {};"};
     for (int k = 0; k < 3; k++) {
@@ -260,9 +258,8 @@ static const char FROM_FILE[] = "name = \"rest\"; publish = { rest = %s; };\n"
                                 "bodies = ( { name = \"a\"; mesh = { file = \"a.obj\"; };\n"
                                 "  levels = 1; start_level = 1; shape = {}; } );\n";
 
-static void nodes_of_a_file_have_its_texture(void **unused)
+TEST(nodes_of_a_file_have_its_texture)
 {
-    (void)unused;
     char text[512];
     Run run;
     scratch_write(&scratch, "a.obj", OBJ, strlen(OBJ));
@@ -277,9 +274,8 @@ static void nodes_of_a_file_have_its_texture(void **unused)
     run_destroy(&run);
 }
 
-static void nobody_keeps_what_nobody_is_told(void **unused)
+TEST(nobody_keeps_what_nobody_is_told)
 {
-    (void)unused;
     for (int k = 0; k < 2; k++) {
         char text[512];
         Run run;
@@ -292,19 +288,4 @@ static void nobody_keeps_what_nobody_is_told(void **unused)
             assert_null(strstr(run.world.arena.block[i].name, "texture"));
         run_destroy(&run);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nodes_rest_where_they_are_before_anything_acts),
-        cmocka_unit_test(nodes_that_came_rest_where_the_rest_shape_has_them),
-#if defined(PLIANT_WITH_VOXEL) && defined(PLIANT_WITH_PLANE)
-        cmocka_unit_test(nodes_of_voxel_bodies_rest_in_their_lattice),
-#endif
-        cmocka_unit_test(midpoints_have_the_mean_texture_of_their_parents),
-        cmocka_unit_test(nodes_of_a_file_have_its_texture),
-        cmocka_unit_test(nobody_keeps_what_nobody_is_told),
-    };
-    return cmocka_run_group_tests(tests, run_begin, run_end);
 }

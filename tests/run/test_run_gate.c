@@ -1,5 +1,5 @@
 // What is let in, with a clock of our own: ownership, repeats, counters. And when things are due.
-#include "expect.h"
+#include "test.h"
 #include "io/event_log.h"
 #include "run/input.h"
 #include "run/loop.h"
@@ -77,9 +77,11 @@ static Passage pass_request(Fixture *fixture, int sender, int id, const Answer *
     return result.passage;
 }
 
-static void a_tool_belongs_to_its_first_sender_until_stale_or_given_up(void **state)
+AROUND_EACH(set_up, tear_down)
+
+TEST(a_tool_belongs_to_its_first_sender_until_stale_or_given_up)
 {
-    Fixture *fixture = *state;
+    Fixture *fixture = *test_state;
     assert_int_equal(pass_pose(fixture, 1, 1, true, 1000), ACCEPTED);
     assert_int_equal(pass_pose(fixture, 2, 1, true, 2000), REFUSED_OWNER);
     assert_int_equal(pass_pose(fixture, 2, 1, false, 2000), REFUSED_OWNER); // nor withdrawn
@@ -93,9 +95,9 @@ static void a_tool_belongs_to_its_first_sender_until_stale_or_given_up(void **st
     assert_int_equal(gate_refused(&fixture->gate), 4);
 }
 
-static void a_pose_that_was_overtaken_is_refused_whatever_clocks_and_counts_do(void **state)
+TEST(a_pose_that_was_overtaken_is_refused_whatever_clocks_and_counts_do)
 {
-    Fixture *f = *state;
+    Fixture *f = *test_state;
     const int64_t hour = INT64_C(3600000000);
     assert_int_equal(pass_numbered(f, 10, 5000, true, 1, 1, 1000), ACCEPTED);
     assert_int_equal(pass_numbered(f, 9, 4000, true, 1, 1, 2000), REFUSED_LATE);
@@ -115,16 +117,16 @@ static void a_pose_that_was_overtaken_is_refused_whatever_clocks_and_counts_do(v
     assert_int_equal(f->gate.refused[REFUSED_LATE], 3);
 }
 
-static void static_and_unknown_tools_take_no_poses(void **state)
+TEST(static_and_unknown_tools_take_no_poses)
 {
-    Fixture *fixture = *state;
+    Fixture *fixture = *test_state;
     assert_int_equal(pass_pose(fixture, 1, 4, true, 0), REFUSED_TOOL);
     assert_int_equal(pass_pose(fixture, 1, 2, true, 0), REFUSED_TOOL);
 }
 
-static void a_repeat_is_pending_then_answered_from_the_store(void **state)
+TEST(a_repeat_is_pending_then_answered_from_the_store)
 {
-    Fixture *fixture = *state;
+    Fixture *fixture = *test_state;
     const Answer *stored;
     assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_OPEN);
     assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_PENDING);
@@ -138,9 +140,9 @@ static void a_repeat_is_pending_then_answered_from_the_store(void **state)
     assert_int_equal(pass_request(fixture, 6, 1, NULL), PASSAGE_PENDING);
 }
 
-static void the_newest_256_answers_are_kept(void **state)
+TEST(the_newest_256_answers_are_kept)
 {
-    Fixture *fixture = *state;
+    Fixture *fixture = *test_state;
     for (int id = 0; id <= GATE_ANSWERS; id++) {
         assert_int_equal(pass_request(fixture, 5, id, NULL), PASSAGE_OPEN);
         Answer answer = {.kind = INPUT_COMMAND, .sender = 5, .id = id};
@@ -151,9 +153,9 @@ static void the_newest_256_answers_are_kept(void **state)
     assert_int_equal(pass_request(fixture, 5, 0, NULL), PASSAGE_OPEN); // the oldest went
 }
 
-static void a_flood_of_one_sender_makes_no_other_sender_s_repeat_new(void **state)
+TEST(a_flood_of_one_sender_makes_no_other_sender_s_repeat_new)
 {
-    Fixture *fixture = *state;
+    Fixture *fixture = *test_state;
     assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_OPEN);
     const Answer answer = {.kind = INPUT_COMMAND, .sender = 5, .id = 1, .ok = true, .step = 42};
     gate_answer(&fixture->gate, &answer);
@@ -169,9 +171,9 @@ static void a_flood_of_one_sender_makes_no_other_sender_s_repeat_new(void **stat
     assert_int_equal(pass_request(fixture, 66, 10 * GATE_ANSWERS - 500, NULL), PASSAGE_ANSWERED);
 }
 
-static void a_request_for_which_there_was_no_room_is_tried_again(void **state)
+TEST(a_request_for_which_there_was_no_room_is_tried_again)
 {
-    Fixture *fixture = *state;
+    Fixture *fixture = *test_state;
     assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_OPEN);
     assert_int_equal(pass_request(fixture, 5, 2, NULL), PASSAGE_OPEN);
     assert_int_equal(gate_pending(&fixture->gate, 5), 2);
@@ -181,9 +183,8 @@ static void a_request_for_which_there_was_no_room_is_tried_again(void **state)
     assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_OPEN);
 }
 
-static void what_is_due_is_evenly_spread_and_counted_exactly(void **state)
+TEST(what_is_due_is_evenly_spread_and_counted_exactly)
 {
-    (void)state;
     const struct {
         double hz, rate_hz;
         int expected; // in ten simulated seconds
@@ -208,9 +209,8 @@ static void what_is_due_is_evenly_spread_and_counted_exactly(void **state)
     assert_int_equal(loop_ticks(0.0, 100.0), 0);
 }
 
-static void urls_that_lcm_lacks_are_named(void **state)
+TEST(urls_that_lcm_lacks_are_named)
 {
-    (void)state;
     const char *const bad[] = {"http://x",
                                "udpm://10.0.0.1:7667",
                                "udpm://239.1.1.1:0",
@@ -234,9 +234,8 @@ static void urls_that_lcm_lacks_are_named(void **state)
 }
 
 // Events with hostile lengths, each file read to its end or its fault.
-static void hostile_event_logs_end_with_a_sentence(void **state)
+TEST(hostile_event_logs_end_with_a_sentence)
 {
-    (void)state;
     char path[] = "/tmp/pliant-log-XXXXXX";
     int fd = mkstemp(path);
     assert_true(fd >= 0);
@@ -265,26 +264,4 @@ static void hostile_event_logs_end_with_a_sentence(void **state)
         }
     }
     unlink(path);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(
-            a_pose_that_was_overtaken_is_refused_whatever_clocks_and_counts_do, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_tool_belongs_to_its_first_sender_until_stale_or_given_up,
-                                        set_up, tear_down),
-        cmocka_unit_test_setup_teardown(static_and_unknown_tools_take_no_poses, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_repeat_is_pending_then_answered_from_the_store, set_up,
-                                        tear_down),
-        cmocka_unit_test_setup_teardown(the_newest_256_answers_are_kept, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_flood_of_one_sender_makes_no_other_sender_s_repeat_new,
-                                        set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_request_for_which_there_was_no_room_is_tried_again,
-                                        set_up, tear_down),
-        cmocka_unit_test(what_is_due_is_evenly_spread_and_counted_exactly),
-        cmocka_unit_test(urls_that_lcm_lacks_are_named),
-        cmocka_unit_test(hostile_event_logs_end_with_a_sentence),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

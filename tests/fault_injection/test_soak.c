@@ -2,7 +2,8 @@
 // decides, while memory, files, threads and counters of the daemon are watched. Two things must
 // hold however long it takes: its memory stays as it is, and a released body returns to
 // where it was.
-//   fault_soak PLIANTD SECONDS [SCENE [TSV [SEED]]]
+//   test_fault_injection --group soak PLIANTD SECONDS [SCENE [TSV [SEED]]]
+#include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
 #include "figure.h"
@@ -417,9 +418,21 @@ static void begin(Soak *soak)
     remember_rest(soak);
 }
 
-static void a_long_run_keeps_its_memory_and_its_rest_shape(void **state)
+static int read_arguments(void **state)
 {
     (void)state;
+    seconds = strtod(test_argument(2), NULL);
+    scene_path = test_argument(3)[0] != '\0' ? test_argument(3) : NULL;
+    table_path = test_argument(4)[0] != '\0' ? test_argument(4) : NULL;
+    seed = test_argument(5)[0] != '\0' ? strtoull(test_argument(5), NULL, 10) : 1;
+    return 0;
+}
+
+AROUND_ALL(read_arguments, NULL)
+AROUND_EACH(NULL, harness_teardown)
+
+TEST(a_long_run_keeps_its_memory_and_its_rest_shape)
+{
     static Soak soak;
     begin(&soak);
     while (client_now() - soak.start < seconds)
@@ -447,19 +460,4 @@ static void a_long_run_keeps_its_memory_and_its_rest_shape(void **state)
     assert_int_equal(soak.last.threads, soak.first.threads);
     if (soak.table != NULL)
         fclose(soak.table);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        daemon_test(a_long_run_keeps_its_memory_and_its_rest_shape),
-    };
-    if (argc < 3)
-        return 2;
-    seconds = strtod(argv[2], NULL);
-    scene_path = argc > 3 && argv[3][0] != '\0' ? argv[3] : NULL;
-    table_path = argc > 4 ? argv[4] : NULL;
-    seed = argc > 5 ? strtoull(argv[5], NULL, 10) : 1;
-    harness_start(argc, argv);
-    return harness_end(cmocka_run_group_tests(tests, NULL, NULL));
 }

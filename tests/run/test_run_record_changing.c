@@ -1,5 +1,6 @@
 // Recordings of a body whose mesh changes: every frame in the file has its own mesh, without free
 // slots, whatever was dropped on the way from the step thread to the file.
+#include "test.h"
 #include "mesh_check.h"
 #include "mesh_toy.h"
 #include "random.h"
@@ -184,9 +185,23 @@ static void rig_destroy(Rig *rig)
     mesh_toy_destroy(&rig->still);
 }
 
-static void every_frame_has_its_mesh(void **state)
+static int setup(void **state)
 {
     (void)state;
+    return scratch_create(&scratch);
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    scratch_destroy(&scratch);
+    return 0;
+}
+
+AROUND_ALL(setup, teardown)
+
+TEST(every_frame_has_its_mesh)
+{
     Rig rig;
     rig_create(&rig, "a.h5");
     for (int n = 0; n < 200; n++) {
@@ -202,9 +217,8 @@ static void every_frame_has_its_mesh(void **state)
 }
 
 // A disk that is slow now and then: frames are lost, and meshes with them, but none is mixed up.
-static void what_is_dropped_is_dropped_whole(void **state)
+TEST(what_is_dropped_is_dropped_whole)
 {
-    (void)state;
     Rig rig;
     uint64_t random = 4;
     rig_create(&rig, "b.h5");
@@ -222,9 +236,8 @@ static void what_is_dropped_is_dropped_whole(void **state)
     rig_destroy(&rig);
 }
 
-static void off_line_the_meshes_come_from_the_body(void **state)
+TEST(off_line_the_meshes_come_from_the_body)
 {
-    (void)state;
     Rig rig;
     rig_create(&rig, "c.h5");
     for (int n = 0; n < 60; n++) {
@@ -240,27 +253,4 @@ static void off_line_the_meshes_come_from_the_body(void **state)
     rig_close(&rig);
     assert_int_equal(expect_recording(&rig, "c.h5"), 60);
     rig_destroy(&rig);
-}
-
-static int setup(void **state)
-{
-    (void)state;
-    return scratch_create(&scratch);
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_frame_has_its_mesh),
-        cmocka_unit_test(what_is_dropped_is_dropped_whole),
-        cmocka_unit_test(off_line_the_meshes_come_from_the_body),
-    };
-    return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -1,5 +1,5 @@
 // The governor of the time budget, as a function of measured times.
-#include "expect.h"
+#include "test.h"
 #include "geometry/levels.h"
 #include "run/loop.h"
 
@@ -25,9 +25,8 @@ static void expect_setting(const Governor *governor, double scale, int level)
     assert_int_equal(setting.level, level);
 }
 
-static void rest_while_ticks_end_in_time(void **state)
+TEST(rest_while_ticks_end_in_time)
 {
-    (void)state;
     Governor governor;
     governor_init(&governor, RATE);
     for (int k = 0; k < 50; k++) {
@@ -39,9 +38,8 @@ static void rest_while_ticks_end_in_time(void **state)
     assert_int_equal(run_window(&governor, FAST, 13, 3), GOVERNOR_LOWERS);
 }
 
-static void thresholds_rise_first_then_levels_fall_one_a_window(void **state)
+TEST(thresholds_rise_first_then_levels_fall_one_a_window)
 {
-    (void)state;
     Governor governor;
     governor_init(&governor, RATE);
     static const double scale[] = {2.0, 4.0, 8.0, 8.0, 8.0};
@@ -66,9 +64,8 @@ static void thresholds_rise_first_then_levels_fall_one_a_window(void **state)
     assert_int_equal(governor.actions, 10);
 }
 
-static void coarse_body_has_no_level_to_lower(void **state)
+TEST(coarse_body_has_no_level_to_lower)
 {
-    (void)state;
     Governor governor;
     governor_init(&governor, RATE);
     for (int k = 0; k < 3; k++)
@@ -81,9 +78,8 @@ static void coarse_body_has_no_level_to_lower(void **state)
 }
 
 // Between the limits nothing happens: what is not late has no time to spare either.
-static void stage_holds_between_the_limits(void **state)
+TEST(stage_holds_between_the_limits)
 {
-    (void)state;
     Governor governor;
     governor_init(&governor, RATE);
     assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
@@ -99,9 +95,8 @@ static void stage_holds_between_the_limits(void **state)
 
 // A load that fits one stage up and not at all below: it tries ever less often, and again sooner
 // once a stage back has lasted.
-static void vain_returns_become_rare(void **state)
+TEST(vain_returns_become_rare)
 {
-    (void)state;
     Governor governor;
     governor_init(&governor, RATE);
     assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
@@ -129,9 +124,8 @@ static void vain_returns_become_rare(void **state)
 
 // A model of the thing governed: each stage costs half of the one before. It settles at the first
 // stage that ends in time and stays there.
-static void governed_load_settles(void **state)
+TEST(governed_load_settles)
 {
-    (void)state;
     for (int heavy = 1; heavy <= 5; heavy++) {
         Governor governor;
         governor_init(&governor, RATE);
@@ -145,9 +139,8 @@ static void governed_load_settles(void **state)
     }
 }
 
-static void low_rates_have_windows_of_twenty_ticks(void **state)
+TEST(low_rates_have_windows_of_twenty_ticks)
 {
-    (void)state;
     Governor governor;
     governor_init(&governor, 10.0);
     for (int i = 0; i < 19; i++)
@@ -155,9 +148,8 @@ static void low_rates_have_windows_of_twenty_ticks(void **state)
     assert_int_equal(governor_tick(&governor, 100000000, 2), GOVERNOR_LOWERS);
 }
 
-static void forgotten_ticks_do_not_count(void **state)
+TEST(forgotten_ticks_do_not_count)
 {
-    (void)state;
     Governor governor;
     governor_init(&governor, RATE);
     for (int i = 0; i < WINDOW - 1; i++)
@@ -169,9 +161,8 @@ static void forgotten_ticks_do_not_count(void **state)
     expect_setting(&governor, 1.0, LEVELS_MAX);
 }
 
-static void says_what_it_did_and_why(void **state)
+TEST(says_what_it_did_and_why)
 {
-    (void)state;
     Governor governor;
     governor_init(&governor, RATE);
     char text[192];
@@ -188,20 +179,4 @@ static void says_what_it_did_and_why(void **state)
         run_window(&governor, FAST, 0, 0);
     governor_describe(&governor, GOVERNOR_RAISES, text, sizeof text);
     assert_string_equal(text, "p95 of 250 ticks within 0.5 ms: thresholds times 8");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rest_while_ticks_end_in_time),
-        cmocka_unit_test(thresholds_rise_first_then_levels_fall_one_a_window),
-        cmocka_unit_test(coarse_body_has_no_level_to_lower),
-        cmocka_unit_test(stage_holds_between_the_limits),
-        cmocka_unit_test(vain_returns_become_rare),
-        cmocka_unit_test(governed_load_settles),
-        cmocka_unit_test(low_rates_have_windows_of_twenty_ticks),
-        cmocka_unit_test(forgotten_ticks_do_not_count),
-        cmocka_unit_test(says_what_it_did_and_why),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

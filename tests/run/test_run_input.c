@@ -1,5 +1,5 @@
 // Inputs on the wire and their values, without a daemon.
-#include "expect.h"
+#include "test.h"
 #include "run/input.h"
 
 #include "pliant_command_t.h"
@@ -18,9 +18,8 @@ static size_t encode_command(int32_t kind, int64_t value, const char *argument, 
     return (size_t)pliant_command_t_encode(data, 0, INPUT_WIRE_MAX, &m);
 }
 
-static void what_is_encoded_decodes_to_the_same(void **state)
+TEST(what_is_encoded_decodes_to_the_same)
 {
-    (void)state;
     Input inputs[INPUT_KINDS] = {
         {.kind = INPUT_POSE,
          .pose = {.tool = 3,
@@ -68,9 +67,8 @@ static void what_is_encoded_decodes_to_the_same(void **state)
     }
 }
 
-static void a_setting_survives_being_logged_to_the_last_bit(void **state)
+TEST(a_setting_survives_being_logged_to_the_last_bit)
 {
-    (void)state;
     unsigned char data[INPUT_WIRE_MAX];
     char why[INPUT_WHY_MAX];
     // The longest name of a body with the longest number.
@@ -100,9 +98,8 @@ static void a_setting_survives_being_logged_to_the_last_bit(void **state)
     }
 }
 
-static void settings_that_are_no_key_and_number_are_refused(void **state)
+TEST(settings_that_are_no_key_and_number_are_refused)
 {
-    (void)state;
     char longest[2 * INPUT_TEXT_MAX];
     memset(longest, 'k', sizeof longest);
     strcpy(longest + INPUT_TEXT_MAX - 6, "=1");
@@ -120,9 +117,8 @@ static void settings_that_are_no_key_and_number_are_refused(void **state)
     }
 }
 
-static void no_length_and_no_single_corrupt_byte_is_read_out_of_bounds(void **state)
+TEST(no_length_and_no_single_corrupt_byte_is_read_out_of_bounds)
 {
-    (void)state;
     // Exactly sized copies on the heap, so that a sanitizer sees the first byte beyond.
     unsigned char whole[INPUT_WIRE_MAX];
     size_t size = encode_command(PLIANT_COMMAND_T_SET, 0, "gravity_z=1", whole);
@@ -147,22 +143,9 @@ static void no_length_and_no_single_corrupt_byte_is_read_out_of_bounds(void **st
     }
 }
 
-static void the_orientation_is_normalised(void **state)
+TEST(the_orientation_is_normalised)
 {
-    (void)state;
     Input input = {.kind = INPUT_POSE, .pose = {.orientation = {1.0005, 0.0, 0.0, 0.0}}};
     Quat q = input_pose(&input).orientation;
     expect_near(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z, 1.0, 1e-15); // a few roundings
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_encoded_decodes_to_the_same),
-        cmocka_unit_test(a_setting_survives_being_logged_to_the_last_bit),
-        cmocka_unit_test(settings_that_are_no_key_and_number_are_refused),
-        cmocka_unit_test(no_length_and_no_single_corrupt_byte_is_read_out_of_bounds),
-        cmocka_unit_test(the_orientation_is_normalised),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

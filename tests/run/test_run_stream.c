@@ -1,6 +1,6 @@
 // What the bus publishes of a body whose mesh changes, and what a client makes of it: without
 // threads, sockets or real time.
-#include "expect.h"
+#include "test.h"
 #include "frames.h"
 #include "mesh_check.h"
 #include "mesh_toy.h"
@@ -152,9 +152,8 @@ static void apply_rest(Slots *rest, const Message *message)
     pliant_mesh_delta_t_decode_cleanup(&delta);
 }
 
-static void deltas_in_any_order_of_chunks_make_the_whole_mesh(void **state)
+TEST(deltas_in_any_order_of_chunks_make_the_whole_mesh)
 {
-    (void)state;
     enum { CHUNKS_MAX = 16, CHANGES = 120 };
     Slots *now = calloc(1, sizeof *now), *before = calloc(1, sizeof *before);
     Slots *rest = calloc(1, sizeof *rest);
@@ -218,9 +217,8 @@ static void deltas_in_any_order_of_chunks_make_the_whole_mesh(void **state)
     free(now);
 }
 
-static void a_lost_chunk_costs_deltas_until_the_next_whole_mesh(void **state)
+TEST(a_lost_chunk_costs_deltas_until_the_next_whole_mesh)
 {
-    (void)state;
     Slots *now = calloc(1, sizeof *now), *before = calloc(1, sizeof *before);
     MeshDeltaChunk *memory = malloc(sizeof *memory);
     Message *message = malloc(sizeof *message);
@@ -274,9 +272,8 @@ static void a_lost_chunk_costs_deltas_until_the_next_whole_mesh(void **state)
     free(now);
 }
 
-static void nothing_changed_is_an_empty_delta(void **state)
+TEST(nothing_changed_is_an_empty_delta)
 {
-    (void)state;
     int node[TOY_NODES], triangle[TOY_FACES];
     MeshDelta delta = {.node = node, .triangle = triangle};
     MeshToy toy;
@@ -289,9 +286,8 @@ static void nothing_changed_is_an_empty_delta(void **state)
     mesh_toy_destroy(&toy);
 }
 
-static void a_copy_shows_the_mesh_and_follows_its_number(void **state)
+TEST(a_copy_shows_the_mesh_and_follows_its_number)
 {
-    (void)state;
     MeshToy toy;
     mesh_toy_create(&toy, false, 3);
     BodyMesh mesh = mesh_toy_mesh(&toy);
@@ -481,9 +477,8 @@ static void expect_rig_followed(const Rig *rig)
     assert_int_equal(rig->mesh.refused, 0);
 }
 
-static void a_listener_follows_every_published_topology(void **state)
+TEST(a_listener_follows_every_published_topology)
 {
-    (void)state;
     enum { FRAMES = 300 };
     Rig *rig = malloc(sizeof *rig);
     rig_create(rig, true, 1.0);
@@ -506,9 +501,8 @@ static void a_listener_follows_every_published_topology(void **state)
     free(rig);
 }
 
-static void packets_of_positions_follow_their_mesh_like_floats(void **state)
+TEST(packets_of_positions_follow_their_mesh_like_floats)
 {
-    (void)state;
     Rig *rig = malloc(sizeof *rig);
     rig_create(rig, true, 1.0);
     rig->scene.publish.positions = POSITIONS_PACKETS;
@@ -526,9 +520,8 @@ static void packets_of_positions_follow_their_mesh_like_floats(void **state)
     free(rig);
 }
 
-static void a_frame_never_taken_takes_no_topology_with_it(void **state)
+TEST(a_frame_never_taken_takes_no_topology_with_it)
 {
-    (void)state;
     Rig *rig = malloc(sizeof *rig);
     rig_create(rig, true, 1.0);
     uint64_t random = 8;
@@ -548,9 +541,8 @@ static void a_frame_never_taken_takes_no_topology_with_it(void **state)
     free(rig);
 }
 
-static void lockstep_tells_all_before_it_returns(void **state)
+TEST(lockstep_tells_all_before_it_returns)
 {
-    (void)state;
     Rig *rig = malloc(sizeof *rig);
     rig_create(rig, true, 1.0);
     rig_push(rig, true);
@@ -568,9 +560,8 @@ static void lockstep_tells_all_before_it_returns(void **state)
 
 // A client that requests the mesh all the time gets it ten times a second, which is not more than
 // the network bears, and does not keep others from new topologies.
-static void asking_without_end_starves_nobody(void **state)
+TEST(asking_without_end_starves_nobody)
 {
-    (void)state;
     Rig *rig = malloc(sizeof *rig);
     rig_create(rig, true, 0.0); // only when asked
     rig_push(rig, false);
@@ -594,9 +585,8 @@ static void asking_without_end_starves_nobody(void **state)
 
 // A mesh of many chunks is of one topology, whatever happens while it leaves; frames of the next
 // one wait for its end.
-static void a_whole_mesh_under_way_is_of_one_topology(void **state)
+TEST(a_whole_mesh_under_way_is_of_one_topology)
 {
-    (void)state;
     Rig *rig = malloc(sizeof *rig);
     Slots *slots = calloc(1, sizeof *slots);
     uint64_t random = 77;
@@ -637,9 +627,8 @@ static void a_whole_mesh_under_way_is_of_one_topology(void **state)
 }
 
 // RESET brings meshes back, but no number: a client that has seen a number knows its mesh.
-static void no_number_ever_names_two_meshes(void **state)
+TEST(no_number_ever_names_two_meshes)
 {
-    (void)state;
     enum { TICKS = 400, NUMBERS = TICKS + 50 };
     Rig *rig = malloc(sizeof *rig);
     rig_create(rig, true, 1.0);
@@ -685,9 +674,8 @@ static size_t bytes_for_meshes(const Rig *rig)
     return bytes;
 }
 
-static void a_body_that_never_changes_pays_for_no_copy(void **state)
+TEST(a_body_that_never_changes_pays_for_no_copy)
 {
-    (void)state;
     Rig *rig = malloc(sizeof *rig);
     rig_create(rig, false, 1.0);
     assert_int_equal(bytes_for_meshes(rig), 0);
@@ -706,23 +694,4 @@ static void a_body_that_never_changes_pays_for_no_copy(void **state)
     assert_true(bytes_for_meshes(rig) > 0);
     rig_destroy(rig);
     free(rig);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(deltas_in_any_order_of_chunks_make_the_whole_mesh),
-        cmocka_unit_test(a_lost_chunk_costs_deltas_until_the_next_whole_mesh),
-        cmocka_unit_test(nothing_changed_is_an_empty_delta),
-        cmocka_unit_test(a_copy_shows_the_mesh_and_follows_its_number),
-        cmocka_unit_test(a_listener_follows_every_published_topology),
-        cmocka_unit_test(packets_of_positions_follow_their_mesh_like_floats),
-        cmocka_unit_test(a_frame_never_taken_takes_no_topology_with_it),
-        cmocka_unit_test(lockstep_tells_all_before_it_returns),
-        cmocka_unit_test(asking_without_end_starves_nobody),
-        cmocka_unit_test(a_whole_mesh_under_way_is_of_one_topology),
-        cmocka_unit_test(no_number_ever_names_two_meshes),
-        cmocka_unit_test(a_body_that_never_changes_pays_for_no_copy),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
