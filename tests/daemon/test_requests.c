@@ -106,24 +106,6 @@ TEST(pause_stops_and_resume_goes_on)
     assert_true(saw_event(client, "resumed"));
 }
 
-TEST(set_changes_gravity_and_reset_brings_the_start_back)
-{
-    Client *client = ((Fixture *)*test_state)->client;
-    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity=0 0 -9.81")->ok);
-    wait_until(client, client->status.max_displacement > 1e-4);
-    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=0")->ok);
-    command(client, PLIANT_COMMAND_T_PAUSE, 0, "");
-    const Reply *reset = command(client, PLIANT_COMMAND_T_RESET, 0, "");
-    assert_true(reset->ok);
-    assert_true(reset->step > 0); // time goes on
-    const Reply *step = command(client, PLIANT_COMMAND_T_STEP, 1, "");
-    assert_true(step->ok);
-    client_fresh_status(client);
-    // At the start nothing is strained; a tick from there moves nothing beyond rounding of 0.05 m.
-    expect_near(client->status.max_displacement, 0.0, 1e-12);
-    command(client, PLIANT_COMMAND_T_RESUME, 0, "");
-}
-
 TEST(a_try_of_set_answers_and_leaves_no_trace)
 {
     Client *client = ((Fixture *)*test_state)->client;
@@ -153,6 +135,24 @@ TEST(a_try_of_set_answers_and_leaves_no_trace)
     reply = command(client, PLIANT_COMMAND_T_SET, 0, "try sphere.stiffness_scale");
     assert_non_null(strstr(reply->text, "sphere.stiffness_scale = 0.5, from 0 to "));
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.stiffness_scale=1")->ok);
+}
+
+TEST(set_changes_gravity_and_reset_brings_the_start_back)
+{
+    Client *client = ((Fixture *)*test_state)->client;
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity=0 0 -9.81")->ok);
+    wait_until(client, client->status.max_displacement > 1e-4);
+    assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=0")->ok);
+    command(client, PLIANT_COMMAND_T_PAUSE, 0, "");
+    const Reply *reset = command(client, PLIANT_COMMAND_T_RESET, 0, "");
+    assert_true(reset->ok);
+    assert_true(reset->step > 0); // time goes on
+    const Reply *step = command(client, PLIANT_COMMAND_T_STEP, 1, "");
+    assert_true(step->ok);
+    client_fresh_status(client);
+    // At the start nothing is strained; a tick from there moves nothing beyond rounding of 0.05 m.
+    expect_near(client->status.max_displacement, 0.0, 1e-12);
+    command(client, PLIANT_COMMAND_T_RESUME, 0, "");
 }
 
 // Any message on the claims' channel asks for a status: one follows, but not one for each.

@@ -31,7 +31,7 @@ for file in $files; do
     for link in $(grep -o '\[`[a-z_0-9]*`]([^) ]*\.c)' "$file"); do
         name=$(echo "$link" | sed 's/^\[`//; s/`.*//') target=$(dirname "$file")/$(echo "$link" | sed 's/.*(//; s/)$//')
         functions=$((functions + 1))
-        if [ -f "$target" ] && ! grep -q "^[A-Za-z].*\<$name(" "$target"; then
+        if [ -f "$target" ] && ! grep -q "^[A-Za-z].*\<$name[()]" "$target"; then
             echo "$file: '$target' does not define $name"
             failed=1
         fi
