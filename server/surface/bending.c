@@ -291,15 +291,14 @@ void bending_add(const SurfaceModel *model, const SpringPass *pass)
     model->kernels->bend[model->damped](&bend);
 }
 
-void bending_evaluate(const SurfaceModel *model, SpringPass *pass, bool external)
+void bending_evaluate(const SurfaceModel *model, SpringPass *pass)
 {
     const Bending *bending = model->bending;
     memset(bending->force, 0, (size_t)model->basis.count * ROW * model_real_size(model));
     bending_add(model, pass);
     // The kernel reads them with the external forces.
-    model->kernels->bend_gather(bending->force, pass->stiffness_scale,
-                                external ? model->external : NULL, model->springs.chunk_count,
-                                bending->external);
+    model->kernels->bend_gather(bending->force, pass->stiffness_scale, pass->external,
+                                model->springs.chunk_count, bending->external);
     pass->external = bending->external;
 }
 

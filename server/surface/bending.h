@@ -60,9 +60,9 @@ const int *bending_slots(const Bending *bending, int first, int count, int i);
 
 // Adds the forces of the hinges at pass->present to bending->force, before the stiffness scale.
 void bending_add(const struct SurfaceModel *model, const SpringPass *pass);
-// The same for a body of one level: the pass adds them to the external forces, which count only if
-// `external`.
-void bending_evaluate(const struct SurfaceModel *model, SpringPass *pass, bool external);
+// The same for a body of one level: makes them the external forces of the pass, with those that it
+// has.
+void bending_evaluate(const struct SurfaceModel *model, SpringPass *pass);
 
 // Returns the energy of the hinges [J], not scaled.
 double bending_energy(const struct SurfaceModel *model, const void *rows);

@@ -35,7 +35,7 @@ void model_allocate_springs(SurfaceModel *model, size_t entries, const char *nam
     springs->neighbour = ALLOCATE(ARENA_STEP, entries, int, "spring neighbours");
     springs->rest_length = model_allocate_reals(model, entries, name, "spring rest lengths", arena);
     springs->stiffness = model_allocate_reals(model, entries, name, "spring stiffness", arena);
-    if (model->law & SPRINGS_STIFFEN)
+    if (model->stiffening.strain > 0.0)
         springs->inverse = model_allocate_reals(model, entries, name, "spring stiffening", arena);
     if (model->basis.precision != PRECISION_SINGLE)
         return;
@@ -275,7 +275,7 @@ void model_create_rows(SurfaceModel *model, const TriMesh *mesh, const bool *fix
     // The shape springs of a cut body's pieces act as external forces.
     bool pieces = options->body.cuttable && model->shape == SHAPE_FRAME_BODY;
     if (!options->body.without_contacts || !options->body.without_loads || pieces ||
-        model->law != 0) {
+        model->kind >= SPRINGS_LAW) {
         size_t forces = (size_t)model->lane_count * 3;
         model->external = model_allocate_reals(model, forces, name, "outside forces", arena);
         state_add(state, model->external, forces * model_real_size(model), "%s/loads", name);
@@ -450,10 +450,10 @@ static void start_model(SurfaceModel *model, const SurfaceOptions *options,
     model->basis.displaced = options->body.precision == PRECISION_SINGLE;
     model->prestress = options->prestress;
     model->prestressed = options->prestress > 0.0;
-    law_choose(model, options);
     model->team = nodes < SHARED_LEAST && !surface_changes(options) ? NULL : options->body.team;
     model->damping_time = implicit ? network->asked_damping_time : network->damping_time;
     model->damped = model->damping_time > 0.0;
+    law_choose(model, options);
 }
 
 static Body start_body(SurfaceModel *model, const SurfaceOptions *options,

@@ -95,8 +95,15 @@ typedef struct CavityPass {
     void *volume, *change;
 } CavityPass;
 
-// What springs do beside the linear law, and what wall they make: kernels have sums of these.
-enum { SPRINGS_RELAX = 1, SPRINGS_STIFFEN = 2, SPRINGS_ENCLOSE = 4, SPRING_LAWS = 8 };
+// The classes of kernels, each of which serves bodies of those above it, more slowly: linear
+// springs, with damping, springs that relax or stiffen, walls around a cavity.
+typedef enum SpringClass {
+    SPRINGS_PLAIN,
+    SPRINGS_DAMPED,
+    SPRINGS_LAW,
+    SPRINGS_CAVITY, // linear or not
+    SPRING_CLASSES
+} SpringClass;
 
 typedef struct SpringStiffening {
     double strain; // s
@@ -113,7 +120,7 @@ typedef struct SpringPass {
     const void *base;       // Real rows at the start of the substep (STAGE_RK4_MIDDLE)
     void *sum;              // Real [chunk][6][LANES] (RK4)
     void *next;             // Real rows written; never `present`
-    const void *external;   // Real [chunk][3][LANES] external forces [N]
+    const void *external;   // Real [chunk][3][LANES] external forces [N]; NULL: none
     const FramePose *frame; // SHAPE_FRAME_BODY: the motion that the virtual nodes follow
     Stage stage;
     double h;            // substep [s]
@@ -130,7 +137,7 @@ typedef struct SpringPass {
     // kernels.
     void *handed;
     const unsigned char *carries; // [chunk] true if any of its nodes receives such a force
-    const CavityPass *cavity;     // `cavity` kernels only
+    const CavityPass *cavity;     // SPRINGS_CAVITY only
     bool *bad; // set, never cleared, when the row of a completed substep is not finite or out of
                // bounds
 } SpringPass;
@@ -166,15 +173,11 @@ typedef void DriftKernel(const void *present, void *next, int slot_count, double
 typedef struct SpringKernels {
     const char *level; // "x86-64-v4" ...
     Precision precision;
-    SpringKernel *evaluate[2][SHAPE_VARIANTS][2][2]; // [damped][shape][external][prestressed]
+    SpringKernel *evaluate[SPRING_CLASSES][SHAPE_VARIANTS];
     // For bodies whose nodes are created and removed: process a list of chunks whose nodes may have
     // their rows anywhere; `sum` stores forces and moves nothing.
-    SpringKernel *scattered[2][SHAPE_VARIANTS][2][2]; // as `evaluate`
-    SpringKernel *sum[2][2];                          // [damped][prestressed]
-    // With another law: damped, with outside forces and prestress, which may be zeros. [0]: none.
-    SpringKernel *evaluate_law[SPRING_LAWS][SHAPE_VARIANTS];
-    SpringKernel *scattered_law[SPRING_LAWS][SHAPE_VARIANTS];
-    SpringKernel *sum_law[SPRING_LAWS];
+    SpringKernel *scattered[SPRING_CLASSES][SHAPE_VARIANTS];
+    SpringKernel *sum[SPRING_CLASSES];
     double law_root;     // factor of SpringTable.inverse
     BendKernel *bend[2]; // [damped]
     BendMeasureKernel *bend_measure;

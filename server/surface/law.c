@@ -32,11 +32,13 @@ bool surface_law_fits(const SurfaceOptions *options, const char **key, const cha
 void law_choose(SurfaceModel *model, const SurfaceOptions *options)
 {
     const SurfaceMaterial *material = &options->material;
-    model->law = (material->branch_count > 0 ? SPRINGS_RELAX : 0) |
-                 (options->cavity.wanted ? SPRINGS_ENCLOSE : 0);
-    if (stiffening_is_on(&material->stiffening)) {
+    const bool stiffens = stiffening_is_on(&material->stiffening);
+    model->kind = options->cavity.wanted                   ? SPRINGS_CAVITY
+                  : material->branch_count > 0 || stiffens ? SPRINGS_LAW
+                  : model->damped                          ? SPRINGS_DAMPED
+                                                           : SPRINGS_PLAIN;
+    if (stiffens) {
         const StiffeningCurve curve = stiffening_curve(material->stiffening.cap);
-        model->law |= SPRINGS_STIFFEN;
         model->stiffening =
             (SpringStiffening){.strain = material->stiffening.strain,
                                .curve = curve,
@@ -79,7 +81,7 @@ LawSpring law_spring(const SurfaceModel *model, long at, double x, double durati
 {
     LawSpring spring = {0.5 * x * x, x, 1.0};
     const Relaxation *relaxation = model->relaxation;
-    if ((model->law & SPRINGS_STIFFEN) != 0 && x > 0.0) {
+    if (model->springs.inverse != NULL && x > 0.0) {
         const StiffeningCurve *curve = &model->stiffening.curve;
         const double unit =
             model->stiffening.strain * model_get(model, model->springs.rest_length, at);

@@ -47,7 +47,7 @@ typedef struct SurfaceModel {
     double damping_time; // beta: k_d = beta k [s], as loaded
     bool damped, prestressed;
     double prestress; // the fraction by which rest lengths are shorter
-    int law;          // beside the linear one (SPRINGS_RELAX, SPRINGS_STIFFEN)
+    SpringClass kind; // which kernels
     SpringStiffening stiffening;
     Relaxation *relaxation; // extensions of dashpots by entry (law.h); NULL: none
 

@@ -126,19 +126,11 @@ static void surface_evaluate(void *self, const Stage *stage, double h)
     if (model->detail != NULL) {
         detail_evaluate(model, &pass);
     } else {
-        // The kernel without outside forces, unless there are any.
-        bool external = *model->loaded != 0 || model->touched_count > 0;
-        if (model->bending != NULL) {
-            bending_evaluate(model, &pass, external);
-            external = true;
-        }
-        const SpringKernels *kernels = model->kernels;
-        model_run_kernel(
-            model,
-            model->law != 0
-                ? kernels->evaluate_law[model->law][model->shape]
-                : kernels->evaluate[model->damped][model->shape][external][model->prestressed],
-            &pass);
+        if (*model->loaded == 0 && model->touched_count == 0)
+            pass.external = NULL;
+        if (model->bending != NULL)
+            bending_evaluate(model, &pass);
+        model_run_kernel(model, model->kernels->evaluate[model->kind][model->shape], &pass);
     }
     end_pass(model, &pass);
 }
@@ -314,8 +306,8 @@ static double spring_energy(const SurfaceModel *model, const void *rows, int slo
         const double k = model_get(model, springs->stiffness, at);
         double stretch =
             vec3_length(vec3_sub(x, other)) - model_get(model, springs->rest_length, at);
-        energy += model->law != 0 ? 0.5 * k * law_spring(model, at, stretch, 0.0).energy
-                                  : 0.25 * k * stretch * stretch;
+        energy += model->kind >= SPRINGS_LAW ? 0.5 * k * law_spring(model, at, stretch, 0.0).energy
+                                             : 0.25 * k * stretch * stretch;
     }
     return energy;
 }
@@ -404,7 +396,7 @@ static void surface_explain(const void *self, FILE *out)
             model->damped ? "in the kernel" : "left out (material.damping_time, spring_damping)");
     if (model->relaxation != NULL)
         fprintf(out, "    relaxation: in the kernel, %d branches\n", model->relaxation->count);
-    if (model->law & SPRINGS_STIFFEN)
+    if (model->springs.inverse != NULL)
         fprintf(out, "    stiffening: in the kernel\n");
     fprintf(out, "    shape-preserving springs: %s%s\n", shapes[model->shape],
             model->shape == SHAPE_FRAME_NONE ? " (shape)" : "");

@@ -21,8 +21,8 @@ static void evaluate_unchecked(const SpringPass *pass)
 static void leave_out(const SurfaceModel *model, SpringKernels *kernels)
 {
     *kernels = *model->kernels;
-    evaluate_checked = kernels->evaluate[model->damped][model->shape][0][model->prestressed];
-    kernels->evaluate[model->damped][model->shape][0][model->prestressed] = evaluate_unchecked;
+    evaluate_checked = kernels->evaluate[model->kind][model->shape];
+    kernels->evaluate[model->kind][model->shape] = evaluate_unchecked;
 }
 
 void bench_guard_time(Sim *sim, int ticks, double *least)

@@ -145,19 +145,21 @@ static void make_problem(Problem *p, int node_count, double size, uint64_t seed)
     };
 }
 
-static void run(const SpringKernels *kernels, const Problem *p, StageRule rule, int damped,
-                int shape, int external, Result *result)
+static void run(const SpringKernels *kernels, const Problem *p, StageRule rule, int kind, int shape,
+                int external, Result *result)
 {
     memset(result, 0, sizeof *result);
     memcpy(result->sum, p->sum, sizeof p->sum);
     SpringPass pass = p->pass;
+    if (!external)
+        pass.external = NULL;
     pass.stage =
         (Stage){.rule = rule, .at = 0.5, .weight = 1.0 / 3.0, .advance = 0.5, .last = true};
     pass.sum = result->sum;
     pass.next = result->next;
     pass.bad = &result->bad;
     pass.base = rule == STAGE_RK4_FIRST ? NULL : p->base; // the first stage starts at its own rows
-    kernels->evaluate[damped][shape][external][0](&pass);
+    kernels->evaluate[kind][shape](&pass);
 }
 
 // --- the plain evaluation ---
@@ -295,47 +297,47 @@ static void check_node(const Problem *p, const Result *result, int node, StageRu
     }
 }
 
-typedef void Visit(const Problem *p, StageRule rule, int damped, int shape, int external);
+typedef void Visit(const Problem *p, StageRule rule, int kind, int shape, int external);
 
-// Calls `visit` for every variant and rule.
+// Calls `visit` for every variant and rule. A law without branches and stiffening is linear.
 static void each_variant(const Problem *p, Visit *visit)
 {
-    for (int damped = 0; damped < 2; damped++)
+    for (int kind = 0; kind <= SPRINGS_LAW; kind++)
         for (int shape = 0; shape < SHAPE_VARIANTS; shape++)
             for (int external = 0; external < 2; external++)
                 for (int rule = 0; rule < RULES; rule++)
-                    visit(p, rules[rule], damped, shape, external);
+                    visit(p, rules[rule], kind, shape, external);
 }
 
-static void check_levels(const Problem *p, StageRule rule, int damped, int shape, int external)
+static void check_levels(const Problem *p, StageRule rule, int kind, int shape, int external)
 {
     const char *const *isa = isa_available();
     Result first, other;
-    run(kernels_find(PRECISION_DOUBLE, isa[0]), p, rule, damped, shape, external, &first);
+    run(kernels_find(PRECISION_DOUBLE, isa[0]), p, rule, kind, shape, external, &first);
     for (int k = 1; isa[k] != NULL; k++) {
-        run(kernels_find(PRECISION_DOUBLE, isa[k]), p, rule, damped, shape, external, &other);
+        run(kernels_find(PRECISION_DOUBLE, isa[k]), p, rule, kind, shape, external, &other);
         if (memcmp(&first, &other, sizeof first) != 0)
-            print_error("%s against %s: rule %d damped %d shape %d external %d\n", isa[k], isa[0],
-                        rule, damped, shape, external);
+            print_error("%s against %s: rule %d kind %d shape %d external %d\n", isa[k], isa[0],
+                        rule, kind, shape, external);
         assert_memory_equal(first.next, other.next, sizeof first.next);
         assert_memory_equal(first.sum, other.sum, sizeof first.sum);
         assert_int_equal(first.bad, other.bad);
     }
 }
 
-static void check_plain(const Problem *p, StageRule rule, int damped, int shape, int external)
+static void check_plain(const Problem *p, StageRule rule, int kind, int shape, int external)
 {
     Result result;
-    run(kernels_find(PRECISION_DOUBLE, "auto"), p, rule, damped, shape, external, &result);
+    run(kernels_find(PRECISION_DOUBLE, "auto"), p, rule, kind, shape, external, &result);
     assert_false(result.bad);
     for (int i = 0; i < p->node_count; i++)
-        check_node(p, &result, i, rule, damped, shape, external);
+        check_node(p, &result, i, rule, kind >= SPRINGS_DAMPED, shape, external);
 }
 
-static void check_both(const Problem *p, StageRule rule, int damped, int shape, int external)
+static void check_both(const Problem *p, StageRule rule, int kind, int shape, int external)
 {
-    check_levels(p, rule, damped, shape, external);
-    check_plain(p, rule, damped, shape, external);
+    check_levels(p, rule, kind, shape, external);
+    check_plain(p, rule, kind, shape, external);
 }
 
 TEST(all_levels_agree_with_a_plain_evaluation)
@@ -372,11 +374,11 @@ TEST(coincident_nodes_pull_nowhere)
     free(p);
 }
 
-static void check_bad(const Problem *p, StageRule rule, int damped, int shape, int external)
+static void check_bad(const Problem *p, StageRule rule, int kind, int shape, int external)
 {
     for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
         Result result;
-        run(kernels_find(PRECISION_DOUBLE, *isa), p, rule, damped, shape, external, &result);
+        run(kernels_find(PRECISION_DOUBLE, *isa), p, rule, kind, shape, external, &result);
         bool spreads = false; // into the sum, and with it into the last stage's result
         for (int at = 0; at < 6; at++) {
             double sum = result.sum[20 / LANES * 6 * LANES + at * LANES + 20 % LANES];

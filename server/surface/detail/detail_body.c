@@ -61,10 +61,7 @@ void detail_evaluate(SurfaceModel *model, SpringPass *pass)
             handed.pressure = scale > 0.0 ? handed.pressure / scale : 0.0;
             pass->cavity = &handed;
         }
-        run(model,
-            model->law != 0 ? kernels->sum_law[model->law]
-                            : kernels->sum[model->damped][model->prestressed],
-            pass);
+        run(model, kernels->sum[model->kind], pass);
         if (model->cavity != NULL)
             pass->cavity = &model->cavity->pass;
     }
@@ -76,12 +73,9 @@ void detail_evaluate(SurfaceModel *model, SpringPass *pass)
     pass->chunk = lists->free_chunk;
     pass->last_chunk = lists->free_chunk_count;
     bool pieces = detail->frames != NULL && detail_frames_add(model, pass);
-    bool external = *model->loaded != 0 || model->touched_count > 0 || pieces;
-    run(model,
-        model->law != 0
-            ? kernels->scattered_law[model->law][model->shape]
-            : kernels->scattered[model->damped][model->shape][external][model->prestressed],
-        pass);
+    if (*model->loaded == 0 && model->touched_count == 0 && !pieces)
+        pass->external = NULL;
+    run(model, kernels->scattered[model->kind][model->shape], pass);
     if (pieces)
         detail_frames_take_back(model);
     if (lists->hanging_count > 0)

@@ -18,29 +18,29 @@ typedef struct Law {
     Vector left[MAXWELL_BRANCHES];      // what a step leaves of it
     const Real *from;
     Real *to;
-    const Real *inverse; // SpringTable.inverse
+    const Real *inverse; // SpringTable.inverse; NULL: they do not stiffen
     Vector knee, cap;    // s sqrt(q_c), cap
 } Law;
 
-INLINE Law law_of(const SpringPass *pass, int kind)
+// Fills in the numbers of a pass. Returns NULL for linear springs.
+INLINE const Law *law_of(const SpringPass *pass, SpringClass kind, Law *law)
 {
-    Law law = {.branch_count = 0};
-    if (kind & SPRINGS_RELAX) {
-        law.branch_count = pass->relaxation.count;
-        law.from = pass->relaxation.from;
-        law.to = pass->relaxation.to;
-        for (int i = 0; i < law.branch_count; i++) {
-            const RelaxationBranch *branch = &pass->relaxation.branch[i];
-            law.stiffness[i] = vector_set(branch->stiffness * branch->half);
-            law.left[i] = vector_set(branch->half * branch->half);
-        }
+    if (kind < SPRINGS_LAW)
+        return NULL;
+    *law = (Law){.branch_count = pass->relaxation.count,
+                 .from = pass->relaxation.from,
+                 .to = pass->relaxation.to,
+                 .inverse = pass->springs->inverse};
+    for (int i = 0; i < law->branch_count; i++) {
+        const RelaxationBranch *branch = &pass->relaxation.branch[i];
+        law->stiffness[i] = vector_set(branch->stiffness * branch->half);
+        law->left[i] = vector_set(branch->half * branch->half);
     }
-    if (kind & SPRINGS_STIFFEN) {
-        law.inverse = pass->springs->inverse;
-        law.knee = vector_set(pass->stiffening.knee);
-        law.cap = vector_set(pass->stiffening.curve.cap);
+    if (law->inverse != NULL) {
+        law->knee = vector_set(pass->stiffening.knee);
+        law->cap = vector_set(pass->stiffening.curve.cap);
     }
-    return law;
+    return kind == SPRINGS_LAW || law->branch_count > 0 || law->inverse != NULL ? law : NULL;
 }
 
 // Returns G' x: beyond the knee a straight line of slope cap.
@@ -54,9 +54,9 @@ INLINE Vector law_stiffen(const Law *law, long entry, int lane, Vector x, Vector
 }
 
 // Returns the pull of WIDTH springs of an entry over their stiffness, and moves their dashpots on.
-INLINE Vector law_pull(const Law *law, int kind, long entry, int lane, Vector x, Vector r)
+INLINE Vector law_pull(const Law *law, long entry, int lane, Vector x, Vector r)
 {
-    Vector pull = kind & SPRINGS_STIFFEN ? law_stiffen(law, entry, lane, x, r) : x;
+    Vector pull = law->inverse != NULL ? law_stiffen(law, entry, lane, x, r) : x;
     for (int i = 0; i < law->branch_count; i++) {
         const long at = (entry * law->branch_count + i) * LANES + lane;
         const Vector d = x - vector_load(law->from + at);

@@ -68,24 +68,25 @@ INLINE void add_product(const Vector a[3], const Vector b[3], const Vector c[3],
     sum[2] += a[0] * d[1] - a[1] * d[0];
 }
 
-// Sums the spring forces on WIDTH nodes, before the stiffness scale. `law`: SPRINGS_RELAX and so
-// on. `area`, of a wall that encloses a cavity: twice the vector area of the polygon of neighbours,
-// six times the gradient of the volume.
-INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane, bool damped,
-                        bool prestressed, int law, const Law *by, bool scattered, Vector force[3],
+// Sums the spring forces on WIDTH nodes, before the stiffness scale. `law`: NULL for linear
+// springs. `area`, of a wall that encloses a cavity: twice the vector area of the polygon of
+// neighbours, six times the gradient of the volume.
+INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int lane,
+                        SpringClass kind, const Law *law, bool scattered, Vector force[3],
                         Vector area[3])
 {
+    const bool damped = kind != SPRINGS_PLAIN, encloses = kind == SPRINGS_CAVITY;
     const SpringTable *table = pass->springs;
     const Real *present = pass->present, *rest_length = table->rest_length,
                *stiffness = table->stiffness;
     const Vector one = vector_set(1.0), tiny = vector_set(1e-24); // (1e-12 m)^2
     const Vector zero = vector_set(0.0), beta = vector_set(pass->damping_time);
     Vector fx = zero, fy = zero, fz = zero;
-    const bool linear = (law & (SPRINGS_RELAX | SPRINGS_STIFFEN)) == 0;
+    const bool linear = law == NULL;
     // Of the neighbours: the first one, the last at an even number, and the one after that.
     Vector first[3] = {zero, zero, zero}, even[3] = {zero, zero, zero},
            between[3] = {zero, zero, zero};
-    for (int c = 0; c < 3 && (law & SPRINGS_ENCLOSE); c++)
+    for (int c = 0; c < 3 && encloses; c++)
         area[c] = zero;
     const int end = scattered ? table->end[chunk] : table->start[chunk + 1];
     for (int entry = table->start[chunk]; entry < end; entry++) {
@@ -102,13 +103,12 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         dy = ey + uy;
         dz = ez + uz;
         Vector growth = (ex + dx) * ux + (ey + dy) * uy + (ez + dz) * uz; // of the squared length
-        // Kernels with a law serve bodies with prestress and without.
-        if (prestressed && (law == 0 || table->preload != NULL))
+        if (table->preload != NULL)
             growth += vector_load((const Real *)table->preload + at);
 #endif
         // Neighbours come in the order of the faces around the node. Two products of three in a row
         // are one: a x b + b x c = b x (c - a).
-        if (law & SPRINGS_ENCLOSE) {
+        if (encloses) {
             const Vector d[3] = {dx, dy, dz};
             const int number = entry - table->start[chunk];
             if (number % 2 == 0) {
@@ -131,32 +131,37 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
         // both growth / ((l + r) l) and beta approach / l^2.
         length2 += tiny;
         Vector length = vector_sqrt(length2), both = length + r;
-        Vector pull = growth * length, share = one / (both * length2);
+        Vector pull = growth * length, drag = zero, share = one / (both * length2);
         if (damped) {
             Vector approach =
                 (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
-            pull = (linear ? pull : zero) + (beta * both) * approach;
+            drag = (beta * both) * approach;
         }
-        Vector factor = k * (pull * share);
-        if (!linear) // the extension is growth / (l + r)
-            factor += law_pull(by, law, entry, lane, growth * (length2 * share), r) *
-                      (k * ((both * length) * share));
+        Vector factor;
+        if (linear)
+            factor = k * ((damped ? pull + drag : pull) * share);
+        else // the extension is growth / (l + r)
+            factor =
+                k * (drag * share) + law_pull(law, entry, lane, growth * (length2 * share), r) *
+                                         (k * ((both * length) * share));
 #else
-        (void)prestressed; // the rest length includes it
         // A spring of zero length has no direction: its force is 0 (the stiffness is masked).
         k = vector_select_greater(length2, tiny, k, zero);
         Vector length = vector_sqrt(vector_select_greater(length2, tiny, length2, one));
-        Vector inverse = one / length, pull = linear ? one - r * inverse : zero;
+        Vector inverse = one / length, drag = zero;
         if (damped) {
             Vector approach =
                 (own->vx - other.vx) * dx + (own->vy - other.vy) * dy + (own->vz - other.vz) * dz;
-            pull += beta * (approach * (inverse * inverse));
+            drag = beta * (approach * (inverse * inverse));
         }
-        Vector factor = k * pull;
-        if (!linear)
-            factor += law_pull(by, law, entry, lane,
-                               vector_select_greater(length2, tiny, length, zero) - r, r) *
-                      (k * inverse);
+        Vector factor;
+        if (linear)
+            factor = k * (damped ? (one - r * inverse) + drag : one - r * inverse);
+        else
+            factor =
+                k * drag + law_pull(law, entry, lane,
+                                    vector_select_greater(length2, tiny, length, zero) - r, r) *
+                               (k * inverse);
 #endif
         fx -= factor * dx;
         fy -= factor * dy;
@@ -165,7 +170,7 @@ INLINE void add_springs(const SpringPass *pass, const Nodes *own, int chunk, int
     force[0] = fx;
     force[1] = fy;
     force[2] = fz;
-    if (!(law & SPRINGS_ENCLOSE))
+    if (!encloses)
         return;
     // From the last neighbour back to the first.
     const Vector none[3] = {zero, zero, zero};
@@ -350,8 +355,7 @@ INLINE Vector square(Vector x, Vector y, Vector z)
     return x * x + y * y + z * z;
 }
 
-INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bool external,
-                     bool prestressed, int law, bool scattered)
+INLINE void evaluate(const SpringPass *pass, SpringClass kind, ShapeVariant shape, bool scattered)
 {
     const Vector zero = vector_set(0.0), scale = vector_set(pass->stiffness_scale),
                  position_limit = vector_set(pass->position_limit * pass->position_limit),
@@ -366,7 +370,8 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
     // went bad earlier in the tick are still bad.
     const bool ends = pass->stage.last && (by.rule == STAGE_RK4_LAST || by.rule == STAGE_KICK);
     Mask good = zero == zero;
-    const Law laws = law_of(pass, law);
+    Law numbers;
+    const Law *law = law_of(pass, kind, &numbers);
     for (int k = pass->first_chunk; k < pass->last_chunk; k++) {
         const int chunk = scattered ? pass->chunk[k] : k;
         for (int lane = 0; lane < LANES; lane += WIDTH) {
@@ -375,8 +380,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
             load_own_nodes(pass, pass->present, slot, scattered, &own);
 
             Vector force[3], a[3], area[3], gradient[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, law, &laws, scattered, force,
-                        area);
+            add_springs(pass, &own, chunk, lane, kind, law, scattered, force, area);
             // The forces that hanging nodes pass to their masters.
             if (scattered && pass->carries[chunk]) {
                 Vector handed[3], unused[3];
@@ -387,11 +391,11 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
             Vector inverse_mass = vector_load((const Real *)pass->nodes->inverse_mass + slot);
             for (int c = 0; c < 3; c++) {
                 force[c] *= scale;
-                if (external)
+                if (pass->external != NULL)
                     force[c] += vector_load((const Real *)pass->external +
                                             ((long)chunk * 3 + c) * LANES + lane);
             }
-            if (law & SPRINGS_ENCLOSE)
+            if (kind == SPRINGS_CAVITY)
                 add_pressure(pass, area, gradient, force);
             for (int c = 0; c < 3; c++)
                 a[c] = force[c] * inverse_mass +
@@ -401,7 +405,7 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
 
             Nodes next;
             advance(pass, &by, &own, a, chunk, lane, scattered, &next);
-            if ((law & SPRINGS_ENCLOSE) && pass->cavity->volume != NULL) {
+            if (kind == SPRINGS_CAVITY && pass->cavity->volume != NULL) {
                 const Vector way[3] = {next.x - own.x, next.y - own.y, next.z - own.z};
                 store_volume(pass, &own, gradient, way, chunk, lane);
             }
@@ -421,9 +425,10 @@ INLINE void evaluate(const SpringPass *pass, bool damped, ShapeVariant shape, bo
 }
 
 // Sums spring forces only, before the stiffness scale, for nodes that do not move by themselves.
-INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed, int law)
+INLINE void add_up(const SpringPass *pass, SpringClass kind)
 {
-    const Law laws = law_of(pass, law);
+    Law numbers;
+    const Law *law = law_of(pass, kind, &numbers);
     const Vector way = vector_set(pass->stage.advance * pass->h);
     for (int k = pass->first_chunk; k < pass->last_chunk; k++)
         for (int lane = 0; lane < LANES; lane += WIDTH) {
@@ -432,10 +437,9 @@ INLINE void add_up(const SpringPass *pass, bool damped, bool prestressed, int la
             Nodes own;
             load_own_nodes(pass, pass->present, (long)chunk * LANES + lane, true, &own);
             Vector force[3], area[3], gradient[3];
-            add_springs(pass, &own, chunk, lane, damped, prestressed, law, &laws, true, force,
-                        area);
+            add_springs(pass, &own, chunk, lane, kind, law, true, force, area);
             // They move with their masters; here by the velocity before the kick.
-            if (law & SPRINGS_ENCLOSE) {
+            if (kind == SPRINGS_CAVITY) {
                 const Vector by[3] = {way * own.vx, way * own.vy, way * own.vz};
                 add_pressure(pass, area, gradient, force);
                 if (pass->cavity->volume != NULL)
@@ -461,108 +465,47 @@ static void drift(const void *present, void *next, int slot_count, double dt)
     }
 }
 
-// The variants: the kernel of a scene contains only what the scene uses.
-#define VARIANT(name, damped, shape, external, prestressed)                                        \
-    static void name(const SpringPass *pass)                                                       \
-    {                                                                                              \
-        evaluate(pass, damped, shape, external, prestressed, 0, false);                            \
-    }
-#define SCATTERED_VARIANT(name, damped, shape, external, prestressed)                              \
-    static void name(const SpringPass *pass)                                                       \
-    {                                                                                              \
-        evaluate(pass, damped, shape, external, prestressed, 0, true);                             \
-    }
-#define SUM_VARIANT(name, damped, prestressed)                                                     \
-    static void name(const SpringPass *pass)                                                       \
-    {                                                                                              \
-        add_up(pass, damped, prestressed, 0);                                                      \
-    }
-#define SHAPE_VARIANT_SET(name, damped, shape)                                                     \
-    VARIANT(name, damped, shape, false, false)                                                     \
-    VARIANT(name##_prestressed, damped, shape, false, true)                                        \
-    VARIANT(name##_external, damped, shape, true, false)                                           \
-    VARIANT(name##_external_prestressed, damped, shape, true, true)                                \
-    SCATTERED_VARIANT(name##_scattered, damped, shape, false, false)                               \
-    SCATTERED_VARIANT(name##_scattered_prestressed, damped, shape, false, true)                    \
-    SCATTERED_VARIANT(name##_scattered_external, damped, shape, true, false)                       \
-    SCATTERED_VARIANT(name##_scattered_external_prestressed, damped, shape, true, true)
-#define SHAPE_VARIANT_NAMES(name)                                                                  \
-    {                                                                                              \
-        {name, name##_prestressed},                                                                \
-        {                                                                                          \
-            name##_external, name##_external_prestressed                                           \
-        }                                                                                          \
-    }
-SHAPE_VARIANT_SET(plain_none, false, SHAPE_FRAME_NONE)
-SHAPE_VARIANT_SET(plain_world, false, SHAPE_FRAME_WORLD)
-SHAPE_VARIANT_SET(plain_body, false, SHAPE_FRAME_BODY)
-SHAPE_VARIANT_SET(plain_radial, false, SHAPE_FRAME_WORLD_RADIAL)
-SHAPE_VARIANT_SET(damped_none, true, SHAPE_FRAME_NONE)
-SHAPE_VARIANT_SET(damped_world, true, SHAPE_FRAME_WORLD)
-SHAPE_VARIANT_SET(damped_body, true, SHAPE_FRAME_BODY)
-SHAPE_VARIANT_SET(damped_radial, true, SHAPE_FRAME_WORLD_RADIAL)
-SUM_VARIANT(sum_plain, false, false)
-SUM_VARIANT(sum_plain_prestressed, false, true)
-SUM_VARIANT(sum_damped, true, false)
-SUM_VARIANT(sum_damped_prestressed, true, true)
+// The kernels: one for each class of springs, frame of virtual nodes and layout.
+#define EACH_SHAPE(X, kind)                                                                        \
+    X(kind, SHAPE_FRAME_NONE)                                                                      \
+    X(kind, SHAPE_FRAME_WORLD)                                                                     \
+    X(kind, SHAPE_FRAME_BODY)                                                                      \
+    X(kind, SHAPE_FRAME_WORLD_RADIAL)
+#define EACH_KERNEL(X)                                                                             \
+    EACH_SHAPE(X, SPRINGS_PLAIN)                                                                   \
+    EACH_SHAPE(X, SPRINGS_DAMPED)                                                                  \
+    EACH_SHAPE(X, SPRINGS_LAW)                                                                     \
+    EACH_SHAPE(X, SPRINGS_CAVITY)
+#define EACH_CLASS(X) X(SPRINGS_PLAIN) X(SPRINGS_DAMPED) X(SPRINGS_LAW) X(SPRINGS_CAVITY)
 
-#define LAW_SHAPE(name, law, shape)                                                                \
-    static void name(const SpringPass *pass)                                                       \
+#define DEFINE_KERNELS(kind, shape)                                                                \
+    static void evaluate_##kind##_##shape(const SpringPass *pass)                                  \
     {                                                                                              \
-        evaluate(pass, true, shape, true, true, law, false);                                       \
+        evaluate(pass, kind, shape, false);                                                        \
     }                                                                                              \
-    static void name##_scattered(const SpringPass *pass)                                           \
+    static void scattered_##kind##_##shape(const SpringPass *pass)                                 \
     {                                                                                              \
-        evaluate(pass, true, shape, true, true, law, true);                                        \
+        evaluate(pass, kind, shape, true);                                                         \
     }
-#define LAW_SET(name, law)                                                                         \
-    LAW_SHAPE(name##_none, law, SHAPE_FRAME_NONE)                                                  \
-    LAW_SHAPE(name##_world, law, SHAPE_FRAME_WORLD)                                                \
-    LAW_SHAPE(name##_body, law, SHAPE_FRAME_BODY)                                                  \
-    LAW_SHAPE(name##_radial, law, SHAPE_FRAME_WORLD_RADIAL)                                        \
-    static void name##_sum(const SpringPass *pass)                                                 \
+#define DEFINE_SUM(kind)                                                                           \
+    static void sum_##kind(const SpringPass *pass)                                                 \
     {                                                                                              \
-        add_up(pass, true, true, law);                                                             \
+        add_up(pass, kind);                                                                        \
     }
-LAW_SET(damped_relaxing, SPRINGS_RELAX)
-LAW_SET(damped_stiffening, SPRINGS_STIFFEN)
-LAW_SET(damped_relaxing_stiffening, SPRINGS_RELAX | SPRINGS_STIFFEN)
-LAW_SET(damped_cavity, SPRINGS_ENCLOSE)
-LAW_SET(damped_cavity_relaxing, SPRINGS_ENCLOSE | SPRINGS_RELAX)
-LAW_SET(damped_cavity_stiffening, SPRINGS_ENCLOSE | SPRINGS_STIFFEN)
-LAW_SET(damped_cavity_both, SPRINGS_ENCLOSE | SPRINGS_RELAX | SPRINGS_STIFFEN)
-#define LAW_NAMES(name, end)                                                                       \
-    {                                                                                              \
-        name##_none##end, name##_world##end, name##_body##end, name##_radial##end                  \
-    }
-#define ALL_LAWS(end)                                                                              \
-    {                                                                                              \
-        {NULL}, LAW_NAMES(damped_relaxing, end), LAW_NAMES(damped_stiffening, end),                \
-            LAW_NAMES(damped_relaxing_stiffening, end), LAW_NAMES(damped_cavity, end),             \
-            LAW_NAMES(damped_cavity_relaxing, end), LAW_NAMES(damped_cavity_stiffening, end),      \
-            LAW_NAMES(damped_cavity_both, end)                                                     \
-    }
+EACH_KERNEL(DEFINE_KERNELS)
+EACH_CLASS(DEFINE_SUM)
+
+#define NAME_EVALUATE(kind, shape)  [kind][shape] = evaluate_##kind##_##shape,
+#define NAME_SCATTERED(kind, shape) [kind][shape] = scattered_##kind##_##shape,
+#define NAME_SUM(kind)              [kind] = sum_##kind,
 
 extern const SpringKernels KERNEL_NAME;
 const SpringKernels KERNEL_NAME = {
     .level = KERNEL_LEVEL,
     .precision = KERNEL_SINGLE ? PRECISION_SINGLE : PRECISION_DOUBLE,
-    .evaluate = {{SHAPE_VARIANT_NAMES(plain_none), SHAPE_VARIANT_NAMES(plain_world),
-                  SHAPE_VARIANT_NAMES(plain_body), SHAPE_VARIANT_NAMES(plain_radial)},
-                 {SHAPE_VARIANT_NAMES(damped_none), SHAPE_VARIANT_NAMES(damped_world),
-                  SHAPE_VARIANT_NAMES(damped_body), SHAPE_VARIANT_NAMES(damped_radial)}},
-    .scattered =
-        {{SHAPE_VARIANT_NAMES(plain_none_scattered), SHAPE_VARIANT_NAMES(plain_world_scattered),
-          SHAPE_VARIANT_NAMES(plain_body_scattered), SHAPE_VARIANT_NAMES(plain_radial_scattered)},
-         {SHAPE_VARIANT_NAMES(damped_none_scattered), SHAPE_VARIANT_NAMES(damped_world_scattered),
-          SHAPE_VARIANT_NAMES(damped_body_scattered),
-          SHAPE_VARIANT_NAMES(damped_radial_scattered)}},
-    .sum = {{sum_plain, sum_plain_prestressed}, {sum_damped, sum_damped_prestressed}},
-    .evaluate_law = ALL_LAWS(),
-    .scattered_law = ALL_LAWS(_scattered),
-    .sum_law = {NULL, damped_relaxing_sum, damped_stiffening_sum, damped_relaxing_stiffening_sum,
-                damped_cavity_sum, damped_cavity_relaxing_sum, damped_cavity_stiffening_sum,
-                damped_cavity_both_sum},
+    .evaluate = {EACH_KERNEL(NAME_EVALUATE)},
+    .scattered = {EACH_KERNEL(NAME_SCATTERED)},
+    .sum = {EACH_CLASS(NAME_SUM)},
     .law_root = STIFFENING_ROOT,
     .bend = {bend_plain, bend_damped},
     .bend_measure = bend_measure,

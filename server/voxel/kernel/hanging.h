@@ -255,10 +255,12 @@ INLINE Vector hanging_q(const Rest *rest, const HangingFactors *by, const Hangin
 
 // Adds the forces of WIDTH elements to the rows of a batch, from `lane` on.
 INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *vertex,
-                           const HangingFactors *by, bool paper, bool damped, bool viscous,
-                           bool relaxes, bool stiffens, double (*last)[4], const Dashpot *dashpot,
+                           const HangingFactors *by, ElementKind kind, Damping damps,
+                           double (*last)[4], const Dashpot *dashpot,
                            const StiffeningFactors *curve, Real (*out)[4 * LANES])
 {
+    const bool paper = kind == ELEMENT_PAPER, damped = damps != UNDAMPED,
+               viscous = damps == VISCOUS;
     Hanging h;
     Root root;
     Polar polar;
@@ -277,9 +279,9 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
     Vector resist_rate = by->damping, bulk_rate = by->bulk_damping;
     if (__builtin_expect(rare, 0))
         repair(&h.deformation, &h.motion, unfit, damped, last, &polar, spin);
-    if (relaxes)
+    if (kind_relaxes(kind, pass))
         relax(pass, by->stretch, by->bulk, &h.deformation, &polar, unfit, dashpot, relaxing);
-    if (stiffens) {
+    if (kind_stiffens(kind, pass)) {
         Vector damp;
         const Vector factor = stiffening_factor_of(curve, hanging_q(rest, by, &h, &polar), &damp);
         stretch *= factor;
@@ -310,7 +312,7 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
                     stress[i][k] += pressure;
                 bend[i][k] = resist * h.slope[i][k];
             }
-            if (relaxes)
+            if (kind == ELEMENT_LAW)
                 stress[i][k] += relaxing[i][k];
         }
         shift[i] = resist * h.middle[i];
@@ -355,9 +357,10 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
     }
 }
 
-INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped, bool viscous,
-                             bool relaxes, bool stiffens, bool mixed)
+INLINE void evaluate_hanging(const VoxelPass *pass, ElementKind kind, Damping damps, bool mixed)
 {
+    const bool viscous = damps == VISCOUS, relaxes = kind_relaxes(kind, pass),
+               stiffens = kind_stiffens(kind, pass);
     const HangingBatches *hanging = pass->hanging;
     double(*last)[LANES][4] = pass->last + pass->plain->batch_count;
     const int pure = hanging->batch_count - hanging->mixed_count;
@@ -373,9 +376,8 @@ INLINE void evaluate_hanging(const VoxelPass *pass, bool paper, bool damped, boo
             const HangingFactors by = hanging_factors_at(factor, viscous, stiffens, lane);
             const Dashpot dashpot =
                 dashpot_at(pass, relaxes, (long)pass->plain->batch_count + batch, lane);
-            hanging_forces(pass, &rest, vertex + lane, &by, paper, damped, viscous, relaxes,
-                           stiffens, last[batch] + lane, &dashpot, &curve,
-                           (Real(*)[4 * LANES])(force[0] + 4 * lane));
+            hanging_forces(pass, &rest, vertex + lane, &by, kind, damps, last[batch] + lane,
+                           &dashpot, &curve, (Real(*)[4 * LANES])(force[0] + 4 * lane));
         }
         for (int p = 0; p < table->count; p++)
             scatter_forces(pass->force, vertex + p * LANES, force[p]);

@@ -93,11 +93,12 @@ INLINE Vector plain_q(const EnergyFactors *by, const Deformation *deformation, c
 
 // Replaces the displacements u of the corners of WIDTH cubes by their forces, from u and the
 // velocities v, by component.
-// `dashpot`: of these lanes, in two arrays; read if `relaxes`.
-INLINE void plain_forces(const VoxelPass *pass, const PlainFactors *by, bool damped, bool viscous,
-                         bool relaxes, bool stiffens, double (*last)[4], const Dashpot *dashpot,
+// `dashpot`: of these lanes, in two arrays; read if they relax.
+INLINE void plain_forces(const VoxelPass *pass, const PlainFactors *by, ElementKind kind,
+                         Damping damps, double (*last)[4], const Dashpot *dashpot,
                          const StiffeningFactors *curve, Vector u[3][MODES], Vector v[3][MODES])
 {
+    const bool damped = damps != UNDAMPED, viscous = damps == VISCOUS;
     Deformation deformation;
     Root root;
     Polar polar;
@@ -155,9 +156,9 @@ INLINE void plain_forces(const VoxelPass *pass, const PlainFactors *by, bool dam
     const bool rare = vector_any(vector_or(unfit, crushed(&root)));
     if (__builtin_expect(rare, 0))
         repair(&deformation, &motion, unfit, damped, last, &polar, spin);
-    if (relaxes)
+    if (kind_relaxes(kind, pass))
         relax(pass, linear, linear_bulk, &deformation, &polar, unfit, dashpot, relaxing);
-    if (stiffens) {
+    if (kind_stiffens(kind, pass)) {
         Vector square = vector_set(0.0);
         for (int m = 0; m < 4; m++)
             for (int c = 0; c < 3; c++)
@@ -196,7 +197,7 @@ INLINE void plain_forces(const VoxelPass *pass, const PlainFactors *by, bool dam
             if (damped)
                 f -= damping * (v[c][AXIS_MODE[k]] - (spin[c1] * deformation.f[c2][k] -
                                                       spin[c2] * deformation.f[c1][k]));
-            if (relaxes)
+            if (kind == ELEMENT_LAW)
                 f -= relaxing[c][k];
             u[c][AXIS_MODE[k]] = f;
         }
@@ -230,23 +231,23 @@ INLINE void load_corner(const void *rows, const int *vertex, bool damped, int c,
 #define EACH_CORNER(act) act(0) act(1) act(2) act(3) act(4) act(5) act(6) act(7)
 
 INLINE void plain_lanes(const VoxelPass *pass, const PlainFactors *by, const int *vertex,
-                        bool damped, bool viscous, bool relaxes, bool stiffens, double (*last)[4],
-                        const Dashpot *dashpot, const StiffeningFactors *curve,
-                        Real (*force)[4 * LANES])
+                        ElementKind kind, Damping damps, double (*last)[4], const Dashpot *dashpot,
+                        const StiffeningFactors *curve, Real (*force)[4 * LANES])
 {
+    const bool damped = damps != UNDAMPED;
     Vector u[3][MODES], v[3][MODES];
 #define LOAD(c) load_corner(pass->rows, vertex, damped, c, u, v);
     EACH_CORNER(LOAD)
-    plain_forces(pass, by, damped, viscous, relaxes, stiffens, last, dashpot, curve, u, v);
+    plain_forces(pass, by, kind, damps, last, dashpot, curve, u, v);
 #define SPREAD(c) vector_spread_rows(force[c], u[0][c], u[1][c], u[2][c]);
     EACH_CORNER(SPREAD)
 #undef LOAD
 #undef SPREAD
 }
 
-INLINE void evaluate_plain(const VoxelPass *pass, bool damped, bool viscous, bool relaxes,
-                           bool stiffens)
+INLINE void evaluate_plain(const VoxelPass *pass, ElementKind kind, Damping damps)
 {
+    const bool relaxes = kind_relaxes(kind, pass), stiffens = kind_stiffens(kind, pass);
     const PlainBatches *plain = pass->plain;
     const StiffeningFactors curve = curve_of(pass, stiffens);
     PlainFactors by = {0};
@@ -255,14 +256,13 @@ INLINE void evaluate_plain(const VoxelPass *pass, bool damped, bool viscous, boo
         const int *vertex = plain->vertex + (long)batch * NODE_CORNERS * LANES;
         if (plain->element_class[batch] != element_class) {
             element_class = plain->element_class[batch];
-            by = plain_factors(pass, element_class, viscous, stiffens);
+            by = plain_factors(pass, element_class, damps == VISCOUS, stiffens);
         }
         _Alignas(64) Real force[NODE_CORNERS][4 * LANES];
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const Dashpot dashpot = dashpot_at(pass, relaxes, batch, lane);
-            plain_lanes(pass, &by, vertex + lane, damped, viscous, relaxes, stiffens,
-                        pass->last[batch] + lane, &dashpot, &curve,
-                        (Real(*)[4 * LANES])(force[0] + 4 * lane));
+            plain_lanes(pass, &by, vertex + lane, kind, damps, pass->last[batch] + lane, &dashpot,
+                        &curve, (Real(*)[4 * LANES])(force[0] + 4 * lane));
         }
         for (int c = 0; c < NODE_CORNERS; c++)
             scatter_forces(pass->force, vertex + c * LANES, force[c]);

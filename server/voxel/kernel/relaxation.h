@@ -9,6 +9,7 @@
 #define PLIANT_VOXEL_KERNEL_RELAXATION_H
 
 #include "voxel/kernel/foam.h"
+#include "voxel/kernel/kind.h"
 
 static const int SYMMETRIC_AT[3][3] = {{XX, XY, ZX}, {XY, YY, YZ}, {ZX, YZ, ZZ}};
 
