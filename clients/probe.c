@@ -667,8 +667,9 @@ static bool run(Probe *probe, ClientError *error)
 
 int main(int argc, char **argv)
 {
-    static Probe probe = {.options.start = {(double)NAN}};
+    static Probe probe; // large, and all zero: no space in the file
     Status status = {0};
+    probe.options.start[0] = (double)NAN;
     if (!arguments_parse(&TABLE, argc, argv, &probe.options, &status))
         return arguments_exit(&status);
     client_catch_signals();

@@ -343,17 +343,6 @@ static void describe_plan(const Plan *plan, char *text, size_t size)
              plan->list[FINEST].reference.what);
 }
 
-bool study_plan_references(StudyContext *context, const StudyCase *cases, int count, char *text,
-                           size_t size)
-{
-    Plan *plan = make_plan(context, cases, count);
-    if (plan == NULL)
-        return false;
-    describe_plan(plan, text, size);
-    destroy_plan(plan);
-    return true;
-}
-
 // ---------------------------------------------------------------------------------------------
 // Running
 

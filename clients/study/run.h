@@ -78,11 +78,6 @@ bool study_make_references(StudyContext *context, const StudyCase *cases, int co
                            StudyReferenceProgress *progress, void *user, StudyResult *result,
                            Status *status);
 
-// Describes the work in words: runs, steps and estimated seconds of one processor. Returns false if
-// memory runs out.
-bool study_plan_references(StudyContext *context, const StudyCase *cases, int count, char *text,
-                           size_t size);
-
 // --- ranks of MPI --------------------------------------------------------------------------------
 
 // A study on several machines: with the build option PLIANT_MPI the ranks of mpirun share the

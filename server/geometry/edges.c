@@ -2,7 +2,6 @@
 #include "geometry/edges.h"
 
 #include "base/check.h"
-#include "base/sets.h"
 
 #include <stdlib.h>
 
@@ -226,23 +225,6 @@ int winged_other(const WingedMesh *winged, int edge, int node)
     return end[0] == node ? end[1] : end[0];
 }
 
-int winged_find_edge(const WingedMesh *winged, int a, int b)
-{
-    int start = a < b ? a : b, end = a < b ? b : a;
-    int low = 0, high = winged->edge_count; // the edge is in [low, high)
-    while (low < high) {
-        int middle = low + (high - low) / 2;
-        const int *node = winged->edge[middle].node;
-        if (node[0] == start && node[1] == end)
-            return middle;
-        if (node[0] < start || (node[0] == start && node[1] < end))
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return -1;
-}
-
 bool winged_is_boundary_edge(const WingedMesh *winged, int edge)
 {
     return winged->edge[edge].face[0] < 0 || winged->edge[edge].face[1] < 0;
@@ -254,36 +236,4 @@ bool winged_is_boundary_node(const WingedMesh *winged, int node)
     int start = winged->node_edge_start[node];
     return start < winged->node_edge_start[node + 1] &&
            winged_is_boundary_edge(winged, winged->node_edge[start]);
-}
-
-// Counts the trees left after joining nodes along all edges, or only border nodes along border
-// edges.
-static int count_trees(const WingedMesh *winged, bool boundary_only)
-{
-    int *parent = new_ints((size_t)winged->node_count);
-    int trees = 0;
-    union_find_reset(parent, winged->node_count);
-    for (int i = 0; i < winged->node_count; i++)
-        trees += !boundary_only || winged_is_boundary_node(winged, i);
-    for (int e = 0; e < winged->edge_count; e++)
-        if (!boundary_only || winged_is_boundary_edge(winged, e))
-            trees -= union_find_join(parent, winged->edge[e].node[0], winged->edge[e].node[1]);
-    free(parent);
-    return trees;
-}
-
-int winged_boundary_loops(const WingedMesh *winged)
-{
-    // In a valid mesh a border node has exactly two border edges: each tree of them is one loop.
-    return count_trees(winged, true);
-}
-
-int winged_components(const WingedMesh *winged)
-{
-    return count_trees(winged, false);
-}
-
-int winged_euler(const WingedMesh *winged)
-{
-    return winged->node_count - winged->edge_count + winged->face_count;
 }

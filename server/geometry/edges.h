@@ -79,14 +79,7 @@ void winged_destroy(WingedMesh *winged);
 int winged_valence(const WingedMesh *winged, int node);
 // Returns the other end of an edge of `node`.
 int winged_other(const WingedMesh *winged, int edge, int node);
-// Returns the edge between two nodes, or -1.
-int winged_find_edge(const WingedMesh *winged, int a, int b);
 bool winged_is_boundary_edge(const WingedMesh *winged, int edge);
 bool winged_is_boundary_node(const WingedMesh *winged, int node);
-// Return the number of boundary loops, of connected components, and the Euler characteristic V - E
-// + F.
-int winged_boundary_loops(const WingedMesh *winged);
-int winged_components(const WingedMesh *winged);
-int winged_euler(const WingedMesh *winged);
 
 #endif

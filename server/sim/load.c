@@ -399,11 +399,3 @@ bool loads_check(const LoadSet *set, const Body *bodies, int body_count)
     }
     return used == *set->used; // nothing beyond the last
 }
-
-void loads_clear(LoadSet *set, Body *bodies, int body_count)
-{
-    clear_entries(set, 0, *set->used);
-    *set->count = *set->used = 0;
-    memset(set->record, 0, LOAD_CAPACITY * sizeof *set->record);
-    apply_all(set, bodies, body_count);
-}

@@ -71,6 +71,5 @@ void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step);
 // True if the state read from a checkpoint is consistent: loads act on slots that have or had a
 // node.
 bool loads_check(const LoadSet *set, const Body *bodies, int body_count);
-void loads_clear(LoadSet *set, Body *bodies, int body_count);
 
 #endif

@@ -378,14 +378,6 @@ Body *sim_body(Sim *sim, int index)
     return &sim->body[index];
 }
 
-const Body *sim_find_body(const Sim *sim, const char *name)
-{
-    for (int b = 0; b < sim->body_count; b++)
-        if (strcmp(sim->body[b].name, name) == 0)
-            return &sim->body[b];
-    return NULL;
-}
-
 int sim_tool_count(const Sim *sim)
 {
     return sim->tool_count;
@@ -425,16 +417,6 @@ int64_t sim_refused_touches(const Sim *sim)
     for (int k = 0; k < sim->touch_count; k++)
         refused += touch_refused(sim->touch[k]);
     return refused;
-}
-
-int sim_touch_count(const Sim *sim)
-{
-    return sim->touch_count;
-}
-
-const Touch *sim_touch(const Sim *sim, int index)
-{
-    return sim->touch[index];
 }
 
 int sim_attachment_nodes(const Sim *sim, int index)

@@ -277,7 +277,6 @@ Body *sim_body(Sim *sim, int index);
 // Returns the substeps a tick that the body would need by itself without damping and drag. Load
 // time only.
 int sim_undamped_substeps(Sim *sim, int index);
-const Body *sim_find_body(const Sim *sim, const char *name); // or NULL
 int sim_tool_count(const Sim *sim);
 const ToolOptions *sim_tool(const Sim *sim, int index);
 const ToolMotion *sim_tool_motion(const Sim *sim, int index);
@@ -299,9 +298,6 @@ bool sim_take_event(Sim *sim, SimEvent *event);
 int64_t sim_refused_faces(const Sim *sim);
 // Returns the points and faces of bodies near each other that had no space, summed over ticks.
 int64_t sim_refused_touches(const Sim *sim);
-// Returns a touch of the scene, in the order of sim_add_touch.
-int sim_touch_count(const Sim *sim);
-const Touch *sim_touch(const Sim *sim, int index);
 // Returns the nodes of the scene's attachment, in the order of sim_add_attachment.
 int sim_attachment_nodes(const Sim *sim, int index);
 // Returns the nodes and points of faces beyond the capacity of graspers, attachments and ties.

@@ -468,8 +468,3 @@ const BodyOps *surface_ops(const SurfaceOptions *options)
     const int kind = !options->body.cuttable ? WHOLE : options->tear_stretch > 0.0 ? TORN : CUT;
     return &table[options->adaptive][kind][options->body.integrator == INTEGRATOR_IMPLICIT];
 }
-
-void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity)
-{
-    surface_read_rows(body->model, NULL, position, velocity);
-}

@@ -125,8 +125,4 @@ static inline bool surface_changes(const SurfaceOptions *options)
 bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *options, Arena *arena,
                     StateList *state, Status *status);
 
-// Reads positions [m] and velocities [m/s] in double precision, for checkpoints and tests:
-// [node_count] in mesh order.
-void surface_read_state(const Body *body, Vec3 *position, Vec3 *velocity);
-
 #endif

@@ -257,13 +257,3 @@ void rotation_fit(const double a[3][3], double rotation[3][3], Quat *last)
     *last = davenport((const double(*)[3])b, start);
     to_matrix(*last, rotation);
 }
-
-void rotation_fit_plane(const double a[2][2], double scale, double cos_sin[2])
-{
-    // tr(R^T A) = c (a00 + a11) + s (a10 - a01)
-    double c = a[0][0] + a[1][1], s = a[1][0] - a[0][1], length = hypot(c, s);
-    if (!(length > 1e-12 * scale) || !isfinite(length))
-        return;
-    cos_sin[0] = c / length;
-    cos_sin[1] = s / length;
-}

@@ -23,9 +23,6 @@ void rotation_fit(const double a[3][3], double rotation[3][3], Quat *last);
 // lambda^3: too near to a flat or inverted state to be exact.
 bool rotation_foam(const double a[3][3], int steps, double rotation[3][3], double *trace);
 
-// Fits a plane rotation in closed form; keeps `last` (cos, sin) where `a` does not determine it.
-void rotation_fit_plane(const double a[2][2], double scale, double cos_sin[2]);
-
 enum { JACOBI_MAX = 4 };
 
 // Diagonalises the leading n x n block, n <= JACOBI_MAX, by cyclic Jacobi sweeps, accurate to

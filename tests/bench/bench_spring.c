@@ -126,7 +126,8 @@ static double disagreement(const SpringBench *b, Contender contender)
     size_t count = (size_t)b->mesh.node_count;
     Vec3 *x = calloc(count, sizeof *x), *v = calloc(count, sizeof *v);
     ASSERT(x != NULL && v != NULL);
-    surface_read_state(b->world[contender].body, x, v);
+    const Body *body = b->world[contender].body;
+    body->ops->read_state(body->model, NULL, x, v);
     double worst = 0.0, farthest = 0.0;
     for (size_t i = 0; i < count; i++) {
         const double *t = b->textbook.node[i].x;

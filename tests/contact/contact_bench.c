@@ -259,7 +259,7 @@ void bench_travel(Bench *bench, int tool, Vec3 from, Vec3 to, double speed)
 
 void bench_read(Bench *bench)
 {
-    surface_read_state(bench->body, bench->x, bench->v);
+    bench->body->ops->read_state(bench->body->model, NULL, bench->x, bench->v);
 }
 
 double bench_energy(const Bench *bench)

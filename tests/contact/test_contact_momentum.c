@@ -4,6 +4,7 @@
 #include "contact_bench.h"
 #include "momentum_exchange.h"
 #include "random.h"
+#include "surface_state.h"
 
 typedef struct Momentum {
     Vec3 linear, angular;

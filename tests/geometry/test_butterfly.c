@@ -1,5 +1,6 @@
 #include "test.h"
 #include "random.h"
+#include "winged.h"
 
 #include "geometry/generator.h"
 #include "geometry/levels.h"

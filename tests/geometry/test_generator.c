@@ -1,4 +1,5 @@
 #include "test.h"
+#include "winged.h"
 
 #include "geometry/distance.h"
 #include "geometry/edges.h"

@@ -1,4 +1,5 @@
 // Worlds built from scene files: the meshes asked for, and refusals that name the scene's line.
+#include "surface_state.h"
 #include "test.h"
 #include "world_run.h"
 

@@ -1,5 +1,6 @@
 // Checkpoints: the layout as HDF5's own functions see it, runs that go on with
 // the same bits, and files that are damaged or meant for something else.
+#include "surface_state.h"
 #include "test.h"
 #include "world_run.h"
 

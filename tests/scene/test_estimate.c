@@ -6,6 +6,7 @@
 #include "test.h"
 #include "fixture.h"
 #include "random.h"
+#include "surface_state.h"
 #include "surface/surface.h"
 
 #include <stdlib.h>

@@ -1,6 +1,7 @@
 // Initial states of bodies: rows of nodes or of the mesh file, midpoints, files that do not fit.
 #include "test.h"
 #include "random.h"
+#include "surface_state.h"
 #include "world_run.h"
 
 #include "io/checkpoint.h"

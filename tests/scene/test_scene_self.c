@@ -130,7 +130,7 @@ TEST(a_piece_lies_on_what_it_was_cut_from)
                        "friction = 0.7;"));
         Sim *sim = run.world.sim;
         step(&run, 300);
-        assert_true(touch_depth(touch_of(&run)) == 0.0); // no part of it touches another
+        assert_true(touch_of(&run)->depth == 0.0); // no part of it touches another
         const double speed = highest_speed(&run), rise = 0.05 * slope[k];
         cut(&run, vec3(-0.05, -0.05, 0.0003 - rise), vec3(0.05, -0.05, 0.0003 + rise),
             vec3(0, 0.1, 0));
@@ -139,7 +139,7 @@ TEST(a_piece_lies_on_what_it_was_cut_from)
         for (int i = 0; i < 1500; i++) {
             step(&run, 1);
             acted += forces_cancel(touch_of(&run));
-            deepest = fmax(deepest, touch_depth(touch_of(&run)));
+            deepest = fmax(deepest, touch_of(&run)->depth);
             jump = i < 3 ? fmax(jump, highest_speed(&run) - speed) : jump;
         }
         assert_true(acted > 1000);
@@ -153,7 +153,7 @@ TEST(a_piece_lies_on_what_it_was_cut_from)
             "slope %g: deepest %.3g m, %.3g m at rest, %.2g m/s after the cut, %.2g m/s at "
             "the end\n",
             slope[k], deepest, overlap, jump, highest_speed(&run));
-        assert_true(touch_depth(touch_of(&run)) > 0.0);
+        assert_true(touch_of(&run)->depth > 0.0);
         expect_at_most(deepest, 1e-3); // a fifth of a cell, as what hits at 0.1 m/s
         expect_at_most(overlap, 5e-4);
         // What was tense moves at once, but by no more than gravity lets it in a few ticks.
@@ -252,7 +252,7 @@ TEST(a_whole_body_does_not_feel_itself)
             pose.position.z -= i < 150 ? 0.2e-3 : 0.0;
             sim_apply_pose(run[with].world.sim, 0, &pose, true);
             step(&run[with], 1);
-            assert_true(with == 0 || touch_depth(touch_of(&run[with])) == 0.0);
+            assert_true(with == 0 || touch_of(&run[with])->depth == 0.0);
         }
         assert_true(sim_wrench(run[with].world.sim, 0)->contact);
     }
@@ -402,7 +402,7 @@ TEST(folds_do_not_pass_each_other)
                 step(&run, 1);
                 if (with == 1) {
                     forces_cancel(touch_of(&run));
-                    deepest = fmax(deepest, touch_depth(touch_of(&run)));
+                    deepest = fmax(deepest, touch_of(&run)->depth);
                 }
                 if (tick % 100 < 99)
                     continue;

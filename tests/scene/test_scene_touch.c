@@ -122,7 +122,7 @@ static void push_once(uint64_t *seed, Push *push)
     push->way = push->gain = 0.0;
     for (int i = 0; i < 250; i++) {
         sim_step(sim);
-        push->way = fmax(push->way, touch_depth(touch_of(&run)));
+        push->way = fmax(push->way, touch_of(&run)->depth);
         if (i == 20)
             had = energy_of(&run);
         if (i > 20 && i <= 100)
@@ -370,7 +370,7 @@ TEST(colliding_balls_keep_their_momentum)
     for (int i = 0; i < EFFORT(500); i++) {
         sim_step(sim);
         const Momentum now = momentum_of(&run);
-        deepest = fmax(deepest, touch_depth(touch_of(&run)));
+        deepest = fmax(deepest, touch_of(&run)->depth);
         expect_at_most(vec3_length(vec3_sub(now.linear, before.linear)), 1e-12 * size);
         expect_at_most(vec3_length(vec3_sub(now.angular, before.angular)), 1e-10 * 0.02 * size);
     }
@@ -514,7 +514,7 @@ TEST(what_is_cut_still_lies_there_and_repeats)
         Sim *sim = run.world.sim;
         for (int i = 0; i < 150; i++)
             sim_step(sim);
-        assert_true(touch_depth(touch_of(&run)) > 0.0);
+        assert_true(touch_of(&run)->depth > 0.0);
         const TouchEnd *end = &touch_of(&run)->end[1];
         bool between = false;
         for (int i = 0; i < 50 && !between; i++) {

@@ -216,7 +216,7 @@ TEST(a_cut_goes_on_alike_in_another_world)
         sim_step(sim);
     for (int i = 0; i < 200 && touch_of(&run)->kept->holds == 0; i++)
         sim_step(sim);
-    assert_true(touch_of(&run)->kept->holds != 0 && touch_depth(touch_of(&run)) > 0.0);
+    assert_true(touch_of(&run)->kept->holds != 0 && touch_of(&run)->depth > 0.0);
     assert_true(sim_body(sim, 0)->mesh.fit.fade_last > 0);
     void *middle = malloc(state_bytes(&run.world.state));
     assert_non_null(middle);

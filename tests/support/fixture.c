@@ -3,6 +3,7 @@
 #include "base/check.h"
 #include "geometry/generator.h"
 #include "random.h"
+#include "surface_state.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -3,6 +3,7 @@
 // have, or by making what tools push with a thousand quadrillion times larger.
 #include "test.h"
 #include "fixture.h"
+#include "surface_state.h"
 
 #include "sim/sim_data.h"
 

@@ -398,14 +398,13 @@ TEST(stages_are_only_those_that_the_scene_has)
         assert_true(strlen(stage_name((StageId)s)) > 0);
 }
 
-TEST(bodies_are_found_by_name)
+TEST(bodies_and_tools_are_those_of_the_scene)
 {
     Fixture fixture;
     create_busy(&fixture, INTEGRATOR_RK4);
     assert_int_equal(sim_body_count(fixture.sim), 1);
-    assert_ptr_equal(sim_find_body(fixture.sim, "body"), fixture.body);
-    assert_null(sim_find_body(fixture.sim, "bod"));
-    assert_null(sim_find_body(fixture.sim, "body2"));
+    assert_ptr_equal(sim_body(fixture.sim, 0), fixture.body);
+    assert_string_equal(fixture.body->name, "body");
     assert_int_equal(sim_tool_count(fixture.sim), 1);
     assert_int_equal(sim_tool(fixture.sim, 0)->id, 1);
     expect_near(sim_tick(fixture.sim), 1e-3, 0.0);

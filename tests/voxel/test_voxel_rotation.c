@@ -413,27 +413,3 @@ TEST(foam_alone_says_where_it_is_exact)
     double r[3][3], trace;
     assert_false(rotation_foam(POINT, 6, r, &trace));
 }
-
-TEST(in_the_plane_the_fit_is_exact_and_keeps_its_last_where_nothing_is_said)
-{
-    uint64_t random = 20;
-    for (int n = 0; n < 2000; n++) {
-        double a[2][2], cs[2] = {0.6, 0.8}, scale = pow(10.0, random_between(&random, -6.0, 6.0));
-        for (int i = 0; i < 4; i++)
-            a[i / 2][i % 2] = scale * random_between(&random, -1.0, 1.0);
-        rotation_fit_plane((const double(*)[2])a, scale, cs);
-        expect_near(cs[0] * cs[0] + cs[1] * cs[1], 1.0, 1e-15);
-        double along = cs[0] * (a[0][0] + a[1][1]) + cs[1] * (a[1][0] - a[0][1]);
-        double across = cs[0] * (a[1][0] - a[0][1]) - cs[1] * (a[0][0] + a[1][1]);
-        expect_near(across / scale, 0.0, 1e-15);
-        assert_true(along > 0.0); // the largest, not the smallest
-        // A mirror image, whose moment vanishes for every turn.
-        double mirror[2][2] = {{scale * cs[0], scale * cs[1]}, {scale * cs[1], -scale * cs[0]}};
-        double kept[2] = {cs[0], cs[1]};
-        rotation_fit_plane((const double(*)[2])mirror, scale, kept);
-        assert_memory_equal(kept, cs, sizeof kept);
-    }
-    double nothing[2][2] = {{(double)NAN, 0.0}, {0.0, 1.0}}, cs[2] = {0.6, 0.8};
-    rotation_fit_plane((const double(*)[2])nothing, 1.0, cs);
-    assert_true(cs[0] == 0.6 && cs[1] == 0.8);
-}

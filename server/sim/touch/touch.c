@@ -320,11 +320,6 @@ int64_t touch_refused(const Touch *touch)
     return refused;
 }
 
-double touch_depth(const Touch *touch)
-{
-    return touch->depth;
-}
-
 // ---------------------------------------------------------------------------------------------
 // Topology and state
 

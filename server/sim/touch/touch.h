@@ -59,7 +59,5 @@ bool touch_check(const Touch *touch);
 // Since the start, summed over searches: points and faces near each other beyond the capacity, and
 // nodes of smooth surfaces without memory for what carries them.
 int64_t touch_refused(const Touch *touch);
-// Returns the deepest overlap of the last evaluation, of surfaces as thick as they are now [m].
-double touch_depth(const Touch *touch);
 
 #endif
