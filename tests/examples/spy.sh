@@ -5,7 +5,7 @@ top=$1
 XDG_CACHE_HOME=$(mktemp -d) || exit 1
 export XDG_CACHE_HOME
 trap 'rm -rf "$XDG_CACHE_HOME"' EXIT
-if ! jar=$("$top/clients/lcm-spy" --types 2>"$XDG_CACHE_HOME/why"); then
+if ! jar=$("$top/clients/examples/lcm-spy" --types 2>"$XDG_CACHE_HOME/why"); then
     cat "$XDG_CACHE_HOME/why"
     grep -q 'as root run: apt-get install' "$XDG_CACHE_HOME/why" && exit 77
     exit 1
@@ -14,4 +14,4 @@ for type in "$top"/lcmtypes/*.lcm; do
     class=pliant/$(basename "$type" .lcm).class
     jar tf "$jar" | grep -qx "$class" || { echo "$jar has no $class"; exit 1; }
 done
-"$top/clients/lcm-spy" --help 2>&1 | grep -q '^usage: lcm-spy' || { echo "lcm.spy.Spy does not start"; exit 1; }
+"$top/clients/examples/lcm-spy" --help 2>&1 | grep -q '^usage: lcm-spy' || { echo "lcm.spy.Spy does not start"; exit 1; }
