@@ -97,9 +97,31 @@ typedef struct ScoreBody {
     ScorePiece piece[SCORE_PIECES];  // the removed ones, the largest first
 } ScoreBody;
 
+// The fixed nodes of a body, as the scene names them.
+typedef struct ScoreFixed {
+    char body[BODY_NAME_MAX];
+    const FixedRegion *region; // [count], owned
+    int count;
+} ScoreFixed;
+
+// What a session is judged by.
+typedef struct ScoreRules {
+    SceneScore scene; // the scene's group `score`
+    int fixed_count;  // bodies
+    ScoreFixed *fixed;
+} ScoreRules;
+
+// Reads the rules from the text that a recording has: of its scene, or a description, whose fixed
+// nodes are not known. `name` is for errors. A text that includes other files is refused: they are
+// not in the recording. The caller destroys the rules.
+bool score_rules_read(const char *text, const char *name, ScoreRules *rules, Status *status);
+// The same from the file of a scene; reads only these groups.
+bool score_rules_load(const char *path, ScoreRules *rules, Status *status);
+void score_rules_destroy(ScoreRules *rules);
+
 // Follows the meshes of one body. Returns NULL never; the caller destroys it.
 typedef struct ScoreTissue ScoreTissue;
-ScoreTissue *score_tissue_create(const SceneScore *rules, const char *body, int first_wall);
+ScoreTissue *score_tissue_create(const ScoreRules *rules, const char *body, int first_wall);
 void score_tissue_destroy(ScoreTissue *tissue);
 // Takes the mesh of a frame and its positions [3 node_count] of that frame. The first is the
 // reference shape. Returns what was severed since the mesh before, inside and outside of regions;
@@ -115,7 +137,7 @@ void score_tissue_pieces(const ScoreTissue *tissue, ScoreBody *body);
 // --- a session -----------------------------------------------------------------------------------
 
 typedef struct Score {
-    SceneScore rules; // owned
+    ScoreRules rules; // owned
     char scene[64];   // its name
     int part_count;
     char created_by[64];

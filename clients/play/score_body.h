@@ -14,7 +14,7 @@ typedef struct Node {
 } Node;
 
 struct ScoreTissue {
-    const SceneScore *rules;
+    const ScoreRules *rules;
     char body[RECORDING_BODY_TEXT];
     int first_wall;
     Node *node; // [capacity], open addressing
@@ -39,7 +39,7 @@ double score_area(const Vec3 corner[3]); // [m2]
 void score_note_parts(ScoreTissue *tissue);
 
 // Return the share of a segment, and to a sixty-fourth of a triangle, that is in any region.
-double score_share_of_segment(const SceneScore *rules, Vec3 a, Vec3 b);
-double score_share_of_triangle(const SceneScore *rules, const Vec3 corner[3]);
+double score_share_of_segment(const ScoreRules *rules, Vec3 a, Vec3 b);
+double score_share_of_triangle(const ScoreRules *rules, const Vec3 corner[3]);
 
 #endif

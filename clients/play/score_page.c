@@ -90,7 +90,8 @@ static double round_up(double value)
 
 static void put_curve(const Score *score, const ScoreTool *tool, FILE *out)
 {
-    const double limit = score->rules.force_limit, top = round_up(fmax(tool->peak_force_n, limit));
+    const double limit = score->rules.scene.force_limit,
+                 top = round_up(fmax(tool->peak_force_n, limit));
     fprintf(out,
             "<figure><svg viewBox=\"-34 -8 %d %d\">"
             "<path d=\"M0 0V%dH%d\" fill=\"none\" stroke=\"#888\"/>"
@@ -223,7 +224,7 @@ static void put_body(const ScoreBody *body, bool regions, FILE *out)
 
 static void put_tissue(const Score *score, FILE *out)
 {
-    const bool regions = score->rules.region_count > 0;
+    const bool regions = score->rules.scene.region_count > 0;
     fputs("<h2>Tissue</h2>\n<table class=\"wide\"><tr><th></th><th>severed</th><th>inside</th>"
           "<th>outside</th><th></th><th>cuts</th><th>inside</th><th>outside</th><th>both</th>"
           "<th>refused</th><th>pieces</th><th>removed</th><th>size</th><th></th></tr>\n",
@@ -265,13 +266,13 @@ static void put_tissue(const Score *score, FILE *out)
 
 // --- the page ------------------------------------------------------------------------------------
 
-static void put_regions(const SceneScore *rules, FILE *out)
+static void put_regions(const ScoreRules *rules, FILE *out)
 {
-    for (int i = 0; i < rules->region_count; i++) {
-        const FixedRegion *region = &rules->region[i].region;
+    for (int i = 0; i < rules->scene.region_count; i++) {
+        const FixedRegion *region = &rules->scene.region[i].region;
         const Vec3 a = region->low, b = region->high, c = region->center;
         fputs(i > 0 ? "; " : " Regions: ", out);
-        put(rules->region[i].name, out);
+        put(rules->scene.region[i].name, out);
         if (region->kind == FIXED_BOX)
             fprintf(out, " (box from %.4g, %.4g, %.4g to %.4g, %.4g, %.4g m)", a.x, a.y, a.z, b.x,
                     b.y, b.z);
@@ -279,7 +280,7 @@ static void put_regions(const SceneScore *rules, FILE *out)
             fprintf(out, " (ball of %.4g m around %.4g, %.4g, %.4g m)", region->radius, c.x, c.y,
                     c.z);
     }
-    fputs(rules->region_count > 0 ? "." : " The scene names no regions.", out);
+    fputs(rules->scene.region_count > 0 ? "." : " The scene names no regions.", out);
 }
 
 static void put_head(const Score *score, FILE *out)
@@ -297,8 +298,8 @@ static void put_head(const Score *score, FILE *out)
     if (score->missing > 0)
         fprintf(out, "<p class=\"warn\">%lld frames are missing in the recording.</p>\n",
                 (long long)score->missing);
-    if (score->rules.force_limit > 0.0)
-        fprintf(out, "<p>Force limit: %.4g N.", score->rules.force_limit);
+    if (score->rules.scene.force_limit > 0.0)
+        fprintf(out, "<p>Force limit: %.4g N.", score->rules.scene.force_limit);
     else
         fputs("<p>The scene names no force limit.", out);
     put_regions(&score->rules, out);

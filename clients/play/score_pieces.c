@@ -27,7 +27,7 @@ typedef struct Part {
 
 static bool is_fixed(const ScoreTissue *tissue, int id, Vec3 place)
 {
-    const SceneScore *rules = tissue->rules;
+    const ScoreRules *rules = tissue->rules;
     for (int b = 0; b < rules->fixed_count; b++)
         for (int k = 0; k < rules->fixed[b].count; k++) {
             const FixedRegion *region = &rules->fixed[b].region[k];

@@ -74,7 +74,7 @@ static bool read_tools(const Timeline *timeline, Score *score, Status *status)
             ok = tool < 0 || add_rows(&rows, &part, tool, status);
         }
         if (ok)
-            score_tool(rows.row, rows.count, score->rules.force_limit, score->first_s,
+            score_tool(rows.row, rows.count, score->rules.scene.force_limit, score->first_s,
                        score->last_s, &score->tool[t]);
         free(rows.row);
     }
@@ -182,7 +182,7 @@ static void list_cuts(const Timeline *timeline, Follow *follow)
         }
 }
 
-static bool follow_body(Follow *follow, const SceneScore *rules, int first_wall, bool ends,
+static bool follow_body(Follow *follow, const ScoreRules *rules, int first_wall, bool ends,
                         Status *status)
 {
     follow->tissue = score_tissue_create(rules, follow->name, first_wall);
@@ -322,10 +322,10 @@ static bool read_rules(const Timeline *timeline, const char *scene, Score *score
     }
     if (scene != NULL) {
         score->fixed_known = true;
-        return scene_load_score(scene, &score->rules, status);
+        return score_rules_load(scene, &score->rules, status);
     }
     score->fixed_known = text[0] != '\0';
-    if (scene_read_score(score->fixed_known ? text : described, "the recorded scene", &score->rules,
+    if (score_rules_read(score->fixed_known ? text : described, "the recorded scene", &score->rules,
                          status))
         return true;
     const Status why = *status;
@@ -364,7 +364,7 @@ bool score_read(const Timeline *timeline, const char *scene, Score *score, Statu
 
 void score_destroy(Score *score)
 {
-    scene_score_destroy(&score->rules);
+    score_rules_destroy(&score->rules);
     free(score->tool);
     free(score->body);
     free(score->cut);

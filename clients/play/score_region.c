@@ -34,16 +34,16 @@ static Span clip(const FixedRegion *region, Vec3 a, Vec3 b)
     return span;
 }
 
-double score_share_of_segment(const SceneScore *rules, Vec3 a, Vec3 b)
+double score_share_of_segment(const ScoreRules *rules, Vec3 a, Vec3 b)
 {
     Span span[SCENE_SCORE_REGIONS];
     double share = 0.0, end = 0.0;
-    for (int i = 0; i < rules->region_count; i++)
-        span[i] = clip(&rules->region[i].region, a, b);
+    for (int i = 0; i < rules->scene.region_count; i++)
+        span[i] = clip(&rules->scene.region[i].region, a, b);
     // Of spans that overlap, the next one that reaches further.
-    for (int n = 0; n < rules->region_count; n++) {
+    for (int n = 0; n < rules->scene.region_count; n++) {
         int next = -1;
-        for (int i = 0; i < rules->region_count; i++)
+        for (int i = 0; i < rules->scene.region_count; i++)
             if (span[i].from < span[i].to && span[i].to > end &&
                 (next < 0 || span[i].from < span[next].from))
                 next = i;
@@ -55,19 +55,19 @@ double score_share_of_segment(const SceneScore *rules, Vec3 a, Vec3 b)
     return share;
 }
 
-static bool is_inside(const SceneScore *rules, Vec3 x)
+static bool is_inside(const ScoreRules *rules, Vec3 x)
 {
-    for (int i = 0; i < rules->region_count; i++)
-        if (fixed_contains(&rules->region[i].region, x))
+    for (int i = 0; i < rules->scene.region_count; i++)
+        if (fixed_contains(&rules->scene.region[i].region, x))
             return true;
     return false;
 }
 
-double score_share_of_triangle(const SceneScore *rules, const Vec3 corner[3])
+double score_share_of_triangle(const ScoreRules *rules, const Vec3 corner[3])
 {
     enum { ROWS = 8 };
     int inside = 0;
-    if (rules->region_count == 0)
+    if (rules->scene.region_count == 0)
         return 0.0;
     const Vec3 u = vec3_scale(1.0 / ROWS, vec3_sub(corner[1], corner[0]));
     const Vec3 v = vec3_scale(1.0 / ROWS, vec3_sub(corner[2], corner[0]));

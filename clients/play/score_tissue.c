@@ -247,7 +247,7 @@ static Severed measure_walls(const ScoreTissue *tissue)
 
 // --- meshes --------------------------------------------------------------------------------------
 
-ScoreTissue *score_tissue_create(const SceneScore *rules, const char *body, int first_wall)
+ScoreTissue *score_tissue_create(const ScoreRules *rules, const char *body, int first_wall)
 {
     ScoreTissue *tissue = calloc(1, sizeof *tissue);
     ASSERT(tissue != NULL);

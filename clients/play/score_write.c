@@ -100,14 +100,14 @@ static void put_vector(const char *name, Vec3 v, FILE *out)
 
 static void put_rules(const Score *score, FILE *out)
 {
-    const SceneScore *rules = &score->rules;
+    const ScoreRules *rules = &score->rules;
     fputs("  \"rules\": {\"force_limit_n\": ", out);
-    put_number(rules->force_limit > 0.0 ? rules->force_limit : SCORE_UNKNOWN, out);
+    put_number(rules->scene.force_limit > 0.0 ? rules->scene.force_limit : SCORE_UNKNOWN, out);
     fprintf(out, ", \"fixed_known\": %s, \"regions\": [", score->fixed_known ? "true" : "false");
-    for (int i = 0; i < rules->region_count; i++) {
-        const FixedRegion *region = &rules->region[i].region;
+    for (int i = 0; i < rules->scene.region_count; i++) {
+        const FixedRegion *region = &rules->scene.region[i].region;
         fputs(i > 0 ? ",\n    {\"name\": " : "\n    {\"name\": ", out);
-        put_text(rules->region[i].name, out);
+        put_text(rules->scene.region[i].name, out);
         if (region->kind == FIXED_BOX) {
             fputs(", ", out);
             put_vector("low_m", region->low, out);
@@ -184,7 +184,7 @@ static void put_cut(const ScoreCut *cut, bool regions, FILE *out)
 
 void score_write_json(const Score *score, FILE *out)
 {
-    const bool regions = score->rules.region_count > 0;
+    const bool regions = score->rules.scene.region_count > 0;
     fputs(JSON_MARK ", \"version\": 1,\n  \"scene\": ", out);
     put_text(score->scene, out);
     fputs(", \"created_by\": ", out);
@@ -276,7 +276,8 @@ void score_write_csv(const Score *score, FILE *out)
     put_row("session", score->scene, "ended", score->ended, "1", out);
     put_row("session", score->scene, "frames_missing", (double)score->missing, "1", out);
     put_row("session", score->scene, "force_limit_n",
-            score->rules.force_limit > 0.0 ? score->rules.force_limit : SCORE_UNKNOWN, "N", out);
+            score->rules.scene.force_limit > 0.0 ? score->rules.scene.force_limit : SCORE_UNKNOWN,
+            "N", out);
     for (int i = 0; i < score->tool_count; i++)
         for (int m = 0; m < SCORE_MEASURES; m++) {
             snprintf(name, sizeof name, "%d", score->tool[i].id);
@@ -285,7 +286,7 @@ void score_write_csv(const Score *score, FILE *out)
                     out);
         }
     for (int i = 0; i < score->body_count; i++)
-        put_body_rows(&score->body[i], score->rules.region_count > 0, out);
+        put_body_rows(&score->body[i], score->rules.scene.region_count > 0, out);
 }
 
 // --- for people at a terminal --------------------------------------------------------------------
@@ -302,14 +303,15 @@ void score_print(const Score *score, FILE *out)
         fprintf(out, "tool %d: %.4g s, path %.4g m, smoothness %.3g, peak %.4g N", tool->id,
                 tool->time_s, tool->path_m, tool->smoothness, tool->peak_force_n);
         if (isfinite(tool->over_limit_s))
-            fprintf(out, ", %.4g s above %.4g N", tool->over_limit_s, score->rules.force_limit);
+            fprintf(out, ", %.4g s above %.4g N", tool->over_limit_s,
+                    score->rules.scene.force_limit);
         fputc('\n', out);
     }
     for (int i = 0; i < score->body_count; i++) {
         const ScoreBody *body = &score->body[i];
         fprintf(out, "body %s: severed %.4g %s", body->name, body->inside + body->outside,
                 score_cut_unit(body->solid));
-        if (score->rules.region_count > 0)
+        if (score->rules.scene.region_count > 0)
             fprintf(out, ", %.4g of it inside", body->inside);
         fprintf(out, "; %d pieces, %d removed with %.4g %s\n", body->pieces_last, body->removed,
                 body->removed_size, score_size_unit(body->solid));

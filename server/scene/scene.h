@@ -124,19 +124,10 @@ typedef struct SceneRegion {
     FixedRegion region; // a box or a sphere
 } SceneRegion;
 
-// The fixed nodes of a body, as a recorded scene names them.
-typedef struct SceneFixed {
-    char body[BODY_NAME_MAX];
-    const FixedRegion *region; // [count], owned
-    int count;
-} SceneFixed;
-
 typedef struct SceneScore {
     double force_limit; // [N]; 0: none
     int region_count;
     SceneRegion region[SCENE_SCORE_REGIONS];
-    int fixed_count; // bodies; 0 in a Scene, whose bodies have theirs
-    SceneFixed *fixed;
 } SceneScore;
 
 typedef struct Scene {
@@ -212,14 +203,6 @@ bool scene_key_text(const SceneBody *body, const char *key, char text[SCENE_VALU
 
 // The line of a description (explain_describe) that has the group `score` begins so.
 #define SCENE_SCORE_LINE "score = "
-
-// Reads `score` and the fixed nodes from the text that a recording has: of its scene, or a
-// description, whose fixed nodes are not known. `name` is for errors. A text that includes other
-// files is refused: they are not in the recording. The caller destroys the score.
-bool scene_read_score(const char *text, const char *name, SceneScore *score, Status *status);
-// The same from the file of a scene; reads only these groups.
-bool scene_load_score(const char *path, SceneScore *score, Status *status);
-void scene_score_destroy(SceneScore *score);
 // Prints the group as one line of a scene file; nothing if there is none.
 void scene_print_score(const SceneScore *score, FILE *out);
 

@@ -125,8 +125,8 @@ TEST(a_recorded_session_is_scored_by_its_scene)
     record(0, SCENE, 0, 1000, "cut");
     open_parts(1);
     assert_true(score_read(timeline, NULL, &score, &status));
-    expect_near(score.rules.force_limit, 3.0, 0.0);
-    assert_string_equal(score.rules.region[0].name, "low");
+    expect_near(score.rules.scene.force_limit, 3.0, 0.0);
+    assert_string_equal(score.rules.scene.region[0].name, "low");
     assert_int_equal(score.cut_count, 1);
     assert_string_equal(score.cut[0].kind, "cut");
     expect_near(score.cut[0].time_s, 0.505, 1e-12);
@@ -212,9 +212,9 @@ TEST(a_description_names_limit_and_regions)
            0, 100, "");
     open_parts(1);
     assert_true(score_read(timeline, NULL, &score, &status));
-    expect_near(score.rules.force_limit, 2.5, 0.0);
-    assert_int_equal(score.rules.region_count, 1);
-    assert_int_equal(score.rules.region[0].region.kind, FIXED_SPHERE);
+    expect_near(score.rules.scene.force_limit, 2.5, 0.0);
+    assert_int_equal(score.rules.scene.region_count, 1);
+    assert_int_equal(score.rules.scene.region[0].region.kind, FIXED_SPHERE);
     assert_false(score.fixed_known);
     assert_string_equal(score.scene, "strip");
 }
@@ -227,8 +227,8 @@ TEST(another_scene_can_be_named)
     file_write(scratch_path(&scratch, "other.cfg", scene), OTHER, strlen(OTHER));
     open_parts(1);
     assert_true(score_read(timeline, scene, &score, &status));
-    expect_near(score.rules.force_limit, 7.0, 0.0);
-    assert_int_equal(score.rules.region_count, 0);
+    expect_near(score.rules.scene.force_limit, 7.0, 0.0);
+    assert_int_equal(score.rules.scene.region_count, 0);
 }
 
 TEST(bad_rules_are_refused_with_their_line)

@@ -20,7 +20,7 @@ typedef struct Mesh {
 } Mesh;
 
 static Mesh mesh;
-static SceneScore rules;
+static ScoreRules rules;
 static ScoreTissue *tissue;
 static ScoreBody body;
 
@@ -98,7 +98,7 @@ static int end(void **unused)
     if (tissue != NULL)
         score_tissue_destroy(tissue);
     tissue = NULL;
-    rules = (SceneScore){.region_count = 0};
+    rules = (ScoreRules){.fixed_count = 0};
     return 0;
 }
 
@@ -147,8 +147,8 @@ AROUND_EACH(NULL, end)
 
 TEST(a_cut_sheet_has_lost_the_length_of_the_cut)
 {
-    rules.region_count = 1;
-    rules.region[0].region =
+    rules.scene.region_count = 1;
+    rules.scene.region[0].region =
         (FixedRegion){.kind = FIXED_BOX, .low = {-1.0, 0.015, -1.0}, .high = {1.0, 1.0, 1.0}};
     begin(0);
     make_sheet();
@@ -211,7 +211,7 @@ TEST(refinement_at_the_border_severs_nothing)
 TEST(a_piece_with_fixed_nodes_is_not_removed)
 {
     FixedRegion region = {.kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {0.001, 1.0, 1.0}};
-    SceneFixed fixed = {.body = "a", .region = &region, .count = 1};
+    ScoreFixed fixed = {.body = "a", .region = &region, .count = 1};
     rules.fixed = &fixed;
     rules.fixed_count = 1;
     begin(0);
@@ -262,8 +262,8 @@ enum { BOX_OUTSIDE = 20 };
 
 TEST(a_box_cut_in_two_has_lost_its_section)
 {
-    rules.region_count = 1;
-    rules.region[0].region =
+    rules.scene.region_count = 1;
+    rules.scene.region[0].region =
         (FixedRegion){.kind = FIXED_BOX, .low = {0.01, -1.0, -1.0}, .high = {1.0, 1.0, 1.0}};
     begin(BOX_OUTSIDE);
     make_box(false);
@@ -327,12 +327,12 @@ TEST(meshes_without_triangles_or_nodes_have_no_pieces)
 
 TEST(regions_that_overlap_count_once)
 {
-    rules.region_count = 3;
-    rules.region[0].region =
+    rules.scene.region_count = 3;
+    rules.scene.region[0].region =
         (FixedRegion){.kind = FIXED_SPHERE, .center = {0.03, 0.01, 0.0}, .radius = 0.01};
-    rules.region[1].region =
+    rules.scene.region[1].region =
         (FixedRegion){.kind = FIXED_BOX, .low = {-1.0, 0.015, -1.0}, .high = {1.0, 0.025, 1.0}};
-    rules.region[2].region =
+    rules.scene.region[2].region =
         (FixedRegion){.kind = FIXED_SPHERE, .center = {1.0, 1.0, 0.0}, .radius = 0.5};
     begin(0);
     make_sheet();
