@@ -5,14 +5,9 @@
 
 #include <errno.h>
 #include <math.h>
-#include <spawn.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-extern char **environ;
 
 enum { PATH = 4096, SERIES_MAX = 64, SERIES_NAME = 64 };
 
@@ -313,31 +308,4 @@ bool plot_write(const StudyResult *result, const char *folder, double error, Sta
     }
     free(series);
     return fclose(out) == 0 || status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
-}
-
-PlotResult plot_draw(const char *program, const char *folder, const char *script, Status *status)
-{
-    // Run in the folder, so that names in the script do not depend on the caller's.
-    posix_spawn_file_actions_t actions;
-    char first[PATH], name[PATH];
-    snprintf(first, sizeof first, "%s", program);
-    snprintf(name, sizeof name, "%s", script);
-    char *const arguments[] = {first, name, NULL};
-    pid_t pid;
-    int exit_status = 0;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addchdir_np(&actions, folder);
-    int error = posix_spawnp(&pid, program, &actions, NULL, arguments, environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (error != 0) {
-        status_fail(status, STATUS_FAILED, "%s: %s", program, strerror(error));
-        return error == ENOENT ? PLOT_NO_GNUPLOT : PLOT_FAILED;
-    }
-    // Wait for it, and say if it failed.
-    while (waitpid(pid, &exit_status, 0) < 0 && errno == EINTR)
-        ;
-    if (WIFEXITED(exit_status) && WEXITSTATUS(exit_status) == 0)
-        return PLOT_DRAWN;
-    status_fail(status, STATUS_FAILED, "%s could not draw %s/%s", program, folder, name);
-    return PLOT_FAILED;
 }

@@ -3,8 +3,8 @@
 #include "base/arguments.h"
 
 #include "base/log.h"
+#include "fit/fit.h"
 #include "run/realtime.h"
-#include "study/fit.h"
 #include "study/study.h"
 #include "study/run.h"
 #include "study/report.h"
@@ -38,13 +38,6 @@ static bool take_error(void *target, const char *text, Status *why)
     return (read && *end == '\0' && value > 0.0 && value < 1.0) ||
            status_fail(why, STATUS_INVALID,
                        "is neither a percentage like 1%% nor a fraction in (0, 1)");
-}
-
-static bool take_model(void *target, const char *text, Status *why)
-{
-    ((StudyArguments *)target)->fit.model = text;
-    return strcmp(text, "solid") == 0 || strcmp(text, "surface") == 0 ||
-           status_fail(why, STATUS_INVALID, "is neither solid nor surface");
 }
 
 #define AT(member) offsetof(StudyArguments, member)
@@ -82,32 +75,21 @@ static const ArgumentRow ROWS[] = {
     {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_LOG_LEVEL},
     {.type = ARGUMENT_HEADING, .help = "A material from a measured curve, instead of a study:"},
     {"fit", 0, ARGUMENT_TEXT, "CURVE.csv", AT(fit.table_path),
-     .help = "Fit youngs_modulus, alone and with stiffening, to a table of one uniaxial pull, and "
-             "print the material group, the rms error of both, and that of a simulated strip. "
-             "Columns, separated by commas: nominal strain [-], from 0 up, never falling; nominal "
-             "stress (force over the section at rest) [Pa]; # begins a comment, the first line may "
-             "be a header; 4 to 100000 points"},
-    {"model", 0, ARGUMENT_OTHER, "MODEL", .preset_text = "solid", .handler = take_model,
-     .help = "Body that the group is for: solid or surface"},
-    {"thickness", 0, ARGUMENT_NUMBER, "M", AT(fit.thickness), 1e-6, 1.0,
-     .help = "Of the wall of a surface [m], for youngs_modulus_2d = E times thickness [N/m]"},
+     .help =
+         "What pliant-fit CURVE.csv does: columns are nominal strain [-] and nominal stress [Pa]"},
+    {.type = ARGUMENT_ROWS, .rows = FIT_ARGUMENTS, .offset = AT(fit)},
     {0}};
 
 // Checks the options of a fit; `other`: one of a study was given.
 static bool check_fit(const FitOptions *fit, const char *scene_path, bool other, Status *why)
 {
-    const bool surface = strcmp(fit->model, "surface") == 0;
     if (scene_path != NULL)
         return status_fail(why, STATUS_INVALID, "--fit takes a table and no scene, got '%s'",
                            scene_path);
     if (other)
         return status_fail(why, STATUS_INVALID,
                            "--fit goes with --model, --thickness and --out alone");
-    if (surface != (fit->thickness > 0.0))
-        return status_fail(why, STATUS_INVALID,
-                           surface ? "--model surface needs the --thickness of the wall"
-                                   : "--thickness is of --model surface");
-    return true;
+    return fit_check(fit, why);
 }
 
 static bool check(void *target, Status *why)
@@ -133,7 +115,7 @@ static const ArgumentTable TABLE = {
     .usage = "SCENE.cfg\n--fit CURVE.csv",
     .about = "Runs a scene in many variants (time step, integrator, precision, level of detail), "
              "compares each with a converged run, prints the cost and error of each, and "
-             "recommends one. With --fit, finds the material of a measured curve instead.",
+             "recommends one. With --fit, does what pliant-fit does.",
     .end = "Exit code 0: done; 1: failed while running; 2: bad usage, scene, mesh or file.",
     .rows = ROWS,
     .check = check};
@@ -188,11 +170,11 @@ static bool run_study(const Scene *scene, const StudyArguments *arguments, Statu
     if (result == NULL)
         return status_fail(status, STATUS_FAILED, "pliant-study: no memory");
     // Only the first rank writes.
-    char folder[REPORT_PATH];
+    char folder[RESULTS_PATH];
     bool ok = study_prepare(&context, scene, &arguments->study, status);
     if (ok && ranks_is_first())
-        ok = report_make_folder(&REPORT_STUDY, scene->name, arguments->study.out_folder, folder,
-                                status);
+        ok = results_make_folder(&REPORT_STUDY, scene->name, arguments->study.out_folder, folder,
+                                 status);
     if (ok) {
         study_describe(&context, result);
         ok = measure(&context, cases, count, result, status);

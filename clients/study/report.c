@@ -1,18 +1,15 @@
 // Writes the results of a study.
 #include "study/report.h"
 
-#include "base/output.h"
 #include "io/data_file.h"
 #include "study/scene_keys.h"
 
-#include <errno.h>
 #include <string.h>
 #include <sys/ioctl.h>
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
-enum { COLUMNS = 80, FILE_NAME = 32 };
+enum { COLUMNS = 80 };
 
 // --- progress ------------------------------------------------------------------------------------
 
@@ -40,56 +37,7 @@ void report_progress(Progress *progress, int done, int count, const char *what)
 
 // --- files ---------------------------------------------------------------------------------------
 
-static const char *in_folder(char path[REPORT_PATH], const char *folder, const char *name)
-{
-    snprintf(path, REPORT_PATH, "%.*s/%s", REPORT_PATH - FILE_NAME - 1, folder, name);
-    return path;
-}
-
-// Checks that only files of an earlier run are replaced: those next to its table, names[0].
-static bool check_names(const ReportNames *names, const char *folder, Status *status)
-{
-    char path[REPORT_PATH], table[REPORT_PATH];
-    struct stat facts;
-    Status why = {0};
-    // A folder with such a table is ours,
-    bool ours = stat(in_folder(table, folder, names->file[0]), &facts) == 0 && facts.st_size > 0;
-    if (!output_check(table, names->mark, status))
-        return false;
-    // and in it only files of ours may be replaced; elsewhere none.
-    for (int i = 0; names->file[i] != NULL; i++) {
-        if (lstat(in_folder(path, folder, names->file[i]), &facts) != 0)
-            continue;
-        if (!(ours && S_ISREG(facts.st_mode)) && !output_check(path, "", &why))
-            return status_fail(status, STATUS_INVALID,
-                               "%s: is not of a %s and would be replaced: name another folder "
-                               "with --out",
-                               path, names->kind);
-    }
-    return true;
-}
-
-bool report_make_folder(const ReportNames *names, const char *subject, const char *wanted,
-                        char folder[REPORT_PATH], Status *status)
-{
-    // The folder's name leaves room for those of the files.
-    if (wanted != NULL && strlen(wanted) >= REPORT_PATH - FILE_NAME)
-        return status_fail(status, STATUS_INVALID, "pliant-study: --out has more than %d letters",
-                           REPORT_PATH - FILE_NAME);
-    if (wanted != NULL)
-        snprintf(folder, REPORT_PATH, "%s", wanted);
-    else
-        snprintf(folder, REPORT_PATH, "%s-%s", names->kind, subject);
-    struct stat info;
-    // A new folder, or one of ours.
-    if (mkdir(folder, 0777) == 0 || (errno == EEXIST && stat(folder, &info) == 0 &&
-                                     S_ISDIR(info.st_mode) && access(folder, W_OK) == 0))
-        return check_names(names, folder, status);
-    return status_fail(status, STATUS_FAILED, "%s: cannot be made or written to: %s", folder,
-                       strerror(errno));
-}
-
-const ReportNames REPORT_STUDY = {.kind = "study",
+const ResultNames REPORT_STUDY = {.kind = "study",
                                   .mark = STUDY_RUNS_MARK,
                                   .file = {"runs.tsv", "references.tsv", "study.h5", "study.gp",
                                            "advice.cfg", "advised.cfg", "time.png", "time.svg",
@@ -98,17 +46,17 @@ const ReportNames REPORT_STUDY = {.kind = "study",
 static bool save_tables(const StudyResult *result, const Scene *scene, const char *folder,
                         Status *status)
 {
-    char path[REPORT_PATH];
+    char path[RESULTS_PATH];
     // Texts first, which need no library.
-    if (!study_save_runs(result, in_folder(path, folder, "runs.tsv"), status) ||
-        !study_save_references(result, in_folder(path, folder, "references.tsv"), status))
+    if (!study_save_runs(result, results_path(path, folder, "runs.tsv"), status) ||
+        !study_save_references(result, results_path(path, folder, "references.tsv"), status))
         return false;
     printf("%s/runs.tsv: every run; references.tsv: what it is compared with\n", folder);
     if (!data_file_built()) {
         puts("no study.h5: built without HDF5 (PLIANT_HDF5)");
         return true;
     }
-    if (!study_save_hdf(result, scene->text, in_folder(path, folder, "study.h5"), status))
+    if (!study_save_hdf(result, scene->text, results_path(path, folder, "study.h5"), status))
         return false;
     printf("%s/study.h5: the same as HDF5\n", folder);
     return true;
@@ -121,51 +69,36 @@ static bool draw(const StudyResult *result, const char *folder, double error, St
     // The script is written in any case: others can draw it.
     if (!plot_write(result, folder, error, status))
         return false;
-    switch (plot_draw("gnuplot", folder, "study.gp", &why)) {
-    case PLOT_DRAWN:
+    switch (results_draw("gnuplot", folder, "study.gp", &why)) {
+    case DRAWN:
         printf("%s/time.png, total.png, and .svg: error against run time\n", folder);
         break;
-    case PLOT_NO_GNUPLOT:
+    case DRAW_NO_GNUPLOT:
         printf("no pictures: gnuplot is not installed; %s/study.gp holds data and script\n",
                folder);
         break;
-    case PLOT_FAILED:
+    case DRAW_FAILED:
         printf("no pictures: %s\n", why.text);
         break;
     }
     return true;
 }
 
-FILE *report_create(const char *folder, const char *name, char path[REPORT_PATH], Status *status)
-{
-    FILE *out = fopen(in_folder(path, folder, name), "w");
-    if (out == NULL)
-        status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
-    return out;
-}
-
-bool report_close(FILE *out, const char *path, Status *status)
-{
-    const bool bad = ferror(out) != 0;
-    return (fclose(out) == 0 && !bad) ||
-           status_fail(status, STATUS_FAILED, "%s: %s", path, strerror(errno));
-}
-
 static bool write_keys(const SceneKeys *keys, const Scene *scene, const char *folder,
                        Status *status)
 {
-    char path[REPORT_PATH], file_path[REPORT_PATH];
+    char path[RESULTS_PATH], file_path[RESULTS_PATH];
     Status why = {0};
     // The keys on the terminal and as a file.
     scene_keys_print(keys, stdout);
-    FILE *file = report_create(folder, "advice.cfg", file_path, status);
+    FILE *file = results_create(folder, "advice.cfg", file_path, status);
     if (file == NULL)
         return false;
     scene_keys_print(keys, file);
-    if (!report_close(file, file_path, status))
+    if (!results_close(file, file_path, status))
         return false;
     // This does not work for a scene whose bodies are in an included file.
-    if (scene_keys_set(keys, scene->path, in_folder(path, folder, "advised.cfg"), &why))
+    if (scene_keys_set(keys, scene->path, results_path(path, folder, "advised.cfg"), &why))
         printf("%s: the scene with these keys\n", path);
     else
         printf("no advised.cfg: %s\n", why.text);

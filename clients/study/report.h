@@ -2,6 +2,7 @@
 #ifndef PLIANT_STUDY_REPORT_H
 #define PLIANT_STUDY_REPORT_H
 
+#include "fit/results.h"
 #include "study/study.h"
 
 #include <stdbool.h>
@@ -55,8 +56,6 @@ const char *study_verdict_name(StudyVerdict verdict);
 
 // --- progress and files --------------------------------------------------------------------------
 
-enum { REPORT_PATH = 4096 };
-
 // Progress of a study on stderr: on a terminal one line that is rewritten, else a line per tenth.
 
 typedef struct Progress {
@@ -84,23 +83,7 @@ const char *progress_clock(double seconds, char *text);
 void report_begin(Progress *progress);
 void report_progress(Progress *progress, int done, int count, const char *what);
 
-// The files that one kind of output leaves in its folder.
-typedef struct ReportNames {
-    const char *kind;     // "study": folders are called study-SUBJECT
-    const char *mark;     // what the first file, a table, begins with
-    const char *file[16]; // up to NULL
-} ReportNames;
-
-extern const ReportNames REPORT_STUDY;
-
-// Makes the folder `wanted`, or KIND-SUBJECT for NULL, unless it exists. Refuses a folder that has
-// files of these names but no table with the mark, since they are not ours.
-bool report_make_folder(const ReportNames *names, const char *subject, const char *wanted,
-                        char folder[REPORT_PATH], Status *status);
-
-// Creates folder/name, and closes it; NULL or false with `status`, with its path.
-FILE *report_create(const char *folder, const char *name, char path[REPORT_PATH], Status *status);
-bool report_close(FILE *out, const char *path, Status *status);
+extern const ResultNames REPORT_STUDY;
 
 // Prints table and advice; writes runs.tsv, references.tsv, study.h5, the pictures and, if a case
 // is advised, advice.cfg (its keys) and advised.cfg (the scene with them). `options` as in the
@@ -127,17 +110,11 @@ bool study_save_hdf(const StudyResult *result, const char *scene_text, const cha
 
 // Draws the curves of a study with gnuplot, if installed.
 
-typedef enum PlotResult { PLOT_DRAWN, PLOT_NO_GNUPLOT, PLOT_FAILED } PlotResult;
-
 // Writes folder/study.gp. It contains its data and draws, into its own folder, time.png and
 // time.svg (error in time over cost, by integrator, on the scene's own mesh), total.png and
 // total.svg (total error over cost, by detail, with the Pareto front). `error`: the limit that is
 // drawn, as a fraction.
 bool plot_write(const StudyResult *result, const char *folder, double error, Status *status);
-// Runs `program` (found by name, "gnuplot") on a script in the folder. A failed picture is no
-// failure of the study; `status` has the reason.
-PlotResult plot_draw(const char *program, const char *folder, const char *script, Status *status);
-
 // The terminal output of a study: inputs, the references and their reliability, a row per case, and
 // the reasons for missing cases.
 

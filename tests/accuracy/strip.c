@@ -4,8 +4,8 @@
 
 #include "base/check.h"
 #include "base/log.h"
-#include "study/fit.h"
-#include "study/strip.h"
+#include "fit/fit.h"
+#include "fit/strip.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
-// pliant-study --fit as a user runs it: tables of known laws and of others, good and bad ones. What
-// it prints is compared with closed forms that are written down here.
+// pliant-fit, and pliant-study --fit, as a user runs it: tables of known laws and of others, good
+// and bad ones. What it prints is compared with closed forms that are written down here.
 #include "test.h"
 #include "harness.h"
 
@@ -400,4 +400,26 @@ TEST(options_that_do_not_go_together_are_refused)
     expect_done();
     expect_printed(&result, "--fit=CURVE.csv");
     expect_printed(&result, "nominal strain [-]");
+}
+
+TEST(the_program_alone_does_the_same)
+{
+    write_text(scratch("same.csv"), "0,0\n0.1,100\n0.2,200\n0.3,330\n0.4,520\n");
+    run("--fit same.csv --out by-study");
+    expect_done();
+    process_run(&result, program_path("pliant-fit"), "same.csv --out by-fit");
+    expect_done();
+    expect_printed(&result, "material = { youngs_modulus = ");
+    process_run(&result, "cmp", "by-study/fit.tsv by-fit/fit.tsv");
+    expect_done();
+    static const char *const bad[][2] = {
+        {"", "pliant-fit: no table given"},
+        {"a.csv b.csv", "pliant-fit: one table at a time, got 'a.csv' and 'b.csv'"},
+        {"a.csv --model surface", "pliant-fit: --model surface needs the --thickness"},
+        {"nowhere.csv", "nowhere.csv: "},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        process_run(&result, program_path("pliant-fit"), "%s", bad[i][0]);
+        expect_refusal(&result, 2, bad[i][1]);
+    }
 }

@@ -4,7 +4,7 @@
 #include "random.h"
 #include "scratch.h"
 
-#include "study/fit.h"
+#include "fit/fit.h"
 
 #include <math.h>
 #include <stdio.h>

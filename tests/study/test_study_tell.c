@@ -365,8 +365,8 @@ TEST(missing_gnuplot_leaves_the_script)
     Status status = {0};
     fill();
     assert_true(plot_write(&result, scratch.folder, 0.01, &status));
-    assert_int_equal(plot_draw("no-such-gnuplot", scratch.folder, "study.gp", &status),
-                     PLOT_NO_GNUPLOT);
+    assert_int_equal(results_draw("no-such-gnuplot", scratch.folder, "study.gp", &status),
+                     DRAW_NO_GNUPLOT);
     char *script = read_back("study.gp");
     assert_non_null(strstr(script, "set output 'time.png'"));
     assert_non_null(strstr(script, "set output 'total.svg'"));
@@ -387,11 +387,11 @@ TEST(gnuplot_draws_all_four)
     fill();
     snprintf(result.scene, sizeof result.scene, "it's a_scene");
     assert_true(plot_write(&result, scratch.folder, 0.01, &status));
-    PlotResult drawn = plot_draw("gnuplot", scratch.folder, "study.gp", &status);
-    if (drawn == PLOT_NO_GNUPLOT)
+    DrawResult drawn = results_draw("gnuplot", scratch.folder, "study.gp", &status);
+    if (drawn == DRAW_NO_GNUPLOT)
         skip();
     assert_string_equal(status.text, "");
-    assert_int_equal(drawn, PLOT_DRAWN);
+    assert_int_equal(drawn, DRAWN);
     assert_true(there("time.png") && there("time.svg"));
     assert_true(there("total.png") && there("total.svg"));
 }
@@ -401,8 +401,8 @@ TEST(a_script_without_points_is_no_error)
     Status status = {0};
     sample_begin(&result, 0.001, 1e-6);
     assert_true(plot_write(&result, scratch.folder, 0.01, &status));
-    PlotResult drawn = plot_draw("gnuplot", scratch.folder, "study.gp", &status);
-    assert_true(drawn == PLOT_DRAWN || drawn == PLOT_NO_GNUPLOT);
+    DrawResult drawn = results_draw("gnuplot", scratch.folder, "study.gp", &status);
+    assert_true(drawn == DRAWN || drawn == DRAW_NO_GNUPLOT);
 }
 
 // --- progress ------------------------------------------------------------------------------------

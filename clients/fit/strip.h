@@ -1,8 +1,8 @@
 // The tensile test: a strip clamped at one end and pulled at the other at a given rate, as a scene
 // of either model. Strain is measured between two marks on the middle third, as an extensometer
 // does, so that the clamps, which keep the ends from thinning, don't disturb it.
-#ifndef PLIANT_STUDY_STRIP_H
-#define PLIANT_STUDY_STRIP_H
+#ifndef PLIANT_FIT_STRIP_H
+#define PLIANT_FIT_STRIP_H
 
 #include "base/check.h"
 #include "scene/scene.h"

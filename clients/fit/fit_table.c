@@ -1,5 +1,5 @@
 // Reads tables of stress against strain, which come from spreadsheets and test rigs.
-#include "study/fit.h"
+#include "fit/fit.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -98,7 +98,7 @@ static bool add(Reader *reader, double strain, double stress)
         double *stresses = realloc(table->stress, bytes);
         table->stress = stresses != NULL ? stresses : table->stress;
         if (strains == NULL || stresses == NULL)
-            return status_fail(reader->status, STATUS_FAILED, "pliant-study: no memory");
+            return status_fail(reader->status, STATUS_FAILED, "pliant-fit: no memory");
     }
     table->strain[table->count] = strain;
     table->stress[table->count++] = stress;

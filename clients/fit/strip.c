@@ -1,8 +1,8 @@
 // Writes the scene of a tensile test, and runs it.
-#include "study/strip.h"
+#include "fit/strip.h"
 
 #include "scene/build.h"
-#include "study/report.h"
+#include "fit/results.h"
 
 #include <errno.h>
 #include <math.h>
@@ -10,14 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    STRIP_PATH = 4200,
-    SOLID_CELLS = 3,
-    SOLID_LENGTH = 24,
-    SHEET_ROWS = 5,
-    SHEET_LENGTH = 48,
-    MARK_NODES = 256
-};
+enum { SOLID_CELLS = 3, SOLID_LENGTH = 24, SHEET_ROWS = 5, SHEET_LENGTH = 48, MARK_NODES = 256 };
 static const double EDGE = 1e-3; // of cells and triangles [m]
 
 // Returns the length of a strip at rest [m]. Edges that only thin the strip are weak beside those
@@ -62,7 +55,7 @@ static void write_scene(FILE *out, const char *name, SceneModel model, const cha
     // A surface's end is a row of nodes at its border, and one half an edge further in.
     const double clamp = end - (model == MODEL_VOXEL ? 0.1 : 0.6) * EDGE;
     fprintf(out,
-            "# A tensile test, written by pliant-study: one end is fixed, tool 1 pulls the other "
+            "# A tensile test, written by pliant-fit: one end is fixed, tool 1 pulls the other "
             "along x.\n%s\nname = \"%s\";\nrate_hz = 1000.0;\ngravity = [0.0, 0.0, 0.0];\n"
             "precision = \"double\";\n\nbodies = (\n  {\n    name = \"strip\";\n",
             note, name);
@@ -86,22 +79,22 @@ static void write_scene(FILE *out, const char *name, SceneModel model, const cha
 bool strip_write(const char *folder, const char *name, SceneModel model, const char *material,
                  const char *note, Status *status)
 {
-    char path[REPORT_PATH], file[NAME_MAX + 1];
+    char path[RESULTS_PATH], file[NAME_MAX + 1];
     snprintf(file, sizeof file, "%s.cfg", name);
-    FILE *out = report_create(folder, file, path, status);
+    FILE *out = results_create(folder, file, path, status);
     if (out == NULL)
         return false;
     write_scene(out, name, model, material, note);
-    if (!report_close(out, path, status))
+    if (!results_close(out, path, status))
         return false;
     if (model == MODEL_VOXEL)
         return true;
     snprintf(file, sizeof file, "%s.off", name);
-    out = report_create(folder, file, path, status);
+    out = results_create(folder, file, path, status);
     if (out == NULL)
         return false;
     write_sheet(out);
-    return report_close(out, path, status);
+    return results_close(out, path, status);
 }
 
 // --- the pull ------------------------------------------------------------------------------------
@@ -191,7 +184,7 @@ static bool run(Pull *pull, double strain, double rate, StripCurve *curve, Statu
     curve->strain = calloc((size_t)most + 1, sizeof *curve->strain);
     curve->stress = calloc((size_t)most + 1, sizeof *curve->stress);
     if (curve->strain == NULL || curve->stress == NULL)
-        return status_fail(status, STATUS_FAILED, "pliant-study: no memory");
+        return status_fail(status, STATUS_FAILED, "pliant-fit: no memory");
     curve->count = 1; // at rest
     double before = 0.0;
     for (int i = 0; i < most; i++) {

@@ -1,8 +1,8 @@
 // Pulls a strip of what was fitted, prints the material group, writes the table and the picture.
-#include "study/fit.h"
+#include "fit/fit.h"
 
-#include "study/report.h"
-#include "study/strip.h"
+#include "fit/results.h"
+#include "fit/strip.h"
 
 #include <errno.h>
 #include <math.h>
@@ -19,7 +19,7 @@ static const double RMS_HIGH = 0.03; // of the peak: where a fit is called poor
 
 #define FIT_MARK "strain\tmeasured\t"
 
-static const ReportNames NAMES = {
+static const ResultNames NAMES = {
     .kind = "fit",
     .mark = FIT_MARK,
     .file = {"fit.tsv", "fit.gp", "fit.png", "fit.svg", "strip.cfg", "strip.off"}};
@@ -32,7 +32,7 @@ typedef struct Output {
     double strip_rms; // [Pa]
     double thickness; // [m] of a surface; 1 of a solid
     char keys[KEYS];  // of the material group
-    char folder[REPORT_PATH];
+    char folder[RESULTS_PATH];
 } Output;
 
 static bool is_surface(const Output *output)
@@ -92,7 +92,7 @@ static bool simulate(Output *output, Status *status)
 {
     const double strain = output->table.strain[output->table.count - 1];
     const double stiffness = chosen(&output->fit)->modulus * output->thickness;
-    char material[MATERIAL], density[32], path[REPORT_PATH];
+    char material[MATERIAL], density[32], path[RESULTS_PATH];
     Status why = {0};
     real_text(fmin(stiffness / (WAVE_SPEED * WAVE_SPEED), DENSITY_MOST), density);
     // Pulled further, a strip of this Poisson's ratio would hardly have a section left.
@@ -103,7 +103,7 @@ static bool simulate(Output *output, Status *status)
                      material, "# Density makes waves as fast at any stiffness; it is no tissue's.",
                      status))
         return false;
-    snprintf(path, sizeof path, "%.*s/strip.cfg", REPORT_PATH - SUBJECT, output->folder);
+    snprintf(path, sizeof path, "%.*s/strip.cfg", RESULTS_PATH - SUBJECT, output->folder);
     if (strip_pull(path, strain, strain / PULL_S, &output->strip, &why))
         output->strip_rms = compare(output);
     else
@@ -220,8 +220,8 @@ static void print_material(const Output *output)
 // Columns: strain; stresses [Pa], "-" where there is none.
 static bool save_table(const Output *output, Status *status)
 {
-    char path[REPORT_PATH];
-    FILE *out = report_create(output->folder, "fit.tsv", path, status);
+    char path[RESULTS_PATH];
+    FILE *out = results_create(output->folder, "fit.tsv", path, status);
     if (out == NULL)
         return false;
     fprintf(out, FIT_MARK "linear\tstiffening\tsimulated\n");
@@ -238,18 +238,18 @@ static bool save_table(const Output *output, Status *status)
         else
             fprintf(out, "-\n");
     }
-    return report_close(out, path, status);
+    return results_close(out, path, status);
 }
 
 static bool write_script(const Output *output, Status *status)
 {
-    char path[REPORT_PATH];
-    FILE *out = report_create(output->folder, "fit.gp", path, status);
+    char path[RESULTS_PATH];
+    FILE *out = results_create(output->folder, "fit.gp", path, status);
     if (out == NULL)
         return false;
     // Of many points some are drawn.
     const int every = output->table.count / 400 + 1;
-    fprintf(out, "# Written by pliant-study: gnuplot fit.gp, in this folder, draws fit.tsv.\n"
+    fprintf(out, "# Written by pliant-fit: gnuplot fit.gp, in this folder, draws fit.tsv.\n"
                  "set encoding utf8\nset datafile missing '-'\nset datafile separator '\\t'\n"
                  "set grid back lc rgb '#c8c8c8' lw 0.8 dt 3\nset key left top Left reverse\n"
                  "set xlabel 'nominal strain'\nset ylabel 'nominal stress [Pa]'\n"
@@ -274,7 +274,7 @@ static bool write_script(const Output *output, Status *status)
                     output->table.count / 20 + 1);
         fprintf(out, "\nunset output\n");
     }
-    return report_close(out, path, status);
+    return results_close(out, path, status);
 }
 
 static bool save(const Output *output, Status *status)
@@ -283,7 +283,7 @@ static bool save(const Output *output, Status *status)
     if (!save_table(output, status) || !write_script(output, status))
         return false;
     printf("%s/fit.tsv: strain and stresses; strip.cfg: the strip as a scene\n", output->folder);
-    if (plot_draw("gnuplot", output->folder, "fit.gp", &why) == PLOT_DRAWN)
+    if (results_draw("gnuplot", output->folder, "fit.gp", &why) == DRAWN)
         printf("%s/fit.png and .svg: the curves\n", output->folder);
     else
         printf("no picture: %s; %s/fit.gp is the script\n", why.text, output->folder);
@@ -302,18 +302,41 @@ static void name_subject(const char *path, char subject[SUBJECT])
         *dot = '\0';
 }
 
+static bool take_model(void *target, const char *text, Status *why)
+{
+    ((FitOptions *)target)->model = text;
+    return strcmp(text, "solid") == 0 || strcmp(text, "surface") == 0 ||
+           status_fail(why, STATUS_INVALID, "is neither solid nor surface");
+}
+
+const ArgumentRow FIT_ARGUMENTS[] = {
+    {"model", 0, ARGUMENT_OTHER, "MODEL", .preset_text = "solid", .handler = take_model,
+     .help = "Body that the group is for: solid or surface"},
+    {"thickness", 0, ARGUMENT_NUMBER, "M", offsetof(FitOptions, thickness), 1e-6, 1.0,
+     .help = "Of the wall of a surface [m], for youngs_modulus_2d = E times thickness [N/m]"},
+    {0}};
+
+bool fit_check(const FitOptions *options, Status *why)
+{
+    const bool surface = strcmp(options->model, "surface") == 0;
+    return surface == (options->thickness > 0.0) ||
+           status_fail(why, STATUS_INVALID,
+                       surface ? "--model surface needs the --thickness of the wall"
+                               : "--thickness is of --model surface");
+}
+
 bool fit_run(const FitOptions *options, Status *status)
 {
     char subject[SUBJECT];
     Output *output = calloc(1, sizeof *output);
     if (output == NULL)
-        return status_fail(status, STATUS_FAILED, "pliant-study: no memory");
+        return status_fail(status, STATUS_FAILED, "pliant-fit: no memory");
     output->options = options;
     output->thickness = is_surface(output) ? options->thickness : 1.0;
     name_subject(options->table_path, subject);
     bool ok = fit_table_read(options->table_path, &output->table, status) &&
               fit_make(&output->table, options->table_path, &output->fit, status) &&
-              report_make_folder(&NAMES, subject, options->out_folder, output->folder, status);
+              results_make_folder(&NAMES, subject, options->out_folder, output->folder, status);
     if (ok) {
         write_keys(output);
         ok = simulate(output, status);

@@ -4,9 +4,10 @@
 //   s(e) = E e G'((e/strain)^2)
 // of solids at any Poisson's ratio, and of surfaces that are pulled along edges of their triangles,
 // whose other edges then carry nothing.
-#ifndef PLIANT_STUDY_FIT_H
-#define PLIANT_STUDY_FIT_H
+#ifndef PLIANT_FIT_FIT_H
+#define PLIANT_FIT_FIT_H
 
+#include "base/arguments.h"
 #include "base/check.h"
 #include "scene/scene.h"
 
@@ -68,6 +69,11 @@ typedef struct FitOptions {
     double thickness;       // of the wall [m]; 0: none given
     const char *out_folder; // NULL: fit-NAME
 } FitOptions;
+
+// --model and --thickness; the offset is that of a FitOptions.
+extern const ArgumentRow FIT_ARGUMENTS[];
+// Refuses options that do not go together.
+bool fit_check(const FitOptions *options, Status *why);
 
 // Reads, fits, simulates, prints, and writes tables and pictures.
 bool fit_run(const FitOptions *options, Status *status);
