@@ -1,5 +1,6 @@
 #include "study/context.h"
 
+#include "base/fnv.h"
 #include "base/isa.h"
 #include "base/sets.h"
 #include "run/realtime.h"
@@ -313,6 +314,29 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
     if (!ok)
         study_destroy(context);
     return ok;
+}
+
+uint64_t study_key(const StudyContext *context, const StudyCase *cases, int count)
+{
+    const StudyOptions *options = &context->options;
+    const StudyPoints *points = &context->points;
+    uint64_t key = fnv_bytes(FNV_START, context->given->text, strlen(context->given->text));
+    // The inputs, when and where they are sampled, and how.
+    key = fnv_bytes(key, context->inputs.text, strlen(context->inputs.text));
+    fnv_real(&key, options->duration_s);
+    fnv_real(&key, context->scene.rate_hz);
+    fnv_real(&key, context->sample_s);
+    fnv_real(&key, context->rest_volume);
+    fnv_int(&key, context->sample_count);
+    fnv_int(&key, options->quick);
+    fnv_int(&key, options->repeats);
+    for (int i = 0; i < points->count; i++)
+        fnv_vector(&key, points->rest[i]);
+    // The cases, and the form of a result.
+    for (int i = 0; i < count; i++)
+        key = fnv_bytes(key, cases[i].name, strlen(cases[i].name));
+    fnv_int(&key, (int64_t)sizeof(StudyRun));
+    return key;
 }
 
 void study_forget_references(StudyContext *context)

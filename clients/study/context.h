@@ -6,6 +6,7 @@
 
 #include "base/vec.h"
 #include "scene/build.h"
+#include "study/parts.h"
 #include "study/study.h"
 
 #include <stdbool.h>
@@ -102,6 +103,7 @@ typedef struct StudyContext {
     StudyTrace *mesh_trace[STUDY_MESHES]; // the finest run of each, or NULL
     StudyReference finest;
     StudyTrace *finest_trace; // of the total error, or NULL
+    const Parts *parts;       // where what has ended is kept, and shared; NULL: nowhere
 } StudyContext;
 
 // Prepares a study; reads only the log and builds the scene once to examine its body. `scene` and
@@ -112,6 +114,8 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
 void study_destroy(StudyContext *context);
 // Frees the references, if any.
 void study_forget_references(StudyContext *context);
+// Returns a hash of all that the results depend on, but for files that the scene names.
+uint64_t study_key(const StudyContext *context, const StudyCase *cases, int count);
 // Sets what is known before the first run: names, inputs, the machine.
 void study_describe(const StudyContext *context, StudyResult *result);
 

@@ -16,7 +16,7 @@ typedef struct StudyArguments {
     StudyOptions study;
     FitOptions fit;
     const char *prefix;
-    bool list;
+    bool list, resume;
 } StudyArguments;
 
 // --- options -------------------------------------------------------------------------------------
@@ -66,6 +66,9 @@ static const ArgumentRow ROWS[] = {
     {"repeat", 0, ARGUMENT_INTEGER, "N", AT(study.repeats), 1, STUDY_REPEATS, .preset = 3,
      .help = "Runs per case, for the spread of its cost"},
     {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_ISA, .offset = AT(study.isa)},
+    {"continue", 0, ARGUMENT_FLAG, NULL, AT(resume),
+     .help = "Continue a study in its folder that was interrupted, or take part in it: any number "
+             "of processes that see the folder share its cases"},
     {"out", 0, ARGUMENT_TEXT, "FOLDER", AT(study.out_folder),
      .help = "Folder for tables and pictures, instead of study-NAME or fit-NAME"},
     {"lcm-url", 'l', ARGUMENT_TEXT, "URL", .idle = true,
@@ -101,8 +104,8 @@ static bool check(void *target, Status *why)
     if (fit->table_path != NULL)
         return check_fit(fit, study->scene_path,
                          study->input_log != NULL || study->only != NULL || study->quick ||
-                             arguments->list || study->duration_s > 0.0 || study->rate_hz > 0.0 ||
-                             arguments->prefix != NULL,
+                             arguments->list || arguments->resume || study->duration_s > 0.0 ||
+                             study->rate_hz > 0.0 || arguments->prefix != NULL,
                          why);
     if (strcmp(fit->model, "solid") != 0 || fit->thickness > 0.0)
         return status_fail(why, STATUS_INVALID,
@@ -122,82 +125,130 @@ static const ArgumentTable TABLE = {
 
 // --- the study -----------------------------------------------------------------------------------
 
+// What is shown and written while a study runs.
+typedef struct Follow {
+    Progress progress;
+    const StudyContext *context;
+    const char *folder;
+    int count; // of cases
+} Follow;
+
 static void print_reference(void *user, int done, int count, const char *what)
 {
+    Follow *follow = user;
     char words[128];
     snprintf(words, sizeof words, "reference: %.110s", what);
-    report_progress(user, done, count, words);
+    report_progress(&follow->progress, done, count, words);
 }
 
 static void print_case(void *user, int done, int count, const StudyRun *run)
 {
-    report_progress(user, done, count, run->what.name);
+    Follow *follow = user;
+    report_progress(&follow->progress, done, count, run->what.name);
+    report_ended(follow->context->parts, follow->count, follow->folder);
 }
 
-// Makes the references, then runs the cases; the first rank gets the complete result.
-static bool measure(StudyContext *context, const StudyCase *cases, int count, StudyResult *result,
-                    Status *status)
+// Makes the references, then runs the cases.
+static bool measure(StudyContext *context, const StudyCase *cases, int count, const char *folder,
+                    StudyResult *result, Status *status)
 {
-    Progress progress;
+    Follow follow = {.context = context, .folder = folder, .count = count};
     // References first: every case is compared with one.
-    report_begin(&progress);
+    report_begin(&follow.progress);
     bool ok =
-        ranks_make_references(context, cases, count, ranks_is_first() ? print_reference : NULL,
-                              &progress, result, status);
-    progress_end(&progress);
+        study_make_references(context, cases, count, print_reference, &follow, result, status);
+    progress_end(&follow.progress);
     if (!ok)
         return false;
-    report_begin(&progress);
-    ok = ranks_run_all(context, cases, count, context->options.jobs,
-                       ranks_is_first() ? print_case : NULL, &progress, result, status);
-    progress_end(&progress);
-    if (ok && ranks_is_first())
-        result->nudged = study_nudge(context, &cases[0]);
-    return ok;
+    report_begin(&follow.progress);
+    ok = study_run_all(context, cases, count, context->options.jobs, print_case, &follow, result,
+                       status);
+    progress_end(&follow.progress);
+    return ok && study_nudge(context, &cases[0], &result->nudged, status);
 }
 
-static bool run_study(const Scene *scene, const StudyArguments *arguments, Status *status)
+// Of several processes one writes the report: the first that claims it, or the next if that dies.
+static bool report_once(const Parts *parts, const StudyResult *result, const Scene *scene,
+                        const StudyOptions *options, const char *folder, Status *status)
 {
-    // The cases; with --list that is all.
-    static StudyCase cases[STUDY_CASES];
-    static StudyContext context;
-    int count = study_make_cases(scene, &arguments->study, cases);
-    if (arguments->list) {
-        table_print_cases(cases, count, stdout);
+    while (!parts_complete(parts)) {
+        const int claim = parts_claim(parts, REPORT_CLAIM);
+        if (claim < 0) {
+            parts_wait();
+            continue;
+        }
+        const bool ok = parts_complete(parts) || report_all(result, scene, options, folder, status);
+        if (ok)
+            parts_finish(parts);
+        parts_release(claim);
+        return ok;
+    }
+    return true;
+}
+
+// The study of this process, alone or with others.
+typedef struct Share {
+    StudyContext context;
+    StudyCase cases[STUDY_CASES];
+    int count;
+    char folder[RESULTS_PATH];
+    Parts parts;
+} Share;
+
+static bool open_parts(Share *share, const StudyArguments *arguments, bool fresh, Status *status)
+{
+    const uint64_t key = study_key(&share->context, share->cases, share->count);
+    return report_make_folder(share->context.given->name, arguments->study.out_folder,
+                              share->folder, status) &&
+           parts_open(&share->parts, share->folder, key, fresh, status);
+}
+
+static bool run_share(Share *share, Status *status)
+{
+    StudyContext *context = &share->context;
+    if (parts_complete(&share->parts)) {
+        printf("%s: complete, nothing is left to run\n", share->folder);
         return true;
     }
     StudyResult *result = calloc(1, sizeof *result);
     if (result == NULL)
         return status_fail(status, STATUS_FAILED, "pliant-study: no memory");
-    // Only the first rank writes.
-    char folder[RESULTS_PATH];
-    bool ok = study_prepare(&context, scene, &arguments->study, status);
-    if (ok && ranks_is_first())
-        ok = results_make_folder(&REPORT_STUDY, scene->name, arguments->study.out_folder, folder,
-                                 status);
-    if (ok) {
-        study_describe(&context, result);
-        ok = measure(&context, cases, count, result, status);
-    }
-    if (ok && ranks_is_first())
-        ok = report_all(result, scene, &context.options, folder, status);
-    study_destroy(&context);
+    context->parts = &share->parts;
+    study_describe(context, result);
+    const bool ok = measure(context, share->cases, share->count, share->folder, result, status) &&
+                    report_once(&share->parts, result, context->given, &context->options,
+                                share->folder, status);
     free(result);
     return ok;
 }
 
-static void run(const StudyArguments *arguments, Status *status)
+// Reads the scene; with --list that is all. Else prepares the study, whose parts the first rank
+// opens before the others.
+static bool prepare(const StudyArguments *arguments, int rank, Scene *scene, Share *share,
+                    Status *status)
 {
-    Scene scene = {0};
-    realtime_flush_denormals();
-    if (arguments->fit.table_path != NULL) {
-        if (ranks_is_first())
-            fit_run(&arguments->fit, status);
-        return;
+    if (!scene_read(arguments->study.scene_path, scene, status) ||
+        !scene_override(scene, arguments->study.rate_hz, arguments->prefix, status))
+        return false;
+    share->count = study_make_cases(scene, &arguments->study, share->cases);
+    if (arguments->list) {
+        if (rank == 0)
+            table_print_cases(share->cases, share->count, stdout);
+        return false;
     }
-    if (scene_read(arguments->study.scene_path, &scene, status) &&
-        scene_override(&scene, arguments->study.rate_hz, arguments->prefix, status))
-        run_study(&scene, arguments, status);
+    return study_prepare(&share->context, scene, &arguments->study, status) &&
+           (rank > 0 || open_parts(share, arguments, !arguments->resume, status));
+}
+
+static void run(const StudyArguments *arguments, int rank, Status *status)
+{
+    static Scene scene;
+    static Share share = {.parts.study = -1};
+    const bool prepared = prepare(arguments, rank, &scene, &share, status);
+    if (ranks_go(prepared) && (rank == 0 || open_parts(&share, arguments, false, status)))
+        run_share(&share, status);
+    parts_close(&share.parts);
+    study_destroy(&share.context);
     scene_destroy(&scene);
 }
 
@@ -205,13 +256,20 @@ int main(int argc, char **argv)
 {
     log_set_program("pliant-study");
     log_set_level(LOG_ERROR); // pliantd reports what is clamped or repaired
-    ranks_begin(&argc, &argv);
+    realtime_flush_denormals();
     static StudyArguments arguments = {.study.isa = "auto"};
     Status status = {0};
-    if (arguments_parse(&TABLE, argc, argv, &arguments, &status))
-        run(&arguments, &status);
-    if (ranks_is_first())
+    const int rank = ranks_begin(&argc, &argv);
+    const bool runs = arguments_parse(&TABLE, argc, argv, &arguments, &status);
+    const bool fits = runs && arguments.fit.table_path != NULL;
+    if (runs && !fits)
+        run(&arguments, rank, &status);
+    else
+        ranks_go(false);
+    if (fits && rank == 0)
+        fit_run(&arguments.fit, &status);
+    // What the first rank refused it has said.
+    if (rank == 0 || status.code == STATUS_FAILED)
         arguments_exit(&status);
-    ranks_end(status.code);
     return (int)status.code;
 }

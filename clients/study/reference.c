@@ -37,6 +37,8 @@ typedef struct Plan {
     int task_count, done;
     size_t trace_bytes;
     bool stiff; // explicit methods would take too long
+    int mesh_count;
+    StudyMesh mesh[STUDY_MESHES]; // the context's
     StudyReferenceProgress *progress;
     void *user;
 } Plan;
@@ -286,13 +288,10 @@ static void add_tasks(Plan *plan, int list)
     }
 }
 
-static Plan *make_plan(StudyContext *context, const StudyCase *cases, int count)
+static void make_plan(Plan *plan, const StudyCase *cases, int count)
 {
-    Plan *plan = calloc(1, sizeof *plan);
-    if (plan == NULL)
-        return NULL;
+    StudyContext *context = plan->context;
     // How large a result is, and how small the steps of the cases are.
-    plan->context = context;
     plan->trace_bytes = study_trace_bytes(context->sample_count, context->points.count);
     double step = smallest_step(cases, count, context->options.quick);
     plan->stiff = is_stiff(plan);
@@ -322,7 +321,65 @@ static Plan *make_plan(StudyContext *context, const StudyCase *cases, int count)
         if (plan->list[m].wanted)
             add_tasks(plan, m);
     }
-    return plan;
+    plan->mesh_count = context->mesh_count;
+    memcpy(plan->mesh, context->mesh, sizeof plan->mesh);
+}
+
+// --- one plan for all processes: it depends on times that are measured ---
+
+typedef struct Planning {
+    StudyContext *context;
+    const StudyCase *cases;
+    int count;
+    Plan *plan;
+} Planning;
+
+static void run_planning(void *user, int task, void *result)
+{
+    const Planning *planning = user;
+    Plan *plan = result;
+    (void)task;
+    plan->context = planning->context;
+    make_plan(plan, planning->cases, planning->count);
+    plan->context = NULL; // an address is of one process
+}
+
+static void lose_planning(void *user, int task, void *result, const char *why)
+{
+    (void)user, (void)task, (void)why;
+    memset(result, 0, sizeof(Plan)); // no reference
+}
+
+static void planning_done(void *user, int task, const void *result, const char *why)
+{
+    Planning *planning = user;
+    (void)task, (void)why;
+    memcpy(planning->plan, result, sizeof *planning->plan);
+}
+
+// Returns NULL with `status` if memory runs out.
+static Plan *share_plan(StudyContext *context, const StudyCase *cases, int count, Status *status)
+{
+    Planning planning = {
+        .context = context, .cases = cases, .count = count, .plan = calloc(1, sizeof(Plan))};
+    const Pool pool = {.task_count = 1,
+                       .jobs = 1,
+                       .result_bytes = sizeof(Plan),
+                       .user = &planning,
+                       .run = run_planning,
+                       .done = planning_done};
+    if (planning.plan == NULL) {
+        status_fail(status, STATUS_FAILED, "out of memory");
+        return NULL;
+    }
+    if (!parts_run(context->parts, "plan", &pool, lose_planning, status)) {
+        free(planning.plan);
+        return NULL;
+    }
+    planning.plan->context = context;
+    context->mesh_count = planning.plan->mesh_count;
+    memcpy(context->mesh, planning.plan->mesh, sizeof context->mesh);
+    return planning.plan;
 }
 
 static void destroy_plan(Plan *plan)
@@ -362,6 +419,14 @@ static void run_task(void *user, int task, void *result)
     reply->verdict = run.verdict;
     reply->time_step = run.time_step;
     snprintf(reply->why, sizeof reply->why, "%s", run.why);
+}
+
+static void lose_task(void *user, int task, void *result, const char *why)
+{
+    Reply *reply = result;
+    (void)user, (void)task;
+    reply->verdict = STUDY_BAD;
+    snprintf(reply->why, sizeof reply->why, "%s", why);
 }
 
 static void task_done(void *user, int task, const void *result, const char *why)
@@ -417,9 +482,9 @@ bool study_make_references(StudyContext *context, const StudyCase *cases, int co
                            Status *status)
 {
     study_forget_references(context);
-    Plan *plan = make_plan(context, cases, count);
+    Plan *plan = share_plan(context, cases, count, status);
     if (plan == NULL)
-        return status_fail(status, STATUS_FAILED, "out of memory");
+        return false;
     // All runs of all references are tasks of one pool.
     plan->progress = progress;
     plan->user = user;
@@ -435,7 +500,7 @@ bool study_make_references(StudyContext *context, const StudyCase *cases, int co
     // Run all, then keep what succeeded.
     if (progress != NULL)
         progress(user, 0, plan->task_count, text);
-    bool ok = pool_run(&pool, status);
+    bool ok = parts_run(context->parts, "reference", &pool, lose_task, status);
     for (int l = 0; l < LISTS && ok; l++)
         conclude(&plan->list[l]);
     for (int m = 0; m < context->mesh_count && ok; m++) {

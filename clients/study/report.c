@@ -2,8 +2,10 @@
 #include "study/report.h"
 
 #include "io/data_file.h"
+#include "study/run.h"
 #include "study/scene_keys.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <time.h>
@@ -37,11 +39,37 @@ void report_progress(Progress *progress, int done, int count, const char *what)
 
 // --- files ---------------------------------------------------------------------------------------
 
-const ResultNames REPORT_STUDY = {.kind = "study",
+static const ResultNames NAMES = {.kind = "study",
                                   .mark = STUDY_RUNS_MARK,
                                   .file = {"runs.tsv", "references.tsv", "study.h5", "study.gp",
                                            "advice.cfg", "advised.cfg", "time.png", "time.svg",
                                            "total.png", "total.svg"}};
+
+bool report_make_folder(const char *scene, const char *wanted, char folder[RESULTS_PATH],
+                        Status *status)
+{
+    return results_make_folder(&NAMES, scene, wanted, folder, status);
+}
+
+void report_ended(const Parts *parts, int count, const char *folder)
+{
+    char path[RESULTS_PATH];
+    Status ignored = {0};
+    // One process at a time: another's table has the rows of all, too.
+    const int claim = parts_claim(parts, REPORT_CLAIM);
+    if (claim < 0)
+        return;
+    StudyResult *ended = calloc(1, sizeof *ended);
+    for (int i = 0; i < count && ended != NULL; i++)
+        ended->run_count +=
+            parts_load(parts, STUDY_CASE_PART, i, &ended->run[ended->run_count], sizeof(StudyRun));
+    // The whole table may be there by now. If this one cannot be written, nor can that, which says
+    // so.
+    if (ended != NULL && !parts_complete(parts))
+        study_save_runs(ended, results_path(path, folder, "runs.tsv"), &ignored);
+    free(ended);
+    parts_release(claim);
+}
 
 static bool save_tables(const StudyResult *result, const Scene *scene, const char *folder,
                         Status *status)

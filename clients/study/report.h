@@ -3,6 +3,7 @@
 #define PLIANT_STUDY_REPORT_H
 
 #include "fit/results.h"
+#include "study/parts.h"
 #include "study/study.h"
 
 #include <stdbool.h>
@@ -83,7 +84,13 @@ const char *progress_clock(double seconds, char *text);
 void report_begin(Progress *progress);
 void report_progress(Progress *progress, int done, int count, const char *what);
 
-extern const ResultNames REPORT_STUDY;
+// Makes the folder of a study (results.h): `wanted`, or study-SCENE.
+bool report_make_folder(const char *scene, const char *wanted, char folder[RESULTS_PATH],
+                        Status *status);
+// The claim of the process that writes the tables.
+#define REPORT_CLAIM "report"
+// Writes runs.tsv with those of `count` cases that have ended, in any process.
+void report_ended(const Parts *parts, int count, const char *folder);
 
 // Prints table and advice; writes runs.tsv, references.tsv, study.h5, the pictures and, if a case
 // is advised, advice.cfg (its keys) and advised.cfg (the scene with them). `options` as in the

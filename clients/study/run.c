@@ -397,7 +397,7 @@ static bool nudge_inputs(StudyContext *context)
     return true;
 }
 
-StudyErrors study_nudge(const StudyContext *context, const StudyCase *what)
+static StudyErrors measure_nudge(const StudyContext *context, const StudyCase *what)
 {
     StudyErrors moved = study_no_errors();
     StudyContext nudged = *context;
@@ -416,6 +416,46 @@ StudyErrors study_nudge(const StudyContext *context, const StudyCase *what)
     return moved;
 }
 
+typedef struct Nudge {
+    const StudyContext *context;
+    const StudyCase *what;
+    StudyErrors moved;
+} Nudge;
+
+static void run_nudge(void *user, int task, void *result)
+{
+    const Nudge *nudge = user;
+    (void)task;
+    *(StudyErrors *)result = measure_nudge(nudge->context, nudge->what);
+}
+
+static void lose_nudge(void *user, int task, void *result, const char *why)
+{
+    (void)user, (void)task, (void)why;
+    *(StudyErrors *)result = study_no_errors();
+}
+
+static void nudge_done(void *user, int task, const void *result, const char *why)
+{
+    (void)task, (void)why;
+    ((Nudge *)user)->moved = *(const StudyErrors *)result;
+}
+
+bool study_nudge(const StudyContext *context, const StudyCase *what, StudyErrors *moved,
+                 Status *status)
+{
+    Nudge nudge = {.context = context, .what = what, .moved = study_no_errors()};
+    const Pool pool = {.task_count = 1,
+                       .jobs = 1,
+                       .result_bytes = sizeof(StudyErrors),
+                       .user = &nudge,
+                       .run = run_nudge,
+                       .done = nudge_done};
+    const bool ok = parts_run(context->parts, "nudge", &pool, lose_nudge, status);
+    *moved = nudge.moved;
+    return ok;
+}
+
 // --- all cases -----------------------------------------------------------------------------------
 
 typedef struct Schedule {
@@ -427,7 +467,7 @@ typedef struct Schedule {
     StudyResult *result;
 } Schedule;
 
-static void lose(StudyRun *run, const StudyCase *what, StudyVerdict verdict, const char *why)
+static void lose_run(StudyRun *run, const StudyCase *what, StudyVerdict verdict, const char *why)
 {
     memset(run, 0, sizeof *run);
     run->what = *what;
@@ -441,7 +481,14 @@ static void run_task(void *user, int task, void *result)
     const Schedule *schedule = user;
     const StudyCase *what = &schedule->cases[task];
     if (!study_run_case(schedule->context, what, result))
-        lose(result, what, STUDY_SKIPPED, "out of memory");
+        lose_run(result, what, STUDY_SKIPPED, "out of memory");
+}
+
+static void lose(void *user, int task, void *result, const char *why)
+{
+    const Schedule *schedule = user;
+    lose_run(result, &schedule->cases[task],
+             strcmp(why, POOL_TOO_LONG) == 0 ? STUDY_SKIPPED : STUDY_BAD, why);
 }
 
 static void task_done(void *user, int task, const void *result, const char *why)
@@ -451,8 +498,7 @@ static void task_done(void *user, int task, const void *result, const char *why)
     if (result != NULL)
         memcpy(run, result, sizeof *run);
     else
-        lose(run, &schedule->cases[task],
-             strcmp(why, POOL_TOO_LONG) == 0 ? STUDY_SKIPPED : STUDY_BAD, why);
+        lose(user, task, run, why);
     schedule->done++;
     if (schedule->progress != NULL)
         schedule->progress(schedule->user, schedule->done, schedule->count, run);
@@ -476,5 +522,5 @@ bool study_run_all(const StudyContext *context, const StudyCase *cases, int coun
                        .run = run_task,
                        .done = task_done};
     result->run_count = count;
-    return pool_run(&pool, status);
+    return parts_run(context->parts, STUDY_CASE_PART, &pool, lose, status);
 }

@@ -46,18 +46,25 @@ bool study_run_case(const StudyContext *context, const StudyCase *what, StudyRun
 bool study_trace_case(const StudyContext *context, const StudyCase *what, int repeats,
                       StudyRun *run, StudyTrace *trace);
 
-// Returns how far a case moves if loads, the way of the press or, without both, gravity are larger
-// by STUDY_NUDGE: a body that buckles amplifies it. NAN: with a log, or if a run fails.
-StudyErrors study_nudge(const StudyContext *context, const StudyCase *what);
+// Measures how far a case moves if loads, the way of the press or, without both, gravity are larger
+// by STUDY_NUDGE: a body that buckles amplifies it. NAN: with a log, or if a run fails. Returns
+// false with `status` if memory runs out.
+bool study_nudge(const StudyContext *context, const StudyCase *what, StudyErrors *moved,
+                 Status *status);
 
 // Runs all cases of a study, several at a time.
+
+// The kind of the parts that are cases, each a StudyRun.
+#define STUDY_CASE_PART "case"
 
 // Receives a finished case; in the parent, in order of completion.
 typedef void StudyProgress(void *user, int done, int count, const StudyRun *run);
 
 // Runs the cases with up to `jobs` processes. result->run [count] are in the order of the cases,
 // and the same (except for times) for any number of jobs. A case whose process dies is STUDY_BAD,
-// one that takes too long STUDY_SKIPPED. Needs the references. `progress` may be NULL.
+// one that takes too long STUDY_SKIPPED. Needs the references. `progress` may be NULL. With
+// context->parts, cases that have ended are not run again, and those of other processes are waited
+// for.
 bool study_run_all(const StudyContext *context, const StudyCase *cases, int count, int jobs,
                    StudyProgress *progress, void *user, StudyResult *result, Status *status);
 
@@ -80,25 +87,14 @@ bool study_make_references(StudyContext *context, const StudyCase *cases, int co
 
 // --- ranks of MPI --------------------------------------------------------------------------------
 
-// A study on several machines: with the build option PLIANT_MPI the ranks of mpirun share the
-// cases, and the result is the same except for times. Without it there is one rank. The only file
-// that uses MPI.
+// With the build option PLIANT_MPI, mpirun starts several processes that share a study by its parts
+// (parts.h). MPI says who begins it; from then on a rank is a process like any other, whose death
+// ends nothing but itself.
 
-// Called first and last by main. A code other than STATUS_OK ends the other ranks, which may be
-// waiting for this one.
-void ranks_begin(int *argc, char ***argv);
-void ranks_end(StatusCode code);
-// True for the rank that prints and writes files.
-bool ranks_is_first(void);
-int ranks_count(void);
-
-// Like study_make_references: the first rank makes them and sends them to the others.
-bool ranks_make_references(StudyContext *context, const StudyCase *cases, int count,
-                           StudyReferenceProgress *progress, void *user, StudyResult *result,
-                           Status *status);
-// Like study_run_all; with several ranks, each runs one case at a time, whatever `jobs` is, and
-// only the first gets the whole result and reports progress.
-bool ranks_run_all(const StudyContext *context, const StudyCase *cases, int count, int jobs,
-                   StudyProgress *progress, void *user, StudyResult *result, Status *status);
+// Called first by main; returns this process's rank, 0 without mpirun.
+int ranks_begin(int *argc, char ***argv);
+// Called once by every rank, also after a failure: returns true if all ranks pass true, when the
+// first has made the folder. Leaves MPI.
+bool ranks_go(bool ok);
 
 #endif

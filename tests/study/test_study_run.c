@@ -229,7 +229,9 @@ TEST(a_nudge_moves_a_sheet_by_as_much)
     StudyCase what = study_scene_case(&bench.scene);
     what.precision = PRECISION_DOUBLE;
     what.is_scene = false;
-    const StudyErrors moved = study_nudge(&bench.context, &what);
+    StudyErrors moved;
+    Status status = {0};
+    assert_true(study_nudge(&bench.context, &what, &moved, &status));
     print_message("moved by %.3g\n", moved.patch);
     expect_at_least(moved.patch, 0.2 * STUDY_NUDGE); // its springs stiffen
     expect_at_most(moved.patch, 1.5 * STUDY_NUDGE);
