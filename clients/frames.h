@@ -4,6 +4,8 @@
 #ifndef PLIANT_CLIENTS_FRAMES_H
 #define PLIANT_CLIENTS_FRAMES_H
 
+#include "base/mesh_columns.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -70,8 +72,7 @@ typedef struct MeshParts {
     int64_t utime; // of its newest chunk
     int32_t sequence, topology, chunk_count;
     int node_count, triangle_count;
-    int32_t *triangle, *id, *origin, *parent, *piece;
-    int8_t *level;
+    MESH_COLUMNS(MESH_NUMBERS)
     FramesParts nodes, triangles;
     bool started, done; // done: complete, or given up
 } MeshParts;
@@ -82,8 +83,8 @@ typedef struct MeshChange {
     int32_t sequence, from_topology, topology, chunk_count;
     int node_count, triangle_count; // of the resulting mesh
     FramesParts chunks;
-    int32_t *node;     // [7 nodes] slot, id, origin, parents, piece, level
-    int32_t *triangle; // [4 triangles] slot, corners
+    int32_t *node_slot, *triangle_slot; // [nodes], [triangles]
+    MESH_COLUMNS(MESH_NUMBERS)          // of those slots
     int nodes, triangles, node_capacity, triangle_capacity;
     bool started, done;
 } MeshChange;
@@ -95,12 +96,7 @@ typedef struct MeshFrame {
     int64_t utime; // of the message that last changed it [us], the server's clock
     int32_t topology;
     int node_count, triangle_count;
-    int32_t *triangle; // [3 triangle_count], node slots; 0 0 0: a free slot
-    int32_t *id;       // [node_count]; -1: a free slot
-    int32_t *origin;   // [node_count] the id that a duplicate was split from, else its own
-    int32_t *parent;   // [2 node_count] ids
-    int32_t *piece;    // [node_count]
-    int8_t *level;     // [node_count] at which the node was created
+    MESH_COLUMNS(MESH_NUMBERS) // [3 triangle_count], [node_count], [2 node_count] and so on
     // bookkeeping
     MeshParts next;
     MeshChange change;

@@ -38,24 +38,22 @@ static bool mesh_valid(const pliant_mesh_t *chunk)
            all_inside(chunk->triangle, chunk->num_indices, 0, chunk->node_count);
 }
 
-static void free_parts(MeshParts *next)
+// Frees the columns of anything that has them.
+#define FREE_COLUMN(name, ...) free(of->name);
+
+static void free_parts(MeshParts *of)
 {
-    free(next->triangle);
-    free(next->id);
-    free(next->origin);
-    free(next->parent);
-    free(next->piece);
-    free(next->level);
+    MESH_COLUMNS(FREE_COLUMN)
 }
 
-static void free_mesh(MeshFrame *frame)
+static void free_change(MeshChange *of)
 {
-    free(frame->triangle);
-    free(frame->id);
-    free(frame->origin);
-    free(frame->parent);
-    free(frame->piece);
-    free(frame->level);
+    MESH_COLUMNS(FREE_COLUMN)
+}
+
+static void free_mesh(MeshFrame *of)
+{
+    MESH_COLUMNS(FREE_COLUMN)
 }
 
 static void mesh_begin(MeshFrame *frame, const pliant_mesh_t *chunk)
@@ -65,13 +63,10 @@ static void mesh_begin(MeshFrame *frame, const pliant_mesh_t *chunk)
     frame->lost += next->started && !next->done;
     free_parts(next);
     // Memory for what it announces; the sizes were checked.
-    size_t nodes = (size_t)chunk->node_count;
-    next->triangle = frames_allocate(3 * (size_t)chunk->triangle_count, sizeof(int32_t));
-    next->id = frames_allocate(nodes, sizeof(int32_t));
-    next->origin = frames_allocate(nodes, sizeof(int32_t));
-    next->parent = frames_allocate(2 * nodes, sizeof(int32_t));
-    next->piece = frames_allocate(nodes, sizeof(int32_t));
-    next->level = frames_allocate(nodes, sizeof(int8_t));
+    const size_t nodes = (size_t)chunk->node_count, triangles = (size_t)chunk->triangle_count;
+#define ALLOCATE_COLUMN(name, type, width, of, ...)                                                \
+    next->name = frames_allocate((width)*MESH_SLOTS_##of(nodes, triangles), sizeof(type));
+    MESH_COLUMNS(ALLOCATE_COLUMN)
     parts_begin(&next->nodes, chunk->node_count);
     parts_begin(&next->triangles, chunk->triangle_count);
     // What all its chunks must say alike.
@@ -104,14 +99,10 @@ static void mesh_replace(MeshFrame *frame)
     MeshParts *next = &frame->next;
     // The arrays change their owner: nothing is copied.
     free_mesh(frame);
-    frame->triangle = next->triangle;
-    frame->id = next->id;
-    frame->origin = next->origin;
-    frame->parent = next->parent;
-    frame->piece = next->piece;
-    frame->level = next->level;
-    next->triangle = next->id = next->origin = next->parent = next->piece = NULL;
-    next->level = NULL;
+#define MOVE_COLUMN(name, ...)                                                                     \
+    frame->name = next->name;                                                                      \
+    next->name = NULL;
+    MESH_COLUMNS(MOVE_COLUMN)
     // And what the mesh is.
     frame->utime = next->utime;
     frame->topology = next->topology;
@@ -121,10 +112,10 @@ static void mesh_replace(MeshFrame *frame)
 }
 
 // An empty array's pointer may be NULL, which memcpy must not get.
-static void copy(int32_t *to, const int32_t *from, int32_t count)
+static void copy(void *to, const void *from, size_t bytes)
 {
-    if (count)
-        memcpy(to, from, sizeof *to * (size_t)count);
+    if (bytes > 0)
+        memcpy(to, from, bytes);
 }
 
 static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
@@ -148,13 +139,12 @@ static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
         return FRAMES_STALE; // a repeated chunk must not change a completed mesh
     // Copy the chunk's share of triangles and nodes to where it belongs.
     next->utime = chunk->utime;
-    copy(next->triangle + 3 * (size_t)chunk->first_triangle, chunk->triangle, chunk->num_indices);
-    copy(next->id + chunk->first_node, chunk->id, chunk->num_nodes);
-    copy(next->origin + chunk->first_node, chunk->origin, chunk->num_nodes);
-    copy(next->parent + 2 * (size_t)chunk->first_node, chunk->parent, chunk->num_parents);
-    copy(next->piece + chunk->first_node, chunk->piece, chunk->num_nodes);
-    if (chunk->num_nodes)
-        memcpy(next->level + chunk->first_node, chunk->level, (size_t)chunk->num_nodes);
+    const size_t node = (size_t)chunk->first_node, triangle = (size_t)chunk->first_triangle;
+    const size_t nodes = (size_t)chunk->num_nodes, triangles = (size_t)chunk->num_indices / 3;
+#define COPY_COLUMN(name, type, width, of, empty, sent, ...)                                       \
+    MESH_IF_SENT(sent, copy(next->name + (width)*MESH_SLOTS_##of(node, triangle), chunk->name,     \
+                            (width)*MESH_SLOTS_##of(nodes, triangles) * sizeof(type));)
+    MESH_COLUMNS(COPY_COLUMN)
     // The mesh is shown only when all of it has come.
     parts_mark(&next->triangles, chunk->first_triangle, chunk->num_indices / 3);
     parts_mark(&next->nodes, chunk->first_node, chunk->num_nodes);
@@ -208,53 +198,47 @@ static void change_begin(MeshFrame *frame, const pliant_mesh_delta_t *chunk)
     change->done = false;
 }
 
-enum { NODE_COLUMNS = 7, TRIANGLE_COLUMNS = 4 };
-
-static int32_t *make_room(int32_t *rows, int columns, int count, int *capacity)
+static void *grow(void *rows, size_t size, int capacity)
 {
-    if (count <= *capacity)
-        return rows;
-    *capacity = 2 * count;
-    rows = realloc(rows, sizeof *rows * (size_t)columns * (size_t)*capacity);
+    rows = realloc(rows, size * (size_t)capacity);
     if (!rows)
         abort(); // the counts are bounded: the machine itself is out of memory
     return rows;
 }
 
-static const int32_t *node_row(const MeshChange *change, int k)
+static void make_room(MeshChange *change, int nodes, int triangles)
 {
-    return change->node + NODE_COLUMNS * (size_t)k;
-}
-
-static const int32_t *triangle_row(const MeshChange *change, int k)
-{
-    return change->triangle + TRIANGLE_COLUMNS * (size_t)k;
+#define GROW_COLUMN(name, type, width)                                                             \
+    change->name = grow(change->name, (width) * sizeof(type), most);
+#define GROW_NODES(name, type, width, of, ...) MESH_IF_NODE(of, GROW_COLUMN(name, type, width))
+#define GROW_TRIANGLES(name, type, width, of, ...)                                                 \
+    MESH_IF_TRIANGLE(of, GROW_COLUMN(name, type, width))
+    if (nodes > change->node_capacity) {
+        const int most = change->node_capacity = 2 * nodes;
+        GROW_COLUMN(node_slot, int32_t, 1)
+        MESH_COLUMNS(GROW_NODES)
+    }
+    if (triangles > change->triangle_capacity) {
+        const int most = change->triangle_capacity = 2 * triangles;
+        GROW_COLUMN(triangle_slot, int32_t, 1)
+        MESH_COLUMNS(GROW_TRIANGLES)
+    }
 }
 
 static void change_add(MeshChange *change, const pliant_mesh_delta_t *chunk)
 {
-    // Nodes, one row each.
-    change->node = make_room(change->node, NODE_COLUMNS, change->nodes + chunk->num_nodes,
-                             &change->node_capacity);
-    for (int k = 0; k < chunk->num_nodes; k++) {
-        int32_t *row = change->node + NODE_COLUMNS * (size_t)change->nodes++;
-        row[0] = chunk->node_slot[k];
-        row[1] = chunk->id[k];
-        row[2] = chunk->origin[k];
-        row[3] = chunk->parent[2 * k];
-        row[4] = chunk->parent[2 * k + 1];
-        row[5] = chunk->piece[k];
-        row[6] = chunk->level[k];
-    }
-    // Triangles, likewise.
-    change->triangle =
-        make_room(change->triangle, TRIANGLE_COLUMNS, change->triangles + chunk->num_triangles,
-                  &change->triangle_capacity);
-    for (int k = 0; k < chunk->num_triangles; k++) {
-        int32_t *row = change->triangle + TRIANGLE_COLUMNS * (size_t)change->triangles++;
-        row[0] = chunk->triangle_slot[k];
-        memcpy(row + 1, chunk->triangle + 3 * k, 3 * sizeof *row);
-    }
+    make_room(change, change->nodes + chunk->num_nodes, change->triangles + chunk->num_triangles);
+    const size_t node = (size_t)change->nodes, triangle = (size_t)change->triangles;
+    const size_t nodes = (size_t)chunk->num_nodes, triangles = (size_t)chunk->num_triangles;
+    // Behind what came before: which slots, and their rows.
+    copy(change->node_slot + node, chunk->node_slot, nodes * sizeof(int32_t));
+    copy(change->triangle_slot + triangle, chunk->triangle_slot, triangles * sizeof(int32_t));
+#define ADD_COLUMN(name, type, width, of, empty, sent, ...)                                        \
+    MESH_IF_SENT(sent, copy(change->name + (width)*MESH_SLOTS_##of(node, triangle), chunk->name,   \
+                            (width)*MESH_SLOTS_##of(nodes, triangles) * sizeof(type));)
+    MESH_COLUMNS(ADD_COLUMN)
+    change->nodes += chunk->num_nodes;
+    change->triangles += chunk->num_triangles;
     change->utime = chunk->utime;
     parts_mark(&change->chunks, chunk->chunk, 1);
 }
@@ -268,7 +252,7 @@ static bool change_fits(const MeshFrame *frame)
     unsigned char *replaced = frames_allocate((size_t)change->triangle_count, 1);
     bool fits = true;
     for (int k = 0; k < change->triangles; k++)
-        replaced[triangle_row(change, k)[0]] = 1;
+        replaced[change->triangle_slot[k]] = 1;
     for (int t = 0; t < frame->triangle_count && t < change->triangle_count; t++)
         fits = fits && (replaced[t] ||
                         all_inside(frame->triangle + 3 * (size_t)t, 3, 0, change->node_count));
@@ -276,27 +260,14 @@ static bool change_fits(const MeshFrame *frame)
     return fits;
 }
 
-// Reallocates `old` rows of `columns` numbers to `count`; fills new ones with `fill`.
-static int32_t *resize(int32_t *rows, int columns, int old, int count, int32_t fill)
+// Reallocates `old` rows to `count`.
+static void *resize(void *rows, size_t size, int old, int count)
 {
     if (old == count)
         return rows;
-    size_t width = (size_t)columns;
-    int32_t *more = frames_allocate(width * (size_t)count, sizeof *more);
-    memcpy(more, rows, width * (size_t)(old < count ? old : count) * sizeof *more);
-    for (size_t k = width * (size_t)old; k < width * (size_t)count; k++)
-        more[k] = fill;
+    void *more = frames_allocate((size_t)count, size);
+    copy(more, rows, (size_t)(old < count ? old : count) * size);
     free(rows);
-    return more;
-}
-
-static int8_t *resize_levels(int8_t *level, int old, int count)
-{
-    if (old == count)
-        return level;
-    int8_t *more = frames_allocate((size_t)count, 1);
-    memcpy(more, level, (size_t)(old < count ? old : count));
-    free(level);
     return more;
 }
 
@@ -305,26 +276,32 @@ static void change_apply(MeshFrame *frame)
     // Arrays of the new sizes; new slots are free until they are written.
     const MeshChange *change = &frame->change;
     int nodes = change->node_count, triangles = change->triangle_count;
-    frame->id = resize(frame->id, 1, frame->node_count, nodes, -1);
-    frame->origin = resize(frame->origin, 1, frame->node_count, nodes, -1);
-    frame->parent = resize(frame->parent, 2, frame->node_count, nodes, -1);
-    frame->piece = resize(frame->piece, 1, frame->node_count, nodes, 0);
-    frame->level = resize_levels(frame->level, frame->node_count, nodes);
-    frame->triangle = resize(frame->triangle, 3, frame->triangle_count, triangles, 0);
+    const int old_nodes = frame->node_count, old_triangles = frame->triangle_count;
+#define RESIZE_COLUMN(name, type, width, of, empty, ...)                                           \
+    frame->name =                                                                                  \
+        resize(frame->name, (width) * sizeof(type), MESH_SLOTS_##of(old_nodes, old_triangles),     \
+               MESH_SLOTS_##of(nodes, triangles));                                                 \
+    for (int k = (width)*MESH_SLOTS_##of(old_nodes, old_triangles);                                \
+         k < (width)*MESH_SLOTS_##of(nodes, triangles); k++)                                       \
+        frame->name[k] = empty;
+    MESH_COLUMNS(RESIZE_COLUMN)
     frame->node_count = nodes;
     frame->triangle_count = triangles;
     // Write the changed slots.
+#define WRITE_ROW(name, type, width)                                                               \
+    memcpy(frame->name + (width) * (size_t)slot, change->name + (width) * (size_t)k,               \
+           (width) * sizeof(type));
+#define WRITE_NODE(name, type, width, of, empty, sent, ...)                                        \
+    MESH_IF_SENT(sent, MESH_IF_NODE(of, WRITE_ROW(name, type, width)))
+#define WRITE_TRIANGLE(name, type, width, of, empty, sent, ...)                                    \
+    MESH_IF_SENT(sent, MESH_IF_TRIANGLE(of, WRITE_ROW(name, type, width)))
     for (int k = 0; k < change->nodes; k++) {
-        const int32_t *row = node_row(change, k);
-        frame->id[row[0]] = row[1];
-        frame->origin[row[0]] = row[2];
-        memcpy(frame->parent + 2 * (size_t)row[0], row + 3, 2 * sizeof *row);
-        frame->piece[row[0]] = row[5];
-        frame->level[row[0]] = (int8_t)row[6];
+        const int slot = change->node_slot[k];
+        MESH_COLUMNS(WRITE_NODE)
     }
     for (int k = 0; k < change->triangles; k++) {
-        const int32_t *row = triangle_row(change, k);
-        memcpy(frame->triangle + 3 * (size_t)row[0], row + 1, 3 * sizeof *row);
+        const int slot = change->triangle_slot[k];
+        MESH_COLUMNS(WRITE_TRIANGLE)
     }
     frame->topology = change->topology;
     frame->utime = change->utime;
@@ -392,7 +369,8 @@ void mesh_frame_destroy(MeshFrame *frame)
     free(frame->next.nodes.seen);
     free(frame->next.triangles.seen);
     free(frame->change.chunks.seen);
-    free(frame->change.node);
-    free(frame->change.triangle);
+    free(frame->change.node_slot);
+    free(frame->change.triangle_slot);
+    free_change(&frame->change);
     *frame = (MeshFrame){0};
 }

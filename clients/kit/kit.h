@@ -23,8 +23,7 @@ typedef struct KitMesh {
     atomic_int uses;
     int32_t topology;
     int node_count, triangle_count;
-    int32_t *triangle, *id, *origin, *parent, *piece;
-    int8_t *level;
+    MESH_COLUMNS(MESH_NUMBERS)
 } KitMesh;
 
 typedef struct KitBody {

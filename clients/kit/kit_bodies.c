@@ -17,33 +17,28 @@ static bool same(const void *a, const void *b, size_t bytes)
     return bytes == 0 || memcmp(a, b, bytes) == 0;
 }
 
+#define COLUMN_BYTES(mesh, type, width, of, ...)                                                   \
+    ((size_t)MESH_SLOTS_##of((mesh)->node_count, (mesh)->triangle_count) * (width) * sizeof(type))
+
 // True if the copy is the mesh; a restarted server gives the numbers of topologies again.
 static bool mesh_is(const KitMesh *mesh, const MeshFrame *frame)
 {
-    const size_t nodes = (size_t)frame->node_count, ids = nodes * sizeof(int32_t);
-    return mesh && mesh->topology == frame->topology && mesh->node_count == frame->node_count &&
-           mesh->triangle_count == frame->triangle_count &&
-           same(mesh->triangle, frame->triangle,
-                3 * (size_t)frame->triangle_count * sizeof(int32_t)) &&
-           same(mesh->id, frame->id, ids) && same(mesh->origin, frame->origin, ids) &&
-           same(mesh->parent, frame->parent, 2 * ids) && same(mesh->piece, frame->piece, ids) &&
-           same(mesh->level, frame->level, nodes);
+    bool is = mesh && mesh->topology == frame->topology && mesh->node_count == frame->node_count &&
+              mesh->triangle_count == frame->triangle_count;
+#define SAME_COLUMN(name, ...)                                                                     \
+    is = is && same(mesh->name, frame->name, COLUMN_BYTES(frame, __VA_ARGS__));
+    MESH_COLUMNS(SAME_COLUMN)
+    return is;
 }
 
 // Returns a copy of the mesh, which is the caller's.
 static KitMesh *mesh_copy(const MeshFrame *from)
 {
-    const size_t nodes = (size_t)from->node_count, ids = nodes * sizeof(int32_t);
-    return kit_mesh_create(&(const KitMesh){
-        .topology = from->topology,
-        .node_count = from->node_count,
-        .triangle_count = from->triangle_count,
-        .triangle = kit_copy(from->triangle, 3 * (size_t)from->triangle_count * sizeof(int32_t)),
-        .id = kit_copy(from->id, ids),
-        .origin = kit_copy(from->origin, ids),
-        .parent = kit_copy(from->parent, 2 * ids),
-        .piece = kit_copy(from->piece, ids),
-        .level = kit_copy(from->level, nodes)});
+#define COPY_COLUMN(name, ...) .name = kit_copy(from->name, COLUMN_BYTES(from, __VA_ARGS__)),
+    return kit_mesh_create(&(const KitMesh){.topology = from->topology,
+                                            .node_count = from->node_count,
+                                            .triangle_count = from->triangle_count,
+                                            MESH_COLUMNS(COPY_COLUMN)});
 }
 
 // Hands the newest positions out if there is one of each node and the mesh is theirs.

@@ -26,12 +26,8 @@ void kit_mesh_release(KitMesh *mesh)
 {
     if (!mesh || atomic_fetch_sub(&mesh->uses, 1) > 1)
         return;
-    free(mesh->triangle);
-    free(mesh->id);
-    free(mesh->origin);
-    free(mesh->parent);
-    free(mesh->piece);
-    free(mesh->level);
+#define FREE_COLUMN(name, ...) free(mesh->name);
+    MESH_COLUMNS(FREE_COLUMN)
     free(mesh);
 }
 
@@ -54,12 +50,8 @@ const PliantBody *kit_frame_create(const PliantBody *body, KitMesh *mesh)
     frame->body.triangle_count = mesh->triangle_count;
     if (frame->body.first_wall > mesh->triangle_count)
         frame->body.first_wall = 0; // of another mesh
-    frame->body.triangle = mesh->triangle;
-    frame->body.id = mesh->id;
-    frame->body.origin = mesh->origin;
-    frame->body.parent = mesh->parent;
-    frame->body.piece = mesh->piece;
-    frame->body.level = mesh->level;
+#define POINT_AT_COLUMN(name, ...) frame->body.name = mesh->name;
+    MESH_COLUMNS(POINT_AT_COLUMN) // each has a member of PliantBody
     return &frame->body;
 }
 

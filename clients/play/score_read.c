@@ -92,9 +92,7 @@ typedef struct Follow {
     int cut_count;
     double before; // time of the last frame read [s]
     // memory for the largest mesh
-    int *node_id, *origin;
-    int (*parent)[2], (*triangle)[3];
-    signed char *level;
+    MeshColumns column;
     float *position;
 } Follow;
 
@@ -117,15 +115,14 @@ static bool take_mesh(Follow *follow, const TimelinePart *part, int body, int64_
     const RecordingFrame about = recording_reader_frame(part->reader, body, frame);
     RecordingTopology mesh;
     bool known;
-    if (!recording_reader_mesh(part->reader, body, frame, follow->node_id, follow->triangle, &mesh,
-                               status) ||
-        !recording_reader_nodes(part->reader, body, frame, follow->origin, follow->parent,
-                                follow->level, &known, status) ||
+    if (!recording_reader_mesh(part->reader, body, frame, follow->column.id,
+                               follow->column.triangle, &mesh, status) ||
+        !recording_reader_nodes(part->reader, body, frame, &follow->column, &known, status) ||
         !recording_reader_positions(part->reader, body, frame, follow->position, status))
         return false;
     if (known) {
-        mesh.node_origin = follow->origin;
-        mesh.node_parent = (const int(*)[2])follow->parent;
+        mesh.node_origin = follow->column.origin;
+        mesh.node_parent = (const int(*)[2])follow->column.parent;
     }
     const Severed severed = score_tissue_mesh(follow->tissue, &mesh, follow->position);
     ScoreCut *cut = find_cut(follow);
@@ -246,11 +243,10 @@ static bool read_body(const Timeline *timeline, int index, Score *score, Status 
     Follow follow = {.timeline = timeline, .name = body->name};
     const int first_wall = find_first_wall(timeline, body->name);
     timeline_most(timeline, index, &nodes, &triangles);
-    follow.node_id = score_allocate(nodes, sizeof *follow.node_id);
-    follow.origin = score_allocate(nodes, sizeof *follow.origin);
-    follow.parent = score_allocate(nodes, sizeof *follow.parent);
-    follow.level = score_allocate(nodes, sizeof *follow.level);
-    follow.triangle = score_allocate(triangles, sizeof *follow.triangle);
+#define ALLOCATE_ROWS(name, type, width, of, ...)                                                  \
+    follow.column.name =                                                                           \
+        score_allocate(MESH_SLOTS_##of(nodes, triangles), sizeof *follow.column.name);
+    MESH_COLUMNS(ALLOCATE_ROWS)
     follow.position = score_allocate(3 * (int64_t)nodes, sizeof *follow.position);
     list_cuts(timeline, &follow);
     // A body that no event says was cut is followed closely only if its ends differ.
@@ -269,11 +265,8 @@ static bool read_body(const Timeline *timeline, int index, Score *score, Status 
     }
     score_tissue_destroy(follow.tissue);
     free(follow.cut);
-    free(follow.node_id);
-    free(follow.origin);
-    free(follow.parent);
-    free(follow.level);
-    free(follow.triangle);
+#define FREE_ROWS(name, ...) free(follow.column.name);
+    MESH_COLUMNS(FREE_ROWS)
     free(follow.position);
     return ok;
 }

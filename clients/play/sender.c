@@ -30,20 +30,17 @@ void sender_create(Sender *sender, Client *client, Timeline *timeline)
     client_channel(client, "CONTACT", NULL, sender->contact_channel);
     for (int i = 0; i < sender->bodies; i++) {
         SenderBody *body = &sender->body[i];
-        const char *name = timeline_body(timeline, i);
+        const char *called = timeline_body(timeline, i);
         int nodes, triangles;
         timeline_most(timeline, i, &nodes, &triangles);
         body->at.frame = -1;
         body->position = allocate(nodes, 3 * sizeof *body->position);
-        body->id = allocate(nodes, sizeof *body->id);
-        body->origin = allocate(nodes, sizeof *body->origin);
-        body->parent = allocate(nodes, 2 * sizeof *body->parent);
-        body->piece = allocate(nodes, sizeof *body->piece);
-        body->level = allocate(nodes, sizeof *body->level);
-        body->triangle = allocate(triangles, sizeof *body->triangle);
-        client_channel(client, "NODES", name, body->nodes_channel);
-        client_channel(client, "MESH", name, body->mesh_channel);
-        client_channel(client, "WALLS", name, body->walls_channel);
+#define ALLOCATE_ROWS(name, type, width, of, ...)                                                  \
+    body->column.name = allocate(MESH_SLOTS_##of(nodes, triangles), sizeof *body->column.name);
+        MESH_COLUMNS(ALLOCATE_ROWS)
+        client_channel(client, "NODES", called, body->nodes_channel);
+        client_channel(client, "MESH", called, body->mesh_channel);
+        client_channel(client, "WALLS", called, body->walls_channel);
     }
 }
 
@@ -52,12 +49,8 @@ void sender_destroy(Sender *sender)
     for (int i = 0; i < sender->bodies; i++) {
         SenderBody *body = &sender->body[i];
         free(body->position);
-        free(body->id);
-        free(body->origin);
-        free(body->parent);
-        free(body->piece);
-        free(body->level);
-        free(body->triangle);
+#define FREE_ROWS(name, ...) free(body->column.name);
+        MESH_COLUMNS(FREE_ROWS)
     }
     free(sender->body);
     *sender = (Sender){0};
@@ -74,11 +67,11 @@ static void count(Sender *sender, int result)
 static void find_pieces(SenderBody *body)
 {
     const RecordingTopology *mesh = &body->mesh;
-    union_find_reset(body->piece, mesh->node_count);
+    union_find_reset(body->column.piece, mesh->node_count);
     for (int t = 0; t < mesh->triangle_count; t++)
         for (int k = 1; k < 3; k++)
-            union_find_join(body->piece, mesh->triangle[t][0], mesh->triangle[t][k]);
-    body->pieces = union_find_number(body->piece, mesh->node_count);
+            union_find_join(body->column.piece, mesh->triangle[t][0], mesh->triangle[t][k]);
+    body->pieces = union_find_number(body->column.piece, mesh->node_count);
 }
 
 static void start_mesh(SenderBody *body, bool repeats)
@@ -100,17 +93,18 @@ static bool read_mesh(Sender *sender, int index, const TimelineFrame *at, Status
 {
     SenderBody *body = &sender->body[index];
     bool known;
-    if (!timeline_mesh(sender->timeline, at, index, body->id, body->triangle, &body->mesh, status))
+    const MeshColumns *column = &body->column;
+    if (!timeline_mesh(sender->timeline, at, index, column->id, column->triangle, &body->mesh,
+                       status))
         return false;
     find_pieces(body);
-    if (!timeline_nodes(sender->timeline, at, index, body->origin, (int(*)[2])body->parent,
-                        body->level, &known, status))
+    if (!timeline_nodes(sender->timeline, at, index, column, &known, status))
         return false;
     if (!known) {
-        memcpy(body->origin, body->id, (size_t)body->mesh.node_count * sizeof *body->id);
+        memcpy(column->origin, column->id, (size_t)body->mesh.node_count * sizeof *column->id);
         for (int i = 0; i < body->mesh.node_count; i++)
-            body->parent[2 * i] = body->parent[2 * i + 1] = body->id[i];
-        memset(body->level, 0, (size_t)body->mesh.node_count * sizeof *body->level);
+            column->parent[i][0] = column->parent[i][1] = column->id[i];
+        memset(column->level, 0, (size_t)body->mesh.node_count * sizeof *column->level);
     }
     body->first_wall = timeline_first_wall(sender->timeline, at, index);
     return true;
@@ -195,7 +189,8 @@ static void send_mesh_chunk(Sender *sender, SenderBody *body)
                                       .first_wall = body->first_wall};
         count(sender, pliant_walls_t_publish(sender->client->lcm, body->walls_channel, &walls));
     }
-    // The generated type has no const; encoding only reads.
+#define POINT_AT_ROWS(name, type, width, of, empty, sent, ...)                                     \
+    MESH_IF_SENT(sent, .name = (type *)(body->column.name + MESH_SLOTS_##of(node, triangle)), )
     const pliant_mesh_t message = {.utime = client_utime(),
                                    .sequence = (int32_t)body->mesh_sequence,
                                    .topology = mesh->number,
@@ -205,15 +200,10 @@ static void send_mesh_chunk(Sender *sender, SenderBody *body)
                                    .chunk_count = chunks,
                                    .first_triangle = triangle,
                                    .num_indices = 3 * (triangle_end - triangle),
-                                   .triangle = body->triangle[triangle],
                                    .first_node = node,
                                    .num_nodes = node_end - node,
                                    .num_parents = 2 * (node_end - node),
-                                   .id = body->id + node,
-                                   .origin = body->origin + node,
-                                   .parent = body->parent + 2L * node,
-                                   .piece = body->piece + node,
-                                   .level = body->level + node};
+                                   MESH_COLUMNS(POINT_AT_ROWS)};
     count(sender, pliant_mesh_t_publish(sender->client->lcm, body->mesh_channel, &message));
 }
 

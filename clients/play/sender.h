@@ -17,10 +17,7 @@ typedef struct SenderBody {
     bool has_mesh;
     RecordingTopology mesh;
     int first_wall, pieces;
-    int *id, *parent, *piece; // [nodes], [2 nodes], [nodes]
-    int *origin;              // [nodes] the ids themselves where they were not recorded
-    int8_t *level;            // [nodes] likewise 0
-    int (*triangle)[3];
+    MeshColumns column; // where it was not recorded: the ids themselves, level 0
     // chunks under way: the mesh's first; next == chunks: none
     int mesh_next, mesh_chunks, nodes_next, nodes_chunks;
     bool repeats; // the mesh under way came before: nodes need not wait for it

@@ -414,12 +414,11 @@ bool timeline_mesh(Timeline *timeline, const TimelineFrame *at, int body, int *n
     return true;
 }
 
-bool timeline_nodes(Timeline *timeline, const TimelineFrame *at, int body, int *origin,
-                    int (*parent)[2], signed char *level, bool *known, Status *status)
+bool timeline_nodes(Timeline *timeline, const TimelineFrame *at, int body, const MeshColumns *to,
+                    bool *known, Status *status)
 {
     const Part *part = &timeline->part[at->part];
-    return recording_reader_nodes(part->reader, part->body[body], at->frame, origin, parent, level,
-                                  known, status);
+    return recording_reader_nodes(part->reader, part->body[body], at->frame, to, known, status);
 }
 
 int timeline_first_wall(const Timeline *timeline, const TimelineFrame *at, int body)

@@ -67,8 +67,8 @@ bool timeline_mesh(Timeline *timeline, const TimelineFrame *at, int body, int *n
                    int (*triangle)[3], RecordingTopology *topology, Status *status);
 
 // As recording_reader_nodes.
-bool timeline_nodes(Timeline *timeline, const TimelineFrame *at, int body, int *origin,
-                    int (*parent)[2], signed char *level, bool *known, Status *status);
+bool timeline_nodes(Timeline *timeline, const TimelineFrame *at, int body, const MeshColumns *to,
+                    bool *known, Status *status);
 
 int timeline_tools(const Timeline *timeline);
 int timeline_tool_id(const Timeline *timeline, int tool);

@@ -132,10 +132,10 @@ static void make_room(IntakeBody *body)
         body->node_capacity = body->mesh.node_count;
         map->live = grow(map->live, body->node_capacity, sizeof *map->live);
         map->row = grow(map->row, body->node_capacity, sizeof *map->row);
-        map->id = grow(map->id, body->node_capacity, sizeof *map->id);
-        map->origin = grow(map->origin, body->node_capacity, sizeof *map->origin);
-        map->parent = grow(map->parent, body->node_capacity, sizeof *map->parent);
-        map->level = grow(map->level, body->node_capacity, sizeof *map->level);
+#define GROW(name) map->name = grow(map->name, body->node_capacity, sizeof *map->name);
+#define GROW_NODES(name, type, width, of, empty, sent, recorded)                                   \
+    MESH_IF_RECORDED(recorded, MESH_IF_NODE(of, GROW(name)))
+        MESH_COLUMNS(GROW_NODES)
     }
     if (body->mesh.triangle_count > body->triangle_capacity) {
         body->triangle_capacity = body->mesh.triangle_count;
@@ -149,11 +149,8 @@ static void map_mesh(IntakeBody *body)
     const RecordingSlots slots = {.topology = mesh->topology,
                                   .node_count = mesh->node_count,
                                   .triangle_count = mesh->triangle_count,
-                                  .id = mesh->id,
-                                  .origin = mesh->origin,
-                                  .parent = (const int(*)[2])mesh->parent,
-                                  .level = mesh->level,
-                                  .triangle = (const int(*)[3])mesh->triangle};
+#define READ_ROWS(name, ...) .name = (void *)mesh->name,
+                                  MESH_COLUMNS(READ_ROWS)};
     make_room(body);
     body->slots = mesh->node_count;
     body->triangle_slots = mesh->triangle_count;

@@ -58,19 +58,32 @@ Item *item_begin(const char *path, const RecordingOptions *options)
     return item;
 }
 
+// Bytes of a column, such that the next one is aligned.
+static size_t aligned(size_t bytes)
+{
+    return (bytes + 3) / 4 * 4;
+}
+
 Item *item_topology(int body, const RecordingTopology *topology)
 {
     size_t ids = (size_t)topology->node_count * sizeof *topology->node_id;
     size_t triangles = (size_t)topology->triangle_count * sizeof *topology->triangle;
-    size_t levels = (size_t)topology->node_count * sizeof *topology->node_level;
-    Item *item = create(ITEM_TOPOLOGY, body, 4 * ids + triangles + levels);
+    size_t later = 0;
+#define LATER_BYTES(name, type, width, of, empty, sent, recorded)                                  \
+    MESH_IF_LATER(recorded,                                                                        \
+                  later += aligned((size_t)topology->node_count * sizeof *topology->node_##name);)
+    MESH_COLUMNS(LATER_BYTES)
+    Item *item = create(ITEM_TOPOLOGY, body, ids + triangles + later);
     char *at = behind(item);
     item->as.topology = *topology;
     item->as.topology.node_id = put(&at, topology->node_id, ids);
-    item->as.topology.node_origin = put(&at, topology->node_origin, ids);
-    item->as.topology.node_parent = put(&at, topology->node_parent, 2 * ids);
     item->as.topology.triangle = put(&at, topology->triangle, triangles);
-    item->as.topology.node_level = put(&at, topology->node_level, levels);
+#define PUT_LATER(name, type, width, of, empty, sent, recorded)                                    \
+    MESH_IF_LATER(recorded, size = (size_t)topology->node_count * sizeof *topology->node_##name;   \
+                  item->as.topology.node_##name = put(&at, topology->node_##name, size);           \
+                  at += aligned(size) - size;)
+    size_t size;
+    MESH_COLUMNS(PUT_LATER)
     return item;
 }
 

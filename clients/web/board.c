@@ -53,17 +53,17 @@ Parcel *parcel_text(const char *text)
 Parcel *parcel_mesh(int body, const MeshFrame *mesh, int first_wall)
 {
     size_t n = (size_t)mesh->node_count, t = (size_t)mesh->triangle_count;
-    Parcel *parcel = make(false, 4 * HEADER_WORDS + 12 * t + (4 + 4 + 8 + 4 + 1) * n);
+    size_t bytes = 0;
+#define ADD_BYTES(name, type, width, of, ...) bytes += (width)*MESH_SLOTS_##of(n, t) * sizeof(type);
+    MESH_COLUMNS(ADD_BYTES)
+    Parcel *parcel = make(false, 4 * HEADER_WORDS + bytes);
     // A header, then arrays as they are: the page reads them without copying.
     unsigned char *at = parcel->data;
     put_header(&at, KIND_MESH, body, mesh->topology, mesh->node_count,
                (uint32_t)mesh->triangle_count, (uint32_t)first_wall);
-    put(&at, mesh->triangle, 3 * t, sizeof *mesh->triangle);
-    put(&at, mesh->id, n, sizeof *mesh->id);
-    put(&at, mesh->origin, n, sizeof *mesh->origin);
-    put(&at, mesh->parent, 2 * n, sizeof *mesh->parent);
-    put(&at, mesh->piece, n, sizeof *mesh->piece);
-    put(&at, mesh->level, n, sizeof *mesh->level);
+#define PUT_COLUMN(name, type, width, of, ...)                                                     \
+    put(&at, mesh->name, (width)*MESH_SLOTS_##of(n, t), sizeof(type));
+    MESH_COLUMNS(PUT_COLUMN)
     return parcel;
 }
 

@@ -5,6 +5,7 @@
 
 #include "base/isa.h"
 #include "base/memory.h"
+#include "base/mesh_columns.h"
 #include "base/team.h"
 #include "base/vec.h"
 #include "body/cut.h"
@@ -56,21 +57,16 @@ typedef struct BodyMeasure {
     int64_t refused;         // subdivisions of faces beyond the capacity, since the start
 } BodyMeasure;
 
-// The mesh that clients get (lcmtypes/mesh_t.lcm), published and recorded. It may differ from
-// BodySurface: finer, coarser or with other nodes. All arrays by node or triangle slot. A free node
-// slot has id -1, a free triangle is 0 0 0. Constant between changes of topology.
+// The mesh that clients get (lcmtypes/mesh_t.lcm), published and recorded (mesh_columns.h). It may
+// differ from BodySurface: finer, coarser or with other nodes. All arrays by node or triangle slot.
+// A free node slot has id -1, a free triangle is 0 0 0. Constant between changes of topology.
 typedef struct BodyMesh {
     int topology; // incremented by every change and every restore of the state, so that a number is
                   // unique among 2^31 meshes of a run; counted by the pipeline, part of no state.
                   // Positive: 1 follows INT_MAX
     int node_count, triangle_count; // slots in use so far
     int node_capacity, triangle_capacity;
-    const int (*triangle)[3];
-    const int *id;
-    const int *origin;
-    const int (*parent)[2];
-    const int *piece;
-    const signed char *level;
+    MESH_COLUMNS(MESH_READ_ROWS)
     int first_wall; // triangles from this slot on are walls of cuts; 0: the body has none
     BodyFit fit;    // row_count 0: nodes are published where their vertices are
 } BodyMesh;

@@ -20,11 +20,10 @@ RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *s
         if (slots->id[i] < 0)
             continue;
         to->row[i] = to->live_count;
-        to->id[to->live_count] = slots->id[i];
-        to->origin[to->live_count] = slots->origin[i];
-        for (int k = 0; k < 2; k++)
-            to->parent[to->live_count][k] = slots->parent[i][k];
-        to->level[to->live_count] = slots->level[i];
+#define TAKE(name, type, width, of, empty, sent, recorded)                                         \
+    MESH_IF_RECORDED(recorded, MESH_IF_NODE(of, memcpy(to->name + to->live_count, slots->name + i, \
+                                                       sizeof *to->name);))
+        MESH_COLUMNS(TAKE)
         to->live[to->live_count++] = i;
     }
     // Triangles with the new numbers; free slots are dropped.
@@ -39,10 +38,9 @@ RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *s
     return (RecordingTopology){.number = slots->topology,
                                .node_count = to->live_count,
                                .triangle_count = triangles,
-                               .node_id = to->id,
-                               .node_origin = to->origin,
-                               .node_parent = (const int(*)[2])to->parent,
-                               .node_level = to->level,
+#define GIVE(name, type, width, of, empty, sent, recorded)                                         \
+    MESH_IF_LATER(recorded, .node_##name = (void *)to->name, )
+                               MESH_COLUMNS(GIVE).node_id = to->id,
                                .triangle = (const int(*)[3])to->triangle};
 }
 
@@ -119,10 +117,13 @@ static const TableForm body_form[BODY_TABLES] = {
     [TOPOLOGY_NODE_COUNT] = {"topology/node_count", INTEGER, 0, TOPOLOGY_ROWS, "rows of node_id"},
     [TRIANGLES] = {"triangles", INTEGER, 3, -1, "nodes of a frame"},
     [NODE_ID] = {"node_id", INTEGER, 0, 0, "1"},
-    [NODE_ORIGIN] = {"node_origin", INTEGER, 0, 0, "node_id"},
-    [NODE_PARENT] = {"node_parent", INTEGER, 2, 0, "node_id"},
-    [NODE_LEVEL] = {"node_level", BYTE, 0, 0, "1"},
-};
+#define UNIT_IDS     "node_id"
+#define UNIT_NUMBERS "1"
+#define NODE_FORM(name, type, width, of, empty, sent, recorded)                                    \
+    MESH_IF_LATER(recorded,                                                                        \
+                  [NODE_##name] = {"node_" #name, sizeof(type) > 1 ? INTEGER : BYTE,               \
+                                   (width) > 1 ? (width) : 0, 0, UNIT_##recorded}, )
+    MESH_COLUMNS(NODE_FORM)};
 
 static const TableForm tool_form[TOOL_TABLES] = {
     [TOOL_TIME] = {"time", REAL, 0, FRAME_ROWS, "s"},
@@ -300,22 +301,27 @@ bool recording_add_topology(Recording *recording, int index, const RecordingTopo
                                .node_count = topology->node_count,
                                .first_triangle = (int64_t)table[TRIANGLES].count,
                                .first_node = (int64_t)table[NODE_ID].count};
-    const bool known = topology->node_origin != NULL && topology->node_parent != NULL &&
-                       topology->node_level != NULL;
+    bool known = true;
+    size_t bytes = 0; // of a node
+#define IS_KNOWN(name, type, width, of, empty, sent, recorded)                                     \
+    MESH_IF_LATER(recorded, known = known && topology->node_##name != NULL;                        \
+                  bytes += (width) * sizeof(type);)
+    MESH_COLUMNS(IS_KNOWN)
     const int told = known ? rows.node_count : 0;
     // Its number comes last: a reader takes a topology for complete once that is there.
-    bool ok =
-        begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count + 2 * told) &&
-        append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
-        append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
-        append(recording, &table[NODE_ORIGIN], told, topology->node_origin) &&
-        append(recording, &table[NODE_PARENT], told, topology->node_parent) &&
-        append(recording, &table[NODE_LEVEL], told, topology->node_level) &&
-        append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&
-        append(recording, &table[TOPOLOGY_COUNT], 1, &rows.triangle_count) &&
-        append(recording, &table[TOPOLOGY_NODE_FIRST], 1, &rows.first_node) &&
-        append(recording, &table[TOPOLOGY_NODE_COUNT], 1, &rows.node_count) &&
-        append(recording, &table[TOPOLOGY_NUMBER], 1, &rows.number);
+    const size_t triangle_bytes = 3 * sizeof(int);
+    const int more = (int)((bytes + triangle_bytes - 1) / triangle_bytes) * told;
+    bool ok = begin(recording, &table[TRIANGLES], rows.triangle_count + rows.node_count + more) &&
+              append(recording, &table[TRIANGLES], rows.triangle_count, topology->triangle) &&
+              append(recording, &table[NODE_ID], rows.node_count, topology->node_id) &&
+#define APPEND_NODES(name, type, width, of, empty, sent, recorded)                                 \
+    MESH_IF_LATER(recorded, append(recording, &table[NODE_##name], told, topology->node_##name) &&)
+              MESH_COLUMNS(APPEND_NODES)
+                  append(recording, &table[TOPOLOGY_FIRST], 1, &rows.first_triangle) &&
+              append(recording, &table[TOPOLOGY_COUNT], 1, &rows.triangle_count) &&
+              append(recording, &table[TOPOLOGY_NODE_FIRST], 1, &rows.first_node) &&
+              append(recording, &table[TOPOLOGY_NODE_COUNT], 1, &rows.node_count) &&
+              append(recording, &table[TOPOLOGY_NUMBER], 1, &rows.number);
     if (ok)
         remember_topology(body, &rows);
     return ok;

@@ -6,6 +6,7 @@
 #define PLIANT_IO_RECORDING_H
 
 #include "base/check.h"
+#include "base/mesh_columns.h"
 #include "base/vec.h"
 
 #include <stdint.h>
@@ -42,12 +43,11 @@ typedef struct RecordingTopology {
     int number;
     int node_count, triangle_count;
     const int *node_id; // by slot; stays with a node for its life
-    // As in mesh_t: id that a duplicate was split from, ids between which a midpoint lies (else its
-    // own twice), and the level of detail; NULL, in all topologies of a recording or in none: not
-    // known.
-    const int *node_origin;
-    const int (*node_parent)[2];
-    const signed char *node_level;
+    // As in mesh_t, node_origin, node_parent and node_level; NULL, in all topologies of a recording
+    // or in none: not known.
+#define RECORDING_LATER_ROWS(name, type, width, of, empty, sent, recorded)                         \
+    MESH_IF_LATER(recorded, MESH_ROWS_##width(const type, node_##name);)
+    MESH_COLUMNS(RECORDING_LATER_ROWS)
     const int (*triangle)[3];
 } RecordingTopology;
 
@@ -162,22 +162,19 @@ void recording_info_print(const RecordingInfo *info, FILE *out);
 typedef struct RecordingSlots {
     int topology;
     int node_count, triangle_count; // slots
-    const int *id, *origin;         // [node_count]
-    const int (*parent)[2];         // [node_count]
-    const signed char *level;       // [node_count]
-    const int (*triangle)[3];       // slots
+    MESH_COLUMNS(MESH_READ_ROWS)
 } RecordingSlots;
 
 // A body's newest mesh. The caller owns the arrays.
 typedef struct RecordingMesh {
     int topology; // written last
     int live_count;
-    int *live;          // [node_capacity] slots
-    int *row;           // [node_capacity] row in the file by slot; live slots only
-    int *id, *origin;   // [node_capacity] of live nodes
-    int (*parent)[2];   // [node_capacity] likewise
-    signed char *level; // [node_capacity] likewise
-    int (*triangle)[3]; // [triangle_capacity] rows
+    int *live; // [node_capacity] slots
+    int *row;  // [node_capacity] row in the file by slot; live slots only
+    // Columns that are recorded, of live nodes and triangles, whose corners are rows.
+#define RECORDING_ROWS(name, type, width, of, empty, sent, recorded)                               \
+    MESH_IF_RECORDED(recorded, MESH_ROWS_##width(type, name);)
+    MESH_COLUMNS(RECORDING_ROWS)
 } RecordingMesh;
 
 // Returns the mesh without its free slots; the result points into `to`.

@@ -129,9 +129,12 @@ static int64_t count_told(const HdfFile *file, const char *group)
     static const struct {
         const char *name;
         int columns;
-    } set[] = {{"node_origin", 0}, {"node_parent", 2}, {"node_level", 0}};
+    } set[] = {
+#define NODE_SET(name, type, width, of, empty, sent, recorded)                                     \
+    MESH_IF_LATER(recorded, {"node_" #name, (width) > 1 ? (width) : 0}, )
+        MESH_COLUMNS(NODE_SET)};
     int64_t least = INT64_MAX;
-    for (int i = 0; i < 3 && least > 0; i++) {
+    for (size_t i = 0; i < sizeof set / sizeof *set && least > 0; i++) {
         char name[NAME_TEXT];
         snprintf(name, sizeof name, "%s/%s", group, set[i].name);
         int64_t rows =

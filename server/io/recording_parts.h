@@ -43,10 +43,9 @@ typedef enum BodyTable {
     TOPOLOGY_NODE_COUNT,
     TRIANGLES,
     NODE_ID,
-    NODE_ORIGIN,
-    NODE_PARENT,
-    NODE_LEVEL,
-    BODY_TABLES,
+#define RECORDING_NODE_TABLE(name, type, width, of, empty, sent, recorded)                         \
+    MESH_IF_LATER(recorded, NODE_##name, )
+    MESH_COLUMNS(RECORDING_NODE_TABLE) BODY_TABLES,
 } BodyTable;
 
 typedef enum ToolTable {

@@ -31,10 +31,9 @@ typedef enum RowSet {
     ROWS_POSITION,
     ROWS_TRIANGLES,
     ROWS_NODE_ID,
-    ROWS_NODE_ORIGIN,
-    ROWS_NODE_PARENT,
-    ROWS_NODE_LEVEL,
-    ROWS_TOOL_TIME,
+#define NODE_SET(name, type, width, of, empty, sent, recorded)                                     \
+    MESH_IF_LATER(recorded, ROWS_NODE_##name, )
+    MESH_COLUMNS(NODE_SET) ROWS_TOOL_TIME,
     ROWS_TOOL_POSITION,
     ROWS_TOOL_ORIENTATION,
     ROWS_TOOL_FORCE,
@@ -52,10 +51,11 @@ static const RowForm row_form[ROW_SETS] = {
     [ROWS_POSITION] = {"/bodies", "/position", 3, 3 * sizeof(float)},
     [ROWS_TRIANGLES] = {"/bodies", "/triangles", 3, 3 * sizeof(int)},
     [ROWS_NODE_ID] = {"/bodies", "/node_id", 0, sizeof(int)},
-    [ROWS_NODE_ORIGIN] = {"/bodies", "/node_origin", 0, sizeof(int)},
-    [ROWS_NODE_PARENT] = {"/bodies", "/node_parent", 2, 2 * sizeof(int)},
-    [ROWS_NODE_LEVEL] = {"/bodies", "/node_level", 0, 1},
-    [ROWS_TOOL_TIME] = {"/tools", "/time", 0, sizeof(double)},
+#define NODE_ROW_FORM(name, type, width, of, empty, sent, recorded)                                \
+    MESH_IF_LATER(recorded,                                                                        \
+                  [ROWS_NODE_##name] = {"/bodies", "/node_" #name, (width) > 1 ? (width) : 0,      \
+                                        (width) * sizeof(type)}, )
+    MESH_COLUMNS(NODE_ROW_FORM)[ROWS_TOOL_TIME] = {"/tools", "/time", 0, sizeof(double)},
     [ROWS_TOOL_POSITION] = {"/tools", "/position", 3, 3 * sizeof(double)},
     [ROWS_TOOL_ORIENTATION] = {"/tools", "/orientation", 4, 4 * sizeof(double)},
     [ROWS_TOOL_FORCE] = {"/tools", "/force", 3, 3 * sizeof(double)},
@@ -71,13 +71,13 @@ typedef struct Request {
 
 static bool read_request(const HdfFile *file, const Request *request, hid_t event, void *to)
 {
+#define NODE_TYPE(name, type, width, of, empty, sent, recorded)                                    \
+    MESH_IF_LATER(recorded,                                                                        \
+                  [ROWS_NODE_##name] = sizeof(type) > 1 ? H5T_NATIVE_INT : H5T_NATIVE_INT8, )
     const hid_t type[ROW_SETS] = {[ROWS_POSITION] = H5T_NATIVE_FLOAT,
                                   [ROWS_TRIANGLES] = H5T_NATIVE_INT,
                                   [ROWS_NODE_ID] = H5T_NATIVE_INT,
-                                  [ROWS_NODE_ORIGIN] = H5T_NATIVE_INT,
-                                  [ROWS_NODE_PARENT] = H5T_NATIVE_INT,
-                                  [ROWS_NODE_LEVEL] = H5T_NATIVE_INT8,
-                                  [ROWS_TOOL_TIME] = H5T_NATIVE_DOUBLE,
+                                  MESH_COLUMNS(NODE_TYPE)[ROWS_TOOL_TIME] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_POSITION] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_ORIENTATION] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_FORCE] = H5T_NATIVE_DOUBLE,
@@ -490,20 +490,22 @@ bool recording_reader_mesh(RecordingReader *reader, int body, int64_t frame, int
     return true;
 }
 
-bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, int *origin,
-                            int (*parent)[2], signed char *level, bool *known, Status *status)
+bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, const MeshColumns *to,
+                            bool *known, Status *status)
 {
     const RecordingIndex *index = &reader->body[body];
     const TopologyRows *rows = &index->topology[frame_of(reader, body, frame)->topology];
-    const char *name = reader->info.body[body].name;
+    const char *body_name = reader->info.body[body].name;
     *known = rows->node_count > 0 && rows->first_node <= index->nodes_told &&
              rows->node_count <= index->nodes_told - rows->first_node;
-    return !*known ||
-           (ask(reader, ROWS_NODE_ORIGIN, name, rows->first_node, rows->node_count, origin,
-                status) &&
-            ask(reader, ROWS_NODE_PARENT, name, rows->first_node, rows->node_count, parent,
-                status) &&
-            ask(reader, ROWS_NODE_LEVEL, name, rows->first_node, rows->node_count, level, status));
+    bool ok = true;
+#define ASK_NODES(name, type, width, of, empty, sent, recorded)                                    \
+    MESH_IF_LATER(recorded, ok = ok && ask(reader, ROWS_NODE_##name, body_name, rows->first_node,  \
+                                           rows->node_count, to->name, status);)
+    if (*known) {
+        MESH_COLUMNS(ASK_NODES)
+    }
+    return ok;
 }
 
 // --- tools and events ----------------------------------------------------------------------------

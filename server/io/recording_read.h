@@ -59,11 +59,11 @@ int recording_reader_first_wall(const RecordingReader *reader, int body);
 bool recording_reader_mesh(RecordingReader *reader, int body, int64_t frame, int *node_id,
                            int (*triangle)[3], RecordingTopology *topology, Status *status);
 
-// Reads what else is known of the nodes of a frame's mesh: the ids that they were split from, those
-// that they lie between, and their levels of detail, [node_count]. Ids may be any number. `known`
-// false: the file does not say. Returns false with `status` if it cannot be read.
-bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, int *origin,
-                            int (*parent)[2], signed char *level, bool *known, Status *status);
+// Reads what else is known of the nodes of a frame's mesh, the columns of node_<name>,
+// [node_count]. Ids may be any number. `known` false: the file does not say. Returns false with
+// `status` if it cannot be read.
+bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, const MeshColumns *to,
+                            bool *known, Status *status);
 
 // --- tools and events ----------------------------------------------------------------------------
 

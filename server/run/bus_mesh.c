@@ -19,9 +19,12 @@ static bool node_differs(const BodyMesh *before, const BodyMesh *after, int i)
     int id = i < before->node_count ? before->id[i] : -1;
     if (id != after->id[i] || id < 0)
         return id != after->id[i];
-    return before->origin[i] != after->origin[i] || before->parent[i][0] != after->parent[i][0] ||
-           before->parent[i][1] != after->parent[i][1] || before->piece[i] != after->piece[i] ||
-           before->level[i] != after->level[i];
+    bool differs = false;
+#define COMPARE(name, type, width, of, ...)                                                        \
+    MESH_IF_NODE(of,                                                                               \
+                 differs |= memcmp(before->name + i, after->name + i, sizeof *after->name) != 0;)
+    MESH_COLUMNS(COMPARE)
+    return differs;
 }
 
 static bool triangle_differs(const BodyMesh *before, const BodyMesh *after, int t)
@@ -50,9 +53,19 @@ int mesh_delta_chunks(const MeshDelta *delta)
     return by_nodes > by_triangles ? by_nodes : by_triangles;
 }
 
+// Takes row `slot` of the columns as row k of the message's arrays.
+#define GATHER(name, width)                                                                        \
+    memcpy(memory->name + (width)*k, after->name + slot, sizeof *after->name);
+#define GATHER_NODE(name, type, width, of, empty, sent, ...)                                       \
+    MESH_IF_SENT(sent, MESH_IF_NODE(of, GATHER(name, width)))
+#define GATHER_TRIANGLE(name, type, width, of, empty, sent, ...)                                   \
+    MESH_IF_SENT(sent, MESH_IF_TRIANGLE(of, GATHER(name, width)))
+
 pliant_mesh_delta_t mesh_delta_chunk(const MeshDelta *delta, const BodyMesh *after, int chunk,
                                      MeshDeltaChunk *memory)
 {
+#define POINT_AT_MEMORY(name, type, width, of, empty, sent, ...)                                   \
+    MESH_IF_SENT(sent, .name = memory->name, )
     // This chunk's share of the changed triangles and nodes, gathered into the message's arrays.
     int count = mesh_delta_chunks(delta);
     int triangle = chunk_begin(delta->triangle_count, chunk, count);
@@ -61,15 +74,11 @@ pliant_mesh_delta_t mesh_delta_chunk(const MeshDelta *delta, const BodyMesh *aft
     int nodes = chunk_begin(delta->node_count, chunk + 1, count) - node;
     for (int k = 0; k < triangles; k++) {
         int slot = memory->triangle_slot[k] = delta->triangle[triangle + k];
-        memcpy(memory->triangle + 3 * k, after->triangle[slot], sizeof *after->triangle);
+        MESH_COLUMNS(GATHER_TRIANGLE)
     }
     for (int k = 0; k < nodes; k++) {
         int slot = memory->node_slot[k] = delta->node[node + k];
-        memory->id[k] = after->id[slot];
-        memory->origin[k] = after->origin[slot];
-        memcpy(memory->parent + 2 * k, after->parent[slot], sizeof *after->parent);
-        memory->piece[k] = after->piece[slot];
-        memory->level[k] = after->level[slot];
+        MESH_COLUMNS(GATHER_NODE)
     }
     return (pliant_mesh_delta_t){.from_topology = delta->from_topology,
                                  .topology = after->topology,
@@ -80,15 +89,10 @@ pliant_mesh_delta_t mesh_delta_chunk(const MeshDelta *delta, const BodyMesh *aft
                                  .num_triangles = triangles,
                                  .num_indices = 3 * triangles,
                                  .triangle_slot = memory->triangle_slot,
-                                 .triangle = memory->triangle,
                                  .num_nodes = nodes,
                                  .num_parents = 2 * nodes,
                                  .node_slot = memory->node_slot,
-                                 .id = memory->id,
-                                 .origin = memory->origin,
-                                 .parent = memory->parent,
-                                 .piece = memory->piece,
-                                 .level = memory->level};
+                                 MESH_COLUMNS(POINT_AT_MEMORY)};
 }
 
 // While a whole mesh is being sent, frames of newer topologies wait. It leaves faster then: 46
@@ -133,6 +137,8 @@ static void send_mesh_chunk(Bus *bus, int index)
     int node = chunk_begin(mesh->node_count, chunk, chunks);
     int node_end = chunk_begin(mesh->node_count, chunk + 1, chunks);
     // The generated type has no const; encoding only reads.
+#define POINT_AT_MESH(name, type, width, of, empty, sent, ...)                                     \
+    MESH_IF_SENT(sent, .name = (type *)(uintptr_t)(mesh->name + MESH_SLOTS_##of(node, triangle)), )
     pliant_mesh_t message = {.utime = clock_utime(),
                              .sequence = (int32_t)bus->channel[OUT_MESH][index].sequence,
                              .topology = mesh->topology,
@@ -142,15 +148,10 @@ static void send_mesh_chunk(Bus *bus, int index)
                              .chunk_count = chunks,
                              .first_triangle = triangle,
                              .num_indices = 3 * (triangle_end - triangle),
-                             .triangle = (int32_t *)(uintptr_t)mesh->triangle[triangle],
                              .first_node = node,
                              .num_nodes = node_end - node,
                              .num_parents = 2 * (node_end - node),
-                             .id = (int32_t *)(uintptr_t)(mesh->id + node),
-                             .origin = (int32_t *)(uintptr_t)(mesh->origin + node),
-                             .parent = (int32_t *)(uintptr_t)mesh->parent[node],
-                             .piece = (int32_t *)(uintptr_t)(mesh->piece + node),
-                             .level = (int8_t *)(uintptr_t)(mesh->level + node)};
+                             MESH_COLUMNS(POINT_AT_MESH)};
     bus_publish(bus, OUT_MESH, index, &message);
 }
 

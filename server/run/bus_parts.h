@@ -107,11 +107,10 @@ typedef struct MeshDelta {
 
 // The memory of one chunk's message.
 typedef struct MeshDeltaChunk {
-    int32_t triangle_slot[DELTA_TRIANGLES_IN_CHUNK], triangle[3 * DELTA_TRIANGLES_IN_CHUNK];
-    int32_t node_slot[DELTA_NODES_IN_CHUNK], id[DELTA_NODES_IN_CHUNK];
-    int32_t origin[DELTA_NODES_IN_CHUNK], parent[2 * DELTA_NODES_IN_CHUNK];
-    int32_t piece[DELTA_NODES_IN_CHUNK];
-    int8_t level[DELTA_NODES_IN_CHUNK];
+    int32_t triangle_slot[DELTA_TRIANGLES_IN_CHUNK], node_slot[DELTA_NODES_IN_CHUNK];
+#define DELTA_COLUMN(name, type, width, of, empty, sent, ...)                                      \
+    MESH_IF_SENT(sent, type name[(width)*DELTA_##of##S_IN_CHUNK];)
+    MESH_COLUMNS(DELTA_COLUMN)
 } MeshDeltaChunk;
 
 // Lists the slots of `after` that differ from `before`. Slots beyond the counts of `before` were

@@ -19,12 +19,19 @@ int mesh_live_nodes(const BodyMesh *mesh)
     return live;
 }
 
-// Ints per node (id, origin, piece, two parents; the level is a byte) and per triangle.
-enum { NODE_INTS = 5, TRIANGLE_INTS = 3 };
+// Bytes of a column, such that the next one is aligned.
+static size_t aligned(size_t bytes)
+{
+    return (bytes + 3) / 4 * 4;
+}
 
 static size_t bytes_of(size_t nodes, size_t triangles)
 {
-    return (nodes * NODE_INTS + triangles * TRIANGLE_INTS) * sizeof(int) + nodes;
+    size_t bytes = 0;
+#define ADD_BYTES(name, type, width, of, ...)                                                      \
+    bytes += aligned(MESH_SLOTS_##of(nodes, triangles) * (width) * sizeof(type));
+    MESH_COLUMNS(ADD_BYTES)
+    return bytes;
 }
 
 // Bytes of what a fitted mesh has besides.
@@ -47,41 +54,37 @@ size_t mesh_copy_bytes(const BodyMesh *mesh)
 
 BodyMesh mesh_copy_view(const MeshCopy *copy)
 {
-    size_t nodes = (size_t)copy->node_count;
-    // The arrays lie one behind the other, in the order in which mesh_copy_follow puts them.
-    const int *id = copy->data, *origin = id + nodes, *piece = origin + nodes;
-    const int *parent = piece + nodes, *triangle = parent + 2 * nodes;
-    const unsigned char *at = (const unsigned char *)(triangle + 3 * (size_t)copy->triangle_count);
-    BodyFit fit = copy->fit;
-    if (fit.row_count > 0) {
-        fit.row = (const int *)(const void *)at;
-        fit.offset = (const float(*)[3])(const void *)(fit.row + nodes);
-        fit.cell = (const int(*)[FIT_CORNERS])(const void *)(fit.offset + fit.row_count);
-        fit.fade = (const FitFade *)(const void *)(fit.cell + fit.cell_count);
-        at = (const unsigned char *)(fit.fade + fit.fade_count);
-    }
-    return (BodyMesh){
+    const size_t nodes = (size_t)copy->node_count, triangles = (size_t)copy->triangle_count;
+    BodyMesh mesh = {
         .topology = copy->topology,
         .node_count = copy->node_count,
         .triangle_count = copy->triangle_count,
         .node_capacity = copy->node_capacity,
         .triangle_capacity = copy->triangle_capacity,
-        .triangle = (const int(*)[3])triangle,
-        .id = id,
-        .origin = origin,
-        .parent = (const int(*)[2])parent,
-        .piece = piece,
-        .level = (const signed char *)at,
         .first_wall = copy->first_wall,
-        .fit = fit,
+        .fit = copy->fit,
     };
+    // The arrays lie one behind the other, in the order in which mesh_copy_follow puts them.
+    const unsigned char *at = (const unsigned char *)copy->data;
+#define VIEW(name, type, width, of, ...)                                                           \
+    mesh.name = (void *)(uintptr_t)at;                                                             \
+    at += aligned(MESH_SLOTS_##of(nodes, triangles) * sizeof *mesh.name);
+    MESH_COLUMNS(VIEW)
+    BodyFit *fit = &mesh.fit;
+    if (fit->row_count > 0) {
+        fit->row = (const int *)(const void *)at;
+        fit->offset = (const float(*)[3])(const void *)(fit->row + copy->node_count);
+        fit->cell = (const int(*)[FIT_CORNERS])(const void *)(fit->offset + fit->row_count);
+        fit->fade = (const FitFade *)(const void *)(fit->cell + fit->cell_count);
+    }
+    return mesh;
 }
 
 static unsigned char *append(unsigned char *to, const void *from, size_t bytes)
 {
     if (bytes > 0) // memcpy from NULL is undefined even for no bytes
         memcpy(to, from, bytes);
-    return to + bytes;
+    return to + aligned(bytes);
 }
 
 void mesh_copy_follow(MeshCopy *copy, const BodyMesh *mesh)
@@ -89,7 +92,7 @@ void mesh_copy_follow(MeshCopy *copy, const BodyMesh *mesh)
     // A topology number names one mesh only, so the same number needs no copy.
     if (copy->node_count > 0 && copy->topology == mesh->topology)
         return;
-    size_t nodes = (size_t)mesh->node_count, triangles = (size_t)mesh->triangle_count;
+    const size_t nodes = (size_t)mesh->node_count, triangles = (size_t)mesh->triangle_count;
     copy->topology = mesh->topology;
     copy->node_count = mesh->node_count;
     copy->triangle_count = mesh->triangle_count;
@@ -99,19 +102,16 @@ void mesh_copy_follow(MeshCopy *copy, const BodyMesh *mesh)
     copy->fit = mesh->fit;
     // Arrays follow in the order of mesh_copy_view.
     unsigned char *to = (unsigned char *)copy->data;
-    to = append(to, mesh->id, nodes * sizeof *mesh->id);
-    to = append(to, mesh->origin, nodes * sizeof *mesh->origin);
-    to = append(to, mesh->piece, nodes * sizeof *mesh->piece);
-    to = append(to, mesh->parent, nodes * sizeof *mesh->parent);
-    to = append(to, mesh->triangle, triangles * sizeof *mesh->triangle);
+#define APPEND(name, type, width, of, ...)                                                         \
+    to = append(to, mesh->name, MESH_SLOTS_##of(nodes, triangles) * sizeof *mesh->name);
+    MESH_COLUMNS(APPEND)
     const BodyFit *fit = &mesh->fit;
     if (fit->row_count > 0) {
         to = append(to, fit->row, nodes * sizeof *fit->row);
         to = append(to, fit->offset, (size_t)fit->row_count * sizeof *fit->offset);
         to = append(to, fit->cell, (size_t)fit->cell_count * sizeof *fit->cell);
-        to = append(to, fit->fade, (size_t)fit->fade_count * sizeof *fit->fade);
+        append(to, fit->fade, (size_t)fit->fade_count * sizeof *fit->fade);
     }
-    append(to, mesh->level, nodes * sizeof *mesh->level);
 }
 
 size_t rest_copy_bytes(const BodyMesh *mesh)

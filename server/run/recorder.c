@@ -131,11 +131,10 @@ void recorder_reserve(Recorder *recorder, World *world)
         size_t triangles = (size_t)body->mesh.triangle_capacity;
         mesh->live = RESERVE(nodes, int, "live");
         mesh->row = RESERVE(nodes, int, "rows");
-        mesh->id = RESERVE(nodes, int, "ids");
-        mesh->origin = RESERVE(nodes, int, "origins");
-        mesh->parent = RESERVE(nodes, int[2], "parents");
-        mesh->level = RESERVE(nodes, signed char, "levels");
-        mesh->triangle = RESERVE(triangles, int[3], "triangles");
+#define RESERVE_ROWS(name, type, width, of, empty, sent, recorded)                                 \
+    MESH_IF_RECORDED(recorded,                                                                     \
+                     mesh->name = RESERVE(MESH_SLOTS_##of(nodes, triangles), type[width], #name);)
+        MESH_COLUMNS(RESERVE_ROWS)
         recorder->mesh[i].position = RESERVE(3 * nodes, float, "positions");
     }
 }
@@ -146,11 +145,8 @@ static RecordingTopology compact(RecorderMesh *to, const BodyMesh *mesh)
     const RecordingSlots slots = {.topology = mesh->topology,
                                   .node_count = mesh->node_count,
                                   .triangle_count = mesh->triangle_count,
-                                  .id = mesh->id,
-                                  .origin = mesh->origin,
-                                  .parent = mesh->parent,
-                                  .level = mesh->level,
-                                  .triangle = mesh->triangle};
+#define READ_ROWS(name, ...) .name = mesh->name,
+                                  MESH_COLUMNS(READ_ROWS)};
     return recording_mesh_take(&to->mesh, &slots);
 }
 
@@ -159,10 +155,9 @@ static RecordingTopology whole(const BodyMesh *mesh)
     return (RecordingTopology){.number = mesh->topology,
                                .node_count = mesh->node_count,
                                .triangle_count = mesh->triangle_count,
-                               .node_id = mesh->id,
-                               .node_origin = mesh->origin,
-                               .node_parent = mesh->parent,
-                               .node_level = mesh->level,
+#define LATER_ROWS(name, type, width, of, empty, sent, recorded)                                   \
+    MESH_IF_LATER(recorded, .node_##name = mesh->name, )
+                               MESH_COLUMNS(LATER_ROWS).node_id = mesh->id,
                                .triangle = mesh->triangle};
 }
 

@@ -78,8 +78,9 @@ static void read_as_player(const char *path)
         for (int64_t f = 0; f < recording_reader_frames(reader, b) && f < ROWS; f++) {
             RecordingTopology topology;
             Status why = {0};
+            const MeshColumns column = {.origin = origin, .parent = parent, .level = level};
             bool known;
-            bool ok = recording_reader_nodes(reader, b, f, origin, parent, level, &known, &why) &&
+            bool ok = recording_reader_nodes(reader, b, f, &column, &known, &why) &&
                       recording_reader_positions(reader, b, f, position, &why) &&
                       recording_reader_mesh(reader, b, f, id, triangle, &topology, &why);
             MUST(ok == (why.code == STATUS_OK));

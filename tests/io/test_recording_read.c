@@ -168,7 +168,8 @@ TEST(a_frame_has_the_mesh_of_its_topology)
         int from[NODES], between[NODES][2];
         signed char at[NODES];
         bool known;
-        assert_true(recording_reader_nodes(reader, 0, f, from, between, at, &known, &status));
+        const MeshColumns column = {.origin = from, .parent = between, .level = at};
+        assert_true(recording_reader_nodes(reader, 0, f, &column, &known, &status));
         assert_true(known);
         assert_memory_equal(from, origin, (size_t)nodes_at(f) * sizeof *from);
         assert_memory_equal(between, parent, (size_t)nodes_at(f) * sizeof *between);
@@ -220,7 +221,8 @@ TEST(a_description_in_place_of_the_scene_is_one)
     signed char at[NODES];
     bool known = true;
     Status status = {0};
-    assert_true(recording_reader_nodes(reader, 0, 0, from, between, at, &known, &status));
+    const MeshColumns column = {.origin = from, .parent = between, .level = at};
+    assert_true(recording_reader_nodes(reader, 0, 0, &column, &known, &status));
     assert_false(known);
     recording_reader_close(reader);
 }
