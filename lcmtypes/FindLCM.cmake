@@ -1,6 +1,6 @@
 # Debian's liblcm-dev ships neither a CMake package nor a usable pkg-config file.
 # Defines LCM::lcm, LCM_GEN and lcm_generate_c(TARGET file.lcm ...): a static library of the C types, and TARGET.h, which
-# includes them all.
+# includes them all and lists them: TARGET_LIST(X) is X(type) for each, TARGET_COUNT how many there are.
 find_path(LCM_INCLUDE_DIR lcm/lcm.h)
 find_library(LCM_LIBRARY lcm)
 find_program(LCM_GEN lcm-gen)
@@ -18,6 +18,7 @@ function(lcm_generate_c target)
     file(MAKE_DIRECTORY ${out}) # lcm-gen exits 0 without writing when the folder is missing
     set(sources "")
     set(headers "")
+    set(list "")
     foreach(type ${ARGN})
         file(STRINGS ${type} package REGEX "^package ")
         string(REGEX REPLACE "^package +([a-z0-9_]+).*" "\\1" package "${package}")
@@ -29,8 +30,12 @@ function(lcm_generate_c target)
             DEPENDS ${type} VERBATIM)
         list(APPEND sources ${out}/${name}.c)
         string(APPEND headers "#include \"${name}.h\"\n")
+        string(APPEND list " X(${name})")
     endforeach()
-    file(CONFIGURE OUTPUT ${out}/${target}.h CONTENT "${headers}" @ONLY)
+    string(TOUPPER ${target} upper)
+    list(LENGTH ARGN count)
+    file(CONFIGURE OUTPUT ${out}/${target}.h
+         CONTENT "${headers}#define ${upper}_LIST(X)${list}\n#define ${upper}_COUNT ${count}\n" @ONLY)
     add_library(${target} STATIC ${sources})
     target_include_directories(${target} SYSTEM PUBLIC ${out})
     target_link_libraries(${target} PUBLIC LCM::lcm)

@@ -7,13 +7,7 @@
 #include "base/log.h"
 #include "run/loop.h"
 
-#include "pliant_command_t.h"
-#include "pliant_contact_t.h"
-#include "pliant_event_t.h"
-#include "pliant_nodes_t.h"
-#include "pliant_points_t.h"
-#include "pliant_reply_t.h"
-#include "pliant_status_t.h"
+#include "pliant_lcmtypes.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -254,7 +248,20 @@ void bus_send_contacts(Bus *bus)
 
 // --- replies and events, then status -------------------------------------------------------------
 
-enum { REASONS = REFUSAL_COUNT + 3 + GUARD_REASONS };
+enum { REASONS = REFUSAL_COUNT + INPUT_KINDS + 3 + GUARD_REASONS };
+
+// Says who publishes here, to programs of any version.
+static void send_hello(Bus *bus)
+{
+    static const char program[] = "pliantd", version[] = PLIANT_VERSION;
+    const pliant_hello_t message = {.utime = clock_utime(),
+                                    .program = (char *)(uintptr_t)program,
+                                    .version = (char *)(uintptr_t)version,
+                                    .types = PLIANT_LCMTYPES_COUNT,
+                                    .prefix = (char *)(uintptr_t)bus->scene->prefix,
+                                    .input_prefix = (char *)(uintptr_t)bus->scene->input_prefix};
+    bus_publish(bus, OUT_HELLO, 0, &message);
+}
 
 void bus_send_answer(Bus *bus, const Answer *answer)
 {
@@ -277,8 +284,10 @@ void bus_send_answer(Bus *bus, const Answer *answer)
                               .channel = channel,
                               .text = (char *)(uintptr_t)text};
     bus_publish(bus, OUT_REPLY, 0, &message);
-    if (describes)
-        bus_restart_streams(bus);
+    if (!describes)
+        return;
+    send_hello(bus);
+    bus_restart_streams(bus);
 }
 
 void bus_send_event(Bus *bus, const EventOut *event)
@@ -372,6 +381,13 @@ static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASO
         name[reasons] = (char *)(uintptr_t)refusal_name((Refusal)i);
         count[reasons++] = bus->gate.refused[i];
     }
+    // Whose senders were built from other types than this server.
+    for (int k = 0; k < INPUT_KINDS; k++) {
+        if (bus->gate.foreign[k] == 0)
+            continue;
+        name[reasons] = (char *)(uintptr_t)input_foreign_name((InputKind)k);
+        count[reasons++] = bus->gate.foreign[k];
+    }
     return reasons;
 }
 
@@ -417,6 +433,7 @@ void bus_send_status(Bus *bus, bool fresh)
     bus->own_status[bus->channel[OUT_STATUS]->sequence % OWN_STATUSES] = message.utime;
     bus_publish(bus, OUT_STATUS, 0, &message);
     free(body);
+    send_hello(bus);
 }
 
 void bus_report_status(Bus *bus, int64_t now_ns)

@@ -24,6 +24,7 @@
 #define OUT_LIST(X)                                                                                \
     X(REPLY, reply_t, SERVER)                                                                      \
     X(EVENT, event_t, SERVER)                                                                      \
+    X(HELLO, hello_t, SERVER)                                                                      \
     X(STATUS, status_t, SERVER)                                                                    \
     X(CLAIM, claim_t, SERVER)                                                                      \
     X(CONTACT, contact_t, TOOL)                                                                    \

@@ -122,6 +122,7 @@ void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_
     result->passage = refusal == ACCEPTED ? PASSAGE_OPEN : PASSAGE_REFUSED;
     if (refusal != ACCEPTED)
         gate_count(gate, refusal);
+    gate->foreign[kind] += refusal == REFUSED_TYPE;
 }
 
 void gate_answer(Gate *gate, const Answer *answer)

@@ -376,6 +376,13 @@ static const InputType TYPES[INPUT_KINDS] = {
     [INPUT_TIE] = {"TIE", "tie", offsetof(pliant_tie_t, body), GENERATED(tie_t), check_tie},
 };
 
+const char *input_foreign_name(InputKind kind)
+{
+#define FOREIGN_NAME(kind, member, type) [INPUT_##kind] = "wrong_type_" #type,
+    static const char *const names[INPUT_KINDS] = {INPUT_LIST(FOREIGN_NAME)};
+    return names[kind];
+}
+
 const char *input_channel(InputKind kind)
 {
     return TYPES[kind].channel;
@@ -413,7 +420,10 @@ static Refusal check_wire(InputKind kind, const unsigned char *data, size_t size
         return REFUSE(REFUSED_SIZE, "%s of %zu bytes, shorter than a fingerprint", type->channel,
                       size);
     if (memcmp(data, empty, 8) != 0)
-        return REFUSE(REFUSED_TYPE, "%s with the fingerprint of another type", type->channel);
+        return REFUSE(REFUSED_TYPE,
+                      "%s with the fingerprint of another type: its sender is of another version "
+                      "than pliantd " PLIANT_VERSION,
+                      type->channel);
     // Without a string the size is fixed.
     if (type->string == 0)
         return size == whole

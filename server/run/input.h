@@ -84,6 +84,9 @@ typedef struct Input {
 
 // Returns "wrong_size", "not_finite" and so on.
 const char *refusal_name(Refusal refusal);
+// Returns "wrong_type_cut_t" and so on: the name of a count of messages of another type on the
+// channel of a kind.
+const char *input_foreign_name(InputKind kind);
 // Returns the channel without its prefix: "TOOL_POSE", "CUT", "LOAD", "COMMAND", "TIE".
 const char *input_channel(InputKind kind);
 // True if the input is a request, which is answered; poses are not.
@@ -159,6 +162,7 @@ typedef struct Gate {
     GateEntry entry[GATE_ANSWERS]; // the newest requests
     int64_t requests;
     int64_t refused[REFUSAL_COUNT];
+    int64_t foreign[INPUT_KINDS]; // of REFUSED_TYPE, by channel
 } Gate;
 
 // The result of one message.

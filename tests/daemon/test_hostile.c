@@ -138,6 +138,8 @@ TEST(garbage_of_every_size_is_refused_and_counted)
     }
     expect_refused(client, NULL, &batch);
     assert_true(refused(client, "wrong_size") > 0 && refused(client, "wrong_type") > 0);
+    // Each kind on its own, so that one sees which program is of another version.
+    assert_true(refused(client, "wrong_type_cut_t") > 0);
 }
 
 TEST(cut_off_and_padded_messages_are_refused)

@@ -3,6 +3,8 @@
 #include "lcm_client.h"
 #include "scene_writer.h"
 
+#include "pliant_lcmtypes.h"
+
 #include <signal.h>
 #include <string.h>
 #include <time.h>
@@ -88,6 +90,29 @@ TEST(a_repeated_request_is_answered_again_and_not_executed)
     }
     assert_int_equal(command(client, PLIANT_COMMAND_T_STEP, 1, "")->step, step + 11);
     command(client, PLIANT_COMMAND_T_RESUME, 0, "");
+}
+
+static void on_hello(const lcm_recv_buf_t *buffer, const char *channel, const pliant_hello_t *hello,
+                     void *user)
+{
+    (void)buffer;
+    assert_string_equal(channel, "PLIANT_HELLO");
+    assert_string_equal(hello->program, "pliantd");
+    assert_int_equal(strspn(hello->version, "0123456789."), strlen(hello->version));
+    assert_string_equal(hello->prefix, "PLIANT");
+    assert_string_equal(hello->input_prefix, "PLIANT");
+    assert_int_equal(hello->types, PLIANT_LCMTYPES_COUNT);
+    *(bool *)user = true;
+}
+
+TEST(a_server_says_which_version_it_is)
+{
+    Client *client = ((Fixture *)*test_state)->client;
+    bool heard = false;
+    pliant_hello_t_subscription_t *on =
+        pliant_hello_t_subscribe(client->lcm, "PLIANT_HELLO", on_hello, &heard);
+    wait_until(client, heard);
+    pliant_hello_t_unsubscribe(client->lcm, on);
 }
 
 TEST(pause_stops_and_resume_goes_on)
