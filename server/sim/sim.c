@@ -54,10 +54,27 @@ Sim *sim_create(const SimOptions *options, Arena *arena, StateList *state)
     return sim;
 }
 
+// Gives a mesh the columns that its model does not fill: rows of what a free slot has.
+static void complete_mesh(BodyMesh *mesh, const char *body, Arena *arena)
+{
+    const size_t nodes = (size_t)mesh->node_capacity, triangles = (size_t)mesh->triangle_capacity;
+#define COMPLETE(name, type, width, of, empty, ...)                                                \
+    if (mesh->name == NULL && MESH_SLOTS_##of(nodes, triangles) > 0) {                             \
+        const size_t count = MESH_SLOTS_##of(nodes, triangles);                                    \
+        type(*rows)[width] =                                                                       \
+            arena_allocate(arena, ARENA_OUTPUT, count, sizeof *rows, "%s/" #name, body);           \
+        for (size_t k = 0; k < count * (width); k++)                                               \
+            rows[k / (width)][k % (width)] = empty;                                                \
+        mesh->name = (void *)rows;                                                                 \
+    }
+    MESH_COLUMNS(COMPLETE)
+}
+
 Body *sim_add_body(Sim *sim, const Body *body)
 {
     ASSERT(sim->body_count < sim->capacity.bodies);
     sim->body[sim->body_count] = *body;
+    complete_mesh(&sim->body[sim->body_count].mesh, body->name, sim->arena);
     sim->group[sim->body_count] = (GroupMember){.first = sim->body_count, .next = -1};
     return &sim->body[sim->body_count++];
 }
