@@ -3,7 +3,7 @@
 
 #include "wire.h"
 
-#include "pliant_command_t.h"
+#include "pliant_lcmtypes.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -64,6 +64,8 @@ int client_read_numbers(const char *line, double *number, int most)
 
 // --- connection ---
 
+static bool hear_versions(Client *client);
+
 // Tells a user who expects another host's messages why there are none.
 #define NEAR_ONLY " (with ttl=0 only messages of this host arrive)"
 
@@ -95,7 +97,7 @@ bool client_connect(Client *client, const ClientOptions *options, ClientError *e
     if (getrandom(&random, sizeof random, 0) != sizeof random)
         random = (uint32_t)client_now_ns() ^ (uint32_t)getpid() << 16;
     client->sender = (int32_t)(random >> 1 | 1u);
-    if (join(client, options->url, error))
+    if (join(client, options->url, error) && hear_versions(client))
         return true;
     client_disconnect(client);
     return false;
@@ -132,6 +134,78 @@ const char *client_body_of(const Client *client, const char *name, const char *c
     client_channel(client, name, "", head);
     size_t length = strlen(head);
     return strncmp(channel, head, length) == 0 && channel[length] ? channel + length : NULL;
+}
+
+// --- a server of another version ---
+
+// What every server publishes: enough to see that its types are others.
+static const struct {
+    const char *name;
+    const WireType *type;
+} HEARD[] = {{"STATUS", &WIRE_STATUS},
+             {"CONTACT", &WIRE_CONTACT},
+             {"EVENT", &WIRE_EVENT},
+             {"REPLY", &WIRE_REPLY},
+             {"HELLO", &WIRE_HELLO}};
+enum { HEARD_COUNT = sizeof HEARD / sizeof *HEARD };
+
+static void note_hello(Client *client, const void *data, size_t size)
+{
+    pliant_hello_t hello;
+    if (!wire_check(&WIRE_HELLO, data, size) ||
+        pliant_hello_t_decode(data, 0, (int)size, &hello) < 0)
+        return;
+    snprintf(client->server, sizeof client->server, "%.40s %.30s", hello.program, hello.version);
+    client->types = hello.types;
+    pliant_hello_t_decode_cleanup(&hello);
+}
+
+void client_note(Client *client, const char *channel, const void *data, size_t size)
+{
+    const char *name = channel + strlen(client->prefix) + 1;
+    for (int k = 0; k < HEARD_COUNT; k++) {
+        const WireType *type = HEARD[k].type;
+        if (size < 8 || strcmp(name, HEARD[k].name) != 0)
+            continue;
+        if (type == &WIRE_HELLO) {
+            note_hello(client, data, size);
+        } else if (!wire_is(type, data, size)) {
+            client->foreign++;
+            client->foreign_type = type->name;
+        }
+    }
+}
+
+static void on_heard(const lcm_recv_buf_t *buffer, const char *channel, void *client)
+{
+    client_note(client, channel, buffer->data, buffer->data_size);
+}
+
+static bool hear_versions(Client *client)
+{
+    enum { QUEUE = 4 };
+    bool hears = true;
+    for (int k = 0; k < HEARD_COUNT; k++)
+        hears = hears && client_subscribe(client, HEARD[k].name, NULL, QUEUE, on_heard, client);
+    return hears;
+}
+
+bool client_tell_foreign(const Client *client, char *text, size_t size)
+{
+    if (client->foreign == 0)
+        return false;
+    const bool known = client->server[0] != '\0';
+    const int more = known ? client->types - PLIANT_LCMTYPES_COUNT : 0;
+    snprintf(text, size, "%s on %s speaks %s %s than this program: update the %s",
+             known ? client->server : "a server", client->prefix,
+             more > 0   ? "a newer"
+             : more < 0 ? "an older"
+                        : "another",
+             client->foreign_type,
+             more > 0   ? "program"
+             : more < 0 ? "server"
+                        : "older of the two");
+    return true;
 }
 
 const char *client_nodes_body(const Client *client, const char *channel)
@@ -283,6 +357,8 @@ bool client_ask(Client *client, const char *name, ClientPublish *publish, const 
             return client_fail(error, client->broken ? "the LCM connection failed" : "interrupted");
     }
     // No answer, or one that says no.
+    if (!client->reply_come && client_tell_foreign(client, error->text, sizeof error->text))
+        return false;
     if (!client->reply_come)
         return client_fail(error, "no reply on %s_REPLY within %g s: is pliantd running on %s?",
                            client->prefix, timeout_s * tries, client->url);

@@ -56,6 +56,11 @@ typedef struct Client {
     bool broken;                 // the connection failed; client_wait returns at once
     pliant_reply_t *reply;       // the answer to last_id, or NULL
     bool reply_come, subscribed; // `subscribed`: to _REPLY
+    // a server of another version
+    int64_t foreign;          // its messages that are of another type than ours
+    const char *foreign_type; // of ours, the last one
+    char server[80];          // "pliantd 0.1.0", by its hello; "": not heard yet
+    int32_t types;            // that it knows
 } Client;
 
 // Connects; on failure nothing is left open. Hears other hosts if the URL's time to live lets
@@ -70,6 +75,11 @@ void client_channel(const Client *client, const char *name, const char *body,
 // as in receiver_subscribe.
 ReceiverSubscription *client_subscribe(Client *client, const char *name, const char *body,
                                        int queue, lcm_msg_handler_t handler, void *user);
+// Takes notes of a message for client_tell_foreign; a connected client does that itself.
+void client_note(Client *client, const char *channel, const void *data, size_t size);
+// Writes a sentence about a server of another version, which must not be taken for none; returns
+// false if none was heard.
+bool client_tell_foreign(const Client *client, char *text, size_t size);
 // Returns the body in a channel "<PREFIX>_<name>_<body>", or NULL for other channels.
 const char *client_body_of(const Client *client, const char *name, const char *channel);
 // Likewise of positions, on "_NODES_" and on "_POINTS_": nodes_frame_add takes both.

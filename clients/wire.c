@@ -8,6 +8,7 @@
 #include "pliant_command_t.h"
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
+#include "pliant_hello_t.h"
 #include "pliant_mesh_delta_t.h"
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
@@ -19,23 +20,27 @@
 #include "pliant_tool_pose_t.h"
 #include "pliant_walls_t.h"
 
-const WireType WIRE_TOOL_POSE = {"l iii 3d 4d 6d b d b", __pliant_tool_pose_t_get_hash};
-const WireType WIRE_COMMAND = {"l iii l s", __pliant_command_t_get_hash};
-const WireType WIRE_REPLY = {"l ii b l iii ss", __pliant_reply_t_get_hash};
-const WireType WIRE_NODES = {"l i l d iiiii n *0f", __pliant_nodes_t_get_hash};
-const WireType WIRE_POINTS = {"l i l d iii h f 3i n *0b", __pliant_points_t_get_hash};
-const WireType WIRE_MESH = {"l iiiiiii n *0i i nn *1i *1i *2i *1i *1b", __pliant_mesh_t_get_hash};
+const WireType WIRE_TOOL_POSE = {"l iii 3d 4d 6d b d b", __pliant_tool_pose_t_get_hash,
+                                 "tool_pose_t"};
+const WireType WIRE_COMMAND = {"l iii l s", __pliant_command_t_get_hash, "command_t"};
+const WireType WIRE_REPLY = {"l ii b l iii ss", __pliant_reply_t_get_hash, "reply_t"};
+const WireType WIRE_NODES = {"l i l d iiiii n *0f", __pliant_nodes_t_get_hash, "nodes_t"};
+const WireType WIRE_POINTS = {"l i l d iii h f 3i n *0b", __pliant_points_t_get_hash, "points_t"};
+const WireType WIRE_MESH = {"l iiiiiii n *0i i nn *1i *1i *2i *1i *1b", __pliant_mesh_t_get_hash,
+                            "mesh_t"};
 const WireType WIRE_MESH_DELTA = {"l iiiiiii nn *0i *1i nn *2i *2i *2i *3i *2i *2b",
-                                  __pliant_mesh_delta_t_get_hash};
-const WireType WIRE_REST = {"l iiiii i n *0f n *1f", __pliant_rest_t_get_hash};
-const WireType WIRE_WALLS = {"l iii", __pliant_walls_t_get_hash};
-const WireType WIRE_CONTACT = {"l ii l d ll b 3d 3d 3d 3d 3d d 9d d", __pliant_contact_t_get_hash};
+                                  __pliant_mesh_delta_t_get_hash, "mesh_delta_t"};
+const WireType WIRE_REST = {"l iiiii i n *0f n *1f", __pliant_rest_t_get_hash, "rest_t"};
+const WireType WIRE_WALLS = {"l iii", __pliant_walls_t_get_hash, "walls_t"};
+const WireType WIRE_CONTACT = {"l ii l d ll b 3d 3d 3d 3d 3d d 9d d", __pliant_contact_t_get_hash,
+                               "contact_t"};
 const WireType WIRE_STATUS = {"l i ss l ddd lll 4d 4d n *0s *0d n *1(sss iiiiii dddddd) n *2s *2l",
-                              __pliant_status_t_get_hash};
-const WireType WIRE_CLAIM = {"lllll", __pliant_claim_t_get_hash};
+                              __pliant_status_t_get_hash, "status_t"};
+const WireType WIRE_HELLO = {"l ss i ss", __pliant_hello_t_get_hash, "hello_t"};
+const WireType WIRE_CLAIM = {"lllll", __pliant_claim_t_get_hash, "claim_t"};
 const WireType WIRE_PLAYBACK = {"l ii bbb 7d l i n *0d *0s *0s nn *1i *2f",
-                                __pliant_playback_t_get_hash};
-const WireType WIRE_EVENT = {"l i l sss", __pliant_event_t_get_hash};
+                                __pliant_playback_t_get_hash, "playback_t"};
+const WireType WIRE_EVENT = {"l i l sss", __pliant_event_t_get_hash, "event_t"};
 
 enum { WALK_COUNTS = 4 };
 
@@ -131,11 +136,16 @@ static bool walk_shape(Walk *walk, const char *shape)
     return true;
 }
 
+bool wire_is(const WireType *type, const void *data, size_t size)
+{
+    const Walk walk = {.data = data, .size = size};
+    return size >= 8 && word_at(&walk, 8) == (uint64_t)type->fingerprint();
+}
+
 bool wire_check(const WireType *type, const void *data, size_t size)
 {
-    Walk walk = {.data = data, .size = size};
-    if (size < 8 || word_at(&walk, 8) != (uint64_t)type->fingerprint())
+    Walk walk = {.data = data, .size = size, .at = 8};
+    if (!wire_is(type, data, size))
         return false;
-    walk.at = 8;
     return walk_shape(&walk, type->shape) && walk.at == walk.size;
 }

@@ -14,13 +14,16 @@
 typedef struct WireType {
     const char *shape;
     int64_t (*fingerprint)(void);
+    const char *name;
 } WireType;
 
 extern const WireType WIRE_POINTS;
 extern const WireType WIRE_TOOL_POSE, WIRE_COMMAND, WIRE_REPLY, WIRE_NODES, WIRE_MESH,
     WIRE_MESH_DELTA, WIRE_REST, WIRE_WALLS, WIRE_CONTACT, WIRE_STATUS, WIRE_EVENT, WIRE_CLAIM,
-    WIRE_PLAYBACK;
+    WIRE_PLAYBACK, WIRE_HELLO;
 
+// True if `data` begins as a message of the type; else a program of another version sent it.
+bool wire_is(const WireType *type, const void *data, size_t size);
 // True if `data` is one whole message of the type: fingerprint, every count and string inside the
 // message, every number finite, no byte left over. lcm-gen's decoder is safe on it.
 bool wire_check(const WireType *type, const void *data, size_t size);

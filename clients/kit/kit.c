@@ -260,6 +260,8 @@ bool kit_wait_for(PliantClient *kit, const char *what, double seconds, const int
         return true;
     if (client_now_ns() < deadline)
         return client_fail(&kit->error, "a signal ended the wait for %s", what);
+    if (client_tell_foreign(&kit->client, kit->error.text, sizeof kit->error.text))
+        return false;
     return client_fail(&kit->error, "no %s on %s_* within %g s: no such one, or no pliantd on %s",
                        what, kit->client.prefix, seconds, kit->client.url);
 }

@@ -2,6 +2,8 @@
 #include "client.h"
 #include "test.h"
 
+#include "pliant_lcmtypes.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -68,6 +70,35 @@ TEST(channels_name_prefix_message_and_body)
     assert_string_equal(client_nodes_body(&client, "LAB_NODES_liver"), "liver");
     assert_string_equal(client_nodes_body(&client, "LAB_POINTS_liver"), "liver");
     assert_null(client_nodes_body(&client, "LAB_MESH_liver"));
+}
+
+TEST(a_server_of_another_version_is_not_taken_for_none)
+{
+    Client client = {.prefix = "LAB"};
+    char text[256];
+    assert_false(client_tell_foreign(&client, text, sizeof text));
+    // A status of a type that this program does not know,
+    const unsigned char status[64] = {1, 2, 3, 4, 5, 6, 7, 8};
+    client_note(&client, "LAB_STATUS", status, sizeof status);
+    client_note(&client, "LAB_STATUS", status, 7); // no message at all
+    assert_int_equal(client.foreign, 1);
+    assert_true(client_tell_foreign(&client, text, sizeof text));
+    assert_string_equal(text, "a server on LAB speaks another status_t than this program: update "
+                              "the older of the two");
+    // and who sent it.
+    char program[] = "pliantd", version[] = "9.1.0", none[] = "";
+    const pliant_hello_t hello = {.program = program,
+                                  .version = version,
+                                  .types = PLIANT_LCMTYPES_COUNT + 1,
+                                  .prefix = none,
+                                  .input_prefix = none};
+    unsigned char data[128];
+    const int size = pliant_hello_t_encode(data, 0, sizeof data, &hello);
+    client_note(&client, "LAB_HELLO", data, (size_t)size);
+    assert_true(client_tell_foreign(&client, text, sizeof text));
+    assert_string_equal(text, "pliantd 9.1.0 on LAB speaks a newer status_t than this program: "
+                              "update the program");
+    assert_int_equal(client.foreign, 1);
 }
 
 // memq keeps only what somebody has subscribed to.
