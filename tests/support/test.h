@@ -1,10 +1,7 @@
 // Claims that register themselves. A file of tests is a list of TESTs and a group; the files of a
-// folder are one program, which has its main from test_main.c:
-//
-//     static int begin(void **state) { ... }   // cmocka's fixtures, where there are any
-//     AROUND_ALL(begin, end)                   // once for the TESTs below it in the file, until
-//     the next AROUND_ALL AROUND_EACH(begin, end)                  // around each TEST below it,
-//     until the next AROUND_EACH TEST(springs_give_zero_force_at_rest) { ... }
+// folder are one program, which has its main from test_main.c. Fixtures of cmocka, if any, stand
+// above what they are around: AROUND_ALL(begin, end) runs them once for the TESTs below it in the
+// file, AROUND_EACH(begin, end) for each of these, until the next one.
 //
 // What a fixture puts into its `*state` is `*test_state` in a TEST.
 #ifndef PLIANT_TESTS_TEST_H
