@@ -315,6 +315,57 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
     say_next(&want, run, advice);
 }
 
+// --- the total error, as far as it is known ------------------------------------------------------
+
+// Says why nothing can be said of the total error.
+static void say_unknown(const StudyReference *finest, Advice *advice)
+{
+    static const char NONE[] = "none: ";
+    if (strncmp(finest->what, NONE, strlen(NONE)) == 0)
+        say(advice, "No advice in all: no reference, %s.", finest->what + strlen(NONE));
+    else
+        say(advice, "No advice in all: the finest mesh, %s, has no finer one to be judged by.",
+            finest->what);
+}
+
+void advice_make_total(const StudyResult *result, double error, double rate_hz, Advice *advice)
+{
+    static const double LIMITS[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5};
+    const StudyReference *finest = &result->finest;
+    char limit[24];
+    *advice = (Advice){.run = -1};
+    if (!finest->known || !isfinite(own_error(finest))) {
+        say_unknown(finest, advice);
+        return;
+    }
+    // The asked-for error, or the least round one that can be promised.
+    Want want = {.result = result, .finest = finest, .error = error, .rate_hz = rate_hz};
+    advice->run = choose(&want, &advice->met, &advice->holds);
+    for (size_t i = 0; i < sizeof LIMITS / sizeof LIMITS[0] && !advice->met; i++) {
+        if (LIMITS[i] <= error)
+            continue;
+        want.error = LIMITS[i];
+        advice->run = choose(&want, &advice->met, &advice->holds);
+    }
+    if (!advice->met) {
+        advice->run = -1;
+        say(advice, "No advice in all: nothing here is within %s and holds %.4g Hz",
+            table_percent(want.error, limit), rate_hz);
+    } else {
+        const StudyRun *run = &result->run[advice->run];
+        advice->error = whole_error(&want, run);
+        say(advice, "In all, the cheapest choice within %s that holds %.4g Hz is \"%s\": ",
+            table_percent(want.error, limit), rate_hz, run->what.name);
+        say_error(&want, run, advice);
+        say(advice, ", %.3g ms for a simulated second", 1e3 * run->cpu_median);
+    }
+    if (want.error > error)
+        say(advice, "; the two finest meshes differ by %s%s",
+            table_percent(finest->difference[1], limit),
+            result->wall && !result->bends ? ", as a wall folds that does not bend" : "");
+    say(advice, ".");
+}
+
 double study_error(const StudyErrors *errors)
 {
     return isnan(errors->patch) ? errors->surface : errors->patch;

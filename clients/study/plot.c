@@ -21,8 +21,9 @@ typedef struct Series {
 // The content of one picture.
 typedef struct Picture {
     const StudyResult *result;
-    bool total;   // else in time
-    double error; // limit
+    bool total;           // else in time
+    double error;         // limit
+    const Advice *advice; // of the total error
     int series_count;
     Series *series;         // [SERIES_MAX]
     double low[2], high[2]; // of cost and error
@@ -173,6 +174,21 @@ static void write_line(double x0, double y0, double x1, double y1, const char *c
             y1, color);
 }
 
+// Writes the band in which nothing can be told: up to the reference's own error, which is at least
+// what the last refinement changed (report.h).
+static void write_band(const StudyReference *finest, double left, double bottom, double right,
+                       FILE *out)
+{
+    const double own = 100.0 * fmax(finest->own_error, finest->difference[1]);
+    if (!finest->known || !can_show(own) || own <= bottom)
+        return;
+    fprintf(out,
+            "set object 1 rectangle from %g,%g to %g,%g fc rgb '#e4e4e4' fs solid noborder behind\n"
+            "set label \"within the reference's own error\" at %g,%g left offset 0.5,-0.7 "
+            "tc rgb '#707070' front\n",
+            left, bottom, right, own, left, own);
+}
+
 // Writes limits as lines, labelled at their ends; lengths in the units of the axes.
 static void write_limits(const Picture *picture, FILE *out)
 {
@@ -180,9 +196,8 @@ static void write_limits(const Picture *picture, FILE *out)
     double left = picture->low[0] / 1.6, right = picture->high[0] * 1.6;
     double bottom = 100.0 * picture->low[1] / 1.8, top = 100.0 * picture->high[1] * 1.8;
     double limit = 100.0 * picture->error;
-    const StudyReference *finest = &picture->result->finest;
-    fprintf(out, "unset arrow; unset label\nset xrange [%g:%g]\nset yrange [%g:%g]\n", left, right,
-            bottom, top);
+    fprintf(out, "unset arrow; unset label; unset object\nset xrange [%g:%g]\nset yrange [%g:%g]\n",
+            left, right, bottom, top);
     // The wanted error, and real time.
     write_line(left, limit, right, limit, "#b03030", out);
     fprintf(out, "set label '%.3g %%' at %g,%g right offset -0.5,0.6 tc rgb '#b03030' front\n",
@@ -192,15 +207,8 @@ static void write_limits(const Picture *picture, FILE *out)
             "set label 'real time' at 1,%g right rotate by 90 offset -0.9,-0.5 tc rgb '#404040' "
             "front\n",
             top);
-    // Below the reference's own error nothing can be told.
-    if (!picture->total || !finest->known || !can_show(finest->own_error) ||
-        finest->own_error < picture->low[1] / 1.8)
-        return;
-    write_line(left, 100.0 * finest->own_error, right, 100.0 * finest->own_error, "#909090", out);
-    fprintf(out,
-            "set label \"the reference's own error\" at %g,%g left offset 0.5,0.6 "
-            "tc rgb '#707070' front\n",
-            left, 100.0 * finest->own_error);
+    if (picture->total)
+        write_band(&picture->result->finest, left, bottom, right, out);
 }
 
 // Doubles single quotes; enhanced text of gnuplot stays as it is.
@@ -214,6 +222,29 @@ static void write_quoted(const char *text, FILE *out)
             fputc(*text, out);
     }
     fputc('\'', out);
+}
+
+// Writes the advice below the picture, in lines of about so many characters.
+static void write_advice(const Advice *advice, FILE *out)
+{
+    enum { LINE = 150, LINES = 3 };
+    const char *text = advice->sentence;
+    fputs("set bmargin 6.5\n", out);
+    for (int line = 0; line < LINES && *text != '\0'; line++) {
+        size_t length = strlen(text);
+        if (length > LINE)
+            for (length = LINE; length > 1 && text[length] != ' ';)
+                length--;
+        char part[LINE + 1];
+        snprintf(part, sizeof part, "%.*s", (int)length, text);
+        fputs("set label ", out);
+        write_quoted(part, out);
+        fprintf(out, " at screen 0.02,%.3f left noenhanced font ',9' front\n",
+                0.075 - 0.028 * line);
+        text += length;
+        while (*text == ' ')
+            text++;
+    }
 }
 
 static void write_title(const Picture *picture, FILE *out)
@@ -251,6 +282,15 @@ static void write_steps(const Picture *picture, const char *prefix, FILE *out)
                 prefix, s, COLOR[s % COLOR_COUNT]);
 }
 
+// Circles the case that is advised.
+static void write_circle(const StudyRun *run, FILE *out)
+{
+    fprintf(out,
+            ", \\\n  '+' using (%.6g):(%.6g) every ::0::0 with points pt 6 ps 3.5 lw 2 "
+            "lc rgb '#000000' title 'advised'",
+            run->cpu_median, 100.0 * study_error(&run->total));
+}
+
 static void write_picture(const Picture *picture, FILE *out)
 {
     const char *name = picture->total ? "total" : "time";
@@ -266,6 +306,8 @@ static void write_picture(const Picture *picture, FILE *out)
             picture->total ? "error, everything together" : "error, of the steps in time alone");
     fprintf(out, "set key title '%s'\n", picture->total ? "" : "numbers: time step [ms]");
     write_limits(picture, out);
+    if (picture->total)
+        write_advice(picture->advice, out);
     // The same picture twice: for a page and for a text.
     for (int svg = 0; svg < 2; svg++) {
         fprintf(out, "set terminal %s\nset output '%s.%s'\nplot \\\n  ",
@@ -279,11 +321,14 @@ static void write_picture(const Picture *picture, FILE *out)
                 out);
         if (!picture->total)
             write_steps(picture, name, out);
+        else if (picture->advice->run >= 0)
+            write_circle(&picture->result->run[picture->advice->run], out);
         fputs("\nunset output\n", out);
     }
 }
 
-bool plot_write(const StudyResult *result, const char *folder, double error, Status *status)
+bool plot_write(const StudyResult *result, const char *folder, double error, const Advice *total,
+                Status *status)
 {
     char path[PATH];
     snprintf(path, sizeof path, "%s/study.gp", folder);
@@ -301,8 +346,9 @@ bool plot_write(const StudyResult *result, const char *folder, double error, Sta
           "set format xy '%g'\n",
           out);
     // The error of the steps alone, then of everything.
-    for (int total = 0; total < 2; total++) {
-        Picture picture = {.result = result, .total = total != 0, .error = error, .series = series};
+    for (int all = 0; all < 2; all++) {
+        Picture picture = {
+            .result = result, .total = all != 0, .error = error, .advice = total, .series = series};
         collect(&picture);
         write_picture(&picture, out);
     }

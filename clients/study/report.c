@@ -5,6 +5,7 @@
 #include "study/run.h"
 #include "study/scene_keys.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
@@ -42,8 +43,8 @@ void report_progress(Progress *progress, int done, int count, const char *what)
 static const ResultNames NAMES = {.kind = "study",
                                   .mark = STUDY_RUNS_MARK,
                                   .file = {"runs.tsv", "references.tsv", "study.h5", "study.gp",
-                                           "advice.cfg", "advised.cfg", "time.png", "time.svg",
-                                           "total.png", "total.svg"}};
+                                           "advice.cfg", "advice.tsv", "advised.cfg", "time.png",
+                                           "time.svg", "total.png", "total.svg"}};
 
 bool report_make_folder(const char *scene, const char *wanted, char folder[RESULTS_PATH],
                         Status *status)
@@ -91,11 +92,12 @@ static bool save_tables(const StudyResult *result, const Scene *scene, const cha
 }
 
 // Pictures are optional: the study is complete without them.
-static bool draw(const StudyResult *result, const char *folder, double error, Status *status)
+static bool draw(const StudyResult *result, const char *folder, double error, const Advice *total,
+                 Status *status)
 {
     Status why = {0};
     // The script is written in any case: others can draw it.
-    if (!plot_write(result, folder, error, status))
+    if (!plot_write(result, folder, error, total, status))
         return false;
     switch (results_draw("gnuplot", folder, "study.gp", &why)) {
     case DRAWN:
@@ -133,16 +135,34 @@ static bool write_keys(const SceneKeys *keys, const Scene *scene, const char *fo
     return true;
 }
 
-static bool advise(const StudyResult *result, const Scene *scene, const StudyOptions *options,
-                   const char *folder, Status *status)
+// A row for the advice, one for that of the total error.
+static bool save_advice(const StudyResult *result, const Advice *advice, const Advice *total,
+                        const char *folder, Status *status)
 {
-    Advice advice;
+    char path[RESULTS_PATH], text[FIELD_TEXT_MAX];
+    FILE *out = results_create(folder, "advice.tsv", path, status);
+    if (out == NULL)
+        return false;
+    fprintf(out, "advice\tmet\terror\tcase\tsentence\n");
+    for (int i = 0; i < 2; i++) {
+        const Advice *of = i == 0 ? advice : total;
+        fprintf(out, "%s\t%d\t%s\t%s\t%s\n", i == 0 ? "asked" : "total", of->met,
+                field_print_real(of->run >= 0 ? of->error : (double)NAN, text),
+                of->run >= 0 ? result->run[of->run].what.name : "-", of->sentence);
+    }
+    return results_close(out, path, status);
+}
+
+static bool advise(const StudyResult *result, const Scene *scene, const StudyOptions *options,
+                   const Advice *advice, const Advice *total, const char *folder, Status *status)
+{
     SceneKeys keys;
-    advice_make(result, options->error, options->rate_hz, &advice);
-    printf("\n%s\n", advice.sentence);
-    if (advice.run < 0 || !advice.holds)
+    printf("\n%s\n", advice->sentence);
+    if (advice->time_only)
+        printf("%s\n", total->sentence);
+    if (advice->run < 0 || !advice->holds)
         return true;
-    if (!scene_keys_of_case(scene, &result->run[advice.run].what, options->rate_hz, &keys))
+    if (!scene_keys_of_case(scene, &result->run[advice->run].what, options->rate_hz, &keys))
         return status_fail(status, STATUS_FAILED, "pliant-study: no memory");
     putchar('\n');
     return write_keys(&keys, scene, folder, status);
@@ -151,13 +171,17 @@ static bool advise(const StudyResult *result, const Scene *scene, const StudyOpt
 bool report_all(const StudyResult *result, const Scene *scene, const StudyOptions *options,
                 const char *folder, Status *status)
 {
+    Advice advice, total;
+    advice_make(result, options->error, options->rate_hz, &advice);
+    advice_make_total(result, options->error, options->rate_hz, &total);
     table_print(result, stdout);
     if (options->jobs > 1)
         printf("costs were measured with %d cases at a time\n", options->jobs);
     putchar('\n');
     return save_tables(result, scene, folder, status) &&
-           draw(result, folder, options->error, status) &&
-           advise(result, scene, options, folder, status);
+           save_advice(result, &advice, &total, folder, status) &&
+           draw(result, folder, options->error, &total, status) &&
+           advise(result, scene, options, &advice, &total, folder, status);
 }
 
 // --- progress ------------------------------------------------------------------------------------

@@ -119,9 +119,11 @@ bool study_save_hdf(const StudyResult *result, const char *scene_text, const cha
 
 // Writes folder/study.gp. It contains its data and draws, into its own folder, time.png and
 // time.svg (error in time over cost, by integrator, on the scene's own mesh), total.png and
-// total.svg (total error over cost, by detail, with the Pareto front). `error`: the limit that is
-// drawn, as a fraction.
-bool plot_write(const StudyResult *result, const char *folder, double error, Status *status);
+// total.svg (total error over cost, by detail, with the Pareto front; the reference's own error as
+// a band, the advice circled and written below). `error`: the limit that is drawn, as a fraction.
+typedef struct Advice Advice;
+bool plot_write(const StudyResult *result, const char *folder, double error, const Advice *total,
+                Status *status);
 // The terminal output of a study: inputs, the references and their reliability, a row per case, and
 // the reasons for missing cases.
 
@@ -143,7 +145,7 @@ const char *table_percent(double fraction, char *text);
 
 enum { ADVICE_TEXT = 1536 };
 
-typedef struct Advice {
+struct Advice {
     int run;    // in result->run; -1: none, no case can be compared
     bool met;   // all limits are met; else the nearest case is named and `sentence` says what it
                 // misses
@@ -152,7 +154,7 @@ typedef struct Advice {
                     // judged
     double error;   // of the run and its reference together
     char sentence[ADVICE_TEXT];
-} Advice;
+};
 
 // Chooses among the runs with verdict ok that a scene can specify (not step doubling). The advised
 // run has the least median cost of those whose error plus that of the reference (its estimate, but
@@ -164,6 +166,10 @@ typedef struct Advice {
 // has an error above `error`, the error in time counts, for runs on the scene's own mesh alone: it
 // does not apply to coarser ones.
 void advice_make(const StudyResult *result, double error, double rate_hz, Advice *advice);
+
+// Chooses by the total error alone, within `error` or else the least round number above it that can
+// be promised: a mesh of so few levels is seldom within 1 %. Says why if there is no advice.
+void advice_make_total(const StudyResult *result, double error, double rate_hz, Advice *advice);
 
 // The Pareto front: runs that no other run beats in both cost and error.
 

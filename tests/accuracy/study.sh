@@ -28,15 +28,17 @@ study_bent() {
     study "$1-bends" "$data/$1-bends.cfg" --only bound
 }
 
-# What --quick advises for a shipped scene, and how long it took: a row of study-shipped.tsv.
+# What --quick advises for a shipped scene, of the steps and of the total error, and how long it took: a row of
+# study-shipped.tsv.
 study_shipped() {
     shipped=$(basename "$1" .cfg)
     begin=$(date +%s)
     study "shipped-$shipped" "$1" --quick
-    printf '%s\t%s\t%s\n' "$shipped" "$(advice_of "$data/shipped-$shipped.txt")" $(($(date +%s) - begin))
+    printf '%s\t%s\t%s\t%s\n' "$shipped" "$(advice_of "$data/shipped-$shipped.txt")" \
+        "$(awk -F '\t' '$1 == "total" { print $5 }' "$data/shipped-$shipped/advice.tsv")" $(($(date +%s) - begin))
 }
 
-advice_of() { grep -E '^(The cheapest choice|Nothing here|No advice)' "$1"; }
+advice_of() { grep -m 1 -E '^(The cheapest choice|Nothing here|No advice)' "$1"; }
 
 if [ -n "$programs" ]; then
     study fabric "$here/scenes/fabric.cfg"
@@ -47,7 +49,7 @@ if [ -n "$programs" ]; then
     study block "$here/scenes/block.cfg"
     sh "$here/study_outside.sh" "$programs" "$data/outside"
     {
-        printf 'scene\tadvice within 1 %%, at its own rate\tthe study took [s]\n'
+        printf 'scene\tadvice within 1 %%, at its own rate\tadvice in all\tthe study took [s]\n'
         for scene in "$here"/../../config/*.cfg; do study_shipped "$scene"; done
     } >"$data/study-shipped.tsv"
     sh "$here/study_live.sh" "$programs" "$data"
@@ -108,9 +110,18 @@ for name in sphere sphere-bends stomach stomach-bends fabric block sphere-coarse
         [ ! -f "$data/$name/$picture.png" ] || cp "$data/$name/$picture.png" "$here/study-$name-$picture.png"
     done
 done
+# Total error against run time, a picture for each shipped scene.
+for scene in "$here"/../../config/*.cfg; do
+    name=$(basename "$scene" .cfg)
+    [ ! -f "$data/shipped-$name/total.png" ] || cp "$data/shipped-$name/total.png" "$here/study-config-$name.png"
+done
 gnuplot -e "data='$data'; out='$here'" "$here/study.gp"
 awk -v data="$data" -f "$here/tables.awk" "$here/study.in.md" >"$data/study.md"
 { cat "$data/study.md"
+  printf '\n## The shipped scenes, a picture each\n\nTotal error against run time; grey: within the own error of the reference; circled: the advice in all.\n\n'
+  for picture in "$here"/study-config-*.png; do
+      [ ! -f "$picture" ] || { name=$(basename "$picture" .png); printf '![%s](%s.png)\n' "${name#study-config-}" "$name"; }
+  done
   printf '\n%s, %s, %s runs of each, one at a time.\n' \
     "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" "$(uname -m)" "$repeats"
 } >"$here/study.md"

@@ -188,6 +188,34 @@ TEST(what_nearly_equal_inputs_differ_by_counts)
     assert_string_equal(advised(0.03, 1000.0), "coarse, level 0");
 }
 
+// A mesh whose finest levels still differ has an advice for what can be promised of it.
+TEST(in_all_the_least_round_error_that_can_be_promised_is_advised)
+{
+    fill();
+    advice_make_total(&result, 0.01, 1000.0, &advice);
+    assert_true(advice.met);
+    assert_string_equal(result.run[advice.run].what.name, "b, level 1");
+    assert_null(strstr(advice.sentence, "finest meshes differ"));
+    // 0.8 % and 3 % of the reference are within 5 %; so are 2 % and 3 %, which is cheaper.
+    result.finest.difference[1] = 0.03;
+    advice_make_total(&result, 0.01, 1000.0, &advice);
+    assert_true(advice.met);
+    assert_string_equal(result.run[advice.run].what.name, "coarse, level 0");
+    expect_near(advice.error, 0.05, 1e-12);
+    assert_non_null(strstr(advice.sentence, "In all, the cheapest choice within 5 % that holds"));
+    assert_non_null(strstr(advice.sentence, "the two finest meshes differ by 3 %"));
+    // One that nothing is known of says why.
+    result.finest.known = false;
+    snprintf(result.finest.what, sizeof result.finest.what, "none: level 2 would take 99 s");
+    advice_make_total(&result, 0.01, 1000.0, &advice);
+    assert_int_equal(advice.run, -1);
+    assert_string_equal(advice.sentence,
+                        "No advice in all: no reference, level 2 would take 99 s.");
+    snprintf(result.finest.what, sizeof result.finest.what, "leapfrog double, 1 ms, levels 0");
+    advice_make_total(&result, 0.01, 1000.0, &advice);
+    assert_non_null(strstr(advice.sentence, "levels 0, has no finer one to be judged by"));
+}
+
 TEST(without_a_total_reference_the_promise_is_about_time)
 {
     fill();

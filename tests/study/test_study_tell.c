@@ -360,11 +360,14 @@ TEST(hdf5_holds_every_run)
 
 // --- pictures ------------------------------------------------------------------------------------
 
+static Advice advice;
+
 TEST(missing_gnuplot_leaves_the_script)
 {
     Status status = {0};
     fill();
-    assert_true(plot_write(&result, scratch.folder, 0.01, &status));
+    advice_make_total(&result, 0.01, 1000.0, &advice);
+    assert_true(plot_write(&result, scratch.folder, 0.01, &advice, &status));
     assert_int_equal(results_draw("no-such-gnuplot", scratch.folder, "study.gp", &status),
                      DRAW_NO_GNUPLOT);
     char *script = read_back("study.gp");
@@ -386,7 +389,8 @@ TEST(gnuplot_draws_all_four)
     Status status = {0};
     fill();
     snprintf(result.scene, sizeof result.scene, "it's a_scene");
-    assert_true(plot_write(&result, scratch.folder, 0.01, &status));
+    advice_make_total(&result, 0.01, 1000.0, &advice);
+    assert_true(plot_write(&result, scratch.folder, 0.01, &advice, &status));
     DrawResult drawn = results_draw("gnuplot", scratch.folder, "study.gp", &status);
     if (drawn == DRAW_NO_GNUPLOT)
         skip();
@@ -400,7 +404,7 @@ TEST(a_script_without_points_is_no_error)
 {
     Status status = {0};
     sample_begin(&result, 0.001, 1e-6);
-    assert_true(plot_write(&result, scratch.folder, 0.01, &status));
+    assert_true(plot_write(&result, scratch.folder, 0.01, &advice, &status));
     DrawResult drawn = results_draw("gnuplot", scratch.folder, "study.gp", &status);
     assert_true(drawn == DRAWN || drawn == DRAW_NO_GNUPLOT);
 }
