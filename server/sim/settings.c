@@ -24,6 +24,7 @@ struct SetKey {
     double low, high;
     const char *range; // both as text
     bool whole;        // an integer
+    bool stable;       // always: never the cause of bad numbers
     const char *lacks; // of whom no body has it
     // Whether a body that has it may have this value; NULL: all in its range.
     bool (*check)(Sim *sim, const Body *body, const SetKey *key, double value, char *why,
@@ -154,8 +155,10 @@ _Static_assert(LEVELS_MAX == 8, "the range of adapt_level");
 #define RANGE(least, most) .low = (least), .high = (most), .range = "[" #least ", " #most "]"
 #define SCALE              .check = check_scale, .apply = apply_scale, .limit = limit_scale
 #define CAVITY             .check = check_cavity, .apply = apply_parameter, .limit = limit_cavity
+// A live run's governor sets them, too.
 #define ADAPT                                                                                      \
-    .apply = apply_parameter, .lacks = "does not adapt its level of detail (levels, adapt)"
+    .stable = true, .apply = apply_parameter,                                                      \
+    .lacks = "does not adapt its level of detail (levels, adapt)"
 static const SetKey KEYS[] = {
     {"gravity_x", BODY_GRAVITY_X, OF_SCENE, RANGE(-1e4, 1e4), .apply = apply_parameter},
     {"gravity_y", BODY_GRAVITY_Y, OF_SCENE, RANGE(-1e4, 1e4), .apply = apply_parameter},
@@ -174,6 +177,22 @@ static const SetKey KEYS[] = {
     {"adapt_level", BODY_ADAPT_LEVEL, OF_THOSE, RANGE(0, 8), .whole = true, ADAPT},
 };
 enum { KEY_COUNT = sizeof KEYS / sizeof *KEYS };
+
+// Numbers of keys for the guard, whose state has them: gravity as a vector, then the rows. States
+// of versions that did not number all keys have 0.
+enum { NUMBER_UNKNOWN, NUMBER_GRAVITY, NUMBER_ROWS };
+
+const char *setting_name(int64_t number)
+{
+    return number >= NUMBER_ROWS      ? KEYS[number - NUMBER_ROWS].key
+           : number == NUMBER_GRAVITY ? "gravity"
+                                      : "another key";
+}
+
+bool setting_is_numbered(int64_t number)
+{
+    return number >= 0 && number < NUMBER_ROWS + KEY_COUNT;
+}
 
 static const SetKey *find_key(const char *key)
 {
@@ -255,7 +274,7 @@ bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size)
         for (int axis = 0; axis < 3; axis++)
             sim->body[b].ops->set(sim->body[b].model, (BodyParameter)(BODY_GRAVITY_X + axis),
                                   part[axis]);
-    guard_note_set(sim, -1, "gravity");
+    guard_note_set(sim, -1, NUMBER_GRAVITY);
     return true;
 }
 
@@ -347,7 +366,8 @@ bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t wh
     for (int b = set.first; b < set.end; b++)
         if (read_key(&sim->body[b], set.key, &now))
             set.key->apply(sim, &sim->body[b], set.key, value);
-    guard_note_set(sim, set.named ? set.first : -1, set.key->key);
+    if (!set.key->stable)
+        guard_note_set(sim, set.named ? set.first : -1, NUMBER_ROWS + (int)(set.key - KEYS));
     return true;
 }
 

@@ -116,7 +116,7 @@ typedef struct GuardBody {
     int64_t told;       // tick of the newest report about it
     int64_t unreported; // restores since that report
     int64_t set;        // tick of the newest SET
-    int64_t set_key;    // key of that SET
+    int64_t set_key;    // number of its key (setting_name)
     Blame energy;       // restores because of energy without a source
     int64_t cause;      // GuardCause of the newest restore, during consecutive bad ticks
     int64_t loaded; // tick in which a load ended that left it excess energy, until that is gone; of
@@ -265,9 +265,11 @@ bool guard_bodies(Sim *sim);
 // Counts one more bad tick; returns true if there are too many within the window.
 bool guard_count(Blame *blame, int64_t tick, int64_t window, int most);
 
-// Returns the name of a key of SET, by GuardBody.set_key.
-const char *guard_key(int64_t key);
-enum { GUARD_KEYS = 8 };
+// settings.c
+// Returns the name of a key of SET by its number, as GuardBody.set_key has it.
+const char *setting_name(int64_t number);
+// True for a number that a state may have.
+bool setting_is_numbered(int64_t number);
 
 // guard_energy.c
 // Remembers loads that leave energy behind; call before they end.
@@ -286,8 +288,8 @@ void guard_renew(Sim *sim, int body);
 void guard_wrenches(Sim *sim);
 // True if a pose may move its tool: not after a withdrawal, until its sender has released the tool.
 bool guard_admits(Sim *sim, int tool, const ToolPose *pose);
-// Records a SET. `body` -1: all. SETs that concern no body are not recorded.
-void guard_note_set(Sim *sim, int body, const char *key);
+// Records a SET by the number of its key. `body` -1: all.
+void guard_note_set(Sim *sim, int body, int key);
 // True if the state read from a checkpoint is consistent.
 bool guard_check(const Sim *sim);
 

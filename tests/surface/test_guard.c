@@ -455,6 +455,38 @@ TEST(what_was_set_is_the_cause_for_a_while_then_the_unsafe_step)
     fixture_destroy(&fixture);
 }
 
+TEST(what_was_set_is_named_whichever_key_it_is)
+{
+    FixtureOptions options = fixture_loadable();
+    options.integrator = INTEGRATOR_LEAPFROG;
+    options.cavity = (SurfaceCavity){.wanted = true, .gas = true, .ambient = 1e5};
+    static const struct {
+        const char *key, *cause;
+        double value;
+    } SETS[] = {{"gravity_y", "gravity_y SET", 1.0},
+                {"body.damping_scale", "damping_scale SET", 1.0},
+                {"friction", "friction SET", 0.3},
+                {"body.pressure", "pressure SET", 1.0},
+                {"volume", "volume SET", 5e-4},
+                {"body.adapt_force", NULL, 1.0}};
+    for (size_t i = 0; i < sizeof SETS / sizeof *SETS; i++) {
+        Fixture fixture;
+        fixture_create_sphere(&fixture, &options);
+        spoil_motion(&fixture);
+        char why[128];
+        if (sim_apply_set(fixture.sim, SETS[i].key, SETS[i].value, why, sizeof why) !=
+            (SETS[i].cause != NULL))
+            fail_msg("%s: %s", SETS[i].key, why);
+        spoilt = 1;
+        fixture_run(&fixture, 2);
+        SimEvent event;
+        assert_true(next_event(&fixture, "restored", &event));
+        if (SETS[i].cause != NULL && strstr(event.text, SETS[i].cause) == NULL)
+            fail_msg("'%s' is not in: %s", SETS[i].cause, event.text);
+        fixture_destroy(&fixture);
+    }
+}
+
 TEST(a_body_is_told_of_once_a_window_however_often_it_is_restored)
 {
     FixtureOptions options = fixture_loadable();
@@ -608,7 +640,7 @@ TEST(what_the_guard_remembers_is_part_of_the_state)
     assert_false(sim_check(other.sim));
     other.sim->guard->tool[0].withdrawn = 0;
     assert_true(sim_check(other.sim));
-    other.sim->guard->body[0].set_key = GUARD_KEYS;
+    other.sim->guard->body[0].set_key = 1000;
     assert_false(sim_check(other.sim));
     free(image);
     fixture_destroy(&fixture);

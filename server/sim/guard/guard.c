@@ -13,16 +13,6 @@
 
 #define FAR 1e3 // longest edges of the coarsest level
 
-static const char *const keys[GUARD_KEYS] = {
-    "another key", "gravity",         "gravity_x",     "gravity_y",
-    "gravity_z",   "stiffness_scale", "damping_scale", "friction",
-};
-
-const char *guard_key(int64_t key)
-{
-    return keys[key];
-}
-
 int64_t guard_reason(const GuardCounts *counts, int index, const char **name)
 {
     static const char *const names[GUARD_REASONS] = {
@@ -93,9 +83,9 @@ bool guard_check(const Sim *sim)
         // Ticks that have been, counts and causes that exist.
         const GuardBody *body = &guard->body[b];
         if (!can_be(sim, &body->bad) || !can_be(sim, &body->energy) || !was(sim, body->told) ||
-            body->unreported < 0 || !was(sim, body->set) || body->set_key < 0 ||
-            body->set_key >= GUARD_KEYS || !was(sim, body->loaded) ||
-            !vec3_finite(body->load_force) || body->cause < 0 || body->cause >= GUARD_CAUSE_COUNT)
+            body->unreported < 0 || !was(sim, body->set) || !setting_is_numbered(body->set_key) ||
+            !was(sim, body->loaded) || !vec3_finite(body->load_force) || body->cause < 0 ||
+            body->cause >= GUARD_CAUSE_COUNT)
             return false;
         // Energies that a sum could have given.
         const EnergyAccount *energy = &guard->energy[b];
@@ -363,20 +353,13 @@ bool guard_admits(Sim *sim, int t, const ToolPose *pose)
     return true;
 }
 
-void guard_note_set(Sim *sim, int body, const char *key)
+void guard_note_set(Sim *sim, int body, int key)
 {
-    // Levels of detail are always stable, and a live run's governor sets them.
-    if (strncmp(key, "adapt_", 6) == 0)
-        return;
-    int64_t about = 0;
-    for (int k = 1; k < GUARD_KEYS; k++)
-        if (strcmp(key, keys[k]) == 0)
-            about = k;
     guard_renew(sim, body);
     for (int b = 0; b < sim->body_count; b++)
         if (body < 0 || body == b) {
             sim->guard->body[b].set = sim->clock->step + 1;
-            sim->guard->body[b].set_key = about;
+            sim->guard->body[b].set_key = key;
         }
 }
 

@@ -145,7 +145,7 @@ GuardCause guard_find_cause(const Sim *sim, int b, Suspect *suspect, char *text,
     // Without them, in order: a SET, the time step, past loads, past pushes.
     const int64_t since = sim->clock->step + 1 - at->set;
     if (at->set > 0 && since < sim->guard->window) {
-        snprintf(text, size, "%s SET %.3g s before", guard_key(at->set_key),
+        snprintf(text, size, "%s SET %.3g s before", setting_name(at->set_key),
                  (double)since * sim->tick);
         return GUARD_SET;
     }
