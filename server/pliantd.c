@@ -81,7 +81,7 @@ static const ArgumentRow ROWS[] = {
     {"duration", 0, ARGUMENT_NUMBER, "S", AT(duration_s), 1e-3, 1e9,
      .help = "End after S seconds (late ticks included)"},
     {"seed", 0, ARGUMENT_INTEGER, "N", .low = -HUGE_VAL, .high = HUGE_VAL, .idle = true,
-     .help = "nothing is random in this version"},
+     .help = "deprecated, since nothing is random"},
     {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_ISA, .offset = AT(isa)},
     {.type = ARGUMENT_ROWS, .rows = ARGUMENTS_LOG_LEVEL},
     {0}};

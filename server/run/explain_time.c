@@ -1,5 +1,6 @@
-// How long a tick takes on this machine, for --check: measured, not counted. Main thread, in place
-// of a run; the world is of no use afterwards.
+// How long a tick takes on this machine, for --check: measured, not counted, as the processor time
+// of the thread that steps, which other programs do not change. With `threads` it includes waiting
+// for the others. Main thread, in place of a run; the world is of no use afterwards.
 #include "run/modes.h"
 
 #include "base/check.h"
@@ -96,12 +97,29 @@ static bool move_tools(Sim *sim, const Press *press, double part)
 
 // --- measuring -----------------------------------------------------------------------------------
 
-// Steps a world for a while: at rest, or with tools that come down if `press` is given, or a body
-// (unless -1) alone. Returns the median of a tick [s]; of a press that of the second half, when the
-// tools have arrived.
-static double measure(Sim *sim, int body, const Press *press, double budget)
+// The time of a tick [s]: of the processor, and by the clock, where other programs ran meanwhile.
+typedef struct Duration {
+    double busy, passed;
+} Duration;
+
+static double median(double *time, int count)
 {
-    double time[TICKS_MOST];
+    qsort(time, (size_t)count, sizeof *time, by_size);
+    return time[count / 2];
+}
+
+static void print_duration(const char *comma, const Duration *time, const char *what, FILE *out)
+{
+    fprintf(out, "%s%.3g (%.3g by the clock) ms%s", comma, 1e3 * time->busy, 1e3 * time->passed,
+            what);
+}
+
+// Steps a world for a while: at rest, or with tools that come down if `press` is given, or a body
+// (unless -1) alone. Returns the medians of a tick; of a press those of the second half, when the
+// tools have arrived.
+static Duration measure(Sim *sim, int body, const Press *press, double budget)
+{
+    double busy[TICKS_MOST], passed[TICKS_MOST];
     const int64_t begin = clock_now_ns();
     double spent = 0.0;
     int count = 0;
@@ -110,30 +128,31 @@ static double measure(Sim *sim, int body, const Press *press, double budget)
         const double part = fmax(fmax((double)i / TICKS_MOST, spent / budget), 0.0);
         if (press != NULL)
             move_tools(sim, press, fmin(part, 1.0));
-        const int64_t start = clock_now_ns();
+        const int64_t start = clock_now_ns(), start_busy = clock_thread_ns();
         if (body < 0)
             sim_step(sim);
         else
             sim_step_alone(sim, body);
-        const int64_t end = clock_now_ns();
-        if (i >= 0)
-            time[count++] = 1e-9 * (double)(end - start);
+        const int64_t end_busy = clock_thread_ns(), end = clock_now_ns();
+        if (i >= 0) {
+            busy[count] = 1e-9 * (double)(end_busy - start_busy);
+            passed[count++] = 1e-9 * (double)(end - start);
+        }
         spent = 1e-9 * (double)(end - begin);
         if (count >= TICKS_LEAST && spent > budget)
             break;
     }
     const int first = press != NULL ? count / 2 : 0;
-    qsort(time + first, (size_t)(count - first), sizeof *time, by_size);
-    return time[first + (count - first) / 2];
+    return (Duration){median(busy + first, count - first), median(passed + first, count - first)};
 }
 
 // The same at rest of a world whose bodies are held at their finest level; 0: none of them adapts,
 // or they cannot be built so.
-static double measure_refined(const Scene *scene, const BuildOptions *options)
+static Duration measure_refined(const Scene *scene, const BuildOptions *options)
 {
     Scene refined = *scene;
     bool any = false;
-    double time = 0.0;
+    Duration time = {0};
     refined.body = calloc((size_t)scene->body_count, sizeof *refined.body);
     ASSERT(refined.body != NULL);
     for (int i = 0; i < scene->body_count; i++) {
@@ -186,8 +205,7 @@ static bool is_rk4(const Costly *c)
 
 static bool is_double(const Costly *c)
 {
-    return c->body->integrator != INTEGRATOR_IMPLICIT &&
-           c->described->options.precision == PRECISION_DOUBLE;
+    return c->body->integrator != INTEGRATOR_IMPLICIT && c->scene->precision == PRECISION_DOUBLE;
 }
 
 static bool has_fine_levels(const Costly *c)
@@ -253,11 +271,12 @@ static int print_bodies(Sim *sim, FILE *out)
     double most = 0.0;
     int costliest = 0;
     for (int i = 0; i < count; i++) {
-        const double time = measure(sim, i, NULL, BUDGET / count);
-        fprintf(out, "time of a tick of body %s alone: %.3g ms of %.3g ms: %s\n",
-                sim_body(sim, i)->name, 1e3 * time, 1e3 * tick, verdict(time / tick));
-        costliest = time > most ? i : costliest;
-        most = fmax(most, time);
+        const Duration time = measure(sim, i, NULL, BUDGET / count);
+        fprintf(out, "time of a tick of body %s alone: ", sim_body(sim, i)->name);
+        print_duration("", &time, "", out);
+        fprintf(out, " of %.3g ms: %s\n", 1e3 * tick, verdict(time.busy / tick));
+        costliest = time.busy > most ? i : costliest;
+        most = fmax(most, time.busy);
     }
     return costliest;
 }
@@ -277,16 +296,18 @@ bool explain_time(World *world, const Scene *scene, const BuildOptions *options,
         realtime_pin_step(world->team, pthread_self());
         sim_set_lockstep(sim, true); // tools do not become stale
         // The whole scene last: what to do about it depends on the bodies.
-        const double rest = measure(sim, -1, NULL, BUDGET);
-        const double pressed = move_tools(sim, press, 0.0) ? measure(sim, -1, press, BUDGET) : 0.0;
+        const Duration rest = measure(sim, -1, NULL, BUDGET);
+        const bool presses = move_tools(sim, press, 0.0);
+        const Duration pressed = presses ? measure(sim, -1, press, BUDGET) : (Duration){0};
         const int costliest = print_bodies(sim, out);
-        const double refined = measure_refined(scene, options);
-        const double share = fmax(fmax(rest, pressed), refined) / tick;
-        fprintf(out, "time of a tick on this machine: %.3g ms at rest", 1e3 * rest);
-        if (pressed > 0.0)
-            fprintf(out, ", %.3g ms pressed by its tools", 1e3 * pressed);
-        if (refined > 0.0)
-            fprintf(out, ", %.3g ms with all faces at the finest level", 1e3 * refined);
+        const Duration refined = measure_refined(scene, options);
+        const double share = fmax(fmax(rest.busy, pressed.busy), refined.busy) / tick;
+        fprintf(out, "time of a tick on this machine: ");
+        print_duration("", &rest, " at rest", out);
+        if (presses)
+            print_duration(", ", &pressed, " pressed by its tools", out);
+        if (refined.passed > 0.0)
+            print_duration(", ", &refined, " with all faces at the finest level", out);
         fprintf(out, ", of %.3g ms: %s", 1e3 * tick, verdict(share));
         if (share > FITS) {
             fprintf(out, ": ");

@@ -195,9 +195,21 @@ static void say_pushed_away(const Subject *s, double value, char *text, size_t s
 
 // Returns the damping rate of nodes relative to each other and in space, for a scheme without
 // numerical damping [1/s].
-static double damping(const Subject *s)
+static double damping(const Subject *s, SceneModel model)
 {
-    return integrator_is_symplectic(s->made->integrator) ? s->made->damping : (double)NAN;
+    return s->body->model == model && integrator_is_symplectic(s->made->integrator)
+               ? s->made->damping
+               : (double)NAN;
+}
+
+static double wall_damping(const Subject *s)
+{
+    return damping(s, MODEL_SURFACE);
+}
+
+static double solid_damping(const Subject *s)
+{
+    return damping(s, MODEL_VOXEL);
 }
 
 static void say_damping(const Subject *s, double value, char *text, size_t size)
@@ -209,7 +221,7 @@ static void say_damping(const Subject *s, double value, char *text, size_t size)
     char key[64];
     (void)value;
     if (s->body->model == MODEL_VOXEL)
-        snprintf(key, sizeof key, "damping = 0.2;"); // the default
+        snprintf(key, sizeof key, "damping = 0.2;");
     else if (wall->uniform)
         snprintf(key, sizeof key, "spring_damping = %.2g;", time * wall->spring_stiffness);
     else
@@ -281,7 +293,9 @@ static const Row BODY_ROWS[] = {
     {burst, -HUGE_VAL, 1.0, say_burst, NULL,
      "it will grow without end; is it in mmHg? cavity.pressure is in Pa, 133 of them", false},
     // A tenth of a percent of an oscillation per year.
-    {damping, 1e-10, HUGE_VAL, say_damping, "integrator = \"rk4\" prevents it too", NULL, false},
+    {wall_damping, 1e-10, HUGE_VAL, say_damping, "integrator = \"rk4\" prevents it too", NULL,
+     false},
+    {solid_damping, 1e-10, HUGE_VAL, say_damping, "that is its default", NULL, false},
     // A body in free fall is out of reach within a second.
     {free_fall, 0.0, 0.0, say_free_fall, NULL, HOLD, false},
     {pushed_away, 0.0, 0.0, say_pushed_away, NULL, HOLD, true},

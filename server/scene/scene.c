@@ -65,7 +65,8 @@ static const Option SCENE_OPTIONS[] = {
     {"publish", OPTION_GROUP, AT(publish), "", .preset_text = "its defaults",
      .about = "What is published, and how often."},
     {"late", OPTION_WORD, AT(late), "", .words = LATE_WORDS,
-     .about = "What happens to a tick that could not begin in time: it is skipped and counted."},
+     .about = "Deprecated, without effect: a tick that cannot begin in time is skipped and "
+              "counted."},
     {"start", OPTION_WORD, AT(start), "", .words = START_WORDS,
      .about = "Whether time runs at once or waits for a RESUME or STEP command."},
     {"estimate_error", OPTION_BOOL, AT(scene.estimate_error), "",

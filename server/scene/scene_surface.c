@@ -338,7 +338,8 @@ static const Option CAVITY_OPTIONS[] = {
      .feature = "pressure inside",
      .about =
          "Pressure above that outside. It stays, until a cut opens the wall. `gas` and `fluid` "
-         "are let in at this pressure while the scene settles (`settle_s`), then sealed."},
+         "are let in at this pressure while the scene settles (`settle_s`), then sealed. 0 without "
+         "these: nothing is inside, as without a `cavity`, which SET cannot change."},
     {"gas", OPTION_BOOL, AT(gas), "", .physics = true, .feature = "gas inside",
      .about = "A gas at constant temperature: (`ambient` + pressure) times volume stays."},
     {"ambient", OPTION_REAL, AT(ambient), "Pa", 0.0, 1e9, .preset = 101325.0, .physics = true,
@@ -364,11 +365,12 @@ const OptionTable CAVITY_TABLE = OPTION_TABLE(
 static bool read_cavity(const SceneReader *reader, const BodyGroup *raw, SurfaceOptions *surface)
 {
     SurfaceCavity *cavity = &surface->cavity;
-    cavity->wanted = raw->cavity != NULL;
     if (raw->cavity == NULL)
         return true;
     if (!option_read(&CAVITY_TABLE, raw->cavity, &reader->source, cavity))
         return false;
+    // What is at rest under no pressure needs no cavity.
+    cavity->wanted = cavity->gas || cavity->fluid || cavity->pressure != 0.0;
     if (cavity->gas && cavity->fluid)
         return option_fail(&reader->source, option_find(raw->cavity, "fluid"),
                            "fluid cannot be mixed with gas");

@@ -72,6 +72,9 @@ TEST(implausible_numbers_are_warned_of_once_with_line_and_cause)
          "0.0; };",
          "scene.cfg:3: body \"wall\" has no damping: once crumpled it gains energy without end by "
          "leapfrog, which material = { damping_time = 2e-05; } prevents: integrator = \"rk4\" "},
+        {"density = 1050.0;", "density = 1050.0; damping = 0.0;",
+         "scene.cfg:2: body \"solid\" has no damping: once crumpled it gains energy without end by "
+         "symplectic_euler, which material = { damping = 0.2; } prevents: that is its default"},
         {"frame = \"world\"", "frame = \"body\"",
          "scene.cfg:3: body \"wall\" has no support and falls 4.91 m in its first second"},
         {"-0.0399]); } )", "-0.0399]); } ); time_step = 1e-7",
@@ -180,5 +183,24 @@ TEST(the_time_of_a_tick_has_a_verdict)
         const char *line = strstr(run.out, "time of a tick on this machine: ");
         assert_non_null(line);
         assert_non_null(strstr(line, cases[i].says));
+    }
+}
+
+// Advice is to change what the scene has.
+TEST(only_a_body_in_double_precision_is_advised_to_use_single)
+{
+    for (int twice = 0; twice < 2; twice++) {
+        Process run;
+        char text[512];
+        snprintf(text, sizeof text,
+                 "rate_hz = 10000.0; precision = \"%s\"; bodies = ( { name = \"ball\"; mesh = { "
+                 "generator = \"ico_sphere\"; nodes = 10242; }; material = { youngs_modulus_2d = "
+                 "1e5; }; } );\n",
+                 twice ? "double" : "single");
+        write_text(scratch("scene.cfg"), text);
+        run_daemon(&run, "--check %s", scratch("scene.cfg"));
+        const char *line = strstr(run.out, ": misses: try ");
+        assert_non_null(line);
+        assert_int_equal(strstr(line, "precision = \"single\"") != NULL, twice);
     }
 }

@@ -329,7 +329,7 @@ TEST(rows_that_count_change_the_hash_and_no_others)
 {
     static const char *const BODIES[] = {
         "mesh = { generator = \"sphere\"; }; levels = 1; adapt = {}; shape = {};\n"
-        "cavity = {}; cuttable = true; tear = { stretch = 1.0; };\n"
+        "cavity = { gas = true; }; cuttable = true; tear = { stretch = 1.0; };\n"
         "material = { stiffening = { strain = 0.1; cap = 5.0; }; };",
         "model = \"voxel\"; voxels = { generator = \"box\"; count = 4; };\n"
         "cuttable = true; tear = { force = 1.0; };\n"

@@ -390,7 +390,8 @@ static void expect_within_1_percent(const char *what, long long a, long long b)
 TEST(switched_off_by_its_key_is_as_left_out)
 {
     static const char *const OFF[2] = {
-        "levels = 0; start_level = 0; prestress = 0.0; cuttable = false; unsafe_time_step = false;",
+        "levels = 0; start_level = 0; prestress = 0.0; cuttable = false; unsafe_time_step = false; "
+        "cavity = { pressure = 0.0; };",
         "cuttable = false; split_budget = 100; unsafe_time_step = false;"};
     const Feature off = {.name = "everything switched off",
                          .head = "gravity = [0.0, 0.0, 0.0]; threads = 1; settle_s = 0.0; "
