@@ -186,12 +186,12 @@ static LiveOptions live_options(World *world, const DaemonArguments *arguments, 
     const Body *body = sim_body(world->sim, 0); // every scene has a body
     return (LiveOptions){.lcm_url = arguments->lcm_url,
                          .isa = body->ops->isa(body->model),
-                         .duration_s = arguments->duration_s,
+                         .loop = {.duration_s = arguments->duration_s,
+                                  .record_tools_hz = arguments->record_tools_hz,
+                                  .checkpoint_s = arguments->checkpoint_s},
                          .checkpoint_path = arguments->checkpoint,
-                         .checkpoint_s = arguments->checkpoint_s,
                          .input_log_path = arguments->log_inputs,
                          .record_path = arguments->record,
-                         .record_tools_hz = arguments->record_tools_hz,
                          .signals = signals};
 }
 
@@ -259,9 +259,9 @@ static bool may_record(const Scene *scene, const DaemonArguments *arguments, Sta
     if (!(scene->publish.nodes_hz > 0.0))
         return status_fail(status, STATUS_INVALID,
                            "%s: --record records at publish.nodes_hz, which is 0", scene->path);
-    return arguments->record_tools_hz <= scene->rate_hz ||
+    return arguments->record_tools_hz <= scene->sim.rate_hz ||
            status_fail(status, STATUS_INVALID, "%s: --record-tools-hz %g above rate_hz %g",
-                       scene->path, arguments->record_tools_hz, scene->rate_hz);
+                       scene->path, arguments->record_tools_hz, scene->sim.rate_hz);
 }
 
 // Returns the file that the run starts from, or NULL; with --continue its own checkpoint has

@@ -240,7 +240,7 @@ static bool may_halve(const Scene *scene)
 static void choose_times(StudyContext *context)
 {
     StudyOptions *options = &context->options;
-    double tick = 1.0 / context->scene.rate_hz, end = context->inputs.end_s;
+    double tick = 1.0 / context->scene.sim.rate_hz, end = context->inputs.end_s;
     context->sample_s = tick * fmax(1.0, round(SAMPLE_S / tick));
     if (!(options->duration_s > 0.0)) // then long enough to return
         options->duration_s = end + fmin(fmax(end, 0.3), 0.6);
@@ -256,7 +256,7 @@ static void complete_options(StudyContext *context, const StudyOptions *options)
 {
     StudyOptions *own = &context->options;
     *own = *options;
-    own->rate_hz = own->rate_hz > 0.0 ? own->rate_hz : context->given->rate_hz;
+    own->rate_hz = own->rate_hz > 0.0 ? own->rate_hz : context->given->sim.rate_hz;
     own->error = own->error > 0.0 ? own->error : 0.01;
     own->jobs = own->jobs > 0 ? own->jobs : 1;
     own->repeats = own->repeats > 0 ? own->repeats : options->quick ? 3 : 5;
@@ -280,7 +280,7 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
     // What the scene is, and how often it is sampled.
     const SceneBody *first = &scene->body[0];
     context->plane = first->model == MODEL_VOXEL && first->dimensions == 2;
-    context->sample_s = fmax(SAMPLE_S, 1.0 / scene->rate_hz);
+    context->sample_s = fmax(SAMPLE_S, 1.0 / scene->sim.rate_hz);
     const BuildOptions build = {.isa = context->options.isa, .may_load = true};
     if (!study_copy_scene(scene, &copy))
         return status_fail(status, STATUS_FAILED, "out of memory");

@@ -228,7 +228,7 @@ static int find_tool(const Scene *scene)
 
 static bool is_moved(const StudyContext *context)
 {
-    return vec3_length(context->scene.gravity) > 0.0 && !(context->scene.settle_s > 0.0);
+    return vec3_length(context->scene.sim.gravity) > 0.0 && !(context->scene.settle_s > 0.0);
 }
 
 // Returns a force that visibly deforms a body of this size and stiffness, by a few hundredths.

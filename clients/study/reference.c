@@ -118,7 +118,7 @@ static bool weigh_case(const Plan *plan, StudyCase what, Load *load, Status *sta
 static double cost_of(const Plan *plan, const Load *load, double substeps)
 {
     const StudyContext *context = plan->context;
-    double ticks = context->sample_count * context->sample_s * context->scene.rate_hz;
+    double ticks = context->sample_count * context->sample_s * context->scene.sim.rate_hz;
     return ticks * substeps * load->substep;
 }
 
@@ -159,7 +159,7 @@ static void plan_time(Plan *plan, int m, StudyCase what, double step)
         cannot(of, "none: %s", status.text);
         return;
     }
-    const double tick = 1.0 / plan->context->scene.rate_hz;
+    const double tick = 1.0 / plan->context->scene.sim.rate_hz;
     // The implicit method has order 1 or 2: it needs shorter steps than the cases that it judges.
     if (plan->stiff)
         step *= 0.25;
@@ -203,7 +203,7 @@ static bool plan_level(Plan *plan, int k, int level)
     // Fine enough in time that only the mesh matters.
     double substeps = load.substeps * (plan->context->options.quick ? 1.0 : 2.0);
     if (plan->stiff) // no stability bound
-        substeps = fmax(substeps, ceil(1e3 / plan->context->scene.rate_hz));
+        substeps = fmax(substeps, ceil(1e3 / plan->context->scene.sim.rate_hz));
     double seconds = cost_of(plan, &load, substeps);
     if (seconds > budget(plan)) {
         cannot(of, "none: level %d would take %.0f s", level, seconds);
@@ -212,7 +212,7 @@ static bool plan_level(Plan *plan, int k, int level)
     // It fits: note the run.
     of->seconds += seconds;
     of->run[k] = what;
-    of->run[k].time_step = 1.0 / plan->context->scene.rate_hz / substeps;
+    of->run[k].time_step = 1.0 / plan->context->scene.sim.rate_hz / substeps;
     of->reference.step[k] = load.edge;
     return true;
 }

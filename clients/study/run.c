@@ -223,7 +223,7 @@ static void play(Once *once, World *world, StudyPlay *inputs, Sampler *sampler,
 static void describe(Once *once, const World *world, const Scene *scene)
 {
     const Body *body = sim_body(world->sim, once->context->body);
-    once->run->rate_hz = scene->rate_hz;
+    once->run->rate_hz = scene->sim.rate_hz;
     once->run->substeps = body->substeps;
     once->run->time_step = body->h;
     once->run->what.integrator = body->integrator; // resolves "auto"
@@ -261,7 +261,7 @@ static void run_once(Once *once)
     Sampler sampler = {0};
     StepDoubling doubling = {0};
     const int ticks =
-        context->sample_count * ((int)lround(context->sample_s * copy.scene.rate_hz) + 1);
+        context->sample_count * ((int)lround(context->sample_s * copy.scene.sim.rate_hz) + 1);
     once->tick_s = malloc((size_t)ticks * sizeof *once->tick_s);
     bool ready = once->tick_s != NULL &&
                  sampler_create(&sampler, context, &world, once->what->level < 0) &&
@@ -385,7 +385,7 @@ static bool nudge_inputs(StudyContext *context)
     const size_t loads = (size_t)scene->load_count;
     context->inputs.press.way *= factor;
     if (loads == 0)
-        scene->gravity = vec3_scale(factor, scene->gravity);
+        scene->sim.gravity = vec3_scale(factor, scene->sim.gravity);
     SceneLoad *load = calloc(loads + 1, sizeof *load);
     if (load == NULL)
         return false;

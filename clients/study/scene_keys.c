@@ -58,9 +58,9 @@ bool scene_keys_of_case(const Scene *scene, const StudyCase *what, double rate_h
     if (!study_copy_scene(scene, &as_case))
         return false;
     // The keys are those that make the scene into the case.
-    as_case.scene.rate_hz = rate_hz;
+    as_case.scene.sim.rate_hz = rate_hz;
     study_change_scene(&as_case, what, 1.0 / rate_hz);
-    set_real(add(&keys->top, "rate_hz"), as_case.scene.rate_hz);
+    set_real(add(&keys->top, "rate_hz"), as_case.scene.sim.rate_hz);
     set_text(add(&keys->top, "precision"), study_precision_name(what->precision));
     for (int b = 0; b < scene->body_count && b < SCENE_KEYS_BODIES; b++) {
         const SceneBody *body = &as_case.body[b];

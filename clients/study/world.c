@@ -16,7 +16,7 @@ bool study_copy_scene(const Scene *from, StudyScene *copy)
     copy->scene.body = copy->body;
     copy->scene.threads = 1; // the study measures the time of one processor
     copy->scene.prepared = NULL;
-    copy->scene.publish.all_nodes = false;
+    copy->scene.publish.nodes = NODES_SURFACE;
     for (int b = 0; b < from->body_count; b++)
         copy->body[b].skin.file = NULL;
     return true;
@@ -70,16 +70,16 @@ void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s
     Scene *scene = &copy->scene;
     double step = what->time_step;
     // A step longer than the tick needs a longer tick, of which a whole number fits a sample.
-    if (step > (1.0 + 1e-9) / scene->rate_hz) {
+    if (step > (1.0 + 1e-9) / scene->sim.rate_hz) {
         double ticks = ceil(sample_s / step * (1.0 - 1e-9));
         double rate = fmax(ticks, 1.0) / sample_s;
         step = fmin(step, 1.0 / rate);
-        if (rate < scene->rate_hz)
-            scene->rate_hz = rate;
+        if (rate < scene->sim.rate_hz)
+            scene->sim.rate_hz = rate;
     }
     // A method with adaptive steps is not bound to the tick, unless something is decided at ticks.
     if (what->step_doubling && !(what->threshold > 0.0) && scene->tool_count == 0)
-        scene->rate_hz = 1.0 / sample_s;
+        scene->sim.rate_hz = 1.0 / sample_s;
     // What belongs to each body.
     scene->precision = what->precision;
     for (int b = 0; b < scene->body_count; b++) {
@@ -90,7 +90,7 @@ void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s
         body->options.unsafe_time_step &= what->is_scene;
         if (body->model == MODEL_SURFACE) {
             change_surface(&body->surface, what);
-            body->surface.adapt.check_hz = fmin(body->surface.adapt.check_hz, scene->rate_hz);
+            body->surface.adapt.check_hz = fmin(body->surface.adapt.check_hz, scene->sim.rate_hz);
         } else {
             change_voxel(body, what);
         }

@@ -93,7 +93,7 @@ Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange)
     bus->sim = world->sim;
     bus->scene = scene;
     bus->exchange = exchange;
-    gate_init(&bus->gate, world->sim, scene->tool_timeout_s, &world->arena);
+    gate_init(&bus->gate, world->sim, scene->sim.tool_timeout_s, &world->arena);
     create_channels(bus, &world->arena);
     bus_create_streams(bus, &world->arena);
     return bus;
@@ -151,7 +151,7 @@ static void *bus_main(void *argument)
         send_all(bus);
         // The service manager hears from this thread, which watches the step thread's beat.
         if (bus->service->told)
-            service_look(bus->service, bus->exchange, bus->status, bus->scene->rate_hz,
+            service_look(bus->service, bus->exchange, bus->status, bus->scene->sim.rate_hz,
                          clock_now_ns());
     }
     // The last words: what the other threads left, and the newest frames whole.

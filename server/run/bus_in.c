@@ -109,7 +109,7 @@ void bus_look(Bus *bus, int64_t now_ns)
     enum { LOOKS_NS = 100000000, EMPTIED_NS = 50000000 };
     int64_t away_ns = now_ns - bus->looked_ns;
     bus->looked_ns = now_ns;
-    if (away_ns > LOOKS_NS + (int64_t)(bus->scene->tool_timeout_s * 1e9))
+    if (away_ns > LOOKS_NS + (int64_t)(bus->scene->sim.tool_timeout_s * 1e9))
         bus->stale_until_ns = now_ns + EMPTIED_NS;
     bus_hold_again(bus, away_ns, now_ns);
 }

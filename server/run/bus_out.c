@@ -409,7 +409,7 @@ void bus_send_status(Bus *bus, bool fresh)
                                .state = (char *)(uintptr_t)loop_state_name(from->state),
                                .step = from->step,
                                .time = from->time,
-                               .rate_hz = bus->scene->rate_hz,
+                               .rate_hz = bus->scene->sim.rate_hz,
                                .real_time_factor = fresh ? from->real_time_factor : 0.0,
                                .late_ticks = from->late_ticks,
                                .resets = from->resets,

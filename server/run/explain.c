@@ -299,8 +299,8 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
     Sim *sim = world->sim;
     // The scene itself, then each part of it.
     fprintf(out, "scene %s: %.10g Hz, gravity [%g, %g, %g] m/s2, %d bodies, %d tools, %d loads\n",
-            scene->name, scene->rate_hz, scene->gravity.x, scene->gravity.y, scene->gravity.z,
-            sim_body_count(sim), sim_tool_count(sim), scene->load_count);
+            scene->name, scene->sim.rate_hz, scene->sim.gravity.x, scene->sim.gravity.y,
+            scene->sim.gravity.z, sim_body_count(sim), sim_tool_count(sim), scene->load_count);
     if (world->team != NULL)
         fprintf(out, "threads: %d\n", team_threads(world->team));
     for (int i = 0; i < sim_body_count(sim); i++)
@@ -321,7 +321,7 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
             publish->status_hz, publish->velocity ? ", velocities" : "",
             publish->rest ? ", rest positions" : "");
     fprintf(out, "listen on %s_...: %s, tool timeout %g s%s\n", scene->input_prefix,
-            scene->remote ? "all hosts" : "this host only", scene->tool_timeout_s,
+            scene->remote ? "all hosts" : "this host only", scene->sim.tool_timeout_s,
             scene->stop_command ? "" : ", STOP is refused");
     scene_print_score(&scene->score, out);
 }

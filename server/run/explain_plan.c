@@ -124,7 +124,7 @@ static bool has_tool(const Sim *sim, ToolKind kind)
 static void print_scene(World *world, const Scene *scene, FILE *out)
 {
     const Sim *sim = world->sim;
-    const Vec3 g = scene->gravity;
+    const Vec3 g = scene->sim.gravity;
     // What only a scene as a whole can do without.
     const SceneFeature features[] = {
         {g.x != 0.0 || g.y != 0.0 || g.z != 0.0, "gravity", "gravity = [ ... ]"},
@@ -171,7 +171,7 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
     PRINT(features, out);
     // Inner vertices concern solids only.
     const SceneFeature inner[] = {
-        {publish->all_nodes, "inner vertices in messages", "publish.nodes = \"all\""}};
+        {publish->nodes == NODES_ALL, "inner vertices in messages", "publish.nodes = \"all\""}};
     bool solid = false; // a body has inner vertices
     for (int i = 0; i < scene->body_count; i++)
         solid |= scene->body[i].model == MODEL_VOXEL;

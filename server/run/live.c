@@ -29,7 +29,7 @@ struct Live {
 
 static bool open_input_log(Live *live, Status *status)
 {
-    InputLogHeader header = {.rate_hz = live->scene->rate_hz,
+    InputLogHeader header = {.rate_hz = live->scene->sim.rate_hz,
                              .step = sim_steps(live->world->sim),
                              .inputs = world_inputs(live->world)};
     snprintf(header.scene, sizeof header.scene, "%s", live->scene->name);
@@ -42,7 +42,7 @@ static bool open_input_log(Live *live, Status *status)
 static bool open_recording(Live *live, Status *status)
 {
     live->files.recorder = &live->recorder;
-    live->recorder.tools_apart = live->options->record_tools_hz > 0.0;
+    live->recorder.tools_apart = live->options->loop.record_tools_hz > 0.0;
     live->recorder.describe = live->describe;
     return recorder_create(&live->recorder, live->options->record_path, live->world, live->scene,
                            status);
@@ -64,16 +64,8 @@ static bool prepare(Live *live, Status *status)
     live->files.scene = live->scene;
     live->files.exchange = &live->exchange;
 
-    // The loop gets its part of the scene and of the options.
-    LoopOptions loop = {.rate_hz = live->scene->rate_hz,
-                        .publish = live->scene->publish,
-                        .start_paused = live->scene->start_paused,
-                        .estimate_error = live->scene->estimate_error,
-                        .tool_timeout_s = live->scene->tool_timeout_s,
-                        .duration_s = options->duration_s,
-                        .record_tools_hz = options->record_tools_hz,
-                        .checkpoint_s = options->checkpoint_s};
-    loop_init(&live->loop, live->world, &live->exchange, &loop, live->done_fd);
+    loop_init(&live->loop, live->world, live->scene, &live->exchange, &options->loop,
+              live->done_fd);
     // The answer to DESCRIBE is made once: it never changes.
     live->describe = explain_describe(live->world, live->scene);
     // Claim the files last, after the prefix, so that a daemon that fails to start touches none.
@@ -108,7 +100,7 @@ static void look_at_pace(Pace *pace, const Live *live)
     // Nothing came due: a pause, lockstep, or a tick that takes longer than this.
     if (pace->next_ns > 0 && due == 0)
         return;
-    const double rate = live->loop.options.rate_hz;
+    const double rate = live->scene->sim.rate_hz;
     const int seconds = (int)fmax(1.0, round((double)due / rate));
     const bool slow = pace->next_ns > 0 && (double)missed > late_share * (double)due;
     pace->slow = slow ? pace->slow + seconds : 0;
@@ -230,7 +222,7 @@ ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options)
                              .logs_inputs = options->input_log_path != NULL,
                              .records = options->record_path != NULL,
                              .nodes_hz = scene->publish.nodes_hz,
-                             .tools_hz = options->record_tools_hz};
+                             .tools_hz = options->loop.record_tools_hz};
 }
 
 Live *live_reserve(World *world, const Scene *scene, const LiveOptions *options)

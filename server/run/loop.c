@@ -206,7 +206,7 @@ static void report_grasps(Loop *loop)
 static void wake_bus(Loop *loop)
 {
     // Without contacts the bus polls by itself, so that a tick makes no system call for it.
-    if (loop->handed_over && (loop->options.publish.contact_hz > 0.0 || loop->state != RUN_RUNNING))
+    if (loop->handed_over && (loop->scene->publish.contact_hz > 0.0 || loop->state != RUN_RUNNING))
         exchange_wake(loop->exchange->bus_fd);
     loop->handed_over = false;
 }
@@ -295,8 +295,8 @@ static void tick(Loop *loop, int64_t begin_ns)
     // In lockstep only the last tick of a STEP is published, before its reply.
     int64_t stepped_ns = clock_now_ns();
     int64_t step = sim_steps(sim);
-    const ScenePublish *publish = &loop->options.publish;
-    double rate = loop->options.rate_hz;
+    const ScenePublish *publish = &loop->scene->publish;
+    double rate = loop->scene->sim.rate_hz;
     if (loop->state == RUN_RUNNING) {
         if (loop_due(step, publish->contact_hz, rate))
             push_contacts(loop);
@@ -342,7 +342,7 @@ static void run_steps(Loop *loop)
 
 static int64_t deadline(const Loop *loop, int64_t slot)
 {
-    return loop->epoch_ns + (int64_t)((double)slot * 1e9 / loop->options.rate_hz);
+    return loop->epoch_ns + (int64_t)((double)slot * 1e9 / loop->scene->sim.rate_hz);
 }
 
 static void start_clock(Loop *loop)
@@ -365,7 +365,8 @@ static void wait_for_deadline(Loop *loop)
 {
     int64_t now = clock_now_ns();
     int64_t missed = now - deadline(loop, loop->slot);
-    if ((double)missed > loop->options.tool_timeout_s * 1e9)
+    // A longer pause releases the tools.
+    if ((double)missed > loop->scene->sim.tool_timeout_s * 1e9)
         loop->away_ns = missed;
     skip_missed(loop, now);
     int64_t until = deadline(loop, loop->slot++);
@@ -382,7 +383,7 @@ static void wait_for_deadline(Loop *loop)
 static void try_step(Loop *loop)
 {
     enum { EVERY = 16 }; // ticks
-    const int64_t step = sim_steps(loop->sim), period = (int64_t)(1e9 / loop->options.rate_hz);
+    const int64_t step = sim_steps(loop->sim), period = (int64_t)(1e9 / loop->scene->sim.rate_hz);
     if (step % EVERY != 0)
         return;
     const int64_t begin_ns = clock_now_ns(), left = deadline(loop, loop->slot) - begin_ns;
@@ -448,27 +449,28 @@ static void *loop_main(void *argument)
     return NULL;
 }
 
-void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *options,
-               int done_fd)
+void loop_init(Loop *loop, World *world, const Scene *scene, Exchange *exchange,
+               const LoopOptions *options, int done_fd)
 {
     memset(loop, 0, sizeof *loop);
     loop->options = *options;
+    loop->scene = scene;
     loop->world = world;
     loop->sim = world->sim;
     loop->exchange = exchange;
     loop->done_fd = done_fd;
     // The state at the start, and times in ticks.
-    loop->state = options->start_paused ? RUN_PAUSED : RUN_RUNNING;
-    loop->duration_ticks = loop_ticks(options->duration_s, options->rate_hz);
-    loop->checkpoint_ticks = loop_ticks(options->checkpoint_s, options->rate_hz);
+    loop->state = scene->start == START_PAUSED ? RUN_PAUSED : RUN_RUNNING;
+    loop->duration_ticks = loop_ticks(options->duration_s, scene->sim.rate_hz);
+    loop->checkpoint_ticks = loop_ticks(options->checkpoint_s, scene->sim.rate_hz);
     loop->window_start_step = sim_steps(loop->sim);
     loop->recorded_step = loop->reset_step = -1;
     // The governor has work only where a body adapts.
     for (int i = 0; i < sim_body_count(loop->sim); i++) {
         loop->governs |= sim_body(loop->sim, i)->ops->adapt != NULL;
     }
-    loop->estimates = options->estimate_error;
-    governor_init(&loop->governor, options->rate_hz);
+    loop->estimates = scene->sim.estimate_error;
+    governor_init(&loop->governor, scene->sim.rate_hz);
     sim_set_lockstep(loop->sim, false);
 }
 

@@ -66,20 +66,18 @@ void governor_describe(const Governor *governor, GovernorAct act, char *text, si
 
 // --- the thread ----------------------------------------------------------------------------------
 
+// What of a run the scene does not say.
 typedef struct LoopOptions {
-    double rate_hz;
-    ScenePublish publish;
-    bool start_paused;
-    bool estimate_error;
-    double tool_timeout_s;  // a longer pause releases the tools
-    double duration_s;      // simulated plus skipped time after which the loop ends; 0: never
+    double
+        duration_s; // simulated plus skipped time after which the loop ends; 0: by a signal or STOP
     double record_tools_hz; // 0: tools are recorded with the nodes
-    double checkpoint_s;    // simulated time between checkpoints; 0: none
+    double checkpoint_s;    // simulated time between checkpoints; 0: at the end and on request
 } LoopOptions;
 
 typedef struct Loop {
     // constant while the thread runs
     LoopOptions options;
+    const Scene *scene;
     World *world;
     Sim *sim;
     Exchange *exchange;
@@ -114,8 +112,8 @@ typedef struct Loop {
 
 // Initialises the loop at load time. The caller polls the eventfd `done_fd`. All arguments outlive
 // the loop.
-void loop_init(Loop *loop, World *world, Exchange *exchange, const LoopOptions *options,
-               int done_fd);
+void loop_init(Loop *loop, World *world, const Scene *scene, Exchange *exchange,
+               const LoopOptions *options, int done_fd);
 // Starts the thread "pliant-step"; it ends after `exchange->stop`, STOP or the duration.
 bool loop_start(Loop *loop, Status *status);
 void loop_join(Loop *loop);

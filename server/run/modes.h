@@ -42,14 +42,12 @@ char *explain_describe(World *world, const Scene *scene);
 // thread.
 
 typedef struct LiveOptions {
-    const char *lcm_url;         // or NULL: the scene's, else LCM's default
-    const char *isa;             // instruction-set level of the kernels in use
-    double duration_s;           // 0: until a signal or STOP
+    const char *lcm_url; // or NULL: the scene's, else LCM's default
+    const char *isa;     // instruction-set level of the kernels in use
+    LoopOptions loop;
     const char *checkpoint_path; // or NULL
-    double checkpoint_s;         // 0: only at the end and on request
     const char *input_log_path;  // or NULL
     const char *record_path;     // or NULL
-    double record_tools_hz;      // 0: with the nodes
     sigset_t signals;            // blocked before any thread started
 } LiveOptions;
 

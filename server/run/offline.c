@@ -150,7 +150,7 @@ static bool take_signals(Offline *run)
 static bool run_ticks(Offline *run)
 {
     enum { LOOK_FOR_SIGNALS_EVERY = 16 };
-    double rate = run->scene->rate_hz;
+    double rate = run->scene->sim.rate_hz;
     int64_t checkpoint_ticks = loop_ticks(run->options->checkpoint_s, rate);
     for (;;) {
         // Inputs of this tick first; they may end the run.
@@ -199,7 +199,7 @@ bool offline_run(World *world, const Scene *scene, const OfflineOptions *options
                                   .user = run};
     int64_t end_step = options->to_log_end
                            ? INT64_MAX
-                           : sim_steps(world->sim) + llround(options->seconds * scene->rate_hz);
+                           : sim_steps(world->sim) + llround(options->seconds * scene->sim.rate_hz);
     if (options->checkpoint_path != NULL)
         world_image_reserve(&run->image, &world->arena, world);
 

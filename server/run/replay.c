@@ -143,9 +143,9 @@ static bool check_log(Replay *replay, const Scene *scene, Status *status)
         return true;
     }
     // The log must belong to this rate and begin where the run does.
-    if (header->rate_hz != scene->rate_hz && !replay->options.any_rate)
+    if (header->rate_hz != scene->sim.rate_hz && !replay->options.any_rate)
         return status_fail(status, STATUS_INVALID, "%s: made at rate_hz %.17g, not %.17g",
-                           input->log.path, header->rate_hz, scene->rate_hz);
+                           input->log.path, header->rate_hz, scene->sim.rate_hz);
     if (header->step > replay->first_step)
         return status_fail(status, STATUS_INVALID,
                            "%s: begins at step %lld, the run at %lld (--resume?)", input->log.path,
@@ -208,12 +208,12 @@ bool replay_begin(Replay *replay, World *world, const Scene *scene, int64_t end_
     memset(replay, 0, sizeof *replay);
     replay->world = world;
     replay->sim = world->sim;
-    replay->rate_hz = scene->rate_hz;
+    replay->rate_hz = scene->sim.rate_hz;
     replay->options = *options;
     replay->first_step = sim_steps(world->sim);
     replay->end_step = end_step;
     // The gate holds for plain logs alone; exact ones have passed it.
-    gate_init(&replay->gate, world->sim, scene->tool_timeout_s, &world->arena);
+    gate_init(&replay->gate, world->sim, scene->sim.tool_timeout_s, &world->arena);
     sim_set_lockstep(world->sim, false);
     if (options->input == NULL)
         return true;

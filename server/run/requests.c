@@ -275,7 +275,7 @@ static void tell_time(const Loop *loop, Answer *answer)
     if (us[0] > 0.0 && answer->longer > 0.0)
         snprintf(answer->text + length, sizeof answer->text - length,
                  ", about %.3g ms of %.3g ms a tick", 1e-3 * us[0] * answer->longer,
-                 1e3 / loop->options.rate_hz);
+                 1e3 / loop->scene->sim.rate_hz);
 }
 
 // Executes a command of the loop. False: the answer follows once the checkpoint's file is complete.
@@ -333,7 +333,7 @@ static bool is_their_turn(Loop *loop, int taken)
         return false;
     if (loop->state != RUN_RUNNING)
         return true;
-    const int64_t now_ns = clock_now_ns(), tick_ns = (int64_t)(1e9 / loop->options.rate_hz);
+    const int64_t now_ns = clock_now_ns(), tick_ns = (int64_t)(1e9 / loop->scene->sim.rate_hz);
     if (loop->requests_due_ns < now_ns - tick_ns)
         loop->requests_due_ns = now_ns - tick_ns;
     return loop->requests_due_ns <= now_ns;

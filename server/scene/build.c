@@ -19,12 +19,12 @@ static bool fail_at(const Scene *scene, const SceneBody *body, const Status *sai
 void build_complete(BodyOptions *body, const World *world, const Scene *scene,
                     const BuildOptions *options)
 {
-    body->gravity = scene->gravity;
+    body->gravity = scene->sim.gravity;
     body->precision = scene->precision;
     body->isa = options->isa != NULL ? options->isa : "auto";
     body->team = world->team;
     body->without_contacts = scene->tool_count == 0 && scene->attachment_count == 0 &&
-                             scene->max_ties == 0 && scene->touch_count == 0;
+                             scene->sim.max_ties == 0 && scene->touch_count == 0;
     body->without_loads = scene->load_count == 0 && !options->may_load;
 }
 
@@ -41,17 +41,14 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
         world->team = team_create(scene->threads);
         ASSERT(world->team != NULL);
     }
-    // Options of the sim follow from the scene; without a listener the costly extras are disabled.
-    SimOptions sim = {.rate_hz = scene->rate_hz,
-                      .gravity = scene->gravity,
-                      .tool_timeout_s = scene->tool_timeout_s,
-                      .may_load = options->may_load,
-                      .max_ties = scene->max_ties,
-                      .estimate_error = options->publishes && scene->estimate_error,
-                      .contact_stiffness = options->publishes && scene->publish.contact_hz > 0.0 &&
-                                           scene->publish.contact_stiffness,
-                      .counts = {scene->body_count, scene->tool_count, scene->load_count,
-                                 scene->attachment_count, scene->touch_count}};
+    // What of the simulation follows; without a listener the costly extras are disabled.
+    SimOptions sim = scene->sim;
+    sim.may_load = options->may_load;
+    sim.estimate_error &= options->publishes;
+    sim.contact_stiffness =
+        options->publishes && scene->publish.contact_hz > 0.0 && scene->publish.contact_stiffness;
+    sim.counts = (SimCounts){scene->body_count, scene->tool_count, scene->load_count,
+                             scene->attachment_count, scene->touch_count};
     world->sim = sim_create(&sim, &world->arena, &world->state);
 
     // Bodies first: loads and attachments refer to them.
@@ -287,7 +284,7 @@ bool build_is_fitted(const Scene *scene, const SceneBody *body)
     const bool known = body->voxels.kind == VOXELS_FILE || body->voxels.kind == VOXELS_MESH;
     const ScenePublish *publish = &scene->publish;
     return body->model == MODEL_VOXEL && body->dimensions == 3 && body->skin.file == NULL &&
-           !publish->all_nodes &&
+           publish->nodes != NODES_ALL &&
            (publish->nodes_hz > 0.0 || scene->tool_count > 0 || scene->touch_count > 0) &&
            (body->shown == SHOWN_FITTED || (body->shown == SHOWN_AUTO && known));
 }

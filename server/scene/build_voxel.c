@@ -137,9 +137,9 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         world->cells[index] = summarize(&lattice);
         voxel.lattice = &lattice;
         voxel.material = described->material;
-        voxel.publish_all = scene->publish.all_nodes;
+        voxel.publish_all = scene->publish.nodes == NODES_ALL;
         voxel.field = field.value != NULL ? &field : NULL;
-        voxel.tick = 1.0 / scene->rate_hz;
+        voxel.tick = 1.0 / scene->sim.rate_hz;
         voxel.skin = described->skin.file != NULL ? &skin : NULL;
         Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);
         ok = create_voxel(world, scene, described->dimensions, &voxel, texture, status);

@@ -35,7 +35,7 @@ typedef struct Row {
 
 static double gravity(const Subject *s)
 {
-    return vec3_length(s->scene->gravity);
+    return vec3_length(s->scene->sim.gravity);
 }
 
 static void say_gravity(const Subject *s, double value, char *text, size_t size)
@@ -46,7 +46,7 @@ static void say_gravity(const Subject *s, double value, char *text, size_t size)
 
 static double rate(const Subject *s)
 {
-    return s->scene->rate_hz;
+    return s->scene->sim.rate_hz;
 }
 
 static void say_rate(const Subject *s, double value, char *text, size_t size)
@@ -235,7 +235,7 @@ static void say_damping(const Subject *s, double value, char *text, size_t size)
 // Returns the time of a step in ticks, shared by the threads.
 static double cost(const Subject *s)
 {
-    return cost_tick(s->made, s->made->substeps) * s->scene->rate_hz / s->scene->threads;
+    return cost_tick(s->made, s->made->substeps) * s->scene->sim.rate_hz / s->scene->threads;
 }
 
 static void say_cost(const Subject *s, double value, char *text, size_t size)

@@ -13,12 +13,12 @@ enum { CHANNEL_MAX = 63 }; // characters of a channel name that LCM accepts
 typedef struct SceneGroup {
     Scene scene; // first: offsets of rows are the same in a Scene
     const char *name, *prefix, *input_prefix, *lcm_url, *prepared;
-    int late, start;
+    int late;
     const config_setting_t *publish, *capacity, *bodies, *tools, *attachments, *touch, *loads,
         *score;
 } SceneGroup;
 
-enum { ONLY_WORD, START_RUNNING = 0, START_PAUSED, NODES_SURFACE = 0, NODES_ALL };
+enum { ONLY_WORD };
 
 static const OptionWord PRECISION_WORDS[] = {
     {"single", PRECISION_SINGLE}, {"double", PRECISION_DOUBLE}, {NULL, 0}};
@@ -35,9 +35,9 @@ static const OptionWord NODES_WORDS[] = {{"surface", NODES_SURFACE}, {"all", NOD
 static const Option SCENE_OPTIONS[] = {
     {"name", OPTION_NAME, AT(name), "", .low = 1, .high = SCENE_WORD_MAX, .preset_text = "scene",
      .about = "Name of the scene in status messages and files."},
-    {"rate_hz", OPTION_REAL, AT(scene.rate_hz), "Hz", 1.0, 10000.0, .preset = 1000.0,
+    {"rate_hz", OPTION_REAL, AT(scene.sim.rate_hz), "Hz", 1.0, 10000.0, .preset = 1000.0,
      .physics = true, .about = "Ticks per second: how often tools move and contacts are found."},
-    {"gravity", OPTION_VECTOR, AT(scene.gravity), "m/s2", 0.0, 1e4, .physics = true,
+    {"gravity", OPTION_VECTOR, AT(scene.sim.gravity), "m/s2", 0.0, 1e4, .physics = true,
      .about = "Acceleration of every node, world frame."},
     {"threads", OPTION_INT, AT(scene.threads), "", 1.0, TEAM_THREADS_MOST, .preset = 1.0,
      .about = "Threads that compute one step, each on its own processor: useful from a few "
@@ -67,13 +67,13 @@ static const Option SCENE_OPTIONS[] = {
     {"late", OPTION_WORD, AT(late), "", .words = LATE_WORDS,
      .about = "Deprecated, without effect: a tick that cannot begin in time is skipped and "
               "counted."},
-    {"start", OPTION_WORD, AT(start), "", .words = START_WORDS,
+    {"start", OPTION_WORD, AT(scene.start), "", .words = START_WORDS,
      .about = "Whether time runs at once or waits for a RESUME or STEP command."},
-    {"estimate_error", OPTION_BOOL, AT(scene.estimate_error), "",
+    {"estimate_error", OPTION_BOOL, AT(scene.sim.estimate_error), "",
      .about = "Whether a live run reports the error of its time steps (`body_status_t`): in the "
               "spare time of ticks, steps are tried whole and in two halves. The motion is "
               "bit-identical with and without it."},
-    {"tool_timeout_s", OPTION_REAL, AT(scene.tool_timeout_s), "s", 0.0, 3600.0, .open = true,
+    {"tool_timeout_s", OPTION_REAL, AT(scene.sim.tool_timeout_s), "s", 0.0, 3600.0, .open = true,
      .preset = 0.2, .physics = true, .idle = {&IDLE_MOVES_NO_TOOL},
      .about = "A tool whose newest pose is older is withdrawn."},
     {"settle_s", OPTION_REAL, AT(scene.settle_s), "s", 0.0, 3600.0,
@@ -91,7 +91,7 @@ static const Option SCENE_OPTIONS[] = {
     {"tools", OPTION_LIST, AT(tools), "", .about = "The tools: up to 32 groups."},
     {"attachments", OPTION_LIST, AT(attachments), "",
      .about = "Springs that attach regions of bodies: up to 64 groups."},
-    {"max_ties", OPTION_INT, AT(scene.max_ties), "", 0.0, SIM_TIES, .physics = true,
+    {"max_ties", OPTION_INT, AT(scene.sim.max_ties), "", 0.0, SIM_TIES, .physics = true,
      .about = "Largest number of ties that messages may make at a time (`tie_t`, `pliant-tie`): "
               "pins to the world, ties between bodies, clips, and what tools carry. Their memory "
               "is reserved at load."},
@@ -107,33 +107,29 @@ static const Option SCENE_OPTIONS[] = {
 const OptionTable SCENE_TABLE =
     OPTION_TABLE("", "Keys at the top level of the file.", SCENE_OPTIONS);
 
-#define AT(member) offsetof(PublishGroup, member)
-typedef struct PublishGroup {
-    ScenePublish publish; // first: offsets of rows are the same in a ScenePublish
-    int nodes;
-} PublishGroup;
+#define AT(member) offsetof(ScenePublish, member)
 static const Option PUBLISH_OPTIONS[] = {
-    {"nodes_hz", OPTION_REAL, AT(publish.nodes_hz), "Hz", 0.0, 10000.0, .preset = 60.0,
+    {"nodes_hz", OPTION_REAL, AT(nodes_hz), "Hz", 0.0, 10000.0, .preset = 60.0,
      .about = "Frames of node positions per second; 0: never."},
-    {"mesh_hz", OPTION_REAL, AT(publish.mesh_hz), "Hz", 0.0, 10000.0, .preset = 1.0,
+    {"mesh_hz", OPTION_REAL, AT(mesh_hz), "Hz", 0.0, 10000.0, .preset = 1.0,
      .about = "Whole meshes per second, for clients that join late; 0: only on request."},
-    {"contact_hz", OPTION_REAL, AT(publish.contact_hz), "Hz", 0.0, 10000.0, .preset = 1000.0,
+    {"contact_hz", OPTION_REAL, AT(contact_hz), "Hz", 0.0, 10000.0, .preset = 1000.0,
      .idle = {&IDLE_HAS_NO_TOOL}, .about = "Contact messages per second and tool; 0: never."},
-    {"status_hz", OPTION_REAL, AT(publish.status_hz), "Hz", 0.0, 10000.0, .preset = 2.0,
+    {"status_hz", OPTION_REAL, AT(status_hz), "Hz", 0.0, 10000.0, .preset = 2.0,
      .about = "Status messages per second; 0: never."},
     {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS, .idle = {&IDLE_HAS_NO_INSIDE},
      .about = "Which nodes: those of the surface, or all, including those inside voxel bodies."},
-    {"positions", OPTION_WORD, AT(publish.positions), "", .words = POSITIONS_WORDS,
+    {"positions", OPTION_WORD, AT(positions), "", .words = POSITIONS_WORDS,
      .idle = {&IDLE_PUBLISHES_NO_NODES},
      .about = "How positions are sent: as `floats` in chunks of up to 49 kB (`_NODES_`); as "
               "`packets` of at most 1400 bytes, rounded to 7.6 um (`_POINTS_`): about half of the "
               "bytes, and a link that loses packets keeps most nodes fresh; or as `both`."},
-    {"velocity", OPTION_BOOL, AT(publish.velocity), "", .idle = {&IDLE_PUBLISHES_NO_NODES},
+    {"velocity", OPTION_BOOL, AT(velocity), "", .idle = {&IDLE_PUBLISHES_NO_NODES},
      .about = "Whether velocities are published too."},
-    {"rest", OPTION_BOOL, AT(publish.rest), "",
+    {"rest", OPTION_BOOL, AT(rest), "",
      .about = "Whether rest positions of the nodes and the texture coordinates of the mesh file "
               "are published with each whole mesh, for viewers."},
-    {"contact_stiffness", OPTION_BOOL, AT(publish.contact_stiffness), "", .preset = 1.0,
+    {"contact_stiffness", OPTION_BOOL, AT(contact_stiffness), "", .preset = 1.0,
      .idle = {&IDLE_HAS_ONLY_PLANES, &IDLE_MOVES_NO_TOOL, &IDLE_PUBLISHES_NO_CONTACTS},
      .about = "Whether contact messages report the body's stiffness at the contact, which haptic "
               "devices behind a network need; it takes up to 4 % of a tick while a probe touches. "
@@ -165,26 +161,23 @@ static double *rate_of(const Option *option, ScenePublish *publish)
 
 static bool read_publish(const SceneReader *reader, const config_setting_t *group)
 {
-    PublishGroup raw = {0};
-    if (!option_read(&PUBLISH_TABLE, group, &reader->source, &raw))
+    ScenePublish *publish = &reader->scene->publish;
+    if (!option_read(&PUBLISH_TABLE, group, &reader->source, publish))
         return false;
     // Rates above the tick's are errors where they were given, and lowered where they are defaults.
     for (int i = 0; i < PUBLISH_TABLE.count; i++) {
         const Option *option = &PUBLISH_TABLE.option[i];
-        double *rate = rate_of(option, &raw.publish);
-        if (rate == NULL || *rate <= reader->scene->rate_hz)
+        double *rate = rate_of(option, publish);
+        if (rate == NULL || *rate <= reader->scene->sim.rate_hz)
             continue;
         char text[OPTION_NUMBER_TEXT], limit[OPTION_NUMBER_TEXT];
         if (option_given(group, option->key))
             return option_fail(&reader->source, option_find(group, option->key),
                                "%s %s exceeds rate_hz %s", option->key,
                                option_number_text(text, *rate),
-                               option_number_text(limit, reader->scene->rate_hz));
-        *rate = reader->scene->rate_hz;
+                               option_number_text(limit, reader->scene->sim.rate_hz));
+        *rate = reader->scene->sim.rate_hz;
     }
-    // Words become what the daemon needs.
-    reader->scene->publish = raw.publish;
-    reader->scene->publish.all_nodes = raw.nodes == NODES_ALL;
     return true;
 }
 
@@ -322,7 +315,6 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
     *scene = raw.scene;
     scene->rate_line = line_of(root, "rate_hz");
     scene->gravity_line = line_of(root, "gravity");
-    scene->start_paused = raw.start == START_PAUSED;
     // Inputs use the output prefix unless the scene gives them their own.
     const char *input = option_given(root, "input_prefix") ? raw.input_prefix : raw.prefix;
     snprintf(scene->name, sizeof scene->name, "%s", raw.name);
@@ -406,7 +398,7 @@ bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *st
 {
     // Rates that follow from the tick's.
     if (rate_hz > 0.0) {
-        scene->rate_hz = rate_hz;
+        scene->sim.rate_hz = rate_hz;
         for (int i = 0; i < PUBLISH_TABLE.count; i++) {
             double *rate = rate_of(&PUBLISH_TABLE.option[i], &scene->publish);
             if (rate != NULL)

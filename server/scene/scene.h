@@ -93,11 +93,13 @@ typedef struct SceneBody {
 } SceneBody;
 
 enum { POSITIONS_FLOATS, POSITIONS_PACKETS, POSITIONS_BOTH };
+enum { NODES_SURFACE, NODES_ALL };
+enum { START_RUNNING, START_PAUSED };
 
 typedef struct ScenePublish {
     double nodes_hz, mesh_hz, contact_hz, status_hz; // 0: never
     int positions;                                   // POSITIONS_*
-    bool all_nodes;                                  // nodes = "all"
+    int nodes;                                       // NODES_*
     bool velocity;
     bool rest;              // publishes rest positions and texture coordinates with meshes
     bool contact_stiffness; // of contacts
@@ -134,8 +136,7 @@ typedef struct Scene {
     char *path; // of the scene file
     char *text; // its text, includes not expanded; stored in files that we write
     char name[SCENE_NAME_MAX];
-    double rate_hz;
-    Vec3 gravity;
+    SimOptions sim; // of the simulation, except for what follows from the lists and the run
     int rate_line, gravity_line; // in the scene file; 0: not given there
     int threads;
     Precision precision;
@@ -143,12 +144,10 @@ typedef struct Scene {
     char input_prefix[SCENE_NAME_MAX]; // of the channels that it listens to
     char *lcm_url;                     // or NULL
     char *prepared;                    // file of prepared models, resolved, or NULL
-    bool start_paused;                 // start = "paused"
-    bool estimate_error;               // live, in the time left in a tick
+    int start;                         // START_*
     bool remote;                       // accepts messages from other hosts
     bool stop_command;                 // executes STOP
-    double tool_timeout_s, settle_s;
-    int max_ties;                     // by message, at a time
+    double settle_s;
     int node_capacity, face_capacity; // of each body; 0: from its mesh and levels
     ScenePublish publish;
     int body_count;

@@ -28,7 +28,7 @@ static bool shows_all_anyhow(const OptionPlace *place)
     for (int i = 0; i < place->scene->body_count; i++)
         if (place->scene->body[i].model == MODEL_VOXEL && !is_plane(&place->scene->body[i]))
             return false;
-    return place->scene->publish.all_nodes;
+    return place->scene->publish.nodes == NODES_ALL;
 }
 
 static bool has_only_planes(const OptionPlace *place)
@@ -57,7 +57,7 @@ static bool is_not_shown(const OptionPlace *place)
 
 static bool publishes_all_nodes(const OptionPlace *place)
 {
-    return place->scene->publish.all_nodes;
+    return place->scene->publish.nodes == NODES_ALL;
 }
 
 static bool publishes_no_contacts(const OptionPlace *place)

@@ -451,15 +451,15 @@ static bool read_levels(const SceneReader *reader, const BodyGroup *raw, Surface
         surface->start_level = surface->adapt.coarsest;
     }
     // A default rate of checks is lowered to the tick rate; one that the scene gives is refused.
-    if (surface->adapt.check_hz <= reader->scene->rate_hz)
+    if (surface->adapt.check_hz <= reader->scene->sim.rate_hz)
         return true;
     char rate[OPTION_NUMBER_TEXT], limit[OPTION_NUMBER_TEXT];
     if (option_given(raw->adapt, "check_hz"))
         return option_fail(source, option_find(raw->adapt, "check_hz"),
                            "check_hz %s exceeds rate_hz %s",
                            option_number_text(rate, surface->adapt.check_hz),
-                           option_number_text(limit, reader->scene->rate_hz));
-    surface->adapt.check_hz = reader->scene->rate_hz;
+                           option_number_text(limit, reader->scene->sim.rate_hz));
+    surface->adapt.check_hz = reader->scene->sim.rate_hz;
     return true;
 }
 
@@ -500,7 +500,7 @@ bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBo
     surface->automatic = (int)surface->body.integrator == INTEGRATOR_AUTO;
     if (surface->automatic)
         surface->body.integrator = INTEGRATOR_LEAPFROG;
-    surface->tick = 1.0 / reader->scene->rate_hz;
+    surface->tick = 1.0 / reader->scene->sim.rate_hz;
     return scene_read_mesh(reader, raw->mesh, &body->mesh) && read_levels(reader, raw, surface) &&
            scene_read_material(reader, raw->material, &surface->material) &&
            check_integrator(reader, raw, surface) &&

@@ -10,9 +10,9 @@ static double residual(const Scene *scene, double *pressed)
     const Body *body = sim_body(world.sim, 0);
     BodyMeasure measure;
     const double radius = 0.05; // of the scene's sphere [m]
-    for (int tick = 0; tick < lround(4.0 * scene->rate_hz); tick++) {
+    for (int tick = 0; tick < lround(4.0 * scene->sim.rate_hz); tick++) {
         run_step(&world);
-        if (tick + 1 == lround(2.0 * scene->rate_hz)) {
+        if (tick + 1 == lround(2.0 * scene->sim.rate_hz)) {
             body->ops->measure(body->model, &measure);
             *pressed = measure.max_displacement / radius;
         }

@@ -233,7 +233,7 @@ void constant_shape_springs(const Experiment *experiment)
             shape->stiffness = growth * mass * w * w;
             shape->damping = growth * 2.0 * shape->damping_ratio * w * mass;
             run_trace(&scene, &model, &probe, SECONDS, &constant);
-            const int released = (int)lround(SECONDS / 2.0 * scene.rate_hz) - 1;
+            const int released = (int)lround(SECONDS / 2.0 * scene.sim.rate_hz) - 1;
             const double u = constant.displacement[released];
             coarse = level == 0 ? u : coarse;
             fprintf(out, "%s\tlevel %d\t%.2f\t%.2f\t%+.0f\n", CASES[c].name, level,

@@ -26,13 +26,13 @@ static void follow(const Scene *scene, const char *motion, double release, FILE 
         changed.body = &body;
         World world;
         run_build(&changed, &MODEL_COARSE, &world);
-        const int64_t begin = llround(release * scene->rate_hz);
+        const int64_t begin = llround(release * scene->sim.rate_hz);
         while (sim_steps(world.sim) < begin)
             run_step(&world);
         const double at_release = energy_of(sim_body(world.sim, 0));
         fprintf(out, "%s\t%s", motion, NAMES[d]);
         for (int t = 0; t < TIMES; t++) {
-            while (sim_steps(world.sim) < begin + llround(TIME[t] * scene->rate_hz))
+            while (sim_steps(world.sim) < begin + llround(TIME[t] * scene->sim.rate_hz))
                 run_step(&world);
             fprintf(out, "\t%.3g", 100.0 * energy_of(sim_body(world.sim, 0)) / at_release);
         }
@@ -51,7 +51,7 @@ static void swing(const Scene *scene, bool circle, double away, FILE *out)
     SceneLoad load[2] = {scene->load[0], scene->load[0]};
     LoadOptions *draw = &load[0].load, *blow = &load[1].load;
     Scene changed = *scene;
-    changed.rate_hz = 1000.0; // a blow of one tick
+    changed.sim.rate_hz = 1000.0; // a blow of one tick
     changed.load = load;
     changed.load_count = circle ? 2 : 1;
     body.options.fixed_count = 0;
@@ -60,9 +60,9 @@ static void swing(const Scene *scene, bool circle, double away, FILE *out)
     draw->radius = blow->radius = 1.0;
     draw->force = vec3(mass * FREQUENCY * FREQUENCY * away, 0.0, 0.0);
     draw->duration = drawn;
-    blow->force = vec3(0.0, mass * FREQUENCY * away * changed.rate_hz, 0.0);
+    blow->force = vec3(0.0, mass * FREQUENCY * away * changed.sim.rate_hz, 0.0);
     blow->start = drawn;
-    blow->duration = 1.0 / changed.rate_hz;
+    blow->duration = 1.0 / changed.sim.rate_hz;
     follow(&changed, circle ? "circles about its place" : "swings through its place",
            drawn + (circle ? blow->duration : 0.0), out);
 }

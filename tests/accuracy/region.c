@@ -86,7 +86,7 @@ void displaced_region(const Experiment *experiment)
         for (int m = 0; m < MODEL_COUNT; m++) {
             World world;
             run_build(&scene, MODELS[m], &world);
-            for (int tick = 0; tick < lround(TIME * scene.rate_hz); tick++)
+            for (int tick = 0; tick < lround(TIME * scene.sim.rate_hz); tick++)
                 run_step(&world);
             u[m] = calloc((size_t)levels.level[levels.finest].node_count, sizeof **u);
             ASSERT(u[m] != NULL);

@@ -60,8 +60,8 @@ static double field_difference(const Scene *scene, const Probe *probe)
         run_build(scene, models[k == 0 ? REFINED : ADAPTIVE], &world[k]);
         u[k] = arena_allocate(&arena, ARENA_TOPOLOGY, (size_t)nodes, sizeof *u[k], "field");
     }
-    const int ticks = (int)lround(SECONDS * scene->rate_hz);
-    const int every = (int)fmax(1.0, lround(scene->rate_hz / 60.0));
+    const int ticks = (int)lround(SECONDS * scene->sim.rate_hz);
+    const int every = (int)fmax(1.0, lround(scene->sim.rate_hz / 60.0));
     for (int t = 1; t <= ticks; t++) {
         for (int k = 0; k < 2; k++) {
             run_step(&world[k]);
@@ -95,7 +95,7 @@ static void run_press(Bench *bench, const char *name, const char *file, double f
     scene_scale_loads(&scene, force);
     scene.body[0].surface.material.thickness = thickness;
     if (pace == HAPTIC) {
-        scene.rate_hz = 1000.0;
+        scene.sim.rate_hz = 1000.0;
         scene.body[0].surface.adapt.check_hz = 100.0;
         scene.body[0].surface.body.integrator = INTEGRATOR_LEAPFROG;
     }

@@ -70,8 +70,9 @@ static void create_loop(Rig *rig, double duration_s)
     exchange_create(&rig->exchange, &rig->world, &exchange);
     assert_true(exchange_open(&rig->exchange, &status));
     rig->done_fd = eventfd(0, EFD_CLOEXEC);
-    LoopOptions loop = {.rate_hz = RATE, .duration_s = duration_s};
-    loop_init(&rig->loop, &rig->world, &rig->exchange, &loop, rig->done_fd);
+    static const Scene scene = {.sim.rate_hz = RATE};
+    const LoopOptions loop = {.duration_s = duration_s};
+    loop_init(&rig->loop, &rig->world, &scene, &rig->exchange, &loop, rig->done_fd);
 }
 
 static void close_loop(Rig *rig)

@@ -405,7 +405,7 @@ static void rig_create(Rig *rig, bool adapts, double mesh_hz)
     snprintf(scene->name, sizeof scene->name, "rig");
     snprintf(scene->prefix, sizeof scene->prefix, "RIG");
     snprintf(scene->input_prefix, sizeof scene->input_prefix, "RIG");
-    scene->rate_hz = 1000.0;
+    scene->sim.rate_hz = 1000.0;
     scene->publish = (ScenePublish){.nodes_hz = 50.0, .mesh_hz = mesh_hz, .velocity = true};
     const ExchangeOptions exchange = {.velocity = true, .nodes_hz = 50.0};
     exchange_create(&rig->exchange, &rig->world, &exchange);

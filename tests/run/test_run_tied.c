@@ -193,7 +193,7 @@ static void apply(Rig *rig, InputLogWriter *log, Input *input, int number, Tally
 static uint64_t run_live(Rig *rig, const char *path, unsigned seed, Tally *tally)
 {
     Status status = {0};
-    InputLogHeader header = {.rate_hz = rig->scene.rate_hz};
+    InputLogHeader header = {.rate_hz = rig->scene.sim.rate_hz};
     snprintf(header.scene, sizeof header.scene, "%s", rig->scene.name);
     snprintf(header.prefix, sizeof header.prefix, "%s", rig->scene.input_prefix);
     snprintf(header.isa, sizeof header.isa, "auto");

@@ -123,7 +123,7 @@ TEST(tried_steps_leave_no_trace)
             fail_msg("%s", status.text);
         for (int w = 0; w < 2; w++) {
             const BuildOptions options = {.isa = "auto", .may_load = true, .publishes = true};
-            scene.estimate_error = w == 1;
+            scene.sim.estimate_error = w == 1;
             if (!world_build(&world[w], &scene, &options, &status))
                 fail_msg("%s", status.text);
         }

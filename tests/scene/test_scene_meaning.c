@@ -20,11 +20,11 @@ TEST(a_bare_body_takes_all_defaults)
     assert_string_equal(scene.input_prefix, "PLIANT");
     assert_string_equal(scene.text, BODY);
     assert_null(scene.lcm_url);
-    assert_false(scene.start_paused);
+    assert_int_equal(scene.start, START_RUNNING);
     assert_int_equal(scene.threads, 1);
-    expect_near(scene.rate_hz, 1000.0, 0.0);
-    expect_near(vec3_length(scene.gravity), 0.0, 0.0);
-    expect_near(scene.tool_timeout_s, 0.2, 0.0);
+    expect_near(scene.sim.rate_hz, 1000.0, 0.0);
+    expect_near(vec3_length(scene.sim.gravity), 0.0, 0.0);
+    expect_near(scene.sim.tool_timeout_s, 0.2, 0.0);
     expect_near(scene.settle_s, 0.0, 0.0);
     expect_near(scene.publish.nodes_hz, 60.0, 0.0);
     expect_near(scene.publish.mesh_hz, 1.0, 0.0);
@@ -533,7 +533,7 @@ TEST(integers_beyond_32_bits_are_refused_not_cut)
     Scene scene;
     assert_string_equal(
         read_as_scene("rate_hz = 0x3e8; # 4294968296\n/* 4294968296 */\n" BODY, &scene), "");
-    expect_near(scene.rate_hz, 1000.0, 0.0);
+    expect_near(scene.sim.rate_hz, 1000.0, 0.0);
     scene_destroy(&scene);
 }
 
@@ -543,7 +543,7 @@ TEST(errors_in_included_files_name_the_included_file)
     const char *include = "\n@include \"part.inc\"\n" BODY;
     scratch_write(&scratch, "part.inc", "rate_hz = 500;\n", 15);
     assert_string_equal(read_as_scene(include, &scene), "");
-    expect_near(scene.rate_hz, 500.0, 0.0);
+    expect_near(scene.sim.rate_hz, 500.0, 0.0);
     assert_string_equal(scene.text, include);
     scene_destroy(&scene);
     scratch_write(&scratch, "part.inc", "\nrate_hz = 0;\n", 14);

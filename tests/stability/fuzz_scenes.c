@@ -191,7 +191,7 @@ static bool build_fit(Run *run, int *ticks)
     }
     if (!(settle > 0.0))
         return true;
-    run->scene.settle_s = fmin(settle, 0.5 * *ticks / run->scene.rate_hz);
+    run->scene.settle_s = fmin(settle, 0.5 * *ticks / run->scene.sim.rate_hz);
     world_destroy(&run->world);
     return build(run, &run->world);
 }
@@ -433,7 +433,7 @@ static bool call(Run *run, const char *option, const char *value)
 static bool serve(Run *run, int ticks)
 {
     char seconds[32];
-    snprintf(seconds, sizeof seconds, "%.9g", ticks / run->scene.rate_hz);
+    snprintf(seconds, sizeof seconds, "%.9g", ticks / run->scene.sim.rate_hz);
     run->result->served = true;
     return call(run, "--check", "") && call(run, "--explain", "") &&
            call(run, "--offline", seconds);
@@ -453,7 +453,7 @@ static void run_fall(const Run *run, const RandomScene *drawn, int seed)
     if (read_scene(&fall, &stripped)) {
         if (build_fit(&fall, &ticks)) {
             run->result->fell = true;
-            free_fall_judge(fall.world.sim, fall.scene.gravity, fall.scene.precision, ticks,
+            free_fall_judge(fall.world.sim, fall.scene.sim.gravity, fall.scene.precision, ticks,
                             &run->result->fall);
             world_destroy(&fall.world);
         }
@@ -501,7 +501,7 @@ static void run_scene(int index, void *context)
             sound = resume(&run);
         world_destroy(&run.world);
         // It settles for as long as the scene says.
-        if (sound && served && settle * run.scene.rate_hz <= ticks)
+        if (sound && served && settle * run.scene.sim.rate_hz <= ticks)
             sound = serve(&run, ticks);
         if (sound)
             run.result->outcome = OUTCOME_RAN;

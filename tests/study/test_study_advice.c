@@ -301,7 +301,7 @@ TEST(advised_keys_make_a_scene_that_case)
                             .level = 2,
                             .paper_rule = true};
     set_keys(SURFACE, &held, 1000.0, &scene);
-    assert_true(scene.rate_hz == 1000.0);
+    assert_true(scene.sim.rate_hz == 1000.0);
     assert_int_equal(scene.precision, PRECISION_DOUBLE);
     assert_int_equal(scene.body_count, 2);
     for (int b = 0; b < 2; b++) {
@@ -359,7 +359,7 @@ TEST(the_scene_s_own_case_changes_nothing_but_the_rate)
     assert_int_equal(x->body.integrator, y->body.integrator);
     assert_true(x->body.time_step == y->body.time_step);
     assert_memory_equal(&x->adapt, &y->adapt, sizeof x->adapt);
-    assert_true(before.rate_hz == after.rate_hz);
+    assert_true(before.sim.rate_hz == after.sim.rate_hz);
     scene_destroy(&before);
     scene_destroy(&after);
 }
