@@ -7,26 +7,11 @@
 // business, and a body without a damped kernel has no damping.
 static double *find_parameter(BodyParameters *parameters, bool damped, BodyParameter parameter)
 {
-    switch (parameter) {
-    case BODY_GRAVITY_X:
-    case BODY_GRAVITY_Y:
-    case BODY_GRAVITY_Z:
+    if (parameter <= BODY_GRAVITY_Z)
         return &parameters->gravity[parameter - BODY_GRAVITY_X];
-    case BODY_STIFFNESS_SCALE:
+    if (parameter == BODY_STIFFNESS_SCALE)
         return &parameters->stiffness_scale;
-    case BODY_DAMPING_SCALE:
-        return damped ? &parameters->damping_scale : NULL;
-    case BODY_PRESSURE:
-    case BODY_VOLUME:
-    case BODY_SUPPLY:
-    case BODY_ADAPT_FORCE:
-    case BODY_ADAPT_SPEED:
-    case BODY_ADAPT_CURVATURE:
-    case BODY_ADAPT_SCALE:
-    case BODY_ADAPT_LEVEL:
-        return NULL;
-    }
-    return NULL;
+    return damped && parameter == BODY_DAMPING_SCALE ? &parameters->damping_scale : NULL;
 }
 
 bool body_parameters_set(BodyParameters *parameters, bool damped, BodyParameter parameter,

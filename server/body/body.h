@@ -110,6 +110,11 @@ typedef enum BodyParameter {
     BODY_ADAPT_LEVEL, // finest level allowed, of the time budget; may exceed the levels of the body
 } BodyParameter;
 
+// Ranges of what a scene gives and SET changes, as both print them; bounds included.
+#define FRICTION_RANGE 0, 10
+#define PRESSURE_RANGE -1e6, 1e6
+#define ADAPT_RANGE    0, 1e+09
+
 typedef struct Body Body;
 
 // How much of the state before a tick is restored. The topology stays in any case.

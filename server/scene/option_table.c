@@ -342,11 +342,26 @@ bool option_is_default(const Option *option, const void *member)
     return memcmp(&preset, member, value_size(option->type)) == 0;
 }
 
-bool option_enables(const Option *option, const void *member)
+static uint64_t given_in(const OptionTable *table, const void *target)
 {
-    if (option->type == OPTION_REAL)
-        return *(const double *)member > 0.0;
-    return !option_is_default(option, member);
+    return table->given != 0 ? *(const uint64_t *)((const char *)target + table->given) : 0;
+}
+
+bool option_enables(const OptionTable *table, int row, const void *target)
+{
+    const Option *option = &table->option[row];
+    const void *member = (const char *)target + option->offset;
+    switch (option->type) {
+    case OPTION_REAL:
+        return *(const double *)member != 0.0;
+    case OPTION_BOOL:
+        return *(const bool *)member;
+    case OPTION_GROUP:
+    case OPTION_LIST:
+        return (given_in(table, target) >> row & 1) != 0;
+    default:
+        return !option_is_default(option, member);
+    }
 }
 
 const char *option_idle(const Option *option, const OptionPlace *place)
@@ -508,6 +523,8 @@ bool option_read(const OptionTable *table, const config_setting_t *group,
         if (!check_key(table, config_setting_get_elem(group, (unsigned)i), source))
             return false;
     // Each row gets its value, its default, or an error.
+    uint64_t given = 0;
+    ASSERT(table->count <= (int)(8 * sizeof given));
     for (int i = 0; i < table->count; i++) {
         const Option *option = &table->option[i];
         const config_setting_t *setting = option_find(group, option->key);
@@ -516,6 +533,8 @@ bool option_read(const OptionTable *table, const config_setting_t *group,
         if (setting != NULL) {
             if (!read_value(option, setting, source, member))
                 return false;
+            if (option->type != OPTION_LIST || option_length(setting) > 0)
+                given |= (uint64_t)1 << i;
         } else if (option->required) {
             ASSERT(group != NULL);
             return fail_missing(table, group, option, source);
@@ -523,6 +542,8 @@ bool option_read(const OptionTable *table, const config_setting_t *group,
             store_default(option, member);
         }
     }
+    if (table->given != 0)
+        *(uint64_t *)((char *)target + table->given) = given;
     return true;
 }
 

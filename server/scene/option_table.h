@@ -10,6 +10,7 @@
 #include <libconfig.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 
 typedef enum OptionType {
@@ -41,6 +42,14 @@ typedef struct OptionIdle {
 
 enum { OPTION_IDLES = 3 };
 
+// What a key enables, in the list of --explain.
+typedef struct OptionFeature {
+    const char *name;                     // NULL: nothing that is listed
+    bool (*on)(const OptionPlace *place); // NULL: its value does (option_enables), where not idle
+    const char *how;                      // NULL: the key, with the values that enable it
+    unsigned only;                        // variants that can have it; 0: all that use the key
+} OptionFeature;
+
 typedef struct Option {
     const char *key;
     OptionType type;
@@ -55,9 +64,9 @@ typedef struct Option {
     unsigned only; // bit set of the variants of the group that use the key; 0: all
     bool physics;  // the motion depends on it: part of what a checkpoint is known by
     const OptionIdle *idle[OPTION_IDLES]; // the first that holds is reported; NULL: no more
-    const char *feature; // what a positive number, true or another word than the default enables,
-                         // in the list of --explain; NULL: nothing
-    const char *about;   // one sentence
+    const char *live; // key by which SET changes it while the scene runs; NULL: it cannot
+    OptionFeature feature;
+    const char *about; // one sentence
 } Option;
 
 typedef struct OptionTable {
@@ -68,6 +77,8 @@ typedef struct OptionTable {
     const char *title; // heading in the reference, where the path is not enough; else NULL
     size_t variant;    // offset of the int in `target` that numbers the variant of the group, set
                        // before the rows that name variants are read; 0: none
+    size_t given;      // offset of a uint64_t in `target`, the rows that the scene gives as a bit
+                       // set; an empty list counts as none; 0: none
 } OptionTable;
 
 // Source of the values and destination of errors.
@@ -85,8 +96,9 @@ bool option_read(const OptionTable *table, const config_setting_t *group,
 
 // True if the member has the value that it gets where the key is omitted.
 bool option_is_default(const Option *option, const void *member);
-// True if a member enables the feature of its row.
-bool option_enables(const Option *option, const void *member);
+// True if the value of a row is one that enables something: any but 0, true, any other than the
+// default, a group or list that was given.
+bool option_enables(const OptionTable *table, int row, const void *target);
 // Returns why the key has no effect there, or NULL.
 const char *option_idle(const Option *option, const OptionPlace *place);
 // True if groups of this variant use the key.

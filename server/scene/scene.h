@@ -3,9 +3,10 @@
 #define PLIANT_SCENE_SCENE_H
 
 #include "base/check.h"
-#include "sim/sim.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"
+#include "sim/sim.h"
+#include "sim/world.h"
 #include "surface/surface.h"
 #include "voxel/voxel.h"
 
@@ -70,6 +71,7 @@ typedef enum SceneShown {
 typedef struct SceneBody {
     char name[BODY_NAME_MAX];
     SceneModel model;
+    uint64_t given;          // of its own keys, by their rows
     int line;                // of the group in the scene file, for later errors
     char *initial;           // file, resolved, or NULL; owned
     bool any_integrator;     // no integrator given: takes that of the bodies it is joined to
@@ -136,6 +138,7 @@ typedef struct Scene {
     char *path; // of the scene file
     char *text; // its text, includes not expanded; stored in files that we write
     char name[SCENE_NAME_MAX];
+    uint64_t given; // keys of its own, by their rows
     SimOptions sim; // of the simulation, except for what follows from the lists and the run
     int rate_line, gravity_line; // in the scene file; 0: not given there
     int threads;
@@ -185,15 +188,13 @@ const char *scene_model_name(SceneModel model);
 // unchanged.
 void scene_preset_surface(SurfaceOptions *surface);
 
-// A feature that a scene can do without, and the key or option that enables it.
-typedef struct SceneFeature {
-    bool on;
-    const char *name;
-    char key[SCENE_NAME_MAX];
-} SceneFeature;
-
-// Writes the features that single keys of a body enable, at most `most`; returns their number.
-int scene_list_features(const SceneBody *body, SceneFeature *feature, int most);
+// Prints a line of a list of features: whether it is on, and the key or option that enables it.
+void scene_print_feature(bool on, const char *name, const char *how, FILE *out);
+// Prints the features that a scene can do without: those of the scene itself and its tools; those
+// of what it publishes; those of a body.
+void scene_print_features(const World *world, const Scene *scene, FILE *out);
+void scene_print_published(const World *world, const Scene *scene, FILE *out);
+void scene_print_body_features(const World *world, const Scene *scene, int body, FILE *out);
 
 // Writes the value of a key of a body, or of a group of keys, as text of a scene file; "" for what
 // the scene omits. Returns false if its model has no such key.

@@ -31,6 +31,11 @@ enum { INTEGRATOR_AUTO = INTEGRATOR_COUNT };
         TABLE_MEMBERS(heading, where, sentences, options)                                          \
     }
 #define OPTION_TABLE(where, sentences, options) TITLED_TABLE(NULL, where, sentences, options)
+// That notes in a member which keys were given.
+#define GIVEN_TABLE(where, sentences, options, offset)                                             \
+    {                                                                                              \
+        TABLE_MEMBERS(NULL, where, sentences, options), .given = (offset)                          \
+    }
 // Of keys of a SceneBody, some of which only one model uses.
 #define BODY_OPTION_TABLE(where, sentences, options)                                               \
     {                                                                                              \
@@ -89,7 +94,9 @@ struct OptionPlace {
     const Scene *scene;
     const SceneBody *body;         // or NULL
     const ToolOptions *tool;       // or NULL
-    const config_setting_t *group; // of the body or the tool
+    const config_setting_t *group; // of the body or the tool, while the scene is read
+    const World *world;            // once it is built
+    const Body *made;              // of the body
 };
 
 // scene_idle.c: conditions in which keys have no effect.

@@ -166,6 +166,18 @@ typedef struct MaterialGroup {
     const config_setting_t *stiffening;
 } MaterialGroup;
 
+static bool is_damped(const OptionPlace *place)
+{
+    const SurfaceMaterial *material = &place->body->surface.material;
+    return (material->uniform ? material->spring_damping : material->damping_time) > 0.0;
+}
+
+static bool is_stiff(const OptionPlace *place)
+{
+    const SurfaceMaterial *material = &place->body->surface.material;
+    return material->thickness > 0.0 || material->bending_stiffness > 0.0;
+}
+
 #define AT(member) offsetof(SurfaceMaterial, member)
 static const Option MATERIAL_OPTIONS[] = {
     {"youngs_modulus_2d", OPTION_REAL, AT(youngs_modulus_2d), "N/m", 0.0, 1e9, .open = true,
@@ -176,9 +188,11 @@ static const Option MATERIAL_OPTIONS[] = {
      .preset = 4.2, .physics = true,
      .about = "Mass per unit area; a node has a third of the mass of the faces around it."},
     {"damping_time", OPTION_REAL, AT(damping_time), "s", 0.0, 10.0, .preset = 2e-4, .physics = true,
+     .feature = {"damping of springs", is_damped, "material.damping_time or spring_damping"},
      .about = "Damping of a spring over its stiffness. Reduced, with a warning, where it would "
               "shorten explicit steps; `implicit` uses at most one step of it."},
     {"thickness", OPTION_REAL, AT(thickness), "m", 0.0, 1.0, .physics = true,
+     .feature = {"bending of the wall", is_stiff, "material.thickness or bending_stiffness"},
      .about = "Thickness t of the wall, which then resists bending with E2D t^2 / 10.67 (Poisson "
               "ratio 1/3); 0: it does not. Needs `adjust = \"continuum\"`."},
     {"bending_stiffness", OPTION_REAL, AT(bending_stiffness), "N m", 0.0, 1e9, .physics = true,
@@ -191,13 +205,13 @@ static const Option MATERIAL_OPTIONS[] = {
     {"node_mass", OPTION_REAL, AT(node_mass), "kg", 0.0, 1e6, .open = true, .preset_text = "none",
      .physics = true, .about = "Uniform: mass of every node."},
     {"node_damping", OPTION_REAL, AT(node_damping), "N s/m", 0.0, 1e6, .physics = true,
-     .feature = "drag on nodes", .about = "Both: drag on every node's velocity."},
+     .feature = {"drag on nodes"}, .about = "Both: drag on every node's velocity."},
     {"relaxation", OPTION_LIST, offsetof(MaterialGroup, relaxation), "", .preset_text = "none",
      .about = "Both: up to three Maxwell branches beside each spring, by which its stress relaxes: "
               "`youngs_modulus_2d` or `spring_stiffness` is what is left after a long time. Needs "
               "integrator `leapfrog` or `symplectic_euler`."},
     {"loss_factor", OPTION_REAL, AT(loss_factor), "", 0.0, LOSS_MAX, .physics = true,
-     .feature = "loss factor",
+     .feature = {"loss factor"},
      .about = "Both: tangent of the phase between strain and stress, nearly the same from 1 to "
               "100 Hz, by three branches of `relaxation`, instead of it. A swing's damping ratio "
               "by stretching is half of it."},
@@ -301,10 +315,11 @@ static const Option SHAPE_OPTIONS[] = {
     {"damping", OPTION_REAL, AT(damping), "N s/m", 0.0, 1e6, .physics = true,
      .about = "With `stiffness`: damping of every node's shape spring."},
     {"frame", OPTION_WORD, AT(frame), "", .words = FRAME_WORDS, .preset = SHAPE_WORLD,
-     .physics = true, .feature = "shape springs that follow the body",
+     .physics = true, .feature = {"shape springs that follow the body"},
      .about = "Whether the rest shape is fixed in the world or follows the body's rigid motion."},
     {"damping_direction", OPTION_WORD, AT(direction), "", .words = DIRECTION_WORDS,
-     .preset = SHAPE_DAMPS_ALL, .physics = true, .feature = "shape springs damped along themselves",
+     .preset = SHAPE_DAMPS_ALL, .physics = true,
+     .feature = {"shape springs damped along themselves"},
      .about = "Which part of a node's velocity is damped: all of it, or only the part along the "
               "spring (`radial`: eq 10 as printed, with which a node keeps circling about its rest "
               "position; only with frame `world` and explicit steps)."},
@@ -334,17 +349,17 @@ bool scene_read_shape(const SceneReader *reader, const config_setting_t *group, 
 
 #define AT(member) offsetof(SurfaceCavity, member)
 static const Option CAVITY_OPTIONS[] = {
-    {"pressure", OPTION_REAL, AT(pressure), "Pa", -1e6, 1e6, .physics = true,
-     .feature = "pressure inside",
+    {"pressure", OPTION_REAL, AT(pressure), "Pa", PRESSURE_RANGE, .physics = true,
+     .live = "pressure", .feature = {"pressure inside"},
      .about =
          "Pressure above that outside. It stays, until a cut opens the wall. `gas` and `fluid` "
          "are let in at this pressure while the scene settles (`settle_s`), then sealed. 0 without "
          "these: nothing is inside, as without a `cavity`, which SET cannot change."},
-    {"gas", OPTION_BOOL, AT(gas), "", .physics = true, .feature = "gas inside",
+    {"gas", OPTION_BOOL, AT(gas), "", .physics = true, .feature = {"gas inside"},
      .about = "A gas at constant temperature: (`ambient` + pressure) times volume stays."},
     {"ambient", OPTION_REAL, AT(ambient), "Pa", 0.0, 1e9, .preset = 101325.0, .physics = true,
      .idle = {&IDLE_HOLDS_NO_GAS}, .about = "Pressure outside. 0: `pressure` times volume stays."},
-    {"fluid", OPTION_BOOL, AT(fluid), "", .physics = true, .feature = "fluid inside",
+    {"fluid", OPTION_BOOL, AT(fluid), "", .physics = true, .feature = {"fluid inside"},
      .about = "A fluid that hardly gives way: the volume stays."},
     {"bulk_modulus", OPTION_REAL, AT(bulk_modulus), "Pa", 0.0, 1e12, .open = true,
      .preset_text = "as stiff as makes the bound of the time step 0.7 times as long",
@@ -398,14 +413,16 @@ void scene_preset_surface(SurfaceOptions *surface)
 
 #define AT(member) offsetof(SurfaceAdapt, member)
 static const Option ADAPT_OPTIONS[] = {
-    {"force", OPTION_REAL, AT(force), "", 0.0, 1e9, .open = true, .preset = 0.005, .physics = true,
+    {"force", OPTION_REAL, AT(force), "", ADAPT_RANGE, .open = true, .preset = 0.005,
+     .physics = true, .live = "adapt_force",
      .about = "Load per unit area times the edge length over `youngs_modulus_2d` beyond which a "
               "face is refined."},
-    {"speed", OPTION_REAL, AT(speed), "", 0.0, 1e9, .open = true, .preset = 0.3, .physics = true,
+    {"speed", OPTION_REAL, AT(speed), "", ADAPT_RANGE, .open = true, .preset = 0.3, .physics = true,
+     .live = "adapt_speed",
      .about = "Speed relative to the body's rigid motion, over the wave speed in the membrane "
               "times 2^level, beyond which a face is refined."},
-    {"curvature", OPTION_REAL, AT(curvature), "rad", 0.0, 1e9, .open = true, .preset = 1.6,
-     .physics = true,
+    {"curvature", OPTION_REAL, AT(curvature), "rad", ADAPT_RANGE, .open = true, .preset = 1.6,
+     .physics = true, .live = "adapt_curvature",
      .about = "Change of the angle between two faces beyond which they are refined."},
     {"check_hz", OPTION_REAL, AT(check_hz), "Hz", 0.0, 10000.0, .open = true, .preset = 100.0,
      .physics = true,

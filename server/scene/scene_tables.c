@@ -51,42 +51,83 @@ int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
 // Returns the name of a group in its body; "" for the keys of the body itself.
 static const char *group_name(const OptionTable *table)
 {
-    const char *name = table->path + strlen(BODY_TABLE.path);
-    return *name == '.' ? name + 1 : name;
+    const char *dot = strchr(table->path, '.');
+    return dot != NULL ? dot + 1 : strcmp(table->path, "bodies") == 0 ? "" : table->path;
 }
 
-// Writes the key with its path in a body, and the word or truth that enables the feature.
-static void name_key(char *text, size_t size, const OptionTable *table, const Option *option)
+// Writes the key with the name of its group, and the values that enable the feature.
+static void name_key(char text[SCENE_VALUE_TEXT], const OptionTable *table, const Option *option)
 {
-    const char *group = group_name(table);
-    const char *word = NULL;
-    for (int i = 0; option->type == OPTION_WORD && option->words[i].word != NULL; i++)
-        if (word == NULL && option->words[i].value != (int)option->preset)
-            word = option->words[i].word;
-    snprintf(text, size, "%s%s%s%s%s%s", group, *group != '\0' ? "." : "", option->key,
-             word != NULL                  ? " = \""
-             : option->type == OPTION_BOOL ? " = true"
-                                           : "",
-             word != NULL ? word : "", word != NULL ? "\"" : "");
+    static const char *const FORMS[] = {[OPTION_BOOL] = " = true",
+                                        [OPTION_VECTOR] = " = [ ... ]",
+                                        [OPTION_GROUP] = " = { ... }",
+                                        [OPTION_LIST] = " = ( ... )"};
+    const char *group = group_name(table), *form = FORMS[option->type], *before = " =";
+    size_t length =
+        (size_t)snprintf(text, SCENE_VALUE_TEXT, "%s%s%s%s", group, *group != '\0' ? "." : "",
+                         option->key, form != NULL ? form : "");
+    // Every word but the default.
+    for (int i = 0; option->type == OPTION_WORD && option->words[i].word != NULL; i++) {
+        if (option->words[i].value == (int)option->preset)
+            continue;
+        length += (size_t)snprintf(text + length, SCENE_VALUE_TEXT - length, "%s \"%s\"", before,
+                                   option->words[i].word);
+        before = " or";
+    }
 }
 
-int scene_list_features(const SceneBody *body, SceneFeature *feature, int most)
+void scene_print_feature(bool on, const char *name, const char *how, FILE *out)
 {
+    fprintf(out, "  %-3s  %-38s %s\n", on ? "on" : "off", name, how);
+}
+
+static bool can_have(const Option *option, const SceneBody *body)
+{
+    const unsigned only = option->feature.only;
+    return body == NULL || (option_is_used(option, (int)body->model) &&
+                            (only == 0 || (only & 1u << body->model) != 0));
+}
+
+// Prints the features of the rows of a group; `target` is what their offsets count from.
+static void print_features(const OptionTable *table, const void *target, bool absent,
+                           const OptionPlace *place, FILE *out)
+{
+    for (int i = 0; i < table->count; i++) {
+        const Option *option = &table->option[i];
+        const OptionFeature *feature = &option->feature;
+        if (feature->name == NULL || !can_have(option, place->body))
+            continue;
+        char how[SCENE_VALUE_TEXT];
+        name_key(how, table, option);
+        const bool on = feature->on != NULL ? feature->on(place)
+                                            : option_enables(table, i, target) &&
+                                                  option_idle(option, place) == NULL;
+        scene_print_feature(on && !absent, feature->name, feature->how != NULL ? feature->how : how,
+                            out);
+    }
+}
+
+void scene_print_features(const World *world, const Scene *scene, FILE *out)
+{
+    const OptionPlace place = {.scene = scene, .world = world};
+    print_features(&SCENE_TABLE, scene, false, &place, out);
+    print_features(&TOOL_TABLE, NULL, false, &place, out);
+}
+
+void scene_print_published(const World *world, const Scene *scene, FILE *out)
+{
+    const OptionPlace place = {.scene = scene, .world = world};
+    print_features(&PUBLISH_TABLE, &scene->publish, false, &place, out);
+}
+
+void scene_print_body_features(const World *world, const Scene *scene, int body, FILE *out)
+{
+    const SceneBody *described = &scene->body[body];
+    const OptionPlace place = {
+        .scene = scene, .body = described, .world = world, .made = sim_body(world->sim, body)};
     KeyGroup group[KEY_GROUPS];
-    int count = 0;
-    // Of each row that describes a feature: whether its value enables it.
-    for (int g = 0, groups = scene_list_groups(body, group); g < groups; g++)
-        for (int i = 0; i < group[g].table->count && count < most; i++) {
-            const Option *option = &group[g].table->option[i];
-            const void *member = (const char *)group[g].keys + option->offset;
-            if (option->feature == NULL || !option_is_used(option, (int)body->model))
-                continue;
-            feature[count] = (SceneFeature){
-                .on = !group[g].absent && option_enables(option, member), .name = option->feature};
-            name_key(feature[count].key, sizeof feature->key, group[g].table, option);
-            count++;
-        }
-    return count;
+    for (int g = 0, groups = scene_list_groups(described, group); g < groups; g++)
+        print_features(group[g].table, group[g].keys, group[g].absent, &place, out);
 }
 
 // Writes all keys of a group.
@@ -151,6 +192,7 @@ static const char INTRODUCTION[] =
     "- In ranges, `(` excludes its bound and `[` includes it. The range of a vector is\n"
     "  that of its length.\n"
     "- Integers are one number or a list of them.\n"
+    "- *SET* is the command that changes the value while the scene runs.\n"
     "- Unknown keys, wrong types and values out of range are errors that name file and\n"
     "  line. A key that has no effect because of another one (`theta` with `leapfrog`) is "
     "accepted,\n"
@@ -256,6 +298,8 @@ void option_print_reference(const OptionTable *table, FILE *out)
         fprintf(out, " | ");
         print_default(option, out);
         fprintf(out, " | %s", option->about);
+        if (option->live != NULL)
+            fprintf(out, " SET: `%s`.", option->live);
         fprintf(out, " |\n");
     }
 }

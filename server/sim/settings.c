@@ -31,9 +31,18 @@ struct SetKey {
                   size_t why_size);
     // Sets it, which cannot fail any more.
     void (*apply)(Sim *sim, Body *body, const SetKey *key, double value);
+    // Reads it as it is now; returns false if the body has no such parameter, or SET may not change
+    // it.
+    bool (*read)(const Body *body, const SetKey *key, double *value);
     // Narrows the range to that of a body; NULL: all have the same.
     void (*limit)(const Sim *sim, const Body *body, const SetKey *key, double *low, double *high);
 };
+
+// Of a parameter that the model has alone.
+static bool read_parameter(const Body *body, const SetKey *key, double *value)
+{
+    return body->ops->get(body->model, key->parameter, value);
+}
 
 // --- scales of stiffness and damping, within the stability bound of a body's step ---
 
@@ -47,6 +56,13 @@ static double present_scale(const Body *body, const SetKey *key)
 {
     BodyTuning tuning = body->tuning;
     return *scale_of(&tuning, key);
+}
+
+static bool read_scale(const Body *body, const SetKey *key, double *value)
+{
+    const bool has = read_parameter(body, key, value);
+    *value = present_scale(body, key);
+    return has;
 }
 
 static bool scale_fits(const Sim *sim, const Body *body, const SetKey *key, double value,
@@ -114,22 +130,30 @@ static void apply_scale(Sim *sim, Body *body, const SetKey *key, double value)
 
 // --- cavities, within what their body's time step leaves room for ---
 
+static double cavity_limit(const Body *body, const SetKey *key)
+{
+    return key->parameter == BODY_PRESSURE ? body->pressure_limit : body->volume_limit;
+}
+
+static bool read_cavity(const Body *body, const SetKey *key, double *value)
+{
+    return cavity_limit(body, key) > 0.0 && read_parameter(body, key, value);
+}
+
 static void limit_cavity(const Sim *sim, const Body *body, const SetKey *key, double *low,
                          double *high)
 {
     (void)sim;
-    const bool pressure = key->parameter == BODY_PRESSURE;
-    *low = pressure ? body->pressure_least : 0.0;
-    *high = (pressure ? body->pressure_limit : body->volume_limit) * FOUR_DIGITS;
+    *low = key->parameter == BODY_PRESSURE ? body->pressure_least : 0.0;
+    *high = cavity_limit(body, key) * FOUR_DIGITS;
 }
 
 static bool check_cavity(Sim *sim, const Body *body, const SetKey *key, double value, char *why,
                          size_t why_size)
 {
-    const bool pressure = key->parameter == BODY_PRESSURE;
     double least, most;
     limit_cavity(sim, body, key, &least, &most);
-    if (value > least && value <= (pressure ? body->pressure_limit : body->volume_limit))
+    if (value > least && value <= cavity_limit(body, key))
         return true;
     snprintf(why, why_size,
              "%s %g is outside (%.4g, %.4g], for which the time step of body %s leaves room",
@@ -139,10 +163,22 @@ static bool check_cavity(Sim *sim, const Body *body, const SetKey *key, double v
 
 // --- the others ---
 
+static bool read_friction(const Body *body, const SetKey *key, double *value)
+{
+    (void)key;
+    *value = body->tuning.friction;
+    return true;
+}
+
 static void apply_friction(Sim *sim, Body *body, const SetKey *key, double value)
 {
     (void)sim, (void)key;
     body->tuning.friction = value;
+}
+
+static bool read_adapt(const Body *body, const SetKey *key, double *value)
+{
+    return body->ops->adapt != NULL && read_parameter(body, key, value);
 }
 
 static void apply_parameter(Sim *sim, Body *body, const SetKey *key, double value)
@@ -152,27 +188,31 @@ static void apply_parameter(Sim *sim, Body *body, const SetKey *key, double valu
 }
 
 _Static_assert(LEVELS_MAX == 8, "the range of adapt_level");
-#define RANGE(least, most) .low = (least), .high = (most), .range = "[" #least ", " #most "]"
-#define SCALE              .check = check_scale, .apply = apply_scale, .limit = limit_scale
-#define CAVITY             .check = check_cavity, .apply = apply_parameter, .limit = limit_cavity
+#define RANGE(...)          BOUNDS(__VA_ARGS__)
+#define BOUNDS(least, most) .low = (least), .high = (most), .range = "[" #least ", " #most "]"
+#define PLAIN               .apply = apply_parameter, .read = read_parameter
+#define SCALE               .check = check_scale, .apply = apply_scale, .read = read_scale, .limit = limit_scale
+#define FRICTION            .apply = apply_friction, .read = read_friction
+#define CAVITY                                                                                     \
+    .check = check_cavity, .apply = apply_parameter, .read = read_cavity, .limit = limit_cavity
 // A live run's governor sets them, too.
 #define ADAPT                                                                                      \
-    .stable = true, .apply = apply_parameter,                                                      \
+    .stable = true, .apply = apply_parameter, .read = read_adapt,                                  \
     .lacks = "does not adapt its level of detail (levels, adapt)"
 static const SetKey KEYS[] = {
-    {"gravity_x", BODY_GRAVITY_X, OF_SCENE, RANGE(-1e4, 1e4), .apply = apply_parameter},
-    {"gravity_y", BODY_GRAVITY_Y, OF_SCENE, RANGE(-1e4, 1e4), .apply = apply_parameter},
-    {"gravity_z", BODY_GRAVITY_Z, OF_SCENE, RANGE(-1e4, 1e4), .apply = apply_parameter},
+    {"gravity_x", BODY_GRAVITY_X, OF_SCENE, RANGE(-1e4, 1e4), PLAIN},
+    {"gravity_y", BODY_GRAVITY_Y, OF_SCENE, RANGE(-1e4, 1e4), PLAIN},
+    {"gravity_z", BODY_GRAVITY_Z, OF_SCENE, RANGE(-1e4, 1e4), PLAIN},
     {"stiffness_scale", BODY_STIFFNESS_SCALE, OF_BODIES, RANGE(0, 1e6), SCALE},
     {"damping_scale", BODY_DAMPING_SCALE, OF_BODIES, RANGE(0, 1e6), SCALE},
-    {"friction", .reach = OF_BODIES, RANGE(0, 10), .apply = apply_friction},
-    {"pressure", BODY_PRESSURE, OF_THOSE, RANGE(-1e6, 1e6), CAVITY,
+    {"friction", .reach = OF_BODIES, RANGE(FRICTION_RANGE), FRICTION},
+    {"pressure", BODY_PRESSURE, OF_THOSE, RANGE(PRESSURE_RANGE), CAVITY,
      .lacks = "has no closed cavity"},
     {"volume", BODY_VOLUME, OF_THOSE, RANGE(0, 1e9), CAVITY,
      .lacks = "has no closed cavity with a gas or fluid in it"},
-    {"adapt_force", BODY_ADAPT_FORCE, OF_THOSE, RANGE(0, 1e+06), ADAPT},
-    {"adapt_speed", BODY_ADAPT_SPEED, OF_THOSE, RANGE(0, 1e+06), ADAPT},
-    {"adapt_curvature", BODY_ADAPT_CURVATURE, OF_THOSE, RANGE(0, 1e+06), ADAPT},
+    {"adapt_force", BODY_ADAPT_FORCE, OF_THOSE, RANGE(ADAPT_RANGE), ADAPT},
+    {"adapt_speed", BODY_ADAPT_SPEED, OF_THOSE, RANGE(ADAPT_RANGE), ADAPT},
+    {"adapt_curvature", BODY_ADAPT_CURVATURE, OF_THOSE, RANGE(ADAPT_RANGE), ADAPT},
     {"adapt_scale", BODY_ADAPT_SCALE, OF_THOSE, RANGE(0, 1e+06), ADAPT},
     {"adapt_level", BODY_ADAPT_LEVEL, OF_THOSE, RANGE(0, 8), .whole = true, ADAPT},
 };
@@ -291,24 +331,6 @@ static const Body *take_body(const Sim *sim, const char **key)
     return NULL;
 }
 
-// Reads a key of a body as it is now; returns false if the body has no such parameter.
-static bool read_key(const Body *body, const SetKey *key, double *value)
-{
-    if (key->apply == apply_friction) {
-        *value = body->tuning.friction;
-        return true;
-    }
-    // The model says what it has, the body what is open to SET.
-    if ((key->parameter == BODY_PRESSURE && !(body->pressure_limit > 0.0)) ||
-        (key->parameter == BODY_VOLUME && !(body->volume_limit > 0.0)) ||
-        (key->parameter >= BODY_ADAPT_FORCE && body->ops->adapt == NULL) ||
-        !body->ops->get(body->model, key->parameter, value))
-        return false;
-    if (key->apply == apply_scale)
-        *value = present_scale(body, key);
-    return true;
-}
-
 // What a request to SET means: a row of KEYS and the bodies that it would change.
 typedef struct Setting {
     const SetKey *key;
@@ -339,7 +361,7 @@ static bool check_setting(Sim *sim, const Setting *set, double value, char *why,
     for (int b = set->first; b < set->end; b++) {
         const Body *body = &sim->body[b];
         double now;
-        const bool has = read_key(body, key, &now);
+        const bool has = key->read(body, key, &now);
         if (!has && key->reach == OF_BODIES) {
             snprintf(why, why_size, "body %s has no such parameter", body->name);
             return false;
@@ -364,7 +386,7 @@ bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t wh
         return false;
     double now;
     for (int b = set.first; b < set.end; b++)
-        if (read_key(&sim->body[b], set.key, &now))
+        if (set.key->read(&sim->body[b], set.key, &now))
             set.key->apply(sim, &sim->body[b], set.key, value);
     if (!set.key->stable)
         guard_note_set(sim, set.named ? set.first : -1, NUMBER_ROWS + (int)(set.key - KEYS));
@@ -443,7 +465,7 @@ bool sim_try_set(Sim *sim, const char *key, double value, double *longer, char *
     double now = 0.0;
     size_t length = (size_t)snprintf(why, why_size, "%s = %g", key, value);
     if ((set.end == set.first + 1 || set.key->reach == OF_SCENE) && length < why_size &&
-        read_key(&sim->body[set.first], set.key, &now))
+        set.key->read(&sim->body[set.first], set.key, &now))
         length += (size_t)snprintf(why + length, why_size - length, " instead of %.4g", now);
     if (set.key->apply == apply_scale && length < why_size)
         try_scale(sim, &set, value, longer, why + length, why_size - length);
@@ -470,7 +492,7 @@ bool sim_tell_setting(Sim *sim, const char *key, char *text, size_t size)
     }
     const Body *body = &sim->body[set.first];
     double low = set.key->low, high = set.key->high;
-    if (!read_key(body, set.key, &x)) {
+    if (!set.key->read(body, set.key, &x)) {
         snprintf(text, size, "body %s %s", body->name,
                  set.key->lacks != NULL ? set.key->lacks : "has no such parameter");
         return false;
@@ -487,7 +509,7 @@ void sim_list_settings(const Sim *sim, int body, char *text, size_t size)
     double now;
     text[0] = '\0';
     for (int k = 0; k < KEY_COUNT && length < size; k++)
-        if (KEYS[k].reach != OF_SCENE && read_key(&sim->body[body], &KEYS[k], &now))
+        if (KEYS[k].reach != OF_SCENE && KEYS[k].read(&sim->body[body], &KEYS[k], &now))
             length += (size_t)snprintf(text + length, size - length, "%s%s", length > 0 ? ", " : "",
                                        KEYS[k].key);
 }

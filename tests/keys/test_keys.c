@@ -363,6 +363,49 @@ TEST(rows_that_count_change_the_hash_and_no_others)
     }
 }
 
+// --- keys that SET changes -----------------------------------------------------------------------
+
+TEST(what_a_row_calls_live_is_a_key_of_set_in_the_same_range)
+{
+    World world = {0};
+    Scene scene;
+    Status status = {0};
+    const char *path = scratch("live.cfg");
+    write_text(path,
+               "bodies = ( { name = \"a\"; mesh = { generator = \"ico_sphere\"; }; levels = 1; "
+               "adapt = {}; cavity = { gas = true; }; } );\n");
+    assert_true(scene_read(path, &scene, &status));
+    if (!world_build(&world, &scene, &(BuildOptions){.isa = "auto"}, &status))
+        fail_msg("%s", status.text);
+    int live = 0;
+    for (int t = 0; t < SCENE_TABLE_COUNT; t++)
+        for (int i = 0; i < scene_table(t)->count; i++) {
+            const Option *option = &scene_table(t)->option[i];
+            char key[64], why[256];
+            double longer;
+            if (option->live == NULL)
+                continue;
+            live++;
+            // Between its bounds other limits may hold, those of the time step.
+            snprintf(key, sizeof key, "a.%s", option->live);
+            if (option->type == OPTION_VECTOR) {
+                assert_true(sim_tell_setting(world.sim, option->live, why, sizeof why));
+                assert_true(sim_try_gravity(vec3(0.0, option->high, 0.0), why, sizeof why));
+                assert_false(sim_try_gravity(vec3(0.0, 2.0 * option->high, 0.0), why, sizeof why));
+                continue;
+            }
+            if (!sim_tell_setting(world.sim, key, why, sizeof why))
+                fail_msg("%s: %s", key, why);
+            assert_false(sim_try_set(world.sim, key, 2.0 * option->high, &longer, why, sizeof why));
+            assert_non_null(strstr(why, " outside ["));
+            if (!sim_try_set(world.sim, key, option->high, &longer, why, sizeof why))
+                assert_non_null(strstr(why, " is outside (")); // of the body's step
+        }
+    assert_true(live >= 6);
+    world_destroy(&world);
+    scene_destroy(&scene);
+}
+
 // --- every key of every table --------------------------------------------------------------------
 
 static int miss_row(const OptionTable *table, const Option *option, KeyModel model)
