@@ -515,6 +515,61 @@ static void *member_of(const OptionTable *table, const Option *option, void *tar
     return unused;
 }
 
+// Returns the first of the given rows of a way; NULL: none.
+static const Option *first_of_way(const OptionTable *table, uint64_t given, int way)
+{
+    for (int i = 0; i < table->count; i++)
+        if (table->option[i].way == way && (given >> i & 1) != 0)
+            return &table->option[i];
+    return NULL;
+}
+
+static bool fail_mixed(const config_setting_t *group, const OptionSource *source, const char *key,
+                       const char *other)
+{
+    return option_fail(source, option_find(group, key), "%s cannot be mixed with %s", key, other);
+}
+
+// Checks what holds between the keys of a group.
+static bool check_group(const OptionTable *table, const config_setting_t *group,
+                        const OptionSource *source, uint64_t given, void *target)
+{
+    const Option *first = first_of_way(table, given, 1), *second = first_of_way(table, given, 2);
+    if (first != NULL && second != NULL)
+        return fail_mixed(group, source, second->key, first->key);
+    bool two_ways = false;
+    for (int i = 0; i < table->count; i++) {
+        const Option *option = &table->option[i];
+        two_ways |= option->way == 2;
+        const bool is_given = (given >> i & 1) != 0;
+        if (is_given && option->apart != NULL && option_given(group, option->apart))
+            return fail_mixed(group, source, option->key, option->apart);
+        if (!is_given && option->needed && second != NULL)
+            return option_fail(source, group, "%s.%s is missing: it goes with %s", table->path,
+                               option->key, second->key);
+    }
+    if (two_ways)
+        *(bool *)((char *)target + table->second) = second != NULL;
+    return true;
+}
+
+// Lowers a default to what it follows, and refuses a larger value.
+static bool follow(const Option *option, const config_setting_t *setting,
+                   const OptionSource *source, void *member)
+{
+    char text[OPTION_NUMBER_TEXT], most[OPTION_NUMBER_TEXT];
+    double *value = member;
+    if (!option->follows || source->most_key == NULL || *value <= source->most)
+        return true;
+    if (setting == NULL) {
+        *value = source->most;
+        return true;
+    }
+    return option_fail(source, setting, "%s %s exceeds %s %s", option->key,
+                       option_number_text(text, *value), source->most_key,
+                       option_number_text(most, source->most));
+}
+
 bool option_read(const OptionTable *table, const config_setting_t *group,
                  const OptionSource *source, void *target)
 {
@@ -541,10 +596,21 @@ bool option_read(const OptionTable *table, const config_setting_t *group,
         } else {
             store_default(option, member);
         }
+        if (!follow(option, setting, source, member))
+            return false;
     }
     if (table->given != 0)
         *(uint64_t *)((char *)target + table->given) = given;
-    return true;
+    return check_group(table, group, source, given, target);
+}
+
+void option_lower(const OptionTable *table, void *target, double most)
+{
+    for (int i = 0; i < table->count; i++) {
+        double *value = (double *)((char *)target + table->option[i].offset);
+        if (table->option[i].follows && *value > most)
+            *value = most;
+    }
 }
 
 const config_setting_t *option_find(const config_setting_t *group, const char *key)

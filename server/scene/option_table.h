@@ -61,8 +61,13 @@ typedef struct Option {
     const char *preset_text; // default of names and strings; else the text shown for the default
     const OptionWord *words;
     bool required;
-    unsigned only; // bit set of the variants of the group that use the key; 0: all
-    bool physics;  // the motion depends on it: part of what a checkpoint is known by
+    int way;     // 1 or 2: of the two ways to say what a group says, which cannot be mixed; 0: of
+                 // neither
+    bool needed; // by a group that uses the second way
+    const char *apart; // key of the same group with which it cannot be mixed; NULL: none
+    bool follows;      // at most OptionSource.most: refused where given, else lowered to it
+    unsigned only;     // bit set of the variants of the group that use the key; 0: all
+    bool physics;      // the motion depends on it: part of what a checkpoint is known by
     const OptionIdle *idle[OPTION_IDLES]; // the first that holds is reported; NULL: no more
     const char *live; // key by which SET changes it while the scene runs; NULL: it cannot
     OptionFeature feature;
@@ -79,12 +84,16 @@ typedef struct OptionTable {
                        // before the rows that name variants are read; 0: none
     size_t given;      // offset of a uint64_t in `target`, the rows that the scene gives as a bit
                        // set; an empty list counts as none; 0: none
+    size_t second;     // offset of the bool in `target`, whether the second way is used, where
+                       // rows have one
 } OptionTable;
 
 // Source of the values and destination of errors.
 typedef struct OptionSource {
     const char *path; // of the scene file
     Status *status;
+    double most;          // of rows that follow it,
+    const char *most_key; // the value of this key
 } OptionSource;
 
 // Reads `group` (NULL: omitted, all defaults; no option of the table may be required then) into the
@@ -93,6 +102,9 @@ typedef struct OptionSource {
 // the wrong type or outside its range.
 bool option_read(const OptionTable *table, const config_setting_t *group,
                  const OptionSource *source, void *target);
+
+// Lowers the values of rows that follow another to `most`.
+void option_lower(const OptionTable *table, void *target, double most);
 
 // True if the member has the value that it gets where the key is omitted.
 bool option_is_default(const Option *option, const void *member);

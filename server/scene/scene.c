@@ -129,16 +129,16 @@ const OptionTable SCENE_TABLE =
 
 #define AT(member) offsetof(ScenePublish, member)
 static const Option PUBLISH_OPTIONS[] = {
-    {"nodes_hz", OPTION_REAL, AT(nodes_hz), "Hz", 0.0, 10000.0, .preset = 60.0,
+    {"nodes_hz", OPTION_REAL, AT(nodes_hz), "Hz", 0.0, 10000.0, .follows = true, .preset = 60.0,
      .feature = {"positions in messages"},
      .about = "Frames of node positions per second; 0: never."},
-    {"mesh_hz", OPTION_REAL, AT(mesh_hz), "Hz", 0.0, 10000.0, .preset = 1.0,
+    {"mesh_hz", OPTION_REAL, AT(mesh_hz), "Hz", 0.0, 10000.0, .follows = true, .preset = 1.0,
      .feature = {"meshes in messages"},
      .about = "Whole meshes per second, for clients that join late; 0: only on request."},
-    {"contact_hz", OPTION_REAL, AT(contact_hz), "Hz", 0.0, 10000.0, .preset = 1000.0,
-     .idle = {&IDLE_HAS_NO_TOOL}, .feature = {"contacts in messages"},
+    {"contact_hz", OPTION_REAL, AT(contact_hz), "Hz", 0.0, 10000.0, .follows = true,
+     .preset = 1000.0, .idle = {&IDLE_HAS_NO_TOOL}, .feature = {"contacts in messages"},
      .about = "Contact messages per second and tool; 0: never."},
-    {"status_hz", OPTION_REAL, AT(status_hz), "Hz", 0.0, 10000.0, .preset = 2.0,
+    {"status_hz", OPTION_REAL, AT(status_hz), "Hz", 0.0, 10000.0, .follows = true, .preset = 2.0,
      .feature = {"status in messages"}, .about = "Status messages per second; 0: never."},
     {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS, .idle = {&IDLE_HAS_NO_INSIDE},
      .feature = {"inner vertices in messages"},
@@ -177,34 +177,6 @@ const OptionTable CAPACITY_TABLE = OPTION_TABLE(
     "capacity",
     "A body that does not fit at load is an error; what does not fit later is refused and counted.",
     CAPACITY_OPTIONS);
-
-// Returns the rate of a row; NULL if the row is none.
-static double *rate_of(const Option *option, ScenePublish *publish)
-{
-    return strcmp(option->unit, "Hz") == 0 ? (double *)((char *)publish + option->offset) : NULL;
-}
-
-static bool read_publish(const SceneReader *reader, const config_setting_t *group)
-{
-    ScenePublish *publish = &reader->scene->publish;
-    if (!option_read(&PUBLISH_TABLE, group, &reader->source, publish))
-        return false;
-    // Rates above the tick's are errors where they were given, and lowered where they are defaults.
-    for (int i = 0; i < PUBLISH_TABLE.count; i++) {
-        const Option *option = &PUBLISH_TABLE.option[i];
-        double *rate = rate_of(option, publish);
-        if (rate == NULL || *rate <= reader->scene->sim.rate_hz)
-            continue;
-        char text[OPTION_NUMBER_TEXT], limit[OPTION_NUMBER_TEXT];
-        if (option_given(group, option->key))
-            return option_fail(&reader->source, option_find(group, option->key),
-                               "%s %s exceeds rate_hz %s", option->key,
-                               option_number_text(text, *rate),
-                               option_number_text(limit, reader->scene->sim.rate_hz));
-        *rate = reader->scene->sim.rate_hz;
-    }
-    return true;
-}
 
 // Allocates zeroed groups of a list; returns NULL for none or, with a status, for too many.
 static void *allocate_groups(const SceneReader *reader, const config_setting_t *list, int limit,
@@ -330,12 +302,15 @@ static int line_of(const config_setting_t *root, const char *key)
     return option_given(root, key) ? (int)config_setting_source_line(option_find(root, key)) : 0;
 }
 
-static bool read_root(const SceneReader *reader, const config_setting_t *root)
+static bool read_root(SceneReader *reader, const config_setting_t *root)
 {
     Scene *scene = reader->scene;
     SceneGroup raw = {.scene = *scene};
     if (!option_read(&SCENE_TABLE, root, &reader->source, &raw))
         return false;
+    // Other rates follow that of the ticks.
+    reader->source.most = raw.scene.sim.rate_hz;
+    reader->source.most_key = "rate_hz";
     // What rows could not store directly.
     *scene = raw.scene;
     scene->rate_line = line_of(root, "rate_hz");
@@ -353,7 +328,7 @@ static bool read_root(const SceneReader *reader, const config_setting_t *root)
     if (option_given(root, "prepared"))
         scene->prepared = scene_source_resolve(reader->folder, raw.prepared);
     // Groups and lists; bodies before tools and loads, which refer to them by name.
-    if (!read_publish(reader, raw.publish) ||
+    if (!option_read(&PUBLISH_TABLE, raw.publish, &reader->source, &scene->publish) ||
         !option_read(&CAPACITY_TABLE, raw.capacity, &reader->source, scene))
         return false;
     return read_bodies(reader, raw.bodies) && read_tools(reader, raw.tools) &&
@@ -371,7 +346,7 @@ bool scene_read(const char *path, Scene *scene, Status *status)
     // The text is checked before libconfig sees it.
     scene->text = scene_source_read(path, &config, status);
     char *folder = scene_source_folder(path);
-    SceneReader reader = {{path, status}, folder, scene};
+    SceneReader reader = {.source = {path, status}, .folder = folder, .scene = scene};
     bool ok = scene->text != NULL && read_root(&reader, config_root_setting(&config));
     // Keys without effect are known only when all keys are.
     if (ok)
@@ -424,16 +399,10 @@ bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *st
     // Rates that follow from the tick's.
     if (rate_hz > 0.0) {
         scene->sim.rate_hz = rate_hz;
-        for (int i = 0; i < PUBLISH_TABLE.count; i++) {
-            double *rate = rate_of(&PUBLISH_TABLE.option[i], &scene->publish);
-            if (rate != NULL)
-                *rate = fmin(*rate, rate_hz);
-        }
-        for (int i = 0; i < scene->body_count; i++) {
-            SceneBody *body = &scene->body[i];
-            if (body->model == MODEL_SURFACE)
-                body->surface.adapt.check_hz = fmin(body->surface.adapt.check_hz, rate_hz);
-        }
+        option_lower(&PUBLISH_TABLE, &scene->publish, rate_hz);
+        for (int i = 0; i < scene->body_count; i++)
+            if (scene->body[i].model == MODEL_SURFACE)
+                option_lower(&ADAPT_TABLE, &scene->body[i].surface.adapt, rate_hz);
     }
     if (prefix == NULL)
         return true;

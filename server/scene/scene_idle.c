@@ -180,7 +180,7 @@ const OptionIdle IDLE_TOUCHES_NOTHING = {touches_nothing, "it has no capsules"};
 static void add(Scene *scene, const config_setting_t *at, const char *key, const char *why)
 {
     Status said = {0};
-    const OptionSource source = {scene->path, &said};
+    const OptionSource source = {.path = scene->path, .status = &said};
     // In the form of an error, with file and line, but as a remark.
     option_fail(&source, at, "%s has no effect: %s", key, why);
     const size_t count = (size_t)scene->idle_count + 1;

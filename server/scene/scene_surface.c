@@ -181,37 +181,41 @@ static bool is_stiff(const OptionPlace *place)
 #define AT(member) offsetof(SurfaceMaterial, member)
 static const Option MATERIAL_OPTIONS[] = {
     {"youngs_modulus_2d", OPTION_REAL, AT(youngs_modulus_2d), "N/m", 0.0, 1e9, .open = true,
-     .preset = 80.0, .physics = true,
+     .way = 1, .preset = 80.0, .physics = true,
      .about = "Young's modulus times thickness; springs get k = E (A1 + A2) / L^2 (Van Gelder "
               "1998)."},
-    {"areal_density", OPTION_REAL, AT(areal_density), "kg/m2", 0.0, 1e6, .open = true,
+    {"areal_density", OPTION_REAL, AT(areal_density), "kg/m2", 0.0, 1e6, .open = true, .way = 1,
      .preset = 4.2, .physics = true,
      .about = "Mass per unit area; a node has a third of the mass of the faces around it."},
-    {"damping_time", OPTION_REAL, AT(damping_time), "s", 0.0, 10.0, .preset = 2e-4, .physics = true,
+    {"damping_time", OPTION_REAL, AT(damping_time), "s", 0.0, 10.0, .way = 1, .preset = 2e-4,
+     .physics = true,
      .feature = {"damping of springs", is_damped, "material.damping_time or spring_damping"},
      .about = "Damping of a spring over its stiffness. Reduced, with a warning, where it would "
               "shorten explicit steps; `implicit` uses at most one step of it."},
-    {"thickness", OPTION_REAL, AT(thickness), "m", 0.0, 1.0, .physics = true,
+    {"thickness", OPTION_REAL, AT(thickness), "m", 0.0, 1.0, .way = 1, .physics = true,
      .feature = {"bending of the wall", is_stiff, "material.thickness or bending_stiffness"},
      .about = "Thickness t of the wall, which then resists bending with E2D t^2 / 10.67 (Poisson "
               "ratio 1/3); 0: it does not. Needs `adjust = \"continuum\"`."},
-    {"bending_stiffness", OPTION_REAL, AT(bending_stiffness), "N m", 0.0, 1e9, .physics = true,
+    {"bending_stiffness", OPTION_REAL, AT(bending_stiffness), "N m", 0.0, 1e9, .apart = "thickness",
+     .physics = true,
      .about =
          "Instead of `thickness`, and with uniform values too: bending stiffness of the wall."},
-    {"spring_stiffness", OPTION_REAL, AT(spring_stiffness), "N/m", 0.0, 1e9, .open = true,
-     .preset_text = "none", .physics = true, .about = "Uniform: stiffness of every spring."},
-    {"spring_damping", OPTION_REAL, AT(spring_damping), "N s/m", 0.0, 1e6, .physics = true,
-     .about = "Uniform: damping of every spring."},
-    {"node_mass", OPTION_REAL, AT(node_mass), "kg", 0.0, 1e6, .open = true, .preset_text = "none",
-     .physics = true, .about = "Uniform: mass of every node."},
+    {"spring_stiffness", OPTION_REAL, AT(spring_stiffness), "N/m", 0.0, 1e9, .open = true, .way = 2,
+     .needed = true, .preset_text = "none", .physics = true,
+     .about = "Uniform: stiffness of every spring."},
+    {"spring_damping", OPTION_REAL, AT(spring_damping), "N s/m", 0.0, 1e6, .way = 2,
+     .physics = true, .about = "Uniform: damping of every spring."},
+    {"node_mass", OPTION_REAL, AT(node_mass), "kg", 0.0, 1e6, .open = true, .way = 2,
+     .needed = true, .preset_text = "none", .physics = true,
+     .about = "Uniform: mass of every node."},
     {"node_damping", OPTION_REAL, AT(node_damping), "N s/m", 0.0, 1e6, .physics = true,
      .feature = {"drag on nodes"}, .about = "Both: drag on every node's velocity."},
     {"relaxation", OPTION_LIST, offsetof(MaterialGroup, relaxation), "", .preset_text = "none",
      .about = "Both: up to three Maxwell branches beside each spring, by which its stress relaxes: "
               "`youngs_modulus_2d` or `spring_stiffness` is what is left after a long time. Needs "
               "integrator `leapfrog` or `symplectic_euler`."},
-    {"loss_factor", OPTION_REAL, AT(loss_factor), "", 0.0, LOSS_MAX, .physics = true,
-     .feature = {"loss factor"},
+    {"loss_factor", OPTION_REAL, AT(loss_factor), "", 0.0, LOSS_MAX, .apart = "relaxation",
+     .physics = true, .feature = {"loss factor"},
      .about = "Both: tangent of the phase between strain and stress, nearly the same from 1 to "
               "100 Hz, by three branches of `relaxation`, instead of it. A swing's damping ratio "
               "by stretching is half of it."},
@@ -220,50 +224,14 @@ static const Option MATERIAL_OPTIONS[] = {
               "buckle. Needs an explicit integrator."},
 };
 #undef AT
-const OptionTable MATERIAL_TABLE = TITLED_TABLE(
-    "`bodies.material` of a surface body", "bodies.material",
-    "Either physical (`youngs_modulus_2d`, `areal_density`, `damping_time`) or uniform "
-    "(`spring_stiffness` and `node_mass`, and `spring_damping`); `node_damping` is permitted with "
-    "both.",
-    MATERIAL_OPTIONS);
-
-enum { NO_KEYS = 5 };
-static const char *const PHYSICAL_KEYS[NO_KEYS] = {"youngs_modulus_2d", "areal_density",
-                                                   "damping_time", "thickness"};
-static const char *const UNIFORM_KEYS[NO_KEYS] = {"spring_stiffness", "spring_damping",
-                                                  "node_mass"};
-static const char *const FREQUENCY_KEYS[NO_KEYS] = {"angular_frequency", "damping_ratio"};
-static const char *const NODE_KEYS[NO_KEYS] = {"stiffness", "damping"};
-
-// Returns the first of `keys` that the group has, or NULL.
-static const char *first_given(const config_setting_t *group, const char *const *keys)
-{
-    for (; *keys != NULL; keys++)
-        if (option_given(group, *keys))
-            return *keys;
-    return NULL;
-}
-
-// True if the group uses `special` keys; returns false with a status if it mixes them with `usual`.
-static bool choose(const SceneReader *reader, const config_setting_t *group,
-                   const char *const *usual, const char *const *special, bool *chosen)
-{
-    const char *a = first_given(group, usual), *b = first_given(group, special);
-    *chosen = b != NULL;
-    if (a != NULL && b != NULL)
-        return option_fail(&reader->source, option_find(group, b), "%s cannot be mixed with %s", b,
-                           a);
-    return true;
-}
-
-static bool require(const SceneReader *reader, const config_setting_t *group, const char *place,
-                    const char *key, const char *because)
-{
-    if (option_given(group, key))
-        return true;
-    return option_fail(&reader->source, group, "%s.%s is missing: it goes with %s", place, key,
-                       because);
-}
+const OptionTable MATERIAL_TABLE = {
+    TABLE_MEMBERS(
+        "`bodies.material` of a surface body", "bodies.material",
+        "Either physical (`youngs_modulus_2d`, `areal_density`, `damping_time`) or uniform "
+        "(`spring_stiffness` and `node_mass`, and `spring_damping`); `node_damping` is permitted "
+        "with both.",
+        MATERIAL_OPTIONS),
+    .second = offsetof(SurfaceMaterial, uniform)};
 
 // Springs have no volume.
 static bool check_branches(const SceneReader *reader, const config_setting_t *list,
@@ -284,20 +252,10 @@ bool scene_read_material(const SceneReader *reader, const config_setting_t *grou
     if (!option_read(&MATERIAL_TABLE, group, &reader->source, &raw))
         return false;
     *material = raw.material;
-    if (!scene_read_branches(reader, group, raw.relaxation, material->loss_factor,
-                             &material->branch_count, material->branch) ||
-        !check_branches(reader, raw.relaxation, material) ||
-        !scene_read_stiffening(reader, raw.stiffening, &material->stiffening) ||
-        !choose(reader, group, PHYSICAL_KEYS, UNIFORM_KEYS, &material->uniform))
-        return false;
-    if (option_given(group, "thickness") && option_given(group, "bending_stiffness"))
-        return option_fail(&reader->source, option_find(group, "bending_stiffness"),
-                           "bending_stiffness cannot be mixed with thickness");
-    if (!material->uniform)
-        return true;
-    const char *because = first_given(group, UNIFORM_KEYS);
-    return require(reader, group, MATERIAL_TABLE.path, "spring_stiffness", because) &&
-           require(reader, group, MATERIAL_TABLE.path, "node_mass", because);
+    return scene_read_branches(reader, group, raw.relaxation, material->loss_factor,
+                               &material->branch_count, material->branch) &&
+           check_branches(reader, raw.relaxation, material) &&
+           scene_read_stiffening(reader, raw.stiffening, &material->stiffening);
 }
 
 static const OptionWord FRAME_WORDS[] = {{"world", SHAPE_WORLD}, {"body", SHAPE_BODY}, {NULL, 0}};
@@ -306,13 +264,15 @@ static const OptionWord DIRECTION_WORDS[] = {
 
 #define AT(member) offsetof(SurfaceShape, member)
 static const Option SHAPE_OPTIONS[] = {
-    {"angular_frequency", OPTION_REAL, AT(angular_frequency), "rad/s", 0.0, 1e6, .preset = 50.0,
-     .physics = true, .about = "Angular frequency of a node on its shape spring: k = m w^2."},
-    {"damping_ratio", OPTION_REAL, AT(damping_ratio), "", 0.0, 100.0, .preset = 0.1,
+    {"angular_frequency", OPTION_REAL, AT(angular_frequency), "rad/s", 0.0, 1e6, .way = 1,
+     .preset = 50.0, .physics = true,
+     .about = "Angular frequency of a node on its shape spring: k = m w^2."},
+    {"damping_ratio", OPTION_REAL, AT(damping_ratio), "", 0.0, 100.0, .way = 1, .preset = 0.1,
      .physics = true, .about = "Share of critical damping of that oscillation."},
-    {"stiffness", OPTION_REAL, AT(stiffness), "N/m", 0.0, 1e9, .preset_text = "none",
-     .physics = true, .about = "Instead: stiffness of every node's shape spring."},
-    {"damping", OPTION_REAL, AT(damping), "N s/m", 0.0, 1e6, .physics = true,
+    {"stiffness", OPTION_REAL, AT(stiffness), "N/m", 0.0, 1e9, .way = 2, .needed = true,
+     .preset_text = "none", .physics = true,
+     .about = "Instead: stiffness of every node's shape spring."},
+    {"damping", OPTION_REAL, AT(damping), "N s/m", 0.0, 1e6, .way = 2, .physics = true,
      .about = "With `stiffness`: damping of every node's shape spring."},
     {"frame", OPTION_WORD, AT(frame), "", .words = FRAME_WORDS, .preset = SHAPE_WORLD,
      .physics = true, .feature = {"shape springs that follow the body"},
@@ -325,26 +285,23 @@ static const Option SHAPE_OPTIONS[] = {
               "position; only with frame `world` and explicit steps)."},
 };
 #undef AT
-const OptionTable SHAPE_TABLE =
-    OPTION_TABLE("bodies.shape",
-                 "Shape-preserving springs (Choi et al. 2005, eq 10). Either `angular_frequency` "
-                 "and `damping_ratio`, or `stiffness` and `damping` per node.",
-                 SHAPE_OPTIONS);
+const OptionTable SHAPE_TABLE = {
+    TABLE_MEMBERS(NULL, "bodies.shape",
+                  "Shape-preserving springs (Choi et al. 2005, eq 10). Either `angular_frequency` "
+                  "and `damping_ratio`, or `stiffness` and `damping` per node.",
+                  SHAPE_OPTIONS),
+    .second = offsetof(SurfaceShape, per_node)};
 
 bool scene_read_shape(const SceneReader *reader, const config_setting_t *group, SurfaceShape *shape)
 {
     shape->wanted = group != NULL;
     if (group == NULL)
         return true;
-    // In one of the two ways of giving it, never in both.
-    if (!option_read(&SHAPE_TABLE, group, &reader->source, shape) ||
-        !choose(reader, group, FREQUENCY_KEYS, NODE_KEYS, &shape->per_node))
+    if (!option_read(&SHAPE_TABLE, group, &reader->source, shape))
         return false;
-    if (shape->direction == SHAPE_DAMPS_RADIAL && shape->frame == SHAPE_BODY)
-        return option_fail(&reader->source, option_find(group, "damping_direction"),
-                           "damping_direction \"radial\" needs frame \"world\"");
-    return !shape->per_node ||
-           require(reader, group, SHAPE_TABLE.path, "stiffness", first_given(group, NODE_KEYS));
+    return shape->direction != SHAPE_DAMPS_RADIAL || shape->frame != SHAPE_BODY ||
+           option_fail(&reader->source, option_find(group, "damping_direction"),
+                       "damping_direction \"radial\" needs frame \"world\"");
 }
 
 #define AT(member) offsetof(SurfaceCavity, member)
@@ -424,8 +381,8 @@ static const Option ADAPT_OPTIONS[] = {
     {"curvature", OPTION_REAL, AT(curvature), "rad", ADAPT_RANGE, .open = true, .preset = 1.6,
      .physics = true, .live = "adapt_curvature",
      .about = "Change of the angle between two faces beyond which they are refined."},
-    {"check_hz", OPTION_REAL, AT(check_hz), "Hz", 0.0, 10000.0, .open = true, .preset = 100.0,
-     .physics = true,
+    {"check_hz", OPTION_REAL, AT(check_hz), "Hz", 0.0, 10000.0, .open = true, .follows = true,
+     .preset = 100.0, .physics = true,
      .about =
          "How often all faces are checked; at most `rate_hz`, to which the default is lowered."},
     {"coarsest", OPTION_INT, AT(coarsest), "", 0.0, LEVELS_MAX, .physics = true,
@@ -467,16 +424,6 @@ static bool read_levels(const SceneReader *reader, const BodyGroup *raw, Surface
                                surface->adapt.coarsest);
         surface->start_level = surface->adapt.coarsest;
     }
-    // A default rate of checks is lowered to the tick rate; one that the scene gives is refused.
-    if (surface->adapt.check_hz <= reader->scene->sim.rate_hz)
-        return true;
-    char rate[OPTION_NUMBER_TEXT], limit[OPTION_NUMBER_TEXT];
-    if (option_given(raw->adapt, "check_hz"))
-        return option_fail(source, option_find(raw->adapt, "check_hz"),
-                           "check_hz %s exceeds rate_hz %s",
-                           option_number_text(rate, surface->adapt.check_hz),
-                           option_number_text(limit, reader->scene->sim.rate_hz));
-    surface->adapt.check_hz = reader->scene->sim.rate_hz;
     return true;
 }
 

@@ -222,8 +222,8 @@ static const Option MATERIAL_OPTIONS[] = {
      .about = "Damping of the elements' deformation over their stiffness, in units of the critical "
               "time step, so that it depends on cells and stiffness: below 0.1 crushed elements "
               "may not recover."},
-    {"damping_time", OPTION_REAL, AT(voxel.damping_time), "s", 0.0, 10.0, .physics = true,
-     .feature = {"damping by a time"},
+    {"damping_time", OPTION_REAL, AT(voxel.damping_time), "s", 0.0, 10.0, .apart = "damping",
+     .physics = true, .feature = {"damping by a time"},
      .about = "Damping over stiffness in seconds, whatever the cells; instead of `damping`. A loss "
               "of 2 pi f times it at a frequency f. Shortens the time step, see `--check`. Solids "
               "only."},
@@ -236,8 +236,8 @@ static const Option MATERIAL_OPTIONS[] = {
     {"relaxation", OPTION_LIST, AT(relaxation), "", .preset_text = "none",
      .about = "Up to three Maxwell branches beside the elastic law, by which stress relaxes: "
               "`youngs_modulus` is what is left after a long time. Solids only."},
-    {"loss_factor", OPTION_REAL, AT(loss_factor), "", 0.0, LOSS_MAX, .physics = true,
-     .feature = {"loss factor"},
+    {"loss_factor", OPTION_REAL, AT(loss_factor), "", 0.0, LOSS_MAX, .apart = "relaxation",
+     .physics = true, .feature = {"loss factor"},
      .about = "Tangent of the phase between strain and stress, nearly the same from 1 to 100 Hz, "
               "by three branches of `relaxation`, instead of it. A swing's damping ratio is half "
               "of it. Solids only."},
@@ -319,8 +319,6 @@ static bool choose_damping(const SceneReader *reader, const config_setting_t *gr
     const bool given = option_given(group, "damping");
     if (time != NULL && body->dimensions == 2)
         return option_fail(&reader->source, time, "damping_time means nothing for a plane body");
-    if (time != NULL && given)
-        return option_fail(&reader->source, time, "damping_time cannot be mixed with damping");
     if (time != NULL)
         voxel->damping = 0.0;
     const bool relaxes = option_given(group, "relaxation") || option_given(group, "loss_factor");
@@ -358,8 +356,6 @@ bool scene_read_branches(const SceneReader *reader, const config_setting_t *grou
 {
     const config_setting_t *loss = option_find(group, "loss_factor");
     *count = 0;
-    if (list != NULL && loss != NULL)
-        return option_fail(&reader->source, loss, "loss_factor cannot be mixed with relaxation");
     if (list != NULL)
         return read_branches(reader, list, count, branch);
     if (!maxwell_of_loss(loss_factor, branch))

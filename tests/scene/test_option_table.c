@@ -52,7 +52,7 @@ static const char *read_text(const char *text, Target *target)
     status = (Status){0};
     if (config_read_string(&config, text) != CONFIG_TRUE)
         return config_error_text(&config);
-    OptionSource source = {"press.cfg", &status};
+    OptionSource source = {.path = "press.cfg", .status = &status};
     *target = (Target){0};
     bool ok = option_read(&TABLE, config_root_setting(&config), &source, target);
     assert_int_equal(ok, status.code == STATUS_OK);
@@ -79,7 +79,7 @@ TEST(omitted_keys_take_their_defaults)
     // An omitted group reads like an empty one.
     Target absent = {0};
     Status status = {0};
-    OptionSource source = {"press.cfg", &status};
+    OptionSource source = {.path = "press.cfg", .status = &status};
     assert_true(option_read(&TABLE, NULL, &source, &absent));
     expect_near(absent.real, 1000.0, 0.0);
 }
@@ -218,7 +218,7 @@ TEST(missing_required_keys_are_named_at_their_group)
     config_init(&config);
     assert_int_equal(config_read_string(&config, "\na = {\n};\nb = { id = 3; };"), CONFIG_TRUE);
     Status status = {0};
-    OptionSource source = {"press.cfg", &status};
+    OptionSource source = {.path = "press.cfg", .status = &status};
     int id = 0;
     assert_false(option_read(&NEEDY, config_lookup(&config, "a"), &source, &id));
     assert_string_equal(status.text, "press.cfg:2: tools.id is missing (Number.)");
