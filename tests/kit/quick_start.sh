@@ -47,6 +47,8 @@ pushes c.txt C
 
 block python >start.py
 [ "$(wc -l <start.py)" -ge 8 ] || die "no Python in $readme"
+front=$(dirname "$readme")/../../README.md # shows the same
+[ "$(readme=$front block python)" = "$(cat start.py)" ] || die "$front has another quick start in Python"
 python3 start.py >python.txt || { cat server.log >&2; die "the quick start in Python fails"; }
 pushes python.txt Python
 

@@ -731,5 +731,5 @@ TEST(what_cannot_be_opened_says_why)
     assert_null(pliant_open(&(PliantOptions){.url = "none://"}, NULL));
     pliant_close(NULL);
     pliant_body_release(NULL);
-    assert_string_equal(pliant_version(), "0.1.0");
+    assert_string_equal(pliant_version(), "0.3.0");
 }

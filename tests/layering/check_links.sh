@@ -4,7 +4,7 @@
 #   installed: package_installed looks at them.
 # - A link whose text is a function leads to the file that defines it, as in [`sim_step`](sim/step.c).
 # - Every document that a comment names is there, beside the comment's file or from the top of the sources; and so
-#   is every heading in it that the comment quotes, as in: server/README.md, "Limits" and "The guard".
+#   is every heading in it that the comment quotes, as in: server/README.md, "Threads and modules".
 cd "$1" || exit 1
 failed=0 functions=0
 here=$(pwd)

@@ -69,6 +69,7 @@ build() {
     cmake --build "$folder" -j "$(nproc)"
     mv "$folder/started" "$folder/built"
     pliantd=$folder/bin/pliantd
+    echo "$model: $pliantd has $(wc -c <"$pliantd") bytes"
     runs "$model" "$pliantd" "$work/$model.cfg"
     for other in surface voxel plane; do
         [ "$other" = "$model" ] ||

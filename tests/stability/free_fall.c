@@ -305,7 +305,7 @@ static double energy_of(const Body *body)
 }
 
 // True if an implicit step was left before its tolerance was reached: its energy has no bound then
-// (server/README.md, "Stiff membranes").
+// (config/manual/membranes.md, "Stiff membranes").
 static bool is_unsolved(const Body *body)
 {
     return body->integrator == INTEGRATOR_IMPLICIT &&

@@ -18,7 +18,7 @@ extern "C" {
 
 #define PLIANT_API __attribute__((visibility("default")))
 
-// Returns the version of the library, "0.1.0". Members are added at the end of structures that the
+// Returns the version of the library, "0.3.0". Members are added at the end of structures that the
 // library fills; any other change of this header changes the name that programs link.
 PLIANT_API const char *pliant_version(void);
 
