@@ -70,8 +70,10 @@ provide() {
         lcm-logger lcmlog-2026-01-31.00 >provide.log 2>&1 &
         local logger=$!
         "$bin/pliantd" scene.cfg >provide.log 2>&1 &
-        "$bin/pliant-monitor" --duration 1 >/dev/null
-        kill $! $logger
+        local server=$!
+        timeout 100 sh -c 'until "$1" --once; do sleep 0.1; done; exec "$1" --duration 1' sh "$bin/pliant-monitor" \
+            >/dev/null 2>&1
+        kill $server $logger
         wait
     fi
 }
@@ -85,7 +87,7 @@ for file in "$work"/*.block "$work"/*.lines "$work"/*.not; do
     cd "$work/in" || exit 1
     provide "$file"
     # A server that is started for others is waited for, as people do.
-    sed 's|/usr/share/pliant/||g; /pliantd .*&/a pliant-monitor --once >/dev/null' "$file" >../commands
+    sed 's|/usr/share/pliant/||g; /pliantd .*&/a until pliant-monitor --once >/dev/null 2>\&1; do sleep 0.1; done' "$file" >../commands
     if [ "${file##*.}" = lines ]; then
         while IFS= read -r command; do
             command -v lcm-logger >/dev/null || [[ $command != *lcmlog* ]] || continue
@@ -98,7 +100,7 @@ for file in "$work"/*.block "$work"/*.lines "$work"/*.not; do
         "$bin/pliantd" scene.cfg >provide.log 2>&1 &
         server=$!
     fi
-    PATH=$bin:$PATH timeout 150 bash -c '
+    PATH=$bin:$PATH timeout 250 bash -c '
         trap "kill \$(jobs -p) 2>/dev/null || true; wait || true" EXIT
         set -e
         . ../commands' >../log 2>&1 </dev/null
