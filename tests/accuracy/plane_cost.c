@@ -269,7 +269,7 @@ static void write_table(const char *folder, Cost cost[VERSIONS][LAYOUTS])
             fprintf(out, "%s\t%d\t%d", VERSION_NAMES[v], c->elements, c->vertices);
             for (int p = 0; p < PROCESSES; p++) {
                 if (p == SUM)
-                    fprintf(out, "\t"); // b
+                    fprintf(out, "\t0"); // b: paid when something breaks
                 if (c->ns[p] < 0.0)
                     fprintf(out, "\tin a");
                 else

@@ -1,5 +1,5 @@
 #!/bin/sh
-# reality.sh PROGRAMS DATA: reality.md and its pictures, with the programs in the folder PROGRAMS. ./dev report calls
+# reality.sh PROGRAMS DATA: the tables and pictures of reality.md, with the programs in the folder PROGRAMS. ./dev report calls
 # it.
 set -eu
 here=$(dirname "$0")
@@ -14,4 +14,4 @@ mkdir -p "$data"
     exit 1
 }
 gnuplot -e "data='$data'; out='$here'" "$here/reality.gp"
-awk -v data="$data" -f "$here/tables.awk" "$here/reality.in.md" >"$here/reality.md"
+sh "$here/keep.sh" reality "$data" ""

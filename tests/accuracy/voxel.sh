@@ -48,9 +48,5 @@ awk -F '\t' -v OFS='\t' '
     ' "$data/plane1.tsv" "$data/cost-space.tsv" >"$data/bars.dat"
 
 gnuplot -e "data='$data'; out='$here'" "$here/voxel.gp"
-awk -v data="$data" -f "$here/tables.awk" "$here/voxel.in.md" >"$data/voxel.md"
-{ cat "$data/voxel.md"
-  printf '\n%s, %s, %s runs of each; CalculiX: %s.\n' \
-    "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" "$(uname -m)" "$repeats" \
-    "$([ -s "$data/ccx.md" ] && ccx -v | grep -o '[0-9][0-9.]*' | head -n 1 || echo not installed)"
-} >"$here/voxel.md"
+sh "$here/keep.sh" voxel "$data" "$repeats runs of each; CalculiX: $(
+    [ -s "$data/ccx.md" ] && ccx -v | grep -o '[0-9][0-9.]*' | head -n 1 || echo not installed)"

@@ -236,7 +236,7 @@ static void write_cost(FILE *out, const char *name, const Cost *cost, const Cost
         total += cost->ns[p];
         first += textbook->ns[p];
     }
-    fprintf(out, "%s\t%d\t%d\t%.1f\t\tin a\t%.2f\t%.2f\t%.1f\t%.1f\t%.0f\t", name, cost->elements,
+    fprintf(out, "%s\t%d\t%d\t%.1f\t0\tin a\t%.2f\t%.2f\t%.1f\t%.1f\t%.0f\t", name, cost->elements,
             cost->vertices, cost->ns[ELASTIC] / share, cost->ns[UPDATE] / share,
             cost->ns[COLLISION] / share, total / share, first / textbook->elements / total * share,
             1e-3 * total);

@@ -120,7 +120,8 @@ typedef struct Matrix {
     const char *const *integrator;
     int integrator_count;
 } Matrix;
-void table_print(const Matrix *matrix, FILE *out);
+// Prints the table, and the sentences to which its cells point by number.
+void table_print(const Matrix *matrix, FILE *out, FILE *sentences);
 // The verdict's word that a table printed earlier has at a cell; false: it has no such cell.
 bool table_find(const char *text, const char *model, const char *row, const char *column,
                 char word[16]);

@@ -171,16 +171,29 @@ static int count_changed(const Matrix *matrix, const char *path)
     return compared > 0 ? count : 1;
 }
 
-static void write_table(const Matrix *matrix, const char *path)
+static FILE *open_table(const char *folder, const char *name)
 {
-    FILE *file = path != NULL ? fopen(path, "wb") : stdout;
+    char path[1024];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "wb");
     if (file == NULL) {
         perror(path);
         exit(EXIT_FAILURE);
     }
-    table_print(matrix, file);
-    if (path != NULL)
-        fclose(file);
+    return file;
+}
+
+static void write_table(const Matrix *matrix, const char *folder)
+{
+    if (folder == NULL) {
+        table_print(matrix, stdout, stdout);
+        return;
+    }
+    FILE *table = open_table(folder, "matrix.tsv");
+    FILE *sentences = open_table(folder, "matrix-notes.tsv");
+    table_print(matrix, table, sentences);
+    fclose(table);
+    fclose(sentences);
 }
 
 #define AT(member) offsetof(Arguments, member)
@@ -192,9 +205,10 @@ static const ArgumentRow ROWS[] = {
     {"quick", 'q', ARGUMENT_FLAG, NULL, AT(quick), .help = "one cell in sixteen of quick cases"},
     {"jobs", 'j', ARGUMENT_INTEGER, "N", AT(jobs), 1, 1024, .preset = 1,
      .help = "cells to run in parallel"},
-    {"write", 'w', ARGUMENT_TEXT, "FILE.md", AT(write), .help = "write the matrix to FILE.md"},
-    {"compare", 'c', ARGUMENT_TEXT, "FILE.md", AT(compare),
-     .help = "report cells whose outcome is not that of FILE.md"},
+    {"write", 'w', ARGUMENT_TEXT, "FOLDER", AT(write),
+     .help = "write matrix.tsv and matrix-notes.tsv into FOLDER"},
+    {"compare", 'c', ARGUMENT_TEXT, "FILE.tsv", AT(compare),
+     .help = "report cells whose outcome is not that of FILE.tsv"},
     {"verbose", 'v', ARGUMENT_FLAG, NULL, AT(verbose), .help = "print each cell"},
     {0}};
 
