@@ -310,6 +310,7 @@ static bool run(DaemonArguments *arguments, Status *status)
     // A signal must end the program also while it loads.
     end_while_loading();
     realtime_flush_denormals();
+    realtime_size_stacks();
     arguments->resume = choose_start(arguments);
     if (arguments->continues)
         number_outputs(arguments);

@@ -49,6 +49,11 @@ static bool check_readable(const char *path, Status *status)
            status_fail(status, STATUS_INVALID, "%s: %s", path, strerror(errno));
 }
 
+bool hdf_load(const char *path, Status *status)
+{
+    return library_load(&hdf5_library, path, status);
+}
+
 void hdf_begin(void)
 {
     H5dont_atexit();
@@ -57,8 +62,10 @@ void hdf_begin(void)
 
 bool hdf_open_here(HdfFile *file, const char *path, Status *status)
 {
-    hdf_begin();
     *file = (HdfFile){.id = -1, .path = path, .status = status};
+    if (!hdf_load(path, status))
+        return false;
+    hdf_begin();
     // Say what is wrong where HDF5 would only say that it failed.
     if (!check_readable(path, status))
         return false;
@@ -112,8 +119,10 @@ bool hdf_create(HdfFile *file, const char *path, Status *status)
 {
     // Write to memory first: a full disk then fails in our own write, which can be undone, and not
     // in the library, which cannot close such a file.
-    hdf_begin();
     *file = (HdfFile){.id = -1, .path = path, .status = status};
+    if (!hdf_load(path, status))
+        return false;
+    hdf_begin();
     hid_t access_list = H5Pcreate(H5P_FILE_ACCESS);
     if (H5Pset_fapl_core(access_list, CORE_INCREMENT, 0) >= 0)
         file->id = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, access_list);
@@ -202,6 +211,9 @@ bool hdf_open_target(HdfFile *file, const char *path, const char *format, Status
     struct stat info;
     char text[64];
     *file = (HdfFile){.id = -1, .path = path, .status = status};
+    // A missing library refuses the run now, not what is saved at its end.
+    if (!hdf_load(path, status))
+        return false;
     // Only files of ours are replaced; an absent or empty one needs no look.
     if (!output_check(path, HDF_MARK, status))
         return false;
@@ -323,6 +335,10 @@ static void close_inherited(int kept)
 HdfChild *hdf_child_start(const char *path, HdfServe *run, void *user, Status *status)
 {
     int end[2];
+    // Load the library before: in the child of several threads a lock of another one may be taken
+    // for ever.
+    if (!hdf_load(path, status))
+        return NULL;
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, end) != 0) {
         status_fail(status, STATUS_FAILED, "%s: cannot be read: %s", path, strerror(errno));
         return NULL;

@@ -12,7 +12,8 @@
 #define HDF_NOT_BUILT "built without HDF5 (PLIANT_HDF5)"
 
 #ifdef PLIANT_WITH_HDF5
-#include <hdf5.h>
+#include "on_demand/hdf5.h"
+
 #include <stddef.h>
 #include <stdint.h>
 #include <sys/types.h>
@@ -25,6 +26,9 @@ typedef struct HdfFile {
     Status *status;
 } HdfFile;
 
+// Loads HDF5 for the file at `path`; false with a status if the library is missing. The functions
+// that open or create a file call it.
+bool hdf_load(const char *path, Status *status);
 // Call before using HDF5, once per thread. HDF5 then prints nothing and writes nothing at exit,
 // when it would write the rest of files that could not be written.
 void hdf_begin(void);

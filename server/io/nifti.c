@@ -5,8 +5,8 @@
 #include "io/volume_data.h"
 
 #include "base/check.h"
+#include "on_demand/nifti.h"
 
-#include <nifti1_io.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -254,6 +254,7 @@ bool volume_read_nifti(const VolumeFile *file, LabelVolume *volume, VolumeData *
 {
     Nifti nifti = {.file = file, .status = status};
     volume->format = "NIfTI-1";
-    return read_bytes(&nifti) && check_dimensions(&nifti) && find_type(&nifti, data) &&
-           check_spacing(&nifti) && place(&nifti, volume, data) && find_data(&nifti, data);
+    return library_load(&nifti_library, file->path, status) && read_bytes(&nifti) &&
+           check_dimensions(&nifti) && find_type(&nifti, data) && check_spacing(&nifti) &&
+           place(&nifti, volume, data) && find_data(&nifti, data);
 }

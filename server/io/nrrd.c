@@ -5,13 +5,13 @@
 #include "io/volume_data.h"
 
 #include "base/check.h"
+#include "on_demand/teem.h"
 
 #include <errno.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <teem/nrrd.h>
 #include <unistd.h>
 
 enum {
@@ -523,6 +523,8 @@ static bool read_all(Header *header, Nrrd *nrrd, NrrdIoState *state, LabelVolume
 
 bool volume_read_nrrd(const VolumeFile *file, LabelVolume *volume, VolumeData *data, Status *status)
 {
+    if (!library_load(&teem_library, file->path, status))
+        return false;
     Header header = {.file = file, .status = status};
     Nrrd *nrrd = nrrdNew();
     NrrdIoState *state = nrrdIoStateNew();

@@ -76,6 +76,8 @@ static const int64_t FLUSH_EVERY_NS = 1000000000;
 
 static bool create_file(Recording *recording)
 {
+    if (!hdf_load(recording->path, &recording->status))
+        return false;
     hdf_begin();
     hid_t access_list = H5Pcreate(H5P_FILE_ACCESS);
     H5Pset_libver_bounds(access_list, H5F_LIBVER_V110, H5F_LIBVER_V110);

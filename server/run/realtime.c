@@ -14,7 +14,10 @@
 #include <xmmintrin.h>
 #endif
 
-enum { PRIORITY = 60 }; // above the 50 of threaded interrupts
+enum {
+    PRIORITY = 60,         // above the 50 of threaded interrupts
+    STACK_BYTES = 1 << 19, // the largest frames are 70 kB: rows of kernels, pieces of files
+};
 
 void realtime_flush_denormals(void)
 {
@@ -27,9 +30,17 @@ void realtime_flush_denormals(void)
 #endif
 }
 
+void realtime_size_stacks(void)
+{
+    pthread_attr_t attributes;
+    pthread_attr_init(&attributes);
+    pthread_attr_setstacksize(&attributes, STACK_BYTES);
+    pthread_setattr_default_np(&attributes);
+    pthread_attr_destroy(&attributes);
+}
+
 // Locks later allocations too, but only where no limit can refuse them: a failed allocation would
 // end the daemon.
-// fail would end the daemon.
 static int lock_memory(void)
 {
     struct rlimit limit = {0};

@@ -12,6 +12,9 @@
 // settle, so that all give the same bits; the workers of a team inherit the setting of the thread
 // that starts them.
 void realtime_flush_denormals(void);
+// Gives threads that are started from now on, also LCM's, stacks of the size that they need: locked
+// memory is resident whether it is used or not, and the default is 8 MB each.
+void realtime_size_stacks(void);
 // Locks all memory and gives `thread` SCHED_FIFO. If that is not permitted, logs one warning that
 // says which permission to grant, and goes on.
 void realtime_request(pthread_t thread);

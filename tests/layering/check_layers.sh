@@ -76,7 +76,7 @@ only_in() {
         grep -vE "^\./($(echo "$*" | tr ' ' '|'))/")
     [ -z "$found" ] || complain "$pattern is included by" $found
 }
-only_in 'hdf5' io
+only_in '(hdf5|on_demand/)' io
 only_in 'libconfig' scene
 only_in 'teem/' io
 only_in '(nifti|znz)' io
