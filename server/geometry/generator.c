@@ -311,10 +311,11 @@ static void accumulate_area(double *area, int steps)
         // The axis is straight here: where the circle lies along it, and how wide it is.
         way += vec3_length(vec3_sub(center_at(u), center_at(last_u)));
         double axis = way - radius_at(u) * cos(angle), rho = radius_at(u) * sin(angle);
+        const double along = axis - last_axis, wider = rho - last_rho;
         // The area of the cone between two circles.
-        area[i] =
-            i == 0 ? 0.0
-                   : area[i - 1] + PI * (rho + last_rho) * hypot(axis - last_axis, rho - last_rho);
+        area[i] = i == 0
+                      ? 0.0
+                      : area[i - 1] + PI * (rho + last_rho) * sqrt(along * along + wider * wider);
         last_u = u;
         last_axis = axis;
         last_rho = rho;

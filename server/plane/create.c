@@ -93,7 +93,8 @@ static bool check_options(const PlaneOptions *options, Status *status)
         return status_fail(status, STATUS_INVALID,
                            "dimensions = 2 keeps the body in a plane of constant z: it can be "
                            "turned about z only, this one is tilted by %.3g rad",
-                           2.0 * asin(fmin(1.0, hypot(lattice->turn.x, lattice->turn.y))));
+                           2.0 * asin(fmin(1.0, sqrt(lattice->turn.x * lattice->turn.x +
+                                                     lattice->turn.y * lattice->turn.y))));
     if (!integrator_is_symplectic(options->body.integrator))
         return status_fail(status, STATUS_INVALID,
                            "integrator %s is not one of voxel bodies: symplectic_euler or leapfrog",

@@ -78,7 +78,7 @@ static void fit_plane(const PlaneModel *model, const void *row, PlaneFit *fit)
         p += model->vertices.mass[v] * (x * rx + y * ry);
         q += model->vertices.mass[v] * (x * ry - y * rx);
     }
-    double n = hypot(p, q);
+    double n = sqrt(p * p + q * q);
     if (n > 0.0) {
         fit->cosine = p / n;
         fit->sine = q / n;

@@ -167,7 +167,7 @@ void plane_stiffness(PlaneStiffness *stiffness, const PlaneShape *shape, double 
 // Returns the rotation that fits A best: argmax of tr(R^T A). If A does not determine it, none.
 static void fit(const double a[2][2], double scale, double turn[2])
 {
-    double p = a[0][0] + a[1][1], q = a[1][0] - a[0][1], n = hypot(p, q);
+    double p = a[0][0] + a[1][1], q = a[1][0] - a[0][1], n = sqrt(p * p + q * q);
     bool none = !(n > 1e-12 * scale);
     turn[0] = none ? 1.0 : p / n;
     turn[1] = none ? 0.0 : q / n;

@@ -6,11 +6,17 @@
 #include "geometry/edges.h"
 #include "plane/cut.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define ALLOCATE_ROWS(count, row, label)                                                           \
     arena_allocate(arena, ARENA_TOPOLOGY, (size_t)(count), sizeof *(row), "%s/%s", name, label)
+
+static double diagonal(double x, double y)
+{
+    return sqrt(x * x + y * y);
+}
 
 // Numbers the vertices of the outline: node[v] is the lower of a vertex's two nodes, or -1.
 static int *number_nodes(PlaneModel *model, const PlaneMesh *mesh, const char *name, Arena *arena)
@@ -209,7 +215,7 @@ void plane_cut_create_surface(PlaneModel *model, Body *body, const PlaneOptions 
         .node_area = strip->node_area,
         .node_mass = strip->node_mass,
         // The diagonal of the longest edge of the largest square at the outline.
-        .longest_edge = cut->forms.size * hypot(1.0, (double)(1 << cut->layout.levels)),
+        .longest_edge = cut->forms.size * diagonal(1.0, (double)(1 << cut->layout.levels)),
         .solid = true,
     };
     plane_create_firmness(body, &options->body, arena);
@@ -251,7 +257,7 @@ static void put_edge(PlaneModel *model, int k, int a, int b)
     const Rows *rows = &model->vertices.rows;
     const int corner[2][3] = {{2 * a, 2 * b, 2 * b + 1}, {2 * a, 2 * b + 1, 2 * a + 1}};
     const double length =
-        hypot(rows->rest[b][0] - rows->rest[a][0], rows->rest[b][1] - rows->rest[a][1]);
+        diagonal(rows->rest[b][0] - rows->rest[a][0], rows->rest[b][1] - rows->rest[a][1]);
     // Two triangles with half of the rectangle each.
     for (int t = 0; t < 2; t++) {
         const int f = 2 * k + t;
