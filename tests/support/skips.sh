@@ -13,6 +13,9 @@ log=$1/ctest.log claims=$1/Testing/Temporary/LastTest.log
 grep -q '^Total Test time' "$log" || { echo "skips: ctest did not end: $log"; exit 1; }
 ! grep -q '^No tests were found' "$log" || { echo "skips: no test was run"; exit 1; }
 
+# ./dev test installs no browser.
+[ -x "${CHROMIUM:-/usr/bin/chromium}" ] || allowed+=$'\n''web_work: there is no chromium'
+
 # "NAME" or "NAME CLAIM" a line.
 skipped=$({
     sed -n 's/^\t *[0-9]* - \([^ ]*\) (\(Skipped\|Disabled\|Not Run\)).*/\1/p' "$log"
