@@ -162,7 +162,7 @@ static const double USUAL_GAIN = 1e-6, MOST_GAIN = 1e-3;
 // The long form has more.
 static int push_count(void)
 {
-    return EFFORT(test_is_long() ? 400 : 20);
+    return EFFORT(test_is_long() ? 400 : 10);
 }
 
 TEST(nothing_passes_through_and_few_gain_energy)

@@ -163,11 +163,13 @@ static void expect_ratio(const Beam *beam)
 // Whatever the cells, the levels, the precision: it is a property of the material.
 TEST(a_beam_swings_out_at_the_rate_of_the_formula)
 {
-    for (int n = 2; n <= 4; n += 2) {
+    for (int n = 2; n <= (test_is_long() ? 4 : 2); n += 2) {
         expect_ratio(&(Beam){.n = n, .drag = 1.5, .precision = PRECISION_DOUBLE});
         expect_ratio(&(Beam){.n = n, .damping_time = 8e-3, .precision = PRECISION_DOUBLE});
     }
     expect_ratio(&(Beam){.n = 3, .drag = 0.5, .damping_time = 4e-3, .poisson_ratio = 0.3});
+    if (!test_is_long())
+        return;
     expect_ratio(&(Beam){.n = 6, .levels = 1, .damping_time = 8e-3, .precision = PRECISION_SINGLE});
     expect_ratio(&(Beam){.n = 3,
                          .cuttable = true,
@@ -255,7 +257,7 @@ TEST(a_free_body_keeps_its_momentum)
         Vec3 linear[2], angular[2];
         voxel_world_momentum(&world, &linear[0], &angular[0]);
         double before = energy(&world), most = 0.0;
-        for (int i = 0; i < EFFORT(40); i++) {
+        for (int i = 0; i < TRIALS(10, 40); i++) {
             voxel_world_run(&world, 0.05);
             const double now = energy(&world);
             most = fmax(most, now / before);
@@ -360,7 +362,7 @@ TEST(the_bound_is_safe_and_sharp)
 TEST(drag_once_a_tick_drives_nothing)
 {
     const double critical = 0.0125 * sqrt(1000.0 / 1e7), drag = 100.0;
-    for (int substeps = 2; substeps <= 7; substeps++) {
+    for (int substeps = 2; substeps <= 7; substeps += test_is_long() ? 1 : 3) {
         expect_at_most(
             growth(0.99, 0.0, 1.01 * drag * critical, drag, INTEGRATOR_SYMPLECTIC_EULER, substeps),
             5.0);

@@ -74,7 +74,7 @@ TEST(energy_and_momentum_last_for_many_steps)
                k == 1 ? 0.3 : 0.0, 0.5);
         disturb(&world, 0.05, 0.05);
         Sums start = sums(&world);
-        const int windows = EFFORT(10), ticks = 1000;
+        const int windows = TRIALS(4, 10), ticks = 1000;
         double first = 0.0, worst = 0.0;
         for (int w = 0; w < windows; w++) {
             double mean = 0.0;
