@@ -2,7 +2,8 @@
 #ifndef PLIANT_TESTS_EFFORT_H
 #define PLIANT_TESTS_EFFORT_H
 
-// A sanitizer makes code several times slower, and what it looks for shows in fewer repeats: CMake sets a share of 6.
+// A sanitizer makes code several times slower, and what it looks for shows in fewer repeats: CMake
+// sets a share of 6.
 #ifndef PLIANT_EFFORT
 #define PLIANT_EFFORT 1
 #endif
