@@ -98,11 +98,11 @@ void aim_choose(int count, const float *position, const int32_t *id, const doubl
     }
 }
 
-static bool search_wait(Search *search, ClientError *error)
+static bool search_wait(Search *search, PliantError *error)
 {
     // DESCRIBE makes the daemon send its meshes.
     Client *client = search->client;
-    ClientError why;
+    PliantError why;
     bool answered = client_request(client, PLIANT_COMMAND_T_DESCRIBE, 0, "", 1.0, 3, &why);
     if (!answered)
         return client_fail(error, "%s", why.text);
@@ -127,7 +127,7 @@ static bool search_wait(Search *search, ClientError *error)
                        body, client->prefix, body);
 }
 
-bool aim_find(Client *client, const double direction[3], Aim *aim, ClientError *error)
+bool aim_find(Client *client, const double direction[3], Aim *aim, PliantError *error)
 {
     // Collect the mesh of the body, or of whichever comes first.
     Search search = {.client = client, .aim = aim};

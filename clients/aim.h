@@ -14,7 +14,7 @@ typedef struct Aim {
 
 // `direction` is a unit vector. Returns false with a sentence if no daemon, mesh or positions
 // arrive.
-bool aim_find(Client *client, const double direction[3], Aim *aim, ClientError *error);
+bool aim_find(Client *client, const double direction[3], Aim *aim, PliantError *error);
 
 // Chooses the node among `count` nodes at [3 count] positions [m], without free slots (id -1).
 // Leaves `node` unchanged if there are none.

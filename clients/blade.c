@@ -1,8 +1,6 @@
 // The path of a blade's edge. One thread.
 #include "blade.h"
 
-#include "client.h"
-
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -62,7 +60,7 @@ static bool read_place(char *line, bool lifted, BladePath *path, char why[160])
 {
     // Six numbers within reach, and nothing else.
     double number[6];
-    if (client_read_numbers(line, number, 6) != 6) {
+    if (program_read_numbers(line, number, 6) != 6) {
         snprintf(why, 160, "expected x y z x y z, the two ends of the edge, or \"lift\"");
         return false;
     }
@@ -82,7 +80,7 @@ static bool read_place(char *line, bool lifted, BladePath *path, char why[160])
     return false;
 }
 
-static bool read_lines(BladePath *path, FILE *file, const char *name, ClientError *error)
+static bool read_lines(BladePath *path, FILE *file, const char *name, PliantError *error)
 {
     char *line = NULL;
     size_t size = 0;
@@ -98,27 +96,27 @@ static bool read_lines(BladePath *path, FILE *file, const char *name, ClientErro
             continue;
         }
         if (!read_place(line, lifted, path, why))
-            ok = client_fail(error, "%s:%ld: %s", name, number, why);
+            ok = program_fail(error, "%s:%ld: %s", name, number, why);
         lifted = false;
     }
     if (ok && ferror(file))
-        ok = client_fail(error, "%s: %s", name, strerror(errno));
+        ok = program_fail(error, "%s: %s", name, strerror(errno));
     free(line);
     return ok;
 }
 
-bool blade_read(BladePath *path, const char *name, ClientError *error)
+bool blade_read(BladePath *path, const char *name, PliantError *error)
 {
     FILE *file = fopen(name, "r");
     if (!file)
-        return client_fail(error, "%s: %s", name, strerror(errno));
+        return program_fail(error, "%s: %s", name, strerror(errno));
     int before = blade_sweeps(path);
     bool ok = read_lines(path, file, name, error);
     fclose(file);
     // A single position cuts nothing.
     if (ok && blade_sweeps(path) == before)
-        ok = client_fail(error, "%s: no sweep in it: give two successive positions of the blade",
-                         name);
+        ok = program_fail(error, "%s: no sweep in it: give two successive positions of the blade",
+                          name);
     return ok;
 }
 

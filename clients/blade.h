@@ -2,7 +2,7 @@
 #ifndef PLIANT_CLIENTS_BLADE_H
 #define PLIANT_CLIENTS_BLADE_H
 
-#include "client.h"
+#include "program.h"
 #include "track.h"
 
 enum { BLADE_EDGES_MAX = 1000000 };
@@ -23,7 +23,7 @@ typedef struct BladePath {
 bool blade_add(BladePath *path, const double end[2][3], bool lifted);
 // Reads lines "x y z x y z": the two ends of the edge [m]; a line "lift" starts another stroke; '#'
 // starts a comment. Errors name file and line. Appends at least one sweep.
-bool blade_read(BladePath *path, const char *file, ClientError *error);
+bool blade_read(BladePath *path, const char *file, PliantError *error);
 // Appends a stroke through the plane at `point` with this normal (not zero): a square of side
 // `size` [m] around the point.
 void blade_plane(BladePath *path, const double point[3], const double normal[3], double size);

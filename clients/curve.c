@@ -1,8 +1,6 @@
 // Records the motion of a body from the published messages. One thread.
 #include "curve.h"
 
-#include "client.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -262,19 +260,19 @@ static void write_triangles(FILE *out, const CurveShape *shape, const int32_t *t
     }
 }
 
-bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, ClientError *error)
+bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, PliantError *error)
 {
     const MeshFrame *mesh = &curve->mesh;
     const CurveShape *shape = &curve->shape[which];
     if (!curve->frames)
-        return client_fail(error, "%s not written: no whole frame of positions came", path);
+        return program_fail(error, "%s not written: no whole frame of positions came", path);
     // Its own mesh, or one that arrived later.
     bool late =
         mesh->whole && mesh->topology == shape->topology && mesh->node_count == shape->node_count;
     if (!shape->triangle && !late)
-        return client_fail(error, "%s not written: no whole mesh of topology %d came", path,
-                           shape->topology);
-    FILE *out = client_open_output(path, CURVE_SHAPE_MARK, error);
+        return program_fail(error, "%s not written: no whole mesh of topology %d came", path,
+                            shape->topology);
+    FILE *out = program_open_output(path, CURVE_SHAPE_MARK, error);
     if (!out)
         return false;
     // What it shows, then triangles as gnuplot wants them.
@@ -286,7 +284,7 @@ bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, C
     // A full disk shows at the end only.
     bool failed = ferror(out) != 0;
     if (fclose(out) != 0 || failed)
-        return client_fail(error, "%s: not all could be written", path);
+        return program_fail(error, "%s: not all could be written", path);
     return true;
 }
 

@@ -3,7 +3,7 @@
 #ifndef PLIANT_CLIENTS_CURVE_H
 #define PLIANT_CLIENTS_CURVE_H
 
-#include "client.h"
+#include "program.h"
 #include "frames.h"
 
 typedef enum CurveFrame { CURVE_LAST, CURVE_PEAK, CURVE_FRAMES } CurveFrame;
@@ -44,7 +44,7 @@ void curve_take_delta(Curve *curve, const void *data, size_t size);
 #define CURVE_SHAPE_MARK "# x_m y_m z_m displacement_m"
 // Writes the triangles of a frame for gnuplot's pm3d: per triangle two lines of two corners "x y z
 // displacement" [m]. Returns false if there is no frame or no mesh of its topology.
-bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, ClientError *error);
+bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, PliantError *error);
 void curve_destroy(Curve *curve);
 
 #endif

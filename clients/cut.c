@@ -3,6 +3,7 @@
 // repeated with the same number, so that the daemon executes it once.
 #include "blade.h"
 #include "client.h"
+#include "program.h"
 #include "track.h"
 #include "wire.h"
 
@@ -18,7 +19,7 @@
 enum { PENDING_MOST = 64 }; // requests in progress; the daemon queues 128
 
 typedef struct Options {
-    ClientOptions client;
+    PliantOptions client;
     BladePath path;
     bool has_before, stroke, quiet;
     double given[6];             // of the newest option that has numbers
@@ -147,7 +148,7 @@ static const ArgumentRow ROWS[] = {
     {"speed", 'v', ARGUMENT_NUMBER, "M/S", AT(speed), 1e-5, 100.0, .preset = 0.05,
      .help = "of --stroke"},
     {.type = ARGUMENT_HEADING, .help = "Where:"},
-    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {.type = ARGUMENT_ROWS, .rows = PROGRAM_WHERE, .offset = AT(client)},
     {0}};
 
 static bool check(void *target, Status *why)
@@ -187,7 +188,7 @@ static void take_reply(Cut *cut, Pending *pending, const pliant_reply_t *reply)
         return;
     // Texts come from the network: print what can be printed.
     printf("sweep %ld: %s", pending->number, reply->ok ? "" : "refused: ");
-    client_print_text(stdout, reply->text, false);
+    program_print_text(stdout, reply->text, false);
     putchar('\n');
 }
 
@@ -228,7 +229,7 @@ static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *us
         snprintf(cut->refusal, sizeof cut->refusal, "%s", event.text);
     if (ours && !cut->options.quiet) {
         printf("%s: ", event.kind);
-        client_print_text(stdout, event.text, false);
+        program_print_text(stdout, event.text, false);
         putchar('\n');
     }
     cut->change = true;
@@ -282,7 +283,7 @@ static bool is_there(Cut *cut, int64_t now)
     return cut->session.daemon == cut->daemon && session_is_sure(&cut->session, now);
 }
 
-static bool is_gone(const Cut *cut, ClientError *error)
+static bool is_gone(const Cut *cut, PliantError *error)
 {
     if (cut->daemon == 0 || cut->session.daemon == cut->daemon)
         return false;
@@ -291,7 +292,7 @@ static bool is_gone(const Cut *cut, ClientError *error)
 }
 
 // Finds the daemon to send to; waits for one that is just starting.
-static bool find_daemon(Cut *cut, ClientError *error)
+static bool find_daemon(Cut *cut, PliantError *error)
 {
     const double patience = cut->options.timeout_s * cut->options.tries;
     const int64_t end = client_now_ns() + (int64_t)(patience * 1e9);
@@ -344,7 +345,7 @@ static int64_t look_after(Cut *cut)
 }
 
 // Waits until `until_ns`, and until at most `under_way` requests lack their answer.
-static bool wait_for(Cut *cut, int64_t until_ns, int under_way, ClientError *error)
+static bool wait_for(Cut *cut, int64_t until_ns, int under_way, PliantError *error)
 {
     for (;;) {
         // Send what is due, then see whether it can go on.
@@ -367,7 +368,7 @@ static bool wait_for(Cut *cut, int64_t until_ns, int under_way, ClientError *err
     }
 }
 
-static bool cut_all(Cut *cut, ClientError *error)
+static bool cut_all(Cut *cut, PliantError *error)
 {
     const Options *options = &cut->options;
     const int64_t start = client_now_ns();
@@ -400,7 +401,7 @@ static void print_summary(const Cut *cut)
 }
 
 // No sweep cut anything: checks whether a body of that name exists.
-static bool explain_nothing(Cut *cut, ClientError *error)
+static bool explain_nothing(Cut *cut, PliantError *error)
 {
     const Options *options = &cut->options;
     cut->client.last_id = cut->next_id; // a sender uses each id once
@@ -412,7 +413,7 @@ static bool explain_nothing(Cut *cut, ClientError *error)
     return client_fail(error, "nothing was cut");
 }
 
-static bool send_cuts(Cut *cut, ClientError *error)
+static bool send_cuts(Cut *cut, PliantError *error)
 {
     if (!client_subscribe(&cut->client, "REPLY", NULL, 256, on_reply, cut))
         return client_fail(error, "LCM refuses to subscribe to %s_REPLY", cut->client.prefix);
@@ -441,7 +442,7 @@ static void send_pose(Cut *cut, const TrackPose *pose, bool active)
 }
 
 // Moves from place `first` until the blade is lifted; *next is the start of the following stroke.
-static bool move_stroke(Cut *cut, int first, int *next, ClientError *error)
+static bool move_stroke(Cut *cut, int first, int *next, PliantError *error)
 {
     const Options *options = &cut->options;
     const double rate = options->rate_hz > 0.0 ? options->rate_hz : 1000.0;
@@ -474,7 +475,7 @@ static bool move_stroke(Cut *cut, int first, int *next, ClientError *error)
            client_fail(error, cut->client.broken ? "the LCM connection failed" : "interrupted");
 }
 
-static bool move_tool(Cut *cut, ClientError *error)
+static bool move_tool(Cut *cut, PliantError *error)
 {
     const Options *options = &cut->options;
     if (!client_subscribe(&cut->client, "EVENT", NULL, 256, on_event, cut))
@@ -511,20 +512,21 @@ int main(int argc, char **argv)
     Status status = {0};
     if (!arguments_parse(&TABLE, argc, argv, &cut.options, &status))
         return arguments_exit(&status);
-    client_catch_signals();
+    program_catch_signals();
 
-    ClientError error = {0};
+    PliantError error = {0};
     // A path that cannot be read is bad usage.
     Options *options = &cut.options;
     if (options->file != NULL && !blade_read(&options->path, options->file, &error)) {
-        client_print_error("pliant-cut", &error);
+        program_print_error("pliant-cut", &error);
         blade_destroy(&options->path);
         return 2;
     }
     bool ok = client_connect(&cut.client, &options->client, &error) &&
+              program_stops(client_stop, &cut.client) &&
               (options->stroke ? move_tool(&cut, &error) : send_cuts(&cut, &error));
     if (!ok)
-        client_print_error("pliant-cut", &error);
+        program_print_error("pliant-cut", &error);
     client_disconnect(&cut.client);
     blade_destroy(&options->path);
     return ok ? 0 : 1;

@@ -25,7 +25,7 @@ void hand_run_hear(HandRun *run, const pliant_contact_t *contact)
 }
 
 // Runs ticks for `seconds`; `moves`: the hand moves, else it rests.
-static bool run_ticks(HandRun *run, double seconds, bool moves, ClientError *error)
+static bool run_ticks(HandRun *run, double seconds, bool moves, PliantError *error)
 {
     const int64_t period_ns = (int64_t)(1e9 / HAND_RATE);
     const double still[3] = {0.0, 0.0, 0.0};
@@ -53,7 +53,7 @@ static bool run_ticks(HandRun *run, double seconds, bool moves, ClientError *err
     }
 }
 
-bool hand_run(HandRun *run, const HandOptions *options, ClientError *error)
+bool hand_run(HandRun *run, const HandOptions *options, PliantError *error)
 {
     run->active = false;
     // First a rest, in which the tool becomes ours and the body calms down.
@@ -84,7 +84,7 @@ void hand_run_print(const HandRun *run)
     fflush(stdout);
 }
 
-bool hand_run_table(HandRun *run, const HandOptions *like, ClientError *error)
+bool hand_run_table(HandRun *run, const HandOptions *like, PliantError *error)
 {
     static const HandOptions STREAMS[] = {
         {.rate_hz = 1000.0},

@@ -23,11 +23,11 @@ typedef struct HandRun {
 void hand_run_hear(HandRun *run, const pliant_contact_t *contact);
 // Rests at the point of contact, then moves; the figures are in run->hand. Returns false if it was
 // stopped or the connection broke.
-bool hand_run(HandRun *run, const HandOptions *options, ClientError *error);
+bool hand_run(HandRun *run, const HandOptions *options, PliantError *error);
 // Prints the result in one line.
 void hand_run_print(const HandRun *run);
 // Runs streams of 1 kHz and 60 Hz, prompt and 20 ms late, with losses, interpolated and by twist,
 // with and without stiffness, at 2 and 6 Hz; depth and the device's force as in `like`.
-bool hand_run_table(HandRun *run, const HandOptions *like, ClientError *error);
+bool hand_run_table(HandRun *run, const HandOptions *like, PliantError *error);
 
 #endif

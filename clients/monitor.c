@@ -2,6 +2,7 @@
 // elsewhere, and records the motion of a body. One thread; only listens, except for one DESCRIBE
 // when it needs a mesh.
 #include "client.h"
+#include "program.h"
 #include "curve.h"
 #include "view.h"
 #include "wire.h"
@@ -15,7 +16,7 @@
 enum { MONITOR_PATIENCE_S = 3 }; // limit for a daemon's first status
 
 typedef struct Options {
-    ClientOptions client;
+    PliantOptions client;
     bool once;
     double duration; // [s]; 0: until a signal
     const char *body, *write, *shape, *peak;
@@ -29,7 +30,7 @@ typedef struct Monitor {
     bool terminal; // redraw in place
     bool come;     // the first status has arrived
     bool unknown;  // it lists no body of the name to be recorded
-    ClientError why;
+    PliantError why;
 } Monitor;
 
 // --- options ---
@@ -50,7 +51,7 @@ static const ArgumentRow ROWS[] = {
     {"peak", 'p', ARGUMENT_TEXT, "FILE", AT(peak),
      .help = "the same for the frame of the largest displacement"},
     {.type = ARGUMENT_HEADING, .help = "Where:"},
-    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {.type = ARGUMENT_ROWS, .rows = PROGRAM_WHERE, .offset = AT(client)},
     {0}};
 
 static bool check(void *target, Status *why)
@@ -144,7 +145,7 @@ static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *us
     curve_take_delta(&((Monitor *)user)->curve, buffer->data, buffer->data_size);
 }
 
-static bool subscribe(Monitor *monitor, ClientError *error)
+static bool subscribe(Monitor *monitor, PliantError *error)
 {
     Client *client = &monitor->client;
     const char *body = monitor->options.body;
@@ -198,14 +199,14 @@ static void terminal_end(void)
 
 // --- the loop ---
 
-static bool none_came(const Monitor *monitor, ClientError *error)
+static bool none_came(const Monitor *monitor, PliantError *error)
 {
     return client_fail(error,
                        "no %s_STATUS within %d s: no pliantd on %s, or one with another prefix?",
                        monitor->client.prefix, MONITOR_PATIENCE_S, monitor->client.url);
 }
 
-static bool watch_once(Monitor *monitor, ClientError *error)
+static bool watch_once(Monitor *monitor, PliantError *error)
 {
     int64_t deadline = client_now_ns() + (int64_t)MONITOR_PATIENCE_S * 1000000000;
     client_wait(&monitor->client, deadline, &monitor->come);
@@ -217,7 +218,7 @@ static bool watch_once(Monitor *monitor, ClientError *error)
     return true;
 }
 
-static bool watch(Monitor *monitor, ClientError *error)
+static bool watch(Monitor *monitor, PliantError *error)
 {
     const Options *options = &monitor->options;
     const int64_t start = client_now_ns();
@@ -236,7 +237,7 @@ static bool watch(Monitor *monitor, ClientError *error)
         if (silent && !warned) { // keep waiting: the daemon may start later
             none_came(monitor, error);
             warned = true;
-            client_print_error("pliant-monitor", error);
+            program_print_error("pliant-monitor", error);
         }
     }
     if (monitor->terminal)
@@ -249,17 +250,17 @@ static bool watch(Monitor *monitor, ClientError *error)
     return monitor->come ? true : none_came(monitor, error);
 }
 
-static bool open_curve(Monitor *monitor, ClientError *error)
+static bool open_curve(Monitor *monitor, PliantError *error)
 {
     const Options *options = &monitor->options;
     // Refuse files before anything is received.
-    if ((options->shape && !client_may_write(options->shape, CURVE_SHAPE_MARK, error)) ||
-        (options->peak && !client_may_write(options->peak, CURVE_SHAPE_MARK, error)))
+    if ((options->shape && !program_may_write(options->shape, CURVE_SHAPE_MARK, error)) ||
+        (options->peak && !program_may_write(options->peak, CURVE_SHAPE_MARK, error)))
         return false;
-    ClientError ignored; // the daemon may start later, and sends its mesh every second too
+    PliantError ignored; // the daemon may start later, and sends its mesh every second too
     if (options->write) {
         static const char head[] = "# simulated_s\tlargest_displacement_m\tnode\n";
-        monitor->curve.out = client_open_output(options->write, head, error);
+        monitor->curve.out = program_open_output(options->write, head, error);
         if (!monitor->curve.out)
             return false;
         fputs(head, monitor->curve.out);
@@ -270,12 +271,12 @@ static bool open_curve(Monitor *monitor, ClientError *error)
 }
 
 // Writes the requested files; keeps the first failure and still tries the others.
-static bool close_curve(Monitor *monitor, ClientError *error)
+static bool close_curve(Monitor *monitor, PliantError *error)
 {
     const Options *options = &monitor->options;
     const char *path[CURVE_FRAMES] = {[CURVE_LAST] = options->shape, [CURVE_PEAK] = options->peak};
     bool ok = true;
-    ClientError why;
+    PliantError why;
     // The curve is complete only if the disk took all of it.
     if (monitor->curve.out) {
         bool failed = ferror(monitor->curve.out) != 0;
@@ -293,12 +294,12 @@ static bool close_curve(Monitor *monitor, ClientError *error)
     return ok;
 }
 
-static bool run(Monitor *monitor, ClientError *error)
+static bool run(Monitor *monitor, PliantError *error)
 {
     if (!subscribe(monitor, error) || !open_curve(monitor, error))
         return false;
     bool ok = monitor->options.once ? watch_once(monitor, error) : watch(monitor, error);
-    ClientError late;
+    PliantError late;
     if (!close_curve(monitor, &late) && ok)
         ok = client_fail(error, "%s", late.text);
     return ok;
@@ -311,13 +312,13 @@ int main(int argc, char **argv)
     if (!arguments_parse(&TABLE, argc, argv, &monitor.options, &status))
         return arguments_exit(&status);
     monitor.terminal = isatty(STDOUT_FILENO) && !monitor.options.once;
-    client_catch_signals();
+    program_catch_signals();
 
-    ClientError error = {0};
-    bool ok =
-        client_connect(&monitor.client, &monitor.options.client, &error) && run(&monitor, &error);
+    PliantError error = {0};
+    bool ok = client_connect(&monitor.client, &monitor.options.client, &error) &&
+              program_stops(client_stop, &monitor.client) && run(&monitor, &error);
     if (!ok)
-        client_print_error("pliant-monitor", &error);
+        program_print_error("pliant-monitor", &error);
     client_disconnect(&monitor.client);
     view_destroy(&monitor.view);
     curve_destroy(&monitor.curve);

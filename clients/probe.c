@@ -3,6 +3,7 @@
 // the end.
 #include "aim.h"
 #include "client.h"
+#include "program.h"
 #include "hand_run.h"
 #include "keys.h"
 #include "round_trip.h"
@@ -26,7 +27,7 @@ enum { OTHER_TOOLS = 8 };
 typedef enum Mode { MODE_NONE, MODE_POSES, MODE_PRESS, MODE_AUTO, MODE_KEYS } Mode;
 
 typedef struct Options {
-    ClientOptions client;
+    PliantOptions client;
     Mode mode;
     bool keys, aim;
     bool hand, hand_table; // a hand on a device, after the approach
@@ -143,7 +144,7 @@ static const ArgumentRow ROWS[] = {
     {"timeout", 'T', ARGUMENT_NUMBER, "S", AT(timeout_s), 0.1, 3600.0, .preset = 3.0,
      .help = "give up when no force arrives for this long"},
     {.type = ARGUMENT_HEADING, .help = "Where:"},
-    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {.type = ARGUMENT_ROWS, .rows = PROGRAM_WHERE, .offset = AT(client)},
     {0}};
 
 static bool choose_mode(Options *options, Status *why)
@@ -431,7 +432,7 @@ static bool next_pose(Probe *probe, double time, double period)
     return time <= track_duration(&probe->track);
 }
 
-static bool prepare_path(Probe *probe, ClientError *error)
+static bool prepare_path(Probe *probe, PliantError *error)
 {
     Options *options = &probe->options;
     if (options->mode == MODE_POSES)
@@ -444,7 +445,7 @@ static bool prepare_path(Probe *probe, ClientError *error)
         for (int k = 0; k < 3; k++)
             options->start[k] = aim.node[k] - options->clearance * options->direction[k];
         printf("body '");
-        client_print_text(stdout, aim.body, false);
+        program_print_text(stdout, aim.body, false);
         printf("': nearest node at %.4f %.4f %.4f m, starting %.1f mm before it\n", aim.node[0],
                aim.node[1], aim.node[2], 1e3 * options->clearance);
     }
@@ -477,7 +478,7 @@ static void print_line(const Probe *probe, double time, const char *end)
 }
 
 // Explains from the other messages why no contact of ours arrives.
-static bool explain_silence(const Probe *probe, ClientError *error)
+static bool explain_silence(const Probe *probe, PliantError *error)
 {
     const Options *options = &probe->options;
     char tools[128] = "";
@@ -508,7 +509,7 @@ static bool explain_silence(const Probe *probe, ClientError *error)
                        prefix, options->timeout_s, probe->client.url);
 }
 
-static bool drive(Probe *probe, ClientError *error)
+static bool drive(Probe *probe, PliantError *error)
 {
     const Options *options = &probe->options;
     const double period = 1.0 / options->rate_hz;
@@ -549,7 +550,7 @@ static bool drive(Probe *probe, ClientError *error)
         return client_fail(error, "the LCM connection failed");
     if (!probe->contacts)
         return explain_silence(probe, error);
-    if (options->mode == MODE_AUTO && !probe->touched && !client_stopped())
+    if (options->mode == MODE_AUTO && !probe->touched && !program_stopped())
         return client_fail(error, "the tool went %.0f mm and never touched the body",
                            1e3 * (options->clearance + AUTO_REACH));
     return true;
@@ -573,12 +574,12 @@ static void print_summary(const Probe *probe)
 
 #define LOG_MARK "# time_s\tsimulated_s\t"
 
-static bool open_log(Probe *probe, ClientError *error)
+static bool open_log(Probe *probe, PliantError *error)
 {
     const char *path = probe->options.log;
     if (!path)
         return true;
-    probe->log = client_open_output(path, LOG_MARK, error);
+    probe->log = program_open_output(path, LOG_MARK, error);
     if (!probe->log)
         return false;
     fputs(LOG_MARK "x_m\ty_m\tz_m\tfx_n\tfy_n\tfz_n\ttx_nm\tty_nm\ttz_nm\tdepth_m\t"
@@ -587,7 +588,7 @@ static bool open_log(Probe *probe, ClientError *error)
     return true;
 }
 
-static bool close_log(Probe *probe, ClientError *error)
+static bool close_log(Probe *probe, PliantError *error)
 {
     bool failed = probe->log && ferror(probe->log);
     if (probe->log && fclose(probe->log) != 0)
@@ -596,7 +597,7 @@ static bool close_log(Probe *probe, ClientError *error)
     return failed ? client_fail(error, "%s: not all could be written", probe->options.log) : true;
 }
 
-static bool subscribe(Probe *probe, ClientError *error)
+static bool subscribe(Probe *probe, PliantError *error)
 {
     Client *client = &probe->client;
     if (!client_subscribe(client, "CONTACT", NULL, 1024, on_contact, probe) ||
@@ -616,7 +617,7 @@ static void send_hand(void *user, const double position[3], const double linear[
 }
 
 // Starts the hand where the approach ended, or at --press.
-static bool feel(Probe *probe, ClientError *error)
+static bool feel(Probe *probe, PliantError *error)
 {
     const Options *options = &probe->options;
     HandRun *hand = &probe->run;
@@ -640,11 +641,11 @@ static bool feel(Probe *probe, ClientError *error)
     return ok;
 }
 
-static bool run(Probe *probe, ClientError *error)
+static bool run(Probe *probe, PliantError *error)
 {
     const char *log = probe->options.log;
     // Refuse files before the tool moves.
-    if ((log && !client_may_write(log, LOG_MARK, error)) || !subscribe(probe, error))
+    if ((log && !program_may_write(log, LOG_MARK, error)) || !subscribe(probe, error))
         return false;
     if (!probe->options.aim && // --auto waits for an answer itself
         !client_hear_daemon(&probe->client, probe->options.timeout_s, error))
@@ -659,7 +660,7 @@ static bool run(Probe *probe, ClientError *error)
     keys_close();
     if (ok)
         print_summary(probe);
-    ClientError late;
+    PliantError late;
     if (!close_log(probe, &late) && ok)
         ok = client_fail(error, "%s", late.text);
     return ok;
@@ -672,18 +673,19 @@ int main(int argc, char **argv)
     probe.options.start[0] = (double)NAN;
     if (!arguments_parse(&TABLE, argc, argv, &probe.options, &status))
         return arguments_exit(&status);
-    client_catch_signals();
+    program_catch_signals();
 
-    ClientError error = {0};
+    PliantError error = {0};
     // A path that cannot be read is bad usage.
     const char *poses = probe.options.poses;
     if (poses && !track_read(&probe.track, poses, &error)) {
-        client_print_error("pliant-probe", &error);
+        program_print_error("pliant-probe", &error);
         return 2;
     }
-    bool ok = client_connect(&probe.client, &probe.options.client, &error) && run(&probe, &error);
+    bool ok = client_connect(&probe.client, &probe.options.client, &error) &&
+              program_stops(client_stop, &probe.client) && run(&probe, &error);
     if (!ok)
-        client_print_error("pliant-probe", &error);
+        program_print_error("pliant-probe", &error);
     client_disconnect(&probe.client);
     track_destroy(&probe.track);
     return ok ? 0 : 1;

@@ -1,24 +1,22 @@
-// pliant-tie: makes, changes and releases a tie of a running scene by one message, and prints the
-// reply, which names the tie. One thread. A request without answer is repeated with the same number
-// and time, so that the daemon executes it once, and none that starts later executes it.
-#include "client.h"
+// pliant-tie: makes, changes and releases a tie of a running scene, and prints the reply, which
+// names the tie. One thread.
+#include "program.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "pliant_tie_t.h"
-
-enum { IDS = sizeof((pliant_tie_t *)NULL)->node / sizeof(int32_t), NAME = ARGUMENT_NAME_MOST + 1 };
+enum { IDS = 16 }; // of one tie
 
 typedef struct Options {
-    ClientOptions client;
-    int kind;            // PLIANT_TIE_T_...; 0: none is made
+    PliantOptions client;
+    PliantTieKind kind;  // 0: none is made
     int change, release; // numbers; 0: not asked for
     int number, tool;
     double at[3]; // x NaN: not given
     double radius, stiffness, damping_ratio, break_force;
-    int node[IDS], node_count;
+    int32_t node[IDS];
+    int node_count;
     const char *body, *to;
     double timeout_s;
     int tries;
@@ -26,14 +24,14 @@ typedef struct Options {
 
 static bool take_kind(void *target, const char *text, Status *why)
 {
-    static const char *const KINDS[] = {[PLIANT_TIE_T_PIN] = "pin",
-                                        [PLIANT_TIE_T_TIE] = "tie",
-                                        [PLIANT_TIE_T_CLIP] = "clip",
-                                        [PLIANT_TIE_T_CARRY] = "carry"};
+    static const char *const KINDS[] = {[PLIANT_PIN] = "pin",
+                                        [PLIANT_TIE] = "tie",
+                                        [PLIANT_CLIP] = "clip",
+                                        [PLIANT_CARRY] = "carry"};
     Options *options = target;
-    for (int k = PLIANT_TIE_T_PIN; k <= PLIANT_TIE_T_CARRY; k++)
+    for (int k = PLIANT_PIN; k <= PLIANT_CARRY; k++)
         if (strcmp(text, KINDS[k]) == 0)
-            options->kind = k;
+            options->kind = (PliantTieKind)k;
     return options->kind > 0 ||
            status_fail(why, STATUS_INVALID, "is none of pin, tie, clip and carry");
 }
@@ -95,7 +93,7 @@ static const ArgumentRow ROWS[] = {
      .help = "repeat a request when no reply arrives within this time"},
     {"tries", 'N', ARGUMENT_INTEGER, "N", AT(tries), 1, 1000, .preset = 6,
      .help = "send a request at most N times"},
-    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {.type = ARGUMENT_ROWS, .rows = PROGRAM_WHERE, .offset = AT(client)},
     {0}};
 
 static bool check(void *target, Status *why)
@@ -107,7 +105,7 @@ static bool check(void *target, Status *why)
         return true;
     if (isnan(options->at[0]) == (options->node_count == 0))
         return status_fail(why, STATUS_INVALID, "--make needs one of --at and --nodes");
-    return options->kind != PLIANT_TIE_T_TIE || options->to != NULL ||
+    return options->kind != PLIANT_TIE || options->to != NULL ||
            status_fail(why, STATUS_INVALID, "--make tie needs --to NAME");
 }
 
@@ -118,61 +116,44 @@ static const ArgumentTable TABLE = {
     .rows = ROWS,
     .check = check};
 
-static void publish(Client *client, const char *channel, const void *message)
+static bool send_tie(PliantClient *client, const Options *options, PliantError *error)
 {
-    pliant_tie_t tie = *(const pliant_tie_t *)message;
-    tie.sender = client->sender;
-    tie.id = client->last_id;
-    pliant_tie_t_publish(client->lcm, channel, &tie);
-}
-
-static bool send_tie(Client *client, const Options *options, ClientError *error)
-{
-    char body[NAME] = "";
-    pliant_tie_t tie = {.utime = client_utime(),
-                        .action = options->kind > 0     ? PLIANT_TIE_T_MAKE
-                                  : options->change > 0 ? PLIANT_TIE_T_CHANGE
-                                                        : PLIANT_TIE_T_RELEASE,
-                        .tie = options->kind > 0     ? options->number
-                               : options->change > 0 ? options->change
-                                                     : options->release,
-                        .kind = options->kind,
-                        .tool = options->tool,
-                        .node_count = options->node_count,
-                        .radius = options->radius,
-                        .stiffness = options->stiffness,
-                        .damping_ratio = options->damping_ratio,
-                        .break_force = options->break_force,
-                        .body = body};
-    // Which nodes, and of which bodies.
+    PliantTie tie = {.kind = options->kind,
+                     .body = options->body,
+                     .to_body = options->to,
+                     .tool = options->tool,
+                     .radius = options->radius,
+                     .node = options->node,
+                     .node_count = options->node_count,
+                     .stiffness = options->stiffness,
+                     .damping_ratio = options->damping_ratio,
+                     .break_force = options->break_force};
     for (int k = 0; k < 3 && !isnan(options->at[0]); k++)
         tie.center[k] = options->at[k];
-    for (int i = 0; i < options->node_count; i++)
-        tie.node[i] = options->node[i];
-    if (options->body != NULL)
-        snprintf(body, sizeof body, "%s", options->body);
-    if (options->to != NULL)
-        snprintf((char *)tie.to_body, sizeof tie.to_body, "%s", options->to);
-    if (!client_ask(client, "TIE", publish, &tie, options->timeout_s, options->tries, error))
-        return false;
-    client_print_text(stdout, client->reply->text, false);
+    const bool ok = options->kind > 0     ? pliant_tie_as(client, options->number, &tie) > 0
+                    : options->change > 0 ? pliant_tie_change(client, options->change, &tie)
+                                          : pliant_tie_release(client, options->release);
+    if (!ok)
+        return program_fail(error, "%s", pliant_error(client));
+    program_print_text(stdout, pliant_reply(client)->text, false);
     putchar('\n');
     return true;
 }
 
 int main(int argc, char **argv)
 {
-    static Client client;
     Options options = {.at = {(double)NAN}};
     Status status = {0};
     if (!arguments_parse(&TABLE, argc, argv, &options, &status))
         return arguments_exit(&status);
-    client_catch_signals();
-    ClientError error = {0};
-    const bool ok =
-        client_connect(&client, &options.client, &error) && send_tie(&client, &options, &error);
+    program_catch_signals();
+    PliantError error;
+    PliantClient *client = program_open(&options.client, &error);
+    if (client)
+        pliant_patience(client, options.timeout_s, options.tries);
+    const bool ok = client && send_tie(client, &options, &error);
     if (!ok)
-        client_print_error("pliant-tie", &error);
-    client_disconnect(&client);
+        program_print_error("pliant-tie", &error);
+    program_close(client);
     return ok ? 0 : 1;
 }

@@ -1,8 +1,6 @@
 // A tool's path in time, and the closing of its jaws. One thread.
 #include "track.h"
 
-#include "client.h"
-
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -66,7 +64,7 @@ static bool read_pose(char *line, double last_time, TrackPose *pose, char why[16
     double number[8];
     line[strcspn(line, "#")] = '\0'; // a comment
     // A time and a position, with or without an orientation.
-    int count = client_read_numbers(line, number, 8);
+    int count = program_read_numbers(line, number, 8);
     if (count != 4 && count != 8) {
         snprintf(why, 160, "expected t x y z or t x y z qw qx qy qz, all finite numbers");
         return false;
@@ -104,7 +102,7 @@ static bool read_pose(char *line, double last_time, TrackPose *pose, char why[16
     return true;
 }
 
-static bool read_lines(Track *track, FILE *file, const char *path, ClientError *error)
+static bool read_lines(Track *track, FILE *file, const char *path, PliantError *error)
 {
     char *line = NULL;
     size_t size = 0;
@@ -118,24 +116,24 @@ static bool read_lines(Track *track, FILE *file, const char *path, ClientError *
             continue;
         // Add it, or say which line is wrong.
         if (!read_pose(line, last, &pose, why))
-            ok = client_fail(error, "%s:%ld: %s", path, number, why);
+            ok = program_fail(error, "%s:%ld: %s", path, number, why);
         else if (track->count == TRACK_POSES_MAX || !append(track, &pose))
-            ok = client_fail(error, "%s:%ld: more than %d poses", path, number, track->count);
+            ok = program_fail(error, "%s:%ld: more than %d poses", path, number, track->count);
     }
     if (ok && ferror(file))
-        ok = client_fail(error, "%s: %s", path, strerror(errno));
+        ok = program_fail(error, "%s: %s", path, strerror(errno));
     else if (ok && track->count == 0)
-        ok = client_fail(error, "%s: no pose in it", path);
+        ok = program_fail(error, "%s: no pose in it", path);
     free(line);
     return ok;
 }
 
-bool track_read(Track *track, const char *path, ClientError *error)
+bool track_read(Track *track, const char *path, PliantError *error)
 {
     *track = (Track){0};
     FILE *file = fopen(path, "r");
     if (!file)
-        return client_fail(error, "%s: %s", path, strerror(errno));
+        return program_fail(error, "%s: %s", path, strerror(errno));
     bool ok = read_lines(track, file, path, error);
     fclose(file);
     if (!ok) {

@@ -3,7 +3,7 @@
 #ifndef PLIANT_CLIENTS_TRACK_H
 #define PLIANT_CLIENTS_TRACK_H
 
-#include "client.h"
+#include "program.h"
 
 #include <stdbool.h>
 
@@ -27,7 +27,7 @@ typedef struct Track {
 // Reads lines "t x y z [qw qx qy qz]": seconds, metres, a unit quaternion (default: identity); '#'
 // starts a comment. Times are relative to the first one. Errors name file and line. At least one
 // pose.
-bool track_read(Track *track, const char *path, ClientError *error);
+bool track_read(Track *track, const char *path, PliantError *error);
 // Makes a press: from `start` by `depth` [m] along the unit vector `direction` at `speed` [m/s], a
 // rest of `hold` [s], and back; `repeat` times. The tool's z axis, the axis of its shaft in scenes,
 // points backwards.

@@ -44,9 +44,9 @@ void view_take_event(View *view, const pliant_event_t *event)
 
 static void print_head(const pliant_status_t *s, FILE *out)
 {
-    client_print_text(out, s->scene, false);
+    program_print_text(out, s->scene, false);
     fputs("  ", out);
-    client_print_text(out, s->state, false);
+    program_print_text(out, s->state, false);
     fprintf(out, "  tick %lld  simulated %.2f s  %g Hz  real-time factor %.3f\n",
             (long long)s->step, s->time, s->rate_hz, s->real_time_factor);
 }
@@ -60,7 +60,7 @@ static void print_timing(const View *view, FILE *out)
             (long long)s->resets, (long long)s->rejected);
     for (int k = 0; k < s->num_reasons; k++) {
         fputs(k ? ", " : " (", out);
-        client_print_text(out, s->reason[k], false);
+        program_print_text(out, s->reason[k], false);
         fprintf(out, " %lld%s", (long long)s->count[k], k + 1 == s->num_reasons ? ")" : "");
     }
     // Distributions of times.
@@ -73,7 +73,7 @@ static void print_timing(const View *view, FILE *out)
     fputs("\nstages [us per tick]", out);
     for (int k = 0; k < s->num_stages; k++) {
         fputs("  ", out);
-        client_print_text(out, s->stage[k], false);
+        program_print_text(out, s->stage[k], false);
         fprintf(out, " %.2f", s->stage_us[k]);
     }
     fputs("\n", out);
@@ -85,11 +85,11 @@ static void print_bodies(const pliant_status_t *s, FILE *out)
         const pliant_body_status_t *b = &s->body[k];
         // Names come from the network: print what can be printed.
         fputs("\nbody ", out);
-        client_print_text(out, b->name, false);
+        program_print_text(out, b->name, false);
         fputs("  ", out);
-        client_print_text(out, b->model, false);
+        program_print_text(out, b->model, false);
         fputs("  ", out);
-        client_print_text(out, b->integrator, false);
+        program_print_text(out, b->integrator, false);
         fprintf(out, "  step %.1f us\n", 1e6 * b->time_step);
         // Its size, and how it moves.
         fprintf(out, "  in use: nodes %d  ", b->nodes);
@@ -131,7 +131,7 @@ static void print_event(const View *view, int64_t number, FILE *out)
 {
     int at = (int)(number % VIEW_EVENTS);
     fprintf(out, "event at tick %lld: ", (long long)view->event[at].step);
-    client_print_text(out, view->event[at].text, false);
+    program_print_text(out, view->event[at].text, false);
     fputc('\n', out);
 }
 
@@ -161,7 +161,7 @@ void view_print_line(const View *view, FILE *out)
     const pliant_status_t *s = view->status;
     // Time and state, then the figures that show trouble.
     fprintf(out, "%.2f s  ", s->time);
-    client_print_text(out, s->state, false);
+    program_print_text(out, s->state, false);
     fprintf(
         out,
         "  x%.3f  late %lld (+%lld)  resets %lld  refused %lld  step p50 %.0f p99 %.0f max %.0f "
@@ -172,7 +172,7 @@ void view_print_line(const View *view, FILE *out)
     // Each body and each tool in short.
     for (int k = 0; k < s->num_bodies; k++) {
         fputs("  | ", out);
-        client_print_text(out, s->body[k].name, false);
+        program_print_text(out, s->body[k].name, false);
         fprintf(out, " displacement %.3f mm  nodes %d  triangles %d  level %d",
                 1e3 * s->body[k].max_displacement, s->body[k].nodes, s->body[k].elements,
                 s->body[k].finest_level);

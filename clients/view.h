@@ -2,7 +2,7 @@
 #ifndef PLIANT_CLIENTS_VIEW_H
 #define PLIANT_CLIENTS_VIEW_H
 
-#include "client.h"
+#include "program.h"
 
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"

@@ -7,9 +7,7 @@
 #include "pliant_contact_t.h"
 #include "pliant_tool_pose_t.h"
 
-#include <errno.h>
 #include <math.h>
-#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -127,7 +125,7 @@ static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *us
 
 // --- connection ----------------------------------------------------------------------------------
 
-static bool valid_prefix(const char *prefix, ClientError *error)
+static bool valid_prefix(const char *prefix, PliantError *error)
 {
     const size_t length = strlen(prefix);
     bool valid = length > 0 && length < CLIENT_PREFIX_MAX;
@@ -140,7 +138,7 @@ static bool valid_prefix(const char *prefix, ClientError *error)
 
 static bool connect(PliantClient *kit, const PliantOptions *options)
 {
-    const ClientOptions where = {.url = options->url, .prefix = options->prefix};
+    const PliantOptions where = {.url = options->url, .prefix = options->prefix};
     const char *input = options->input_prefix ? options->input_prefix : options->prefix;
     if ((options->prefix && !valid_prefix(options->prefix, &kit->error)) ||
         (input && !valid_prefix(input, &kit->error)) ||
@@ -159,6 +157,8 @@ PliantClient *pliant_open(const PliantOptions *options, PliantError *error)
     PliantClient *kit = calloc(1, sizeof *kit);
     if (!kit)
         abort(); // the machine is out of memory
+    kit->try_s = 0.5;
+    kit->tries = 6;
     if (connect(kit, options ? options : &(const PliantOptions){0}))
         return kit;
     if (error)
@@ -188,6 +188,11 @@ void pliant_close(PliantClient *kit)
 const char *pliant_error(const PliantClient *kit)
 {
     return kit->error.text;
+}
+
+void pliant_stop(PliantClient *kit)
+{
+    client_stop(&kit->client);
 }
 
 int pliant_file(const PliantClient *kit)
@@ -232,23 +237,26 @@ static void ask_for_meshes(PliantClient *kit)
 bool kit_wait(PliantClient *kit, int64_t deadline_ns, const int64_t *count, int64_t before)
 {
     enum { TURN_NS = 250000000, LATE_NS = 10000000 };
-    Client *client = &kit->client;
-    while (!client->broken && !(count && *count != before)) {
+    while (!(count && *count != before)) {
         ask_for_meshes(kit);
         // Wait for at most a turn, after which meshes may be asked for again.
         const int64_t left = deadline_ns - client_now_ns();
-        const int64_t turn = left < TURN_NS ? left : TURN_NS;
-        const struct timespec timeout = {0, turn > 0 ? turn : 0};
-        struct pollfd poll = {.fd = receiver_file(client->receiver), .events = POLLIN};
-        const int ready = ppoll(&poll, 1, &timeout, NULL);
-        if (ready < 0 && errno == EINTR)
+        switch (client_turn(&kit->client, left < TURN_NS ? left : TURN_NS)) {
+        case CLIENT_TURN_OVER:
+            return client_fail_over(&kit->client, &kit->error);
+        case CLIENT_TURN_SIGNAL:
             return true;
-        client->broken = ready < 0 || (ready > 0 && receiver_handle(client->receiver) < 0);
-        // What is there is handled, but a flood ends, too.
-        if (!client->broken && (ready == 0 ? left <= turn : left < -LATE_NS))
-            return true;
+        case CLIENT_TURN_QUIET:
+            if (left <= TURN_NS)
+                return true;
+            break;
+        case CLIENT_TURN_MESSAGE: // what is there is handled, but a flood ends, too
+            if (left < -LATE_NS)
+                return true;
+            break;
+        }
     }
-    return !client->broken || client_fail(&kit->error, "the LCM connection failed");
+    return true;
 }
 
 bool kit_wait_for(PliantClient *kit, const char *what, double seconds, const int64_t *count)

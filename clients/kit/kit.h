@@ -46,7 +46,7 @@ typedef struct KitTool {
 struct PliantClient {
     Client client;
     char input_prefix[CLIENT_PREFIX_MAX];
-    ClientError error;
+    PliantError error;
     // bodies
     KitBody *body[KIT_BODIES];
     int bodies;
@@ -65,7 +65,10 @@ struct PliantClient {
     unsigned event_first, event_end;
     pliant_event_t *taken; // behind the event that was handed out
     PliantEvent event_taken;
+    // requests
     PliantReply reply;
+    double try_s; // without a reply until a request is repeated
+    int tries;
 };
 
 // Returns a copy of `bytes` bytes; aborts if there is no memory.
@@ -81,7 +84,7 @@ const PliantBody *kit_frame_create(const PliantBody *body, KitMesh *mesh);
 bool kit_bodies_subscribe(PliantClient *kit);
 void kit_bodies_destroy(PliantClient *kit);
 // Handles messages until `deadline_ns`, a signal, or `*count` (may be NULL) differs from `before`.
-// Returns false if the connection is broken.
+// Returns false with a sentence if it was stopped or the connection is broken.
 bool kit_wait(PliantClient *kit, int64_t deadline_ns, const int64_t *count, int64_t before);
 // Waits until the count of `what` grows; returns false with a sentence otherwise.
 bool kit_wait_for(PliantClient *kit, const char *what, double seconds, const int64_t *count);

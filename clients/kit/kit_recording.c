@@ -1,284 +1,107 @@
-// Recordings in libpliant-client: the server's reader, and frames as a client has them.
-#include "kit.h"
+// Recordings in libpliant-client: loads libpliant-recording when the first one is opened, and calls
+// it.
+#include "reader.h"
 
-#ifdef PLIANT_WITH_HDF5
-
-#include "io/recording_read.h"
-
-#include <stdlib.h>
+#include <dlfcn.h>
+#include <stdatomic.h>
+#include <stdio.h>
 #include <string.h>
 
-// The last mesh of a body, for the frames that share it.
-typedef struct Body {
-    KitMesh *mesh;
-    int64_t count;
-} Body;
+static const KitReader *_Atomic reader; // NULL: none was opened yet
 
-struct PliantRecording {
-    RecordingReader *reader;
-    ClientError error;
-    Body body[RECORDING_INFO_BODIES];
-    const PliantBody *newest; // handed out last; one use is ours
-    RecordingEvent event;
-    PliantEvent event_read;
-};
-
-static bool fail(PliantRecording *recording, const Status *status)
+// Loads it from the folder of this library or program, else from where the system has libraries.
+static void *load(void)
 {
-    return client_fail(&recording->error, "%s", status->text);
+    Dl_info self;
+    char path[4096];
+    const char *slash = dladdr(&reader, &self) ? strrchr(self.dli_fname, '/') : NULL;
+    void *library = NULL;
+    if (slash && snprintf(path, sizeof path, "%.*s/%s", (int)(slash - self.dli_fname),
+                          self.dli_fname, KIT_READER_LIBRARY) < (int)sizeof path)
+        library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    return library ? library : dlopen(KIT_READER_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+}
+
+static const KitReader *find(PliantError *error)
+{
+    void *library = load();
+    const KitReader *(*get)(void) = NULL;
+    if (library)
+        *(void **)&get = dlsym(library, KIT_READER_SYMBOL);
+    const KitReader *found = get ? get() : NULL;
+    if (found && strcmp(found->version, pliant_version()) == 0)
+        return found;
+    if (error && found)
+        snprintf(error->text, sizeof error->text, "%s is of version %.32s, libpliant-client of %s",
+                 KIT_READER_LIBRARY, found->version, pliant_version());
+    else if (error)
+        snprintf(error->text, sizeof error->text, "recordings need %s: %.800s", KIT_READER_LIBRARY,
+                 dlerror());
+    return NULL;
 }
 
 PliantRecording *pliant_recording_open(const char *path, PliantError *error)
 {
-    Status status = {0};
-    RecordingReader *reader = recording_reader_open(path, &status);
-    if (!reader) {
-        if (error)
-            snprintf(error->text, sizeof error->text, "%s", status.text);
-        return NULL;
-    }
-    return kit_copy(&(const PliantRecording){.reader = reader}, sizeof(PliantRecording));
+    if (!reader)
+        reader = find(error);
+    return reader ? reader->open(path, error) : NULL;
 }
+
+// Whoever has a recording has opened one, and the library with it.
 
 void pliant_recording_close(PliantRecording *recording)
 {
-    if (!recording)
-        return;
-    pliant_body_release(recording->newest);
-    for (int i = 0; i < RECORDING_INFO_BODIES; i++)
-        kit_mesh_release(recording->body[i].mesh);
-    recording_reader_close(recording->reader);
-    free(recording);
+    if (recording)
+        reader->close(recording);
 }
 
 const char *pliant_recording_error(const PliantRecording *recording)
 {
-    return recording->error.text;
+    return reader->error(recording);
 }
-
-static int find_body(const PliantRecording *recording, const char *name)
-{
-    return name ? recording_reader_find_body(recording->reader, name) : -1;
-}
-
-// --- bodies --------------------------------------------------------------------------------------
 
 int pliant_recording_body_count(const PliantRecording *recording)
 {
-    return recording_reader_info(recording->reader)->body_count;
+    return reader->body_count(recording);
 }
 
 const char *pliant_recording_body_name(const PliantRecording *recording, int k)
 {
-    const RecordingInfo *info = recording_reader_info(recording->reader);
-    return k >= 0 && k < info->body_count ? info->body[k].name : NULL;
+    return reader->body_name(recording, k);
 }
 
 int64_t pliant_recording_frames(const PliantRecording *recording, const char *body)
 {
-    const int at = find_body(recording, body);
-    return at >= 0 ? recording_reader_frames(recording->reader, at) : -1;
+    return reader->frames(recording, body);
 }
 
 int64_t pliant_recording_find(const PliantRecording *recording, const char *body, double time)
 {
-    const int at = find_body(recording, body);
-    return at >= 0 ? recording_reader_find_frame(recording->reader, at, time) : -1;
-}
-
-// Reads the mesh of a frame, unless it is that of the frame before.
-static bool read_mesh(PliantRecording *recording, int at, int64_t k, const RecordingFrame *frame)
-{
-    Body *body = &recording->body[at];
-    if (body->mesh && body->mesh->topology == frame->topology &&
-        body->mesh->node_count == frame->node_count)
-        return true;
-    int nodes, triangles;
-    recording_reader_most(recording->reader, at, &nodes, &triangles);
-    int *id = frames_allocate((size_t)nodes, sizeof *id);
-    int(*triangle)[3] = frames_allocate((size_t)triangles, sizeof *triangle);
-    Status status = {0};
-    RecordingTopology topology;
-    if (!recording_reader_mesh(recording->reader, at, k, id, triangle, &topology, &status)) {
-        free(id);
-        free(triangle);
-        return fail(recording, &status);
-    }
-    kit_mesh_release(body->mesh);
-    body->mesh = kit_mesh_create(&(const KitMesh){.topology = topology.number,
-                                                  .node_count = topology.node_count,
-                                                  .triangle_count = topology.triangle_count,
-                                                  .triangle = (int32_t *)triangle,
-                                                  .id = id});
-    return true;
+    return reader->find(recording, body, time);
 }
 
 const PliantBody *pliant_recording_frame(PliantRecording *recording, const char *body, int64_t k)
 {
-    const int at = find_body(recording, body);
-    if (at < 0 || k < 0 || k >= recording_reader_frames(recording->reader, at)) {
-        client_fail(&recording->error, "body '%.63s' has no frame %lld", body ? body : "",
-                    (long long)k);
-        return NULL;
-    }
-    const RecordingFrame frame = recording_reader_frame(recording->reader, at, k);
-    if (!read_mesh(recording, at, k, &frame))
-        return NULL;
-    Status status = {0};
-    float *position = frames_allocate(3 * (size_t)frame.node_count, sizeof *position);
-    if (!recording_reader_positions(recording->reader, at, k, position, &status)) {
-        free(position);
-        fail(recording, &status);
-        return NULL;
-    }
-    Body *of = &recording->body[at];
-    pliant_body_release(recording->newest);
-    recording->newest = kit_frame_create(
-        &(const PliantBody){.name = recording_reader_info(recording->reader)->body[at].name,
-                            .count = ++of->count,
-                            .step = frame.step,
-                            .time = frame.time,
-                            .position = position,
-                            .first_wall = recording_reader_first_wall(recording->reader, at)},
-        of->mesh);
-    return recording->newest;
+    return reader->frame(recording, body, k);
 }
-
-// --- tools and events ----------------------------------------------------------------------------
 
 int64_t pliant_recording_tool_rows(const PliantRecording *recording, int32_t tool)
 {
-    const int at = recording_reader_find_tool(recording->reader, tool);
-    return at >= 0 ? recording_reader_tool_rows(recording->reader, at) : -1;
+    return reader->tool_rows(recording, tool);
 }
 
 bool pliant_recording_tool(PliantRecording *recording, int32_t tool, int64_t first, int count,
                            PliantToolRow *row)
 {
-    const int at = recording_reader_find_tool(recording->reader, tool);
-    const int64_t rows = at >= 0 ? recording_reader_tool_rows(recording->reader, at) : 0;
-    if (first < 0 || count < 0 || count > RECORDING_ROWS_MOST || first > rows - count)
-        return client_fail(&recording->error,
-                           "tool %d has %lld rows, not %d from %lld on, and at most %d at a time",
-                           tool, (long long)rows, count, (long long)first,
-                           (int)RECORDING_ROWS_MOST);
-    if (count == 0)
-        return true;
-    RecordingTool *sample = frames_allocate((size_t)count, sizeof *sample);
-    Status status = {0};
-    const bool ok = recording_reader_tool(recording->reader, at, first, count, sample, &status);
-    for (int k = 0; ok && k < count; k++) {
-        row[k].time = recording_reader_tool_time(recording->reader, at, first + k);
-        memcpy(row[k].position, &sample[k].position, sizeof row[k].position);
-        memcpy(row[k].orientation, &sample[k].orientation, sizeof row[k].orientation);
-        memcpy(row[k].force, &sample[k].force, sizeof row[k].force);
-    }
-    free(sample);
-    return ok || fail(recording, &status);
+    return reader->tool(recording, tool, first, count, row);
 }
 
 int64_t pliant_recording_events(const PliantRecording *recording)
 {
-    return recording_reader_info(recording->reader)->events;
+    return reader->events(recording);
 }
 
 const PliantEvent *pliant_recording_event(PliantRecording *recording, int64_t k)
 {
-    Status status = {0};
-    if (k < 0 || k >= pliant_recording_events(recording)) {
-        client_fail(&recording->error, "there is no event %lld", (long long)k);
-        return NULL;
-    }
-    RecordingEvent *event = &recording->event;
-    if (!recording_reader_events(recording->reader, k, 1, event, &status)) {
-        fail(recording, &status);
-        return NULL;
-    }
-    recording->event_read = (PliantEvent){
-        .step = event->step, .body = event->body, .kind = event->kind, .text = event->text};
-    return &recording->event_read;
+    return reader->event(recording, k);
 }
-
-#else
-
-struct PliantRecording {
-    char none;
-};
-
-static const char NOT_BUILT[] = "built without HDF5 (PLIANT_HDF5)";
-
-// None is ever opened, so that the others are never called with one.
-PliantRecording *pliant_recording_open(const char *path, PliantError *error)
-{
-    if (error)
-        snprintf(error->text, sizeof error->text, "%s: %s", path, NOT_BUILT);
-    return NULL;
-}
-
-void pliant_recording_close(PliantRecording *recording)
-{
-    (void)recording;
-}
-
-const char *pliant_recording_error(const PliantRecording *recording)
-{
-    (void)recording;
-    return NOT_BUILT;
-}
-
-int pliant_recording_body_count(const PliantRecording *recording)
-{
-    (void)recording;
-    return 0;
-}
-
-const char *pliant_recording_body_name(const PliantRecording *recording, int k)
-{
-    (void)recording, (void)k;
-    return NULL;
-}
-
-int64_t pliant_recording_frames(const PliantRecording *recording, const char *body)
-{
-    (void)recording, (void)body;
-    return -1;
-}
-
-int64_t pliant_recording_find(const PliantRecording *recording, const char *body, double time)
-{
-    (void)recording, (void)body, (void)time;
-    return -1;
-}
-
-const PliantBody *pliant_recording_frame(PliantRecording *recording, const char *body, int64_t k)
-{
-    (void)recording, (void)body, (void)k;
-    return NULL;
-}
-
-int64_t pliant_recording_tool_rows(const PliantRecording *recording, int32_t tool)
-{
-    (void)recording, (void)tool;
-    return -1;
-}
-
-bool pliant_recording_tool(PliantRecording *recording, int32_t tool, int64_t first, int count,
-                           PliantToolRow *row)
-{
-    (void)recording, (void)tool, (void)first, (void)count, (void)row;
-    return false;
-}
-
-int64_t pliant_recording_events(const PliantRecording *recording)
-{
-    (void)recording;
-    return 0;
-}
-
-const PliantEvent *pliant_recording_event(PliantRecording *recording, int64_t k)
-{
-    (void)recording, (void)k;
-    return NULL;
-}
-
-#endif

@@ -2,6 +2,8 @@
 // is repeated, so that the server executes it once, and none that starts later executes it.
 #include "kit.h"
 
+#include "base/arguments.h"
+
 #include "pliant_command_t.h"
 #include "pliant_cut_t.h"
 #include "pliant_load_t.h"
@@ -11,8 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TRIES = 6, NAME = ARGUMENT_NAME_MOST + 1, IDS = 16 };
-static const double TRY_S = 0.5;
+enum { NAME = ARGUMENT_NAME_MOST + 1, IDS = 16 };
 
 _Static_assert(sizeof((pliant_tie_t *)NULL)->node == IDS * sizeof(int32_t), "ids of a tie");
 _Static_assert((int)PLIANT_STOP == PLIANT_COMMAND_T_STOP, "commands as on the wire");
@@ -37,7 +38,7 @@ static const PliantReply *ask(PliantClient *kit, const char *name, Request reque
     char channel[CLIENT_CHANNEL_MAX];
     kit_input_channel(kit, name, channel);
     request.channel = channel;
-    if (!client_ask(&kit->client, name, publish, &request, TRY_S, TRIES, &kit->error))
+    if (!client_ask(&kit->client, name, publish, &request, kit->try_s, kit->tries, &kit->error))
         return NULL;
     const pliant_reply_t *reply = kit->client.reply;
     kit->reply = (PliantReply){.step = reply->step,
@@ -46,6 +47,19 @@ static const PliantReply *ask(PliantClient *kit, const char *name, Request reque
                                .pieces = reply->pieces,
                                .text = reply->text};
     return &kit->reply;
+}
+
+void pliant_patience(PliantClient *kit, double seconds, int tries)
+{
+    if (seconds > 0.0)
+        kit->try_s = fmin(seconds, 1e6);
+    if (tries > 0)
+        kit->tries = tries;
+}
+
+const PliantReply *pliant_reply(const PliantClient *kit)
+{
+    return kit->client.reply && kit->client.reply->ok ? &kit->reply : NULL;
 }
 
 // Copies the name of a body; NULL is "". Returns false with a sentence if it is none.
@@ -176,14 +190,19 @@ static const PliantReply *ask_tie(PliantClient *kit, int action, int32_t number,
 
 int32_t pliant_tie(PliantClient *kit, const PliantTie *tie)
 {
-    const PliantReply *reply = ask_tie(kit, PLIANT_TIE_T_MAKE, 0, tie);
-    int number = 0;
+    return pliant_tie_as(kit, 0, tie);
+}
+
+int32_t pliant_tie_as(PliantClient *kit, int32_t number, const PliantTie *tie)
+{
+    const PliantReply *reply = ask_tie(kit, PLIANT_TIE_T_MAKE, number, tie);
+    int made = 0;
     // The reply names it: "tie 3: pin of ...".
-    if (reply && (sscanf(reply->text, "tie %9d", &number) != 1 || number < 1)) {
+    if (reply && (sscanf(reply->text, "tie %9d", &made) != 1 || made < 1)) {
         client_fail(&kit->error, "the reply names no tie: %s", reply->text);
-        number = 0;
+        made = 0;
     }
-    return number;
+    return made;
 }
 
 bool pliant_tie_change(PliantClient *kit, int32_t number, const PliantTie *tie)

@@ -97,7 +97,7 @@ void hold_note_status(Hold *hold, int64_t utime)
     hold->own[hold->statuses++ % HOLD_OWN] = utime;
 }
 
-bool hold_take(Hold *hold, Client *client, ClientError *error)
+bool hold_take(Hold *hold, Client *client, PliantError *error)
 {
     *hold = (Hold){.client = client, .number = draw(), .question = draw()};
     if (!client_subscribe(client, "CLAIM", NULL, QUEUE, on_claim, hold) ||

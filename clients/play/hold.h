@@ -22,7 +22,7 @@ typedef struct Hold {
 } Hold;
 
 // Asks for a quarter of a second. Returns false with a sentence if the prefix is taken.
-bool hold_take(Hold *hold, Client *client, ClientError *error);
+bool hold_take(Hold *hold, Client *client, PliantError *error);
 // Notes a status before it is published.
 void hold_note_status(Hold *hold, int64_t utime);
 

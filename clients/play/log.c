@@ -45,11 +45,11 @@ static bool add_made(Made *made, const char *path, Status *status)
     return true;
 }
 
-static bool convert(Made *made, const char *log, int number, const ClientOptions *client,
+static bool convert(Made *made, const char *log, int number, const PliantOptions *client,
                     Status *status)
 {
     char path[2 * PATH];
-    ClientError error = {0};
+    PliantError error = {0};
     snprintf(path, sizeof path, "%s/%d.h5", made->folder, number);
     const LiveOptions options = {
         .client = *client,
@@ -74,7 +74,7 @@ static int remove_one(const char *path, const struct stat *facts, int type, stru
     return 0;
 }
 
-Timeline *log_open(char *const *path, int count, const ClientOptions *client, Status *status)
+Timeline *log_open(char *const *path, int count, const PliantOptions *client, Status *status)
 {
     const char *parent = getenv("TMPDIR");
     Made made = {0};

@@ -9,6 +9,6 @@
 // True if the file begins like an event log.
 bool log_is_one(const char *path);
 // Converts logs and opens them; prints how long it took. Returns NULL with `status`.
-Timeline *log_open(char *const *path, int count, const ClientOptions *client, Status *status);
+Timeline *log_open(char *const *path, int count, const PliantOptions *client, Status *status);
 
 #endif

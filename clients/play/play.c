@@ -2,6 +2,7 @@
 // thread, but for a child that reads each file.
 #include "hold.h"
 #include "log.h"
+#include "program.h"
 #include "score.h"
 #include "sender.h"
 #include "timeline.h"
@@ -41,7 +42,7 @@ enum {
 // --- options -------------------------------------------------------------------------------------
 
 typedef struct Options {
-    ClientOptions client;
+    PliantOptions client;
     char *file[TIMELINE_PARTS];
     int files;
     double speed, from, to;
@@ -77,7 +78,7 @@ static const ArgumentRow ROWS[] = {
     {"once", 0, ARGUMENT_FLAG, NULL, AT(once),
      .help = "exit at the end (default: stay there, so that a page can go back)"},
     {.type = ARGUMENT_HEADING, .help = "Where:"},
-    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {.type = ARGUMENT_ROWS, .rows = PROGRAM_WHERE, .offset = AT(client)},
     {.type = ARGUMENT_HEADING, .help = "Instead of playing:"},
     {"score", 0, ARGUMENT_TEXT, "BASE", AT(score),
      .help = "write the score sheet of the session: BASE.json, BASE.csv and BASE.html, to print"},
@@ -295,7 +296,7 @@ static bool set(Play *play, const char *argument, Answered *answer)
         key++;
     if (key == KEYS)
         return refuse(answer, "a recording takes seek=S, speed=X, loop=0 or 1, step=N, range=S S");
-    if (client_read_numbers(argument + length, value, 2) != (key == RANGE ? 2 : 1))
+    if (program_read_numbers(argument + length, value, 2) != (key == RANGE ? 2 : 1))
         return refuse(answer,
                       key == RANGE ? "range takes two times [s]" : "expected one finite number");
     snprintf(answer->text, sizeof answer->text, "%.100s", argument);
@@ -437,7 +438,7 @@ static void on_request(const lcm_recv_buf_t *buffer, const char *channel, void *
     answer_request(user, number[0], number[1], channel, NULL);
 }
 
-static bool subscribe(Play *play, ClientError *error)
+static bool subscribe(Play *play, PliantError *error)
 {
     Client *client = &play->client;
     return (client_subscribe(client, "COMMAND", NULL, 64, on_command, play) &&
@@ -630,7 +631,7 @@ static int64_t next_ns(const Play *play, int64_t now_ns)
     return next;
 }
 
-static bool run(Play *play, ClientError *error)
+static bool run(Play *play, PliantError *error)
 {
     Status status = {0};
     play->turned_ns = client_now_ns();
@@ -739,23 +740,24 @@ static void report(const Play *play)
     fflush(stdout);
 }
 
-static int fail(const ClientError *error, int code)
+static int fail(const PliantError *error, int code)
 {
-    client_print_error(NAME, error);
+    program_print_error(NAME, error);
     return code;
 }
 
 static int play_files(Play *play, const Options *options)
 {
     Status status = {0};
-    ClientError error = {0};
-    client_catch_signals();
+    PliantError error = {0};
+    program_catch_signals();
     // The children that read the files are started before there is a connection.
     if (!prepare(play, options, &status)) {
         client_fail(&error, "%s", status.text);
         return fail(&error, 2);
     }
     if (!client_connect(&play->client, &options->client, &error) ||
+        !program_stops(client_stop, &play->client) ||
         !hold_take(&play->hold, &play->client, &error) || !subscribe(play, &error))
         return fail(&error, 2);
     sender_create(&play->sender, &play->client, play->timeline);

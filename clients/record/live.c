@@ -2,6 +2,7 @@
 #include "live.h"
 
 #include "io/event_log.h"
+#include "program.h"
 #include "writer.h"
 
 #include "pliant_command_t.h"
@@ -57,7 +58,7 @@ static bool subscribe_bodies(Live *live)
     return ok;
 }
 
-static bool subscribe(Live *live, ClientError *error)
+static bool subscribe(Live *live, PliantError *error)
 {
     static const char *const names[] = {"STATUS", "EVENT", "CONTACT", "REPLY"};
     Client *client = &live->client;
@@ -166,7 +167,7 @@ static void report_restart(Live *live)
     free(next);
 }
 
-static bool begin(Live *live, int64_t now_ns, ClientError *error)
+static bool begin(Live *live, int64_t now_ns, PliantError *error)
 {
     // Messages tell that somebody is there.
     Intake *intake = &live->intake;
@@ -208,7 +209,7 @@ static int64_t end_ns(const Live *live)
     return options->wait > 0.0 ? live->start_ns + (int64_t)(options->wait * 1e9) : INT64_MAX;
 }
 
-static bool receive(Live *live, ClientError *error)
+static bool receive(Live *live, PliantError *error)
 {
     live->start_ns = client_now_ns();
     // Look a few times a second at what the messages have brought.
@@ -232,7 +233,7 @@ static bool receive(Live *live, ClientError *error)
                        live->client.prefix, live->client.url);
 }
 
-static bool record(Live *live, ClientError *error)
+static bool record(Live *live, PliantError *error)
 {
     Status status = {0};
     if (!writer_start(&live->writer, live->options->queue_bytes, stdout, &status))
@@ -250,7 +251,7 @@ static bool record(Live *live, ClientError *error)
     return ok;
 }
 
-bool live_record(const LiveOptions *options, ClientError *error)
+bool live_record(const LiveOptions *options, PliantError *error)
 {
     Live *live = calloc(1, sizeof *live);
     if (!live)
@@ -260,7 +261,9 @@ bool live_record(const LiveOptions *options, ClientError *error)
     intake_create(&live->intake, &options->intake, &live->writer.queue);
     live->intake.survey.wanted = options->body;
     live->intake.survey.wanted_count = options->body_count;
-    bool ok = client_connect(&live->client, &options->client, error) && record(live, error);
+    bool ok = client_connect(&live->client, &options->client, error) &&
+              program_stops(client_stop, &live->client) && record(live, error);
+    program_stops(NULL, NULL);
     client_disconnect(&live->client);
     intake_destroy(&live->intake);
     free(live);
@@ -284,7 +287,7 @@ static void read_log(Convert *convert, const char *path, Intake *intake, bool wr
     if (!event_log_open(&log, path, status))
         return;
     LogEvent *event = &convert->event;
-    while (!client_stopped() && event_log_next(&log, event, status)) {
+    while (!program_stopped() && event_log_next(&log, event, status)) {
         if (event->size > EVENT_LOG_DATA_MAX) // larger than any of ours
             continue;
         intake_take(intake, event->channel, event->data, event->size);
@@ -296,7 +299,7 @@ static void read_log(Convert *convert, const char *path, Intake *intake, bool wr
 
 // Surveys the whole log: a recording begins with all bodies and tools.
 static bool take_survey(Convert *convert, const char *log, const LiveOptions *options,
-                        ClientError *error)
+                        PliantError *error)
 {
     Survey *survey = &convert->survey.survey;
     int bodies = 0;
@@ -324,7 +327,7 @@ static bool take_survey(Convert *convert, const char *log, const LiveOptions *op
 }
 
 static bool record_log(Convert *convert, const char *log, const LiveOptions *options,
-                       ClientError *error)
+                       PliantError *error)
 {
     Status damage = {0}, status = {0};
     // What is in the log decides what the file has.
@@ -350,7 +353,7 @@ static bool record_log(Convert *convert, const char *log, const LiveOptions *opt
     return ok;
 }
 
-bool convert_log(const char *log, const LiveOptions *options, ClientError *error)
+bool convert_log(const char *log, const LiveOptions *options, PliantError *error)
 {
     Convert *convert = calloc(1, sizeof *convert);
     if (!convert)

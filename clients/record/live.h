@@ -10,7 +10,7 @@
 // Records a running daemon: receives on this thread, writes on another.
 
 typedef struct LiveOptions {
-    ClientOptions client;
+    PliantOptions client;
     IntakeOptions intake;
     char (*body)[RECORDING_BODY_TEXT]; // [body_count]; count 0: all
     int body_count;
@@ -21,7 +21,7 @@ typedef struct LiveOptions {
 
 // Returns false with a sentence if nothing could be recorded, or not all was written. A stop by
 // signal is no failure.
-bool live_record(const LiveOptions *options, ClientError *error);
+bool live_record(const LiveOptions *options, PliantError *error);
 
 // --- an event log --------------------------------------------------------------------------------
 
@@ -30,6 +30,6 @@ bool live_record(const LiveOptions *options, ClientError *error);
 
 // Uses only the options of the intake, the bodies and the queue. Returns false with a sentence on
 // failure; messages before a damaged part of the log are recorded all the same.
-bool convert_log(const char *log, const LiveOptions *options, ClientError *error);
+bool convert_log(const char *log, const LiveOptions *options, PliantError *error);
 
 #endif

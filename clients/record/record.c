@@ -1,6 +1,7 @@
 // pliant-record: records a running daemon from its messages, converts an event log to a recording,
 // and describes a recording.
 #include "live.h"
+#include "program.h"
 
 #include "io/recording.h"
 
@@ -54,8 +55,8 @@ static const ArgumentRow ROWS[] = {
     {"convert", 0, ARGUMENT_TEXT, "LOG", AT(convert),
      .help = "record from an event log of lcm-logger, instead of from a daemon"},
     {.type = ARGUMENT_HEADING, .help = "Where:"},
-    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(live.client)},
-    {.type = ARGUMENT_ROWS, .rows = CLIENT_INPUT_PREFIX, .offset = AT(live.intake.input_prefix)},
+    {.type = ARGUMENT_ROWS, .rows = PROGRAM_WHERE, .offset = AT(live.client)},
+    {.type = ARGUMENT_ROWS, .rows = PROGRAM_INPUT_PREFIX, .offset = AT(live.intake.input_prefix)},
     {0}};
 
 static void complete(Options *options)
@@ -100,9 +101,9 @@ static const ArgumentTable TABLE = {
 
 static int fail_with(const char *text, int code)
 {
-    ClientError error;
+    PliantError error;
     client_fail(&error, "%s", text);
-    client_print_error("pliant-record", &error);
+    program_print_error("pliant-record", &error);
     return code;
 }
 
@@ -127,7 +128,7 @@ static void remove_unused(const char *path)
 static int record(const Options *options)
 {
     Status status = {0};
-    ClientError error = {0};
+    PliantError error = {0};
     if (options->convert && access(options->convert, R_OK) != 0) {
         client_fail(&error, "%s: cannot be read", options->convert);
         return fail_with(error.text, 2);
@@ -141,7 +142,7 @@ static int record(const Options *options)
                     kept && !options->overwrite ? "; --overwrite replaces a recording" : "");
         return fail_with(error.text, 2);
     }
-    client_catch_signals();
+    program_catch_signals();
     // From a log, or from a running daemon.
     bool ok = options->convert ? convert_log(options->convert, &options->live, &error)
                                : live_record(&options->live, &error);

@@ -1,5 +1,7 @@
 #include "survey.h"
 
+#include "base/arguments.h"
+
 #include "frames.h"
 #include "wire.h"
 

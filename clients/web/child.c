@@ -70,7 +70,7 @@ static _Noreturn void become(const char *const argv[], const ChildOptions *optio
 // --- in this program ---
 
 bool child_start(Child *child, const char *const argv[], const ChildOptions *options,
-                 ClientError *error)
+                 PliantError *error)
 {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0)

@@ -37,7 +37,7 @@ typedef struct ChildOptions {
 // the program cannot be run, the child ends with 127 and says why. Returns false with a sentence if
 // there is no process or memory.
 bool child_start(Child *child, const char *const argv[], const ChildOptions *options,
-                 ClientError *error);
+                 PliantError *error);
 // Reads what it prints and whether it has ended, kills it if it is late. Call every few ms. Returns
 // true once, when it has ended.
 bool child_turn(Child *child, int64_t now_ns);

@@ -1,6 +1,8 @@
 // Who is let in.
 #include "door.h"
 
+#include "base/arguments.h"
+
 #include <arpa/inet.h>
 #include <ctype.h>
 #include <errno.h>
@@ -13,7 +15,7 @@
 
 // --- the token ---
 
-bool door_draw_token(Door *door, ClientError *error)
+bool door_draw_token(Door *door, PliantError *error)
 {
     unsigned char random[16];
     if (getrandom(random, sizeof random, 0) != sizeof random)
@@ -23,7 +25,7 @@ bool door_draw_token(Door *door, ClientError *error)
     return true;
 }
 
-bool door_read_token(Door *door, const char *path, ClientError *error)
+bool door_read_token(Door *door, const char *path, PliantError *error)
 {
     FILE *file = fopen(path, "re");
     if (!file)

@@ -23,10 +23,10 @@ typedef struct Door {
 } Door;
 
 // Draws a token of 128 random bits.
-bool door_draw_token(Door *door, ClientError *error);
+bool door_draw_token(Door *door, PliantError *error);
 // Reads the token from the first line of a file: TOKEN_MIN to TOKEN_MAX letters, digits, '-' and
 // '_'.
-bool door_read_token(Door *door, const char *path, ClientError *error);
+bool door_read_token(Door *door, const char *path, PliantError *error);
 
 // True for "NAME" or "NAME:PORT" with localhost, a numeric address or door->host as the name.
 bool door_admits_host(const Door *door, const char *host);

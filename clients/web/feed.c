@@ -430,7 +430,7 @@ static bool subscribe_poses(Feed *feed)
     return receiver_subscribe(feed->client->receiver, channel, 1024, on_pose, feed) != NULL;
 }
 
-bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, ClientError *error)
+bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, PliantError *error)
 {
     *feed = (Feed){.client = client, .board = board, .requests = requests};
     bodies_init(&feed->bodies, board);

@@ -78,7 +78,7 @@ typedef struct Feed {
     int64_t wrong_types; // messages of another type than their channel's
 } Feed;
 
-bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, ClientError *error);
+bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, PliantError *error);
 // Handles messages until a signal arrives or the connection breaks.
 void feed_run(Feed *feed);
 void feed_stop(Feed *feed);

@@ -1,6 +1,8 @@
 // The folders of the workbench.
 #include "folder.h"
 
+#include "base/arguments.h"
+
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -29,7 +31,7 @@ bool folder_of_program(char path[FOLDER_PATH_MAX])
     return slash != NULL;
 }
 
-bool folder_open(Folder *folder, const char *path, bool make, ClientError *error)
+bool folder_open(Folder *folder, const char *path, bool make, PliantError *error)
 {
     *folder = (Folder){.fd = -1};
     if (make && mkdir(path, 0777) != 0 && errno != EEXIST)
@@ -88,7 +90,7 @@ bool folder_name_valid(const char *name, const char *const *endings)
 }
 
 bool folder_name_clean(const char *text, const char *const *endings, char name[FOLDER_NAME_MAX],
-                       ClientError *error)
+                       PliantError *error)
 {
     // The last part of a path, of either kind of system.
     for (const char *c = text; *c; c++) {
@@ -115,7 +117,7 @@ bool folder_name_clean(const char *text, const char *const *endings, char name[F
 }
 
 bool folder_free_name(const Folder *folder, const char *name, const char *const *endings,
-                      char free[FOLDER_NAME_MAX], ClientError *error)
+                      char free[FOLDER_NAME_MAX], PliantError *error)
 {
     struct stat info;
     int stem = folder_stem(name, endings);
@@ -274,7 +276,7 @@ void upload_sweep(const Folder *folder)
 }
 
 bool upload_begin(Upload *upload, const Folder *folder, const char *text, int64_t most,
-                  ClientError *error)
+                  PliantError *error)
 {
     char hidden[32];
     *upload = (Upload){.folder = folder, .fd = -1, .most = most};
@@ -288,7 +290,7 @@ bool upload_begin(Upload *upload, const Folder *folder, const char *text, int64_
            client_fail(error, "cannot write to %s: %s", folder->path, strerror(errno));
 }
 
-bool upload_add(Upload *upload, const void *data, size_t size, ClientError *error)
+bool upload_add(Upload *upload, const void *data, size_t size, PliantError *error)
 {
     if ((int64_t)size > upload->most - upload->bytes)
         return client_fail(error, "larger than %lld bytes", (long long)upload->most);
@@ -305,7 +307,7 @@ bool upload_add(Upload *upload, const void *data, size_t size, ClientError *erro
     return true;
 }
 
-bool upload_finish(Upload *upload, ClientError *error)
+bool upload_finish(Upload *upload, PliantError *error)
 {
     char hidden[32], wanted[FOLDER_NAME_MAX];
     int folder = upload->folder->fd, linked = -1;

@@ -39,7 +39,7 @@ typedef struct FolderList {
 // The folder of the running program; false if the kernel does not say it.
 bool folder_of_program(char path[FOLDER_PATH_MAX]);
 // Opens a folder; `make`: makes it if there is none. On failure folder->fd is -1.
-bool folder_open(Folder *folder, const char *path, bool make, ClientError *error);
+bool folder_open(Folder *folder, const char *path, bool make, PliantError *error);
 void folder_close(Folder *folder);
 
 // True for 1 to FOLDER_NAME_MAX - 1 printable ASCII characters without '/', '\' and '"', which
@@ -48,7 +48,7 @@ bool folder_name_valid(const char *name, const char *const *endings);
 // Makes any text a valid name with one of the endings: keeps what follows the last '/' or '\', and
 // letters, digits and "._-" of it. Returns false with a sentence if no ending fits.
 bool folder_name_clean(const char *text, const char *const *endings, char name[FOLDER_NAME_MAX],
-                       ClientError *error);
+                       PliantError *error);
 // Copies a name, cut to what fits.
 void folder_copy_name(char to[FOLDER_NAME_MAX], const char *name);
 // The length of a name before its ending.
@@ -66,7 +66,7 @@ void folder_list(const Folder *folder, const char *const *endings, bool about, F
 int64_t folder_bytes(const Folder *folder);
 // Sets `free` to NAME or, if that exists, to NAME-2, NAME-3 ... before the ending.
 bool folder_free_name(const Folder *folder, const char *name, const char *const *endings,
-                      char free[FOLDER_NAME_MAX], ClientError *error);
+                      char free[FOLDER_NAME_MAX], PliantError *error);
 
 // --- a file that comes in pieces -----------------------------------------------------------------
 
@@ -82,10 +82,10 @@ typedef struct Upload {
 void upload_sweep(const Folder *folder);
 // Begins a mesh; `text` is the name as the page has it, `most` the bytes that it may have.
 bool upload_begin(Upload *upload, const Folder *folder, const char *text, int64_t most,
-                  ClientError *error);
-bool upload_add(Upload *upload, const void *data, size_t size, ClientError *error);
+                  PliantError *error);
+bool upload_add(Upload *upload, const void *data, size_t size, PliantError *error);
 // Gives it its name, which upload->name then holds.
-bool upload_finish(Upload *upload, ClientError *error);
+bool upload_finish(Upload *upload, PliantError *error);
 // Forgets an unfinished one; without effect on others.
 void upload_drop(Upload *upload);
 

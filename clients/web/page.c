@@ -143,7 +143,7 @@ static void take_text(Page *page, const char *data, size_t size)
 {
     // Only what can be read and is allowed here.
     Ask ask;
-    ClientError why;
+    PliantError why;
     if (!ask_parse(data, size, &ask, &why)) {
         refuse(page, 0, why.text);
         return;

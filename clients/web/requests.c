@@ -25,7 +25,7 @@ static const double UNIT_SLACK = 1e-3; // tolerance of a quaternion's length
 // --- numbers ---
 
 static bool take_number(const json_t *value, const char *name, double low, double high, double *out,
-                        ClientError *error)
+                        PliantError *error)
 {
     double number = json_number_value(value);
     if (!json_is_number(value) || !isfinite(number) || number < low || number > high)
@@ -35,7 +35,7 @@ static bool take_number(const json_t *value, const char *name, double low, doubl
 }
 
 static bool take_integer(const json_t *object, const char *name, int64_t low, int64_t high,
-                         int64_t *out, ClientError *error)
+                         int64_t *out, PliantError *error)
 {
     const json_t *value = json_object_get(object, name);
     json_int_t number = json_integer_value(value);
@@ -47,7 +47,7 @@ static bool take_integer(const json_t *object, const char *name, int64_t low, in
 }
 
 static bool take_vector(const json_t *array, const char *name, size_t count, double limit,
-                        double *out, ClientError *error)
+                        double *out, PliantError *error)
 {
     if (!json_is_array(array) || json_array_size(array) != count)
         return client_fail(error, "%s: expected %zu numbers", name, count);
@@ -58,7 +58,7 @@ static bool take_vector(const json_t *array, const char *name, size_t count, dou
     return true;
 }
 
-static bool take_edge(const json_t *object, const char *name, double out[2][3], ClientError *error)
+static bool take_edge(const json_t *object, const char *name, double out[2][3], PliantError *error)
 {
     const json_t *array = json_object_get(object, name);
     if (!json_is_array(array) || json_array_size(array) != 2)
@@ -67,7 +67,7 @@ static bool take_edge(const json_t *object, const char *name, double out[2][3], 
            take_vector(json_array_get(array, 1), name, 3, POSITION_MAX, out[1], error);
 }
 
-static bool take_id(const json_t *object, Ask *ask, ClientError *error)
+static bool take_id(const json_t *object, Ask *ask, PliantError *error)
 {
     int64_t id = 0;
     if (!take_integer(object, "id", 0, INT32_MAX, &id, error))
@@ -78,7 +78,7 @@ static bool take_id(const json_t *object, Ask *ask, ClientError *error)
 
 // Reads an optional string: "" if missing.
 static bool take_text(const json_t *object, const char *name, char out[ASK_TEXT_MAX],
-                      ClientError *error)
+                      PliantError *error)
 {
     const json_t *value = json_object_get(object, name);
     if (!value)
@@ -94,7 +94,7 @@ static bool take_text(const json_t *object, const char *name, char out[ASK_TEXT_
     return true;
 }
 
-static bool take_body(const json_t *object, Ask *ask, ClientError *error)
+static bool take_body(const json_t *object, Ask *ask, PliantError *error)
 {
     if (!take_text(object, "body", ask->text, error))
         return false;
@@ -105,13 +105,13 @@ static bool take_body(const json_t *object, Ask *ask, ClientError *error)
 
 // --- messages ---
 
-static bool take_drawn(const json_t *object, Ask *ask, ClientError *error)
+static bool take_drawn(const json_t *object, Ask *ask, PliantError *error)
 {
     ask->kind = ASK_DRAWN;
     return take_integer(object, "round", 0, INT64_MAX, &ask->round, error);
 }
 
-static bool take_tool(const json_t *object, Ask *ask, ClientError *error)
+static bool take_tool(const json_t *object, Ask *ask, PliantError *error)
 {
     ask->kind = ASK_TOOL;
     int64_t tool = 0;
@@ -144,7 +144,7 @@ static bool take_tool(const json_t *object, Ask *ask, ClientError *error)
     return true;
 }
 
-static bool take_cut(const json_t *object, Ask *ask, ClientError *error)
+static bool take_cut(const json_t *object, Ask *ask, PliantError *error)
 {
     ask->kind = ASK_CUT;
     return take_id(object, ask, error) && take_body(object, ask, error) &&
@@ -152,7 +152,7 @@ static bool take_cut(const json_t *object, Ask *ask, ClientError *error)
            take_edge(object, "after", ask->cut.after, error);
 }
 
-static bool take_load(const json_t *object, Ask *ask, ClientError *error)
+static bool take_load(const json_t *object, Ask *ask, PliantError *error)
 {
     ask->kind = ASK_LOAD;
     return take_id(object, ask, error) && take_body(object, ask, error) &&
@@ -168,7 +168,7 @@ static bool take_load(const json_t *object, Ask *ask, ClientError *error)
 
 // Finds a word in a list that begins with 1; NULL ends it.
 static bool take_word(const json_t *object, const char *name, const char *const *words,
-                      int32_t *out, ClientError *error)
+                      int32_t *out, PliantError *error)
 {
     const char *word = json_string_value(json_object_get(object, name));
     char list[128] = "";
@@ -184,7 +184,7 @@ static bool take_word(const json_t *object, const char *name, const char *const 
 }
 
 // The springs of a tie, which are the usual ones where the page does not say.
-static bool take_springs(const json_t *object, Ask *ask, ClientError *error)
+static bool take_springs(const json_t *object, Ask *ask, PliantError *error)
 {
     const struct {
         const char *name;
@@ -202,7 +202,7 @@ static bool take_springs(const json_t *object, Ask *ask, ClientError *error)
     return true;
 }
 
-static bool take_tie(const json_t *object, Ask *ask, ClientError *error)
+static bool take_tie(const json_t *object, Ask *ask, PliantError *error)
 {
     static const char *const ACTIONS[] = {"", "make", "change", "release", NULL};
     static const char *const KINDS[] = {"", "pin", "tie", "clip", "carry", NULL};
@@ -240,7 +240,7 @@ static bool take_tie(const json_t *object, Ask *ask, ClientError *error)
     return true;
 }
 
-static bool take_command(const json_t *object, Ask *ask, ClientError *error)
+static bool take_command(const json_t *object, Ask *ask, PliantError *error)
 {
     static const char *const kinds[] = {[PLIANT_COMMAND_T_PAUSE] = "pause",
                                         [PLIANT_COMMAND_T_RESUME] = "resume",
@@ -265,14 +265,14 @@ static bool take_command(const json_t *object, Ask *ask, ClientError *error)
 
 // --- messages for the workbench ---
 
-static bool take_file(const json_t *object, Ask *ask, ClientError *error)
+static bool take_file(const json_t *object, Ask *ask, PliantError *error)
 {
     if (!take_id(object, ask, error) || !take_text(object, "name", ask->text, error))
         return false;
     return ask->text[0] || client_fail(error, "name: expected the name of a file");
 }
 
-static bool take_start(const json_t *object, Ask *ask, ClientError *error)
+static bool take_start(const json_t *object, Ask *ask, PliantError *error)
 {
     static const char *const folders[] = {NULL, "scenes", "uploads", "recordings", NULL};
     int32_t folder = 1;
@@ -283,13 +283,13 @@ static bool take_start(const json_t *object, Ask *ask, ClientError *error)
     return true;
 }
 
-static bool take_end(const json_t *object, Ask *ask, ClientError *error)
+static bool take_end(const json_t *object, Ask *ask, PliantError *error)
 {
     ask->kind = ASK_END;
     return take_id(object, ask, error);
 }
 
-static bool take_record(const json_t *object, Ask *ask, ClientError *error)
+static bool take_record(const json_t *object, Ask *ask, PliantError *error)
 {
     const json_t *on = json_object_get(object, "on");
     ask->kind = ASK_RECORD;
@@ -300,7 +300,7 @@ static bool take_record(const json_t *object, Ask *ask, ClientError *error)
 
 // Reads an optional word.
 static bool take_choice(const json_t *object, const char *name, const char *const *words,
-                        const char **out, ClientError *error)
+                        const char **out, PliantError *error)
 {
     int32_t word = 0;
     if (json_object_get(object, name) && !take_word(object, name, words, &word, error))
@@ -309,7 +309,7 @@ static bool take_choice(const json_t *object, const char *name, const char *cons
     return true;
 }
 
-static bool take_propose(const json_t *object, Ask *ask, ClientError *error)
+static bool take_propose(const json_t *object, Ask *ask, PliantError *error)
 {
     static const char *const units[] = {NULL, "m", "dm", "cm", "mm", "um", NULL};
     static const char *const models[] = {NULL, "surface", "voxel", NULL};
@@ -319,20 +319,20 @@ static bool take_propose(const json_t *object, Ask *ask, ClientError *error)
            take_choice(object, "model", models, &ask->propose.model, error);
 }
 
-static bool take_message(const json_t *object, Ask *ask, ClientError *error)
+static bool take_message(const json_t *object, Ask *ask, PliantError *error)
 {
     static const char *const types[] = {"",        "drawn", "tool", "cut",    "load",    "tie",
                                         "command", "start", "end",  "record", "propose", NULL};
-    static bool (*const take[])(const json_t *, Ask *, ClientError *) = {
+    static bool (*const take[])(const json_t *, Ask *, PliantError *) = {
         NULL,         take_drawn, take_tool, take_cut,    take_load,   take_tie,
         take_command, take_start, take_end,  take_record, take_propose};
     int32_t type = 0;
-    ClientError why;
+    PliantError why;
     return take_word(object, "type", types, &type, error) &&
            (take[type](object, ask, &why) || client_fail(error, "%s: %s", types[type], why.text));
 }
 
-bool ask_parse(const char *text, size_t size, Ask *ask, ClientError *error)
+bool ask_parse(const char *text, size_t size, Ask *ask, PliantError *error)
 {
     *ask = (Ask){0};
     if (size > ASK_BYTES_MAX)

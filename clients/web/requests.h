@@ -5,6 +5,8 @@
 #include "board.h"
 #include "client.h"
 
+#include "base/arguments.h"
+
 // --- as a page sends them ------------------------------------------------------------------------
 
 // Requests of a page: JSON text to plain numbers, all of them validated. Pure functions, any
@@ -73,7 +75,7 @@ typedef struct Ask {
 
 // Parses a message. Returns false if it is none, or if a number is outside its range; `error` says
 // which.
-bool ask_parse(const char *text, size_t size, Ask *ask, ClientError *error);
+bool ask_parse(const char *text, size_t size, Ask *ask, PliantError *error);
 
 // --- to the daemon -------------------------------------------------------------------------------
 

@@ -473,7 +473,7 @@ static void on_connection(void *user, Connection *connection, void **visitor,
 // --- begin and end ---
 
 // Opens a listening socket and sets the port.
-static int open_port(Site *site, ClientError *error)
+static int open_port(Site *site, PliantError *error)
 {
     struct sockaddr_in v4 = {.sin_family = AF_INET, .sin_port = htons((uint16_t)site->port)};
     struct sockaddr_in6 v6 = {.sin6_family = AF_INET6, .sin6_port = htons((uint16_t)site->port)};
@@ -517,7 +517,7 @@ static void *serve(void *user)
     return NULL;
 }
 
-bool site_start(Site *site, ClientError *error)
+bool site_start(Site *site, PliantError *error)
 {
     if (site->folder[0] && !realpath(site->folder, site->root))
         return client_fail(error, "--page %s: %s", site->folder, strerror(errno));

@@ -6,6 +6,8 @@
 
 #include "board.h"
 #include "client.h"
+
+#include "base/arguments.h"
 #include "door.h"
 #include "requests.h"
 #include "texts.h"
@@ -54,7 +56,7 @@ typedef struct SiteUpload {
     Upload file;
     bool refused; // the rest is read and forgotten; `why` is the answer
     int64_t until_ns;
-    ClientError why;
+    PliantError why;
 } SiteUpload;
 
 typedef struct Site {
@@ -81,7 +83,7 @@ typedef struct Site {
 
 // Reads "BODY=IMAGE", a PNG or JPEG of at most 64 MB; refuses as an ArgumentHandler does.
 bool site_add_texture(Site *site, const char *argument, Status *why);
-bool site_start(Site *site, ClientError *error);
+bool site_start(Site *site, PliantError *error);
 // Closes all connections; pages withdraw their tools. Call also after site_start has failed.
 void site_stop(Site *site);
 

@@ -1,6 +1,7 @@
 // pliant-web: shows a daemon's simulation on a page in a browser, and lets the mouse act on it. The
 // main thread handles LCM; one thread answers browsers, two threads serve each page.
 #include "client.h"
+#include "program.h"
 #include "feed.h"
 #include "site.h"
 
@@ -12,7 +13,7 @@
 #include <unistd.h>
 
 typedef struct Options {
-    ClientOptions client;
+    PliantOptions client;
     const char *listen, *token_file, *page, *input_prefix;
     int port; // negative: not given
     bool read_only;
@@ -104,8 +105,8 @@ static const ArgumentRow ROWS[] = {
     {"pliantd", 0, ARGUMENT_TEXT, "PATH", AT(workbench.pliantd),
      .help = "the pliantd to start (default: the one beside this program)"},
     {.type = ARGUMENT_HEADING, .help = "Which daemon:"},
-    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
-    {.type = ARGUMENT_ROWS, .rows = CLIENT_INPUT_PREFIX, .offset = AT(input_prefix)},
+    {.type = ARGUMENT_ROWS, .rows = PROGRAM_WHERE, .offset = AT(client)},
+    {.type = ARGUMENT_ROWS, .rows = PROGRAM_INPUT_PREFIX, .offset = AT(input_prefix)},
     {0}};
 
 static bool check(void *target, Status *why)
@@ -143,7 +144,7 @@ static bool has_page(const char *folder)
 
 // Finds the page: the given one, else that of this program's build (its folder is
 // FOLDER/release/bin), else the installed one; "" for none.
-static bool find_page(const Options *options, Site *site, ClientError *error)
+static bool find_page(const Options *options, Site *site, PliantError *error)
 {
     static const char *const folders[] = {"../../web", "../web", "../share/pliant/web"};
     // The folder that was given must be right.
@@ -178,7 +179,7 @@ static bool is_loopback(const char *address)
     return strcmp(address, "::1") == 0;
 }
 
-static bool prepare(const Options *options, Site *site, ClientError *error)
+static bool prepare(const Options *options, Site *site, PliantError *error)
 {
     if (!options->listen) {
         strcpy(site->address, "127.0.0.1");
@@ -208,7 +209,7 @@ static void tell(const Site *site)
 
 // Opens the workbench, if there is one: not for pages that only show.
 static bool open_workbench(const Options *options, const Client *client, Site *site, Board *board,
-                           ClientError *error)
+                           PliantError *error)
 {
     static Workbench workbench;
     WorkbenchOptions wanted = options->workbench;
@@ -221,7 +222,7 @@ static bool open_workbench(const Options *options, const Client *client, Site *s
     return workbench_open(&workbench, &wanted, board, error);
 }
 
-static bool run(const Options *options, Client *client, Site *site, ClientError *error)
+static bool run(const Options *options, Client *client, Site *site, PliantError *error)
 {
     static Board board;
     static Feed feed;
@@ -266,14 +267,14 @@ int main(int argc, char **argv)
     Status status = {0};
     if (!arguments_parse(&TABLE, argc, argv, &options, &status))
         return arguments_exit(&status);
-    client_catch_signals();
+    program_catch_signals();
 
-    ClientError error = {0};
+    PliantError error = {0};
     bool ok = prepare(&options, &site, &error) &&
               client_connect(&client, &options.client, &error) &&
-              run(&options, &client, &site, &error);
+              program_stops(client_stop, &client) && run(&options, &client, &site, &error);
     if (!ok)
-        client_print_error("pliant-web", &error);
+        program_print_error("pliant-web", &error);
     client_disconnect(&client);
     return ok ? 0 : 1;
 }

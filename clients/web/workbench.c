@@ -46,14 +46,14 @@ static void find_beside(const char *name, char path[FOLDER_PATH_MAX])
 static void open_own(Folder *folder, const char *given, const Folder *scenes, const char *name)
 {
     char path[FOLDER_PATH_MAX + 16];
-    ClientError why;
+    PliantError why;
     snprintf(path, sizeof path, "%s/%s", scenes->path, name);
     if (!folder_open(folder, given ? given : path, true, &why))
         fprintf(stderr, "pliant-web: no %s: %s\n", name, why.text);
 }
 
 bool workbench_open(Workbench *workbench, const WorkbenchOptions *options, Board *board,
-                    ClientError *error)
+                    PliantError *error)
 {
     *workbench = (Workbench){.board = board};
     pthread_mutex_init(&workbench->lock, NULL);
@@ -78,7 +78,7 @@ bool workbench_open(Workbench *workbench, const WorkbenchOptions *options, Board
     snprintf(workbench->input_prefix, sizeof workbench->input_prefix, "%s",
              options->input_prefix ? options->input_prefix : options->prefix);
     // The folders.
-    ClientError text;
+    PliantError text;
     if (!folder_open(&workbench->folder[ASK_SCENES], options->scenes, false, &text))
         return client_fail(error, "--scenes %s", text.text);
     const Folder *scenes = &workbench->folder[ASK_SCENES];
@@ -124,7 +124,7 @@ static void add_option(Arguments *arguments, const char *name, const char *value
 }
 
 static bool run(const Workbench *workbench, WorkbenchJob *job, Program program,
-                const Arguments *arguments, const ChildOptions *options, ClientError *error)
+                const Arguments *arguments, const ChildOptions *options, PliantError *error)
 {
     static const char *const names[] = {"pliantd", "pliant-play", "pliant-prepare",
                                         "pliant-record"};
@@ -140,7 +140,7 @@ static const char *const *endings_of(AskFolder folder)
     return folder == ASK_RECORDINGS ? FOLDER_RECORDINGS : FOLDER_SCENES;
 }
 
-static bool start_scene(Workbench *workbench, const Ask *ask, ClientError *error)
+static bool start_scene(Workbench *workbench, const Ask *ask, PliantError *error)
 {
     WorkbenchJob *job = &workbench->daemon;
     const Folder *folder = &workbench->folder[ask->folder];
@@ -169,7 +169,7 @@ static bool is_foreign(const Workbench *workbench, const WorkbenchHeard *heard)
 }
 
 static bool refuse_foreign(const Workbench *workbench, const WorkbenchHeard *heard,
-                           ClientError *error)
+                           PliantError *error)
 {
     return client_fail(error,
                        "a pliantd that was not started here runs on %s (scene '%s'): end it where "
@@ -178,7 +178,7 @@ static bool refuse_foreign(const Workbench *workbench, const WorkbenchHeard *hea
 }
 
 static bool take_start(Workbench *workbench, const WorkbenchAsk *from, const WorkbenchHeard *heard,
-                       ClientError *error)
+                       PliantError *error)
 {
     Child *child = &workbench->daemon.child;
     if (is_foreign(workbench, heard))
@@ -194,7 +194,7 @@ static bool take_start(Workbench *workbench, const WorkbenchAsk *from, const Wor
     return true;
 }
 
-static bool take_end(Workbench *workbench, const WorkbenchHeard *heard, ClientError *error)
+static bool take_end(Workbench *workbench, const WorkbenchHeard *heard, PliantError *error)
 {
     Child *child = &workbench->daemon.child;
     workbench->next = (WorkbenchAsk){0};
@@ -208,7 +208,7 @@ static bool take_end(Workbench *workbench, const WorkbenchHeard *heard, ClientEr
 
 // --- recording ---
 
-static bool begin_recording(Workbench *workbench, const WorkbenchHeard *heard, ClientError *error)
+static bool begin_recording(Workbench *workbench, const WorkbenchHeard *heard, PliantError *error)
 {
     WorkbenchJob *job = &workbench->recorder;
     const Folder *folder = &workbench->folder[ASK_RECORDINGS];
@@ -241,7 +241,7 @@ static bool begin_recording(Workbench *workbench, const WorkbenchHeard *heard, C
 }
 
 static bool take_record(Workbench *workbench, const Ask *ask, const WorkbenchHeard *heard,
-                        ClientError *error)
+                        PliantError *error)
 {
     Child *child = &workbench->recorder.child;
     if (ask->record)
@@ -254,7 +254,7 @@ static bool take_record(Workbench *workbench, const Ask *ask, const WorkbenchHea
 
 // --- a scene for a mesh ---
 
-static bool run_prepare(Workbench *workbench, Arguments *arguments, ClientError *error)
+static bool run_prepare(Workbench *workbench, Arguments *arguments, PliantError *error)
 {
     const ChildOptions options = {.folder = workbench->folder[ASK_UPLOADS].path,
                                   .seconds = PREPARE_S,
@@ -264,7 +264,7 @@ static bool run_prepare(Workbench *workbench, Arguments *arguments, ClientError 
     return run(workbench, &workbench->prepare, PLIANT_PREPARE, arguments, &options, error);
 }
 
-static bool take_propose(Workbench *workbench, const Ask *ask, ClientError *error)
+static bool take_propose(Workbench *workbench, const Ask *ask, PliantError *error)
 {
     WorkbenchJob *job = &workbench->prepare;
     if (job->child.pid != 0)
@@ -283,7 +283,7 @@ static bool take_propose(Workbench *workbench, const Ask *ask, ClientError *erro
 }
 
 // After its check, whatever that says: the refusal of a proposal says more.
-static bool propose(Workbench *workbench, ClientError *error)
+static bool propose(Workbench *workbench, PliantError *error)
 {
     WorkbenchJob *job = &workbench->prepare;
     const Folder *folder = &workbench->folder[ASK_UPLOADS];
@@ -350,7 +350,7 @@ bool workbench_ask(Workbench *workbench, int32_t sender, const Ask *ask)
 }
 
 static bool take(Workbench *workbench, const WorkbenchAsk *from, const WorkbenchHeard *heard,
-                 ClientError *error)
+                 PliantError *error)
 {
     switch (from->ask.kind) {
     case ASK_START:
@@ -367,7 +367,7 @@ static bool take(Workbench *workbench, const WorkbenchAsk *from, const Workbench
 }
 
 static void answer(Workbench *workbench, const WorkbenchAsk *from, bool ok,
-                   const ClientError *error)
+                   const PliantError *error)
 {
     if (!ok)
         board_send(workbench->board, from->sender, text_error(from->ask.id, error->text));
@@ -383,7 +383,7 @@ static bool take_asks(Workbench *workbench, const WorkbenchHeard *heard)
     workbench->waiting = 0;
     pthread_mutex_unlock(&workbench->lock);
     for (int k = 0; k < count; k++) {
-        ClientError error = {0};
+        PliantError error = {0};
         answer(workbench, &queue[k], take(workbench, &queue[k], heard, &error), &error);
     }
     return count > 0;
@@ -392,7 +392,7 @@ static bool take_asks(Workbench *workbench, const WorkbenchHeard *heard)
 // Returns whether a program has ended.
 static bool watch(Workbench *workbench, int64_t now_ns)
 {
-    ClientError error = {0};
+    PliantError error = {0};
     // What waited for the end of the daemon may start.
     bool news = child_turn(&workbench->daemon.child, now_ns);
     if (news && workbench->next.sender != 0) {

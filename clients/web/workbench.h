@@ -64,7 +64,7 @@ typedef struct Workbench {
 } Workbench;
 
 bool workbench_open(Workbench *workbench, const WorkbenchOptions *options, Board *board,
-                    ClientError *error);
+                    PliantError *error);
 // Ends everything that it has started, and waits for it.
 void workbench_close(Workbench *workbench);
 

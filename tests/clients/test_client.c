@@ -1,5 +1,6 @@
 // What every client shares, as far as it needs no network.
 #include "client.h"
+#include "program.h"
 #include "test.h"
 
 #include "pliant_lcmtypes.h"
@@ -49,8 +50,8 @@ TEST(addresses_that_are_no_multicast_group_are_refused_with_the_form_wanted)
                                        "udpm://239.255.76.67:70000", "udpm://239.255.76.67:x"};
     for (size_t k = 0; k < sizeof urls / sizeof urls[0]; k++) {
         Client client;
-        ClientError error;
-        ClientOptions options = {.url = urls[k]};
+        PliantError error;
+        PliantOptions options = {.url = urls[k]};
         assert_false(client_connect(&client, &options, &error));
         assert_non_null(strstr(error.text, "udpm://GROUP:PORT"));
     }
@@ -112,8 +113,8 @@ static void on_nothing(const lcm_recv_buf_t *buffer, const char *channel, void *
 TEST(a_daemon_is_heard_by_contact_or_status_alone)
 {
     Client client;
-    ClientError error;
-    ClientOptions options = {.url = "memq://"};
+    PliantError error;
+    PliantOptions options = {.url = "memq://"};
     assert_true(client_connect(&client, &options, &error));
     lcm_subscribe(client.lcm, ".*", on_nothing, NULL);
     static const struct {
@@ -140,10 +141,10 @@ TEST(text_from_the_network_cannot_steer_the_terminal)
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
-    client_print_text(out,
-                      "a\033[2Jb\nc\x7f\xc2\x9b"
-                      "d \xc3\xb6",
-                      false);
+    program_print_text(out,
+                       "a\033[2Jb\nc\x7f\xc2\x9b"
+                       "d \xc3\xb6",
+                       false);
     fclose(out);
     assert_string_equal(text, "a?[2Jb?c??\x9b"
                               "d \xc3\xb6");

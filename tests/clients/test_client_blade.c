@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static bool read_text(const char *text, BladePath *path, ClientError *error)
+static bool read_text(const char *text, BladePath *path, PliantError *error)
 {
     char name[] = "blade-XXXXXX";
     int fd = mkstemp(name);
@@ -22,7 +22,7 @@ static bool read_text(const char *text, BladePath *path, ClientError *error)
 TEST(sweeps_go_from_place_to_place_until_the_blade_is_lifted)
 {
     BladePath path;
-    ClientError error;
+    PliantError error;
     assert_true(read_text("# two strokes\n0 0 0 0 0 1\n 1 0 0\t1 0 1 # on\n2 0 0 2 0 1\n\nlift\n"
                           "0 5 0 0 5 1\nlift\n0 6 0 0 6 1\n1 6 0 1 6 1\n",
                           &path, &error));
@@ -57,7 +57,7 @@ TEST(faulty_files_are_refused_with_their_line)
     };
     for (size_t k = 0; k < sizeof faults / sizeof faults[0]; k++) {
         BladePath path;
-        ClientError error = {0};
+        PliantError error = {0};
         assert_false(read_text(faults[k].text, &path, &error));
         if (!strstr(error.text, faults[k].says))
             fail_msg("'%s' does not say '%s'", error.text, faults[k].says);

@@ -81,7 +81,7 @@ TEST(another_topology_begins_anew)
 TEST(shape_is_written_of_the_last_frame_and_of_the_peak)
 {
     Curve curve = {0};
-    ClientError error;
+    PliantError error;
     char path[] = "shape-XXXXXX", text[512];
     int fd = mkstemp(path);
     assert_true(fd >= 0);

@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 // Reads `text` as a file of poses named by a temporary path.
-static bool read_text(const char *text, Track *track, ClientError *error)
+static bool read_text(const char *text, Track *track, PliantError *error)
 {
     char path[] = "track-XXXXXX";
     int fd = mkstemp(path);
@@ -22,7 +22,7 @@ static bool read_text(const char *text, Track *track, ClientError *error)
 TEST(file_of_poses_is_read_with_comments_and_optional_turns)
 {
     Track track;
-    ClientError error;
+    PliantError error;
     assert_true(read_text("# t x y z\n\n  5.0 0 0 0.1\n5.5\t0.1 0 0.1 0 0 0 1 # turned\n6 .1 0 0\n",
                           &track, &error));
     assert_int_equal(track.count, 3);
@@ -58,7 +58,7 @@ TEST(faulty_files_are_refused_with_their_line)
     };
     for (size_t k = 0; k < sizeof faults / sizeof faults[0]; k++) {
         Track track;
-        ClientError error = {0};
+        PliantError error = {0};
         assert_false(read_text(faults[k].text, &track, &error));
         if (!strstr(error.text, faults[k].says))
             fail_msg("'%s' does not say '%s'", error.text, faults[k].says);
@@ -68,7 +68,7 @@ TEST(faulty_files_are_refused_with_their_line)
 TEST(file_that_is_not_there_is_named)
 {
     Track track;
-    ClientError error;
+    PliantError error;
     assert_false(track_read(&track, "no-such-file", &error));
     assert_non_null(strstr(error.text, "no-such-file: No such file"));
 }
@@ -144,7 +144,7 @@ TEST(shaft_points_back_along_the_press)
 TEST(twist_is_the_derivative_of_the_pose)
 {
     Track track;
-    ClientError error;
+    PliantError error;
     assert_true(read_text("0 0 0 0 1 0 0 0\n2 0.1 -0.2 0.3 0.5 0.5 -0.5 0.5\n", &track, &error));
     const double e = 1e-5, point[3] = {0.3, -0.7, 1.1}; // fixed in the tool
     for (double t = 0.2; t < 2.0; t += 0.3) {

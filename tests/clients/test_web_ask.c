@@ -9,7 +9,7 @@
 #include "pliant_tie_t.h"
 
 // Parsed from a block of exactly its size, so that the sanitizer sees a read beyond it.
-static bool parse(const char *text, Ask *ask, ClientError *error)
+static bool parse(const char *text, Ask *ask, PliantError *error)
 {
     size_t size = strlen(text);
     char *exact = malloc(size ? size : 1);
@@ -23,7 +23,7 @@ static bool parse(const char *text, Ask *ask, ClientError *error)
 TEST(a_tool_message_becomes_a_pose)
 {
     Ask ask;
-    ClientError error;
+    PliantError error;
     assert_true(parse("{\"type\":\"tool\",\"tool\":3,\"position\":[0.5,-1,2e-3],"
                       "\"orientation\":[0,0,0,1.0005],\"grip\":0.25,\"active\":true}",
                       &ask, &error));
@@ -40,7 +40,7 @@ TEST(a_tool_message_becomes_a_pose)
 TEST(requests_keep_their_numbers_and_bodies)
 {
     Ask ask;
-    ClientError error;
+    PliantError error;
     assert_true(parse("{\"type\":\"cut\",\"id\":7,\"before\":[[1,2,3],[4,5,6]],"
                       "\"after\":[[7,8,9],[10,11,12]],\"body\":\"liver\"}",
                       &ask, &error));
@@ -166,7 +166,7 @@ TEST(what_is_wrong_is_refused_by_name)
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         Ask ask;
-        ClientError error = {0};
+        PliantError error = {0};
         if (parse(cases[k].text, &ask, &error))
             fail_msg("taken: %s", cases[k].text);
         if (strstr(error.text, cases[k].says) == NULL)
@@ -181,7 +181,7 @@ TEST(long_and_deep_messages_are_refused)
     memset(text, '[', ASK_BYTES_MAX + 1);
     text[ASK_BYTES_MAX + 1] = '\0';
     Ask ask;
-    ClientError error = {0};
+    PliantError error = {0};
     assert_false(parse(text, &ask, &error));
     assert_non_null(strstr(error.text, "more than 16384"));
     text[ASK_BYTES_MAX] = '\0'; // of the length allowed, nested as deep as it is long
@@ -200,7 +200,7 @@ TEST(long_and_deep_messages_are_refused)
 TEST(the_workbench_takes_names_and_words_of_its_lists)
 {
     Ask ask;
-    ClientError error;
+    PliantError error;
     assert_true(parse("{\"type\":\"start\",\"id\":1,\"folder\":\"uploads\",\"name\":\"a.cfg\"}",
                       &ask, &error));
     assert_int_equal(ask.kind, ASK_START);

@@ -1,6 +1,7 @@
 // Programs that pliant-web runs: what they say is kept, they end when they must, and leave nothing.
 #include "child.h"
 #include "effort.h"
+#include "program.h"
 #include "test.h"
 
 #include <dirent.h>
@@ -14,7 +15,7 @@
 #include <unistd.h>
 
 static Child child;
-static ClientError why;
+static PliantError why;
 static char how[CHILD_HOW_MAX];
 
 static void start(const char *script, const ChildOptions *options)
@@ -118,10 +119,10 @@ TEST(a_program_inherits_neither_files_nor_blocked_signals)
     assert_int_equal(strncmp(child.text, "0\n", 2), 0); // nothing to read
 }
 
-// As in pliant-web, which blocks and catches SIGTERM: it mostly comes before the program runs.
+// As in pliant-web, which catches SIGTERM: it mostly comes before the program runs.
 TEST(a_program_that_is_ended_at_once_ends_at_once)
 {
-    client_catch_signals();
+    program_catch_signals();
     for (int k = 0; k < EFFORT(30); k++) {
         start("exec sleep 1000", &(ChildOptions){0});
         child_end(&child);

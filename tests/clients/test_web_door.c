@@ -89,7 +89,7 @@ TEST(the_whole_token_is_needed)
 TEST(drawn_tokens_differ_and_are_long)
 {
     Door a = {0}, b = {0};
-    ClientError error;
+    PliantError error;
     assert_true(door_draw_token(&a, &error));
     assert_true(door_draw_token(&b, &error));
     assert_int_equal(strlen(a.token), 32);
@@ -116,7 +116,7 @@ TEST(tokens_of_files_are_checked)
         fputs(cases[k].text, file);
         fclose(file);
         Door door = {0};
-        ClientError error = {0};
+        PliantError error = {0};
         if (door_read_token(&door, path, &error) != cases[k].good)
             fail_msg("'%s': %s", cases[k].text, error.text);
         if (cases[k].good)
@@ -125,7 +125,7 @@ TEST(tokens_of_files_are_checked)
             assert_non_null(strstr(error.text, path));
     }
     unlink(path);
-    ClientError error;
+    PliantError error;
     assert_false(door_read_token(&(Door){0}, path, &error));
     assert_non_null(strstr(error.text, "No such file"));
 }

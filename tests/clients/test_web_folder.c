@@ -9,7 +9,7 @@
 
 static Scratch scratch;
 static Folder folder;
-static ClientError why;
+static PliantError why;
 
 static int begin(void **state)
 {

@@ -5,6 +5,7 @@
 
 #include "frames.h"
 #include "view.h"
+#include "program.h"
 #include "wire.h"
 
 #include "pliant_reply_t.h"
@@ -85,7 +86,7 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
         break;
     case 6:
         if (right)
-            DECODE(reply_t, client_print_text(receiver->out, message.text, true));
+            DECODE(reply_t, program_print_text(receiver->out, message.text, true));
         break;
     case 9:
         result = rest_frame_add(&receiver->rest, data, size);

@@ -34,7 +34,7 @@ static void check_ask(const Ask *ask)
 static void read_ask(const char *text, size_t size)
 {
     Ask ask;
-    ClientError error = {{0}};
+    PliantError error = {{0}};
     if (ask_parse(text, size, &ask, &error)) {
         fuzz_print("asked");
         check_ask(&ask);
@@ -48,7 +48,7 @@ static void read_ask(const char *text, size_t size)
 static void name_mesh(const char *text)
 {
     char name[FOLDER_NAME_MAX];
-    ClientError error = {{0}};
+    PliantError error = {{0}};
     if (folder_name_clean(text, FOLDER_MESHES, name, &error))
         MUST(folder_name_valid(name, FOLDER_MESHES) && strchr(name, '/') == NULL);
     else

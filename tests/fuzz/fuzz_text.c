@@ -3,6 +3,7 @@
 #include "fuzz.h"
 
 #include "blade.h"
+#include "client.h"
 #include "track.h"
 
 #include <math.h>
@@ -11,7 +12,7 @@
 static void read_poses(const char *path)
 {
     Track track = {0};
-    ClientError error = {{0}};
+    PliantError error = {{0}};
     if (track_read(&track, path, &error)) {
         MUST(track.count > 0);
         TrackPose pose;
@@ -35,7 +36,7 @@ static void read_poses(const char *path)
 static void read_blade(const char *path)
 {
     BladePath blade = {0};
-    ClientError error = {{0}};
+    PliantError error = {{0}};
     Track track = {0};
     if (blade_read(&blade, path, &error)) {
         MUST(blade_sweeps(&blade) > 0);
@@ -63,7 +64,7 @@ static void parse_arguments(const char *text)
     if (argument_read_numbers(text, 3, -10.0, 10.0, vector))
         for (int c = 0; c < 3; c++)
             MUST(fabs(vector[c]) <= 10.0);
-    MUST(client_read_numbers(text, line, 8) <= 8);
+    MUST(program_read_numbers(text, line, 8) <= 8);
     if (argument_is_name(text, CLIENT_PREFIX_MAX - 1))
         MUST(strlen(text) < CLIENT_PREFIX_MAX);
     if (network_read(&network, text, why))

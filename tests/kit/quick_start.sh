@@ -1,6 +1,6 @@
 #!/bin/sh
 # The quick starts of clients/kit/README.md, as they stand there, against the real server: built and run on what
-# is installed, nothing else.
+# is installed, nothing else; in C by pkg-config and by CMake, with the shared library and the static one.
 #
 # Then a test of the Python module, which runs once with numpy, if it is there, and once without.
 #
@@ -39,11 +39,35 @@ pushes() {
 
 block c >start.c
 [ "$(wc -l <start.c)" -ge 10 ] || die "no C in $readme"
-# shellcheck disable=SC2046 # one option a word
-${CC:-cc} -std=c17 -Wall -Wextra -Werror -o start start.c \
-    $(PKG_CONFIG_PATH="$libraries/pkgconfig" pkg-config --cflags --libs pliant-client)
-./start >c.txt || { cat server.log >&2; die "the quick start in C fails"; }
-pushes c.txt C
+export PKG_CONFIG_PATH="$libraries/pkgconfig"
+flags="-std=c17 -Wall -Wextra -Werror"
+# shellcheck disable=SC2046,SC2086 # one option a word
+{
+    ${CC:-cc} $flags -o shared start.c $(pkg-config --cflags --libs pliant-client)
+    ${CC:-cc} $flags -o static start.c $(pkg-config --cflags pliant-client) -L"$libraries" -l:libpliant-client.a \
+        $(pkg-config --libs-only-l --static pliant-client | sed 's/-lpliant-client//')
+}
+cat >CMakeLists.txt <<'END'
+cmake_minimum_required(VERSION 3.18)
+project(start C)
+find_package(pliant 0.1 REQUIRED)
+foreach(kind client client_static)
+    add_executable(by_cmake_${kind} start.c)
+    target_link_libraries(by_cmake_${kind} pliant::${kind})
+endforeach()
+END
+{ cmake -S . -B by_cmake -DCMAKE_PREFIX_PATH="$work/pliant" && cmake --build by_cmake; } >cmake.log 2>&1 ||
+    { cat cmake.log >&2; die "find_package(pliant) fails"; }
+for program in shared by_cmake/by_cmake_client; do
+    readelf -d $program | grep -q 'NEEDED.*libpliant-client.so.0' || die "$program does not load the library"
+done
+for program in static by_cmake/by_cmake_client_static; do
+    ! readelf -d $program | grep 'NEEDED.*libpliant' || die "$program is not static"
+done
+for program in shared static by_cmake/by_cmake_client by_cmake/by_cmake_client_static; do
+    ./$program >c.txt || { cat server.log >&2; die "the quick start in C fails: $program"; }
+    pushes c.txt "C ($program)"
+done
 
 block python >start.py
 [ "$(wc -l <start.py)" -ge 8 ] || die "no Python in $readme"

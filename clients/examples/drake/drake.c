@@ -2,6 +2,7 @@
 // drake_visualizer), as deformable meshes. One thread; only listens, except for one DESCRIBE that
 // requests the meshes.
 #include "client.h"
+#include "program.h"
 #include "frames.h"
 
 #include <stdlib.h>
@@ -15,7 +16,7 @@ enum { BODIES_MAX = 32, QUEUE = 4096, PATIENCE_S = 3 };
 #define CHANNEL "DRAKE_VIEWER_DEFORMABLE"
 
 typedef struct Options {
-    ClientOptions client;
+    PliantOptions client;
     double rate_hz, duration; // [Hz], [s]; 0: until a signal
     double color[3];
 } Options;
@@ -51,7 +52,7 @@ static const ArgumentRow ROWS[] = {
     {"duration", 'd', ARGUMENT_NUMBER, "S", AT(duration), 0.01, 1e7,
      .help = "exit after S seconds"},
     {.type = ARGUMENT_HEADING, .help = "Where:"},
-    {.type = ARGUMENT_ROWS, .rows = CLIENT_WHERE, .offset = AT(client)},
+    {.type = ARGUMENT_ROWS, .rows = PROGRAM_WHERE, .offset = AT(client)},
     {0}};
 
 static const ArgumentTable TABLE = {
@@ -167,7 +168,7 @@ static void send_bodies(Bridge *bridge)
     bridge->sent++;
 }
 
-static bool run(Bridge *bridge, ClientError *error)
+static bool run(Bridge *bridge, PliantError *error)
 {
     Client *client = &bridge->client;
     // Everything that a body's shape is made of.
@@ -176,7 +177,7 @@ static bool run(Bridge *bridge, ClientError *error)
         !client_subscribe(client, "MESH", ".+", QUEUE, on_mesh, bridge) ||
         !client_subscribe(client, "MESH_DELTA", ".+", QUEUE, on_delta, bridge))
         return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
-    ClientError ignored; // the daemon may start later, and sends its meshes every second too
+    PliantError ignored; // the daemon may start later, and sends its meshes every second too
     client_request(client, PLIANT_COMMAND_T_DESCRIBE, 0, "", 0.5, 2, &ignored);
     const Options *options = &bridge->options;
     const int64_t period = (int64_t)(1e9 / options->rate_hz), start = client_now_ns();
@@ -191,7 +192,7 @@ static bool run(Bridge *bridge, ClientError *error)
         if (!bridge->sent && !warned && client_now_ns() - start > PATIENCE_S * 1000000000LL) {
             client_fail(error, "no body came on %s_NODES_* within %d s: still waiting",
                         client->prefix, PATIENCE_S);
-            client_print_error("pliant-drake", error);
+            program_print_error("pliant-drake", error);
             warned = true;
         }
     }
@@ -206,12 +207,12 @@ int main(int argc, char **argv)
     Status status = {0};
     if (!arguments_parse(&TABLE, argc, argv, &bridge.options, &status))
         return arguments_exit(&status);
-    client_catch_signals();
-    ClientError error = {0};
-    bool ok =
-        client_connect(&bridge.client, &bridge.options.client, &error) && run(&bridge, &error);
+    program_catch_signals();
+    PliantError error = {0};
+    bool ok = client_connect(&bridge.client, &bridge.options.client, &error) &&
+              program_stops(client_stop, &bridge.client) && run(&bridge, &error);
     if (!ok)
-        client_print_error("pliant-drake", &error);
+        program_print_error("pliant-drake", &error);
     client_disconnect(&bridge.client);
     for (int k = 0; k < bridge.bodies; k++) {
         nodes_frame_destroy(&bridge.body[k].nodes);

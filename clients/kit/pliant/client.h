@@ -45,9 +45,12 @@ PLIANT_API void pliant_close(PliantClient *client);
 PLIANT_API const char *pliant_error(const PliantClient *client);
 
 // Handles messages for `seconds`; 0: those that are there. A signal ends it early. Call it often:
-// the kernel buffers messages for a fraction of a second. Returns false if the connection is
-// broken.
+// the kernel buffers messages for a fraction of a second. Returns false after pliant_stop, or if
+// the connection is broken.
 PLIANT_API bool pliant_wait(PliantClient *client, double seconds);
+// Ends the wait or the request in progress, and each later one at once: they fail, "interrupted".
+// What only sends goes on. For handlers of signals and for other threads; `client` stays open.
+PLIANT_API void pliant_stop(PliantClient *client);
 // Returns a descriptor that is readable when pliant_wait(client, 0) has something to do.
 PLIANT_API int pliant_file(const PliantClient *client);
 // Returns the time on the clock of `received` below, CLOCK_MONOTONIC [s].
@@ -175,9 +178,15 @@ PLIANT_API double pliant_haptic_energy(const PliantHaptic *haptic);
 
 // --- requests ---
 
-// A request handles messages while it waits for its reply; it is repeated when none comes, at most
-// for 3 s, and executed once. It fails if there is no reply, or if the server refuses it:
-// pliant_error says which, and why.
+// A request handles messages while it waits for its reply; it is repeated when none comes, and
+// executed once. It fails if there is no reply, or if the server refuses it: pliant_error says
+// which, and why.
+
+// Repeats a request when no reply comes within `seconds`, at most `tries` times: 0.5 s and 6
+// unless this is called, so that a request fails after 3 s. Values that are not above 0 change
+// nothing.
+PLIANT_API void pliant_patience(PliantClient *client, double seconds, int tries);
+
 typedef struct PliantReply {
     int64_t step;        // ticks completed when it was executed
     int32_t separated;   // links that a cut has severed
@@ -196,6 +205,9 @@ typedef enum PliantCommand {
     PLIANT_SET = 7, // `argument`: "gravity=0 0 -9.81", "liver.stiffness_scale=2"
     PLIANT_STOP = 8
 } PliantCommand;
+
+// Returns the reply to the last request that was answered and not refused, or NULL.
+PLIANT_API const PliantReply *pliant_reply(const PliantClient *client);
 
 // Returns NULL on failure. `argument` may be NULL.
 PLIANT_API const PliantReply *pliant_command(PliantClient *client, PliantCommand command,
@@ -235,6 +247,8 @@ typedef struct PliantTie {
 
 // Ties tissue in a scene with max_ties. Returns the number of the tie, 0 on failure.
 PLIANT_API int32_t pliant_tie(PliantClient *client, const PliantTie *tie);
+// The same under a number of the caller's; 0: the lowest free one.
+PLIANT_API int32_t pliant_tie_as(PliantClient *client, int32_t number, const PliantTie *tie);
 // Gives a tie other springs: the last three members of `tie`; releases it.
 PLIANT_API bool pliant_tie_change(PliantClient *client, int32_t number, const PliantTie *tie);
 PLIANT_API bool pliant_tie_release(PliantClient *client, int32_t number);

@@ -1,9 +1,11 @@
-// Shared by every client program: common options, connection, waiting, requests. One thread: the
-// one that called client_connect. Never exits; only client_print_* print.
+// The inside of libpliant-client: connection, waiting, requests, and which server answers. Programs
+// that handle messages raw (pliant-web, -record, -play) use it too. One thread: the one that called
+// client_connect. Never exits or prints.
 #ifndef PLIANT_CLIENTS_CLIENT_H
 #define PLIANT_CLIENTS_CLIENT_H
 
-#include "base/arguments.h"
+#include "pliant/client.h"
+
 #include "receiver.h"
 
 #include "pliant_reply_t.h"
@@ -11,7 +13,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
 
 enum {
     CLIENT_PREFIX_MAX = 32,  // with the longest body name a channel still has at most 63 characters
@@ -20,29 +21,8 @@ enum {
     CLIENT_RECEIVE_BYTES = 2097152, // requested kernel buffer: bursts of 4 MB arrive complete
 };
 
-// One sentence that names the thing, the value and the limit.
-typedef struct ClientError {
-    char text[1024];
-} ClientError;
-
 // Sets the text and returns false, for `return client_fail(error, ...)`.
-bool client_fail(ClientError *error, const char *format, ...) __attribute__((format(printf, 2, 3)));
-
-// --- options ---
-
-typedef struct ClientOptions {
-    const char *url;    // NULL: LCM_DEFAULT_URL, else LCM's default
-    const char *prefix; // NULL: "PLIANT"
-} ClientOptions;
-
-// -l/--lcm-url and --prefix; the offset is that of a ClientOptions.
-extern const ArgumentRow CLIENT_WHERE[];
-// --input-prefix; the offset is that of a const char *, NULL: as the prefix.
-extern const ArgumentRow CLIENT_INPUT_PREFIX[];
-
-// Reads the numbers of a line, separated by white space: returns how many, at most `most`; -1 for
-// other text or too many.
-int client_read_numbers(const char *line, double *number, int most);
+bool client_fail(PliantError *error, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 // --- connection ---
 
@@ -53,7 +33,9 @@ typedef struct Client {
     char prefix[CLIENT_PREFIX_MAX];
     int32_t sender; // random
     int32_t last_id;
+    int stop_file;               // readable after client_stop
     bool broken;                 // the connection failed; client_wait returns at once
+    bool stopped;                // a wait has seen client_stop
     pliant_reply_t *reply;       // the answer to last_id, or NULL
     bool reply_come, subscribed; // `subscribed`: to _REPLY
     // a server of another version
@@ -65,7 +47,7 @@ typedef struct Client {
 
 // Connects; on failure nothing is left open. Hears other hosts if the URL's time to live lets
 // messages leave this one.
-bool client_connect(Client *client, const ClientOptions *options, ClientError *error);
+bool client_connect(Client *client, const PliantOptions *options, PliantError *error);
 void client_disconnect(Client *client);
 
 // Writes "<PREFIX>_<name>" or "<PREFIX>_<name>_<body>" (body may be NULL).
@@ -87,23 +69,34 @@ const char *client_nodes_body(const Client *client, const char *channel);
 
 // --- waiting ---
 
-// Lets SIGINT, SIGTERM and SIGHUP end the next waits instead of the program. Call before
-// client_connect, so that liblcm's threads inherit the blocked signals.
-void client_catch_signals(void);
-bool client_stopped(void);
-
 // Return CLOCK_MONOTONIC [ns] and CLOCK_REALTIME [us].
 int64_t client_now_ns(void);
 int64_t client_utime(void);
 
-// Handles messages until `deadline_ns`, `*done` (may be NULL), a signal or a broken connection.
+// Ends the wait in progress and each later one. Async-signal-safe, from any thread.
+void client_stop(void *client);
+
+// What one turn of waiting has brought.
+typedef enum ClientTurn {
+    CLIENT_TURN_MESSAGE, // a packet was handled
+    CLIENT_TURN_QUIET,   // none came
+    CLIENT_TURN_SIGNAL,  // a signal was
+    CLIENT_TURN_OVER,    // stopped, or the connection is broken
+} ClientTurn;
+
+// Waits for at most `left_ns` (below 0: 0) and handles at most one packet.
+ClientTurn client_turn(Client *client, int64_t left_ns);
+// Sets the sentence of a wait that was stopped, or broke. Returns false.
+bool client_fail_over(const Client *client, PliantError *error);
+
+// Handles messages until `deadline_ns`, `*done` (may be NULL), client_stop or a broken connection.
 // Returns true if the deadline or `*done` was reached.
 bool client_wait(Client *client, int64_t deadline_ns, const bool *done);
 
 // Waits for a message of a daemon (_CONTACT or _STATUS), so that a daemon that is starting misses
 // nothing of a path. Returns false with a sentence after `timeout_s` of silence, a signal or a
 // broken connection.
-bool client_hear_daemon(Client *client, double timeout_s, ClientError *error);
+bool client_hear_daemon(Client *client, double timeout_s, PliantError *error);
 
 // --- requests ---
 
@@ -111,13 +104,13 @@ bool client_hear_daemon(Client *client, double timeout_s, ClientError *error);
 // it once, `tries` times in all, each with `timeout_s`. client->reply keeps the reply until the
 // next request. Returns false without reply, or if the command is refused (reply->ok is false).
 bool client_request(Client *client, int32_t kind, int64_t value, const char *argument,
-                    double timeout_s, int tries, ClientError *error);
+                    double timeout_s, int tries, PliantError *error);
 
 // The same for any request: `publish` sends the message, each time with client->last_id as its id,
 // which this call has drawn, and with client->sender.
 typedef void ClientPublish(Client *client, const char *channel, const void *message);
 bool client_ask(Client *client, const char *name, ClientPublish *publish, const void *message,
-                double timeout_s, int tries, ClientError *error);
+                double timeout_s, int tries, PliantError *error);
 
 // --- bodies by name ---
 
@@ -131,17 +124,10 @@ typedef struct ClientBodies {
 
 void client_bodies_add(ClientBodies *bodies, const char *name);
 // Returns false with a sentence that lists the bodies if the wanted one is not among them.
-bool client_bodies_check(const ClientBodies *bodies, ClientError *error);
+bool client_bodies_check(const ClientBodies *bodies, PliantError *error);
 // The same for the bodies in the reply to DESCRIBE in client->reply; true also if the daemon
 // describes none.
-bool client_described_body(const Client *client, const char *wanted, ClientError *error);
-
-// --- printing ---
-
-// Prints text from the network: control characters become '?', line breaks stay if `lines`.
-void client_print_text(FILE *out, const char *text, bool lines);
-// Prints "program: text" on stderr.
-void client_print_error(const char *program, const ClientError *error);
+bool client_described_body(const Client *client, const char *wanted, PliantError *error);
 
 // --- the daemon that serves ----------------------------------------------------------------------
 
@@ -167,15 +153,5 @@ bool session_open(Session *session, Client *client, bool *change);
 // Publishes a question, unless one is open or the answer stays valid for a while.
 void session_ask(Session *session);
 bool session_is_sure(const Session *session, int64_t now_ns);
-
-// --- text files that a client writes -------------------------------------------------------------
-
-// Text files that a client writes: a client replaces its own files only.
-
-// Opens PATH for writing and empties it. A regular file that is not empty must begin with `mark`,
-// as the client's own do; devices and pipes are accepted. Returns NULL with `error` on failure.
-FILE *client_open_output(const char *path, const char *mark, ClientError *error);
-// Checks the same before there is anything to write; makes no file.
-bool client_may_write(const char *path, const char *mark, ClientError *error);
 
 #endif

@@ -1,65 +1,27 @@
-// Shared by every client program: options, connection, waiting, requests. One thread.
+// Connection, waiting and requests of libpliant-client. One thread.
 #include "client.h"
 
 #include "wire.h"
 
 #include "pliant_lcmtypes.h"
 
-#include <ctype.h>
 #include <errno.h>
-#include <fcntl.h>
-#include <math.h>
 #include <poll.h>
-#include <signal.h>
 #include <stdarg.h>
-#include <stdlib.h>
+#include <stdio.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <sys/random.h>
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
-bool client_fail(ClientError *error, const char *format, ...)
+bool client_fail(PliantError *error, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(error->text, sizeof error->text, format, arguments);
     va_end(arguments);
     return false;
-}
-
-// --- options ---
-
-const ArgumentRow CLIENT_WHERE[] = {
-    {"lcm-url", 'l', ARGUMENT_TEXT, "URL", offsetof(ClientOptions, url),
-     .help = "LCM network (default: LCM_DEFAULT_URL, else LCM's own default)"},
-    {"prefix", 0, ARGUMENT_NAME, "NAME", offsetof(ClientOptions, prefix), .preset_text = "PLIANT",
-     .help = "prefix of the channels"},
-    {0}};
-
-const ArgumentRow CLIENT_INPUT_PREFIX[] = {
-    {"input-prefix", 0, ARGUMENT_NAME, "NAME",
-     .help = "prefix of tools and commands, if the scene has an input_prefix (default: as "
-             "--prefix)"},
-    {0}};
-
-int client_read_numbers(const char *line, double *number, int most)
-{
-    int count = 0;
-    for (const char *at = line;;) {
-        // One number after the other, separated by blanks.
-        while (isspace((unsigned char)*at))
-            at++;
-        if (!*at)
-            return count;
-        char *after;
-        double value = strtod(at, &after);
-        bool whole = after != at && (!*after || isspace((unsigned char)*after));
-        if (!whole || !isfinite(value) || count == most)
-            return -1;
-        number[count++] = value;
-        at = after;
-    }
 }
 
 // --- connection ---
@@ -69,7 +31,7 @@ static bool hear_versions(Client *client);
 // Tells a user who expects another host's messages why there are none.
 #define NEAR_ONLY " (with ttl=0 only messages of this host arrive)"
 
-static bool join(Client *client, const char *url, ClientError *error)
+static bool join(Client *client, const char *url, PliantError *error)
 {
     Network network;
     char why[RECEIVER_WHY_MAX];
@@ -87,9 +49,11 @@ static bool join(Client *client, const char *url, ClientError *error)
     return client->receiver || client_fail(error, "%s", why);
 }
 
-bool client_connect(Client *client, const ClientOptions *options, ClientError *error)
+bool client_connect(Client *client, const PliantOptions *options, PliantError *error)
 {
-    *client = (Client){0};
+    *client = (Client){.stop_file = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+    if (client->stop_file < 0)
+        return client_fail(error, "no file descriptor is left: %s", strerror(errno));
     snprintf(client->prefix, sizeof client->prefix, "%s",
              options->prefix ? options->prefix : "PLIANT");
     // A number by which the daemon identifies its senders: 31 bits, never 0.
@@ -110,6 +74,8 @@ void client_disconnect(Client *client)
     receiver_destroy(client->receiver);
     if (client->lcm)
         lcm_destroy(client->lcm);
+    if (client->stop_file > 0)
+        close(client->stop_file);
     *client = (Client){0};
 }
 
@@ -216,34 +182,6 @@ const char *client_nodes_body(const Client *client, const char *channel)
 
 // --- waiting ---
 
-static volatile sig_atomic_t stop_signal;
-static bool catches_signals; // else they are the business of the program that uses this
-
-static void note_signal(int signal)
-{
-    stop_signal = signal;
-}
-
-// The signals stay blocked except inside ppoll, so that none is lost between a test and the wait.
-void client_catch_signals(void)
-{
-    struct sigaction action = {.sa_handler = note_signal};
-    sigset_t mask;
-    sigemptyset(&mask);
-    for (int k = 0; k < 3; k++) {
-        int signal = (const int[]){SIGINT, SIGTERM, SIGHUP}[k];
-        sigaction(signal, &action, NULL);
-        sigaddset(&mask, signal);
-    }
-    sigprocmask(SIG_BLOCK, &mask, NULL);
-    catches_signals = true;
-}
-
-bool client_stopped(void)
-{
-    return stop_signal != 0;
-}
-
 int64_t client_now_ns(void)
 {
     struct timespec t;
@@ -258,32 +196,53 @@ int64_t client_utime(void)
     return (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000;
 }
 
+void client_stop(void *client)
+{
+    const uint64_t one = 1;
+    const int file = ((const Client *)client)->stop_file, saved = errno;
+    if (file > 0 && write(file, &one, sizeof one) < 0) {
+        // It is readable already.
+    }
+    errno = saved;
+}
+
+ClientTurn client_turn(Client *client, int64_t left_ns)
+{
+    if (client->broken || client->stopped)
+        return CLIENT_TURN_OVER;
+    const int64_t left = left_ns > 0 ? left_ns : 0;
+    const struct timespec timeout = {left / 1000000000, left % 1000000000};
+    struct pollfd poll[] = {{.fd = receiver_file(client->receiver), .events = POLLIN},
+                            {.fd = client->stop_file, .events = POLLIN}};
+    const int ready = ppoll(poll, 2, &timeout, NULL);
+    if (ready < 0 && errno == EINTR)
+        return CLIENT_TURN_SIGNAL;
+    client->stopped = ready > 0 && poll[1].revents != 0;
+    client->broken = ready < 0 || (poll[0].revents != 0 && !client->stopped &&
+                                   receiver_handle(client->receiver) < 0);
+    return client->broken || client->stopped ? CLIENT_TURN_OVER
+           : ready > 0                       ? CLIENT_TURN_MESSAGE
+                                             : CLIENT_TURN_QUIET;
+}
+
+bool client_fail_over(const Client *client, PliantError *error)
+{
+    return client_fail(error, client->broken ? "the LCM connection failed" : "interrupted");
+}
+
 bool client_wait(Client *client, int64_t deadline_ns, const bool *done)
 {
-    sigset_t open;
-    sigemptyset(&open);
-    while (!client->broken) {
-        if (done && *done)
+    for (;;) {
+        if (done && *done && !client->broken)
             return true;
-        // Signals are let in during the wait alone, so that none is missed before it.
-        int64_t left = deadline_ns - client_now_ns();
-        if (left < 0)
-            left = 0;
-        struct timespec timeout = {left / 1000000000, left % 1000000000};
-        struct pollfd poll = {.fd = receiver_file(client->receiver), .events = POLLIN};
-        int ready = ppoll(&poll, 1, &timeout, catches_signals ? &open : NULL);
-        // A signal ends the wait; messages are handled until the deadline.
-        if (client_stopped())
+        const int64_t left = deadline_ns - client_now_ns();
+        const ClientTurn turn = client_turn(client, left);
+        if (turn == CLIENT_TURN_OVER)
             return false;
-        if (ready > 0)
-            client->broken = receiver_handle(client->receiver) < 0;
-        else if (ready < 0 && errno != EINTR)
-            client->broken = true;
         // A deadline ends the wait even if messages keep arriving.
-        if ((ready == 0 || left == 0) && !client->broken)
+        if (turn != CLIENT_TURN_SIGNAL && (turn == CLIENT_TURN_QUIET || left <= 0))
             return true;
     }
-    return false;
 }
 
 static void on_anything(const lcm_recv_buf_t *buffer, const char *channel, void *user)
@@ -293,7 +252,7 @@ static void on_anything(const lcm_recv_buf_t *buffer, const char *channel, void 
     *(bool *)user = true;
 }
 
-bool client_hear_daemon(Client *client, double timeout_s, ClientError *error)
+bool client_hear_daemon(Client *client, double timeout_s, PliantError *error)
 {
     bool heard = false;
     // Contacts or statuses: one of them is always published.
@@ -306,10 +265,8 @@ bool client_hear_daemon(Client *client, double timeout_s, ClientError *error)
     // Say why nothing was heard.
     if (heard)
         return true;
-    if (client_stopped())
-        return client_fail(error, "interrupted");
-    if (client->broken)
-        return client_fail(error, "the LCM connection failed");
+    if (client->broken || client->stopped)
+        return client_fail_over(client, error);
     return client_fail(error,
                        "no message on %s_CONTACT and %s_STATUS within %g s: no pliantd on %s, or "
                        "one with another prefix (--prefix)?",
@@ -335,7 +292,7 @@ static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *us
 }
 
 bool client_ask(Client *client, const char *name, ClientPublish *publish, const void *message,
-                double timeout_s, int tries, ClientError *error)
+                double timeout_s, int tries, PliantError *error)
 {
     char channel[CLIENT_CHANNEL_MAX];
     // Hear replies before the first question.
@@ -354,7 +311,7 @@ bool client_ask(Client *client, const char *name, ClientPublish *publish, const 
         publish(client, channel, message);
         int64_t deadline = client_now_ns() + (int64_t)(timeout_s * 1e9);
         if (!client_wait(client, deadline, &client->reply_come))
-            return client_fail(error, client->broken ? "the LCM connection failed" : "interrupted");
+            return client_fail_over(client, error);
     }
     // No answer, or one that says no.
     if (!client->reply_come && client_tell_foreign(client, error->text, sizeof error->text))
@@ -377,7 +334,7 @@ static void publish_command(Client *client, const char *channel, const void *mes
 }
 
 bool client_request(Client *client, int32_t kind, int64_t value, const char *argument,
-                    double timeout_s, int tries, ClientError *error)
+                    double timeout_s, int tries, PliantError *error)
 {
     char text[256];
     snprintf(text, sizeof text, "%s", argument);
@@ -396,13 +353,13 @@ void client_bodies_add(ClientBodies *bodies, const char *name)
     bodies->count++;
 }
 
-bool client_bodies_check(const ClientBodies *bodies, ClientError *error)
+bool client_bodies_check(const ClientBodies *bodies, PliantError *error)
 {
     return bodies->found || client_fail(error, "the daemon has no body '%s', only: %s",
                                         bodies->wanted, bodies->list);
 }
 
-bool client_described_body(const Client *client, const char *wanted, ClientError *error)
+bool client_described_body(const Client *client, const char *wanted, PliantError *error)
 {
     ClientBodies bodies = {.wanted = wanted};
     const char *line = client->reply != NULL ? client->reply->text : NULL;
@@ -414,72 +371,4 @@ bool client_described_body(const Client *client, const char *wanted, ClientError
             client_bodies_add(&bodies, name);
     }
     return bodies.count == 0 || client_bodies_check(&bodies, error);
-}
-
-// --- printing ---
-
-void client_print_text(FILE *out, const char *text, bool lines)
-{
-    for (; *text; text++) {
-        unsigned char c = (unsigned char)*text;
-        // C1 controls are c2 80 .. c2 9f in UTF-8; c2 is masked there.
-        bool control = c < 0x20 || c == 0x7f || (c == 0xc2 && (unsigned char)text[1] < 0xa0);
-        putc(control && !(lines && (c == '\n' || c == '\t')) ? '?' : c, out);
-    }
-}
-
-void client_print_error(const char *program, const ClientError *error)
-{
-    fprintf(stderr, "%s: ", program);
-    client_print_text(stderr, error->text, true); // it may quote the daemon
-    fputc('\n', stderr);
-}
-
-// --- text files that a client writes -------------------------------------------------------------
-
-enum { MARK_MOST = 128 };
-
-static bool begins_with(int fd, const char *mark)
-{
-    char head[MARK_MOST];
-    size_t length = strnlen(mark, sizeof head);
-    return pread(fd, head, length, 0) == (ssize_t)length && memcmp(head, mark, length) == 0;
-}
-
-static bool check(const char *path, int fd, const struct stat *facts, const char *mark,
-                  ClientError *error)
-{
-    return !S_ISREG(facts->st_mode) || facts->st_size == 0 || begins_with(fd, mark) ||
-           client_fail(error, "%s: has other contents: it is not replaced", path);
-}
-
-bool client_may_write(const char *path, const char *mark, ClientError *error)
-{
-    struct stat facts;
-    if (stat(path, &facts) != 0 || !S_ISREG(facts.st_mode))
-        return true; // other faults show when it is written
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
-    bool ok = fd >= 0 ? check(path, fd, &facts, mark, error)
-                      : client_fail(error, "%s: %s", path, strerror(errno));
-    if (fd >= 0)
-        close(fd);
-    return ok;
-}
-
-FILE *client_open_output(const char *path, const char *mark, ClientError *error)
-{
-    struct stat facts;
-    // Open a pipe normally: its reader may come later.
-    bool regular = stat(path, &facts) != 0 || S_ISREG(facts.st_mode);
-    int fd = open(path, (regular ? O_RDWR : O_WRONLY) | O_CREAT | O_CLOEXEC, 0666);
-    bool ok = fd >= 0 && fstat(fd, &facts) == 0;
-    if (!ok)
-        client_fail(error, "%s: %s", path, strerror(errno));
-    ok = ok && check(path, fd, &facts, mark, error);
-    FILE *file = NULL;
-    if (ok && ((S_ISREG(facts.st_mode) && ftruncate(fd, 0) != 0) || !(file = fdopen(fd, "w"))))
-        client_fail(error, "%s: %s", path, strerror(errno));
-    if (!file && fd >= 0)
-        close(fd);
-    return file;
 }
