@@ -1,4 +1,4 @@
-// Records the motion of a body from the published messages. One thread.
+// Records the motion of a body from its frames. One thread.
 #include "curve.h"
 
 #include <math.h>
@@ -32,14 +32,6 @@ static void *copy_rows(void *old, const void *from, int count, size_t size)
     return memcpy(make_rows(old, count, size), from, size * (size_t)count);
 }
 
-// True if the mesh is that of the current frame.
-static bool mesh_known(const Curve *curve)
-{
-    const MeshFrame *mesh = &curve->mesh;
-    return mesh->whole && mesh->topology == curve->nodes.topology &&
-           mesh->node_count == curve->nodes.node_count;
-}
-
 // --- from one topology to the next ---
 
 typedef struct IdSlot {
@@ -62,9 +54,8 @@ static int find_slot(const IdSlot *order, int count, int32_t id)
 }
 
 // Sets the reference position of a node between two whose references are known.
-static void set_first(Curve *curve, int node, const int parent[2])
+static void set_first(Curve *curve, const float *position, int node, const int parent[2])
 {
-    const float *position = curve->nodes.position;
     for (size_t k = 0; k < 3; k++) {
         size_t at = 3 * (size_t)node + k;
         size_t a = 3 * (size_t)parent[0] + k, b = 3 * (size_t)parent[1] + k;
@@ -74,28 +65,27 @@ static void set_first(Curve *curve, int node, const int parent[2])
 }
 
 // Sets the references of new nodes: first those between known ones, then those between them.
-static void begin_births(Curve *curve, unsigned char *known)
+static void begin_births(Curve *curve, const PliantBody *body, unsigned char *known)
 {
     // Ids are looked up, so sort them.
-    const MeshFrame *mesh = &curve->mesh;
-    int count = mesh->node_count;
+    int count = body->node_count;
     IdSlot *order = make_rows(NULL, count, sizeof *order);
     for (int i = 0; i < count; i++)
-        order[i] = (IdSlot){mesh->id[i], i};
+        order[i] = (IdSlot){body->id[i], i};
     qsort(order, (size_t)count, sizeof *order, compare_ids);
     // A parent may be new itself: repeat until no more nodes are found.
     bool more = true;
     for (int pass = 0; pass < DEEPEST && more; pass++) {
         more = false;
         for (int i = 0; i < count; i++) {
-            if (known[i] || mesh->id[i] < 0)
+            if (known[i] || body->id[i] < 0)
                 continue;
             int parent[2];
             for (size_t k = 0; k < 2; k++)
-                parent[k] = find_slot(order, count, mesh->parent[2 * (size_t)i + k]);
+                parent[k] = find_slot(order, count, body->parent[2 * (size_t)i + k]);
             if (parent[0] < 0 || parent[1] < 0 || !known[parent[0]] || !known[parent[1]])
                 continue;
-            set_first(curve, i, parent);
+            set_first(curve, body->position, i, parent);
             known[i] = 1;
             more = true;
         }
@@ -103,112 +93,58 @@ static void begin_births(Curve *curve, unsigned char *known)
     free(order);
 }
 
-// With both meshes known: a slot that changed its node gets a new reference.
-static void follow_topology(Curve *curve)
+// A slot that changed its node gets a new reference.
+static void follow_topology(Curve *curve, const PliantBody *body)
 {
-    const int32_t *id = curve->mesh.id;
-    int before = curve->node_count, count = curve->nodes.node_count, born = 0;
+    const PliantBody *last = curve->before;
+    const int32_t *id = body->id;
+    int count = body->node_count, born = 0;
     float *old = curve->first;
     unsigned char *known = calloc((size_t)count, 1);
     if (!known)
         abort();
     // A node that kept its id keeps its reference; others begin where they are.
-    curve->first = copy_rows(NULL, curve->nodes.position, count, 3 * sizeof(float));
+    curve->first = copy_rows(NULL, body->position, count, 3 * sizeof(float));
     for (int i = 0; i < count; i++) {
-        known[i] = i < before && curve->id[i] == id[i] && id[i] >= 0;
+        known[i] = i < last->node_count && last->id[i] == id[i] && id[i] >= 0;
         if (known[i])
             memcpy(curve->first + 3 * (size_t)i, old + 3 * (size_t)i, 3 * sizeof(float));
         born += !known[i] && id[i] >= 0;
     }
     // New nodes take theirs from their parents.
     if (born)
-        begin_births(curve, known);
+        begin_births(curve, body, known);
     free(known);
     free(old);
-}
-
-static void free_shape(CurveShape *shape)
-{
-    free(shape->position);
-    free(shape->first);
-    free(shape->triangle);
-    *shape = (CurveShape){0};
-}
-
-// Starts a mesh whose nodes cannot be compared with those of the last one.
-static void begin_topology(Curve *curve)
-{
-    curve->first =
-        copy_rows(curve->first, curve->nodes.position, curve->nodes.node_count, 3 * sizeof(float));
-    for (int k = 0; k < CURVE_FRAMES; k++)
-        free_shape(&curve->shape[k]);
-}
-
-static void take_topology(Curve *curve)
-{
-    const NodesFrame *nodes = &curve->nodes;
-    // Has anything changed since the last frame?
-    bool known = mesh_known(curve);
-    bool same = curve->first && curve->topology == nodes->topology &&
-                curve->node_count == nodes->node_count;
-    if (same && (curve->id || !known))
-        return;
-    // With both meshes nodes keep their reference, else all begin anew.
-    if (!same && curve->id && known)
-        follow_topology(curve);
-    else if (!same)
-        begin_topology(curve);
-    // From now on this is the topology of the curve.
-    curve->topology = nodes->topology;
-    curve->node_count = nodes->node_count;
-    if (known) {
-        curve->id = copy_rows(curve->id, curve->mesh.id, nodes->node_count, sizeof *curve->id);
-    } else {
-        free(curve->id);
-        curve->id = NULL;
-    }
 }
 
 // --- frames ---
 
 static void keep(CurveShape *shape, const Curve *curve, double displacement)
 {
-    const NodesFrame *nodes = &curve->nodes;
-    const MeshFrame *mesh = &curve->mesh;
-    // Triangles change with the topology only.
-    bool same = shape->position && shape->topology == nodes->topology;
-    if (!same || !shape->triangle) {
-        free(shape->triangle);
-        shape->triangle = NULL;
-        if (mesh_known(curve)) {
-            shape->triangle_count = mesh->triangle_count;
-            shape->triangle =
-                copy_rows(NULL, mesh->triangle, mesh->triangle_count, 3 * sizeof *mesh->triangle);
-        }
-    }
-    // Positions always.
-    shape->topology = nodes->topology;
-    shape->node_count = nodes->node_count;
-    shape->position =
-        copy_rows(shape->position, nodes->position, nodes->node_count, 3 * sizeof(float));
-    shape->first = copy_rows(shape->first, curve->first, nodes->node_count, 3 * sizeof(float));
-    shape->time = nodes->time;
+    const PliantBody *body = curve->before;
+    pliant_body_release(shape->body);
+    shape->body = pliant_body_keep(body);
+    shape->first = copy_rows(shape->first, curve->first, body->node_count, 3 * sizeof(float));
     shape->displacement = displacement;
 }
 
-void curve_take_nodes(Curve *curve, const void *data, size_t size)
+void curve_take(Curve *curve, const PliantBody *body)
 {
-    const NodesFrame *nodes = &curve->nodes;
-    if (nodes_frame_add(&curve->nodes, data, size) != FRAMES_WHOLE)
-        return;
-    take_topology(curve);
+    const PliantBody *last = curve->before;
+    if (!last)
+        curve->first = copy_rows(NULL, body->position, body->node_count, 3 * sizeof(float));
+    else if (last->topology != body->topology || last->node_count != body->node_count)
+        follow_topology(curve, body);
+    pliant_body_release(last);
+    curve->before = pliant_body_keep(body);
     // The node that has moved farthest.
     double largest = 0.0;
     int largest_node = 0;
-    for (int i = 0; i < nodes->node_count; i++) {
-        if (curve->id && curve->id[i] < 0)
+    for (int i = 0; i < body->node_count; i++) {
+        if (body->id[i] < 0)
             continue; // a free slot
-        double displacement = displacement_of(curve->first, nodes->position, i);
+        double displacement = displacement_of(curve->first, body->position, i);
         if (displacement > largest) {
             largest = displacement;
             largest_node = i;
@@ -217,36 +153,26 @@ void curve_take_nodes(Curve *curve, const void *data, size_t size)
     // Keep this frame, and the one that moved most of all.
     keep(&curve->shape[CURVE_LAST], curve, largest);
     CurveShape *peak = &curve->shape[CURVE_PEAK];
-    if (!peak->position || largest > peak->displacement)
+    if (!peak->body || largest > peak->displacement)
         keep(peak, curve, largest);
     curve->frames++;
     if (curve->out)
-        fprintf(curve->out, "%.6f\t%.9g\t%d\n", nodes->time, largest, largest_node);
-}
-
-void curve_take_mesh(Curve *curve, const void *data, size_t size)
-{
-    mesh_frame_add(&curve->mesh, data, size);
-}
-
-void curve_take_delta(Curve *curve, const void *data, size_t size)
-{
-    mesh_frame_add_delta(&curve->mesh, data, size);
+        fprintf(curve->out, "%.6f\t%.9g\t%d\n", body->time, largest, largest_node);
 }
 
 // --- shapes ---
 
 static void write_corner(FILE *out, const CurveShape *shape, int node)
 {
-    const float *x = shape->position + 3 * (size_t)node;
+    const float *x = shape->body->position + 3 * (size_t)node;
     fprintf(out, "%.7g %.7g %.7g %.7g\n", (double)x[0], (double)x[1], (double)x[2],
-            displacement_of(shape->first, shape->position, node));
+            displacement_of(shape->first, shape->body->position, node));
 }
 
-static void write_triangles(FILE *out, const CurveShape *shape, const int32_t *triangle, int count)
+static void write_triangles(FILE *out, const CurveShape *shape)
 {
-    for (int t = 0; t < count; t++) {
-        const int32_t *corner = triangle + 3 * (size_t)t;
+    for (int t = 0; t < shape->body->triangle_count; t++) {
+        const int32_t *corner = shape->body->triangle + 3 * (size_t)t;
         if (corner[0] == corner[1])
             continue; // a free slot
         // pm3d draws quadrilaterals: a triangle is one whose first two corners coincide (with the
@@ -262,25 +188,16 @@ static void write_triangles(FILE *out, const CurveShape *shape, const int32_t *t
 
 bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, PliantError *error)
 {
-    const MeshFrame *mesh = &curve->mesh;
     const CurveShape *shape = &curve->shape[which];
     if (!curve->frames)
         return program_fail(error, "%s not written: no whole frame of positions came", path);
-    // Its own mesh, or one that arrived later.
-    bool late =
-        mesh->whole && mesh->topology == shape->topology && mesh->node_count == shape->node_count;
-    if (!shape->triangle && !late)
-        return program_fail(error, "%s not written: no whole mesh of topology %d came", path,
-                            shape->topology);
     FILE *out = program_open_output(path, CURVE_SHAPE_MARK, error);
     if (!out)
         return false;
     // What it shows, then triangles as gnuplot wants them.
-    fprintf(out, CURVE_SHAPE_MARK " at %.6f s, largest %.9g m\n", shape->time, shape->displacement);
-    if (shape->triangle)
-        write_triangles(out, shape, shape->triangle, shape->triangle_count);
-    else
-        write_triangles(out, shape, mesh->triangle, mesh->triangle_count);
+    fprintf(out, CURVE_SHAPE_MARK " at %.6f s, largest %.9g m\n", shape->body->time,
+            shape->displacement);
+    write_triangles(out, shape);
     // A full disk shows at the end only.
     bool failed = ferror(out) != 0;
     if (fclose(out) != 0 || failed)
@@ -290,11 +207,11 @@ bool curve_write_shape(const Curve *curve, CurveFrame which, const char *path, P
 
 void curve_destroy(Curve *curve)
 {
-    free(curve->id);
+    for (int k = 0; k < CURVE_FRAMES; k++) {
+        pliant_body_release(curve->shape[k].body);
+        free(curve->shape[k].first);
+    }
+    pliant_body_release(curve->before);
     free(curve->first);
-    for (int k = 0; k < CURVE_FRAMES; k++)
-        free_shape(&curve->shape[k]);
-    nodes_frame_destroy(&curve->nodes);
-    mesh_frame_destroy(&curve->mesh);
     *curve = (Curve){0};
 }

@@ -1,17 +1,13 @@
-// pliant-monitor: shows the state of a running daemon, in place on a terminal and line by line
-// elsewhere, and records the motion of a body. One thread; only listens, except for one DESCRIBE
-// when it needs a mesh.
-#include "client.h"
-#include "program.h"
+// pliant-monitor: shows the state of a running server, in place on a terminal and line by line
+// elsewhere, and records the motion of a body. One thread.
 #include "curve.h"
+#include "program.h"
 #include "view.h"
-#include "wire.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#include "pliant_command_t.h"
 
 enum { MONITOR_PATIENCE_S = 3 }; // limit for a daemon's first status
 
@@ -24,12 +20,12 @@ typedef struct Options {
 
 typedef struct Monitor {
     Options options;
-    Client client;
+    PliantClient *client;
     View view;
     Curve curve;
     bool terminal; // redraw in place
-    bool come;     // the first status has arrived
-    bool unknown;  // it lists no body of the name to be recorded
+    bool unknown;  // the first status lists no body of the name to be recorded
+    double status; // `received` of the last status
     PliantError why;
 } Monitor;
 
@@ -71,94 +67,44 @@ static const ArgumentTable TABLE = {
 
 // --- what comes ---
 
-// A daemon with other bodies will not get this one: reports it at once and ends the recording.
-static void find_body(Monitor *monitor, const pliant_status_t *status)
+// A server with other bodies will not get this one: reports it at once and ends the recording.
+static void find_body(Monitor *monitor, const PliantStatus *status)
 {
-    ClientBodies bodies = {.wanted = monitor->options.body};
-    for (int i = 0; i < status->num_bodies; i++)
-        client_bodies_add(&bodies, status->body[i].name);
-    monitor->unknown = bodies.count > 0 && !client_bodies_check(&bodies, &monitor->why);
-}
-
-static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    (void)channel;
-    Monitor *monitor = user;
-    pliant_status_t status;
-    if (!wire_check(&WIRE_STATUS, buffer->data, buffer->data_size) ||
-        pliant_status_t_decode(buffer->data, 0, (int)buffer->data_size, &status) < 0)
-        return;
-    // Show it; the first one says whether the body is there.
-    view_take_status(&monitor->view, &status, client_now_ns());
-    if (monitor->options.body != NULL && !monitor->come)
-        find_body(monitor, &status);
-    pliant_status_t_decode_cleanup(&status);
-    monitor->come = true;
-    // Elsewhere than on a terminal a line for each status.
-    if (!monitor->terminal && !monitor->options.once) {
-        view_print_line(&monitor->view, stdout);
-        fflush(stdout);
+    char list[900] = "";
+    for (int k = 0; k < status->body_count; k++) {
+        const size_t used = strlen(list);
+        if (strcmp(status->body[k].name, monitor->options.body) == 0)
+            return;
+        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", status->body[k].name);
     }
+    monitor->unknown = status->body_count > 0;
+    program_fail(&monitor->why, "the daemon has no body '%s', only: %s", monitor->options.body,
+                 list);
 }
 
-static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+// Takes what the last message has brought; prints a line for each elsewhere than on a terminal.
+static void take(Monitor *monitor)
 {
-    (void)channel;
-    Monitor *monitor = user;
-    pliant_event_t event;
-    if (!wire_check(&WIRE_EVENT, buffer->data, buffer->data_size) ||
-        pliant_event_t_decode(buffer->data, 0, (int)buffer->data_size, &event) < 0)
-        return;
-    view_take_event(&monitor->view, &event);
-    pliant_event_t_decode_cleanup(&event);
-    if (!monitor->terminal && !monitor->options.once) {
-        view_print_last_event(&monitor->view, stdout);
-        fflush(stdout);
+    View *view = &monitor->view;
+    const bool print = !monitor->terminal && !monitor->options.once;
+    const PliantStatus *status = pliant_status(monitor->client);
+    if (status && status->received != monitor->status) {
+        if (monitor->options.body && view->statuses == 0)
+            find_body(monitor, status);
+        view_take_status(view, status);
+        monitor->status = status->received;
+        if (print)
+            view_print_line(view, monitor->client, stdout);
     }
-}
-
-static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    (void)channel;
-    Monitor *monitor = user;
-    pliant_contact_t contact;
-    if (wire_check(&WIRE_CONTACT, buffer->data, buffer->data_size) &&
-        pliant_contact_t_decode(buffer->data, 0, (int)buffer->data_size, &contact) >= 0)
-        view_take_contact(&monitor->view, &contact, client_now_ns());
-}
-
-static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    (void)channel;
-    curve_take_nodes(&((Monitor *)user)->curve, buffer->data, buffer->data_size);
-}
-
-static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    (void)channel;
-    curve_take_mesh(&((Monitor *)user)->curve, buffer->data, buffer->data_size);
-}
-
-static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    (void)channel;
-    curve_take_delta(&((Monitor *)user)->curve, buffer->data, buffer->data_size);
-}
-
-static bool subscribe(Monitor *monitor, PliantError *error)
-{
-    Client *client = &monitor->client;
-    const char *body = monitor->options.body;
-    bool ok = client_subscribe(client, "STATUS", NULL, 16, on_status, monitor) &&
-              client_subscribe(client, "EVENT", NULL, 256, on_event, monitor) &&
-              client_subscribe(client, "CONTACT", NULL, 1024, on_contact, monitor);
-    // Only a curve needs the body itself.
-    if (ok && body)
-        ok = client_subscribe(client, "NODES", body, 4096, on_nodes, monitor) &&
-             client_subscribe(client, "POINTS", body, 4096, on_nodes, monitor) &&
-             client_subscribe(client, "MESH", body, 4096, on_mesh, monitor) &&
-             client_subscribe(client, "MESH_DELTA", body, 4096, on_delta, monitor);
-    return ok ? true : client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
+    for (const PliantEvent *event; (event = pliant_next_event(monitor->client)) != NULL;) {
+        view_take_event(view, event);
+        if (print)
+            view_print_last_event(view, stdout);
+    }
+    const PliantBody *body = pliant_body(monitor->client, monitor->options.body);
+    if (body && (!monitor->curve.before || body->count != monitor->curve.before->count))
+        curve_take(&monitor->curve, body);
+    fflush(stdout);
 }
 
 // --- terminal ---
@@ -171,7 +117,7 @@ static void redraw(const Monitor *monitor)
     if (!memory)
         return;
     // The text first, so that it reaches the terminal in one go.
-    view_print(&monitor->view, memory, client_now_ns());
+    view_print(&monitor->view, monitor->client, memory);
     fclose(memory);
     // Go home; clear each line's end and the rest of the screen: no flicker.
     fputs("\033[H", stdout);
@@ -199,43 +145,44 @@ static void terminal_end(void)
 
 // --- the loop ---
 
-static bool none_came(const Monitor *monitor, PliantError *error)
+static bool client_fails(const Monitor *monitor, PliantError *error)
 {
-    return client_fail(error,
-                       "no %s_STATUS within %d s: no pliantd on %s, or one with another prefix?",
-                       monitor->client.prefix, MONITOR_PATIENCE_S, monitor->client.url);
+    return program_fail(error, "%s", pliant_error(monitor->client));
 }
 
 static bool watch_once(Monitor *monitor, PliantError *error)
 {
-    int64_t deadline = client_now_ns() + (int64_t)MONITOR_PATIENCE_S * 1000000000;
-    client_wait(&monitor->client, deadline, &monitor->come);
-    if (!monitor->come)
-        return none_came(monitor, error);
+    if (!pliant_wait_status(monitor->client, MONITOR_PATIENCE_S))
+        return client_fails(monitor, error);
+    take(monitor);
     if (monitor->unknown)
-        return client_fail(error, "%s", monitor->why.text);
-    view_print(&monitor->view, stdout, client_now_ns());
+        return program_fail(error, "%s", monitor->why.text);
+    view_print(&monitor->view, monitor->client, stdout);
     return true;
 }
 
 static bool watch(Monitor *monitor, PliantError *error)
 {
     const Options *options = &monitor->options;
-    const int64_t start = client_now_ns();
-    const int64_t end =
-        options->duration > 0.0 ? start + (int64_t)(options->duration * 1e9) : INT64_MAX;
+    const double start = pliant_now(), redraw_every = 0.2;
+    const double end = start + (options->duration > 0.0 ? options->duration : HUGE_VAL);
+    double drawn = start;
+    bool warned = false;
     if (monitor->terminal)
         terminal_begin();
-    bool waited = true, warned = false;
-    // Look five times a second at what the messages have brought.
-    for (int64_t next = start; waited && !monitor->unknown && client_now_ns() < end;) {
-        next += 200000000;
-        waited = client_wait(&monitor->client, next < end ? next : end, &monitor->unknown);
-        if (monitor->terminal)
+    while (!monitor->unknown && !program_stopped() && pliant_now() < end) {
+        const double now = pliant_now(), next = fmin(drawn + redraw_every, end);
+        if (!pliant_wait_next(monitor->client, next - now) && !pliant_wait(monitor->client, 0.0))
+            break;
+        take(monitor);
+        if (monitor->terminal && pliant_now() >= next)
             redraw(monitor);
-        bool silent = !monitor->come && client_now_ns() - start > MONITOR_PATIENCE_S * 1000000000LL;
-        if (silent && !warned) { // keep waiting: the daemon may start later
-            none_came(monitor, error);
+        if (pliant_now() >= next)
+            drawn = pliant_now();
+        // Keeps waiting: the server may start later.
+        if (!warned && monitor->view.statuses == 0 && drawn - start > MONITOR_PATIENCE_S) {
+            pliant_wait_status(monitor->client, 0.0);
+            client_fails(monitor, error);
             warned = true;
             program_print_error("pliant-monitor", error);
         }
@@ -243,11 +190,12 @@ static bool watch(Monitor *monitor, PliantError *error)
     if (monitor->terminal)
         terminal_end();
     // What the run ended with.
-    if (monitor->client.broken)
-        return client_fail(error, "the LCM connection failed");
     if (monitor->unknown)
-        return client_fail(error, "%s", monitor->why.text);
-    return monitor->come ? true : none_came(monitor, error);
+        return program_fail(error, "%s", monitor->why.text);
+    if (!program_stopped() && !pliant_wait(monitor->client, 0.0))
+        return client_fails(monitor, error);
+    return monitor->view.statuses > 0 || pliant_wait_status(monitor->client, 0.0) ||
+           client_fails(monitor, error);
 }
 
 static bool open_curve(Monitor *monitor, PliantError *error)
@@ -257,7 +205,6 @@ static bool open_curve(Monitor *monitor, PliantError *error)
     if ((options->shape && !program_may_write(options->shape, CURVE_SHAPE_MARK, error)) ||
         (options->peak && !program_may_write(options->peak, CURVE_SHAPE_MARK, error)))
         return false;
-    PliantError ignored; // the daemon may start later, and sends its mesh every second too
     if (options->write) {
         static const char head[] = "# simulated_s\tlargest_displacement_m\tnode\n";
         monitor->curve.out = program_open_output(options->write, head, error);
@@ -265,8 +212,6 @@ static bool open_curve(Monitor *monitor, PliantError *error)
             return false;
         fputs(head, monitor->curve.out);
     }
-    if (options->shape || options->peak)
-        client_request(&monitor->client, PLIANT_COMMAND_T_DESCRIBE, 0, "", 0.5, 2, &ignored);
     return true;
 }
 
@@ -281,27 +226,28 @@ static bool close_curve(Monitor *monitor, PliantError *error)
     if (monitor->curve.out) {
         bool failed = ferror(monitor->curve.out) != 0;
         if (fclose(monitor->curve.out) != 0 || failed)
-            ok = client_fail(error, "%s: not all could be written", options->write);
+            ok = program_fail(error, "%s: not all could be written", options->write);
         else if (!monitor->curve.frames)
-            ok = client_fail(error, "no whole frame came on %s_NODES_%s", monitor->client.prefix,
-                             options->body);
+            ok = program_fail(error, "no whole frame came of body '%s'", options->body);
     }
     // A picture of the last frame and of the peak.
     for (int k = 0; k < CURVE_FRAMES; k++) {
         if (path[k] && !curve_write_shape(&monitor->curve, (CurveFrame)k, path[k], &why) && ok)
-            ok = client_fail(error, "%s", why.text);
+            ok = program_fail(error, "%s", why.text);
     }
     return ok;
 }
 
 static bool run(Monitor *monitor, PliantError *error)
 {
-    if (!subscribe(monitor, error) || !open_curve(monitor, error))
+    if (!pliant_hear_bodies(monitor->client, monitor->options.body != NULL))
+        return client_fails(monitor, error);
+    if (!open_curve(monitor, error))
         return false;
     bool ok = monitor->options.once ? watch_once(monitor, error) : watch(monitor, error);
     PliantError late;
     if (!close_curve(monitor, &late) && ok)
-        ok = client_fail(error, "%s", late.text);
+        ok = program_fail(error, "%s", late.text);
     return ok;
 }
 
@@ -314,13 +260,12 @@ int main(int argc, char **argv)
     monitor.terminal = isatty(STDOUT_FILENO) && !monitor.options.once;
     program_catch_signals();
 
-    PliantError error = {0};
-    bool ok = client_connect(&monitor.client, &monitor.options.client, &error) &&
-              program_stops(client_stop, &monitor.client) && run(&monitor, &error);
+    PliantError error;
+    monitor.client = program_open(&monitor.options.client, &error);
+    const bool ok = monitor.client && run(&monitor, &error);
     if (!ok)
         program_print_error("pliant-monitor", &error);
-    client_disconnect(&monitor.client);
-    view_destroy(&monitor.view);
     curve_destroy(&monitor.curve);
+    program_close(monitor.client);
     return ok ? 0 : 1;
 }

@@ -5,36 +5,15 @@
 #include <string.h>
 
 // After so long without news a tool is not shown in contact.
-#define STALE_NS 500000000
+#define STALE_S 0.5
 
-void view_take_status(View *view, const pliant_status_t *status, int64_t now_ns)
+void view_take_status(View *view, const PliantStatus *status)
 {
-    pliant_status_t *copy = pliant_status_t_copy(status);
-    if (!copy)
-        return;
-    if (view->status) {
-        view->late_before = view->status->late_ticks;
-        pliant_status_t_destroy(view->status);
-    } else {
-        view->late_before = status->late_ticks;
-    }
-    view->status = copy;
-    view->status_ns = now_ns;
+    view->late_before = view->statuses++ > 0 ? view->late : status->late_ticks;
+    view->late = status->late_ticks;
 }
 
-void view_take_contact(View *view, const pliant_contact_t *contact, int64_t now_ns)
-{
-    int k = 0;
-    while (k < view->tools && view->tool[k].contact.tool != contact->tool)
-        k++;
-    if (k == VIEW_TOOLS)
-        return;
-    if (k == view->tools)
-        view->tools++;
-    view->tool[k] = (ViewTool){*contact, now_ns};
-}
-
-void view_take_event(View *view, const pliant_event_t *event)
+void view_take_event(View *view, const PliantEvent *event)
 {
     int at = (int)(view->events++ % VIEW_EVENTS);
     view->event[at].step = event->step;
@@ -42,7 +21,7 @@ void view_take_event(View *view, const pliant_event_t *event)
              event->body[0] ? " " : "", event->kind, event->text);
 }
 
-static void print_head(const pliant_status_t *s, FILE *out)
+static void print_head(const PliantStatus *s, FILE *out)
 {
     program_print_text(out, s->scene, false);
     fputs("  ", out);
@@ -51,17 +30,16 @@ static void print_head(const pliant_status_t *s, FILE *out)
             (long long)s->step, s->time, s->rate_hz, s->real_time_factor);
 }
 
-static void print_timing(const View *view, FILE *out)
+static void print_timing(const View *view, const PliantStatus *s, FILE *out)
 {
-    const pliant_status_t *s = view->status;
     // What went wrong, by cause.
     fprintf(out, "late ticks %lld (+%lld)  resets %lld  refused inputs %lld",
-            (long long)s->late_ticks, (long long)(s->late_ticks - view->late_before),
+            (long long)s->late_ticks, (long long)(view->late - view->late_before),
             (long long)s->resets, (long long)s->rejected);
-    for (int k = 0; k < s->num_reasons; k++) {
+    for (int k = 0; k < s->reason_count; k++) {
         fputs(k ? ", " : " (", out);
         program_print_text(out, s->reason[k], false);
-        fprintf(out, " %lld%s", (long long)s->count[k], k + 1 == s->num_reasons ? ")" : "");
+        fprintf(out, " %lld%s", (long long)s->times[k], k + 1 == s->reason_count ? ")" : "");
     }
     // Distributions of times.
     fprintf(out, "\n\n%10s %9s %9s %9s %9s\n", "[us]", "p50", "p99", "p99.9", "max");
@@ -71,7 +49,7 @@ static void print_timing(const View *view, FILE *out)
             s->wake_us[2], s->wake_us[3]);
     // Where the time of a tick goes.
     fputs("\nstages [us per tick]", out);
-    for (int k = 0; k < s->num_stages; k++) {
+    for (int k = 0; k < s->stage_count; k++) {
         fputs("  ", out);
         program_print_text(out, s->stage[k], false);
         fprintf(out, " %.2f", s->stage_us[k]);
@@ -79,10 +57,10 @@ static void print_timing(const View *view, FILE *out)
     fputs("\n", out);
 }
 
-static void print_bodies(const pliant_status_t *s, FILE *out)
+static void print_bodies(const PliantStatus *s, FILE *out)
 {
-    for (int k = 0; k < s->num_bodies; k++) {
-        const pliant_body_status_t *b = &s->body[k];
+    for (int k = 0; k < s->body_count; k++) {
+        const PliantBodyStatus *b = &s->body[k];
         // Names come from the network: print what can be printed.
         fputs("\nbody ", out);
         program_print_text(out, b->name, false);
@@ -108,16 +86,17 @@ static void print_bodies(const pliant_status_t *s, FILE *out)
     }
 }
 
-static double force_of(const pliant_contact_t *c)
+static double force_of(const PliantContact *c)
 {
     return sqrt(c->force[0] * c->force[0] + c->force[1] * c->force[1] + c->force[2] * c->force[2]);
 }
 
-static void print_tools(const View *view, FILE *out, int64_t now_ns)
+static void print_tools(const PliantClient *client, FILE *out)
 {
-    for (int k = 0; k < view->tools; k++) {
-        const pliant_contact_t *c = &view->tool[k].contact;
-        bool stale = now_ns - view->tool[k].come_ns > STALE_NS;
+    const int tools = pliant_tool_count(client);
+    for (int k = 0; k < tools; k++) {
+        const PliantContact *c = pliant_tool(client, k);
+        bool stale = pliant_now() - c->received > STALE_S;
         fprintf(out, "%stool %d  %-9s force %8.4f %8.4f %8.4f N  |F| %7.4f N  depth %6.2f mm\n",
                 k ? "" : "\n", c->tool,
                 stale        ? "no news"
@@ -135,19 +114,20 @@ static void print_event(const View *view, int64_t number, FILE *out)
     fputc('\n', out);
 }
 
-void view_print(const View *view, FILE *out, int64_t now_ns)
+void view_print(const View *view, const PliantClient *client, FILE *out)
 {
-    if (!view->status) {
+    const PliantStatus *status = pliant_status(client);
+    if (!status) {
         fputs("no status yet\n", out);
     } else {
-        print_head(view->status, out);
-        double age = (double)(now_ns - view->status_ns) * 1e-9;
+        print_head(status, out);
+        double age = pliant_now() - status->received;
         if (age > 3.0)
             fprintf(out, "NO STATUS FOR %.0f s: the following is old\n", age);
-        print_timing(view, out);
-        print_bodies(view->status, out);
+        print_timing(view, status, out);
+        print_bodies(status, out);
     }
-    print_tools(view, out, now_ns);
+    print_tools(client, out);
     int64_t first = view->events > VIEW_EVENTS ? view->events - VIEW_EVENTS : 0;
     for (int64_t k = first; k < view->events; k++) {
         if (k == first)
@@ -156,9 +136,9 @@ void view_print(const View *view, FILE *out, int64_t now_ns)
     }
 }
 
-void view_print_line(const View *view, FILE *out)
+void view_print_line(const View *view, const PliantClient *client, FILE *out)
 {
-    const pliant_status_t *s = view->status;
+    const PliantStatus *s = pliant_status(client);
     // Time and state, then the figures that show trouble.
     fprintf(out, "%.2f s  ", s->time);
     program_print_text(out, s->state, false);
@@ -166,20 +146,21 @@ void view_print_line(const View *view, FILE *out)
         out,
         "  x%.3f  late %lld (+%lld)  resets %lld  refused %lld  step p50 %.0f p99 %.0f max %.0f "
         "us  wake-up p99 %.0f us",
-        s->real_time_factor, (long long)s->late_ticks,
-        (long long)(s->late_ticks - view->late_before), (long long)s->resets,
-        (long long)s->rejected, s->step_us[0], s->step_us[1], s->step_us[3], s->wake_us[1]);
+        s->real_time_factor, (long long)s->late_ticks, (long long)(view->late - view->late_before),
+        (long long)s->resets, (long long)s->rejected, s->step_us[0], s->step_us[1], s->step_us[3],
+        s->wake_us[1]);
     // Each body and each tool in short.
-    for (int k = 0; k < s->num_bodies; k++) {
+    for (int k = 0; k < s->body_count; k++) {
         fputs("  | ", out);
         program_print_text(out, s->body[k].name, false);
         fprintf(out, " displacement %.3f mm  nodes %d  triangles %d  level %d",
                 1e3 * s->body[k].max_displacement, s->body[k].nodes, s->body[k].elements,
                 s->body[k].finest_level);
     }
-    for (int k = 0; k < view->tools; k++)
-        fprintf(out, "  | tool %d %.4f N", view->tool[k].contact.tool,
-                force_of(&view->tool[k].contact));
+    const int tools = pliant_tool_count(client);
+    for (int k = 0; k < tools; k++)
+        fprintf(out, "  | tool %d %.4f N", pliant_tool(client, k)->tool,
+                force_of(pliant_tool(client, k)));
     fputc('\n', out);
 }
 
@@ -187,11 +168,4 @@ void view_print_last_event(const View *view, FILE *out)
 {
     if (view->events)
         print_event(view, view->events - 1, out);
-}
-
-void view_destroy(View *view)
-{
-    if (view->status)
-        pliant_status_t_destroy(view->status);
-    *view = (View){0};
 }

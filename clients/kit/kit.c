@@ -43,13 +43,12 @@ static KitTool *add_tool(PliantClient *kit, int32_t id)
 
 enum { STALE_CONTACTS = 1000 }; // of a second, more than a network holds back
 
-static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+void kit_take_contact(PliantClient *kit, const void *data, size_t size)
 {
-    (void)channel;
-    PliantClient *kit = user;
     pliant_contact_t m;
-    if (!wire_check(&WIRE_CONTACT, buffer->data, buffer->data_size) ||
-        pliant_contact_t_decode(buffer->data, 0, (int)buffer->data_size, &m) < 0)
+    kit->servers++;
+    if (!wire_check(&WIRE_CONTACT, data, size) ||
+        pliant_contact_t_decode(data, 0, (int)size, &m) < 0)
         return;
     KitTool *tool = add_tool(kit, m.tool);
     // One that was overtaken is dropped; a restarted server counts from 0 with a later clock.
@@ -57,6 +56,7 @@ static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *
                                                   tool->contact.utime, STALE_CONTACTS)))
         return;
     tool->count++;
+    kit->news++;
     PliantContact *contact = &tool->contact;
     // As a duration, its validity is the same on every clock.
     *contact = (PliantContact){.tool = m.tool,
@@ -78,19 +78,54 @@ static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *
     memcpy(contact->stiffness, m.stiffness, sizeof m.stiffness);
 }
 
-static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+static PliantBodyStatus *copy_bodies(const pliant_status_t *s)
 {
-    (void)channel;
-    PliantClient *kit = user;
-    pliant_status_t m;
-    if (!wire_check(&WIRE_STATUS, buffer->data, buffer->data_size) ||
-        pliant_status_t_decode(buffer->data, 0, (int)buffer->data_size, &m) < 0)
-        return;
+    PliantBodyStatus *body = frames_allocate((size_t)s->num_bodies, sizeof *body);
+    for (int k = 0; k < s->num_bodies; k++) {
+        const pliant_body_status_t *b = &s->body[k];
+        body[k] = (PliantBodyStatus){.name = b->name,
+                                     .model = b->model,
+                                     .integrator = b->integrator,
+                                     .topology = b->topology,
+                                     .nodes = b->nodes,
+                                     .springs = b->springs,
+                                     .elements = b->elements,
+                                     .pieces = b->pieces,
+                                     .finest_level = b->finest_level,
+                                     .time_step = b->time_step,
+                                     .kinetic = b->kinetic,
+                                     .elastic = b->elastic,
+                                     .mass = b->mass,
+                                     .max_displacement = b->max_displacement,
+                                     .estimated_error = b->estimated_error};
+    }
+    return body;
+}
+
+static void forget_status(PliantClient *kit)
+{
     if (kit->status_message)
         pliant_status_t_destroy(kit->status_message);
+    kit->status_message = NULL;
+    free(kit->body_status);
+    kit->body_status = NULL;
+}
+
+void kit_take_status(PliantClient *kit, const void *data, size_t size)
+{
+    pliant_status_t m;
+    kit->servers++;
+    if (!wire_check(&WIRE_STATUS, data, size) || pliant_status_t_decode(data, 0, (int)size, &m) < 0)
+        return;
+    forget_status(kit);
     kit->status_message = pliant_status_t_copy(&m);
     pliant_status_t_decode_cleanup(&m);
     const pliant_status_t *s = kit->status_message;
+    if (!s)
+        return;
+    kit->statuses++;
+    kit->news++;
+    kit->body_status = copy_bodies(s);
     kit->status = (PliantStatus){.scene = s->scene,
                                  .state = s->state,
                                  .step = s->step,
@@ -100,7 +135,17 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *u
                                  .late_ticks = s->late_ticks,
                                  .resets = s->resets,
                                  .rejected = s->rejected,
-                                 .received = pliant_now()};
+                                 .received = pliant_now(),
+                                 .stage_count = s->num_stages,
+                                 .stage = (const char *const *)s->stage,
+                                 .stage_us = s->stage_us,
+                                 .body_count = s->num_bodies,
+                                 .body = kit->body_status,
+                                 .reason_count = s->num_reasons,
+                                 .reason = (const char *const *)s->reason,
+                                 .times = s->count};
+    memcpy(kit->status.step_us, s->step_us, sizeof s->step_us);
+    memcpy(kit->status.wake_us, s->wake_us, sizeof s->wake_us);
 }
 
 static pliant_event_t *pop_event(PliantClient *kit)
@@ -108,19 +153,45 @@ static pliant_event_t *pop_event(PliantClient *kit)
     return kit->event_first == kit->event_end ? NULL : kit->event[kit->event_first++ % KIT_EVENTS];
 }
 
-static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+void kit_take_event(PliantClient *kit, const void *data, size_t size)
 {
-    (void)channel;
-    PliantClient *kit = user;
     pliant_event_t m;
-    if (!wire_check(&WIRE_EVENT, buffer->data, buffer->data_size) ||
-        pliant_event_t_decode(buffer->data, 0, (int)buffer->data_size, &m) < 0)
+    if (!wire_check(&WIRE_EVENT, data, size) || pliant_event_t_decode(data, 0, (int)size, &m) < 0)
         return;
     // The newest ones stay.
     if (kit->event_end - kit->event_first == KIT_EVENTS)
         pliant_event_t_destroy(pop_event(kit));
     kit->event[kit->event_end++ % KIT_EVENTS] = pliant_event_t_copy(&m);
+    kit->news++;
     pliant_event_t_decode_cleanup(&m);
+}
+
+void kit_forget(PliantClient *kit)
+{
+    for (pliant_event_t *event; (event = pop_event(kit)) != NULL;)
+        pliant_event_t_destroy(event);
+    if (kit->taken)
+        pliant_event_t_destroy(kit->taken);
+    kit->taken = NULL;
+    forget_status(kit);
+}
+
+static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *kit)
+{
+    (void)channel;
+    kit_take_contact(kit, buffer->data, buffer->data_size);
+}
+
+static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *kit)
+{
+    (void)channel;
+    kit_take_status(kit, buffer->data, buffer->data_size);
+}
+
+static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *kit)
+{
+    (void)channel;
+    kit_take_event(kit, buffer->data, buffer->data_size);
 }
 
 // --- connection ----------------------------------------------------------------------------------
@@ -148,7 +219,7 @@ static bool connect(PliantClient *kit, const PliantOptions *options)
     return (client_subscribe(&kit->client, "CONTACT", NULL, 1000, on_contact, kit) &&
             client_subscribe(&kit->client, "STATUS", NULL, 4, on_status, kit) &&
             client_subscribe(&kit->client, "EVENT", NULL, 64, on_event, kit) &&
-            kit_bodies_subscribe(kit)) ||
+            pliant_hear_bodies(kit, true)) ||
            client_fail(&kit->error, "LCM refuses to subscribe to %s_*", kit->client.prefix);
 }
 
@@ -174,12 +245,7 @@ void pliant_close(PliantClient *kit)
     // Tools would stay where they are until their timeout.
     while (kit->drives > 0)
         pliant_pose(kit, &(const PliantPose){.tool = kit->driven[kit->drives - 1]});
-    for (pliant_event_t *event; (event = pop_event(kit)) != NULL;)
-        pliant_event_t_destroy(event);
-    if (kit->taken)
-        pliant_event_t_destroy(kit->taken);
-    if (kit->status_message)
-        pliant_status_t_destroy(kit->status_message);
+    kit_forget(kit);
     kit_bodies_destroy(kit);
     client_disconnect(&kit->client);
     free(kit);
@@ -279,6 +345,27 @@ bool pliant_wait(PliantClient *kit, double seconds)
     return kit_wait(kit, kit_deadline(seconds), NULL, 0);
 }
 
+bool pliant_wait_next(PliantClient *kit, double seconds)
+{
+    const int64_t before = kit->news;
+    return kit_wait(kit, kit_deadline(seconds), &kit->news, before) && kit->news != before;
+}
+
+bool pliant_wait_server(PliantClient *kit, double seconds)
+{
+    const int64_t before = kit->servers, deadline = kit_deadline(seconds);
+    if (!kit_wait(kit, deadline, &kit->servers, before))
+        return false;
+    if (kit->servers != before)
+        return true;
+    if (client_now_ns() < deadline)
+        return client_fail(&kit->error, "a signal ended the wait for a server");
+    return client_fail(&kit->error,
+                       "no message on %s_CONTACT and %s_STATUS within %g s: no pliantd on %s, or "
+                       "one with another prefix (--prefix)?",
+                       kit->client.prefix, kit->client.prefix, seconds, kit->client.url);
+}
+
 // --- tools ---------------------------------------------------------------------------------------
 
 const PliantContact *pliant_contact(const PliantClient *kit, int32_t tool)
@@ -288,6 +375,24 @@ const PliantContact *pliant_contact(const PliantClient *kit, int32_t tool)
             return &kit->tool[i].contact;
     }
     return NULL;
+}
+
+// Entries that are only waited for are skipped.
+const PliantContact *pliant_tool(const PliantClient *kit, int k)
+{
+    for (int i = 0; i < kit->tools; i++) {
+        if (kit->tool[i].count > 0 && k-- == 0)
+            return &kit->tool[i].contact;
+    }
+    return NULL;
+}
+
+int pliant_tool_count(const PliantClient *kit)
+{
+    int count = 0;
+    for (int i = 0; i < kit->tools; i++)
+        count += kit->tool[i].count > 0;
+    return count;
 }
 
 const PliantContact *pliant_wait_contact(PliantClient *kit, int32_t tool, double seconds)
@@ -370,6 +475,19 @@ bool pliant_pose(PliantClient *kit, const PliantPose *pose)
 const PliantStatus *pliant_status(const PliantClient *kit)
 {
     return kit->status_message ? &kit->status : NULL;
+}
+
+const PliantStatus *pliant_wait_status(PliantClient *kit, double seconds)
+{
+    const int64_t before = kit->statuses, deadline = kit_deadline(seconds);
+    const bool waited = kit_wait(kit, deadline, &kit->statuses, before);
+    if (kit->statuses != before)
+        return &kit->status;
+    if (waited)
+        client_fail(&kit->error,
+                    "no %s_STATUS within %g s: no pliantd on %s, or one with another prefix?",
+                    kit->client.prefix, seconds, kit->client.url);
+    return NULL;
 }
 
 const PliantEvent *pliant_next_event(PliantClient *kit)

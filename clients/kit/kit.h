@@ -16,6 +16,7 @@ enum {
     KIT_BODIES = 64, // more are ignored, as are more tools
     KIT_TOOLS = 64,
     KIT_EVENTS = 256,
+    KIT_BODY_CHANNELS = 4,
 };
 
 // A mesh that frames share: as in PliantBody.
@@ -47,7 +48,10 @@ struct PliantClient {
     Client client;
     char input_prefix[CLIENT_PREFIX_MAX];
     PliantError error;
+    int64_t news;    // messages that have changed what a caller sees
+    int64_t servers; // contacts and statuses, whatever they say
     // bodies
+    ReceiverSubscription *hears[KIT_BODY_CHANNELS]; // all NULL: frames are not assembled
     KitBody *body[KIT_BODIES];
     int bodies;
     bool wants_mesh;           // DESCRIBE would bring it
@@ -61,6 +65,8 @@ struct PliantClient {
     // status and events
     pliant_status_t *status_message; // NULL: none
     PliantStatus status;
+    PliantBodyStatus *body_status; // [status.body_count]
+    int64_t statuses;
     pliant_event_t *event[KIT_EVENTS]; // a ring
     unsigned event_first, event_end;
     pliant_event_t *taken; // behind the event that was handed out
@@ -80,8 +86,13 @@ void kit_mesh_release(KitMesh *mesh); // NULL is allowed
 // what follows from it.
 const PliantBody *kit_frame_create(const PliantBody *body, KitMesh *mesh);
 
-// Subscribes to the messages of bodies; false if LCM refuses.
-bool kit_bodies_subscribe(PliantClient *kit);
+// Take a message, if it is one. For tests: a zeroed client without connection will do.
+void kit_take_contact(PliantClient *kit, const void *data, size_t size);
+void kit_take_status(PliantClient *kit, const void *data, size_t size);
+void kit_take_event(PliantClient *kit, const void *data, size_t size);
+// Frees what they have kept.
+void kit_forget(PliantClient *kit);
+
 void kit_bodies_destroy(PliantClient *kit);
 // Handles messages until `deadline_ns`, a signal, or `*count` (may be NULL) differs from `before`.
 // Returns false with a sentence if it was stopped or the connection is broken.

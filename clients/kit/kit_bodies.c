@@ -72,6 +72,7 @@ static void frame_try(PliantClient *kit, KitBody *body)
                                              .old_nodes = nodes->node_count - nodes->nodes.arrived},
                          body->shared);
     body->waiting = false;
+    kit->news++;
 }
 
 // --- messages ------------------------------------------------------------------------------------
@@ -146,13 +147,27 @@ static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *us
         body->first_wall = walls.first_wall;
 }
 
-bool kit_bodies_subscribe(PliantClient *kit)
+bool pliant_hear_bodies(PliantClient *kit, bool hear)
 {
     enum { QUEUE = 1000 };
-    return client_subscribe(&kit->client, "NODES", ".+", QUEUE, on_nodes, kit) &&
-           client_subscribe(&kit->client, "POINTS", ".+", QUEUE, on_nodes, kit) &&
-           client_subscribe(&kit->client, "MESH", ".+", QUEUE, on_mesh, kit) &&
-           client_subscribe(&kit->client, "WALLS", ".+", QUEUE, on_walls, kit);
+    static const struct {
+        const char *name;
+        lcm_msg_handler_t handler;
+    } CHANNELS[KIT_BODY_CHANNELS] = {
+        {"NODES", on_nodes}, {"POINTS", on_nodes}, {"MESH", on_mesh}, {"WALLS", on_walls}};
+    for (int k = 0; k < KIT_BODY_CHANNELS; k++) {
+        if (!hear)
+            receiver_unsubscribe(kit->client.receiver, kit->hears[k]);
+        kit->hears[k] = !hear           ? NULL
+                        : kit->hears[k] ? kit->hears[k]
+                                        : client_subscribe(&kit->client, CHANNELS[k].name, ".+",
+                                                           QUEUE, CHANNELS[k].handler, kit);
+        if (hear && !kit->hears[k])
+            return client_fail(&kit->error, "LCM refuses to subscribe to %s_%s_.+",
+                               kit->client.prefix, CHANNELS[k].name);
+    }
+    kit->wants_mesh &= hear;
+    return true;
 }
 
 void kit_bodies_destroy(PliantClient *kit)

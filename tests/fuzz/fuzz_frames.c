@@ -4,6 +4,7 @@
 #include "fuzz.h"
 
 #include "frames.h"
+#include "kit.h"
 #include "view.h"
 #include "program.h"
 #include "wire.h"
@@ -17,8 +18,8 @@ typedef struct Receiver {
     NodesFrame nodes;
     MeshFrame mesh;
     RestFrame rest;
+    PliantClient kit; // without connection
     View view;
-    int64_t now_ns;
     FILE *out; // nowhere
 } Receiver;
 
@@ -54,7 +55,6 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
     bool right = wire_check(TYPES[kind], data, size);
     FramesResult result;
     fuzz_print(right ? "right" : "wrong");
-    receiver->now_ns += 1000000;
     switch (kind) {
     case 0:
     case 10: // both are positions, whichever of the two it is
@@ -73,16 +73,18 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
             check_mesh(&receiver->mesh);
         break;
     case 3:
-        if (right)
-            DECODE(contact_t, view_take_contact(&receiver->view, &message, receiver->now_ns));
+        kit_take_contact(&receiver->kit, data, size);
         break;
     case 4:
+        kit_take_status(&receiver->kit, data, size);
+        MUST(right == (pliant_status(&receiver->kit) != NULL) || receiver->view.statuses > 0);
         if (right)
-            DECODE(status_t, view_take_status(&receiver->view, &message, receiver->now_ns));
+            view_take_status(&receiver->view, pliant_status(&receiver->kit));
         break;
     case 5:
+        kit_take_event(&receiver->kit, data, size);
         if (right)
-            DECODE(event_t, view_take_event(&receiver->view, &message));
+            view_take_event(&receiver->view, pliant_next_event(&receiver->kit));
         break;
     case 6:
         if (right)
@@ -102,9 +104,9 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
 
 static void show(Receiver *receiver)
 {
-    view_print(&receiver->view, receiver->out, receiver->now_ns);
-    if (receiver->view.status != NULL)
-        view_print_line(&receiver->view, receiver->out);
+    view_print(&receiver->view, &receiver->kit, receiver->out);
+    if (receiver->view.statuses > 0)
+        view_print_line(&receiver->view, &receiver->kit, receiver->out);
     if (receiver->view.events > 0)
         view_print_last_event(&receiver->view, receiver->out);
 }
@@ -115,7 +117,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (nowhere == NULL)
         nowhere = fopen("/dev/null", "w");
     MUST(nowhere != NULL);
-    Receiver receiver = {.out = nowhere};
+    Receiver *receiver = calloc(1, sizeof *receiver);
+    MUST(receiver != NULL);
+    receiver->out = nowhere;
     Feed feed = {data, size};
     for (int messages = 0; feed.left > 0 && messages < 64; messages++) {
         uint8_t kind = feed_byte(&feed);
@@ -130,13 +134,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         }
         if (part.left > 0)
             memcpy(message + length - part.left, part.at, part.left);
-        take(&receiver, kind % KINDS, message, length);
+        take(receiver, kind % KINDS, message, length);
         free(message);
     }
-    show(&receiver);
-    nodes_frame_destroy(&receiver.nodes);
-    mesh_frame_destroy(&receiver.mesh);
-    rest_frame_destroy(&receiver.rest);
-    view_destroy(&receiver.view);
+    show(receiver);
+    nodes_frame_destroy(&receiver->nodes);
+    mesh_frame_destroy(&receiver->mesh);
+    rest_frame_destroy(&receiver->rest);
+    kit_forget(&receiver->kit);
+    free(receiver);
     return 0;
 }

@@ -51,6 +51,16 @@ PLIANT_API bool pliant_wait(PliantClient *client, double seconds);
 // Ends the wait or the request in progress, and each later one at once: they fail, "interrupted".
 // What only sends goes on. For handlers of signals and for other threads; `client` stays open.
 PLIANT_API void pliant_stop(PliantClient *client);
+// Handles messages until one of them changes what the functions below return (a frame, contact,
+// status or event), so that a caller can look at each. Returns false after `seconds`, at a signal,
+// after pliant_stop, or if the connection is broken.
+PLIANT_API bool pliant_wait_next(PliantClient *client, double seconds);
+// Waits for a message of a server, a status or a contact, so that a server that is starting misses
+// nothing of what is sent then. Returns false after `seconds`, or as pliant_wait.
+PLIANT_API bool pliant_wait_server(PliantClient *client, double seconds);
+// False: frames of bodies are not assembled any more, for a client that needs forces alone; true
+// (at first): they are.
+PLIANT_API bool pliant_hear_bodies(PliantClient *client, bool hear);
 // Returns a descriptor that is readable when pliant_wait(client, 0) has something to do.
 PLIANT_API int pliant_file(const PliantClient *client);
 // Returns the time on the clock of `received` below, CLOCK_MONOTONIC [s].
@@ -137,6 +147,10 @@ PLIANT_API const PliantContact *pliant_contact(const PliantClient *client, int32
 // Waits for the next one. Returns NULL after `seconds`, or if the connection breaks.
 PLIANT_API const PliantContact *pliant_wait_contact(PliantClient *client, int32_t tool,
                                                     double seconds);
+
+// Return the number of tools of which a contact has come, and the newest contact of one, k from 0.
+PLIANT_API int pliant_tool_count(const PliantClient *client);
+PLIANT_API const PliantContact *pliant_tool(const PliantClient *client, int k);
 
 // --- haptic loop ---
 
@@ -255,6 +269,19 @@ PLIANT_API bool pliant_tie_release(PliantClient *client, int32_t number);
 
 // --- status and events ---
 
+// One body in a status.
+typedef struct PliantBodyStatus {
+    const char *name, *model, *integrator; // "surface" or "voxel"; "leapfrog", ...
+    int32_t topology;                      // number of its mesh
+    int32_t nodes, springs, elements;      // in use; springs of surfaces, whose elements are faces
+    int32_t pieces, finest_level;
+    double time_step;        // [s]
+    double kinetic, elastic; // energy [J]
+    double mass;             // [kg]
+    double max_displacement; // from the rest shape [m]
+    double estimated_error;  // of a tick's time steps, as a share of that; 0: not estimated
+} PliantBodyStatus;
+
 typedef struct PliantStatus {
     const char *scene, *state;            // "running", "paused" or "lockstep"
     int64_t step;                         // ticks completed
@@ -263,6 +290,15 @@ typedef struct PliantStatus {
     double real_time_factor;              // simulated over real time
     int64_t late_ticks, resets, rejected; // skipped, restored, refused since the start
     double received;                      // on the clock of pliant_now [s]
+    double step_us[4], wake_us[4]; // time of a step, lateness of its start: p50 p99 p99.9 max [us]
+    int32_t stage_count;
+    const char *const *stage; // [stage_count] of a tick
+    const double *stage_us;   // [stage_count] mean time of each [us]
+    int32_t body_count;
+    const PliantBodyStatus *body; // [body_count]
+    int32_t reason_count;
+    const char *const *reason; // [reason_count] why inputs were refused, and the like (status_t)
+    const int64_t *times;      // [reason_count] how often since the start
 } PliantStatus;
 
 typedef struct PliantEvent {
@@ -273,6 +309,8 @@ typedef struct PliantEvent {
 
 // Returns the server's newest status, or NULL.
 PLIANT_API const PliantStatus *pliant_status(const PliantClient *client);
+// Waits for the next one. Returns NULL after `seconds`, or if the connection breaks.
+PLIANT_API const PliantStatus *pliant_wait_status(PliantClient *client, double seconds);
 // Takes the oldest event of the last 256 that were not taken; NULL: there is none.
 PLIANT_API const PliantEvent *pliant_next_event(PliantClient *client);
 
