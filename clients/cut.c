@@ -1,22 +1,14 @@
 // pliant-cut: cuts tissue, either by messages, each of which sweeps a blade and is answered, or
-// (--stroke) by moving a blade tool along the same path. One thread. A request without answer is
-// repeated with the same number, so that the daemon executes it once.
+// (--stroke) by moving a blade tool along the same path. One thread.
 #include "blade.h"
-#include "client.h"
 #include "program.h"
 #include "track.h"
-#include "wire.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "pliant_command_t.h"
-#include "pliant_cut_t.h"
-#include "pliant_event_t.h"
-#include "pliant_tool_pose_t.h"
-
-enum { PENDING_MOST = 64 }; // requests in progress; the daemon queues 128
+enum { PENDING_MOST = 64 }; // requests in progress, as many as the client has room for
 
 typedef struct Options {
     PliantOptions client;
@@ -29,35 +21,18 @@ typedef struct Options {
     int tool, tries, repeat;
 } Options;
 
-typedef struct Pending {
-    bool used;
-    int32_t id;
-    long number; // of the sweep, from 1
-    int place;   // index of its first position
-    long tries;
-    bool waits;                 // to be sent as soon as the daemon is known to be there
-    int64_t utime;              // of the request, kept by repeats
-    int64_t first_us, again_ns; // when it was first sent; when it is repeated
-} Pending;
-
 typedef struct Cut {
     Options options;
-    Client client;
-    Pending pending[PENDING_MOST];
-    Session session;
-    int64_t daemon; // the daemon that all of this is for; 0: not known yet
-    int under_way;
-    int32_t next_id;
-    bool lost;   // some request has no answer
-    bool change; // something arrived: check again
+    PliantClient *client;
+    bool lost; // some request has no answer
     long sent, answered, made, resent;
+    int32_t first; // number of the first request
     long long separated, nodes_added;
     int pieces;
-    int64_t longest_us;
+    double longest; // [s]
     // strokes
-    long events, cuts;
+    long cuts;
     char refusal[256];
-    uint32_t sequence;
 } Cut;
 
 // --- options ---
@@ -172,220 +147,106 @@ static const ArgumentTable TABLE = {
 
 // --- what comes back ---
 
-static void take_reply(Cut *cut, Pending *pending, const pliant_reply_t *reply)
+static void take_answer(Cut *cut, const PliantAnswer *answer)
 {
-    // It is answered: count what it did.
-    int64_t trip_us = client_now_ns() / 1000 - pending->first_us;
-    pending->used = false;
-    cut->under_way--;
+    const PliantReply *reply = &answer->reply;
+    cut->lost |= !answer->answered;
+    cut->resent += answer->sent > 1 ? answer->sent - 1 : 0;
+    if (!answer->answered)
+        return;
     cut->answered++;
-    cut->made += reply->ok;
+    cut->made += answer->done;
     cut->separated += reply->separated;
     cut->nodes_added += reply->nodes_added;
     cut->pieces = reply->pieces;
-    cut->longest_us = trip_us > cut->longest_us ? trip_us : cut->longest_us;
+    cut->longest = fmax(cut->longest, answer->seconds);
     if (cut->options.quiet)
         return;
     // Texts come from the network: print what can be printed.
-    printf("sweep %ld: %s", pending->number, reply->ok ? "" : "refused: ");
+    printf("sweep %d: %s", answer->request - cut->first + 1, answer->done ? "" : "refused: ");
     program_print_text(stdout, reply->text, false);
     putchar('\n');
 }
 
-static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+static void take_event(Cut *cut, const PliantEvent *event)
 {
-    (void)channel;
-    Cut *cut = user;
-    pliant_reply_t reply;
-    if (!wire_check(&WIRE_REPLY, buffer->data, buffer->data_size) ||
-        pliant_reply_t_decode(buffer->data, 0, (int)buffer->data_size, &reply) < 0)
+    // Events that a stroke may cause.
+    bool ours = strcmp(event->kind, "cut") == 0 || strcmp(event->kind, "piece") == 0 ||
+                strcmp(event->kind, "cut_refused") == 0 || strcmp(event->kind, "tear") == 0;
+    cut->cuts += strcmp(event->kind, "cut") == 0;
+    // A refusal may be the reason why nothing is cut.
+    if (strcmp(event->kind, "refused") == 0 || strcmp(event->kind, "cut_refused") == 0)
+        snprintf(cut->refusal, sizeof cut->refusal, "%s", event->text);
+    if (!ours || cut->options.quiet)
         return;
-    // The answer of one of ours, however late.
-    for (int k = 0; k < PENDING_MOST && reply.sender == cut->client.sender; k++) {
-        Pending *pending = &cut->pending[k];
-        if (pending->used && pending->id == reply.id) {
-            take_reply(cut, pending, &reply);
-            cut->change = true;
-        }
-    }
-    pliant_reply_t_decode_cleanup(&reply);
+    printf("%s: ", event->kind);
+    program_print_text(stdout, event->text, false);
+    putchar('\n');
 }
 
-static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+// Handles messages for so long at most, until one has brought something; false if that is over.
+static bool turn(Cut *cut, double seconds, PliantError *error)
 {
-    (void)channel;
-    Cut *cut = user;
-    pliant_event_t event;
-    if (!wire_check(&WIRE_EVENT, buffer->data, buffer->data_size) ||
-        pliant_event_t_decode(buffer->data, 0, (int)buffer->data_size, &event) < 0)
-        return;
-    // Events that a stroke may cause.
-    bool ours = strcmp(event.kind, "cut") == 0 || strcmp(event.kind, "piece") == 0 ||
-                strcmp(event.kind, "cut_refused") == 0 || strcmp(event.kind, "tear") == 0;
-    cut->events++;
-    cut->cuts += strcmp(event.kind, "cut") == 0;
-    // A refusal may be the reason why nothing is cut.
-    if (strcmp(event.kind, "refused") == 0 || strcmp(event.kind, "cut_refused") == 0)
-        snprintf(cut->refusal, sizeof cut->refusal, "%s", event.text);
-    if (ours && !cut->options.quiet) {
-        printf("%s: ", event.kind);
-        program_print_text(stdout, event.text, false);
-        putchar('\n');
+    if (pliant_wait_next(cut->client, seconds) < 0 || !pliant_bound(cut->client))
+        return program_fail(error, "%s", pliant_error(cut->client));
+    for (const PliantAnswer *answer; (answer = pliant_next_answer(cut->client)) != NULL;)
+        take_answer(cut, answer);
+    for (const PliantEvent *event; (event = pliant_next_event(cut->client)) != NULL;) {
+        if (cut->options.stroke)
+            take_event(cut, event);
     }
-    cut->change = true;
-    pliant_event_t_decode_cleanup(&event);
+    return true;
 }
 
 // --- cuts by message ---
 
-static void send_sweep(Cut *cut, Pending *pending)
+// Waits until then, and until at most `in_progress` requests lack their answer.
+static bool wait_for(Cut *cut, double until, int in_progress, PliantError *error)
 {
-    char channel[CLIENT_CHANNEL_MAX], body[CLIENT_CHANNEL_MAX] = "";
-    const BladePosition *place = &cut->options.path.position[pending->place];
-    if (cut->options.body != NULL)
-        snprintf(body, sizeof body, "%s", cut->options.body);
-    pliant_cut_t message = {
-        .utime = pending->utime, .sender = cut->client.sender, .id = pending->id, .body = body};
-    // The edge before and after.
-    memcpy(message.before, place[0].end, sizeof message.before);
-    memcpy(message.after, place[1].end, sizeof message.after);
-    client_channel(&cut->client, "CUT", NULL, channel);
-    pliant_cut_t_publish(cut->client.lcm, channel, &message);
-    // The round trip counts from the first try.
-    if (pending->first_us == 0)
-        pending->first_us = client_now_ns() / 1000;
-    else
-        cut->resent++;
-    pending->waits = false;
-}
-
-static void begin_sweep(Cut *cut, int place)
-{
-    // A free slot; the caller has waited for one.
-    for (int k = 0; k < PENDING_MOST; k++) {
-        Pending *pending = &cut->pending[k];
-        if (pending->used)
-            continue;
-        *pending = (Pending){.used = true,
-                             .id = ++cut->next_id,
-                             .number = ++cut->sent,
-                             .place = place,
-                             .utime = client_utime()};
-        cut->under_way++;
-        return;
-    }
-}
-
-// True if a message sent now reaches the daemon that this is for, and no other.
-static bool is_there(Cut *cut, int64_t now)
-{
-    session_ask(&cut->session);
-    return cut->session.daemon == cut->daemon && session_is_sure(&cut->session, now);
-}
-
-static bool is_gone(const Cut *cut, PliantError *error)
-{
-    if (cut->daemon == 0 || cut->session.daemon == cut->daemon)
-        return false;
-    client_fail(error, SESSION_GONE ", another one runs: nothing more is cut");
-    return true;
-}
-
-// Finds the daemon to send to; waits for one that is just starting.
-static bool find_daemon(Cut *cut, PliantError *error)
-{
-    const double patience = cut->options.timeout_s * cut->options.tries;
-    const int64_t end = client_now_ns() + (int64_t)(patience * 1e9);
-    if (!session_open(&cut->session, &cut->client, &cut->change))
-        return client_fail(error, "LCM refuses to subscribe to %s_CLAIM", cut->client.prefix);
-    // Ask until a daemon says who it is.
-    while (cut->session.daemon == 0 && client_now_ns() < end) {
-        session_ask(&cut->session);
-        cut->change = false;
-        int64_t next = client_now_ns() + 50000000;
-        if (!client_wait(&cut->client, next < end ? next : end, &cut->change))
-            return client_fail(error,
-                               cut->client.broken ? "the LCM connection failed" : "interrupted");
-    }
-    cut->daemon = cut->session.daemon;
-    return cut->daemon != 0 ||
-           client_fail(error, "no reply on %s_CLAIM within %g s: is pliantd running on %s?",
-                       cut->client.prefix, patience, cut->client.url);
-}
-
-// Sends what is due and gives up after the last try; returns the time of the next call.
-static int64_t look_after(Cut *cut)
-{
-    int64_t now = client_now_ns(), next = now + 1000000000;
-    for (int k = 0; k < PENDING_MOST; k++) {
-        Pending *pending = &cut->pending[k];
-        // No answer in time: once more, or give up.
-        if (pending->used && pending->again_ns <= now) {
-            if (pending->tries >= cut->options.tries) {
-                pending->used = false;
-                cut->under_way--;
-                cut->lost = true;
-                continue;
-            }
-            pending->tries++;
-            pending->waits = true;
-            pending->again_ns = now + (int64_t)(cut->options.timeout_s * 1e9);
-        }
-        // Only to the daemon that the cuts are for.
-        if (pending->used && pending->waits) {
-            if (is_there(cut, now))
-                send_sweep(cut, pending);
-            else
-                next = now + 20000000 < next ? now + 20000000 : next;
-        }
-        if (pending->used && pending->again_ns < next)
-            next = pending->again_ns;
-    }
-    return next;
-}
-
-// Waits until `until_ns`, and until at most `under_way` requests lack their answer.
-static bool wait_for(Cut *cut, int64_t until_ns, int under_way, PliantError *error)
-{
-    for (;;) {
-        // Send what is due, then see whether it can go on.
-        int64_t next = look_after(cut);
-        if (is_gone(cut, error))
+    const Options *options = &cut->options;
+    for (double wait = 0.0;; wait = 1.0) {
+        const double left = until - pliant_now();
+        const bool enough = pliant_in_progress(cut->client) <= in_progress;
+        if (!turn(cut, enough ? fmin(fmax(left, 0.0), wait) : wait, error))
             return false;
-        if (cut->lost)
-            return client_fail(error, "no reply on %s_REPLY within %g s: is pliantd running on %s?",
-                               cut->client.prefix, cut->options.timeout_s * cut->options.tries,
-                               cut->client.url);
-        // Enough have been answered, and it is time.
-        if (client_now_ns() >= until_ns && cut->under_way <= under_way)
+        if (cut->lost) {
+            const double patience = options->timeout_s * options->tries;
+            const char *prefix = options->client.prefix, *refusal = pliant_refusal(cut->client);
+            if (refusal)
+                return program_fail(error, "no reply on %s_REPLY within %g s: %s", prefix, patience,
+                                    refusal);
+            return program_fail(error,
+                                "no reply on %s_REPLY within %g s: is pliantd running on %s?",
+                                prefix, patience, pliant_network(cut->client));
+        }
+        if (pliant_now() >= until && pliant_in_progress(cut->client) <= in_progress)
             return true;
-        if (cut->under_way <= under_way && until_ns < next)
-            next = until_ns;
-        cut->change = false;
-        if (!client_wait(&cut->client, next, &cut->change))
-            return client_fail(error,
-                               cut->client.broken ? "the LCM connection failed" : "interrupted");
     }
 }
 
 static bool cut_all(Cut *cut, PliantError *error)
 {
     const Options *options = &cut->options;
-    const int64_t start = client_now_ns();
+    const double start = pliant_now();
     // With a rate of its own, a sweep does not wait for earlier answers.
     const int most = options->rate_hz > 0.0 ? PENDING_MOST - 1 : 0;
     // Each sweep when it is due and when there is room for it.
     for (long n = 0; n < options->repeat; n++)
         for (int i = blade_next_sweep(&options->path, -1); i >= 0;
              i = blade_next_sweep(&options->path, i)) {
-            int64_t due = options->rate_hz > 0.0
-                              ? start + (int64_t)((double)cut->sent * 1e9 / options->rate_hz)
-                              : 0;
+            const BladePosition *place = &options->path.position[i];
+            const double due =
+                options->rate_hz > 0.0 ? start + (double)cut->sent / options->rate_hz : 0.0;
             if (!wait_for(cut, due, most, error))
                 return false;
-            begin_sweep(cut, i);
+            const int32_t request =
+                pliant_cut_begin(cut->client, place[0].end, place[1].end, options->body);
+            if (request == 0)
+                return program_fail(error, "%s", pliant_error(cut->client));
+            if (cut->sent++ == 0)
+                cut->first = request;
         }
-    return wait_for(cut, 0, 0, error);
+    return wait_for(cut, 0.0, 0, error);
 }
 
 static void print_summary(const Cut *cut)
@@ -393,52 +254,34 @@ static void print_summary(const Cut *cut)
     printf("%ld sweep%s, %ld of them cut: %lld links severed, %lld nodes added, %d piece%s now; "
            "longest answer %.1f ms",
            cut->answered, cut->answered == 1 ? "" : "s", cut->made, cut->separated,
-           cut->nodes_added, cut->pieces, cut->pieces == 1 ? "" : "s",
-           1e-3 * (double)cut->longest_us);
+           cut->nodes_added, cut->pieces, cut->pieces == 1 ? "" : "s", 1e3 * cut->longest);
     if (cut->resent > 0)
         printf(", %ld sent again", cut->resent);
     putchar('\n');
 }
 
-// No sweep cut anything: checks whether a body of that name exists.
-static bool explain_nothing(Cut *cut, PliantError *error)
-{
-    const Options *options = &cut->options;
-    cut->client.last_id = cut->next_id; // a sender uses each id once
-    if (options->body != NULL &&
-        client_request(&cut->client, PLIANT_COMMAND_T_DESCRIBE, 0, "", options->timeout_s,
-                       options->tries, error) &&
-        !client_described_body(&cut->client, options->body, error))
-        return false;
-    return client_fail(error, "nothing was cut");
-}
-
 static bool send_cuts(Cut *cut, PliantError *error)
 {
-    if (!client_subscribe(&cut->client, "REPLY", NULL, 256, on_reply, cut))
-        return client_fail(error, "LCM refuses to subscribe to %s_REPLY", cut->client.prefix);
-    bool ok = find_daemon(cut, error) && cut_all(cut, error);
+    const Options *options = &cut->options;
+    const bool ok = cut_all(cut, error);
     if (cut->answered > 0)
         print_summary(cut);
-    if (ok && cut->made == 0)
-        return explain_nothing(cut, error);
-    return ok;
+    if (!ok || cut->made > 0)
+        return ok;
+    // No sweep cut anything: is there a body of that name?
+    if (options->body && !pliant_find_body(cut->client, options->body))
+        return program_fail(error, "%s", pliant_error(cut->client));
+    return program_fail(error, "nothing was cut");
 }
 
 // --- strokes of a tool ---
 
-static void send_pose(Cut *cut, const TrackPose *pose, bool active)
+static bool send_pose(Cut *cut, const TrackPose *pose, bool active)
 {
-    char channel[CLIENT_CHANNEL_MAX];
-    pliant_tool_pose_t message = {.utime = client_utime(),
-                                  .sender = cut->client.sender,
-                                  .sequence = (int32_t)cut->sequence++,
-                                  .tool = cut->options.tool,
-                                  .active = active};
+    PliantPose message = {.tool = cut->options.tool, .active = active};
     memcpy(message.position, pose->position, sizeof message.position);
     memcpy(message.orientation, pose->orientation, sizeof message.orientation);
-    client_channel(&cut->client, "TOOL_POSE", NULL, channel);
-    pliant_tool_pose_t_publish(cut->client.lcm, channel, &message);
+    return pliant_pose(cut->client, &message);
 }
 
 // Moves from place `first` until the blade is lifted; *next is the start of the following stroke.
@@ -448,67 +291,71 @@ static bool move_stroke(Cut *cut, int first, int *next, PliantError *error)
     const double rate = options->rate_hz > 0.0 ? options->rate_hz : 1000.0;
     Track track;
     *next = blade_track(&options->path, first, options->speed, &track);
-    const int64_t start = client_now_ns();
+    const double start = pliant_now();
     const double end = track_duration(&track) + 2.0 / rate; // time to reach the last pose
     TrackPose pose;
-    bool going = true;
-    for (int64_t k = 0; going; k++) {
-        double time = (double)(client_now_ns() - start) * 1e-9; // skips poses that are late
+    bool ok = true;
+    for (int64_t k = 0; ok; k++) {
+        double time = pliant_now() - start; // skips poses that are late
         if (time > end)
             break;
         track_at(&track, fmin(time, track_duration(&track)), &pose);
-        if (is_there(cut, client_now_ns()))
-            send_pose(cut, &pose, true);
-        if (cut->session.daemon != cut->daemon)
-            break;
-        int64_t due = start + (int64_t)((double)(k + 1) * 1e9 / rate);
-        going = client_wait(&cut->client, due, NULL);
+        ok = send_pose(cut, &pose, true);
+        if (!ok)
+            program_fail(error, "%s", pliant_error(cut->client));
+        const double due = start + (double)(k + 1) / rate;
+        for (double left; ok && (left = due - pliant_now()) > 0.0;)
+            ok = turn(cut, left, error);
     }
     track_at(&track, track_duration(&track), &pose);
-    for (int k = 0; k < 3;
-         k++) // repeated, so that a lost datagram does not leave the blade in the tissue
+    for (int k = 0; k < 3; k++) // a lost datagram would leave the blade in the tissue
         send_pose(cut, &pose, false);
     track_destroy(&track);
-    if (is_gone(cut, error))
-        return false;
-    return going ||
-           client_fail(error, cut->client.broken ? "the LCM connection failed" : "interrupted");
+    return ok;
 }
 
 static bool move_tool(Cut *cut, PliantError *error)
 {
     const Options *options = &cut->options;
-    if (!client_subscribe(&cut->client, "EVENT", NULL, 256, on_event, cut))
-        return client_fail(error, "LCM refuses to subscribe to %s_EVENT", cut->client.prefix);
-    const double patience = options->timeout_s * options->tries; // as with messages
-    if (!client_hear_daemon(&cut->client, patience, error) || !find_daemon(cut, error))
-        return false;
-    // One stroke after the other, each until the daemon has told of it.
+    // One stroke after the other, each until the server has reported it.
     for (long n = 0; n < options->repeat; n++)
         for (int next, i = 0; i < options->path.count; i = next) {
-            long before = cut->cuts;
+            const long before = cut->cuts;
             if (!move_stroke(cut, i, &next, error))
                 return false;
             // Until the event of the stroke, or until none can be in transit any more.
-            int64_t until = client_now_ns() + (int64_t)(options->timeout_s * 1e9);
-            while (cut->cuts == before && client_now_ns() < until) {
-                cut->change = false;
-                if (!client_wait(&cut->client, until, &cut->change))
-                    return client_fail(error, "interrupted");
+            const double until = pliant_now() + options->timeout_s;
+            for (double left; cut->cuts == before && (left = until - pliant_now()) > 0.0;) {
+                if (!turn(cut, left, error))
+                    return false;
             }
         }
     if (cut->cuts > 0)
         return true;
-    return client_fail(error,
-                       "no stroke was reported on %s_EVENT: tool %d met no cuttable tissue, "
-                       "is not a blade, or its edge is not along its z axis%s%s",
-                       cut->client.prefix, options->tool,
-                       cut->refusal[0] ? "; the daemon said: " : "", cut->refusal);
+    return program_fail(
+        error,
+        "no stroke was reported: tool %d met no cuttable tissue, is not a blade, or "
+        "its edge is not along its z axis%s%s",
+        options->tool, cut->refusal[0] ? "; the daemon said: " : "", cut->refusal);
+}
+
+static bool run(Cut *cut, PliantError *error)
+{
+    const Options *options = &cut->options;
+    const double patience = options->timeout_s * options->tries;
+    pliant_patience(cut->client, options->timeout_s, options->tries);
+    // All of it is for the server that runs now.
+    if (!pliant_hear_bodies(cut->client, false) ||
+        (options->stroke && !pliant_wait_server(cut->client, patience)) ||
+        !pliant_bind(cut->client, patience))
+        return program_fail(error, "%s", pliant_error(cut->client));
+    return options->stroke ? move_tool(cut, error) : send_cuts(cut, error);
 }
 
 int main(int argc, char **argv)
 {
-    static Cut cut = {.options.blade = {(double)NAN}};
+    static Cut cut;
+    cut.options.blade[0] = (double)NAN;
     Status status = {0};
     if (!arguments_parse(&TABLE, argc, argv, &cut.options, &status))
         return arguments_exit(&status);
@@ -522,12 +369,11 @@ int main(int argc, char **argv)
         blade_destroy(&options->path);
         return 2;
     }
-    bool ok = client_connect(&cut.client, &options->client, &error) &&
-              program_stops(client_stop, &cut.client) &&
-              (options->stroke ? move_tool(&cut, &error) : send_cuts(&cut, &error));
+    cut.client = program_open(&options->client, &error);
+    const bool ok = cut.client && run(&cut, &error);
     if (!ok)
         program_print_error("pliant-cut", &error);
-    client_disconnect(&cut.client);
+    program_close(cut.client);
     blade_destroy(&options->path);
     return ok ? 0 : 1;
 }

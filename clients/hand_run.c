@@ -5,13 +5,11 @@
 
 static const double REST = 0.4; // pause before each run, in which the body comes to rest [s]
 
-void hand_run_hear(HandRun *run, const pliant_contact_t *contact)
+void hand_run_hear(HandRun *run, const PliantContact *contact)
 {
     if (!run->active)
         return;
-    // A duration is the same on every clock.
-    HandForce force = {.contact = contact->contact != 0,
-                       .valid = 1e-6 * ((double)contact->valid_until - (double)contact->utime)};
+    HandForce force = {.contact = contact->contact, .valid = contact->valid};
     double size = 0.0;
     memcpy(force.position, contact->position, sizeof force.position);
     memcpy(force.force, contact->force, sizeof force.force);
@@ -21,7 +19,7 @@ void hand_run_hear(HandRun *run, const pliant_contact_t *contact)
         size += fabs(force.stiffness[i / 3][i % 3]);
     run->forces++;
     run->stiff += size > 0.0;
-    hand_hear(&run->hand, (double)(client_now_ns() - run->start_ns) * 1e-9, &force);
+    hand_hear(&run->hand, (double)(program_now_ns() - run->start_ns) * 1e-9, &force);
 }
 
 // Runs ticks for `seconds`; `moves`: the hand moves, else it rests.
@@ -30,9 +28,9 @@ static bool run_ticks(HandRun *run, double seconds, bool moves, PliantError *err
     const int64_t period_ns = (int64_t)(1e9 / HAND_RATE);
     const double still[3] = {0.0, 0.0, 0.0};
     // Ticks at absolute deadlines, as in the daemon.
-    run->start_ns = client_now_ns();
+    run->start_ns = program_now_ns();
     for (int64_t tick = 0;; tick++) {
-        int64_t behind = (client_now_ns() - run->start_ns) / period_ns - tick;
+        int64_t behind = (program_now_ns() - run->start_ns) / period_ns - tick;
         if (behind > 1) // the process was stopped: continue from now, without a burst
             tick += behind;
         double time = (double)tick / HAND_RATE;
@@ -47,9 +45,8 @@ static bool run_ticks(HandRun *run, double seconds, bool moves, PliantError *err
         if (moves)
             hand_feel(&run->hand, time);
         // Forces arrive while it waits for the next tick.
-        if (!client_wait(run->client, run->start_ns + (tick + 1) * period_ns, NULL))
-            return client_fail(error, run->client->broken ? "the LCM connection failed"
-                                                          : "stopped before the end");
+        if (!run->wait(run->user, run->start_ns + (tick + 1) * period_ns))
+            return program_fail(error, "stopped before the end");
     }
 }
 

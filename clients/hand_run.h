@@ -3,14 +3,12 @@
 #ifndef PLIANT_CLIENTS_HAND_RUN_H
 #define PLIANT_CLIENTS_HAND_RUN_H
 
-#include "client.h"
 #include "hand.h"
-
-#include "pliant_contact_t.h"
+#include "program.h"
 
 typedef struct HandRun {
-    Client *client;
     void (*send)(void *user, const double position[3], const double linear[3], bool twist);
+    bool (*wait)(void *user, int64_t until_ns); // handles messages; false: stopped, or broken
     void *user;
     double touch[3], direction[3];   // as in Hand
     int cycles;                      // counted cycles
@@ -20,7 +18,7 @@ typedef struct HandRun {
 } HandRun;
 
 // Takes a contact of the tool; called while messages are handled.
-void hand_run_hear(HandRun *run, const pliant_contact_t *contact);
+void hand_run_hear(HandRun *run, const PliantContact *contact);
 // Rests at the point of contact, then moves; the figures are in run->hand. Returns false if it was
 // stopped or the connection broke.
 bool hand_run(HandRun *run, const HandOptions *options, PliantError *error);

@@ -13,7 +13,7 @@ enum { MONITOR_PATIENCE_S = 3 }; // limit for a daemon's first status
 
 typedef struct Options {
     PliantOptions client;
-    bool once;
+    bool once, list;
     double duration; // [s]; 0: until a signal
     const char *body, *write, *shape, *peak;
 } Options;
@@ -37,6 +37,10 @@ static const ArgumentRow ROWS[] = {
     {.type = ARGUMENT_HEADING, .help = "What to show:"},
     {"once", '1', ARGUMENT_FLAG, NULL, AT(once),
      .help = "print one status and exit (status 1 if none arrives within 3 s)"},
+    {"list", 0, ARGUMENT_FLAG, NULL, AT(list),
+     .help =
+         "list the servers on the network (prefix, scene, state, rate) that are heard within 3 s, "
+         "or --duration, and exit (status 1 if none is)"},
     {"duration", 'd', ARGUMENT_NUMBER, "S", AT(duration), 0.01, 1e7,
      .help = "exit after S seconds"},
     {"nodes", 'n', ARGUMENT_NAME, "BODY", AT(body), .help = "record this body, with:"},
@@ -53,6 +57,8 @@ static const ArgumentRow ROWS[] = {
 static bool check(void *target, Status *why)
 {
     const Options *options = target;
+    if (options->list && (options->once || options->body))
+        return status_fail(why, STATUS_INVALID, "--list goes with neither --once nor --nodes");
     return !options->body == !(options->write || options->shape || options->peak) ||
            status_fail(why, STATUS_INVALID,
                        "--nodes BODY goes with --write, --shape or --peak, and they with it");
@@ -172,7 +178,7 @@ static bool watch(Monitor *monitor, PliantError *error)
         terminal_begin();
     while (!monitor->unknown && !program_stopped() && pliant_now() < end) {
         const double now = pliant_now(), next = fmin(drawn + redraw_every, end);
-        if (!pliant_wait_next(monitor->client, next - now) && !pliant_wait(monitor->client, 0.0))
+        if (pliant_wait_next(monitor->client, next - now) < 0)
             break;
         take(monitor);
         if (monitor->terminal && pliant_now() >= next)
@@ -251,6 +257,30 @@ static bool run(Monitor *monitor, PliantError *error)
     return ok;
 }
 
+// --- servers on the network ---
+
+static bool list(const Options *options, PliantError *error)
+{
+    enum { MOST = 256 };
+    static PliantServer server[MOST];
+    const double seconds = options->duration > 0.0 ? options->duration : MONITOR_PATIENCE_S;
+    const int count = pliant_servers(options->client.url, seconds, server, MOST, error);
+    for (int k = 0; k < count; k++) {
+        const PliantServer *s = &server[k];
+        printf("%-24s ", s->prefix);
+        if (s->state[0]) {
+            program_print_text(stdout, s->scene, false);
+            fputs("  ", stdout);
+            program_print_text(stdout, s->state, false);
+            printf("  %g Hz  simulated %.2f s\n", s->rate_hz, s->time);
+        } else {
+            puts("publishes no status");
+        }
+    }
+    return count > 0 ||
+           (count == 0 && program_fail(error, "no server was heard within %g s", seconds));
+}
+
 int main(int argc, char **argv)
 {
     static Monitor monitor;
@@ -261,8 +291,11 @@ int main(int argc, char **argv)
     program_catch_signals();
 
     PliantError error;
-    monitor.client = program_open(&monitor.options.client, &error);
-    const bool ok = monitor.client && run(&monitor, &error);
+    bool ok = false;
+    if (monitor.options.list)
+        ok = list(&monitor.options, &error);
+    else if ((monitor.client = program_open(&monitor.options.client, &error)) != NULL)
+        ok = run(&monitor, &error);
     if (!ok)
         program_print_error("pliant-monitor", &error);
     curve_destroy(&monitor.curve);

@@ -2,24 +2,15 @@
 // and shows the force on the tool. One thread, poses at absolute deadlines; withdraws the tool at
 // the end.
 #include "aim.h"
-#include "client.h"
-#include "program.h"
 #include "hand_run.h"
 #include "keys.h"
-#include "round_trip.h"
+#include "program.h"
 #include "track.h"
-#include "wire.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "pliant_contact_t.h"
-#include "pliant_event_t.h"
-#include "pliant_status_t.h"
-#include "pliant_tool_pose_t.h"
-
-enum { OTHER_TOOLS = 8 };
 #define AUTO_BEGINS 0.05 // --auto that touches sooner begins in the body [s]
 #define AUTO_APART  1e-3 // so does one that the server leads out by more than this [m]
 #define AUTO_REACH  0.1  // how far --auto searches beyond the body's nearest node [m]
@@ -42,18 +33,17 @@ typedef struct Options {
 
 typedef struct Probe {
     Options options;
-    Client client;
+    PliantClient *client;
     Track track;
     FILE *log;
     int64_t start_ns; // of the path
     // what is sent
     TrackPose pose;
     bool active;
-    uint32_t sequence;
-    int64_t last_utime, poses, missed; // missed: deadlines that had passed
-    RoundTrips trips;
+    int64_t poses, missed; // missed: deadlines that had passed
     // what comes back
-    pliant_contact_t contact;  // the last one computed for a pose of ours
+    double received;           // of the last contact that was taken
+    PliantContact contact;     // the last one computed for a pose of ours
     int64_t contact_ns;        // its arrival; 0: none yet
     int64_t contacts, foreign; // foreign: of our tool, but for another client's pose
     double begun;              // --auto: when what is felt counts [s]
@@ -61,9 +51,7 @@ typedef struct Probe {
     bool touched, deepened;    // --auto deepens its press at the first contact
     double force_max, force_sum, depth_max;
     int64_t touching;
-    long other_tool[OTHER_TOOLS];
-    int other_tools;
-    char state[16], refusal[256];
+    char refusal[256];
     // a hand
     HandRun run;
     bool no_twist;
@@ -206,42 +194,27 @@ static double length_of(const double v[3])
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-static void write_log_row(Probe *probe, double trip_us)
+static void write_log_row(Probe *probe, double trip)
 {
-    const pliant_contact_t *c = &probe->contact;
+    const PliantContact *c = &probe->contact;
     const double *x = probe->pose.position;
     fprintf(probe->log,
             "%.6f\t%.6f\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%.9g\t%d\t%.0f\n",
             (double)(probe->contact_ns - probe->start_ns) * 1e-9, c->time, x[0], x[1], x[2],
             c->force[0], c->force[1], c->force[2], c->torque[0], c->torque[1], c->torque[2],
-            c->depth, c->contact != 0, trip_us);
+            c->depth, c->contact, trip > 0.0 ? 1e6 * trip : (double)NAN);
 }
 
-static void note_other_tool(Probe *probe, long tool)
+static void take_contact(Probe *probe, const PliantContact *contact)
 {
-    for (int k = 0; k < probe->other_tools; k++) {
-        if (probe->other_tool[k] == tool)
-            return;
-    }
-    if (probe->other_tools < OTHER_TOOLS)
-        probe->other_tool[probe->other_tools++] = tool;
-}
-
-static void take_contact(Probe *probe, const pliant_contact_t *contact)
-{
-    int64_t trip;
-    // Another tool's contacts show that the daemon is there.
-    if (contact->tool != probe->options.tool) {
-        note_other_tool(probe, contact->tool);
-        return;
-    }
-    // A contact computed for somebody else's pose.
-    if (!round_trip_received(&probe->trips, contact->pose_utime, client_now_ns() / 1000, &trip)) {
+    const double trip = pliant_contact_trip(probe->client, contact->tool);
+    probe->received = contact->received;
+    if (trip < 0.0) { // computed for another client's pose
         probe->foreign++;
         return;
     }
     probe->contact = *contact;
-    probe->contact_ns = client_now_ns();
+    probe->contact_ns = program_now_ns();
     probe->contacts++;
     double way[3];
     for (int k = 0; k < 3; k++)
@@ -258,72 +231,51 @@ static void take_contact(Probe *probe, const pliant_contact_t *contact)
     }
     hand_run_hear(&probe->run, contact);
     if (probe->log)
-        write_log_row(probe, trip < 0 ? (double)NAN : (double)trip);
+        write_log_row(probe, trip);
 }
 
-static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+// Takes what the last message has brought.
+static void take(Probe *probe)
 {
-    (void)channel;
-    pliant_contact_t contact;
-    if (wire_check(&WIRE_CONTACT, buffer->data, buffer->data_size) &&
-        pliant_contact_t_decode(buffer->data, 0, (int)buffer->data_size, &contact) >= 0)
-        take_contact(user, &contact);
+    const PliantContact *contact = pliant_contact(probe->client, probe->options.tool);
+    if (contact && contact->received != probe->received)
+        take_contact(probe, contact);
+    for (const PliantEvent *event; (event = pliant_next_event(probe->client)) != NULL;) {
+        if (strcmp(event->kind, "refused") == 0)
+            snprintf(probe->refusal, sizeof probe->refusal, "%s", event->text);
+    }
 }
 
-static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+// Handles messages until then; false if it was stopped, or the connection is broken.
+static bool wait_until(void *user, int64_t until_ns)
 {
-    (void)channel;
     Probe *probe = user;
-    pliant_status_t status;
-    if (!wire_check(&WIRE_STATUS, buffer->data, buffer->data_size) ||
-        pliant_status_t_decode(buffer->data, 0, (int)buffer->data_size, &status) < 0)
-        return;
-    snprintf(probe->state, sizeof probe->state, "%s", status.state);
-    pliant_status_t_decode_cleanup(&status);
-}
-
-static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    (void)channel;
-    Probe *probe = user;
-    pliant_event_t event;
-    if (!wire_check(&WIRE_EVENT, buffer->data, buffer->data_size) ||
-        pliant_event_t_decode(buffer->data, 0, (int)buffer->data_size, &event) < 0)
-        return;
-    if (strcmp(event.kind, "refused") == 0)
-        snprintf(probe->refusal, sizeof probe->refusal, "%s", event.text);
-    pliant_event_t_decode_cleanup(&event);
+    for (;;) {
+        const int64_t left = until_ns - program_now_ns();
+        const int news = pliant_wait_next(probe->client, 1e-9 * (double)left);
+        if (news > 0)
+            take(probe);
+        if (news < 0 || left <= 0 || (news == 0 && program_now_ns() >= until_ns))
+            return news >= 0;
+    }
 }
 
 // --- what is sent ---
 
 static void send_pose(Probe *probe)
 {
-    char channel[CLIENT_CHANNEL_MAX];
-    // Each utime is unique, so that a contact identifies its pose.
-    int64_t utime = client_utime();
-    if (utime <= probe->last_utime)
-        utime = probe->last_utime + 1;
-    probe->last_utime = utime;
     const TrackPose *pose = &probe->pose;
-    pliant_tool_pose_t message = {.utime = utime,
-                                  .sender = probe->client.sender,
-                                  .sequence = (int32_t)probe->sequence++,
-                                  .tool = probe->options.tool,
-                                  .twist_valid = !probe->no_twist,
-                                  .active = probe->active};
+    PliantPose message = {
+        .tool = probe->options.tool, .moving = !probe->no_twist, .active = probe->active};
     // The grip follows its own course from the start.
     if (probe->active && probe->start_ns > 0)
         message.grip =
-            grip_at(&probe->options.grip, (double)(client_now_ns() - probe->start_ns) * 1e-9);
+            grip_at(&probe->options.grip, (double)(program_now_ns() - probe->start_ns) * 1e-9);
     memcpy(message.position, pose->position, sizeof message.position);
     memcpy(message.orientation, pose->orientation, sizeof message.orientation);
-    memcpy(message.twist, pose->linear, sizeof pose->linear);
-    memcpy(message.twist + 3, pose->angular, sizeof pose->angular);
-    // Note it as sent before it can be answered.
-    client_channel(&probe->client, "TOOL_POSE", NULL, channel);
-    round_trip_sent(&probe->trips, utime, client_now_ns() / 1000);
-    pliant_tool_pose_t_publish(probe->client.lcm, channel, &message);
+    memcpy(message.linear, pose->linear, sizeof message.linear);
+    memcpy(message.angular, pose->angular, sizeof message.angular);
+    pliant_pose(probe->client, &message);
     probe->poses++;
 }
 
@@ -440,7 +392,7 @@ static bool prepare_path(Probe *probe, PliantError *error)
     if (options->aim) {
         Aim aim = {.body = ""};
         snprintf(aim.body, sizeof aim.body, "%s", options->body ? options->body : "");
-        if (!aim_find(&probe->client, options->direction, &aim, error))
+        if (!aim_find(probe->client, options->direction, &aim, error))
             return false;
         for (int k = 0; k < 3; k++)
             options->start[k] = aim.node[k] - options->clearance * options->direction[k];
@@ -456,7 +408,7 @@ static bool prepare_path(Probe *probe, PliantError *error)
     memcpy(probe->target, options->start, sizeof probe->target);
     track_at(&probe->track, 0.0, &probe->pose);
     if (options->mode == MODE_KEYS && !keys_open())
-        return client_fail(error, "--keys: standard input is not a terminal");
+        return program_fail(error, "--keys: standard input is not a terminal");
     return true;
 }
 
@@ -464,7 +416,7 @@ static bool prepare_path(Probe *probe, PliantError *error)
 
 static void print_line(const Probe *probe, double time, const char *end)
 {
-    const pliant_contact_t *c = &probe->contact;
+    const PliantContact *c = &probe->contact;
     const double *x = probe->pose.position;
     printf("%7.2f s  pose %8.4f %8.4f %8.4f m  force %7.3f %7.3f %7.3f N  |F| %6.3f N  depth %6.2f "
            "mm  %s%s",
@@ -478,35 +430,43 @@ static void print_line(const Probe *probe, double time, const char *end)
 }
 
 // Explains from the other messages why no contact of ours arrives.
-static bool explain_silence(const Probe *probe, PliantError *error)
+static bool explain_silence(Probe *probe, PliantError *error)
 {
-    const Options *options = &probe->options;
-    char tools[128] = "";
-    // What was heard tells what is missing; the surest sign comes first.
-    for (int k = 0; k < probe->other_tools; k++) {
-        size_t used = strlen(tools);
-        snprintf(tools + used, sizeof tools - used, "%s%ld", k ? ", " : "", probe->other_tool[k]);
+    const int tool = probe->options.tool, tools = pliant_tool_count(probe->client);
+    const char *refusal = pliant_refusal(probe->client);
+    const char *prefix = probe->options.client.prefix;
+    const PliantStatus *status = pliant_status(probe->client);
+    char others[128] = "";
+    for (int k = 0; k < tools; k++) {
+        size_t used = strlen(others);
+        snprintf(others + used, sizeof others - used, "%s%d", k ? ", " : "",
+                 pliant_tool(probe->client, k)->tool);
     }
-    const char *prefix = probe->client.prefix;
+    // What was heard tells what is missing; the surest sign comes first.
+    if (probe->foreign && refusal)
+        return program_fail(error, "the daemon has tool %d, but does not use our poses: %s", tool,
+                            refusal);
     if (probe->foreign)
-        return client_fail(error,
-                           "the daemon has tool %d, but does not use our poses: another sender "
-                           "drives it, or they are refused%s%s",
-                           options->tool, probe->refusal[0] ? ": " : "", probe->refusal);
-    if (probe->other_tools)
-        return client_fail(error, "no %s_CONTACT of tool %d: the daemon has tools %s (--tool ID)",
-                           prefix, options->tool, tools);
+        return program_fail(error,
+                            "the daemon has tool %d, but does not use our poses: another sender "
+                            "drives it, or they are refused%s%s",
+                            tool, probe->refusal[0] ? ": " : "", probe->refusal);
+    if (tools > 0)
+        return program_fail(error, "no %s_CONTACT of tool %d: the daemon has tools %s (--tool ID)",
+                            prefix, tool, others);
+    if (refusal)
+        return program_fail(error, "no %s_CONTACT: %s", prefix, refusal);
     if (probe->refusal[0])
-        return client_fail(error, "the daemon refuses the poses: %s", probe->refusal);
-    if (probe->state[0])
-        return client_fail(error,
-                           "the daemon (%s) sends %s_STATUS but no %s_CONTACT: has its scene tool "
-                           "%d, is publish.contact_hz 0, or is it paused?",
-                           probe->state, prefix, prefix, options->tool);
-    return client_fail(error,
-                       "no %s_CONTACT within %g s: no pliantd on %s, or one with another prefix "
-                       "(--prefix)?",
-                       prefix, options->timeout_s, probe->client.url);
+        return program_fail(error, "the daemon refuses the poses: %s", probe->refusal);
+    if (status)
+        return program_fail(error,
+                            "the daemon (%s) sends %s_STATUS but no %s_CONTACT: has its scene tool "
+                            "%d, is publish.contact_hz 0, or is it paused?",
+                            status->state, prefix, prefix, tool);
+    return program_fail(error,
+                        "no %s_CONTACT within %g s: no pliantd on %s, or one with another prefix "
+                        "(--prefix)?",
+                        prefix, probe->options.timeout_s, pliant_network(probe->client));
 }
 
 static bool drive(Probe *probe, PliantError *error)
@@ -518,10 +478,10 @@ static bool drive(Probe *probe, PliantError *error)
     const double print_every = live ? 0.1 : 1.0;
     double printed = 0.0;
     probe->active = true;
-    probe->start_ns = client_now_ns();
+    probe->start_ns = program_now_ns();
     // Poses at absolute deadlines; between them, messages.
     for (int64_t tick = 0;; tick++) {
-        int64_t now = client_now_ns();
+        int64_t now = program_now_ns();
         int64_t behind = (now - probe->start_ns) / period_ns - tick;
         if (behind > 1) { // the process was stopped: continue from now, without a burst
             probe->missed += behind;
@@ -539,37 +499,36 @@ static bool drive(Probe *probe, PliantError *error)
         int64_t heard = probe->contact_ns ? probe->contact_ns : probe->start_ns;
         if ((double)(now - heard) * 1e-9 > options->timeout_s)
             return explain_silence(probe, error);
-        if (!client_wait(&probe->client, probe->start_ns + (tick + 1) * period_ns, NULL))
+        if (!wait_until(probe, probe->start_ns + (tick + 1) * period_ns))
             break;
     }
     // The last line stays.
     if (live)
         putchar('\n');
     // What the whole run tells.
-    if (probe->client.broken)
-        return client_fail(error, "the LCM connection failed");
+    if (!program_stopped() && pliant_wait_next(probe->client, 0.0) < 0)
+        return program_fail(error, "%s", pliant_error(probe->client));
     if (!probe->contacts)
         return explain_silence(probe, error);
     if (options->mode == MODE_AUTO && !probe->touched && !program_stopped())
-        return client_fail(error, "the tool went %.0f mm and never touched the body",
-                           1e3 * (options->clearance + AUTO_REACH));
+        return program_fail(error, "the tool went %.0f mm and never touched the body",
+                            1e3 * (options->clearance + AUTO_REACH));
     return true;
 }
 
 static void print_summary(const Probe *probe)
 {
-    const RoundTrips *trips = &probe->trips;
     printf("poses sent %lld (%lld deadlines missed), contacts received %lld, touching %lld\n",
            (long long)probe->poses, (long long)probe->missed, (long long)probe->contacts,
            (long long)probe->touching);
     printf("force max %.4f N, mean while touching %.4f N, depth max %.2f mm\n", probe->force_max,
            probe->touching ? probe->force_sum / (double)probe->touching : 0.0,
            1e3 * probe->depth_max);
-    if (trips->count)
-        printf("round trip min %lld us, p50 %lld us, p99 %lld us (%lld measured)\n",
-               (long long)round_trip_quantile(trips, 0.0),
-               (long long)round_trip_quantile(trips, 0.5),
-               (long long)round_trip_quantile(trips, 0.99), (long long)trips->count);
+    const PliantClient *client = probe->client;
+    if (pliant_round_trips(client) > 0)
+        printf("round trip min %.0f us, p50 %.0f us, p99 %.0f us (%lld measured)\n",
+               1e6 * pliant_round_trip(client, 0.0), 1e6 * pliant_round_trip(client, 0.5),
+               1e6 * pliant_round_trip(client, 0.99), (long long)pliant_round_trips(client));
 }
 
 #define LOG_MARK "# time_s\tsimulated_s\t"
@@ -594,17 +553,7 @@ static bool close_log(Probe *probe, PliantError *error)
     if (probe->log && fclose(probe->log) != 0)
         failed = true;
     probe->log = NULL;
-    return failed ? client_fail(error, "%s: not all could be written", probe->options.log) : true;
-}
-
-static bool subscribe(Probe *probe, PliantError *error)
-{
-    Client *client = &probe->client;
-    if (!client_subscribe(client, "CONTACT", NULL, 1024, on_contact, probe) ||
-        !client_subscribe(client, "STATUS", NULL, 4, on_status, probe) ||
-        !client_subscribe(client, "EVENT", NULL, 64, on_event, probe))
-        return client_fail(error, "LCM refuses to subscribe to %s_CONTACT", client->prefix);
-    return true;
+    return failed ? program_fail(error, "%s: not all could be written", probe->options.log) : true;
 }
 
 static void send_hand(void *user, const double position[3], const double linear[3], bool twist)
@@ -623,8 +572,8 @@ static bool feel(Probe *probe, PliantError *error)
     HandRun *hand = &probe->run;
     // The run sends poses and hears forces through this program's tool.
     probe->active = true;
-    hand->client = &probe->client;
     hand->send = send_hand;
+    hand->wait = wait_until;
     hand->user = probe;
     hand->cycles = options->repeat;
     memcpy(hand->touch, probe->pose.position, sizeof hand->touch);
@@ -645,11 +594,12 @@ static bool run(Probe *probe, PliantError *error)
 {
     const char *log = probe->options.log;
     // Refuse files before the tool moves.
-    if ((log && !program_may_write(log, LOG_MARK, error)) || !subscribe(probe, error))
+    if (log && !program_may_write(log, LOG_MARK, error))
         return false;
-    if (!probe->options.aim && // --auto waits for an answer itself
-        !client_hear_daemon(&probe->client, probe->options.timeout_s, error))
-        return false;
+    if (!pliant_hear_bodies(probe->client, false) ||
+        (!probe->options.aim && // --auto waits for an answer itself
+         !pliant_wait_server(probe->client, probe->options.timeout_s)))
+        return program_fail(error, "%s", pliant_error(probe->client));
     // Find the place, then touch the body and move.
     if (!prepare_path(probe, error) || !open_log(probe, error))
         return false;
@@ -662,7 +612,7 @@ static bool run(Probe *probe, PliantError *error)
         print_summary(probe);
     PliantError late;
     if (!close_log(probe, &late) && ok)
-        ok = client_fail(error, "%s", late.text);
+        ok = program_fail(error, "%s", late.text);
     return ok;
 }
 
@@ -682,11 +632,11 @@ int main(int argc, char **argv)
         program_print_error("pliant-probe", &error);
         return 2;
     }
-    bool ok = client_connect(&probe.client, &probe.options.client, &error) &&
-              program_stops(client_stop, &probe.client) && run(&probe, &error);
+    probe.client = program_open(&probe.options.client, &error);
+    const bool ok = probe.client && run(&probe, &error);
     if (!ok)
         program_print_error("pliant-probe", &error);
-    client_disconnect(&probe.client);
+    program_close(probe.client);
     track_destroy(&probe.track);
     return ok ? 0 : 1;
 }

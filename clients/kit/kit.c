@@ -57,6 +57,10 @@ void kit_take_contact(PliantClient *kit, const void *data, size_t size)
         return;
     tool->count++;
     kit->news++;
+    int64_t us;
+    tool->trip = !round_trip_received(&kit->trips, m.pose_utime, client_now_ns() / 1000, &us) ? -1.0
+                 : us < 0                                                                     ? 0.0
+                          : fmax(1e-6 * (double)us, 1e-9); // measured, however short
     PliantContact *contact = &tool->contact;
     // As a duration, its validity is the same on every clock.
     *contact = (PliantContact){.tool = m.tool,
@@ -144,6 +148,12 @@ void kit_take_status(PliantClient *kit, const void *data, size_t size)
                                  .reason_count = s->num_reasons,
                                  .reason = (const char *const *)s->reason,
                                  .times = s->count};
+    for (int k = 0; k < s->num_reasons; k++) {
+        if (strcmp(s->reason[k], "other_host") == 0)
+            kit->refused = s->count[k];
+    }
+    if (kit->statuses == 1 || kit->refused < kit->refused_first) // also a restarted server's
+        kit->refused_first = kit->refused;
     memcpy(kit->status.step_us, s->step_us, sizeof s->step_us);
     memcpy(kit->status.wake_us, s->wake_us, sizeof s->wake_us);
 }
@@ -247,6 +257,7 @@ void pliant_close(PliantClient *kit)
         pliant_pose(kit, &(const PliantPose){.tool = kit->driven[kit->drives - 1]});
     kit_forget(kit);
     kit_bodies_destroy(kit);
+    kit_pending_destroy(kit);
     client_disconnect(&kit->client);
     free(kit);
 }
@@ -306,14 +317,15 @@ bool kit_wait(PliantClient *kit, int64_t deadline_ns, const int64_t *count, int6
     while (!(count && *count != before)) {
         ask_for_meshes(kit);
         // Wait for at most a turn, after which meshes may be asked for again.
-        const int64_t left = deadline_ns - client_now_ns();
-        switch (client_turn(&kit->client, left < TURN_NS ? left : TURN_NS)) {
+        const int64_t now = client_now_ns(), left = deadline_ns - now;
+        const int64_t due = kit_pending_turn(kit, now) - now, turn = due < TURN_NS ? due : TURN_NS;
+        switch (client_turn(&kit->client, left < turn ? left : turn)) {
         case CLIENT_TURN_OVER:
             return client_fail_over(&kit->client, &kit->error);
         case CLIENT_TURN_SIGNAL:
             return true;
         case CLIENT_TURN_QUIET:
-            if (left <= TURN_NS)
+            if (left <= turn)
                 return true;
             break;
         case CLIENT_TURN_MESSAGE: // what is there is handled, but a flood ends, too
@@ -345,10 +357,11 @@ bool pliant_wait(PliantClient *kit, double seconds)
     return kit_wait(kit, kit_deadline(seconds), NULL, 0);
 }
 
-bool pliant_wait_next(PliantClient *kit, double seconds)
+int pliant_wait_next(PliantClient *kit, double seconds)
 {
     const int64_t before = kit->news;
-    return kit_wait(kit, kit_deadline(seconds), &kit->news, before) && kit->news != before;
+    const bool waited = kit_wait(kit, kit_deadline(seconds), &kit->news, before);
+    return kit->news != before ? 1 : waited ? 0 : -1;
 }
 
 bool pliant_wait_server(PliantClient *kit, double seconds)
@@ -375,6 +388,26 @@ const PliantContact *pliant_contact(const PliantClient *kit, int32_t tool)
             return &kit->tool[i].contact;
     }
     return NULL;
+}
+
+double pliant_contact_trip(const PliantClient *kit, int32_t tool)
+{
+    for (int i = 0; i < kit->tools; i++) {
+        if (kit->tool[i].contact.tool == tool && kit->tool[i].count > 0)
+            return kit->tool[i].trip;
+    }
+    return -1.0;
+}
+
+int64_t pliant_round_trips(const PliantClient *kit)
+{
+    return kit->trips.count;
+}
+
+double pliant_round_trip(const PliantClient *kit, double share)
+{
+    const double within = isfinite(share) ? fmax(0.0, fmin(share, 1.0)) : 0.0;
+    return kit->trips.count > 0 ? 1e-6 * (double)round_trip_quantile(&kit->trips, within) : -1.0;
 }
 
 // Entries that are only waited for are skipped.
@@ -449,7 +482,11 @@ bool pliant_pose(PliantClient *kit, const PliantPose *pose)
 {
     if (!check_pose(kit, pose))
         return false;
-    pliant_tool_pose_t m = {.utime = client_utime(),
+    if (!kit_may_send(kit))
+        return pliant_bound(kit); // for a moment it is not known who would get it
+    const int64_t utime = client_utime();
+    kit->pose_utime = utime > kit->pose_utime ? utime : kit->pose_utime + 1;
+    pliant_tool_pose_t m = {.utime = kit->pose_utime,
                             .sender = kit->client.sender,
                             .sequence = ++kit->pose_sequence,
                             .tool = pose->tool,
@@ -466,6 +503,7 @@ bool pliant_pose(PliantClient *kit, const PliantPose *pose)
     }
     char channel[CLIENT_CHANNEL_MAX];
     kit_input_channel(kit, "TOOL_POSE", channel);
+    round_trip_sent(&kit->trips, m.utime, client_now_ns() / 1000); // before it can be answered
     return pliant_tool_pose_t_publish(kit->client.lcm, channel, &m) >= 0 ||
            client_fail(&kit->error, "LCM cannot send on %s", channel);
 }

@@ -6,7 +6,9 @@
 
 #include "client.h"
 #include "frames_parts.h"
+#include "round_trip.h"
 
+#include "pliant_cut_t.h"
 #include "pliant_event_t.h"
 #include "pliant_status_t.h"
 
@@ -17,6 +19,7 @@ enum {
     KIT_TOOLS = 64,
     KIT_EVENTS = 256,
     KIT_BODY_CHANNELS = 4,
+    KIT_PENDING = 64, // the server queues 128
 };
 
 // A mesh that frames share: as in PliantBody.
@@ -42,7 +45,22 @@ typedef struct KitBody {
 typedef struct KitTool {
     PliantContact contact; // the newest one
     int64_t count;         // received; 0: only waited for
+    double trip;           // of the newest one, as pliant_contact_trip
 } KitTool;
+
+// A cut that was begun.
+typedef struct KitPending {
+    bool used, waits; // `waits`: to be sent as soon as that is possible
+    pliant_cut_t cut;
+    char body[CLIENT_CHANNEL_MAX];
+    int sent, tries;
+    int64_t first_ns, again_ns; // when it was first sent; when it is repeated
+} KitPending;
+
+typedef struct KitAnswer {
+    PliantAnswer answer;
+    pliant_reply_t *reply; // that `answer` points into; NULL: none
+} KitAnswer;
 
 struct PliantClient {
     Client client;
@@ -62,6 +80,8 @@ struct PliantClient {
     int32_t driven[KIT_TOOLS]; // ids of active tools
     int drives;
     int32_t pose_sequence;
+    int64_t pose_utime; // of the last pose: each has its own, by which contacts name it
+    RoundTrips trips;
     // status and events
     pliant_status_t *status_message; // NULL: none
     PliantStatus status;
@@ -75,6 +95,18 @@ struct PliantClient {
     PliantReply reply;
     double try_s; // without a reply until a request is repeated
     int tries;
+    KitPending pending[KIT_PENDING];
+    KitAnswer answer[KIT_PENDING]; // a ring
+    unsigned answer_first, answer_end;
+    KitAnswer answer_taken;
+    int in_progress;
+    bool hears_replies;
+    // servers
+    Session session;
+    int64_t bound;                  // the daemon that all is for; 0: any
+    int64_t refused_first, refused; // messages of other hosts, by its statuses
+    char refusal[512];
+    char described[4096]; // names of bodies, each with its end
 };
 
 // Returns a copy of `bytes` bytes; aborts if there is no memory.
@@ -97,6 +129,11 @@ void kit_bodies_destroy(PliantClient *kit);
 // Handles messages until `deadline_ns`, a signal, or `*count` (may be NULL) differs from `before`.
 // Returns false with a sentence if it was stopped or the connection is broken.
 bool kit_wait(PliantClient *kit, int64_t deadline_ns, const int64_t *count, int64_t before);
+// Sends what is due of the requests that were begun; returns the time of the next call [ns].
+int64_t kit_pending_turn(PliantClient *kit, int64_t now_ns);
+void kit_pending_destroy(PliantClient *kit);
+// True if a message sent now reaches the server that this is for, if it is bound, and no other.
+bool kit_may_send(PliantClient *kit);
 // Waits until the count of `what` grows; returns false with a sentence otherwise.
 bool kit_wait_for(PliantClient *kit, const char *what, double seconds, const int64_t *count);
 // Returns the deadline `seconds` from now [ns]; a number that is none, or below 0, is now.

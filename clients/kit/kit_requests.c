@@ -20,6 +20,7 @@ _Static_assert((int)PLIANT_STOP == PLIANT_COMMAND_T_STOP, "commands as on the wi
 _Static_assert((int)PLIANT_CARRY == PLIANT_TIE_T_CARRY, "ties as on the wire");
 
 typedef struct Request {
+    PliantClient *kit;
     const char *channel;
     void (*publish)(lcm_t *lcm, const char *channel, int32_t sender, int32_t id, void *message);
     void *message;
@@ -29,6 +30,8 @@ static void publish(Client *client, const char *channel, const void *message)
 {
     (void)channel; // that of the output prefix
     const Request *request = message;
+    if (!kit_may_send(request->kit))
+        return; // it is repeated
     request->publish(client->lcm, request->channel, client->sender, client->last_id,
                      request->message);
 }
@@ -38,8 +41,18 @@ static const PliantReply *ask(PliantClient *kit, const char *name, Request reque
     char channel[CLIENT_CHANNEL_MAX];
     kit_input_channel(kit, name, channel);
     request.channel = channel;
-    if (!client_ask(&kit->client, name, publish, &request, kit->try_s, kit->tries, &kit->error))
+    request.kit = kit;
+    if (!pliant_bound(kit))
         return NULL;
+    if (!client_ask(&kit->client, name, publish, &request, kit->try_s, kit->tries, &kit->error)) {
+        // A server that does not hear this host does not answer either.
+        const Client *client = &kit->client;
+        const char *refusal = pliant_refusal(kit);
+        if (!client->reply_come && !client->broken && !client->stopped && refusal)
+            client_fail(&kit->error, "no reply on %s_REPLY within %g s: %s", client->prefix,
+                        kit->try_s * kit->tries, refusal);
+        return NULL;
+    }
     const pliant_reply_t *reply = kit->client.reply;
     kit->reply = (PliantReply){.step = reply->step,
                                .separated = reply->separated,

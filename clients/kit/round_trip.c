@@ -12,6 +12,8 @@ void round_trip_sent(RoundTrips *trips, int64_t utime, int64_t now)
 bool round_trip_received(RoundTrips *trips, int64_t pose_utime, int64_t now, int64_t *us)
 {
     *us = -1;
+    if (pose_utime == 0)
+        return false; // no pose
     // The answered pose is nearly always among the newest.
     for (unsigned k = 1; k <= ROUND_TRIP_SENT; k++) {
         int64_t *sent = &trips->sent[(trips->next - k) % ROUND_TRIP_SENT];

@@ -52,12 +52,23 @@ PLIANT_API bool pliant_wait(PliantClient *client, double seconds);
 // What only sends goes on. For handlers of signals and for other threads; `client` stays open.
 PLIANT_API void pliant_stop(PliantClient *client);
 // Handles messages until one of them changes what the functions below return (a frame, contact,
-// status or event), so that a caller can look at each. Returns false after `seconds`, at a signal,
-// after pliant_stop, or if the connection is broken.
-PLIANT_API bool pliant_wait_next(PliantClient *client, double seconds);
+// status, event or answer), so that a caller can look at each. Returns 1 then, 0 after `seconds` or
+// at a signal, -1 after pliant_stop or if the connection is broken.
+PLIANT_API int pliant_wait_next(PliantClient *client, double seconds);
 // Waits for a message of a server, a status or a contact, so that a server that is starting misses
 // nothing of what is sent then. Returns false after `seconds`, or as pliant_wait.
 PLIANT_API bool pliant_wait_server(PliantClient *client, double seconds);
+// Returns the network of the client as a text for people.
+PLIANT_API const char *pliant_network(const PliantClient *client);
+// Returns a sentence if the server counts messages of other hosts that it has refused since this
+// client first heard it, which may be this client's; else NULL. The sentence names what permits
+// them.
+PLIANT_API const char *pliant_refusal(PliantClient *client);
+// Binds the client to the server that answers within `seconds`: from now on poses and requests
+// reach this server and no other that takes its place. They fail if it is gone.
+PLIANT_API bool pliant_bind(PliantClient *client, double seconds);
+// Returns false with a sentence if another server has taken its place.
+PLIANT_API bool pliant_bound(PliantClient *client);
 // False: frames of bodies are not assembled any more, for a client that needs forces alone; true
 // (at first): they are.
 PLIANT_API bool pliant_hear_bodies(PliantClient *client, bool hear);
@@ -152,6 +163,15 @@ PLIANT_API const PliantContact *pliant_wait_contact(PliantClient *client, int32_
 PLIANT_API int pliant_tool_count(const PliantClient *client);
 PLIANT_API const PliantContact *pliant_tool(const PliantClient *client, int k);
 
+// Returns the time from pliant_pose to the newest contact of a tool [s], if that is the first one
+// that was computed with this pose; 0: an earlier one was; below 0: the pose in use is another
+// client's, or none.
+PLIANT_API double pliant_contact_trip(const PliantClient *client, int32_t tool);
+// Return the number of these round trips, and the time that a share of them, from 0 (the shortest)
+// to 1, does not exceed [s], below 0 if there is none.
+PLIANT_API int64_t pliant_round_trips(const PliantClient *client);
+PLIANT_API double pliant_round_trip(const PliantClient *client, double share);
+
 // --- haptic loop ---
 
 // The force that a haptic device shows between two contacts: a plane through the last one with the
@@ -229,6 +249,12 @@ PLIANT_API const PliantReply *pliant_command(PliantClient *client, PliantCommand
 // Returns the scene as text (bodies, tools, capacities), and makes the server send whole meshes.
 // NULL on failure.
 PLIANT_API const char *pliant_describe(PliantClient *client);
+// Asks for the bodies of the scene: returns their number, and the names of the first `most`; -1 on
+// failure.
+PLIANT_API int pliant_scene_bodies(PliantClient *client, const char **name, int most);
+// Returns false with a sentence that lists the bodies if the scene has none of this name, by the
+// newest status or else by asking; true also if the server names none.
+PLIANT_API bool pliant_find_body(PliantClient *client, const char *name);
 // Cuts along the quadrilateral between a blade's edge before and after, two ends each [m]. `body`
 // NULL: all. Returns NULL on failure.
 PLIANT_API const PliantReply *pliant_cut(PliantClient *client, const double before[2][3],
@@ -237,6 +263,25 @@ PLIANT_API const PliantReply *pliant_cut(PliantClient *client, const double befo
 PLIANT_API const PliantReply *pliant_load(PliantClient *client, const double center[3],
                                           double radius, const double force[3], double duration,
                                           const char *body);
+
+// The answer to a request that is not waited for.
+typedef struct PliantAnswer {
+    int32_t request;   // its number
+    bool answered;     // false: no reply came
+    bool done;         // false: the server refused it, reply.text says why
+    int sent;          // how often
+    double seconds;    // from the first time to the reply
+    PliantReply reply; // if it was answered
+} PliantAnswer;
+
+// Begins a cut and returns its number, 0 on failure: it is sent and repeated while messages are
+// handled. At most 64 are in progress, or have an answer that was not taken.
+PLIANT_API int32_t pliant_cut_begin(PliantClient *client, const double before[2][3],
+                                    const double after[2][3], const char *body);
+// Returns the number of requests that were begun and lack their answer.
+PLIANT_API int pliant_in_progress(const PliantClient *client);
+// Takes the oldest answer; NULL: there is none.
+PLIANT_API const PliantAnswer *pliant_next_answer(PliantClient *client);
 
 typedef enum PliantTieKind {
     PLIANT_PIN = 1,  // holds nodes where they are, in the world
@@ -313,6 +358,20 @@ PLIANT_API const PliantStatus *pliant_status(const PliantClient *client);
 PLIANT_API const PliantStatus *pliant_wait_status(PliantClient *client, double seconds);
 // Takes the oldest event of the last 256 that were not taken; NULL: there is none.
 PLIANT_API const PliantEvent *pliant_next_event(PliantClient *client);
+
+// --- servers on a network ---
+
+typedef struct PliantServer {
+    char prefix[32];
+    char scene[64], state[16]; // as in PliantStatus; "": it publishes no status
+    double rate_hz, time;
+} PliantServer;
+
+// Listens for `seconds` to a network (NULL: as in PliantOptions) and returns the number of prefixes
+// on which servers publish, and the first `most` of them, sorted; -1 on failure. A signal ends it
+// early.
+PLIANT_API int pliant_servers(const char *url, double seconds, PliantServer *server, int most,
+                              PliantError *error);
 
 // --- recordings ----------------------------------------------------------------------------------
 
