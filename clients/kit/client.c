@@ -245,34 +245,6 @@ bool client_wait(Client *client, int64_t deadline_ns, const bool *done)
     }
 }
 
-static void on_anything(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    (void)buffer;
-    (void)channel;
-    *(bool *)user = true;
-}
-
-bool client_hear_daemon(Client *client, double timeout_s, PliantError *error)
-{
-    bool heard = false;
-    // Contacts or statuses: one of them is always published.
-    ReceiverSubscription *on[2] = {
-        client_subscribe(client, "CONTACT", NULL, 1, on_anything, &heard),
-        client_subscribe(client, "STATUS", NULL, 1, on_anything, &heard)};
-    client_wait(client, client_now_ns() + (int64_t)(timeout_s * 1e9), &heard);
-    for (int k = 0; k < 2; k++)
-        receiver_unsubscribe(client->receiver, on[k]);
-    // Say why nothing was heard.
-    if (heard)
-        return true;
-    if (client->broken || client->stopped)
-        return client_fail_over(client, error);
-    return client_fail(error,
-                       "no message on %s_CONTACT and %s_STATUS within %g s: no pliantd on %s, or "
-                       "one with another prefix (--prefix)?",
-                       client->prefix, client->prefix, timeout_s, client->url);
-}
-
 // --- requests ---
 
 static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *user)
@@ -340,35 +312,4 @@ bool client_request(Client *client, int32_t kind, int64_t value, const char *arg
     snprintf(text, sizeof text, "%s", argument);
     const pliant_command_t command = {.kind = kind, .value = value, .argument = text};
     return client_ask(client, "COMMAND", publish_command, &command, timeout_s, tries, error);
-}
-
-// --- bodies by name ---
-
-void client_bodies_add(ClientBodies *bodies, const char *name)
-{
-    size_t used = strlen(bodies->list);
-    snprintf(bodies->list + used, sizeof bodies->list - used, "%s%s", bodies->count > 0 ? ", " : "",
-             name);
-    bodies->found |= strcmp(name, bodies->wanted) == 0;
-    bodies->count++;
-}
-
-bool client_bodies_check(const ClientBodies *bodies, PliantError *error)
-{
-    return bodies->found || client_fail(error, "the daemon has no body '%s', only: %s",
-                                        bodies->wanted, bodies->list);
-}
-
-bool client_described_body(const Client *client, const char *wanted, PliantError *error)
-{
-    ClientBodies bodies = {.wanted = wanted};
-    const char *line = client->reply != NULL ? client->reply->text : NULL;
-    // Its lines of bodies.
-    for (; line != NULL; line = strchr(line, '\n')) {
-        char name[CLIENT_CHANNEL_MAX];
-        line += *line == '\n';
-        if (sscanf(line, "body %63[^: \n]", name) == 1)
-            client_bodies_add(&bodies, name);
-    }
-    return bodies.count == 0 || client_bodies_check(&bodies, error);
 }

@@ -93,11 +93,6 @@ bool client_fail_over(const Client *client, PliantError *error);
 // Returns true if the deadline or `*done` was reached.
 bool client_wait(Client *client, int64_t deadline_ns, const bool *done);
 
-// Waits for a message of a daemon (_CONTACT or _STATUS), so that a daemon that is starting misses
-// nothing of a path. Returns false with a sentence after `timeout_s` of silence, a signal or a
-// broken connection.
-bool client_hear_daemon(Client *client, double timeout_s, PliantError *error);
-
 // --- requests ---
 
 // Sends a command and waits for its reply; repeats it with the same id, so that the daemon executes
@@ -111,23 +106,6 @@ bool client_request(Client *client, int32_t kind, int64_t value, const char *arg
 typedef void ClientPublish(Client *client, const char *channel, const void *message);
 bool client_ask(Client *client, const char *name, ClientPublish *publish, const void *message,
                 double timeout_s, int tries, PliantError *error);
-
-// --- bodies by name ---
-
-// The names of a daemon's bodies, and whether a wanted one is among them.
-typedef struct ClientBodies {
-    const char *wanted;
-    bool found;
-    int count;
-    char list[900]; // "liver, stomach"
-} ClientBodies;
-
-void client_bodies_add(ClientBodies *bodies, const char *name);
-// Returns false with a sentence that lists the bodies if the wanted one is not among them.
-bool client_bodies_check(const ClientBodies *bodies, PliantError *error);
-// The same for the bodies in the reply to DESCRIBE in client->reply; true also if the daemon
-// describes none.
-bool client_described_body(const Client *client, const char *wanted, PliantError *error);
 
 // --- the daemon that serves ----------------------------------------------------------------------
 

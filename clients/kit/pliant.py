@@ -65,10 +65,30 @@ class _Tie(ctypes.Structure):
                 ("damping_ratio", c_double), ("break_force", c_double)]
 
 
+class _Answer(ctypes.Structure):
+    _fields_ = [("request", c_int32), ("answered", c_bool), ("done", c_bool), ("sent", c_int), ("seconds", c_double),
+                ("reply", _Reply)]
+
+
+class _Server(ctypes.Structure):
+    _fields_ = [("prefix", c_char * 32), ("scene", c_char * 64), ("state", c_char * 16), ("rate_hz", c_double),
+                ("time", c_double)]
+
+
+class _BodyStatus(ctypes.Structure):
+    _fields_ = [("name", c_char_p), ("model", c_char_p), ("integrator", c_char_p), ("topology", c_int32),
+                ("nodes", c_int32), ("springs", c_int32), ("elements", c_int32), ("pieces", c_int32),
+                ("finest_level", c_int32), ("time_step", c_double), ("kinetic", c_double), ("elastic", c_double),
+                ("mass", c_double), ("max_displacement", c_double), ("estimated_error", c_double)]
+
+
 class _Status(ctypes.Structure):
     _fields_ = [("scene", c_char_p), ("state", c_char_p), ("step", c_int64), ("time", c_double),
                 ("rate_hz", c_double), ("real_time_factor", c_double), ("late_ticks", c_int64),
-                ("resets", c_int64), ("rejected", c_int64), ("received", c_double)]
+                ("resets", c_int64), ("rejected", c_int64), ("received", c_double), ("step_us", c_double * 4),
+                ("wake_us", c_double * 4), ("stage_count", c_int32), ("stage", POINTER(c_char_p)),
+                ("stage_us", POINTER(c_double)), ("body_count", c_int32), ("body", POINTER(_BodyStatus)),
+                ("reason_count", c_int32), ("reason", POINTER(c_char_p)), ("times", POINTER(c_int64))]
 
 
 class _ToolRow(ctypes.Structure):
@@ -110,10 +130,28 @@ _haptic_energy = _declare(c_double, "haptic_energy", c_void_p)
 _command = _declare(POINTER(_Reply), "command", c_void_p, c_int, c_int64, c_char_p)
 _cut = _declare(POINTER(_Reply), "cut", c_void_p, _Edge, _Edge, c_char_p)
 _load = _declare(POINTER(_Reply), "load", c_void_p, _Vector, c_double, _Vector, c_double, c_char_p)
-_tie = _declare(c_int32, "tie", c_void_p, POINTER(_Tie))
+_tie = _declare(c_int32, "tie_as", c_void_p, c_int32, POINTER(_Tie))
 _tie_change = _declare(c_bool, "tie_change", c_void_p, c_int32, POINTER(_Tie))
 _tie_release = _declare(c_bool, "tie_release", c_void_p, c_int32)
 _status = _declare(POINTER(_Status), "status", c_void_p)
+_wait_status = _declare(POINTER(_Status), "wait_status", c_void_p, c_double)
+_stop = _declare(None, "stop", c_void_p)
+_wait_next = _declare(c_int, "wait_next", c_void_p, c_double)
+_wait_server = _declare(c_bool, "wait_server", c_void_p, c_double)
+_refusal = _declare(c_char_p, "refusal", c_void_p)
+_bind = _declare(c_bool, "bind", c_void_p, c_double)
+_hear_bodies = _declare(c_bool, "hear_bodies", c_void_p, c_bool)
+_tool_count = _declare(c_int, "tool_count", c_void_p)
+_tool = _declare(POINTER(_Contact), "tool", c_void_p, c_int)
+_contact_trip = _declare(c_double, "contact_trip", c_void_p, c_int32)
+_round_trips = _declare(c_int64, "round_trips", c_void_p)
+_round_trip = _declare(c_double, "round_trip", c_void_p, c_double)
+_patience = _declare(None, "patience", c_void_p, c_double, c_int)
+_scene_bodies = _declare(c_int, "scene_bodies", c_void_p, POINTER(c_char_p), c_int)
+_cut_begin = _declare(c_int32, "cut_begin", c_void_p, _Edge, _Edge, c_char_p)
+_in_progress = _declare(c_int, "in_progress", c_void_p)
+_next_answer = _declare(POINTER(_Answer), "next_answer", c_void_p)
+_servers = _declare(c_int, "servers", c_char_p, c_double, POINTER(_Server), c_int, POINTER(_Error))
 _next_event = _declare(POINTER(_Event), "next_event", c_void_p)
 _recording_open = _declare(c_void_p, "recording_open", c_char_p, POINTER(_Error))
 _recording_close = _declare(None, "recording_close", c_void_p)
@@ -146,13 +184,26 @@ def _record(name, structure):
 
 Contact = _record("Contact", _Contact)
 Reply = _record("Reply", _Reply)
-Status = _record("Status", _Status)
+BodyStatus = _record("BodyStatus", _BodyStatus)
+Status = collections.namedtuple("Status", [name for name, _ in _Status._fields_[:10]] +
+                                ["step_us", "wake_us", "stages", "bodies", "reasons"])
+Answer = _record("Answer", _Answer)
+Server = _record("Server", _Server)
 Event = _record("Event", _Event)
 ToolRow = _record("ToolRow", _ToolRow)
 
 
 def _take(record, pointer):
     return record(*(_plain(getattr(pointer[0], name)) for name in record._fields))
+
+
+def _take_status(pointer):
+    """stages and reasons by name, bodies as a list."""
+    status = pointer[0]
+    return Status(*(_plain(getattr(status, name)) for name in Status._fields[:12]),
+                  {_plain(status.stage[k]): status.stage_us[k] for k in range(status.stage_count)},
+                  [_take(BodyStatus, ctypes.pointer(status.body[k])) for k in range(status.body_count)],
+                  {_plain(status.reason[k]): status.times[k] for k in range(status.reason_count)})
 
 
 def _text(text):
@@ -292,6 +343,33 @@ class Client(_Opened):
         """Handles messages for so long; 0: those that are there."""
         self._check(_wait(self._handle, seconds))
 
+    def wait_next(self, seconds):
+        """Handles messages until one brings a frame, contact, status, event or answer: True; False after so long."""
+        came = _wait_next(self._handle, seconds)
+        self._check(came >= 0)
+        return came > 0
+
+    def wait_server(self, seconds=10.0):
+        """Waits for a message of a server."""
+        self._check(_wait_server(self._handle, seconds))
+
+    def stop(self):
+        """Ends the wait in progress and all later ones, from any thread: they raise Error."""
+        _stop(self._handle)
+
+    def bind(self, seconds=3.0):
+        """From now on poses and requests reach the server that runs, and none that takes its place."""
+        self._check(_bind(self._handle, seconds))
+
+    @property
+    def refusal(self):
+        """A sentence if the server refuses messages of other hosts, or None."""
+        return _plain(_refusal(self._handle))
+
+    def hear_bodies(self, hear):
+        """False: frames of bodies are not assembled, for a client that needs forces alone."""
+        self._check(_hear_bodies(self._handle, hear))
+
     def fileno(self):
         """Readable when wait(0) has something to do."""
         return _file(self._handle)
@@ -325,6 +403,23 @@ class Client(_Opened):
         """The next contact of a tool."""
         return _take(Contact, self._check(_wait_contact(self._handle, tool, seconds)))
 
+    @property
+    def contacts(self):
+        """The newest contact of each tool."""
+        return [_take(Contact, _tool(self._handle, k)) for k in range(_tool_count(self._handle))]
+
+    def contact_trip(self, tool):
+        """The time from the pose to the newest contact: see pliant_contact_trip."""
+        return _contact_trip(self._handle, tool)
+
+    def round_trip(self, share):
+        """The time that a share of all round trips does not exceed [s], or None."""
+        return _round_trip(self._handle, share) if _round_trips(self._handle) > 0 else None
+
+    def patience(self, seconds, tries):
+        """Repeats a request that has no reply for so long, and sends it at most so often."""
+        _patience(self._handle, seconds, tries)
+
     def command(self, command, value=0, argument=None):
         """PAUSE, RESUME, STEP (`value` ticks), RESET, CHECKPOINT, DESCRIBE, SET (`argument`) or STOP."""
         return _take(Reply, self._check(_command(self._handle, command, value, _text(argument))))
@@ -337,17 +432,43 @@ class Client(_Opened):
         """Cuts along the quadrilateral between a blade's edge before and after, two ends each."""
         return _take(Reply, self._check(_cut(self._handle, _edge(before), _edge(after), _text(body))))
 
+    def cut_begin(self, before, after, body=None):
+        """The same without waiting: returns the number under which answers() has what was done."""
+        return self._check(_cut_begin(self._handle, _edge(before), _edge(after), _text(body)))
+
+    @property
+    def in_progress(self):
+        """The number of requests that were begun and lack their answer."""
+        return _in_progress(self._handle)
+
+    def answers(self):
+        """Takes the answers that have come."""
+        while True:
+            pointer = _next_answer(self._handle)
+            if not pointer:
+                return
+            answer = _take(Answer, pointer)
+            yield answer._replace(reply=_take(Reply, ctypes.pointer(answer.reply)) if answer.answered else None)
+
+    def scene_bodies(self):
+        """The names of the bodies of the scene."""
+        names = (c_char_p * 64)()
+        count = _scene_bodies(self._handle, names, len(names))
+        self._check(count >= 0)
+        return [_plain(name) for name in names[:count]]
+
     def load(self, center, radius, force, duration, body=None):
         """Pulls the nodes inside a sphere with a total force for simulated seconds."""
         return _take(Reply, self._check(_load(self._handle, _vector(center), radius, _vector(force), duration,
                                               _text(body))))
 
     def tie(self, kind, body=None, to_body=None, tool=0, center=(0.0, 0.0, 0.0), radius=0.0, nodes=(),
-            stiffness=0.3, damping_ratio=0.5, break_force=0.0):
-        """Ties the nodes inside a sphere, or these ids: PIN, TIE, CLIP or CARRY. Returns the tie's number."""
+            stiffness=0.3, damping_ratio=0.5, break_force=0.0, number=0):
+        """Ties the nodes inside a sphere, or these ids: PIN, TIE, CLIP or CARRY. Returns the tie's number; `number` asks
+        for one."""
         tie = _Tie(kind, _text(body), _text(to_body), tool, _vector(center), radius, (c_int32 * len(nodes))(*nodes),
                    len(nodes), stiffness, damping_ratio, break_force)
-        return self._check(_tie(self._handle, tie))
+        return self._check(_tie(self._handle, number, tie))
 
     def tie_change(self, number, stiffness=0.3, damping_ratio=0.5, break_force=0.0):
         tie = _Tie(stiffness=stiffness, damping_ratio=damping_ratio, break_force=break_force)
@@ -360,7 +481,11 @@ class Client(_Opened):
     def status(self):
         """The server's newest status, or None."""
         pointer = _status(self._handle)
-        return _take(Status, pointer) if pointer else None
+        return _take_status(pointer) if pointer else None
+
+    def wait_status(self, seconds=10.0):
+        """The next status."""
+        return _take_status(self._check(_wait_status(self._handle, seconds)))
 
     def events(self):
         """Takes the events that have come."""
@@ -409,6 +534,15 @@ class Recording(_Opened):
         """All events."""
         for k in range(_recording_events(self._handle)):
             yield _take(Event, self._check(_recording_event(self._handle, k)))
+
+
+def servers(url=None, seconds=3.0):
+    """The servers that are heard on a network within so long, sorted by prefix."""
+    error, server = _Error(), (_Server * 256)()
+    count = _servers(_text(url), seconds, server, len(server), error)
+    if count < 0:
+        raise Error(_plain(error.text))
+    return [Server(*(_plain(getattr(one, name)) for name in Server._fields)) for one in server[:count]]
 
 
 def now():

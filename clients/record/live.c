@@ -178,7 +178,7 @@ static bool begin(Live *live, int64_t now_ns, PliantError *error)
     const char *missing = survey_missing(&intake->survey);
     if (missing && !known)
         return client_fail(error, "--body %s: the daemon has no body of this name, only: %s",
-                           missing, intake->survey.listed.list);
+                           missing, intake->survey.listed);
     // The file begins when all is known, or after some patience.
     bool patient = now_ns - live->heard_ns < PATIENCE_S * SECOND_NS;
     if (!intake_begin(intake, patient))

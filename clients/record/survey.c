@@ -5,6 +5,7 @@
 #include "frames.h"
 #include "wire.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -100,9 +101,11 @@ void survey_take_status(Survey *survey, const void *data, size_t size)
     // Only what the newest status lists is there.
     for (int i = 0; i < survey->body_count; i++)
         survey->body[i].listed = false;
-    survey->listed = (ClientBodies){.wanted = ""};
+    survey->listed[0] = '\0';
     for (int i = 0; i < status.num_bodies; i++) {
-        client_bodies_add(&survey->listed, status.body[i].name);
+        const size_t used = strlen(survey->listed);
+        snprintf(survey->listed + used, sizeof survey->listed - used, "%s%s", i > 0 ? ", " : "",
+                 status.body[i].name);
         int body = find_body(survey, status.body[i].name, true);
         if (body >= 0)
             survey->body[body].listed = true;

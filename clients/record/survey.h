@@ -29,10 +29,10 @@ typedef struct Survey {
     int tool_count;
     bool fixed; // the tools are those of a file: no more are added
     bool status_come;
-    ClientBodies listed; // by the newest status
-    double rate_hz;      // 0: not known
-    char *described;     // the daemon's text, or NULL
-    int64_t refused;     // messages
+    char listed[900]; // names of its bodies, by the newest status: "liver, stomach"
+    double rate_hz;   // 0: not known
+    char *described;  // the daemon's text, or NULL
+    int64_t refused;  // messages
 } Survey;
 
 void survey_destroy(Survey *survey);

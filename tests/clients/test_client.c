@@ -1,5 +1,5 @@
 // What every client shares, as far as it needs no network.
-#include "client.h"
+#include "kit.h"
 #include "program.h"
 #include "test.h"
 
@@ -110,13 +110,12 @@ static void on_nothing(const lcm_recv_buf_t *buffer, const char *channel, void *
     (void)user;
 }
 
-TEST(a_daemon_is_heard_by_contact_or_status_alone)
+TEST(a_server_is_heard_by_contact_or_status_alone)
 {
-    Client client;
     PliantError error;
-    PliantOptions options = {.url = "memq://"};
-    assert_true(client_connect(&client, &options, &error));
-    lcm_subscribe(client.lcm, ".*", on_nothing, NULL);
+    PliantClient *client = pliant_open(&(const PliantOptions){.url = "memq://"}, &error);
+    assert_non_null(client);
+    lcm_subscribe(client->client.lcm, ".*", on_nothing, NULL);
     static const struct {
         const char *channel;
         bool heard;
@@ -125,14 +124,33 @@ TEST(a_daemon_is_heard_by_contact_or_status_alone)
                  {"OTHER_STATUS", false},
                  {"PLIANT_CONTACT", true}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        lcm_publish(client.lcm, cases[k].channel, "x", 1);
-        assert_int_equal(client_hear_daemon(&client, 0.01, &error), cases[k].heard);
-        const int64_t start = client_now_ns();
-        assert_false(client_hear_daemon(&client, 0.01, &error)); // what was before does not count
-        assert_non_null(strstr(error.text, "no message on PLIANT_CONTACT and PLIANT_STATUS"));
-        assert_true(client_now_ns() - start >= 10000000);
+        lcm_publish(client->client.lcm, cases[k].channel, "x", 1);
+        assert_int_equal(pliant_wait_server(client, 0.01), cases[k].heard);
+        const double start = pliant_now();
+        assert_false(pliant_wait_server(client, 0.01)); // what was before does not count
+        assert_non_null(
+            strstr(pliant_error(client), "no message on PLIANT_CONTACT and PLIANT_STATUS"));
+        assert_true(pliant_now() - start >= 0.01);
     }
-    client_disconnect(&client);
+    pliant_close(client);
+}
+
+TEST(a_wait_ends_when_it_is_stopped_and_so_does_each_later_one)
+{
+    PliantError error;
+    PliantClient *client = pliant_open(&(const PliantOptions){.url = "memq://"}, &error);
+    assert_non_null(client);
+    assert_true(pliant_wait(client, 0.0));
+    pliant_stop(client);
+    const double start = pliant_now();
+    for (int k = 0; k < 2; k++) {
+        assert_false(pliant_wait(client, 600.0));
+        assert_string_equal(pliant_error(client), "interrupted");
+        assert_int_equal(pliant_wait_next(client, 600.0), -1);
+        assert_null(pliant_describe(client));
+    }
+    assert_true(pliant_now() - start < 60.0); // at once, on whatever machine
+    pliant_close(client);
 }
 
 TEST(text_from_the_network_cannot_steer_the_terminal)

@@ -79,6 +79,49 @@ TEST(another_host_is_refused_and_counted)
     assert_non_null(strstr(rig.daemon.out, "other_host"));
 }
 
+// What a user at the other host is told, in place of a bare time-out.
+TEST(a_client_on_another_host_says_what_permits_it)
+{
+    static Process run;
+    Rig rig = begin("max_ties = 4;", "");
+    hosts_enter(HOST_CLIENT);
+    process_run(&run, program_path("pliant-tie"), "--make pin --at 0,0,0.05 --radius 0.02");
+    hosts_enter(HOST_SERVER);
+    assert_int_equal(run.code, 1);
+    assert_non_null(strstr(run.err, "messages of other hosts"));
+    assert_non_null(strstr(run.err, "remote = true in the scene, or pliantd --remote"));
+    // Beside it the same is done.
+    process_run(&run, program_path("pliant-tie"), "--make pin --at 0,0,0.05 --radius 0.02");
+    assert_string_equal(run.err, "");
+    assert_int_equal(run.code, 0);
+    expect_unmoved(&rig);
+}
+
+// By their prefixes, with what they publish, also from another host.
+TEST(every_server_on_the_network_is_listed)
+{
+    static Process run, other;
+    Rig rig = begin("", "");
+    daemon_start(&other, "--prefix SECOND %s",
+                 write_scene("second.cfg", "rate_hz = 100.0;", PROBE_TOOL));
+    hosts_enter(HOST_CLIENT);
+    process_run(&run, program_path("pliant-monitor"), "--list");
+    assert_string_equal(run.err, "");
+    assert_int_equal(run.code, 0);
+    const char *first = strstr(run.out, "PLIANT "), *second = strstr(run.out, "\nSECOND ");
+    assert_non_null(first);
+    assert_non_null(second);
+    assert_true(first == run.out);
+    assert_non_null(strstr(first, "  running  200 Hz"));
+    assert_non_null(strstr(second, "  running  100 Hz"));
+    hosts_enter(HOST_SERVER);
+    process_end(&other);
+    expect_unmoved(&rig);
+    process_run(&run, program_path("pliant-monitor"), "--list --duration 0.5");
+    assert_int_equal(run.code, 1);
+    assert_non_null(strstr(run.err, "no server was heard within 0.5 s"));
+}
+
 TEST(a_scene_or_an_option_hears_all_hosts)
 {
     static const char *const CASES[][2] = {{"remote = true;", ""}, {"", "--remote"}};

@@ -56,6 +56,18 @@ assert rows(kept) == before and min(p[1] for p in rows(pressed.position)) < 0.0
 assert rows(pressed.position)[0][1] < before[0][1] - 0.002
 fails("orientation has length", client.pose, 1, place, (2.0, 0.0, 0.0, 0.0))
 
+# What was felt was asked for, a moment before.
+assert client.contact_trip(1) >= 0.0 and client.contact_trip(2) < 0.0
+assert 0.0 < client.round_trip(0.0) <= client.round_trip(0.5) < 1.0
+assert [contact.tool for contact in client.contacts] == [1]
+
+# The server, as it says and as it is found.
+status = client.wait_status(60.0)
+assert [body.name for body in status.bodies] == ["ball"] and status.bodies[0].nodes == 162
+assert len(status.step_us) == 4 and sum(status.stages.values()) > 0.0
+assert client.refusal is None and client.scene_bodies() == ["ball"]
+assert [(server.prefix, server.rate_hz) for server in pliant.servers()] == [("PLIANT", 100.0)]
+
 # Requests, and what is refused.
 assert "body ball" in client.describe()
 reply = client.command(pliant.STEP, 10)
@@ -64,6 +76,15 @@ fails("the daemon refuses", client.command, pliant.SET, argument="gravity=up")
 client.load((0.0, 0.05, 0.0), 0.02, (0.0, 0.01, 0.0), 0.1, body="ball")
 fails("max_ties", client.tie, pliant.PIN, center=(0.0, 0.05, 0.0), radius=0.02)
 fails("spleen", client.cut, ((0, 0, 0), (0, 0, 1)), ((1, 0, 0), (1, 0, 1)), body="spleen")
+client.bind()
+begun = [client.cut_begin(((0, 0, 0), (0, 0, 1)), ((1, 0, 0), (1, 0, 1)), body=body) for body in ("ball", "spleen")]
+answers = {}
+while client.in_progress:
+    client.wait_next(10.0)
+    answers.update((answer.request, answer) for answer in client.answers())
+assert sorted(answers) == sorted(begun) and all(answer.answered and not answer.done for answer in answers.values())
+assert "not cuttable" in answers[begun[0]].reply.text and "spleen" in answers[begun[1]].reply.text
+assert client.wait_next(10.0)
 try:
     client.cut(((0, 0), (0, 0, 1)), ((1, 0, 0), (1, 0, 1)))
     raise AssertionError("two numbers are no point")
@@ -92,6 +113,8 @@ try:
     raise AssertionError("a signal does not end a wait")
 except Rung:
     pass
+client.stop()
+fails("interrupted", client.wait, 600.0)
 client.close()
 fails("closed", client.wait, 0.0)
 assert rows(kept) == before  # frames outlive the client

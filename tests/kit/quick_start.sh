@@ -27,8 +27,12 @@ if pliant/bin/pliantd --offline 0.5 --record run.h5 "$scene" >server.log 2>&1; t
 else
     grep -q 'built without' server.log || { cat server.log >&2; die "cannot record"; }
 fi
-pliant/bin/pliantd "$scene" >server.log 2>&1 &
-server=$!
+# Starts a server, in place of the one before.
+fresh() {
+    [ -z "$server" ] || { kill $server && wait $server || true; }
+    pliant/bin/pliantd "$scene" >server.log 2>&1 &
+    server=$!
+}
 
 # A line "N nodes, T s, F N" of a ball that pushes back.
 pushes() {
@@ -65,6 +69,7 @@ for program in static by_cmake/by_cmake_client_static; do
     ! readelf -d $program | grep 'NEEDED.*libpliant' || die "$program is not static"
 done
 for program in shared static by_cmake/by_cmake_client by_cmake/by_cmake_client_static; do
+    fresh
     ./$program >c.txt || { cat server.log >&2; die "the quick start in C fails: $program"; }
     pushes c.txt "C ($program)"
 done
@@ -73,16 +78,16 @@ block python >start.py
 [ "$(wc -l <start.py)" -ge 8 ] || die "no Python in $readme"
 front=$(dirname "$readme")/../../README.md # shows the same
 [ "$(readme=$front block python)" = "$(cat start.py)" ] || die "$front has another quick start in Python"
+fresh
 python3 start.py >python.txt || { cat server.log >&2; die "the quick start in Python fails"; }
 pushes python.txt Python
 
 # Each leaves its server in lockstep.
 for python in python3 /usr/bin/python3; do
     "$python" -c 'import numpy' 2>/dev/null || continue
+    fresh
     "$python" "$script" || { cat server.log >&2; die "the Python module fails"; }
-    kill $server && wait $server || true
-    pliant/bin/pliantd "$scene" >server.log 2>&1 &
-    server=$!
     break
 done
+fresh
 python3 "$script" plain || { cat server.log >&2; die "the Python module without numpy fails"; }
