@@ -334,9 +334,10 @@ static bool move_tool(Cut *cut, PliantError *error)
         return true;
     return program_fail(
         error,
-        "no stroke was reported: tool %d met no cuttable tissue, is not a blade, or "
-        "its edge is not along its z axis%s%s",
-        options->tool, cut->refusal[0] ? "; the daemon said: " : "", cut->refusal);
+        "no stroke was reported on %s_EVENT: tool %d met no cuttable tissue, is not "
+        "a blade, or its edge is not along its z axis%s%s",
+        options->client.prefix, options->tool, cut->refusal[0] ? "; the daemon said: " : "",
+        cut->refusal);
 }
 
 static bool run(Cut *cut, PliantError *error)

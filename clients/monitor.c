@@ -246,6 +246,9 @@ static bool close_curve(Monitor *monitor, PliantError *error)
 
 static bool run(Monitor *monitor, PliantError *error)
 {
+    // A table of displacements can wait for the next mesh.
+    if (!monitor->options.shape && !monitor->options.peak)
+        pliant_only_listen(monitor->client);
     if (!pliant_hear_bodies(monitor->client, monitor->options.body != NULL))
         return client_fails(monitor, error);
     if (!open_curve(monitor, error))

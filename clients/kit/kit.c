@@ -282,6 +282,11 @@ void kit_input_channel(const PliantClient *kit, const char *name, char channel[C
     snprintf(channel, CLIENT_CHANNEL_MAX, "%s_%s", kit->input_prefix, name);
 }
 
+void pliant_only_listen(PliantClient *kit)
+{
+    kit->only_listens = true;
+}
+
 // --- waiting -------------------------------------------------------------------------------------
 
 enum { SECOND_NS = 1000000000 };
@@ -297,7 +302,8 @@ int64_t kit_deadline(double seconds)
 static void ask_for_meshes(PliantClient *kit)
 {
     const int64_t now = client_now_ns();
-    if (!kit->wants_mesh || now - kit->asked_ns < SECOND_NS || now - kit->mesh_ns < SECOND_NS / 2)
+    if (!kit->wants_mesh || kit->only_listens || now - kit->asked_ns < SECOND_NS ||
+        now - kit->mesh_ns < SECOND_NS / 2)
         return;
     char channel[CLIENT_CHANNEL_MAX], none[] = "";
     const pliant_command_t command = {.utime = client_utime(),

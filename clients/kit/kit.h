@@ -72,7 +72,8 @@ struct PliantClient {
     ReceiverSubscription *hears[KIT_BODY_CHANNELS]; // all NULL: frames are not assembled
     KitBody *body[KIT_BODIES];
     int bodies;
-    bool wants_mesh;           // DESCRIBE would bring it
+    bool wants_mesh; // DESCRIBE would bring it
+    bool only_listens;
     int64_t asked_ns, mesh_ns; // last DESCRIBE, last chunk of a whole mesh
     // tools
     KitTool tool[KIT_TOOLS];

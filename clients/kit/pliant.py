@@ -141,6 +141,7 @@ _wait_server = _declare(c_bool, "wait_server", c_void_p, c_double)
 _refusal = _declare(c_char_p, "refusal", c_void_p)
 _bind = _declare(c_bool, "bind", c_void_p, c_double)
 _hear_bodies = _declare(c_bool, "hear_bodies", c_void_p, c_bool)
+_only_listen = _declare(None, "only_listen", c_void_p)
 _tool_count = _declare(c_int, "tool_count", c_void_p)
 _tool = _declare(POINTER(_Contact), "tool", c_void_p, c_int)
 _contact_trip = _declare(c_double, "contact_trip", c_void_p, c_int32)
@@ -369,6 +370,10 @@ class Client(_Opened):
     def hear_bodies(self, hear):
         """False: frames of bodies are not assembled, for a client that needs forces alone."""
         self._check(_hear_bodies(self._handle, hear))
+
+    def only_listen(self):
+        """From now on nothing is sent that is not asked for: see pliant_only_listen."""
+        _only_listen(self._handle)
 
     def fileno(self):
         """Readable when wait(0) has something to do."""

@@ -72,6 +72,9 @@ PLIANT_API bool pliant_bound(PliantClient *client);
 // False: frames of bodies are not assembled any more, for a client that needs forces alone; true
 // (at first): they are.
 PLIANT_API bool pliant_hear_bodies(PliantClient *client, bool hear);
+// From now on the client sends nothing of its own accord: whole meshes that it lacks, which it asks
+// for otherwise, come when the server repeats them.
+PLIANT_API void pliant_only_listen(PliantClient *client);
 // Returns a descriptor that is readable when pliant_wait(client, 0) has something to do.
 PLIANT_API int pliant_file(const PliantClient *client);
 // Returns the time on the clock of `received` below, CLOCK_MONOTONIC [s].
