@@ -324,7 +324,7 @@ uint64_t study_key(const StudyContext *context, const StudyCase *cases, int coun
     // The inputs, when and where they are sampled, and how.
     key = fnv_bytes(key, context->inputs.text, strlen(context->inputs.text));
     fnv_real(&key, options->duration_s);
-    fnv_real(&key, context->scene.rate_hz);
+    fnv_real(&key, context->scene.sim.rate_hz);
     fnv_real(&key, context->sample_s);
     fnv_real(&key, context->rest_volume);
     fnv_int(&key, context->sample_count);
