@@ -1,6 +1,9 @@
 // Cuts in a tick: strokes of blades, tearing, postponed refinement, and the events of all of them
 // (README.md, "Strokes and commands"). Step thread. No allocation except in cutting_create.
-#include "sim/sim_data.h"
+#include "sim/cutting.h"
+
+#include "sim/follow.h"
+#include "sim/events.h"
 
 #include "base/check.h"
 #include "base/sets.h"

@@ -5,7 +5,9 @@
 // Forces of tools and attachments are excluded, since trying them would change their memory. The
 // estimate is published and never affects the motion: it is no part of the state, and a run with it
 // is bit-identical to one without. Step thread.
-#include "sim/sim_data.h"
+#include "sim/estimate.h"
+
+#include "sim/step.h"
 
 #include <math.h>
 #include <string.h>

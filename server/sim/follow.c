@@ -1,12 +1,15 @@
 // Changes of a body's topology by any cause: everything that refers to its nodes and faces follows.
 // Step thread.
-#include "sim/sim_data.h"
+#include "sim/follow.h"
+
+#include "sim/hold/tie.h"
+#include "sim/guard/guard.h"
+#include "sim/time_step.h"
 
 // Prepares everything that refers to a body's nodes for a possible change.
 static void expect(Sim *sim, int b)
 {
-    int first, end = holding_of(sim, b, &first);
-    for (int k = first; k < end; k++)
+    for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++)
         attachment_remember(sim->attachment[k]);
     for (int k = 0; k < sim->joint_count; k++)
         if (joint_options(sim->joint[k])->to_body == b)
@@ -16,12 +19,10 @@ static void expect(Sim *sim, int b)
 static void follow(Sim *sim, int b, const TopologyChange *change)
 {
     // Contacts: candidate faces and their sides.
-    if (sim->contact_count > 0)
-        for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
-            contact_topology_changed(sim->contact[k], change);
+    for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
+        contact_topology_changed(sim->contact[k], change);
     // What is held of the body, and what its ties hang on, on either side.
-    int first, end = holding_of(sim, b, &first);
-    for (int k = first; k < end; k++)
+    for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++)
         attachment_topology_changed(sim->attachment[k], change);
     for (int k = 0; k < sim->joint_count; k++) {
         Joint *joint = sim->joint[k];

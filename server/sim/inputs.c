@@ -2,6 +2,10 @@
 // one. Step thread, between two ticks.
 #include "body/body.h"
 #include "sim/sim_data.h"
+#include "sim/hold/tie.h"
+#include "sim/cutting.h"
+#include "sim/guard/guard.h"
+#include "sim/time_step.h"
 
 #include <limits.h>
 #include <math.h>

@@ -2,6 +2,8 @@
 // Step thread, between two ticks.
 #include "body/body.h"
 #include "sim/sim_data.h"
+#include "sim/guard/guard.h"
+#include "sim/time_step.h"
 #include "geometry/levels.h"
 
 #include <math.h>

@@ -2,8 +2,14 @@
 // inputs.c changes them.
 #include "base/check.h"
 #include "sim/sim_data.h"
+#include "sim/hold/tie.h"
+#include "sim/cutting.h"
+#include "sim/guard/guard.h"
+#include "sim/time_step.h"
+#include "sim/estimate.h"
+#include "sim/events.h"
+#include "sim/step.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,6 +33,11 @@ static void create_arrays(Sim *sim)
                                          sizeof *sim->scene_load, "sim/loads");
     sim->group = arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies, sizeof *sim->group,
                                 "sim/groups");
+    // Indices by body are always there: with nothing of a body they are all 0.
+    sim->contact_start = arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies + 1,
+                                        sizeof *sim->contact_start, "sim/contact starts");
+    sim->attachment_start = arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies + 1,
+                                           sizeof *sim->attachment_start, "sim/attachment starts");
     if (capacity.attachments + sim->options.max_ties > 0)
         sim->joint = arena_allocate(arena, ARENA_CONTACT,
                                     (size_t)(capacity.attachments + sim->options.max_ties),
@@ -77,22 +88,6 @@ void sim_add_load(Sim *sim, const LoadOptions *options)
     sim->scene_load[at] = *options;
 }
 
-void sim_join(Sim *sim, int a, int b)
-{
-    const int from = sim->group[a].first, to = sim->group[b].first, first = from < to ? from : to;
-    int last = -1;
-    // Members of both groups are linked anew, in ascending order.
-    for (int i = 0; i < sim->body_count; i++) {
-        GroupMember *member = &sim->group[i];
-        if (member->first != from && member->first != to)
-            continue;
-        *member = (GroupMember){.first = first, .next = -1};
-        if (last >= 0)
-            sim->group[last].next = i;
-        last = i;
-    }
-}
-
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
 {
     ASSERT(sim->scene_attachment_count < sim->capacity.attachments);
@@ -114,7 +109,7 @@ bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *stat
                                  sim->state, status);
         if (at->joint == NULL)
             return false;
-        sim_join(sim, options->body, options->to_body);
+        time_step_group(sim, options->body, options->to_body);
         sim->joint[sim->joint_count++] = at->joint;
     } else {
         const ToolOptions *tool = options->to == ATTACH_TOOL ? &sim->tool[options->tool] : NULL;
@@ -152,7 +147,7 @@ bool sim_add_touch(Sim *sim, const TouchOptions *options, Status *status)
     snprintf(name, sizeof name, "touch%d", sim->touch_count);
     sim->touch[sim->touch_count++] =
         touch_create(name, options, first, second, sim->tick, sim->arena, sim->state);
-    sim_join(sim, options->body[0], options->body[1]);
+    time_step_group(sim, options->body[0], options->body[1]);
     return true;
 }
 
@@ -188,8 +183,6 @@ static void create_attachments(Sim *sim)
     // Those of a body are consecutive: attachment_start leads to them.
     sim->attachment = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most,
                                      sizeof *sim->attachment, "attachments");
-    sim->attachment_start = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)sim->body_count + 1,
-                                           sizeof *sim->attachment_start, "attachments/start");
     sim->told = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most, sizeof *sim->told,
                                "attachments/told");
     // For each body the scene's own attachments, then the graspers.
@@ -221,8 +214,6 @@ static void create_contacts(Sim *sim)
         arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most, sizeof *sim->contact, "contacts");
     sim->contact_tool = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)most,
                                        sizeof *sim->contact_tool, "contacts/tool");
-    sim->contact_start = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)sim->body_count + 1,
-                                        sizeof *sim->contact_start, "contacts/start");
     // Static tools are active from the start, others from their first pose.
     for (int t = 0; t < sim->tool_count; t++) {
         tool_motion_init(&sim->motion[t]);
@@ -252,7 +243,7 @@ static void create_contacts(Sim *sim)
 // Reserves space for all nodes that contacts and attachments can push in one evaluation.
 static void reserve_forces(Sim *sim)
 {
-    if (sim->contact_start == NULL && sim->attachment == NULL && sim->joint_count == 0 &&
+    if (sim->contact_count == 0 && sim->attachment == NULL && sim->joint_count == 0 &&
         sim->ties == NULL && sim->touch_count == 0)
         return;
     // Sum up what may push at the same time.
@@ -261,11 +252,9 @@ static void reserve_forces(Sim *sim)
         int pushed = 0;
         if (body->ops->reserve_forces == NULL)
             continue;
-        for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
-             k < (sim->contact_count > 0 ? sim->contact_start[b + 1] : 0); k++)
+        for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
             pushed += contact_node_capacity(sim->contact[k]);
-        for (int k = sim->attachment_count > 0 ? sim->attachment_start[b] : 0;
-             k < (sim->attachment_count > 0 ? sim->attachment_start[b + 1] : 0); k++)
+        for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++)
             pushed += attachment_node_capacity(sim->attachment[k]);
         // Ties push at both ends.
         for (int k = 0; k < sim->joint_count; k++) {
@@ -504,32 +493,4 @@ int64_t sim_stage_ns(const Sim *sim, StageId stage)
 void sim_add_stage_ns(Sim *sim, StageId stage, int64_t ns)
 {
     sim->stage_ns[stage] += ns;
-}
-
-// ---------------------------------------------------------------------------------------------
-// Events, until they are taken
-
-// The newest are dropped if they are not taken.
-void sim_report(Sim *sim, int body, const char *kind, const char *format, ...)
-{
-    EventRing *at = sim->events;
-    if (at->count == SIM_EVENTS)
-        return;
-    SimEvent *event = &at->event[(at->first + at->count++) % SIM_EVENTS];
-    *event = (SimEvent){.step = sim->clock->step, .body = body, .kind = kind};
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(event->text, sizeof event->text, format, arguments);
-    va_end(arguments);
-}
-
-bool sim_take_event(Sim *sim, SimEvent *event)
-{
-    EventRing *at = sim->events;
-    if (at->count == 0)
-        return false;
-    *event = at->event[at->first];
-    at->first = (at->first + 1) % SIM_EVENTS;
-    at->count--;
-    return true;
 }

@@ -1,87 +1,31 @@
-// One tick of a scene, from the tools' poses to the wrenches on them: read sim_step first.
-// Step thread. No allocation, no lock, no log, no system call but the clock.
+// One tick of a scene, from the tools' poses to the wrenches on them: read sim_step first, which is
+// last. Step thread. No allocation, no lock, no log, no system call but the clock.
+#include "sim/step.h"
+
 #include "base/clock.h"
-#include "sim/sim_data.h"
+#include "sim/hold/tie.h"
+#include "sim/cutting.h"
+#include "sim/guard/guard.h"
+#include "sim/follow.h"
 
-static void place_tools(Sim *sim);
-static void start_and_end_loads(Sim *sim);
-static void adapt_bodies(Sim *sim);
-static void grasp_and_release(Sim *sim);
-static void find_contacts(Sim *sim);
-static void find_touches(Sim *sim);
-static void advance_bodies(Sim *sim);
-static void take_wrenches(Sim *sim);
-static void check_numbers(Sim *sim);
-static void estimate_stiffness(Sim *sim);
-
-static bool has_inputs(const Sim *sim);
-static bool has_probes(const Sim *sim);
-static bool has_loads(const Sim *sim);
-static bool has_cuts(const Sim *sim);
-static bool has_levels_to_cut(const Sim *sim);
-static bool has_levels(const Sim *sim);
-static bool has_attachments(const Sim *sim);
-static bool has_shapes(const Sim *sim);
-static bool has_touches(const Sim *sim);
-static bool has_tools(const Sim *sim);
-static bool has_stiffness(const Sim *sim);
-static bool has_ties(const Sim *sim);
-static bool has_estimate(const Sim *sim);
-static bool always(const Sim *sim);
-
-// The stages of a tick, in order. A scene runs those that it needs. Without a function: the
-// runner's, before and after the tick, and contact forces, which the substeps add and time.
-static const struct {
-    const char *name;
-    bool (*needed)(const Sim *sim);
-    void (*run)(Sim *sim);
-} PIPELINE[STAGE_COUNT] = {
-    [STAGE_INPUTS] = {"inputs", has_inputs, NULL},
-    [STAGE_TOOLS] = {"tools", has_probes, place_tools},
-    [STAGE_LOADS] = {"loads", has_loads, start_and_end_loads},
-    [STAGE_CUT] = {"cut", has_cuts, cutting_stage},
-    [STAGE_RECONSTRUCT] = {"reconstruct", has_levels_to_cut, reconstruct_stage},
-    [STAGE_ADAPT] = {"adapt", has_levels, adapt_bodies},
-    [STAGE_GRASP] = {"grasp", has_attachments, grasp_and_release},
-    [STAGE_FIND_CONTACTS] = {"find contacts", has_shapes, find_contacts},
-    [STAGE_TOUCH] = {"touch", has_touches, find_touches},
-    [STAGE_FORCES] = {"forces", always, advance_bodies},
-    [STAGE_CONTACT] = {"contact", has_shapes, NULL},
-    [STAGE_WRENCHES] = {"wrenches", has_tools, take_wrenches},
-    [STAGE_CHECK] = {"check", always, check_numbers},
-    [STAGE_TIES] = {"ties", has_ties, ties_stage},
-    [STAGE_STIFFNESS] = {"stiffness", has_stiffness, estimate_stiffness},
-    [STAGE_ESTIMATE] = {"estimate", has_estimate, NULL},
-    [STAGE_SNAPSHOT] = {"snapshot", has_inputs, NULL},
-};
-
-const char *stage_name(StageId stage)
+static bool always(const Sim *sim)
 {
-    return PIPELINE[stage].name;
+    (void)sim;
+    return true;
 }
 
-void pipeline_create(Sim *sim)
+// From messages, in a live run.
+static bool has_inputs(const Sim *sim)
 {
-    for (int s = 0; s < STAGE_COUNT; s++)
-        if (PIPELINE[s].needed(sim))
-            sim->stage[sim->stage_count++] = (StageId)s;
+    return sim->options.may_load;
 }
 
-void sim_step(Sim *sim)
+static bool has_probes(const Sim *sim)
 {
-    int64_t begin = clock_now_ns();
-    for (int i = 0; i < sim->stage_count; i++) {
-        // Stages without a function are the runner's.
-        const StageId stage = sim->stage[i];
-        if (PIPELINE[stage].run == NULL)
-            continue;
-        PIPELINE[stage].run(sim);
-        // Each stage ends where the next begins: one look at the clock for both.
-        int64_t end = clock_now_ns();
-        sim->stage_ns[stage] += end - begin;
-        begin = end;
-    }
-    sim->clock->step++;
+    for (int t = 0; t < sim->tool_count; t++)
+        if (sim->tool[t].kind != TOOL_STATIC)
+            return true;
+    return false;
 }
 
 // Withdraws stale tools: a hand that went silent exerts no force.
@@ -95,6 +39,11 @@ static void place_tools(Sim *sim)
             sim_pose_age(sim, motion) > sim->options.tool_timeout_s)
             tool_motion_init(motion);
     }
+}
+
+static bool has_loads(const Sim *sim)
+{
+    return sim->options.may_load || sim->scene_load_count > 0;
 }
 
 static void start_and_end_loads(Sim *sim)
@@ -119,6 +68,31 @@ static void start_and_end_loads(Sim *sim)
     }
 }
 
+static bool has_cuts(const Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        if ((sim->cutting != NULL && sim->cutting->stroke[b] != NULL) ||
+            sim->body[b].ops->tear != NULL)
+            return true;
+    return false;
+}
+
+static bool has_levels_to_cut(const Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        if (sim->body[b].ops->reconstruct != NULL)
+            return true;
+    return false;
+}
+
+static bool has_levels(const Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        if (sim->body[b].ops->adapt != NULL)
+            return true;
+    return false;
+}
+
 static bool adapt(Sim *sim, int b, void *context, TopologyChange *change)
 {
     (void)context;
@@ -132,6 +106,11 @@ static void adapt_bodies(Sim *sim)
     for (int b = 0; b < sim->body_count; b++)
         if (sim->body[b].ops->adapt != NULL)
             change_body(sim, b, adapt, NULL);
+}
+
+static bool has_attachments(const Sim *sim)
+{
+    return sim->attachment_count > 0 || sim->ties != NULL;
 }
 
 // Makes graspers grasp and release at the pose at the start of the tick.
@@ -155,11 +134,19 @@ static void grasp_and_release(Sim *sim)
     }
 }
 
+// True for tools with which bodies collide.
+static bool has_shapes(const Sim *sim)
+{
+    for (int t = 0; t < sim->tool_count; t++)
+        if (sim->tool[t].capsule_count > 0 || sim->tool[t].has_plane)
+            return true;
+    return false;
+}
+
 // True if a tool does not push a body because it grasps the body.
 static bool is_muted(const Sim *sim, int b, int tool)
 {
-    int k, end = holding_of(sim, b, &k);
-    for (; k < end; k++)
+    for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++)
         if (attachment_options(sim->attachment[k])->tool == tool &&
             attachment_mutes_contact(sim->attachment[k]))
             return true;
@@ -176,8 +163,7 @@ static void find_contacts(Sim *sim)
         while (k >= sim->contact_start[b + 1])
             b++;
         // A withdrawn tool pushes nothing, and one that holds the body does not push it.
-        if (!motion->active ||
-            (sim->attachment_count > 0 && is_muted(sim, b, sim->contact_tool[k]))) {
+        if (!motion->active || is_muted(sim, b, sim->contact_tool[k])) {
             contact_clear(contact);
             continue;
         }
@@ -189,6 +175,11 @@ static void find_contacts(Sim *sim)
         tool_motion_at(motion, age, &begin, &orientation);
         contact_begin_tick(contact, begin, end, orientation, sim->tick, sim->clock->step);
     }
+}
+
+static bool has_touches(const Sim *sim)
+{
+    return sim->touch_count > 0;
 }
 
 // Finds what bodies can touch of each other in this tick.
@@ -255,7 +246,7 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
 // with at most its max_force: beyond, it slips with that force.
 static void add_holds(Sim *sim, int b, const Stage *stage, double substep_time, double h)
 {
-    int first, end = holding_of(sim, b, &first);
+    const int first = sim->attachment_start[b], end = sim->attachment_start[b + 1];
     // How hard each tool pulls, all that it holds together.
     Vec3 pull[SIM_TOOLS] = {{0.0, 0.0, 0.0}};
     for (int k = first; k < end; k++) {
@@ -292,17 +283,15 @@ static void add_holds(Sim *sim, int b, const Stage *stage, double substep_time, 
 static void add_outer_forces(Sim *sim, int b, const Stage *stage, int substep, bool begins)
 {
     const Body *body = &sim->body[b];
-    int first, end = holding_of(sim, b, &first);
-    if (sim->contact_count > 0 && sim->contact_start[b] < sim->contact_start[b + 1])
+    if (sim->contact_start[b] < sim->contact_start[b + 1])
         add_contacts(sim, b, stage, substep * body->h, body->h, begins);
-    if (first < end)
+    if (sim->attachment_start[b] < sim->attachment_start[b + 1])
         add_holds(sim, b, stage, substep * body->h, body->h);
 }
 
 static void end_substep(Sim *sim, int b)
 {
-    for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
-         sim->contact_count > 0 && k < sim->contact_start[b + 1]; k++)
+    for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
         contact_end_substep(sim->contact[k]);
 }
 
@@ -361,8 +350,7 @@ static void advance(Sim *sim, int first, int substeps, Advance what)
                 add_touches(sim, first, fraction_at(integrator, &stage) * sim->body[first].h);
             for (int b = first; b >= 0; b = next_body(sim, b, what))
                 sim->body[b].ops->evaluate(sim->body[b].model, &stage, part * sim->body[b].h);
-            for (int b = first; b >= 0 && forced && sim->contact_count > 0;
-                 b = next_body(sim, b, what))
+            for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))
                 kick_contacts(sim, b, &stage);
         }
         // Contacts keep what friction remembers.
@@ -401,6 +389,11 @@ static void advance_bodies(Sim *sim)
         for (int b = first; b >= 0; b = what == ADVANCE_BODY ? sim->group[b].next : -1)
             advance(sim, b, sim->body[b].substeps, what);
     }
+}
+
+static bool has_tools(const Sim *sim)
+{
+    return sim->tool_count > 0;
 }
 
 static void add_sums(ContactSums *sum, const ContactSums *part, Vec3 about)
@@ -487,87 +480,9 @@ static void check_numbers(Sim *sim)
     guard_wrenches(sim);
 }
 
-static void estimate_stiffness(Sim *sim)
+static bool has_ties(const Sim *sim)
 {
-    if (!sim->settling)
-        stiffness_step(sim->stiffness, sim->clock->step);
-}
-
-// ---------------------------------------------------------------------------------------------
-// Conditions of the stages
-
-static bool always(const Sim *sim)
-{
-    (void)sim;
-    return true;
-}
-
-// From messages, in a live run.
-static bool has_inputs(const Sim *sim)
-{
-    return sim->options.may_load;
-}
-
-static bool has_tools(const Sim *sim)
-{
-    return sim->tool_count > 0;
-}
-
-static bool has_probes(const Sim *sim)
-{
-    for (int t = 0; t < sim->tool_count; t++)
-        if (sim->tool[t].kind != TOOL_STATIC)
-            return true;
-    return false;
-}
-
-static bool has_touches(const Sim *sim)
-{
-    return sim->touch_count > 0;
-}
-
-// True for tools with which bodies collide.
-static bool has_shapes(const Sim *sim)
-{
-    for (int t = 0; t < sim->tool_count; t++)
-        if (sim->tool[t].capsule_count > 0 || sim->tool[t].has_plane)
-            return true;
-    return false;
-}
-
-static bool has_loads(const Sim *sim)
-{
-    return sim->options.may_load || sim->scene_load_count > 0;
-}
-
-static bool has_attachments(const Sim *sim)
-{
-    return sim->attachment_count > 0 || sim->ties != NULL;
-}
-
-static bool has_cuts(const Sim *sim)
-{
-    for (int b = 0; b < sim->body_count; b++)
-        if ((sim->cutting != NULL && sim->cutting->stroke[b] != NULL) ||
-            sim->body[b].ops->tear != NULL)
-            return true;
-    return false;
-}
-
-static bool has_levels(const Sim *sim)
-{
-    for (int b = 0; b < sim->body_count; b++)
-        if (sim->body[b].ops->adapt != NULL)
-            return true;
-    return false;
-}
-
-static bool has_levels_to_cut(const Sim *sim)
-{
-    for (int b = 0; b < sim->body_count; b++)
-        if (sim->body[b].ops->reconstruct != NULL)
-            return true;
-    return false;
+    return sim->ties != NULL;
 }
 
 static bool has_stiffness(const Sim *sim)
@@ -575,12 +490,68 @@ static bool has_stiffness(const Sim *sim)
     return sim->stiffness != NULL;
 }
 
-static bool has_ties(const Sim *sim)
+static void estimate_stiffness(Sim *sim)
 {
-    return sim->ties != NULL;
+    if (!sim->settling)
+        stiffness_step(sim->stiffness, sim->clock->step);
 }
 
 static bool has_estimate(const Sim *sim)
 {
     return sim->options.estimate_error;
+}
+
+// The stages of a tick, in order. A scene runs those that it needs. Without a function: the
+// runner's, before and after the tick, and contact forces, which the substeps add and time.
+static const struct {
+    const char *name;
+    bool (*needed)(const Sim *sim);
+    void (*run)(Sim *sim);
+} PIPELINE[STAGE_COUNT] = {
+    [STAGE_INPUTS] = {"inputs", has_inputs, NULL},
+    [STAGE_TOOLS] = {"tools", has_probes, place_tools},
+    [STAGE_LOADS] = {"loads", has_loads, start_and_end_loads},
+    [STAGE_CUT] = {"cut", has_cuts, cutting_stage},
+    [STAGE_RECONSTRUCT] = {"reconstruct", has_levels_to_cut, reconstruct_stage},
+    [STAGE_ADAPT] = {"adapt", has_levels, adapt_bodies},
+    [STAGE_GRASP] = {"grasp", has_attachments, grasp_and_release},
+    [STAGE_FIND_CONTACTS] = {"find contacts", has_shapes, find_contacts},
+    [STAGE_TOUCH] = {"touch", has_touches, find_touches},
+    [STAGE_FORCES] = {"forces", always, advance_bodies},
+    [STAGE_CONTACT] = {"contact", has_shapes, NULL},
+    [STAGE_WRENCHES] = {"wrenches", has_tools, take_wrenches},
+    [STAGE_CHECK] = {"check", always, check_numbers},
+    [STAGE_TIES] = {"ties", has_ties, ties_stage},
+    [STAGE_STIFFNESS] = {"stiffness", has_stiffness, estimate_stiffness},
+    [STAGE_ESTIMATE] = {"estimate", has_estimate, NULL},
+    [STAGE_SNAPSHOT] = {"snapshot", has_inputs, NULL},
+};
+
+const char *stage_name(StageId stage)
+{
+    return PIPELINE[stage].name;
+}
+
+void pipeline_create(Sim *sim)
+{
+    for (int s = 0; s < STAGE_COUNT; s++)
+        if (PIPELINE[s].needed(sim))
+            sim->stage[sim->stage_count++] = (StageId)s;
+}
+
+void sim_step(Sim *sim)
+{
+    int64_t begin = clock_now_ns();
+    for (int i = 0; i < sim->stage_count; i++) {
+        // Stages without a function are the runner's.
+        const StageId stage = sim->stage[i];
+        if (PIPELINE[stage].run == NULL)
+            continue;
+        PIPELINE[stage].run(sim);
+        // Each stage ends where the next begins: one look at the clock for both.
+        int64_t end = clock_now_ns();
+        sim->stage_ns[stage] += end - begin;
+        begin = end;
+    }
+    sim->clock->step++;
 }

@@ -1,6 +1,8 @@
 // The time step of each body: from its own bounds, those of every tool that may touch it, and the
 // scales of its stiffness and damping. No allocation: safe for the step thread.
-#include "sim/sim_data.h"
+#include "sim/time_step.h"
+
+#include "sim/hold/tie.h"
 
 #include "body/integrator.h"
 
@@ -401,4 +403,20 @@ void time_step_advise(Sim *sim, Body *body, double h, char *text, size_t size)
     text[0] = '\0';
     if (best < KNOB_COUNT)
         describe(sim, body, best, factor, text, size);
+}
+
+void time_step_group(Sim *sim, int a, int b)
+{
+    const int from = sim->group[a].first, to = sim->group[b].first, first = from < to ? from : to;
+    int last = -1;
+    // Members of both groups are linked anew, in ascending order.
+    for (int i = 0; i < sim->body_count; i++) {
+        GroupMember *member = &sim->group[i];
+        if (member->first != from && member->first != to)
+            continue;
+        *member = (GroupMember){.first = first, .next = -1};
+        if (last >= 0)
+            sim->group[last].next = i;
+        last = i;
+    }
 }

@@ -1,7 +1,7 @@
 // Cuts in the pipeline, on a wall of links that the exact test breaks: strokes of blades from tick
 // to tick, commands, what follows a change, and what is told of it.
 #include "toy_body.h"
-#include "sim/sim_data.h"
+#include "sim/cutting.h"
 #include "effort.h"
 #include "test.h"
 #include "random.h"

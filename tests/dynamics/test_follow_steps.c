@@ -1,6 +1,6 @@
 // The time step of a body whose bounds change with its topology, and what can be set on it.
 #include "test.h"
-#include "sim/sim_data.h"
+#include "sim/time_step.h"
 #include "body/integrator.h"
 #include "toy_body.h"
 

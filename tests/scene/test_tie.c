@@ -1,5 +1,7 @@
 // Ties by message: when they act, what they conserve, how they follow tissue that is refined and
 // cut, when they break, and what is refused.
+#include "sim/time_step.h"
+#include "sim/hold/tie.h"
 #include "test.h"
 #include "effort.h"
 #include "tied_bodies.h"

@@ -5,7 +5,7 @@
 #include "fixture.h"
 #include "surface_state.h"
 
-#include "sim/sim_data.h"
+#include "sim/guard/guard.h"
 
 #include <stdlib.h>
 #include <string.h>

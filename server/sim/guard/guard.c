@@ -1,6 +1,9 @@
 // The check at the end of a tick, and the reaction to a bad one. Step thread: no allocation, no
 // lock, no log. A tick without bad numbers reads one flag per body and a few numbers per tool.
-#include "sim/sim_data.h"
+#include "sim/guard/guard.h"
+
+#include "sim/cutting.h"
+#include "sim/events.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -120,26 +123,15 @@ bool guard_check(const Sim *sim)
     return true;
 }
 
-bool guard_count(Blame *blame, int64_t tick, int64_t window, int most)
-{
-    if (blame->count == 0 || tick - blame->since >= window)
-        *blame = (Blame){.since = tick};
-    blame->count += blame->last != tick; // once per tick, for any number of bodies
-    blame->last = tick;
-    return blame->count >= most;
-}
-
 // ---------------------------------------------------------------------------------------------
 // Bodies
 
 // Discards the body's effect on tools in this tick.
 static void forget_contacts(Sim *sim, int b)
 {
-    int first, end = holding_of(sim, b, &first);
-    for (int k = first; k < end; k++)
+    for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++)
         attachment_clear(sim->attachment[k]);
-    for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
-         sim->contact_count > 0 && k < sim->contact_start[b + 1]; k++)
+    for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
         contact_clear(sim->contact[k]);
 }
 

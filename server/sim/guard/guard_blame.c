@@ -1,7 +1,11 @@
 // The cause of a body's bad numbers, judged by what acted on it, and its withdrawal. A pure
 // function of the state and the tick, so that a repeated run finds the same cause. Step thread,
 // only in a bad tick.
-#include "sim/sim_data.h"
+#include "sim/guard/guard.h"
+
+#include "sim/cutting.h"
+#include "sim/time_step.h"
+#include "sim/events.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -29,8 +33,7 @@ static void suspect_more(Suspect *worst, const Suspect *one)
 static void suspect_tools(const Sim *sim, int b, Suspect *worst)
 {
     // Tools that touch the body.
-    for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
-         sim->contact_count > 0 && k < sim->contact_start[b + 1]; k++) {
+    for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {
         const ContactSums *sums = contact_sums(sim->contact[k]);
         const int t = sim->contact_tool[k];
         if (!contact_is_near(sim->contact[k]) || sums->weight == 0.0) // NaN counts as acting
@@ -46,8 +49,7 @@ static void suspect_tools(const Sim *sim, int b, Suspect *worst)
         suspect_more(worst, &one);
     }
     // Tools that hold it.
-    int k, end = holding_of(sim, b, &k);
-    for (; k < end; k++) {
+    for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++) {
         const int t = attachment_options(sim->attachment[k])->tool;
         if (t < 0 || !attachment_is_holding(sim->attachment[k]))
             continue;
@@ -199,6 +201,15 @@ static void withdraw_load(Sim *sim, int b, int index)
     guard_note_loads(sim);
     loads_expire(&sim->loads, sim->body, sim->body_count, sim->clock->step);
     guard_renew(sim, -1);
+}
+
+bool guard_count(Blame *blame, int64_t tick, int64_t window, int most)
+{
+    if (blame->count == 0 || tick - blame->since >= window)
+        *blame = (Blame){.since = tick};
+    blame->count += blame->last != tick; // once per tick, for any number of bodies
+    blame->last = tick;
+    return blame->count >= most;
 }
 
 bool guard_blame(Sim *sim, int b, const Suspect *suspect)

@@ -1,7 +1,9 @@
 // The energy balance of bodies: their energy from time to time, against what they had and were
 // given since. Step thread: a few numbers per tick for each tool in contact, and a measurement of
 // all nodes so rarely that it takes less than half a percent of the time.
-#include "sim/sim_data.h"
+#include "sim/guard/guard.h"
+
+#include "sim/hold/tie.h"
 
 #include <math.h>
 
@@ -102,8 +104,7 @@ static double work_of(const Sim *sim, int k)
 static double contacts_hold(const Sim *sim, int b)
 {
     double energy = 0.0;
-    for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
-         sim->contact_count > 0 && k < sim->contact_start[b + 1]; k++) {
+    for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {
         const ContactSums *sums = contact_sums(sim->contact[k]);
         if (contact_is_near(sim->contact[k]) && sums->weight > 0.0)
             energy += sums->weight / sim->tick * sums->depth;
@@ -115,8 +116,7 @@ static double contacts_hold(const Sim *sim, int b)
 // energy of their springs.
 static bool is_held(const Sim *sim, int b)
 {
-    int k, end = holding_of(sim, b, &k);
-    for (; k < end; k++)
+    for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++)
         if (attachment_is_holding(sim->attachment[k]))
             return true;
     if (sim->ties != NULL && sim->ties->lambda[b] > 0.0)
@@ -132,8 +132,7 @@ static bool is_held(const Sim *sim, int b)
 static void add_tick(Sim *sim, int b)
 {
     EnergyAccount *account = &sim->guard->energy[b];
-    for (int k = sim->contact_count > 0 ? sim->contact_start[b] : 0;
-         sim->contact_count > 0 && k < sim->contact_start[b + 1]; k++) {
+    for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {
         if (!contact_is_near(sim->contact[k]) || !(contact_sums(sim->contact[k])->weight > 0.0))
             continue;
         contact_end_tick(sim->contact[k]);

@@ -2,10 +2,14 @@
 // ties and clips are joints, of a pool that is reserved at load. Step thread; nothing here runs in
 // a substep. Bodies that are tied together advance together while they are, with the most substeps
 // that any of them needs, and every tie shortens the steps by what it adds to the bounds.
+#include "sim/hold/tie.h"
+
 #include "base/bits.h"
 #include "base/check.h"
 #include "sim/hold/attachment_data.h"
-#include "sim/sim_data.h"
+#include "sim/guard/guard.h"
+#include "sim/time_step.h"
+#include "sim/events.h"
 #include "geometry/distance.h"
 
 #include <limits.h>
@@ -193,7 +197,7 @@ static void list_joints(Sim *sim)
             continue;
         sim->joint[sim->joint_count++] = pool->joint[s];
         if (!in_one_group(sim, (int)tie->body, (int)tie->to_body))
-            sim_join(sim, (int)tie->body, (int)tie->to_body);
+            time_step_group(sim, (int)tie->body, (int)tie->to_body);
     }
 }
 

@@ -1,5 +1,6 @@
 // Cuttable voxel bodies as the pipeline runs them: elements, masses and momentum across cuts and
 // divisions, with real dynamics between.
+#include "sim/follow.h"
 #include "test.h"
 #include "cut_world.h"
 #include "effort.h"
