@@ -94,7 +94,7 @@ double cost_tick(const Body *body, int substeps)
     else if (body->integrator == INTEGRATOR_IMPLICIT)
         each = cost_implicit(body->spring_count);
     else
-        each *= integrator_get(body->integrator)->stage_count; // evaluations of the forces
+        each *= integrator_get(body->integrator)->evaluation_count; // evaluations of the forces
     return (double)substeps * (each + SUBSTEP);
 }
 

@@ -145,7 +145,7 @@ typedef struct BodyOps {
     // Moves positions by dt [s] with the current velocities; schemes of kicks only.
     void (*drift)(void *model, double dt);
     // Evaluates all forces at the current rows, fused with the stage's algebra.
-    void (*evaluate)(void *model, const Stage *stage, double h);
+    void (*evaluate)(void *model, const Evaluation *evaluation, double h);
     // Ends the tick after the last stage. Returns true if every number is finite and in bounds: the
     // result becomes the current state. If false, the state before the tick is still intact:
     // restore it.

@@ -6,32 +6,32 @@
 static const Integrator integrators[INTEGRATOR_COUNT] = {
     [INTEGRATOR_RK4] = {.name = "rk4",
                         .order = 4,
-                        .stage_count = 4,
-                        .stage = {{STAGE_RK4_FIRST, 0.0, 1.0 / 6.0, 0.5, false},
-                                  {STAGE_RK4_MIDDLE, 0.5, 1.0 / 3.0, 0.5, false},
-                                  {STAGE_RK4_MIDDLE, 0.5, 1.0 / 3.0, 1.0, false},
-                                  {STAGE_RK4_LAST, 1.0, 1.0 / 6.0, 0.0, false}},
+                        .evaluation_count = 4,
+                        .evaluation = {{EVALUATION_RK4_FIRST, 0.0, 1.0 / 6.0, 0.5, false},
+                                       {EVALUATION_RK4_MIDDLE, 0.5, 1.0 / 3.0, 0.5, false},
+                                       {EVALUATION_RK4_MIDDLE, 0.5, 1.0 / 3.0, 1.0, false},
+                                       {EVALUATION_RK4_LAST, 1.0, 1.0 / 6.0, 0.0, false}},
                         .most_growth = 10.0},
     [INTEGRATOR_LEAPFROG] = {.name = "leapfrog",
                              .order = 2,
-                             .stage_count = 1,
-                             .stage = {{STAGE_KICK, 0.5, 1.0, 1.0, false}},
+                             .evaluation_count = 1,
+                             .evaluation = {{EVALUATION_KICK, 0.5, 1.0, 1.0, false}},
                              .kicks = true,
                              .first_drift = 0.5,
                              .last_drift = 0.5,
                              .most_growth = 10.0},
     [INTEGRATOR_SYMPLECTIC_EULER] = {.name = "symplectic_euler",
                                      .order = 1,
-                                     .stage_count = 1,
-                                     .stage = {{STAGE_KICK, 0.0, 1.0, 1.0, false}},
+                                     .evaluation_count = 1,
+                                     .evaluation = {{EVALUATION_KICK, 0.0, 1.0, 1.0, false}},
                                      .kicks = true,
                                      .first_drift = 0.0,
                                      .last_drift = 1.0,
                                      .most_growth = 40.0},
     [INTEGRATOR_IMPLICIT] = {.name = "implicit",
                              .order = 1,
-                             .stage_count = 1,
-                             .stage = {{STAGE_IMPLICIT, 0.5, 1.0, 1.0, false}},
+                             .evaluation_count = 1,
+                             .evaluation = {{EVALUATION_IMPLICIT, 0.5, 1.0, 1.0, false}},
                              .kicks = true,
                              .first_drift = 1.0,
                              .last_drift = 1.0,
@@ -53,13 +53,13 @@ const Integrator *integrator_get(IntegratorKind kind)
     return &integrators[kind];
 }
 
-Stage integrator_stage(const Integrator *integrator, int s, bool last)
+Evaluation integrator_evaluation(const Integrator *integrator, int s, bool last)
 {
-    Stage stage = integrator->stage[s];
-    stage.last = last;
+    Evaluation evaluation = integrator->evaluation[s];
+    evaluation.last = last;
     if (integrator->kicks && last)
-        stage.advance = integrator->last_drift;
-    return stage;
+        evaluation.advance = integrator->last_drift;
+    return evaluation;
 }
 
 double stability_time_step(IntegratorKind kind, double lambda, double c)

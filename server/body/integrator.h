@@ -1,4 +1,4 @@
-// Time integration schemes as lists of stages. A body evaluates its forces once per stage and
+// Time integration schemes as lists of evaluations. A body evaluates its forces once for each and
 // advances its own rows in the same pass; this file provides the coefficients.
 #ifndef PLIANT_DYNAMICS_INTEGRATOR_H
 #define PLIANT_DYNAMICS_INTEGRATOR_H
@@ -25,33 +25,33 @@ bool integrator_is_symplectic(IntegratorKind kind);
 
 // Use of the accelerations a(x, v) of one evaluation. k = (v, a) is the derivative of the row y =
 // (x, v); y0 is the row at the start of the substep, ys the evaluated row.
-typedef enum StageRule {
-    STAGE_RK4_FIRST,  // sum = y0 + weight h k;   next = y0 + advance h k
-    STAGE_RK4_MIDDLE, // sum += weight h k;       next = y0 + advance h k
-    STAGE_RK4_LAST,   // next = sum + weight h k
-    STAGE_KICK,       // v += h a;                x += advance h v (the new v)
-    STAGE_IMPLICIT,   // a is partly that of the end of a step; the body has the details
-} StageRule;
+typedef enum EvaluationRule {
+    EVALUATION_RK4_FIRST,  // sum = y0 + weight h k;   next = y0 + advance h k
+    EVALUATION_RK4_MIDDLE, // sum += weight h k;       next = y0 + advance h k
+    EVALUATION_RK4_LAST,   // next = sum + weight h k
+    EVALUATION_KICK,       // v += h a;                x += advance h v (the new v)
+    EVALUATION_IMPLICIT,   // a is partly that of the end of a step; the body has the details
+} EvaluationRule;
 
-typedef struct Stage {
-    StageRule rule;
+typedef struct Evaluation {
+    EvaluationRule rule;
     double at;      // time of the evaluation, as a fraction of the substep
     double weight;  // share of this evaluation in the substep's impulse
-    double advance; // see StageRule
+    double advance; // see EvaluationRule
     bool last;      // of the tick: set by the pipeline, the result is the tick's
-} Stage;
+} Evaluation;
 
 typedef struct Integrator {
     const char *name; // in scenes
     int order;        // p: halving the step divides the error by 2^p
-    int stage_count;
-    Stage stage[4];
+    int evaluation_count;
+    Evaluation evaluation[4];
     // Schemes of kicks only. Leapfrog: positions move by half a substep before the tick's first
     // kick, by whole drifts between kicks, and by half a drift after the last. Implicit: before the
     // first kick the body sets the positions at which external forces are evaluated.
     bool kicks;
     double first_drift; // before the first kick, in substeps
-    double last_drift;  // after the last kick, instead of stage.advance
+    double last_drift;  // after the last kick, instead of Evaluation.advance
     // Energy that the guard allows, as a ratio to what the body had and was given. Leapfrog near
     // the bound of its step lets the energy oscillate by 5.3, symplectic Euler by 19
     // (tests/stability/trial.c); twice that, since the account follows the energy to its minimum.
@@ -59,8 +59,8 @@ typedef struct Integrator {
 } Integrator;
 
 const Integrator *integrator_get(IntegratorKind kind);
-// Returns stage s of a substep; `last`: of the last substep of a tick.
-Stage integrator_stage(const Integrator *integrator, int s, bool last);
+// Returns evaluation s of a substep; `last`: of the last substep of a tick.
+Evaluation integrator_evaluation(const Integrator *integrator, int s, bool last);
 
 // Largest stable time steps of the explicit schemes for a linear system with
 // M^-1 K bounded by lambda and M^-1 C bounded by c (server/sim/README.md, "Time step").

@@ -266,24 +266,24 @@ static FrameMotion motion_after(FrameMotion from, double dt, Vec3 velocity, Vec3
                          vec3_madd(from.velocity, dt, acceleration)};
 }
 
-// As the kernels do with a row (StageRule in integrator.h).
-void frame_advance(Rows *rows, const Stage *stage, double h, Vec3 gravity)
+// As the kernels do with a row (EvaluationRule in integrator.h).
+void frame_advance(Rows *rows, const Evaluation *evaluation, double h, Vec3 gravity)
 {
     FrameFall *fall = rows->fall;
     // Kicks: velocity first, then the way by the new one.
-    if (stage->rule == STAGE_KICK) {
+    if (evaluation->rule == EVALUATION_KICK) {
         fall->ahead.velocity = vec3_madd(fall->ahead.velocity, h, gravity);
-        frame_drift(rows, stage->advance * h);
+        frame_drift(rows, evaluation->advance * h);
         return;
     }
     // RK4: the same sums as those of the rows.
     const Vec3 velocity = rows_velocity(rows);
-    if (stage->rule == STAGE_RK4_FIRST)
+    if (evaluation->rule == EVALUATION_RK4_FIRST)
         fall->begin = fall->sum = fall->ahead;
-    fall->sum = motion_after(fall->sum, stage->weight * h, velocity, gravity);
-    fall->ahead = stage->rule == STAGE_RK4_LAST
+    fall->sum = motion_after(fall->sum, evaluation->weight * h, velocity, gravity);
+    fall->ahead = evaluation->rule == EVALUATION_RK4_LAST
                       ? fall->sum
-                      : motion_after(fall->begin, stage->advance * h, velocity, gravity);
+                      : motion_after(fall->begin, evaluation->advance * h, velocity, gravity);
 }
 
 void frame_end_tick(Rows *rows, bool stays)

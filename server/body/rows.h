@@ -174,7 +174,7 @@ void rows_return_to_rest(Rows *rows, void *row);
 void rows_let_fall(Rows *rows, const char *name, Arena *arena, StateList *state);
 // Of a frame that falls: see rows_drift, rows_advance and rows_end_tick.
 void frame_drift(Rows *rows, double dt);
-void frame_advance(Rows *rows, const Stage *stage, double h, Vec3 gravity);
+void frame_advance(Rows *rows, const Evaluation *evaluation, double h, Vec3 gravity);
 void frame_end_tick(Rows *rows, bool stays);
 // Returns the part of gravity [m/s2] that the kernel applies to its rows, in their coordinates: all
 // or zero.
@@ -188,10 +188,10 @@ static inline void rows_drift(Rows *rows, double dt)
     if (rows->fall != NULL)
         frame_drift(rows, dt);
 }
-static inline void rows_advance(Rows *rows, const Stage *stage, double h, Vec3 gravity)
+static inline void rows_advance(Rows *rows, const Evaluation *evaluation, double h, Vec3 gravity)
 {
     if (rows->fall != NULL)
-        frame_advance(rows, stage, h, gravity);
+        frame_advance(rows, evaluation, h, gravity);
 }
 // Keeps the frame's position after the stages, or restores that before the tick.
 static inline void rows_end_tick(Rows *rows, bool stays)

@@ -276,11 +276,11 @@ static void forget_spare(const Vertices *vertices)
 
 // The drag of a body that nothing fixes, on its new rows: once a tick where elements have enough
 // damping for that to be stable, else in each substep (server/sim/README.md, "Drag").
-static void slow(Vertices *vertices, const Stage *stage, double h, void *row)
+static void slow(Vertices *vertices, const Evaluation *evaluation, double h, void *row)
 {
     Drag *drags = vertices->drags;
     drags->time += h;
-    if (!stage->last && vertices->damping_time >= vertices->drag * h * h)
+    if (!evaluation->last && vertices->damping_time >= vertices->drag * h * h)
         return;
     SlowPass pass = {
         .row = row,
@@ -295,7 +295,7 @@ static void slow(Vertices *vertices, const Stage *stage, double h, void *row)
 
 // The first kick of a tick writes the rows that are not current, so that the state before the tick
 // stays intact until the end; later ones stay there.
-void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gravity)
+void vertices_advance(Vertices *vertices, const Evaluation *evaluation, double h, Vec3 gravity)
 {
     // The result goes to the other rows.
     void *next = vertices->row[1 - vertices->current];
@@ -308,18 +308,18 @@ void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gra
         .inverse_mass = vertices->inverse_mass,
         .vertex_count = vertices->rows.count,
         .h = h,
-        .advance = stage->advance,
+        .advance = evaluation->advance,
         .gravity = {g.x, g.y, g.z},
         .position_limit = vertices->position_limit,
         .loss = vertices->drags == NULL ? h * vertices->drag * vertices->parameters->damping_scale
                                         : 0.0,
-        .check = stage->last, // a number that went bad earlier in the tick is still bad
+        .check = evaluation->last, // a number that went bad earlier in the tick is still bad
     };
     // Bad numbers are noticed in the last stage of a tick.
     vertices->bad |= !advance_all(vertices, &pass);
-    rows_advance(&vertices->rows, stage, h, gravity);
+    rows_advance(&vertices->rows, evaluation, h, gravity);
     if (vertices->drags != NULL)
-        slow(vertices, stage, h, next);
+        slow(vertices, evaluation, h, next);
     // Unused places stay zero.
     if (vertices->count < vertices->capacity)
         forget_spare(vertices);

@@ -88,7 +88,7 @@ void vertices_set_count(Vertices *vertices, int count);
 // or commit ---
 // Adds the constant loads to the forces.
 void vertices_begin(Vertices *vertices);
-void vertices_advance(Vertices *vertices, const Stage *stage, double h, Vec3 gravity);
+void vertices_advance(Vertices *vertices, const Evaluation *evaluation, double h, Vec3 gravity);
 // Ends a tick: true if all numbers are good; the result is then the current state.
 bool vertices_end(Vertices *vertices);
 void vertices_restore(Vertices *vertices, RestoreMode mode);

@@ -12,7 +12,7 @@ enum {
 // A tick
 
 // Computes the forces of all elements, then advances the vertices.
-static void evaluate_elements(PlaneModel *model, const Stage *stage, double h)
+static void evaluate_elements(PlaneModel *model, const Evaluation *evaluation, double h)
 {
     Vertices *vertices = &model->vertices;
     const BodyParameters *p = vertices->parameters;
@@ -27,16 +27,16 @@ static void evaluate_elements(PlaneModel *model, const Stage *stage, double h)
         .damping_scale = p->damping_scale,
     };
     model->kernels->evaluate(&pass);
-    vertices_advance(vertices, stage, h, (Vec3){p->gravity[0], p->gravity[1], 0.0});
+    vertices_advance(vertices, evaluation, h, (Vec3){p->gravity[0], p->gravity[1], 0.0});
 }
 
-static void plane_evaluate(void *self, const Stage *stage, double h)
+static void plane_evaluate(void *self, const Evaluation *evaluation, double h)
 {
     PlaneModel *model = self;
     vertices_begin(&model->vertices);
     if (model->cut != NULL && model->cut->felt != NULL)
         plane_cut_feel(model); // external forces alone, before those of the elements
-    evaluate_elements(model, stage, h);
+    evaluate_elements(model, evaluation, h);
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -181,7 +181,7 @@ static bool gains_by_implicit(const Costly *c)
 
 static bool is_rk4(const Costly *c)
 {
-    return is_explicit_surface(c) && integrator_get(c->body->integrator)->stage_count > 1;
+    return is_explicit_surface(c) && integrator_get(c->body->integrator)->evaluation_count > 1;
 }
 
 static bool is_double(const Costly *c)

@@ -205,22 +205,22 @@ static void add_touches(Sim *sim, int first, double dt)
 }
 
 // Returns the part of a substep that is over at a stage: 1 at the last evaluation.
-static double fraction_at(const Integrator *integrator, const Stage *stage)
+static double fraction_at(const Integrator *integrator, const Evaluation *evaluation)
 {
-    const double last = integrator->stage[integrator->stage_count - 1].at;
-    return last > 0.0 ? stage->at / last : 1.0;
+    const double last = integrator->evaluation[integrator->evaluation_count - 1].at;
+    return last > 0.0 ? evaluation->at / last : 1.0;
 }
 
 // Adds the contact forces of one evaluation. `begins`: first moves the proxy towards the tool's
 // pose at the time of the substep's (last) evaluation.
-static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_time, double h,
-                         bool begins)
+static void add_contacts(Sim *sim, int b, const Evaluation *evaluation, double substep_time,
+                         double h, bool begins)
 {
     int64_t begin = clock_now_ns();
     // The proxy arrives at the last evaluation of a substep; earlier ones see it on its way.
     const Integrator *integrator = integrator_get(sim->body[b].integrator);
-    double target_at = integrator->stage[integrator->stage_count - 1].at;
-    double fraction = fraction_at(integrator, stage);
+    double target_at = integrator->evaluation[integrator->evaluation_count - 1].at;
+    double fraction = fraction_at(integrator, evaluation);
     for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {
         Contact *contact = sim->contact[k];
         if (!contact_is_near(contact))
@@ -234,7 +234,7 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
                            &target, &orientation);
             contact_begin_substep(contact, target, orientation, h);
         }
-        contact_apply(contact, fraction, stage->weight, h);
+        contact_apply(contact, fraction, evaluation->weight, h);
     }
     // Contacts are timed within the forces.
     int64_t spent = clock_now_ns() - begin;
@@ -244,7 +244,7 @@ static void add_contacts(Sim *sim, int b, const Stage *stage, double substep_tim
 
 // Adds the springs of attachments at one evaluation. All that a tool holds of a body together pulls
 // with at most its max_force: beyond, it slips with that force.
-static void add_holds(Sim *sim, int b, const Stage *stage, double substep_time, double h)
+static void add_holds(Sim *sim, int b, const Evaluation *evaluation, double substep_time, double h)
 {
     const int first = sim->attachment_start[b], end = sim->attachment_start[b + 1];
     // How hard each tool pulls, all that it holds together.
@@ -259,7 +259,7 @@ static void add_holds(Sim *sim, int b, const Stage *stage, double substep_time, 
         if (tool >= 0) {
             const ToolMotion *motion = &sim->motion[tool];
             double begin = sim_pose_age(sim, motion) + substep_time;
-            at = tool_motion_within(motion, begin, begin + stage->at * h, h);
+            at = tool_motion_within(motion, begin, begin + evaluation->at * h, h);
         }
         Vec3 force = attachment_evaluate(attachment, &at);
         if (tool >= 0)
@@ -275,18 +275,19 @@ static void add_holds(Sim *sim, int b, const Stage *stage, double substep_time, 
             double size = vec3_length(pull[tool]), most = sim->tool[tool].max_force;
             scale = size > most ? most / size : 1.0;
         }
-        attachment_apply(sim->attachment[k], scale, stage->weight * h);
+        attachment_apply(sim->attachment[k], scale, evaluation->weight * h);
     }
 }
 
 // Adds the external forces on a body at one stage.
-static void add_outer_forces(Sim *sim, int b, const Stage *stage, int substep, bool begins)
+static void add_outer_forces(Sim *sim, int b, const Evaluation *evaluation, int substep,
+                             bool begins)
 {
     const Body *body = &sim->body[b];
     if (sim->contact_start[b] < sim->contact_start[b + 1])
-        add_contacts(sim, b, stage, substep * body->h, body->h, begins);
+        add_contacts(sim, b, evaluation, substep * body->h, body->h, begins);
     if (sim->attachment_start[b] < sim->attachment_start[b + 1])
-        add_holds(sim, b, stage, substep * body->h, body->h);
+        add_holds(sim, b, evaluation, substep * body->h, body->h);
 }
 
 static void end_substep(Sim *sim, int b)
@@ -296,14 +297,14 @@ static void end_substep(Sim *sim, int b)
 }
 
 // Gives solids the impulses of their contacts, which depend on the body's own kick.
-static void kick_contacts(Sim *sim, int b, const Stage *stage)
+static void kick_contacts(Sim *sim, int b, const Evaluation *evaluation)
 {
     if (sim->body[b].ops->kick_nodes == NULL)
         return;
     int64_t begin = clock_now_ns();
     for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
         if (contact_is_near(sim->contact[k]))
-            contact_kick(sim->contact[k], stage, sim->body[b].h);
+            contact_kick(sim->contact[k], evaluation, sim->body[b].h);
     int64_t spent = clock_now_ns() - begin;
     sim->stage_ns[STAGE_CONTACT] += spent;
     sim->stage_ns[STAGE_FORCES] -= spent;
@@ -336,22 +337,22 @@ static void advance(Sim *sim, int first, int substeps, Advance what)
                                 integrator->first_drift * (part * sim->body[b].h));
     for (int substep = 0; substep < substeps; substep++) {
         // Every stage: forces from outside, ties, then each body's own, which moves it.
-        for (int s = 0; s < integrator->stage_count; s++) {
-            Stage stage = integrator_stage(integrator, s, substep == substeps - 1);
+        for (int s = 0; s < integrator->evaluation_count; s++) {
+            Evaluation evaluation = integrator_evaluation(integrator, s, substep == substeps - 1);
             for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))
-                add_outer_forces(sim, b, &stage, substep, s == 0);
+                add_outer_forces(sim, b, &evaluation, substep, s == 0);
             // Ties of this group.
             for (int k = 0; k < ties; k++) {
                 Joint *joint = sim->joint[k];
                 if (sim->group[joint_options(joint)->body].first == first)
-                    joint_apply(joint, stage.weight * sim->body[first].h);
+                    joint_apply(joint, evaluation.weight * sim->body[first].h);
             }
             if (touches > 0)
-                add_touches(sim, first, fraction_at(integrator, &stage) * sim->body[first].h);
+                add_touches(sim, first, fraction_at(integrator, &evaluation) * sim->body[first].h);
             for (int b = first; b >= 0; b = next_body(sim, b, what))
-                sim->body[b].ops->evaluate(sim->body[b].model, &stage, part * sim->body[b].h);
+                sim->body[b].ops->evaluate(sim->body[b].model, &evaluation, part * sim->body[b].h);
             for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))
-                kick_contacts(sim, b, &stage);
+                kick_contacts(sim, b, &evaluation);
         }
         // Contacts keep what friction remembers.
         for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))

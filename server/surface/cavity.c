@@ -403,7 +403,7 @@ static void measure_openings(const SurfaceModel *model, const void *rows)
     }
 }
 
-void cavity_begin(SurfaceModel *model, const Stage *stage, double h)
+void cavity_begin(SurfaceModel *model, const Evaluation *evaluation, double h)
 {
     Cavity *cavity = model->cavity;
     CavityState *state = cavity->state;
@@ -416,7 +416,7 @@ void cavity_begin(SurfaceModel *model, const Stage *stage, double h)
     }
     // Cones over the borders move with them: without that, a piece that falls would change the
     // volume, by the way times a third of its opening.
-    const double moved = state->cap_rate * (state->flow.time + stage->at * h);
+    const double moved = state->cap_rate * (state->flow.time + evaluation->at * h);
     cavity->pass.pressure = pressure_in(cavity, closed_volume(cavity) + moved);
 }
 
@@ -452,9 +452,9 @@ void cavity_end(SurfaceModel *model, const SpringPass *pass)
 {
     Cavity *cavity = model->cavity;
     CavityFlow *flow = &cavity->state->flow;
-    const Stage *stage = &pass->stage;
-    const bool kicks = stage->rule == STAGE_KICK;
-    if (kicks || stage->rule == STAGE_RK4_LAST)
+    const Evaluation *evaluation = &pass->evaluation;
+    const bool kicks = evaluation->rule == EVALUATION_KICK;
+    if (kicks || evaluation->rule == EVALUATION_RK4_LAST)
         flow->time += pass->h;
     if (cavity->pass.volume == NULL)
         return;
@@ -464,10 +464,10 @@ void cavity_end(SurfaceModel *model, const SpringPass *pass)
                  change = sum_up(model, cavity->pass.change);
     flow->more = kicks ? flow->more + volume - flow->volume : 0.0;
     // The rows written. A tick ends after a part of the way, and the next begins with the rest.
-    const double part = stage->last ? stage->advance * stage->advance : 1.0;
+    const double part = evaluation->last ? evaluation->advance * evaluation->advance : 1.0;
     flow->volume = volume + change + part * flow->more;
-    if (kicks && stage->last) {
-        flow->rate = change / (stage->advance * pass->h);
+    if (kicks && evaluation->last) {
+        flow->rate = change / (evaluation->advance * pass->h);
         flow->due = (1.0 - part) * flow->more;
     }
 }

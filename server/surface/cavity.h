@@ -101,7 +101,7 @@ static inline int cavity_padding(int own, int count, const int *ring)
 // --- step thread ---
 // Follows the rows as they drift before the first evaluation, before each one, and after it.
 void cavity_drift(Cavity *cavity, double dt);
-void cavity_begin(SurfaceModel *model, const Stage *stage, double h);
+void cavity_begin(SurfaceModel *model, const Evaluation *evaluation, double h);
 void cavity_end(SurfaceModel *model, const SpringPass *pass);
 // Ends a tick; what is inside leaks.
 void cavity_commit(SurfaceModel *model);

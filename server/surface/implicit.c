@@ -314,7 +314,7 @@ static void keep(const SurfaceModel *model, double *next)
                 next[(long)s * ROW + c] = system->rows[(long)s * ROW + c];
 }
 
-void implicit_evaluate(void *self, const Stage *stage, double h)
+void implicit_evaluate(void *self, const Evaluation *evaluation, double h)
 {
     SurfaceModel *model = self;
     Implicit *system = model->implicit;

@@ -111,7 +111,7 @@ double implicit_theta(const SurfaceOptions *options);
 void implicit_create(SurfaceModel *model, const SurfaceOptions *options, Arena *arena);
 // The operations that differ from those of explicit steps.
 void implicit_drift(void *self, double dt);
-void implicit_evaluate(void *self, const Stage *stage, double h);
+void implicit_evaluate(void *self, const Evaluation *evaluation, double h);
 // Prints one line for --explain.
 void implicit_explain(const Implicit *system, FILE *out);
 

@@ -117,12 +117,12 @@ typedef struct SpringPass {
     const SpringTable *springs;
     const NodeTable *nodes;
     const void *present;    // Real rows to be evaluated
-    const void *base;       // Real rows at the start of the substep (STAGE_RK4_MIDDLE)
+    const void *base;       // Real rows at the start of the substep (EVALUATION_RK4_MIDDLE)
     void *sum;              // Real [chunk][6][LANES] (RK4)
     void *next;             // Real rows written; never `present`
     const void *external;   // Real [chunk][3][LANES] external forces [N]; NULL: none
     const FramePose *frame; // SHAPE_FRAME_BODY: the motion that the virtual nodes follow
-    Stage stage;
+    Evaluation evaluation;
     double h;            // substep [s]
     double damping_time; // k_d / k_s, scaled [s]
     double stiffness_scale;

@@ -63,7 +63,7 @@ void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringP
     model->bad |= atomic_load_explicit(&shared.bad, memory_order_relaxed);
 }
 
-static void fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringPass *pass)
+static void fill_pass(SurfaceModel *model, const Evaluation *evaluation, double h, SpringPass *pass)
 {
     const BodyParameters *p = model->parameters;
     Vec3 gravity = rows_gravity(&model->basis, (Vec3){p->gravity[0], p->gravity[1], p->gravity[2]});
@@ -72,7 +72,7 @@ static void fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringP
         .nodes = &model->nodes,
         .last_chunk = model->springs.chunk_count,
         .external = model->external,
-        .stage = *stage,
+        .evaluation = *evaluation,
         .h = h,
         .damping_time = model->damping_time * p->damping_scale,
         .stiffness_scale = p->stiffness_scale,
@@ -87,11 +87,12 @@ static void fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringP
     // tick stays intact until commit.
     void *result = model->rows[1 - model->current];
     // RK4 remembers where its substep began.
-    if (stage->rule == STAGE_RK4_FIRST) {
+    if (evaluation->rule == EVALUATION_RK4_FIRST) {
         model->base = model->present;
         model->next_stage = 0;
     }
-    bool ends = stage->rule == STAGE_RK4_LAST || (stage->rule == STAGE_KICK && stage->last);
+    bool ends = evaluation->rule == EVALUATION_RK4_LAST ||
+                (evaluation->rule == EVALUATION_KICK && evaluation->last);
     pass->present = model->present;
     pass->base = model->base;
     pass->sum = model->sum;
@@ -101,7 +102,7 @@ static void fill_pass(SurfaceModel *model, const Stage *stage, double h, SpringP
         pass->frame = &model->basis.rigid->pose;
     }
     if (model->cavity != NULL) {
-        cavity_begin(model, stage, h);
+        cavity_begin(model, evaluation, h);
         pass->cavity = &model->cavity->pass;
     }
 }
@@ -113,16 +114,16 @@ static void end_pass(SurfaceModel *model, const SpringPass *pass)
         model_clear_touched(model);
     if (model->cavity != NULL)
         cavity_end(model, pass);
-    rows_advance(&model->basis, &pass->stage, pass->h, (Vec3){g[0], g[1], g[2]});
+    rows_advance(&model->basis, &pass->evaluation, pass->h, (Vec3){g[0], g[1], g[2]});
     model->present = pass->next;
     model->next_stage = 1 - model->next_stage;
 }
 
-static void surface_evaluate(void *self, const Stage *stage, double h)
+static void surface_evaluate(void *self, const Evaluation *evaluation, double h)
 {
     SurfaceModel *model = self;
     SpringPass pass;
-    fill_pass(model, stage, h, &pass);
+    fill_pass(model, evaluation, h, &pass);
     if (model->detail != NULL) {
         detail_evaluate(model, &pass);
     } else {

@@ -50,7 +50,7 @@ static void evaluate_all(const VoxelModel *model, const VoxelPass *pass)
 }
 
 // Computes the forces of all elements, then advances the vertices.
-static void voxel_evaluate(void *self, const Stage *stage, double h)
+static void voxel_evaluate(void *self, const Evaluation *evaluation, double h)
 {
     VoxelModel *model = self;
     Vertices *vertices = &model->vertices;
@@ -62,7 +62,7 @@ static void voxel_evaluate(void *self, const Stage *stage, double h)
     if (model->batches->relaxation != NULL)
         relaxation_begin(model->batches->relaxation, h, &pass.relaxation);
     evaluate_all(model, &pass);
-    vertices_advance(vertices, stage, h, (Vec3){g[0], g[1], g[2]});
+    vertices_advance(vertices, evaluation, h, (Vec3){g[0], g[1], g[2]});
 }
 
 static bool voxel_commit(void *self)

@@ -14,7 +14,7 @@ static SpringKernel *evaluate_checked;
 static void evaluate_unchecked(const SpringPass *pass)
 {
     SpringPass without = *pass;
-    without.stage.last = false;
+    without.evaluation.last = false;
     evaluate_checked(&without);
 }
 

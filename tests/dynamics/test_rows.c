@@ -267,9 +267,9 @@ static void fall_through(Rows *rows, IntegratorKind kind, int substeps, double h
     if (integrator->kicks)
         rows_drift(rows, integrator->first_drift * h);
     for (int k = 0; k < substeps; k++)
-        for (int s = 0; s < integrator->stage_count; s++) {
-            const Stage stage = integrator_stage(integrator, s, k == substeps - 1);
-            rows_advance(rows, &stage, h, gravity);
+        for (int s = 0; s < integrator->evaluation_count; s++) {
+            const Evaluation evaluation = integrator_evaluation(integrator, s, k == substeps - 1);
+            rows_advance(rows, &evaluation, h, gravity);
         }
 }
 

@@ -173,7 +173,7 @@ TEST(a_tried_step_leaves_nothing)
         stir(&run, 0.2);
         for (int i = 0; i < 40; i++) {
             const Body *body = sim_body(run.world.sim, 0);
-            const Stage kick = {STAGE_KICK, 0.5, 1.0, 0.5, true};
+            const Evaluation kick = {EVALUATION_KICK, 0.5, 1.0, 0.5, true};
             if (i == 20)
                 cavity_forget(((SurfaceModel *)body->model)->cavity);
             if (tried && i % 4 == 0) {

@@ -45,7 +45,7 @@ static void time_by_work(void)
 {
     for (int i = 0; i < result.run_count; i++) {
         StudyRun *run = &result.run[i];
-        const int stages = integrator_get(run->what.integrator)->stage_count;
+        const int stages = integrator_get(run->what.integrator)->evaluation_count;
         run->cpu_median = 1e-8 * run->rate_hz * run->substeps * stages * run->links;
         run->tick_p99 = run->cpu_median / run->rate_hz;
     }

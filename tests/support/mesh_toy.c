@@ -362,9 +362,9 @@ static void drift(void *model, double dt)
     ((MeshToy *)model)->state.moves++;
 }
 
-static void evaluate(void *model, const Stage *stage, double h)
+static void evaluate(void *model, const Evaluation *evaluation, double h)
 {
-    (void)model, (void)stage, (void)h;
+    (void)model, (void)evaluation, (void)h;
 }
 
 static bool commit(void *model)

@@ -51,9 +51,9 @@ static void toy_drift(void *self, double dt)
     (void)self, (void)dt;
 }
 
-static void toy_evaluate(void *self, const Stage *stage, double h)
+static void toy_evaluate(void *self, const Evaluation *evaluation, double h)
 {
-    (void)stage, (void)h;
+    (void)evaluation, (void)h;
     const Toy *toy = self;
     if (toy->splits != NULL && toy->splits->labour != NULL)
         toy->splits->labour(toy);

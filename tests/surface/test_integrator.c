@@ -148,8 +148,8 @@ TEST(stages_are_consistent)
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
         const Integrator *integrator = integrator_get((IntegratorKind)kind);
         double weights = 0.0;
-        for (int s = 0; s < integrator->stage_count; s++)
-            weights += integrator->stage[s].weight;
+        for (int s = 0; s < integrator->evaluation_count; s++)
+            weights += integrator->evaluation[s].weight;
         expect_near(weights, 1.0, 1e-15); // the substep's whole impulse; three roundings
         if (integrator->kicks)
             expect_near(integrator->first_drift + integrator->last_drift, 1.0, 0.0);

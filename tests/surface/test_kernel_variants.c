@@ -10,8 +10,8 @@
 
 enum { NODES = 40, SLOTS = 48, SPRINGS = 400, RULES = 4 };
 
-static const StageRule rules[RULES] = {STAGE_RK4_FIRST, STAGE_RK4_MIDDLE, STAGE_RK4_LAST,
-                                       STAGE_KICK};
+static const EvaluationRule rules[RULES] = {EVALUATION_RK4_FIRST, EVALUATION_RK4_MIDDLE,
+                                            EVALUATION_RK4_LAST, EVALUATION_KICK};
 
 // A network and one state of it, in the kernel's layout.
 typedef struct Problem {
@@ -145,20 +145,21 @@ static void make_problem(Problem *p, int node_count, double size, uint64_t seed)
     };
 }
 
-static void run(const SpringKernels *kernels, const Problem *p, StageRule rule, int kind, int shape,
-                int external, Result *result)
+static void run(const SpringKernels *kernels, const Problem *p, EvaluationRule rule, int kind,
+                int shape, int external, Result *result)
 {
     memset(result, 0, sizeof *result);
     memcpy(result->sum, p->sum, sizeof p->sum);
     SpringPass pass = p->pass;
     if (!external)
         pass.external = NULL;
-    pass.stage =
-        (Stage){.rule = rule, .at = 0.5, .weight = 1.0 / 3.0, .advance = 0.5, .last = true};
+    pass.evaluation =
+        (Evaluation){.rule = rule, .at = 0.5, .weight = 1.0 / 3.0, .advance = 0.5, .last = true};
     pass.sum = result->sum;
     pass.next = result->next;
     pass.bad = &result->bad;
-    pass.base = rule == STAGE_RK4_FIRST ? NULL : p->base; // the first stage starts at its own rows
+    pass.base =
+        rule == EVALUATION_RK4_FIRST ? NULL : p->base; // the first stage starts at its own rows
     kernels->evaluate[kind][shape](&pass);
 }
 
@@ -251,8 +252,8 @@ static void plain_shape(const Problem *p, int node, int shape, Sum a[3])
 
 // Checks one node of a result: every number within 1e-12 of its terms' sizes. A dozen roundings a
 // term, some ten terms: about 1e-14 is expected.
-static void check_node(const Problem *p, const Result *result, int node, StageRule rule, int damped,
-                       int shape, int external)
+static void check_node(const Problem *p, const Result *result, int node, EvaluationRule rule,
+                       int damped, int shape, int external)
 {
     Sum a[3] = {{0}};
     plain_springs(p, node, damped, a);
@@ -270,11 +271,11 @@ static void check_node(const Problem *p, const Result *result, int node, StageRu
 
     const double h = p->pass.h, weight = (1.0 / 3.0), ahead = 0.5, close = 1e-12;
     const double *row = p->present + node * ROW;
-    const double *base = rule == STAGE_RK4_FIRST ? row : p->base + node * ROW;
+    const double *base = rule == EVALUATION_RK4_FIRST ? row : p->base + node * ROW;
     const double *next = result->next + node * ROW;
     assert_true(next[3] == 0.0 && next[7] == 0.0);
     for (int c = 0; c < 3; c++) {
-        if (rule == STAGE_KICK) {
+        if (rule == EVALUATION_KICK) {
             double v = row[4 + c] + h * a[c].value, size = fabs(row[4 + c]) + h * a[c].size;
             expect_near(next[4 + c], v, (close * size));
             expect_near(next[c], (row[c] + ahead * h * v), (close * (fabs(row[c]) + h * size)));
@@ -284,11 +285,11 @@ static void check_node(const Problem *p, const Result *result, int node, StageRu
             double slope = half == 0 ? row[4 + c] : a[c].value;
             double size = half == 0 ? fabs(row[4 + c]) : a[c].size;
             long at = (node / LANES) * 6 * LANES + (half * 3 + c) * LANES + node % LANES;
-            double start = rule == STAGE_RK4_FIRST ? base[half * 4 + c] : p->sum[at];
+            double start = rule == EVALUATION_RK4_FIRST ? base[half * 4 + c] : p->sum[at];
             double sum = start + weight * h * slope, scale = fabs(start) + h * size;
-            if (rule != STAGE_RK4_LAST)
+            if (rule != EVALUATION_RK4_LAST)
                 expect_near(result->sum[at], sum, (close * scale));
-            if (rule != STAGE_RK4_LAST) {
+            if (rule != EVALUATION_RK4_LAST) {
                 sum = base[half * 4 + c] + ahead * h * slope;
                 scale = fabs(base[half * 4 + c]) + h * size;
             }
@@ -297,7 +298,7 @@ static void check_node(const Problem *p, const Result *result, int node, StageRu
     }
 }
 
-typedef void Visit(const Problem *p, StageRule rule, int kind, int shape, int external);
+typedef void Visit(const Problem *p, EvaluationRule rule, int kind, int shape, int external);
 
 // Calls `visit` for every variant and rule. A law without branches and stiffening is linear.
 static void each_variant(const Problem *p, Visit *visit)
@@ -309,7 +310,7 @@ static void each_variant(const Problem *p, Visit *visit)
                     visit(p, rules[rule], kind, shape, external);
 }
 
-static void check_levels(const Problem *p, StageRule rule, int kind, int shape, int external)
+static void check_levels(const Problem *p, EvaluationRule rule, int kind, int shape, int external)
 {
     const char *const *isa = isa_available();
     Result first, other;
@@ -325,7 +326,7 @@ static void check_levels(const Problem *p, StageRule rule, int kind, int shape, 
     }
 }
 
-static void check_plain(const Problem *p, StageRule rule, int kind, int shape, int external)
+static void check_plain(const Problem *p, EvaluationRule rule, int kind, int shape, int external)
 {
     Result result;
     run(kernels_find(PRECISION_DOUBLE, "auto"), p, rule, kind, shape, external, &result);
@@ -334,7 +335,7 @@ static void check_plain(const Problem *p, StageRule rule, int kind, int shape, i
         check_node(p, &result, i, rule, kind >= SPRINGS_DAMPED, shape, external);
 }
 
-static void check_both(const Problem *p, StageRule rule, int kind, int shape, int external)
+static void check_both(const Problem *p, EvaluationRule rule, int kind, int shape, int external)
 {
     check_levels(p, rule, kind, shape, external);
     check_plain(p, rule, kind, shape, external);
@@ -374,7 +375,7 @@ TEST(coincident_nodes_pull_nowhere)
     free(p);
 }
 
-static void check_bad(const Problem *p, StageRule rule, int kind, int shape, int external)
+static void check_bad(const Problem *p, EvaluationRule rule, int kind, int shape, int external)
 {
     for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
         Result result;
@@ -384,7 +385,8 @@ static void check_bad(const Problem *p, StageRule rule, int kind, int shape, int
             double sum = result.sum[20 / LANES * 6 * LANES + at * LANES + 20 % LANES];
             spreads |= !(fabs(sum) <= 1e110);
         }
-        assert_true(rule == STAGE_RK4_FIRST || rule == STAGE_RK4_MIDDLE ? spreads : result.bad);
+        assert_true(rule == EVALUATION_RK4_FIRST || rule == EVALUATION_RK4_MIDDLE ? spreads
+                                                                                  : result.bad);
     }
 }
 

@@ -427,7 +427,7 @@ TEST(restores_dashpots)
     throw_body(&fixture, 0.2);
     fixture_run(&fixture, 20);
     const uint64_t before = state_hash(&fixture.state);
-    const Stage kick = integrator_stage(integrator_get(INTEGRATOR_LEAPFROG), 0, true);
+    const Evaluation kick = integrator_evaluation(integrator_get(INTEGRATOR_LEAPFROG), 0, true);
     ops->drift(model, 5e-4);
     ops->evaluate(model, &kick, 1e-3);
     ops->abandon(model);

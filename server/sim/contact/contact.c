@@ -308,10 +308,10 @@ void contact_apply(Contact *contact, double fraction, double weight, double h)
     contact->kicked = kicks ? contact->kicked : 0.0;
 }
 
-void contact_kick(Contact *contact, const Stage *stage, double h)
+void contact_kick(Contact *contact, const Evaluation *evaluation, double h)
 {
     if (contact->is_solid)
-        contact_solid_kick(contact, stage, h);
+        contact_solid_kick(contact, evaluation, h);
 }
 
 void contact_end_tick(Contact *contact)

@@ -58,7 +58,7 @@ void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, doub
 void contact_apply(Contact *contact, double fraction, double weight, double h);
 // With solids: gives the nodes their impulses of this substep, after the body's own kick, and the
 // proxy its motion (server/sim/README.md, "Contact of solids"). Others have nothing left to do.
-void contact_kick(Contact *contact, const Stage *stage, double h);
+void contact_kick(Contact *contact, const Evaluation *evaluation, double h);
 // Updates the friction's memory; after the last stage of a substep.
 void contact_end_substep(Contact *contact);
 // Completes the work in the sums; after a good tick, with its result as the current state.

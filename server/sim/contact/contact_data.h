@@ -252,7 +252,7 @@ void contact_update_sides(Contact *contact, const ToolPlacement *at);
 // contact_solid.c: computes the potential of a solid and a tool at a placement, its forces on the
 // nodes and what bounds their change; then the impulses of a substep, after the body's own kick.
 void contact_solid_evaluate(Contact *contact, const ToolPlacement *at);
-void contact_solid_kick(Contact *contact, const Stage *stage, double h);
+void contact_solid_kick(Contact *contact, const Evaluation *evaluation, double h);
 // Measures the candidates at the start of a tick. Returns true if the tool is inside of the solid,
 // or, `fresh` (it has just appeared), overlaps it: `out` leads its origin out again.
 bool contact_solid_look(Contact *contact, const ToolPlacement *at, bool fresh, Vec3 *out);

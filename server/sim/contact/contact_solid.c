@@ -490,7 +490,7 @@ static double follow_hand(Contact *contact, double h)
     return size > most ? most / size : 1.0;
 }
 
-void contact_solid_kick(Contact *contact, const Stage *stage, double h)
+void contact_solid_kick(Contact *contact, const Evaluation *evaluation, double h)
 {
     if (contact->touched_count == 0)
         return;
@@ -511,7 +511,7 @@ void contact_solid_kick(Contact *contact, const Stage *stage, double h)
         sums->work += vec3_dot(*impulse, vec3_madd(contact->v[t], by_mass, *impulse));
     }
     body->ops->kick_nodes(body->model, contact->touched_node, contact->touched_count,
-                          contact->impulse, h, stage->advance * h);
+                          contact->impulse, h, evaluation->advance * h);
     // Weighted means for the wrench.
     sums->point = vec3_madd(sums->point, h, contact->forces.point);
     sums->normal = vec3_madd(sums->normal, h, contact->forces.normal);

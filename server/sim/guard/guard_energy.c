@@ -65,7 +65,7 @@ void guard_note_loads(Sim *sim)
 
 int64_t guard_energy_ticks(const Body *body)
 {
-    const int stages = integrator_get(body->integrator)->stage_count;
+    const int stages = integrator_get(body->integrator)->evaluation_count;
     const int64_t ticks = EVALUATIONS_A_LOOK / ((int64_t)body->finest_substeps * stages);
     return ticks > 16 ? ticks : 16;
 }

@@ -296,11 +296,11 @@ INLINE void add_shape(const SpringPass *pass, const Nodes *own, int chunk, int l
 
 // The integrator's coefficients, multiplied by the substep.
 typedef struct Coefficients {
-    StageRule rule;
+    EvaluationRule rule;
     Vector h, weight, advance;
 } Coefficients;
 
-// Updates one component of the two sums of an RK4 stage other than the last: see StageRule.
+// Updates one component of the two sums of an RK4 stage other than the last: see EvaluationRule.
 static inline Vector advance_rk4(const Coefficients *by, Vector base, Vector from, Vector slope,
                                  Real *sum)
 {
@@ -312,7 +312,7 @@ INLINE void advance(const SpringPass *pass, const Coefficients *by, const Nodes 
                     const Vector a[3], int chunk, int lane, bool scattered, Nodes *next)
 {
     // Leapfrog and Euler: the kick, then a drift with the new velocities.
-    if (by->rule == STAGE_KICK) {
+    if (by->rule == EVALUATION_KICK) {
         next->vx = own->vx + by->h * a[0];
         next->vy = own->vy + by->h * a[1];
         next->vz = own->vz + by->h * a[2];
@@ -326,7 +326,7 @@ INLINE void advance(const SpringPass *pass, const Coefficients *by, const Nodes 
     for (int c = 0; c < 6; c++)
         sums[c] = sum + c * LANES;
     // The last RK4 stage adds its slope to the sums, which are the result.
-    if (by->rule == STAGE_RK4_LAST) {
+    if (by->rule == EVALUATION_RK4_LAST) {
         next->x = vector_load(sums[0]) + by->weight * own->vx;
         next->y = vector_load(sums[1]) + by->weight * own->vy;
         next->z = vector_load(sums[2]) + by->weight * own->vz;
@@ -337,7 +337,7 @@ INLINE void advance(const SpringPass *pass, const Coefficients *by, const Nodes 
     }
     // The other RK4 stages update the sums and form the rows of the next stage.
     Nodes base = *own, from = *own;
-    if (by->rule == STAGE_RK4_MIDDLE) {
+    if (by->rule == EVALUATION_RK4_MIDDLE) {
         load_own_nodes(pass, pass->base, (long)chunk * LANES + lane, scattered, &base);
         from = (Nodes){vector_load(sums[0]), vector_load(sums[1]), vector_load(sums[2]),
                        vector_load(sums[3]), vector_load(sums[4]), vector_load(sums[5])};
@@ -362,13 +362,14 @@ INLINE void evaluate(const SpringPass *pass, SpringClass kind, ShapeVariant shap
                  velocity_limit = vector_set(SPEED_LIMIT * SPEED_LIMIT);
     const Vector gravity[3] = {vector_set(pass->gravity[0]), vector_set(pass->gravity[1]),
                                vector_set(pass->gravity[2])};
-    const Coefficients by = {.rule = pass->stage.rule,
+    const Coefficients by = {.rule = pass->evaluation.rule,
                              .h = vector_set(pass->h),
-                             .weight = vector_set(pass->stage.weight * pass->h),
-                             .advance = vector_set(pass->stage.advance * pass->h)};
+                             .weight = vector_set(pass->evaluation.weight * pass->h),
+                             .advance = vector_set(pass->evaluation.advance * pass->h)};
     // Bad numbers of a stage propagate into the sum, and so into the substep's result; numbers that
     // went bad earlier in the tick are still bad.
-    const bool ends = pass->stage.last && (by.rule == STAGE_RK4_LAST || by.rule == STAGE_KICK);
+    const bool ends =
+        pass->evaluation.last && (by.rule == EVALUATION_RK4_LAST || by.rule == EVALUATION_KICK);
     Mask good = zero == zero;
     Law numbers;
     const Law *law = law_of(pass, kind, &numbers);
@@ -429,7 +430,7 @@ INLINE void add_up(const SpringPass *pass, SpringClass kind)
 {
     Law numbers;
     const Law *law = law_of(pass, kind, &numbers);
-    const Vector way = vector_set(pass->stage.advance * pass->h);
+    const Vector way = vector_set(pass->evaluation.advance * pass->h);
     for (int k = pass->first_chunk; k < pass->last_chunk; k++)
         for (int lane = 0; lane < LANES; lane += WIDTH) {
             const int chunk = pass->chunk[k];

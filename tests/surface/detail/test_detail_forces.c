@@ -267,7 +267,7 @@ static void check(DetailBench *bench, const SurfaceOptions *options, bool loaded
     plain.force = calloc(nodes, sizeof *plain.force);
     shake(&plain, random);
     place_nodes(&plain);
-    const Stage kick = {STAGE_KICK, 0.0, 1.0, 0.0, true};
+    const Evaluation kick = {EVALUATION_KICK, 0.0, 1.0, 0.0, true};
     const Vec3 push = {0.2, -0.1, 0.3}; // on every tenth node, also on those that hang
     const BodyOps *ops = bench->body->ops;
     SurfaceModel *model = bench->model;

@@ -202,7 +202,7 @@ TEST(forces_are_the_gradient_of_the_energy)
         if (model->node[s] >= 0)
             rows_write(&model->basis, rows, s, x[s], vec3(0.0, 0.0, 0.0));
     detail_hang(lists, model->basis.precision, rows);
-    Stage kick = integrator_stage(integrator_get(INTEGRATOR_SYMPLECTIC_EULER), 0, true);
+    Evaluation kick = integrator_evaluation(integrator_get(INTEGRATOR_SYMPLECTIC_EULER), 0, true);
     bench.body->ops->drift(model, 0.0);
     bench.body->ops->evaluate(model, &kick, h);
     assert_true(bench.body->ops->commit(model));

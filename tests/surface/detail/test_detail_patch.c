@@ -103,7 +103,7 @@ static double residual(DetailBench *bench)
 {
     SurfaceModel *model = bench->model;
     const double h = 1e-6; // [s]
-    const Stage kick = {STAGE_KICK, 0.0, 1.0, 0.0, true};
+    const Evaluation kick = {EVALUATION_KICK, 0.0, 1.0, 0.0, true};
     bench->body->ops->drift(model, 0.0);
     bench->body->ops->evaluate(model, &kick, h);
     assert_true(bench->body->ops->commit(model));
