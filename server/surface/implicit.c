@@ -259,7 +259,7 @@ void implicit_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
     model->base = model->rows[model->current];
-    surface_drift(model, model->implicit->theta * dt);
+    model_drift(model, model->implicit->theta * dt);
 }
 
 // Computes the rows after the step, and, unless NULL, those at which the next step's external
@@ -319,8 +319,8 @@ void implicit_evaluate(void *self, const Evaluation *evaluation, double h)
     SurfaceModel *model = self;
     Implicit *system = model->implicit;
     Detail *detail = model->detail;
-    double *next = stage->last ? model->rows[1 - model->current] : model->stage[1];
-    double *ahead = stage->last ? NULL : model->stage[0];
+    double *next = evaluation->last ? model->rows[1 - model->current] : model->stage[1];
+    double *ahead = evaluation->last ? NULL : model->stage[0];
     // Build and solve the system at the current state, then correct the momentum.
     system->h = h;
     system->rows = model->base;

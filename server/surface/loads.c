@@ -52,18 +52,6 @@ static void touch(SurfaceModel *model, int lane)
                   model_get(model, model->external, model_lane(lane) + c * LANES));
 }
 
-void model_clear_touched(SurfaceModel *model)
-{
-    for (int k = 0; k < model->touched_count; k++) {
-        int lane = model->touched[k];
-        for (int c = 0; c < 3; c++)
-            model_put(model, model->external, model_lane(lane) + c * LANES,
-                      model_get(model, model->untouched, 3L * k + c));
-        model->is_touched[lane] = false;
-    }
-    model->touched_count = 0;
-}
-
 static void add_once(SurfaceModel *model, int slot, Vec3 force)
 {
     touch(model, model_lane_of(model, slot));

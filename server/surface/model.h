@@ -138,8 +138,6 @@ void surface_add_forces(void *self, const int *node, int count, const Vec3 *forc
 void surface_reserve_forces(void *self, const char *name, int count, Arena *arena);
 void surface_add_load(void *self, int node, Vec3 force);
 void surface_clear_loads(void *self);
-// Removes the contact forces of one evaluation and restores the constant loads bit by bit.
-void model_clear_touched(SurfaceModel *model);
 
 // --- create_mesh.c ---
 
@@ -160,15 +158,12 @@ void order_nodes(const WingedMesh *winged, int *slot);
 
 // Returns the operations that the options require.
 const BodyOps *surface_ops(const SurfaceOptions *options);
-// One of them, which implicit steps begin with.
-void surface_drift(void *self, double dt);
-// Runs the kernel over all chunks of the pass, on all threads that share the step.
-void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringPass *pass);
 
 // --- patch.c: BodyOps.gather_patch, also for bodies with levels ---
 bool model_gather_patch(const void *self, Patch *patch, int budget);
 
-// --- create.c ---
+// --- model.c ---
+
 // Creates rest positions and rows of the nodes of a mesh, which come first in model->slot, and
 // memory for all slots.
 void model_create_rest(SurfaceModel *model, const TriMesh *mesh, const char *name, Arena *arena,
@@ -186,5 +181,12 @@ void model_allocate_springs(SurfaceModel *model, size_t entries, const char *nam
 // length [m], stiffness [N/m].
 void model_put_spring(SurfaceModel *model, long at, int slot, int other, double rest_length,
                       double stiffness);
+// Moves the rows by the time `dt` [s] at their velocities: how schemes of kicks, and implicit
+// steps, begin.
+void model_drift(SurfaceModel *model, double dt);
+// Runs the kernel over all chunks of the pass, on all threads that share the step.
+void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringPass *pass);
+// Removes the contact forces of one evaluation and restores the constant loads bit by bit.
+void model_clear_touched(SurfaceModel *model);
 
 #endif

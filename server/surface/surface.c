@@ -8,59 +8,17 @@
 
 #include "base/check.h"
 
-#include <stdatomic.h>
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
 // A tick
 
-void surface_drift(void *self, double dt)
+static void surface_drift(void *self, double dt)
 {
     SurfaceModel *model = self;
-    const size_t row = ROW * model_real_size(model);
-    const char *from = model->rows[model->current];
-    char *to = model->stage[0];
-    // Only slots in use; velocities stay.
-    for (int r = 0; r < model->run_count; r++) {
-        const int first = model->run[r][0], count = model->run[r][1] - first;
-        model->kernels->drift(from + (size_t)first * row, to + (size_t)first * row, count, dt);
-    }
-    rows_drift(&model->basis, dt);
+    model_drift(model, dt);
     if (model->cavity != NULL)
         cavity_drift(model->cavity, dt);
-    model->present = to;
-    model->next_stage = 1;
-}
-
-// A pass that several threads share; each has a flag for bad numbers of its own.
-typedef struct SharedPass {
-    const SpringPass *pass;
-    SpringKernel *evaluate;
-    atomic_bool bad;
-} SharedPass;
-
-static void evaluate_part(void *context, int first, int last)
-{
-    SharedPass *shared = context;
-    bool bad = false;
-    SpringPass pass = *shared->pass;
-    pass.first_chunk = first;
-    pass.last_chunk = last;
-    pass.bad = &bad;
-    shared->evaluate(&pass);
-    if (bad)
-        atomic_store_explicit(&shared->bad, true, memory_order_relaxed);
-}
-
-void model_run_kernel(SurfaceModel *model, SpringKernel *evaluate, const SpringPass *pass)
-{
-    if (model->team == NULL) {
-        evaluate(pass);
-        return;
-    }
-    SharedPass shared = {.pass = pass, .evaluate = evaluate};
-    team_run(model->team, evaluate_part, &shared, pass->last_chunk);
-    model->bad |= atomic_load_explicit(&shared.bad, memory_order_relaxed);
 }
 
 static void fill_pass(SurfaceModel *model, const Evaluation *evaluation, double h, SpringPass *pass)

@@ -169,6 +169,7 @@ static const char *const KERNELS[] = {"surface/kernel/", "voxel/kernel/", "body/
 static const char *const PLAIN_FILES[] = {"surface/kernel/",
                                           "voxel/kernel/",
                                           "body/kernel/",
+                                          "surface/model.c",
                                           "surface/surface.c",
                                           "voxel/voxel.c",
                                           "body/vertices.c",
