@@ -18,7 +18,7 @@ typedef struct Grid {
 
 static bool is_voxel(const Scene *scene)
 {
-    return scene->body[0].model == MODEL_VOXEL;
+    return scene_has_cells(&scene->body[0]);
 }
 
 StudyCase study_scene_case(const Scene *scene)

@@ -228,7 +228,7 @@ static bool may_halve(const Scene *scene)
 {
     for (int b = 0; b < scene->body_count; b++) {
         const SceneBody *body = &scene->body[b];
-        if (body->model != MODEL_VOXEL || body->voxels.kind != VOXELS_BOX || body->initial != NULL)
+        if (!scene_has_cells(body) || body->voxels.kind != VOXELS_BOX || body->initial != NULL)
             return false;
         for (int k = 0; k < body->options.fixed_count; k++)
             if (body->options.fixed[k].kind == FIXED_NODES)
@@ -279,7 +279,7 @@ bool study_prepare(StudyContext *context, const Scene *scene, const StudyOptions
     realtime_flush_denormals();
     // What the scene is, and how often it is sampled.
     const SceneBody *first = &scene->body[0];
-    context->plane = first->model == MODEL_VOXEL && first->dimensions == 2;
+    context->plane = first->model == MODEL_PLANE;
     context->sample_s = fmax(SAMPLE_S, 1.0 / scene->rate_hz);
     const BuildOptions build = {.isa = context->options.isa, .may_load = true};
     if (!study_copy_scene(scene, &copy))

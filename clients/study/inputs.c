@@ -236,7 +236,7 @@ static double gentle_force(const StudyContext *context)
 {
     const SceneBody *body = &context->scene.body[context->body];
     const SurfaceMaterial *wall = &body->surface.material;
-    if (body->model == MODEL_VOXEL)
+    if (scene_has_cells(body))
         return 0.02 * body->material[0].youngs_modulus * context->extent * context->extent;
     return 0.05 * context->extent *
            (wall->uniform ? wall->spring_stiffness : wall->youngs_modulus_2d);

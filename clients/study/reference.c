@@ -60,7 +60,7 @@ static const SceneBody *first_body(const Plan *plan)
 
 static bool is_voxel(const Plan *plan)
 {
-    return first_body(plan)->model == MODEL_VOXEL;
+    return scene_has_cells(first_body(plan));
 }
 
 static double budget(const Plan *plan)

@@ -103,7 +103,7 @@ static bool check(const StudyScene *copy, Status *status)
     for (int b = 0; b < copy->scene.body_count; b++) {
         const SceneBody *body = &copy->body[b];
         // What the reader of scenes would refuse, for a scene that was changed behind its back.
-        if (body->model != MODEL_VOXEL)
+        if (!scene_has_cells(body))
             continue;
         if (body->options.levels > VOXEL_LEVELS_MAX)
             return status_fail(status, STATUS_INVALID, "levels %d exceeds %d", body->options.levels,

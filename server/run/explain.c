@@ -139,7 +139,7 @@ static void print_elements(World *world, const SceneBody *described, const Body 
 // Prints what may happen to it at run time: cuts, tears and so on.
 static void print_cutting(const SceneBody *described, FILE *out)
 {
-    const VoxelOptions *voxel = described->model == MODEL_VOXEL ? &described->voxel : NULL;
+    const VoxelOptions *voxel = scene_has_cells(described) ? &described->voxel : NULL;
     if (!described->options.cuttable)
         return;
     fprintf(out, "  cuttable");
@@ -208,7 +208,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     const Body *body = sim_body(world->sim, index);
     const BodyOutline outside = body_outline(body);
     const Vec3 low = box_low(&outside.box), high = box_high(&outside.box);
-    bool voxel = described->model == MODEL_VOXEL;
+    bool voxel = scene_has_cells(described);
     // Model, size and place.
     fprintf(out, "body %s: model %s, %s\n", body->name, body->ops->model,
             integrator_name(body->integrator));

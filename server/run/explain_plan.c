@@ -174,7 +174,7 @@ static void print_live(World *world, const Scene *scene, const ExchangeOptions *
         {publish->all_nodes, "inner vertices in messages", "publish.nodes = \"all\""}};
     bool solid = false; // a body has inner vertices
     for (int i = 0; i < scene->body_count; i++)
-        solid |= scene->body[i].model == MODEL_VOXEL;
+        solid |= scene_has_cells(&scene->body[i]);
     if (solid)
         PRINT(inner, out);
 }
@@ -243,7 +243,7 @@ static void print_all_features(World *world, const Scene *scene, const ExchangeO
         fprintf(out, "features of body %s, and what enables each:\n", described->name);
         const Body *body = sim_body(world->sim, i);
         print_keys(described, out);
-        if (described->model == MODEL_VOXEL)
+        if (scene_has_cells(described))
             print_voxel(described, out);
         else
             print_surface(&described->surface, body, out);

@@ -60,7 +60,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
     bool ok = path == NULL || prepared_open(&prepared, path, status);
     for (int i = 0; i < scene->body_count && ok; i++) {
         Status said = {0};
-        bool voxel = scene->body[i].model == MODEL_VOXEL;
+        bool voxel = scene_has_cells(&scene->body[i]);
         ok = (voxel ? build_voxel : build_surface)(world, scene, i, prepared, options, &said) ||
              fail_at(scene, &scene->body[i], &said, status);
     }
@@ -252,7 +252,7 @@ static void add_body(uint64_t *hash, const SceneBody *body, const TriMesh *mesh,
     for (int i = 0; i < options->fixed_count; i++)
         add_region(hash, &options->fixed[i]);
     // and the mesh or cells that it was made of.
-    if (body->model == MODEL_VOXEL)
+    if (scene_has_cells(body))
         add_voxel(hash, &body->voxel, cells);
     else
         add_surface(hash, &body->surface, mesh);
@@ -286,8 +286,7 @@ bool build_is_fitted(const Scene *scene, const SceneBody *body)
 {
     const bool known = body->voxels.kind == VOXELS_FILE || body->voxels.kind == VOXELS_MESH;
     const ScenePublish *publish = &scene->publish;
-    return body->model == MODEL_VOXEL && body->dimensions == 3 && body->skin.file == NULL &&
-           !publish->all_nodes &&
+    return body->model == MODEL_VOXEL && body->skin.file == NULL && !publish->all_nodes &&
            (publish->nodes_hz > 0.0 || scene->tool_count > 0 || scene->touch_count > 0) &&
            (body->shown == SHOWN_FITTED || (body->shown == SHOWN_AUTO && known));
 }

@@ -64,27 +64,27 @@ static bool create_plane(Body *body, World *world, const VoxelOptions *voxel, St
 #endif
 
 // The scene reader has refused bodies of a model that is not built in.
-static bool create_model(Body *body, World *world, int dimensions, const VoxelOptions *voxel,
+static bool create_model(Body *body, World *world, SceneModel model, const VoxelOptions *voxel,
                          Status *status)
 {
 #ifdef PLIANT_WITH_PLANE
-    if (dimensions == 2)
+    if (model == MODEL_PLANE)
         return create_plane(body, world, voxel, status);
 #endif
 #ifdef PLIANT_WITH_VOXEL
-    if (dimensions == 3)
+    if (model == MODEL_VOXEL)
         return voxel_create(body, voxel, &world->arena, &world->state, status);
 #endif
     (void)body, (void)world, (void)voxel;
-    return status_fail(status, STATUS_INVALID, "built without bodies of %d dimensions", dimensions);
+    return status_fail(status, STATUS_INVALID, "built without %s bodies",
+                       model == MODEL_PLANE ? "plane" : "voxel");
 }
 
-static bool create_voxel(World *world, const Scene *scene, int dimensions,
+static bool create_voxel(World *world, const Scene *scene, SceneModel model,
                          const VoxelOptions *voxel, Texture texture, Status *status)
 {
     Body body = {0};
-    if (!create_model(&body, world, dimensions, voxel, status) ||
-        !check_capacity(scene, &body, status))
+    if (!create_model(&body, world, model, voxel, status) || !check_capacity(scene, &body, status))
         return false;
     body.texture = texture.uv;
     body.texture_count = texture.count;
@@ -142,7 +142,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.tick = 1.0 / scene->rate_hz;
         voxel.skin = described->skin.file != NULL ? &skin : NULL;
         Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);
-        ok = create_voxel(world, scene, described->dimensions, &voxel, texture, status);
+        ok = create_voxel(world, scene, described->model, &voxel, texture, status);
     }
     free(position);
     free(velocity);

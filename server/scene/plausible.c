@@ -107,7 +107,7 @@ static void say_mass(const Subject *s, double value, char *text, size_t size)
 static double density(const Subject *s)
 {
     double least = (double)NAN, most = (double)NAN;
-    for (int i = 0; i < s->body->voxel.material_count && s->body->model == MODEL_VOXEL; i++) {
+    for (int i = 0; i < s->body->voxel.material_count && scene_has_cells(s->body); i++) {
         least = fmin(least, s->body->material[i].density);
         most = fmax(most, s->body->material[i].density);
     }
@@ -123,7 +123,7 @@ static void say_density(const Subject *s, double value, char *text, size_t size)
 static double youngs_modulus(const Subject *s)
 {
     double least = (double)NAN;
-    for (int i = 0; i < s->body->voxel.material_count && s->body->model == MODEL_VOXEL; i++)
+    for (int i = 0; i < s->body->voxel.material_count && scene_has_cells(s->body); i++)
         least = fmin(least, s->body->material[i].youngs_modulus);
     return least;
 }
@@ -208,7 +208,7 @@ static void say_damping(const Subject *s, double value, char *text, size_t size)
     const SurfaceMaterial *wall = &s->body->surface.material;
     char key[64];
     (void)value;
-    if (s->body->model == MODEL_VOXEL)
+    if (scene_has_cells(s->body))
         snprintf(key, sizeof key, "damping = 0.2;"); // the default
     else if (wall->uniform)
         snprintf(key, sizeof key, "spring_damping = %.2g;", time * wall->spring_stiffness);
@@ -355,11 +355,11 @@ static const char *scale_hint(const Subject *s)
     if (body->model == MODEL_SURFACE && body->mesh.kind == MESH_FILE)
         return large ? "is its file in millimetres? mesh = { scale = 0.001; }"
                      : "is its file in metres already, or in centimetres? mesh = { scale = 0.01; }";
-    if (body->model == MODEL_VOXEL && body->voxels.kind == VOXELS_MESH)
+    if (scene_has_cells(body) && body->voxels.kind == VOXELS_MESH)
         return large ? "is its file in millimetres? voxels = { scale = 0.001; }"
                      : "is its file in metres already, or in centimetres? voxels = { scale = 0.01; "
                        "}";
-    if (body->model == MODEL_VOXEL && body->voxels.kind == VOXELS_FILE)
+    if (scene_has_cells(body) && body->voxels.kind == VOXELS_FILE)
         return "does its file state its units wrongly? voxels = { scale = 0.001; } (times those)";
     return large ? "are its lengths in millimetres? Lengths are in m"
                  : "were its lengths divided by 1000 twice? Lengths are in m";

@@ -63,8 +63,8 @@ static bool prepare_body(const HdfFile *file, const SceneBody *body, FILE *repor
 {
     HdfFile of_body = *file;
     of_body.status = status;
-    return body->model == MODEL_VOXEL ? prepared_write_voxels(&of_body, body, report)
-                                      : prepared_write_mesh(&of_body, body, report);
+    return scene_has_cells(body) ? prepared_write_voxels(&of_body, body, report)
+                                 : prepared_write_mesh(&of_body, body, report);
 }
 
 bool prepared_write(const char *path, const Scene *scene, FILE *report, Status *status)

@@ -56,7 +56,8 @@ typedef struct VoxelSource {
     Vec3 translation; // [m], applied last
 } VoxelSource;
 
-typedef enum SceneModel { MODEL_SURFACE, MODEL_VOXEL } SceneModel;
+// The models. `model = "voxel"` is the solid one, or with `dimensions = 2` the plane one.
+typedef enum SceneModel { MODEL_SURFACE, MODEL_VOXEL, MODEL_PLANE } SceneModel;
 
 // What of a voxel body is published (bodies.surface).
 typedef enum SceneShown {
@@ -79,8 +80,9 @@ typedef struct SceneBody {
         VoxelOptions voxel;
     };
     MeshSource mesh; // of a surface body
-    // Of a voxel body.
-    int dimensions; // 3, or 2: a plane body, created from PlaneOptions that follow from `voxel`
+    // Of a body of cells: a voxel body, or a plane one, created from PlaneOptions that follow from
+    // `voxel`.
+    int dimensions; // 3, of a plane body 2
     VoxelSource voxels;
     SolidMaterial usual;                       // of labels without a material of their own
     double loss_factor;                        // that voxel.branch follows from; 0: none given
@@ -179,7 +181,12 @@ void scene_destroy(Scene *scene);
 bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status);
 
 // Returns "surface" or "voxel".
-const char *scene_model_name(SceneModel model);
+const char *scene_model_name(SceneModel model); // as in scenes
+// True for bodies made of cells: voxel and plane ones.
+static inline bool scene_has_cells(const SceneBody *body)
+{
+    return body->model != MODEL_SURFACE;
+}
 
 // Sets the material and the shape springs of a body whose scene says only `shape = {}`, and the
 // thresholds of `adapt = {}`, which `adaptive` would enable; leaves the rest of `surface`

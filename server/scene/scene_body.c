@@ -187,7 +187,8 @@ bool scene_read_stiffening(const SceneReader *reader, const config_setting_t *gr
 
 const char *scene_model_name(SceneModel model)
 {
-    return MODEL_WORDS[model].word;
+    // Of cells both models have one word.
+    return MODEL_WORDS[model == MODEL_PLANE ? MODEL_VOXEL : model].word;
 }
 
 // Refuses a key that the body's model would ignore.
@@ -208,7 +209,7 @@ static bool check_thresholds(const SceneReader *reader, const config_setting_t *
             return option_fail(&reader->source, option_find(group, option->key),
                                "tear.%s means nothing for a %s body, only %s", option->key,
                                scene_model_name(model),
-                               model == MODEL_VOXEL ? "stress or force" : "stretch");
+                               model == MODEL_SURFACE ? "stretch" : "stress or force");
     }
     return true;
 }
@@ -217,7 +218,7 @@ static bool check_thresholds(const SceneReader *reader, const config_setting_t *
 static bool check_plane(const SceneReader *reader, const BodyGroup *raw, const SceneBody *body)
 {
     const OptionSource *source = &reader->source;
-    if (body->model != MODEL_VOXEL || body->dimensions != 2)
+    if (body->model != MODEL_PLANE)
         return true;
     if (option_given(raw->at, "split_budget"))
         return option_fail(source, option_find(raw->at, "split_budget"),
@@ -241,11 +242,11 @@ static bool read_tear(const SceneReader *reader, const BodyGroup *raw, SceneBody
         return option_fail(source, raw->tear, "tear has both stress and force: one of them");
     if (option_length(raw->tear) == 0)
         return option_fail(source, raw->tear, "tear is empty: give it %s",
-                           body->model == MODEL_VOXEL ? "stress or force" : "stretch");
+                           scene_has_cells(body) ? "stress or force" : "stretch");
     return body->options.cuttable || option_fail(source, raw->tear, "tear needs cuttable = true");
 }
 
-// After the model was read: only then the dimensions are known.
+// After the cells were read: only then a plane body is known to be one.
 static bool check_built(const SceneReader *reader, const BodyGroup *raw, const SceneBody *body)
 {
     // What this build lacks is refused where the scene says that it wants it.
@@ -256,11 +257,11 @@ static bool check_built(const SceneReader *reader, const BodyGroup *raw, const S
         lacks = "surface bodies (PLIANT_SURFACE)";
 #endif
 #ifndef PLIANT_WITH_VOXEL
-    if (body->model == MODEL_VOXEL && body->dimensions == 3)
+    if (body->model == MODEL_VOXEL)
         lacks = "voxel bodies (PLIANT_VOXEL)";
 #endif
 #ifndef PLIANT_WITH_PLANE
-    if (body->model == MODEL_VOXEL && body->dimensions == 2)
+    if (body->model == MODEL_PLANE)
         lacks = "plane bodies (PLIANT_PLANE)";
 #endif
     return lacks == NULL ||
@@ -278,15 +279,15 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
     body->line = (int)config_setting_source_line(group);
     body->any_integrator =
         !option_given(group, "integrator") ||
-        (body->model == MODEL_VOXEL && (int)body->options.integrator == INTEGRATOR_AUTO);
+        (scene_has_cells(body) && (int)body->options.integrator == INTEGRATOR_AUTO);
     body->options.node_capacity = reader->scene->node_capacity;
     body->options.face_capacity = reader->scene->face_capacity;
     snprintf(body->name, sizeof body->name, "%s", raw.name);
     if (option_given(group, "initial"))
         body->initial = scene_source_resolve(reader->folder, raw.initial);
     // Then what its model has, and what depends on both.
-    return (body->model == MODEL_VOXEL ? scene_read_voxel(reader, &raw, body)
-                                       : scene_read_surface(reader, &raw, body)) &&
+    return (scene_has_cells(body) ? scene_read_voxel(reader, &raw, body)
+                                  : scene_read_surface(reader, &raw, body)) &&
            check_built(reader, &raw, body) && check_plane(reader, &raw, body) &&
            read_tear(reader, &raw, body) &&
            option_read(&CONTACT_TABLE, raw.contact, source, body) &&

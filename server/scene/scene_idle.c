@@ -17,16 +17,11 @@ static bool moves_no_tool(const OptionPlace *place)
     return true;
 }
 
-static bool is_plane(const SceneBody *body)
-{
-    return body->model == MODEL_VOXEL && body->dimensions == 2;
-}
-
 // True if there are bodies with inner nodes, which are published only with "all".
 static bool shows_all_anyhow(const OptionPlace *place)
 {
     for (int i = 0; i < place->scene->body_count; i++)
-        if (place->scene->body[i].model == MODEL_VOXEL && !is_plane(&place->scene->body[i]))
+        if (place->scene->body[i].model == MODEL_VOXEL)
             return false;
     return place->scene->publish.all_nodes;
 }
@@ -34,7 +29,7 @@ static bool shows_all_anyhow(const OptionPlace *place)
 static bool has_only_planes(const OptionPlace *place)
 {
     for (int i = 0; i < place->scene->body_count; i++)
-        if (!is_plane(&place->scene->body[i]))
+        if (place->scene->body[i].model != MODEL_PLANE)
             return false;
     return true;
 }
@@ -214,7 +209,7 @@ void scene_find_idle(Scene *scene, const config_setting_t *root)
         place.group = config_setting_get_elem(option_find(root, "bodies"), (unsigned)i);
         look(scene, &BODY_TABLE, place.group, &place);
         look(scene, &CONTACT_TABLE, option_find(place.group, "contact"), &place);
-        if (place.body->model == MODEL_VOXEL)
+        if (scene_has_cells(place.body))
             look(scene, &VOXEL_MATERIAL_TABLE, option_find(place.group, "material"), &place);
         look(scene, &CAVITY_TABLE, option_find(place.group, "cavity"), &place);
     }

@@ -82,7 +82,7 @@ typedef struct BodyGroup {
 
 // Sets of models, for keys that only one of them uses.
 #define SURFACE_ONLY (1u << MODEL_SURFACE)
-#define VOXEL_ONLY   (1u << MODEL_VOXEL)
+#define VOXEL_ONLY   (1u << MODEL_VOXEL | 1u << MODEL_PLANE)
 
 // Location of a group: the scene itself, a body, or a tool.
 struct OptionPlace {
@@ -131,9 +131,9 @@ bool scene_read_material(const SceneReader *reader, const config_setting_t *grou
                          SurfaceMaterial *material);
 bool scene_read_shape(const SceneReader *reader, const config_setting_t *group,
                       SurfaceShape *shape);
-// `dimensions`: the body's, 0 if not given; replaced by that of the voxels.
-bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
-                       VoxelSource *voxels, int *dimensions);
+// Reads where the cells of a body come from, and decides its dimensions (0 if the body gives none)
+// and with them its model.
+bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group, SceneBody *body);
 bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, ToolOptions *tool);
 // Reads the node selection of an entry of `list`; the caller owns a list of nodes.
 bool scene_read_region(const SceneReader *reader, const config_setting_t *group,

@@ -154,7 +154,7 @@ bool scene_read_weights(const SceneReader *reader, const config_setting_t *list,
     const int count = option_length(list);
     if (count == 0)
         return true;
-    if (body->dimensions == 2)
+    if (body->model == MODEL_PLANE)
         return option_fail(source, list, "weights means nothing for a plane body");
     if (body->options.cuttable)
         return option_fail(source, list, "weights cannot be mixed with cuttable");
@@ -390,7 +390,7 @@ static int find_touched(const SceneReader *reader, const config_setting_t *list,
         return -1;
     }
     const int body = scene_find_body(reader, at, name);
-    if (body >= 0 && reader->scene->body[body].dimensions == 2) {
+    if (body >= 0 && reader->scene->body[body].model == MODEL_PLANE) {
         option_fail(&reader->source, at, "bodies: \"%s\" is a plane body, which touches nothing",
                     name);
         return -1;

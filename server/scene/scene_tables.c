@@ -25,13 +25,13 @@ int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
 {
     const SurfaceOptions *surface = &body->surface;
     const Stiffening *stiffening =
-        body->model == MODEL_VOXEL ? &body->voxel.stiffening : &surface->material.stiffening;
+        scene_has_cells(body) ? &body->voxel.stiffening : &surface->material.stiffening;
     int count = 0;
     // What all bodies have, then what belongs to the model.
     group[count++] = (KeyGroup){&BODY_TABLE, body, sizeof *body, false};
     group[count++] = (KeyGroup){&CONTACT_TABLE, body, sizeof *body, false};
     group[count++] = (KeyGroup){&TEAR_TABLE, body, sizeof *body, !body->options.cuttable};
-    if (body->model == MODEL_VOXEL) {
+    if (scene_has_cells(body)) {
         group[count++] = (KeyGroup){&VOXEL_MATERIAL_TABLE, body, sizeof *body, false};
     } else {
         group[count++] =

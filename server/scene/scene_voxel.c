@@ -144,10 +144,13 @@ static bool choose_count(const SceneReader *reader, const VoxelsGroup *raw, bool
                        "count %d along z: a plane body has one layer of cells", count[2]);
 }
 
+// Here alone dimensions are asked for: from then on a plane body is of a model of its own.
 static bool choose_dimensions(const SceneReader *reader, const config_setting_t *group,
-                              const VoxelsGroup *raw, VoxelSource *voxels, int *dimensions)
+                              const VoxelsGroup *raw, SceneBody *body)
 {
     const OptionSource *source = &reader->source;
+    const VoxelSource *voxels = &body->voxels;
+    int *dimensions = &body->dimensions;
     const config_setting_t *at = option_find(group, "dimensions");
     // What the body says, what its voxels say, or what their source implies.
     if (at != NULL && *dimensions != 0 && raw->dimensions != *dimensions)
@@ -165,6 +168,7 @@ static bool choose_dimensions(const SceneReader *reader, const config_setting_t 
         return option_fail(source, at != NULL ? at : group,
                            "dimensions 2 means nothing for voxels from %s, only for box and disc",
                            source_name(voxels->kind));
+    body->model = *dimensions == 2 ? MODEL_PLANE : MODEL_VOXEL;
     return true;
 }
 
@@ -180,19 +184,18 @@ static bool check_place(const SceneReader *reader, const config_setting_t *place
                        "about z");
 }
 
-bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
-                       VoxelSource *voxels, int *dimensions)
+bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group, SceneBody *body)
 {
     VoxelsGroup raw = {0};
+    VoxelSource *voxels = &body->voxels;
     if (!option_read(&VOXELS_TABLE, group, &reader->source, &raw))
         return false;
     *voxels = raw.voxels;
     // Choices that depend on each other, in this order.
     if (!choose_kind(reader, group, &raw, voxels) || !choose_size(reader, group, voxels) ||
-        !choose_labels(reader, &raw, voxels) ||
-        !choose_dimensions(reader, group, &raw, voxels, dimensions))
+        !choose_labels(reader, &raw, voxels) || !choose_dimensions(reader, group, &raw, body))
         return false;
-    bool plane = *dimensions == 2;
+    const bool plane = body->model == MODEL_PLANE;
     if (voxels->kind == VOXELS_BOX && !choose_count(reader, &raw, plane, voxels))
         return false;
     return scene_read_placement(reader, raw.place, "bodies.voxels.place", &voxels->rotation,
@@ -317,7 +320,7 @@ static bool choose_damping(const SceneReader *reader, const config_setting_t *gr
     VoxelOptions *voxel = &body->voxel;
     const config_setting_t *time = option_find(group, "damping_time");
     const bool given = option_given(group, "damping");
-    if (time != NULL && body->dimensions == 2)
+    if (time != NULL && body->model == MODEL_PLANE)
         return option_fail(&reader->source, time, "damping_time means nothing for a plane body");
     if (time != NULL && given)
         return option_fail(&reader->source, time, "damping_time cannot be mixed with damping");
@@ -325,7 +328,8 @@ static bool choose_damping(const SceneReader *reader, const config_setting_t *gr
         voxel->damping = 0.0;
     const bool relaxes = option_given(group, "relaxation") || option_given(group, "loss_factor");
     if (!option_given(group, "drag"))
-        voxel->drag = time != NULL || given || relaxes || body->dimensions == 2 ? 0.0 : DRAG_USUAL;
+        voxel->drag =
+            time != NULL || given || relaxes || body->model == MODEL_PLANE ? 0.0 : DRAG_USUAL;
     return true;
 }
 
@@ -379,7 +383,7 @@ static bool choose_branches(const SceneReader *reader, const BodyGroup *raw,
     body->relaxation = NULL; // libconfig's, which is gone soon
     if (at == NULL)
         return true;
-    if (body->dimensions == 2)
+    if (body->model == MODEL_PLANE)
         return option_fail(&reader->source, at, "%s means nothing for a plane body", key);
     if (raw->body.voxel.law == VOXEL_MIYAZAKI2004)
         return option_fail(&reader->source, at, "%s needs law \"affine\"", key);
@@ -391,7 +395,7 @@ static bool choose_stiffening(const SceneReader *reader, const BodyGroup *raw, S
 {
     const config_setting_t *at = body->stiffening;
     body->stiffening = NULL; // libconfig's, as above
-    if (at != NULL && body->dimensions == 2)
+    if (at != NULL && body->model == MODEL_PLANE)
         return option_fail(&reader->source, at, "stiffening means nothing for a plane body");
     if (at != NULL && raw->body.voxel.law == VOXEL_MIYAZAKI2004)
         return option_fail(&reader->source, at, "stiffening needs law \"affine\"");
@@ -471,7 +475,7 @@ static bool read_skin(const SceneReader *reader, const BodyGroup *raw, SceneBody
     if (raw->skin == NULL)
         return true;
     // A plane body is its own picture.
-    if (body->dimensions == 2)
+    if (body->model == MODEL_PLANE)
         return option_fail(&reader->source, raw->skin, "skin means nothing for a plane body");
     if (!option_read(&SKIN_TABLE, raw->skin, &reader->source, &skin))
         return false;
@@ -508,7 +512,7 @@ static bool choose_integrator(const SceneReader *reader, const BodyGroup *raw, V
 static bool check_shown(const SceneReader *reader, const BodyGroup *raw, const SceneBody *body)
 {
     const config_setting_t *at = option_find(raw->at, "surface");
-    if (at != NULL && body->dimensions == 2)
+    if (at != NULL && body->model == MODEL_PLANE)
         return option_fail(&reader->source, at, "surface means nothing for a plane body");
     return body->shown != SHOWN_FITTED || raw->skin == NULL ||
            option_fail(&reader->source, at, "surface \"fitted\" and a skin: one of them");
@@ -520,7 +524,7 @@ bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody
     if (!option_require(&BODY_TABLE, raw->at, "voxels", &reader->source))
         return false;
     return choose_levels(reader, raw, voxel) && choose_integrator(reader, raw, voxel) &&
-           scene_read_voxels(reader, raw->voxels, &body->voxels, &body->dimensions) &&
-           read_materials(reader, raw, body) && read_skin(reader, raw, body) &&
-           scene_read_weights(reader, raw->weights, body) && check_shown(reader, raw, body);
+           scene_read_voxels(reader, raw->voxels, body) && read_materials(reader, raw, body) &&
+           read_skin(reader, raw, body) && scene_read_weights(reader, raw->weights, body) &&
+           check_shown(reader, raw, body);
 }

@@ -85,7 +85,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     for (int i = 0; i < world->scene.body_count; i++) {
         const SceneBody *body = &world->scene.body[i];
-        (body->model == MODEL_VOXEL ? read_voxels : read_mesh)(prepared, body);
+        (scene_has_cells(body) ? read_voxels : read_mesh)(prepared, body);
     }
     prepared_close(prepared);
     build(world, path);

@@ -59,7 +59,7 @@ static bool is_small(const Scene *scene)
     double nodes = 0.0, cells = 0.0;
     for (int i = 0; i < scene->body_count; i++) {
         const SceneBody *body = &scene->body[i];
-        if (body->model == MODEL_VOXEL)
+        if (scene_has_cells(body))
             cells += voxel_cells(&body->voxels);
         else
             nodes += mesh_nodes(body);

@@ -272,7 +272,7 @@ static int list_targets(const Scene *scene, KeyGroup target[TARGETS_MOST])
     int count = scene_list_groups(&scene->body[0], target);
     memcpy(&target[count], others, sizeof others);
     count += (int)(sizeof others / sizeof *others);
-    if (scene->body[0].model == MODEL_VOXEL)
+    if (scene_has_cells(&scene->body[0]))
         target[count++] = (KeyGroup){&LABEL_MATERIAL_TABLE, &scene->body[0].material[0],
                                      sizeof(SolidMaterial), false};
     return count;

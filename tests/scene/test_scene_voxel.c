@@ -231,6 +231,7 @@ TEST(plane_bodies_are_boxes_and_discs_in_their_plane)
     Scene scene;
     read_valid(VOXELS("generator = \"disc\"; radius = 0.05;"), &scene);
     assert_int_equal(scene.body[0].dimensions, 2);
+    assert_int_equal(scene.body[0].model, MODEL_PLANE);
     scene_destroy(&scene);
     read_valid(VOXELS("generator = \"disc\"; dimensions = 2;"), &scene);
     assert_int_equal(scene.body[0].dimensions, 2);

@@ -487,7 +487,7 @@ static void run_scene(int index, void *context)
     const double settle = read ? run.scene.settle_s : 0.0;
     if (read && build_fit(&run, &ticks)) {
         for (int b = 0; b < run.scene.body_count; b++) {
-            run.result->voxel |= run.scene.body[b].model == MODEL_VOXEL;
+            run.result->voxel |= scene_has_cells(&run.scene.body[b]);
             run.result->surface |= run.scene.body[b].model == MODEL_SURFACE;
         }
         run.result->bodies = run.scene.body_count;
