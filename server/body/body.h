@@ -1,7 +1,7 @@
 // The interface between the pipeline and the models of bodies: a table of operations, independent
 // of springs and elements. An operation that a body does not need is NULL.
-#ifndef PLIANT_DYNAMICS_BODY_H
-#define PLIANT_DYNAMICS_BODY_H
+#ifndef PLIANT_BODY_BODY_H
+#define PLIANT_BODY_BODY_H
 
 #include "base/isa.h"
 #include "base/memory.h"

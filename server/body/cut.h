@@ -4,8 +4,8 @@
 // neighbouring pieces of matter, a link breaks when it crosses the edge while both move
 // (cut_exact.h), and the sharing of vertices is a pure function of the elements and the broken
 // links. A model only offers the links that a sweep may meet. Step thread.
-#ifndef PLIANT_DYNAMICS_CUT_H
-#define PLIANT_DYNAMICS_CUT_H
+#ifndef PLIANT_BODY_CUT_H
+#define PLIANT_BODY_CUT_H
 
 #include "base/memory.h"
 #include "body/cut_exact.h"

@@ -3,8 +3,8 @@
 // between neighbouring links, ticks or quadrilaterals (server/sim/README.md, "The exact test"; the
 // predicate is the orientation test of Shewchuk 1997, in four dimensions of which one, time, is
 // only 0 or 1).
-#ifndef PLIANT_DYNAMICS_CUT_EXACT_H
-#define PLIANT_DYNAMICS_CUT_EXACT_H
+#ifndef PLIANT_BODY_CUT_EXACT_H
+#define PLIANT_BODY_CUT_EXACT_H
 
 #include "base/vec.h"
 

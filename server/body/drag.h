@@ -2,8 +2,8 @@
 // motion V, Omega that has the momentum and angular momentum of all vertices. So both stay: the
 // body flies and turns as without, only its deformation is slowed down. Bodies that are fixed need
 // none of this: their velocities lose a share in the kick (kernel.h, AdvancePass.loss).
-#ifndef PLIANT_DYNAMICS_DRAG_H
-#define PLIANT_DYNAMICS_DRAG_H
+#ifndef PLIANT_BODY_DRAG_H
+#define PLIANT_BODY_DRAG_H
 
 #include "base/memory.h"
 #include "base/team.h"

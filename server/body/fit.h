@@ -3,8 +3,8 @@
 // deformation of the elements of its own vertex. All of it is linear in the positions of some
 // vertices, the rows; the step thread copies those (BodyOps.snapshot_rows), and the thread that
 // writes messages or files computes the nodes. Plain data and pure functions.
-#ifndef PLIANT_DYNAMICS_FIT_H
-#define PLIANT_DYNAMICS_FIT_H
+#ifndef PLIANT_BODY_FIT_H
+#define PLIANT_BODY_FIT_H
 
 #include "base/vec.h"
 

@@ -1,7 +1,7 @@
 // Time integration schemes as lists of evaluations. A body evaluates its forces once for each and
 // advances its own rows in the same pass; this file provides the coefficients.
-#ifndef PLIANT_DYNAMICS_INTEGRATOR_H
-#define PLIANT_DYNAMICS_INTEGRATOR_H
+#ifndef PLIANT_BODY_INTEGRATOR_H
+#define PLIANT_BODY_INTEGRATOR_H
 
 #include <stdbool.h>
 

@@ -1,8 +1,8 @@
 // Interface of the kernels that move vertices: explicit steps of rows of displacements
 // (body/rows.h). The kernel is one source (kernel/vertex_kernel.c), compiled for each precision
 // and instruction-set level; all levels of a precision are bit-identical.
-#ifndef PLIANT_DYNAMICS_KERNEL_H
-#define PLIANT_DYNAMICS_KERNEL_H
+#ifndef PLIANT_BODY_KERNEL_H
+#define PLIANT_BODY_KERNEL_H
 
 #include "base/isa.h"
 #include "body/rows.h"

@@ -1,7 +1,7 @@
 // Maxwell branches: what relaxes beside an elastic law (server/voxel/README.md, "Relaxation"). Pure
 // functions.
-#ifndef PLIANT_DYNAMICS_MAXWELL_H
-#define PLIANT_DYNAMICS_MAXWELL_H
+#ifndef PLIANT_BODY_MAXWELL_H
+#define PLIANT_BODY_MAXWELL_H
 
 #include <stdbool.h>
 

@@ -2,8 +2,8 @@
 // small displacements while all surrounding nodes are fixed. The body's model fills it
 // (BodyOps.gather_patch) in small steps that each fit a tick; stiffness.c solves it. Independent of
 // springs and elements: only 3 x 3 blocks between nodes. Step thread.
-#ifndef PLIANT_DYNAMICS_PATCH_H
-#define PLIANT_DYNAMICS_PATCH_H
+#ifndef PLIANT_BODY_PATCH_H
+#define PLIANT_BODY_PATCH_H
 
 #include "base/memory.h"
 #include "base/sym3.h"

@@ -1,7 +1,7 @@
 // Regions of space: those in which a scene fixes or attaches nodes, and those in which nodes are
 // searched.
-#ifndef PLIANT_DYNAMICS_REGION_H
-#define PLIANT_DYNAMICS_REGION_H
+#ifndef PLIANT_BODY_REGION_H
+#define PLIANT_BODY_REGION_H
 
 #include "base/vec.h"
 

@@ -1,7 +1,7 @@
 // The Maxwell branches of a body: the strains of their dashpots, of any number for each element or
 // spring (server/voxel/README.md and server/surface/README.md, "Relaxation").
-#ifndef PLIANT_DYNAMICS_RELAXATION_H
-#define PLIANT_DYNAMICS_RELAXATION_H
+#ifndef PLIANT_BODY_RELAXATION_H
+#define PLIANT_BODY_RELAXATION_H
 
 #include "base/isa.h"
 #include "base/memory.h"

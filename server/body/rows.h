@@ -7,8 +7,8 @@
 // accuracy far from the origin. In single precision a floating frame also has a velocity, to which
 // those of its rows are relative: it falls in their place (rows_fall). Step thread: no
 // allocation.
-#ifndef PLIANT_DYNAMICS_ROWS_H
-#define PLIANT_DYNAMICS_ROWS_H
+#ifndef PLIANT_BODY_ROWS_H
+#define PLIANT_BODY_ROWS_H
 
 #include "base/isa.h"
 #include "base/memory.h"

@@ -11,8 +11,8 @@
 // Damping is multiplied by the same curve with the roots of its numbers, exp(q/2) up to the knee
 // and below sqrt(cap) beyond: its ratio to what is critical stays about what it is at rest. Pure
 // functions.
-#ifndef PLIANT_DYNAMICS_STIFFENING_H
-#define PLIANT_DYNAMICS_STIFFENING_H
+#ifndef PLIANT_BODY_STIFFENING_H
+#define PLIANT_BODY_STIFFENING_H
 
 #include <stdbool.h>
 

@@ -6,8 +6,8 @@
 // one spare row at the end receives the writes of batch padding. Forces are summed in an array of
 // their own, four numbers per vertex, to which contacts, loads and elements add and which the
 // advance clears.
-#ifndef PLIANT_DYNAMICS_VERTICES_H
-#define PLIANT_DYNAMICS_VERTICES_H
+#ifndef PLIANT_BODY_VERTICES_H
+#define PLIANT_BODY_VERTICES_H
 
 #include "base/check.h"
 #include "body/body.h"

@@ -2,8 +2,8 @@
 // above it: ends of springs between bodies (joint.c), points that rub on another body (touch.c).
 // The place is z = sum_j w_j x_j + d n, with x_j the corners, n the unit normal; a force there goes
 // to the corners by the transpose of dz/dx_j, so that its moment is kept.
-#ifndef PLIANT_DYNAMICS_FACET_H
-#define PLIANT_DYNAMICS_FACET_H
+#ifndef PLIANT_SIM_FACET_H
+#define PLIANT_SIM_FACET_H
 
 #include "base/vec.h"
 

@@ -1,7 +1,7 @@
 // Constant forces on sets of nodes for a while: a scene's loads and load_t messages. Called by
 // sim.c.
-#ifndef PLIANT_DYNAMICS_LOAD_H
-#define PLIANT_DYNAMICS_LOAD_H
+#ifndef PLIANT_SIM_LOAD_H
+#define PLIANT_SIM_LOAD_H
 
 #include "base/memory.h"
 #include "body/body.h"

@@ -1,7 +1,7 @@
 // The bodies and tools of one scene, and one tick of them. Independent of threads, messages, files
 // and wall-clock time: the owner of a Sim calls it from one thread.
-#ifndef PLIANT_DYNAMICS_SIM_H
-#define PLIANT_DYNAMICS_SIM_H
+#ifndef PLIANT_SIM_SIM_H
+#define PLIANT_SIM_SIM_H
 
 #include "base/check.h"
 #include "base/memory.h"

@@ -1,7 +1,7 @@
 // Private to the module sim: the data of a Sim. sim.c makes it, inputs.c changes it, step.c
 // runs it with cutting.c, follow.c and guard.c, time_step.c chooses the substeps.
-#ifndef PLIANT_DYNAMICS_SIM_DATA_H
-#define PLIANT_DYNAMICS_SIM_DATA_H
+#ifndef PLIANT_SIM_SIM_DATA_H
+#define PLIANT_SIM_SIM_DATA_H
 
 #include "base/vec.h"
 #include "sim/hold/attachment.h"

@@ -1,6 +1,6 @@
 // Tools: their description in a scene, and their positions at any time of a tick.
-#ifndef PLIANT_DYNAMICS_TOOL_H
-#define PLIANT_DYNAMICS_TOOL_H
+#ifndef PLIANT_SIM_TOOL_H
+#define PLIANT_SIM_TOOL_H
 
 #include "base/vec.h"
 

@@ -1,7 +1,7 @@
 // A scene that has been built, and copies of its state for checkpoints. The step thread counts
 // inputs and takes copies; the rest is for load time.
-#ifndef PLIANT_DYNAMICS_WORLD_H
-#define PLIANT_DYNAMICS_WORLD_H
+#ifndef PLIANT_SIM_WORLD_H
+#define PLIANT_SIM_WORLD_H
 
 #include "base/memory.h"
 #include "base/team.h"

@@ -1,7 +1,7 @@
 // Private to the kernels of springs and elements: the factor of their forces that stiffen
 // (body/stiffening.h), branch-free and with the same bits at every width.
-#ifndef PLIANT_DYNAMICS_KERNEL_STIFFENING_H
-#define PLIANT_DYNAMICS_KERNEL_STIFFENING_H
+#ifndef PLIANT_BODY_KERNEL_STIFFENING_H
+#define PLIANT_BODY_KERNEL_STIFFENING_H
 
 #include "base/vector.h"
 

@@ -3,8 +3,8 @@
 // proxy that yields beyond max_force, bristle friction. Solids ("Contact of solids"): one
 // potential, implicit impulses. Independent of the body's physics: it reads node rows and adds
 // forces or impulses. Step thread.
-#ifndef PLIANT_DYNAMICS_CONTACT_H
-#define PLIANT_DYNAMICS_CONTACT_H
+#ifndef PLIANT_SIM_CONTACT_H
+#define PLIANT_SIM_CONTACT_H
 
 #include "base/memory.h"
 #include "body/body.h"

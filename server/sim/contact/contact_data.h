@@ -1,8 +1,8 @@
 // Private to the module sim: the data of a contact of one tool with one body. contact.c moves
 // the proxy, contact_find.c finds candidates and follows changes of faces, contact_side.c remembers
 // sides, contact_force.c is the law.
-#ifndef PLIANT_DYNAMICS_CONTACT_DATA_H
-#define PLIANT_DYNAMICS_CONTACT_DATA_H
+#ifndef PLIANT_SIM_CONTACT_DATA_H
+#define PLIANT_SIM_CONTACT_DATA_H
 
 #include "base/sym3.h"
 #include "sim/contact/contact.h"

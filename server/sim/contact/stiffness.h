@@ -8,8 +8,8 @@
 // the tool moves along the normal. The work is spread over ticks: one contact at a time, in turn,
 // each at most 60 times per second. The result is published and never affects the motion: it is no
 // part of the state. Step thread.
-#ifndef PLIANT_DYNAMICS_STIFFNESS_H
-#define PLIANT_DYNAMICS_STIFFNESS_H
+#ifndef PLIANT_SIM_STIFFNESS_H
+#define PLIANT_SIM_STIFFNESS_H
 
 #include "base/sym3.h"
 #include "sim/contact/contact.h"

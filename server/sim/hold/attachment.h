@@ -10,8 +10,8 @@
 // at i), distributed by the weights of the point. The sum over the faces at a node is at most its
 // mass, so the bound is the same. A hanging node has no mass of its own: there m_i / sum of the
 // areas is that of the body.
-#ifndef PLIANT_DYNAMICS_ATTACHMENT_H
-#define PLIANT_DYNAMICS_ATTACHMENT_H
+#ifndef PLIANT_SIM_ATTACHMENT_H
+#define PLIANT_SIM_ATTACHMENT_H
 
 #include "base/check.h"
 #include "sim/contact/contact.h"

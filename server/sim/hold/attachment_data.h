@@ -1,7 +1,7 @@
 // Private to the module sim: the data of an attachment. attachment.c is the law,
 // attachment_nodes.c knows which nodes are held.
-#ifndef PLIANT_DYNAMICS_ATTACHMENT_DATA_H
-#define PLIANT_DYNAMICS_ATTACHMENT_DATA_H
+#ifndef PLIANT_SIM_ATTACHMENT_DATA_H
+#define PLIANT_SIM_ATTACHMENT_DATA_H
 
 #include "sim/hold/attachment.h"
 

@@ -1,8 +1,8 @@
 // Contact between the surfaces of two bodies, or of a body with itself: the pieces that it is cut
 // into, its folds, and a solid's lips of cuts (server/sim/README.md, "Contact between bodies").
 // Both sides feel exactly opposite forces. Step thread unless stated.
-#ifndef PLIANT_DYNAMICS_TOUCH_H
-#define PLIANT_DYNAMICS_TOUCH_H
+#ifndef PLIANT_SIM_TOUCH_H
+#define PLIANT_SIM_TOUCH_H
 
 #include "body/body.h"
 

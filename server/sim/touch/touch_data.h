@@ -1,7 +1,7 @@
 // Private to the module sim: the data of a touch. touch_find.c finds what is near, at most
 // once a tick, with the grid of touch_grid.c; touch.c is the law.
-#ifndef PLIANT_DYNAMICS_TOUCH_DATA_H
-#define PLIANT_DYNAMICS_TOUCH_DATA_H
+#ifndef PLIANT_SIM_TOUCH_DATA_H
+#define PLIANT_SIM_TOUCH_DATA_H
 
 #include "sim/touch/touch.h"
 #include "geometry/box.h"

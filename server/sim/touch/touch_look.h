@@ -1,7 +1,7 @@
 // Private to the search of a touch: what is near one point. touch_find.c finds the faces,
 // touch_patch.c which surfaces they are and on which side of them the point is.
-#ifndef PLIANT_DYNAMICS_TOUCH_LOOK_H
-#define PLIANT_DYNAMICS_TOUCH_LOOK_H
+#ifndef PLIANT_SIM_TOUCH_LOOK_H
+#define PLIANT_SIM_TOUCH_LOOK_H
 
 #include "sim/touch/touch_data.h"
 
