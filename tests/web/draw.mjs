@@ -46,7 +46,7 @@ const PICTURES = {
     rest: { scene: 'rest.cfg', eye: [0.08, -0.14, 0.09], at: [0, 0, 0.015] },
     grasp: { scene: 'grasp-sphere.cfg', eye: [0.12, -0.22, 0.12], at: [0, 0, 0.01],
         press: ['--tool', '3', '--press', '0,0,0.05', '--direction', '0,0,1', '--speed', '0.05', '--depth', '0.02', '--grip', '1'] },
-    fig5: { ...near, scene: stomach('levels = 1; adapt = { };'), look: { colouring: '1', wireframe: true } },
+    fig5: { ...near, eye: [-0.09, -0.26, 0.06], at: [-0.055, 0, 0.0], scene: stomach('levels = 1; adapt = { };'), look: { colouring: '1', wireframe: true } },
     fig7: { ...near, scene: stomach(''), look: { wireframe: true, springs: true } },
     'fig13-coarse': { ...near, scene: stomach('') },
     'fig13-refined': { ...near, scene: stomach('levels = 1; start_level = 1;') },
@@ -55,23 +55,23 @@ const PICTURES = {
 const BARE = 'header,#foot,#panel{display:none!important} #view{position:fixed!important;inset:0!important;' +
     'width:100vw!important;height:100vh!important}';
 
+const isFigure = (name) => name.startsWith('fig');
 const wanted = process.env.PICTURES?.split(',') ?? Object.keys(PICTURES);
 const browser = await openBrowser({ width: 900, height: 560 });
 for (const name of wanted) {
     const { scene, eye, at, before = [], press, look = {} } = PICTURES[name];
     const file = scene.endsWith('.cfg') ? join(config, scene) : join(paths.out, `${name}.cfg`);
     if (!scene.endsWith('.cfg')) writeFileSync(file, scene);
-    await browser.page.setViewportSize(name.startsWith('fig') ? { width: 420, height: 420 } : { width: 900, height: 560 });
+    await browser.page.setViewportSize(isFigure(name) ? { width: 420, height: 420 } : { width: 900, height: 560 });
     const daemon = startDaemon(paths, file), web = await startWeb(paths), { page } = browser;
     await page.goto(web.url);
     await untilShown(page);
-    await page.addStyleTag({ content: BARE });
+    await page.addStyleTag({ content: BARE + (isFigure(name) ? ' #labels,#overlay{display:none}' : '') });
     await page.evaluate(([eye, at, look]) => {
         for (const [id, value] of Object.entries(look)) {
             const input = document.getElementById(id);
-            if (value === true) input.checked = true; else input.value = value;
-            input.dispatchEvent(new Event(value === true ? 'change' : 'input', { bubbles: true }));
-            input.dispatchEvent(new Event('change', { bubbles: true }));
+            if (value === true) input.click(); else input.value = value;
+            if (value !== true) input.dispatchEvent(new Event('change', { bubbles: true }));
         }
         const { stage } = window.pliant;
         window.dispatchEvent(new Event('resize'));
