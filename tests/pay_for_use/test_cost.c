@@ -60,39 +60,40 @@ static const Feature COMMON[] = {
 };
 
 static const Feature SURFACE[] = {
-    {.name = "damping", .material = "damping_time = 1.0e-4;", .kernel = "damped_none"},
+    {.name = "damping",
+     .material = "damping_time = 1.0e-4;",
+     .kernel = "evaluate_SPRINGS_DAMPED_SHAPE_FRAME_NONE"},
     {.name = "bending",
      .material = "damping_time = 0.0; thickness = 0.001;",
-     .kernel = "plain_none_external", // hinges come as outside forces
      .files = {"surface/bending", "kernel/bend"},
      .arrays = {"bending", "hinges"}},
     {.name = "shape springs",
      .body = "shape = {};",
-     .kernel = "plain_world",
+     .kernel = "evaluate_SPRINGS_PLAIN_SHAPE_FRAME_WORLD",
      .arrays = {"/shape rate", "/drag"}},
     {.name = "shape springs that follow",
      .body = "shape = { frame = \"body\"; };",
-     .kernel = "plain_body",
+     .kernel = "evaluate_SPRINGS_PLAIN_SHAPE_FRAME_BODY",
      .arrays = {"/shape rate", "/drag", "/rigid frame"}},
     {.name = "shape springs damped along themselves",
      .body = "shape = { damping_direction = \"radial\"; };",
-     .kernel = "plain_radial",
+     .kernel = "evaluate_SPRINGS_PLAIN_SHAPE_FRAME_WORLD_RADIAL",
      .arrays = {"/shape rate", "/shape drag", "/drag"}},
     {.name = "cavity",
      .body = "cavity = { gas = true; pressure = 10.0; };",
-     .kernel = "damped_cavity_none",
+     .kernel = "evaluate_SPRINGS_CAVITY_SHAPE_FRAME_NONE",
      .files = {"surface/cavity"},
      .arrays = {"cavity", "of volume", "/places of nodes", "/outside forces"}},
     {.name = "relaxation",
      .material = "damping_time = 0.0; relaxation = ( { time = 0.1; share = 0.2; } );",
-     .kernel = "damped_relaxing_none",
+     .kernel = "evaluate_SPRINGS_LAW_SHAPE_FRAME_NONE",
      .files = {"body/relaxation.c"},
      .arrays = {"/dashpots", "/outside forces"}},
     {.name = "stiffening",
      .material = "damping_time = 0.0; stiffening = { strain = 0.2; cap = 5.0; };",
-     .kernel = "damped_stiffening_none",
+     .kernel = "evaluate_SPRINGS_LAW_SHAPE_FRAME_NONE",
      .arrays = {"/outside forces"}},
-    {.name = "prestress", .body = "prestress = 0.05;", .kernel = "plain_none_prestressed"},
+    {.name = "prestress", .body = "prestress = 0.05;"},
     {.name = "implicit integration",
      .body = "integrator = \"implicit\";",
      // Valgrind 3.19 does not know every instruction that the compiler chooses for AVX.
@@ -102,27 +103,29 @@ static const Feature SURFACE[] = {
      .arrays = {"/implicit"}},
     {.name = "refinement",
      .body = "levels = 1; adapt = {};",
-     .kernel = "plain_none_scattered", // nodes in rows that come and go
+     .kernel = "scattered_SPRINGS_PLAIN_SHAPE_FRAME_NONE", // nodes in rows that come and go
      .files = {"surface/detail/", FOLLOW_FILES},
      .arrays = {"/detail", "/level 1 faces"}},
     {.name = "cuts",
      .body = "cuttable = true; tear = { stretch = 3.0; };",
-     .kernel = "plain_none_scattered",
+     .kernel = "scattered_SPRINGS_PLAIN_SHAPE_FRAME_NONE",
      .files = {"sim/cutting.c", "body/cut.c", "surface/cut/", "surface/detail/", FOLLOW_FILES},
      .arrays = {"/cuts", "sim/cutting"}},
 };
 
 static const Feature VOXEL[] = {
-    {.name = "damping", .material = "damping = 0.2;", .kernel = "plain_damped"},
-    {.name = "damping by a time", .material = "damping_time = 1.0e-4;", .kernel = "plain_viscous"},
+    {.name = "damping", .material = "damping = 0.2;", .kernel = "plain_ELEMENT_LINEAR_DAMPED"},
+    {.name = "damping by a time",
+     .material = "damping_time = 1.0e-4;",
+     .kernel = "plain_ELEMENT_LINEAR_VISCOUS"},
     {.name = "relaxation",
      .material = "damping = 0.0; relaxation = ( { time = 0.1; share = 0.2; } );",
-     .kernel = "plain_relaxing_undamped",
+     .kernel = "plain_ELEMENT_LAW_UNDAMPED",
      .files = {"body/relaxation.c"},
      .arrays = {"/dashpots"}},
     {.name = "stiffening",
      .material = "damping = 0.0; stiffening = { strain = 0.1; cap = 2.0; };",
-     .kernel = "plain_stiffening_undamped", // and nothing else is called
+     .kernel = "plain_ELEMENT_LAW_UNDAMPED", // and nothing else is called
      .arrays = {"/stiffening"}},
     {.name = "larger elements inside", .body = "levels = 1;", .arrays = {"/hanging vertices"}},
     {.name = "cuts",
@@ -207,7 +210,8 @@ static bool is_brought(const Feature *feature, const ProfileFunction *called)
     return feature->files[0] != NULL && profile_is_in(called->name, feature->files);
 }
 
-// The names of kernels, with what follows the first: "plain_none" and "plain_none_external".
+// The names of kernels, with what follows the first: "evaluate_SPRINGS_PLAIN_SHAPE_FRAME_NONE" and
+// "plain_none_external".
 static void expect_kernel(const Profile *profile, const Feature *feature, const char *kernel)
 {
     bool any = false;
@@ -253,7 +257,8 @@ static int count_foreign(bool voxel, const Feature *feature)
     if (!brought)
         fail_msg("with %s nothing of %s is called", feature->name, feature->files[0]);
     expect_kernel(profile, feature,
-                  or_else(feature->kernel, voxel ? "plain_undamped" : "plain_none"));
+                  or_else(feature->kernel, voxel ? "plain_ELEMENT_LINEAR_UNDAMPED"
+                                                 : "evaluate_SPRINGS_PLAIN_SHAPE_FRAME_NONE"));
     return foreign;
 }
 
