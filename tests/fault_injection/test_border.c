@@ -58,6 +58,19 @@ static void expect_unmoved(Rig *rig)
     end_clients(rig);
 }
 
+// Sends until one more is refused for that reason: a packet may get lost, or be counted twice when
+// the daemon asks twice.
+#define send_until_refused(rig, reason, send)                                                      \
+    do {                                                                                           \
+        const int64_t before_ = refused((rig)->near, reason);                                      \
+        const double end_ = client_now() + 60.0;                                                   \
+        while (refused((rig)->near, reason) <= before_ && client_now() < end_) {                   \
+            send;                                                                                  \
+            client_listen((rig)->near, 100);                                                       \
+        }                                                                                          \
+        assert_true(refused((rig)->near, reason) > before_);                                       \
+    } while (0)
+
 // --- other hosts ---
 
 AROUND_ALL(hosts_begin, hosts_end)
@@ -68,12 +81,12 @@ TEST(another_host_is_refused_and_counted)
     Rig rig = begin("", "");
     const double top[3] = {0.0, 0.0, 0.05}, push[3] = {0.0, 0.0, -1.0};
     pliant_tool_pose_t pose = make_pose(rig.far, top);
-    send_pose(rig.far, &pose);
-    send_load(rig.far, top, 0.03, push, 10.0, "");
-    send_command(rig.far, PLIANT_COMMAND_T_STOP, 0, "");
     const pliant_tie_t tie = make_tie(rig.far, PLIANT_TIE_T_PIN, top, 0.03, "");
-    pliant_tie_t_publish(rig.far->lcm, "PLIANT_TIE", &tie);
-    wait_until(rig.near, refused(rig.near, "other_host") == 4 && saw_event(rig.near, "refused"));
+    send_until_refused(&rig, "other_host", send_pose(rig.far, &pose));
+    send_until_refused(&rig, "other_host", send_load(rig.far, top, 0.03, push, 10.0, ""));
+    send_until_refused(&rig, "other_host", send_command(rig.far, PLIANT_COMMAND_T_STOP, 0, ""));
+    send_until_refused(&rig, "other_host", pliant_tie_t_publish(rig.far->lcm, "PLIANT_TIE", &tie));
+    wait_until(rig.near, saw_event(rig.near, "refused"));
     assert_int_equal(rig.far->replies, 0);
     expect_unmoved(&rig);
     assert_non_null(strstr(rig.daemon.out, "other_host"));
@@ -185,8 +198,7 @@ TEST(a_forged_address_is_no_way_in)
     static const char *const OWN[] = {"10.77.0.1", "127.0.0.1", "0.0.0.0", "127.0.0.2"};
     Rig rig = begin("", "");
     // That what is forged here arrives at all.
-    forge(rig.near, "10.77.0.2");
-    wait_until(rig.near, refused(rig.near, "other_host") == 1);
+    send_until_refused(&rig, "other_host", forge(rig.near, "10.77.0.2"));
     for (size_t i = 0; i < sizeof OWN / sizeof *OWN; i++)
         forge(rig.near, OWN[i]);
     expect_unmoved(&rig);
@@ -202,7 +214,10 @@ TEST(an_address_that_came_later_is_of_this_host)
     assert_int_equal(system("ip addr add 10.77.0.77/24 dev far0"), 0);
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     assert_int_equal(bind(fd, (const struct sockaddr *)&own, sizeof own), 0);
-    assert_int_equal(packet_send(fd, GROUP, packet, size), 0);
+    for (int i = 0; i < 10; i++) { // the first that arrives ends it
+        assert_int_equal(packet_send(fd, GROUP, packet, size), 0);
+        client_listen(rig.near, 20);
+    }
     close(fd);
     process_wait(&rig.daemon);
     assert_int_equal(rig.daemon.code, 0);
@@ -283,10 +298,7 @@ TEST(no_claim_ends_a_daemon_by_its_numbers)
     static const int64_t HELD[] = {INT64_C(1) << 62, INT64_MAX, INT64_MIN, -2};
     Rig rig = begin("", "");
     for (int k = 0; k < 4; k++) {
-        // A daemon that is late asks twice, and then is answered twice.
-        const int64_t before = refused(rig.near, "out_of_range");
-        lie(rig.near, HELD[k]);
-        wait_until(rig.near, refused(rig.near, "out_of_range") > before);
+        send_until_refused(&rig, "out_of_range", lie(rig.near, HELD[k]));
     }
     expect_unmoved(&rig);
 }
@@ -295,13 +307,13 @@ TEST(another_host_claims_in_vain_unless_it_is_heard)
 {
     Rig rig = begin("", "");
     const pliant_claim_t question = {.daemon = 7, .question = 5, .held = 60000000};
-    pliant_claim_t_publish(rig.far->lcm, "PLIANT_CLAIM", &question);
-    lcm_publish(rig.far->lcm, "PLIANT_STATUS", "12345678abcdefg", 16);
-    wait_until(rig.near, refused(rig.near, "other_host") == 2);
+    send_until_refused(&rig, "other_host",
+                       pliant_claim_t_publish(rig.far->lcm, "PLIANT_CLAIM", &question));
+    send_until_refused(&rig, "other_host",
+                       lcm_publish(rig.far->lcm, "PLIANT_STATUS", "12345678abcdefg", 16));
     expect_unmoved(&rig);
     rig = begin("remote = true;", "");
-    lie(rig.far, INT64_C(1) << 62);
-    wait_until(rig.near, refused(rig.near, "out_of_range") == 1);
+    send_until_refused(&rig, "out_of_range", lie(rig.far, INT64_C(1) << 62));
     expect_unmoved(&rig);
 }
 
