@@ -191,8 +191,9 @@ static void read_about(const Folder *folder, const char *name, char about[FOLDER
             }
         }
         line = strchr(line, '\n');
-        if (!line++)
+        if (line == NULL)
             break;
+        line++;
     }
     about[length] = '\0';
 }
