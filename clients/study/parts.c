@@ -18,9 +18,11 @@ enum {
 
 #define COMPLETE "complete"
 
-static void path_of(const Parts *parts, const char *name, char path[RESULTS_PATH])
+static void path_of(const Parts *parts, const char *name, const char *ending,
+                    char path[RESULTS_PATH])
 {
-    snprintf(path, RESULTS_PATH, "%.*s/%s", RESULTS_PATH - 2 * NAME, parts->folder, name);
+    snprintf(path, RESULTS_PATH, "%.*s/%.*s%s", RESULTS_PATH - 2 * NAME, parts->folder, NAME, name,
+             ending);
 }
 
 static void name_of(const char *kind, int task, char name[NAME])
@@ -61,7 +63,7 @@ static void clear(const Parts *parts)
             if (length < end || length >= NAME ||
                 strcmp(entry->d_name + length - end, OURS[i]) != 0)
                 continue;
-            path_of(parts, entry->d_name, path);
+            path_of(parts, entry->d_name, "", path);
             unlink(path);
         }
     if (folder != NULL)
@@ -97,7 +99,7 @@ static bool agree_on_key(Parts *parts, const char *key, Status *status)
 static bool open_study(Parts *parts, const char *key, bool fresh, Status *status)
 {
     char path[RESULTS_PATH];
-    path_of(parts, "study", path);
+    path_of(parts, "study", "", path);
     if (mkdir(parts->folder, 0777) != 0 && errno != EEXIST)
         return fail(parts, status);
     parts->study = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
@@ -109,7 +111,7 @@ static bool open_study(Parts *parts, const char *key, bool fresh, Status *status
                                "%s: another process runs this study: take part with --continue",
                                parts->folder);
         clear(parts);
-        path_of(parts, COMPLETE, path);
+        path_of(parts, COMPLETE, "", path);
         unlink(path);
         if (ftruncate(parts->study, 0) != 0)
             return fail(parts, status);
@@ -139,7 +141,7 @@ void parts_close(Parts *parts)
 bool parts_complete(const Parts *parts)
 {
     char path[RESULTS_PATH];
-    path_of(parts, COMPLETE, path);
+    path_of(parts, COMPLETE, "", path);
     return access(path, F_OK) == 0;
 }
 
@@ -147,7 +149,7 @@ void parts_finish(const Parts *parts)
 {
     char path[RESULTS_PATH];
     // First: whoever finds a part or a claim gone looks for this.
-    path_of(parts, COMPLETE, path);
+    path_of(parts, COMPLETE, "", path);
     const int file = open(path, O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
     if (file < 0)
         return; // the parts still say it
@@ -159,9 +161,8 @@ void parts_finish(const Parts *parts)
 
 int parts_claim(const Parts *parts, const char *name)
 {
-    char file_name[NAME + 8], path[RESULTS_PATH];
-    snprintf(file_name, sizeof file_name, "%.*s.lock", NAME - 8, name);
-    path_of(parts, file_name, path);
+    char path[RESULTS_PATH];
+    path_of(parts, name, ".lock", path);
     const int file = open(path, O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
     if (file < 0 || lock(file, F_WRLCK, false))
         return file;
@@ -176,10 +177,9 @@ void parts_release(int claim)
 
 bool parts_load(const Parts *parts, const char *kind, int task, void *result, size_t bytes)
 {
-    char name[NAME], file_name[NAME + 8], path[RESULTS_PATH];
+    char name[NAME], path[RESULTS_PATH];
     name_of(kind, task, name);
-    snprintf(file_name, sizeof file_name, "%s.part", name);
-    path_of(parts, file_name, path);
+    path_of(parts, name, ".part", path);
     FILE *file = fopen(path, "rb");
     if (file == NULL)
         return false;
@@ -191,11 +191,9 @@ bool parts_load(const Parts *parts, const char *kind, int task, void *result, si
 
 static bool save(const Parts *parts, const char *name, const void *result, size_t bytes)
 {
-    char file_name[NAME + 8], path[RESULTS_PATH], temporary[RESULTS_PATH];
-    snprintf(file_name, sizeof file_name, "%s.part", name);
-    path_of(parts, file_name, path);
-    snprintf(file_name, sizeof file_name, "%s.new", name);
-    path_of(parts, file_name, temporary);
+    char path[RESULTS_PATH], temporary[RESULTS_PATH];
+    path_of(parts, name, ".part", path);
+    path_of(parts, name, ".new", temporary);
     FILE *file = fopen(temporary, "wb");
     if (file == NULL)
         return false;
