@@ -195,21 +195,21 @@ static void say_pushed_away(const Subject *s, double value, char *text, size_t s
 
 // Returns the damping rate of nodes relative to each other and in space, for a scheme without
 // numerical damping [1/s].
-static double damping(const Subject *s, SceneModel model)
+static double damping(const Subject *s, bool solid)
 {
-    return s->body->model == model && integrator_is_symplectic(s->made->integrator)
+    return scene_has_cells(s->body) == solid && integrator_is_symplectic(s->made->integrator)
                ? s->made->damping
                : (double)NAN;
 }
 
 static double wall_damping(const Subject *s)
 {
-    return damping(s, MODEL_SURFACE);
+    return damping(s, false);
 }
 
 static double solid_damping(const Subject *s)
 {
-    return damping(s, MODEL_VOXEL);
+    return damping(s, true);
 }
 
 static void say_damping(const Subject *s, double value, char *text, size_t size)
