@@ -11,6 +11,7 @@
 #include "pliant_command_t.h"
 #include "pliant_cut_t.h"
 #include "pliant_event_t.h"
+#include "pliant_lcmtypes.h"
 #include "pliant_load_t.h"
 #include "pliant_playback_t.h"
 #include "pliant_reply_t.h"
@@ -462,6 +463,21 @@ static void describe_body(const Play *play, const char *name, char model[16], ch
         sscanf(found + strlen(line), "%15[a-z], %23[a-z0-9_]", model, integrator);
 }
 
+// Says who publishes here, to programs of any version.
+static void publish_hello(Play *play)
+{
+    static const char program[] = "pliant-play", version[] = PLIANT_VERSION;
+    char channel[CLIENT_CHANNEL_MAX];
+    const pliant_hello_t hello = {.utime = client_utime(),
+                                  .program = (char *)(uintptr_t)program,
+                                  .version = (char *)(uintptr_t)version,
+                                  .types = PLIANT_LCMTYPES_COUNT,
+                                  .prefix = play->client.prefix,
+                                  .input_prefix = play->client.prefix};
+    client_channel(&play->client, "HELLO", NULL, channel);
+    pliant_hello_t_publish(play->client.lcm, channel, &hello);
+}
+
 static void publish_status(Play *play)
 {
     enum { BODIES = RECORDING_INFO_BODIES };
@@ -495,6 +511,7 @@ static void publish_status(Play *play)
     hold_note_status(&play->hold, status.utime);
     client_channel(&play->client, "STATUS", NULL, channel);
     pliant_status_t_publish(play->client.lcm, channel, &status);
+    publish_hello(play);
 }
 
 static void publish_playback(Play *play, bool whole)
