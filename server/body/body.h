@@ -166,6 +166,9 @@ typedef struct BodyOps {
     // Reads positions [m] and velocities [m/s] of the current rows; velocity may be NULL.
     void (*read_nodes)(const void *model, const int *node, int count, Vec3 *position,
                        Vec3 *velocity);
+    // Bounds the motion of all nodes, as rows_bound_motion does: many times faster than reading
+    // them. NULL: unknown.
+    void (*bound_motion)(const void *model, double *displacement, double *speed);
     // Tells what the place of a node follows from, of a body with BodyMesh.fit. `step`: ticks
     // completed. NULL: no body of the model has any.
     void (*fit_node)(const void *model, int node, int64_t step, FitNode *fit);

@@ -52,6 +52,46 @@ void rows_read(const Rows *rows, const void *row, int at, Vec3 *position, Vec3 *
         *velocity = v;
 }
 
+// Find the largest |number| of each of four columns from `row` on, one accumulator for each, so
+// that compilers vectorise.
+enum { HALF = ROW / 2 };
+
+static Vec3 largest_single(const float *row, int count)
+{
+    float most[HALF] = {0.0f};
+    for (long i = 0; i < count; i++)
+        for (int c = 0; c < HALF; c++) {
+            const float size = fabsf(row[i * ROW + c]);
+            most[c] = size > most[c] ? size : most[c];
+        }
+    return (Vec3){(double)most[0], (double)most[1], (double)most[2]};
+}
+
+static Vec3 largest_double(const double *row, int count)
+{
+    double most[HALF] = {0.0};
+    for (long i = 0; i < count; i++)
+        for (int c = 0; c < HALF; c++) {
+            const double size = fabs(row[i * ROW + c]);
+            most[c] = size > most[c] ? size : most[c];
+        }
+    return (Vec3){most[0], most[1], most[2]};
+}
+
+static double longest(const Rows *rows, const void *row, int from)
+{
+    return vec3_length(rows->precision == PRECISION_SINGLE
+                           ? largest_single((const float *)row + from, rows->count)
+                           : largest_double((const double *)row + from, rows->count));
+}
+
+void rows_bound_motion(const Rows *rows, const void *row, double *displacement, double *speed)
+{
+    *displacement = rows->displaced ? longest(rows, row, 0) : (double)INFINITY;
+    *speed =
+        longest(rows, row, HALF) + (rows->fall != NULL ? vec3_length(rows_velocity(rows)) : 0.0);
+}
+
 void rows_write(const Rows *rows, void *row, int at, Vec3 position, Vec3 velocity)
 {
     Vec3 p = position, v = velocity;

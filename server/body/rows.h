@@ -152,6 +152,9 @@ static inline Vec3 rows_local(const Rows *rows, const void *row, int at)
 Vec3 rows_rest_out(const Rows *rows, Vec3 rest);
 // Returns the rest position of a row in the world [m].
 Vec3 rows_rest(const Rows *rows, int at);
+// Bounds in one pass over all rows the speed of any in the world [m/s] and, of displaced ones, the
+// distance from its rest position in the base frame [m], else infinity. Ignores bad numbers.
+void rows_bound_motion(const Rows *rows, const void *row, double *displacement, double *speed);
 // True if all numbers, the frame's included, are finite, coordinates within `limit` [m] and
 // velocities within SPEED_LIMIT.
 bool rows_are_valid(const Rows *rows, const void *row, double limit);

@@ -432,6 +432,12 @@ void vertices_read_nodes(const void *model, const int *vertex, int count, Vec3 *
                   velocity == NULL ? NULL : &velocity[i]);
 }
 
+void vertices_bound_motion(const void *model, double *displacement, double *speed)
+{
+    const Vertices *vertices = model;
+    rows_bound_motion(&vertices->rows, vertices->present, displacement, speed);
+}
+
 int vertices_read_state(const void *model, int *id, Vec3 *position, Vec3 *velocity)
 {
     const Vertices *vertices = model;

@@ -121,6 +121,7 @@ static inline const void *vertices_row(const Vertices *vertices)
 {
     return vertices->row[vertices->current];
 }
+void vertices_bound_motion(const void *model, double *displacement, double *speed);
 // Fills in kinetic energy [J] and largest displacement [m]; other fields are unchanged.
 void vertices_measure(const Vertices *vertices, BodyMeasure *measure);
 // Prints kernel, elements by level [levels], damping, base frame.

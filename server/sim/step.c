@@ -7,6 +7,7 @@
 #include "sim/cutting.h"
 #include "sim/guard/guard.h"
 #include "sim/follow.h"
+#include "sim/time_step.h"
 
 static bool always(const Sim *sim)
 {
@@ -182,11 +183,13 @@ static bool has_touches(const Sim *sim)
     return sim->touch_count > 0;
 }
 
-// Finds what bodies can touch of each other in this tick.
+// Finds what bodies can touch of each other in this tick. A body takes shorter steps only while
+// something of it is near itself.
 static void find_touches(Sim *sim)
 {
     for (int k = 0; k < sim->touch_count; k++)
-        touch_begin_tick(sim->touch[k], sim->clock->step);
+        if (touch_begin_tick(sim->touch[k], sim->clock->step))
+            time_step_follow(sim, &sim->body[touch_options(sim->touch[k])->body[0]]);
 }
 
 // Adds the forces between the bodies of a group.

@@ -19,9 +19,10 @@ static const double ROUNDING = 1.0 + 1e-9; // tolerance, as in stability_substep
 // h)^2 k they only reduce h^2 lambda.
 
 // Returns the largest stable step of a body with bounds `lambda` and `damping` of its own and every
-// tool. `ties`: and with the ties by message of now, which shorten steps but no bound of the scene.
+// tool. `now`: with the ties by message of now, which shorten steps but no bound of the scene, and
+// without contact of the body with itself while nothing is near.
 static double bound(const Sim *sim, const Body *body, double lambda, double damping,
-                    double stiffness_scale, double damping_scale, bool ties)
+                    double stiffness_scale, double damping_scale, bool now)
 {
     // The body's own springs: implicit ones do not count, softer ones are not relied on.
     const bool implicit = body->integrator == INTEGRATOR_IMPLICIT;
@@ -53,7 +54,7 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
         lambda += more_lambda;
         damping += more_damping;
     }
-    if (ties && sim->ties != NULL) {
+    if (now && sim->ties != NULL) {
         lambda += sim->ties->lambda[body - sim->body];
         damping += sim->ties->damping[body - sim->body];
     }
@@ -61,7 +62,8 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
     for (int k = 0; k < sim->touch_count; k++) {
         const TouchOptions *options = touch_options(sim->touch[k]);
         double more_lambda, more_damping;
-        if (&sim->body[options->body[0]] != body && &sim->body[options->body[1]] != body)
+        if ((&sim->body[options->body[0]] != body && &sim->body[options->body[1]] != body) ||
+            (now && !touch_shortens(sim->touch[k])))
             continue;
         touch_bounds(options, body, &more_lambda, &more_damping);
         lambda += more_lambda;

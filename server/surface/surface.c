@@ -186,6 +186,12 @@ static void surface_read_nodes(const void *self, const int *node, int count, Vec
                   velocity == NULL ? NULL : &velocity[i]);
 }
 
+static void surface_bound_motion(const void *self, double *displacement, double *speed)
+{
+    const SurfaceModel *model = self;
+    rows_bound_motion(&model->basis, model->present, displacement, speed);
+}
+
 static int surface_find_nodes(const void *self, const Region *region, int *node, int capacity)
 {
     const SurfaceModel *model = self;
@@ -400,13 +406,14 @@ static const char *surface_isa(const void *self)
 #define OPERATIONS                                                                                 \
     .model = "surface", .commit = surface_commit, .abandon = surface_abandon,                      \
     .check = surface_check, .restore = surface_restore, .restored = surface_restored,              \
-    .read_nodes = surface_read_nodes, .is_fixed = surface_is_fixed,                                \
-    .reserve_forces = surface_reserve_forces, .add_forces = surface_add_forces,                    \
-    .find_nodes = surface_find_nodes, .add_load = surface_add_load,                                \
-    .clear_loads = surface_clear_loads, .gather_patch = model_gather_patch,                        \
-    .snapshot = surface_snapshot, .snapshot_rest = surface_snapshot_rest,                          \
-    .read_state = surface_read_rows, .measure = surface_measure, .set = surface_set,               \
-    .get = surface_get, .explain = surface_explain, .isa = surface_isa
+    .read_nodes = surface_read_nodes, .bound_motion = surface_bound_motion,                        \
+    .is_fixed = surface_is_fixed, .reserve_forces = surface_reserve_forces,                        \
+    .add_forces = surface_add_forces, .find_nodes = surface_find_nodes,                            \
+    .add_load = surface_add_load, .clear_loads = surface_clear_loads,                              \
+    .gather_patch = model_gather_patch, .snapshot = surface_snapshot,                              \
+    .snapshot_rest = surface_snapshot_rest, .read_state = surface_read_rows,                       \
+    .measure = surface_measure, .set = surface_set, .get = surface_get,                            \
+    .explain = surface_explain, .isa = surface_isa
 
 const BodyOps *surface_ops(const SurfaceOptions *options)
 {

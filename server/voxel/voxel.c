@@ -227,8 +227,8 @@ static const char *voxel_isa(const void *self)
 #define OPERATIONS                                                                                 \
     .model = "voxel", .drift = vertices_drift, .evaluate = voxel_evaluate, .commit = voxel_commit, \
     .abandon = voxel_abandon, .check = voxel_check, .restore = voxel_restore,                      \
-    .read_nodes = vertices_read_nodes, .fit_node = voxel_fit_node,                                 \
-    .add_forces = vertices_add_forces, .kick_nodes = voxel_kick_nodes,                             \
+    .read_nodes = vertices_read_nodes, .bound_motion = vertices_bound_motion,                      \
+    .fit_node = voxel_fit_node, .add_forces = vertices_add_forces, .kick_nodes = voxel_kick_nodes, \
     .find_nodes = voxel_find_nodes, .add_load = vertices_add_load,                                 \
     .clear_loads = vertices_clear_loads, .snapshot = voxel_snapshot,                               \
     .snapshot_rows = voxel_snapshot_rows, .snapshot_rest = voxel_snapshot_rest,                    \

@@ -264,6 +264,43 @@ TEST(a_whole_body_does_not_feel_itself)
     shell_free(&two);
 }
 
+// A whole body that may touch itself moves and steps as one that may not, bit for bit, as long as
+// nothing of it is near itself; from its first cut on its steps allow for contact.
+TEST(a_whole_body_takes_shorter_steps_only_from_its_first_cut_on)
+{
+    // Stiff, so that a tick has many steps.
+    static const char *const body[2] = {
+        "{ name = \"one\"; model = \"voxel\"; cuttable = true; material = { youngs_modulus = 2e5; "
+        "}; "
+        "voxels = { generator = \"box\"; count = [6, 6, 8]; size = 0.005; }; "
+        "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.0199]); } ); }",
+        "{ name = \"one\"; cuttable = true; material = { youngs_modulus_2d = 4e3; }; "
+        "mesh = { generator = \"ico_sphere\"; nodes = 162; radius = 0.02; }; "
+        "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.015]); } ); }"};
+    for (int k = 0; k < 2; k++) {
+        Run run[2];
+        int substeps[2];
+        for (int with = 0; with < 2; with++) {
+            char text[1024];
+            snprintf(text, sizeof text, "gravity = [1, 0, -9.81]; bodies = ( %s ); %s", body[k],
+                     with == 1 ? SELF("") : "");
+            run_create(&run[with], text);
+            step(&run[with], 50);
+            substeps[with] = sim_body(run[with].world.sim, 0)->substeps;
+        }
+        assert_int_equal(substeps[0], substeps[1]);
+        Shell one = shell_of(&run[0], 0), two = shell_of(&run[1], 0);
+        assert_memory_equal(one.x, two.x, (size_t)one.nodes * sizeof *one.x);
+        cut(&run[1], vec3(-0.05, -0.05, 0.0003), vec3(0.05, -0.05, 0.0003), vec3(0, 0.1, 0));
+        step(&run[1], 1);
+        assert_true(sim_body(run[1].world.sim, 0)->substeps > substeps[1]);
+        for (int with = 0; with < 2; with++)
+            run_destroy(&run[with]);
+        shell_free(&one);
+        shell_free(&two);
+    }
+}
+
 // A hollow ball is cut in two: the upper half falls into the lower one and stays there.
 TEST(halves_of_a_hollow_ball_touch)
 {

@@ -293,18 +293,37 @@ static void follow_fades(Touch *touch, int64_t step)
     }
 }
 
-void touch_begin_tick(Touch *touch, int64_t step)
+// True if any point can be pushed: of a body's own back, no side is known.
+static bool has_sides(const TouchHalf *half)
+{
+    for (int i = 0; i < half->point_count; i++)
+        for (int patch = 0; patch < TOUCH_PATCHES; patch++)
+            if (half->point[i].side[patch] != 0)
+                return true;
+    return false;
+}
+
+bool touch_begin_tick(Touch *touch, int64_t step)
 {
     follow_fades(touch, step);
     const Body *a = touch->body[0], *b = touch->body[1];
     touch->damping_time = fmin(damping_time(&touch->options, a), damping_time(&touch->options, b));
     touch_search(touch);
     grow_thick(touch);
+    touch->acts = touch->whole && has_sides(&touch->half[0]);
+    const bool before = touch->shortened;
+    touch->shortened = touch_shortens(touch);
+    return touch->shortened != before;
 }
 
 bool touch_is_near(const Touch *touch)
 {
     return touch->half[0].point_count + touch->half[1].point_count > 0; // the second may be empty
+}
+
+bool touch_shortens(const Touch *touch)
+{
+    return !touch->whole || touch->acts;
 }
 
 const TouchOptions *touch_options(const Touch *touch)
@@ -342,6 +361,20 @@ static void forget_heirs(int *heir, const TopologyChange *change)
     }
 }
 
+// True for a body with itself that was never cut: a solid has no new faces, a hollow body no copies
+// of nodes.
+static bool is_whole(const Touch *touch)
+{
+    const Body *body = touch->body[0];
+    const BodyMesh *mesh = &body->mesh;
+    if (touch->count == 2 || body->surface.solid)
+        return touch->count == 1 && body->surface.face_used == touch->whole_faces;
+    for (int i = 0; i < mesh->node_count; i++)
+        if (mesh->id[i] >= 0 && mesh->origin[i] != mesh->id[i])
+            return false;
+    return true;
+}
+
 // What is remembered of faces passes to their heirs: a point looks among faces around it.
 static void follow_faces(TouchHalf *half, const TopologyChange *change)
 {
@@ -377,6 +410,7 @@ static void follow_points(TouchHalf *half, const TopologyChange *change)
 // Forgets what the last search found.
 static void clear(Touch *touch)
 {
+    touch->drift = (double)INFINITY;
     for (int k = 0; k < touch->count; k++) {
         touch_forget_numbers(&touch->end[k]);
         touch->half[k].point_count = touch->half[k].pair_count = 0;
@@ -410,6 +444,7 @@ static bool is_sound(const Body *body)
 void touch_restored(Touch *touch, int64_t step)
 {
     clear(touch);
+    touch->whole = is_whole(touch);
     for (int e = 0; e < touch->count; e++) {
         touch_list_nodes(&touch->end[e]);
         if (touch->end[e].fit == NULL)
@@ -438,6 +473,7 @@ void touch_topology_changed(Touch *touch, int which, const TopologyChange *chang
     touch->kept->wait = touch->kept->holds = 0;
     clear(touch);
     list_nodes_anew(&touch->end[which]);
+    touch->whole = is_whole(touch);
 }
 
 // True if what a point remembers can be.
@@ -599,6 +635,12 @@ Touch *touch_create(const char *name, const TouchOptions *options, Body *first, 
         half->faces = &touch->end[touch->count - 1 - k];
         create_half(half, part, arena, state);
     }
+    touch->drift = (double)INFINITY;
+    touch->whole_faces = -1;
+    if (touch->count == 1 && first->surface.solid)
+        touch_find_gap(touch);
+    touch->whole = is_whole(touch);
+    touch->shortened = touch_shortens(touch);
     return touch;
 }
 

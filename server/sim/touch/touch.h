@@ -39,9 +39,12 @@ double touch_thickness(const TouchOptions *options, const Body *first);
 // Returns what it adds to the bounds of M^-1 K [1/s2] and M^-1 C [1/s] of one of its bodies.
 void touch_bounds(const TouchOptions *options, const Body *body, double *lambda, double *damping);
 
-// Finds what can touch within the tick, if that is not known yet.
-// `step`: ticks completed.
-void touch_begin_tick(Touch *touch, int64_t step);
+// Finds what can touch within the tick, if that is not known yet. Returns true if touch_shortens
+// has changed. `step`: ticks completed.
+bool touch_begin_tick(Touch *touch, int64_t step);
+// True while the steps of its bodies have to allow for it: always but for a whole body with itself,
+// in ticks in which nothing of it is near.
+bool touch_shortens(const Touch *touch);
 // True if anything can touch in this tick: without, an evaluation does nothing.
 bool touch_is_near(const Touch *touch);
 // Adds the forces of one evaluation to both bodies. `dt`: time since the start of the substep [s].

@@ -13,6 +13,9 @@ enum {
 };
 // Cosine between two normals beyond which surfaces face the same way.
 static const double TOUCH_ALIGNED = 0.25;
+// How far the parts of a whole solid are told apart, in edges: it is bent out of shape before those
+// beyond can meet, or those within that face away from each other at rest.
+static const double TOUCH_MOST_GAP = 8.0;
 // Speed of a body beyond which its contact is searched no farther [m/s].
 static const double TOUCH_MOST_SPEED = 2.0;
 
@@ -160,15 +163,26 @@ struct Touch {
     double margin;       // of the slack, for nodes that become faster within a tick [m]
     double reach;        // of the search [m]
     double least_slack;  // of it, whatever the speeds [m]
-    bool fast;           // a hollow body with itself is: the search holds for its tick only
-    bool expires;        // likewise: points are at borders
-    bool repeats;        // the search is one that was done before
-    int64_t budget;      // exact distances left to this search
+    bool whole;          // a body with itself is uncut
+    bool acts;           // likewise: something is near in this tick
+    bool shortened;      // touch_shortens of the last tick
+    int whole_faces;     // of a solid with itself: face_used while it is uncut
+    double rest_gap;     // likewise: between parts that face each other at rest, up to
+                         // TOUCH_MOST_GAP edges [m]
+    double drift;   // of a body with itself: bound on how much nearer its parts have come since
+                    // the search; infinity: unknown [m]
+    double speed;   // likewise: of any node at the start of the last tick [m/s]
+    bool fast;      // a hollow body with itself is: the search holds for its tick only
+    bool expires;   // likewise: points are at borders
+    bool repeats;   // the search is one that was done before
+    int64_t budget; // exact distances left to this search
     int64_t refused;
     double depth, energy; // of the last evaluation [m], [J]
 };
 
 // touch_find.c
+// Load time, of a solid with itself: finds rest_gap.
+void touch_find_gap(Touch *touch);
 // Finds what can meet in this tick, unless the last search covers that too.
 void touch_search(Touch *touch);
 // Finds again what the last search found, after its state was restored.

@@ -602,6 +602,68 @@ static void search(Touch *touch)
             touch_fit_list(&touch->end[e], touch->end[e].node, touch->end[e].count);
 }
 
+// True if a body that touches itself needs no look at its nodes, by a bound on how they move: what
+// the last search found still serves, or it is a whole solid whose parts have not come near each
+// other.
+static bool is_quiet(Touch *touch)
+{
+    const TouchEnd *end = &touch->end[0];
+    const Body *body = end->body;
+    double displacement, speed;
+    if (touch->count == 2 || body->ops->bound_motion == NULL)
+        return false;
+    body->ops->bound_motion(body->model, &displacement, &speed);
+    speed *= end->fit != NULL ? FIT_BEYOND : 1.0;
+    // The last tick at its faster end, then this one.
+    const double way = 2.0 * SPEEDUP * touch->tick;
+    touch->drift += way * fmax(touch->speed, speed);
+    touch->speed = speed;
+    if (touch->kept->holds != 0)
+        return touch->drift + way * speed + touch->margin <= touch->slack;
+    const double apart =
+        touch->rest_gap - 2.0 * (end->fit != NULL ? FIT_BEYOND : 1.0) * displacement;
+    if (!touch->whole || !body->surface.solid || !(apart > 0.0))
+        return false;
+    touch_forget_numbers(&touch->end[0]);
+    touch->half[0].point_count = touch->half[0].pair_count = 0;
+    touch->kept->wait =
+        (int64_t)fmin(apart / (touch->tick * 2.0 * (speed + SPARE_SPEED)), TOUCH_MOST_WAIT);
+    return true;
+}
+
+void touch_find_gap(Touch *touch)
+{
+    TouchEnd *end = &touch->end[0];
+    const BodySurface *surface = &end->body->surface;
+    TouchHalf *half = &touch->half[0];
+    touch->whole_faces = surface->face_used;
+    touch->rest_gap = TOUCH_MOST_GAP * surface->longest_edge;
+    read_body(end);
+    place_body(end);
+    if (end->fit != NULL)
+        place_nodes(touch, end, &end->box);
+    touch_grid_build(half, &end->box, touch->rest_gap);
+    for (int i = 0; i < end->used_count; i++) {
+        const int node = end->used[i], *near = NULL;
+        const Vec3 x = end->packed_place[i], out = point_normal(end, node);
+        const int count = touch_grid_at(half, x, &near);
+        for (int k = 0; k < count; k++) {
+            // In front of each other.
+            const TouchFace *face = &half->face[near[k]];
+            const Vec3 arm = vec3_sub(face->center, x);
+            if (vec3_dot(arm, out) > 0.0 && vec3_dot(arm, face->normal) < 0.0 &&
+                !(vec3_dot(out, face->normal) > TOUCH_ALIGNED) &&
+                !touch_has_corner(surface, face->face, node))
+                touch->rest_gap = fmin(touch->rest_gap, vec3_length(arm) - face->radius);
+        }
+    }
+    // A body may start out of shape.
+    double displacement = (double)INFINITY, speed;
+    if (end->body->ops->bound_motion != NULL)
+        end->body->ops->bound_motion(end->body->model, &displacement, &speed);
+    touch->rest_gap -= touch->thickness + 2.0 * displacement;
+}
+
 void touch_search(Touch *touch)
 {
     TouchKept *kept = touch->kept;
@@ -609,10 +671,14 @@ void touch_search(Touch *touch)
         kept->wait--;
         return;
     }
+    if (is_quiet(touch))
+        return;
     double moved = read_body(&touch->end[0]);
     moved += touch->count == 2 ? read_body(&touch->end[1]) : moved;
+    touch->drift = moved;
     if (kept->holds != 0 && moved + way_of_tick(touch) + touch->margin <= touch->slack)
         return;
+    touch->drift = 0.0;
     // What a search depends on is kept, so that it can be repeated.
     kept->moved = moved;
     kept->searches += kept->searches < 2;
