@@ -102,9 +102,9 @@ int attachment_region_capacity(const Body *body, int count)
     return count < nodes / MOST_OF_ONE ? MOST_OF_ONE * count : nodes;
 }
 
-// Allocates what is held, which is part of the state, and what an evaluation needs of it.
-static void create_lists(Attachment *attachment, const char *name, int capacity, int corners,
-                         Arena *arena, StateList *state)
+// Allocates what is held, which is part of the state.
+static void create_lists(Attachment *attachment, const char *name, int capacity, Arena *arena,
+                         StateList *state)
 {
     attachment->capacity = capacity;
     attachment->hold = ALLOCATE(ARENA_CONTACT, 1, HoldState, "hold");
@@ -113,10 +113,6 @@ static void create_lists(Attachment *attachment, const char *name, int capacity,
     state_add(state, attachment->hold, sizeof *attachment->hold, "%s/hold", name);
     state_add(state, attachment->node, (size_t)capacity * sizeof(int), "%s/nodes", name);
     state_add(state, attachment->held, (size_t)capacity * sizeof(HeldNode), "%s/places", name);
-    // Nodes and corners of an evaluation.
-    attachment->x = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "positions");
-    attachment->v = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "velocities");
-    attachment->f = ALLOCATE(ARENA_CONTACT, capacity + corners, Vec3, "forces");
 }
 
 static void create_memory(Attachment *attachment, const char *name, int region_count, Arena *arena,
@@ -128,8 +124,12 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
     int capacity = nodes < HELD_NODES ? nodes : HELD_NODES;
     if (!grasper)
         capacity = attachment_region_capacity(attachment->body, region_count);
-    // Only graspers hold points of faces and search.
-    create_lists(attachment, name, capacity, grasper ? 3 * HELD_POINTS : 0, arena, state);
+    create_lists(attachment, name, capacity, arena, state);
+    // Nodes and corners of an evaluation. Only graspers hold points of faces and search.
+    const int ends = capacity + (grasper ? 3 * HELD_POINTS : 0);
+    attachment->x = ALLOCATE(ARENA_CONTACT, ends, Vec3, "positions");
+    attachment->v = ALLOCATE(ARENA_CONTACT, ends, Vec3, "velocities");
+    attachment->f = ALLOCATE(ARENA_CONTACT, ends, Vec3, "forces");
     if (grasper) {
         attachment->point = ALLOCATE(ARENA_CONTACT, HELD_POINTS, HeldPoint, "held points");
         state_add(state, attachment->point, HELD_POINTS * sizeof(HeldPoint), "%s/points", name);
@@ -181,7 +181,10 @@ Attachment *attachment_reserve(const char *name, int capacity, const TieScratch 
     attachment->of_tie = true;
     attachment->mark = scratch->mark;
     attachment->given = scratch->given;
-    create_lists(attachment, name, capacity, 0, arena, state);
+    attachment->x = scratch->x;
+    attachment->v = scratch->v;
+    attachment->f = scratch->f;
+    create_lists(attachment, name, capacity, arena, state);
     return attachment;
 }
 

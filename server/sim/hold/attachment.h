@@ -61,6 +61,9 @@ typedef struct TieScratch {
     uint64_t *mark;         // one bit per node: all 0 between calls
     struct HeldNode *given; // [nodes]; NULL: no body changes
     double *demand;         // [nodes]
+    // Of an evaluation of one tie: its nodes, and three corners for each.
+    int *node, *corner;
+    Vec3 *x, *v, *f, *at, *velocity, *on;
 } TieScratch;
 
 // Creates an attachment that has no body yet, for ties by message, with space for `capacity` nodes.

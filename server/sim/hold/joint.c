@@ -212,7 +212,14 @@ static Joint *create_memory(const char *name, int capacity, Arena *arena, StateL
     joint->tie = ALLOCATE(ARENA_CONTACT, capacity, Tie, "ties");
     state_add(state, joint->count, sizeof *joint->count, "%s/count", name);
     state_add(state, joint->tie, (size_t)capacity * sizeof(Tie), "%s/ties", name);
-    // Scratch memory of an evaluation: nodes on one side, corners on the other.
+    joint->before = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "ends before");
+    return joint;
+}
+
+// Allocates scratch memory of an evaluation: nodes on one side, corners on the other.
+static void create_evaluation(Joint *joint, const char *name, Arena *arena)
+{
+    const int capacity = joint->capacity;
     joint->node = ALLOCATE(ARENA_CONTACT, capacity, int, "nodes");
     joint->corner = ALLOCATE(ARENA_CONTACT, 3 * capacity, int, "corners");
     joint->x = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "positions");
@@ -221,8 +228,6 @@ static Joint *create_memory(const char *name, int capacity, Arena *arena, StateL
     joint->at = ALLOCATE(ARENA_CONTACT, 3 * capacity, Vec3, "corners' positions");
     joint->velocity = ALLOCATE(ARENA_CONTACT, 3 * capacity, Vec3, "corners' velocities");
     joint->on = ALLOCATE(ARENA_CONTACT, 3 * capacity, Vec3, "corners' forces");
-    joint->before = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "ends before");
-    return joint;
 }
 
 Joint *joint_create(const char *name, const AttachmentOptions *options, Body *body, Body *other,
@@ -237,6 +242,7 @@ Joint *joint_create(const char *name, const AttachmentOptions *options, Body *bo
     ASSERT(body->integrator == other->integrator);
     // It belongs to both bodies for good, with space for the nodes that these may become.
     Joint *joint = create_memory(name, attachment_region_capacity(body, count), arena, state);
+    create_evaluation(joint, name, arena);
     joint_assign(joint, options, body, other);
     joint->demand = ALLOCATE(ARENA_CONTACT, other->surface.node_count, double, "demand");
     // Tie each node to what is beside it now.
@@ -253,6 +259,14 @@ Joint *joint_reserve(const char *name, int capacity, const TieScratch *scratch, 
     Joint *joint = create_memory(name, capacity, arena, state);
     joint->of_tie = true;
     joint->demand = scratch->demand;
+    joint->node = scratch->node;
+    joint->corner = scratch->corner;
+    joint->x = scratch->x;
+    joint->v = scratch->v;
+    joint->f = scratch->f;
+    joint->at = scratch->at;
+    joint->velocity = scratch->velocity;
+    joint->on = scratch->on;
     return joint;
 }
 

@@ -58,6 +58,15 @@ static void create_scratch(Sim *sim, TiePool *pool)
     pool->shared.demand = MEMORY(ARENA_CONTACT, nodes, double, "demand");
     if (changes)
         pool->shared.given = MEMORY(ARENA_CONTACT, nodes, HeldNode, "held before");
+    TieScratch *shared = &pool->shared;
+    shared->node = MEMORY(ARENA_CONTACT, pool->room, int, "nodes");
+    shared->corner = MEMORY(ARENA_CONTACT, 3 * pool->room, int, "corners of faces");
+    shared->x = MEMORY(ARENA_CONTACT, pool->room, Vec3, "ends");
+    shared->v = MEMORY(ARENA_CONTACT, pool->room, Vec3, "ends' velocities");
+    shared->f = MEMORY(ARENA_CONTACT, pool->room, Vec3, "ends' forces");
+    shared->at = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' positions");
+    shared->velocity = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' velocities");
+    shared->on = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' forces");
     // To find nodes and walls.
     pool->found = MEMORY(ARENA_CONTACT, nodes, int, "found");
     pool->mark_face = MEMORY(ARENA_CONTACT, bits_words(faces), uint64_t, "marks of faces");
