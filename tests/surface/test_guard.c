@@ -463,12 +463,10 @@ TEST(what_was_set_is_named_whichever_key_it_is)
     static const struct {
         const char *key, *cause;
         double value;
-    } SETS[] = {{"gravity_y", "gravity_y SET", 1.0},
-                {"body.damping_scale", "damping_scale SET", 1.0},
-                {"friction", "friction SET", 0.3},
-                {"body.pressure", "pressure SET", 1.0},
-                {"volume", "volume SET", 5e-4},
-                {"body.adapt_force", NULL, 1.0}};
+    } SETS[] = {
+        {"gravity_y", "gravity_y SET", 1.0}, {"body.damping_scale", "damping_scale SET", 1.0},
+        {"friction", "friction SET", 0.3},   {"body.pressure", "pressure SET", 1.0},
+        {"volume", "volume SET", 5e-4},      {"body.adapt_force", NULL, 1.0}};
     for (size_t i = 0; i < sizeof SETS / sizeof *SETS; i++) {
         Fixture fixture;
         fixture_create_sphere(&fixture, &options);
