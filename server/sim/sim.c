@@ -37,7 +37,7 @@ static void create_arrays(Sim *sim)
     sim->contact_start = arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies + 1,
                                         sizeof *sim->contact_start, "sim/contact starts");
     sim->attachment_start = arena_allocate(arena, ARENA_STEP, (size_t)capacity.bodies + 1,
-                                           sizeof *sim->attachment_start, "sim/attachment starts");
+                                           sizeof *sim->attachment_start, "sim/holding starts");
     if (capacity.attachments + sim->options.max_ties > 0)
         sim->joint = arena_allocate(arena, ARENA_CONTACT,
                                     (size_t)(capacity.attachments + sim->options.max_ties),

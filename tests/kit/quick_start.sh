@@ -54,7 +54,7 @@ flags="-std=c17 -Wall -Wextra -Werror"
 cat >CMakeLists.txt <<'END'
 cmake_minimum_required(VERSION 3.18)
 project(start C)
-find_package(pliant 0.1 REQUIRED)
+find_package(pliant REQUIRED)
 foreach(kind client client_static)
     add_executable(by_cmake_${kind} start.c)
     target_link_libraries(by_cmake_${kind} pliant::${kind})

@@ -199,7 +199,7 @@ TEST(thresholds_are_set_on_one_body_or_all)
         expect_near(scene.toy[1]->parameter[keys[k].parameter], 5.0, 0.0);
         assert_false(sim_apply_set(scene.sim, keys[k].key, -1.0, why, sizeof why));
         assert_false(sim_apply_set(scene.sim, keys[k].key, (double)NAN, why, sizeof why));
-        assert_false(sim_apply_set(scene.sim, key, 2e6, why, sizeof why));
+        assert_false(sim_apply_set(scene.sim, key, 2e9, why, sizeof why));
     }
     assert_false(sim_apply_set(scene.sim, "adapt_level", 1.5, why, sizeof why));
     assert_non_null(strstr(why, "whole number"));
