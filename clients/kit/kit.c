@@ -379,6 +379,8 @@ bool pliant_wait_server(PliantClient *kit, double seconds)
         return true;
     if (client_now_ns() < deadline)
         return client_fail(&kit->error, "a signal ended the wait for a server");
+    if (client_tell_foreign(&kit->client, kit->error.text, sizeof kit->error.text))
+        return false;
     return client_fail(&kit->error,
                        "no message on %s_CONTACT and %s_STATUS within %g s: no pliantd on %s, or "
                        "one with another prefix (--prefix)?",
@@ -527,7 +529,7 @@ const PliantStatus *pliant_wait_status(PliantClient *kit, double seconds)
     const bool waited = kit_wait(kit, deadline, &kit->statuses, before);
     if (kit->statuses != before)
         return &kit->status;
-    if (waited)
+    if (waited && !client_tell_foreign(&kit->client, kit->error.text, sizeof kit->error.text))
         client_fail(&kit->error,
                     "no %s_STATUS within %g s: no pliantd on %s, or one with another prefix?",
                     kit->client.prefix, seconds, kit->client.url);

@@ -52,6 +52,8 @@ const char *pliant_network(const PliantClient *kit)
 
 const char *pliant_refusal(PliantClient *kit)
 {
+    if (client_tell_foreign(&kit->client, kit->refusal, sizeof kit->refusal))
+        return kit->refusal;
     if (kit->refused <= kit->refused_first)
         return NULL;
     snprintf(kit->refusal, sizeof kit->refusal,

@@ -135,6 +135,21 @@ TEST(a_server_is_heard_by_contact_or_status_alone)
     pliant_close(client);
 }
 
+TEST(who_waits_for_a_status_of_another_version_is_told_so)
+{
+    PliantError error;
+    PliantClient *client = pliant_open(&(const PliantOptions){.url = "memq://"}, &error);
+    assert_non_null(client);
+    lcm_subscribe(client->client.lcm, ".*", on_nothing, NULL);
+    assert_null(pliant_refusal(client));
+    const unsigned char status[64] = {1, 2, 3, 4, 5, 6, 7, 8};
+    lcm_publish(client->client.lcm, "PLIANT_STATUS", status, sizeof status);
+    assert_null(pliant_wait_status(client, 0.01));
+    assert_non_null(strstr(pliant_error(client), "speaks another status_t"));
+    assert_non_null(strstr(pliant_refusal(client), "speaks another status_t"));
+    pliant_close(client);
+}
+
 TEST(a_wait_ends_when_it_is_stopped_and_so_does_each_later_one)
 {
     PliantError error;

@@ -60,9 +60,9 @@ PLIANT_API int pliant_wait_next(PliantClient *client, double seconds);
 PLIANT_API bool pliant_wait_server(PliantClient *client, double seconds);
 // Returns the network of the client as a text for people.
 PLIANT_API const char *pliant_network(const PliantClient *client);
-// Returns a sentence if the server counts messages of other hosts that it has refused since this
-// client first heard it, which may be this client's; else NULL. The sentence names what permits
-// them.
+// Returns a sentence if the server sends messages of another version, which this client cannot
+// read, or counts messages of other hosts that it has refused since this client first heard it,
+// which may be this client's; else NULL. The sentence names what to update, or what permits them.
 PLIANT_API const char *pliant_refusal(PliantClient *client);
 // Binds the client to the server that answers within `seconds`: from now on poses and requests
 // reach this server and no other that takes its place. They fail if it is gone.
