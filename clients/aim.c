@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Finds where to press a body. One thread.
 #include "aim.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Finds where to press a body whose position the user has not measured: takes the node of its
 // newest frame that comes first in the direction of the press; of a flat side, the node in its
 // middle. One thread.

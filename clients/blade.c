@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The path of a blade's edge. One thread.
 #include "blade.h"
 

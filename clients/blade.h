@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The path of a blade's edge: given by points on the command line, or read from a file. One thread.
 #ifndef PLIANT_CLIENTS_BLADE_H
 #define PLIANT_CLIENTS_BLADE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Records the motion of a body from its frames. One thread.
 #include "curve.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Records the motion of a body from its frames: its largest displacement over time, and its
 // triangles in one frame for gnuplot. One thread.
 #ifndef PLIANT_CLIENTS_CURVE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-cut: cuts tissue, either by messages, each of which sweeps a blade and is answered, or
 // (--stroke) by moving a blade tool along the same path. One thread.
 #include "blade.h"

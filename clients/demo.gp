@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The demo's pictures, from what pliant-monitor and pliant-probe wrote of the messages.
 # gnuplot -e "out='FOLDER'; t0=START; t1=END" clients/demo.gp; times are simulated seconds.
 set terminal pngcairo size 1200,700 enhanced font 'DejaVu Sans,15' linewidth 2

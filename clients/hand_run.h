@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Runs a hand (hand.h) against a live daemon: a thousand ticks per second, poses out and forces in
 // through the owner of the tool; one run, or a table of streams. One thread.
 #ifndef PLIANT_CLIENTS_HAND_RUN_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Single key presses from a terminal. One thread.
 #include "keys.h"
 

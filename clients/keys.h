@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Single key presses from a terminal, whose settings are restored at exit. One thread.
 #ifndef PLIANT_CLIENTS_KEYS_H
 #define PLIANT_CLIENTS_KEYS_H

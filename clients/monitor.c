@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-monitor: shows the state of a running server, in place on a terminal and line by line
 // elsewhere, and records the motion of a body. One thread.
 #include "curve.h"

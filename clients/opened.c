@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Clients of programs that a signal stops: of what program.h declares, what needs the library.
 #include "program.h"
 

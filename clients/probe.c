@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-probe: drives one tool along a path, by a press that finds the body, or from the keyboard,
 // and shows the force on the tool. One thread, poses at absolute deadlines; withdraws the tool at
 // the end.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Shared by the client programs. One thread.
 #include "program.h"
 

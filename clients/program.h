@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Shared by the client programs: common options, signals, printing, files that they write. One
 // thread. Only program_print_* print; none exits.
 #ifndef PLIANT_CLIENTS_PROGRAM_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-tie: makes, changes and releases a tie of a running scene, and prints the reply, which
 // names the tie. One thread.
 #include "program.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A tool's path in time, and the closing of its jaws. One thread.
 #include "track.h"
 

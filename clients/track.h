@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A tool's path in time: read from a text file of poses, or made for a press. Between two poses the
 // tool moves and turns uniformly. One thread.
 #ifndef PLIANT_CLIENTS_TRACK_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The text that pliant-monitor shows. One thread.
 #include "view.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The text that pliant-monitor shows: the server's last status, contacts and events. One thread.
 #ifndef PLIANT_CLIENTS_VIEW_H
 #define PLIANT_CLIENTS_VIEW_H

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Debian's liblcm-dev ships neither a CMake package nor a usable pkg-config file.
 # Defines LCM::lcm, LCM_GEN and lcm_generate_c(TARGET file.lcm ...): a static library of the C types, and TARGET.h, which
 # includes them all and lists them: TARGET_LIST(X) is X(type) for each, TARGET_COUNT how many there are.

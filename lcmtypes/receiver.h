@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Receives messages for the server and its clients. For a udpm URL it reads the packets itself,
 // because liblcm trusts the lengths in them (server/run/README.md, "What LCM does, and what we do
 // about it"). It is bound to the multicast group (packets sent to this host alone never arrive),

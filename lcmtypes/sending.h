@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What all programs that publish under a prefix do alike, the server and the player: how they
 // divide frames and meshes into chunks, and which of two holds the prefix.
 #ifndef PLIANT_LCMTYPES_SENDING_H

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Libraries that only files of some formats need are loaded with the first such file: most of what the smallest
 # scene held in memory were HDF5, teem and what these are linked with.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-prepare: checks mesh files before a scene uses them, proposes a scene for one, and makes
 // the meshes and levels of a scene once, so that daemons start faster.
 #include "base/arguments.h"

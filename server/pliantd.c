@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliantd: the daemon's command line. Reads and builds the scene, then runs it live or offline, or
 // describes it.
 #include "base/arguments.h"

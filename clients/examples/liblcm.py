@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """LCM where Python has no module `lcm` (Debian has none): the same few calls, on liblcm.so.1."""
 import ctypes
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Reads positions in packets (publish.positions = "packets" or "both") and prints, frame by frame, how many packets
 and nodes came and where node 0 is; where floats come too, also by how much the two differ at most. On the types that
 `lcm-gen -p lcmtypes/*.lcm` makes.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A front end in a page of C, on LCM and the generated types alone: pushes tool 1 from a position
 // along a vector and back in four seconds, and prints ten times per second the force and the
 // position of the body.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """A front end in Python, on the types that `lcm-gen -p lcmtypes/*.lcm` makes: what touch.c does.
 
     PYTHONPATH=FOLDER-OF-THE-TYPES touch.py BODY X Y Z DX DY DZ

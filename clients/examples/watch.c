@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The smallest front end: prints where a body is, each time that all of its nodes have come.
 //   watch BODY [FRAMES]          e.g.  watch stomach 100
 #include <math.h>

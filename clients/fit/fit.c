@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Least squares of two laws. E is a factor of the stress, so it follows in closed form; strain and
 // cap are searched for on a grid, which a smaller one follows around its best point, again and
 // again: slow enough to never miss a narrow valley, and the same on every machine.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A material from a uniaxial curve: reads a table of stress against strain, fits Young's modulus
 // alone and with `stiffening`, pulls a strip of the result, and presents it.
 // The law of uniaxial stress, nominal stress over nominal strain (server/body/stiffening.h):

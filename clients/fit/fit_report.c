@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Pulls a strip of what was fitted, prints the material group, writes the table and the picture.
 #include "fit/fit.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads tables of stress against strain, which come from spreadsheets and test rigs.
 #include "fit/fit.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-fit: fits a material to a measured curve of stress over strain.
 #include "fit/fit.h"
 

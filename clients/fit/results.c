@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Folders of results, and their pictures.
 #include "fit/results.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The folder of results that a study or a fit leaves: made, never over what is not ours; its files;
 // its pictures, drawn by gnuplot if that is installed.
 #ifndef PLIANT_FIT_RESULTS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Writes the scene of a tensile test, and runs it.
 #include "fit/strip.h"
 

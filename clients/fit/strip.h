@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The tensile test: a strip clamped at one end and pulled at the other at a given rate, as a scene
 // of either model. Strain is measured between two marks on the middle third, as an extensometer
 // does, so that the clamps, which keep the ends from thinning, don't disturb it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Connection, waiting and requests of libpliant-client. One thread.
 #include "client.h"
 

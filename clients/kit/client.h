@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The inside of libpliant-client: connection, waiting, requests, and which server answers. Programs
 // that handle messages raw (pliant-web, -record, -play) use it too. One thread: the one that called
 // client_connect. Never exits or prints.

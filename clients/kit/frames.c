@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Assembles chunked frames of node positions, rest positions and texture coordinates. One thread.
 #include "frames_parts.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Assembles chunked meshes, their deltas, frames of node positions and rest positions. One thread.
 // The sizes on the wire are bounded; chunks that contradict their frame are refused, chunks of
 // other frames dropped.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Assembles chunked meshes and applies their deltas. One thread.
 #include "frames_parts.h"
 #include "wire.h"

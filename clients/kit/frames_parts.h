@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Shared by frames.c and frames_mesh.c.
 #ifndef PLIANT_CLIENTS_FRAMES_PARTS_H
 #define PLIANT_CLIENTS_FRAMES_PARTS_H

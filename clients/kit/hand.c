@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "hand.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A model of a hand on a haptic device. The hand moves as a sine; its poses leave a thousand times
 // per second, or more rarely and late; forces come back late. Between two of them the device shows
 //   F = F_msg - K (x - x_msg),

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The force that a haptic device shows between two contacts, and the guard that keeps it passive:
 // an observer of the energy at the hand, after Hannaford and Ryu, "Time-domain passivity control of
 // haptic interfaces", IEEE Trans. Robotics and Automation 18 (2002). Their controller adds damping

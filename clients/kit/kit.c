@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The connection, tools, status and events of libpliant-client.
 #include "kit.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Shared by the files of libpliant-client.
 #ifndef PLIANT_CLIENTS_KIT_H
 #define PLIANT_CLIENTS_KIT_H

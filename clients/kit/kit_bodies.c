@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Frames of bodies: assembles positions and meshes, and hands both out together, when they belong
 // together. A frame is never changed, so that it can be kept; frames of one topology share the
 // mesh.

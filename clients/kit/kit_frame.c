@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Frames of bodies as they are handed out: positions and their mesh, which frames of one topology
 // share. Never changed, so that any thread may read them; freed with their last use.
 #include "kit.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Requests of libpliant-client that are not waited for: each is sent when it can be, repeated with
 // its number and time until it is answered, and given up after the last try.
 #include "kit.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Recordings in libpliant-client: loads libpliant-recording when the first one is opened, and calls
 // it.
 #include "reader.h"

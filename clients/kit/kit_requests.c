@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Requests of libpliant-client, each answered by one reply. A request keeps number and time when it
 // is repeated, so that the server executes it once, and none that starts later executes it.
 #include "kit.h"

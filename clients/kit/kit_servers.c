@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Servers in libpliant-client: which ones there are, to which one a client is bound, which bodies
 // its scene has, and whether it refuses this host.
 #include "kit.h"

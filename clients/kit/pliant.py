@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The client side of Pliant, a real-time server of soft tissue, on libpliant-client.
 
 SI units, world frame; what each value means is in pliant/client.h. A client is used by one thread at

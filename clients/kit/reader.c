@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // libpliant-recording: the server's reader of recordings, and frames as a client has them. What
 // pliant/client.h says of each function of pliant_recording_... holds of the one of its name here.
 #include "reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // How libpliant-client calls libpliant-recording, which has HDF5: it is loaded when a recording is
 // opened, so that a program that opens none needs neither.
 #ifndef PLIANT_CLIENTS_KIT_READER_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Round trips of poses. One thread.
 #include "round_trip.h"
 

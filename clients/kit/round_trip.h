@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Round trips of poses: from the sending of a pose to the arrival of the first contact that the
 // daemon computed with it. One thread; all memory inside the struct.
 #ifndef PLIANT_CLIENTS_ROUND_TRIP_H

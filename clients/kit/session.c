@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Identifies the daemon that serves. One thread.
 #include "client.h"
 #include "wire.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Checks raw messages before they are decoded. Any thread; never allocates.
 #include "wire.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Checks raw messages before they are decoded: lcm-gen's decoders of arrays and strings trust the
 // counts on the wire and crash on corrupt ones. Pure functions, any thread; never allocates.
 #ifndef PLIANT_CLIENTS_WIRE_H

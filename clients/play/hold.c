@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Holds the prefix like a server. One thread.
 #include "hold.h"
 

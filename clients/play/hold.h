@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Holds the prefix like a server (claim_t; server/run/bus_claim.c): asks before the start whether a
 // server publishes there, answers those that ask, and gives way to one that has held it for longer.
 // A server moves with the poses that a player publishes, so both must never share a prefix. One

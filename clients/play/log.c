@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Event logs of lcm-logger as recordings.
 #include "log.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Event logs of lcm-logger as recordings: converted as `pliant-record --convert` does, into a
 // folder that is removed at once.
 #ifndef PLIANT_PLAY_LOG_H

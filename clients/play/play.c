@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-play: publishes recordings on LCM as the server did, at any speed and from any time. One
 // thread, but for a child that reads each file.
 #include "hold.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The score sheet of a session, from its recordings: what each tool did, how hard it pressed, what
 // was cut and where (SCORE.md defines every measure, with sources). Computed after the session, in
 // memory, by one thread; nothing of it runs in the server.

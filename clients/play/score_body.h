@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Shared by the files that follow one body through its meshes: score_tissue.c, score_region.c,
 // score_pieces.c.
 #ifndef PLIANT_PLAY_SCORE_BODY_H

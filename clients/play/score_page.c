@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The score sheet to print: one page without anything from elsewhere, with its pictures inside.
 #include "score_parts.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Shared by the files of the score sheet alone.
 #ifndef PLIANT_PLAY_SCORE_PARTS_H
 #define PLIANT_PLAY_SCORE_PARTS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The connected pieces of a body at the end, and which of them were removed.
 #include "score_body.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // From the recordings of a session to its score.
 #include "score_parts.h"
 

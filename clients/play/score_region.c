@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // How much of what was severed is in a region of the scene.
 #include "score_body.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a session is judged by: the group `score` and the fixed nodes of a scene, from its file or
 // from the text that a recording has of it.
 #include "score.h"

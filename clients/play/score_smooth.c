@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Smoothness of a movement: the spectral arc length of its speed profile (SCORE.md, "Smoothness").
 // S. Balasubramanian, A. Melendez-Calderon, A. Roby-Brami, E. Burdet, "On the analysis of movement
 // smoothness", J. NeuroEng. Rehabil. 12:112 (2015): the spectrum is scaled by its value at 0 Hz and

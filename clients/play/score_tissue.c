@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What was severed of one body, from its meshes. A cut of a wall makes border edges on both of its
 // sides, a cut of a solid makes walls on both: half of what was added is what was severed. Lengths,
 // areas and places are those of the reference shape, the first frame, in which neither refinement

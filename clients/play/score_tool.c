@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What one tool did: time, path, smoothness, force.
 #include "score_parts.h"
 

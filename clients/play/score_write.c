@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The score sheet for programs: JSON and CSV, and the files of a sheet.
 #include "score_parts.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Publishes frames, meshes and tools of a timeline. One thread.
 #include "sender.h"
 

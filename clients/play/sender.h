@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Publishes frames, meshes and tools of a timeline as the server does: in chunks below one
 // datagram, spread over time, and a mesh before the first frame of its topology. One thread.
 #ifndef PLIANT_PLAY_SENDER_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Recordings of the parts of a session on one timeline. One thread.
 #include "timeline.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Recordings of the parts of a session on one timeline: which frame, mesh and tools belong to a
 // time, and what happened when. A part that begins within the one before continues it and takes
 // over there (a session continued from a checkpoint repeats what came after it); one that begins no

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Rows of tools: position, orientation and force at the ticks of the frames, from contacts
 // (position and force) and poses (orientation). One thread.
 #ifndef PLIANT_CLIENTS_RECORD_GATHER_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Turns raw messages of a daemon into items of recordings: assembles frames, matches each with the
 // mesh of its topology, bounds the memory of waiting frames, counts what is missing. One thread;
 // uses neither network nor files.

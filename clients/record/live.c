@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Where recordings come from: a running daemon, or an event log.
 #include "live.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Where recordings come from: a running daemon, or an event log.
 #ifndef PLIANT_CLIENTS_RECORD_LIVE_H
 #define PLIANT_CLIENTS_RECORD_LIVE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-record: records a running daemon from its messages, converts an event log to a recording,
 // and describes a recording.
 #include "live.h"

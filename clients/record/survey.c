@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "survey.h"
 
 #include "base/arguments.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The bodies and tools of a daemon, its rate and its description, collected from its messages. A
 // recording's data sets exist from the start, so all this must be known before it begins. One
 // thread.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What waits on its way to the file, and the thread that writes it.
 #include "writer.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What waits on its way to the file, and the thread that writes it: items, the queue of them,
 // frames that wait for their mesh.
 #ifndef PLIANT_CLIENTS_RECORD_WRITER_H

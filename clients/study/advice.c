@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Chooses a case and explains the choice in one sentence.
 
 #include "study/study.h"

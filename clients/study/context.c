@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "study/context.h"
 
 #include "base/fnv.h"

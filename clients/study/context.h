@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The subject of a study: the scene without what does not affect its motion, its inputs, the
 // sampled points and times, and the references. Made once, by study_prepare; identical in every
 // process that gets the same scene and options.

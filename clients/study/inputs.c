@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The inputs of a scene, and the built-in press.
 #include "study/inputs.h"
 

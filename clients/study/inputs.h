@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The inputs of a scene: its own loads, a log of inputs, its gravity; else a press by its tool, or
 // a load. They depend on simulated time alone: a tool moves in straight lines between the study's
 // sampling times, at which every tick rate has a tick, so that all cases get the same path.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "study/parts.h"
 
 #include <dirent.h>

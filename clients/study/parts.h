@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The parts of a study that have ended, as files in its folder: an interrupted study continues from
 // them, and any number of processes on any machines that see the folder share one study. A process
 // claims a part by locking a file, and the system unlocks it when the process ends, however it

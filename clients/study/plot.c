@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Writes a gnuplot script that contains its own data, and runs it.
 #include "study/report.h"
 

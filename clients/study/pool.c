@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "study/pool.h"
 
 #include "base/clock.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Runs tasks in child processes: each gets its next task from the parent over a pipe and returns a
 // result of fixed size. A child that dies or takes too long loses its own task only.
 #ifndef PLIANT_STUDY_POOL_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-study: runs a scene offline in many ways, reports the cost of each and its error relative
 // to the converged motion; then advises a choice. With --fit, fits a material to a measured curve.
 #include "base/arguments.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Ranks of mpirun.
 #include "study/run.h"
 

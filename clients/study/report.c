@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Writes the results of a study.
 #include "study/report.h"
 

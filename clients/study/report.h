@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The output of a study: progress while it runs, then table, files, pictures and advice.
 #ifndef PLIANT_STUDY_REPORT_H
 #define PLIANT_STUDY_REPORT_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Runs cases.
 #include "study/run.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Runs of cases: with steps of their own choice, one case, all of them, and the references that
 // they are compared with.
 #ifndef PLIANT_STUDY_RUN_H

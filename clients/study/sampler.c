@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Samples a world into a trace, and the errors of traces.
 #include "study/sampler.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Samples a world into a trace, and the errors of traces.
 #ifndef PLIANT_STUDY_SAMPLER_H
 #define PLIANT_STUDY_SAMPLER_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Runs and references as tables: tab-separated text, and HDF5.
 #include "study/report.h"
 

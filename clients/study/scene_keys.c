@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Converts cases to keys of a scene.
 #include "study/scene_keys.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A case as keys of a scene file: to print, to paste, or to set in a copy of the file.
 #ifndef PLIANT_STUDY_SCENE_KEYS_H
 #define PLIANT_STUDY_SCENE_KEYS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Error against run time: a scene is run offline in many ways, each compared with a reference that
 // is finer in every respect. This header has the types that the study's parts share: cases,
 // measurements and references, and makes the grid. run.h runs the cases and the references;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Prints the table of a study. Columns are as wide as their content.
 #include "study/report.h"
 

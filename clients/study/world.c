@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "study/context.h"
 
 #include "voxel/layout.h"

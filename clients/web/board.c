@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Messages to pages, and the board on which the newest of each kind lie.
 #include "board.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A program that this one runs and watches.
 #include "child.h"
 

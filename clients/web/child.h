@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A program that this one runs and watches: started without a shell, with limits, its words kept,
 // ended with this program. One thread, the same for all calls, and it must outlive the child: the
 // kernel ends the child when that thread is gone, however it went (but not a program with

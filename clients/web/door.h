@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Who is let in: access control, and connections that are not pages (yet).
 #ifndef PLIANT_WEB_DOOR_H
 #define PLIANT_WEB_DOOR_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The LCM side of pliant-web: bodies as they arrive, and the scene that they belong to.
 #include "feed.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The LCM side of pliant-web: receives all channels of the prefix, learns the scene, requests again
 // what was missed, assembles the bodies, and fills the board. One thread, the one that connected.
 #ifndef PLIANT_WEB_FEED_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The folders of the workbench.
 #include "folder.h"
 

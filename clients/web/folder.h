@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The folders of the workbench: which of their files may be named, the list of them, and new ones.
 // Names from pages are never followed out of the folder: they have no '/', and links are no files.
 // Any thread; no function prints.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One page's WebSocket.
 #include "site.h"
 #include "requests.h"

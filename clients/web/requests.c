@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Requests of pages: read from their JSON, and sent to the daemon.
 #include "requests.h"
 

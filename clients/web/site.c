@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The web server: libmicrohttpd in one thread, which accepts, reads and answers requests. A
 // WebSocket gets threads of its own (page.c).
 #include "site.h"

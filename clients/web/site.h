@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The web server: the page's files, images for bodies, recordings, meshes that are sent to the
 // workbench, and the WebSocket /live. It runs in its own thread, and answers only requests that
 // door.h admits: GET, and POST for /mesh.

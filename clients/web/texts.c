@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The JSON messages of protocol.md, and the tools in the daemon's description. Any thread.
 #include "texts.h"
 

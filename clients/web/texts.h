@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The texts of pages: the JSON messages of protocol.md, and the tools in the daemon's description.
 #ifndef PLIANT_WEB_TEXTS_H
 #define PLIANT_WEB_TEXTS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-web: shows a daemon's simulation on a page in a browser, and lets the mouse act on it. The
 // main thread handles LCM; one thread answers browsers, two threads serve each page.
 #include "client.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Frames of a WebSocket.
 #include "websocket.h"
 #include "client.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The server's end of a WebSocket (RFC 6455) on a connected socket, for short frames in and long
 // frames out. A frame's size is checked as soon as its header has arrived: none needs more memory
 // than the buffer below. One thread reads; any thread sends.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The workbench: programs that are run for pages.
 #include "workbench.h"
 #include "texts.h"

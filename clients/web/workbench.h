@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The workbench: starts the scenes of a folder, proposes scenes for meshes, and records, by running
 // pliantd, pliant-prepare and pliant-record. The main thread, which is the LCM thread, does all of
 // it; threads of pages only queue their requests.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Makes manual pages of what programs say with --help: man.sh PROGRAM-FOLDER OUT-FOLDER NAME...
 set -eu
 programs=$1 out=$2

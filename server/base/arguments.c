@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "base/arguments.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Command lines of all programs. One table per program drives reading, refusals, defaults and
 // --help; rows that several programs have are written once and named by reference.
 #ifndef PLIANT_BASE_ARGUMENTS_H

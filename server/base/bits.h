@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Sets of the numbers 0 .. count - 1 as one bit each, in words of 64.
 #ifndef PLIANT_BASE_BITS_H
 #define PLIANT_BASE_BITS_H

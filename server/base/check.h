@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The two kinds of errors: programming errors abort, and what the outside world gets wrong (files,
 // options, messages) is told by a Status.
 #ifndef PLIANT_BASE_CHECK_H

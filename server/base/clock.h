@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Time: the clocks (monotonic for the loop, real time for time stamps in messages) and histograms
 // of the durations that they measure.
 #ifndef PLIANT_BASE_CLOCK_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // FNV-1a hash of plain values, member by member: the padding bytes of structures are undefined.
 #ifndef PLIANT_BASE_FNV_H
 #define PLIANT_BASE_FNV_H

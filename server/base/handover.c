@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "base/handover.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // How one thread hands values to another, without a lock and without allocation: a slot for the
 // newest value, a ring for every value. One thread writes, one reads.
 #ifndef PLIANT_BASE_HANDOVER_H

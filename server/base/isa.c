@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "base/isa.h"
 
 #include <stdbool.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Instruction-set levels that kernels are compiled for, and which of them this machine can run.
 #ifndef PLIANT_BASE_ISA_H
 #define PLIANT_BASE_ISA_H

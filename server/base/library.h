@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Shared libraries that are loaded when they are needed. server/on_demand.cmake writes their
 // tables, and macros by which code calls the functions of a library under their own names.
 #ifndef PLIANT_BASE_LIBRARY_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Log lines on stderr, from any thread but the step thread.
 #ifndef PLIANT_BASE_LOG_H
 #define PLIANT_BASE_LOG_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The memory of a scene: the arena that owns all of it, and the list of those of its arrays that
 // change while the scene runs.
 #ifndef PLIANT_BASE_MEMORY_H

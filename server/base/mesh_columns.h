@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The columns of a published mesh, in one list: what bodies publish, what is copied, compared,
 // sent, assembled, recorded, played and given to clients follows from it.
 #ifndef PLIANT_BASE_MESH_COLUMNS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Output files. A program replaces only files that it wrote itself, and never follows a link at a
 // temporary's name. Any thread but the step thread.
 #ifndef PLIANT_BASE_OUTPUT_H

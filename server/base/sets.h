@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Sets of numbers: sorted arrays, and disjoint sets of the numbers 0 .. count - 1.
 #ifndef PLIANT_BASE_SETS_H
 #define PLIANT_BASE_SETS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Symmetric 3 x 3 matrices, by value. Arrays of six doubles in messages, states and kernels have
 // the same order.
 #ifndef PLIANT_BASE_SYM3_H

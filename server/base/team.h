@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A few threads that share the loops of a step: the caller and its workers each begin with their
 // own share of the items, and a thread that has finished takes pieces of other shares that are not
 // begun yet. So a worker that does not run (its processor is taken away) costs little: the caller

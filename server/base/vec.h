@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Vectors of three doubles and unit quaternions (w x y z), by value.
 #ifndef PLIANT_BASE_VEC_H
 #define PLIANT_BASE_VEC_H

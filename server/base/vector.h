@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: a vector of KERNEL_WIDTH numbers of type Real in the portable vector
 // types of gcc and clang, with the few operations that these lack. Real is float (KERNEL_SINGLE)
 // with widths 4, 8, 16, or double with widths 2, 4, 8. The float widths that only x86-64 has load

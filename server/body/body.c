@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What bodies of all models have in common: parameters, dimensions, the expected time of a tick.
 #include "body/body.h"
 

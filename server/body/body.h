@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The interface between the pipeline and the models of bodies: a table of operations, independent
 // of springs and elements. An operation that a body does not need is NULL.
 #ifndef PLIANT_BODY_BODY_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "body/cut.h"
 
 #include <math.h>

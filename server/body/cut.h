@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Cuts, as the interface between pipeline and bodies: the blade's edge, its sweep in a tick or a
 // command, the memory of a stroke, and the finder of the links that a sweep meets. All models share
 // one principle (server/sim/README.md, "Cutting"): a cut is a set of broken links between

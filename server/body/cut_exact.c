@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "body/cut_exact.h"
 
 #include <math.h>

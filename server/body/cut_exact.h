@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Whether a moving link meets the moving edge of a blade: exactly, in space and time. Pure
 // functions of integers, so that whatever shares a point agrees about it and nothing can leak
 // between neighbouring links, ticks or quadrilaterals (server/sim/README.md, "The exact test"; the

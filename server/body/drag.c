@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Step thread, except drag_create.
 #include "body/drag.h"
 

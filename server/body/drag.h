@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Drag on a body that nothing fixes: v_i -= loss (v_i - V - Omega x (x_i - c)), with the rigid
 // motion V, Omega that has the momentum and angular momentum of all vertices. So both stay: the
 // body flies and turns as without, only its deformation is slowed down. Bodies that are fixed need

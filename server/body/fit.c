@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "body/fit.h"
 
 #include <string.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A published mesh whose nodes lie beside the vertices that carry them: a smooth surface over
 // elements. A node with the offset o at rest is published at y = x + F o, with F the mean
 // deformation of the elements of its own vertex. All of it is linear in the positions of some

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Time integration schemes as lists of evaluations. A body evaluates its forces once for each and
 // advances its own rows in the same pass; this file provides the coefficients.
 #ifndef PLIANT_BODY_INTEGRATOR_H

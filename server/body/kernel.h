@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Interface of the kernels that move vertices: explicit steps of rows of displacements
 // (body/rows.h). The kernel is one source (kernel/vertex_kernel.c), compiled for each precision
 // and instruction-set level; all levels of a precision are bit-identical.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "body/maxwell.h"
 
 static const double PI = 3.14159265358979323846;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Maxwell branches: what relaxes beside an elastic law (server/voxel/README.md, "Relaxation"). Pure
 // functions.
 #ifndef PLIANT_BODY_MAXWELL_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Sums a patch's blocks. Step thread, except patch_create.
 #include "body/patch.h"
 

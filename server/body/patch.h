@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A part of a body around a contact as a linear system: the resistance of its free nodes against
 // small displacements while all surrounding nodes are fixed. The body's model fills it
 // (BodyOps.gather_patch) in small steps that each fit a tick; stiffness.c solves it. Independent of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Regions of space: those in which a scene fixes or attaches nodes, and those in which nodes are
 // searched.
 #ifndef PLIANT_BODY_REGION_H

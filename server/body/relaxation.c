@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "body/relaxation.h"
 
 #include <math.h>

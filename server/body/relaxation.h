@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The Maxwell branches of a body: the strains of their dashpots, of any number for each element or
 // spring (server/voxel/README.md and server/surface/README.md, "Relaxation").
 #ifndef PLIANT_BODY_RELAXATION_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // With weights k'_s the forces of the shape-preserving springs sum to zero, and so do their
 // moments: f = -(w (x - c) - R w (X - C)) has no moment about c exactly when R maximises tr(R^T A)
 // with A = sum w (x - c)(X - C)^T. Damping against v_c + omega x (x - c), the weighted rigid

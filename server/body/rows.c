@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Conversion between a body's rows and the world, and copies of all nodes. Step thread.
 #include "body/rows.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Rows: the storage of node positions and velocities. A row is 8 numbers of type Real (float or
 // double): x y z 0 vx vy vz 0.
 // Rows contain positions in the world (surface bodies in double precision), or displacements u from

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "body/stiffening.h"
 
 #include <math.h>

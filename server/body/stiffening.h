@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Exponential stiffening (Fung 1967, "Elasticity of soft tissues in simple elongation", and 1993,
 // "Biomechanics: Mechanical Properties of Living Tissues", 7.5), of springs and of elements. With W
 // the energy of the linear law, c its scale, and q = W / c,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "body/vertices.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The vertices of a body of elements, in space or in the plane: their rows, their motion by kicks
 // and drifts, and the body operations that involve vertices only. The body model adds the forces of
 // its elements. Step thread, except what comes before vertices_create.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Axis-aligned boxes.
 #ifndef PLIANT_GEOMETRY_BOX_H
 #define PLIANT_GEOMETRY_BOX_H

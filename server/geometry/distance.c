@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Closest points for contact: pure double arithmetic, no allocation, safe on the step thread.
 //
 // Point against triangle and segment against segment are one problem: the point of a + u d + v e

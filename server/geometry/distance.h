@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Closest points between points, segments and triangles. Pure functions, no state; valid for
 // degenerate segments and triangles too.
 #ifndef PLIANT_GEOMETRY_DISTANCE_H

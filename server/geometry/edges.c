@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Winged-edge tables, built once at load from sorted half-edges, then only read.
 #include "geometry/edges.h"
 

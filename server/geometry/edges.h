@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The edges of triangle meshes: a table of half-edges, and one of edges with what lies around them
 // (the "winged edge" of Choi et al. 2005) that is made from it. Load time only.
 #ifndef PLIANT_GEOMETRY_EDGES_H

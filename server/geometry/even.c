@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "geometry/even.h"
 
 #include "base/check.h"

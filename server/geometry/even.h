@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What makes the meshes of the generators even: triangles between points, and nodes that are spread
 // over a surface. Load time only, private to geometry.
 #ifndef PLIANT_GEOMETRY_EVEN_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Spheres, sheets and a stomach. Load time only.
 #include "geometry/generator.h"
 

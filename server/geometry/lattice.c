@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Lattices: creation, placement, number of pieces. Load time only; never on the step thread.
 #include "geometry/lattice.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Blocks of labelled cubic cells, from which voxel bodies are made.
 #ifndef PLIANT_GEOMETRY_LATTICE_H
 #define PLIANT_GEOMETRY_LATTICE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Builds the levels from the coarsest down, or validates levels that were built before; once at
 // load, read-only afterwards.
 #include "geometry/levels.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The levels of a triangle mesh: each level divides every face of the one above into four (Choi et
 // al. 2005, section 3). Indices replace pointers: the midpoint of edge e of level l is node
 // level[l].node_count + e, and the children of face f are faces 4 f .. 4 f + 3 of level l + 1.

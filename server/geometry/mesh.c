@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Triangle meshes: creation, placement, equal nodes, measures, and the rules of a mesh that is fit
 // for simulation, one function per rule. Load time only; never on the step thread.
 #include "geometry/mesh.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A triangle mesh as read from a file or generated: nodes, triangles, and their numbers in the
 // source.
 #ifndef PLIANT_GEOMETRY_MESH_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "geometry/repair.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Turns a mesh as read from a file into one fit for simulation: makes safe repairs and counts them,
 // and refuses everything else with the first offending element. Load time only; does not read
 // files.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The steps of mesh_repair. Load time only, private to geometry.
 #ifndef PLIANT_GEOMETRY_REPAIR_H
 #define PLIANT_GEOMETRY_REPAIR_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Welds nodes and cuts polygons into triangles; drops degenerate and duplicate faces.
 #include "geometry/repair.h"
 

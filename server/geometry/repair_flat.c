@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Removes triangles without area, without leaving a crack. Such a triangle is a line: the middle
 // node lies on the edge between the other two. Dropping it alone would leave that edge without a
 // face beside the two shorter ones (a T-junction), so

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Which faces belong together: at edges, by their orientation, at nodes. Load time only.
 #include "geometry/repair.h"
 

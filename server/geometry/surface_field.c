@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "geometry/surface_field.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A field around a solid whose zero level is its smooth surface, positive inside: samples at every
 // half cell of a lattice, linear between them. Made at load time from labels or a closed mesh.
 #ifndef PLIANT_GEOMETRY_SURFACE_FIELD_H

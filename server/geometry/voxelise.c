@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Meshes to lattices. Nodes are first rounded to a fine integer grid, 2^-20 of a cell; all that
 // follows is exact. A row of cell centres, a line in x, enters or leaves the solid where it passes
 // through a triangle. Rows through edges, corners or along faces are decided as if shifted by an

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The thread that writes files calls checkpoint_write; the rest is called once, at load time.
 
 #include "io/checkpoint.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Checkpoints and initial states of bodies, in HDF5 (README.md, "What HDF5 does").
 #ifndef PLIANT_IO_CHECKPOINT_H
 #define PLIANT_IO_CHECKPOINT_H

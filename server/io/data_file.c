@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Data sets by the functions of hdf.h.
 #include "io/data_file.h"
 

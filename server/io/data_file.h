@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // An HDF5 file of named data sets with units, for modules without access to HDF5. Not for the step
 // thread. Without PLIANT_WITH_HDF5 every function but data_file_built fails.
 #ifndef PLIANT_IO_DATA_FILE_H

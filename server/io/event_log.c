@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "io/event_log.h"
 
 #include <errno.h>

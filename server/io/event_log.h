@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reader of LCM event logs as lcm-logger writes them. It replaces the library's, which trusts the
 // lengths in the file. One thread; load time and offline only. Any message of ours fits, since it
 // is smaller than a datagram.

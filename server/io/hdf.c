@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Whole HDF5 files: opening, saving, seals, the child that reads them, and tables that grow. Called
 // at load time, by the files thread, and by clients that record; never by the step thread. HDF5
 // prints nothing: its errors become a Status.

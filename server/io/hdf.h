@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The HDF5 functions that our files need, with errors as one sentence that names file and object.
 // Private to io/. Without PLIANT_WITH_HDF5 none of them exist.
 #ifndef PLIANT_IO_HDF_H

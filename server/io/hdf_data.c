@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Data sets and attributes of HDF5 files. Called by the same threads as hdf.c.
 #include "io/hdf.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads the initial state of a body. Called once per body, at load time.
 #include "io/checkpoint.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Readers of OBJ, OFF and STL (PLY is in ply.c), and a writer of OFF. All
 // ignore normals: the order of corners defines the outside. Load time only.
 #include "io/mesh_formats.h"

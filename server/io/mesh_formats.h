@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Readers of mesh formats. Load time only; private to io, but for off_write.
 #ifndef PLIANT_IO_MESH_FORMATS_H
 #define PLIANT_IO_MESH_FORMATS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads a mesh file into memory at once, recognises its format by its content and repairs it. Load
 // time only; never writes, never opens other files that the mesh file names.
 #include "io/mesh_import.h"

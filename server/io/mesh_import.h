@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads mesh files to TriMesh: OBJ, STL and PLY (ASCII and binary), OFF, recognised by content, not
 // by name.
 #ifndef PLIANT_IO_MESH_IMPORT_H

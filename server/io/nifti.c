@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // NIfTI-1 headers (https://nifti.nimh.nih.gov/nifti-1): one file (.nii, packed or not) or a pair
 // (.hdr and .img). Niftilib turns header bytes into transforms. It prints to stderr and leaks
 // memory on headers that it refuses, so this file refuses them first; it also requires file names

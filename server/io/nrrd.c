@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // NRRD headers (http://teem.sourceforge.net/nrrd/format.html). Teem interprets the fields. It gets
 // only the relevant ones, in a fixed order, each once, as a string, so that it opens no file and
 // allocates nothing that a file claims; fields on whose errors it would leak memory are checked

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Stanford PLY. The header lists elements and their properties; the data follow in that order, one
 // element per line in ASCII files. Reads x, y and z of vertices and the list vertex_indices (or
 // vertex_index) of faces; skips all else by its type. Allocates nothing that the header only

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The HDF5 file of a recording. Every data set exists from the start and only grows, so that the
 // file can be read while it is written (SWMR), and after `kill -9` up to its last flush.
 #include "io/recording.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Recordings (README.md, "What HDF5 does"): the node positions of every body, frame by frame, in an
 // HDF5 file that can be read while it grows and after its writer was killed, with an XDMF sidecar
 // that ParaView opens. Called by the files thread or offline, by one thread at a time. Independent

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Before a recording begins: whether its file may be written, and room for it on the disk.
 #include "io/recording_parts.h"
 

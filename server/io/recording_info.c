@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "io/recording.h"
 
 #include "io/recording_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Shared by the recording's files: recording.c (the HDF5 file), recording_claim.c (its place),
 // recording_xdmf.c (the sidecar), recording_info.c (what a file contains), recording_read.c (its
 // frames, meshes, tools and events, at any time).

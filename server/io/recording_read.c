@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reading recordings at any time. The child opens the file, checks its index and then reads rows on
 // request; this side keeps the index and checks what the child answers like a file.
 #include "io/recording_read.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads recordings at any time: a frame, the mesh of its topology, rows of tools, events. For
 // programs that play or judge a session; never while the simulation runs. A child process reads the
 // file (hdf.h), so a damaged one cannot crash the caller. One thread per reader; readers are opened

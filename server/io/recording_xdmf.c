@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The sidecar of a recording: an XDMF 2 text that describes to ParaView's "XDMF Reader" which rows
 // of the HDF5 file belong to which frame, as one temporal collection of grids per body. It is made
 // from the file, so that no data of a long recording stays in memory.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Converts voxels of every type and encoding to integer labels. Load time only; never writes.
 #include "io/volume_data.h"
 

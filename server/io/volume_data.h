@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Location and encoding of a volume's voxels in a file, and one function that reads them for all
 // formats. Private to io/.
 // The readers of Teem and niftilib are unsafe for files of unknown origin: that of ASCII numbers

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The smooth surface of the voxels of a body: their indicator on the volume's own grid, in the
 // cells of the lattice that was made of them. Load time only.
 #include "io/volume_import.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Recognises the format of a volume file by its content and checks its header before any voxel is
 // read. Load time only; opens no other file than the one for voxels that a header names in its own
 // folder.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads label volumes (images whose voxels name the tissue that they lie in) from NRRD and NIfTI-1
 // files, recognised by content, not by name.
 #ifndef PLIANT_IO_VOLUME_IMPORT_H

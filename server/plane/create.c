@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Creates a plane body from a lattice of one layer: elements, vertices, masses, batches. Load time
 // only.
 #include "plane/cut.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Breaks edges, carves quarters, tears, and rebuilds a plane body. Step thread.
 #include "plane/cut.h"
 

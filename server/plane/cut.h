@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the plane body: plane bodies that are cut (Miyazaki et al. 2004, section 3).
 //
 // Two sets of bits define everything: which quarters are left to each square, and which edges

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Blades in a plane body: the links between neighbouring cells are in the plane, the blade's edge
 // moves in space, and they meet where the edge passes through the plane (body/cut_exact.h).
 // There are few cells, so that all links are tested. Step thread.

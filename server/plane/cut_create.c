@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Creates the tables of a plane body that can be cut, and restores it from a state. Load time, and
 // after the state was restored.
 #include "plane/cut.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The vertices of a plane body after a change: rows, new vertices, masses, momentum. Step thread.
 #include "plane/cut.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Elements in the form of the kernels: the shapes that occur, their stiffness, and batches. Memory
 // at load; after it pure functions of the elements.
 #include "plane/model.h"

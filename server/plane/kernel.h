@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Interface of the plane kernels: what one evaluation of all forces reads and writes. The kernel is
 // one source (server/plane/kernel/plane_kernel.c), compiled for each precision and instruction-set
 // level; all levels of a precision are bit-identical: elements of a batch are computed side by side

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Turns the cells of a plane lattice into elements of several sizes. Load time only.
 #include "plane/mesh.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "plane/mesh.h"
 
 #include "base/check.h"

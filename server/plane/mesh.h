@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The elements of a plane body, by Miyazaki et al. 2004, sections 2.3 and 3.1 (Fig. 4 and 5):
 // squares of one cell along the outline; a larger square keeps what was not carved out of it as one
 // element, so that elements are whole squares or unions of a square's quarters. A pure function of

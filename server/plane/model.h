@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the plane body: its arrays. Constant after creation unless noted.
 #ifndef PLIANT_PLANE_MODEL_H
 #define PLIANT_PLANE_MODEL_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The operations of a plane body (body/body.h). Step thread: no allocation, no lock.
 #include "plane/cut.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Voxel bodies with dimensions = 2: the plane case of Miyazaki et al. 2004, a horizontal sheet one
 // cell thick. Its vertices stay in its middle plane: forces, gravity and loads act with their x and
 // y components only. Tools act through their cross-section there: they touch the outline as a strip

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "plane/shape.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The rest shape of a plane element of edge 1 and its elastic behaviour. A square, or a union of
 // its quarters, has up to nine places for vertices: those of a 3 x 3 grid, numbered x + 3 y. The
 // corners of its outline are always present; places inside an edge are when a neighbour has a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The visible parts of a plane body: its outline as a strip for tools and loads, and the mesh for
 // clients. Load time; plane_cut_show on the step thread.
 #include "plane/model.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "run/bus_parts.h"
 
 #include "base/clock.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Messages in and out: the only files that use LCM's sockets (README.md, "What LCM does, and what
 // we do about it"). The bus thread receives messages, checks them and hands them to the step
 // thread. It encodes, chunks and paces what the step thread hands over. It never touches the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Ownership of the output prefix. Two daemons on one prefix would mix their meshes, so a daemon
 // asks before it starts. A lost packet, a broken link or a daemon that was stopped meanwhile can
 // hide a second one; each then hears the other's status, both ask again, and the one that has held

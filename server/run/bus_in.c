@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Messages in: checks, the newest pose into its tool's slot, requests into the ring.
 #include "run/bus_parts.h"
 

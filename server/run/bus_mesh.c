@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Meshes out, whole and as deltas. A whole mesh is sent over time, so its memory must not change
 // meanwhile: the body's own mesh if it never changes, else the bus's copy of the mesh last
 // published.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Frames, contacts, replies, events and status out. The mesh of a topology always leaves before its
 // nodes.
 #include "run/bus_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Shared by the bus's files: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames,
 // contacts, replies, events, status), bus_points.c (positions in packets), bus_mesh.c (meshes and
 // rest positions), bus_claim.c (ownership of the prefix). Bus thread only.

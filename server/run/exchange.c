@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the threads share, and copies of meshes that they hand over.
 #include "run/exchange.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The data that the step thread shares with the bus and files threads: latest-value slots, bounded
 // rings, two wake-up descriptors and a few flags. All memory is allocated at load time; no thread
 // waits for another. The comments of the members name the writer and the reader.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "run/modes.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a scene costs and enables, for --explain. A feature that a scene can do without must be
 // listed: by the row of the key that enables it, here only what options of the program enable.
 #include "run/modes.h"

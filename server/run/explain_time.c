@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // How long a tick takes on this machine, for --check: measured, not counted, as the processor time
 // of the thread that steps, which other programs do not change. With `threads` it includes waiting
 // for the others. Main thread, in place of a run; the world is of no use afterwards.

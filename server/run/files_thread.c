@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "run/files_thread.h"
 
 #include "base/clock.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The files thread writes checkpoint images and recorded frames that the step thread has copied,
 // and the log of applied inputs. It runs only if one of them is enabled, and never touches the
 // simulation.

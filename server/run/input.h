@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Messages in: decoding and checks of one message, then the admission of messages.
 #ifndef PLIANT_RUN_INPUT_H
 #define PLIANT_RUN_INPUT_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "run/input_log.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The log of applied inputs (--log-inputs) and the reader of logs (--input). The log is an LCM
 // event log. Its first event, on the channel PLIANT_INPUT_LOG, describes the run; the last one says
 // where the run ended. The others are the messages as they were accepted, stamped with the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The step thread: one tick of the simulation at each deadline, or on command. It allocates, locks
 // and logs nothing; its only system calls are the clock, the sleep and one eventfd write per tick.
 // Late ticks are skipped and counted, never replayed in a burst (README.md, "A tick at its

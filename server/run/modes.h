@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a program does with a scene: describes it, runs it live or offline, and reports the result.
 // Main thread.
 #ifndef PLIANT_RUN_MODES_H

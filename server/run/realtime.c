@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "run/realtime.h"
 
 #include "base/log.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Settings of the operating system and the processor for real-time threads.
 #ifndef PLIANT_RUN_REALTIME_H
 #define PLIANT_RUN_REALTIME_H

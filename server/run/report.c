@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "run/modes.h"
 
 static void print_times(const char *name, const Histogram *histogram, FILE *out)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "run/bus.h"
 
 #include "base/log.h"

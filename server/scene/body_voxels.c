@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Lattices from volumes, meshes and generators. Called once per body, at load time.
 #include "scene/build_parts.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Builds the world of a scene: bodies of both models, tools, loads, and the hash of its physics.
 // Called once, at load time, by the thread that starts the daemon; every pass over a mesh is linear
 // in its size.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Builds a Sim, ready for its first tick, from a scene: makes or imports meshes, reads initial
 // states, creates bodies, tools and loads, and lets the bodies settle.
 #ifndef PLIANT_SCENE_BUILD_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The parts of world_build: bodies of each model, their meshes and lattices, and whether there is
 // memory for them. Private to scene/ and its tests.
 #ifndef PLIANT_SCENE_BUILD_PARTS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Makes the meshes of bodies, from generators and files, with their levels, and surface bodies of
 // them. Called once per body, at load time.
 #include "scene/build_parts.h"

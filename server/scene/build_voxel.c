@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Makes a voxel body: its lattice, skin and initial state.
 #include "scene/build_parts.h"
 

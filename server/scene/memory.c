@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The memory left on the machine, and that of bodies. Called at load time, once or twice per body.
 #include "scene/build_parts.h"
 

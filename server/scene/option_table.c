@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "scene/option_table.h"
 
 #include "base/arguments.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Tables of options. One table per group of the scene file drives reading, error texts and the
 // printed reference. Called once, at load time, by the thread that reads the scene; knows
 // libconfig's settings, but no key of any scene.

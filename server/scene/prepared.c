@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Called at load time, and by pliant-prepare.
 #include "scene/prepared_parts.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Prepared models: the result of the offline phase (Choi et al. 2005, section 3) for the meshes and
 // volumes of a scene, in HDF5. A daemon that uses them starts without generating, repairing and
 // subdividing meshes. They depend only on `mesh` and `levels` of surface bodies and `voxels` of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Meshes with their levels, and lattices, in prepared files.
 #include "scene/prepared_parts.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Functions shared by the parts of prepared.c: one source file per model. Private to it.
 #ifndef PLIANT_SCENE_PREPARED_PARTS_H
 #define PLIANT_SCENE_PREPARED_PARTS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "scene/proposal.h"
 
 #include "base/check.h"

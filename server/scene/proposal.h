@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Proposes a scene for a mesh or a label volume, as a wall or as a solid. The verdict is what
 // pliantd makes of that scene: it is written, read and built. Load time only.
 #ifndef PLIANT_SCENE_PROPOSAL_H

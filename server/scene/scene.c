@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads a scene file: the keys of the scene itself, then its bodies, tools and loads. Called once,
 // at load time; builds nothing and opens no file but the scene's.
 #include "scene/scene.h"

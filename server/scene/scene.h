@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A scene as read: every value is checked for type, range and meaning; nothing is built yet.
 #ifndef PLIANT_SCENE_SCENE_H
 #define PLIANT_SCENE_SCENE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads one entry of `bodies`: the keys of both models, and checks which of them apply to its own.
 #include "scene/scene_parts.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Keys without effect because of another key's value: they do no harm, are accepted, and are
 // reported once each. A key that can have no effect at all is refused where it is read.
 #include "scene/scene_parts.h"

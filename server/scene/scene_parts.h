@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The readers of the parts of a scene file and their tables. Private to scene/, its
 // tests, and the reader of the score sheet's rules (clients/play).
 #ifndef PLIANT_SCENE_SCENE_PARTS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads the lists that select nodes of bodies: what is fixed, attached or loaded, and chooses the
 // integrator of joined bodies.
 #include "scene/scene_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads `score`, what the score sheet of a session judges by (clients/play). The server only checks
 // it, so that --check reports errors, and repeats it in the description that recordings carry.
 #include "scene/scene_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads a scene file and its includes and refuses what libconfig 1.5 gets wrong: a folder or device
 // as a file (its scanner ends the process), integers beyond 32 bits (it keeps their low bits), and
 // files with more lines than its 16-bit line numbers can count.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads what only surface bodies have: mesh (and that of a skin), material, shape, adapt.
 #include "scene/scene_parts.h"
 

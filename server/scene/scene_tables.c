@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the tables that read a scene file say of it otherwise: the groups of a body, the features
 // that its keys enable, and the reference of all keys.
 #include "scene/scene_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads one entry of `tools`.
 #include "scene/scene_parts.h"
 

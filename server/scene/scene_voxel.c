@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reads the keys of a body that only the voxel model has: voxels, materials and skin.
 #include "scene/scene_parts.h"
 

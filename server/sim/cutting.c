@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Cuts in a tick: strokes of blades, tearing, postponed refinement, and the events of all of them
 // (README.md, "Strokes and commands"). Step thread. No allocation except in cutting_create.
 #include "sim/cutting.h"

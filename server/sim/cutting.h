@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: strokes of blades, tearing, and what a body remembers of them.
 #ifndef PLIANT_SIM_CUTTING_H
 #define PLIANT_SIM_CUTTING_H

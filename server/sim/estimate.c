@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Estimates the error of one integrator step while the scene runs, by step doubling (Press et al.,
 // Numerical Recipes, section 17.2). One step h from the current state and two of h/2 are tried and
 // discarded. From the distance between their results, with the order p of the scheme, a step's own

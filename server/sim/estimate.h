@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: the error of a step, estimated while the scene runs.
 #ifndef PLIANT_SIM_ESTIMATE_H
 #define PLIANT_SIM_ESTIMATE_H

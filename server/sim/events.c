@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What happened in a tick or a cut, in a ring until it is taken. Step thread: no allocation, no
 // lock.
 #include "sim/events.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: what happened in a tick, until it is taken.
 #ifndef PLIANT_SIM_EVENTS_H
 #define PLIANT_SIM_EVENTS_H

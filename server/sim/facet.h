@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Places that the corners of a face carry, on its plane (also beyond its sides) and at a height
 // above it: ends of springs between bodies (joint.c), points that rub on another body (touch.c).
 // The place is z = sum_j w_j x_j + d n, with x_j the corners, n the unit normal; a force there goes

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Changes of a body's topology by any cause: everything that refers to its nodes and faces follows.
 // Step thread.
 #include "sim/follow.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: the one way in which the topology of a body changes.
 #ifndef PLIANT_SIM_FOLLOW_H
 #define PLIANT_SIM_FOLLOW_H

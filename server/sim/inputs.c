@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What comes from outside while a scene runs: poses, loads, and states that replace the present
 // one. Step thread, between two ticks.
 #include "body/body.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "sim/load.h"
 
 #include "base/bits.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Constant forces on sets of nodes for a while: a scene's loads and load_t messages. Called by
 // sim.c.
 #ifndef PLIANT_SIM_LOAD_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Parameters that change while a scene runs (SET), and what a change would do before it is made.
 // Step thread, between two ticks.
 #include "body/body.h"

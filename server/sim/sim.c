@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Makes a scene's bodies, tools and loads, and answers questions about them; step.c runs them,
 // inputs.c changes them.
 #include "base/check.h"

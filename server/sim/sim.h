@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The bodies and tools of one scene, and one tick of them. Independent of threads, messages, files
 // and wall-clock time: the owner of a Sim calls it from one thread.
 #ifndef PLIANT_SIM_SIM_H

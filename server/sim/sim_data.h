@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: the data of a Sim. sim.c makes it, inputs.c changes it, step.c
 // runs it with cutting.c, follow.c and guard.c, time_step.c chooses the substeps.
 #ifndef PLIANT_SIM_SIM_DATA_H

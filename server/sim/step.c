@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One tick of a scene, from the tools' poses to the wrenches on them: read sim_step first, which is
 // last. Step thread. No allocation, no lock, no log, no system call but the clock.
 #include "sim/step.h"

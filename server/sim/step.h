@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: what else than a tick calls the steps of the bodies.
 #ifndef PLIANT_SIM_STEP_H
 #define PLIANT_SIM_STEP_H

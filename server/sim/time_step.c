@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The time step of each body: from its own bounds, those of every tool that may touch it, and the
 // scales of its stiffness and damping. No allocation: safe for the step thread.
 #include "sim/time_step.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: the time steps of bodies, and the groups that take the same.
 #ifndef PLIANT_SIM_TIME_STEP_H
 #define PLIANT_SIM_TIME_STEP_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Motion of a tool between poses. Step thread; pure arithmetic on plain data.
 #include "sim/tool.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Tools: their description in a scene, and their positions at any time of a tick.
 #ifndef PLIANT_SIM_TOOL_H
 #define PLIANT_SIM_TOOL_H

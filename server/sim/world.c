@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The step thread calls world_count_input and world_image_take, which only copies.
 #include "sim/world.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A scene that has been built, and copies of its state for checkpoints. The step thread counts
 // inputs and takes copies; the rest is for load time.
 #ifndef PLIANT_SIM_WORLD_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Hinges between the faces of a surface body: tables and bounds. Their forces are in kernel/bend.h.
 // Step thread, except for creation.
 #include "surface/bending.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bending of a wall: an elastic hinge at every edge between two faces (Grinspun et al. 2003), of
 // bodies of one level and of several. Derived in README.md, "Bending".
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The cavity of a wall: its constants, the volume from evaluation to evaluation, leaks.
 #include "surface/cavity.h"
 

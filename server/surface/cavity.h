@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a closed wall encloses: a constant pressure, a gas or a fluid.
 //
 // The pressure p acts along the gradient of the enclosed volume V, which is exact for a mesh of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Creates a surface body from a mesh: springs and masses, the order of nodes, the tables of the
 // kernel, the faces that tools touch. Load time only.
 #include "surface/surface.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a surface body keeps of its mesh: the faces that tools touch, the nodes as clients see them,
 // and their order in memory. Load time only.
 #include "surface/model.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One step of an implicit body, and its creation. Step thread, except implicit_create.
 #include "surface/implicit_quad.h"
 

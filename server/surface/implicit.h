@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the surface module: the theta method with one Newton step, for bodies too stiff for
 // explicit steps (README.md, "Implicit step"). With h the step, h_ = theta h, and at the current
 // state the forces f, K = -df/dx and C = -df/dv,

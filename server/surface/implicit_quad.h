@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Arithmetic for the nodes of an implicit body. Functions that take or return a Quad by value are
 // inline: without AVX compilers do not agree on how to pass one.
 #ifndef PLIANT_SURFACE_IMPLICIT_QUAD_H

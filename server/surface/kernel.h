@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Interface of the spring kernel: what one evaluation of all forces reads and writes. The kernel is
 // one source (kernel/spring_kernel.c), compiled for each precision and instruction-set level.
 // Additions keep one order at every width and nothing is contracted, so that all levels of a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Laws of springs beside the linear one: Maxwell branches (README.md, "Relaxation") and stiffening
 // (README.md, "Stiffening"). The kernel's part is kernel/law.h. Each end of a spring has dashpots
 // of its own: both are computed from the same bits, and stay the same.

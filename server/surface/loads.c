@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // External forces in the tables of the kernel, in the coordinates of the rows: of contacts for one
 // evaluation, of loads until they are cleared. Step thread.
 #include "surface/detail/detail.h"

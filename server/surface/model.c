@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the parts of a surface body call of the model, below all of them: memory for its tables, its
 // rows and springs, the pass of the kernel.
 #include "surface/model.h"

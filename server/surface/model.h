@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the surface module: the arrays of one surface body. Constant after creation unless
 // noted.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Springs and masses of a mesh at rest, the bounds of the time step, and the fixed nodes. Load
 // time, but for the pure functions of the rules.
 #include "surface/network.h"

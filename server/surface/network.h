@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Springs and masses of a surface body. LevelRules: how masses, springs and shape springs follow
 // from the material and the level of detail: the only place of these rules, for bodies of one
 // level, bodies kept at a level, and adaptive bodies. SpringNetwork: their values in a mesh. Load

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Local stiffness of a surface body, for haptics (body/patch.h): each spring with its stiffness
 // along itself, and across itself with that of its tension. Step thread.
 #include "surface/detail/detail.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The operations of a surface body (body/body.h). Step thread: no allocation, no lock.
 #include "surface/bending.h"
 #include "surface/cavity.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Surface bodies: hollow organs as triangle mass-spring meshes with shape-preserving springs (Choi
 // et al. 2005), with one or several levels of detail.
 #ifndef PLIANT_SURFACE_SURFACE_H

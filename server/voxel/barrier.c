@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel/barrier.h"
 
 #include "voxel/rotation.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What keeps elements from collapsing (README.md, "The barrier"): an element whose volume has
 // fallen below BARRIER_VOLUME of that at rest, a *crushed* one, is pulled to the nearest
 // deformation that has this volume.

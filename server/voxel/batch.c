@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Groups elements into batches at load, and lists and evaluates them as runs.
 #include "voxel/batch.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Elements in the batches that the kernels process (kernel.h). Batches: how elements are grouped;
 // load time, a pure function of its input: the same elements give the same batches. BatchRuns: the
 // order in which they are evaluated.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Creates a voxel body from a lattice: elements, vertices, masses, batches, and what tools act on.
 // Load time only.
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel/element.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The elastic element, for any number of vertices at any positions: the reference in double
 // precision against which the kernels are tested, and a readable form of what they do (README.md,
 // "The element of the paper" and "The affine law").

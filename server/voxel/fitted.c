@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Offsets of the outer points: from the corners of cubes to the zero level of a field, evenly
 // spread along it.
 #include "voxel/fitted.h"

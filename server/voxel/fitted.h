@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The smooth surface of a voxel body (README.md, "A smooth surface"): where its outer points are
 // shown, and how that follows from its vertices. Load time, unless noted.
 #ifndef PLIANT_VOXEL_FITTED_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The rows and cells from which a body that cannot be cut publishes its smooth surface.
 #include "voxel/fitted_body.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a voxel body has to publish its smooth surface (fitted.h): the vertices that the nodes
 // follow from. Nodes stay those of the outer faces.
 #ifndef PLIANT_VOXEL_FITTED_BODY_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Interface of the element kernels: batches of 16 elements of one kind, and what one evaluation of
 // all forces reads and writes. The kernel is one source (kernel/voxel_kernel.c), compiled for each
 // precision and instruction-set level. Additions keep one order at every width and nothing is

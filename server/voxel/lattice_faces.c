@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The faces of the smallest elements that border on void, as triangles with neighbours. Load time
 // only.
 #include "voxel/lattice_faces.h"

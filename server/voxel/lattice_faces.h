@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The outer faces of a lattice mesh; part of lattice_mesh.c. Also how a face of a cube is a square
 // of two triangles.
 #ifndef PLIANT_VOXEL_LATTICE_FACES_H

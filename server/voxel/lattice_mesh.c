@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Vertices of elements from the parts around each lattice point. Load time only.
 #include "voxel/lattice_mesh.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Elements joined at lattice points (README.md, "Who shares which vertex"). A pure function of the
 // leaves (point_parts.h): the cells around a lattice point that are connected through faces share
 // one vertex, other cells have their own. A point in the middle of an element's edge or face has a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Merging of blocks of cells into elements. Load time only.
 #include "voxel/layout.h"
 

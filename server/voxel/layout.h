@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The elements of a voxel body: the gradational-resolution layout and the layered element look-up
 // table (Miyazaki et al. 2004, sections 2.3 and 3.1). Small elements at the surface, larger ones
 // inside; two elements that share at least a corner differ by at most one level. All of it is a

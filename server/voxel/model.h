@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the voxel module: the arrays of one voxel body. Constant after creation unless noted.
 //
 // Vertices on the outer faces come first, then the inner ones, then those that cuts and divisions

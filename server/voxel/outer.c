@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The outer faces of a voxel body for tools and loads, and the mesh for clients. Load time only.
 #include "voxel/model.h"
 

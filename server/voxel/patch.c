@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Local stiffness of a voxel body, for haptics (body/patch.h): that of each element at its
 // current rotation, without the derivative of the rotation, so that it is positive. With F = sum
 // u_i g_i^T and b_i = R g_i the stiffness between two vertices of an element is

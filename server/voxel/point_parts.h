@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The cells around a lattice point that are connected there, and so share a vertex. A pure function
 // of the leaves and of the faces that do not connect.
 #ifndef PLIANT_VOXEL_POINT_PARTS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel/rotation.h"
 
 #include <float.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The rotation that fits a deformation best: argmax of tr(R^T A) over rotations, in every state;
 // and the eigenvalues of small symmetric matrices, which it needs.
 #ifndef PLIANT_VOXEL_ROTATION_H

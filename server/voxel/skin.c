@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel/skin.h"
 
 #include <math.h>

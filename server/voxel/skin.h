@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A display surface finer than the elements: a triangle mesh whose nodes are interpolated from the
 // element in or next to which they are at rest. Computed when positions are published; the step
 // does not use it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel/stiffening.h"
 
 double stiff_residual(const StiffElement *element)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Stiffening of one element, in double precision and apart from the kernels: for tearing, and for
 // the stiffness that clients are told (README.md, "Stiffening"). Pure functions.
 #ifndef PLIANT_VOXEL_STIFFENING_H

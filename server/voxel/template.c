@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Rest shapes of cubes with hanging vertices: area vectors and weights, in numbers for the kernels,
 // and cached.
 #include "voxel/template.h"

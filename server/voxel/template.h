@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The rest shape of an element: its nodes, area vectors and weights (README.md, "Rest shape of an
 // element"). A cube has 8 corners and may have, as true vertices, the middles of edges and faces
 // where a finer element has a corner ("hanging" vertices). The 26 positions are numbered: corners

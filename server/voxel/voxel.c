@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The operations of a voxel body (body/body.h). Step thread: no allocation, no lock.
 #include "voxel/cut/cut_body.h"
 #include "voxel/fitted_body.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Voxel bodies: solid organs as elements that pull their vertices towards a rotated reference
 // shape, small at the surface and large inside (Miyazaki et al. 2004).
 #ifndef PLIANT_VOXEL_VOXEL_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-accuracy SCENES OUT [REPEATS [PART...]]: the experiments of Choi et al. 2005 offline.
 #include "accuracy.h"
 

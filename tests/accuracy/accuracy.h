@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The experiments of Choi et al. 2005; each writes tables and curves, tab-separated with a header
 // line, into one folder. tests/accuracy/report.sh makes the report of them.
 #ifndef PLIANT_TESTS_ACCURACY_ACCURACY_H

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The cantilever of tests/voxel/test_voxel_cantilever.c by CalculiX (Debian's calculix-ccx): deflection of
 # the end over Timoshenko's with the shear coefficient 5/6, for bricks with incompatible modes
 # (C3D8I), full (C3D8) and reduced (C3D8R) integration, with 1, 2, 4 and 8 elements through the

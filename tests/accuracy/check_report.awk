@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Compares tables of figures with the committed ones of the same name: awk -v results=FOLDER -f check_report.awk DATA...
 # A column of DATA is found in the committed table by its title; the second of a title is TITLE#2. All figures must be
 # equal as they are printed: the same scene gives the same bits on every machine, so there is no tolerance but the

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Runs the experiments whose figures do not depend on the machine's speed again, and compares them with the
 # committed tables: check_report.sh PROGRAMS [RESULTS]. The others (Table 1, thresholds, presses of 32^3 cells) take
 # minutes.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Fig. 8: what is left of a press 2 s after its end, with shape springs of several stiffnesses.
 #include "accuracy.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Fig. 12 and Table 1: what adaptive models cost against wholly refined ones, and how far their
 // curves lie apart; several places of the press each, since a shell that buckles does so by chance.
 #include "accuracy.h"

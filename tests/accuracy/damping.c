@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Eq 10: shape springs that damp the whole velocity of a node against those that damp its part
 // along the spring, as printed: what is left of a motion's energy after it was let go.
 #include "accuracy.h"

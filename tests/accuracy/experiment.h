@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the programs of the report share: where they read and write, and files there.
 #ifndef PLIANT_TESTS_ACCURACY_EXPERIMENT_H
 #define PLIANT_TESTS_ACCURACY_EXPERIMENT_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Figs. 9 and 10: a sheet of fabric, coarse against wholly refined, by both rules. With shape
 // springs of 50 rad/s as the other scenes have them; with 5 rad/s, so that the springs of the sheet
 // carry the load; and then also pulled in its plane, where stiffness alone decides.

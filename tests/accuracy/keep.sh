@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # keep.sh PAGE DATA HOW: replaces the tables in results/ to which the page links by those of the folder DATA, and says on
 # which machine and how they were made.
 set -eu

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Fig. 6 and Table 1's counts: what a refined patch adds, and what becomes of the total mass.
 #include "accuracy.h"
 #include "patch.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Refines chosen parts of an adaptive body by hand.
 #ifndef PLIANT_TESTS_ACCURACY_PATCH_H
 #define PLIANT_TESTS_ACCURACY_PATCH_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Polygons in space as commands for gnuplot: parallel projection, far ones first, those that face
 // away left out, shaded by their slope.
 #ifndef PLIANT_TESTS_ACCURACY_PICTURE_H

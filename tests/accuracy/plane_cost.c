@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-plane-cost OUT [REPEATS]: Table 1 and Fig. 11 of Miyazaki et al. 2004 on this machine, as
 // plane1.tsv and plane2.tsv in the folder OUT: what a step costs an element, by process, for the
 // paper's disc with its 172 elements and with one a cell; and what that makes of a frame.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "plane_textbook.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The plane model as one writes it from Miyazaki et al. 2004, for its Table 1: objects that own
 // their parts, one element and one vertex at a time, double precision, the processes of Fig. 11
 // one after the other. Not the authors' program, which is lost: what section 2.2 says, plainly.

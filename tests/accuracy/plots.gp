@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The report's pictures, from what pliant-accuracy wrote into `data`; gnuplot -e "data='D'; out='O'".
 set terminal pngcairo size 820,340 enhanced font 'DejaVu Sans,10' linewidth 1.5
 set grid lc rgb '#c0c0c0' lw 0.4

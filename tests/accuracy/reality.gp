@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The pictures of reality.md, from what reality.sh has in `data`; gnuplot -e "data='D'; out='O'".
 set terminal pngcairo size 820,360 enhanced font 'DejaVu Sans,10'
 set output out.'/reality.png'

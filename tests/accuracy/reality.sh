@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # reality.sh PROGRAMS DATA: the tables and pictures of reality.md, with the programs in the folder PROGRAMS. ./dev report calls
 # it.
 set -eu

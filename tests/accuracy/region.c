@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Fig. 11: the nodes displaced beyond a threshold after 2.3 s, as coarse, refined and adaptive
 // models have them.
 #include "accuracy.h"

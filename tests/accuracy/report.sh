@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # report.sh PROGRAM DATA [REPEATS]: runs the experiments into the folder DATA, draws the pictures beside this file and
 # replaces the tables in results/. PROGRAM "": with the figures that DATA has. ./dev report calls it.
 set -eu

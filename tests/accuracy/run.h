@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A scene run offline in this process, as one of the models that the paper compares: its curve of
 // displacement, what it costs, and where its nodes are.
 #ifndef PLIANT_TESTS_ACCURACY_RUN_H

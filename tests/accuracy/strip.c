@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-strip-accuracy SCENES OUT [REPEATS [PART...]]: strips of both models pulled at given
 // rates, against closed forms of their laws; and materials fitted to curves of other laws.
 #include "experiment.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The report's picture of the beam, from study_outside.sh: gnuplot -e "data='D'; out='O'".
 set terminal pngcairo size 1000,480 font 'DejaVu Sans,11'
 set output out.'/study-beam.png'

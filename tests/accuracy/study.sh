@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # study.sh PROGRAMS DATA [REPEATS]: studies the scenes with pliant-study of the folder PROGRAMS, into the
 # folder DATA, and replaces the tables in results/. PROGRAMS "": with the figures that DATA has. ./dev report calls it.
 set -eu

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bending of the cantilever of tests/voxel/voxel_trials.h by solid bodies of both laws, for the
 // study's report: a row a body with the ratio of its end's deflection to Timoshenko's.
 #include "voxel_trials.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Reads a study's runs.tsv and prints two tables, by interpolation along its curves (log-log):
 #   what=time   run time at `limit` (a fraction) of error in time, by method and mesh, and over that
 #               of RK4

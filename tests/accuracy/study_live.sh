@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # study_live.sh PROGRAMS DATA: takes the advice of `pliant-study --quick` for three scenes and studies the advised
 # scenes again, with references that are finer. That for the stiff fabric, which moves without a tool, also runs live
 # for five seconds in a private network. Writes DATA/live.tsv. "-": not permitted here, or not run.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # study_outside.sh PROGRAMS DATA: figures that no run of ours is the reference of.
 # DATA/swing.tsv: a ball on its shape springs under a gravity that begins at once moves as one, like a
 # damped oscillator; error of the steps in time from its closed form, beside what pliant-study says.

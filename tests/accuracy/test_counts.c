@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The counts of Choi et al. 2005, Table 1, and eq 7's example of a mass.
 #include "test.h"
 #include "patch.h"

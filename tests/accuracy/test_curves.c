@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What Figs. 10 to 12 of Choi et al. 2005 must show: adaptive bodies follow wholly refined ones,
 // and more closely than coarse ones do; and what the paper's eq 8 and constant shape springs cannot
 // show.

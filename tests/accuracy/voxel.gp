@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The voxel report's pictures, from what voxel.sh has in `data`; gnuplot -e "data='D'; out='O'".
 set datafile separator '\t'
 set style line 1 lc rgb '#1f5fa8' lw 1.5

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # voxel.sh PROGRAMS DATA [REPEATS]: the same for voxel bodies, with the programs in the folder
 # PROGRAMS and, where it is installed, CalculiX. PROGRAMS "": with the figures that DATA has.
 # ./dev report calls it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-voxel-accuracy SCENES OUT [REPEATS [PART...]]: the experiments of Miyazaki et al. 2004
 // offline.
 #include "voxel_accuracy.h"

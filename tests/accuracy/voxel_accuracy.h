@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The experiments of Miyazaki et al. 2004, and a real beam, but for the plane case's times
 // (plane_cost.c); each writes tables, tab-separated with a header line, and what pictures are drawn
 // from into one folder. tests/accuracy/voxel.sh makes the report of them.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bending, patches, tension and shear by both laws: the trials of tests/voxel/voxel_trials.h as
 // tables.
 #include "voxel_accuracy.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Table 1 and Fig. 11 in space: what a step costs an element, by process, for a cube with a ball
 // pressed into it. plane_cost.c does the same for the paper's disc.
 #include "voxel_accuracy.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Figs 6, 8 and 9: the plane case is torn by a rigid circle, and its elements are made anew.
 #include "voxel_accuracy.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Figs 2, 4 and 10: which elements a disc and a cube have, and their pictures.
 #include "voxel_accuracy.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A solid organ from a label volume (config/organ-volume.cfg): its elements, its surface at rest
 // and pressed, the time of a step, and what its stiff inclusion does.
 #include "voxel_accuracy.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Fig. 3: a ball pressed into a cube, graded against full: shapes in the middle plane, the surface,
 // the tool's force, the time of a step, and how many steps a frame of 1/30 s holds.
 #include "voxel_accuracy.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A real beam (scenes/beam.cfg) against its measurement: stiffness and damping fitted on the run
 // under gravity alone, then the run with a weight predicted.
 #include "voxel_accuracy.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Command lines: what a table stores and what it refuses.
 #include "base/arguments.h"
 #include "test.h"

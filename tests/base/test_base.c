@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The base room: slot, ring, histogram, arena, state list, status, vectors and quaternions.
 #include "test.h"
 #include "base/memory.h"

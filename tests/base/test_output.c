@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Names of successive outputs, and temporaries that another writer holds.
 #include "test.h"
 #include "scratch.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Disjoint sets against labels that every join rewrites.
 #include "test.h"
 #include "base/sets.h"

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # What it costs the step thread that others listen: percentiles of the daemon's step and wake-up times
 # with monitor, recorders, logger and web server attached, beside those with nobody there. Runs
 # alternate (none A B C none A B C ...), so that the machine's moods meet all of them; what is printed

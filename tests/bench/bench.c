@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-bench: one row a figure (case, size, metric, value, unit). Times are thread CPU times
 // unless the metric says otherwise; cases that are compared run interleaved; denormals are flushed
 // to zero, as in the daemon.

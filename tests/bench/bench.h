@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The benchmark's table and what its cases share.
 #ifndef PLIANT_TESTS_BENCH_BENCH_H
 #define PLIANT_TESTS_BENCH_BENCH_H

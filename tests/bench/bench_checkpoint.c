@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a checkpoint costs: the copy at the end of a tick, which the step thread makes, and the
 // writing of the file, which the files thread makes, with its flushes to the disk of TMPDIR.
 #include "bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Two tables side by side: what became slower, larger or later since the older one.
 #include "bench.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Contact: a sphere and a capsule pressed 10 mm into a held sphere of 0.2 m at 1 kHz, against the
 // same ticks without the tool.
 #include "bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What cutting costs: a blade drawn through a solid from tick to tick, cut messages through a
 // surface, and the real daemon under a hundred cuts a second while a tool presses.
 #include "bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What cutting a graded voxel body costs: a face that breaks and a division that follows, by what
 // has to follow them; then ticks with a blade that goes through half of the body.
 #include "bench.h"

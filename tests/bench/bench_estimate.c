@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The live error estimate: what one try of a step costs, beside the substeps of a tick.
 #include "bench.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the smooth surface of a solid costs: the step thread, which copies the vertices that
 // clients' nodes follow from, keeps up with cuts and lets tools feel it; the thread that computes
 // the nodes.

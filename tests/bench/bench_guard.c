@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the guard costs a step: the same body by the same kernels, with and without the look at each
 // number in the tick's last pass, in turns; and the stage that asks for its result. One step a
 // tick, so that nothing of it is shared by several.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the cases of the guard share.
 #ifndef PLIANT_TESTS_BENCH_BENCH_GUARD_H
 #define PLIANT_TESTS_BENCH_BENCH_GUARD_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the guard costs a step of a voxel body, as in bench_guard.c.
 #include "bench_guard.h"
 #include "voxel_world.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Implicit bodies: what a tick of 1 ms costs on spheres of 114 to 2562 nodes, of a soft wall and of
 // springs of 1e8 N/m on nodes of 1e-6 kg, while it is pressed for 0.2 s and for 0.2 s after; beside
 // it leapfrog on the soft wall, whose substeps say from when on the implicit method is the cheaper.

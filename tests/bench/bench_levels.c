@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bodies that adapt their level of detail. Against the same bodies wholly refined, with the scenes
 // of the paper's experiments: CPU time and how far the curves lie apart. And what looking and
 // changing cost a tick of a large body at 1 kHz while a tool is drawn over it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The real daemon at 1 kHz, publishing as it does by default, in a private network: spheres of a
 // given size, and the largest that keeps the rate. That one is sought offline, where a tick's 99th
 // percentile of thread CPU time must stay below 0.6 ms, and then run live.

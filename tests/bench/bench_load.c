@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // From nothing to the end of the first tick, in wall time: of a sheet of 99904 triangles, made by a
 // generator in memory, and read from a scene with an OBJ file; of an evenly spread sphere with two
 // finer levels, made and divided, and read from a prepared model.

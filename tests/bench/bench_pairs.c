@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a feature costs, and that leaving it out costs nothing (tests/pay_for_use proves that):
 // pairs of scenes that differ in one feature, pairs of command lines, and a pair of builds. Thread
 // CPU time a step, interleaved; bytes a node of what steps and contacts use; all bytes that pliantd

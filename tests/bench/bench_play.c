@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Seeking in a recording of an hour with 500 cuts: the frame at a random time and the mesh that
 // belongs to it, as pliant-play reads them. The recording is made up: a grid that gains a node with
 // each cut.

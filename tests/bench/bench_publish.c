@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a frame of positions costs the bus thread before the system sends it: cut into chunks of
 // floats (nodes_t) and packed into packets (points_t), both encoded as LCM does.
 #include "bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-record beside the real daemon in a private network: a body of 40962 nodes at 60 frames a
 // second, of which none may be missing.
 #include "bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Springs: the server's RK4 and leapfrog in both precisions against the textbook's RK4 and, where
 // it was built in, Bullet's soft body, on spheres of 642 to 40962 nodes with spring damping,
 // shape-preserving springs and a force on every node. All do one step of the same length from the

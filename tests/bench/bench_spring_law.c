@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What laws of springs cost: leapfrog of spheres of 642 and 10242 nodes, whose springs relax by one
 // branch or three, stiffen, or do both, against the linear law, interleaved. The same substeps,
 // with damping, shape springs and a force on every node.

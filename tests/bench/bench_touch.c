@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What contact between two bodies costs: the same two without it but with its time step, with it a
 // tool's length apart, and one at rest on the other; and of a hollow body with itself.
 #include "bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Voxel elements: the server's kernels in both precisions against the textbook's element, whole
 // steps (forces, damping, semi-implicit Euler) of cubes of 16^3 and 32^3 elements that stand on
 // their lowest layer. All begin in the same state, take turns, and must move alike. Then the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What gradation saves and what it costs: a ball pressed into a cube, by the body with elements of
 // several sizes and by the same cells as elements of one size. Whole ticks, contact among them, in
 // single precision; the bodies take turns tick by tick.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What it costs that a voxel body can be cut: forces of a graded cube from the windows of a
 // cuttable body against those from the batches of others, the same elements; then what dividing an
 // element costs while a blade goes through the cube, the packing of the batches included.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bullet's btSoftBody, stepped as its own world would, without anything but links.
 #include "bullet.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bullet's soft body as a peer: the same nodes and links, one whole step at a time. Built only when
 // Bullet is there (PLIANT_BULLET).
 #ifndef PLIANT_TESTS_BENCH_BULLET_H

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The benchmark runs and its table has the form that others read: five tab-separated columns, a
 # header, finite values, every case that can run here. Says nothing of speed.
 set -u

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Every case that the table of README.md names has a row in the committed results: check_names.sh [TABLE]. `.large`
 # after `grasp.small` is grasp.large or grasp.small.large.
 cd "$(dirname "$0")" || exit 1

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The real pliantd, run at its rate in a private network; what it says about itself at the end.
 #ifndef PLIANT_TESTS_BENCH_DAEMON_H
 #define PLIANT_TESTS_BENCH_DAEMON_H

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """A page without a browser: reads what pliant-web sends and answers each round as a page that draws
 at once. page.py PORT SECONDS; prints the rounds and bytes it got."""
 import base64

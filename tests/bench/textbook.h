@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The kernel of the textbook, to compare with: an array of node structures, springs that add their
 // force to both ends, double precision, one square root and one division a spring.
 #ifndef PLIANT_TESTS_BENCH_TEXTBOOK_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Builds the rivals of a server's body from the same rules. Load time only.
 #include "twin.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Twins of a server's body for its rivals: the textbook kernel and Bullet, from the same mesh.
 #ifndef PLIANT_TESTS_BENCH_TWIN_H
 #define PLIANT_TESTS_BENCH_TWIN_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The voxel element of the textbook, to compare with: an array of structures, one element at a
 // time, double precision, loops over matrices, an iterated polar decomposition, forces added to the
 // vertices, then one semi-implicit Euler step. What one would write from Miyazaki et al. (2004),

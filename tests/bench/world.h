@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One surface body in memory for a case: the default material on shape-preserving springs.
 #ifndef PLIANT_TESTS_BENCH_WORLD_H
 #define PLIANT_TESTS_BENCH_WORLD_H

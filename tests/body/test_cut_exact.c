@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The exact test of a moving link against a moving blade: known cases, an independent count in
 // rational arithmetic, and what makes it leak-free: loops of links are crossed an even number of
 // times, whatever is degenerate, twisted or folded.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Rows: what goes in comes out, whatever they hold, and a base frame that follows its body changes
 // nothing in the world.
 #include "test.h"

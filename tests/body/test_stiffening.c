@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The curve of stiffening: against its definition, and against integrals of it.
 #include "test.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The step after the forces, in both precisions and at every instruction-set level.
 #include "test.h"
 #include "random.h"

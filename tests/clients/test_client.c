@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What every client shares, as far as it needs no network.
 #include "kit.h"
 #include "program.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Where a body is pressed that nobody has measured.
 #include "aim.h"
 #include "test.h"

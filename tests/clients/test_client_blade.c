@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Paths of blades: files with clear errors, planes, and the poses of a tool that follows them.
 #include "blade.h"
 #include "test.h"

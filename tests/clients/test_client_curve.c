@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The recorded curve and shape are those of the published frames.
 #include "curve.h"
 #include "kit.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Deltas of a mesh: what a client that has the mesh makes of good, late, lost and hostile ones.
 // Long random sequences are with the bus that sends them (daemon/test_stream.c).
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Message types never change (lcmtypes/README.md): each has the fingerprint that it was published
 // with. A new type gets a row here; a changed one breaks every program that was built before.
 #include "test.h"

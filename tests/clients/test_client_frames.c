@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Chunked frames and meshes come together again whatever their order, and hostile chunks do
 // nothing.
 #include "test.h"

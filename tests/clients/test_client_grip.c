@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The course of a grasper's jaws, as --grip says it.
 #include "test.h"
 #include "track.h"

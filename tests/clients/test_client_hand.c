@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The hand of pliant-probe against bodies that answer at once, by closed form: what it shows, when
 // things arrive, and the work that it counts.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Rest positions and texture coordinates put together from their chunks.
 #include "test.h"
 #include "frames.h"

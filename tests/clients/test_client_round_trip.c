@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Round trips count each pose once, and only poses of ours.
 #include "test.h"
 #include "round_trip.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Paths of tools: files of poses are read with clear errors, and velocities belong to the motion.
 #include "test.h"
 #include "track.h"

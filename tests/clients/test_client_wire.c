@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Raw messages are refused unless lcm-gen's decoder is safe with them.
 #include "test.h"
 #include "wire.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What pliant-record makes of messages: which frames it hands to its writer, with which mesh, what
 // it counts as missing, and when it begins another file.
 #include "test.h"

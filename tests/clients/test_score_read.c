@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // From recordings to sheets: a strip that is cut in its middle, and a tool that presses.
 #include "score_parts.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What was severed of bodies whose cuts are known: a sheet along a line, a box through its middle.
 #include "score_parts.h"
 

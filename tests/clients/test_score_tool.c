@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What one tool did, against closed forms.
 #include "score_parts.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a page may send: every number is checked before it goes anywhere.
 #include "requests.h"
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What pages get: the newest of everything, once, when they are ready; bounded, whatever they do.
 #include "board.h"
 #include "client.h"

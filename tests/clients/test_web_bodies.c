@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Meshes, nodes and rest positions from LCM to the board: only what belongs together, and only
 // once.
 #include "feed.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Programs that pliant-web runs: what they say is kept, they end when they must, and leave nothing.
 #include "child.h"
 #include "effort.h"

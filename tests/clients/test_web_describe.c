@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Tools from the daemon's own words.
 #include "texts.h"
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Who may come in: names, origins and tokens.
 #include "door.h"
 #include "test.h"

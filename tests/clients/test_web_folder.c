@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The folders of the workbench: no name leads out of them, and meshes that come in pieces are
 // bounded.
 #include "folder.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "contact_bench.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A scene of one surface body and its tools in memory, for the tests of contact: the material and
 // the sizes of the measurements that the contact law was chosen by (hollow spheres of 50 mm, soft
 // wall), poses taken at once, no clock but the ticks.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The memory of contacts is bounded by what a tool can reach: ordinary use stays within it, and a
 // body folded into the tool's reach is refused in part, counted, and still answers.
 #include "contact_bench.h"

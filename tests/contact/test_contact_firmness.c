@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Contact stiffness by face (server/sim/README.md, "Contact stiffness"): on bodies whose nodes
 // carry very different masses for their area, as voxels do at corners, every face may be as stiff
 // as its own nodes bear.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Where contact acts (server/sim/README.md, "Contact of faces"): on frozen sheets, so that
 // nothing but geometry plays. Forces must be conservative and without jumps wherever a tool goes,
 // found faces must be all the faces there are, and a free border must have no side.

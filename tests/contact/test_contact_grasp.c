@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Graspers: what they take hold of, how stiff the grip is, what it gives the body and the tool
 // feels, and that letting go leaves nothing behind.
 #include "contact_bench.h"

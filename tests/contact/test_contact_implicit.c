@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Contact of implicit bodies, whose forces from outside are explicit: its stiffness is what the
 // step allows, and then it is as stable as that of explicit bodies
 // (and as exact in momentum: contact_momentum).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Tools against bodies that yield (server/sim/README.md, "Contact stiffness" and "The proxy"):
 // presses in equilibrium, thin tools, jumps, and what happens when a tool comes, goes, turns or
 // falls silent.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a tool gives, a body takes (server/sim/README.md, "Contact of faces" and "The proxy"):
 // momentum of free bodies in every tick, and the work of slow loops.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A hollow wall remembers on which side a tool stands (server/sim/README.md, "Sides of hollow
 // walls"): random pushes, held and slowly withdrawn, must not leak. Pushes are as fast as 10 m/s
 // and go through most of the body.

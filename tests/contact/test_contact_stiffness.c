@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The stiffness that contacts tell (server/sim/README.md, "Stiffness for clients"): positive,
 // about what a slow hand feels, and rather too stiff than too soft.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Hand, network and server in one loop (server/sim/README.md, "Stiffness for clients"): poses
 // that come at 60 Hz or 1 kHz, late or not, held, interpolated or extrapolated, and the force that
 // the hand feels. Work that the hand loses is what the body damps; a loop that gives the hand work

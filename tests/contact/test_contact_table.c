@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bodies on tables (server/sim/README.md, "Planes" and "Friction"): they come to rest, weigh
 // what they weigh, stick and slide by Coulomb's law.
 #include "test.h"

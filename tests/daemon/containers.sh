@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # The server in one container, front ends in another, as config/CONTAINERS.md says, without a container engine: each
 # has its own network, processes, mounts, host name and IPC (unshare), a root that cannot be written, a user that is
 # not root and has no capability. A bridge joins them, which looks at IGMP as those of Docker and Podman do.

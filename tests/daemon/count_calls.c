@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Loaded into the daemon before libc: counts what the thread that sleeps on the clock, the step
 // thread, asks of the allocator, of locks and of the kernel between its first sleep and its last.
 // Writes the counts to the file named by PLIANT_COUNT_CALLS when the program ends.

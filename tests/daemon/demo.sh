@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # ./dev demo with a mesh, without its building: in a network of its own (in_namespace.sh), with the
 # programs of the folder $1. It presses what it can reach, and fails where no contact is reported.
 set -u

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Runs a command in a private network with multicast on its loopback device: messages of a test reach
 # no other program. Exit code 77 (skipped) where that is not permitted; all else that fails is a failure.
 if [ "$(id -u)" = 0 ]; then unshare="unshare -n"; else unshare="unshare -rn"; fi

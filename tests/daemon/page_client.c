@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "page_client.h"
 
 #include <arpa/inet.h>

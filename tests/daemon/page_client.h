@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A page's end of pliant-web's WebSocket, also one that misbehaves, and plain HTTP requests.
 #ifndef PLIANT_TESTS_PAGE_CLIENT_H
 #define PLIANT_TESTS_PAGE_CLIENT_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-record as a second program beside the daemon, and what is in its files.
 #ifndef PLIANT_TESTS_DAEMON_RECORDER_H
 #define PLIANT_TESTS_DAEMON_RECORDER_H

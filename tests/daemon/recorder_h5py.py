@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Reads a recording of a ball of 162 nodes that is pushed, beside a resting plane, and checks that it
 is what the design says: see recorder_h5py.sh."""
 import sys

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # A recording as Python's h5py sees it. recorder_h5py.sh PLIANTD PLIANT_RECORD
 set -u
 for python in python3 /usr/bin/python3; do

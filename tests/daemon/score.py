@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Checks the score sheets of score.sh against what pliant-probe logged and what was cut."""
 
 import csv

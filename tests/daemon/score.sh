@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # A session over LCM - cuts by message and by a blade, a press - recorded by the server and over the
 # network, and its score sheets, checked by score.py. score.sh FOLDER_OF_PROGRAMS
 set -u

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Cuts through the real daemon: messages, answers and events, the client that sends them, blades,
 // and whatever else may arrive. Bodies: a solid box and a hollow sphere that can be cut, a sphere
 // that cannot.

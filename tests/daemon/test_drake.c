@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-drake between a real daemon and a viewer of Drake's, which is played here.
 #include "test.h"
 #include "lcm_client.h"

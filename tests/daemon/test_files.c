@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Checkpoints and input logs: whole files, and runs that continue or repeat with the same bits.
 #include "test.h"
 #include "lcm_client.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The smooth surface of a solid through the real daemon: a client that follows by deltas has the
 // mesh that others get whole, knows which triangles are walls, sees the wall on the blade's plane,
 // and a recording has the same positions.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A grasper over LCM: it closes on the top of a ball, pulls, is pulled back, releases; its log
 // all repeats the run.
 #include "test.h"

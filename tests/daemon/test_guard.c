@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A daemon whose body is torn away, or that was given steps too long for it: every number that
 // leaves is one, events say why, and a load that keeps being why is withdrawn. The body beside it
 // and what was saved meanwhile are as ever.

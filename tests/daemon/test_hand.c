@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A hand behind a network, through the real daemon: the stiffness that contacts report makes its
 // loop passive. In lockstep, so that a busy machine changes nothing: a tick of the daemon is one of
 // the device.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Nothing that arrives stops the loop: every message that does not fit is refused, counted by its
 // reason, and changes nothing.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // integrator = "auto" through the real daemon: a body too stiff for leapfrog is implicit, says so,
 // and answers a tool at 1 kHz.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A body that refines and coarsens, through the real daemon: what clients make of its meshes and
 // deltas has no cracks at any time, checkpoints and input logs continue and repeat it bit for bit,
 // recordings hold every mesh.

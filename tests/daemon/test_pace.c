@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The loop's accounting and what it publishes unrequested. No test demands that a tick is
 // in time: they look at what the daemon reports about itself and at the steps in its messages.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Scenes that can be simulated and that hardly anybody means: pliantd says the number, its line and
 // the likely cause, once, and says nothing of scenes that are as they should be.
 #include "test.h"

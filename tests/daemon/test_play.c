@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-play, beside no daemon: what it publishes of a session that the real daemon recorded is
 // what is in the file, at any time; which requests, files and prefixes it takes.
 #include "test.h"

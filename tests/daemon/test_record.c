@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // --record: what is in the file is what was simulated and published, live, in lockstep and off
 // line; what is left after kill -9 and on a full disk; and that nothing of it exists without it.
 #include "test.h"

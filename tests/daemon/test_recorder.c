@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-record beside the real daemon: what it makes of the messages, or of a log of them, is what
 // the daemon records itself; which bodies, files and logs it takes.
 #include "test.h"

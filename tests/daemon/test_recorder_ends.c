@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-record and what may happen to it: a daemon that comes late or is started again, kill -9, a
 // full disk, hostile messages.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Loads, cuts and commands: what they do, that each is answered, and once only.
 #include "test.h"
 #include "lcm_client.h"

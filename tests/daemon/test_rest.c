@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Rest positions and texture coordinates from the real daemon: with each whole mesh, of its slots,
 // also of a body that was refined and cut.
 #include "test.h"

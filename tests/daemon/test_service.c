@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The daemon under a service manager, which the test plays: a datagram socket on which it hears
 // that the daemon is ready, alive and ending, and a stream declared to be the journal's.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The step thread allocates nothing, locks nothing and asks nothing of the kernel but the clock,
 // the sleep and, while contacts are published, one eventfd write a tick.
 #include "test.h"

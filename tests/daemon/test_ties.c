@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Ties over LCM: made, repeated, changed, released, refused and broken by a real daemon, and
 // repeated from its log; then by pliant-tie.
 #include "test.h"

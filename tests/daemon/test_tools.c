@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Poses: the force on a tool, who owns it, when it is withdrawn.
 #include "test.h"
 #include "lcm_client.h"

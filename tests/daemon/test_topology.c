@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A real daemon with a body that refines and coarsens while it is pressed: what it publishes and
 // records is followed by a client that was there from the start, one that came late, and one in
 // lockstep.

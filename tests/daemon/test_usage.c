@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The command line: what is refused, with which exit code, and that one line says why.
 #include "test.h"
 #include "scene_writer.h"

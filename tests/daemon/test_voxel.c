@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Voxel bodies in the real daemon: what clients see and feel of them, and that runs repeat.
 #include "test.h"
 #include "lcm_client.h"

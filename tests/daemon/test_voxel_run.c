@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A solid body in the real daemon: what it says of it, what it refuses, what tools and clients
 // find.
 #include "test.h"

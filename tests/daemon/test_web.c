@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-web between a real daemon and pages: what they see, what they may do, who may come in, and
 // what happens when daemon or page goes.
 #include "test.h"

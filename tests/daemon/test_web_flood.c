@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-web and those who mean it ill: requests that never end, pages that say nothing, frames
 // that claim more than there is. The page stays served to others, and memory stays.
 #include "test.h"

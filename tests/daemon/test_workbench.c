@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The workbench of pliant-web with the real programs: what pages may start and send, what is
 // refused, and that nothing is left of it.
 #include "test.h"

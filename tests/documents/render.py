@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Renders the reports as one page: render.py TOP OUT.html, with the tables to which they link in the place of the links.
 
 Knows as much of Markdown as our documents use: headings, paragraphs, lists, tables, blocks, pictures, links, bold,

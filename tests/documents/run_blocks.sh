@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # Runs the blocks of a document that begin with one of our programs, as they are printed, each in a folder of its own
 # with the files that documents name. A comment before a block, which a reader does not see, says what is different:
 #

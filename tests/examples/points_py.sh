@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The example that reads packets, which shares no code with ours: as many nodes as the floats beside them, at most half a
 # step of the grid away. points_py.sh LCM-GEN TOP PLIANTD SCENE. Skipped (77) as touch_py.sh.
 lcm_gen=$1 top=$2 pliantd=$3

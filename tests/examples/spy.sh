@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # lcm-spy starts and has a class for each of our types: spy.sh TOP. Skipped (77) where what it needs
 # is not installed: a JDK is too large to ask for.
 top=$1

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # An example against the real daemon: the ball resists what the example pushes into it, and yields.
 #   touch.sh PLIANTD PLIANT-MONITOR SCENE COMMAND...
 pliantd=$1 monitor=$2 scene=$3

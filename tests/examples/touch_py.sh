@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The same for the example in Python, on types made as its head says: touch_py.sh LCM-GEN TOP PLIANTD
 # PLIANT-MONITOR SCENE. Skipped (77) without python3 or the C library that it calls.
 lcm_gen=$1 top=$2

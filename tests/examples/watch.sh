@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The smallest example beside the real daemon: frame by frame the ball is where its scene has it.
 #   watch.sh PLIANTD SCENE WATCH
 "$1" "$2" >/dev/null 2>&1 &

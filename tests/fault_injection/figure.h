@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a fault measured: `./dev faults` makes its table of these lines.
 #ifndef PLIANT_TESTS_FAULT_INJECTION_FIGURE_H
 #define PLIANT_TESTS_FAULT_INJECTION_FIGURE_H

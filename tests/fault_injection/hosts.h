@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Two hosts joined by a bad link: two private networks whose only way to each other is a thread of
 // the test, which loses, delays, reorders and repeats packets as configured, from a seed, and
 // counts what it did. Not every kernel has tc's netem, and that counts nothing and has no seed. The

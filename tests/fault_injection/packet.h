@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Packets as LCM sends them on the network, made by hand, so that they may lie.
 #ifndef PLIANT_TESTS_FAULT_INJECTION_PACKET_H
 #define PLIANT_TESTS_FAULT_INJECTION_PACKET_H

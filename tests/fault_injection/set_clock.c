@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Loaded into a program before libc: its CLOCK_REALTIME is set by as many microseconds as the file
 // named by PLIANT_SET_CLOCK holds, at any moment. The machine's own clock is left alone.
 #include <dlfcn.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a viewer would show of one body: frames whose mesh is known, put together by the clients'
 // own assembler, each remembered as a number, so that two viewers of the same daemon can be
 // compared.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Who may send what: other hosts are refused unless the scene hears them, what is sent to the port
 // alone never arrives, forged addresses do not help, STOP can be switched off, and no claim ends a
 // daemon by its numbers.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Clocks that are set while they are in use: by an hour forward and back, of the daemon and of a
 // client. Nothing that waits, times out or measures may rest on them.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A hundred subscribers of one daemon: all of them get what is published, and the daemon's own
 // figures beside those of a run with one.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Raw datagrams against the running programs: a million random and made-up ones, whole messages and
 // fragments, to the group and to the port. Afterwards the server answers, pages are served, the
 // recording is whole, and none of them has grown.

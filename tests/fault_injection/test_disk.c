@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A disk that fills up while the daemon runs: a recording, checkpoints and the log of inputs end
 // with an event and exit status 1, what was written stays whole, the simulation goes on. The disk
 // is a small tmpfs that only this test sees.

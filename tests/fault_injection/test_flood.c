@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Misbehaving clients: poses at 10 kHz, requests and garbage as fast as they go, requests that take
 // long. The daemon keeps its beat, counts what it refuses, and still answers a well-behaved client.
 #include "test.h"

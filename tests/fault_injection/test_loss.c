@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A link between two hosts that loses, delays, reorders and repeats packets, and one that is cut:
 // requests are answered at last and executed once, a viewer shows the truth or nothing, what is
 // lost is counted, and everything comes back with the link.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A long run: presses, loads, cuts, resets, lockstep and checkpoints in an order that a seed
 // decides, while memory, files, threads and counters of the daemon are watched. Two things must
 // hold however long it takes: its memory stays as it is, and a released body returns to

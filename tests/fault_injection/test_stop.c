@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Processes that are stopped: the daemon itself, and those that listen to it.
 #include "test.h"
 #include "lcm_client.h"

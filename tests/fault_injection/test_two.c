@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Two daemons on one output prefix: the second is refused, on one host and between two; what slips
 // through because packets were lost, the link was cut or the first was stopped ends as soon as they
 // hear each other, and one of them is left.

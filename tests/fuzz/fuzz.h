@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the fuzzers share. Each fuzz_<name>.c is one harness: LLVMFuzzerTestOneInput takes an input
 // as it may come from outside and must return, whatever it holds. With clang it is driven by
 // libFuzzer, in every other build replay.c runs it over the files of corpus/<name>/. One thread.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A checkpoint (--resume) whose data were changed and whose seal is right: it is refused and the
 // world stays as it was, or what it holds can be stepped on. With an odd first byte the input is
 // the file itself, as it comes.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a client receives: messages on all channels of a daemon, checked, decoded and put together.
 // An input is a list of messages, each with its type and length in front; a type of 64 and more
 // gets the right fingerprint, without which nothing happens.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // An initial state, which comes from any program that writes HDF5: the data of one were changed.
 // With an odd first byte the input is the file itself, as it comes.
 #include "fuzz.h"

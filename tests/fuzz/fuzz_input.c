@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One raw message on a channel that the daemon listens to, through the border check: the first byte
 // says which channel; from 64 on the right fingerprint is put in front of the rest. What is let in
 // survives being logged, to the last bit.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A log of inputs (--input), plain or exact, replayed over a small scene: read to its end, what is
 // let in applied, a bounded number of ticks.
 #include "fuzz.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A mesh file of any format, as the group `mesh` of a scene names it: read, repaired, placed and
 // divided once. Either it is refused, or what comes out is fit for simulation.
 #include "fuzz.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A UDP packet as it comes from the network, before liblcm or anybody has looked at it: dropped
 // with a reason, or a message that lies inside it goes to the handlers of its channel. The first
 // byte says where the packet comes from.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What pages and browsers send to pliant-web: JSON texts, the headers of requests, names of meshes,
 // the frames of a WebSocket, and what a daemon answers to DESCRIBE. The first byte says which.
 #include "fuzz.h"

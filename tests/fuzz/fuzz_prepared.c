@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A prepared file (pliant-prepare) whose data were changed and whose seal is right: each body is
 // refused, or what comes out is fit for simulation. With an odd first byte the input is the file
 // itself, as it comes.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A recording as `pliant-record --info` and `pliant-play` read and score it: one whose data were
 // changed; with an odd first byte the input is the file itself, as it comes.
 #include "fuzz.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The text of a scene file, with files beside it that it may name: read, and if it is small enough,
 // built and run for a tick. It is refused with one line, or what it shows is finite.
 #include "fuzz.h"

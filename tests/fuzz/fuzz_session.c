@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What several senders ask of a running scene in turn: poses, cuts, loads, ties and commands
 // through the gate, applied as the daemon does, with ticks between them. Whatever is let in, the
 // scene stays finite, and its state is one that a checkpoint may hold.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Texts that users give to the clients: the files of pliant-probe --poses and pliant-cut --file,
 // and arguments of command lines. The first byte says which.
 #include "fuzz.h"

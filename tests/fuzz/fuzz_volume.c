@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A label volume of any format, as the group `voxels` of a scene names it. An input may be two
 // files: what follows the mark is the file of voxels, which headers name "data", or of a NIfTI
 // pair.

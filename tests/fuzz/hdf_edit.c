@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "hdf_edit.h"
 
 #include <hdf5.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // HDF5 files for the fuzzers: a whole one whose data sets and attributes are changed as an input
 // says, so that the changes reach our own checks and not only those of the library.
 #ifndef PLIANT_TESTS_FUZZ_HDF_EDIT_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Runs a fuzzer's harness over the files of a folder, in builds without libFuzzer.
 #include "fuzz.h"
 

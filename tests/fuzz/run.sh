@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # Runs fuzzers and prints a table:
 #   run.sh PROGRAMS KEPT (seconds=S | runs=N) [CORPUS...]
 # PROGRAMS: folder of the programs fuzz_<harness>; KEPT: folder for what is found; S seconds of each,

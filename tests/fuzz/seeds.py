@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Writes the first files of corpus/: small valid inputs of every kind. They are committed, so this
 runs only when a format changes: seeds.py (needs python3 and lcm-gen). Files that a fuzzer found
 stay as they are; their names begin with "found-"."""

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A small world to which inputs can be done: a surface body and a voxel body, both with levels and
 // cuttable, and tools of all kinds, as far as they are built in. Made once; put back to its start
 // before each input.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Axis-aligned boxes.
 #include "test.h"
 #include "geometry/box.h"

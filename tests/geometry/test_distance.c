@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Distances against an exact reference that shares nothing with the code: every pair of features
 // (corner, side, face) of the two simplices is solved as a small least-squares problem in quadruple
 // precision, and the nearest pair whose weights are all positive wins.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "effort.h"
 #include "test.h"
 #include "random.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Repairs of meshes as files hold them, defect by defect: what comes out is a valid mesh of the
 // same shape, what was done is counted, and what cannot be mended is refused by name.
 #include "test.h"

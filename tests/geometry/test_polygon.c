@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Polygons cut into triangles: inside the polygon, once, and alike however it is written down.
 #include "test.h"
 #include "random.h"

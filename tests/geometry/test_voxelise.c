@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Voxelised meshes against another inside test: the solid angle under which a point sees the mesh.
 #include "effort.h"
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What tests ask of a winged-edge mesh beyond what the server does.
 #ifndef PLIANT_TESTS_WINGED_H
 #define PLIANT_TESTS_WINGED_H

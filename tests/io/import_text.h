@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Imports a mesh from a text, through a file of its own in a scratch folder.
 #ifndef PLIANT_TESTS_IMPORT_TEXT_H
 #define PLIANT_TESTS_IMPORT_TEXT_H

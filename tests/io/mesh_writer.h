@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Writes polygons in every mesh format that is read, for tests. Formats without shared nodes (STL)
 // get each polygon as a fan of triangles with nodes of their own.
 #ifndef PLIANT_TESTS_MESH_WRITER_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Every defect in every format that can hold it, through real files: the outcome is the same
 // whatever the format. And files that are cut off or damaged.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // OFF files: what they may look like, and how faults are named. And text files of other systems.
 #include "test.h"
 #include "import_text.h"

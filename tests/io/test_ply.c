@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // PLY files: what headers and data may look like, and how faults are named.
 #include "test.h"
 #include "import_text.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Recordings: the layout as HDF5's own functions see it, values that come back bit for bit, a
 // sidecar that points at the right rows, and what is left when the writer is killed or the disk is
 // full.

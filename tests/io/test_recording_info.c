@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What is said of a recording: of a whole one, of one that still grows, and of files that lie.
 #include "test.h"
 #include "test.h"

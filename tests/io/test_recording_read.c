@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Recordings are read at any time, bit for bit, and files that lie are refused.
 #include "test.h"
 #include "scratch.h"

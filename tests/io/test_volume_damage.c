@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What is no volume, and what once was one.
 #include "test.h"
 #include "effort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Label volumes in NIfTI-1: types, pairs, transforms, units, defects.
 #include "test.h"
 #include "volume_bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Label volumes in NRRD: types, encodings, frames, headers of all sorts, files beside, defects.
 #include "test.h"
 #include "volume_bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the tests of volume files share: a folder of their own, a volume of 4 x 3 x 2 voxels, and
 // what is expected of reading it.
 #ifndef PLIANT_TESTS_VOLUME_BENCH_H

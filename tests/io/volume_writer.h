@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Volume files written byte by byte, by none of the libraries that read them.
 #ifndef PLIANT_TESTS_VOLUME_WRITER_H
 #define PLIANT_TESTS_VOLUME_WRITER_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What each key of a scene must show when it changes: rows for every key of every table and every
 // model that takes it, unless the table itself tells how to change it. Scenes are put together from
 // parts; a row replaces some of them.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the running daemon publishes of scenes that differ in one key.
 #ifndef PLIANT_TESTS_KEYS_STREAM_H
 #define PLIANT_TESTS_KEYS_STREAM_H

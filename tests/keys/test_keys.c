@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // No key is decoration: every key of every table, on every model that takes it, changes the state
 // of a run, what is published of it or its plan, or is refused with file and line. Keys are those
 // of the tables that read scenes; one without a row in rows.c fails.

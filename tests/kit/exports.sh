@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The libraries have the functions of the header, and nothing else, and need what a haptic client needs:
 # exports.sh NM HEADER SHARED STATIC SONAME
 set -eu

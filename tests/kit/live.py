@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The Python module against a real server that steps tests/examples/touch.cfg, as LCM_DEFAULT_URL has it, with
 and without numpy: `live.py plain` hides it. RECORDING names a recording of the same scene."""
 import os

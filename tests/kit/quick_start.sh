@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The quick starts of clients/kit/README.md, as they stand there, against the real server: built and run on what
 # is installed, nothing else; in C by pkg-config and by CMake, with the shared library and the static one.
 #

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The haptic loop of libpliant-client against tissue at the other end of a network that delays and
 // loses messages: the work that a hand gets back. A loop that holds the last force is the
 // comparison: it must be active, or the test would show nothing.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // libpliant-client and a real server, from another process: what it hands out is what the server
 // recorded, through cuts and refinement; requests do what they say; hostile packets change nothing.
 #include "test.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Each test of a build is in one tier, each round has tests, and the tests that CMake's lists name are there:
 # check_labels.sh BUILD TEST...
 set -eu

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Each module of the server sees itself and the modules below it, and no other: a wrong include does not
 # compile. The study, a client, sees all of them. Compiles one line per pair of modules with the include folders of the build.
 #

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # What our documents and comments refer to is there: check_links.sh TOP.
 # - Every link of a README leads to a file, and to a heading that it has. Those of config/package/ lead to what is
 #   installed: package_installed looks at them.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The files of server/run that only the step thread executes call nothing of io and scene, where functions may
 # wait, allocate memory or read files.
 #

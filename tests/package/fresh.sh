@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # Runs a command of ./dev on a bare Debian: in a root of its own that debootstrap makes, with nothing in it but
 # a clean clone of what is committed. Root only.
 #

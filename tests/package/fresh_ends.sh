@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # However `./dev fresh` ends - done, failed, interrupted - nothing of it stays: no folder, no mount, no process;
 # and it says why where it may not begin. Here debootstrap only copies what a shell needs, and the checkout is
 # one of ours, whose ./dev does what it is told.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # A header that is there but lacks another package's header ends the configuration, with the names of the
 # packages: headers.sh SOURCE_FOLDER NIFTI_INCLUDE_DIR
 set -eu

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # What `cmake --install` has put below a prefix works from there: scenes, service and message types.
 #
 # installed.sh BUILD SANITIZE: a build folder, and what it is sanitized by ("": nothing)

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Builds the Debian packages of a source folder twice, in copies of other names and at other times: they have the
 # same bytes. Takes as long as two builds. twice.sh SOURCE_FOLDER [cmake-options...]
 set -eu

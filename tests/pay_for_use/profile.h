@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a run of the daemon executes, counted by valgrind's callgrind, and in which source file each
 // of its functions stands.
 #ifndef PLIANT_TESTS_PAY_FOR_USE_PROFILE_H

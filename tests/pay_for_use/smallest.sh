@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Builds the smallest servers, one of each model and nothing else, into build/smallest-surface,
 # build/smallest-voxel and build/smallest-plane, and looks what they say: they run what they know and
 # refuse the rest by name. The test pay_for_use_cost compares their ticks with those of a build of everything.

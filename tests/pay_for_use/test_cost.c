@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a scene leaves out is not there: none of its functions is called, none of its arrays is
 // taken, switching it off in so many words changes nothing, and neither does a build without it.
 // Instructions are counted by valgrind; they do not depend on the machine's load.

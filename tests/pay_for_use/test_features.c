@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliantd --explain: of a scene that requires nothing every feature is disabled, and each is
 // enabled with its key, alone or with those that the table here names.
 #include "test.h"

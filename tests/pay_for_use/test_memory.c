@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a running server keeps in memory, and the libraries that it loads for files alone.
 #include "harness.h"
 #include "test.h"

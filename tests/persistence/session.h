@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the tests of this folder run: small scenes with levels, cuts, tears and graspers, and all
 // that is done to them, drawn from a seed. The same messages are written into a log as --log-inputs
 // does, or sent to a running daemon.

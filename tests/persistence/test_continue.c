@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Successive runs of one service: what one of them keeps, the next one goes on from or leaves
 // alone, whatever ended it. With the command line of the test_argument(2) of systemd, argv[2].
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Files that were made to hurt: bytes anywhere in a checkpoint, a prepared file, an initial state
 // or a recording are changed, and what had a seal is sealed again. HDF5's library may fail on them;
 // the program that reads them does not: it ends with an exit status of its own. How many of each

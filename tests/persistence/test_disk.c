@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a checkpoint survives besides a kill at any moment: a kill at each of the system calls that
 // write it, a machine that stops (by the order of those calls), a full disk, two writers of one
 // file. With strace and a small file system of its own, where they are permitted.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The same bits on every instruction-set level of this machine, with one thread and with two, and
 // as they were when golden.tsv was written: a change of them is made on purpose or not at all.
 #include "test.h"

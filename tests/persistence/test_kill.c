@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A server that is killed at any moment leaves a whole checkpoint, the former or the newer, from
 // which it goes on with the same bits; its log of inputs and its recording are readable as far as
 // they were written. How often: PLIANT_KILLS in the environment, half offline and half live.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // LCM's own logger and player with our channels: what a client sees of a session it sees again when
 // the log is played; the inputs of the log, alone, move the tissue of another server once more; and
 // a log serves as --input, whatever else is in it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // No program replaces what is not its own, or writes through a link at a temporary's name.
 #include "test.h"
 #include "session.h"

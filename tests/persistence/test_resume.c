@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Runs that go on inside their log of inputs: from a checkpoint before and after a reset, and from
 // one that was taken in a pause, when part of the inputs of its tick were applied already.
 #include "test.h"

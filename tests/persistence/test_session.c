@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Live sessions of everything that can be sent - poses, strokes and pulls, cuts, loads, settings,
 // resets, pauses and lockstep - and what the governor does meanwhile: their logs repeat them off
 // line bit for bit, also on a machine that is kept busy.

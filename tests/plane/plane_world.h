@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A scene of one plane body and its tools in memory: a real body in a real Sim, poses taken at
 // once, no clock but the ticks.
 #ifndef PLIANT_TESTS_PLANE_WORLD_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The plane body in a scene: what it keeps, what it refuses, and that it stays in its plane.
 #include "test.h"
 #include "plane_world.h"

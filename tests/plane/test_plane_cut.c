@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Plane bodies that are cut: blades, the paper's threshold, quarters by its Fig. 7.
 #include "effort.h"
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The plane element: identities of its rest shapes, its laws as gradients of an energy, the patch
 // test on the paper's layouts.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Kernels of plane bodies against the element written out (plane/shape.h), at every level and
 // precision of this machine.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Elements of plane bodies (Miyazaki et al. 2004, sections 2.3 and 3.1), and the vertices that they
 // share.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-prepare --check as a user runs it: exit codes, the report's figures against closed forms,
 // and one line on stderr for what is not usable.
 #include "test.h"

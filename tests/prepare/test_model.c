@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-prepare SCENE.cfg -o FILE and pliantd --prepared FILE as a user runs them, one process
 // after the other.
 #include "test.h"

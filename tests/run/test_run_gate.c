@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What is let in, with a clock of our own: ownership, repeats, counters. And when things are due.
 #include "test.h"
 #include "io/event_log.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A loop in real time over a body whose ticks take longer than their period until its thresholds
 // are raised: the governor raises them, its actions are inputs like any other, and a run without
 // clock that gets these inputs ends in the same state.

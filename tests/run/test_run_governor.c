@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The governor of the time budget, as a function of measured times.
 #include "test.h"
 #include "geometry/levels.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Inputs on the wire and their values, without a daemon.
 #include "test.h"
 #include "run/input.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Positions in packets (points_t): what the bus packs and what a client unpacks, without threads,
 // sockets or real time.
 #include "test.h"

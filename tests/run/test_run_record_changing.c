@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Recordings of a body whose mesh changes: every frame in the file has its own mesh, without free
 // slots, whatever was dropped on the way from the step thread to the file.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Where the nodes of published meshes rest, and their texture coordinates: of all kinds of bodies,
 // before and after their meshes have changed.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the bus publishes of a body whose mesh changes, and what a client makes of it: without
 // threads, sockets or real time.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Random sequences of ties by message, beside cuts, tears, refinement and tools: repeated from a
 // log of inputs, from its start and from a checkpoint in the middle, they are bit-identical. With a
 // number as argument, so many sequences.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Worlds built from scene files: the meshes asked for, and refusals that name the scene's line.
 #include "surface_state.h"
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Checkpoints: the layout as HDF5's own functions see it, runs that go on with
 // the same bits, and files that are damaged or meant for something else.
 #include "surface_state.h"

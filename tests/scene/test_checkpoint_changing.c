@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Checkpoints of a body whose mesh changes: the nodes alive, in ascending id, for anyone to read;
 // the same mesh, slot by slot, when they are read back; files that contradict themselves.
 #include "test.h"

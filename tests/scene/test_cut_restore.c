@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Scenes that were cut, restored: from their own state they go on bit for bit, also in the middle
 // of a stroke; from a damaged one they are refused, or go on somehow, and leave nothing behind.
 #include "effort.h"

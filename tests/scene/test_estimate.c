@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The live estimate of a step's error: near the truth, which many small Runge-Kutta steps tell; and
 // without a trace in the motion.
 #include "sim/sim.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The hand of pliant-probe --hand on the bodies of config/, in lockstep with the simulation: the
 // stiffness that contacts tell is the slope of the force that is felt, and with it the hand gains
 // no work, however late it hears of the force.

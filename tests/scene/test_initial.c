@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Initial states of bodies: rows of nodes or of the mesh file, midpoints, files that do not fit.
 #include "test.h"
 #include "random.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Scenes that take more memory than there is: refused by a sentence before they are made.
 #include "test.h"
 #include "world_run.h"

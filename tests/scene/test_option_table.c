@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The reader of option tables, on a table made for the purpose.
 #include "test.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Prepared models: runs from them have the same bits, and files that are damaged, inconsistent or
 // made for something else are refused.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Every block of the manual that has bodies is a whole scene, and runs as it is printed. The files
 // that they name are made here: a closed mesh in millimetres and the volume of config/.
 #include "effort.h"

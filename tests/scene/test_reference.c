@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The tables in config/README.md are those that scene files are read by; and what is not built in
 // is refused.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reading of scene files: every key of every table refused with its line when wrong, damaged files,
 // and the scenes in config/.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // How scenes name attachments: what is refused, and the integrator that joined bodies share.
 #include "test.h"
 #include "tied_bodies.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a wall encloses, in scenes: gas and fluid, levels, cuts that let it out, SET.
 #include "effort.h"
 #include "test.h"

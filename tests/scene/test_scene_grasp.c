@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Graspers and attachments that hold bodies which adapt, are cut, hang on the world or follow a
 // tool.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The meaning of the keys of scene files: defaults, what goes together and what does not, names,
 // places, includes and syntax.
 #include "test.h"

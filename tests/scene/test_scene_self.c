@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A body that touches itself: the pieces that it is cut into, and the lips of a cut.
 #include "test.h"
 #include "effort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Attachments that tie bodies to each other, surface and voxel: momentum, steps, checkpoints.
 #include "test.h"
 #include "effort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bodies that touch each other: the law, momentum, energy, what rests, what is refused.
 #include "test.h"
 #include "effort.h"

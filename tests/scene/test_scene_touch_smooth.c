@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bodies that touch with their smooth surfaces: the slope of the energy for the vertices that carry
 // them, Hertz, states after cuts; and bodies that overlap at the start.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The meaning of the keys of voxel bodies in scene files: defaults, sources of voxels, materials by
 // label, the plane case, and what is refused.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Ties by message: when they act, what they conserve, how they follow tissue that is refined and
 // cut, when they break, and what is refused.
 #include "sim/time_step.h"

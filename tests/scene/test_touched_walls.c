@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The hollow organs of config/, touched as their users touch them: with a shaft along the wall, as
 // clients/examples does, and deep with the tip while faces are divided and merged. The force has no
 // jumps, rests when the tool rests, and the tool stays on its side.

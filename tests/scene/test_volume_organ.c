@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The label volume in config/: the file is the one that the formula here makes, read as scenes read
 // it. `test_scene --write_volume FILE` makes it anew.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Worlds of voxel bodies built from scene files: what the keys make of them, initial states,
 // prepared models, checkpoints of other scenes.
 #include "test.h"

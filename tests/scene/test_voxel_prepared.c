@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Lattices in prepared files: read back as they were made, and refused when they were made from
 // something else, are damaged or do not fit.
 #include "test.h"

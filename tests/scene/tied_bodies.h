@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Scenes of a ball and a bar that are held and tied, and what is measured of them. For one source
 // file of a test.
 #ifndef PLIANT_TESTS_TIED_BODIES_H

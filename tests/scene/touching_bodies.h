@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Scenes of bodies that touch, and what is measured of them. For one source file of a test.
 #ifndef PLIANT_TESTS_TOUCHING_BODIES_H
 #define PLIANT_TESTS_TOUCHING_BODIES_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Cuts in the pipeline, on a wall of links that the exact test breaks: strokes of blades from tick
 // to tick, commands, what follows a change, and what is told of it.
 #include "toy_body.h"

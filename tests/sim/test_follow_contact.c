@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Contact while the faces beneath a tool are divided and merged: a thin hollow wall keeps the tool
 // on the side on which it stands.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What is held of a body whose topology changes: nodes that come within the jaws are held, what
 // goes leaves its share to others, and hand and body feel the same.
 #include "effort.h"

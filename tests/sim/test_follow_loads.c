@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Loads on a body whose topology changes: a load is a traction carried by nodes, and the sum of the
 // forces is what was asked for at every tick.
 #include "test.h"

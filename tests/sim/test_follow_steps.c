@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The time step of a body whose bounds change with its topology, and what can be set on it.
 #include "test.h"
 #include "sim/time_step.h"

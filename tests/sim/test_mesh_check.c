@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The checker of published meshes knows a good mesh from a damaged one: otherwise whoever relies on
 // it tests nothing.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Where a tool is between poses.
 #include "test.h"
 #include "sim/tool.h"

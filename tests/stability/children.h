@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Jobs that may crash or hang, each in a process of its own.
 #ifndef PLIANT_TESTS_STABILITY_CHILDREN_H
 #define PLIANT_TESTS_STABILITY_CHILDREN_H

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # The matrix as a picture: awk -f draw.awk matrix.tsv >matrix.svg. Cases down, models across; in each field a stripe for
 # each integrator and precision, coloured by verdict.
 BEGIN {

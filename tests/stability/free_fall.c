@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Free fall: shape, momentum and energy of bodies that nothing but gravity acts on.
 #include "free_fall.h"
 

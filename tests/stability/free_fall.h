@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What is true of every body that nothing but gravity acts on, and of one that is pushed once and
 // left alone.
 #ifndef PLIANT_TESTS_STABILITY_FREE_FALL_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Random scenes of valid keys with extreme values, each run for a moment in a process of its own:
 // none may crash, hang, give out a number that is none, or be restored for no known cause or for
 // energy. A few are also run by pliantd itself, and a few go on from a checkpoint. Each is run once

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # kept_scenes.sh FUZZ_SCENES FOLDER [OPTIONS]: runs each scene of the folder (SEED.cfg) under the inputs of its seed.
 program=$1 folder=$2 failed=''
 shift 2

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The stability matrix: which cases there are, what a cell is, how it is judged and printed.
 #ifndef PLIANT_TESTS_STABILITY_MATRIX_H
 #define PLIANT_TESTS_STABILITY_MATRIX_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The bodies of the matrix, small ones: what goes wrong with a body goes wrong with a few elements.
 #include "matrix.h"
 

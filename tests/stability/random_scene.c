@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Keys are taken or left at random; their values lie at the ends of their range, anywhere within
 // it, or near the default. What only says how large a scene is stays small, so that a run takes
 // milliseconds. Nothing here knows what keys mean to each other: what a scene is refused for is

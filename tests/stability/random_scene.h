@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Random scenes, drawn from the tables that read scene files: a new key is drawn as soon as its
 // table knows it.
 #ifndef PLIANT_TESTS_STABILITY_RANDOM_SCENE_H

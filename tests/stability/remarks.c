@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Why bodies do not come to rest, or are taken back, where they do not or are.
 #include "matrix.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-stability: every model with every integrator and precision through cases that break
 // simulations. Prints or writes the matrix of verdicts; exit code 1 when one has failed or is
 // explained by nobody.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Files: odd meshes, a volume of two materials, states that no run would make.
 #include "trial.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The matrix as a table of tabs, the sentences that its cells point to, and its words read back.
 #include "matrix.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Scenes of extreme numbers that once ended in finite nonsense, and what is true of each: a body
 // that nothing but gravity acts on keeps its shape, and energy does not come from nowhere.
 #include "test.h"

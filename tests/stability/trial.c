@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One cell of the matrix: a scene as text is read, built and run like any other; what came of it is
 // judged by statements that do not depend on how the body computes.
 #include "trial.h"

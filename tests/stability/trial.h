@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the trials: files that scenes of the matrix name, and states that bodies start from.
 #ifndef PLIANT_TESTS_STABILITY_TRIAL_H
 #define PLIANT_TESTS_STABILITY_TRIAL_H

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # check_ranks.sh PROGRAM [MPIRUN]: one study by several processes gives the same tables as by one process, but for
 # the times: interrupted and continued, shared by four, and by two ranks of MPI, of which one is killed.
 set -eu

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Small scenes for a study. For one source file of a test: it brings the folder that they are
 // written to, which the test creates and destroys.
 #ifndef PLIANT_TESTS_STUDY_BENCH_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A study's result made by hand: what the tests of its telling look at.
 #ifndef PLIANT_TESTS_STUDY_SAMPLE_H
 #define PLIANT_TESTS_STUDY_SAMPLE_H

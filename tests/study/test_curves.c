@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-fit, and pliant-study --fit, as a user runs it: tables of known laws and of others, good
 // and bad ones. What it prints is compared with closed forms that are written down here.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-study as a user runs it: options, exit codes, what it leaves behind; and that the scene it
 // advises is one that pliantd takes.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a study advises: the cheapest run that has all that was asked for, and its keys, which make
 // a scene that case.
 #include "test.h"

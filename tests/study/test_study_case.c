@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The grid of cases.
 #include "test.h"
 #include "study_bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Measures of error against closed forms, and what Richardson's extrapolation says of sequences
 // whose order is known.
 #include "test.h"

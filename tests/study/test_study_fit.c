@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Tables of anything: what is read has a fit within the ranges of the scene's keys, all else a
 // reason. (test_curves.c tries tables of known laws with the real program.)
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What drives a scene depends on simulated time alone.
 #include "test.h"
 #include "study_bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The parts of a study as files: what has ended is not run again, what a process died of is run by
 // another, and several processes share the rest.
 #include "scratch.h"

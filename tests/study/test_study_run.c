@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One case: what a study measures of it has the order of its integrator, is what it says it is, and
 // fails in words.
 #include "test.h"

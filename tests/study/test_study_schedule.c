@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Cases in processes of their own: the same results for any number of them, and a task that dies
 // loses nothing but itself.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a study tells of runs that are known: the Pareto front, the table, the files, progress.
 #include "test.h"
 #include "scratch.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The advice is right: against a reference that is finer than the study's own, the advised scene
 // errs at most one and a half times what was promised. A small study from beginning to end.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A study of voxels: the finest reference of a box has half its cells, and the same points.
 #include "test.h"
 #include "study_bench.h"

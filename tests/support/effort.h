@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // How often a test repeats what chance decides.
 #ifndef PLIANT_TESTS_EFFORT_H
 #define PLIANT_TESTS_EFFORT_H

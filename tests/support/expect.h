@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What cmocka lacks: comparisons of doubles that print both values, with a tolerance in doubles.
 #ifndef PLIANT_TESTS_EXPECT_H
 #define PLIANT_TESTS_EXPECT_H

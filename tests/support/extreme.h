@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Extremes of sampled curves, by which tests measure swings. Pure functions.
 #ifndef PLIANT_TESTS_EXTREME_H
 #define PLIANT_TESTS_EXTREME_H

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # What failed in the last ctest run of a build folder: the end of each failed test's output. A test that fails beside
 # others and passes alone has failed, too: it waits for a time in place of an event, or a program has a race.
 #

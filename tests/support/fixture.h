@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One surface body in memory, ready to step, and the reference solver's twin of it.
 #ifndef PLIANT_TESTS_FIXTURE_H
 #define PLIANT_TESTS_FIXTURE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Runs programs, the server above all, in a scratch folder, and collects what they printed and how
 // they ended.
 #ifndef PLIANT_TESTS_HARNESS_H

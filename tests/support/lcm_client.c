@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "lcm_client.h"
 
 #include "pliant_event_t.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The other end of the daemon's messages: sends inputs, remembers what came back.
 #ifndef PLIANT_TESTS_LCM_CLIENT_H
 #define PLIANT_TESTS_LCM_CLIENT_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Needs only what is published (ids and parents): nothing of the hierarchy that made the mesh, so
 // that it judges that hierarchy independently.
 #include "mesh_check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Whether a published mesh is one that a front end can draw: every test of a body whose topology
 // changes asks this after each change.
 #ifndef PLIANT_TESTS_MESH_CHECK_H

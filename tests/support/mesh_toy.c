@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "mesh_toy.h"
 
 #include "base/check.h"

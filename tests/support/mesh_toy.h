@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A body without physics whose published mesh changes at random: two levels below a small base
 // mesh, drawn without cracks. For tests of whatever follows a mesh (messages, files, clients).
 #ifndef PLIANT_TESTS_MESH_TOY_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A free body struck by a turning capsule: in every tick the change of its momentum is minus the
 // impulse on the tool.
 #ifndef PLIANT_TESTS_MOMENTUM_EXCHANGE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reproducible random numbers for tests: the same sequence on every machine.
 #ifndef PLIANT_TESTS_RANDOM_H
 #define PLIANT_TESTS_RANDOM_H

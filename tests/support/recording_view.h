@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Recordings as any reader sees them: the HDF5 file through the library's own functions, the
 // sidecar through a small XML parser that knows nothing of how it was written.
 #ifndef PLIANT_TESTS_RECORDING_VIEW_H

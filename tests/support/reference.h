@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A plain mass-spring solver to compare the server with: textbook arrays and loops in double,
 // written from the equations alone (Choi et al. 2005, eq 1, 2 and 10 with damping on the full
 // vector or as printed; Horn 1987 for the best fit). It shares no code with the server, and builds

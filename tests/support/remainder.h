@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The other way to arrange elements, by Miyazaki et al. 2004, section 2.3: a larger element keeps
 // what was not carved out of it as one element of that shape, and is not divided as a whole. Only
 // counted here, for comparison with voxel/layout.h and plane/layout.h; such elements are not

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Texts read as scene files, and what is said of them. For one source file of a test: it brings the
 // folder that they are written to, which the test creates and destroys.
 #ifndef PLIANT_TESTS_SCENE_TEXT_H

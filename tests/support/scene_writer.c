@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "scene_writer.h"
 
 static const char *or_else(const char *text, const char *preset)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Scenes of one body as files in the scratch folder, put together from parts.
 #ifndef PLIANT_TESTS_SCENE_WRITER_H
 #define PLIANT_TESTS_SCENE_WRITER_H

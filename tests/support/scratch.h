@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A folder of its own for the files of a test, removed at the end.
 #ifndef PLIANT_TESTS_SCRATCH_H
 #define PLIANT_TESTS_SCRATCH_H

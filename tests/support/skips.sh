@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # Names what the last ctest run of a build folder skipped: tests (exit code 77), claims in them (cmocka's skip()),
 # cases of the benchmark. A skip that is not on the list below is a failure, where all that tests need is permitted
 # (root, private networks); elsewhere it is only named. And a run of no test at all is a failure.

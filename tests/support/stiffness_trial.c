@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "stiffness_trial.h"
 
 #include "expect.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // How good the stiffness is that a contact reports: against what the body's own dynamics answers
 // when the tool that presses it moves a little, slowly.
 #ifndef PLIANT_TESTS_STIFFNESS_TRIAL_H

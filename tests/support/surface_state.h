@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The state of a surface body, for tests.
 #ifndef PLIANT_TESTS_SURFACE_STATE_H
 #define PLIANT_TESTS_SURFACE_STATE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Claims that register themselves. A file of tests is a list of TESTs and a group; the files of a
 // folder are one program, which has its main from test_main.c. Fixtures of cmocka, if any, stand
 // above what they are around: AROUND_ALL(begin, end) runs them once for the TESTs below it in the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The main of every test program: runs the claims of one group, or of all, in the order of their
 // files.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "toy_body.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A body without physics, for tests of whatever follows a body's topology: a flat sheet that either
 // splits and joins its edges on command, or is cut by blades. Nodes stay where they are put; forces
 // and loads are added up, for the test to look at.

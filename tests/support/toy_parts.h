@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The two topologies of a toy body, as toy_body.c uses them.
 #ifndef PLIANT_TESTS_TOY_PARTS_H
 #define PLIANT_TESTS_TOY_PARTS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "geometry/edges.h"
 #include "random.h"
 #include "toy_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A scene as text, read and built in a folder of its own. For one source file of a test: it brings
 // the folder, which the test creates and destroys.
 #ifndef PLIANT_TESTS_WORLD_RUN_H

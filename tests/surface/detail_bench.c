@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "detail_bench.h"
 
 #include "mesh_check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One body with levels in memory, and what tests of refinement ask of it.
 #ifndef PLIANT_TESTS_DETAIL_BENCH_H
 #define PLIANT_TESTS_DETAIL_BENCH_H

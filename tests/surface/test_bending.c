@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bending of a wall: forces and energy of the hinges. What a whole wall does: test_bending_walls.c.
 #include "test.h"
 #include "fixture.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Walls that bend: plates against plate theory, a cylinder against that of shells, and whether
 // finer levels come closer to one another.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a wall encloses: the pressure on its nodes, and the balloon that it makes of a sphere. Cuts,
 // levels and scenes: test_scene_cavity.c.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The experiment of Choi et al. 2005, Fig. 8: a hollow sphere of 114 nodes is pressed for 2 s and
 // released. With shape-preserving springs it springs back, without them it stays collapsed.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The guard at the end of a tick: what is restored and how much of it, who is blamed, told and
 // withdrawn, and that no number leaves unchecked. Bodies are made bad by loads that no scene may
 // have, or by making what tools push with a thousand quadrillion times larger.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Scenes that ask for steps that they cannot stand are refused with the bound and the nearest value
 // that is safe: taken at its word, the scene is accepted.
 #include "test.h"

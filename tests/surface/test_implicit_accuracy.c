@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The theta method of implicit bodies against closed forms, its order of convergence, and one step
 // of a mesh with hanging nodes against a dense direct solution of the same linear system.
 #include "detail_bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Implicit bodies as wholes: momentum, extremes of stiffness and mass, what stays fixed, and that
 // the same input gives the same bits.
 #include "detail_bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Order of convergence of each scheme against closed forms: a whole body displaced rigidly on its
 // shape-preserving springs is a damped oscillator at every node.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Every variant of the spring kernel at every instruction-set level that this machine can run: the
 // same bits at all levels, and the numbers of a plain evaluation.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Loads: who shares them, how long they last, when they are refused.
 #include "test.h"
 #include "fixture.h"

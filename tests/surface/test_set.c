@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // SET: what it changes while a scene runs, and what it refuses.
 #include "test.h"
 #include "fixture.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Single precision against double: the same bodies, the same inputs. Double precision itself is
 // checked against a plain solver in test_surface_trajectory.c and test_kernel_variants.c.
 #include "base/isa.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The bound of the time step against the truth: largest eigenvalues by power iteration, and the
 // step at which a vibration really grows.
 #include "test.h"

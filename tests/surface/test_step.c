@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One tick and what comes between two: resets, bad numbers, settling, stages, and that
 // the same inputs give the same bits.
 #include "base/isa.h"

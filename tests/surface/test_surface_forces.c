@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Forces of a surface body: invariants that hold whatever the numbers.
 #include "test.h"
 #include "fixture.h"

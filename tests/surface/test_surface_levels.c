@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Surface bodies held at a level of detail: properties by both rules, against formulas written out
 // here and against the plain reference solver.
 #include "body/integrator.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Springs with Maxwell branches: forces against the energy, the relaxation of a stretched sheet,
 // the decay of swings at a loss factor, what a free body keeps, both ends of a spring, states.
 #include "effort.h"

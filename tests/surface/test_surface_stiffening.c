@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Springs that stiffen by Fung's law: a strip against the closed form, forces against the energy,
 // the kernel's exponential, the bound of the time step, what a free body keeps, the same bits.
 #include "effort.h"

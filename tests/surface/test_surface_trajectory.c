@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Motion of a surface body against the plain reference solver, over a covering set of what a scene
 // can say.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Threads that share a step: every item is done once, whoever comes late, and a scene gives the
 // same bits with any number of them.
 #include "base/team.h"

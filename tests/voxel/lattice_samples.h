@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Lattices of all sorts to try layouts on: what organs look like, and what they do not.
 #ifndef PLIANT_TESTS_LATTICE_SAMPLES_H
 #define PLIANT_TESTS_LATTICE_SAMPLES_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A lattice with its layout and mesh.
 #ifndef PLIANT_TESTS_SAMPLE_MESH_H
 #define PLIANT_TESTS_SAMPLE_MESH_H

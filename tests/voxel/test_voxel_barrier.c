@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The barrier that keeps elements from collapsing: what it is the energy of, how stiff it is in any
 // state, that a body at its own time step gains nothing from it, and what it prevents. Gradients
 // are those of test_voxel_element.c, kernels those of test_voxel_kernel.c.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The real voxel body in a Sim: free flight, momentum, rest, precision, loads.
 #include "test.h"
 #include "random.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The bound of the time step that voxel_create takes from an element: the largest eigenvalue of
 // M^-1 K of its rest shape, found by power iteration on the readable element.
 #include "test.h"

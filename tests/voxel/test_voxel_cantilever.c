@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bending: cantilevers under an end load (voxel_trials.h) against Timoshenko's beam and, for nu >
 // 0, where the clamp makes the beam stiffer than that, against C3D8I of CalculiX
 // (tests/accuracy/cantilever_ccx.sh): a brick with incompatible modes.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Tools against voxel bodies: pressed from outside they stay outside, whatever they meet; what the
 // tool feels is what the body feels; and a tool that finds itself inside is let out.
 #include "effort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Damping by a time (C = beta K) and drag (C = drag M): the forces, the decay of a beam's swing,
 // what a free body keeps, the bound of the step.
 #include "effort.h"

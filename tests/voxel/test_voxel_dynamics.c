@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bodies that move freely: what symplectic Euler keeps over many steps, up to where it is stable.
 #include "effort.h"
 #include "test.h"

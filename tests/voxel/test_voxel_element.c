@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One element in every state: what the force is the gradient of, and what it never does. Shapes are
 // about one in size and so are stiffnesses, so that tolerances read as relative ones.
 #include "effort.h"

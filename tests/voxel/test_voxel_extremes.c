@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bodies at the edge of what a scene can ask for: all held, a single element, cells that touch in a
 // corner, more levels than fit, no damping, loads beyond reason.
 #include "effort.h"

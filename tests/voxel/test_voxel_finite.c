@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A ball pressed deep into a solid, against finite elements that share nothing with the server:
 // rings around the axis of a cylinder, the same law of the material, their own contact.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The real body without damping, free: what a symplectic integrator keeps over 1e5 steps, and how
 // far its energy swings on the way.
 #include "effort.h"

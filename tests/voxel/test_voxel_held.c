@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Tools pressed into solids and held there, dragged, withdrawn, thrown in: the force rises with
 // depth, comes to rest, ends at the tool's largest force, and the hand gains no work.
 #include "effort.h"

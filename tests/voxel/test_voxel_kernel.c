@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Every variant of the voxel kernels, in both precisions and at every instruction-set level that
 // this machine can run: the forces of element.c, the same bits at all levels, balance, rest.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "test.h"
 #include "effort.h"
 #include "lattice_samples.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a body says of itself against sums over its vertices and the readable element's energy, and
 // what SET and loads do to it.
 #include "effort.h"

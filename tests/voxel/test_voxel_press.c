@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The press of a ball into a cube: what a graded body's surface loses against the ordinary voxel
 // model of the same cells. 16 cells an edge; the benchmark has 32.
 #include "effort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The potential of a tool and a solid: its forces are its slope for all nodes and the tool, they do
 // not jump, and on a body that does not yield they are those of an integral over a flat wall and
 // give no work around closed loops.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // From any state back to the rest shape: all vertices thrown into a ball, flattened, mirrored,
 // noise of more than a cell, each turning; for soft and hard, compressible and hardly compressible
 // bodies. dt 0.6 dt0 and damping 0.2 dt0, the defaults. 6^3 cells: the fewest with hanging

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Maxwell branches: forces against the energy, the relaxation of a stretched bar, the decay of
 // swings at a loss factor, what a free body keeps, states and cuts.
 #include "effort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The same scene, the same bits: at every instruction-set level, from a second build, after a
 // reset, from a state that was put away. A scene that is moved and turned as a whole does the same
 // there.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The real body at its default time step: from any shape back to the rest shape, in both
 // precisions, soft and hard, compressible and hardly so; and bad numbers, which cost a tick or two.
 #include "test.h"

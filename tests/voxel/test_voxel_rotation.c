@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The best rotation of a deformation, against one that shares nothing with the code: singula//
 // tr(R^T A) / |A| values by one-sided Jacobi in quadruple precision, R = U diag(1, 1, det) V^T.
 #include "effort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Single precision against double, after a second: also far from the origin, spinning, travelling
 // and turned. What rounds is the displacement in a frame that moves along, not the place.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A display surface carried by the elements: it moves rigidly and affinely as they do, has the ids
 // of its file, and is refused where no element is near. And what is published without one.
 #include "test.h"

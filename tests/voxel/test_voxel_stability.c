@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The critical step dt0 = h sqrt(rho (1 - 2 nu) / E): no element has a frequency above 2 / dt0
 // against its share of the masses, and so no assembly has. In a body the bound is reached. With
 // damping beta = xi dt0 symplectic Euler is stable up to dt0 (sqrt(1 + xi^2) - xi): 0.82 for 0.2.

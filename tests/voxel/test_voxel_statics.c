@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Patch tests of bodies with elements of different sizes: uniform deformation is in balance, and
 // bars and blocks deform as the continuum says. The paper's law (Miyazaki et al. 2004) runs beside:
 // weights that only scale a vertex's place cannot give the forces of a uniform stress where a large

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Stiffening: forces against the energy, the curve of a bar, what a free body keeps, energy from
 // wild starts, states, cuts, threads, tearing.
 #include "effort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The stiffness that contacts with voxel bodies tell: positive, about what a slow hand feels, and
 // rather too stiff than too soft.
 #include "effort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The textbook's element, which the benchmark compares with, does the work that it claims to do.
 #include "bench/voxel_textbook.h"
 #include "test.h"

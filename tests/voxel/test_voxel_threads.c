@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Threads that share the elements of a voxel body.
 #include "test.h"
 #include "voxel_world.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The real body in a real scene, in double precision, moves as the same body put together from the
 // readable element: shapes with levels and materials, laws, integrators, gravity, held vertices,
 // loads, damping.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A voxel body put together from the readable parts alone (layout, mesh, templates and element.h),
 // in double precision: what tests of statics and dynamics ask of the model, and what the real body
 // is compared with.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel_press.h"
 
 #include "base/check.h"

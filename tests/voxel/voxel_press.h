@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The press by which graded bodies are compared with the ordinary voxel model: a cube of 0.1 m
 // (E 10 kPa, nu 0) that stands on a plane, and a ball of 30 mm pressed 20 mm into its middle.
 #ifndef PLIANT_TESTS_VOXEL_PRESS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel_reference.h"
 
 #include "base/check.h"

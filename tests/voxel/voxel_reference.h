@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a voxel body does, a second time and in readable form: the same options, one element at a
 // time by element.h in double precision, positions in the world, and the integrators written out.
 // Nothing of batches, tables, kernels, rows or base frames.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel_trials.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What statics says of a material model, tried on bodies of voxel_bench.h: bending, uniform
 // deformation, tension and shear of bodies with elements of several sizes.
 #ifndef PLIANT_TESTS_VOXEL_TRIALS_H

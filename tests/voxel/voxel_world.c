@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel_world.h"
 
 #include "random.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A scene of one voxel body and its tools in memory: a real body in a real Sim, poses taken at
 // once, no clock but the ticks.
 #ifndef PLIANT_TESTS_VOXEL_WORLD_H

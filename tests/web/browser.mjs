@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Starts Debian's chromium without a screen, drawing by the processor.
 
 import { mkdtempSync, rmSync } from 'node:fs';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Draws the pictures of documents with the page, into the folder OUT: draw.mjs PLIANTD PLIANT-WEB PAGE-FOLDER OUT, run
 // by run.sh in a private network. PICTURES=a,b draws only these. Look at them, then copy them to where they are shown:
 // config/manual/pictures, tests/accuracy (fig5, fig7, fig13).

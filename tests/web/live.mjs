@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A real daemon and a real pliant-web for tests, and what tests ask of a page.
 
 import { spawn } from 'node:child_process';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the page reaches with a real daemon and pliant-web: prints one row a figure, tab-separated.
 //
 //     tests/daemon/in_namespace.sh tests/web/run.sh measure.mjs PLIANTD PLIANT-WEB PAGE-FOLDER OUTPUT-FOLDER

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A stand-in for pliant-web: serves the page and speaks clients/web/protocol.md with bodies that move by a
 // formula. For what the real one cannot be made to do at will, and for measuring the page alone.
 

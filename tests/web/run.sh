@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Runs a test of the page: run.sh TEST.mjs PLIANTD PLIANT-WEB PAGE-FOLDER OUTPUT-FOLDER. Exit code 77
 # (skipped) where something is missing that ./dev test would have fetched.
 here=$(dirname "$0")

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the page says of late ticks and refused inputs, and the sliders of settings: alone, without a browser.
 
 import assert from 'node:assert/strict';

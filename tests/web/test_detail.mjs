@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The triangles that the page chooses for a picture: without a browser.
 
 import assert from 'node:assert/strict';

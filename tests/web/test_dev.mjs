@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // ./dev web: the page outlives the daemon, and Ctrl-C ends all.
 
 import assert from 'node:assert/strict';

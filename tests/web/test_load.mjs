@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // How hard the page pulls, of each scene. Needs no browser.
 
 import assert from 'node:assert/strict';

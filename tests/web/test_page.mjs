@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The page with a real daemon and a real pliant-web: what a person does, and what comes of it.
 
 import assert from 'node:assert/strict';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The page with a stand-in for pliant-web: what a real one cannot be made to send at will.
 
 import assert from 'node:assert/strict';

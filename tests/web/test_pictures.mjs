@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What tissue looks like: colours of its sides, light, texture and outlines, through cuts and levels. With a stand-in for
 // pliant-web, and at the end with a real one.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The bar of time: of a live session, and of its recording, which pliant-play plays.
 
 import assert from 'node:assert/strict';

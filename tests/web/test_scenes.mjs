@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The workbench: scenes are chosen, started and stopped, meshes become scenes, sessions are recorded, and what is
 // refused says why where it was asked for.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What one does with a body on the page, with a real daemon: settings, the blade and the grasper as the mouse's tools, a
 // second hand, charts, pictures and videos, and what was refused.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // pliant-drake: forwards all bodies of a running daemon to Drake's viewers (meldis,
 // drake_visualizer), as deformable meshes. One thread; only listens, except for one DESCRIBE that
 // requests the meshes.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // libpliant-client: the client side of Pliant, a real-time server of soft tissue.
 //
 // A client is used by one thread at a time; different clients are independent. What a function

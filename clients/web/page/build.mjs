@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Writes the page into a folder: `npm run build -- FOLDER`.
 import { build } from 'esbuild';
 import { mkdir, copyFile, readFile, writeFile } from 'node:fs/promises';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels of springs and elements: the factor of their forces that stiffen
 // (body/stiffening.h), branch-free and with the same bits at every width.
 #ifndef PLIANT_BODY_KERNEL_STIFFENING_H

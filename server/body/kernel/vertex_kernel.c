@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Computes the next rows from forces. Number by number, so that the result does not depend on the
 // width.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Forces of plane elements (Miyazaki et al. 2004, section 2.2; the affine law of shape.h).
 // Compiled once per precision and level with KERNEL_NAME, KERNEL_LEVEL, KERNEL_SINGLE and
 // KERNEL_WIDTH. A lane is an element. In terms of displacements, with G = F - 1, the parts of a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Proxy (server/sim/README.md, "The proxy") and bookkeeping of a contact; contact_force.c has the
 // law. Step thread.
 #include "sim/contact/contact_data.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Contact of one tool with one body. Hollow walls (server/sim/README.md, "Contact of faces"): a
 // penalty on faces with one closest pair each, a soft minimum for capsules, remembered sides, a
 // proxy that yields beyond max_force, bristle friction. Solids ("Contact of solids"): one

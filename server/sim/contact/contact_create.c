@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A contact's stiffness and memory. Load time only.
 #include "sim/contact/contact_data.h"
 

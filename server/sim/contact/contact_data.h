@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: the data of a contact of one tool with one body. contact.c moves
 // the proxy, contact_find.c finds candidates and follows changes of faces, contact_side.c remembers
 // sides, contact_force.c is the law.

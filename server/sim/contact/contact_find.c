@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Finds the faces (or nodes) that a tool can reach in a tick: first nodes near an axis, then the
 // faces around them by exact distance (server/sim/README.md, "Candidate faces"). Computes the
 // normals at the nodes of hollow walls; those of solids only where they are asked for

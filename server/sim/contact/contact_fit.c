@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Contact on a fitted surface (server/sim/README.md, "Contact on a smooth surface"): its nodes
 // follow linearly from the vertices of the cells around them, the carriers; forces go back to these
 // by the same weights. Step thread, except contact_fit_create.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The law of contact (server/sim/README.md, "Contact of faces"): every face with depth > 0 pushes
 // with its own stiffness kappa * rest area along the gradient of its distance; nothing is shared or
 // merged at edges, so the sum is continuous and conservative. Step thread.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // On which side of each face a tool is (server/sim/README.md, "Sides of hollow walls"): a hollow
 // wall pushes the tool back to the side from which it came, even after the axis has crossed it.
 // Step thread, once per tick. Only a face whose interior is nearest can be crossed. If the nearest

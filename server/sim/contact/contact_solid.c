@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Contact with solids (server/sim/README.md, "Contact of solids"): one potential of the tool's
 // capsules and the nodes, without memory and without branches that change a force by a jump, and
 // its implicit impulses on the nodes of each substep, with the proxy as a massless part of the same

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Conjugate gradients on a patch, for three directions of the tool at once, a few steps per tick.
 // Step thread, except stiffness_create.
 #include "sim/contact/stiffness.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The stiffness of bodies against the tools that touch them, for haptic clients behind a network:
 // they show F - K (x - x_of_F) until the next force arrives, which does no work on the hand
 // (server/sim/README.md, "Stiffness for clients").

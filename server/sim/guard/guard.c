@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The check at the end of a tick, and the reaction to a bad one. Step thread: no allocation, no
 // lock, no log. A tick without bad numbers reads one flag per body and a few numbers per tool.
 #include "sim/guard/guard.h"

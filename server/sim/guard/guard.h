@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: the memory of the guard, and what calls it.
 #ifndef PLIANT_SIM_GUARD_H
 #define PLIANT_SIM_GUARD_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The cause of a body's bad numbers, judged by what acted on it, and its withdrawal. A pure
 // function of the state and the tick, so that a repeated run finds the same cause. Step thread,
 // only in a bad tick.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The energy balance of bodies: their energy from time to time, against what they had and were
 // given since. Step thread: a few numbers per tick for each tool in contact, and a measurement of
 // all nodes so rarely that it takes less than half a percent of the time.

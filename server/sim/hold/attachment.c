@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "sim/hold/attachment_data.h"
 
 #include "base/bits.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Springs that hold nodes of one body at positions in a frame (server/sim/README.md, "Holding"):
 // the frame of a closed grasper, of another tool, or the world. Step thread. Each held node i has a
 // spring k_i = g lambda_b m_i to its position and a damper c_i = 2 zeta sqrt(g lambda_b) m_i, where

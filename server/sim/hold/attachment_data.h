@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: the data of an attachment. attachment.c is the law,
 // attachment_nodes.c knows which nodes are held.
 #ifndef PLIANT_SIM_ATTACHMENT_DATA_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Which nodes an attachment holds: grasping and releasing, once per tick, and what becomes of the
 // held nodes after a change of topology (nodes created between them, copies, removed nodes,
 // replaced faces). Step thread.

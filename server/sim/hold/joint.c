@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The other end of node i's spring is z = sum_j w_j x_j + d n, with x_j the corners of a face of
 // the other body, n its unit normal, and z = x_i at the start. A force F at z is distributed to the
 // corners by the transpose of dz/dx_j: forces and moments of both ends cancel exactly, and the

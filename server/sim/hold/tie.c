@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Ties that messages make, change and release while a scene runs: pins and carries are attachments,
 // ties and clips are joints, of a pool that is reserved at load. Step thread; nothing here runs in
 // a substep. Bodies that are tied together advance together while they are, with the most substeps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: ties that messages make (tie.c), their memory and what calls them.
 #ifndef PLIANT_SIM_TIE_H
 #define PLIANT_SIM_TIE_H

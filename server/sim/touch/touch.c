@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The law of contact between bodies (server/sim/README.md, "Contact between bodies"): points of
 // each surface against the faces of the other.
 #include "base/check.h"

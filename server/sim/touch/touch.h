@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Contact between the surfaces of two bodies, or of a body with itself: the pieces that it is cut
 // into, its folds, and a solid's lips of cuts (server/sim/README.md, "Contact between bodies").
 // Both sides feel exactly opposite forces. Step thread unless stated.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the module sim: the data of a touch. touch_find.c finds what is near, at most
 // once a tick, with the grid of touch_grid.c; touch.c is the law.
 #ifndef PLIANT_SIM_TOUCH_DATA_H

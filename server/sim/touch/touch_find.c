@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Finds the points and faces of a touch that can meet in the next ticks (server/sim/README.md,
 // "Contact between bodies"): boxes of both bodies, a grid over the faces where they overlap
 // (touch_grid.c), then the nearest faces of each point, and with touch_patch.c the sides of them

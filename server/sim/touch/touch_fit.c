@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Contact between bodies on a smooth surface (server/sim/README.md, "Contact between bodies"): the
 // places of its nodes follow linearly from vertices, the carriers, and forces go back to these by
 // the same weights. Step thread, except touch_fit_create.

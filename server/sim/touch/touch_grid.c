@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The grid in which a search of a touch finds faces (server/sim/README.md, "Contact between
 // bodies"): over the faces in a box, each in all cells from which a point can reach it, so that a
 // point asks one.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the search of a touch: what is near one point. touch_find.c finds the faces,
 // touch_patch.c which surfaces they are and on which side of them the point is.
 #ifndef PLIANT_SIM_TOUCH_LOOK_H

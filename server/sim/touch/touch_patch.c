@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Sorts the faces near a point into patches, connected parts of a surface, and finds on which side
 // of them the point is (server/sim/README.md, "Contact between bodies").
 #include "sim/touch/touch_look.h"

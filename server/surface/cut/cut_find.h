@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Finds the links of a triangle surface that a blade breaks (README.md, "Links"). A link joins two
 // faces of the finest level across an edge: the bent line from the centroid of one over the middle
 // of the edge to the centroid of the other, which stays in the surface; a shallow blade would miss

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "surface/cut/cut_smooth.h"
 
 #include "geometry/distance.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Smooths the path of a cut command before its links break (README.md, "Smoothing"). The path
 // follows edges of the mesh; where it goes around a face along two or three of its edges although
 // it could take the others, the face changes sides. This adds the border of a face to the set of

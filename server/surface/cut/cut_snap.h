@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Moves the vertices of a fresh cut onto the blade's path, as far as the mesh allows (README.md,
 // "Snapping"): at most 0.2 h along the blade's normal projected into the surface, at rest. The move
 // is halved twice, then dropped, while an angle of an adjacent face at rest would fall below 0.75

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the surface module: a body whose faces are refined and coarsened while it runs (Choi
 // et al. 2005; README.md derives the rules). Everything here follows from one set of bits, which
 // faces are refined: tables, masses, sums and their order are a pure function of it, and every

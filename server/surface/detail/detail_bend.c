@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Hinges of a body with levels: at every unbroken edge between two leaves, and, where one side is
 // finer, at each half of the coarse leaf's edge (README.md, "Bending across levels"). A window owns
 // those of its slots, so that a change packs only the windows that it touches. Step thread, when

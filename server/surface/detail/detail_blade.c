@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Blades in a body that can be cut: where its faces of the finest level are, including those that
 // do not exist yet, which links a blade met (surface/cut), what breaks. Step thread.
 #include "surface/detail/detail.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What levels add to the operations of a surface body. Step thread, but for the check at load.
 #include "surface/detail/detail.h"
 

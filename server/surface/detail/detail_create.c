@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Creates a body with levels, and everything that follows from which faces are refined. Load time;
 // detail_rebuild also after the state was restored.
 #include "surface/cavity.h"

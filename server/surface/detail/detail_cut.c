@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Breaks edges of a body that can be cut: first the bits, then the nodes. Step thread, when a blade
 // or a tear has found what breaks; detail_cut_create at load.
 #include "surface/detail/detail.h"

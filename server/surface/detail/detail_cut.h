@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Broken edges of a body that can be cut (server/surface/cut/README.md, "Broken edges and nodes").
 // Bits, one for each side of each face of the finest level, mark the broken edges; which faces
 // share a node follows from them: the faces around a node of the uncut mesh, joined across unbroken

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Checks that broken edges and copies of nodes from outside (a checkpoint) can be the result of
 // cuts, before anything is derived from them: their numbers are indices. Load time.
 #include "surface/detail/detail.h"

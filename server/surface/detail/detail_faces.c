@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The faces that tools touch and clients draw: each leaf, divided so that it includes its
 // neighbours' midpoints (the paper's four face types, Figure 4), hence a mesh without cracks or
 // T-junctions. Places follow from the hierarchy: the quarters of a leaf begin where its children

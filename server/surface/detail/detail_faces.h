@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The triangles that tools touch and clients draw, and what a change reports of them. They follow
 // from the set of refined faces; a change draws those that it has touched. Private to the surface
 // module.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Dashpots of springs whose tables are packed again (README.md, "Relaxation across changes"): a
 // spring keeps the strain of its dashpots, a new one takes that of the spring it came from, which
 // leaves what a homogeneous strain has relaxed, and its energy, as they were. Step thread, when the

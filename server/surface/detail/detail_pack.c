@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Builds the kernel's tables from the set of refined faces. Slots are packed window by window: the
 // free nodes of a window, sorted by their number of springs, fill its first chunks, the hanging
 // ones the next. So a change packs only the windows that it touches, and the result is a function

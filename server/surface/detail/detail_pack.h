@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // How the nodes of a body with levels are packed into the kernel's tables, and what each evaluation
 // visits of them. Both follow from the set of refined faces. Private to the surface module.
 #ifndef PLIANT_SURFACE_DETAIL_PACK_H

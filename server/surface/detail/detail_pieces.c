@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The connected pieces of a body that can be cut, and the rigid motions of their shapes. Step
 // thread.
 #include "surface/detail/detail.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Virtual nodes of a body in several pieces, with frame = "body": each piece follows a rigid motion
 // of its own, so that disconnected pieces move apart. The kernel has one motion, that of the
 // largest piece; the differences for other pieces are added as external forces. Bodies in one

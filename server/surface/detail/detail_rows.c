@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Rows of nodes that hang, are created or removed: displacements and velocities are transferred so
 // that momentum is conserved and a body at rest stays at rest (README.md, "Hanging nodes" and
 // README.md, "Momentum and mass across changes"). All in the rows' coordinates.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The set of refined faces: which exist, which are leaves, which nodes hang; and how single faces
 // are refined and coarsened. Step thread.
 #include "surface/cavity.h"

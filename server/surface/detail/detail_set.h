@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The set of refined faces, from which everything else about a body with levels follows, and what
 // is derived from it about faces and nodes. Private to the surface module.
 //

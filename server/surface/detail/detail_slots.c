@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "surface/detail/detail_slots.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Slots of a changing mesh in messages (lcmtypes/mesh_t.lcm): a node or triangle keeps its slot for
 // its life, a new one takes the lowest free slot. Private to the surface module.
 #ifndef PLIANT_SURFACE_DETAIL_SLOTS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The criteria of refinement and simplification (Choi et al. 2005, "Criterion for Refinement and
 // Simplification", as the dimensionless indicators of README.md, "Refinement criteria"): force
 // concentration, velocity, change of curvature. A leaf is divided when one of them is above 1; a

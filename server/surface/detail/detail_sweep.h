@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the sweep over the refinement criteria keeps (detail_sweep.c). Private to the surface
 // module.
 #ifndef PLIANT_SURFACE_DETAIL_SWEEP_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A body that tears where it is stretched too far (server/surface/cut/README.md, "Tearing"): edges
 // break one after the other at the front of a crack, as a blade would break them. Step thread.
 #include "surface/detail/detail.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Part of the spring kernel: hinges between faces (surface/bending.h), a hinge to a lane. Their
 // forces are added to rows one after another, so that sums have one order at any width.
 #ifndef PLIANT_SURFACE_KERNEL_BEND_H

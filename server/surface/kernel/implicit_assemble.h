@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Builds the linear system of one implicit step from the spring tables and the rows (implicit.h).
 // Step thread.
 #ifndef PLIANT_SURFACE_KERNEL_IMPLICIT_ASSEMBLE_H

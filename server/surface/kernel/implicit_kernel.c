@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The arithmetic of an implicit step, compiled once per instruction-set level with KERNEL_NAME and
 // KERNEL_LEVEL: with AVX a Quad is one register. Nothing is contracted and every sum has a fixed
 // order, so that all levels are bit-identical. Step thread.

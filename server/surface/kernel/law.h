@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: springs that relax (Maxwell branches) and stiffen, beside the linear law.
 // With x = l - r the extension of a spring at rest length r, and d that of a branch's dashpot,
 //   pull / k = G'(q) x + sum e (x - d),    q = (x / (s r))^2 where x > 0, else 0,    d' = (x - d) /

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Spring forces, shape-preserving springs, external forces and the integrator's update of one
 // stage, in one pass over the nodes (Choi et al. 2005, eqs 1, 2 and 10; damping of eq 10 on the
 // full velocity vector, or as printed).

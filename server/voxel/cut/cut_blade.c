@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Finds the faces that a blade's motion breaks.
 #include "base/check.h"
 #include "voxel/cut/cut_near.h"

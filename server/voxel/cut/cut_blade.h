@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Finds the faces of a voxel body that a blade breaks (README.md, "Links"): those whose link,
 // between the centres of two finest cells, meets the blade's edge while both move
 // (body/cut_exact.h). Centres are quantised once: a tick starts with the points at which the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a voxel body that can be cut has and does besides others. Step thread, but for its creation.
 #include "voxel/cut/cut_body.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a voxel body with `cuttable = true` has and does besides others: its elements are stored so
 // that blades can separate them while the body moves. Step thread, unless noted.
 #ifndef PLIANT_VOXEL_CUT_CUT_BODY_H

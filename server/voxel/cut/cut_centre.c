@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel/cut/cut_centre.h"
 
 void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Rows *rows,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The centres of finest cells: the mean of a cell's 8 corners; inside a larger element, of the
 // corners that dividing it would create, so that a division moves no centre. Step thread.
 #ifndef PLIANT_VOXEL_CUT_CUT_CENTRE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel/cut/cut_cross.h"
 
 #include <math.h>

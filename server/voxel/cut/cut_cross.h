@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Where a blade met a link: what a smooth cut wall keeps of each broken face. Step thread.
 #ifndef PLIANT_VOXEL_CUT_CUT_CROSS_H
 #define PLIANT_VOXEL_CUT_CUT_CROSS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Squares of a cut body: where they are, their neighbours, and the nodes that have them. Step
 // thread.
 #include "voxel/cut/cut_faces.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The visible faces of a cuttable voxel body: a square, two triangles, for each side of a finest
 // cell (a leaf of level 0) beyond which there is void or a broken face. Squares are never removed:
 // each keeps its place, new ones take the next, so that data stored by face or node stays valid.

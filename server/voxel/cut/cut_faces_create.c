@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Derives the faces of a cut body: at load, and after the state was replaced.
 #include "voxel/cut/cut_faces.h"
 

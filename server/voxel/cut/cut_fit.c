@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel/cut/cut_fit_parts.h"
 
 #include "voxel/cut/cut_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The smooth surface of a body that can be cut (README.md, "Smooth walls"): offsets of the outer
 // points are those of the uncut body, those of a cut wall follow from where the blade met the links
 // around. An offset is a pure function of the broken bits and the crossings. Where a change would

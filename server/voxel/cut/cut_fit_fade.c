@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Fades: a node stays where it was at the moment of a change, and goes from there to its place.
 #include "voxel/cut/cut_fit_parts.h"
 

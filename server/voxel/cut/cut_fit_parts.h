@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the smooth surface of cut bodies: what its files share.
 #ifndef PLIANT_VOXEL_CUT_CUT_FIT_PARTS_H
 #define PLIANT_VOXEL_CUT_CUT_FIT_PARTS_H

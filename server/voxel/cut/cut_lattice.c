@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The elements and vertices that a cut body can ever have: creation, look-up, and derivation from
 // the bits.
 #include "voxel/cut/cut_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The elements and vertices of a voxel body while it is cut: private to the voxel module, for
 // bodies with `cuttable = true`.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel/cut/cut_masses.h"
 
 #include "base/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The vertices of a cut body: creation of new ones, masses from the elements around, and
 // conservation of momentum in divisions (README.md, "Momentum"). Step thread, except
 // cut_masses_create.

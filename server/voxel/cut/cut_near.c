@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Offers the links near a sweep. What cannot be near is excluded: for strokes bricks of cells by
 // stored boxes, for commands cells by the sides of the sweep on which their vertices are; then
 // links by the sides of the sweep's box on which their ends are.

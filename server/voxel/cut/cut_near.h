@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the blades of voxel bodies: one sweep in progress, and the links near it.
 #ifndef PLIANT_VOXEL_CUT_CUT_NEAR_H
 #define PLIANT_VOXEL_CUT_CUT_NEAR_H

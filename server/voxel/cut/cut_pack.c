@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Builds the batches of a group of windows from its leaves; part of cut_windows.c.
 #include "voxel/cut/cut_windows.h"
 

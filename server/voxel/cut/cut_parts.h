@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the cut lattice: definitions that its files share.
 #ifndef PLIANT_VOXEL_CUT_CUT_PARTS_H
 #define PLIANT_VOXEL_CUT_CUT_PARTS_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Decides whether cells are still connected. Two searches from both sides of a broken link, which
 // stop when they meet, nearly always decide at the cost of the few cells around it. All cells that
 // they have seen are connected, so that adjacent links, which broke with this one, are decided by a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The connected pieces of a cuttable voxel body: cells that are connected through unbroken faces. A
 // function of the broken bits alone, for any elements. A piece is identified by its smallest cell,
 // which it keeps as long as it is intact; pieces are numbered in the order of their appearance.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The vertices at a lattice point. Step thread.
 #include "voxel/cut/cut_parts.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Broken faces, and the divisions of elements that they require. Step thread.
 #include "voxel/cut/cut_parts.h"
 

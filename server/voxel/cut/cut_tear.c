@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "voxel/cut/cut_tear.h"
 
 #include "voxel/barrier.h"

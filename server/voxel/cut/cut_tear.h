@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Finds the faces of a voxel body that tear, by one of two rules (README.md, "Tearing").
 //
 // By stress: with P the nominal stress of an element (element.h) and N the normal of a face at

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The batches of a cuttable body: like batch.h, but rebuilt window by window while the body is cut.
 // Leaves of one kind (plain cubes of one class, or one mask) fill whole batches of their window.
 // The rest of a group's windows fills batches of the group: plain ones by class; those with hanging

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: elements whose volume has fallen below BARRIER_VOLUME, one by one in
 // double precision. As rare as those of repair.h, and never inlined either.
 #ifndef PLIANT_VOXEL_KERNEL_BARRIER_H

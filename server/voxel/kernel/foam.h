@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: how WIDTH elements turn. The rotations of their deformations by FOAM
 // (Markley 1993, "Attitude determination using vector observations: a fast optimal matrix
 // algorithm"), branch-free. With s1, s2, s3 the singular values of F, s3 with the sign of det F,

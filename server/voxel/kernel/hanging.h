@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: elements with hanging vertices, WIDTH at a time: of one template, with
 // the same rest-shape numbers for all lanes, or mixed, with numbers for each lane. Lengths are in
 // units of the element's edge H and relative to its first vertex, so that rounding is relative to

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: what a kernel is compiled for.
 #ifndef PLIANT_VOXEL_KERNEL_KIND_H
 #define PLIANT_VOXEL_KERNEL_KIND_H

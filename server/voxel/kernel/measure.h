@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: measures elements and changes nothing: their elastic energy (formula in
 // element.c), for status and tests; which have more stress than a limit.
 #ifndef PLIANT_VOXEL_KERNEL_MEASURE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: cubes with 8 corners. In the basis of the 8 products of the signs of a
 // corner's coordinates (Hadamard's), a cube's displacements are their mean, three columns of the
 // deformation and four modes that do not move the middle; in it all of the element's law is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: Maxwell branches beside the uniform part of the affine law
 // (server/voxel/README.md, "Relaxation"). With R^T F = 1 + B and the dashpot's strain Q of a
 // branch, both symmetric,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: elements that are too flat, inverted, thin or small for the fast path,
 // one by one in double precision. Rare, so never inlined: the fast path keeps its registers.
 #ifndef PLIANT_VOXEL_KERNEL_REPAIR_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: adds a batch's forces to its vertices.
 #ifndef PLIANT_VOXEL_KERNEL_SCATTER_H
 #define PLIANT_VOXEL_KERNEL_SCATTER_H

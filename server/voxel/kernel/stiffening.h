@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Private to the kernels: the elastic forces of elements that stiffen
 // (server/voxel/README.md, "Stiffening").
 // With c = E s^2 / 2, s the strain of the law,

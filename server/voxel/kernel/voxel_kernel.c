@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Forces of voxel elements (Miyazaki et al. 2004, section 2.2; law and
 // derivation in element.c).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "cut_blades.h"
 
 #include "base/check.h"

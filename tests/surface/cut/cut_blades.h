@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Ways of a blade across a surface that can be cut.
 #ifndef PLIANT_TESTS_CUT_BLADES_H
 #define PLIANT_TESTS_CUT_BLADES_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "cut_model.h"
 
 #include "geometry/generator.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A triangle surface without physics that can be cut: what the finder, smoothing and snapping need,
 // the rule by which vertices split, written the plain way, and every invariant of the outcome
 // derived from the node numbers alone.

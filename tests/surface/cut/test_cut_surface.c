@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Cuts of triangle surfaces, found exactly: whatever the blade does, the outcome is a sound mesh,
 // a blade that goes all the way through separates, and one that ends inside does not.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A blade that cuts tick by tick through a triangle surface that moves meanwhile.
 #include "test.h"
 

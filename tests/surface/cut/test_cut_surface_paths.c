@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What single cuts of a fresh triangle surface come to, and how well their path follows the blade.
 #include "test.h"
 

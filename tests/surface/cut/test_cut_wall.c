@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Cuts of surface bodies through the simulation: on meshes that are refined, deformed and moving,
 // with everything re-derived from scratch after each.
 #include "wall_bench.h"

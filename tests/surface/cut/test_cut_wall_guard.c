@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A wall whose numbers go bad in the tick in which a blade goes through it: the cut stays, nodes
 // that were there have what they had, and their copies the same.
 #include "wall_bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What moves while a surface body is cut: pieces that come apart, blades through moving tissue, a
 // probe that presses on what is cut under it.
 #include "wall_bench.h"

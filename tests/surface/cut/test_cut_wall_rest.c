@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What nothing loads or stretches stays at rest when it is cut: the lips that move onto the blade
 // are at rest where they are put.
 #include "wall_bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The state of cut surface bodies: room, checkpoints, resets, and what a damaged file may hold.
 #include "wall_bench.h"
 

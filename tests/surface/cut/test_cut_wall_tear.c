@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Surface bodies that tear where they are stretched too far.
 #include "wall_check.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "wall_bench.h"
 
 #include "expect.h"

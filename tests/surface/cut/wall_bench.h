@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Surface bodies to be cut, sweeps to cut them with, and what must hold after each.
 #ifndef PLIANT_TESTS_WALL_BENCH_H
 #define PLIANT_TESTS_WALL_BENCH_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What must hold of a surface body that has been cut, re-derived from the published mesh alone, and
 // of its locks and sums.
 #ifndef PLIANT_TESTS_WALL_CHECK_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // When faces are divided and taken back: each indicator of
 // server/surface/detail/README.md, "Refinement criteria", alone, against its definition; how long
 // calm must last; how often faces are looked at; what the governor may set.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // How a body with levels moves: as one of a single level where it has one, with its momentum and
 // mass kept through every change, without a start of its own, in patches as in whole.
 #include "detail_bench.h"

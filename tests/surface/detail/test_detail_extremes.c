@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What could break it: a wall that is divided while a tool lies in it, no room left, a load of
 // 1e6 N, tools faster than any hand, nothing free to move, several pieces, nodes of many and of few
 // edges, corners, five levels of a tetrahedron, and states that no run has made.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One evaluation of a body with levels against a plain sum over its leaves, at random states: every
 // variant of the kernels for such bodies, at every instruction-set level and precision.
 #include "base/isa.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Graspers on a body where faces of two levels meet: what hangs there carries no mass of its own.
 #include "detail_bench.h"
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bodies with levels whose numbers go bad in a tick in which they also refine, or are cut: what
 // came stays, and lies between its parents.
 #include "detail_bench.h"

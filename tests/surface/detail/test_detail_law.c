@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Springs that relax and stiffen on bodies whose faces are refined, coarsened and cut.
 #include "detail_bench.h"
 

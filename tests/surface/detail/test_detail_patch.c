@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The patch test of meshes of mixed levels (server/surface/detail/README.md, "Hanging nodes"):
 // under a homogeneous strain of a flat lattice every face carries the same stress, so that no free
 // node feels a force, wherever levels meet; the strain is the solution of the problem with moved

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The same bits: of a scene run twice, continued from the middle of a refined state in another
 // process's memory, after a reset, looked at or not, and with every instruction set.
 #include "base/isa.h"

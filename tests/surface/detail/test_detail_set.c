@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Refining and coarsening faces at random, with everything re-derived after each change.
 #include "test.h"
 #include "detail_bench.h"

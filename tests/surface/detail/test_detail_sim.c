@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Bodies that refine and coarsen by their own criteria, in the pipeline: under loads, under a probe
 // that is moved about for long, in both precisions, all integrators and frames. Every so often all
 // tables are re-derived and the published mesh is looked at.

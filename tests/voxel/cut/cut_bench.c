@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "cut_bench.h"
 
 #include "expect.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A cuttable lattice with all that it shows and is cut by, whose vertices are where a test puts
 // them: no forces, no dynamics.
 #ifndef PLIANT_TESTS_CUT_BENCH_H

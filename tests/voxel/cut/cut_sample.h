@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A cut lattice of a body, and random cuts through it.
 #ifndef PLIANT_TESTS_CUT_SAMPLE_H
 #define PLIANT_TESTS_CUT_SAMPLE_H

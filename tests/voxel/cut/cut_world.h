@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A real cuttable voxel body in a Sim: cuts by sweeps and strokes, and what must hold afterwards.
 #ifndef PLIANT_TESTS_CUT_WORLD_H
 #define PLIANT_TESTS_CUT_WORLD_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Tearing of voxel bodies: which faces, by known stresses; a notched bar pulled apart; forces from
 // outside beyond the threshold.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The batches of a cuttable body: a function of the leaves alone, whatever the way there, and the
 // forces, bits and rotations of its elements.
 #include "test.h"

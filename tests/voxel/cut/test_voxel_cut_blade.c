@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A blade that passes through a voxel body separates it and leaves no leak, whatever the body's
 // shape and motion; one that stops halfway does not.
 #include "cut_bench.h"

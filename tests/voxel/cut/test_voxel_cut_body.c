@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Cuttable voxel bodies as the pipeline runs them: elements, masses and momentum across cuts and
 // divisions, with real dynamics between.
 #include "sim/follow.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Blades through real bodies that swing, sag and are divided while they are cut, tick by tick in
 // the pipeline.
 #include "test.h"

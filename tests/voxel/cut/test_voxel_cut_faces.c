@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a cuttable voxel body shows: closed surfaces, in places that stay, the same from scratch as
 // step by step.
 #include "cut_bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Contact on the smooth surface of solids: tools feel what is shown, the forces on the vertices
 // that carry it are the slope of one energy, momentum is exchanged exactly, friction is that of the
 // push, and a cut beside a tool is not felt as a jump.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The smooth surface of solids: an analytic organ is met by its outer faces, and the sheet of a
 // blade by the walls of cuts; lips coincide when they part, and what is published follows from the
 // state alone.

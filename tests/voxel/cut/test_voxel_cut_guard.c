@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Cuttable voxel bodies whose numbers go bad in the tick in which a blade goes through them: the
 // cut stays, and the vertices that came are where those were that they are copies of.
 #include "test.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The lattice of cut bodies against its definition, worked out anew in the plainest way after every
 // step of random cuts and divisions.
 #include "cut_sample.h"

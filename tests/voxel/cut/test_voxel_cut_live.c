@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Blades through bodies that move and are divided while they are cut: the whole pipeline, tick by
 // tick. What must hold is looked at in every tick, from scratch.
 #include "test.h"

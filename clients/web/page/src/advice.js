@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the figures of a status mean: why inputs are refused, and what helps against late ticks.
 
 const REASONS = {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One body: its mesh in slots, its node positions, and the drawn objects. Arrays grow with the mesh; a frame of
 // positions allocates nothing.
 

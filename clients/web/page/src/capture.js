@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Pictures and videos of what is seen, as files.
 
 import { Vector3 } from 'three';

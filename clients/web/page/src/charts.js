@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Small charts of the last minutes, drawn when a status arrives.
 
 const SAMPLES = 160;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Turns binary messages into views of their numbers: copies nothing, checks everything.
 
 const MESH = 1, NODES = 2, REST = 3;

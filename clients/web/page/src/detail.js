@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The triangles of a picture: coarser meshes of a body, for where its own are small on the screen; finer ones, which
 // follow the curve that the normals describe, for where they are large; and of the chosen one only what faces the eye.
 // Nodes keep their places, normals and textures: a coarser mesh is another list of triangles between some of them, a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Charts of the tools' forces: against time and against depth, and the numbers of what they show as a file.
 
 import { download } from './capture.js';

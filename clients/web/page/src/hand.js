@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The mouse as a hand: presses with a probe, pulls with a grasper (or with a load if the scene has none), cuts with a
 // blade (or with cut messages). Sends poses at the pointer's events, and every few milliseconds while a tool is in use,
 // independent of drawing.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A drag across the picture as a blade: its edge is along the line of sight, and each part of the drag sweeps one
 // quadrilateral, sent as one cut.
 

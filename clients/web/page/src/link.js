@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The WebSocket: connects, reconnects with a growing delay, hands over messages.
 
 import { decode } from './decode.js';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The largest force of a drag without grasper.
 
 const GRAVITY = 9.81;  // [m/s2]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The page: connects the link, the bodies, the tools, the hand and the panel.
 
 import { NoColorSpace, TextureLoader } from 'three';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Quantities computed from all triangles of a body. Plain loops over typed arrays, without allocation.
 
 /**

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The switches, the figures and the list of events: everything on the page but the picture.
 
 import { lateAdvice, newRefusals } from './advice.js';

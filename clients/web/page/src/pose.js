@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A tool in a hand: how it is held, and the messages that move it.
 
 import { Quaternion, Vector3 } from 'three';

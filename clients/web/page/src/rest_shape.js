@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Rest positions of a body's nodes and texture coordinates of an image, through changes of its mesh. From `rest`
 // messages; before or without these a node's rest position is where it was first seen.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The workbench: scenes to start, meshes to drop, recordings. What a program says when it fails is
 // shown where it was started.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The second hand: moves another tool than the mouse does, by keys or by a gamepad, in the directions of the view.
 
 import { Vector3 } from 'three';

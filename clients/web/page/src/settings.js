@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Sliders for what SET can change. The server lists the keys of each body in its description, tells the present value and
 // range of one (SET "try body.key"), and says what a value would do before it is set (SET "try body.key=value").
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The camera, the renderer and the ground: draws only when something changed. Where the processor draws, moving tissue
 // gets coarser meshes and one sample a pixel; what has stood still for a moment is drawn once more, with all its triangles
 // and four samples a pixel.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Ties: a click on tissue pins it, a drag ties it to the body at its end, or clips two walls of one body; a list
 // releases them. The list is what events tell, whoever made the ties; the server repeats them for a page that comes later.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The bar of time: forces, cuts and other events. Of a recording (pliant-play) the whole of it, with which one
 // moves in it; of a live session the last minutes.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The look of tissue: one small shader, cheap enough for software rendering, and the texture of bodies without image.
 
 import { CanvasTexture, Color, DoubleSide, LinearFilter, NoColorSpace, RepeatWrapping,

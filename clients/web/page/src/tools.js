@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Tools at their positions, and the forces on them.
 
 import { BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, Float32BufferAttribute,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Formats figures with their units.
 
 export const figure = (x, digits = 2) => Number.isFinite(x) ? x.toFixed(digits) : '–';
