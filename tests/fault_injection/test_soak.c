@@ -213,6 +213,11 @@ static void load(Soak *soak)
     soak->loads++;
 }
 
+static void publish_cut(Client *client, const void *message)
+{
+    pliant_cut_t_publish(client->lcm, "PLIANT_CUT", message);
+}
+
 // A blade as long as the body, through its middle or near it.
 static void cut(Soak *soak)
 {
@@ -229,9 +234,7 @@ static void cut(Soak *soak)
         message.after[0][k] = at[k] + soak->size * (u[k] - v[k]);
         message.after[1][k] = at[k] + soak->size * (u[k] + v[k]);
     }
-    pliant_cut_t_publish(soak->client->lcm, "PLIANT_CUT", &message);
-    wait_until(soak->client, find_reply(soak->client, message.id) != NULL);
-    soak->cuts_made += find_reply(soak->client, message.id)->ok;
+    soak->cuts_made += answer_to(soak->client, message.id, publish_cut, &message)->ok;
     soak->cuts++;
 }
 
