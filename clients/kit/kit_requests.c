@@ -96,6 +96,9 @@ static void send_command(lcm_t *lcm, const char *channel, int32_t sender, int32_
     pliant_command_t *command = message;
     command->sender = sender;
     command->id = id;
+    // A question changes nothing: a server that starts while it is repeated may answer it.
+    if (command->kind == PLIANT_COMMAND_T_DESCRIBE)
+        command->utime = client_utime();
     pliant_command_t_publish(lcm, channel, command);
 }
 
