@@ -299,6 +299,17 @@ TEST(another_thread_draws_frames_while_the_next_ones_come)
     process_end(&daemon);
 }
 
+TEST(a_question_is_answered_by_a_server_that_starts_while_it_is_asked)
+{
+    Process daemon;
+    PliantClient *client = open_client();
+    pliant_patience(client, 0.1, 600); // the server needs a few of these to start
+    start_cut_scene(&daemon, "");
+    expect_done(client, pliant_describe(client));
+    process_end(&daemon);
+    pliant_close(client);
+}
+
 TEST(requests_do_what_they_say_or_say_why_not)
 {
     Process daemon;
