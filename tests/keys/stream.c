@@ -20,7 +20,7 @@
 
 enum { RUNS = 24, FIRST_PORT = 7700, KIND_COUNT = 7 };
 #define RATE    "rate_hz = 200.0;\n"
-#define SECONDS "1.5"
+#define SECONDS "3.0" // two presses: the stiffness of a contact takes dozens of its ticks
 
 // The kinds of channels by what stands behind the prefix.
 static const char *const KIND[KIND_COUNT] = {"_NODES_",  "_VELOCITY_", "_MESH_",  "_REST_",
@@ -134,7 +134,7 @@ static void drive(StreamRun *run, KeyModel model, int sequence)
                                .position = {0.0, 0.0, 0.0},
                                .orientation = {1.0, 0.0, 0.0, 0.0},
                                .active = true};
-    const double part = fabs((sequence % 60) / 30.0 - 1.0); // 1, 0, 1 within 0.6 s
+    const double part = fabs((sequence % 120) / 60.0 - 1.0); // 1, 0, 1 within 1.2 s
     pose.position[model == KEY_PLANE ? 1 : 2] = 0.045 + 0.03 * part;
     pliant_tool_pose_t_publish(run->lcm, "PLIANT_TOOL_POSE", &pose);
     pose.tool = 7; // of the row of tools.id; refused elsewhere
