@@ -79,7 +79,7 @@ bool score_rules_read(const char *text, const char *name, ScoreRules *rules, Sta
     char *copy = copy_text(text);
     config_t config;
     config_init(&config);
-    const SceneReader reader = {.source = {name, status}, .folder = "."};
+    const SceneReader reader = {.source = {.path = name, .status = status}, .folder = "."};
     const bool ok =
         scene_source_parse(name, copy, &config, status) && read_group(&config, &reader, rules);
     config_destroy(&config);
@@ -95,7 +95,7 @@ bool score_rules_load(const char *path, ScoreRules *rules, Status *status)
     config_t config;
     config_init(&config);
     char *text = scene_source_read(path, &config, status);
-    const SceneReader reader = {.source = {path, status}, .folder = "."};
+    const SceneReader reader = {.source = {.path = path, .status = status}, .folder = "."};
     const bool ok = text != NULL && read_group(&config, &reader, rules);
     config_destroy(&config);
     free(text);

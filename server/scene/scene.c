@@ -52,10 +52,10 @@ static const Option SCENE_OPTIONS[] = {
     {"rate_hz", OPTION_REAL, AT(scene.sim.rate_hz), "Hz", 1.0, 10000.0, .preset = 1000.0,
      .physics = true, .about = "Ticks per second: how often tools move and contacts are found."},
     {"gravity", OPTION_VECTOR, AT(scene.sim.gravity), "m/s2", 0.0, 1e4, .physics = true,
-     .live = "gravity", .feature = {"gravity"},
+     .live = "gravity", .feature = {.name = "gravity"},
      .about = "Acceleration of every node, world frame."},
     {"threads", OPTION_INT, AT(scene.threads), "", 1.0, TEAM_THREADS_MOST, .preset = 1.0,
-     .feature = {"more threads for a step"},
+     .feature = {.name = "more threads for a step"},
      .about = "Threads that compute one step, each on its own processor: useful from a few "
               "thousand nodes on, and only if no other program needs these processors. Results are "
               "bit-identical for any number."},
@@ -86,7 +86,7 @@ static const Option SCENE_OPTIONS[] = {
     {"start", OPTION_WORD, AT(scene.start), "", .words = START_WORDS,
      .about = "Whether time runs at once or waits for a RESUME or STEP command."},
     {"estimate_error", OPTION_BOOL, AT(scene.sim.estimate_error), "",
-     .feature = {"error of the time steps in status", has_estimate},
+     .feature = {.name = "error of the time steps in status", has_estimate},
      .about = "Whether a live run reports the error of its time steps (`body_status_t`): in the "
               "spare time of ticks, steps are tried whole and in two halves. The motion is "
               "bit-identical with and without it."},
@@ -94,7 +94,7 @@ static const Option SCENE_OPTIONS[] = {
      .preset = 0.2, .physics = true, .idle = {&IDLE_MOVES_NO_TOOL},
      .about = "A tool whose newest pose is older is withdrawn."},
     {"settle_s", OPTION_REAL, AT(scene.settle_s), "s", 0.0, 3600.0,
-     .feature = {"settling before the first tick"},
+     .feature = {.name = "settling before the first tick"},
      .about = "Time simulated before the first tick, so that the bodies are at rest under gravity "
               "and prestress."},
     {"capacity", OPTION_GROUP, AT(capacity), "", .preset_text = "from the meshes and levels",
@@ -106,20 +106,20 @@ static const Option SCENE_OPTIONS[] = {
               "bodies must be unchanged since."},
     {"bodies", OPTION_LIST, AT(bodies), "", .required = true,
      .about = "The soft bodies: 1 to 64 groups."},
-    {"tools", OPTION_LIST, AT(tools), "", .feature = {"contact", has_contact},
+    {"tools", OPTION_LIST, AT(tools), "", .feature = {.name = "contact", has_contact},
      .about = "The tools: up to 32 groups."},
-    {"attachments", OPTION_LIST, AT(attachments), "", .feature = {"attachments"},
+    {"attachments", OPTION_LIST, AT(attachments), "", .feature = {.name = "attachments"},
      .about = "Springs that attach regions of bodies: up to 64 groups."},
     {"max_ties", OPTION_INT, AT(scene.sim.max_ties), "", 0.0, SIM_TIES, .physics = true,
-     .feature = {"ties by message"},
+     .feature = {.name = "ties by message"},
      .about = "Largest number of ties that messages may make at a time (`tie_t`, `pliant-tie`): "
               "pins to the world, ties between bodies, clips, and what tools carry. Their memory "
               "is reserved at load."},
-    {"touch", OPTION_LIST, AT(touch), "", .feature = {"contact between bodies"},
+    {"touch", OPTION_LIST, AT(touch), "", .feature = {.name = "contact between bodies"},
      .about =
          "Bodies that collide with each other or with themselves: up to 64 groups. Others pass "
          "through one another."},
-    {"loads", OPTION_LIST, AT(loads), "", .feature = {"loads of the scene"},
+    {"loads", OPTION_LIST, AT(loads), "", .feature = {.name = "loads of the scene"},
      .about = "Forces at given times: up to 64 groups."},
     {"score", OPTION_GROUP, AT(score), "", .preset_text = "none",
      .about = "What the score sheet of a session judges by."},
@@ -131,32 +131,33 @@ const OptionTable SCENE_TABLE =
 #define AT(member) offsetof(ScenePublish, member)
 static const Option PUBLISH_OPTIONS[] = {
     {"nodes_hz", OPTION_REAL, AT(nodes_hz), "Hz", 0.0, 10000.0, .follows = true, .preset = 60.0,
-     .feature = {"positions in messages"},
+     .feature = {.name = "positions in messages"},
      .about = "Frames of node positions per second; 0: never."},
     {"mesh_hz", OPTION_REAL, AT(mesh_hz), "Hz", 0.0, 10000.0, .follows = true, .preset = 1.0,
-     .feature = {"meshes in messages"},
+     .feature = {.name = "meshes in messages"},
      .about = "Whole meshes per second, for clients that join late; 0: only on request."},
     {"contact_hz", OPTION_REAL, AT(contact_hz), "Hz", 0.0, 10000.0, .follows = true,
-     .preset = 1000.0, .idle = {&IDLE_HAS_NO_TOOL}, .feature = {"contacts in messages"},
+     .preset = 1000.0, .idle = {&IDLE_HAS_NO_TOOL}, .feature = {.name = "contacts in messages"},
      .about = "Contact messages per second and tool; 0: never."},
     {"status_hz", OPTION_REAL, AT(status_hz), "Hz", 0.0, 10000.0, .follows = true, .preset = 2.0,
-     .feature = {"status in messages"}, .about = "Status messages per second; 0: never."},
+     .feature = {.name = "status in messages"}, .about = "Status messages per second; 0: never."},
     {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS, .idle = {&IDLE_HAS_NO_INSIDE},
-     .feature = {"inner vertices in messages"},
+     .feature = {.name = "inner vertices in messages"},
      .about = "Which nodes: those of the surface, or all, including those inside voxel bodies."},
     {"positions", OPTION_WORD, AT(positions), "", .words = POSITIONS_WORDS,
-     .idle = {&IDLE_PUBLISHES_NO_NODES}, .feature = {"positions in packets"},
+     .idle = {&IDLE_PUBLISHES_NO_NODES}, .feature = {.name = "positions in packets"},
      .about = "How positions are sent: as `floats` in chunks of up to 49 kB (`_NODES_`); as "
               "`packets` of at most 1400 bytes, rounded to 7.6 um (`_POINTS_`): about half of the "
               "bytes, and a link that loses packets keeps most nodes fresh; or as `both`."},
     {"velocity", OPTION_BOOL, AT(velocity), "", .idle = {&IDLE_PUBLISHES_NO_NODES},
-     .feature = {"velocities in messages"}, .about = "Whether velocities are published too."},
-    {"rest", OPTION_BOOL, AT(rest), "", .feature = {"rest positions in messages"},
+     .feature = {.name = "velocities in messages"},
+     .about = "Whether velocities are published too."},
+    {"rest", OPTION_BOOL, AT(rest), "", .feature = {.name = "rest positions in messages"},
      .about = "Whether rest positions of the nodes and the texture coordinates of the mesh file "
               "are published with each whole mesh, for viewers."},
     {"contact_stiffness", OPTION_BOOL, AT(contact_stiffness), "", .preset = 1.0,
      .idle = {&IDLE_HAS_ONLY_PLANES, &IDLE_MOVES_NO_TOOL, &IDLE_PUBLISHES_NO_CONTACTS},
-     .feature = {"stiffness in contacts"},
+     .feature = {.name = "stiffness in contacts"},
      .about = "Whether contact messages report the body's stiffness at the contact, which haptic "
               "devices behind a network need; it takes up to 4 % of a tick while a probe touches. "
               "Not for plane bodies."},
@@ -347,7 +348,8 @@ bool scene_read(const char *path, Scene *scene, Status *status)
     // The text is checked before libconfig sees it.
     scene->text = scene_source_read(path, &config, status);
     char *folder = scene_source_folder(path);
-    SceneReader reader = {.source = {path, status}, .folder = folder, .scene = scene};
+    SceneReader reader = {
+        .source = {.path = path, .status = status}, .folder = folder, .scene = scene};
     bool ok = scene->text != NULL && read_root(&reader, config_root_setting(&config));
     // Keys without effect are known only when all keys are.
     if (ok)

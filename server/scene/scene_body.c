@@ -37,7 +37,7 @@ static const Option BODY_OPTIONS[] = {
     {"voxels", OPTION_GROUP, AT(voxels), "", .preset_text = "required of a voxel body",
      .only = VOXEL_ONLY, .about = "Source of its cells."},
     {"levels", OPTION_INT, AT(body.options.levels), "", 0.0, LEVELS_MAX,
-     .preset_text = "surface 0, voxel 2", .physics = true, .feature = {"levels of detail"},
+     .preset_text = "surface 0, voxel 2", .physics = true, .feature = {.name = "levels of detail"},
      .about = "Surface: finest level of detail; each level divides every face into four. 0: the "
               "mesh as it is. Voxel, 0 to 5: coarsest level; elements inside are up to 2^levels "
               "cells wide. 0: one element per cell."},
@@ -52,7 +52,7 @@ static const Option BODY_OPTIONS[] = {
               "membrane, `choi2005` by the paper's eqs 6 to 9, which a `cuttable` body with levels "
               "cannot use. No effect with `levels = 0`."},
     {"adapt", OPTION_GROUP, AT(adapt), "", .preset_text = "stays at start_level",
-     .only = SURFACE_ONLY, .feature = {"refinement at run time"},
+     .only = SURFACE_ONLY, .feature = {.name = "refinement at run time"},
      .about = "Surface: when faces are refined and coarsened."},
     {"law", OPTION_WORD, AT(body.voxel.law), "", .words = LAW_WORDS, .preset = VOXEL_AFFINE,
      .only = VOXEL_ONLY, .physics = true,
@@ -65,17 +65,18 @@ static const Option BODY_OPTIONS[] = {
     {"materials", OPTION_LIST, AT(materials), "", .only = VOXEL_ONLY,
      .about = "Voxel: materials for individual labels of a volume, instead of `material`."},
     {"shape", OPTION_GROUP, AT(shape), "", .preset_text = "no shape springs", .only = SURFACE_ONLY,
-     .feature = {"shape springs"},
+     .feature = {.name = "shape springs"},
      .about = "Surface: springs that pull every node to its rest position."},
     {"cavity", OPTION_GROUP, AT(cavity), "", .preset_text = "nothing is inside",
      .only = SURFACE_ONLY, .about = "Surface: what a closed wall encloses, and its pressure."},
     {"contact", OPTION_GROUP, AT(contact), "", .preset_text = "its defaults",
      .about = "Contact of the body with tools."},
     {"prestress", OPTION_REAL, AT(body.surface.prestress), "", 0.0, 0.9, .only = SURFACE_ONLY,
-     .physics = true, .feature = {"prestress"},
+     .physics = true, .feature = {.name = "prestress"},
      .about = "Surface: rest lengths are shortened by this fraction; 0.1 lets cuts open."},
     {"skin", OPTION_GROUP, AT(skin), "", .preset_text = "the cells' own faces", .only = VOXEL_ONLY,
-     .feature = {"display surface"}, .about = "Voxel: display surface carried by the elements."},
+     .feature = {.name = "display surface"},
+     .about = "Voxel: display surface carried by the elements."},
     {"surface", OPTION_WORD, AT(body.shown), "", .words = SHOWN_WORDS, .preset = SHOWN_AUTO,
      .only = VOXEL_ONLY, .physics = true, .idle = {&IDLE_IS_NOT_SHOWN, &IDLE_PUBLISHES_ALL_NODES},
      .about = "Voxel: what is published of the outer faces and of cuts, and what tools and other "
@@ -88,7 +89,9 @@ static const Option BODY_OPTIONS[] = {
     {"integrator", OPTION_WORD, AT(body.options.integrator), "", .words = INTEGRATOR_WORDS,
      .preset = INTEGRATOR_LEAPFROG, .preset_text = "surface leapfrog, voxel symplectic_euler",
      .physics = true,
-     .feature = {"implicit integration", is_implicit, "integrator = \"implicit\" or \"auto\"",
+     .feature = {.name = "implicit integration",
+                 is_implicit,
+                 "integrator = \"implicit\" or \"auto\"",
                  SURFACE_ONLY},
      .about =
          "Time integrator: `leapfrog` and `symplectic_euler` evaluate the forces once per step, "
@@ -117,7 +120,7 @@ static const Option BODY_OPTIONS[] = {
      .about = "Longest step; a tick is divided into equal steps of at most this length."},
     {"unsafe_time_step", OPTION_BOOL, AT(body.options.unsafe_time_step), "",
      .idle = {&IDLE_HAS_NO_TIME_STEP}, .about = "Accepts a time step beyond the stability bound."},
-    {"fixed", OPTION_LIST, AT(fixed), "", .feature = {"held nodes"},
+    {"fixed", OPTION_LIST, AT(fixed), "", .feature = {.name = "held nodes"},
      .about = "Regions whose nodes never move."},
     {"weights", OPTION_LIST, AT(weights), "", .only = VOXEL_ONLY,
      .about = "Voxel: masses that hang on vertices. Not of a body that can be cut."},
@@ -125,13 +128,15 @@ static const Option BODY_OPTIONS[] = {
      .preset_text = "at rest",
      .about = "HDF5 file with `/position` and, if not zero, `/velocity`, [n][3], in the order of "
               "the mesh; of a voxel body, of all its vertices by ascending `id`."},
-    {"cuttable", OPTION_BOOL, AT(body.options.cuttable), "", .physics = true, .feature = {"cuts"},
+    {"cuttable", OPTION_BOOL, AT(body.options.cuttable), "", .physics = true,
+     .feature = {.name = "cuts"},
      .about = "Whether blades and cut messages cut the body. Costs nothing if false."},
     {"split_budget", OPTION_INT, AT(body.voxel.split_budget), "", 1.0, 1e6, .preset = 12,
      .only = VOXEL_ONLY, .physics = true, .idle = {&IDLE_IS_WHOLE, &IDLE_HAS_ONLY_CELLS},
      .about = "Voxel: largest number of elements that one tick divides around a cut; the rest "
               "follows in the next ticks. Not for a plane body, whose elements are never divided."},
-    {"tear", OPTION_GROUP, AT(tear), "", .preset_text = "never tears", .feature = {"tearing"},
+    {"tear", OPTION_GROUP, AT(tear), "", .preset_text = "never tears",
+     .feature = {.name = "tearing"},
      .about = "Strain, stress or force at which the body tears; needs `cuttable = true`."},
 };
 #undef AT
@@ -154,7 +159,8 @@ static const Option CONTACT_OPTIONS[] = {
               "bounces would gain energy."},
     {"friction", OPTION_REAL, offsetof(SceneBody, options.friction), "", FRICTION_RANGE,
      .preset = 0.2, .physics = true, .live = "friction",
-     .idle = {&IDLE_MEETS_NO_TOOL, &IDLE_TOOLS_HAVE_FRICTION}, .feature = {"friction at tools"},
+     .idle = {&IDLE_MEETS_NO_TOOL, &IDLE_TOOLS_HAVE_FRICTION},
+     .feature = {.name = "friction at tools"},
      .about = "Coulomb friction coefficient; 0: frictionless."},
 };
 const OptionTable CONTACT_TABLE = BODY_OPTION_TABLE(
@@ -180,7 +186,7 @@ const OptionTable TEAR_TABLE = BODY_OPTION_TABLE(
 
 static const Option STIFFENING_OPTIONS[] = {
     {"strain", OPTION_REAL, offsetof(Stiffening, strain), "", 0.0, 10.0, .open = true,
-     .required = true, .physics = true, .feature = {"stiffening"},
+     .required = true, .physics = true, .feature = {.name = "stiffening"},
      .about = "Strain s in the law: along one axis the stress at a strain e is E e exp((e/s)^2), "
               "as far as `cap` permits: 1.3 times that of the linear law at e = s/2."},
     {"cap", OPTION_REAL, offsetof(Stiffening, cap), "", 1.0, 100.0, .required = true,

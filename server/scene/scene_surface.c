@@ -190,11 +190,15 @@ static const Option MATERIAL_OPTIONS[] = {
      .about = "Mass per unit area; a node has a third of the mass of the faces around it."},
     {"damping_time", OPTION_REAL, AT(damping_time), "s", 0.0, 10.0, .way = 1, .preset = 2e-4,
      .physics = true,
-     .feature = {"damping of springs", is_damped, "material.damping_time or spring_damping"},
+     .feature = {.name = "damping of springs",
+                 is_damped,
+                 "material.damping_time or spring_damping"},
      .about = "Damping of a spring over its stiffness. Reduced, with a warning, where it would "
               "shorten explicit steps; `implicit` uses at most one step of it."},
     {"thickness", OPTION_REAL, AT(thickness), "m", 0.0, 1.0, .way = 1, .physics = true,
-     .feature = {"bending of the wall", is_stiff, "material.thickness or bending_stiffness"},
+     .feature = {.name = "bending of the wall",
+                 is_stiff,
+                 "material.thickness or bending_stiffness"},
      .about = "Thickness t of the wall, which then resists bending with E2D t^2 / 10.67 (Poisson "
               "ratio 1/3); 0: it does not. Needs `adjust = \"continuum\"`."},
     {"bending_stiffness", OPTION_REAL, AT(bending_stiffness), "N m", 0.0, 1e9, .apart = "thickness",
@@ -210,13 +214,13 @@ static const Option MATERIAL_OPTIONS[] = {
      .needed = true, .preset_text = "none", .physics = true,
      .about = "Uniform: mass of every node."},
     {"node_damping", OPTION_REAL, AT(node_damping), "N s/m", 0.0, 1e6, .physics = true,
-     .feature = {"drag on nodes"}, .about = "Both: drag on every node's velocity."},
+     .feature = {.name = "drag on nodes"}, .about = "Both: drag on every node's velocity."},
     {"relaxation", OPTION_LIST, offsetof(MaterialGroup, relaxation), "", .preset_text = "none",
      .about = "Both: up to three Maxwell branches beside each spring, by which its stress relaxes: "
               "`youngs_modulus_2d` or `spring_stiffness` is what is left after a long time. Needs "
               "integrator `leapfrog` or `symplectic_euler`."},
     {"loss_factor", OPTION_REAL, AT(loss_factor), "", 0.0, LOSS_MAX, .apart = "relaxation",
-     .physics = true, .feature = {"loss factor"},
+     .physics = true, .feature = {.name = "loss factor"},
      .about = "Both: tangent of the phase between strain and stress, nearly the same from 1 to "
               "100 Hz, by three branches of `relaxation`, instead of it. A swing's damping ratio "
               "by stretching is half of it."},
@@ -276,11 +280,11 @@ static const Option SHAPE_OPTIONS[] = {
     {"damping", OPTION_REAL, AT(damping), "N s/m", 0.0, 1e6, .way = 2, .physics = true,
      .about = "With `stiffness`: damping of every node's shape spring."},
     {"frame", OPTION_WORD, AT(frame), "", .words = FRAME_WORDS, .preset = SHAPE_WORLD,
-     .physics = true, .feature = {"shape springs that follow the body"},
+     .physics = true, .feature = {.name = "shape springs that follow the body"},
      .about = "Whether the rest shape is fixed in the world or follows the body's rigid motion."},
     {"damping_direction", OPTION_WORD, AT(direction), "", .words = DIRECTION_WORDS,
      .preset = SHAPE_DAMPS_ALL, .physics = true,
-     .feature = {"shape springs damped along themselves"},
+     .feature = {.name = "shape springs damped along themselves"},
      .about = "Which part of a node's velocity is damped: all of it, or only the part along the "
               "spring (`radial`: eq 10 as printed, with which a node keeps circling about its rest "
               "position; only with frame `world` and explicit steps)."},
@@ -308,16 +312,16 @@ bool scene_read_shape(const SceneReader *reader, const config_setting_t *group, 
 #define AT(member) offsetof(SurfaceCavity, member)
 static const Option CAVITY_OPTIONS[] = {
     {"pressure", OPTION_REAL, AT(pressure), "Pa", PRESSURE_RANGE, .physics = true,
-     .live = "pressure", .feature = {"pressure inside"},
+     .live = "pressure", .feature = {.name = "pressure inside"},
      .about =
          "Pressure above that outside. It stays, until a cut opens the wall. `gas` and `fluid` "
          "are let in at this pressure while the scene settles (`settle_s`), then sealed. 0 without "
          "these: nothing is inside, as without a `cavity`, which SET cannot change."},
-    {"gas", OPTION_BOOL, AT(gas), "", .physics = true, .feature = {"gas inside"},
+    {"gas", OPTION_BOOL, AT(gas), "", .physics = true, .feature = {.name = "gas inside"},
      .about = "A gas at constant temperature: (`ambient` + pressure) times volume stays."},
     {"ambient", OPTION_REAL, AT(ambient), "Pa", 0.0, 1e9, .preset = 101325.0, .physics = true,
      .idle = {&IDLE_HOLDS_NO_GAS}, .about = "Pressure outside. 0: `pressure` times volume stays."},
-    {"fluid", OPTION_BOOL, AT(fluid), "", .physics = true, .feature = {"fluid inside"},
+    {"fluid", OPTION_BOOL, AT(fluid), "", .physics = true, .feature = {.name = "fluid inside"},
      .about = "A fluid that hardly gives way: the volume stays."},
     {"bulk_modulus", OPTION_REAL, AT(bulk_modulus), "Pa", 0.0, 1e12, .open = true,
      .preset_text = "as stiff as makes the bound of the time step 0.7 times as long",

@@ -54,14 +54,14 @@ static const Option TOOL_OPTIONS[] = {
      .about = "Friction coefficient between the tool and any body."},
     {"grip_stiffness", OPTION_REAL, AT(tool.grip_stiffness), "", 0.0, 1e3, .open = true,
      .preset = 0.3, .physics = true,
-     .feature = {"graspers", has_grasper, "kind = \"grasper\" in tools"},
+     .feature = {.name = "graspers", has_grasper, "kind = \"grasper\" in tools"},
      .about = "Stiffness of a grasper's springs, as a share of the body's own stiffness; stiffer "
               "springs shorten the time step."},
     {"grip_damping_ratio", OPTION_REAL, AT(tool.grip_damping), "", 0.0, 1e3, .preset = 0.5,
      .physics = true,
      .about = "Damping ratio of a grasper's springs with the grasped masses: 1 is critical."},
     {"edge", OPTION_LIST, AT(edge), "m", .preset_text = "required of a blade",
-     .feature = {"blades", has_blade, "kind = \"blade\" in tools"},
+     .feature = {.name = "blades", has_blade, "kind = \"blade\" in tools"},
      .about = "The two ends of a blade's edge, in its frame: ([x, y, z], [x, y, z])."},
 };
 #undef AT

@@ -222,18 +222,18 @@ static const Option MATERIAL_OPTIONS[] = {
      .physics = true, .idle = {&IDLE_LABELS_HAVE_DENSITY}, .about = "Mass per unit volume."},
     {"damping", OPTION_REAL, AT(voxel.damping), "", 0.0, 10.0, .preset = 0.2,
      .preset_text = "0.2 without `damping_time`, else 0", .physics = true,
-     .feature = {"damping of elements"},
+     .feature = {.name = "damping of elements"},
      .about = "Damping of the elements' deformation over their stiffness, in units of the critical "
               "time step, so that it depends on cells and stiffness: below 0.1 crushed elements "
               "may not recover."},
     {"damping_time", OPTION_REAL, AT(voxel.damping_time), "s", 0.0, 10.0, .apart = "damping",
-     .physics = true, .feature = {"damping by a time"},
+     .physics = true, .feature = {.name = "damping by a time"},
      .about = "Damping over stiffness in seconds, whatever the cells; instead of `damping`. A loss "
               "of 2 pi f times it at a frequency f. Shortens the time step, see `--check`. Solids "
               "only."},
     {"drag", OPTION_REAL, AT(voxel.drag), "1/s", 0.0, 1e4,
      .preset_text = "4 for solids without any other key of damping or relaxation, else 0",
-     .physics = true, .feature = {"drag on solids"},
+     .physics = true, .feature = {.name = "drag on solids"},
      .about = "Damping over mass: slow swings die out as exp(-drag t/2). A loss of drag/(2 pi f). "
               "Slows all motion of a body that something fixes, only the deformation of one that "
               "nothing fixes."},
@@ -241,7 +241,7 @@ static const Option MATERIAL_OPTIONS[] = {
      .about = "Up to three Maxwell branches beside the elastic law, by which stress relaxes: "
               "`youngs_modulus` is what is left after a long time. Solids only."},
     {"loss_factor", OPTION_REAL, AT(loss_factor), "", 0.0, LOSS_MAX, .apart = "relaxation",
-     .physics = true, .feature = {"loss factor"},
+     .physics = true, .feature = {.name = "loss factor"},
      .about = "Tangent of the phase between strain and stress, nearly the same from 1 to 100 Hz, "
               "by three branches of `relaxation`, instead of it. A swing's damping ratio is half "
               "of it. Solids only."},
