@@ -112,11 +112,12 @@ static void mesh_replace(MeshFrame *frame)
     frame->whole = next->done = true;
 }
 
-// An empty array's pointer may be NULL, which memcpy must not get.
-static void copy(void *to, const void *from, size_t bytes)
+// Copies to the element `at` of an array. The pointer to an empty array may be NULL, to which
+// nothing may be added and which memcpy must not get.
+static void copy(void *to, size_t at, const void *from, size_t count, size_t size)
 {
-    if (bytes > 0)
-        memcpy(to, from, bytes);
+    if (count > 0)
+        memcpy((char *)to + at * size, from, count * size);
 }
 
 static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
@@ -143,8 +144,8 @@ static FramesResult mesh_take(MeshFrame *frame, const pliant_mesh_t *chunk)
     const size_t node = (size_t)chunk->first_node, triangle = (size_t)chunk->first_triangle;
     const size_t nodes = (size_t)chunk->num_nodes, triangles = (size_t)chunk->num_indices / 3;
 #define COPY_COLUMN(name, type, width, of, empty, sent, ...)                                       \
-    MESH_IF_SENT(sent, copy(next->name + (width)*MESH_SLOTS_##of(node, triangle), chunk->name,     \
-                            (width)*MESH_SLOTS_##of(nodes, triangles) * sizeof(type));)
+    MESH_IF_SENT(sent, copy(next->name, (width)*MESH_SLOTS_##of(node, triangle), chunk->name,      \
+                            (width)*MESH_SLOTS_##of(nodes, triangles), sizeof(type));)
     MESH_COLUMNS(COPY_COLUMN)
     // The mesh is shown only when all of it has come.
     parts_mark(&next->triangles, chunk->first_triangle, chunk->num_indices / 3);
@@ -232,11 +233,11 @@ static void change_add(MeshChange *change, const pliant_mesh_delta_t *chunk)
     const size_t node = (size_t)change->nodes, triangle = (size_t)change->triangles;
     const size_t nodes = (size_t)chunk->num_nodes, triangles = (size_t)chunk->num_triangles;
     // Behind what came before: which slots, and their rows.
-    copy(change->node_slot + node, chunk->node_slot, nodes * sizeof(int32_t));
-    copy(change->triangle_slot + triangle, chunk->triangle_slot, triangles * sizeof(int32_t));
+    copy(change->node_slot, node, chunk->node_slot, nodes, sizeof(int32_t));
+    copy(change->triangle_slot, triangle, chunk->triangle_slot, triangles, sizeof(int32_t));
 #define ADD_COLUMN(name, type, width, of, empty, sent, ...)                                        \
-    MESH_IF_SENT(sent, copy(change->name + (width)*MESH_SLOTS_##of(node, triangle), chunk->name,   \
-                            (width)*MESH_SLOTS_##of(nodes, triangles) * sizeof(type));)
+    MESH_IF_SENT(sent, copy(change->name, (width)*MESH_SLOTS_##of(node, triangle), chunk->name,    \
+                            (width)*MESH_SLOTS_##of(nodes, triangles), sizeof(type));)
     MESH_COLUMNS(ADD_COLUMN)
     change->nodes += chunk->num_nodes;
     change->triangles += chunk->num_triangles;
@@ -267,7 +268,7 @@ static void *resize(void *rows, size_t size, int old, int count)
     if (old == count)
         return rows;
     void *more = frames_allocate((size_t)count, size);
-    copy(more, rows, (size_t)(old < count ? old : count) * size);
+    copy(more, 0, rows, (size_t)(old < count ? old : count), size);
     free(rows);
     return more;
 }

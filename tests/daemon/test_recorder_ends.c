@@ -137,7 +137,7 @@ TEST(hostile_messages_are_refused_and_counted)
     // so that the daemon's own are not taken for belated ones.
     float position[3 * SPHERE_NODES] = {0};
     pliant_nodes_t nodes = {.utime = 1,
-                            .sequence = client->frames.sequence + 10,
+                            .sequence = (int32_t)((uint32_t)client->frames.sequence + 10),
                             .step = 2,
                             .time = 2e-3,
                             .topology = client->frames.topology,
