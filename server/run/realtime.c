@@ -15,10 +15,12 @@
 #include <xmmintrin.h>
 #endif
 
-enum {
-    PRIORITY = 60,         // above the 50 of threaded interrupts
-    STACK_BYTES = 1 << 19, // the largest frames are 70 kB: rows of kernels, pieces of files
-};
+enum { PRIORITY = 60 }; // above the 50 of threaded interrupts
+
+// The largest frames are 70 kB: rows of kernels, pieces of files. Sanitizers need more.
+#ifndef STACK_BYTES
+#define STACK_BYTES (1 << 19)
+#endif
 
 void realtime_flush_denormals(void)
 {
