@@ -497,7 +497,7 @@ bool pliant_pose(PliantClient *kit, const PliantPose *pose)
     kit->pose_utime = utime > kit->pose_utime ? utime : kit->pose_utime + 1;
     pliant_tool_pose_t m = {.utime = kit->pose_utime,
                             .sender = kit->client.sender,
-                            .sequence = ++kit->pose_sequence,
+                            .sequence = (int32_t)++kit->pose_sequence,
                             .tool = pose->tool,
                             .twist_valid = pose->moving,
                             .grip = pose->grip,

@@ -81,7 +81,7 @@ struct PliantClient {
     int tools;
     int32_t driven[KIT_TOOLS]; // ids of active tools
     int drives;
-    int32_t pose_sequence;
+    uint32_t pose_sequence;
     int64_t pose_utime; // of the last pose: each has its own, by which contacts name it
     RoundTrips trips;
     // status and events

@@ -31,13 +31,11 @@ static void show(Shown *shown)
 {
     const NodesFrame *nodes = &shown->nodes;
     const MeshFrame *mesh = &shown->mesh;
-    if (!nodes->whole || !mesh->whole || nodes->topology != mesh->topology || nodes->sequence < 0 ||
-        nodes->sequence >= SHOWN_MOST || shown->hash[nodes->sequence] != 0)
+    uint64_t *hash = &shown->hash[(uint32_t)nodes->sequence % SHOWN_MOST];
+    if (!nodes->whole || !mesh->whole || nodes->topology != mesh->topology || *hash != 0)
         return;
     assert_int_equal(nodes->node_count, mesh->node_count);
-    shown->hash[nodes->sequence] = hash_of(mesh, nodes);
-    shown->first = shown->count == 0 ? nodes->sequence : shown->first;
-    shown->last = nodes->sequence;
+    *hash = hash_of(mesh, nodes);
     shown->count++;
 }
 

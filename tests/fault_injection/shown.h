@@ -14,12 +14,11 @@ enum { SHOWN_MOST = 1 << 14 };
 typedef struct Shown {
     MeshFrame mesh;
     NodesFrame nodes;
-    uint64_t *hash;      // [SHOWN_MOST] of the frame with this sequence; 0: not shown
-    int64_t count;       // shown
-    int64_t whole;       // frames that came whole, shown or not
-    int64_t meshes;      // whole meshes and deltas taken
-    int32_t first, last; // sequences shown
-    int32_t begun;       // sequence of the first frame of which something came
+    uint64_t *hash; // [SHOWN_MOST] of the frame with this sequence, modulo SHOWN_MOST; 0: not shown
+    int64_t count;  // shown
+    int64_t whole;  // frames that came whole, shown or not
+    int64_t meshes; // whole meshes and deltas taken
+    int32_t begun;  // sequence of the first frame of which something came
     lcm_subscription_t *on[3];
     lcm_t *lcm;
 } Shown;

@@ -18,6 +18,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+// How far one sequence is behind another: they wrap.
+static int32_t behind(int32_t newer, int32_t older)
+{
+    return (int32_t)((uint32_t)newer - (uint32_t)older);
+}
+
 static const double LOSS[] = {0.01, 0.05, 0.10, 0.20, 0.30};
 enum { LOSSES = 5 };
 
@@ -156,7 +162,7 @@ TEST(a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing)
     expect_at_least((double)lost, 1.0);
     // What did not come is counted: the sequences give how many there were.
     expect_near((double)(s.shown->whole + s.shown->nodes.lost),
-                (double)(s.shown->nodes.sequence - s.shown->begun + 1),
+                (double)behind(s.shown->nodes.sequence, s.shown->begun) + 1.0,
                 2.0); // the first and the last
     // Each loss ran on one connection, so that what one has broken the next would find.
     expect_at_least((double)shown_compare(s.truth, s.shown), 5.0 * EFFORT(12));
@@ -250,12 +256,12 @@ static void look(Stream *stream, int32_t next)
     const NodesFrame *frame = &stream->frame;
     if (!stream->any_whole)
         return;
-    for (int32_t now = frame->sequence; now < next; now++) {
+    for (int32_t now = frame->sequence; behind(next, now) > 0; now = (int32_t)((uint32_t)now + 1)) {
         stream->frames++;
         stream->nodes += frame->node_count;
         for (int i = 0; i < frame->node_count; i++) {
             int32_t of = stream->packets ? frame->frame[i] : stream->whole;
-            stream->fresh += now - of <= 1;
+            stream->fresh += (uint32_t)behind(now, of) <= 1; // 0 where none has come yet
         }
     }
 }
@@ -287,7 +293,7 @@ static void on_positions(const lcm_recv_buf_t *message, const char *channel, voi
         stream->arrived += chunk.num_values / 3;
         pliant_nodes_t_decode_cleanup(&chunk);
     }
-    if (stream->frame.started && sequence > stream->frame.sequence)
+    if (stream->frame.started && behind(sequence, stream->frame.sequence) > 0)
         look(stream, sequence);
     FramesResult result = nodes_frame_add(&stream->frame, message->data, message->data_size);
     assert_true(result != FRAMES_REFUSED);

@@ -54,7 +54,7 @@ const SessionScene session_scenes[SESSION_SCENES] = {
 
 const char *session_scene(const SessionScene *scene, const char *precision, int threads)
 {
-    char name[64], text[8192];
+    char name[PATH_TEXT], text[8192];
     snprintf(name, sizeof name, SESSION_SCENES_FOLDER "/%s.cfg", scene->name);
     int size =
         snprintf(text, sizeof text, "precision = \"%s\";  threads = %d;\n", precision, threads);
