@@ -115,8 +115,9 @@ TEST(random_cuts_keep_every_invariant)
             random_below(&random, 2) == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
         options.shape.frame = random_below(&random, 2) == 0 ? SHAPE_WORLD : SHAPE_BODY;
         DetailBench bench;
-        wall_create(&bench, (WallMesh)random_below(&random, WALL_MESHES), &options,
-                    random_between(&random, 0.0, 1.0));
+        // One after the other: the order in which arguments are drawn is the compiler's.
+        WallMesh mesh = (WallMesh)random_below(&random, WALL_MESHES);
+        wall_create(&bench, mesh, &options, random_between(&random, 0.0, 1.0));
         CutOptions last = {.body = 0};
         WallShape shape;
         for (int i = 0; i < 10; i++) {
@@ -141,8 +142,7 @@ TEST(random_cuts_keep_every_invariant)
     }
     print_message("%d cuts: %d links severed, %d copies, at most %d pieces, %d links by repeats\n",
                   cuts, severed, copies, most_pieces, repeats);
-    // 7 to 15: which cuts are drawn depends on the order in which a compiler evaluates arguments.
-    assert_true(severed > 5 * cuts);
+    assert_true(severed > 10 * cuts);
     // Nodes that have moved onto the blade make it meet a few others (1 % here).
     assert_true(50 * repeats < severed);
 }
