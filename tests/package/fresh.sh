@@ -3,13 +3,15 @@
 # Runs a command of ./dev on a bare Debian: in a root of its own that debootstrap makes, with nothing in it but
 # a clean clone of what is committed. Root only.
 #
-# fresh.sh CHECKOUT COMMAND...    what `./dev fresh COMMAND...` calls
+# fresh.sh CHECKOUT [--suite NAME] [--arch NAME] COMMAND...    what `./dev fresh ...` calls
 #
 # All mounts are made in a mount namespace of its own: they end with it, however it ends, and were never seen
 # outside. All processes run in a process namespace, which is killed as a whole.
 set -euo pipefail
 
-RELEASE=bookworm
+# Of Debian; inside, the process outside has set them.
+RELEASE=${PLIANT_FRESH_SUITE:-bookworm}
+ARCH=${PLIANT_FRESH_ARCH:-$(dpkg --print-architecture)}
 NEEDED_KB=$((5 * 1024 * 1024)) # what ./dev deps and all builds take
 MIRROR=http://deb.debian.org/debian
 
@@ -35,9 +37,10 @@ name one: TMPDIR=FOLDER ./dev fresh"
 # "SITE RELEASE COMPONENT" a line, of this machine's sources if they are Debian's.
 debian_sources() {
     apt-get indextargets --format '$(SITE) $(RELEASE) $(COMPONENT) $(ORIGIN) $(CODENAME)' \
-        'Created-By: Packages' 2>/dev/null |
-        awk -v release=$RELEASE '$4 == "Debian" && ($5 == release || index($5, release "-") == 1) {
-            print $1, $2, $3 }' | sort -u
+        'Created-By: Packages' 2>/dev/null | awk '$4 == "Debian"' | sort -u |
+        awk -v release="$RELEASE" '$5 == release || index($5, release "-") == 1 { print $1, $2, $3; found = 1 }
+            $5 !~ /-/ && $2 == $5 && !site { site = $1 } # where this machine gets another release
+            END { if (!found && site) print site, release, "main" }'
 }
 
 take_apt_settings() { # ROOT
@@ -81,11 +84,11 @@ network_settings() {
 
 make_root() { # ROOT LOG
     local mirror proxy='' start=$SECONDS
-    mirror=$(debian_sources | awk -v release=$RELEASE '$2 == release { print $1; exit }')
+    mirror=$(debian_sources | awk -v release="$RELEASE" '$2 == release { print $1; exit }')
     eval "$(apt-config shell proxy Acquire::http::Proxy)"
     [ -z "$proxy" ] || export http_proxy=${http_proxy:-$proxy}
-    say "a bare Debian ($RELEASE) in $1"
-    debootstrap --variant=minbase $RELEASE "$1" "${mirror:-$MIRROR}" >"$2" 2>&1 ||
+    say "a bare Debian ($RELEASE, $ARCH) in $1"
+    debootstrap --arch="$ARCH" --variant=minbase "$RELEASE" "$1" "${mirror:-$MIRROR}" >"$2" 2>&1 ||
         { tail -n 20 "$2" >&2; die "debootstrap failed (see above): is there a network, and may devices be made?"; }
     take_apt_settings "$1"
     echo "made in $((SECONDS - start)) s"
@@ -138,6 +141,14 @@ inside() { # CHECKOUT FOLDER COMMAND...
 
 # --- outside ---
 
+# Of another architecture the kernel must know an emulator.
+can_run() {
+    local machine
+    [ "$ARCH" != "$(dpkg --print-architecture)" ] || return 0
+    case $ARCH in arm64) machine=aarch64 ;; *) machine=$ARCH ;; esac
+    grep -qs '^enabled' "/proc/sys/fs/binfmt_misc/qemu-$machine"
+}
+
 folder='' namespace=''
 clean_up() {
     trap '' INT TERM HUP
@@ -155,7 +166,18 @@ clean_up() {
 outside() {
     local checkout=$1
     shift
+    while [[ ${1-} == --* ]]; do
+        [ $# -ge 2 ] || die "$1 needs a name"
+        case $1 in
+        --suite) RELEASE=$2 ;;
+        --arch) ARCH=$2 ;;
+        *) die "unknown option '$1' (--suite NAME, --arch NAME)" ;;
+        esac
+        shift 2
+    done
+    export PLIANT_FRESH_SUITE=$RELEASE PLIANT_FRESH_ARCH=$ARCH
     [ $# -gt 0 ] || set -- demo
+    can_run || die "this machine runs no programs of $ARCH (Debian: qemu-user-static binfmt-support)"
     [ "$(id -u)" -eq 0 ] || die "needs root: debootstrap makes devices, chroot enters (sudo ./dev fresh)"
     command -v debootstrap >/dev/null || die "needs debootstrap (Debian has it in: debootstrap)"
     command -v git >/dev/null && git -C "$checkout" rev-parse -q --verify HEAD >/dev/null ||
