@@ -142,7 +142,9 @@ TEST(random_cuts_keep_every_invariant)
     }
     print_message("%d cuts: %d links severed, %d copies, at most %d pieces, %d links by repeats\n",
                   cuts, severed, copies, most_pieces, repeats);
-    assert_true(severed > 10 * cuts);
+    // 2000 cuts sever 14.7 links each, the first 200 10.6, the first 40, which a sanitizer
+    // runs, 6.9.
+    assert_true(severed > 5 * cuts);
     // Nodes that have moved onto the blade make it meet a few others (1 % here).
     assert_true(50 * repeats < severed);
 }
