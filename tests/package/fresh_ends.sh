@@ -17,7 +17,8 @@ die() { echo "fresh_ends: $*" >&2; cat "$work/log" >&2 || true; exit 1; }
 mkdir "$work/bin" "$work/tmp" "$work/checkout"
 cat >"$work/bin/debootstrap" <<'END'
 #!/bin/bash
-root=$3
+root=${*: -2:1}
+echo "$*" >>"${0%/*}/asked"
 mkdir -p "$root"/{etc/apt/apt.conf.d,etc/dpkg/dpkg.cfg.d,proc,sys,dev/pts,dev/shm,usr/bin,lib}
 cd "$root" && ln -s usr/bin bin
 for program in bash env sleep mkdir; do
@@ -52,6 +53,14 @@ nothing_stays() { # CASE
 bash "$fresh" "$work/checkout" demo >"$work/log" 2>&1 || die "what should pass fails"
 [ -f "$work/checkout/build/fresh-demo-out/a.png" ] || die "the demo's pictures are lost"
 nothing_stays passed
+
+bash "$fresh" "$work/checkout" --suite sid demo >"$work/log" 2>&1 || die "with another suite it fails"
+tail -n 1 "$work/bin/asked" | grep -q -- ' sid ' || die "another suite was not asked for: $(cat "$work/bin/asked")"
+nothing_stays "another suite"
+for wrong in "--suite" "--arch pdp11 demo" "--mirror here demo"; do
+    ! bash "$fresh" "$work/checkout" $wrong >"$work/log" 2>&1 || die "takes $wrong"
+    grep -q 'dev fresh: ' "$work/log" || die "$wrong is refused without a word"
+done
 
 ! bash "$fresh" "$work/checkout" fail >"$work/log" 2>&1 || die "what should fail passes"
 grep -q 'failed on a bare Debian' "$work/log" || die "a failure is not told of"
