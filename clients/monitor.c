@@ -75,18 +75,11 @@ static const ArgumentTable TABLE = {
 // --- what comes ---
 
 // A server with other bodies will not get this one: reports it at once and ends the recording.
-static void find_body(Monitor *monitor, const PliantStatus *status)
+static void find_body(Monitor *monitor)
 {
-    char list[900] = "";
-    for (int k = 0; k < status->body_count; k++) {
-        const size_t used = strlen(list);
-        if (strcmp(status->body[k].name, monitor->options.body) == 0)
-            return;
-        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", status->body[k].name);
-    }
-    monitor->unknown = status->body_count > 0;
-    program_fail(&monitor->why, "the daemon has no body '%s', only: %s", monitor->options.body,
-                 list);
+    monitor->unknown = !pliant_find_body(monitor->client, monitor->options.body);
+    if (monitor->unknown)
+        program_fail(&monitor->why, "%s", pliant_error(monitor->client));
 }
 
 // Takes what the last message has brought; prints a line for each elsewhere than on a terminal.
@@ -97,7 +90,7 @@ static void take(Monitor *monitor)
     const PliantStatus *status = pliant_status(monitor->client);
     if (status && status->received != monitor->status) {
         if (monitor->options.body && view->statuses == 0)
-            find_body(monitor, status);
+            find_body(monitor);
         view_take_status(view, status);
         monitor->status = status->received;
         if (print)
@@ -188,10 +181,11 @@ static bool watch(Monitor *monitor, PliantError *error)
             drawn = pliant_now();
         // Keeps waiting: the server may start later.
         if (!warned && monitor->view.statuses == 0 && drawn - start > MONITOR_PATIENCE_S) {
-            pliant_wait_status(monitor->client, 0.0);
-            client_fails(monitor, error);
             warned = true;
-            program_print_error("pliant-monitor", error);
+            if (!pliant_wait_status(monitor->client, 0.0)) {
+                client_fails(monitor, error);
+                program_print_error("pliant-monitor", error);
+            }
         }
     }
     if (monitor->terminal)

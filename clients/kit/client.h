@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The inside of libpliant-client: connection, waiting, requests, and which server answers. Programs
-// that handle messages raw (pliant-web, -record, -play) use it too. One thread: the one that called
-// client_connect. Never exits or prints.
+// that handle messages raw (pliant-web, -record, -play, -drake) use it too. One thread: the one
+// that called client_connect. Never exits or prints.
 #ifndef PLIANT_CLIENTS_CLIENT_H
 #define PLIANT_CLIENTS_CLIENT_H
 

@@ -530,10 +530,12 @@ const PliantStatus *pliant_wait_status(PliantClient *kit, double seconds)
     const bool waited = kit_wait(kit, deadline, &kit->statuses, before);
     if (kit->statuses != before)
         return &kit->status;
+    char within[40] = ""; // nothing of a caller who has waited by other means
+    if (seconds > 0.0)
+        snprintf(within, sizeof within, " within %g s", seconds);
     if (waited && !client_tell_foreign(&kit->client, kit->error.text, sizeof kit->error.text))
-        client_fail(&kit->error,
-                    "no %s_STATUS within %g s: no pliantd on %s, or one with another prefix?",
-                    kit->client.prefix, seconds, kit->client.url);
+        client_fail(&kit->error, "no %s_STATUS%s: no pliantd on %s, or one with another prefix?",
+                    kit->client.prefix, within, kit->client.url);
     return NULL;
 }
 

@@ -30,7 +30,7 @@ static bool find_symbols(Library *library)
 bool library_load(Library *library, const char *path, Status *status)
 {
     pthread_mutex_lock(&lock);
-    library->loaded = library->loaded || library->soname == NULL || find_symbols(library);
+    library->loaded = library->loaded || find_symbols(library);
     bool loaded = library->loaded;
     // dlerror names the library.
     if (!loaded)

@@ -9,7 +9,7 @@
 #include <stdint.h>
 
 typedef struct Library {
-    const char *soname; // NULL: the program is linked with it
+    const char *soname;
     const char *const *name;
     uintptr_t *symbol; // [count] functions and variables, or 0
     int count;

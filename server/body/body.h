@@ -146,11 +146,11 @@ typedef struct BodyOps {
     bool (*reconstruct)(Body *body, TopologyChange *change);
     // Moves positions by dt [s] with the current velocities; schemes of kicks only.
     void (*drift)(void *model, double dt);
-    // Evaluates all forces at the current rows, fused with the stage's algebra.
+    // Evaluates all forces at the current rows, fused with the algebra of the scheme.
     void (*evaluate)(void *model, const Evaluation *evaluation, double h);
-    // Ends the tick after the last stage. Returns true if every number is finite and in bounds: the
-    // result becomes the current state. If false, the state before the tick is still intact:
-    // restore it.
+    // Ends the tick after the last evaluation. Returns true if every number is finite and in
+    // bounds: the result becomes the current state. If false, the state before the tick is still
+    // intact: restore it.
     bool (*commit)(void *model);
     // Discards all evaluations since the last commit: the current state is again that of the
     // commit. Warm starts and measured forces stay changed. NULL: steps cannot be tried.

@@ -316,7 +316,7 @@ void vertices_advance(Vertices *vertices, const Evaluation *evaluation, double h
                                         : 0.0,
         .check = evaluation->last, // a number that went bad earlier in the tick is still bad
     };
-    // Bad numbers are noticed in the last stage of a tick.
+    // Bad numbers are noticed in the last evaluation of a tick.
     vertices->bad |= !advance_all(vertices, &pass);
     rows_advance(&vertices->rows, evaluation, h, gravity);
     if (vertices->drags != NULL)

@@ -69,8 +69,8 @@ void governor_describe(const Governor *governor, GovernorAct act, char *text, si
 
 // What of a run the scene does not say.
 typedef struct LoopOptions {
-    double
-        duration_s; // simulated plus skipped time after which the loop ends; 0: by a signal or STOP
+    // Simulated plus skipped time after which the loop ends; 0: by a signal or STOP.
+    double duration_s;
     double record_tools_hz; // 0: tools are recorded with the nodes
     double checkpoint_s;    // simulated time between checkpoints; 0: at the end and on request
 } LoopOptions;

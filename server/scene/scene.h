@@ -183,8 +183,8 @@ void scene_destroy(Scene *scene);
 // keeps it.
 bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *status);
 
-// Returns "surface" or "voxel".
-const char *scene_model_name(SceneModel model); // as in scenes
+// Returns the word of scenes: "surface", or "voxel" for bodies of cells.
+const char *scene_model_name(SceneModel model);
 // True for bodies made of cells: voxel and plane ones.
 static inline bool scene_has_cells(const SceneBody *body)
 {

@@ -54,9 +54,9 @@ struct Sim {
     double tick; // [s]
     int body_count, tool_count, scene_load_count, contact_count;
     SimCounts capacity;      // capacities of the scene's own arrays
-    GroupMember *group;      // [room.bodies]
-    ToolOptions *tool;       // [room.tools]
-    LoadOptions *scene_load; // [room.loads] by start
+    GroupMember *group;      // [capacity.bodies]
+    ToolOptions *tool;       // [capacity.tools]
+    LoadOptions *scene_load; // [capacity.loads] by start
     int stage_count;
     StageId stage[STAGE_COUNT];
     int *pieces_at_load; // [body_count]
@@ -64,14 +64,14 @@ struct Sim {
 
     // --- changes while running; what `state` lists ---
     SimClock *clock;
-    Body *body;         // [room.bodies]
+    Body *body;         // [capacity.bodies]
     ToolMotion *motion; // [tool_count]
     Contact **contact;  // [contact_count], tool by tool for each body
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
     Cutting *cutting;                // NULL: no body can be cut
-    SimAttachment *scene_attachment; // [room.attachments] as given
+    SimAttachment *scene_attachment; // [capacity.attachments] as given
     int scene_attachment_count;
     Joint **joint; // [joint_count] of the scene, then of ties
     int joint_count;
@@ -79,7 +79,7 @@ struct Sim {
     int attachment_count;    // NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] grasps that sim_next_grasp has reported
-    Touch **touch;           // [room.touches] as given
+    Touch **touch;           // [capacity.touches] as given
     int touch_count;
     Estimator *estimator;          // of the steps' error; NULL: disabled
     StiffnessEstimator *stiffness; // NULL: disabled, or no contact has any

@@ -208,7 +208,7 @@ static void add_touches(Sim *sim, int first, double dt)
     sim->stage_ns[STAGE_FORCES] -= spent;
 }
 
-// Returns the part of a substep that is over at a stage: 1 at the last evaluation.
+// Returns the part of a substep that is over at an evaluation: 1 at the last evaluation.
 static double fraction_at(const Integrator *integrator, const Evaluation *evaluation)
 {
     const double last = integrator->evaluation[integrator->evaluation_count - 1].at;
@@ -283,7 +283,7 @@ static void add_holds(Sim *sim, int b, const Evaluation *evaluation, double subs
     }
 }
 
-// Adds the external forces on a body at one stage.
+// Adds the external forces on a body in one evaluation.
 static void add_outer_forces(Sim *sim, int b, const Evaluation *evaluation, int substep,
                              bool begins)
 {
@@ -303,7 +303,7 @@ static void end_substep(Sim *sim, int b)
 // Gives solids the impulses of their contacts, which depend on the body's own kick.
 static void kick_contacts(Sim *sim, int b, const Evaluation *evaluation)
 {
-    if (sim->body[b].ops->kick_nodes == NULL)
+    if (sim->body[b].ops->kick_nodes == NULL || sim->contact_start[b] == sim->contact_start[b + 1])
         return;
     int64_t begin = clock_now_ns();
     for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
@@ -314,7 +314,7 @@ static void kick_contacts(Sim *sim, int b, const Evaluation *evaluation)
     sim->stage_ns[STAGE_FORCES] -= spent;
 }
 
-// What is advanced stage by stage.
+// What is advanced together, evaluation by evaluation.
 typedef enum Advance {
     ADVANCE_GROUP, // all bodies that are joined to this one, or can touch it
     ADVANCE_BODY,  // the body by itself: nothing of its group acts on it in this tick
@@ -327,7 +327,8 @@ static int next_body(const Sim *sim, int b, Advance what)
     return what == ADVANCE_GROUP ? sim->group[b].next : -1;
 }
 
-// Advances all bodies of a group: the forces of a stage are complete before any of them moves.
+// Advances all bodies of a group: the forces of an evaluation are complete before any of them
+// moves.
 static void advance(Sim *sim, int first, int substeps, Advance what)
 {
     const Integrator *integrator = integrator_get(sim->body[first].integrator);
@@ -340,7 +341,7 @@ static void advance(Sim *sim, int first, int substeps, Advance what)
         sim->body[b].ops->drift(sim->body[b].model,
                                 integrator->first_drift * (part * sim->body[b].h));
     for (int substep = 0; substep < substeps; substep++) {
-        // Every stage: forces from outside, ties, then each body's own, which moves it.
+        // Every evaluation: forces from outside, ties, then each body's own, which moves it.
         for (int s = 0; s < integrator->evaluation_count; s++) {
             Evaluation evaluation = integrator_evaluation(integrator, s, substep == substeps - 1);
             for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))

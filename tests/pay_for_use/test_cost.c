@@ -494,5 +494,3 @@ TEST(without_a_recording_none_of_its_functions_is_called)
     }
 }
 #endif
-
-// PLIANTD VALGRIND BUILD-FOLDER SOURCE-FOLDER

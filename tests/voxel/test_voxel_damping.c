@@ -161,7 +161,7 @@ static void expect_ratio(const Beam *beam)
     expect_near(ratio, expected, 0.05 * expected);
 }
 
-// Whatever the cells, the levels, the precision: it is a property of the material.
+// Whatever the cells; the long form: the levels, the precision: it is a property of the material.
 TEST(a_beam_swings_out_at_the_rate_of_the_formula)
 {
     for (int n = 2; n <= (test_is_long() ? 4 : 2); n += 2) {

@@ -51,16 +51,16 @@ void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation
                         int64_t step);
 // Returns false if the tool cannot reach the body in this tick: contact_apply is not needed.
 bool contact_is_near(const Contact *contact);
-// Chooses the proxy's motion in a substep, towards the tool's pose; before its first stage.
+// Chooses the proxy's motion in a substep, towards the tool's pose; before its first evaluation.
 void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, double h);
 // Adds the contact's forces to the body's nodes for this evaluation, with the proxy a `fraction` of
-// its way along; `weight` is the stage's share of the substep's impulse. At every stage. With
-// solids only evaluates them.
+// its way along; `weight` is the evaluation's share of the substep's impulse. At every evaluation.
+// With solids only evaluates them.
 void contact_apply(Contact *contact, double fraction, double weight, double h);
 // With solids: gives the nodes their impulses of this substep, after the body's own kick, and the
 // proxy its motion (server/sim/README.md, "Contact of solids"). Others have nothing left to do.
 void contact_kick(Contact *contact, const Evaluation *evaluation, double h);
-// Updates the friction's memory; after the last stage of a substep.
+// Updates the friction's memory; after the last evaluation of a substep.
 void contact_end_substep(Contact *contact);
 // Completes the work in the sums; after a good tick, with its result as the current state.
 void contact_end_tick(Contact *contact);

@@ -73,11 +73,6 @@ bool guard_can_be(const Body *body, Status *status);
 // Keeps each body's result of the tick, or restores its last good state. Returns true if any was
 // restored; its effect on tools is then discarded.
 bool guard_bodies(Sim *sim);
-// settings.c
-// Returns the name of a key of SET by its number, as GuardBody.set_key has it.
-const char *setting_name(int64_t number);
-// True for a number that a state may have.
-bool setting_is_numbered(int64_t number);
 // Sets a wrench that is not fit to be published to zero.
 void guard_wrenches(Sim *sim);
 // True if a pose may move its tool: not after a withdrawal, until its sender has released the tool.
@@ -86,6 +81,13 @@ bool guard_admits(Sim *sim, int tool, const ToolPose *pose);
 void guard_note_set(Sim *sim, int body, int key);
 // True if the state read from a checkpoint is consistent.
 bool guard_check(const Sim *sim);
+
+// --- settings.c ---
+
+// Returns the name of a key of SET by its number, as GuardBody.set_key has it.
+const char *setting_name(int64_t number);
+// True for a number that a state may have.
+bool setting_is_numbered(int64_t number);
 
 // --- guard_energy.c ---
 

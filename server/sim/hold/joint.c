@@ -9,7 +9,7 @@
 // with lambda_a and lambda_b bounding the bodies at their coarsest levels, adds at most g times its
 // own lambda to the bound of either; damping c = 2 zeta k / sqrt(g max(lambda_a, lambda_b)) adds at
 // most 2 zeta sqrt(g lambda) likewise.
-// Joined bodies advance together, stage by stage: both ends act at the same time.
+// Joined bodies advance together, evaluation by evaluation: both ends act at the same time.
 #include "base/check.h"
 #include "sim/hold/attachment.h"
 #include "sim/hold/attachment_data.h"

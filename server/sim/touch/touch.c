@@ -475,6 +475,8 @@ void touch_topology_changed(Touch *touch, int which, const TopologyChange *chang
     clear(touch);
     list_nodes_anew(&touch->end[which]);
     touch->whole = is_whole(touch);
+    // The time step follows at once: the next tick compares with what it was chosen by.
+    touch->shortened = touch_shortens(touch);
 }
 
 // True if what a point remembers can be.
