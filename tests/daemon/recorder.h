@@ -8,6 +8,7 @@
 
 #include "io/recording.h"
 
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -54,6 +55,41 @@ static inline void stop(Client *client, Process *daemon)
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
     process_wait(daemon);
     assert_int_equal(daemon->code, 0);
+}
+
+static inline bool log_has(const char *path, const char *channel)
+{
+    size_t size = 0;
+    unsigned char *log = file_read(path, &size);
+    bool has = memmem(log, size, channel, strlen(channel)) != NULL;
+    free(log);
+    return has;
+}
+
+// What has come before a message of ours is in the log when that is.
+static inline void wait_for_log(Client *client, const char *path, const char *channel)
+{
+    wait_until(client,
+               lcm_publish(client->lcm, channel, channel, 1) == 0 && log_has(path, channel));
+}
+
+// Returns false, and says so, where lcm-logger is not installed.
+static inline bool logger_begin(Process *logger, Client *client, const char *path)
+{
+    if (access("/usr/bin/lcm-logger", X_OK) != 0) {
+        print_message("no lcm-logger: its log is left out\n");
+        return false;
+    }
+    process_start(logger, "/usr/bin/lcm-logger", "-q --flush-interval=10 %s", path);
+    wait_until(client, access(path, F_OK) == 0);
+    wait_for_log(client, path, "TEST_BEGINS");
+    return true;
+}
+
+static inline void logger_end(Process *logger, Client *client, const char *path)
+{
+    wait_for_log(client, path, "TEST_ENDS");
+    end(logger, SIGTERM, 0);
 }
 
 static inline const RecordingInfo *info_of(const char *path)
