@@ -7,6 +7,7 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -144,6 +145,7 @@ static void start(Process *process, const char *program, const char *format, va_
     process->pid = fork();
     assert_true(process->pid >= 0);
     if (process->pid == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL); // it ends with a test that is killed, too
         redirect(output_path(process, "out"), 1);
         redirect(output_path(process, "err"), 2);
         char **argv = words;
