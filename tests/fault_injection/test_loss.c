@@ -333,9 +333,12 @@ TEST(packets_keep_nodes_fresh_where_frames_of_floats_are_lost)
     hosts_enter(HOST_CLIENT);
     Client *away = client_create();
     follow(away, far);
+    // Of floats 0.67 of the frames are fresh, of so many with a deviation of 0.05; of the 21 that a
+    // sanitizer would see, 0.12.
+    enum { FRAMES = 120 };
     double limit = client_now() + 60.0;
     int64_t compared = 0;
-    while ((far[1].frames < EFFORT(120) || compared < EFFORT(20)) && client_now() < limit) {
+    while ((far[1].frames < FRAMES || compared < EFFORT(20)) && client_now() < limit) {
         client_listen(away, 2);
         client_listen(near, 0);
         // Both say the same: half a step apart, and what a float rounds at 10 cm.
@@ -347,7 +350,7 @@ TEST(packets_keep_nodes_fresh_where_frames_of_floats_are_lost)
             expect_near((double)packets->position[i], (double)floats->position[i], 0x1p-18 + 1e-8);
     }
     expect_at_least((double)compared, EFFORT(20));
-    expect_at_least((double)far[1].frames, EFFORT(120));
+    expect_at_least((double)far[1].frames, FRAMES);
     LinkCounts counts = hosts_counts();
     assert_true(counts.lost[HOST_SERVER] > 0);
     double share[2], kept[2], bytes[2];
