@@ -222,8 +222,9 @@ static void create_hanging(Batches *out, const BatchOptions *options, const int 
         }
         put_lanes(out, key + first, end - first, out->plain.batch_count + batch);
     }
-    out->hanging = (HangingBatches){batch_count, mixed, start,
-                                    vertex,      table, (const int(*)[LANES])element_class};
+    out->mixed_count = mixed;
+    out->hanging =
+        (HangingBatches){batch_count, start, vertex, table, (const int(*)[LANES])element_class};
 }
 
 void batches_create(Batches *out, const BatchOptions *options, Arena *arena)
@@ -277,7 +278,7 @@ void batch_runs_add(BatchRuns *runs, int kind, BatchRun more)
     if (more.count == 0)
         return;
     BatchRun *last = *end > kind_begin(runs, kind) ? &runs->run[*end - 1] : NULL;
-    if (last != NULL && last->first + last->count == more.first && last->mixed == more.mixed)
+    if (last != NULL && last->first + last->count == more.first)
         last->count += more.count;
     else
         runs->run[(*end)++] = more;
@@ -363,7 +364,6 @@ static void view_run(const BatchRuns *runs, const VoxelPass *given, int kind, Ba
     if (kind == BATCH_HANGING)
         view->hanging = (HangingBatches){
             .batch_count = run.count,
-            .mixed_count = run.mixed ? run.count : 0,
             .start = runs->hanging.start + run.first,
             .vertex = runs->hanging.vertex,
             .table = runs->hanging.table + run.first,

@@ -26,6 +26,7 @@ typedef struct Batches {
     // less than three quarters full, its elements go to the mixed batches: sorted by their number
     // of vertices, template, and order.
     HangingBatches hanging;
+    int mixed_count;       // of hanging batches, the last
     int template_count;    // of hanging elements
     Template *templates;   // [template_count] ascending masks
     int (*mixture)[LANES]; // [mixed batch] templates of its lanes; -1: no element
@@ -53,14 +54,13 @@ enum { BATCHES_ALL = -1 }; // both halves
 // Consecutive batches in use.
 typedef struct BatchRun {
     int first, count;
-    bool mixed;
 } BatchRun;
 
 typedef struct BatchRuns {
     // --- set by whoever creates the batches ---
     const VoxelKernels *kernels;
     PlainBatches plain;     // all of them, also those that are not in use
-    HangingBatches hanging; // likewise; runs say which are mixed
+    HangingBatches hanging; // likewise
     const RestTable *tables;
     const ElementClass *classes;
     // --- batch_runs_create ---

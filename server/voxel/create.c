@@ -196,16 +196,14 @@ static bool hang_weights(VoxelMaking *making, Status *status)
     return whole;
 }
 
-// One run of plain batches, one of batches of one template each, one of mixed ones.
+// One run of each kind.
 static void list_runs(BatchRuns *runs)
 {
-    const int pure = runs->hanging.batch_count - runs->hanging.mixed_count;
     batch_runs_begin(runs, BATCH_PLAIN);
-    batch_runs_add(runs, BATCH_PLAIN, (BatchRun){0, runs->plain.batch_count, false});
+    batch_runs_add(runs, BATCH_PLAIN, (BatchRun){0, runs->plain.batch_count});
     batch_runs_end(runs, BATCH_PLAIN);
     batch_runs_begin(runs, BATCH_HANGING);
-    batch_runs_add(runs, BATCH_HANGING, (BatchRun){0, pure, false});
-    batch_runs_add(runs, BATCH_HANGING, (BatchRun){pure, runs->hanging.mixed_count, true});
+    batch_runs_add(runs, BATCH_HANGING, (BatchRun){0, runs->hanging.batch_count});
     batch_runs_end(runs, BATCH_HANGING);
 }
 

@@ -40,24 +40,24 @@ typedef struct PlainBatches {
     const int *element_class; // [batch]
 } PlainBatches;
 
-// Elements with hanging vertices: batches of one template, then mixed ones, made of the rest of all
-// templates (an organ has many, most of them with few elements).
+// Elements with hanging vertices.
 typedef struct HangingBatches {
-    int batch_count, mixed_count; // the last mixed_count are mixed
-    const int *start;             // [batch + 1] first row of a batch in `vertex`
+    int batch_count;
+    const int *start;  // [batch + 1] first row of a batch in `vertex`
     const int *vertex; // [rows][LANES]; lanes with fewer vertices are padded with the spare one
     const int *table;  // [batch] index into VoxelPass.tables
     const int (*element_class)[LANES]; // [batch]
 } HangingBatches;
 
 // Rest shapes of a batch, for one law and precision, made by template.h: Real [TABLE_HEAD], then
-// [count][TABLE_ROW]; in mixed batches each of these numbers is [LANES].
+// [count][TABLE_ROW], each for every lane or once for all.
 enum {
     TABLE_HEAD = 8, // sum w, 1 / sum w; Miyazaki's law: A at rest minus 1, as xx yy zz yz zx xy
     TABLE_ROW = 10, // a x y z; w; X x y z; w M^-1 X x y z
 };
 typedef struct RestTable {
-    int count; // vertices
+    int count;  // vertices
+    int stride; // between numbers: LANES or 1
     const void *number;
 } RestTable;
 

@@ -224,7 +224,7 @@ static double add_row(VoxelLaw law, const ElementClass *by, const double row[TAB
     return row[3] * vec3_dot(piece->rest[i], piece->rest[i]);
 }
 
-static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int lane, bool mixed)
+static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int lane)
 {
     const HangingBatches *hanging = &model->batches->hanging;
     const ElementClass *by = &model->batches->classes[hanging->element_class[batch][lane]];
@@ -241,7 +241,8 @@ static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
         double row[TABLE_ROW];
         for (int k = 0; k < TABLE_ROW; k++) {
             long at = TABLE_HEAD + (long)p * TABLE_ROW + k;
-            row[k] = rows_get(&model->vertices.rows, table->number, mixed ? at * LANES + lane : at);
+            row[k] = rows_get(&model->vertices.rows, table->number,
+                              at * table->stride + (table->stride > 1 ? lane : 0));
         }
         spread += add_row(model->law, by, row, vertex[p * LANES], &piece);
     }
@@ -252,13 +253,13 @@ static bool add_hanging(const VoxelModel *model, Patch *patch, int batch, int la
 }
 
 // Adds the elements of a batch; returns what that takes of the budget.
-static int add_batch(const VoxelModel *model, Patch *patch, bool hanging, int batch, bool mixed)
+static int add_batch(const VoxelModel *model, Patch *patch, bool hanging, int batch)
 {
     enum { SKIPPED = 4, ADDED = 128 }; // per element
     int cost = 0;
     for (int lane = 0; lane < LANES; lane++) {
-        const bool added = hanging ? add_hanging(model, patch, batch, lane, mixed)
-                                   : add_plain(model, patch, batch, lane);
+        const bool added =
+            hanging ? add_hanging(model, patch, batch, lane) : add_plain(model, patch, batch, lane);
         cost += added ? ADDED : SKIPPED;
     }
     return cost;
@@ -279,7 +280,7 @@ static bool add_batches(const VoxelModel *model, Patch *patch, int budget)
         for (; patch->next < before + run.first + run.count; patch->next++) {
             if (budget <= 0)
                 return false;
-            budget -= add_batch(model, patch, hanging, (int)patch->next - before, run.mixed);
+            budget -= add_batch(model, patch, hanging, (int)patch->next - before);
         }
     }
     return true;

@@ -223,10 +223,9 @@ void voxel_table_put(void *number, const Template *shape, VoxelLaw law, Precisio
 }
 
 // Rounds up so that tables begin on cache lines.
-static size_t numbers_in(const RestTable *table, bool mixed)
+static size_t numbers_in(const RestTable *table)
 {
-    size_t numbers = (size_t)(TABLE_HEAD + table->count * TABLE_ROW) * (mixed ? LANES : 1);
-    return (numbers + 15) / 16 * 16;
+    return ((size_t)(TABLE_HEAD + table->count * TABLE_ROW) * LANES + 15) / 16 * 16;
 }
 
 const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Precision precision,
@@ -235,31 +234,31 @@ const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Preci
     const bool single = precision == PRECISION_SINGLE;
     const size_t real = single ? sizeof(float) : sizeof(double);
     const HangingBatches *hanging = &batches->hanging;
-    const int pure = hanging->batch_count - hanging->mixed_count;
-    const int count = batches->template_count + hanging->mixed_count;
+    const int pure = hanging->batch_count - batches->mixed_count;
+    const int count = batches->template_count + batches->mixed_count;
     RestTable *tables =
         arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *tables, "%s/rest tables", name);
     // Vertices per table: of one template, or of the longest in a mixed batch.
     size_t total = 0;
     for (int k = 0; k < count; k++) {
         const int mixed = k - batches->template_count, batch = pure + mixed;
+        tables[k].stride = LANES;
         tables[k].count = mixed < 0 ? batches->templates[k].count
                                     : hanging->start[batch + 1] - hanging->start[batch];
-        total += numbers_in(&tables[k], mixed >= 0);
+        total += numbers_in(&tables[k]);
     }
     // Then their numbers, one table behind the other.
     char *out = arena_allocate(arena, ARENA_STEP, total, real, "%s/rest shapes", name);
     for (int k = 0; k < count; k++) {
         const int mixed = k - batches->template_count;
-        const int stride = mixed < 0 ? 1 : LANES;
-        for (int lane = 0; lane < stride; lane++) {
+        for (int lane = 0; lane < LANES; lane++) {
             // A lane without an element gets a shape that never deforms.
             const int t = mixed < 0 ? k : batches->mixture[mixed][lane];
             const Numbers numbers = numbers_of(&batches->templates[t < 0 ? 0 : t], law);
-            put_numbers(out, stride, lane, tables[k].count, &numbers, single);
+            put_numbers(out, LANES, lane, tables[k].count, &numbers, single);
         }
         tables[k].number = out;
-        out += numbers_in(&tables[k], mixed >= 0) * real;
+        out += numbers_in(&tables[k]) * real;
     }
     return tables;
 }

@@ -46,14 +46,15 @@ double template_spread(const Template *shape);
 
 struct Batches; // batch.h
 
-// Load time. Creates VoxelPass.tables: one table per template, then one per mixed batch; owned by
-// the arena. For Miyazaki's law weights are 1, X is relative to the mean of the present vertices,
-// and A = sum r_i X_i^T, scaled to a trace of 3 at rest, takes the role of F.
+// Load time. Creates VoxelPass.tables: one table per template, then one per mixed batch, with
+// numbers for each lane; owned by the arena. For Miyazaki's law weights are 1, X is relative to the
+// mean of the present vertices, and A = sum r_i X_i^T, scaled to a trace of 3 at rest, takes the
+// role of F.
 const RestTable *voxel_tables_create(const struct Batches *batches, VoxelLaw law,
                                      Precision precision, const char *name, Arena *arena);
 
-// Writes the table of one template, not mixed: Real [TABLE_HEAD], then [shape->count][TABLE_ROW].
-// Does not allocate: safe on the step thread.
+// Writes the table of one template, once for all lanes: Real [TABLE_HEAD], then
+// [shape->count][TABLE_ROW]. Does not allocate: safe on the step thread.
 void voxel_table_put(void *number, const Template *shape, VoxelLaw law, Precision precision);
 
 // --- a cache ---
@@ -78,12 +79,12 @@ void template_cache_create(TemplateCache *cache, const char *name, VoxelLaw law,
                            Precision precision, Arena *arena);
 // Both results are valid until the next call of either function.
 const Template *template_cache_shape(TemplateCache *cache, unsigned mask);
-// Returns the shape's table in the form of the kernels (kernel.h, RestTable), not mixed. For
-// Miyazaki's law the weights are not 1 but 6 / sum |X_i|^2, with X_i from the mean of the vertices,
-// which is 1 for a plain cube. Forces and damping are proportional to the weights, and nothing else
-// depends on a common factor of them. So an element of any mask uses the class of the plain cube of
-// its level and material, and its stiffness still gives it that cube's energy under the same
-// uniform stretch, averaged over the axes.
+// Returns the shape's table in the form of the kernels (kernel.h, RestTable), once for all lanes.
+// For Miyazaki's law the weights are not 1 but 6 / sum |X_i|^2, with X_i from the mean of the
+// vertices, which is 1 for a plain cube. Forces and damping are proportional to the weights, and
+// nothing else depends on a common factor of them. So an element of any mask uses the class of the
+// plain cube of its level and material, and its stiffness still gives it that cube's energy under
+// the same uniform stretch, averaged over the axes.
 const void *template_cache_numbers(TemplateCache *cache, unsigned mask);
 
 #endif

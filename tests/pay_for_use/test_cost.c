@@ -219,7 +219,7 @@ static void expect_kernel(const Profile *profile, const Feature *feature, const 
     const char *kind = strchr(kernel, '_');
     for (int i = 0; i < profile->count; i++) {
         const char *name = profile->function[i].name;
-        const bool beside = strncmp(name, "hanging_", 8) == 0 || strncmp(name, "mixed_", 6) == 0;
+        const bool beside = strncmp(name, "hanging_", 8) == 0;
         if (!beside && strncmp(name, "evaluate_SPRINGS_", 17) != 0 &&
             strncmp(name, "scattered_SPRINGS_", 18) != 0 &&
             strncmp(name, "plain_ELEMENT_", 14) != 0)

@@ -55,7 +55,7 @@ static void expect_lane(const Batches *b, int batch, int lane, int e)
         return;
     }
     const HangingBatches *h = &b->hanging;
-    const int k = batch - b->plain.batch_count, mixed = k - (h->batch_count - h->mixed_count);
+    const int k = batch - b->plain.batch_count, mixed = k - (h->batch_count - b->mixed_count);
     const int *row = h->vertex + h->start[k] * LANES;
     const int t = mixed < 0 ? h->table[k] : b->mixture[mixed][lane];
     if (mixed >= 0)
@@ -97,7 +97,7 @@ TEST(every_element_stands_in_one_lane_with_its_vertices)
 
 static bool is_mixed(const Batches *b, int e)
 {
-    return b->lane[e] / LANES >= batches_total(b) - b->hanging.mixed_count;
+    return b->lane[e] / LANES >= batches_total(b) - b->mixed_count;
 }
 
 static int count_of(int e)
@@ -129,7 +129,7 @@ TEST(batches_follow_template_class_and_element)
     Batches b;
     BatchOptions from = options(2);
     batches_create(&b, &from, &arena);
-    assert_in_range(b.hanging.mixed_count, 2, b.hanging.batch_count - 2);
+    assert_in_range(b.mixed_count, 2, b.hanging.batch_count - 2);
     assert_int_equal(b.class_count, 3); // one is unused, two are equal
     for (int e = 0; e < ELEMENTS; e++)
         for (int f = 0; f < ELEMENTS; f++)
@@ -147,8 +147,8 @@ TEST(few_lanes_are_left_over)
     // Each class of cubes and the mixed batches end in one that may hold a single element, each
     // template in one that is three quarters full.
     int least = (b.plain.batch_count - b.class_count) * LANES + b.class_count;
-    least += (b.hanging.batch_count - b.hanging.mixed_count) * LANES * 3 / 4;
-    least += (b.hanging.mixed_count - 1) * LANES + 1;
+    least += (b.hanging.batch_count - b.mixed_count) * LANES * 3 / 4;
+    least += (b.mixed_count - 1) * LANES + 1;
     assert_in_range(ELEMENTS, least, batches_total(&b) * LANES);
     arena_destroy(&arena);
 }

@@ -196,8 +196,9 @@ static void put_double(double *to, const double *number, int stride, int count, 
 }
 
 // Writes a lane's table unless it already has it.
-static void put_numbers(CutWindows *windows, int batch, int lane, int stride, unsigned mask)
+static void put_numbers(CutWindows *windows, int batch, int lane, unsigned mask)
 {
+    const int stride = windows->tables[batch].stride;
     unsigned *held = &windows->hanging_mask[batch][lane];
     // Most lanes keep their shape from change to change.
     if (*held == mask)
@@ -228,27 +229,25 @@ static void put_vertices(CutWindows *windows, int batch, int lane, const int *no
 }
 
 // A lane without an element in a mixed batch is a plain cube that never deforms.
-static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, int lanes, bool mixed,
+static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, int lanes,
                          const Turns *turns)
 {
     const CutLattice *lattice = windows->lattice;
-    // One table for all lanes, or one per lane in mixed batches.
-    windows->tables[batch].count = vertex_count_of(mask_of(key[lanes - 1]));
-    if (!mixed)
-        put_numbers(windows, batch, 0, 1, mask_of(key[0]));
+    RestTable *table = &windows->tables[batch];
+    table->count = vertex_count_of(mask_of(key[lanes - 1]));
     // The elements.
     for (int lane = 0; lane < lanes; lane++) {
         const int e = element_of(key[lane]);
         const unsigned mask = mask_of(key[lane]);
-        if (mixed)
-            put_numbers(windows, batch, lane, LANES, mask);
+        if (lane == 0 || table->stride > 1)
+            put_numbers(windows, batch, lane, mask);
         put_vertices(windows, batch, lane, cut_lattice_nodes(lattice, e), mask);
         windows->hanging_class[batch][lane] = class_of(windows, e);
         put_lane(windows, e, (windows->capacity[0] + batch) * LANES + lane, turns);
     }
     // Lanes without an element hold a plain cube of the spare vertex.
     for (int lane = lanes; lane < LANES; lane++) {
-        put_numbers(windows, batch, lane, LANES, 0);
+        put_numbers(windows, batch, lane, 0);
         put_vertices(windows, batch, lane, NULL, 0);
         windows->hanging_class[batch][lane] = windows->hanging_class[batch][0];
     }
@@ -292,7 +291,7 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
                 if (kind == BATCH_PLAIN)
                     pack_plain(windows, batch++, key + k, LANES, turns);
                 else
-                    pack_hanging(windows, batch++, key + k, LANES, false, turns);
+                    pack_hanging(windows, batch++, key + k, LANES, turns);
                 k += LANES;
             } else {
                 rest[left++] = key[k++];
@@ -339,7 +338,7 @@ static void pack_hanging_rest(CutWindows *windows, int group, const Turns *turns
     // Batches that several windows fill together.
     for (int k = 0; k < count;) {
         if (fills(key, count, k)) {
-            pack_hanging(windows, batch++, key + k, LANES, false, turns);
+            pack_hanging(windows, batch++, key + k, LANES, turns);
             k += LANES;
         } else {
             key[left++] = key[k++];
@@ -350,7 +349,7 @@ static void pack_hanging_rest(CutWindows *windows, int group, const Turns *turns
     // What is left mixes shapes.
     batch = mixed->low[BATCH_HANGING];
     for (int k = 0; k < left; k += LANES)
-        pack_hanging(windows, batch++, key + k, left - k < LANES ? left - k : LANES, true, turns);
+        pack_hanging(windows, batch++, key + k, left - k < LANES ? left - k : LANES, turns);
     mixed->first[BATCH_HANGING] = mixed->low[BATCH_HANGING];
     mixed->used[BATCH_HANGING] = batch - mixed->low[BATCH_HANGING];
 }

@@ -93,7 +93,7 @@ static void *begin_table(const CutWindows *windows, int batch, int stride, void 
 {
     const bool single = windows->templates->precision == PRECISION_SINGLE;
     const void *from = template_cache_numbers(windows->templates, 0);
-    windows->tables[batch] = (RestTable){NODE_CORNERS, number};
+    windows->tables[batch] = (RestTable){NODE_CORNERS, stride, number};
     for (int i = 0; i < (TABLE_HEAD + NODE_CORNERS * TABLE_ROW) * stride; i++)
         if (single)
             ((float *)number)[i] = ((const float *)from)[i / stride];
@@ -163,9 +163,9 @@ static void create_hanging(CutWindows *windows, const char *name, Arena *arena)
 // ---------------------------------------------------------------------------------------------
 // Which batches are in use
 
-static void add_range(CutWindows *windows, int kind, const BatchRange *range, bool mixed)
+static void add_range(CutWindows *windows, int kind, const BatchRange *range)
 {
-    batch_runs_add(&windows->runs, kind, (BatchRun){range->first[kind], range->used[kind], mixed});
+    batch_runs_add(&windows->runs, kind, (BatchRun){range->first[kind], range->used[kind]});
 }
 
 static void list_runs(CutWindows *windows)
@@ -174,9 +174,9 @@ static void list_runs(CutWindows *windows)
         batch_runs_begin(&windows->runs, kind);
         for (int g = 0; g < windows->group_count; g++) {
             for (int w = windows->group[g].first; w < windows->group[g].end; w++)
-                add_range(windows, kind, &windows->full[w], false);
-            add_range(windows, kind, &windows->pooled[g], false);
-            add_range(windows, kind, &windows->mixed[g], kind == BATCH_HANGING);
+                add_range(windows, kind, &windows->full[w]);
+            add_range(windows, kind, &windows->pooled[g]);
+            add_range(windows, kind, &windows->mixed[g]);
         }
         batch_runs_end(&windows->runs, kind);
     }

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Private to the kernels: elements with hanging vertices, WIDTH at a time: of one template, with
-// the same rest-shape numbers for all lanes, or mixed, with numbers for each lane. Lengths are in
-// units of the element's edge H and relative to its first vertex, so that rounding is relative to
-// the deformation: u' = (u - u_0) / H, v' = v - v_0.
+// Private to the kernels: elements with hanging vertices, WIDTH at a time. Lengths are in units of
+// the element's edge H and relative to its first vertex, so that rounding is relative to the
+// deformation: u' = (u - u_0) / H, v' = v - v_0.
 //
 // With c = sum w u' / sum w and, by law,
 //   F = 1 + sum u'_i a_i^T, G = sum w_i u'_i X_i^T M^-1, P = H^2 (2 mu (F - R) + lambda tr(D) R),
@@ -111,20 +110,38 @@ INLINE HangingFactors hanging_factors_at(Real factor[FACTORS][LANES], bool visco
 
 // The rest shapes of WIDTH lanes.
 typedef struct Rest {
-    bool mixed;
     int count;
-    const Real *number; // of the lanes' first
+    const Real *number; // [TABLE_HEAD + count * TABLE_ROW][LANES], of the lanes' first
 } Rest;
 
 INLINE Vector rest_head(const Rest *rest, int k)
 {
-    return rest->mixed ? vector_load(rest->number + k * LANES) : rest->number[k] - (Vector){0};
+    return vector_load(rest->number + k * LANES);
 }
 
 INLINE Vector rest_of(const Rest *rest, int vertex, int k)
 {
-    const int at = TABLE_HEAD + vertex * TABLE_ROW + k;
-    return rest->mixed ? vector_load(rest->number + at * LANES) : rest->number[at] - (Vector){0};
+    return rest_head(rest, TABLE_HEAD + vertex * TABLE_ROW + k);
+}
+
+// A table with one number for all lanes, repeated for WIDTH of them.
+typedef struct RestSpread {
+    const RestTable *of; // NULL: none yet
+    _Alignas(64) Real number[TABLE_HEAD + NODE_COUNT * TABLE_ROW][LANES];
+} RestSpread;
+
+// Returns the rest shapes of a batch from `lane` on; valid until the next call.
+INLINE Rest rest_at(const VoxelPass *pass, int batch, int lane, RestSpread *spread)
+{
+    const RestTable *table = &pass->tables[pass->hanging->table[batch]];
+    const Real *number = table->number;
+    if (table->stride == LANES)
+        return (Rest){table->count, number + lane};
+    if (spread->of != table)
+        for (int at = 0; at < TABLE_HEAD + table->count * TABLE_ROW; at++)
+            vector_store(spread->number[at], number[at] - (Vector){0});
+    spread->of = table;
+    return (Rest){table->count, spread->number[0]};
 }
 
 // WIDTH elements.
@@ -358,29 +375,29 @@ INLINE void hanging_forces(const VoxelPass *pass, const Rest *rest, const int *v
     }
 }
 
-INLINE void evaluate_hanging(const VoxelPass *pass, ElementKind kind, Damping damps, bool mixed)
+INLINE void evaluate_hanging(const VoxelPass *pass, ElementKind kind, Damping damps)
 {
     const bool viscous = damps == VISCOUS, relaxes = kind_relaxes(kind, pass),
                stiffens = kind_stiffens(kind, pass);
     const HangingBatches *hanging = pass->hanging;
     double(*last)[LANES][4] = pass->last + pass->plain->batch_count;
-    const int pure = hanging->batch_count - hanging->mixed_count;
     const StiffeningFactors curve = curve_of(pass, stiffens);
-    for (int batch = mixed ? pure : 0; batch < (mixed ? hanging->batch_count : pure); batch++) {
-        const RestTable *table = &pass->tables[hanging->table[batch]];
+    RestSpread spread;
+    spread.of = NULL;
+    for (int batch = 0; batch < hanging->batch_count; batch++) {
         const int *vertex = hanging->vertex + (long)hanging->start[batch] * LANES;
+        const int count = pass->tables[hanging->table[batch]].count;
         _Alignas(64) Real force[NODE_COUNT][4 * LANES], factor[FACTORS][LANES];
         hanging_factors(pass, hanging->element_class[batch], viscous, stiffens, factor);
         for (int lane = 0; lane < LANES; lane += WIDTH) {
-            const Rest rest = {mixed, table->count,
-                               (const Real *)table->number + (mixed ? lane : 0)};
+            const Rest rest = rest_at(pass, batch, lane, &spread);
             const HangingFactors by = hanging_factors_at(factor, viscous, stiffens, lane);
             const Dashpot dashpot =
                 dashpot_at(pass, relaxes, (long)pass->plain->batch_count + batch, lane);
             hanging_forces(pass, &rest, vertex + lane, &by, kind, damps, last[batch] + lane,
                            &dashpot, &curve, (Real(*)[4 * LANES])(force[0] + 4 * lane));
         }
-        for (int p = 0; p < table->count; p++)
+        for (int p = 0; p < count; p++)
             scatter_forces(pass->force, vertex + p * LANES, force[p]);
     }
 }

@@ -144,20 +144,20 @@ static double plain_total(const VoxelPass *pass)
     return pass->stiffness_scale * total;
 }
 
-INLINE void hanging_total(const VoxelPass *pass, bool paper, bool mixed, double *total)
+// Adds to `total` element by element.
+static void add_hanging_energy(const VoxelPass *pass, double *total)
 {
     const HangingBatches *hanging = pass->hanging;
-    const int pure = hanging->batch_count - hanging->mixed_count;
-    const bool stiffens = pass->stiffening != NULL;
-    for (int b = mixed ? pure : 0; b < (mixed ? hanging->batch_count : pure); b++) {
-        const RestTable *table = &pass->tables[hanging->table[b]];
+    const bool paper = pass->law == VOXEL_MIYAZAKI2004, stiffens = pass->stiffening != NULL;
+    RestSpread spread;
+    spread.of = NULL;
+    for (int b = 0; b < hanging->batch_count; b++) {
         const int *vertex = hanging->vertex + (long)hanging->start[b] * LANES;
         const double(*last)[4] = (const double(*)[4])pass->last[pass->plain->batch_count + b];
         _Alignas(64) Real factor[FACTORS][LANES];
         hanging_factors(pass, hanging->element_class[b], false, stiffens, factor);
         for (int lane = 0; lane < LANES; lane += WIDTH) {
-            const Rest rest = {mixed, table->count,
-                               (const Real *)table->number + (mixed ? lane : 0)};
+            const Rest rest = rest_at(pass, b, lane, &spread);
             const HangingFactors by = hanging_factors_at(factor, false, stiffens, lane);
             const Real *dashpot = dashpot_at(pass, pass->relaxation.count > 0,
                                              (long)pass->plain->batch_count + b, lane)
@@ -170,14 +170,8 @@ INLINE void hanging_total(const VoxelPass *pass, bool paper, bool mixed, double 
 
 static double energy(const VoxelPass *pass)
 {
-    const bool paper = pass->law == VOXEL_MIYAZAKI2004;
     double total = plain_total(pass);
-    for (int mixed = 0; mixed < 2; mixed++) {
-        if (paper)
-            hanging_total(pass, true, mixed != 0, &total);
-        else
-            hanging_total(pass, false, mixed != 0, &total);
-    }
+    add_hanging_energy(pass, &total);
     return total;
 }
 
@@ -283,35 +277,43 @@ INLINE void plain_stress(const VoxelPass *pass, double limit, bool stiffens, uin
     }
 }
 
-INLINE void hanging_stress(const VoxelPass *pass, double limit, bool paper, bool stiffens,
-                           bool mixed, uint16_t *high)
+// Elements that do not stiffen are gathered as the paper's, whatever their law: only the part at
+// rest differs, which is 0 in the tables of the affine law.
+INLINE void hanging_stress(const VoxelPass *pass, double limit, bool stiffens, uint16_t *high)
 {
     const HangingBatches *hanging = pass->hanging;
-    const int pure = hanging->batch_count - hanging->mixed_count;
     const StiffeningFactors curve = curve_of(pass, stiffens);
-    for (int b = mixed ? pure : 0; b < (mixed ? hanging->batch_count : pure); b++) {
-        const RestTable *table = &pass->tables[hanging->table[b]];
+    RestSpread spread;
+    spread.of = NULL;
+    for (int b = 0; b < hanging->batch_count; b++) {
         const int *vertex = hanging->vertex + (long)hanging->start[b] * LANES;
         _Alignas(64) Real factor[FACTORS][LANES], shear[LANES], bulk[LANES];
-        hanging_factors(pass, hanging->element_class[b], false, stiffens, factor);
-        for (int lane = 0; lane < LANES; lane++) {
-            const ElementClass *c = &pass->classes[hanging->element_class[b][lane]];
-            const StressFactors by = stress_factors(pass, c, limit);
-            shear[lane] = by.shear;
-            bulk[lane] = by.bulk;
+        if (stiffens)
+            hanging_factors(pass, hanging->element_class[b], false, true, factor);
+        StressFactors limits = {0};
+        for (int lane = 0, last = -1; lane < LANES; lane++) {
+            const int element_class = hanging->element_class[b][lane];
+            const ElementClass *c = &pass->classes[element_class];
+            if (element_class != last)
+                limits = stress_factors(pass, c, limit);
+            last = element_class;
+            factor[GRADIENT][lane] = (Real)(1.0 / c->size);
+            shear[lane] = limits.shear;
+            bulk[lane] = limits.bulk;
         }
         unsigned bits = 0;
         for (int lane = 0; lane < LANES; lane += WIDTH) {
-            const Rest rest = {mixed, table->count,
-                               (const Real *)table->number + (mixed ? lane : 0)};
-            const HangingFactors by = hanging_factors_at(factor, false, stiffens, lane);
+            const Rest rest = rest_at(pass, b, lane, &spread);
+            const Vector gradient = vector_load(factor[GRADIENT] + lane);
             Hanging h;
             Polar polar;
             Vector stiffer = {0}, unused;
-            gather_hanging(pass, &rest, vertex + lane, by.gradient, paper, false, false, &h);
+            gather_hanging(pass, &rest, vertex + lane, gradient, !stiffens, false, false, &h);
             const Vector rare = stress_fit(&h.deformation, &polar);
-            if (stiffens)
+            if (stiffens) {
+                const HangingFactors by = hanging_factors_at(factor, false, true, lane);
                 stiffer = stiffening_factor_of(&curve, hanging_q(&rest, &by, &h, &polar), &unused);
+            }
             bits |= beyond(&h.deformation, &polar, rare, vector_load(shear + lane),
                            vector_load(bulk + lane), stiffens, stiffer)
                     << lane;
@@ -323,18 +325,13 @@ INLINE void hanging_stress(const VoxelPass *pass, double limit, bool paper, bool
 static void stress(const VoxelPass *pass, double limit, uint16_t *high)
 {
     uint16_t *hanging = high + pass->plain->batch_count;
-    const bool stiffens = pass->stiffening != NULL;
-    if (stiffens)
+    if (pass->stiffening != NULL) {
         plain_stress(pass, limit, true, high);
-    else
+        hanging_stress(pass, limit, true, hanging);
+    } else {
         plain_stress(pass, limit, false, high);
-    for (int mixed = 0; mixed < 2; mixed++)
-        if (pass->law == VOXEL_MIYAZAKI2004)
-            hanging_stress(pass, limit, true, false, mixed != 0, hanging);
-        else if (stiffens)
-            hanging_stress(pass, limit, false, true, mixed != 0, hanging);
-        else
-            hanging_stress(pass, limit, false, false, mixed != 0, hanging);
+        hanging_stress(pass, limit, false, hanging);
+    }
 }
 
 #endif

@@ -12,7 +12,8 @@
 #include "voxel/kernel/hanging.h"
 #include "voxel/kernel/plain.h"
 
-// The kernels: one for each kind of element (kind.h), damping and layout.
+// The kernels: one for each kind of element (kind.h) and damping, without and with hanging
+// vertices.
 #define EACH_AFFINE(X)                                                                             \
     X(ELEMENT_LINEAR, UNDAMPED)                                                                    \
     X(ELEMENT_LINEAR, DAMPED)                                                                      \
@@ -31,8 +32,7 @@
 #define DEFINE_PLAIN(kind, damping)                                                                \
     KERNEL(plain_##kind##_##damping, evaluate_plain(pass, kind, damping))
 #define DEFINE_HANGING(kind, damping)                                                              \
-    KERNEL(hanging_##kind##_##damping, evaluate_hanging(pass, kind, damping, false))               \
-    KERNEL(mixed_##kind##_##damping, evaluate_hanging(pass, kind, damping, true))
+    KERNEL(hanging_##kind##_##damping, evaluate_hanging(pass, kind, damping))
 EACH_AFFINE(DEFINE_PLAIN)
 EACH_KIND(DEFINE_HANGING)
 
@@ -40,10 +40,8 @@ static void evaluate(const VoxelPass *pass)
 {
 #define NAME_PLAIN(kind, damping)   [kind][damping] = plain_##kind##_##damping,
 #define NAME_HANGING(kind, damping) [kind][damping] = hanging_##kind##_##damping,
-#define NAME_MIXED(kind, damping)   [kind][damping] = mixed_##kind##_##damping,
     static VoxelKernel *const plain[ELEMENT_KINDS][DAMPINGS] = {EACH_AFFINE(NAME_PLAIN)},
-                              *const hanging[ELEMENT_KINDS][DAMPINGS] = {EACH_KIND(NAME_HANGING)},
-                              *const mixed[ELEMENT_KINDS][DAMPINGS] = {EACH_KIND(NAME_MIXED)};
+                              *const hanging[ELEMENT_KINDS][DAMPINGS] = {EACH_KIND(NAME_HANGING)};
     const ElementKind kind = pass->law == VOXEL_MIYAZAKI2004 ? ELEMENT_PAPER
                              : pass->stiffening != NULL || pass->relaxation.count > 0
                                  ? ELEMENT_LAW
@@ -54,10 +52,8 @@ static void evaluate(const VoxelPass *pass)
                                                                      : DAMPED;
     if (pass->plain->batch_count > 0)
         plain[kind == ELEMENT_PAPER ? ELEMENT_LINEAR : kind][damping](pass);
-    if (pass->hanging->batch_count > pass->hanging->mixed_count)
+    if (pass->hanging->batch_count > 0)
         hanging[kind][damping](pass);
-    if (pass->hanging->mixed_count > 0)
-        mixed[kind][damping](pass);
 }
 
 extern const VoxelKernels KERNEL_NAME;

@@ -164,7 +164,7 @@ static void change(World *world, uint64_t *random)
 // --- claims ---
 
 static void expect_equal_range(const CutWindows *a, const CutWindows *b, const BatchRange *range,
-                               bool mixed, size_t real)
+                               size_t real)
 {
     for (int k = 0; k < range->used[BATCH_PLAIN]; k++) {
         const int batch = range->first[BATCH_PLAIN] + k;
@@ -176,12 +176,14 @@ static void expect_equal_range(const CutWindows *a, const CutWindows *b, const B
         const int batch = range->first[BATCH_HANGING] + k;
         const size_t count = (size_t)a->tables[batch].count;
         assert_int_equal(a->tables[batch].count, b->tables[batch].count);
+        assert_int_equal(a->tables[batch].stride, b->tables[batch].stride);
         assert_memory_equal(a->hanging_vertex[batch], b->hanging_vertex[batch],
                             count * LANES * sizeof(int));
         assert_memory_equal(a->hanging_class[batch], b->hanging_class[batch],
                             sizeof a->hanging_class[batch]);
         assert_memory_equal(a->tables[batch].number, b->tables[batch].number,
-                            (TABLE_HEAD + count * TABLE_ROW) * (mixed ? LANES : 1) * real);
+                            (TABLE_HEAD + count * TABLE_ROW) * (size_t)a->tables[batch].stride *
+                                real);
     }
 }
 
@@ -198,13 +200,12 @@ static void expect_equal(const World *world, const CutWindows *a, const CutWindo
     for (int k = 0; k < a->runs.run_end[BATCH_HANGING][1]; k++) {
         assert_int_equal(a->runs.run[k].first, b->runs.run[k].first);
         assert_int_equal(a->runs.run[k].count, b->runs.run[k].count);
-        assert_int_equal(a->runs.run[k].mixed, b->runs.run[k].mixed);
     }
     for (size_t w = 0; w < windows; w++)
-        expect_equal_range(a, b, &a->full[w], false, real);
+        expect_equal_range(a, b, &a->full[w], real);
     for (size_t g = 0; g < groups; g++) {
-        expect_equal_range(a, b, &a->pooled[g], false, real);
-        expect_equal_range(a, b, &a->mixed[g], true, real);
+        expect_equal_range(a, b, &a->pooled[g], real);
+        expect_equal_range(a, b, &a->mixed[g], real);
     }
 }
 
