@@ -145,7 +145,7 @@ int websocket_read(WebSocket *socket, int patience_ms)
 // Removes the sent bytes from the parts.
 static void drop_sent(struct iovec part[2], size_t sent)
 {
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < 2 && sent > 0; k++) {
         size_t of_this = sent < part[k].iov_len ? sent : part[k].iov_len;
         part[k].iov_base = (char *)part[k].iov_base + of_this;
         part[k].iov_len -= of_this;
