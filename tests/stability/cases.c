@@ -59,8 +59,62 @@
             "materials", "( { label = 2;  density = " density "; } )"                              \
         }                                                                                          \
     }
-#define ONE_CELL   "{ generator = \"box\";  count = 1;  size = 0.05; }"
-#define ONE_SQUARE "{ generator = \"box\";  count = [1, 1];  size = 0.05; }"
+#define WALL_LIKE(more)                                                                            \
+    {                                                                                              \
+        {                                                                                          \
+            "material", "{ youngs_modulus_2d = 80.0;  areal_density = 4.2;  "                      \
+                        "damping_time = 2.0e-4;  " more " }"                                       \
+        }                                                                                          \
+    }
+#define SOLID_LIKE(more)                                                                           \
+    {                                                                                              \
+        {                                                                                          \
+            "material", "{ youngs_modulus = 1.0e4;  density = 1000.0;  damping = 0.2;  " more " }" \
+        }                                                                                          \
+    }
+#define STIFFENS "stiffening = { strain = 0.05;  cap = 100.0; };"
+#define RELAXES                                                                                    \
+    "relaxation = ( { time = 1.0e-6;  share = 0.3; }, { time = 1.0e-4;  share = 0.3; }, "          \
+    "{ time = 1.0e-2;  share = 0.35; } );"
+#define ENCLOSES(what)                                                                             \
+    {                                                                                              \
+        {                                                                                          \
+            "cavity", "{ " what " }"                                                               \
+        }                                                                                          \
+    }
+#define RUBS                                                                                       \
+    {                                                                                              \
+        {                                                                                          \
+            "contact", "{ friction = 10.0; }"                                                      \
+        }                                                                                          \
+    }
+#define ROUND                                                                                      \
+    {"voxels", "{ mesh = \"graded3.off\";  scale = 0.5;  size = 0.008; }"},                        \
+        {"surface", "\"fitted\""},                                                                 \
+    {                                                                                              \
+        "fixed", "( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0124]); } )"                        \
+    }
+#define FREE_WALL                                                                                  \
+    {                                                                                              \
+        {                                                                                          \
+            "shape", "{ angular_frequency = 50.0;  damping_ratio = 0.3;  frame = \"body\"; }"      \
+        }                                                                                          \
+    }
+#define FREE                                                                                       \
+    {                                                                                              \
+        {                                                                                          \
+            "fixed", NULL                                                                          \
+        }                                                                                          \
+    }
+// A rigid sheet at a distance along x.
+#define BOARD(x)                                                                                   \
+    ", { name = \"board\";  mesh = { generator = \"sheet\";  columns = 6;  rows = 6;  "            \
+    "width = 0.2;  height = 0.2;  place = { translation = [" x ", 0.0, 0.0];  rotation = "         \
+    "[0.0, 1.5707963, 0.0]; }; };  "                                                               \
+    "fixed = ( { box = ([-9.0, -9.0, -9.0], [9.0, 9.0, 9.0]); } ); }"
+#define TOUCHES(who) "touch = ( { bodies = [" who "];  stiffness = 10.0; } );\n"
+#define ONE_CELL     "{ generator = \"box\";  count = 1;  size = 0.05; }"
+#define ONE_SQUARE   "{ generator = \"box\";  count = [1, 1];  size = 0.05; }"
 
 #define STIFFNESS(k, rate, is_quick)                                                               \
     {                                                                                              \
@@ -283,6 +337,118 @@ const Case CASES[] = {
     // Behind the others, so that the test's share of these stays.
     {.name = "pressed by one radius and held", .drive = DRIVE_PRESS, .value = 1.0, .quick = true},
     {.name = "pressed by two radii and held", .drive = DRIVE_PRESS, .value = 2.0, .quick = true},
+
+    {.name = "pressure 1 kPa, pressed",
+     .drive = DRIVE_PRESS,
+     .value = 1.0,
+     .surface = ENCLOSES("pressure = 1.0e3;"),
+     .not_voxel = true,
+     .not_plane = true},
+    {.name = "gas, pressed",
+     .drive = DRIVE_PRESS,
+     .value = 1.0,
+     .surface = ENCLOSES("gas = true;"),
+     .not_voxel = true,
+     .not_plane = true},
+    {.name = "fluid of 1 MPa, pressed",
+     .drive = DRIVE_PRESS,
+     .value = 1.0,
+     .surface = ENCLOSES("fluid = true;  bulk_modulus = 1.0e6;"),
+     .not_voxel = true,
+     .not_plane = true},
+    {.name = "stiffening 100 times",
+     .drive = DRIVE_LOAD,
+     .value = 1.0e3,
+     .quick = true,
+     .surface = WALL_LIKE(STIFFENS),
+     .voxel = SOLID_LIKE(STIFFENS),
+     .not_plane = true},
+    {.name = "relaxation of 95 %",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .quick = true,
+     .surface = WALL_LIKE(RELAXES),
+     .voxel = SOLID_LIKE(RELAXES),
+     .not_plane = true},
+    {.name = "bending of a wall of 2 cm",
+     .drive = DRIVE_LOAD,
+     .value = 1.0e3,
+     .surface = WALL_LIKE("thickness = 0.02;"),
+     .not_voxel = true,
+     .not_plane = true},
+    {.name = "touches itself, starts flattened",
+     .start = START_FLAT,
+     .scene = TOUCHES("\"body\""),
+     .quick = true,
+     .not_plane = true},
+    {.name = "touches itself, cut",
+     .drive = DRIVE_CUT,
+     .surface = CUTTABLE,
+     .voxel = CUTTABLE,
+     .scene = TOUCHES("\"body\""),
+     .not_plane = true},
+    {.name = "pushed against a board",
+     .drive = DRIVE_LOAD,
+     .value = 10.0,
+     .scene = TOUCHES("\"body\", \"board\""),
+     .beside = BOARD("0.052"),
+     .not_voxel = true,
+     .not_plane = true},
+    {.name = "pushed against a board",
+     .drive = DRIVE_LOAD,
+     .value = 10.0,
+     .scene = TOUCHES("\"body\", \"board\""),
+     .beside = BOARD("0.026"),
+     .not_surface = true,
+     .not_plane = true},
+    {.name = "attached, 10 times as stiff",
+     .drive = DRIVE_LOAD,
+     .value = 1.0,
+     .quick = true,
+     .scene = "attachments = ( { body = \"body\";  box = ([-9.0, -9.0, -9.0], [9.0, 9.0, 9.0]);  "
+              "to = \"world\";  stiffness = 10.0; } );\n"},
+    {.name = "pinned, 1e3 N", .drive = DRIVE_TIE, .value = 1.0e3, .scene = "max_ties = 1;\n"},
+    {.name = "friction 10, pressed",
+     .drive = DRIVE_PRESS,
+     .value = 1.0,
+     .surface = RUBS,
+     .voxel = RUBS,
+     .plane = RUBS},
+    {.name = "friction 10, tool at 100 m/s, 1e6 N",
+     .drive = DRIVE_TOOL_FAST,
+     .value = 1.0e6,
+     .quick = true,
+     .surface = RUBS,
+     .voxel = RUBS,
+     .plane = RUBS},
+    {.name = "gravity of 1e3 m/s2", .quick = true, .scene = "gravity = [0.0, -707.0, -707.0];\n"},
+    {.name = "grasped and pulled, 3.3 N", .drive = DRIVE_GRASP, .value = 3.3},
+    {.name = "grasped and pulled, 1e6 N", .drive = DRIVE_GRASP, .value = 1.0e6, .quick = true},
+    {.name = "strokes of a blade at 10 m/s",
+     .drive = DRIVE_STROKE,
+     .value = 10.0,
+     .quick = true,
+     .surface = CUTTABLE,
+     .voxel = CUTTABLE,
+     .plane = CUTTABLE},
+    {.name = "fitted surface, pressed",
+     .drive = DRIVE_PRESS,
+     .value = 1.0,
+     .not_surface = true,
+     .voxel = {ROUND},
+     .not_plane = true},
+    {.name = "fitted surface, cut at random",
+     .start = START_RANDOM,
+     .drive = DRIVE_CUT,
+     .not_surface = true,
+     .voxel = {ROUND, {"cuttable", "true"}},
+     .not_plane = true},
+    {.name = "free, starts at random",
+     .start = START_RANDOM,
+     .quick = true,
+     .surface = FREE_WALL,
+     .voxel = FREE,
+     .plane = FREE},
 };
 const int CASE_COUNT = (int)(sizeof CASES / sizeof *CASES);
 

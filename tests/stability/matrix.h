@@ -43,6 +43,9 @@ typedef enum Drive {
     DRIVE_PRESS,     // a ball pressed into the outside by `value` of its radius, and held there
     DRIVE_CUT,       // one cut through its middle
     DRIVE_CUT_ALL,   // a push, then cuts through every cell along every axis
+    DRIVE_STROKE,    // a blade to and fro through the body at `value` m/s for LOAD_S
+    DRIVE_GRASP,     // its outside grasped and pulled 0.3 m off in LOAD_S, with at most `value` N
+    DRIVE_TIE,       // its outside pinned by message, then DRIVE_LOAD
     DRIVE_STEP,      // DRIVE_LOAD at `value` of the largest stable time step
     DRIVE_BIG_STEP,  // the same with unsafe_time_step
 } Drive;
@@ -57,6 +60,7 @@ typedef struct Case {
     bool quick;     // part of the test
     // What replaces keys of the model; `means_nothing`: no row for that kind of body.
     const Key surface[CASE_KEYS], voxel[CASE_KEYS], plane[CASE_KEYS];
+    const char *scene, *beside; // text of further keys of the scene, and of a second body, or NULL
     bool not_surface, not_voxel, not_plane;
 } Case;
 

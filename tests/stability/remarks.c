@@ -18,6 +18,10 @@ typedef struct Remark {
     "nothing from nodes that circle about their places: it still moves, with no more energy than " \
     "at first."
 
+#define ENCLOSED                                                                                   \
+    "It stands still with a dent: faces that were refined enclose more than those it began with, " \
+    "so that what is inside draws them in, and the dent keeps them refined."
+
 #define BEYOND                                                                                     \
     "Beyond the bound energy grows without limit: the check of numbers takes the body back again " \
     "and again, which is what unsafe_time_step asks for."
@@ -77,6 +81,28 @@ static const Remark REMARKS[] = {
     {"1e3 N", "surface, choi2005, held", "", VERDICT_BOUNDED, CIRCLES},
     {"1e6 N", "surface, choi2005, held", "", VERDICT_BOUNDED, CIRCLES},
     {"one element", "surface, choi2005, held", "", VERDICT_BOUNDED, CIRCLES},
+    {"stiffening", "surface, choi2005, held", "", VERDICT_BOUNDED, CIRCLES},
+    {"pushed against", "surface, choi2005, held", "", VERDICT_BOUNDED, CIRCLES},
+    {"pinned", "surface, choi2005, held", "", VERDICT_BOUNDED, CIRCLES},
+    {"grasped", "surface, choi2005, held", "", VERDICT_BOUNDED, CIRCLES},
+    {"pressure", "surface", "", VERDICT_BOUNDED,
+     "The pressure keeps it inflated: it rests where the wall carries it."},
+    {"gas", "surface, adaptive", "", VERDICT_BOUNDED, ENCLOSED},
+    {"fluid", "surface, adaptive", "", VERDICT_BOUNDED, ENCLOSED},
+    {"stiffening", "voxel", "", VERDICT_BOUNDED,
+     "The critical step of what may stiffen 100 times is a tenth as long, and with it the damping "
+     "that is measured in it: it still swings after 25,000 steps, with less energy than at first."},
+    {"attached", "surface", "", VERDICT_BOUNDED,
+     "It stands still, at 1/200 of its size from its rest shape: nodes that come where it refines "
+     "are attached where they come, midway between others, not on the round shape."},
+    {"gravity", "", "", VERDICT_BOUNDED,
+     "A hundred times the earth's gravity draws it from its rest shape for ever, with no more "
+     "energy than gravity has brought."},
+    {"fitted surface, cut", "voxel", "", VERDICT_BOUNDED,
+     "The cut sets pieces free whose elements push apart: they fly off, and nothing slows them."},
+    {"free", "", "", VERDICT_BOUNDED,
+     "Nothing holds it: it drifts and turns, or rests elsewhere, with no more energy than at "
+     "first."},
 };
 
 static bool begins(const char *text, const char *with)

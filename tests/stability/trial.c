@@ -51,6 +51,7 @@ typedef struct Trial {
     float *snapshot;
     double size;    // [m]
     double impulse; // bound of the energy that the load can have brought [J]; infinite: unknown
+    double brought; // the same with what the body had before
 } Trial;
 
 const char *verdict_word(Verdict verdict)
@@ -87,8 +88,12 @@ static const char *tools_of(const Trial *trial, char text[400])
     const Drive drive = trial->at->drive;
     const bool is_static = drive == DRIVE_TOOL_STAY || drive == DRIVE_TOOL_WALL;
     text[0] = '\0';
-    if (!is_static && drive != DRIVE_TOOL_FAST && drive != DRIVE_TOOL_IN && drive != DRIVE_PRESS)
+    if (!is_static && drive != DRIVE_TOOL_FAST && drive != DRIVE_TOOL_IN && drive != DRIVE_PRESS &&
+        drive != DRIVE_GRASP && drive != DRIVE_STROKE)
         return text;
+    if (drive == DRIVE_STROKE)
+        return "tools = ( { id = 1;  kind = \"blade\";\n"
+               "  edge = ([0.0, 0.0, -0.2], [0.0, 0.0, 0.2]); } );\n";
     char force[64] = "";
     if (!is_static && drive != DRIVE_PRESS) // there its preset
         snprintf(force, sizeof force, "max_force = %.1f;", trial->at->value);
@@ -98,8 +103,10 @@ static const char *tools_of(const Trial *trial, char text[400])
     snprintf(text, 400,
              "tools = ( { id = 1;  kind = \"%s\";  %s\n  capsules = ( { from = [%.4f, %.4f, "
              "%.4f];  to = [%.4f, %.4f, %.4f];  radius = 0.01; } ); } );\n",
-             is_static ? "static" : "probe", force, at.x, at.y, at.z - reach, at.x, at.y,
-             at.z + reach);
+             is_static              ? "static"
+             : drive == DRIVE_GRASP ? "grasper"
+                                    : "probe",
+             force, at.x, at.y, at.z - reach, at.x, at.y, at.z + reach);
     return text;
 }
 
@@ -112,10 +119,11 @@ static void write_scene(Trial *trial, double rate_hz, const char *more)
     int length = snprintf(text, size,
                           "name = \"stability\";\nrate_hz = %.17g;\nprecision = \"%s\";\n"
                           "publish = { nodes_hz = 0.0;  mesh_hz = 0.0;  contact_hz = 0.0;  "
-                          "status_hz = 0.0; };\n%sbodies = ( {\n  name = \"body\";\n  integrator = "
-                          "\"%s\";\n%s",
+                          "status_hz = 0.0; };\n%s%sbodies = ( {\n  name = \"body\";\n  "
+                          "integrator = \"%s\";\n%s",
                           rate_hz, trial->cell->is_double ? "double" : "single",
-                          tools_of(trial, tools), trial->integrator, more);
+                          trial->at->scene != NULL ? trial->at->scene : "", tools_of(trial, tools),
+                          trial->integrator, more);
     const Key *given = case_keys(trial->at, trial->model);
     for (int i = 0; i < MODEL_KEYS && trial->model->key[i].key != NULL; i++) {
         const char *key = trial->model->key[i].key, *value = value_of(trial, key);
@@ -130,7 +138,8 @@ static void write_scene(Trial *trial, double rate_hz, const char *more)
             length += snprintf(text + length, size - (size_t)length, "  %s = %s;\n", given[i].key,
                                given[i].value);
     }
-    length += snprintf(text + length, size - (size_t)length, "} );\n");
+    length += snprintf(text + length, size - (size_t)length, "}%s );\n",
+                       trial->at->beside != NULL ? trial->at->beside : "");
     ASSERT((size_t)length < size);
 }
 
@@ -236,6 +245,11 @@ static bool build_started(Trial *trial, char reason[REASON_TEXT])
 // ---------------------------------------------------------------------------------------------
 // What leaves the body
 
+static double square(double x)
+{
+    return x * x;
+}
+
 static double energy_of(const Trial *trial, BodyMeasure *measure)
 {
     trial->body->ops->measure(trial->body->model, measure);
@@ -324,11 +338,31 @@ static void push(Trial *trial, double force, double duration)
     sim_apply_load(trial->world.sim, &load, why, sizeof why);
 }
 
-static void move_tool(Trial *trial, Vec3 position, bool active)
+static void move_jaws(Trial *trial, Vec3 position, bool active, double grip)
 {
     const ToolPose pose = {
-        .position = position, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = active};
+        .position = position, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = active, .grip = grip};
     sim_apply_pose(trial->world.sim, 0, &pose, true);
+}
+
+static void move_tool(Trial *trial, Vec3 position, bool active)
+{
+    move_jaws(trial, position, active, 0.0);
+}
+
+// Pins the outside around the top, as stiff as a message may, or releases it.
+static void pin(Trial *trial, TieAction action)
+{
+    char why[160];
+    const TieOptions tie = {.action = action,
+                            .number = 1,
+                            .kind = TIE_PIN,
+                            .center = top_of(trial),
+                            .radius = 0.3 * trial->size,
+                            .stiffness = TIE_STIFFNESS_MOST,
+                            .damping_ratio = 0.5};
+    const bool ok = sim_apply_tie(trial->world.sim, &tie, why, sizeof why);
+    ASSERT(ok);
 }
 
 static void cut(Trial *trial, Vec3 corner, Vec3 along, Vec3 sweep)
@@ -379,6 +413,25 @@ static bool drive(Trial *trial, int i)
         move_tool(trial, (Vec3){x, 0.002 * (i % 5), 0.0}, i < load_ticks);
         return i < load_ticks;
     }
+    case DRIVE_STROKE: {
+        const double path = at->value * tick * i, x = fabs(fmod(path, 0.6) - 0.3) - 0.15;
+        move_tool(trial, (Vec3){x, 0.01 * floor(path / 0.3) - 0.012, 0.0}, i < load_ticks);
+        return i < load_ticks;
+    }
+    case DRIVE_GRASP: {
+        const double out = 1.0 + 0.3 / vec3_length(top_of(trial)) * i / load_ticks;
+        const double grip = i > 1 ? 1.0 : 0.0;
+        move_jaws(trial, vec3_scale(out, top_of(trial)), i < load_ticks, grip);
+        return i < load_ticks;
+    }
+    case DRIVE_TIE:
+        if (i == 0) {
+            pin(trial, TIE_MAKE);
+            push(trial, at->value, LOAD_S);
+        }
+        if (i == 2 * load_ticks)
+            pin(trial, TIE_RELEASE);
+        return i < 2 * load_ticks;
     case DRIVE_TOOL_IN:
         move_tool(trial, vec3_scale(0.9, top_of(trial)), i < load_ticks);
         return i < load_ticks;
@@ -470,19 +523,22 @@ static bool run_driven(Trial *trial, BodyMeasure *measure)
             watch_press(trial, i, measure, force);
     }
     const double energy = measure->kinetic + measure->elastic;
-    const double most = sqrt(begin) + sqrt(trial->impulse);
+    trial->brought = square(sqrt(begin) + sqrt(trial->impulse));
     if (trial->at->drive == DRIVE_LOAD && sim_resets(trial->world.sim) == 0 &&
-        energy > allowed_growth(trial) * most * most + noise(trial))
+        energy > allowed_growth(trial) * trial->brought + noise(trial))
         return fail(trial, "more energy than the load can have brought");
     return true;
 }
 
-static bool run_alone(Trial *trial, double begin)
+static bool run_alone(Trial *trial, BodyMeasure measure)
 {
+    // Springs of attachments give back what a load has brought; no body counts it.
+    const bool attached = trial->scene.attachment_count > 0;
+    const double left = measure.kinetic + measure.elastic, outer = measure.outer,
+                 begin = attached ? fmax(left, trial->brought) : left;
     const double tick = sim_tick(trial->world.sim), allowed = allowed_growth(trial);
     const int look = (int)fmax(1.0, ceil(0.01 / tick - 1e-9));
     Cell *cell = trial->cell;
-    BodyMeasure measure;
     double peak = begin, substeps = 0.0;
     int at_rest = 0, still = 0;
     const bool undamped = trial->at->undamped;
@@ -492,7 +548,10 @@ static bool run_alone(Trial *trial, double begin)
         substeps += trial->body->substeps;
         if (sim_resets(trial->world.sim) >= RESETS_MOST)
             break; // it will not learn
-        peak = fmax(peak, measure.kinetic + measure.elastic);
+        // Less what gravity and what a wall encloses have done; of a load this potential ends with
+        // it.
+        const double work = isinf(trial->impulse) ? fmax(0.0, outer - measure.outer) : 0.0;
+        peak = fmax(peak, measure.kinetic + measure.elastic - allowed * work);
         // What a static tool or the guard does to the energy is none of the scheme's, and beyond
         // the bound it promises nothing: there the numbers alone are asked for.
         const bool alone = trial->at->drive != DRIVE_TOOL_STAY &&
@@ -539,7 +598,7 @@ static void judge(Trial *trial)
     BodyMeasure measure;
     bool sound = is_finite(trial, &measure) || fail(trial, "a number that is none");
     sound = sound && run_driven(trial, &measure);
-    sound = sound && run_alone(trial, energy_of(trial, &measure));
+    sound = sound && run_alone(trial, measure);
     cell->simulated = sim_time(trial->world.sim);
     cell->resets = (int)sim_resets(trial->world.sim);
     if (sound)
