@@ -217,6 +217,9 @@ typedef struct BodyOps {
     bool (*set)(void *model, BodyParameter parameter, double value);
     // Reads what it is now; the pressure of a sealed cavity is that which it has.
     bool (*get)(const void *model, BodyParameter parameter, double *value);
+    // Reads the range of BODY_PRESSURE or BODY_VOLUME, without `low`; returns false while SET may
+    // not change it. NULL: no body of the model has a cavity.
+    bool (*range)(const void *model, BodyParameter parameter, double *low, double *high);
 
     // Recomputes what depends on the state list after it was restored (checkpoint, reset); may be
     // NULL. The bytes may come from any file: check detects an invalid state afterwards.
@@ -256,9 +259,6 @@ struct Body {
     double half_thickness; // [m] of a plane body: distance of the nodes of `surface` above and
                            // below its state's positions; else 0
     IntegratorKind integrator;
-    // Of a closed cavity, what SET may ask for: most and least pressure [Pa], most volume of the
-    // gas or fluid in it [m3]; 0: it has none.
-    double pressure_limit, pressure_least, volume_limit;
     double mass; // [kg]
     int spring_count, element_count;
     int finest_level; // finest level in use

@@ -133,34 +133,32 @@ static void apply_scale(Sim *sim, Body *body, const SetKey *key, double value)
 
 // --- cavities, within what their body's time step leaves room for ---
 
-static double cavity_limit(const Body *body, const SetKey *key)
-{
-    return key->parameter == BODY_PRESSURE ? body->pressure_limit : body->volume_limit;
-}
-
 static bool read_cavity(const Body *body, const SetKey *key, double *value)
 {
-    return cavity_limit(body, key) > 0.0 && read_parameter(body, key, value);
+    double low, high;
+    return body->ops->range != NULL && body->ops->range(body->model, key->parameter, &low, &high) &&
+           read_parameter(body, key, value);
 }
 
 static void limit_cavity(const Sim *sim, const Body *body, const SetKey *key, double *low,
                          double *high)
 {
     (void)sim;
-    *low = key->parameter == BODY_PRESSURE ? body->pressure_least : 0.0;
-    *high = cavity_limit(body, key) * FOUR_DIGITS;
+    body->ops->range(body->model, key->parameter, low, high);
+    *high *= FOUR_DIGITS;
 }
 
 static bool check_cavity(Sim *sim, const Body *body, const SetKey *key, double value, char *why,
                          size_t why_size)
 {
+    (void)sim;
     double least, most;
-    limit_cavity(sim, body, key, &least, &most);
-    if (value > least && value <= cavity_limit(body, key))
+    body->ops->range(body->model, key->parameter, &least, &most);
+    if (value > least && value <= most)
         return true;
     snprintf(why, why_size,
              "%s %g is outside (%.4g, %.4g], for which the time step of body %s leaves room",
-             key->key, value, least, most, body->name);
+             key->key, value, least, most * FOUR_DIGITS, body->name);
     return false;
 }
 

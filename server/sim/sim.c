@@ -329,7 +329,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     for (int64_t i = 0; i < ticks; i++)
         sim_step(sim);
     for (int b = 0; b < sim->body_count; b++)
-        if (sim->body[b].pressure_limit > 0.0)
+        if (sim->body[b].ops->range != NULL)
             sim->body[b].ops->set(sim->body[b].model, BODY_SUPPLY, 0.0);
     // The run starts at 0, with no event.
     sim->settling = false;

@@ -169,19 +169,6 @@ void cavity_create_tables(SurfaceModel *model, const char *name, Arena *arena)
     cavity->border = ALLOCATE(ARENA_TOPOLOGY, nodes, CavityBorder, "openings");
 }
 
-void cavity_publish(const Cavity *cavity, Body *body)
-{
-    const SurfaceCavity *options = &cavity->options;
-    // Nothing comes into a wall that has been cut.
-    const bool closed = cavity->edge_count == 0;
-    body->pressure_limit = closed ? cavity->pressure_limit : 0.0;
-    body->pressure_least =
-        options->gas ? fmax(-options->ambient, -cavity->pressure_limit) : -cavity->pressure_limit;
-    // The wall's edges are then 1.44 times as long: within ROOM.
-    const bool has_volume = options->fluid || (options->gas && options->ambient > 0.0);
-    body->volume_limit = closed && has_volume ? 3.0 * cavity->rest_volume : 0.0;
-}
-
 void cavity_put_place(SurfaceModel *model, int lane, int slot)
 {
     for (int c = 0; c < 3 && model->cavity->place != NULL; c++)
@@ -347,7 +334,9 @@ void cavity_set(SurfaceModel *model, BodyParameter parameter, double value)
         state->wanted = value;
         return;
     }
-    seal(cavity, volume);
+    // A wall that tore while the scene came to rest stays as it is.
+    if (parameter == BODY_VOLUME || cavity->edge_count == 0)
+        seal(cavity, volume);
     if (parameter == BODY_VOLUME)
         state->wanted = cavity->options.gas ? cavity->options.ambient * value : value;
 }
@@ -367,6 +356,20 @@ bool cavity_get(const SurfaceModel *model, BodyParameter parameter, double *valu
         supplied ? content_of(cavity, state->content, cavity_volume(model)) : state->wanted;
     *value = cavity->options.gas ? content / cavity->options.ambient : content;
     return true;
+}
+
+bool cavity_range(const Cavity *cavity, BodyParameter parameter, double *low, double *high)
+{
+    const SurfaceCavity *options = &cavity->options;
+    const bool pressure = parameter == BODY_PRESSURE,
+               has_volume = options->fluid || (options->gas && options->ambient > 0.0);
+    *low = !pressure      ? 0.0
+           : options->gas ? fmax(-options->ambient, -cavity->pressure_limit)
+                          : -cavity->pressure_limit;
+    // The wall's edges are then 1.44 times as long: within ROOM.
+    *high = pressure ? cavity->pressure_limit : has_volume ? 3.0 * cavity->rest_volume : 0.0;
+    // Nothing comes into a wall that has been cut.
+    return cavity->edge_count == 0 && *high > 0.0;
 }
 
 void cavity_drift(Cavity *cavity, double dt)

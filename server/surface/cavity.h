@@ -83,8 +83,6 @@ Cavity *cavity_create(const Cavity *start, const char *name, Arena *arena, State
 // Creates what has the size of those tables, once there are rest positions and lanes; those of a
 // body that changes are filled as its nodes are packed.
 void cavity_create_tables(SurfaceModel *model, const char *name, Arena *arena);
-// Tells the pipeline what SET may ask for; after a cut again.
-void cavity_publish(const Cavity *cavity, Body *body);
 
 // --- tables ---
 // Lists the neighbours of a node in the order of the faces around it: side[count] are the other
@@ -131,6 +129,7 @@ void cavity_set(SurfaceModel *model, BodyParameter parameter, double value);
 // Reads the pressure [Pa] that is supplied, or that it has where it is sealed, or the volume of its
 // gas or fluid without pressure [m3]; returns false for other parameters.
 bool cavity_get(const SurfaceModel *model, BodyParameter parameter, double *value);
+bool cavity_range(const Cavity *cavity, BodyParameter parameter, double *low, double *high);
 void cavity_explain(const SurfaceModel *model, FILE *out);
 
 #endif

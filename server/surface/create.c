@@ -383,8 +383,6 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
         create_dense(body, model, mesh, &winged, &network, options, arena, state);
     if (bending > 0.0 && !changes)
         bending_create(model, mesh, &winged, bending, name, arena);
-    if (model->cavity != NULL)
-        cavity_publish(model->cavity, body);
     // What follows from either.
     body->surface.node_mass = model->mass;
     body->surface.longest_edge = model->basis.longest_edge;

@@ -346,6 +346,12 @@ static bool surface_get(const void *self, BodyParameter parameter, double *value
            body_parameters_get(model->parameters, model->damped, parameter, value);
 }
 
+static bool surface_range(const void *self, BodyParameter parameter, double *low, double *high)
+{
+    const SurfaceModel *model = self;
+    return model->cavity != NULL && cavity_range(model->cavity, parameter, low, high);
+}
+
 static void surface_explain(const void *self, FILE *out)
 {
     const SurfaceModel *model = self;
@@ -413,7 +419,7 @@ static const char *surface_isa(const void *self)
     .add_load = surface_add_load, .clear_loads = surface_clear_loads,                              \
     .gather_patch = model_gather_patch, .snapshot = surface_snapshot,                              \
     .snapshot_rest = surface_snapshot_rest, .read_state = surface_read_rows,                       \
-    .measure = surface_measure, .set = surface_set, .get = surface_get,                            \
+    .measure = surface_measure, .set = surface_set, .get = surface_get, .range = surface_range,    \
     .explain = surface_explain, .isa = surface_isa
 
 const BodyOps *surface_ops(const SurfaceOptions *options)

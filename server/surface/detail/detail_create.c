@@ -278,7 +278,6 @@ void detail_publish(Body *body)
     if (model->cavity != NULL) {
         body->lambda += model->cavity->lambda;
         cavity_find_borders(model);
-        cavity_publish(model->cavity, body);
     }
     // The mesh as clients see it.
     const MeshSlots *slots = detail->faces.slots;
