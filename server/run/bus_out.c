@@ -2,6 +2,7 @@
 // Frames, contacts, replies, events and status out. The mesh of a topology always leaves before its
 // nodes.
 #include "run/bus_parts.h"
+#include "run/bus_points.h"
 
 #include "base/check.h"
 #include "base/clock.h"

@@ -5,7 +5,6 @@
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
-#include "body/body.h"
 #include "run/bus.h"
 
 #include "pliant_mesh_delta_t.h"
@@ -14,10 +13,6 @@
 #include "sending.h"
 
 #include <pthread.h>
-#include <stdbool.h>
-#include <stdint.h>
-
-// --- messages out --------------------------------------------------------------------------------
 
 // All that the server publishes: X(channel, type, of), one channel for the whole server, for each
 // BODY or for each TOOL. Its name is the prefix, "_" and `channel`; of a body, "_" and the body's
@@ -47,8 +42,6 @@ typedef struct OutChannel {
     char name[2 * CHANNEL_MAX];
     uint32_t sequence; // of the last message; on the wire as int32, so it wraps
 } OutChannel;
-
-// --- pacing --------------------------------------------------------------------------------------
 
 // Pacing of data that is too large for one datagram: the chunks and when each is due. They are
 // spread over a period, because a receiver's kernel buffer holds a few chunks, not a burst
@@ -91,8 +84,6 @@ static inline bool pace_is_due(const Pace *pace, int64_t now_ns)
     return pace_is_under_way(pace) && now_ns >= pace_next_ns(pace);
 }
 
-// --- the differences between two meshes ----------------------------------------------------------
-
 // The differences between two published meshes of one body, slot by slot, and their messages
 // (mesh_delta_t). Pure functions without thread, clock or socket.
 
@@ -124,26 +115,6 @@ int mesh_delta_chunks(const MeshDelta *delta);
 // arrays of the message are those of `memory`.
 pliant_mesh_delta_t mesh_delta_chunk(const MeshDelta *delta, const BodyMesh *after, int chunk,
                                      MeshDeltaChunk *memory);
-
-// --- positions in packets ------------------------------------------------------------------------
-
-// Positions as points_t has them. Pure functions without thread, clock or socket.
-
-#define POINTS_GRID 0x1p-17f // [m], 7.6 um; a power of two, so that a float holds its multiples
-
-enum {
-    PACKET_BYTES = 1400, // of UDP, with LCM's header and the channel: no link of today cuts it up
-    POINTS_IN_PACKET = 1024,
-    POINTS_LEAST_BYTES = 96, // a group of 8 nodes at their widest
-};
-
-// Returns the finest grid that holds `count` positions [m]; `id` < 0: a free slot, whose position
-// means nothing.
-float points_grid(const float *position, const int *id, int count);
-// Packs the first of `count` nodes into `data` (`bytes` of it, at least POINTS_LEAST_BYTES; it is
-// overwritten) and returns how many: multiples of 8, but all if they fit.
-int points_pack(const float *position, const int *id, int count, float grid, int bytes,
-                int32_t origin[3], uint8_t *data, int *data_bytes);
 
 // --- the bus -------------------------------------------------------------------------------------
 

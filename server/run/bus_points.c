@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Packs node positions into packets that stand alone (points_t). Pure function without thread,
 // clock or socket.
-#include "run/bus_parts.h"
+#include "run/bus_points.h"
 
 #include "base/check.h"
 

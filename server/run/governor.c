@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "run/loop.h"
+#include "run/governor.h"
 
 #include "geometry/levels.h"
 

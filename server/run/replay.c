@@ -2,7 +2,7 @@
 #include "run/input_log.h"
 
 #include "base/log.h"
-#include "run/loop.h"
+#include "run/requests.h"
 
 #include "pliant_command_t.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "run/loop.h"
+#include "run/requests.h"
 
 #include "base/clock.h"
 #include "run/realtime.h"

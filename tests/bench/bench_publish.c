@@ -5,10 +5,11 @@
 
 #include "base/clock.h"
 #include "geometry/generator.h"
-#include "run/bus_parts.h"
+#include "run/bus_points.h"
 
 #include "pliant_nodes_t.h"
 #include "pliant_points_t.h"
+#include "sending.h"
 
 #include <stdlib.h>
 #include <string.h>

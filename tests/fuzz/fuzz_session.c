@@ -5,7 +5,7 @@
 #include "fuzz.h"
 
 #include "run/input.h"
-#include "run/loop.h"
+#include "run/requests.h"
 #include "world.h"
 
 #include "pliant_command_t.h"

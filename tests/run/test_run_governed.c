@@ -5,6 +5,7 @@
 #include "test.h"
 #include "geometry/levels.h"
 #include "run/loop.h"
+#include "run/requests.h"
 #include "toy_body.h"
 
 #include "pliant_command_t.h"

@@ -2,7 +2,7 @@
 // The governor of the time budget, as a function of measured times.
 #include "test.h"
 #include "geometry/levels.h"
-#include "run/loop.h"
+#include "run/governor.h"
 
 #include <string.h>
 

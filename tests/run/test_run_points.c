@@ -4,7 +4,7 @@
 #include "test.h"
 #include "frames.h"
 #include "random.h"
-#include "run/bus_parts.h"
+#include "run/bus_points.h"
 
 #include "pliant_nodes_t.h"
 #include "pliant_points_t.h"

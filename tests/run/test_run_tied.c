@@ -10,7 +10,7 @@
 #include "io/checkpoint.h"
 #endif
 #include "run/input_log.h"
-#include "run/loop.h"
+#include "run/requests.h"
 
 #include "pliant_tie_t.h"
 
