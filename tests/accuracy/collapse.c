@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Fig. 8: what is left of a press 2 s after its end, with shape springs of several stiffnesses.
 #include "accuracy.h"
+#include "scoped.h"
 
 #include <math.h>
 
 static double residual(const Scene *scene, double *pressed)
 {
-    World world;
+    SCOPED(world_destroy) World world;
     run_build(scene, &MODEL_COARSE, &world);
     const Body *body = sim_body(world.sim, 0);
     BodyMeasure measure;
@@ -27,7 +28,6 @@ static double residual(const Scene *scene, double *pressed)
         sum += vec3_dot(x, x);
     }
     double rms = sqrt(sum / mesh->node_count);
-    world_destroy(&world);
     return rms / radius;
 }
 
@@ -40,7 +40,7 @@ void collapse_and_recovery(const Experiment *experiment)
                  "rms left after 2 s / R\tprototype\n");
     for (int w = 0; w < 4; w++)
         for (int f = 0; f < 2; f++) {
-            Scene scene;
+            SCOPED(scene_destroy) Scene scene;
             run_read(experiment->scenes, "collapse", &scene);
             scene.body[0].surface.shape.wanted = frequencies[w] > 0.0;
             scene.body[0].surface.shape.angular_frequency = frequencies[w];
@@ -49,7 +49,6 @@ void collapse_and_recovery(const Experiment *experiment)
             double left = residual(&scene, &pressed);
             fprintf(out, "%g\t%g\t%.2f\t%.2g\t%.2g\n", frequencies[w], force, pressed, left,
                     measured[w][f]);
-            scene_destroy(&scene);
         }
     fclose(out);
 }

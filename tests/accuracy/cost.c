@@ -2,6 +2,7 @@
 // Fig. 12 and Table 1: what adaptive models cost against wholly refined ones, and how far their
 // curves lie apart; several places of the press each, since a shell that buckles does so by chance.
 #include "accuracy.h"
+#include "scoped.h"
 
 #include "base/check.h"
 
@@ -158,12 +159,10 @@ static void write_errors(FILE *out, const Experiment *experiment, const Case *wh
     Trace *own = &reference[what - CASES];
     if (own->count == 0) {
         const Model finest = {"reference", MODEL_HELD, what->reference};
-        Scene scene;
-        Probe probe;
+        SCOPED(scene_destroy) Scene scene;
+        SCOPED(probe_destroy) Probe probe;
         read_case(experiment, what, 0, ADJUST_CONTINUUM, INTEGRATOR_RK4, &scene, &probe);
         run_trace(&scene, &finest, &probe, SECONDS, own);
-        probe_destroy(&probe);
-        scene_destroy(&scene);
     }
     fprintf(out, "%s\t%s", what->name, rule);
     for (int m = 0; m < MODEL_COUNT; m++)
@@ -184,8 +183,8 @@ void curvature_thresholds(const Experiment *experiment)
             double cpu[2] = {0.0, 0.0}, mean = 0.0, worst = 0.0;
             int nodes = 0;
             for (int p = 0; p < places; p++) {
-                Scene scene;
-                Probe probe;
+                SCOPED(scene_destroy) Scene scene;
+                SCOPED(probe_destroy) Probe probe;
                 read_case(experiment, &CASES[c], p, ADJUST_CONTINUUM, INTEGRATOR_RK4, &scene,
                           &probe);
                 scene.body[0].surface.adapt.curvature = curvatures[k];
@@ -196,8 +195,6 @@ void curvature_thresholds(const Experiment *experiment)
                 mean += trace_difference(&adaptive, &refined) / places;
                 worst = fmax(worst, trace_difference(&adaptive, &refined));
                 nodes = adaptive.nodes[1] > nodes ? adaptive.nodes[1] : nodes;
-                probe_destroy(&probe);
-                scene_destroy(&scene);
             }
             fprintf(out, "%s\t%g\t%d\t%.0f\t%.1f (%.1f)\n", CASES[c].name, curvatures[k], nodes,
                     100.0 * (1.0 - cpu[1] / cpu[0]), 100.0 * mean, 100.0 * worst);
@@ -218,9 +215,9 @@ void constant_shape_springs(const Experiment *experiment)
     for (int c = 0; c < CASE_COUNT && !CASES[c].force_alone; c++) {
         double coarse = 0.0;
         for (int level = 0; level <= 2; level++) {
-            Scene scene;
-            Probe probe;
-            World world;
+            SCOPED(scene_destroy) Scene scene;
+            SCOPED(probe_destroy) Probe probe;
+            SCOPED(world_destroy) World world;
             const Model model = {"held", MODEL_HELD, level};
             read_case(experiment, &CASES[c], 0, ADJUST_CHOI2005, INTEGRATOR_RK4, &scene, &probe);
             run_trace(&scene, &model, &probe, SECONDS, &by_mass);
@@ -229,7 +226,6 @@ void constant_shape_springs(const Experiment *experiment)
             SurfaceShape *shape = &scene.body[0].surface.shape;
             const double w = shape->angular_frequency, nodes = probe.mesh.node_count;
             const double growth = body->mesh.node_count / nodes, mass = body->mass / nodes;
-            world_destroy(&world);
             shape->per_node = true;
             shape->stiffness = growth * mass * w * w;
             shape->damping = growth * 2.0 * shape->damping_ratio * w * mass;
@@ -239,8 +235,6 @@ void constant_shape_springs(const Experiment *experiment)
             coarse = level == 0 ? u : coarse;
             fprintf(out, "%s\tlevel %d\t%.2f\t%.2f\t%+.0f\n", CASES[c].name, level,
                     1e3 * by_mass.displacement[released], 1e3 * u, 100.0 * (u / coarse - 1.0));
-            probe_destroy(&probe);
-            scene_destroy(&scene);
         }
     }
     fclose(out);
@@ -266,8 +260,8 @@ void cost_and_curves(const Experiment *experiment)
                 IntegratorKind integrator = k == 0 ? INTEGRATOR_RK4 : INTEGRATOR_LEAPFROG;
                 Sums sums[MODEL_COUNT] = {0};
                 for (int p = 0; p < CASES[c].place_count; p++) {
-                    Scene scene;
-                    Probe probe;
+                    SCOPED(scene_destroy) Scene scene;
+                    SCOPED(probe_destroy) Probe probe;
                     read_case(experiment, &CASES[c], p, rule, integrator, &scene, &probe);
                     run_place(&scene, &probe, repeats, CASES[c].place_count, trace, sums);
                     if (p == 0 && k == 0) {
@@ -277,8 +271,6 @@ void cost_and_curves(const Experiment *experiment)
                         write_curves(experiment, name, trace);
                         write_errors(errors, experiment, &CASES[c], rule_name(rule), trace);
                     }
-                    probe_destroy(&probe);
-                    scene_destroy(&scene);
                 }
                 char label[64];
                 snprintf(label, sizeof label, "%s\t%s\t%s", CASES[c].name, rule_name(rule),

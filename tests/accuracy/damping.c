@@ -2,6 +2,7 @@
 // Eq 10: shape springs that damp the whole velocity of a node against those that damp its part
 // along the spring, as printed: what is left of a motion's energy after it was let go.
 #include "accuracy.h"
+#include "scoped.h"
 
 #include <math.h>
 
@@ -25,7 +26,7 @@ static void follow(const Scene *scene, const char *motion, double release, FILE 
         Scene changed = *scene;
         body.surface.shape.direction = d == 0 ? SHAPE_DAMPS_ALL : SHAPE_DAMPS_RADIAL;
         changed.body = &body;
-        World world;
+        SCOPED(world_destroy) World world;
         run_build(&changed, &MODEL_COARSE, &world);
         const int64_t begin = llround(release * scene->sim.rate_hz);
         while (sim_steps(world.sim) < begin)
@@ -38,7 +39,6 @@ static void follow(const Scene *scene, const char *motion, double release, FILE 
             fprintf(out, "\t%.3g", 100.0 * energy_of(sim_body(world.sim, 0)) / at_release);
         }
         fprintf(out, "\n");
-        world_destroy(&world);
     }
 }
 
@@ -73,17 +73,15 @@ void damping_of_shape_springs(const Experiment *experiment)
     FILE *out = experiment_open(experiment, "eq10.tsv");
     fprintf(out, "motion\tdamped\tenergy left after 0.1 s [%%]\t0.5 s [%%]\t2 s [%%]\n");
     for (int f = 0; f < 2; f++) {
-        Scene scene;
+        SCOPED(scene_destroy) Scene scene;
         run_read(experiment->scenes, "collapse", &scene);
         scene_scale_loads(&scene, f == 0 ? 1.0 : 4.0);
         follow(&scene, f == 0 ? "pressed by 1 N" : "pressed by 4 N", 2.0, out);
-        scene_destroy(&scene);
     }
     for (int circle = 0; circle < 2; circle++) {
-        Scene scene;
+        SCOPED(scene_destroy) Scene scene;
         run_read(experiment->scenes, "collapse", &scene);
         swing(&scene, circle == 1, 0.01, out);
-        scene_destroy(&scene);
     }
     fclose(out);
 }

@@ -3,6 +3,7 @@
 // springs of 50 rad/s as the other scenes have them; with 5 rad/s, so that the springs of the sheet
 // carry the load; and then also pulled in its plane, where stiffness alone decides.
 #include "accuracy.h"
+#include "scoped.h"
 
 #include <math.h>
 
@@ -31,7 +32,7 @@ void coarse_against_refined(const Experiment *experiment)
     fprintf(table, "sheet\trule\tmodel\tdisplacement after 1 s [mm]\tagainst coarse [%%]\t"
                    "curve difference to coarse [%%]\n");
     for (int w = 0; w < WAY_COUNT; w++) {
-        Scene scene;
+        SCOPED(scene_destroy) Scene scene;
         run_read(experiment->scenes, "fabric", &scene);
         scene.body[0].surface.shape.angular_frequency = WAYS[w].frequency;
         if (WAYS[w].in_plane) {
@@ -41,7 +42,7 @@ void coarse_against_refined(const Experiment *experiment)
         for (int r = 0; r < 2; r++) {
             SurfaceAdjust rule = r == 0 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
             scene.body[0].surface.adjust = rule;
-            Probe probe;
+            SCOPED(probe_destroy) Probe probe;
             probe_create(&scene, &probe);
             for (int m = 0; m < MODEL_COUNT; m++) {
                 Trace *t = &trace[r][m];
@@ -51,7 +52,6 @@ void coarse_against_refined(const Experiment *experiment)
                         100.0 * (at_end(t) / at_end(&trace[r][0]) - 1.0),
                         100.0 * trace_difference(t, &trace[r][0]));
             }
-            probe_destroy(&probe);
         }
         char name[32];
         snprintf(name, sizeof name, "fig10-%d.dat", w);
@@ -66,7 +66,6 @@ void coarse_against_refined(const Experiment *experiment)
             fputc('\n', curves);
         }
         fclose(curves);
-        scene_destroy(&scene);
     }
     fclose(table);
 }

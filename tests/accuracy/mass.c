@@ -2,6 +2,7 @@
 // Fig. 6 and Table 1's counts: what a refined patch adds, and what becomes of the total mass.
 #include "accuracy.h"
 #include "patch.h"
+#include "scoped.h"
 
 #include "base/check.h"
 
@@ -88,8 +89,8 @@ static double worst_patch(World *world)
     double worst = 0.0, whole = patch_body(world)->mass;
     const int nodes = patch_node_count(world);
     const Vec3 *rest = patch_detail(world)->set.levels.position;
-    Near *near = malloc((size_t)nodes * sizeof *near);
-    int *chosen = malloc((size_t)nodes * sizeof *chosen);
+    FREED Near *near = malloc((size_t)nodes * sizeof *near);
+    FREED int *chosen = malloc((size_t)nodes * sizeof *chosen);
     ASSERT(near != NULL && chosen != NULL);
     for (int seed = 0; seed < nodes; seed += 4) {
         for (int i = 0; i < nodes; i++)
@@ -104,8 +105,6 @@ static double worst_patch(World *world)
             patch_clear(world);
         }
     }
-    free(near);
-    free(chosen);
     return worst;
 }
 

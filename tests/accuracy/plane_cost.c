@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "sim/sim.h"
 #include "plane_textbook.h"
+#include "scoped.h"
 #include "plane/model.h"
 
 #include <stdio.h>
@@ -68,7 +69,7 @@ static void keep_least(double *least, double ns)
 
 static void time_textbook(const PlaneLayout *layout, const PlaneMesh *mesh, Cost *cost)
 {
-    Textbook book;
+    SCOPED(textbook_destroy) Textbook book;
     textbook_create(&book, layout, mesh, SIZE, E, DENSITY);
     const double dt = step_of();
     for (int chunk = -STEPS / CHUNK; chunk < CHUNKS; chunk++) {
@@ -96,7 +97,6 @@ static void time_textbook(const PlaneLayout *layout, const PlaneMesh *mesh, Cost
     cost->uses = 0;
     for (int e = 0; e < book.element_count; e++)
         cost->uses += book.element[e].count;
-    textbook_destroy(&book);
 }
 
 // The paper's collision on the server's rows: the same work as textbook_collide.
@@ -155,8 +155,8 @@ static void time_server(const Lattice *lattice, int levels, PlaneLaw law, Precis
                               .capsule = {{.radius = RADIUS}},
                               .max_force = 3.3};
     const SimOptions sim_options = {.rate_hz = 1.0 / step_of(), .tool_timeout_s = 1.0};
-    Arena arena = {0};
-    StateList state = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
+    SCOPED(state_destroy) StateList state = {0};
     Status status = {0};
     Body made;
     Sim *sim = sim_create(&sim_options, &arena, &state);
@@ -225,8 +225,6 @@ static void time_server(const Lattice *lattice, int levels, PlaneLaw law, Precis
     cost->uses = 0;
     for (int e = 0; e < model->element_count; e++)
         cost->uses += model->form[e].shape->count;
-    state_destroy(&state);
-    arena_destroy(&arena);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -315,7 +313,7 @@ int main(int argc, char **argv)
     _mm_setcsr(_mm_getcsr() | 0x8040); // flush to zero, as the daemon does
 #endif
     Status status = {0};
-    Lattice lattice;
+    SCOPED(lattice_destroy) Lattice lattice;
     PlaneLayout layout[LAYOUTS];
     PlaneMesh mesh[LAYOUTS];
     static Cost cost[VERSIONS][LAYOUTS];
@@ -341,6 +339,5 @@ int main(int argc, char **argv)
         plane_mesh_destroy(&mesh[l]);
         plane_layout_destroy(&layout[l]);
     }
-    lattice_destroy(&lattice);
     return 0;
 }

@@ -2,6 +2,7 @@
 // Fig. 11: the nodes displaced beyond a threshold after 2.3 s, as coarse, refined and adaptive
 // models have them.
 #include "accuracy.h"
+#include "scoped.h"
 
 #include "base/check.h"
 
@@ -21,7 +22,7 @@ static void write_points(const Experiment *experiment, const World *world, const
     const Body *body = sim_body(world->sim, 0);
     const BodyMesh *mesh = &body->mesh;
     size_t slots = (size_t)mesh->node_count;
-    Vec3 *x = calloc(slots, sizeof *x), *v = calloc(slots, sizeof *v);
+    FREED Vec3 *x = calloc(slots, sizeof *x), *v = calloc(slots, sizeof *v);
     ASSERT(x != NULL && v != NULL);
     body->ops->read_state(body->model, NULL, x, v);
     FILE *out = experiment_open(experiment, name);
@@ -31,8 +32,6 @@ static void write_points(const Experiment *experiment, const World *world, const
             fprintf(out, "%.2f\t%.2f\t%.2f\t%d\n", 1e3 * x[s].x, 1e3 * x[s].y, 1e3 * x[s].z,
                     vec3_length(vec3_sub(x[s], levels->position[mesh->id[s]])) > THRESHOLD);
     fclose(out);
-    free(x);
-    free(v);
 }
 
 static double *measure_areas(const Levels *levels)
@@ -71,13 +70,13 @@ void displaced_region(const Experiment *experiment)
             "rule\tmodel\tnodes of the coarse mesh beyond 5 mm\toverlap with refined, nodes of "
             "the coarse mesh [%%]\tby area [%%]\n");
     for (int r = 0; r < 2; r++) {
-        Scene scene;
+        SCOPED(scene_destroy) Scene scene;
         run_read(experiment->scenes, "spread", &scene);
         SurfaceAdjust rule = r == 0 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
         scene.body[0].surface.adjust = rule;
-        Probe probe;
+        SCOPED(probe_destroy) Probe probe;
         Levels levels;
-        Arena arena = {0};
+        SCOPED(arena_destroy) Arena arena = {0};
         Status status = {0};
         Vec3 *u[MODEL_COUNT];
         probe_create(&scene, &probe);
@@ -85,7 +84,7 @@ void displaced_region(const Experiment *experiment)
         ASSERT(ok);
         double *area = measure_areas(&levels);
         for (int m = 0; m < MODEL_COUNT; m++) {
-            World world;
+            SCOPED(world_destroy) World world;
             run_build(&scene, MODELS[m], &world);
             for (int tick = 0; tick < lround(TIME * scene.sim.rate_hz); tick++)
                 run_step(&world);
@@ -101,14 +100,10 @@ void displaced_region(const Experiment *experiment)
             char name[48];
             snprintf(name, sizeof name, "fig11-%d-%d.dat", r, m);
             write_points(experiment, &world, &levels, name);
-            world_destroy(&world);
         }
         for (int m = 0; m < MODEL_COUNT; m++)
             free(u[m]);
         free(area);
-        arena_destroy(&arena);
-        probe_destroy(&probe);
-        scene_destroy(&scene);
     }
     fclose(out);
 }

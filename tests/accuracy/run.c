@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "run.h"
+#include "scoped.h"
 
 #include "base/check.h"
 #include "base/clock.h"
@@ -64,7 +65,7 @@ int64_t run_step(World *world)
 
 void probe_create(const Scene *scene, Probe *probe)
 {
-    World world;
+    SCOPED(world_destroy) World world;
     run_build(scene, &MODEL_COARSE, &world);
     const TriMesh *mesh = &world.mesh[0];
     const double *area = sim_body(world.sim, 0)->surface.node_area;
@@ -92,7 +93,6 @@ void probe_create(const Scene *scene, Probe *probe)
         probe->weight[i] /= total;
     probe->direction = vec3_scale(1.0 / vec3_length(force), force);
     world.mesh[0] = (TriMesh){0}; // the probe's now
-    world_destroy(&world);
 }
 
 void probe_destroy(Probe *probe)
@@ -158,10 +158,9 @@ void run_steps(World *world, const Probe *probe, double seconds, Trace *trace)
 void run_trace(const Scene *scene, const Model *model, const Probe *probe, double seconds,
                Trace *trace)
 {
-    World world;
+    SCOPED(world_destroy) World world;
     run_build(scene, model, &world);
     run_steps(&world, probe, seconds, trace);
-    world_destroy(&world);
 }
 
 double trace_difference(const Trace *trace, const Trace *reference)
@@ -181,8 +180,8 @@ void run_displacements(const World *world, const Levels *levels, Vec3 *displacem
     const BodyMesh *mesh = &body->mesh;
     int finest = levels->level[levels->finest].node_count;
     size_t slots = (size_t)mesh->node_count;
-    Vec3 *x = calloc(slots, sizeof *x), *v = calloc(slots, sizeof *v);
-    bool *known = calloc((size_t)finest, sizeof *known);
+    FREED Vec3 *x = calloc(slots, sizeof *x), *v = calloc(slots, sizeof *v);
+    FREED bool *known = calloc((size_t)finest, sizeof *known);
     ASSERT(x != NULL && v != NULL && known != NULL);
     body->ops->read_state(body->model, NULL, x, v);
     for (int s = 0; s < mesh->node_count; s++) {
@@ -200,7 +199,4 @@ void run_displacements(const World *world, const Levels *levels, Vec3 *displacem
         displacement[i] =
             vec3_scale(0.5, vec3_add(displacement[parent[0]], displacement[parent[1]]));
     }
-    free(x);
-    free(v);
-    free(known);
 }

@@ -2,6 +2,7 @@
 // pliant-strip-accuracy SCENES OUT [REPEATS [PART...]]: strips of both models pulled at given
 // rates, against closed forms of their laws; and materials fitted to curves of other laws.
 #include "experiment.h"
+#include "scoped.h"
 
 #include "base/check.h"
 #include "base/log.h"
@@ -102,7 +103,7 @@ static void laws(const Experiment *experiment)
         const double unit = law->model == MODEL_VOXEL ? 1e-3 : 1.0; // kPa, N/m
         char path[4096], name[32];
         Status status = {0};
-        StripCurve curve;
+        SCOPED(strip_destroy) StripCurve curve;
         need(strip_write(experiment->out, "strip", law->model, law->material, "", &status),
              &status);
         snprintf(path, sizeof path, "%s/strip.cfg", experiment->out);
@@ -122,7 +123,6 @@ static void laws(const Experiment *experiment)
             fprintf(out, "\t%.4g", unit * strip_stress_at(&curve, law->most * s / STEPS));
         fprintf(out, "\t%.2f\n", 100.0 * worst);
         free(stress);
-        strip_destroy(&curve);
     }
     fclose(out);
 }
@@ -190,7 +190,7 @@ static double pull(const Experiment *experiment, const FitTable *table, const Fi
     const double strain = table->strain[table->count - 1];
     double squares = 0.0;
     Status status = {0};
-    StripCurve curve;
+    SCOPED(strip_destroy) StripCurve curve;
     snprintf(material, sizeof material,
              "youngs_modulus%s = %.6e;  %sdensity = %.6e;%s"
              "  stiffening = { strain = %.6e;  cap = %.6e; };",
@@ -204,7 +204,6 @@ static double pull(const Experiment *experiment, const FitTable *table, const Fi
         const double off = strip_stress_at(&curve, table->strain[i]) - table->stress[i];
         squares += off * off;
     }
-    strip_destroy(&curve);
     return sqrt(squares / table->count) / table->peak;
 }
 
@@ -218,7 +217,7 @@ static void fits(const Experiment *experiment)
         const Other *other = &OTHERS[k];
         char name[64], path[4096];
         Status status = {0};
-        FitTable table;
+        SCOPED(fit_table_destroy) FitTable table;
         Fit fit;
         // The table goes through a file, as a user's does.
         snprintf(name, sizeof name, "%s.csv", other->file);
@@ -246,7 +245,6 @@ static void fits(const Experiment *experiment)
                     fit_stress(&fit.linear, table.strain[i]) / table.peak,
                     fit_stress(&fit.stiff, table.strain[i]) / table.peak);
         fclose(points);
-        fit_table_destroy(&table);
     }
     fclose(out);
 }

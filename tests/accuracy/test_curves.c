@@ -18,11 +18,10 @@ static void read_scene(const char *name, double factor, SurfaceAdjust rule, Scen
 
 static void trace(const Scene *scene, const Model *model, double seconds, Trace *out)
 {
-    Probe probe;
+    SCOPED(probe_destroy) Probe probe;
     probe_create(scene, &probe);
     run_trace(scene, model, &probe, seconds, out);
     assert_int_equal(out->resets, 0);
-    probe_destroy(&probe);
 }
 
 static SurfaceAdjust rule_of(int r)
@@ -36,7 +35,7 @@ static void adaptive_follows_refined(const char *name, double factor, const Mode
                                      const Model *partly, double bound)
 {
     for (int r = 0; r < 2; r++) {
-        Scene scene;
+        SCOPED(scene_destroy) Scene scene;
         read_scene(name, factor, rule_of(r), &scene);
         trace(&scene, &MODEL_COARSE, 1.2, &coarse);
         trace(&scene, wholly, 1.2, &refined);
@@ -49,7 +48,6 @@ static void adaptive_follows_refined(const char *name, double factor, const Mode
         expect_at_most(near, far);
         expect_at_most(adaptive.nodes[1], 0.8 * refined.nodes[0]);
         expect_at_least(adaptive.nodes[1], coarse.nodes[0] + 20);
-        scene_destroy(&scene);
     }
 }
 
@@ -73,7 +71,7 @@ TEST(adaptive_walls_that_bend_follow_refined_ones)
         double factor, bound;
     } runs[] = {{"sphere", 1.0, 0.04}, {"sphere", 0.2, 0.05}, {"stomach", 1.0, 0.03}};
     for (int k = 0; k < 3; k++) {
-        Scene scene;
+        SCOPED(scene_destroy) Scene scene;
         read_scene(runs[k].name, runs[k].factor, ADJUST_CONTINUUM, &scene);
         scene.body[0].surface.material.thickness = 0.002;
         trace(&scene, &MODEL_REFINED_2, 1.2, &refined);
@@ -83,21 +81,19 @@ TEST(adaptive_walls_that_bend_follow_refined_ones)
                       near, adaptive.nodes[1], refined.nodes[0]);
         expect_at_most(near, runs[k].bound);
         expect_at_most(adaptive.nodes[1], refined.nodes[0] / 3);
-        scene_destroy(&scene);
     }
 }
 
 // Displacement after a second, wholly refined over coarse.
 static double compliance(SurfaceAdjust rule, double frequency, bool in_plane)
 {
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     read_scene("fabric", 1.0, rule, &scene);
     scene.body[0].surface.shape.angular_frequency = frequency;
     if (in_plane)
         scene.load[0].load.force = (Vec3){0.5, 0.0, 0.0};
     trace(&scene, &MODEL_COARSE, 1.0, &coarse);
     trace(&scene, &MODEL_REFINED_1, 1.0, &refined);
-    scene_destroy(&scene);
     return refined.displacement[refined.count - 1] / coarse.displacement[coarse.count - 1];
 }
 

@@ -5,6 +5,7 @@
 
 #include "random.h"
 #include "voxel_trials.h"
+#include "scoped.h"
 
 #include <math.h>
 
@@ -63,12 +64,11 @@ void beam_and_patches(const Experiment *experiment)
     for (int l = 0; l < 3; l++) {
         VoxelBenchOptions options = options_of(2, laws[l].poisson_ratio, laws[l].law);
         uint64_t random = 51;
-        VoxelBench bench;
+        SCOPED(voxel_bench_destroy) VoxelBench bench;
         voxel_bench_box(&bench, 16, 16, 16, 0.01, &options);
         double worst = 0.0;
         for (int n = 0; n < 3; n++)
             worst = fmax(worst, trial_patch(&bench, &random));
-        voxel_bench_destroy(&bench);
         Tension tension = trial_tension(&options);
         fprintf(out, "%s\t%g\t%.1e\t%.1e\t%.1e\t%.1e\n", laws[l].name, laws[l].poisson_ratio, worst,
                 fabs(tension.modulus_error), tension.place_error, trial_shear(&options, &random));

@@ -8,6 +8,7 @@
 #include "bench/voxel_textbook.h"
 #include "voxel/model.h"
 #include "voxel_world.h"
+#include "scoped.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -180,8 +181,8 @@ static void time_server(VoxelWorld *world, const Version *version, Cost *cost)
 // The same cube in the same state.
 static void create_textbook(VoxelTextbook *textbook, VoxelWorld *world)
 {
-    Layout layout;
-    LatticeMesh mesh;
+    SCOPED(layout_destroy) Layout layout;
+    SCOPED(lattice_mesh_destroy) LatticeMesh mesh;
     Status status = {0};
     layout_create(&layout, &world->lattice, 0);
     ASSERT(lattice_mesh_create(&mesh, &layout, &status));
@@ -204,8 +205,6 @@ static void create_textbook(VoxelTextbook *textbook, VoxelWorld *world)
         textbook->vertex[i].fixed = mesh.point[i][2] == 0;
     free(corner);
     free(x);
-    lattice_mesh_destroy(&mesh);
-    layout_destroy(&layout);
 }
 
 // It adds its forces to the vertices as it goes. A step without elements is its update.
@@ -254,10 +253,9 @@ void process_costs(const Experiment *experiment)
     for (int v = 0; v < VERSIONS; v++)
         create_world(&world[v], &SERVER[v]);
     for (int round = 0; round < experiment->repeats; round++) {
-        VoxelTextbook textbook; // anew, so that it has not moved far
+        SCOPED(voxel_textbook_destroy) VoxelTextbook textbook; // anew, so that it has not moved far
         create_textbook(&textbook, &world[0]);
         time_textbook(&textbook, world[0].body->h, &textbook_cost);
-        voxel_textbook_destroy(&textbook);
         for (int v = 0; v < VERSIONS; v++)
             time_server(&world[v], &SERVER[v], &cost[v]);
     }

@@ -3,6 +3,7 @@
 #include "voxel_accuracy.h"
 
 #include "plane_world.h"
+#include "scoped.h"
 #include "plane/cut.h"
 
 enum { FRAMES = 4, SQUARE_CELLS = 16, CUT_LEVELS = 3 };
@@ -74,7 +75,7 @@ static void carve_square(const Experiment *experiment)
     options.body.body.cuttable = true;
     options.body.law = PLANE_MIYAZAKI2004;
     options.body.body.levels = CUT_LEVELS;
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     FILE *out = experiment_open(experiment, "plane-carved.tsv");
     fputs(HEADER, out);
@@ -105,7 +106,6 @@ static void carve_square(const Experiment *experiment)
         write_frame(experiment, name, &world, false, vec3(-2, 0, 0), 0.0);
     }
     fclose(out);
-    plane_world_destroy(&world);
 }
 
 // Fig. 9: a rigid circle is pushed into the disc; collisions beyond a force separate.
@@ -126,7 +126,7 @@ static void tear_disc(const Experiment *experiment)
                       .capsule_count = 1,
                       .capsule = {{.from = {0, 0, -0.02}, .to = {0, 0, 0.02}, .radius = radius}},
                       .max_force = 3.3};
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     FILE *out = experiment_open(experiment, "plane-torn.tsv");
     fputs(HEADER, out);
@@ -163,7 +163,6 @@ static void tear_disc(const Experiment *experiment)
     fprintf(out, "%d\t%.0f\t%.0f\t%.0f\t230 to 330\n", changes, whole_us / changes,
             1e3 * whole_us / changes / elements, 1e3 * whole_us / last / elements);
     fclose(out);
-    plane_world_destroy(&world);
 }
 
 void cuts(const Experiment *experiment)

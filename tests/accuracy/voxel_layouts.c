@@ -6,6 +6,7 @@
 #include "picture.h"
 #include "plane/mesh.h"
 #include "remainder.h"
+#include "scoped.h"
 #include "voxel/layout.h"
 
 #include <math.h>
@@ -59,14 +60,13 @@ static int make_disc(Lattice *lattice, DiscRule rule, double x, double y, double
 
 static int count_elements(const Lattice *lattice, int count[DISC_LEVELS + 1])
 {
-    PlaneLayout layout;
+    SCOPED(plane_layout_destroy) PlaneLayout layout;
     plane_layout_create(&layout, lattice, DISC_LEVELS);
     for (int level = 0; level <= DISC_LEVELS; level++)
         count[level] = 0;
     for (int e = 0; e < layout.element_count; e++)
         count[layout.element[e].level]++;
     int total = layout.element_count;
-    plane_layout_destroy(&layout);
     return total;
 }
 
@@ -84,8 +84,8 @@ static void write_plane_layout(const Experiment *experiment, const char *name,
 {
     FILE *out = experiment_open(experiment, name);
     Status status = {0};
-    PlaneLayout layout;
-    PlaneMesh mesh;
+    SCOPED(plane_layout_destroy) PlaneLayout layout;
+    SCOPED(plane_mesh_destroy) PlaneMesh mesh;
     plane_layout_create(&layout, lattice, levels);
     ASSERT(plane_mesh_create(&mesh, &layout, NULL, &status));
     for (int level = 0; level <= DISC_LEVELS; level++) {
@@ -105,8 +105,6 @@ static void write_plane_layout(const Experiment *experiment, const char *name,
     for (int v = 0; v < mesh.vertex_count; v++)
         fprintf(out, "%d\t%d\n", mesh.point[v][0], mesh.point[v][1]);
     fclose(out);
-    plane_mesh_destroy(&mesh);
-    plane_layout_destroy(&layout);
 }
 
 void disc_layout(const Experiment *experiment)
@@ -179,10 +177,9 @@ static long remainder_of(const Lattice *lattice, int levels)
 
 static int split_of(const Lattice *lattice, int levels)
 {
-    Layout layout;
+    SCOPED(layout_destroy) Layout layout;
     layout_create(&layout, lattice, levels);
     int count = layout.leaf_count;
-    layout_destroy(&layout);
     return count;
 }
 
@@ -241,8 +238,8 @@ static void add_face(Picture *picture, const Lattice *lattice, const Leaf *leaf,
 static void draw_cut_open(const Experiment *experiment, int n, int levels)
 {
     Lattice lattice = cube_of(n);
-    Layout layout;
-    Picture picture;
+    SCOPED(layout_destroy) Layout layout;
+    SCOPED(picture_destroy) Picture picture;
     layout_create(&layout, &lattice, levels);
     picture_create(&picture, vec3(1.0, -0.8, 0.75));
     int half = n / 2;
@@ -262,8 +259,6 @@ static void draw_cut_open(const Experiment *experiment, int n, int levels)
     FILE *out = experiment_open(experiment, "cube-open.gp");
     picture_write(&picture, true, out);
     fclose(out);
-    picture_destroy(&picture);
-    layout_destroy(&layout);
     lattice_destroy(&lattice);
 }
 

@@ -8,6 +8,7 @@
 #include "scene/build_parts.h"
 #include "scene/build.h"
 #include "picture.h"
+#include "scoped.h"
 #include "voxel/layout.h"
 #include "voxel/model.h"
 
@@ -132,7 +133,7 @@ static void time_step(Organ *organ, double *least_us, double *least_forces_us)
 static void draw_surface(const Experiment *experiment, const char *name, const Organ *organ,
                          const Vec3 *x)
 {
-    Picture picture;
+    SCOPED(picture_destroy) Picture picture;
     picture_create(&picture, vec3(-0.5, -1.0, 0.3));
     const BodyMesh *mesh = &organ->body->mesh;
     for (int t = 0; t < mesh->triangle_count; t++) {
@@ -148,13 +149,12 @@ static void draw_surface(const Experiment *experiment, const char *name, const O
     FILE *out = experiment_open(experiment, name);
     picture_write(&picture, false, out);
     fclose(out);
-    picture_destroy(&picture);
 }
 
 // The elements in the horizontal layer of cells that holds the inclusion's middle.
 static void draw_layer(const Experiment *experiment, const Lattice *lattice, const Layout *layout)
 {
-    Picture picture;
+    SCOPED(picture_destroy) Picture picture;
     picture_create(&picture, vec3(0.0, -1e-6, 1.0));
     double height = lattice_point(lattice, 0.0, 0.0, 0.0).z;
     int layer = (int)floor((TIP_Z - height) / lattice->size);
@@ -176,7 +176,6 @@ static void draw_layer(const Experiment *experiment, const Lattice *lattice, con
     FILE *out = experiment_open(experiment, "organ-layer.gp");
     picture_write(&picture, true, out);
     fclose(out);
-    picture_destroy(&picture);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -184,7 +183,7 @@ static void draw_layer(const Experiment *experiment, const Lattice *lattice, con
 static void write_layout(const Experiment *experiment, const Organ *organ)
 {
     Status status = {0};
-    Lattice lattice;
+    SCOPED(lattice_destroy) Lattice lattice;
     Layout layout;
     need(body_voxels_make(&organ->scene.body[0].voxels, &lattice, &status), &status);
     FILE *out = experiment_open(experiment, "organ-layout.tsv");
@@ -206,7 +205,6 @@ static void write_layout(const Experiment *experiment, const Organ *organ)
         layout_destroy(&layout);
     }
     fclose(out);
-    lattice_destroy(&lattice);
 }
 
 void organ(const Experiment *experiment)

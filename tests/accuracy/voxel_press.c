@@ -7,6 +7,7 @@
 #include "base/clock.h"
 #include "voxel/layout.h"
 #include "voxel_world.h"
+#include "scoped.h"
 
 #include <stdlib.h>
 
@@ -120,7 +121,7 @@ static void press(Pressed *pressed)
 static void relax(Pressed *pressed)
 {
     VoxelWorld *world = &pressed->world;
-    Vec3 *still = calloc((size_t)world->count, sizeof *still);
+    FREED Vec3 *still = calloc((size_t)world->count, sizeof *still);
     ASSERT(still != NULL);
     double before = 0.0;
     // At 1e-14 J a vertex moves by less than 1e-4 m/s.
@@ -135,7 +136,6 @@ static void relax(Pressed *pressed)
         }
         before = now;
     }
-    free(still);
     voxel_world_read(world);
     for (int v = 0; v < world->count; v++)
         pressed->speed = fmax(pressed->speed, vec3_length(world->v[v]));

@@ -4,6 +4,7 @@
 #include "voxel_accuracy.h"
 
 #include "extreme.h"
+#include "scoped.h"
 
 #include "base/check.h"
 #include "scene/build.h"
@@ -183,9 +184,9 @@ static void find_swing(Result *result)
 static void run(const Experiment *experiment, const Beam *beam, const Measured *measured, int ticks,
                 Result *result)
 {
-    Scene scene;
-    World world;
-    End end = {0};
+    SCOPED(scene_destroy) Scene scene;
+    SCOPED(world_destroy) World world;
+    SCOPED(end_destroy) End end = {0};
     build(experiment, beam, measured->mass, &scene, &world);
     const Body *body = sim_body(world.sim, 0);
     *result = (Result){.count = ticks};
@@ -197,9 +198,6 @@ static void run(const Experiment *experiment, const Beam *beam, const Measured *
     }
     result->rest = result->curve[ticks - 1];
     find_swing(result);
-    end_destroy(&end);
-    world_destroy(&world);
-    scene_destroy(&scene);
 }
 
 // Fits Young's modulus on the drop at rest, then damping on the decay, without a weight.
@@ -267,13 +265,11 @@ void real_beam_finely(const Experiment *experiment)
 
 void fit_to_the_beam(const Experiment *experiment)
 {
-    Scene scene;
-    World world;
+    SCOPED(scene_destroy) Scene scene;
+    SCOPED(world_destroy) World world;
     build(experiment, &(Beam){.damping = 1.0}, 0.0, &scene, &world);
     const double modulus = scene.body[0].material[0].youngs_modulus,
                  share = scene.body[0].voxel.branch[0].share, drag = scene.body[0].voxel.drag;
-    world_destroy(&world);
-    scene_destroy(&scene);
     const Beam beam = fit(experiment);
     FILE *out = experiment_open(experiment, "reality-fit.tsv");
     fprintf(out, "fitted to gravity alone, cells of 5 mm\tin beam.cfg\tfit\n");

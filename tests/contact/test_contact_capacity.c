@@ -15,18 +15,16 @@ static void create_shrunk(Bench *bench, double share)
     options.tool_count = 1;
     options.tool[0] = bench_ball(0.003);
     options.tool[0].max_force = 1e6; // does not step back: what is refused shows in the force
-    Vec3 *shrunk = calloc((size_t)options.mesh.node_count, sizeof *shrunk);
-    assert_non_null(shrunk);
+    FREED Vec3 *shrunk = calloc((size_t)options.mesh.node_count, sizeof *shrunk);
     for (int i = 0; i < options.mesh.node_count; i++)
         shrunk[i] = vec3_scale(share, options.mesh.position[i]);
     options.initial_position = shrunk;
     bench_create(bench, &options);
-    free(shrunk);
 }
 
 TEST(faces_beyond_the_capacity_are_refused_and_counted)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     create_shrunk(&bench, 0.02); // all 5120 faces within 1 mm
     Vec3 force = bench_touch(&bench, 0, vec3(0.0, 0.0, 0.0035));
     const Contact *contact = bench.sim->contact[0];
@@ -47,12 +45,11 @@ TEST(faces_beyond_the_capacity_are_refused_and_counted)
     // Rounding of some thousand additions.
     expect_near(vec3_length(vec3_add(sum, contact->forces.force)), 0.0, 1e-12 * (1.0 + sizes));
     assert_true(sizes > 0.0);
-    bench_destroy(&bench);
 }
 
 TEST(a_refused_face_forgets_its_side)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     create_shrunk(&bench, 0.02);
     bench_touch(&bench, 0, vec3(0.0, 0.0, 0.0035));
     const Contact *contact = bench.sim->contact[0];
@@ -60,13 +57,12 @@ TEST(a_refused_face_forgets_its_side)
     for (int f = 0; f < bench.body->surface.face_count; f++)
         remembered += contact->side[0][f] != 0;
     assert_int_equal(remembered, contact->candidate_count);
-    bench_destroy(&bench);
 }
 
 TEST(a_deep_press_fits)
 {
     for (int shape = 0; shape < 2; shape++) {
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         BenchOptions options = bench_options();
         options.mesh = bench_ico_sphere(4);
         options.fixing = BENCH_SEATED;
@@ -77,13 +73,12 @@ TEST(a_deep_press_fits)
         for (int i = 0; i < 300; i++) // 0.3 m/s through both walls
             bench_touch(&bench, 0, vec3(0.0, 0.0, 0.06 - 3e-4 * i));
         assert_int_equal(sim_refused_faces(bench.sim), 0);
-        bench_destroy(&bench);
     }
 }
 
 TEST(faces_are_found_by_their_rank)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     BenchOptions options = bench_options();
     options.mesh = bench_ico_sphere(3);
     options.tool_count = 1;
@@ -101,5 +96,4 @@ TEST(faces_are_found_by_their_rank)
         found++;
     }
     assert_int_equal(found, contact->candidate_count);
-    bench_destroy(&bench);
 }

@@ -297,7 +297,7 @@ TEST(wrench_describes_the_touch)
     options.fixing = BENCH_FROZEN;
     options.tool_count = 1;
     options.tool[0] = bench_ball(0.005);
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     Vec3 center = bench_face_center(&bench.mesh, bench_face_near(&bench.mesh, vec3(0, 0, 0)));
     Vec3 force = bench_touch(&bench, 0, vec3(center.x, center.y, 0.0047));
@@ -313,7 +313,6 @@ TEST(wrench_describes_the_touch)
     expect_near(wrench->force.z, force.z, 1e-12 * force.z);
     expect_near(wrench->force.x, -0.3 * force.z, 1e-12 * force.z);
     expect_near(wrench->force.y, 0.0, 1e-12 * force.z);
-    bench_destroy(&bench);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -339,7 +338,7 @@ static double press_and_hold(const PressCase *press, IntegratorKind integrator, 
     options.time_step = h;
     options.tool_count = 1;
     options.tool[0] = bench_ball(press->radius);
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     assert_int_equal(bench.body->substeps, 1);
     Vec3 out = vec3_unit(bench.mesh.position[bench_node_towards(&bench.mesh, vec3(0, 0, 1))]);
@@ -352,7 +351,6 @@ static double press_and_hold(const PressCase *press, IntegratorKind integrator, 
     }
     bench_run(&bench, 0.6);
     double left = sim_resets(bench.sim) > 0 ? (double)INFINITY : bench_kinetic(&bench);
-    bench_destroy(&bench);
     return left;
 }
 
@@ -366,10 +364,9 @@ static double theoretical_step(const PressCase *press, IntegratorKind integrator
     options.contact_ratio = ratio;
     options.tool_count = 1;
     options.tool[0] = bench_ball(press->radius);
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     double step = bench.body->time_step_limit / 0.9;
-    bench_destroy(&bench);
     return step;
 }
 

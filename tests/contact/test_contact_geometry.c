@@ -53,7 +53,7 @@ TEST(closed_loops_cost_no_work)
     enum { STEPS = 4000 };
     uint64_t random = 21;
     for (int e = 0; e < 3; e++) {
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         make_sheet(&bench, edges[e], (int)(0.06 / edges[e]) + 2, bench_ball(0.005));
         for (int loop = 0; loop < 6; loop++) {
             Vec3 center = vec3_scale(0.01, random_vec3(&random));
@@ -70,14 +70,13 @@ TEST(closed_loops_cost_no_work)
             // The trapezoid rule leaves 0.01..0.1 % at this step.
             expect_near(work / press_energy(edges[e]), 0.0, 2e-3);
         }
-        bench_destroy(&bench);
     }
 }
 
 TEST(closed_loops_of_a_tilting_capsule_cost_no_work)
 {
     enum { STEPS = 4000 };
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     make_sheet(&bench, 0.008, 10, bench_capsule(0.04, 0.005));
     for (int loop = 0; loop < 4; loop++) {
         Vec3 last_place = {0, 0, 0}, last_force = {0, 0, 0}, last_torque = {0, 0, 0};
@@ -107,7 +106,6 @@ TEST(closed_loops_of_a_tilting_capsule_cost_no_work)
         }
         expect_near(work / press_energy(0.008), 0.0, 2e-3); // as above
     }
-    bench_destroy(&bench);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -116,7 +114,7 @@ TEST(closed_loops_of_a_tilting_capsule_cost_no_work)
 // 0.08 mm and least force, as shares of the mean.
 static void slide(double radius, double edge, Vec3 from, Vec3 to, double *jump, double *least)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     make_sheet(&bench, edge, (int)(0.06 / edge) + 2, bench_ball(radius));
     double length = vec3_length(vec3_sub(to, from)), sum = 0.0, last = 0.0;
     int steps = (int)(length / 8e-5);
@@ -134,7 +132,6 @@ static void slide(double radius, double edge, Vec3 from, Vec3 to, double *jump, 
     }
     *jump /= sum / (steps + 1);
     *least /= sum / (steps + 1);
-    bench_destroy(&bench);
 }
 
 TEST(sliding_over_vertices_and_edges_has_no_jumps)
@@ -169,7 +166,7 @@ TEST(tilting_a_capsule_turns_its_torque_without_jumps)
     enum { STEPS = 400 }; // of 0.005 degrees
     for (int e = 0; e < 8; e++) {
         double edge = edges[e / 2];
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         make_sheet(&bench, edge, (int)(0.06 / edge) + 2, bench_capsule(0.04, 0.005));
         Quat yaw = quat_from_rotation(vec3(0.0, 0.0, yaws[e % 2]));
         double largest = 0.0, jump = 0.0, last = 0.0;
@@ -187,7 +184,6 @@ TEST(tilting_a_capsule_turns_its_torque_without_jumps)
         }
         // The torque's own slope is 0.5 % a step; a single closest pair would jump by 7..44 %.
         expect_at_most(jump, 0.01 * largest);
-        bench_destroy(&bench);
     }
 }
 
@@ -226,7 +222,7 @@ TEST(candidates_are_all_faces_within_reach)
         options.mesh = mesh == 0 ? bench_uv_sphere() : bench_ico_sphere(mesh + 1);
         options.tool_count = 1;
         options.tool[0] = bench_capsule(0.05, 0.006);
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         Contact *contact = bench.sim->contact[0];
         int found = 0;
@@ -247,7 +243,6 @@ TEST(candidates_are_all_faces_within_reach)
             found += contact->candidate_count;
         }
         assert_true(found > 500);
-        bench_destroy(&bench);
     }
 }
 
@@ -262,7 +257,7 @@ TEST(candidates_reach_as_far_as_the_proxy_may_go)
     options.rate_hz = 100.0; // many substeps, long ways
     options.tool_count = 1;
     options.tool[0] = bench_capsule(0.05, 0.003);
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     Contact *contact = bench.sim->contact[0];
     double cap = 0.25 * 0.003 * bench.body->substeps;
@@ -289,7 +284,6 @@ TEST(candidates_reach_as_far_as_the_proxy_may_go)
             }
     }
     assert_true(far > 100);
-    bench_destroy(&bench);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -306,7 +300,7 @@ static double rim_of(const Bench *bench)
 // Round the rim and back again: never pulled, never stuck, and from below the sheet pushes down.
 static void go_round(double edge, int cells, double radius)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     make_sheet(&bench, edge, cells, bench_ball(radius));
     double rim = rim_of(&bench), off = radius - 0.0005;        // half a millimetre deep
     double face = KAPPA * sqrt(0.1875) * edge * edge * 0.0005; // force of one face so deep [N]
@@ -324,7 +318,6 @@ static void go_round(double edge, int cells, double radius)
             expect_at_least(vec3_dot(force, out), 0.9 * vec3_length(force));
         }
     }
-    bench_destroy(&bench);
 }
 
 TEST(tool_goes_round_a_free_border)
@@ -337,13 +330,12 @@ TEST(tool_goes_round_a_free_border)
 TEST(side_is_decided_where_the_border_is_left)
 {
     for (int side = -1; side <= 1; side += 2) {
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         make_sheet(&bench, 0.008, 6, bench_ball(0.003));
         double rim = rim_of(&bench);
         for (double y = -0.008; y <= 0.015; y += 1e-4) {
             Vec3 force = bench_touch(&bench, 0, vec3(0.001, rim + y, side * 0.0025));
             expect_at_least(side * force.z, y > 0.0 ? 1e-3 : 0.0);
         }
-        bench_destroy(&bench);
     }
 }

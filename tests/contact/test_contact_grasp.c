@@ -51,7 +51,7 @@ static Pull pull_pole(int subdivisions, double stiffness, double max_force)
     BenchOptions options = bench_with_tool(bench_ico_sphere(subdivisions), jaws(0.009));
     options.tool[0].grip_stiffness = stiffness;
     options.tool[0].max_force = max_force;
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     int pole = bench_node_towards(&bench.mesh, vec3(0, 0, 1));
     const Vec3 at = bench.mesh.position[pole], out = vec3_unit(at);
@@ -71,7 +71,6 @@ static Pull pull_pole(int subdivisions, double stiffness, double max_force)
     }
     pull.force = -vec3_dot(sim_wrench(bench.sim, 0)->force, out);
     assert_true(sim_wrench(bench.sim, 0)->contact);
-    bench_destroy(&bench);
     return pull;
 }
 
@@ -161,7 +160,7 @@ static void swing(int subdivisions, double radius, bool want_points, double max_
     options.fixing = BENCH_FREE;
     options.integrator = integrator;
     options.shape_frequency = 0.0;
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     Vec3 at = bench.mesh.position[bench_node_towards(&bench.mesh, vec3(0, 0, 1))];
     if (want_points)
@@ -194,7 +193,6 @@ static void swing(int subdivisions, double radius, bool want_points, double max_
     assert_true(most > 1e-6);
     *linear /= most;
     *angular /= most_angular;
-    bench_destroy(&bench);
 }
 
 // Round-off alone, as with contact.
@@ -221,7 +219,7 @@ TEST(body_and_grasper_exchange_momentum_exactly)
 TEST(jaws_close_at_a_half_and_open_at_less)
 {
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), jaws(0.015));
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     Vec3 at = bench.mesh.position[bench_node_towards(&bench.mesh, vec3(0, 0, 1))];
     const Vec3 away = vec3(0.0, 0.0, 0.2);
@@ -243,14 +241,13 @@ TEST(jaws_close_at_a_half_and_open_at_less)
     assert_true(attachment_mutes_contact(grip)); // still inside the jaws
     hold_at(&bench, away, STRAIGHT, 0.39);
     assert_false(attachment_mutes_contact(grip));
-    bench_destroy(&bench);
 }
 
 TEST(inactive_or_silent_grasper_lets_go)
 {
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), jaws(0.015));
     options.tool_timeout_s = 0.05;
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     sim_set_lockstep(bench.sim, false);
     Vec3 at = bench.mesh.position[bench_node_towards(&bench.mesh, vec3(0, 0, 1))];
@@ -265,13 +262,12 @@ TEST(inactive_or_silent_grasper_lets_go)
     bench_run(&bench, 0.06);
     assert_false(attachment_is_holding(grip));
     assert_false(sim_wrench(bench.sim, 0)->contact);
-    bench_destroy(&bench);
 }
 
 TEST(body_that_was_let_go_returns_to_rest)
 {
     BenchOptions options = bench_with_tool(bench_ico_sphere(3), jaws(0.009));
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     const Vec3 at = bench.mesh.position[bench_node_towards(&bench.mesh, vec3(0, 0, 1))];
     hold_at(&bench, at, STRAIGHT, 1.0);
@@ -293,7 +289,6 @@ TEST(body_that_was_let_go_returns_to_rest)
     // exp(-15 / s) in 3 s: 1e-19 of 20 mm; round-off of positions.
     for (int i = 0; i < bench.mesh.node_count; i++)
         expect_at_most(vec3_length(vec3_sub(bench.x[i], bench.mesh.position[i])), 1e-12);
-    bench_destroy(&bench);
 }
 
 TEST(open_jaws_push_like_any_tool)
@@ -306,11 +301,10 @@ TEST(open_jaws_push_like_any_tool)
             options.tool[0] = bench_ball(0.005);
         // Both in the steps of the grasper, which are the shorter ones or the same.
         options.time_step = 2.5e-4;
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         for (int i = 0; i < 200; i++)
             force[k] = bench_touch(&bench, 0, vec3(0.0, 0.0, 0.056 - 2e-5 * i));
-        bench_destroy(&bench);
     }
     assert_true(vec3_length(force[0]) > 1e-3);
     assert_memory_equal(&force[0], &force[1], sizeof force[0]);
@@ -325,8 +319,7 @@ TEST(hold_is_part_of_the_state)
     Bench bench;
     bench_create(&bench, &options);
     Vec3 at = bench.mesh.position[bench_node_towards(&bench.mesh, vec3(0, 0, 1))];
-    void *middle = malloc(state_bytes(&bench.state));
-    assert_non_null(middle);
+    FREED void *middle = malloc(state_bytes(&bench.state));
     uint64_t hash[2];
     for (int run = 0; run < 2; run++) {
         if (run == 0) {
@@ -346,7 +339,6 @@ TEST(hold_is_part_of_the_state)
     assert_true(hash[0] == hash[1]);
     sim_reset(bench.sim);
     assert_false(attachment_is_holding(bench.sim->attachment[0]));
-    free(middle);
     // But for the clock, RESET is the start.
     bench.sim->clock->step = 0;
     bench.sim->clock->lockstep = 0;
@@ -363,13 +355,12 @@ TEST(hold_is_part_of_the_state)
 TEST(damaged_holds_are_refused_or_harmless)
 {
     BenchOptions options = bench_with_tool(bench_ico_sphere(1), jaws(0.03));
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     Vec3 at = bench.mesh.position[bench_node_towards(&bench.mesh, vec3(0, 0, 1))];
     hold_at(&bench, at, STRAIGHT, 1.0);
     size_t bytes = state_bytes(&bench.state);
-    unsigned char *good = malloc(bytes);
-    assert_non_null(good);
+    FREED unsigned char *good = malloc(bytes);
     state_copy_out(&bench.state, good);
     uint64_t random = 5;
     int refused = 0;
@@ -392,8 +383,6 @@ TEST(damaged_holds_are_refused_or_harmless)
         hold_at(&bench, at, STRAIGHT, trial % 2 == 0 ? 0.0 : 1.0);
     }
     assert_true(refused > 0);
-    free(good);
-    bench_destroy(&bench);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -406,14 +395,13 @@ static Vec3 draw_along(double of_body, bool own, double of_tool)
     options.friction = of_body;
     options.tool[0].has_friction = own;
     options.tool[0].friction = of_tool;
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     Vec3 force = {0, 0, 0};
     for (int i = 0; i < 400; i++)
         force = bench_touch(
             &bench, 0,
             vec3(i < 200 ? 0.0 : 2e-5 * (i - 200), 0.0, 0.0605 - fmin(2.5e-5 * i, 0.0045)));
-    bench_destroy(&bench);
     return force;
 }
 

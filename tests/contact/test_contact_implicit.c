@@ -24,7 +24,7 @@ TEST(stiffness_is_what_the_step_allows)
 {
     for (int k = 0; k < THETAS; k++) {
         BenchOptions options = stiff_options(THETA[k]);
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         const Body *body = bench.body;
         assert_int_equal(body->substeps, 1);
@@ -32,7 +32,6 @@ TEST(stiffness_is_what_the_step_allows)
         double lambda = 0.5 * body->contact_lambda, damping = 2e-4 * lambda, h = 1e-3 / 0.9;
         double used = (4.0 * THETA[k] - 1.0) * h * h * lambda + 2.0 * h * damping;
         expect_near(used, 4.0, 1e-6); // halves of a power of ten, 60 times
-        bench_destroy(&bench);
     }
 }
 
@@ -42,11 +41,10 @@ TEST(soft_body_keeps_its_contact_stiffness)
     for (int k = 0; k < 2; k++) {
         BenchOptions options = bench_with_tool(bench_uv_sphere(), bench_ball(0.01));
         options.integrator = k == 0 ? INTEGRATOR_LEAPFROG : INTEGRATOR_IMPLICIT;
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         lambda[k] = bench.body->contact_lambda;
         expect_near(bench.body->contact_share, 1.0, 0.0);
-        bench_destroy(&bench);
     }
     expect_near(lambda[0], lambda[1], 0.0);
 }
@@ -61,7 +59,7 @@ TEST(tool_pressed_on_a_stiff_body_is_answered)
             options.fixing = BENCH_FREE;
             options.shape_damping = 1.0;
         }
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         const double touch = BENCH_RADIUS + 0.01, depth = 0.004;
         bench_travel(&bench, 0, vec3(0.0, 0.0, touch + 0.005), vec3(0.0, 0.0, touch - depth), 0.05);
@@ -81,7 +79,6 @@ TEST(tool_pressed_on_a_stiff_body_is_answered)
         expect_at_most(vec3_length(vec3_sub(force[1], force[0])), 1e-3 * force[1].z);
         // Of the 1.6e-4 J that 0.13 kg have at the tool's speed.
         expect_at_most(bench_kinetic(&bench), 1e-8);
-        bench_destroy(&bench);
     }
 }
 
@@ -92,13 +89,12 @@ TEST(grasper_takes_its_share_of_the_step)
     options.tool[0].kind = TOOL_GRASPER;
     options.tool[0].grip_stiffness = 10.0;
     options.tool[0].grip_damping = 0.5;
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     const Body *body = bench.body;
     // It pushes or holds: g lambda and 2 zeta sqrt(g lambda) are more.
     double lambda = 10.0 * body->contact_lambda, damping = sqrt(lambda), h = 1e-3 / 0.9;
     expect_near(1.2 * h * h * lambda + 2.0 * h * damping, 4.0, 1e-6);
-    bench_destroy(&bench);
 }
 
 // Jaws closed on the top and drawn up by 2 mm: they are held back, and all comes to rest.
@@ -110,7 +106,7 @@ TEST(grasper_that_pulls_a_stiff_body_is_held_back)
         options.tool[0].kind = TOOL_GRASPER;
         options.tool[0].grip_stiffness = 0.3;
         options.tool[0].grip_damping = 0.5;
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         for (int i = 0; i < 400; i++) {
             const ToolPose pose = {.position = {0.0, 0.0, BENCH_RADIUS + fmin(0.002, 1e-4 * i)},
@@ -128,6 +124,5 @@ TEST(grasper_that_pulls_a_stiff_body_is_held_back)
         expect_at_most(force.z, -0.05);
         expect_at_most(vec3_length(force), 3.3 * (1.0 + 1e-6));
         expect_at_most(bench_kinetic(&bench), 1e-8); // as above
-        bench_destroy(&bench);
     }
 }

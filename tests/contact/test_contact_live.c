@@ -54,7 +54,7 @@ TEST(held_press_is_silent_and_in_equilibrium)
     for (int k = 0; k < 3; k++) {
         BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_ball(0.005));
         options.contact_ratio = 1.0;
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         int node = bench_node_towards(&bench.mesh, vec3(0, 0, 1));
         int face = bench_face_near(&bench.mesh, bench.mesh.position[node]);
@@ -85,7 +85,6 @@ TEST(held_press_is_silent_and_in_equilibrium)
         double one_face = mean / (bench.body->contact_kappa * bench.body->surface.face_area[face]);
         expect_at_most(sim_wrench(bench.sim, 0)->depth, 1.01 * one_face);
         expect_at_least(sim_wrench(bench.sim, 0)->depth, 0.99 / 6.0 * one_face);
-        bench_destroy(&bench);
     }
 }
 
@@ -93,7 +92,7 @@ TEST(held_press_is_silent_and_in_equilibrium)
 // faces"); with it, what the face gives when the axis has come down to a tenth of the radius.
 TEST(thin_tool_cannot_pass_the_middle_of_a_large_face)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     BenchOptions options =
         bench_with_tool(bench_ico_sphere(2), bench_ball(0.003)); // sides of 15 mm
     options.contact_ratio = 1.0;
@@ -115,7 +114,6 @@ TEST(thin_tool_cannot_pass_the_middle_of_a_large_face)
     expect_at_least(floor, 0.4);
     // The wall still sways by a few per cent.
     expect_at_least(vec3_length(sim_wrench(bench.sim, 0)->force), 0.9 * floor);
-    bench_destroy(&bench);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -152,7 +150,7 @@ TEST(jumps_are_bounded_by_force_and_work)
     for (int k = 0; k < 6; k++) {
         BenchOptions options = jump_options();
         options.tool[0].max_force = limits[k / 3];
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         assert_int_equal(bench.body->substeps, 1);
         double jump = jumps[k % 3];
@@ -165,7 +163,6 @@ TEST(jumps_are_bounded_by_force_and_work)
         // Energy falls with exp(-2 z w t) = exp(-30 t), from below 0.1 J.
         bench_run(&bench, 1.2);
         expect_at_most(bench_energy(&bench), 1e-10);
-        bench_destroy(&bench);
     }
 }
 
@@ -173,7 +170,7 @@ TEST(any_speed_is_survived)
 {
     for (double speed = 0.01; speed < 2e4; speed *= 10.0) {
         BenchOptions options = jump_options();
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         Vec3 last = {0, 0, 0}, out = vec3_unit(vec3(-0.03, 0.02, 0.1));
         double depth = speed < 0.05 ? 0.01 : 0.06; // the slowest would take 6 s
@@ -190,7 +187,6 @@ TEST(any_speed_is_survived)
         bench_withdraw(&bench, 0);
         bench_run(&bench, 1.2);
         expect_at_most(bench_energy(&bench), 1e-10);
-        bench_destroy(&bench);
     }
 }
 
@@ -200,7 +196,7 @@ TEST(any_speed_is_survived)
 TEST(withdrawn_tool_gives_no_force)
 {
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_ball(0.005));
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     bench_travel(&bench, 0, vec3(0, 0, 0.056), vec3(0, 0, 0.050), 0.1);
     assert_true(sim_wrench(bench.sim, 0)->contact);
@@ -217,14 +213,13 @@ TEST(withdrawn_tool_gives_no_force)
     // It may come back anywhere, also far from where it left.
     bench_touch(&bench, 0, vec3(0.0, 0.0545, 0.0));
     expect_near(sim_wrench(bench.sim, 0)->position.y, 0.0545, 0.0);
-    bench_destroy(&bench);
 }
 
 TEST(silent_tool_is_withdrawn_after_its_timeout)
 {
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_ball(0.005));
     options.tool_timeout_s = 0.05;
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     sim_set_lockstep(bench.sim, false);
     bench_travel(&bench, 0, vec3(0, 0, 0.056), vec3(0, 0, 0.046), 0.1);
@@ -236,14 +231,13 @@ TEST(silent_tool_is_withdrawn_after_its_timeout)
     sim_step(bench.sim);
     assert_false(sim_wrench(bench.sim, 0)->contact);
     assert_false(sim_tool_motion(bench.sim, 0)->active);
-    bench_destroy(&bench);
 }
 
 // The proxy turns by at most a quarter radius at the capsule's ends a substep.
 TEST(turning_capsule_sweeps_no_wall_away)
 {
     BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_capsule(0.06, 0.004));
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     bench_place(&bench, 0, vec3(0.0, 0.0, 0.0545), UNTURNED);
     sim_step(bench.sim);
@@ -274,7 +268,6 @@ TEST(turning_capsule_sweeps_no_wall_away)
     bench_withdraw(&bench, 0);
     bench_run(&bench, 1.2);
     expect_at_most(bench_energy(&bench), 1e-10);
-    bench_destroy(&bench);
 }
 
 TEST(tool_may_come_to_life_inside)
@@ -282,7 +275,7 @@ TEST(tool_may_come_to_life_inside)
     static const double heights[] = {0.053, 0.050, 0.047, 0.030, 0.0, -0.045};
     for (int k = 0; k < 6; k++) {
         BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_capsule(0.02, 0.006));
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         bench_place(&bench, 0, vec3(0.0, 0.0, heights[k]), UNTURNED);
         for (int i = 0; i < 1000; i++) {
@@ -297,7 +290,6 @@ TEST(tool_may_come_to_life_inside)
         bench_withdraw(&bench, 0);
         bench_run(&bench, 1.5);
         expect_at_most(bench_energy(&bench), 1e-10);
-        bench_destroy(&bench);
     }
 }
 
@@ -319,7 +311,7 @@ TEST(static_capsule_holds_a_falling_body)
                                                {0.035 * cos(b), 0.035 * sin(b), -0.048},
                                                0.006};
     }
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     bench_run(&bench, 4.0);
     double sum = 0.0;
@@ -330,7 +322,6 @@ TEST(static_capsule_holds_a_falling_body)
     // At rest it carries the weight; what still swings in the mean is below 1e-3 of it.
     double weight = 9.81 * bench.body->mass;
     expect_near(sum / -weight, 1.0, 1e-3);
-    bench_destroy(&bench);
 }
 
 TEST(same_inputs_give_the_same_bits)
@@ -339,7 +330,7 @@ TEST(same_inputs_give_the_same_bits)
     for (int run = 0; run < 2; run++) {
         uint64_t random = 33;
         BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_capsule(0.03, 0.005));
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         for (int i = 0; i < 400; i++) {
             if (i % 40 == 0)
@@ -349,7 +340,6 @@ TEST(same_inputs_give_the_same_bits)
             sim_step(bench.sim);
         }
         hash[run] = state_hash(&bench.state);
-        bench_destroy(&bench);
     }
     assert_true(hash[0] == hash[1]);
 }
@@ -370,10 +360,9 @@ TEST(contact_continues_from_a_copy_of_its_state)
             bench_move(&bench[0], 0, vec3_scale(0.09, random_vec3(&random)));
         sim_step(bench[0].sim);
         if (i == 777) {
-            void *copy = malloc(state_bytes(&bench[0].state));
+            FREED void *copy = malloc(state_bytes(&bench[0].state));
             state_copy_out(&bench[0].state, copy);
             state_copy_in(&bench[1].state, copy);
-            free(copy);
             // What is not in the state must not matter, whatever it says.
             contact->forces = (ContactForces){.acting = 3, .crossed = 3, .depth = 1.0};
             contact->next = (Proxy){.valid = 1, .away = 1.0};

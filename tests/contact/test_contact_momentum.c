@@ -67,7 +67,7 @@ TEST(body_and_tool_exchange_momentum_exactly)
         }
         if (!cases[k].shape)
             options.shape_frequency = 0.0;
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         const MomentumExchange sum =
             exchange_momentum(bench.sim, 600, 0.04, 5.0, read_momentum, &bench);
@@ -75,7 +75,6 @@ TEST(body_and_tool_exchange_momentum_exactly)
         assert_true(sum.impulse > (stiff ? 1e-5 : 1e-6));
         expect_at_most(sum.impulse_lost, cases[k].lost * sum.impulse);
         expect_at_most(sum.turn_lost, cases[k].turned * sum.moment);
-        bench_destroy(&bench);
     }
 }
 
@@ -89,7 +88,7 @@ TEST(slow_loops_never_gain_work)
         options.contact_damping = k % 8 < 4 ? 2e-4 : 0.0;
         options.tool[0].max_force = k % 8 == 5 ? 0.02 : 3.3;
         options.shape_damping = 0.1;
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         Vec3 out = vec3_unit(
             vec3(random_between(&random, -0.5, 0.5), random_between(&random, -0.5, 0.5), 1.0));
@@ -119,7 +118,6 @@ TEST(slow_loops_never_gain_work)
         }
         assert_true(put_in > 0.0);
         expect_at_least(lost, 0.0);
-        bench_destroy(&bench);
     }
 }
 
@@ -131,7 +129,7 @@ TEST(two_tools_share_a_body)
     options.tool_count = 2;
     options.tool[1] = bench_ball(0.004);
     options.tool[1].id = 2;
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     // Through two opposite nodes: a squeeze that nothing pushes aside.
     Vec3 out = vec3_unit(bench.mesh.position[bench_node_towards(&bench.mesh, vec3(0, 0, 1))]);
@@ -151,7 +149,6 @@ TEST(two_tools_share_a_body)
     expect_at_least(vec3_dot(first, out), 0.01);
     // Held between the two, the free body only sways: nothing damps that but friction.
     expect_near(vec3_length(vec3_add(first, second)), 0.0, 0.05 * vec3_length(first));
-    bench_destroy(&bench);
 }
 
 // Each body has its own proxy; force and torque on the tool are those of both.
@@ -163,7 +160,7 @@ TEST(wrench_sums_over_bodies)
     options.tool[0].max_force = 0.01;
     options.has_twin = true;
     options.twin_at = vec3(0.0, 0.02, 0.107);
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     Body *twin = sim_body(bench.sim, 1);
     Vec3 x[162], v[162], before[2] = {{0, 0, 0}, {0, 0, 0}}; // momentum of both: at rest
@@ -198,5 +195,4 @@ TEST(wrench_sums_over_bodies)
                  vec3_length(vec3_sub(here, there)) > 1e-5;
     }
     assert_true(apart > 0); // both touched, at different proxies
-    bench_destroy(&bench);
 }

@@ -68,7 +68,7 @@ static Trial run_trial(int mesh, uint64_t seed, double length)
     options.mesh = make_mesh(mesh);
     options.tool_count = 1;
     options.tool[0] = bench_capsule(length, trial.radius);
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     double end = trial.depth + 0.002, step = trial.speed * sim_tick(bench.sim);
     for (double s = 0.0; s < end; s += step)
@@ -87,7 +87,6 @@ static Trial run_trial(int mesh, uint64_t seed, double length)
     // Energy falls with exp(-30 t) once the tool is off, from below 0.1 J.
     trial.caught = sim_wrench(bench.sim, 0)->contact || !(bench_energy(&bench) < 1e-8) ||
                    sim_resets(bench.sim) > 0;
-    bench_destroy(&bench);
     return trial;
 }
 
@@ -135,7 +134,7 @@ TEST(tool_is_never_pulled_in_over_a_fold)
     options.mesh = bench_ico_sphere(3);
     options.tool_count = 1;
     options.tool[0] = bench_ball(0.008);
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     for (int i = 0; i < 3000; i++) {
         double t = i * 1e-3, phase = 5.0 * t;
@@ -149,5 +148,4 @@ TEST(tool_is_never_pulled_in_over_a_fold)
             expect_at_least(vec3_dot(force, vec3_unit(vec3(place.x, place.y, place.z + 0.03))),
                             0.0);
     }
-    bench_destroy(&bench);
 }

@@ -29,7 +29,7 @@ static void press_sphere(Bench *bench, int subdivisions, double radius, double p
 TEST(surface_tells_what_a_slow_hand_feels)
 {
     for (int k = 0; k < EFFORT(6); k++) {
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         press_sphere(&bench, 3, k % 2 == 0 ? 0.005 : 0.010, 0.5 * (k / 2));
         StiffnessVerdict verdict = stiffness_judge(bench.sim, &bench.state);
         if (k < 2)
@@ -38,13 +38,12 @@ TEST(surface_tells_what_a_slow_hand_feels)
         expect_at_most(verdict.normal, 1.2);
         expect_at_least(verdict.normal, 1.0);
         expect_at_least(verdict.short_by, 0.0);
-        bench_destroy(&bench);
     }
 }
 
 TEST(no_contact_has_no_stiffness)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     press_sphere(&bench, 2, 0.005, 0.5);
     expect_at_least(sym3_trace(sim_wrench(bench.sim, 0)->stiffness), 1.0);
     bench_touch(&bench, 0, vec3(0.0, 0.0, 0.08));
@@ -52,7 +51,6 @@ TEST(no_contact_has_no_stiffness)
     assert_false(sim_wrench(bench.sim, 0)->contact);
     expect_near(sym3_trace(sim_wrench(bench.sim, 0)->stiffness), 0.0, 0.0);
     expect_near(sim_wrench(bench.sim, 0)->damping, 0.0, 0.0);
-    bench_destroy(&bench);
 }
 
 // It is told, and nothing else: the motion has the same bits without it.
@@ -62,12 +60,11 @@ TEST(motion_does_not_depend_on_it)
     for (int k = 0; k < 2; k++) {
         BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_capsule(0.03, 0.005));
         options.contact_stiffness = k == 1;
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         bench_travel(&bench, 0, vec3(0.0, 0.0, 0.056), vec3(0.004, 0.0, 0.045), 0.05);
         bench_run(&bench, 0.2);
         hash[k] = state_hash(&bench.state);
-        bench_destroy(&bench);
     }
     assert_true(hash[0] == hash[1]);
 }
@@ -78,7 +75,7 @@ TEST(a_wall_without_shape_springs_tells_it_too)
     BenchOptions options = bench_with_tool(bench_ico_sphere(2), bench_ball(0.005));
     options.contact_stiffness = true;
     options.shape_frequency = 0.0;
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     double told = 0.0; // it is pushed away, and touched again
     for (double z = 0.056; z > 0.036; z -= 0.001) {
@@ -86,5 +83,4 @@ TEST(a_wall_without_shape_springs_tells_it_too)
         told = fmax(told, sym3_trace(sim_wrench(bench.sim, 0)->stiffness));
     }
     expect_at_least(told, 1.0);
-    bench_destroy(&bench);
 }

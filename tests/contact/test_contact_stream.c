@@ -78,7 +78,7 @@ static Felt run_stream(const Stream *stream)
     options.tool_count = 1;
     options.tool[0] = bench_ball(0.005);
     options.contact_stiffness = stream->stiffness == TOLD;
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     sim_set_lockstep(bench.sim, false);
     Vec3 out = vec3_unit(bench.mesh.position[bench_node_towards(&bench.mesh, vec3(0, 0, 1))]);
@@ -112,7 +112,6 @@ static Felt run_stream(const Stream *stream)
         last_depth = depth;
     }
     felt.lost = lost / put_in;
-    bench_destroy(&bench);
     return felt;
 }
 

@@ -45,7 +45,7 @@ TEST(dropped_sphere_comes_to_rest_and_weighs_its_weight)
         options.gravity = vec3(0.0, 0.0, -G);
         options.tool_count = 1;
         options.tool[0] = bench_table(vec3(0, 0, 0), vec3(0, 0, 1));
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         bench_run(&bench, rest[k]);
         expect_at_most(fastest(&bench), 1e-6);
@@ -56,7 +56,6 @@ TEST(dropped_sphere_comes_to_rest_and_weighs_its_weight)
         expect_near(wrench->force.z / -weight, 1.0, 1e-3);
         expect_near(wrench->depth, overlap(&bench), 1e-9); // moved 1e-6 m/s within the tick
         expect_near(wrench->normal.z, -1.0, 1e-12);        // out of the body
-        bench_destroy(&bench);
     }
 }
 
@@ -104,7 +103,7 @@ static double speed_x(Bench *bench)
 
 TEST(body_sticks_below_the_friction_angle)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     lie_down(&bench, 0.5, INTEGRATOR_LEAPFROG); // atan 0.5 = 26.6 degrees
     tilt(&bench, 20.0);
     bench_run(&bench, 1.0); // the bristles take the load
@@ -116,14 +115,13 @@ TEST(body_sticks_below_the_friction_angle)
     double weight = G * bench.body->mass;
     expect_near(force.x, weight * sin(PI / 9.0), 1e-3 * weight);
     expect_near(force.z, -weight * cos(PI / 9.0), 1e-3 * weight);
-    bench_destroy(&bench);
 }
 
 TEST(body_slides_above_the_friction_angle)
 {
     static const IntegratorKind kinds[] = {INTEGRATOR_LEAPFROG, INTEGRATOR_RK4};
     for (int k = 0; k < 2; k++) {
-        Bench bench;
+        SCOPED(bench_destroy) Bench bench;
         lie_down(&bench, 0.5, kinds[k]);
         tilt(&bench, 30.0);
         double a = G * (0.5 - 0.5 * cos(PI / 6.0)); // g (sin 30 - 0.5 cos 30)
@@ -136,13 +134,12 @@ TEST(body_slides_above_the_friction_angle)
         expect_near(speed_x(&bench) - speed, a, 1e-5 * a);
         // Positions lag or lead by half a tick at most.
         expect_near(center_x(&bench) - start, speed + 0.5 * a, 1e-3);
-        bench_destroy(&bench);
     }
 }
 
 TEST(body_without_friction_slides_freely)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     lie_down(&bench, 0.0, INTEGRATOR_LEAPFROG);
     tilt(&bench, 5.0);
     double start = center_x(&bench);
@@ -151,7 +148,6 @@ TEST(body_without_friction_slides_freely)
     // part along the table.
     expect_near(center_x(&bench) - start, 0.5 * G * sin(PI / 36.0), 1e-9);
     expect_near(sim_wrench(bench.sim, 0)->force.x, 0.0, 0.0);
-    bench_destroy(&bench);
 }
 
 // Both tools push the same nodes: the step bound counts both, and the body is at rest between.
@@ -168,7 +164,7 @@ TEST(body_lies_in_a_corner_of_two_tables)
     options.tool_count = 2;
     options.tool[0] = bench_table(vec3(0, 0, 0), vec3(1, 0, 1));
     options.tool[1] = bench_table(vec3(0, 0, 0), vec3(-1, 0, 1));
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     // Each plane adds a third of a lambda_b (server/sim/README.md, "Planes").
     double lambda = bench.body->lambda, both = 0.0, more, damping;
@@ -184,5 +180,4 @@ TEST(body_lies_in_a_corner_of_two_tables)
     expect_near(vec3_length(left), weight / sqrt(2.0), 0.01 * weight);
     expect_near(vec3_length(right), weight / sqrt(2.0), 0.01 * weight);
     expect_near(left.z + right.z, -weight, 0.01 * weight);
-    bench_destroy(&bench);
 }

@@ -438,8 +438,7 @@ TEST(coordinates_map_on_their_own)
     take_mesh(&round, &mesh);
     subdivide(&round);
     size_t count = (size_t)round.winged.edge_count;
-    Vec3 *before = malloc(count * sizeof *before);
-    assert_non_null(before);
+    FREED Vec3 *before = malloc(count * sizeof *before);
     memcpy(before, round.middle, count * sizeof *before);
     for (int i = 0; i < mesh.node_count; i++)
         mesh.position[i] = vec3(mesh.position[i].y, mesh.position[i].z, mesh.position[i].x);
@@ -448,6 +447,5 @@ TEST(coordinates_map_on_their_own)
         Vec3 turned = vec3(before[e].y, before[e].z, before[e].x);
         assert_memory_equal(&round.middle[e], &turned, sizeof turned);
     }
-    free(before);
     drop(&round);
 }

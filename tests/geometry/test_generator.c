@@ -21,7 +21,7 @@ typedef struct Shape {
 static Shape measure_closed(const TriMesh *mesh, int nodes)
 {
     MeshFault fault;
-    WingedMesh winged;
+    SCOPED(winged_destroy) WingedMesh winged;
     Shape shape = {.least_valence = 1000000, .least_angle = PI};
     assert_true(mesh_check(mesh, &fault));
     winged_create(&winged, mesh);
@@ -47,7 +47,6 @@ static Shape measure_closed(const TriMesh *mesh, int nodes)
         double angle = atan2(vec3_length(vec3_cross(u, v)), vec3_dot(u, v));
         shape.least_angle = fmin(shape.least_angle, angle);
     }
-    winged_destroy(&winged);
     return shape;
 }
 
@@ -64,7 +63,7 @@ static double degrees(double radians)
 
 TEST(sphere_of_114_nodes_is_the_papers)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     assert_true(generate_sphere(&mesh, 114, 0.05, &status));
     Shape shape = measure_closed(&mesh, 114);
@@ -72,14 +71,13 @@ TEST(sphere_of_114_nodes_is_the_papers)
     assert_true(shape.least_valence >= 5 && shape.most_valence <= 7);
     expect_at_least(degrees(shape.least_angle), 35.0);
     expect_radius(&mesh, 0.05);
-    mesh_destroy(&mesh);
 }
 
 TEST(sphere_is_even_for_every_node_count)
 {
     // All small counts, where four nodes on one circle and other coincidences are common.
     for (int nodes = 4; nodes <= 200; nodes += nodes < 40 ? 1 : 7) {
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         Status status = {0};
         assert_true(generate_sphere(&mesh, nodes, 1.0, &status));
         Shape shape = measure_closed(&mesh, nodes);
@@ -88,13 +86,12 @@ TEST(sphere_is_even_for_every_node_count)
         assert_true(shape.least_valence >= (nodes < 12 ? 3 : 4));
         assert_true(shape.most_valence <= 7);
         expect_radius(&mesh, 1.0);
-        mesh_destroy(&mesh);
     }
 }
 
 TEST(sphere_is_the_convex_hull_of_its_nodes)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     assert_true(generate_sphere(&mesh, 188, 1.0, &status));
     for (int t = 0; t < mesh.triangle_count; t++) {
@@ -105,7 +102,6 @@ TEST(sphere_is_the_convex_hull_of_its_nodes)
         for (int i = 0; i < mesh.node_count; i++) // nothing above any face but rounding
             expect_at_most(vec3_dot(normal, vec3_sub(mesh.position[i], a)), 1e-12);
     }
-    mesh_destroy(&mesh);
 }
 
 TEST(few_nodes_find_the_regular_solids)
@@ -116,12 +112,11 @@ TEST(few_nodes_find_the_regular_solids)
     const double volume[3] = {8.0 * sqrt(3.0) / 27.0, 4.0 / 3.0,
                               5.0 / 12.0 * (3.0 + sqrt(5.0)) * side * side * side};
     for (int i = 0; i < 3; i++) {
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         Status status = {0};
         assert_true(generate_sphere(&mesh, nodes[i], 1.0, &status));
         // The volume is stationary there: the error is the square of what relaxation left over.
         expect_near(mesh_volume(&mesh), volume[i], 1e-6);
-        mesh_destroy(&mesh);
     }
 }
 
@@ -129,7 +124,7 @@ TEST(large_spheres_are_valid_and_round)
 {
     const int nodes[2] = {2000, 20000};
     for (int i = 0; i < 2; i++) {
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         Status status = {0};
         assert_true(generate_sphere(&mesh, nodes[i], 2.0, &status));
         Shape shape = measure_closed(&mesh, nodes[i]);
@@ -139,13 +134,12 @@ TEST(large_spheres_are_valid_and_round)
         // 3 l^2/8 = 5.44 / n of the ball; unequal ones lose more, a tenth is allowed.
         double ball = 4.0 / 3.0 * PI * 8.0;
         expect_near(mesh_volume(&mesh) / ball, 1.0 - 5.44 / nodes[i], 0.544 / nodes[i]);
-        mesh_destroy(&mesh);
     }
 }
 
 TEST(uv_sphere_of_8_by_14_is_the_papers)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     assert_true(generate_uv_sphere(&mesh, 8, 14, 0.05, &status));
     measure_closed(&mesh, 114);
@@ -159,23 +153,21 @@ TEST(uv_sphere_of_8_by_14_is_the_papers)
         double longitude = atan2(mesh.position[i].y, mesh.position[i].x);
         expect_near(cos(longitude - 2.0 * PI * segment / 14.0), 1.0, 1e-15);
     }
-    mesh_destroy(&mesh);
 }
 
 TEST(smallest_uv_sphere_is_valid)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     assert_true(generate_uv_sphere(&mesh, 1, 3, 1.0, &status));
     measure_closed(&mesh, 5);
-    mesh_destroy(&mesh);
 }
 
 TEST(ico_sphere_has_twelve_nodes_of_valence_five)
 {
     for (int s = 0, nodes = 12; s <= 5; s++, nodes = 4 * nodes - 6) {
-        TriMesh mesh;
-        WingedMesh winged;
+        SCOPED(mesh_destroy) TriMesh mesh;
+        SCOPED(winged_destroy) WingedMesh winged;
         Status status = {0};
         assert_true(generate_ico_sphere(&mesh, s, 3.0, &status));
         Shape shape = measure_closed(&mesh, nodes);
@@ -184,16 +176,14 @@ TEST(ico_sphere_has_twelve_nodes_of_valence_five)
         winged_create(&winged, &mesh);
         for (int i = 0; i < nodes; i++)
             assert_int_equal(winged_valence(&winged, i), i < 12 ? 5 : 6);
-        winged_destroy(&winged);
-        mesh_destroy(&mesh);
     }
 }
 
 TEST(sheet_is_flat_and_faces_up)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     MeshFault fault;
-    WingedMesh winged;
+    SCOPED(winged_destroy) WingedMesh winged;
     Status status = {0};
     assert_true(generate_sheet(&mesh, 7, 5, 0.6, 0.2, &status));
     assert_true(mesh_check(&mesh, &fault));
@@ -212,14 +202,12 @@ TEST(sheet_is_flat_and_faces_up)
     assert_int_equal(winged_boundary_loops(&winged), 1);
     expect_near(mesh.position[0].x, -0.3, 0.0);
     expect_near(mesh.position[34].y, 0.1, 0.0);
-    winged_destroy(&winged);
-    mesh_destroy(&mesh);
 }
 
 // Edges that pass through triangles that they do not touch.
 static int count_crossings(const TriMesh *mesh)
 {
-    WingedMesh winged;
+    SCOPED(winged_destroy) WingedMesh winged;
     winged_create(&winged, mesh);
     int crossings = 0;
     for (int e = 0; e < winged.edge_count; e++) {
@@ -238,13 +226,12 @@ static int count_crossings(const TriMesh *mesh)
                                                      x, &along, weight);
         }
     }
-    winged_destroy(&winged);
     return crossings;
 }
 
 TEST(stomach_of_188_nodes_is_the_papers)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     assert_true(generate_stomach(&mesh, 188, 0.25, &status));
     Shape shape = measure_closed(&mesh, 188); // 558 edges
@@ -252,14 +239,13 @@ TEST(stomach_of_188_nodes_is_the_papers)
     assert_true(shape.least_valence >= 4 && shape.most_valence <= 8);
     expect_at_least(degrees(shape.least_angle), 30.0);
     assert_int_equal(count_crossings(&mesh), 0);
-    mesh_destroy(&mesh);
 }
 
 TEST(stomach_is_well_shaped_for_every_size)
 {
     const int nodes[] = {60, 61, 67, 75, 100, 133, 250, 400, 1000, 5000, 20000};
     for (size_t i = 0; i < sizeof nodes / sizeof *nodes; i++) {
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         Status status = {0};
         assert_true(generate_stomach(&mesh, nodes[i], 1.0, &status));
         Shape shape = measure_closed(&mesh, nodes[i]);
@@ -267,13 +253,12 @@ TEST(stomach_is_well_shaped_for_every_size)
         expect_at_least(degrees(shape.least_angle), 20.0);
         if (nodes[i] <= 250)
             assert_int_equal(count_crossings(&mesh), 0);
-        mesh_destroy(&mesh);
     }
 }
 
 TEST(stomach_fills_its_box_and_thins_towards_the_end)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     assert_true(generate_stomach(&mesh, 2000, 0.3, &status));
     Vec3 low = mesh.position[0], high = low;
@@ -294,7 +279,6 @@ TEST(stomach_fills_its_box_and_thins_towards_the_end)
     expect_near(low.x + high.x, 0.0, 1e-15);
     expect_near(low.z + high.z, 0.0, 1e-15);
     expect_at_least(left_width, 1.5 * right_width);
-    mesh_destroy(&mesh);
 }
 
 TEST(same_parameters_give_the_same_bits)

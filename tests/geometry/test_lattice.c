@@ -19,7 +19,7 @@ static void fill_random(Lattice *lattice, double share, uint64_t *seed)
 
 TEST(box_is_solid_and_centred)
 {
-    Lattice box;
+    SCOPED(lattice_destroy) Lattice box;
     Status status = {0};
     assert_true(lattice_box(&box, (int[3]){4, 3, 5}, 0.5, &status));
     assert_int_equal(lattice_solid(&box), 60);
@@ -33,7 +33,6 @@ TEST(box_is_solid_and_centred)
     expect_near(high.x, 1.0, 0.0);
     expect_near(high.y, 0.75, 0.0);
     expect_near(high.z, 1.25, 0.0);
-    lattice_destroy(&box);
 }
 
 // Counted from the rule of integers, not by the code: cells (i, j, k) with
@@ -78,7 +77,7 @@ TEST(round_lattices_hold_the_cells_whose_centre_is_within)
 TEST(round_lattices_are_cropped_and_mirror_symmetric)
 {
     for (double radius = 1.0; radius < 9.0; radius += 0.37) {
-        Lattice ball;
+        SCOPED(lattice_destroy) Lattice ball;
         Status status = {0};
         assert_true(lattice_ball(&ball, radius, 1.0, &status));
         int n = ball.count[0];
@@ -96,7 +95,6 @@ TEST(round_lattices_are_cropped_and_mirror_symmetric)
                 }
             }
         assert_true(touches);
-        lattice_destroy(&ball);
     }
 }
 
@@ -138,7 +136,7 @@ TEST(impossible_lattices_are_refused_in_words)
 
 TEST(outside_of_the_block_all_is_void)
 {
-    Lattice box;
+    SCOPED(lattice_destroy) Lattice box;
     Status status = {0};
     assert_true(lattice_box(&box, (int[3]){2, 3, 4}, 1.0, &status));
     for (int k = -1; k <= 4; k++)
@@ -146,7 +144,6 @@ TEST(outside_of_the_block_all_is_void)
             for (int i = -1; i <= 2; i++)
                 assert_int_equal(lattice_label(&box, i, j, k),
                                  i >= 0 && i < 2 && j >= 0 && j < 3 && k >= 0 && k < 4);
-    lattice_destroy(&box);
 }
 
 TEST(crop_keeps_every_solid_cell_where_it_was)
@@ -198,19 +195,18 @@ TEST(crop_keeps_every_solid_cell_where_it_was)
         free(whole.label);
         lattice_destroy(&lattice);
     }
-    Lattice empty;
+    SCOPED(lattice_destroy) Lattice empty;
     Status status = {0};
     assert_true(lattice_create(&empty, (int[3]){3, 3, 3}, 1.0, &status));
     assert_false(lattice_crop(&empty, &status));
     assert_string_equal(status.text, "no cell of the lattice is solid");
-    lattice_destroy(&empty);
 }
 
 TEST(place_moves_points_as_a_mesh_is_moved)
 {
     uint64_t seed = 5;
     for (int repeat = 0; repeat < 50; repeat++) {
-        Lattice lattice;
+        SCOPED(lattice_destroy) Lattice lattice;
         Status status = {0};
         assert_true(lattice_box(&lattice, (int[3]){3, 4, 5}, 0.01, &status));
         lattice.origin = random_vec3(&seed);
@@ -225,7 +221,6 @@ TEST(place_moves_points_as_a_mesh_is_moved)
         Vec3 after = lattice_point(&lattice, at.x, at.y, at.z);
         // Lengths of about 5, a dozen roundings.
         expect_near(vec3_length(vec3_sub(after, expected)), 0.0, 2e-14);
-        lattice_destroy(&lattice);
     }
 }
 
@@ -233,7 +228,7 @@ TEST(place_moves_points_as_a_mesh_is_moved)
 static int count_pieces_slowly(const Lattice *lattice)
 {
     int nx = lattice->count[0], ny = lattice->count[1], nz = lattice->count[2], pieces = 0;
-    int *mark = calloc((size_t)(nx * ny * nz), sizeof *mark);
+    FREED int *mark = calloc((size_t)(nx * ny * nz), sizeof *mark);
     for (int n = 0; n < nx * ny * nz; n++)
         mark[n] = lattice->label[n] != 0 ? n + 1 : 0;
     const int step[3] = {1, nx, nx * ny};
@@ -255,7 +250,6 @@ static int count_pieces_slowly(const Lattice *lattice)
     }
     for (int n = 0; n < nx * ny * nz; n++)
         pieces += mark[n] == n + 1;
-    free(mark);
     return pieces;
 }
 
@@ -263,7 +257,7 @@ TEST(pieces_are_what_faces_join)
 {
     uint64_t seed = 7;
     for (int repeat = 0; repeat < EFFORT(300); repeat++) {
-        Lattice lattice;
+        SCOPED(lattice_destroy) Lattice lattice;
         Status status = {0};
         int count[3];
         for (int a = 0; a < 3; a++)
@@ -271,13 +265,12 @@ TEST(pieces_are_what_faces_join)
         assert_true(lattice_create(&lattice, count, 1.0, &status));
         fill_random(&lattice, random_between(&seed, 0.05, 0.9), &seed);
         assert_int_equal(lattice_pieces(&lattice), count_pieces_slowly(&lattice));
-        lattice_destroy(&lattice);
     }
 }
 
 TEST(edges_and_corners_join_nothing)
 {
-    Lattice lattice;
+    SCOPED(lattice_destroy) Lattice lattice;
     Status status = {0};
     assert_true(lattice_create(&lattice, (int[3]){4, 4, 4}, 1.0, &status));
     assert_int_equal(lattice_pieces(&lattice), 0);
@@ -286,5 +279,4 @@ TEST(edges_and_corners_join_nothing)
             for (int i = 0; i < 4; i++)
                 lattice.label[lattice_index(&lattice, i, j, k)] = (i + j + k) % 2;
     assert_int_equal(lattice_pieces(&lattice), 32);
-    lattice_destroy(&lattice);
 }

@@ -45,7 +45,7 @@ static void expect_table(const Level *level, const TriMesh *mesh)
 {
     MeshFault fault;
     assert_true(mesh_check(mesh, &fault));
-    WingedMesh winged;
+    SCOPED(winged_destroy) WingedMesh winged;
     winged_create(&winged, mesh);
     assert_int_equal(winged.edge_count, level->edge_count);
     for (int e = 0; e < level->edge_count; e++) {
@@ -63,7 +63,6 @@ static void expect_table(const Level *level, const TriMesh *mesh)
             assert_int_equal(level->face[face][(k + 1) % 3], level->edge[e][1 - side]);
         }
     }
-    winged_destroy(&winged);
 }
 
 static void expect_division(const Levels *levels, int l)
@@ -117,7 +116,7 @@ static void expect_sound(TriMesh *mesh, int finest)
         assert_true(parent[0] == i && parent[1] == i && levels_of_node(levels, i) == 0);
     }
     for (int l = 0; l <= finest; l++) {
-        TriMesh out;
+        SCOPED(mesh_destroy) TriMesh out;
         levels_mesh(levels, l, mesh, &out);
         assert_int_equal(out.node_count, levels->level[l].node_count);
         assert_memory_equal(out.position, levels->position,
@@ -125,7 +124,6 @@ static void expect_sound(TriMesh *mesh, int finest)
         assert_memory_equal(out.position, mesh->position,
                             (size_t)mesh->node_count * sizeof *out.position);
         expect_table(&levels->level[l], &out);
-        mesh_destroy(&out);
         if (l < finest)
             expect_division(levels, l);
     }
@@ -182,7 +180,7 @@ typedef struct Shape {
 
 static Shape shape_of(const Divided *divided, int l)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     levels_mesh(&divided->levels, l, &divided->mesh, &mesh);
     Shape shape = {HUGE_VAL, 0.0, mesh_area(&mesh), 0.0};
     for (int i = 0; i < mesh.node_count; i++) {
@@ -199,7 +197,6 @@ static Shape shape_of(const Divided *divided, int l)
         longest = fmax(longest, length);
     }
     shape.edge_ratio = shortest / longest;
-    mesh_destroy(&mesh);
     return shape;
 }
 
@@ -247,7 +244,7 @@ TEST(sheet_keeps_plane_rectangle_and_area)
     divide(&divided, 3);
     const Levels *levels = &divided.levels;
     for (int l = 1; l <= 3; l++) {
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         levels_mesh(levels, l, &divided.mesh, &mesh);
         expect_near(mesh_area(&mesh), 0.6, 1e-13); // a sum of up to 7680 terms
         double face = 0.6 / mesh.triangle_count;
@@ -269,7 +266,6 @@ TEST(sheet_keeps_plane_rectangle_and_area)
         }
         for (int i = 0; i < mesh.node_count; i++)
             assert_true(mesh.position[i].z == 0.0);
-        mesh_destroy(&mesh);
     }
     drop(&divided);
 }
@@ -295,7 +291,7 @@ TEST(midpoints_count_on_from_the_source)
     mesh->copy_of[0] = 3, mesh->copy_of[1] = 5;
 
     divide(&divided, 1);
-    TriMesh fine;
+    SCOPED(mesh_destroy) TriMesh fine;
     levels_mesh(&divided.levels, 1, mesh, &fine);
     assert_memory_equal(fine.file_index, mesh->file_index, 10 * sizeof(int));
     for (int i = 10; i < fine.node_count; i++)
@@ -304,7 +300,6 @@ TEST(midpoints_count_on_from_the_source)
     assert_int_equal(mesh_node_of_file(&fine, 0), -1);
     assert_int_equal(mesh_file_row(&fine, 9), 5);
     assert_int_equal(fine.copy_count, 2);
-    mesh_destroy(&fine);
     drop(&divided);
 }
 

@@ -52,36 +52,33 @@ TEST(equal_nodes_are_those_that_comparing_all_pairs_finds)
 TEST(place_scales_then_turns_then_moves)
 {
     const Vec3 x[1] = {{1, 2, 3}};
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     make_mesh(&mesh, 1, x, 0, NULL);
     mesh_place(&mesh, 2.0, vec3(0, 0, 2 * atan(1.0)), vec3(10, 20, 30));
     // a quarter turn about z takes (2, 4, 6) to (-4, 2, 6); two roundings of numbers below 64
     expect_near(mesh.position[0].x, 6.0, 2e-14);
     expect_near(mesh.position[0].y, 22.0, 2e-14);
     expect_near(mesh.position[0].z, 36.0, 2e-14);
-    mesh_destroy(&mesh);
 }
 
 TEST(place_by_nothing_keeps_every_bit)
 {
     const Vec3 x[1] = {{0.1, 1.0 / 3.0, 1e-300}};
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     make_mesh(&mesh, 1, x, 0, NULL);
     mesh_place(&mesh, 1.0, vec3(0, 0, 0), vec3(0, 0, 0));
     assert_memory_equal(mesh.position, x, sizeof x);
-    mesh_destroy(&mesh);
 }
 
 TEST(volume_and_area_of_a_tetrahedron_wherever_it_is)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
     expect_near(mesh_volume(&mesh), 1.0 / 6.0, 1e-16);
     expect_near(mesh_area(&mesh), 1.5 + 0.5 * sqrt(3.0), 1e-15);
     // At 1e6 the nodes are whole numbers still, so only the sums round.
     mesh_place(&mesh, 1.0, vec3(0, 0, 0), vec3(1e6, -1e6, 1e6));
     expect_near(mesh_volume(&mesh), 1.0 / 6.0, 1e-16);
-    mesh_destroy(&mesh);
 }
 
 static void expect_fault(TriMesh *mesh, const char *text, int node, int triangle)
@@ -96,26 +93,24 @@ static void expect_fault(TriMesh *mesh, const char *text, int node, int triangle
 
 TEST(closed_and_open_meshes_are_valid)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     MeshFault fault;
     make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
     assert_true(mesh_check(&mesh, &fault));
     mesh.triangle_count = 1;
     mesh.node_count = 3; // one triangle alone
     assert_true(mesh_check(&mesh, &fault));
-    mesh_destroy(&mesh);
 }
 
 TEST(tiny_and_huge_triangles_have_area)
 {
     const double scales[] = {1e-300, 1e-160, 1.0, 1e160, 1e300};
     for (int i = 0; i < 5; i++) {
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         MeshFault fault;
         make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
         mesh_place(&mesh, scales[i], vec3(0, 0, 0), vec3(0, 0, 0));
         assert_true(mesh_check(&mesh, &fault));
-        mesh_destroy(&mesh);
     }
 }
 
@@ -223,7 +218,7 @@ TEST(bow_tie_is_refused)
 
 TEST(fault_in_a_large_mesh_is_found)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     MeshFault fault;
     Status status = {0};
     assert_true(generate_ico_sphere(&mesh, 6, 1.0, &status)); // 81920 triangles
@@ -233,7 +228,6 @@ TEST(fault_in_a_large_mesh_is_found)
     mesh.triangle[70000][1] = swap;
     assert_false(mesh_check(&mesh, &fault));
     assert_non_null(strstr(fault.text, "70000"));
-    mesh_destroy(&mesh);
 }
 
 TEST(random_triangles_never_crash)
@@ -242,7 +236,7 @@ TEST(random_triangles_never_crash)
     uint64_t random = 7;
     int valid = 0;
     for (int i = 0; i < 50000; i++) {
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         int nodes = 3 + random_below(&random, 4);
         mesh_create(&mesh, nodes, 1 + random_below(&random, 5));
         for (int k = 0; k < nodes; k++)
@@ -251,18 +245,16 @@ TEST(random_triangles_never_crash)
             mesh.triangle[h / 3][h % 3] = random_below(&random, nodes + 1) - (i % 50 == 0);
         MeshFault fault;
         if (mesh_check(&mesh, &fault)) {
-            WingedMesh winged;
+            SCOPED(winged_destroy) WingedMesh winged;
             winged_create(&winged, &mesh);
             int corners = 0;
             for (int k = 0; k < nodes; k++)
                 corners += winged_valence(&winged, k);
             assert_int_equal(corners, 2 * winged.edge_count);
-            winged_destroy(&winged);
             valid++;
         } else {
             assert_true(fault.text[0] != 0);
         }
-        mesh_destroy(&mesh);
     }
     assert_true(valid > 100); // both ways were taken
 }

@@ -130,10 +130,10 @@ static void expect_refusal(MeshDraft *draft, int face, const char *expected)
 
 TEST(a_sound_mesh_comes_out_as_it_was)
 {
-    TriMesh made;
+    SCOPED(mesh_destroy) TriMesh made;
     Status status = {0};
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     assert_true(generate_stomach(&made, 188, 0.25, &status));
     add_nodes(&draft, made.position, made.node_count);
     for (int t = 0; t < made.triangle_count; t++)
@@ -144,25 +144,22 @@ TEST(a_sound_mesh_comes_out_as_it_was)
                         (size_t)made.triangle_count * sizeof *made.triangle);
     assert_memory_equal(result.mesh.position, made.position,
                         (size_t)made.node_count * sizeof *made.position);
-    result_destroy(&result);
-    mesh_destroy(&made);
 }
 
 TEST(quads_become_triangles)
 {
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     add_cube(&draft, vec3(0, 0, 0));
     repair(&draft, &result);
     expect_cube(&result);
     expect_repairs(&result, "cut 6 polygons into triangles");
-    result_destroy(&result);
 }
 
 TEST(unused_nodes_go_even_if_they_are_no_numbers)
 {
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     mesh_draft_add_node(&draft, vec3((double)NAN, 0, 0));
     add_cube(&draft, vec3(0, 0, 0));
     mesh_draft_add_node(&draft, vec3(1e300, (double)INFINITY, 0));
@@ -172,7 +169,6 @@ TEST(unused_nodes_go_even_if_they_are_no_numbers)
     assert_int_equal(result.mesh.file_index[0], 1);
     assert_int_equal(mesh_node_of_file(&result.mesh, 0), -1);
     assert_int_equal(mesh_node_of_file(&result.mesh, 8), 7);
-    result_destroy(&result);
 }
 
 TEST(used_nodes_that_are_no_numbers_are_refused)
@@ -196,7 +192,7 @@ TEST(equal_nodes_are_welded_to_the_first)
 {
     // Every face with corners of its own, as STL has them.
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     for (int f = 0; f < 6; f++) {
         for (int k = 0; k < 4; k++) {
             mesh_draft_add_corner(&draft, draft.node_count, -1);
@@ -211,7 +207,6 @@ TEST(equal_nodes_are_welded_to_the_first)
         Vec3 x = result.mesh.position[mesh_node_of_file(&result.mesh, i)];
         assert_memory_equal(&x, &CUBE[CUBE_FACES[i / 4][i % 4]], sizeof x);
     }
-    result_destroy(&result);
 }
 
 TEST(closed_surfaces_that_touch_stay_apart)
@@ -220,7 +215,7 @@ TEST(closed_surfaces_that_touch_stay_apart)
     static const Vec3 at[3] = {{1, 1, 1}, {1, 1, 0}, {1, 0, 0}};
     for (int i = 0; i < 3; i++) {
         MeshDraft draft = {0};
-        Result result;
+        SCOPED(result_destroy) Result result;
         add_cube(&draft, vec3(0, 0, 0));
         add_cube(&draft, at[i]);
         repair(&draft, &result);
@@ -230,7 +225,6 @@ TEST(closed_surfaces_that_touch_stay_apart)
         expect_near(result.quality.volume, 2.0, 1e-15); // exact but for rounding
         for (int k = 0; k < 16; k++)
             assert_int_equal(result.mesh.file_index[k], k);
-        result_destroy(&result);
     }
 }
 
@@ -239,7 +233,7 @@ TEST(a_node_shared_by_two_surfaces_is_copied_behind_the_others)
     const Vec3 x[7] = {{0, 0, 0},  {1, 0, 0},  {0, 1, 0}, {0, 0, 1},
                        {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     add_nodes(&draft, x, 7);
     add_tetrahedron(&draft, 0, 1, 2, 3);
     add_tetrahedron(&draft, 0, 5, 4, 6);
@@ -250,7 +244,6 @@ TEST(a_node_shared_by_two_surfaces_is_copied_behind_the_others)
     assert_int_equal(result.mesh.file_index[7], 7); // the first number that no node of the file has
     assert_int_equal(mesh_file_row(&result.mesh, 7), 0);
     expect_near(result.quality.volume, 2.0 / 6.0, 1e-16);
-    result_destroy(&result);
 }
 
 TEST(a_node_that_is_there_twice_where_surfaces_meet_is_not_welded)
@@ -258,7 +251,7 @@ TEST(a_node_that_is_there_twice_where_surfaces_meet_is_not_welded)
     const Vec3 x[8] = {{0, 0, 0},  {1, 0, 0},  {0, 1, 0},  {0, 0, 1},
                        {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}, {0, 0, 0}};
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     add_nodes(&draft, x, 8);
     add_tetrahedron(&draft, 7, 1, 2, 3);
     add_tetrahedron(&draft, 0, 5, 4, 6);
@@ -269,7 +262,6 @@ TEST(a_node_that_is_there_twice_where_surfaces_meet_is_not_welded)
         assert_int_equal(result.mesh.file_index[i], i);
         assert_int_equal(mesh_node_of_file(&result.mesh, i), i);
     }
-    result_destroy(&result);
 }
 
 // --- faces ---
@@ -277,7 +269,7 @@ TEST(a_node_that_is_there_twice_where_surfaces_meet_is_not_welded)
 TEST(degenerate_faces_are_dropped)
 {
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     add_cube(&draft, vec3(0, 0, 0));
     FACE(&draft, 0, 1);
     FACE(&draft, 5);
@@ -287,20 +279,18 @@ TEST(degenerate_faces_are_dropped)
     repair(&draft, &result);
     expect_cube(&result);
     expect_repairs(&result, "cut 7 polygons into triangles, dropped 5 degenerate faces");
-    result_destroy(&result);
 }
 
 TEST(duplicate_faces_are_dropped_whichever_way_they_run)
 {
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     add_cube(&draft, vec3(0, 0, 0));
     FACE(&draft, 3, 2, 1, 0); // rotated
     FACE(&draft, 4, 7, 6, 5); // reversed
     repair(&draft, &result);
     expect_cube(&result);
     expect_repairs(&result, "cut 8 polygons into triangles, dropped 2 duplicate faces");
-    result_destroy(&result);
 }
 
 TEST(a_mesh_of_nothing_is_refused)
@@ -358,7 +348,7 @@ TEST(faces_without_area_leave_no_crack)
     for (int round = 0; round < 400; round++) {
         int more = 1 + round % 12;
         MeshDraft draft = {0};
-        Result result;
+        SCOPED(result_destroy) Result result;
         add_split_tetrahedron(&draft, more, &random);
         // as it stands the draft is closed: 4 + more nodes, so 4 + 2 more triangles
         assert_int_equal(draft.polygon_count, 4 + 2 * more);
@@ -369,7 +359,6 @@ TEST(faces_without_area_leave_no_crack)
         assert_int_equal(result.quality.border_loops, 0);
         assert_int_equal(result.quality.component[0].genus, 0);
         expect_near(result.quality.volume, 1.0 / 6.0, 1e-15); // exact but for rounding
-        result_destroy(&result);
     }
 }
 
@@ -377,7 +366,7 @@ TEST(a_face_without_area_at_the_border_is_dropped)
 {
     const Vec3 x[5] = {{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}, {1, 0, 0}};
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     add_nodes(&draft, x, 5);
     FACE(&draft, 0, 4, 3);
     FACE(&draft, 4, 2, 3);
@@ -389,14 +378,13 @@ TEST(a_face_without_area_at_the_border_is_dropped)
     assert_int_equal(result.quality.border_loops, 1);
     assert_int_equal(result.quality.border_edges, 5);
     expect_near(result.quality.area, 2.0, 1e-15);
-    result_destroy(&result);
 }
 
 TEST(a_face_without_area_along_other_faces_is_dropped)
 {
     // A fin on an edge of the cube: a node in its middle that no other face knows.
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     add_cube(&draft, vec3(0, 0, 0));
     mesh_draft_add_node(&draft, vec3(0.5, 0, 0));
     FACE(&draft, 0, 1, 8);
@@ -404,7 +392,6 @@ TEST(a_face_without_area_along_other_faces_is_dropped)
     expect_cube(&result);
     expect_repairs(&result, "dropped 1 unused node, cut 6 polygons into triangles, took out 1 face "
                             "without area");
-    result_destroy(&result);
 }
 
 TEST(nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area)
@@ -413,7 +400,7 @@ TEST(nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area)
     const Vec3 x[7] = {{0, 0, 1},  {1, 0, 0},  {0, 1, 0},        {-1, 0, 0},
                        {0, -1, 0}, {0, 0, -1}, {0, 0, 1 + 1e-11}};
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     add_nodes(&draft, x, 7);
     FACE(&draft, 0, 1, 2);
     FACE(&draft, 6, 3, 4);
@@ -432,7 +419,6 @@ TEST(nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area)
     assert_int_equal(result.quality.border_loops, 0);
     expect_near(result.quality.volume, 4.0 / 3.0, 1e-15); // of the octahedron
     assert_int_equal(mesh_node_of_file(&result.mesh, 6), 0);
-    result_destroy(&result);
 }
 
 // --- orientation ---
@@ -440,13 +426,13 @@ TEST(nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area)
 TEST(faces_are_turned_until_closed_surfaces_look_outward)
 {
     uint64_t random = 5;
-    TriMesh sphere;
+    SCOPED(mesh_destroy) TriMesh sphere;
     Status status = {0};
     assert_true(generate_ico_sphere(&sphere, 2, 0.1, &status));
     double volume = mesh_volume(&sphere);
     for (int round = 0; round < 20; round++) {
         MeshDraft draft = {0};
-        Result result;
+        SCOPED(result_destroy) Result result;
         int turned = 0;
         add_nodes(&draft, sphere.position, sphere.node_count);
         for (int t = 0; t < sphere.triangle_count; t++) {
@@ -462,15 +448,13 @@ TEST(faces_are_turned_until_closed_surfaces_look_outward)
         repair(&draft, &result);
         assert_int_equal(result.repairs.turned_faces, turned);
         expect_near(result.quality.volume, volume, 1e-15); // rounding of sums of size 1e-3
-        result_destroy(&result);
     }
-    mesh_destroy(&sphere);
 }
 
 TEST(each_component_looks_outward_by_itself)
 {
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     add_cube(&draft, vec3(0, 0, 0));
     int start = draft.corner_count;
     add_cube(&draft, vec3(50, 0, 0));
@@ -484,15 +468,14 @@ TEST(each_component_looks_outward_by_itself)
                             "apart");
     for (int i = 0; i < 2; i++)
         expect_near(result.quality.component[i].volume, 1.0, 1e-12); // 50 away: 2500 times 1e-16
-    result_destroy(&result);
 }
 
 TEST(an_open_sheet_keeps_the_side_of_most_of_its_faces)
 {
-    TriMesh sheet;
+    SCOPED(mesh_destroy) TriMesh sheet;
     Status status = {0};
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     assert_true(generate_sheet(&sheet, 9, 9, 1.0, 1.0, &status));
     add_nodes(&draft, sheet.position, sheet.node_count);
     for (int t = 0; t < sheet.triangle_count; t++) {
@@ -511,14 +494,12 @@ TEST(an_open_sheet_keeps_the_side_of_most_of_its_faces)
             vec3_cross(vec3_sub(x[node[1]], x[node[0]]), vec3_sub(x[node[2]], x[node[0]]));
         expect_at_least(normal.z, 0.0);
     }
-    result_destroy(&result);
-    mesh_destroy(&sheet);
 }
 
 TEST(a_moebius_strip_is_refused)
 {
     enum { TURNS = 12 };
-    MeshDraft draft = {0};
+    SCOPED(mesh_draft_destroy) MeshDraft draft = {0};
     for (int i = 0; i < TURNS; i++) {
         double angle = 6.283185307179586 * i / TURNS, twist = 0.5 * angle;
         for (int side = -1; side <= 1; side += 2) {
@@ -536,7 +517,6 @@ TEST(a_moebius_strip_is_refused)
     assert_false(mesh_repair(&draft, &mesh, &repairs, &fault));
     assert_non_null(strstr(fault.text, "one side only, like a Moebius strip: faces"));
     assert_in_range(fault.triangle, 0, TURNS - 1);
-    mesh_draft_destroy(&draft);
 }
 
 // --- edges ---
@@ -554,7 +534,7 @@ TEST(an_edge_of_three_faces_is_refused)
 TEST(closed_surfaces_drawn_with_a_common_edge_are_refused)
 {
     const Vec3 x[6] = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
-    MeshDraft draft = {0};
+    SCOPED(mesh_draft_destroy) MeshDraft draft = {0};
     add_nodes(&draft, x, 6);
     add_tetrahedron(&draft, 0, 2, 3, 1);
     add_tetrahedron(&draft, 0, 4, 5, 1);
@@ -564,13 +544,12 @@ TEST(closed_surfaces_drawn_with_a_common_edge_are_refused)
     assert_false(mesh_repair(&draft, &mesh, &repairs, &fault));
     assert_string_equal(
         fault.text, "edge between nodes 0 and 1 belongs to 4 faces, more than two: 1, 3, 5 ...");
-    mesh_draft_destroy(&draft);
 }
 
 TEST(borders_stay_borders)
 {
     MeshDraft draft = {0};
-    Result result;
+    SCOPED(result_destroy) Result result;
     add_nodes(&draft, CUBE, 8);
     for (int f = 2; f < 6; f++) // without floor and lid
         FACE(&draft, CUBE_FACES[f][0], CUBE_FACES[f][1], CUBE_FACES[f][2], CUBE_FACES[f][3]);
@@ -579,7 +558,6 @@ TEST(borders_stay_borders)
     assert_int_equal(result.quality.border_edges, 8);
     assert_int_equal(result.quality.component[0].genus, 0);
     expect_near(result.quality.area, 4.0, 1e-15);
-    result_destroy(&result);
 }
 
 // --- sizes ---
@@ -590,7 +568,7 @@ TEST(tiny_and_huge_meshes_are_repaired_alike)
     for (size_t i = 0; i < sizeof scale / sizeof *scale; i++) {
         uint64_t random = 11;
         MeshDraft draft = {0};
-        Result result;
+        SCOPED(result_destroy) Result result;
         add_split_tetrahedron(&draft, 4, &random);
         for (int k = 0; k < draft.node_count; k++)
             draft.position[k] = vec3_scale(scale[i], draft.position[k]);
@@ -598,11 +576,10 @@ TEST(tiny_and_huge_meshes_are_repaired_alike)
         assert_int_equal(result.repairs.flat_faces, 4);
         assert_int_equal(result.mesh.triangle_count, 12);
         assert_int_equal(result.quality.border_loops, 0);
-        result_destroy(&result);
     }
     static const double beyond[] = {1e-200, 1e200, 1e308};
     for (size_t i = 0; i < sizeof beyond / sizeof *beyond; i++) {
-        MeshDraft draft = {0};
+        SCOPED(mesh_draft_destroy) MeshDraft draft = {0};
         TriMesh mesh;
         MeshRepairs repairs;
         MeshFault fault;
@@ -611,7 +588,6 @@ TEST(tiny_and_huge_meshes_are_repaired_alike)
             draft.position[k] = vec3_scale(beyond[i], draft.position[k]);
         assert_false(mesh_repair(&draft, &mesh, &repairs, &fault));
         assert_non_null(strstr(fault.text, "the mesh measures"));
-        mesh_draft_destroy(&draft);
     }
 }
 
@@ -623,7 +599,7 @@ TEST(any_set_of_faces_is_made_valid_or_refused_with_a_sentence)
     int made = 0, refused = 0;
     for (int round = 0; round < 30000; round++) {
         // Few nodes on a coarse grid: collinear, coinciding and crossing in every way.
-        MeshDraft draft = {.keeps_uv = round % 3 == 0};
+        SCOPED(mesh_draft_destroy) MeshDraft draft = {.keeps_uv = round % 3 == 0};
         int nodes = 3 + random_below(&random, 9), faces = 1 + random_below(&random, 10);
         int values = 2 + random_below(&random, 3);
         for (int i = 0; i < nodes; i++)
@@ -655,7 +631,6 @@ TEST(any_set_of_faces_is_made_valid_or_refused_with_a_sentence)
             refused++;
             assert_true(fault.text[0] != '\0' && fault.triangle < faces);
         }
-        mesh_draft_destroy(&draft);
     }
     // Both happen often: the test tests something.
     assert_true(made > 1000 && refused > 1000);
@@ -666,7 +641,7 @@ TEST(repairs_do_not_change_a_repaired_mesh)
     uint64_t random = 23;
     for (int round = 0; round < 50; round++) {
         MeshDraft draft = {0}, again = {0};
-        Result first, second;
+        SCOPED(result_destroy) Result first, second;
         add_split_tetrahedron(&draft, 1 + round % 12, &random);
         repair(&draft, &first);
         add_nodes(&again, first.mesh.position, first.mesh.node_count);
@@ -677,7 +652,5 @@ TEST(repairs_do_not_change_a_repaired_mesh)
         expect_repairs(&second, "");
         assert_memory_equal(second.mesh.triangle, first.mesh.triangle,
                             (size_t)first.mesh.triangle_count * sizeof *first.mesh.triangle);
-        result_destroy(&first);
-        result_destroy(&second);
     }
 }

@@ -126,7 +126,7 @@ static int compare_inside(const TriMesh *mesh, const Lattice *lattice, int point
 // Consumes the mesh.
 static void check_mesh(TriMesh *mesh, int cells, uint64_t *seed)
 {
-    Lattice lattice, other;
+    SCOPED(lattice_destroy) Lattice lattice, other;
     Status status = {0};
     double size = mesh_extent(mesh) / cells;
     if (!voxelise(&lattice, mesh, size, &status))
@@ -144,8 +144,6 @@ static void check_mesh(TriMesh *mesh, int cells, uint64_t *seed)
     assert_memory_equal(&other.origin, &lattice.origin, sizeof lattice.origin);
     assert_memory_equal(other.label, lattice.label,
                         (size_t)(lattice.count[0] * lattice.count[1] * lattice.count[2]));
-    lattice_destroy(&lattice);
-    lattice_destroy(&other);
     mesh_destroy(mesh);
 }
 
@@ -181,11 +179,10 @@ TEST(a_shell_within_a_shell_is_a_cavity)
         append(&mesh, &hole);
         core = make_ball(1, 0.3, vec3(0.0, 0.1, 0.0));
         append(&mesh, &core);
-        Lattice lattice;
+        SCOPED(lattice_destroy) Lattice lattice;
         Status status = {0};
         assert_true(voxelise(&lattice, &mesh, 1.0 / 15.0, &status));
         assert_int_equal(lattice_pieces(&lattice), 2);
-        lattice_destroy(&lattice);
         check_mesh(&mesh, 26, &seed);
     }
 }
@@ -195,7 +192,7 @@ TEST(volume_comes_closer_with_smaller_cells)
     TriMesh mesh = make_ball(4, 0.05, vec3(0.3, -0.2, 0.1));
     double volume = mesh_volume(&mesh);
     for (int cells = 8; cells <= 128; cells *= 2) {
-        Lattice lattice;
+        SCOPED(lattice_destroy) Lattice lattice;
         Status status = {0};
         double size = 0.1 / cells;
         assert_true(voxelise(&lattice, &mesh, size, &status));
@@ -206,7 +203,6 @@ TEST(volume_comes_closer_with_smaller_cells)
         // standard deviations, over pi/6 n^3 cells.
         double deviation = 0.29 * 48.0 * sqrt(PI * cells * cells / 48.0);
         expect_near(error, 0.0, 3.0 * deviation / (PI / 6.0 * pow(cells, 3.0)));
-        lattice_destroy(&lattice);
     }
     mesh_destroy(&mesh);
 }
@@ -220,7 +216,7 @@ TEST(box_of_whole_cells_is_filled_exactly)
         double h = sizes[s];
         TriMesh mesh =
             make_cuboid(vec3(0.7, -0.3, 5.0), vec3(0.7 + 5 * h, -0.3 + 3 * h, 5 + 7 * h));
-        Lattice lattice;
+        SCOPED(lattice_destroy) Lattice lattice;
         Status status = {0};
         assert_true(voxelise(&lattice, &mesh, h, &status));
         assert_int_equal(lattice.count[0], 5);
@@ -230,7 +226,6 @@ TEST(box_of_whole_cells_is_filled_exactly)
         expect_near(lattice.origin.x, 0.7, 1e-14); // roundings of numbers below 8
         expect_near(lattice.origin.y, -0.3, 1e-14);
         expect_near(lattice.origin.z, 5.0, 1e-14);
-        lattice_destroy(&lattice);
         mesh_destroy(&mesh);
     }
 }
@@ -305,7 +300,7 @@ TEST(parts_of_a_whole_share_out_its_cells)
             lattice_destroy(&lattice);
         }
         mesh_destroy(&cube);
-        Lattice whole;
+        SCOPED(lattice_destroy) Lattice whole;
         TriMesh again = make_cuboid(vec3(-h, -h, -h), vec3(h, h, h));
         whole = voxelise_marked(&again);
         for (int k = 0; k < 16; k++)
@@ -315,7 +310,6 @@ TEST(parts_of_a_whole_share_out_its_cells)
                     int expected = marker != 0 ? marker : lattice_label(&whole, i, j, k);
                     assert_int_equal(count[k][j][i], expected);
                 }
-        lattice_destroy(&whole);
     }
 }
 
@@ -373,13 +367,12 @@ TEST(unfit_sizes_are_refused_with_one_that_would_do)
            "cells of 0.001 m fill the box of the mesh with 1e+09, more than 268435456, or 65536 "
            "along an axis; 0.0016 m would do");
     refuse(&mesh, 0.0035, "cells of 0.0035 m make 23393656, more than 16777216; 0.004 m would do");
-    Lattice lattice;
+    SCOPED(lattice_destroy) Lattice lattice;
     Status status = {0};
     assert_false(voxelise(&lattice, &mesh, 1e-300, &status));
     assert_non_null(strstr(status.text, "; 0.0016 m would do"));
     assert_true(voxelise(&lattice, &mesh, 0.004, &(Status){0}));
     assert_int_equal(lattice_solid(&lattice), 250 * 250 * 250);
-    lattice_destroy(&lattice);
     mesh_destroy(&mesh);
     mesh = make_torus(12, 6, 1.0, 0.1);
     refuse(&mesh, 3.0, "no centre of a cell of 3 m is inside the mesh; smaller cells would be");

@@ -90,8 +90,8 @@ static void expect_shape(const WingedMesh *winged, int edges, int loops, int com
 
 TEST(closed_sphere_links_everything)
 {
-    TriMesh mesh;
-    WingedMesh winged;
+    SCOPED(mesh_destroy) TriMesh mesh;
+    SCOPED(winged_destroy) WingedMesh winged;
     Status status = {0};
     assert_true(generate_uv_sphere(&mesh, 8, 14, 1.0, &status));
     link_mesh(&winged, &mesh);
@@ -100,14 +100,12 @@ TEST(closed_sphere_links_everything)
     assert_int_equal(winged_valence(&winged, 0), 14);
     assert_int_equal(winged_find_edge(&winged, 0, 113), -1);
     assert_int_equal(winged_find_edge(&winged, 5, 5), -1);
-    winged_destroy(&winged);
-    mesh_destroy(&mesh);
 }
 
 TEST(sheet_has_one_border)
 {
-    TriMesh mesh;
-    WingedMesh winged;
+    SCOPED(mesh_destroy) TriMesh mesh;
+    SCOPED(winged_destroy) WingedMesh winged;
     Status status = {0};
     assert_true(generate_sheet(&mesh, 5, 4, 1.0, 1.0, &status));
     link_mesh(&winged, &mesh);
@@ -117,21 +115,17 @@ TEST(sheet_has_one_border)
     for (int i = 0; i < mesh.node_count; i++)
         border += winged_is_boundary_node(&winged, i);
     assert_int_equal(border, 2 * 5 + 2 * 4 - 4);
-    winged_destroy(&winged);
-    mesh_destroy(&mesh);
 }
 
 TEST(single_triangle_is_all_border)
 {
-    TriMesh mesh;
-    WingedMesh winged;
+    SCOPED(mesh_destroy) TriMesh mesh;
+    SCOPED(winged_destroy) WingedMesh winged;
     mesh_create(&mesh, 3, 1);
     mesh.position[1].x = mesh.position[2].y = 1.0;
     memcpy(mesh.triangle[0], (int[3]){2, 0, 1}, sizeof mesh.triangle[0]);
     link_mesh(&winged, &mesh);
     expect_shape(&winged, 3, 1, 1);
-    winged_destroy(&winged);
-    mesh_destroy(&mesh);
 }
 
 // `count` closed bands of `segments` quads, one above the other; each has two borders.
@@ -152,20 +146,18 @@ static void make_bands(TriMesh *mesh, int segments, int count)
 
 TEST(bands_have_two_borders_each)
 {
-    TriMesh mesh;
-    WingedMesh winged;
+    SCOPED(mesh_destroy) TriMesh mesh;
+    SCOPED(winged_destroy) WingedMesh winged;
     make_bands(&mesh, 7, 3);
     link_mesh(&winged, &mesh);
     expect_shape(&winged, 3 * (2 * 7 + 2 * 7), 6, 3);
     assert_int_equal(winged_euler(&winged), 0);
-    winged_destroy(&winged);
-    mesh_destroy(&mesh);
 }
 
 TEST(node_with_thousands_of_edges_is_linked)
 {
-    TriMesh mesh;
-    WingedMesh winged;
+    SCOPED(mesh_destroy) TriMesh mesh;
+    SCOPED(winged_destroy) WingedMesh winged;
     Status status = {0};
     assert_true(generate_uv_sphere(&mesh, 1, 4000, 1.0, &status));
     winged_create(&winged, &mesh);
@@ -176,14 +168,12 @@ TEST(node_with_thousands_of_edges_is_linked)
         int other = winged_other(&winged, winged.node_edge[i], 0);
         assert_int_equal(other, 1 + i);
     }
-    winged_destroy(&winged);
-    mesh_destroy(&mesh);
 }
 
 TEST(same_mesh_gives_the_same_table)
 {
-    TriMesh mesh;
-    WingedMesh one, two;
+    SCOPED(mesh_destroy) TriMesh mesh;
+    SCOPED(winged_destroy) WingedMesh one, two;
     Status status = {0};
     assert_true(generate_sphere(&mesh, 114, 1.0, &status));
     link_mesh(&one, &mesh);
@@ -191,7 +181,4 @@ TEST(same_mesh_gives_the_same_table)
     size_t edges = (size_t)one.edge_count;
     assert_memory_equal(one.edge, two.edge, edges * sizeof *one.edge);
     assert_memory_equal(one.node_edge, two.node_edge, 2 * edges * sizeof *one.node_edge);
-    winged_destroy(&one);
-    winged_destroy(&two);
-    mesh_destroy(&mesh);
 }

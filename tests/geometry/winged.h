@@ -3,6 +3,7 @@
 #ifndef PLIANT_TESTS_WINGED_H
 #define PLIANT_TESTS_WINGED_H
 
+#include "scoped.h"
 #include "base/sets.h"
 #include "geometry/edges.h"
 
@@ -30,7 +31,7 @@ static inline int winged_find_edge(const WingedMesh *winged, int a, int b)
 // edges.
 static inline int count_trees(const WingedMesh *winged, bool boundary_only)
 {
-    int *parent = malloc(((size_t)winged->node_count + 1) * sizeof *parent);
+    FREED int *parent = malloc(((size_t)winged->node_count + 1) * sizeof *parent);
     int trees = 0;
     union_find_reset(parent, winged->node_count);
     for (int i = 0; i < winged->node_count; i++)
@@ -38,7 +39,6 @@ static inline int count_trees(const WingedMesh *winged, bool boundary_only)
     for (int e = 0; e < winged->edge_count; e++)
         if (!boundary_only || winged_is_boundary_edge(winged, e))
             trees -= union_find_join(parent, winged->edge[e].node[0], winged->edge[e].node[1]);
-    free(parent);
     return trees;
 }
 

@@ -31,7 +31,7 @@ TEST(masses_add_up_and_balance)
     for (int law = 0; law < 2; law++) {
         PlaneWorldOptions options = plane_world_disc(16);
         options.body.law = law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
-        PlaneWorld world;
+        SCOPED(plane_world_destroy) PlaneWorld world;
         plane_world_create(&world, &options);
         double mass = 0.0;
         Vec3 moment = {0, 0, 0};
@@ -45,7 +45,6 @@ TEST(masses_add_up_and_balance)
         expect_near(mass / expected, 1.0, 1e-13); // sums of 172 elements
         expect_near(world.body->mass / expected, 1.0, 1e-13);
         expect_near(vec3_length(moment) / (expected * 0.032), 0.0, 1e-14); // centre of the disc
-        plane_world_destroy(&world);
     }
 }
 
@@ -56,7 +55,7 @@ TEST(free_sheet_keeps_its_momentum)
             PlaneWorldOptions options = plane_world_disc(16);
             options.body.law = law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
             options.body.body.precision = (Precision)precision;
-            PlaneWorld world;
+            SCOPED(plane_world_destroy) PlaneWorld world;
             plane_world_create(&world, &options);
             disturb(&world, 0.001, 0.3);
             BodyMeasure before = plane_world_measure(&world);
@@ -73,7 +72,6 @@ TEST(free_sheet_keeps_its_momentum)
             BodyMeasure after = plane_world_measure(&world);
             expect_at_most(after.elastic + after.kinetic, 0.02 * (before.elastic + before.kinetic));
             expect_in_plane(&world);
-            plane_world_destroy(&world);
         }
 }
 
@@ -153,7 +151,7 @@ static double energy_after(int levels, double ratio, double step, bool *reset)
     options.body.body.time_step = step * dt0;
     options.body.body.unsafe_time_step = true;
     options.rate_hz = 1.0 / options.body.body.time_step;
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     expect_near(2.0 / sqrt(world.body->lambda) / dt0, 1.0, 1e-7); // differences, as told there
     disturb(&world, 1e-7, 0.0);
@@ -162,7 +160,6 @@ static double energy_after(int levels, double ratio, double step, bool *reset)
         sim_step(world.sim);
     BodyMeasure after = plane_world_measure(&world);
     *reset = sim_resets(world.sim) > 0;
-    plane_world_destroy(&world);
     return (after.elastic + after.kinetic) / before;
 }
 
@@ -187,7 +184,7 @@ TEST(sheet_recovers_from_inversion)
         for (int law = 0; law < 2; law++) {
             PlaneWorldOptions options = plane_world_disc(8);
             options.body.law = law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
-            PlaneWorld world;
+            SCOPED(plane_world_destroy) PlaneWorld world;
             plane_world_create(&world, &options);
             uint64_t seed = 9;
             for (int i = 0; i < world.model->vertices.count; i++) {
@@ -207,7 +204,6 @@ TEST(sheet_recovers_from_inversion)
             expect_at_most(plane_world_measure(&world).elastic, 1e-4 * before);
             assert_int_equal(sim_resets(world.sim), 0);
             expect_in_plane(&world);
-            plane_world_destroy(&world);
         }
 }
 
@@ -249,7 +245,7 @@ TEST(tool_presses_the_sheet_by_its_section)
     double single = 0.0;
     for (int precision = PRECISION_COUNT - 1; precision >= 0; precision--)
         for (int law = 0; law < 2; law++) {
-            PlaneWorld world;
+            SCOPED(plane_world_destroy) PlaneWorld world;
             make_pressed(&world, law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004, (Precision)precision,
                          0.0);
             Vec3 force = press(&world);
@@ -274,7 +270,6 @@ TEST(tool_presses_the_sheet_by_its_section)
             assert_false(sim_wrench(world.sim, 0)->contact);
             expect_at_most(free.elastic + free.kinetic, held.elastic + held.kinetic);
             assert_int_equal(sim_resets(world.sim), 0);
-            plane_world_destroy(&world);
         }
 }
 
@@ -299,7 +294,7 @@ TEST(a_disc_meets_the_section_of_a_ball)
                                         .capsule_count = 1,
                                         .capsule = {{.radius = 0.008}},
                                         .max_force = 50.0};
-        PlaneWorld world;
+        SCOPED(plane_world_destroy) PlaneWorld world;
         plane_world_create(&world, &options);
         enum { TICKS = 130 }; // 13 mm at 0.1 m/s
         for (int i = 1; i <= TICKS; i++) {
@@ -313,7 +308,6 @@ TEST(a_disc_meets_the_section_of_a_ball)
         expect_near(wrench->force.x, 0.0, 0.1 * force[0]);
         assert_int_equal(world.body->resets, 0);
         assert_int_equal(sim_refused_faces(world.sim), 0);
-        plane_world_destroy(&world);
     }
     expect_at_least(force[0], 1e-5);
     expect_at_most(force[1], force[0]);
@@ -327,10 +321,9 @@ TEST(upright_stick_pushes_as_a_ball_of_its_section)
     static const double half[4] = {0.0, 0.001, 0.0005, 0.05};
     Vec3 force[4];
     for (int k = 0; k < 4; k++) {
-        PlaneWorld world;
+        SCOPED(plane_world_destroy) PlaneWorld world;
         make_pressed(&world, PLANE_AFFINE, PRECISION_DOUBLE, half[k]);
         force[k] = press(&world);
-        plane_world_destroy(&world);
     }
     // The soft minimum of a capsule's pairs lies up to 1.6 % of the radius nearer, of 8 mm.
     for (int k = 1; k < 4; k++)
@@ -346,7 +339,7 @@ TEST(pressed_free_sheet_takes_what_the_tool_gives)
                                     .capsule_count = 1,
                                     .capsule = {{.radius = 0.008}},
                                     .max_force = 3.3};
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     Vec3 p, l, impulse = {0, 0, 0};
     double pushed = 0.0;
@@ -365,7 +358,6 @@ TEST(pressed_free_sheet_takes_what_the_tool_gives)
     expect_near(p.x + impulse.x, 0.0, 1e-13 * world.body->mass);
     expect_near(p.y + impulse.y, 0.0, 1e-13 * world.body->mass);
     expect_at_most(fabs(impulse.z), 0.02 * vec3_length(impulse));
-    plane_world_destroy(&world);
 }
 
 TEST(restored_run_matches_uninterrupted_run)
@@ -386,7 +378,7 @@ TEST(restored_run_matches_uninterrupted_run)
     }
     size_t bytes = state_bytes(&world[0].state);
     assert_int_equal(bytes, state_bytes(&world[1].state));
-    unsigned char *block = calloc(1, bytes);
+    FREED unsigned char *block = calloc(1, bytes);
     state_copy_out(&world[0].state, block);
     state_copy_in(&world[1].state, block);
     sim_restored(world[1].sim);
@@ -394,7 +386,6 @@ TEST(restored_run_matches_uninterrupted_run)
     for (int k = 0; k < 2; k++)
         plane_world_run(&world[k], 0.2);
     assert_true(state_hash(&world[0].state) == state_hash(&world[1].state));
-    free(block);
     plane_world_destroy(&world[0]);
     plane_world_destroy(&world[1]);
 }
@@ -404,8 +395,8 @@ TEST(initial_state_goes_by_ascending_id)
     PlaneWorldOptions options = plane_world_disc(8);
     options.body.lattice = &options.lattice;
     options.body.material = &options.material;
-    Arena arena = {0};
-    StateList list = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
+    SCOPED(state_destroy) StateList list = {0};
     Status status = {0};
     Body rest, moved;
     // Two cells that touch in a corner: the ids of a point's second vertex come last.
@@ -436,15 +427,13 @@ TEST(initial_state_goes_by_ascending_id)
         assert_true(speed[i].z == 0.0); // it cannot leave its plane
     }
     lattice_destroy(&options.lattice);
-    arena_destroy(&arena);
-    state_destroy(&list);
 }
 
 TEST(gravity_along_z_moves_nothing)
 {
     PlaneWorldOptions options = plane_world_disc(8);
     options.body.body.gravity = vec3(0.0, 0.0, -9.81);
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     plane_world_run(&world, 0.1);
     assert_true(plane_world_measure(&world).max_displacement == 0.0);
@@ -456,7 +445,6 @@ TEST(gravity_along_z_moves_nothing)
     expect_near(p.x / (0.2 * world.body->mass), 1.0, 1e-12); // g t, sums of 100 ticks
     sim_reset(world.sim);
     assert_true(plane_world_measure(&world).max_displacement == 0.0);
-    plane_world_destroy(&world);
 }
 
 TEST(what_is_no_plane_is_refused)
@@ -469,8 +457,8 @@ TEST(what_is_no_plane_is_refused)
         const char *word = "layer";
         Status status = {0};
         Body body;
-        Arena arena = {0};
-        StateList list = {0};
+        SCOPED(arena_destroy) Arena arena = {0};
+        SCOPED(state_destroy) StateList list = {0};
         if (k == 0) {
             lattice_destroy(&options.lattice);
             assert_true(lattice_box(&options.lattice, count, 0.002, &status));
@@ -496,7 +484,5 @@ TEST(what_is_no_plane_is_refused)
         assert_int_equal(status.code, STATUS_INVALID);
         assert_non_null(strstr(status.text, word));
         lattice_destroy(&options.lattice);
-        arena_destroy(&arena);
-        state_destroy(&list);
     }
 }

@@ -100,7 +100,7 @@ static void expect_same_from_scratch(PlaneWorld *world)
     const Vertices *vertices = &world->model->vertices;
     const size_t elements = (size_t)cut->layout.element_count, count = (size_t)vertices->count;
     int(*vertex)[PLANE_PLACES] = malloc(elements * sizeof *vertex);
-    double *mass = malloc(count * sizeof *mass);
+    FREED double *mass = malloc(count * sizeof *mass);
     int faces = world->body->surface.face_used;
     int(*face)[3] = malloc((size_t)faces * sizeof *face);
     memcpy(vertex, cut->vertex, elements * sizeof *vertex);
@@ -114,7 +114,6 @@ static void expect_same_from_scratch(PlaneWorld *world)
     assert_memory_equal(face, world->body->surface.face, (size_t)faces * sizeof *face);
     assert_true(hash == state_hash(&world->state));
     free(vertex);
-    free(mass);
     free(face);
 }
 
@@ -125,7 +124,7 @@ TEST(an_uncut_cuttable_body_moves_as_another)
         one.body.body.precision = two.body.body.precision = (Precision)precision;
         one.body.body.time_step = two.body.body.time_step =
             1e-4; // the bounds differ: all shapes that can be
-        PlaneWorld a, b;
+        SCOPED(plane_world_destroy) PlaneWorld a, b;
         plane_world_create(&a, &one);
         plane_world_create(&b, &two);
         assert_int_equal(a.model->vertices.count, b.model->vertices.count);
@@ -149,8 +148,6 @@ TEST(an_uncut_cuttable_body_moves_as_another)
         }
         // Damping is in units of the bounds' step, which differ by the shapes that a cut may bring.
         expect_near(most / moved, 0.0, 2e-2);
-        plane_world_destroy(&a);
-        plane_world_destroy(&b);
     }
 }
 
@@ -159,7 +156,7 @@ TEST(a_blade_through_the_disc_makes_two_pieces)
     for (int law = 0; law < 2; law++) {
         PlaneWorldOptions options = cuttable_disc(16);
         options.body.law = law == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
-        PlaneWorld world;
+        SCOPED(plane_world_destroy) PlaneWorld world;
         plane_world_create(&world, &options);
         const double mass = mass_of(&world);
         CutOutcome sum;
@@ -184,14 +181,13 @@ TEST(a_blade_through_the_disc_makes_two_pieces)
         assert_int_equal(along, 64);
         assert_false(slice(&world, vec3(0, -0.05, 0), vec3(0, 0.05, 0), &sum));
         assert_int_equal(sum.verdict, CUT_WAS_CUT);
-        plane_world_destroy(&world);
     }
 }
 
 TEST(pieces_move_apart_and_keep_their_momentum)
 {
     PlaneWorldOptions options = cuttable_disc(16);
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     for (int v = 0; v < world.model->vertices.count; v++) {
         Vec3 x, u;
@@ -222,7 +218,6 @@ TEST(pieces_move_apart_and_keep_their_momentum)
             right = fmin(right, along);
     }
     assert_true(right > left - 0.002);
-    plane_world_destroy(&world);
 }
 
 TEST(random_cuts_of_a_moving_disc_keep_everything_sound)
@@ -232,7 +227,7 @@ TEST(random_cuts_of_a_moving_disc_keep_everything_sound)
         PlaneWorldOptions options = cuttable_disc(8 + 4 * (run % 3));
         options.body.body.levels = run % 4;
         options.body.law = run % 2 == 0 ? PLANE_AFFINE : PLANE_MIYAZAKI2004;
-        PlaneWorld world;
+        SCOPED(plane_world_destroy) PlaneWorld world;
         plane_world_create(&world, &options);
         for (int v = 0; v < world.model->vertices.count; v++) {
             Vec3 x, u = vec3_scale(0.2, random_vec3(&seed));
@@ -262,7 +257,6 @@ TEST(random_cuts_of_a_moving_disc_keep_everything_sound)
         expect_near(mass_of(&world) / mass, 1.0, 1e-12);                 // 48 changes
         expect_near(vec3_length(vec3_sub(p, p_now)) / mass, 0.0, 1e-12); // [m/s], of 0.2
         expect_near(vec3_length(vec3_sub(l, l_now)) / (mass * 0.02), 0.0, 1e-11);
-        plane_world_destroy(&world);
     }
 }
 
@@ -282,7 +276,7 @@ TEST(a_stroke_of_a_blade_severs_what_it_passes_through_and_no_more)
                                         .kind = TOOL_BLADE,
                                         .edge = {{0.0, 0.0, -0.02}, {0.0, 0.0, 0.02}},
                                         .max_force = 3.3};
-        PlaneWorld world;
+        SCOPED(plane_world_destroy) PlaneWorld world;
         plane_world_create(&world, &options);
         for (int v = 0; v < world.model->vertices.count; v++) { // moving tissue
             Vec3 x, u;
@@ -295,7 +289,6 @@ TEST(a_stroke_of_a_blade_severs_what_it_passes_through_and_no_more)
         CutOutcome sum = {0};
         plane_cut_count_pieces(cut_of(&world), &sum);
         assert_int_equal(sum.pieces, half ? 1 : 2);
-        plane_world_destroy(&world);
     }
 }
 
@@ -303,7 +296,7 @@ TEST(what_does_not_fit_is_refused_and_changes_nothing)
 {
     PlaneWorldOptions options = cuttable_disc(16);
     options.body.body.node_capacity = 400;
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     assert_true(world.model->vertices.count < 400);
     CutOutcome sum;
@@ -322,7 +315,6 @@ TEST(what_does_not_fit_is_refused_and_changes_nothing)
         assert_true(world.model->vertices.count <= 400);
     }
     assert_true(refused > 0);
-    plane_world_destroy(&world);
 }
 
 // The paper's Figs. 7 (a) and 8: a quarter of a square of two cells becomes an element when one of
@@ -332,7 +324,7 @@ TEST(a_released_vertex_carves_the_quarter_beside_it)
     PlaneWorldOptions options = cuttable_disc(16);
     options.body.body.levels = 1;
     options.body.law = PLANE_MIYAZAKI2004;
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     PlaneCut *cut = cut_of(&world);
     const PlaneLayout *layout = &cut->layout;
@@ -357,7 +349,6 @@ TEST(a_released_vertex_carves_the_quarter_beside_it)
     assert_int_equal(cut->quarters[element] & 1, 0); // the quarter at that corner
     assert_int_equal(cut->quarters[layout->lut[0][j * layout->count[0] + i]], PLANE_WHOLE);
     expect_sound(&world);
-    plane_world_destroy(&world);
 }
 
 // Section 3.2: strong collisions separate, weak ones do not.
@@ -377,7 +368,7 @@ TEST(a_strong_push_tears_and_a_weak_one_does_not)
                           .capsule_count = 1,
                           .capsule = {{.from = {0, 0, -0.02}, .to = {0, 0, 0.02}, .radius = 0.004}},
                           .max_force = 3.3};
-        PlaneWorld world;
+        SCOPED(plane_world_destroy) PlaneWorld world;
         plane_world_create(&world, &options);
         const int before = world.model->vertices.count;
         const double way = strong ? 0.02 : 0.0005;
@@ -393,20 +384,19 @@ TEST(a_strong_push_tears_and_a_weak_one_does_not)
         else
             assert_int_equal(world.model->vertices.count, before);
         expect_same_from_scratch(&world);
-        plane_world_destroy(&world);
     }
 }
 
 TEST(a_hostile_state_is_refused)
 {
     PlaneWorldOptions options = cuttable_disc(12);
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     CutOutcome sum;
     slice(&world, vec3(0.0, -0.05, 0), vec3(0.001, 0.0, 0), &sum);
     plane_world_run(&world, 0.02);
     PlaneCut *cut = cut_of(&world);
-    void *good = malloc(state_bytes(&world.state));
+    FREED void *good = malloc(state_bytes(&world.state));
     state_copy_out(&world.state, good);
     uint64_t seed = 5;
     int refused = 0;
@@ -437,8 +427,6 @@ TEST(a_hostile_state_is_refused)
     assert_true(world.body->ops->check(world.model));
     plane_world_run(&world, 0.01);
     expect_sound(&world);
-    free(good);
-    plane_world_destroy(&world);
 }
 
 // Nodes that a region around everything finds: exactly those that a face in use has.
@@ -447,7 +435,7 @@ static int expect_nodes_of_faces(const PlaneWorld *world)
     const BodySurface *surface = &world->body->surface;
     const Region all = {.kind = REGION_CAPSULE, .radius = 1.0};
     const int edges = cut_of(world)->mesh.edge_count, places = surface->node_count;
-    bool *has = calloc((size_t)places, sizeof *has);
+    FREED bool *has = calloc((size_t)places, sizeof *has);
     int *found = malloc((size_t)places * sizeof *found), wanted = 0;
     for (int f = 0; f < 2 * edges; f++)
         for (int k = 0; k < 3; k++) {
@@ -460,7 +448,6 @@ static int expect_nodes_of_faces(const PlaneWorld *world)
         assert_true(has[found[i]]);
     for (int n = 0; n < places; n++)
         assert_int_equal(surface->node_face_end[n] > surface->node_face_start[n], has[n]);
-    free(has);
     free(found);
     return count;
 }
@@ -468,7 +455,7 @@ static int expect_nodes_of_faces(const PlaneWorld *world)
 TEST(only_nodes_of_the_outline_are_found_also_after_a_reset)
 {
     PlaneWorldOptions options = cuttable_disc(12);
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     const int before = expect_nodes_of_faces(&world);
     assert_true(before < 2 * world.model->vertices.count); // there are vertices inside
@@ -478,5 +465,4 @@ TEST(only_nodes_of_the_outline_are_found_also_after_a_reset)
     assert_true(expect_nodes_of_faces(&world) > before);
     sim_reset(world.sim);
     assert_int_equal(expect_nodes_of_faces(&world), before);
-    plane_world_destroy(&world);
 }

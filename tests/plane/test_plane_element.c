@@ -252,14 +252,14 @@ TEST(eigenvalues_bound_the_stiffness)
 // lot. Forces relative to mu times the thickness and the cell.
 static double patch_residual(const Lattice *lattice, int levels, PlaneLaw law, double stretch)
 {
-    PlaneLayout layout;
-    PlaneMesh mesh;
+    SCOPED(plane_layout_destroy) PlaneLayout layout;
+    SCOPED(plane_mesh_destroy) PlaneMesh mesh;
     Status status = {0};
     plane_layout_create(&layout, lattice, levels);
     assert_true(plane_mesh_create(&mesh, &layout, NULL, &status));
     size_t n = (size_t)mesh.vertex_count;
     double(*force)[2] = calloc(n, sizeof *force);
-    bool *outer = calloc(n, sizeof *outer);
+    FREED bool *outer = calloc(n, sizeof *outer);
     const double map[2][2] = {{0.6 * stretch, -0.9}, {0.8, 0.7 * stretch}};
     for (int e = 0; e < mesh.element_count; e++) {
         PlaneShape shape;
@@ -285,16 +285,13 @@ static double patch_residual(const Lattice *lattice, int levels, PlaneLaw law, d
             if (!outer[v])
                 worst = fmax(worst, fabs(force[v][d]));
     free(force);
-    free(outer);
-    plane_mesh_destroy(&mesh);
-    plane_layout_destroy(&layout);
     return worst;
 }
 
 TEST(affine_law_passes_the_patch_test)
 {
     Status status = {0};
-    Lattice disc, square;
+    SCOPED(lattice_destroy) Lattice disc, square;
     const int count[3] = {32, 32, 1};
     assert_true(lattice_disc(&disc, 16.0, 1.0, &status));
     assert_true(lattice_box(&square, count, 1.0, &status));
@@ -305,6 +302,4 @@ TEST(affine_law_passes_the_patch_test)
     // The paper's scalar weights pass it on equal squares only.
     expect_at_most(patch_residual(&disc, 0, PLANE_MIYAZAKI2004, 1.3), 1e-11);
     expect_at_least(patch_residual(&disc, 3, PLANE_MIYAZAKI2004, 1.3), 1e-2);
-    lattice_destroy(&disc);
-    lattice_destroy(&square);
 }

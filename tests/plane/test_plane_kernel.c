@@ -71,7 +71,7 @@ static void evaluate(PlaneModel *model, double stiffness_scale)
 static void compare(PlaneLaw law, Precision precision, const char *isa, double cells,
                     double tolerance)
 {
-    PlaneWorld world;
+    SCOPED(plane_world_destroy) PlaneWorld world;
     make_world(&world, law, precision, isa);
     disturb(&world, cells);
     PlaneModel *model = world.model;
@@ -90,7 +90,6 @@ static void compare(PlaneLaw law, Precision precision, const char *isa, double c
         assert_true(rows_get(&model->vertices.rows, model->vertices.force,
                              4L * model->vertices.count + k) == 0.0);
     free(expected);
-    plane_world_destroy(&world);
 }
 
 TEST(kernels_give_the_elements_forces)
@@ -112,12 +111,12 @@ TEST(stiffness_scale_scales_all_forces)
 {
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int k = 0; k < 2; k++) {
-            PlaneWorld world;
+            SCOPED(plane_world_destroy) PlaneWorld world;
             make_world(&world, LAWS[k], (Precision)precision, "auto");
             disturb(&world, 0.3);
             PlaneModel *model = world.model;
             const long count = 4L * model->vertices.count;
-            double *once = calloc((size_t)count, sizeof *once);
+            FREED double *once = calloc((size_t)count, sizeof *once);
             evaluate(model, 1.0);
             for (long i = 0; i < count; i++) {
                 once[i] = rows_get(&model->vertices.rows, model->vertices.force, i);
@@ -127,8 +126,6 @@ TEST(stiffness_scale_scales_all_forces)
             for (long i = 0; i < count; i++)
                 assert_true(rows_get(&model->vertices.rows, model->vertices.force, i) ==
                             2.0 * once[i]);
-            free(once);
-            plane_world_destroy(&world);
         }
 }
 
@@ -139,7 +136,7 @@ TEST(levels_give_the_same_bits)
             unsigned char *first = NULL;
             size_t bytes = 0;
             for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
-                PlaneWorld world;
+                SCOPED(plane_world_destroy) PlaneWorld world;
                 make_world(&world, LAWS[k], (Precision)precision, *isa);
                 disturb(&world, 0.5);
                 plane_world_run(&world, 0.02);
@@ -150,7 +147,6 @@ TEST(levels_give_the_same_bits)
                     assert_memory_equal(first, block, bytes);
                 free(first);
                 first = block;
-                plane_world_destroy(&world);
             }
             free(first);
         }

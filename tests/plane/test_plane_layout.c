@@ -57,7 +57,7 @@ static void expect_counts(const PlaneLayout *layout, const int *expected, int to
 // Section 2.3: "it is constructed by 172 elements"; Fig. 4.
 TEST(disc_has_the_papers_172_elements)
 {
-    Lattice lattice;
+    SCOPED(lattice_destroy) Lattice lattice;
     PlaneLayout layout;
     make_disc(&lattice);
     assert_int_equal(lattice_solid(&lattice), 812);
@@ -67,7 +67,6 @@ TEST(disc_has_the_papers_172_elements)
     plane_layout_create(&layout, &lattice, 0);
     expect_counts(&layout, (const int[]){812}, 812);
     plane_layout_destroy(&layout);
-    lattice_destroy(&lattice);
 }
 
 // 4 n along the outline, half of it at each further level, less the corners: below 8 n.
@@ -75,14 +74,12 @@ TEST(squares_come_near_eight_n_elements)
 {
     static const int cells[] = {32, 64, 128}, elements[] = {228, 480, 988};
     for (int k = 0; k < 3; k++) {
-        Lattice lattice;
-        PlaneLayout layout;
+        SCOPED(lattice_destroy) Lattice lattice;
+        SCOPED(plane_layout_destroy) PlaneLayout layout;
         make_square(&lattice, cells[k]);
         plane_layout_create(&layout, &lattice, 5);
         assert_int_equal(layout.element_count, elements[k]);
         assert_true(layout.element_count < 8 * cells[k]);
-        plane_layout_destroy(&layout);
-        lattice_destroy(&lattice);
     }
 }
 
@@ -91,8 +88,8 @@ TEST(elements_are_as_many_as_counted)
 {
     uint64_t seed = 21;
     for (int run = 0; run < 60; run++) {
-        Lattice lattice;
-        PlaneLayout layout;
+        SCOPED(lattice_destroy) Lattice lattice;
+        SCOPED(plane_layout_destroy) PlaneLayout layout;
         make_random(&lattice, &seed, 1 + run % 3);
         plane_layout_create(&layout, &lattice, run % 6);
         long counted[PLANE_LEVELS_MAX + 1];
@@ -101,8 +98,6 @@ TEST(elements_are_as_many_as_counted)
         for (int level = 0; level <= run % 6; level++)
             total += expected[level] = (int)counted[level];
         expect_counts(&layout, expected, total);
-        plane_layout_destroy(&layout);
-        lattice_destroy(&lattice);
     }
 }
 
@@ -116,8 +111,8 @@ TEST(every_cell_has_one_element_and_neighbours_differ_by_a_level)
 {
     uint64_t seed = 5;
     for (int run = 0; run < 60; run++) {
-        Lattice lattice;
-        PlaneLayout layout;
+        SCOPED(lattice_destroy) Lattice lattice;
+        SCOPED(plane_layout_destroy) PlaneLayout layout;
         make_random(&lattice, &seed, 1 + run % 3);
         plane_layout_create(&layout, &lattice, run % 6);
         long cells = 0;
@@ -142,8 +137,6 @@ TEST(every_cell_has_one_element_and_neighbours_differ_by_a_level)
                         assert_true(level_of(&layout, i, j) == 0);
                 }
             }
-        plane_layout_destroy(&layout);
-        lattice_destroy(&lattice);
     }
 }
 
@@ -165,8 +158,8 @@ static void expect_conforming(const PlaneMesh *mesh)
 {
     size_t n = (size_t)mesh->vertex_count;
     int(*parent)[2] = calloc(n, sizeof *parent);
-    signed char *level = calloc(n, sizeof *level);
-    Vec3 *position = calloc(n, sizeof *position);
+    FREED signed char *level = calloc(n, sizeof *level);
+    FREED Vec3 *position = calloc(n, sizeof *position);
     for (size_t v = 0; v < n; v++) {
         parent[v][0] = parent[v][1] = mesh->id[v];
         position[v] = vec3(mesh->point[v][0], mesh->point[v][1], 0.0);
@@ -186,17 +179,15 @@ static void expect_conforming(const PlaneMesh *mesh)
     };
     expect_crack_free(&body, NULL, position);
     free(parent);
-    free(level);
-    free(position);
 }
 
 TEST(triangles_fill_the_body_without_cracks)
 {
     uint64_t seed = 11;
     for (int run = 0; run < 60; run++) {
-        Lattice lattice;
-        PlaneLayout layout;
-        PlaneMesh mesh;
+        SCOPED(lattice_destroy) Lattice lattice;
+        SCOPED(plane_layout_destroy) PlaneLayout layout;
+        SCOPED(plane_mesh_destroy) PlaneMesh mesh;
         Status status = {0};
         make_random(&lattice, &seed, 1 + run % 2);
         plane_layout_create(&layout, &lattice, run % 6);
@@ -212,17 +203,14 @@ TEST(triangles_fill_the_body_without_cracks)
                 outer += own != (lattice_label(&lattice, i, j - 1, 0) != 0);
             }
         assert_int_equal(mesh.edge_count, outer);
-        plane_mesh_destroy(&mesh);
-        plane_layout_destroy(&layout);
-        lattice_destroy(&lattice);
     }
 }
 
 TEST(cells_that_touch_in_a_corner_do_not_share_a_vertex)
 {
-    Lattice lattice;
-    PlaneLayout layout;
-    PlaneMesh mesh;
+    SCOPED(lattice_destroy) Lattice lattice;
+    SCOPED(plane_layout_destroy) PlaneLayout layout;
+    SCOPED(plane_mesh_destroy) PlaneMesh mesh;
     Status status = {0};
     make_square(&lattice, 2);
     lattice.label[1] = lattice.label[2] = 0;
@@ -233,16 +221,13 @@ TEST(cells_that_touch_in_a_corner_do_not_share_a_vertex)
     assert_int_equal(mesh.id[4], 4 + 3 * 9); // its slot 3, 9 points in all
     assert_int_equal(mesh.piece[3], 0);
     assert_int_equal(mesh.piece[4], 1);
-    plane_mesh_destroy(&mesh);
-    plane_layout_destroy(&layout);
-    lattice_destroy(&lattice);
 }
 
 // Fig. 6 and 7: edges broken along a line from the outline inwards release vertices there.
 TEST(broken_edges_part_vertices_and_ask_for_quarters)
 {
-    Lattice lattice;
-    PlaneLayout layout;
+    SCOPED(lattice_destroy) Lattice lattice;
+    SCOPED(plane_layout_destroy) PlaneLayout layout;
     PlaneMesh whole, cut;
     Status status = {0};
     make_square(&lattice, 16);
@@ -270,6 +255,4 @@ TEST(broken_edges_part_vertices_and_ask_for_quarters)
     broken[9] = broken[10] = PLANE_BROKEN_UP;
     assert_true(plane_must_carve(&layout, broken, above, 3));
     plane_mesh_destroy(&whole);
-    plane_layout_destroy(&layout);
-    lattice_destroy(&lattice);
 }

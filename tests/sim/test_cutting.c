@@ -64,7 +64,7 @@ static bool next_event(ToyScene *scene, const char *kind, SimEvent *event)
 TEST(a_stroke_cuts_through_at_any_speed)
 {
     // 0.1 m in one tick of 1 ms is 100 m/s, just below a jump; the other is 50 mm/s.
-    ToyScene fast, slow;
+    SCOPED(toy_scene_destroy) ToyScene fast, slow;
     create(&fast, false);
     create(&slow, false);
     cut_through(&fast, 1);
@@ -76,8 +76,6 @@ TEST(a_stroke_cuts_through_at_any_speed)
     assert_memory_equal(fast.toy[0]->cuts->broken, slow.toy[0]->cuts->broken,
                         (size_t)fast.toy[0]->cuts->links);
     assert_int_equal(*fast.toy[0]->cuts->used, *slow.toy[0]->cuts->used);
-    toy_scene_destroy(&fast);
-    toy_scene_destroy(&slow);
 }
 
 // One stroke of an edge whose ends move evenly, in so many ticks, on a fresh sheet that is not
@@ -121,14 +119,12 @@ TEST(a_twisted_stroke_does_not_depend_on_how_it_is_divided)
                 (late ? &whole.after : &whole.before)->end[k] =
                     vec3(x + side * sin(angle), late ? 0.06 : -0.06, side * cos(angle));
             }
-        ToyScene once, twice;
+        SCOPED(toy_scene_destroy) ToyScene once, twice;
         const Toy *a = stroke_evenly(&once, &whole, 20), *b = stroke_evenly(&twice, &whole, 40);
         for (int link = 0; link < a->cuts->links; link++)
             apart += a->cuts->broken[link] != b->cuts->broken[link];
         severed += toy_broken(a);
         assert_true(toy_pieces(a) >= 2);
-        toy_scene_destroy(&once);
-        toy_scene_destroy(&twice);
     }
     // Sub-ticks end in the same places but for the rounding to a thousandth of a cell: of a
     // thousand links one may lie that near.
@@ -138,7 +134,7 @@ TEST(a_twisted_stroke_does_not_depend_on_how_it_is_divided)
 
 TEST(each_tick_begins_where_the_last_one_ended)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     for (int i = 0; i < 5; i++)
         move_to(&scene, 0.001 * i, -0.05);
@@ -154,12 +150,11 @@ TEST(each_tick_begins_where_the_last_one_ended)
         expect_near(call[i].sweep.after.end[0].x, 0.001 * i, 0.0);
         expect_near(call[i].sweep.after.end[1].z, 0.01, 1e-15); // a rounding of the turned edge
     }
-    toy_scene_destroy(&scene);
 }
 
 TEST(tissue_that_moves_past_a_resting_blade_is_cut)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     toy_move(scene.toy[0], vec3(0.0013, 0.06, 0.0));
     for (int i = 0; i < 120; i++) {
@@ -167,12 +162,11 @@ TEST(tissue_that_moves_past_a_resting_blade_is_cut)
         toy_move(scene.toy[0], vec3(0.0, -0.001, 0.0));
     }
     assert_int_equal(toy_pieces(scene.toy[0]), 2);
-    toy_scene_destroy(&scene);
 }
 
 TEST(a_lifted_blade_cuts_nothing_on_its_way)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0013, -0.05);
     // Lifted and put down again between two ticks.
@@ -184,23 +178,21 @@ TEST(a_lifted_blade_cuts_nothing_on_its_way)
     assert_int_equal(scene.toy[0]->cuts->calls, 3);
     for (int i = 0; i < 3; i++)
         assert_int_equal(scene.toy[0]->cuts->call[i].sweep.phase, expected[i]);
-    toy_scene_destroy(&scene);
 }
 
 TEST(a_blade_that_jumps_begins_another_stroke)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0013, -0.05);
     move_to(&scene, 0.0013, 0.051); // 101 m/s
     assert_int_equal(toy_broken(scene.toy[0]), 0);
     assert_int_equal(scene.toy[0]->cuts->call[2].sweep.phase, CUT_BEGINS);
-    toy_scene_destroy(&scene);
 }
 
 TEST(a_stale_blade_ends_its_stroke)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0, -0.05);
     for (int i = 0; i < 300; i++) // tool_timeout_s is 0.2
@@ -208,12 +200,11 @@ TEST(a_stale_blade_ends_its_stroke)
     int calls = scene.toy[0]->cuts->calls;
     assert_int_equal(scene.toy[0]->cuts->call[calls - 1].sweep.phase, CUT_ENDS);
     assert_in_range(calls, 200, 203);
-    toy_scene_destroy(&scene);
 }
 
 TEST(a_restored_body_did_not_pass_the_blade)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     move_to(&scene, 0.0, -0.05);
     scene.toy[0]->cuts->bad = true;
@@ -223,7 +214,6 @@ TEST(a_restored_body_did_not_pass_the_blade)
     assert_int_equal(toy_broken(scene.toy[0]), 0);
     assert_int_equal(scene.toy[0]->cuts->call[2].sweep.phase, CUT_ENDS);
     assert_int_equal(scene.toy[0]->cuts->call[3].sweep.phase, CUT_BEGINS);
-    toy_scene_destroy(&scene);
 }
 
 TEST(a_scene_has_the_stages_that_it_needs)
@@ -253,7 +243,7 @@ TEST(a_scene_has_the_stages_that_it_needs)
 
 TEST(reset_in_a_stroke_returns_to_an_uncut_body)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     uint64_t start = state_hash(&scene.state);
     for (int i = 0; i < 50; i++)
@@ -270,14 +260,13 @@ TEST(reset_in_a_stroke_returns_to_an_uncut_body)
     move_to(&scene, 0.0013, 0.05); // the other side: a new stroke
     assert_int_equal(scene.toy[0]->cuts->call[calls].sweep.phase, CUT_BEGINS);
     assert_int_equal(toy_broken(scene.toy[0]), 0);
-    toy_scene_destroy(&scene);
 }
 
 TEST(a_checkpoint_in_a_stroke_goes_on_bit_for_bit)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
-    void *image = malloc(state_bytes(&scene.state));
+    FREED void *image = malloc(state_bytes(&scene.state));
     uint64_t hash[2];
     for (int i = 0; i < 33; i++)
         move_to(&scene, 0.0013, -0.05 + 0.001 * i);
@@ -292,13 +281,11 @@ TEST(a_checkpoint_in_a_stroke_goes_on_bit_for_bit)
         assert_true(sim_check(scene.sim));
     }
     assert_true(hash[0] == hash[1]);
-    free(image);
-    toy_scene_destroy(&scene);
 }
 
 TEST(strokes_that_cannot_be_are_found)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, true);
     move_to(&scene, 0.0, -0.05);
     Stroke good = scene.sim->cutting->stroke[0][0], *stroke = &scene.sim->cutting->stroke[0][0];
@@ -318,7 +305,6 @@ TEST(strokes_that_cannot_be_are_found)
     *scene.sim->cutting->cuts[0] = cuts;
     scene.sim->cutting->cuts[0]->pieces = -4;
     assert_false(sim_check(scene.sim));
-    toy_scene_destroy(&scene);
 }
 
 // --- what follows ---
@@ -336,7 +322,7 @@ static double sum_of_loads(const ToyScene *scene, int *nodes)
 
 TEST(a_load_goes_on_to_act_on_both_lips)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     LoadOptions load = {.body = -1, .radius = 0.025, .force = {0, 0, 2.0}, .duration = 100.0};
     char why[256];
@@ -360,19 +346,17 @@ TEST(a_load_goes_on_to_act_on_both_lips)
         pressure = pressure == 0.0 ? here : pressure;
         expect_near(here / pressure, 1.0, 1e-13);
     }
-    toy_scene_destroy(&scene);
 }
 
 TEST(every_change_has_a_topology_number_of_its_own)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     int start = scene.body[0]->mesh.topology;
     cut_through(&scene, 100);
     assert_true(scene.toy[0]->changes > 5);
     assert_int_equal(scene.body[0]->mesh.topology - start, scene.toy[0]->changes);
     assert_int_equal(scene.toy[0]->cuts->reconstructions, 101); // once a tick
-    toy_scene_destroy(&scene);
 }
 
 // --- commands ---
@@ -386,7 +370,7 @@ static CutOptions sweep_at(double x)
 
 TEST(a_command_cuts_at_once_and_says_what)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     CutOutcome sum;
     char why[192];
@@ -412,7 +396,6 @@ TEST(a_command_cuts_at_once_and_says_what)
         cut.before = turned;
     }
     assert_true(state_hash(&scene.state) == hash);
-    toy_scene_destroy(&scene);
 }
 
 static void expect_refusal(ToyScene *scene, const CutOptions *cut, const char *text)
@@ -428,7 +411,7 @@ static void expect_refusal(ToyScene *scene, const CutOptions *cut, const char *t
 
 TEST(commands_that_cannot_be_done_say_why_and_change_nothing)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     CutOptions cut = sweep_at(0.0013), good = cut;
     cut.before.end[1] = cut.before.end[0];
@@ -462,12 +445,11 @@ TEST(commands_that_cannot_be_done_say_why_and_change_nothing)
              sum.needed);
     assert_string_equal(why, text);
     assert_int_equal(toy_broken(scene.toy[0]), 0);
-    toy_scene_destroy(&scene);
 }
 
 TEST(a_triangle_swept_by_one_fixed_end_cuts)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     CutOptions cut = sweep_at(0.0013);
     cut.before.end[1] = cut.before.end[0]; // a blade that grows
@@ -475,14 +457,13 @@ TEST(a_triangle_swept_by_one_fixed_end_cuts)
     CutOutcome sum;
     char why[192];
     assert_true(sim_apply_cut(scene.sim, &cut, &sum, why, sizeof why));
-    toy_scene_destroy(&scene);
 }
 
 // --- what is told ---
 
 TEST(a_stroke_is_told_of_once_when_it_ends)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     cut_through(&scene, 100);
     SimEvent event;
@@ -502,12 +483,11 @@ TEST(a_stroke_is_told_of_once_when_it_ends)
     move_to(&scene, 0.2, 0.0);
     lift(&scene);
     assert_false(sim_take_event(scene.sim, &event));
-    toy_scene_destroy(&scene);
 }
 
 TEST(refused_strokes_are_told_of_once_a_second)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     scene.toy[0]->cuts->node_limit = scene.toy[0]->base_nodes + 1;
     int told = 0;
@@ -518,12 +498,11 @@ TEST(refused_strokes_are_told_of_once_a_second)
     }
     assert_int_equal(told, 3);
     assert_int_equal(*scene.toy[0]->cuts->used, scene.toy[0]->base_nodes);
-    toy_scene_destroy(&scene);
 }
 
 TEST(a_stroke_that_the_body_breaks_off_is_told_of_once)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     // The first half fits, the rest does not.
     scene.toy[0]->cuts->node_limit = scene.toy[0]->base_nodes + 8;
@@ -537,12 +516,11 @@ TEST(a_stroke_that_the_body_breaks_off_is_told_of_once)
     snprintf(text, sizeof text, ": %d links severed", toy_broken(scene.toy[0]));
     assert_non_null(strstr(event.text, text));
     assert_false(next_event(&scene, "cut", &event));
-    toy_scene_destroy(&scene);
 }
 
 TEST(tears_are_told_of_a_few_times_a_second)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, true);
     int told = 0, links = scene.toy[0]->cuts->links;
     for (int i = 0; i < links + 300; i++) {
@@ -555,12 +533,11 @@ TEST(tears_are_told_of_a_few_times_a_second)
     assert_int_equal(sim_pieces(scene.sim, 0), scene.toy[0]->faces);
     assert_in_range(told, 2, 2 + (links + 300) / 250);
     assert_int_equal(scene.sim->cutting->cuts[0]->torn, 0); // the last ones too
-    toy_scene_destroy(&scene);
 }
 
 TEST(events_that_nobody_takes_do_not_pile_up)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, true);
     for (int i = 0; i < scene.toy[0]->cuts->links; i++) {
         scene.toy[0]->cuts->tear_next = i;
@@ -570,5 +547,4 @@ TEST(events_that_nobody_takes_do_not_pile_up)
     for (SimEvent event; sim_take_event(scene.sim, &event);)
         taken++;
     assert_in_range(taken, 1, SIM_EVENTS);
-    toy_scene_destroy(&scene);
 }

@@ -59,7 +59,7 @@ static double push_of_points(double kappa, double length, double r, double h)
 static void press_while_faces_change(double length, double radius, double depth, uint64_t seed)
 {
     ToolOptions tool = probe(length, radius);
-    ToyScene mixed, coarse;
+    SCOPED(toy_scene_destroy) ToyScene mixed, coarse;
     create(&mixed, &tool);
     create(&coarse, &tool);
     uint64_t random = seed;
@@ -83,8 +83,6 @@ static void press_while_faces_change(double length, double radius, double depth,
     assert_true(below > 200); // else nothing was seen of the changes
     assert_true(mixed.toy[0]->changes > 350);
     assert_int_equal(sim_refused_faces(mixed.sim), 0);
-    toy_scene_destroy(&mixed);
-    toy_scene_destroy(&coarse);
 }
 
 TEST(push_of_a_flat_wall_lies_between_its_points_and_its_coarsest_faces)
@@ -110,7 +108,7 @@ static void leap_through(double length, uint64_t seed)
 {
     const double radius = 0.005, leap = 0.8 * radius;
     ToolOptions tool = probe(length, radius);
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, &tool);
     Toy *toy = scene.toy[0];
     uint64_t random = seed;
@@ -144,7 +142,6 @@ static void leap_through(double length, uint64_t seed)
     }
     assert_true(pushed > 700);
     assert_true(toy->changes > 1900);
-    toy_scene_destroy(&scene);
 }
 
 // No run of 120 flipped; with dents half as large again, 8 did: some folds then pass right through
@@ -162,7 +159,7 @@ TEST(resting_tool_behind_the_wall_is_held_through_any_change)
 {
     ToolOptions tool = probe(0.0, 0.003);
     tool.max_force = 2.0;
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, &tool);
     uint64_t random = 77;
     touch(&scene, vec3(0.001, 0.002, 0.01), vec3(0, 0, 0));
@@ -175,7 +172,6 @@ TEST(resting_tool_behind_the_wall_is_held_through_any_change)
         expect_at_least(wrench->force.z, 1e-3);
         expect_at_least(wrench->position.z, 0.05 * 0.003); // its axis in front
     }
-    toy_scene_destroy(&scene);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -184,7 +180,7 @@ TEST(resting_tool_behind_the_wall_is_held_through_any_change)
 TEST(sides_pass_to_the_faces_that_take_over)
 {
     ToolOptions tool = probe(0.0, 0.005);
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, &tool);
     Toy *toy = scene.toy[0];
     Contact *contact = scene.sim->contact[0];
@@ -205,7 +201,6 @@ TEST(sides_pass_to_the_faces_that_take_over)
         for (int f = 0; f < 4 * toy->base_faces; f++)
             assert_int_equal(side[f], toy->face_area[f] > 0.0 ? f / 4 % 3 - 1 : 0);
     }
-    toy_scene_destroy(&scene);
 }
 
 // The hold of a rough plane is spread over the nodes as their areas are: dividing faces leaves its
@@ -216,7 +211,7 @@ TEST(plane_keeps_its_hold)
                                .kind = TOOL_STATIC,
                                .has_plane = true,
                                .plane = {{0.0, 0.0, 0.001}, {0.0, 0.0, 1.0}}};
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, &table);
     Toy *toy = scene.toy[0];
     Contact *contact = scene.sim->contact[0];
@@ -243,7 +238,6 @@ TEST(plane_keeps_its_hold)
             if (!toy->splits->split[e])
                 expect_near(vec3_length(contact->plane_bristle[toy_midpoint(toy, e)]), 0.0, 0.0);
     }
-    toy_scene_destroy(&scene);
 }
 
 // A plane pushes each node with its area times its depth: a flat wall as a whole does not care how
@@ -254,7 +248,7 @@ TEST(push_of_a_plane_is_the_same_at_every_division)
                                .kind = TOOL_STATIC,
                                .has_plane = true,
                                .plane = {{0.0, 0.0, 0.001}, {0.0, 0.0, 1.0}}};
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, &table);
     toy_scene_step(&scene);
     const double push = sim_wrench(scene.sim, 0)->force.z;
@@ -266,5 +260,4 @@ TEST(push_of_a_plane_is_the_same_at_every_division)
         toy_scene_step(&scene);
         expect_near(sim_wrench(scene.sim, 0)->force.z, push, 1e-12 * fabs(push)); // rounding
     }
-    toy_scene_destroy(&scene);
 }

@@ -55,7 +55,7 @@ TEST(what_lies_within_the_jaws_is_held_at_any_level)
     const double radius = 0.017;
     const Vec3 at = {0.002, -0.003, 0.001}, away = {0.0, 0.0, 0.002};
     ToolOptions tool = jaws(radius);
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, &tool);
     const Attachment *grip = scene.sim->attachment[0];
     const Body *body = scene.body[0];
@@ -91,14 +91,13 @@ TEST(what_lies_within_the_jaws_is_held_at_any_level)
     assert_true(sim_refused_holds(scene.sim) == 0);
     pull(&scene, at, 0.0);
     assert_false(attachment_is_holding(grip));
-    toy_scene_destroy(&scene);
 }
 
 // Jaws smaller than a face hold points of it; once the wall is fine enough, nodes.
 TEST(points_of_faces_pass_on_and_give_way_to_nodes)
 {
     ToolOptions tool = jaws(0.0029);
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, &tool);
     const Attachment *grip = scene.sim->attachment[0];
     Toy *toy = scene.toy[0];
@@ -128,7 +127,6 @@ TEST(points_of_faces_pass_on_and_give_way_to_nodes)
     pull(&scene, vec3_add(at, away), 1.0);
     // The three midpoints are 2.4 to 3.7 mm off: whatever holds, it holds.
     assert_true(attachment_held(grip, &points) > 0);
-    toy_scene_destroy(&scene);
 }
 
 // A hold that is let go in any state of the mesh leaves nothing behind, and the state of a hold is
@@ -136,7 +134,7 @@ TEST(points_of_faces_pass_on_and_give_way_to_nodes)
 TEST(letting_go_clears_what_was_known)
 {
     ToolOptions tool = jaws(0.02);
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, &tool);
     const Attachment *grip = scene.sim->attachment[0];
     uint64_t random = 21;
@@ -155,5 +153,4 @@ TEST(letting_go_clears_what_was_known)
         for (int i = 0; i < HELD_POINTS; i++)
             assert_true(grip->point[i].face == 0 && grip->point[i].weight[0] == 0.0);
     }
-    toy_scene_destroy(&scene);
 }

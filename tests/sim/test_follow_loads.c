@@ -55,7 +55,7 @@ static void expect_sum(const ToyScene *scene, Vec3 force)
 
 TEST(total_force_is_kept_through_any_change)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, 1);
     uint64_t random = 5;
     toy_want_some(scene.toy[0], 2, &random);
@@ -69,14 +69,13 @@ TEST(total_force_is_kept_through_any_change)
         expect_sum(&scene, load.force);
     }
     assert_true(scene.toy[0]->changes > 250);
-    toy_scene_destroy(&scene);
 }
 
 // On a flat sheet at rest a midpoint lies where it would have lain: a load acts on the nodes inside
 // its sphere, whenever they came.
 TEST(a_load_acts_on_its_patch_at_any_level)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, 1);
     LoadOptions load = load_within(0.035);
     start(&scene, load);
@@ -105,7 +104,6 @@ TEST(a_load_acts_on_its_patch_at_any_level)
         whole++;
     }
     assert_true(whole > 5);
-    toy_scene_destroy(&scene);
 }
 
 // The body that was changed many times and one that went there in a single step carry the same
@@ -113,7 +111,7 @@ TEST(a_load_acts_on_its_patch_at_any_level)
 // ascending order.
 TEST(loads_do_not_depend_on_the_way_to_a_topology)
 {
-    ToyScene wandering, direct;
+    SCOPED(toy_scene_destroy) ToyScene wandering, direct;
     create(&wandering, 1);
     create(&direct, 1);
     LoadOptions load = load_within(0.025);
@@ -135,14 +133,12 @@ TEST(loads_do_not_depend_on_the_way_to_a_topology)
                         (size_t)wandering.body[0]->surface.node_count * sizeof(Vec3));
     for (int64_t i = 1; i < *a->used; i++)
         assert_true(a->pool[i - 1] < a->pool[i]);
-    toy_scene_destroy(&wandering);
-    toy_scene_destroy(&direct);
 }
 
 // A sphere around nothing but a midpoint: when it goes, the nodes between which it lay carry on.
 TEST(last_node_leaves_its_load_to_its_parents)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, 1);
     Toy *toy = scene.toy[0];
     const int edge = toy->splits->edges / 2;
@@ -165,13 +161,12 @@ TEST(last_node_leaves_its_load_to_its_parents)
     toy_scene_step(&scene);
     expect_sum(&scene, load.force);
     assert_true(toy->load[toy_midpoint(toy, edge)].z > 0.0);
-    toy_scene_destroy(&scene);
 }
 
 // Three levels in one change, by hand: the weight goes from child to parent as far as it must.
 TEST(weight_of_the_last_nodes_passes_through_parents_that_go_too)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, 1);
     Toy *toy = scene.toy[0];
     toy_want_all(toy, true);
@@ -190,12 +185,11 @@ TEST(weight_of_the_last_nodes_passes_through_parents_that_go_too)
             assert_int_equal(scene.sim->loads.pool[i], heirs++ == 0 ? 3 : heirs + 3);
     assert_int_equal(heirs, 3);
     expect_sum(&scene, load.force);
-    toy_scene_destroy(&scene);
 }
 
 TEST(several_loads_on_two_bodies_follow_each_change)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, 2);
     uint64_t random = 33;
     Vec3 force = {0.0, 0.0, 0.0};
@@ -226,12 +220,11 @@ TEST(several_loads_on_two_bodies_follow_each_change)
     }
     assert_int_equal(*scene.sim->loads.count, 3);
     expect_at_least(force.x, 1.0);
-    toy_scene_destroy(&scene);
 }
 
 TEST(load_of_one_body_stays_on_it)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, 2);
     LoadOptions load = load_within(0.02);
     load.body = 1;
@@ -244,14 +237,13 @@ TEST(load_of_one_body_stays_on_it)
             expect_near(vec3_length(scene.toy[0]->load[i]), 0.0, 0.0);
         expect_sum(&scene, load.force);
     }
-    toy_scene_destroy(&scene);
 }
 
 // Loads on every coarse node that leave no room for the midpoints: some do without, and no force is
 // lost.
 TEST(full_pool_loses_no_force)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, 1);
     LoadOptions load = load_within(1.0);
     const LoadSet *set = &scene.sim->loads;
@@ -266,7 +258,6 @@ TEST(full_pool_loses_no_force)
     toy_scene_step(&scene);
     assert_int_equal(*set->used, loads * scene.toy[0]->base_nodes);
     expect_sum(&scene, vec3_scale(loads, load.force));
-    toy_scene_destroy(&scene);
 }
 
 // A Gaussian patch made of eight spheres keeps its shape when all around it is divided: every node
@@ -274,7 +265,7 @@ TEST(full_pool_loses_no_force)
 TEST(eight_wide_loads_keep_their_patches)
 {
     enum { LOADS = 8 };
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, 1);
     for (int k = 0; k < LOADS; k++)
         start(&scene, load_within(0.03 + 0.005 * k));
@@ -290,19 +281,18 @@ TEST(eight_wide_loads_keep_their_patches)
         // rounding of 300 terms
         expect_near(scene.sim->loads.load[k].area, area, 1e-13 * area);
     }
-    toy_scene_destroy(&scene);
 }
 
 TEST(reset_brings_back_loads_and_topology)
 {
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, 1);
     uint64_t random = 8;
     LoadOptions load = load_within(0.02);
     start(&scene, load);
     toy_want_some(scene.toy[0], 2, &random);
     toy_scene_step(&scene);
-    void *before = malloc(state_bytes(&scene.state));
+    FREED void *before = malloc(state_bytes(&scene.state));
     state_copy_out(&scene.state, before);
     const uint64_t hash = state_hash(&scene.state);
     const double area = scene.body[0]->mass, h = scene.body[0]->h;
@@ -317,7 +307,6 @@ TEST(reset_brings_back_loads_and_topology)
     toy_want_all(scene.toy[0], true); // goes on from there
     toy_scene_step(&scene);
     expect_sum(&scene, load.force);
-    free(before);
 
     sim_reset(scene.sim);
     assert_int_equal(*scene.sim->loads.count, 0);
@@ -325,5 +314,4 @@ TEST(reset_brings_back_loads_and_topology)
         assert_false(scene.toy[0]->splits->split[e]);
     expect_near(vec3_length(sum_of_loads(&scene)), 0.0, 0.0);
     expect_near(scene.body[0]->lambda, TOY_LAMBDA, 0.0); // `restored` was called
-    toy_scene_destroy(&scene);
 }

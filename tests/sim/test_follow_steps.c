@@ -59,7 +59,7 @@ TEST(step_follows_the_bounds_of_the_present_level)
         ToySceneOptions options = options_with(0.0, false);
         options.tool = &ball;
         options.tool_count = touched;
-        ToyScene scene;
+        SCOPED(toy_scene_destroy) ToyScene scene;
         toy_scene_create(&scene, &options);
         for (int k = 0; k < 4; k++) {
             bool fine = k % 2 == 1;
@@ -71,7 +71,6 @@ TEST(step_follows_the_bounds_of_the_present_level)
         }
         // The two levels do differ.
         assert_true(limit_of(true, touched, 1.0, 1.0) < 0.7 * limit_of(false, touched, 1.0, 1.0));
-        toy_scene_destroy(&scene);
     }
 }
 
@@ -100,13 +99,12 @@ TEST(unsafe_step_stays_as_wanted)
 {
     double step = 2.0 * limit_of(false, false, 1.0, 1.0);
     ToySceneOptions options = options_with(step, true);
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     toy_scene_create(&scene, &options);
     for (int k = 0; k < 3; k++) {
         expect_step(&scene, step);
         split(&scene, k % 2 == 0);
     }
-    toy_scene_destroy(&scene);
 }
 
 // A body that came to be stiffer than was known at load: the bound wins over the scene's step, and
@@ -115,7 +113,7 @@ TEST(bound_wins_over_the_wanted_step)
 {
     double fine = limit_of(true, false, 1.0, 1.0);
     ToySceneOptions options = options_with(0.9 * fine, false);
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     toy_scene_create(&scene, &options);
     Body *body = scene.body[0];
     body->lambda = 1e9;
@@ -126,7 +124,6 @@ TEST(bound_wins_over_the_wanted_step)
     body->lambda = 1e30;
     time_step_follow(scene.sim, body);
     assert_int_equal(body->substeps, 100000);
-    toy_scene_destroy(&scene);
 }
 
 // The answer to SET does not depend on the level of the moment: what the finest level does not
@@ -136,7 +133,7 @@ TEST(scales_enter_the_step_at_every_level)
     double fine = limit_of(true, false, 1.0, 1.0);
     for (int now = 0; now < 2; now++) {
         ToySceneOptions options = options_with(0.4 * fine, false);
-        ToyScene scene;
+        SCOPED(toy_scene_destroy) ToyScene scene;
         toy_scene_create(&scene, &options);
         split(&scene, now == 1);
         char why[256];
@@ -148,15 +145,13 @@ TEST(scales_enter_the_step_at_every_level)
         double limit = limit_of(now == 1, false, 4.0, 1.0);
         expect_near(scene.body[0]->time_step_limit, limit, 1e-12 * limit);
         expect_step(&scene, 0.4 * fine);
-        toy_scene_destroy(&scene);
     }
     // Without a step of the scene's, the finest level has no room for more than its own stiffness.
     ToySceneOptions options = options_with(0.0, false);
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     toy_scene_create(&scene, &options);
     char why[256];
     assert_false(sim_apply_set(scene.sim, "stiffness_scale", 3.0, why, sizeof why));
-    toy_scene_destroy(&scene);
 }
 
 TEST(bodies_are_asked_after_loads_and_before_contacts)
@@ -164,7 +159,7 @@ TEST(bodies_are_asked_after_loads_and_before_contacts)
     ToySceneOptions options = options_with(0.0, false);
     options.tool = &ball;
     options.tool_count = 1;
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     toy_scene_create(&scene, &options);
     const StageId expected[] = {STAGE_INPUTS,        STAGE_TOOLS,   STAGE_LOADS,   STAGE_ADAPT,
                                 STAGE_FIND_CONTACTS, STAGE_FORCES,  STAGE_CONTACT, STAGE_WRENCHES,
@@ -174,7 +169,6 @@ TEST(bodies_are_asked_after_loads_and_before_contacts)
         assert_int_equal(sim_stage(scene.sim, k), expected[k]);
     assert_string_equal(stage_name(STAGE_ADAPT), "adapt");
     assert_string_equal(stage_name(STAGE_SNAPSHOT), "snapshot");
-    toy_scene_destroy(&scene);
 }
 
 TEST(thresholds_are_set_on_one_body_or_all)
@@ -189,7 +183,7 @@ TEST(thresholds_are_set_on_one_body_or_all)
                 {"adapt_level", BODY_ADAPT_LEVEL}};
     ToySceneOptions options = options_with(0.0, false);
     options.count = 2;
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     toy_scene_create(&scene, &options);
     char why[256], key[64];
     for (int k = 0; k < 5; k++) {
@@ -206,7 +200,6 @@ TEST(thresholds_are_set_on_one_body_or_all)
     assert_non_null(strstr(why, "whole number"));
     assert_false(sim_apply_set(scene.sim, "adapt_level", 9.0, why, sizeof why));
     expect_near(scene.toy[1]->parameter[BODY_ADAPT_LEVEL], 5.0, 0.0);
-    toy_scene_destroy(&scene);
 }
 
 // A surface body with levels does not know its finest one: SET was refused wherever it was refined,
@@ -214,7 +207,7 @@ TEST(thresholds_are_set_on_one_body_or_all)
 TEST(a_refined_body_takes_the_scales_that_its_steps_allow)
 {
     ToySceneOptions options = options_with(0.0, false);
-    ToyScene scene;
+    SCOPED(toy_scene_destroy) ToyScene scene;
     toy_scene_create(&scene, &options);
     Body *body = scene.body[0];
     body->finest_lambda = body->finest_damping = 0.0;
@@ -225,7 +218,6 @@ TEST(a_refined_body_takes_the_scales_that_its_steps_allow)
     assert_true(sim_apply_set(scene.sim, "wall.stiffness_scale", 0.5, why, sizeof why));
     assert_true(sim_apply_set(scene.sim, "stiffness_scale", 1.0, why, sizeof why));
     assert_false(sim_apply_set(scene.sim, "stiffness_scale", 3.0, why, sizeof why));
-    toy_scene_destroy(&scene);
 }
 
 // What SET does afterwards is the measure of what a try says; rates differ in how much room
@@ -236,7 +228,7 @@ TEST(a_try_tells_the_substeps_that_set_takes_and_changes_nothing)
     for (int rate = 20; rate < 140; rate++) {
         ToySceneOptions options = options_with(0.0, false);
         options.rate_hz = rate;
-        ToyScene scene;
+        SCOPED(toy_scene_destroy) ToyScene scene;
         toy_scene_create(&scene, &options);
         const Body *body = scene.body[0], before = *body;
         char text[256], set[256];
@@ -263,7 +255,6 @@ TEST(a_try_tells_the_substeps_that_set_takes_and_changes_nothing)
         assert_false(sim_try_set(scene.sim, "stiffness_scale", 3.0, &longer, text, sizeof text));
         assert_false(sim_apply_set(scene.sim, "stiffness_scale", 3.0, set, sizeof set));
         assert_string_equal(text, set);
-        toy_scene_destroy(&scene);
     }
     assert_true(changed > 0);
 }

@@ -10,7 +10,7 @@
 TEST(randomly_refined_meshes_are_crack_free)
 {
     for (int open = 0; open < 2; open++) {
-        MeshToy toy;
+        SCOPED(mesh_toy_destroy) MeshToy toy;
         mesh_toy_create(&toy, open, 7);
         int changes = 0, most = 0;
         for (int i = 0; i < 500; i++) {
@@ -27,7 +27,6 @@ TEST(randomly_refined_meshes_are_crack_free)
         mesh_toy_refine_all(&toy);
         BodyMesh mesh = mesh_toy_mesh(&toy);
         expect_crack_free(&mesh, &toy.base, NULL);
-        mesh_toy_destroy(&toy);
     }
 }
 
@@ -183,7 +182,7 @@ TEST(a_hanging_midpoint_is_a_crack)
 
 TEST(a_missing_face_of_level_0_needs_the_base_to_be_seen)
 {
-    MeshToy toy;
+    SCOPED(mesh_toy_destroy) MeshToy toy;
     char why[MESH_CHECK_TEXT];
     mesh_toy_create(&toy, false, 1); // nowhere refined
     memset(toy.state.triangle[3], 0, sizeof toy.state.triangle[3]);
@@ -191,5 +190,4 @@ TEST(a_missing_face_of_level_0_needs_the_base_to_be_seen)
     assert_true(mesh_agrees(&mesh, NULL, NULL, why));
     assert_false(mesh_agrees(&mesh, &toy.base, NULL, why));
     assert_non_null(strstr(why, "a whole face is missing"));
-    mesh_toy_destroy(&toy);
 }

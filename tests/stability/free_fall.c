@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Free fall: shape, momentum and energy of bodies that nothing but gravity acts on.
 #include "free_fall.h"
+#include "scoped.h"
 
 #include "base/check.h"
 #include "surface/implicit.h"
@@ -244,7 +245,7 @@ static void judge_fall(const Body *body, const View *start, const View *end, Vec
 static void fall(Sim *sim, Vec3 gravity, Precision precision, int ticks, FallResult *result)
 {
     const int bodies = sim_body_count(sim);
-    View *start = calloc((size_t)bodies, sizeof *start);
+    FREED View *start = calloc((size_t)bodies, sizeof *start);
     ASSERT(start != NULL);
     for (int b = 0; b < bodies; b++)
         view_take(&start[b], sim_body(sim, b));
@@ -262,7 +263,6 @@ static void fall(Sim *sim, Vec3 gravity, Precision precision, int ticks, FallRes
         view_free(&end);
         view_free(&start[b]);
     }
-    free(start);
 }
 
 static double shortest_edge(const Body *body)
@@ -336,10 +336,10 @@ static void judge_pushed(const Body *body, const View *start, const View *end, d
 static void push_and_leave(Sim *sim, Precision precision, int ticks, FallResult *result)
 {
     const int bodies = sim_body_count(sim);
-    View *start = calloc((size_t)bodies, sizeof *start);
-    Vec3 *impulse = calloc((size_t)bodies, sizeof *impulse);
-    double *most = calloc((size_t)bodies, sizeof *most);
-    bool *pushed = calloc((size_t)bodies, sizeof *pushed);
+    FREED View *start = calloc((size_t)bodies, sizeof *start);
+    FREED Vec3 *impulse = calloc((size_t)bodies, sizeof *impulse);
+    FREED double *most = calloc((size_t)bodies, sizeof *most);
+    FREED bool *pushed = calloc((size_t)bodies, sizeof *pushed);
     ASSERT(start != NULL && impulse != NULL && most != NULL && pushed != NULL);
     for (int b = 0; b < bodies; b++)
         pushed[b] = push(sim, b, &impulse[b]);
@@ -365,10 +365,6 @@ static void push_and_leave(Sim *sim, Precision precision, int ticks, FallResult 
         view_free(&end);
         view_free(&start[b]);
     }
-    free(start);
-    free(impulse);
-    free(most);
-    free(pushed);
 }
 
 // So many ticks that no body falls out of what the server can hold, a million times its size from

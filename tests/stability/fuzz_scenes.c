@@ -15,6 +15,7 @@
 #include "effort.h"
 #include "io/checkpoint.h"
 #include "random.h"
+#include "scoped.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -333,7 +334,7 @@ static bool run_ticks(Run *run, int ticks)
     for (int b = 0; b < sim_body_count(sim); b++)
         if (sim_body(sim, b)->mesh.node_capacity > most)
             most = sim_body(sim, b)->mesh.node_capacity;
-    float *row = calloc(6 * (size_t)most, sizeof *row);
+    FREED float *row = calloc(6 * (size_t)most, sizeof *row);
     ASSERT(row != NULL);
     bool sound = check_numbers(run, row);
     for (int i = 0; i < ticks && sound; i++) {
@@ -343,7 +344,6 @@ static bool run_ticks(Run *run, int ticks)
         run->result->ticks++;
         sound = sound && check_numbers(run, row);
     }
-    free(row);
     return sound;
 }
 

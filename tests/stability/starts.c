@@ -5,6 +5,7 @@
 #include "base/check.h"
 #include "geometry/generator.h"
 #include "random.h"
+#include "scoped.h"
 
 #include <float.h>
 #include <hdf5.h>
@@ -38,7 +39,7 @@ static void write_off(const char *folder, const char *name, const TriMesh *mesh)
 // faces there have `ratio` of the edge length of those at the equator, all of about one shape.
 static void write_graded(const char *folder, const char *name, double ratio)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     const int segments = 6;
     const double factor = 2.4; // near 2 pi / segments + 1: faces as high as wide
@@ -57,13 +58,12 @@ static void write_graded(const char *folder, const char *name, double ratio)
                     0.05 * cos(angle)};
     }
     write_off(folder, name, &mesh);
-    mesh_destroy(&mesh);
 }
 
 // A sphere one of whose nodes lies beside another; apart 0: in the same place.
 static void write_near(const char *folder, const char *name, double apart)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     bool made = generate_ico_sphere(&mesh, 1, 0.05, &status);
     ASSERT(made);
@@ -71,7 +71,6 @@ static void write_near(const char *folder, const char *name, double apart)
     mesh.position[face[1]] =
         vec3_add(mesh.position[face[0]], (Vec3){0.6 * apart, 0.8 * apart, 0.0});
     write_off(folder, name, &mesh);
-    mesh_destroy(&mesh);
 }
 
 // 4 x 4 x 4 cells of 12.5 mm about the origin; label 2 is the upper quarter.
@@ -120,7 +119,7 @@ static int read_rows(const Body *body, const Model *model, Row **row)
 {
     const int most = body->state_capacity;
     int *id = malloc((size_t)most * sizeof *id), count = 0;
-    Vec3 *x = malloc((size_t)most * sizeof *x), *v = malloc((size_t)most * sizeof *v);
+    FREED Vec3 *x = malloc((size_t)most * sizeof *x), *v = malloc((size_t)most * sizeof *v);
     *row = malloc((size_t)most * sizeof **row);
     ASSERT(id != NULL && x != NULL && v != NULL && *row != NULL);
     const int read = body->ops->read_state(body->model, id, x, v);
@@ -129,8 +128,6 @@ static int read_rows(const Body *body, const Model *model, Row **row)
             (*row)[count++] = (Row){id[i], x[i]};
     qsort(*row, (size_t)count, sizeof **row, compare);
     free(id);
-    free(x);
-    free(v);
     enum { SPHERE_NODES = 42 };
     return model->kind == KIND_SURFACE && count > SPHERE_NODES ? SPHERE_NODES : count;
 }
@@ -202,7 +199,7 @@ void trial_write_start(const char *path, const Body *body, const Model *model, S
     Vec3 low, high;
     const int count = read_rows(body, model, &row);
     box_of(row, count, &low, &high);
-    double *value = malloc(3 * (size_t)count * sizeof *value);
+    FREED double *value = malloc(3 * (size_t)count * sizeof *value);
     ASSERT(value != NULL);
     uint64_t random = 20;
     for (int i = 0; i < count; i++) {
@@ -216,6 +213,5 @@ void trial_write_start(const char *path, const Body *body, const Model *model, S
         value[3 * i + 2] = x.z;
     }
     write_vectors(path, value, count);
-    free(value);
     free(row);
 }

@@ -22,8 +22,7 @@ static Motion motion_of(const Run *run)
 {
     const Body *body = sim_body(run->world.sim, 0);
     const size_t most = (size_t)body->state_capacity;
-    Vec3 *x = calloc(most, sizeof *x), *v = calloc(most, sizeof *v);
-    assert_non_null(x);
+    FREED Vec3 *x = calloc(most, sizeof *x), *v = calloc(most, sizeof *v);
     assert_non_null(v);
     const int count = body->ops->read_state(body->model, NULL, x, v);
     Motion motion = {0};
@@ -43,8 +42,6 @@ static Motion motion_of(const Run *run)
     BodyMeasure measure;
     body->ops->measure(body->model, &measure);
     motion.energy = measure.kinetic + measure.elastic;
-    free(x);
-    free(v);
     return motion;
 }
 
@@ -68,7 +65,7 @@ TEST(stiff_implicit_sheet_keeps_its_shape_as_it_falls)
     static const char *const material[] = {"youngs_modulus_2d = 1.0e7;",
                                            "youngs_modulus_2d = 9.0e8; damping_time = 10.0;"};
     for (int k = 0; k < 2; k++) {
-        Run run;
+        SCOPED(run_destroy) Run run;
         char text[600];
         snprintf(text, sizeof text,
                  "gravity = [0.0, 0.0, -9.81]; bodies = ( { name = \"b\"; " SHEET(
@@ -83,7 +80,6 @@ TEST(stiff_implicit_sheet_keeps_its_shape_as_it_falls)
         expect_near(end.extent, start.extent, 1e-12);
         expect_at_most(end.inner, 1e-10);
         assert_int_equal(sim_resets(run.world.sim), 0);
-        run_destroy(&run);
     }
 }
 
@@ -95,7 +91,7 @@ TEST(pushed_implicit_sheet_gains_no_energy_on_its_own)
         const char *stiffness, *damping_time;
     } cases[] = {{"1.0e5", "1.0"}, {"1.0e8", "0.0"}, {"9.0e8", "0.0"}, {"9.0e8", "10.0"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        Run run;
+        SCOPED(run_destroy) Run run;
         char text[700];
         snprintf(text, sizeof text,
                  "bodies = ( { name = \"b\"; " SHEET(
@@ -116,7 +112,6 @@ TEST(pushed_implicit_sheet_gains_no_energy_on_its_own)
                       cases[k].damping_time, most / start);
         expect_at_most(most, 3.0 * start);
         assert_int_equal(sim_resets(run.world.sim), 0);
-        run_destroy(&run);
     }
 }
 
@@ -125,7 +120,7 @@ TEST(pushed_implicit_sheet_gains_no_energy_on_its_own)
 // that turns it is motion: next to nothing is left in its springs.
 TEST(tiny_implicit_sphere_turns_without_straining_itself)
 {
-    Run run;
+    SCOPED(run_destroy) Run run;
     BodyMeasure start, now;
     run_create(&run, "bodies = ( { name = \"b\"; mesh = { generator = \"sphere\"; scale = "
                      "2.937e-5; }; integrator = \"implicit\"; } ); loads = ( { center = [0.0, 0.0, "
@@ -140,7 +135,6 @@ TEST(tiny_implicit_sphere_turns_without_straining_itself)
         expect_near(now.kinetic, start.kinetic, 1e-3 * start.kinetic);
     }
     print_message("tiny sphere: %.3g J, %.3g J in springs\n", now.kinetic, now.elastic);
-    run_destroy(&run);
 }
 
 TEST(implicit_sheet_too_uneven_to_follow_is_refused_with_the_step_it_can_take)
@@ -205,7 +199,7 @@ TEST(what_falls_in_single_precision_neither_hurries_nor_spins)
                       "\"body\"; };")},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        Run run;
+        SCOPED(run_destroy) Run run;
         run_create(&run, cases[k].scene);
         const Body *body = sim_body(run.world.sim, 0);
         const Motion start = motion_of(&run);
@@ -229,7 +223,6 @@ TEST(what_falls_in_single_precision_neither_hurries_nor_spins)
         expect_at_most(fast, 1e-5 * seconds * vec3_length(gravity));
         expect_at_most(vec3_length(end.spin), 1e-6);
         assert_int_equal(sim_resets(run.world.sim), 0);
-        run_destroy(&run);
     }
 }
 
@@ -244,7 +237,7 @@ static int64_t restores_for(const Run *run, GuardCause cause)
 // had. (The contact of solids has one potential and gives nothing: test_voxel_press_law.c.)
 TEST(energy_out_of_a_contact_is_seen)
 {
-    Run run;
+    SCOPED(run_destroy) Run run;
     SimEvent event;
     run_create(&run, "bodies = ( { name = \"b\"; mesh = { generator = \"sphere\"; nodes = 114; }; "
                      "material = { youngs_modulus_2d = 400.0; damping_time = 0.0; }; shape = { "
@@ -260,13 +253,12 @@ TEST(energy_out_of_a_contact_is_seen)
         told |=
             strcmp(event.kind, "restored") == 0 && strstr(event.text, "J out of contacts") != NULL;
     assert_true(told);
-    run_destroy(&run);
 }
 
 // A ball bounces on a table, softer than it is itself: at the turning point it has next to nothing.
 TEST(a_bouncing_ball_is_no_false_alarm)
 {
-    Run run;
+    SCOPED(run_destroy) Run run;
     run_create(&run, "gravity = [0.0, 0.0, -9.81]; bodies = ( { name = \"b\"; mesh = { generator = "
                      "\"sphere\"; nodes = 114; }; material = { youngs_modulus_2d = 400.0; "
                      "damping_time = 0.0; }; shape = { angular_frequency = 200.0; damping_ratio = "
@@ -275,7 +267,6 @@ TEST(a_bouncing_ball_is_no_false_alarm)
                      "-0.07]; normal = [0.0, 0.0, 1.0]; }; } );");
     run_for(&run, 10.0);
     assert_int_equal(sim_resets(run.world.sim), 0);
-    run_destroy(&run);
 }
 
 // --- contacts of little damping ---

@@ -3,6 +3,8 @@
 #ifndef PLIANT_TESTS_EXPECT_H
 #define PLIANT_TESTS_EXPECT_H
 
+#include "scoped.h"
+
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

@@ -5,6 +5,7 @@
 #include "geometry/generator.h"
 #include "random.h"
 #include "surface_state.h"
+#include "scoped.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -152,13 +153,12 @@ void fixture_forces(TriMesh *mesh, const FixtureOptions *like, const Vec3 *x, Ve
     options.integrator = INTEGRATOR_SYMPLECTIC_EULER;
     options.rate_hz = 1e9;
     options.initial_position = x;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, mesh, &options);
     fixture_run(&fixture, 1);
     for (int i = 0; i < fixture.mesh.node_count; i++)
         force[i] =
             vec3_scale(fixture.body->surface.node_mass[i] / sim_tick(fixture.sim), fixture.v[i]);
-    fixture_destroy(&fixture);
 }
 
 const LoadOptions fixture_everywhere = {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "recording_view.h"
+#include "scoped.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -337,13 +338,12 @@ SidecarFrame *view_sidecar(const char *path, int *count)
     fseek(file, 0, SEEK_END);
     size_t size = (size_t)ftell(file);
     rewind(file);
-    char *text = malloc(size + 1);
+    FREED char *text = malloc(size + 1);
     assert_int_equal(fread(text, 1, size, file), size);
     text[size] = '\0';
     fclose(file);
     Sidecar sidecar = {0};
     parse(text, on_ended, &sidecar);
-    free(text);
     *count = sidecar.count;
     return sidecar.frame;
 }

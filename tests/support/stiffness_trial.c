@@ -27,8 +27,7 @@ static Vec3 ramped(Sim *sim, StateList *state, const void *start, Vec3 from, Vec
 // -dF/dx by central differences, its symmetric part.
 static Sym3 measure(Sim *sim, StateList *state, Vec3 from)
 {
-    void *start = malloc(state_bytes(state));
-    assert_non_null(start);
+    FREED void *start = malloc(state_bytes(state));
     state_copy_out(state, start);
     double m[3][3];
     for (int c = 0; c < 3; c++) {
@@ -38,7 +37,6 @@ static Sym3 measure(Sim *sim, StateList *state, Vec3 from)
         Vec3 d = vec3_scale(-0.5 / STEP, vec3_sub(ahead, back));
         m[0][c] = d.x, m[1][c] = d.y, m[2][c] = d.z;
     }
-    free(start);
     return (Sym3){m[0][0],
                   m[1][1],
                   m[2][2],

@@ -2,6 +2,7 @@
 #include "base/check.h"
 #include "geometry/edges.h"
 #include "toy_parts.h"
+#include "scoped.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -47,7 +48,7 @@ void toy_cuts_rebuild(Body *body)
 static void part_nodes(Body *body, TopologyChange *change)
 {
     Toy *toy = body->model;
-    bool *marked = calloc((size_t)toy->faces, sizeof *marked); // a toy may
+    FREED bool *marked = calloc((size_t)toy->faces, sizeof *marked); // a toy may
     ASSERT(marked != NULL);
     for (int node = 0; node < *toy->cuts->used; node++) {
         memset(marked, 0, (size_t)toy->faces);
@@ -61,7 +62,7 @@ static void part_nodes(Body *body, TopologyChange *change)
                     first = false;
                     continue;
                 }
-                bool *part = calloc((size_t)toy->faces, sizeof *part);
+                FREED bool *part = calloc((size_t)toy->faces, sizeof *part);
                 ASSERT(part != NULL);
                 mark_joined(toy, f, node, part);
                 int copy = (*toy->cuts->used)++;
@@ -69,12 +70,10 @@ static void part_nodes(Body *body, TopologyChange *change)
                     for (int c = 0; c < 3 && part[g]; c++)
                         if (toy->face[g][c] == node)
                             toy->face[g][c] = copy;
-                free(part);
                 toy->position[copy] = toy->position[node];
                 toy->born[change->born_count++] = (NodeBirth){copy, {node, node}};
             }
     }
-    free(marked);
     change->born = toy->born;
     toy_rebuild(body);
     toy->changes++;
@@ -170,7 +169,7 @@ static bool sweep(Body *body, const CutSweep *asked, CutTrail *trail, const CutP
         outcome->verdict = link_finder_sweep(finder, edge, 2, trail, offer_links, &offered);
     if (outcome->verdict != CUT_DONE)
         return false;
-    bool *hit = calloc((size_t)toy->cuts->links, sizeof *hit); // a toy may
+    FREED bool *hit = calloc((size_t)toy->cuts->links, sizeof *hit); // a toy may
     ASSERT(hit != NULL);
     for (int i = 0; i < finder->met_count; i++)
         count += hit[finder->met[i]] = !toy->cuts->broken[finder->met[i]];
@@ -182,7 +181,6 @@ static bool sweep(Body *body, const CutSweep *asked, CutTrail *trail, const CutP
         commit_bits(body, hit, outcome, change);
     else if (count > 0)
         outcome->verdict = CUT_NO_NODES;
-    free(hit);
     return count > 0 && fits;
 }
 
@@ -195,7 +193,7 @@ bool toy_cut(Body *body, const CutSweep *asked, CutOutcome *outcome, TopologyCha
     toy->cuts->calls++;
     if (asked->phase == CUT_ENDS)
         return false;
-    CutPoint *now = calloc((size_t)toy->faces, sizeof *now);
+    FREED CutPoint *now = calloc((size_t)toy->faces, sizeof *now);
     ASSERT(now != NULL);
     for (int f = 0; f < toy->faces; f++)
         now[f] = center_of(toy, f);
@@ -220,7 +218,6 @@ bool toy_cut(Body *body, const CutSweep *asked, CutOutcome *outcome, TopologyCha
             memcpy(edge, trail.edge, sizeof trail.edge);
         }
     }
-    free(now);
     return changed;
 }
 
@@ -265,7 +262,7 @@ void toy_reserve_blades(void *self, int blades, Arena *arena, StateList *state)
 static void take_links(Toy *toy, const char *name, const TriMesh *mesh, Arena *arena)
 {
     ToyCuts *cuts = toy->cuts;
-    WingedMesh winged;
+    SCOPED(winged_destroy) WingedMesh winged;
     winged_create(&winged, mesh);
     TOY_ARRAY(winged.edge_count, cuts->link);
     TOY_ARRAY(toy->faces, cuts->across);
@@ -281,7 +278,6 @@ static void take_links(Toy *toy, const char *name, const TriMesh *mesh, Arena *a
             cuts->link[number][1] = face[0] < face[1] ? face[1] : face[0];
         }
     }
-    winged_destroy(&winged);
 }
 
 void toy_cuts_create(Toy *toy, const char *name, const TriMesh *mesh, const ToyOptions *options,

@@ -2,6 +2,7 @@
 #include "geometry/edges.h"
 #include "random.h"
 #include "toy_parts.h"
+#include "scoped.h"
 
 #include <string.h>
 
@@ -203,7 +204,7 @@ void toy_want_some(Toy *toy, int odds, uint64_t *random)
 static void take_mesh(Toy *toy, const char *name, const TriMesh *mesh, Arena *arena)
 {
     ToySplits *splits = toy->splits;
-    WingedMesh winged;
+    SCOPED(winged_destroy) WingedMesh winged;
     winged_create(&winged, mesh);
     splits->edges = winged.edge_count;
     toy->nodes = toy->base_nodes + splits->edges;
@@ -221,7 +222,6 @@ static void take_mesh(Toy *toy, const char *name, const TriMesh *mesh, Arena *ar
         splits->rest[toy_midpoint(toy, e)] =
             vec3_scale(0.5, vec3_add(splits->rest[parent[0]], splits->rest[parent[1]]));
     }
-    winged_destroy(&winged);
 }
 
 void toy_splits_create(Toy *toy, const char *name, const TriMesh *mesh, Arena *arena,

@@ -3,6 +3,7 @@
 
 #include "mesh_check.h"
 #include "random.h"
+#include "scoped.h"
 
 #include "base/check.h"
 #include "surface/bending.h"
@@ -130,8 +131,8 @@ static void expect_balance(const Detail *detail)
 static void expect_statuses(const DetailBench *bench)
 {
     const Detail *detail = bench->detail;
-    unsigned char *on = calloc((size_t)detail->set.node_count, 1);
-    double *mass = calloc((size_t)detail->set.node_count, sizeof *mass);
+    FREED unsigned char *on = calloc((size_t)detail->set.node_count, 1);
+    FREED double *mass = calloc((size_t)detail->set.node_count, sizeof *mass);
     for (int l = 0; l <= detail->set.levels.finest; l++)
         for (int f = 0; f < detail->set.levels.level[l].face_count; f++)
             if (detail_is_leaf(&detail->set, l, f))
@@ -169,19 +170,15 @@ static void expect_statuses(const DetailBench *bench)
             if (on[i] == NODE_FREE)
                 assert_true(fabs(mass[i] - bench->model->mass[i]) <= 1e-14 * mass[i]);
     }
-    free(on);
-    free(mass);
 }
 
 static void expect_published(DetailBench *bench)
 {
     const BodyMesh *mesh = &bench->body->mesh;
-    Vec3 *position = calloc((size_t)mesh->node_count, sizeof *position);
-    Vec3 *velocity = calloc((size_t)mesh->node_count, sizeof *velocity);
+    FREED Vec3 *position = calloc((size_t)mesh->node_count, sizeof *position);
+    FREED Vec3 *velocity = calloc((size_t)mesh->node_count, sizeof *velocity);
     bench->body->ops->read_state(bench->model, NULL, position, velocity);
     expect_crack_free(mesh, &bench->mesh, position);
-    free(position);
-    free(velocity);
 }
 
 // A broken edge whose ends still hold together has faces on both sides, and no hinge.

@@ -56,10 +56,9 @@ static double energy_of(const Vec3 *x, double modulus, void (*make)(TriMesh *))
     make(&mesh);
     FixtureOptions options = hinged(modulus);
     options.initial_position = x;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     double energy = elastic_energy(&fixture);
-    fixture_destroy(&fixture);
     return energy;
 }
 
@@ -67,7 +66,7 @@ TEST(force_is_minus_the_gradient_of_the_energy)
 {
     void (*const make[])(TriMesh *) = {fixture_organ, fixture_sphere, fixture_sheet};
     for (int m = 0; m < 3; m++) {
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         make[m](&mesh);
         Vec3 x[NODES], force[NODES];
         deform(&mesh, 3, x);
@@ -92,13 +91,12 @@ TEST(force_is_minus_the_gradient_of_the_energy)
                 expect_near(at[c], -(more - less) / (2.0 * step), 1e-6 * most);
             }
         }
-        mesh_destroy(&mesh);
     }
 }
 
 TEST(single_precision_agrees_with_double)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     fixture_organ(&mesh);
     Vec3 x[NODES], force[2][NODES];
     deform(&mesh, 3, x);
@@ -117,7 +115,6 @@ TEST(single_precision_agrees_with_double)
         for (int i = 0; i < mesh.node_count; i++)
             expect_at_most(vec3_length(force[k][i]), 1e-9 * most);
     }
-    mesh_destroy(&mesh);
 }
 
 static void keeps_momentum(IntegratorKind integrator)
@@ -132,7 +129,7 @@ static void keeps_momentum(IntegratorKind integrator)
     options.integrator = integrator;
     options.initial_velocity = v;
     options.material.damping_time = 1e-4; // hinges are damped too
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     Vec3 p[2], l[2];
     for (int k = 0; k < 2; k++) {
@@ -150,7 +147,6 @@ static void keeps_momentum(IntegratorKind integrator)
     // Rounding of a few thousand steps.
     expect_at_most(vec3_length(vec3_sub(p[1], p[0])), 1e-11 * vec3_length(p[0]));
     expect_at_most(vec3_length(vec3_sub(l[1], l[0])), 1e-11 * 0.05 * vec3_length(p[0]));
-    fixture_destroy(&fixture);
 }
 
 TEST(free_body_keeps_its_momentum)
@@ -162,7 +158,7 @@ TEST(free_body_keeps_its_momentum)
 // Nodes that meet, faces without area, folds of half a turn: nothing but finite numbers.
 TEST(folded_faces_give_finite_forces)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     fixture_sphere(&mesh);
     for (int way = 0; way < 4; way++) {
         Vec3 x[NODES], force[NODES];
@@ -181,7 +177,7 @@ TEST(folded_faces_give_finite_forces)
         options.material.damping_time = 2e-4;
         options.shape = fixture_shape(SHAPE_WORLD);
         options.initial_position = x;
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         fixture_run(&fixture, 1000);
         double farthest = 0.0;
@@ -190,9 +186,7 @@ TEST(folded_faces_give_finite_forces)
         print_message("way %d: within %.3g m after 1 s\n", way, farthest);
         // It started within 0.05 m, with energy to swing, and loses it.
         assert_true(fixture_is_finite(&fixture) && farthest < 0.1);
-        fixture_destroy(&fixture);
     }
-    mesh_destroy(&mesh);
 }
 
 // The largest eigenvalue of M^-1 K of the hinges alone lies below the bound, and not far: found by
@@ -201,10 +195,10 @@ TEST(bound_holds_the_largest_eigenvalue)
 {
     void (*const make[])(TriMesh *) = {fixture_organ, fixture_sphere, fixture_sheet};
     for (int m = 0; m < 3; m++) {
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         make[m](&mesh);
         FixtureOptions options = hinged(1e-6);
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         TriMesh same;
         make[m](&same);
         fixture_create(&fixture, &same, &options);
@@ -233,8 +227,6 @@ TEST(bound_holds_the_largest_eigenvalue)
         print_message("bound %.3g, eigenvalue %.3g 1/s2\n", fixture.body->lambda, eigenvalue);
         expect_at_most(eigenvalue, fixture.body->lambda);
         expect_at_least(eigenvalue, fixture.body->lambda / 8.0);
-        fixture_destroy(&fixture);
-        mesh_destroy(&mesh);
     }
 }
 
@@ -242,11 +234,10 @@ static void refuses(const FixtureOptions *options, const char *reason)
 {
     TriMesh mesh;
     fixture_sphere(&mesh);
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     Status status = {0};
     assert_false(fixture_try(&fixture, &mesh, options, &status));
     assert_non_null(strstr(status.text, reason));
-    fixture_destroy(&fixture);
 }
 
 TEST(refuses_free_hanging_nodes_and_what_is_no_wall)

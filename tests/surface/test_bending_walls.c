@@ -81,7 +81,7 @@ static double deflection(IntegratorKind integrator, int level, double pressure, 
         options.load_count = 1;
         options.load = &load;
     }
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     fixture_run(&fixture, 800);
     double middle = 0.0, closest = 1.0, speed = 0.0;
@@ -94,7 +94,6 @@ static double deflection(IntegratorKind integrator, int level, double pressure, 
         }
     }
     expect_at_most(speed * 0.05, 1e-3 * middle); // it is at rest
-    fixture_destroy(&fixture);
     return middle;
 }
 
@@ -170,7 +169,7 @@ TEST(a_pinched_cylinder_becomes_an_oval)
         const double edge = 2.0 * 3.14159265358979323846 * RADIUS / AROUND;
         const double node_mass = 0.1 * edge * edge * sqrt(0.75); // of level 0, as the damping is
         options.material.node_damping = 2.0 * 34.0 * node_mass;
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create(&fixture, &mesh, &options);
         const BodyOps *ops = fixture.body->ops;
         for (int i = 0; i < fixture.mesh.node_count; i++) {
@@ -196,7 +195,6 @@ TEST(a_pinched_cylinder_becomes_an_oval)
         expect_at_most(fabs(speed / weight) / 34.0, 2e-3 * want); // it is at rest
         // The free ends, where a strip bends more easily, count for 1 or 2 %.
         expect_near(sum / weight, want, 0.05 * want);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -246,7 +244,7 @@ static void press(const Press *by, double thickness, int level, double force, Pr
                                 .force = vec3_scale(force / LOADS, to),
                                 .duration = 10.0};
     options.load = load;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     fixture_run(&fixture, 350);
     for (int i = 0; i < out->count; i++)
@@ -260,7 +258,6 @@ static void press(const Press *by, double thickness, int level, double force, Pr
         weight += share;
     }
     out->patch = sum / weight;
-    fixture_destroy(&fixture);
 }
 
 // Returns how far two fields lie apart, over the size of the second.

@@ -49,7 +49,7 @@ TEST(pressure_acts_along_the_gradient_of_the_volume)
     void (*const make[])(TriMesh *) = {fixture_organ, fixture_sphere};
     for (int m = 0; m < 2; m++)
         for (int precision = 0; precision < 2; precision++) {
-            TriMesh mesh;
+            SCOPED(mesh_destroy) TriMesh mesh;
             make[m](&mesh);
             Vec3 x[NODES], force[NODES];
             uint64_t random = 7;
@@ -76,7 +76,6 @@ TEST(pressure_acts_along_the_gradient_of_the_volume)
                     expect_near(at[c], pressure * (more - less) / (2.0 * step), close * most);
                 }
             }
-            mesh_destroy(&mesh);
         }
 }
 
@@ -102,7 +101,7 @@ static void inflate(Fixture *fixture, double pressure, bool gas)
 static double held_together(const Fixture *fixture, double height)
 {
     double force = 0.0;
-    WingedMesh winged;
+    SCOPED(winged_destroy) WingedMesh winged;
     winged_create(&winged, &fixture->mesh);
     for (int e = 0; e < winged.edge_count; e++) {
         const int a = winged.edge[e].node[0], b = winged.edge[e].node[1];
@@ -122,7 +121,6 @@ static double held_together(const Fixture *fixture, double height)
         const double length = vec3_length(d);
         force += k / (rest * rest) * (length - rest) * fabs(d.z) / length;
     }
-    winged_destroy(&winged);
     return force;
 }
 
@@ -134,7 +132,7 @@ TEST(a_balloon_bears_two_tensions_over_its_radius)
     static const double PRESSURES[] = {150.0, 300.0, 600.0, 1000.0};
     for (int k = 0; k < 4; k++) {
         const double pressure = PRESSURES[k];
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         inflate(&fixture, pressure, false);
         double mean = 0.0;
         for (int i = 0; i < fixture.mesh.node_count; i++)
@@ -152,7 +150,6 @@ TEST(a_balloon_bears_two_tensions_over_its_radius)
                       3.0 * modulus * (stretch - 1.0) / (radius * stretch * stretch));
         expect_near(pressure, 3.0 * modulus * (stretch - 1.0) / (radius * stretch * stretch),
                     0.02 * pressure);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -182,11 +179,10 @@ TEST(what_cannot_be_filled_is_refused)
         options.integrator = CASES[k].integrator;
         options.levels = CASES[k].levels;
         options.adjust = CASES[k].levels > 0 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         Status status = {0};
         assert_false(fixture_try(&fixture, &mesh, &options, &status));
         if (strstr(status.text, CASES[k].says) == NULL)
             fail_msg("%s", status.text);
-        fixture_destroy(&fixture);
     }
 }

@@ -28,7 +28,7 @@ static double residual(const SurfaceShape *shape, double force, double *pressed)
                               .fixed = &bottom,
                               .load_count = 1,
                               .load = &press};
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     fixture_run(&fixture, 2000);
     BodyMeasure measure;
@@ -42,7 +42,6 @@ static double residual(const SurfaceShape *shape, double force, double *pressed)
     }
     double rms = sqrt(sum / fixture.mesh.node_count);
     assert_int_equal(sim_resets(fixture.sim), 0);
-    fixture_destroy(&fixture);
     return rms / RADIUS;
 }
 

@@ -101,12 +101,13 @@ TEST(a_bad_tick_gives_places_and_velocities_back)
             FixtureOptions options = fixture_loadable();
             options.integrator = (IntegratorKind)kind;
             options.precision = (Precision)precision;
-            Fixture fixture;
+            SCOPED(fixture_destroy) Fixture fixture;
             fixture_create_sphere(&fixture, &options);
             const int count = fixture.mesh.node_count;
             apply(&fixture, &soft);
             fixture_run(&fixture, 20);
-            Vec3 *x = malloc((size_t)count * sizeof *x), *v = malloc((size_t)count * sizeof *v);
+            FREED Vec3 *x = malloc((size_t)count * sizeof *x),
+                       *v = malloc((size_t)count * sizeof *v);
             memcpy(x, fixture.x, (size_t)count * sizeof *x);
             memcpy(v, fixture.v, (size_t)count * sizeof *v);
             LoadOptions blow = huge;
@@ -123,9 +124,6 @@ TEST(a_bad_tick_gives_places_and_velocities_back)
             fixture_run(&fixture, 100);
             assert_int_equal(sim_resets(fixture.sim), 1);
             assert_true(fixture_is_finite(&fixture));
-            free(x);
-            free(v);
-            fixture_destroy(&fixture);
         }
 }
 
@@ -133,14 +131,13 @@ TEST(bad_ticks_with_good_ones_between_lead_to_the_rest_shape_too)
 {
     FixtureOptions options = fixture_loadable();
     Vec3 initial[114];
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     fixture_sphere(&mesh);
     assert_int_equal(mesh.node_count, 114);
     for (int i = 0; i < 114; i++)
         initial[i] = vec3_scale(1.05, mesh.position[i]);
-    mesh_destroy(&mesh);
     options.initial_position = initial;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     LoadOptions blow = huge;
     blow.duration = 1e-3;
@@ -154,7 +151,6 @@ TEST(bad_ticks_with_good_ones_between_lead_to_the_rest_shape_too)
     BodyMeasure measure;
     sim_measure(fixture.sim, 0, &measure);
     expect_at_most(measure.max_displacement, 1e-15); // a tick's rounding
-    fixture_destroy(&fixture);
 }
 
 TEST(a_floating_body_that_has_flown_away_comes_back_in_its_rest_shape)
@@ -166,7 +162,7 @@ TEST(a_floating_body_that_has_flown_away_comes_back_in_its_rest_shape)
     for (int i = 0; i < 114; i++)
         velocity[i] = (Vec3){1e7, 0.0, 0.0};
     options.initial_velocity = velocity;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     for (int tick = 0; tick < 200; tick++) {
         fixture_run(&fixture, 1);
@@ -176,7 +172,6 @@ TEST(a_floating_body_that_has_flown_away_comes_back_in_its_rest_shape)
     }
     assert_true(sim_guard_counts(fixture.sim)->rest_shapes > 0);
     expect_near(fixture.x[0].x, fixture.mesh.position[0].x, 1e-12); // nothing moves it there
-    fixture_destroy(&fixture);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -218,7 +213,7 @@ TEST(a_load_that_has_ended_is_the_cause_as_long_as_its_energy_lasts)
 
 TEST(a_load_that_keeps_making_numbers_bad_is_ended_and_leaves_no_trace)
 {
-    Fixture fixture, calm;
+    SCOPED(fixture_destroy) Fixture fixture, calm;
     FixtureOptions options = fixture_loadable();
     fixture_create_sphere(&fixture, &options);
     fixture_create_sphere(&calm, &options);
@@ -248,14 +243,12 @@ TEST(a_load_that_keeps_making_numbers_bad_is_ended_and_leaves_no_trace)
     assert_int_equal(sim_resets(fixture.sim), GUARD_MOST_BLAME);
     for (int i = 0; i < calm.mesh.node_count; i++) // the rounding of three ticks was stopped
         expect_at_most(vec3_length(vec3_sub(fixture.x[i], calm.x[i])), 1e-15);
-    fixture_destroy(&fixture);
-    fixture_destroy(&calm);
 }
 
 TEST(a_body_that_a_withdrawn_load_has_torn_away_goes_back_to_its_rest_shape)
 {
     FixtureOptions options = fixture_loadable();
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     LoadOptions strong = huge;
     strong.force = (Vec3){1e7, 0.0, 0.0}; // to a balance some 1e5 m away
@@ -267,13 +260,12 @@ TEST(a_body_that_a_withdrawn_load_has_torn_away_goes_back_to_its_rest_shape)
     BodyMeasure measure;
     sim_measure(fixture.sim, 0, &measure);
     expect_at_most(measure.max_displacement, 0.0);
-    fixture_destroy(&fixture);
 }
 
 TEST(the_strongest_load_is_withdrawn_and_the_others_stay)
 {
     FixtureOptions options = fixture_loadable();
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     apply(&fixture, &soft);
     apply(&fixture, &huge);
@@ -282,7 +274,6 @@ TEST(the_strongest_load_is_withdrawn_and_the_others_stay)
     assert_int_equal(loads_in_force(&fixture), 2);
     for (int k = 0; k < 2; k++)
         expect_near(vec3_length(fixture.sim->loads.load[k].force), 0.01, 0.0);
-    fixture_destroy(&fixture);
 }
 
 TEST(blame_that_is_spread_over_more_than_the_window_withdraws_nothing)
@@ -291,7 +282,7 @@ TEST(blame_that_is_spread_over_more_than_the_window_withdraws_nothing)
     options.tool_count = 1;
     options.tool = &table;
     options.gravity = (Vec3){0.0, 0.0, -1.0};
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     LoadOptions blow = huge;
     blow.duration = 1e-3;
@@ -302,7 +293,6 @@ TEST(blame_that_is_spread_over_more_than_the_window_withdraws_nothing)
     }
     assert_int_equal(sim_guard_counts(fixture.sim)->loads, 0);
     assert_int_equal(sim_guard_counts(fixture.sim)->rest_shapes, 0);
-    fixture_destroy(&fixture);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -358,7 +348,7 @@ static void press_too_hard(Fixture *fixture)
 
 TEST(a_tool_that_keeps_making_numbers_bad_is_withdrawn_until_let_go)
 {
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     create_probed(&fixture);
     press_too_hard(&fixture);
     SimEvent event;
@@ -377,12 +367,11 @@ TEST(a_tool_that_keeps_making_numbers_bad_is_withdrawn_until_let_go)
     put_probe(&fixture, true);
     fixture_run(&fixture, 5);
     assert_true(sim_wrench(fixture.sim, 0)->contact);
-    fixture_destroy(&fixture);
 }
 
 TEST(a_withdrawn_tool_comes_back_after_its_sender_was_silent)
 {
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     create_probed(&fixture);
     press_too_hard(&fixture);
     fixture_run(&fixture, 190); // tool_timeout_s is 0.2
@@ -393,7 +382,6 @@ TEST(a_withdrawn_tool_comes_back_after_its_sender_was_silent)
     put_probe(&fixture, true);
     fixture_run(&fixture, 5);
     assert_true(sim_wrench(fixture.sim, 0)->contact);
-    fixture_destroy(&fixture);
 }
 
 TEST(a_static_tool_stays_and_the_body_goes_to_its_rest_shape)
@@ -401,7 +389,7 @@ TEST(a_static_tool_stays_and_the_body_goes_to_its_rest_shape)
     FixtureOptions options = fixture_loadable();
     options.tool_count = 1;
     options.tool = &table;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     spoil(&fixture);
     spoilt = 1;
@@ -415,7 +403,6 @@ TEST(a_static_tool_stays_and_the_body_goes_to_its_rest_shape)
     assert_int_equal(counts->restored[GUARD_TOOL], sim_resets(fixture.sim));
     assert_true(counts->rest_shapes > 0);
     assert_true(sim_tool_motion(fixture.sim, 0)->active);
-    fixture_destroy(&fixture);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -426,7 +413,7 @@ TEST(what_was_set_is_the_cause_for_a_while_then_the_unsafe_step)
     FixtureOptions options = fixture_loadable();
     options.time_step = 1e-3;
     options.unsafe_time_step = true;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     LoadOptions push = soft;
     push.duration = 1e-3;
@@ -453,7 +440,6 @@ TEST(what_was_set_is_the_cause_for_a_while_then_the_unsafe_step)
     while (next_event(&fixture, "restored", &event))
         told |= strstr(event.text, "beyond its bound") != NULL;
     assert_true(told);
-    fixture_destroy(&fixture);
 }
 
 TEST(what_was_set_is_named_whichever_key_it_is)
@@ -469,7 +455,7 @@ TEST(what_was_set_is_named_whichever_key_it_is)
         {"friction", "friction SET", 0.3},   {"body.pressure", "pressure SET", 1.0},
         {"volume", "volume SET", 5e-4},      {"body.adapt_force", NULL, 1.0}};
     for (size_t i = 0; i < sizeof SETS / sizeof *SETS; i++) {
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         spoil_motion(&fixture);
         char why[128];
@@ -482,14 +468,13 @@ TEST(what_was_set_is_named_whichever_key_it_is)
         assert_true(next_event(&fixture, "restored", &event));
         if (SETS[i].cause != NULL && strstr(event.text, SETS[i].cause) == NULL)
             fail_msg("'%s' is not in: %s", SETS[i].cause, event.text);
-        fixture_destroy(&fixture);
     }
 }
 
 TEST(a_body_is_told_of_once_a_window_however_often_it_is_restored)
 {
     FixtureOptions options = fixture_loadable();
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     LoadOptions blow = huge;
     blow.duration = 1e-3;
@@ -505,7 +490,6 @@ TEST(a_body_is_told_of_once_a_window_however_often_it_is_restored)
     }
     assert_int_equal(sim_resets(fixture.sim), 2500);
     assert_int_equal(told, 3);
-    fixture_destroy(&fixture);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -515,10 +499,10 @@ TEST(another_body_does_not_notice)
 {
     Vec3 *place[2] = {NULL, NULL};
     for (int run = 0; run < 2; run++) {
-        Arena arena = {0};
-        StateList list = {0};
+        SCOPED(arena_destroy) Arena arena = {0};
+        SCOPED(state_destroy) StateList list = {0};
         Status status = {0};
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         fixture_sphere(&mesh);
         const SimOptions sim_options = {.rate_hz = 1000.0, .may_load = true};
         Sim *sim = sim_create(&sim_options, &arena, &list);
@@ -544,9 +528,6 @@ TEST(another_body_does_not_notice)
         surface_read_state(sim_body(sim, 1), place[run], place[run] + mesh.node_count);
         if (run == 1)
             assert_true(is_same(place[0], place[1], 2 * mesh.node_count));
-        state_destroy(&list);
-        arena_destroy(&arena);
-        mesh_destroy(&mesh);
     }
     free(place[0]);
     free(place[1]);
@@ -557,7 +538,7 @@ TEST(another_body_does_not_notice)
 
 TEST(a_wrench_that_nobody_should_feel_is_withheld)
 {
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     create_probed(&fixture);
     put_probe(&fixture, true);
     fixture_run(&fixture, 5);
@@ -581,7 +562,6 @@ TEST(a_wrench_that_nobody_should_feel_is_withheld)
             expect_no_wrench(&fixture);
             assert_int_equal(sim_guard_counts(sim)->wrenches, ++count);
         }
-    fixture_destroy(&fixture);
 }
 
 static void measure_badly(const void *model, BodyMeasure *measure)
@@ -592,7 +572,7 @@ static void measure_badly(const void *model, BodyMeasure *measure)
 
 TEST(figures_that_are_no_numbers_are_withheld)
 {
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     create_probed(&fixture);
     spoiling.measure = measure_badly;
     BodyMeasure measure;
@@ -601,7 +581,6 @@ TEST(figures_that_are_no_numbers_are_withheld)
     expect_near(measure.elastic, 0.0, 0.0);
     expect_near(measure.max_displacement, 2.0, 0.0);
     assert_int_equal(sim_guard_counts(fixture.sim)->figures, 2);
-    fixture_destroy(&fixture);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -609,7 +588,7 @@ TEST(figures_that_are_no_numbers_are_withheld)
 
 TEST(what_the_guard_remembers_is_part_of_the_state)
 {
-    Fixture fixture, other;
+    SCOPED(fixture_destroy) Fixture fixture, other;
     create_probed(&fixture);
     create_probed(&other);
     LoadOptions blow = huge;
@@ -617,7 +596,7 @@ TEST(what_the_guard_remembers_is_part_of_the_state)
     apply(&fixture, &blow);
     fixture_run(&fixture, 1);
     press_too_hard(&fixture);
-    void *image = malloc(state_bytes(&fixture.state));
+    FREED void *image = malloc(state_bytes(&fixture.state));
     state_copy_out(&fixture.state, image);
     state_copy_in(&other.state, image);
     sim_restored(other.sim);
@@ -641,14 +620,11 @@ TEST(what_the_guard_remembers_is_part_of_the_state)
     assert_true(sim_check(other.sim));
     other.sim->guard->body[0].set_key = 1000;
     assert_false(sim_check(other.sim));
-    free(image);
-    fixture_destroy(&fixture);
-    fixture_destroy(&other);
 }
 
 TEST(a_reset_forgives)
 {
-    Fixture fixture, fresh;
+    SCOPED(fixture_destroy) Fixture fixture, fresh;
     create_probed(&fixture);
     create_probed(&fresh);
     press_too_hard(&fixture);
@@ -660,6 +636,4 @@ TEST(a_reset_forgives)
     put_probe(&fixture, true);
     fixture_run(&fixture, 5);
     assert_true(sim_wrench(fixture.sim, 0)->contact);
-    fixture_destroy(&fixture);
-    fixture_destroy(&fresh);
 }

@@ -29,10 +29,10 @@ typedef struct Asked {
 
 static bool is_accepted(const Asked *asked, char refusal[512])
 {
-    Arena arena = {0};
-    StateList list = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
+    SCOPED(state_destroy) StateList list = {0};
     Status status = {0};
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     fixture_sphere(&mesh);
     const SimOptions sim_options = {.rate_hz = asked->rate_hz};
     Sim *sim = sim_create(&sim_options, &arena, &list);
@@ -50,9 +50,6 @@ static bool is_accepted(const Asked *asked, char refusal[512])
     sim_add_tool(sim, &probe);
     bool accepted = sim_seal(sim, 0.0, &status);
     snprintf(refusal, 512, "%s", status.text);
-    state_destroy(&list);
-    arena_destroy(&arena);
-    mesh_destroy(&mesh);
     return accepted;
 }
 
@@ -157,12 +154,11 @@ TEST(a_scale_that_is_refused_is_refused_with_the_most_that_is_not)
 {
     FixtureOptions options = fixture_loadable();
     options.time_step = 1e-3;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     char why[256];
     assert_false(sim_apply_set(fixture.sim, "stiffness_scale", 1e5, why, sizeof why));
     const double most = number_after(why, "take at most ");
     assert_false(sim_apply_set(fixture.sim, "stiffness_scale", 1.01 * most, why, sizeof why));
     assert_true(sim_apply_set(fixture.sim, "stiffness_scale", most, why, sizeof why));
-    fixture_destroy(&fixture);
 }

@@ -31,7 +31,7 @@ static void create_oscillator(Fixture *fixture, double theta, double h)
 {
     TriMesh mesh;
     fixture_sphere(&mesh);
-    Vec3 *x = malloc((size_t)mesh.node_count * sizeof *x);
+    FREED Vec3 *x = malloc((size_t)mesh.node_count * sizeof *x);
     for (int i = 0; i < mesh.node_count; i++)
         x[i] = vec3_add(mesh.position[i], vec3(AWAY, 0.0, 0.0));
     FixtureOptions options = {
@@ -44,7 +44,6 @@ static void create_oscillator(Fixture *fixture, double theta, double h)
         .initial_position = x,
     };
     fixture_create(fixture, &mesh, &options);
-    free(x);
 }
 
 TEST(rigid_motion_on_shape_springs_goes_by_the_theta_method)
@@ -53,7 +52,7 @@ TEST(rigid_motion_on_shape_springs_goes_by_the_theta_method)
     for (int k = 0; k < 3; k++)
         for (int substeps = 1; substeps <= 4; substeps += 3) {
             const double h = 0.01 / substeps;
-            Fixture fixture;
+            SCOPED(fixture_destroy) Fixture fixture;
             create_oscillator(&fixture, theta[k], h);
             assert_int_equal(fixture.body->substeps, substeps);
             double u = AWAY, v = 0.0;
@@ -68,14 +67,13 @@ TEST(rigid_motion_on_shape_springs_goes_by_the_theta_method)
                     expect_near(fixture.v[i].y, 0.0, 1e-13);
                 }
             }
-            fixture_destroy(&fixture);
         }
 }
 
 // Largest error against the closed form over 0.1 s [m].
 static double error_of(double theta, int substeps)
 {
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     create_oscillator(&fixture, theta, 0.01 / substeps);
     const double w = FREQUENCY * sqrt(1.0 - RATIO * RATIO), decay = RATIO * FREQUENCY;
     double worst = 0.0;
@@ -84,7 +82,6 @@ static double error_of(double theta, int substeps)
         double t = 0.01 * i, u = AWAY * exp(-decay * t) * (cos(w * t) + decay / w * sin(w * t));
         worst = fmax(worst, fabs(fixture.x[7].x - fixture.mesh.position[7].x - u));
     }
-    fixture_destroy(&fixture);
     return worst;
 }
 
@@ -129,7 +126,7 @@ TEST(stiff_triangle_breathes_by_the_theta_method)
             .implicit = EXACT(share),
             .initial_position = x,
         };
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create(&fixture, &mesh, &options);
         double u = 1e-5, v = 0.0;
         for (int tick = 0; tick < 20; tick++) {
@@ -141,7 +138,6 @@ TEST(stiff_triangle_breathes_by_the_theta_method)
                             0.04 * 1e-11 * (1.0 + tick)); // in turn + and -, and growing, at 0.5
             }
         }
-        fixture_destroy(&fixture);
     }
 }
 
@@ -167,22 +163,20 @@ static double distance_to_reference(double theta, int substeps, bool measure)
         .time_step = 0.01 / substeps,
         .initial_velocity = v,
     };
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     if (!measure) {
-        Reference reference;
+        SCOPED(reference_destroy) Reference reference;
         fixture_reference(&fixture, &options, &reference);
         for (int i = 0; i < 2000; i++) // 10 us: error 1e-4 of what is compared
             reference_step(&reference, REFERENCE_RK4, 1e-5);
         for (int i = 0; i < fixture.mesh.node_count; i++)
             converged[i] = vec3(reference.x[i][0], reference.x[i][1], reference.x[i][2]);
-        reference_destroy(&reference);
     }
     fixture_run(&fixture, 2);
     double worst = 0.0;
     for (int i = 0; i < fixture.mesh.node_count; i++)
         worst = fmax(worst, vec3_length(vec3_sub(fixture.x[i], converged[i])));
-    fixture_destroy(&fixture);
     return worst;
 }
 
@@ -213,7 +207,7 @@ static void press_and_release(FixtureOptions options, double time_step, Vec3 cur
     options.load = &load;
     options.rate_hz = 100.0;
     options.time_step = time_step;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     for (int i = 0; i < FRAMES; i++) {
         fixture_run(&fixture, 1);
@@ -226,7 +220,6 @@ static void press_and_release(FixtureOptions options, double time_step, Vec3 cur
             }
         curve[i] = vec3_scale(1.0 / count, curve[i]);
     }
-    fixture_destroy(&fixture);
 }
 
 TEST(errors_of_a_press_are_those_of_the_prototype)
@@ -384,7 +377,7 @@ static Vec3 *solve_dense(const DetailBench *bench, const Vec3 *rest, const Vec3 
                    .c = calloc(square, sizeof(double)),
                    .force = calloc((size_t)count, sizeof(double)),
                    .kv = calloc((size_t)count, sizeof(double))};
-    double *mass = calloc((size_t)nodes, sizeof *mass);
+    FREED double *mass = calloc((size_t)nodes, sizeof *mass);
     for (int l = 0; l <= detail->set.levels.finest; l++)
         for (int f = 0; f < detail->set.levels.level[l].face_count; f++) {
             if (!detail_is_leaf(&detail->set, l, f))
@@ -400,7 +393,7 @@ static Vec3 *solve_dense(const DetailBench *bench, const Vec3 *rest, const Vec3 
         if (detail->set.status[i] == NODE_FREE && !detail->fixed[i])
             unknown[free_count++] = i;
     const int n = 3 * free_count;
-    double *m = calloc((size_t)n * (size_t)n, sizeof *m), *b = calloc((size_t)n, sizeof *b);
+    FREED double *m = calloc((size_t)n * (size_t)n, sizeof *m), *b = calloc((size_t)n, sizeof *b);
     const double rate = 50.0 * 50.0, drag = 2.0 * 0.1 * 50.0, part = theta * h; // bench_options
     for (int i = 0; i < n; i++) {
         const int node = unknown[i / 3], a = i % 3, row = 3 * node + a;
@@ -421,10 +414,7 @@ static Vec3 *solve_dense(const DetailBench *bench, const Vec3 *rest, const Vec3 
     Vec3 *change = calloc((size_t)nodes, sizeof *change);
     for (int k = 0; k < free_count; k++)
         change[unknown[k]] = vec3(b[3 * k], b[3 * k + 1], b[3 * k + 2]);
-    free(m);
-    free(b);
     free(unknown);
-    free(mass);
     free(dense.k);
     free(dense.c);
     free(dense.force);
@@ -464,14 +454,14 @@ TEST(step_with_hanging_nodes_is_that_of_a_dense_solution)
     const FixedRegion fixed = {.kind = FIXED_SPHERE, .center = {0.0, 0.0, -0.05}, .radius = 0.04};
     for (int k = 0; k < 3; k++) {
         const double theta = k == 1 ? 1.0 : 0.55, h = 1e-3;
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create_refined(&bench, theta, k == 2 ? &fixed : NULL, k);
         const Detail *detail = bench.detail;
         const SurfaceModel *model = bench.model;
         assert_true(detail->lists.hanging_count > 5);
         const int nodes = detail->set.node_count;
-        Vec3 *rest = calloc((size_t)nodes, sizeof *rest), *x = calloc((size_t)nodes, sizeof *x),
-             *v = calloc((size_t)nodes, sizeof *v);
+        FREED Vec3 *rest = calloc((size_t)nodes, sizeof *rest),
+                   *x = calloc((size_t)nodes, sizeof *x), *v = calloc((size_t)nodes, sizeof *v);
         for (int i = 0; i < nodes; i++) {
             if (detail->set.status[i] == NODE_OFF)
                 continue;
@@ -495,10 +485,6 @@ TEST(step_with_hanging_nodes_is_that_of_a_dense_solution)
         // What the solver leaves is 1e-14 of the residual, times the condition, about 1e2.
         expect_at_most(worst, 1e-11 * size);
         expect_at_most(away, 1e-11 * size * h + 1e-17); // rounding of 0.05 m
-        free(rest);
-        free(x);
-        free(v);
         free(change);
-        bench_destroy(&bench);
     }
 }

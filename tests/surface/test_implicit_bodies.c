@@ -68,7 +68,7 @@ TEST(free_body_keeps_its_momentum)
         if (cases[k].stiffness > 0.0)
             options.material = (SurfaceMaterial){
                 .uniform = true, .spring_stiffness = cases[k].stiffness, .node_mass = 1e-6};
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         create_flying(&fixture, &options);
         fixture_read(&fixture);
         const Momentum start = momentum_of(&fixture);
@@ -82,7 +82,6 @@ TEST(free_body_keeps_its_momentum)
         assert_int_equal(fixture.body->resets, 0);
         expect_at_most(linear, 1e-10); // what is promised; rounding of 1000 steps is 1e-13
         expect_at_most(angular, 1e-10);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -101,14 +100,13 @@ TEST(load_gives_its_impulse)
             .load = &load,
         };
         options.shape.wanted = shape == 1;
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         fixture_run(&fixture, 50);
         const Vec3 p = momentum_of(&fixture).linear;
         expect_near(p.x, 0.05 * 0.1, 1e-13); // rounding
         expect_near(p.y, 0.0, 1e-13);
         expect_near(p.z, 0.05 * (-0.2 - 114e-3), 1e-13);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -121,7 +119,7 @@ TEST(node_damping_slows_a_free_body_by_the_theta_method)
                      .node_damping = 1e-4},
         .integrator = INTEGRATOR_IMPLICIT,
     };
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     create_flying(&fixture, &options);
     fixture_read(&fixture);
     const Vec3 start = momentum_of(&fixture).linear;
@@ -130,7 +128,6 @@ TEST(node_damping_slows_a_free_body_by_the_theta_method)
     // v' = v - h c v / (1 + theta h c), h c = 1e-3 * 1e-4 / 1e-6.
     const double left = pow(1.0 - 0.1 / (1.0 + 0.55 * 0.1), 10);
     expect_at_most(vec3_length(vec3_sub(end, vec3_scale(left, start))), 1e-12 * vec3_length(start));
-    fixture_destroy(&fixture);
 }
 
 // --- extremes ---
@@ -168,7 +165,7 @@ static void expect_return(const char *what, FixtureOptions options, double mass_
         options.rate_hz = rates[r];
         options.load_count = 1;
         options.load = &load;
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         if (mass_factor != 1.0)
             scale_mass(&fixture, 40, mass_factor);
@@ -188,7 +185,6 @@ static void expect_return(const char *what, FixtureOptions options, double mass_
         expect_at_least(most, 1e-3);
         expect_at_most(most, 0.15);
         expect_at_most(farthest(&fixture), 0.005 * most + 1e-5);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -225,7 +221,7 @@ TEST(a_heavy_node_moves_slowly_and_nothing_breaks)
                               .shape = fixture_shape(SHAPE_WORLD),
                               .integrator = INTEGRATOR_IMPLICIT,
                               .gravity = {0.0, 0.0, -9.81}};
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     scale_mass(&fixture, 40, 1e6);
     fixture_run(&fixture, 100);
@@ -234,7 +230,6 @@ TEST(a_heavy_node_moves_slowly_and_nothing_breaks)
     const double w = 50.0, fall = 9.81 / (w * w) * (1.0 - exp(-0.1 * w * 0.1) * cos(w * 0.1));
     expect_near(fixture.x[40].z - fixture.mesh.position[40].z, -fall, 0.1 * fall);
     assert_int_equal(fixture.body->resets, 0);
-    fixture_destroy(&fixture);
 }
 
 // Flattened, inverted, thrown about in a cube of 10 R, all in one point: a soft wall, a stiff one,
@@ -267,7 +262,7 @@ TEST(comes_to_rest_from_any_start)
         if (wall == 2)
             options.material =
                 (SurfaceMaterial){.uniform = true, .spring_stiffness = 1e8, .node_mass = 1e-6};
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create(&fixture, &mesh, &options);
         fixture_run(&fixture, 1500);
         BodyMeasure measure;
@@ -281,7 +276,6 @@ TEST(comes_to_rest_from_any_start)
             expect_at_most(farthest(&fixture), 1e-6);
         expect_at_most(farthest(&fixture), 0.2);
         expect_at_most(measure.kinetic, wall == 1 ? 1e-4 : 1e-6);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -298,10 +292,10 @@ TEST(fixed_nodes_stay_and_the_rest_comes_to_equilibrium)
         .gravity = {0.0, 0.0, -9.81},
         .fixed = &fixed,
         .fixed_count = 1};
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     fixture_run(&fixture, 1500);
-    Reference reference;
+    SCOPED(reference_destroy) Reference reference;
     fixture_reference(&fixture, &options, &reference);
     double(*a)[3] = calloc(114, sizeof *a);
     for (int i = 0; i < 114; i++) {
@@ -320,8 +314,6 @@ TEST(fixed_nodes_stay_and_the_rest_comes_to_equilibrium)
         for (int c = 0; c < 3; c++)
             expect_near(a[i][c], 0.0, 1e-6);
     free(a);
-    reference_destroy(&reference);
-    fixture_destroy(&fixture);
 }
 
 static FixtureOptions busy_options(int kind)
@@ -342,21 +334,18 @@ TEST(state_goes_on_elsewhere_with_the_same_bits)
 {
     for (int kind = 0; kind < 3; kind++) {
         FixtureOptions options = busy_options(kind);
-        Fixture whole, rest;
+        SCOPED(fixture_destroy) Fixture whole, rest;
         fixture_create_sphere(&whole, &options);
         fixture_create_sphere(&rest, &options);
         fixture_run(&rest, 37); // whatever it was before
         fixture_run(&whole, 20);
-        void *block = malloc(state_bytes(&whole.state));
+        FREED void *block = malloc(state_bytes(&whole.state));
         state_copy_out(&whole.state, block);
         state_copy_in(&rest.state, block);
         sim_restored(rest.sim);
-        free(block);
         fixture_run(&whole, 40);
         fixture_run(&rest, 40);
         assert_true(state_hash(&rest.state) == state_hash(&whole.state));
-        fixture_destroy(&whole);
-        fixture_destroy(&rest);
     }
 }
 
@@ -367,13 +356,12 @@ TEST(every_instruction_set_level_gives_the_same_bits)
         for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
             FixtureOptions options = busy_options(kind);
             options.isa = *isa;
-            Fixture fixture;
+            SCOPED(fixture_destroy) Fixture fixture;
             fixture_create_sphere(&fixture, &options);
             fixture_run(&fixture, 60);
             if (first == 0)
                 first = state_hash(&fixture.state);
             assert_true(state_hash(&fixture.state) == first);
-            fixture_destroy(&fixture);
         }
     }
 }
@@ -386,7 +374,7 @@ TEST(substeps_are_steps)
         options.load_count = 0;
         options.gravity = vec3(0.3, 0.0, -1.0);
         options.time_step = 0.25e-3;
-        Fixture slow, fast;
+        SCOPED(fixture_destroy) Fixture slow, fast;
         fixture_create_sphere(&slow, &options);
         assert_int_equal(slow.body->substeps, 4);
         options.rate_hz = 4000.0;
@@ -398,8 +386,6 @@ TEST(substeps_are_steps)
             assert_memory_equal(&slow.x[i], &fast.x[i], sizeof slow.x[i]);
             assert_memory_equal(&slow.v[i], &fast.v[i], sizeof slow.v[i]);
         }
-        fixture_destroy(&slow);
-        fixture_destroy(&fast);
     }
 }
 
@@ -409,7 +395,7 @@ TEST(scaled_springs_are_springs_of_that_stiffness)
     FixtureOptions options = busy_options(0);
     options.material = (SurfaceMaterial){
         .uniform = true, .spring_stiffness = 1e5, .spring_damping = 20.0, .node_mass = 1e-3};
-    Fixture scaled, plain;
+    SCOPED(fixture_destroy) Fixture scaled, plain;
     fixture_create_sphere(&scaled, &options);
     const BodyOps *ops = scaled.body->ops;
     assert_true(ops->set(scaled.body->model, BODY_STIFFNESS_SCALE, 4.0));
@@ -421,8 +407,6 @@ TEST(scaled_springs_are_springs_of_that_stiffness)
     fixture_run(&plain, 50);
     for (int i = 0; i < plain.mesh.node_count; i++) // powers of two: not even rounding differs
         assert_memory_equal(&scaled.x[i], &plain.x[i], sizeof plain.x[i]);
-    fixture_destroy(&scaled);
-    fixture_destroy(&plain);
 }
 
 // --- the choice ---
@@ -436,7 +420,7 @@ TEST(automatic_body_is_implicit_where_leapfrog_takes_too_many_substeps)
             .material = {.uniform = true, .spring_stiffness = k, .node_mass = 1e-3}};
         options.automatic = true;
         options.shape = fixture_shape(SHAPE_WORLD);
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         const bool implicit = fixture.body->integrator == INTEGRATOR_IMPLICIT;
         if (!implicit) {
@@ -448,7 +432,6 @@ TEST(automatic_body_is_implicit_where_leapfrog_takes_too_many_substeps)
         }
         was_implicit = implicit;
         limit = fixture.body->auto_substeps;
-        fixture_destroy(&fixture);
     }
     assert_true(was_implicit);
     assert_true(explicit_most <= limit && explicit_most > limit / 4);
@@ -479,12 +462,11 @@ TEST(refusal_of_too_many_substeps_names_the_bound_and_the_way_out)
     FixtureOptions options = {
         .material = {.uniform = true, .spring_stiffness = 1e8, .node_mass = 1e-12},
         .integrator = INTEGRATOR_LEAPFROG};
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     TriMesh mesh;
     fixture_sphere(&mesh);
     Status status = {0};
     assert_false(fixture_try(&fixture, &mesh, &options, &status));
     assert_non_null(strstr(status.text, "stability bound of leapfrog is "));
     assert_non_null(strstr(status.text, "integrator = \"implicit\" or \"auto\""));
-    fixture_destroy(&fixture);
 }

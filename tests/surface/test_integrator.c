@@ -23,7 +23,7 @@ static double error_of(IntegratorKind kind, double ratio, ShapeFrame frame, int 
     const double tick = 0.005;
     TriMesh mesh;
     fixture_sphere(&mesh);
-    Vec3 *x = malloc((size_t)mesh.node_count * sizeof *x);
+    FREED Vec3 *x = malloc((size_t)mesh.node_count * sizeof *x);
     for (int i = 0; i < mesh.node_count; i++)
         x[i] = vec3_add(mesh.position[i], vec3(0.6 * AWAY, 0.0, 0.8 * AWAY));
     FixtureOptions options = {
@@ -38,7 +38,7 @@ static double error_of(IntegratorKind kind, double ratio, ShapeFrame frame, int 
         .time_step = tick / substeps,
         .initial_position = x,
     };
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     assert_int_equal(fixture.body->substeps, substeps);
     double worst = 0.0;
@@ -48,8 +48,6 @@ static double error_of(IntegratorKind kind, double ratio, ShapeFrame frame, int 
         Vec3 expected = vec3_add(fixture.mesh.position[7], vec3(0.6 * u, 0.0, 0.8 * u));
         worst = fmax(worst, vec3_length(vec3_sub(fixture.x[7], expected)));
     }
-    fixture_destroy(&fixture);
-    free(x);
     return worst;
 }
 
@@ -98,7 +96,7 @@ TEST(constant_gravity_gives_the_parabola)
         FixtureOptions options = {.material = fixture_material(2e-4),
                                   .gravity = {0.0, 0.0, -9.81},
                                   .integrator = (IntegratorKind)kind};
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create(&fixture, &mesh, &options);
         fixture_run(&fixture, 500);
         double t = sim_time(fixture.sim), h = fixture.body->h;
@@ -111,7 +109,6 @@ TEST(constant_gravity_gives_the_parabola)
             expect_near(fixture.x[i].x, fixture.mesh.position[i].x, 1e-11);
             expect_near(fixture.v[i].z, -9.81 * t, 1e-11);
         }
-        fixture_destroy(&fixture);
     }
 }
 
@@ -121,7 +118,7 @@ TEST(node_damping_decays_exponentially)
     const double rate = 4.0; // gamma / m [1/s]
     TriMesh mesh;
     fixture_organ(&mesh);
-    Vec3 *v = malloc((size_t)mesh.node_count * sizeof *v);
+    FREED Vec3 *v = malloc((size_t)mesh.node_count * sizeof *v);
     for (int i = 0; i < mesh.node_count; i++)
         v[i] = vec3(0.2, -0.1, 0.3);
     FixtureOptions options = {.material = {.uniform = true,
@@ -130,7 +127,7 @@ TEST(node_damping_decays_exponentially)
                                            .node_damping = rate * 1e-3},
                               .integrator = INTEGRATOR_RK4,
                               .initial_velocity = v};
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     fixture_run(&fixture, 400);
     double left = exp(-rate * sim_time(fixture.sim));
@@ -140,8 +137,6 @@ TEST(node_damping_decays_exponentially)
         expect_near(fixture.v[i].y, -0.1 * left, 1e-11);
         expect_near(fixture.x[i].z - fixture.mesh.position[i].z, 0.3 * (1.0 - left) / rate, 1e-11);
     }
-    fixture_destroy(&fixture);
-    free(v);
 }
 
 TEST(stages_are_consistent)

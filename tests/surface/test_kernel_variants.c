@@ -344,18 +344,17 @@ static void check_both(const Problem *p, EvaluationRule rule, int kind, int shap
 
 TEST(all_levels_agree_with_a_plain_evaluation)
 {
-    Problem *p = malloc(sizeof *p);
+    FREED Problem *p = malloc(sizeof *p);
     for (int nodes = 4; nodes <= NODES; nodes++)
         for (uint64_t seed = 1; seed <= 4; seed++) {
             make_problem(p, nodes, 0.05, seed);
             each_variant(p, check_both);
         }
-    free(p);
 }
 
 TEST(huge_and_tiny_bodies_are_no_exception)
 {
-    Problem *p = malloc(sizeof *p);
+    FREED Problem *p = malloc(sizeof *p);
     // Below 1e-12 m springs have no direction; beyond 3e8 m/s a velocity counts as bad.
     static const double sizes[] = {1e-13, 1e-12, 1e-9, 1e-5, 1e2, 1e4};
     for (int k = 0; k < 6; k++)
@@ -363,17 +362,15 @@ TEST(huge_and_tiny_bodies_are_no_exception)
             make_problem(p, nodes, sizes[k], 3);
             each_variant(p, check_both);
         }
-    free(p);
 }
 
 TEST(coincident_nodes_pull_nowhere)
 {
-    Problem *p = malloc(sizeof *p);
+    FREED Problem *p = malloc(sizeof *p);
     make_problem(p, 19, 0.05, 2);
     for (int i = 0; i < p->node_count; i++)
         memcpy(p->present + i * ROW, p->present, 3 * sizeof(double));
     each_variant(p, check_both);
-    free(p);
 }
 
 static void check_bad(const Problem *p, EvaluationRule rule, int kind, int shape, int external)
@@ -393,7 +390,7 @@ static void check_bad(const Problem *p, EvaluationRule rule, int kind, int shape
 
 TEST(every_level_notices_bad_numbers)
 {
-    Problem *p = malloc(sizeof *p);
+    FREED Problem *p = malloc(sizeof *p);
     static const double bad[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e120, -1e120};
     for (int k = 0; k < 5; k++)
         for (int component = 0; component < 7; component++) {
@@ -407,12 +404,11 @@ TEST(every_level_notices_bad_numbers)
                 p->sum[20 / LANES * 6 * LANES + at * LANES + 20 % LANES] = bad[k];
             each_variant(p, check_bad);
         }
-    free(p);
 }
 
 TEST(padding_nodes_stay_at_the_origin)
 {
-    Problem *p = malloc(sizeof *p);
+    FREED Problem *p = malloc(sizeof *p);
     make_problem(p, 21, 0.05, 6);
     memset(p->sum, 0, sizeof p->sum);
     for (int shape = 0; shape < SHAPE_VARIANTS; shape++)
@@ -423,7 +419,6 @@ TEST(padding_nodes_stay_at_the_origin)
                 for (int c = 0; c < ROW; c++)
                     assert_true(result.next[s * ROW + c] == 0.0);
         }
-    free(p);
 }
 
 TEST(levels_are_found_by_name)

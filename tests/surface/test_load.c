@@ -11,7 +11,7 @@
 TEST(load_is_shared_by_nodal_area_and_sums_to_its_force)
 {
     FixtureOptions options = fixture_loadable();
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     LoadOptions load = {
         .center = {0.0, 0.0, 0.05}, .radius = 0.03, .force = {0.1, 0.2, -0.3}, .duration = 0.001};
@@ -39,7 +39,6 @@ TEST(load_is_shared_by_nodal_area_and_sums_to_its_force)
         sum = vec3_add(sum, p);
     }
     expect_at_most(vec3_length(vec3_sub(sum, vec3_scale(1e-3, load.force))), 1e-16);
-    fixture_destroy(&fixture);
 }
 
 // Momentum gained in one tick by a body that nothing else acts on [N s].
@@ -65,7 +64,7 @@ TEST(load_lasts_its_duration_in_ticks)
     for (int k = 0; k < 6; k++) {
         FixtureOptions options = fixture_loadable();
         options.shape.wanted = false;
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         fixture_run(&fixture, 5);
         LoadOptions load = fixture_everywhere;
@@ -74,7 +73,6 @@ TEST(load_lasts_its_duration_in_ticks)
         assert_true(sim_apply_load(fixture.sim, &load, why, sizeof why));
         for (int tick = 0; tick < 20; tick++) // 1 ms of 0.3 N, or rounding
             expect_near(gain_of_a_tick(&fixture), tick < cases[k].ticks ? 3e-4 : 0.0, 1e-15);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -90,18 +88,17 @@ TEST(scene_loads_start_at_their_time_and_add_up)
     load[1].duration = 0.004;
     options.load = load;
     options.load_count = 2;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     static const int expected[12] = {0, 0, 0, 0, 0, 1, 1, 1, 2, 1, 0, 0};
     for (int tick = 0; tick < 12; tick++)
         expect_near(gain_of_a_tick(&fixture), 3e-4 * expected[tick], 1e-15); // rounding
-    fixture_destroy(&fixture);
 }
 
 TEST(load_on_nothing_is_refused)
 {
     FixtureOptions options = fixture_loadable();
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     uint64_t before = state_hash(&fixture.state);
     LoadOptions load = fixture_everywhere;
@@ -111,7 +108,6 @@ TEST(load_on_nothing_is_refused)
     assert_false(sim_apply_load(fixture.sim, &load, why, sizeof why));
     assert_non_null(strstr(why, "no node within 0.5 m of (1, 2, 3)"));
     assert_true(state_hash(&fixture.state) == before);
-    fixture_destroy(&fixture);
 }
 
 TEST(load_on_held_nodes_alone_is_refused)
@@ -120,7 +116,7 @@ TEST(load_on_held_nodes_alone_is_refused)
     FixtureOptions options = fixture_loadable();
     options.fixed_count = 1;
     options.fixed = &top;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     LoadOptions load = fixture_everywhere;
     load.center = vec3(0.0, 0.0, 0.05);
@@ -128,13 +124,12 @@ TEST(load_on_held_nodes_alone_is_refused)
     char why[128] = "";
     assert_false(sim_apply_load(fixture.sim, &load, why, sizeof why));
     assert_non_null(strstr(why, "free"));
-    fixture_destroy(&fixture);
 }
 
 TEST(full_set_of_loads_refuses_and_takes_again_when_one_ended)
 {
     FixtureOptions options = fixture_loadable();
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     LoadOptions load = fixture_everywhere;
     load.center = fixture.mesh.position[5];
@@ -151,7 +146,6 @@ TEST(full_set_of_loads_refuses_and_takes_again_when_one_ended)
     // Room for two loads of all nodes, not for three.
     assert_false(sim_apply_load(fixture.sim, &load, why, sizeof why));
     assert_non_null(strstr(why, "too many nodes"));
-    fixture_destroy(&fixture);
 }
 
 // As a checkpoint may bring them: places are counted on from body to body, and of the first body

@@ -10,7 +10,7 @@ TEST(set_changes_what_it_names)
 {
     FixtureOptions options = fixture_loadable();
     options.shape.wanted = false;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     char why[256];
     assert_true(sim_apply_set(fixture.sim, "gravity_x", 2.0, why, sizeof why));
@@ -25,7 +25,6 @@ TEST(set_changes_what_it_names)
     assert_true(sim_apply_set(fixture.sim, "friction", 0.4, why, sizeof why)); // of every body
     expect_near(fixture.body->tuning.friction, 0.4, 0.0);
     assert_false(sim_apply_gravity(fixture.sim, (Vec3){0.0, (double)NAN, 0.0}, why, sizeof why));
-    fixture_destroy(&fixture);
 }
 
 // First kick of one displaced node, which springs alone pull [m/s].
@@ -33,8 +32,8 @@ static double first_kick(const char *key, double value)
 {
     TriMesh mesh;
     fixture_sphere(&mesh);
-    Vec3 *x = malloc((size_t)mesh.node_count * sizeof *x);
-    Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
+    FREED Vec3 *x = malloc((size_t)mesh.node_count * sizeof *x);
+    FREED Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
     memcpy(x, mesh.position, (size_t)mesh.node_count * sizeof *x);
     x[9].z += 0.002;
     if (strcmp(key, "body.damping_scale") == 0) {
@@ -46,15 +45,12 @@ static double first_kick(const char *key, double value)
     options.rate_hz = 1e5;
     options.initial_position = x;
     options.initial_velocity = v;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     char why[256];
     assert_true(sim_apply_set(fixture.sim, key, value, why, sizeof why));
     fixture_run(&fixture, 1);
     double kick = fixture.v[9].z - v[9].z;
-    fixture_destroy(&fixture);
-    free(x);
-    free(v);
     return kick;
 }
 
@@ -97,7 +93,7 @@ TEST(set_beyond_the_bound_or_the_range_is_refused)
         {"body.adapt_level", 1.0, "body body does not adapt"},
     };
     FixtureOptions options = fixture_loadable();
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     uint64_t before = state_hash(&fixture.state);
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
@@ -108,7 +104,6 @@ TEST(set_beyond_the_bound_or_the_range_is_refused)
         assert_non_null(strstr(why, cases[k].says));
         assert_true(state_hash(&fixture.state) == before);
     }
-    fixture_destroy(&fixture);
 }
 
 TEST(a_try_changes_no_bit_and_a_setting_is_told_as_it_is)
@@ -130,7 +125,7 @@ TEST(a_try_changes_no_bit_and_a_setting_is_told_as_it_is)
         {"nothing", 1.0, "unknown key nothing", "unknown key nothing"},
     };
     FixtureOptions options = fixture_loadable();
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     const Body before = *fixture.body;
     const uint64_t hash = state_hash(&fixture.state);
@@ -149,28 +144,26 @@ TEST(a_try_changes_no_bit_and_a_setting_is_told_as_it_is)
     char list[256];
     sim_list_settings(fixture.sim, 0, list, sizeof list);
     assert_string_equal(list, "stiffness_scale, damping_scale, friction");
-    fixture_destroy(&fixture);
 }
 
 TEST(damping_of_an_undamped_body_cannot_be_scaled)
 {
     FixtureOptions options = fixture_loadable();
     options.material.damping_time = 0.0;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     uint64_t before = state_hash(&fixture.state);
     char why[256] = "";
     assert_false(sim_apply_set(fixture.sim, "body.damping_scale", 0.5, why, sizeof why));
     assert_non_null(strstr(why, "no such parameter"));
     assert_true(state_hash(&fixture.state) == before);
-    fixture_destroy(&fixture);
 }
 
 TEST(unsafe_body_takes_any_scale_in_range)
 {
     FixtureOptions options = fixture_loadable();
     options.unsafe_time_step = true;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     char why[256];
     assert_true(sim_apply_set(fixture.sim, "body.stiffness_scale", 1e5, why, sizeof why));
@@ -180,5 +173,4 @@ TEST(unsafe_body_takes_any_scale_in_range)
         assert_true(fixture_is_finite(&fixture));
     }
     assert_true(sim_resets(fixture.sim) > 0);
-    fixture_destroy(&fixture);
 }

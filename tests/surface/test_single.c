@@ -78,15 +78,14 @@ TEST(every_variant_at_every_level_follows_double)
         FixtureOptions options =
             variant(number, number < ALL_VARIANTS ? INTEGRATOR_RK4 : INTEGRATOR_LEAPFROG);
         void (*make)(TriMesh *) = meshes[number % 3];
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         make(&mesh);
-        Vec3 *x = calloc((size_t)mesh.node_count, sizeof *x);
-        Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
+        FREED Vec3 *x = calloc((size_t)mesh.node_count, sizeof *x);
+        FREED Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
         random_state(&mesh, 1e-3, x, v);
-        mesh_destroy(&mesh);
         options.initial_position = x;
         options.initial_velocity = v;
-        Fixture reference;
+        SCOPED(fixture_destroy) Fixture reference;
         create(&reference, make, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_DOUBLE);
         bool load = number / 12 % 2 == 1;
         char why[128];
@@ -97,7 +96,7 @@ TEST(every_variant_at_every_level_follows_double)
         const char *const *levels = isa_available();
         uint64_t hash = 0;
         for (int k = 0; levels[k] != NULL; k++) {
-            Fixture single;
+            SCOPED(fixture_destroy) Fixture single;
             options.isa = levels[k];
             create(&single, make, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_SINGLE);
             if (load)
@@ -111,18 +110,14 @@ TEST(every_variant_at_every_level_follows_double)
             if (k > 0)
                 assert_true(state_hash(&single.state) == hash); // the same bits at every level
             hash = state_hash(&single.state);
-            fixture_destroy(&single);
         }
-        fixture_destroy(&reference);
-        free(x);
-        free(v);
     }
 }
 
 // A second of small motion under a load, somewhere.
 static Difference one_second(void (*make)(TriMesh *), Vec3 place, FixtureOptions options)
 {
-    Fixture single, reference;
+    SCOPED(fixture_destroy) Fixture single, reference;
     create(&single, make, place, options, PRECISION_SINGLE);
     create(&reference, make, place, options, PRECISION_DOUBLE);
     Fixture *both[2] = {&single, &reference};
@@ -138,8 +133,6 @@ static Difference one_second(void (*make)(TriMesh *), Vec3 place, FixtureOptions
     }
     Difference d;
     compare(&single, &reference, &d);
-    fixture_destroy(&single);
-    fixture_destroy(&reference);
     return d;
 }
 
@@ -154,7 +147,7 @@ TEST(small_motion_agrees_to_1e_5_here_and_far_from_the_origin)
                                   .may_load = true};
         Vec3 place = places[k / 2];
         // Measured while the motion is at its largest: the load still acts.
-        Fixture single, reference;
+        SCOPED(fixture_destroy) Fixture single, reference;
         create(&single, fixture_organ, place, options, PRECISION_SINGLE);
         create(&reference, fixture_organ, place, options, PRECISION_DOUBLE);
         Fixture *both[2] = {&single, &reference};
@@ -173,8 +166,6 @@ TEST(small_motion_agrees_to_1e_5_here_and_far_from_the_origin)
         print_message("at %g m, %s: %.2g of the largest displacement\n", vec3_length(place),
                       integrator_name(options.integrator), d.position / d.motion);
         expect_at_most(d.position, (1e-5 * d.motion)); // what single precision promises
-        fixture_destroy(&single);
-        fixture_destroy(&reference);
     }
 }
 
@@ -185,20 +176,18 @@ TEST(bodies_that_travel_and_turn_agree_to_1e_5)
                                   .integrator = k % 2 ? INTEGRATOR_LEAPFROG : INTEGRATOR_RK4,
                                   .may_load = true};
         options.shape = fixture_shape(SHAPE_BODY);
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         fixture_organ(&mesh);
-        Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
+        FREED Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
         // 0.5 m/s and a turn in a second: a slow hand; or 2 m/s and 10 rad/s: a fall.
         Vec3 linear = {k < 2 ? 0.5 : 2.0, 0.1, -0.2}, angular = {0.0, 2.0, k < 2 ? 6.0 : 10.0};
         for (int i = 0; i < mesh.node_count; i++)
             v[i] = vec3_add(linear, vec3_cross(angular, mesh.position[i]));
-        mesh_destroy(&mesh);
         options.initial_velocity = v;
         Difference d = one_second(fixture_organ, (Vec3){0.0, 0.0, 0.0}, options);
         print_message("travelling %.2f m, %s: %.2g of it\n", d.motion,
                       integrator_name(options.integrator), d.position / d.motion);
         expect_at_most(d.position, (1e-5 * d.motion));
-        free(v);
     }
 }
 
@@ -207,7 +196,7 @@ TEST(rest_is_exact)
     for (int shape = 0; shape < 3; shape++) {
         FixtureOptions options = variant(1 + 2 * shape, INTEGRATOR_LEAPFROG);
         options.gravity = (Vec3){0.0, 0.0, 0.0};
-        Fixture single;
+        SCOPED(fixture_destroy) Fixture single;
         create(&single, fixture_organ, (Vec3){3.0, 0.0, 0.0}, options, PRECISION_SINGLE);
         fixture_run(&single, 200);
         fixture_read(&single);
@@ -215,7 +204,6 @@ TEST(rest_is_exact)
             assert_true(vec3_length(single.v[i]) < 1e-9); // the base frame's own rounding
             expect_near(vec3_length(vec3_sub(single.x[i], single.mesh.position[i])), 0.0, 1e-12);
         }
-        fixture_destroy(&single);
     }
 }
 
@@ -226,15 +214,15 @@ TEST(momentum_of_a_free_body_stays)
                               .integrator = INTEGRATOR_LEAPFROG};
     TriMesh mesh;
     fixture_organ(&mesh);
-    Vec3 *x = calloc((size_t)mesh.node_count, sizeof *x);
-    Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
+    FREED Vec3 *x = calloc((size_t)mesh.node_count, sizeof *x);
+    FREED Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
     random_state(&mesh, 1e-3, x, v);
     for (int i = 0; i < mesh.node_count; i++)
         v[i] = vec3_add(v[i], (Vec3){0.3, 0.0, 0.1});
     mesh_destroy(&mesh);
     options.initial_position = x;
     options.initial_velocity = v;
-    Fixture single;
+    SCOPED(fixture_destroy) Fixture single;
     create(&single, fixture_organ, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_SINGLE);
     Vec3 momentum[2];
     for (int k = 0; k < 2; k++) {
@@ -247,29 +235,24 @@ TEST(momentum_of_a_free_body_stays)
     // Forces of a spring cancel exactly; each kick rounds each velocity by up to 6e-8 of it.
     expect_near(vec3_length(vec3_sub(momentum[1], momentum[0])) / vec3_length(momentum[0]), 0.0,
                 1e-5);
-    fixture_destroy(&single);
-    free(x);
-    free(v);
 }
 
 TEST(a_copied_state_continues_with_the_same_bits)
 {
     FixtureOptions options = variant(5, INTEGRATOR_LEAPFROG); // a floating body
-    Fixture single;
+    SCOPED(fixture_destroy) Fixture single;
     create(&single, fixture_sphere, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_SINGLE);
     char why[128];
     fixture_run(&single, 37);
     assert_true(sim_apply_load(single.sim, &fixture_everywhere, why, sizeof why));
     fixture_run(&single, 3);
-    void *block = malloc(state_bytes(&single.state));
+    FREED void *block = malloc(state_bytes(&single.state));
     state_copy_out(&single.state, block);
     fixture_run(&single, 50);
     uint64_t first = state_hash(&single.state);
     state_copy_in(&single.state, block);
     fixture_run(&single, 50);
     assert_true(state_hash(&single.state) == first);
-    free(block);
-    fixture_destroy(&single);
 }
 
 // What the bus and the recording get, of bodies held and floating, turned far from where they
@@ -280,7 +263,7 @@ TEST(snapshots_are_the_rounded_state_and_nothing_more)
     for (int number = 0; number < 6; number++) { // double, single; three shapes
         FixtureOptions options = variant(2 * (number / 2), INTEGRATOR_LEAPFROG);
         options.gravity = (Vec3){0.0, 0.0, -9.81};
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         create(&fixture, fixture_organ, (Vec3){3.0, -2.0, 0.5}, options,
                number % 2 == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE);
         char why[128];
@@ -292,7 +275,7 @@ TEST(snapshots_are_the_rounded_state_and_nothing_more)
         fixture_run(&fixture, 200);
         fixture_read(&fixture);
         size_t values = 3 * (size_t)fixture.mesh.node_count;
-        float *out = calloc(2 * values + 2, sizeof *out);
+        FREED float *out = calloc(2 * values + 2, sizeof *out);
         float *position = out, *velocity = out + values + 1;
         for (int with = 0; with < 2; with++) {
             position[values] = velocity[values] = untouched;
@@ -308,7 +291,5 @@ TEST(snapshots_are_the_rounded_state_and_nothing_more)
                                        6.1e-8 * fabs(v) + 1e-14);
                 }
         }
-        free(out);
-        fixture_destroy(&fixture);
     }
 }

@@ -118,16 +118,14 @@ TEST(network_bound_is_above_the_largest_eigenvalue_but_not_far)
                 options.shape = fixture_shape(SHAPE_WORLD);
             TriMesh mesh;
             make[m](&mesh);
-            Fixture fixture;
-            Reference reference;
+            SCOPED(fixture_destroy) Fixture fixture;
+            SCOPED(reference_destroy) Reference reference;
             fixture_create(&fixture, &mesh, &options);
             fixture_reference(&fixture, &options, &reference);
             double lambda = reference_largest_eigenvalue(&reference, 1500, NULL);
             // 1.59 to 2.41 (server/surface/README.md, "Stability bounds").
             expect_at_least(fixture.body->lambda / lambda, 1.5);
             expect_at_most(fixture.body->lambda / lambda, 2.5);
-            reference_destroy(&reference);
-            fixture_destroy(&fixture);
         }
 }
 
@@ -137,7 +135,7 @@ static bool blows_up(const FixtureOptions *like, MakeMesh *mesh_of, double h,
 {
     TriMesh mesh;
     mesh_of(&mesh);
-    Vec3 *x = malloc((size_t)mesh.node_count * sizeof *x);
+    FREED Vec3 *x = malloc((size_t)mesh.node_count * sizeof *x);
     const double small = 1e-9; // [m]: springs stay linear while it grows by 1e4
     for (int i = 0; i < mesh.node_count; i++)
         x[i] = vec3_madd(mesh.position[i], small, vec3(mode[i][0], mode[i][1], mode[i][2]));
@@ -146,7 +144,7 @@ static bool blows_up(const FixtureOptions *like, MakeMesh *mesh_of, double h,
     options.time_step = h;
     options.unsafe_time_step = true;
     options.initial_position = x;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     double farthest = 0.0;
     for (int step = 0; step < 800 && farthest < 1e4 * small; step++) {
@@ -155,8 +153,6 @@ static bool blows_up(const FixtureOptions *like, MakeMesh *mesh_of, double h,
             farthest =
                 fmax(farthest, vec3_length(vec3_sub(fixture.x[i], fixture.mesh.position[i])));
     }
-    fixture_destroy(&fixture);
-    free(x);
     return farthest >= 1e4 * small;
 }
 
@@ -172,14 +168,12 @@ TEST(bodies_blow_up_just_above_the_prediction)
                 .integrator = (IntegratorKind)kind};
             TriMesh mesh;
             fixture_sphere(&mesh);
-            Fixture fixture;
-            Reference reference;
+            SCOPED(fixture_destroy) Fixture fixture;
+            SCOPED(reference_destroy) Reference reference;
             fixture_create(&fixture, &mesh, &options);
             fixture_reference(&fixture, &options, &reference);
             double(*mode)[3] = calloc((size_t)reference.node_count, sizeof *mode);
             double lambda = reference_largest_eigenvalue(&reference, 3000, mode);
-            reference_destroy(&reference);
-            fixture_destroy(&fixture);
 
             double beta = 2.0 * ratios[k] / sqrt(lambda);
             options.material.spring_damping = beta * options.material.spring_stiffness;
@@ -204,7 +198,7 @@ TEST(motion_stays_bounded_at_the_bound)
                 TriMesh mesh;
                 make[m](&mesh);
                 int n = mesh.node_count;
-                Vec3 *x = malloc((size_t)n * sizeof *x);
+                FREED Vec3 *x = malloc((size_t)n * sizeof *x);
                 // The worst small motion: neighbours apart.
                 for (int i = 0; i < n; i++)
                     x[i] =
@@ -233,7 +227,6 @@ TEST(motion_stays_bounded_at_the_bound)
                 expect_at_most(end, 2.5 * start);
                 assert_int_equal(sim_resets(fixture.sim), 0);
                 fixture_destroy(&fixture);
-                free(x);
             }
 }
 
@@ -279,7 +272,7 @@ TEST(step_is_the_tick_in_equal_parts_within_the_bound)
                                       .rate_hz = rates[k]};
             TriMesh mesh;
             fixture_organ(&mesh);
-            Fixture fixture;
+            SCOPED(fixture_destroy) Fixture fixture;
             fixture_create(&fixture, &mesh, &options);
             const Body *body = fixture.body;
             expect_near(body->h * body->substeps, 1.0 / rates[k], 1e-15);
@@ -287,7 +280,6 @@ TEST(step_is_the_tick_in_equal_parts_within_the_bound)
             // One part fewer would be too long.
             if (body->substeps > 1)
                 expect_at_least(1.0 / rates[k] / (body->substeps - 1), body->time_step_limit);
-            fixture_destroy(&fixture);
         }
 }
 
@@ -296,12 +288,11 @@ TEST(too_many_substeps_are_refused)
     FixtureOptions options = {.material = fixture_material(2e-4), .time_step = 1e-12};
     TriMesh mesh;
     fixture_sphere(&mesh);
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     Status status = {0};
     assert_false(fixture_try(&fixture, &mesh, &options, &status));
     assert_int_equal(status.code, STATUS_INVALID);
     assert_non_null(strstr(status.text, "substeps"));
-    fixture_destroy(&fixture);
 }
 
 // Runs with stderr going to a pipe; its text is in `text`.

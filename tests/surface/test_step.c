@@ -86,7 +86,7 @@ TEST(instruction_set_level_does_not_change_a_bit)
         FixtureOptions options = fixture_loadable();
         options.shape = fixture_shape(SHAPE_BODY);
         options.isa = levels[k];
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         assert_string_equal(fixture.body->ops->isa(fixture.body->model), levels[k]);
         for (int tick = 0; tick < 200; tick++) {
@@ -97,7 +97,6 @@ TEST(instruction_set_level_does_not_change_a_bit)
         }
         expected = k == 0 ? state_hash(&fixture.state) : expected;
         assert_true(state_hash(&fixture.state) == expected);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -107,17 +106,16 @@ TEST(unknown_instruction_set_level_is_refused)
     options.isa = "x86-64-v9";
     TriMesh mesh;
     fixture_sphere(&mesh);
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     Status status = {0};
     assert_false(fixture_try(&fixture, &mesh, &options, &status));
     assert_non_null(strstr(status.text, "x86-64-v9"));
-    fixture_destroy(&fixture);
 }
 
 TEST(copied_state_continues_with_the_same_bits)
 {
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
-        Fixture whole, resumed;
+        SCOPED(fixture_destroy) Fixture whole, resumed;
         create_busy(&whole, (IntegratorKind)kind);
         create_busy(&resumed, (IntegratorKind)kind);
         for (int tick = 0; tick < 120; tick++) // a load and the contact are at work
@@ -125,24 +123,21 @@ TEST(copied_state_continues_with_the_same_bits)
         for (int tick = 0; tick < 7; tick++) // somewhere else, rows in the other buffer
             act_busy(&resumed, 3 * tick);
         assert_int_equal(state_bytes(&whole.state), state_bytes(&resumed.state));
-        void *copy = malloc(state_bytes(&whole.state));
+        FREED void *copy = malloc(state_bytes(&whole.state));
         state_copy_out(&whole.state, copy);
         state_copy_in(&resumed.state, copy);
-        free(copy);
         assert_true(state_hash(&whole.state) == state_hash(&resumed.state));
         for (int tick = 120; tick < 240; tick++) {
             act_busy(&whole, tick);
             act_busy(&resumed, tick);
             assert_true(state_hash(&whole.state) == state_hash(&resumed.state));
         }
-        fixture_destroy(&whole);
-        fixture_destroy(&resumed);
     }
 }
 
 TEST(reset_returns_to_the_bits_of_the_start)
 {
-    Fixture fixture, fresh;
+    SCOPED(fixture_destroy) Fixture fixture, fresh;
     create_busy(&fixture, INTEGRATOR_LEAPFROG);
     create_busy(&fresh, INTEGRATOR_LEAPFROG);
     char why[128];
@@ -163,8 +158,6 @@ TEST(reset_returns_to_the_bits_of_the_start)
     fixture_run(&fixture, 50);
     fixture_run(&fresh, 50);
     assert_memory_equal(fixture.x, fresh.x, (size_t)fresh.mesh.node_count * sizeof *fresh.x);
-    fixture_destroy(&fixture);
-    fixture_destroy(&fresh);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -178,13 +171,13 @@ TEST(bad_numbers_restore_the_last_good_state_and_are_counted)
         options.rate_hz = 20.0; // far beyond the bound: the motion grows without end
         options.time_step = 0.05;
         options.unsafe_time_step = true;
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         char why[128];
         LoadOptions push = {.center = {0.0, 0.0, 0.05}, .radius = 0.02, .force = {1.0, 0.0, 0.0}};
         assert_true(sim_apply_load(fixture.sim, &push, why, sizeof why));
         size_t bytes = (size_t)fixture.mesh.node_count * sizeof(Vec3);
-        Vec3 *before = malloc(bytes);
+        FREED Vec3 *before = malloc(bytes);
         bool restarted = false;
         int64_t resets = 0;
         int bad_tick = -2;
@@ -211,18 +204,16 @@ TEST(bad_numbers_restore_the_last_good_state_and_are_counted)
         }
         assert_true(resets >= 10);
         assert_true(restarted);
-        free(before);
-        fixture_destroy(&fixture);
     }
 }
 
 TEST(other_bodies_go_on_when_one_is_restored)
 {
     // Two bodies in one sim: one beyond its bound, one within.
-    Arena arena = {0};
-    StateList list = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
+    SCOPED(state_destroy) StateList list = {0};
     Status status = {0};
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     fixture_sphere(&mesh);
     SimOptions sim_options = {.rate_hz = 20.0};
     Sim *sim = sim_create(&sim_options, &arena, &list);
@@ -252,9 +243,6 @@ TEST(other_bodies_go_on_when_one_is_restored)
     calm->ops->measure(calm->model, &measure);
     // Hangs g / w^2 below rest, all nodes alike; its swing has faded to exp(-0.1 * 50 * 10).
     expect_near(measure.max_displacement, 1.0 / 2500.0, 1e-12);
-    state_destroy(&list);
-    arena_destroy(&arena);
-    mesh_destroy(&mesh);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -267,7 +255,7 @@ TEST(settled_body_hangs_still_at_time_zero)
     options.settle_s = 8.0;
     options.load = &fixture_everywhere; // must wait for the first tick
     options.load_count = 1;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     assert_int_equal(sim_steps(fixture.sim), 0);
     expect_near(sim_time(fixture.sim), 0.0, 0.0);
@@ -283,7 +271,6 @@ TEST(settled_body_hangs_still_at_time_zero)
     sim_reset(fixture.sim);
     fixture_read(&fixture);
     expect_near(difference(&fixture, 3).z, -9.81 / 2500.0, 1e-12);
-    fixture_destroy(&fixture);
 }
 
 TEST(settling_that_blows_up_is_refused)
@@ -297,12 +284,11 @@ TEST(settling_that_blows_up_is_refused)
     options.settle_s = 20.0;
     TriMesh mesh;
     fixture_sphere(&mesh);
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     Status status = {0};
     assert_false(fixture_try(&fixture, &mesh, &options, &status));
     assert_int_equal(status.code, STATUS_INVALID);
     assert_non_null(strstr(status.text, "settle_s"));
-    fixture_destroy(&fixture);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -310,7 +296,7 @@ TEST(settling_that_blows_up_is_refused)
 
 TEST(silent_tool_is_withdrawn_after_its_time)
 {
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     create_busy(&fixture, INTEGRATOR_LEAPFROG); // tool_timeout_s 0.2
     press(&fixture, 0.006);
     fixture_run(&fixture, 201);
@@ -320,19 +306,17 @@ TEST(silent_tool_is_withdrawn_after_its_time)
     assert_false(sim_tool_motion(fixture.sim, 0)->active);
     assert_false(sim_wrench(fixture.sim, 0)->contact);
     expect_near(vec3_length(sim_wrench(fixture.sim, 0)->force), 0.0, 0.0);
-    fixture_destroy(&fixture);
 }
 
 TEST(tool_in_lockstep_never_gets_stale)
 {
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     create_busy(&fixture, INTEGRATOR_LEAPFROG);
     sim_set_lockstep(fixture.sim, true);
     press(&fixture, 0.002);
     fixture_run(&fixture, 500);
     assert_true(sim_tool_motion(fixture.sim, 0)->active);
     assert_true(sim_wrench(fixture.sim, 0)->contact);
-    fixture_destroy(&fixture);
 }
 
 TEST(static_tool_stays)
@@ -346,24 +330,22 @@ TEST(static_tool_stays)
     options.gravity = vec3(0.0, 0.0, -1.0);
     options.tool = &table;
     options.tool_count = 1;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     fixture_run(&fixture, 1000);
     assert_true(sim_tool_motion(fixture.sim, 0)->active);
     assert_true(sim_wrench(fixture.sim, 0)->contact);
     sim_reset(fixture.sim);
     assert_true(sim_tool_motion(fixture.sim, 0)->active);
-    fixture_destroy(&fixture);
 }
 
 static void expect_stages(const FixtureOptions *options, const StageId *expected, int count)
 {
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, options);
     assert_int_equal(sim_stage_count(fixture.sim), count);
     for (int k = 0; k < count; k++)
         assert_int_equal(sim_stage(fixture.sim, k), expected[k]);
-    fixture_destroy(&fixture);
 }
 
 TEST(stages_are_only_those_that_the_scene_has)
@@ -401,7 +383,7 @@ TEST(stages_are_only_those_that_the_scene_has)
 
 TEST(bodies_and_tools_are_those_of_the_scene)
 {
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     create_busy(&fixture, INTEGRATOR_RK4);
     assert_int_equal(sim_body_count(fixture.sim), 1);
     assert_ptr_equal(sim_body(fixture.sim, 0), fixture.body);
@@ -409,5 +391,4 @@ TEST(bodies_and_tools_are_those_of_the_scene)
     assert_int_equal(sim_tool_count(fixture.sim), 1);
     assert_int_equal(sim_tool(fixture.sim, 0)->id, 1);
     expect_near(sim_tick(fixture.sim), 1e-3, 0.0);
-    fixture_destroy(&fixture);
 }

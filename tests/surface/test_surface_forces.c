@@ -22,14 +22,13 @@ static void accelerations(const FixtureOptions *like, void (*make)(TriMesh *), c
     options.rate_hz = 1.0 / SHORT;
     options.initial_position = x;
     options.initial_velocity = v;
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     assert_int_equal(fixture.body->substeps, 1);
     fixture_run(&fixture, 1);
     for (int i = 0; i < fixture.mesh.node_count; i++)
         a[i] = vec3_scale(1.0 / sim_tick(fixture.sim),
                           vec3_sub(fixture.v[i], v != NULL ? v[i] : vec3(0.0, 0.0, 0.0)));
-    fixture_destroy(&fixture);
 }
 
 static double largest(const Vec3 *a, int count)
@@ -58,13 +57,12 @@ TEST(nothing_moves_at_rest)
             if (shape > 0)
                 options.shape = fixture_shape(shape == 1 ? SHAPE_WORLD : SHAPE_BODY);
             Vec3 a[NODES];
-            TriMesh mesh;
+            SCOPED(mesh_destroy) TriMesh mesh;
             make[m](&mesh);
             accelerations(&options, make[m], NULL, NULL, a);
             // k/m is about 2e4 1/s2, a spring about 0.015 m: rounding of its length gives about
             // 2e4 * 0.015 * 1e-16 m/s2 a spring.
             expect_at_most(largest(a, mesh.node_count), 1e-11);
-            mesh_destroy(&mesh);
         }
 }
 
@@ -73,7 +71,7 @@ TEST(rigid_motion_gives_no_spring_force)
     static const Vec3 turns[] = {
         {0.0, 0.0, 0.0}, {0.3, -0.2, 0.9}, {1.9, 1.1, -0.7}, {0.0, 0.0, 3.14159265358979312}};
     FixtureOptions options = {.material = fixture_material(2e-4)};
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     fixture_organ(&mesh);
     Vec3 x[NODES], v[NODES], a[NODES];
     for (int k = 0; k < 4; k++) {
@@ -86,7 +84,6 @@ TEST(rigid_motion_gives_no_spring_force)
         // near 0.1 m/s are rounded to 1e-17 m/s, which divided by the step is 1e-8 m/s2.
         expect_at_most(largest(a, mesh.node_count), 1e-7);
     }
-    mesh_destroy(&mesh);
 }
 
 TEST(body_frame_follows_any_rigid_motion)
@@ -100,7 +97,7 @@ TEST(body_frame_follows_any_rigid_motion)
                                  {1.813799364234218, 1.813799364234218, 1.813799364234218}};
     FixtureOptions options = {.material = fixture_material(2e-4),
                               .shape = fixture_shape(SHAPE_BODY)};
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     fixture_organ(&mesh);
     Vec3 x[NODES], v[NODES], a[NODES];
     for (int k = 0; k < 6; k++) {
@@ -110,14 +107,13 @@ TEST(body_frame_follows_any_rigid_motion)
         accelerations(&options, fixture_organ, x, v, a);
         expect_at_most(largest(a, mesh.node_count), 1e-7); // as above
     }
-    mesh_destroy(&mesh);
 }
 
 TEST(exact_half_turn_is_found)
 {
     FixtureOptions options = {.material = fixture_material(2e-4),
                               .shape = fixture_shape(SHAPE_BODY)};
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     fixture_organ(&mesh);
     Vec3 x[NODES], a[NODES];
     for (int axis = 0; axis < 3; axis++) {
@@ -130,7 +126,6 @@ TEST(exact_half_turn_is_found)
         accelerations(&options, fixture_organ, x, NULL, a);
         expect_at_most(largest(a, mesh.node_count), 1e-10); // as at rest, and the fit's rounding
     }
-    mesh_destroy(&mesh);
 }
 
 // A random state about the rest shape, up to a fifth of an edge away.
@@ -161,8 +156,8 @@ TEST(force_is_minus_the_gradient_of_the_energy)
         deform(&mesh, 5, x);
         accelerations(&options, fixture_organ, x, NULL, a);
 
-        Fixture fixture;
-        Reference reference;
+        SCOPED(fixture_destroy) Fixture fixture;
+        SCOPED(reference_destroy) Reference reference;
         fixture_create(&fixture, &mesh, &options);
         fixture_reference(&fixture, &options, &reference);
         int n = reference.node_count;
@@ -184,8 +179,6 @@ TEST(force_is_minus_the_gradient_of_the_energy)
                 expect_near(force[c], -(energy[1] - energy[0]) / (2.0 * step), 1e-6);
             }
         }
-        reference_destroy(&reference);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -205,7 +198,7 @@ TEST(inner_forces_have_no_sum_and_no_moment)
             v[i] = vec3_scale(0.01, random_vec3(&random));
         accelerations(&options, fixture_organ, x, v, a);
 
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create(&fixture, &mesh, &options);
         Vec3 sum = {0.0, 0.0, 0.0}, moment = sum;
         double sizes = 0.0;
@@ -220,7 +213,6 @@ TEST(inner_forces_have_no_sum_and_no_moment)
         expect_at_least(sizes, 1.0);
         expect_at_most(vec3_length(sum), 1e-9);
         expect_at_most(vec3_length(moment), 1e-10);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -256,7 +248,7 @@ TEST(free_body_keeps_its_momentum)
                                           .initial_velocity = v};
                 if (shape == 1)
                     options.shape = fixture_shape(SHAPE_BODY);
-                Fixture fixture;
+                SCOPED(fixture_destroy) Fixture fixture;
                 fixture_create(&fixture, &mesh, &options);
                 Vec3 p0, l0, p1, l1;
                 fixture_read(&fixture);
@@ -270,7 +262,6 @@ TEST(free_body_keeps_its_momentum)
                     expect_at_most(vec3_length(vec3_sub(l1, l0)), 3e-11 * vec3_length(l0));
                 else
                     expect_at_most(vec3_length(vec3_sub(l1, l0)), 1e-4 * vec3_length(l0));
-                fixture_destroy(&fixture);
             }
 }
 
@@ -290,7 +281,7 @@ TEST(damping_only_takes_energy)
                                       .initial_position = x};
             if (shape > 0)
                 options.shape = fixture_shape(shape == 1 ? SHAPE_WORLD : SHAPE_BODY);
-            Fixture fixture;
+            SCOPED(fixture_destroy) Fixture fixture;
             fixture_create(&fixture, &mesh, &options);
             const BodyOps *ops = fixture.body->ops;
             BodyMeasure measure;
@@ -306,7 +297,6 @@ TEST(damping_only_takes_energy)
             }
             // Springs damp the fast vibrations within milliseconds.
             expect_at_most(last, 0.5 * start);
-            fixture_destroy(&fixture);
         }
 }
 
@@ -326,8 +316,8 @@ TEST(measured_energy_is_that_of_the_reference)
                                   .initial_velocity = v};
         if (shape > 0)
             options.shape = fixture_shape(shape == 1 ? SHAPE_WORLD : SHAPE_BODY);
-        Fixture fixture;
-        Reference reference;
+        SCOPED(fixture_destroy) Fixture fixture;
+        SCOPED(reference_destroy) Reference reference;
         fixture_create(&fixture, &mesh, &options);
         fixture_reference(&fixture, &options, &reference);
         BodyMeasure measure;
@@ -341,7 +331,5 @@ TEST(measured_energy_is_that_of_the_reference)
         for (int i = 0; i < reference.node_count; i++)
             total += reference.mass[i];
         expect_near(fixture.body->mass, total, 1e-13 * total);
-        reference_destroy(&reference);
-        fixture_destroy(&fixture);
     }
 }

@@ -112,7 +112,7 @@ TEST(equation_9_halves_the_time_step_with_each_level)
         double zero_level = 0.0;
         for (int level = 0; level <= LEVELS; level++) {
             TriMesh mesh;
-            Fixture fixture;
+            SCOPED(fixture_destroy) Fixture fixture;
             fixture_sphere(&mesh);
             FixtureOptions options = {.material = uniform_material(),
                                       .integrator = kinds[kind],
@@ -127,7 +127,6 @@ TEST(equation_9_halves_the_time_step_with_each_level)
                 zero_level = limit;
             expect_near(limit / ldexp(zero_level, -level), 1.0, 1e-12);
             expect_at_most(1e-3 / body->substeps, limit); // which is what it takes
-            fixture_destroy(&fixture);
         }
     }
 }
@@ -151,8 +150,8 @@ TEST(paper_takes_the_mean_of_a_physical_material)
     FixtureOptions options = {.material = fixture_material(0.0), .adjust = ADJUST_CHOI2005};
     Ruled ruled;
     make_rules(&ruled, fixture_organ, &options);
-    Fixture fixture;
-    Reference reference;
+    SCOPED(fixture_destroy) Fixture fixture;
+    SCOPED(reference_destroy) Reference reference;
     FixtureOptions coarse = {.material = fixture_material(0.0)};
     TriMesh mesh;
     fixture_organ(&mesh);
@@ -165,8 +164,6 @@ TEST(paper_takes_the_mean_of_a_physical_material)
         mass += reference.mass[i];
     expect_near(ruled.rules.stiffness[0], sum / reference.spring_count, 1e-11);
     expect_near(ruled.rules.mass[0], mass / reference.node_count, 1e-15);
-    reference_destroy(&reference);
-    fixture_destroy(&fixture);
     drop_rules(&ruled);
 }
 
@@ -208,7 +205,7 @@ TEST(midpoints_are_held_between_held_nodes)
     ruled.options.body.fixed = &border;
     const Levels *levels = &ruled.levels;
     int nodes = levels->level[LEVELS].node_count;
-    bool *fixed = calloc((size_t)nodes, sizeof *fixed);
+    FREED bool *fixed = calloc((size_t)nodes, sizeof *fixed);
     Status status = {0};
     assert_true(fixed_mark(&ruled.mesh, &ruled.options, fixed, &status));
     int held = 0;
@@ -217,7 +214,6 @@ TEST(midpoints_are_held_between_held_nodes)
         held += fixed[i];
     }
     assert_int_equal(held, 4 * 6 + 1); // 7 nodes in a row, divided twice
-    free(fixed);
     drop_rules(&ruled);
 }
 
@@ -298,14 +294,14 @@ static double compare(void (*make)(TriMesh *), SurfaceAdjust adjust, int level, 
                               .levels = LEVELS,
                               .start_level = level,
                               .adjust = adjust};
-    Arena arena = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
     Levels levels;
-    TriMesh fine;
+    SCOPED(mesh_destroy) TriMesh fine;
     Status status = {0};
     assert_true(levels_create(&levels, &coarse, LEVELS, "body", &arena, &status));
     levels_mesh(&levels, level, &coarse, &fine);
     int nodes = fine.node_count;
-    Vec3 *x = calloc((size_t)nodes, sizeof *x), *v = calloc((size_t)nodes, sizeof *v);
+    FREED Vec3 *x = calloc((size_t)nodes, sizeof *x), *v = calloc((size_t)nodes, sizeof *v);
     uint64_t random = 3;
     for (int i = 0; i < nodes; i++) { // up to a tenth of an edge
         x[i] = vec3_madd(fine.position[i], 0.0015 / (1 << level), random_vec3(&random));
@@ -314,11 +310,11 @@ static double compare(void (*make)(TriMesh *), SurfaceAdjust adjust, int level, 
     options.initial_position = x;
     options.initial_velocity = v;
 
-    Fixture fixture;
-    Reference reference;
+    SCOPED(fixture_destroy) Fixture fixture;
+    SCOPED(reference_destroy) Reference reference;
     fixture_create(&fixture, &mesh, &options);
     fixture_reference(&fixture, &options, &reference);
-    bool *fixed = calloc((size_t)levels.level[LEVELS].node_count, sizeof *fixed);
+    FREED bool *fixed = calloc((size_t)levels.level[LEVELS].node_count, sizeof *fixed);
     SurfaceOptions held = {.body.fixed_count = 1, .body.fixed = &low, .hierarchy = &levels};
     assert_true(fixed_mark(&coarse, &held, fixed, &status));
     memcpy(reference.fixed, fixed, (size_t)nodes * sizeof *fixed);
@@ -345,14 +341,7 @@ static double compare(void (*make)(TriMesh *), SurfaceAdjust adjust, int level, 
     }
     assert_int_equal(sim_resets(fixture.sim), 0);
     expect_at_least(farthest, 1e-4);
-    free(fixed);
-    free(x);
-    free(v);
-    reference_destroy(&reference);
-    fixture_destroy(&fixture);
-    mesh_destroy(&fine);
     mesh_destroy(&coarse);
-    arena_destroy(&arena);
     return worst / farthest;
 }
 
@@ -377,13 +366,13 @@ static void sheet_like(TriMesh *mesh)
 static double stretch_energy(int level, SurfaceAdjust adjust)
 {
     TriMesh mesh, fine;
-    Arena arena = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
     Levels levels;
     Status status = {0};
     sheet_like(&mesh);
     assert_true(levels_create(&levels, &mesh, LEVELS, "body", &arena, &status));
     levels_mesh(&levels, level, &mesh, &fine);
-    Vec3 *x = calloc((size_t)fine.node_count, sizeof *x);
+    FREED Vec3 *x = calloc((size_t)fine.node_count, sizeof *x);
     for (int i = 0; i < fine.node_count; i++)
         x[i] = vec3(1.01 * fine.position[i].x, fine.position[i].y, 0.0);
     FixtureOptions options = {.material = fixture_material(0.0),
@@ -391,14 +380,11 @@ static double stretch_energy(int level, SurfaceAdjust adjust)
                               .start_level = level,
                               .adjust = adjust,
                               .initial_position = x};
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     BodyMeasure measure;
     fixture.body->ops->measure(fixture.body->model, &measure);
-    fixture_destroy(&fixture);
     mesh_destroy(&fine);
-    arena_destroy(&arena);
-    free(x);
     return measure.elastic;
 }
 
@@ -420,7 +406,7 @@ TEST(start_level_leaves_damping_and_contact_alone)
     for (int l = 0; l <= LEVELS; l++) {
         FixtureOptions options = {
             .material = fixture_material(0.1), .levels = LEVELS, .start_level = l};
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         damping_time[l] = fixture.body->damping / fixture.body->lambda; // no drag, no shape springs
         contact[l] = fixture.body->contact_lambda;
@@ -428,7 +414,6 @@ TEST(start_level_leaves_damping_and_contact_alone)
         assert_int_equal(fixture.body->finest_level, l);
         if (l == 0)
             expect_near(contact[0] / fixture.body->lambda, 1.0, 1e-13);
-        fixture_destroy(&fixture);
     }
     for (int l = 0; l <= LEVELS; l++) {
         expect_near(damping_time[l] * sqrt(finest) / 0.8, 1.0, 1e-12);
@@ -441,22 +426,20 @@ TEST(level_0_of_a_levelled_body_is_the_plain_body)
     FixtureOptions options = {.material = fixture_material(1e-5),
                               .shape = fixture_shape(SHAPE_WORLD),
                               .gravity = {0.0, 0.0, -9.81}};
-    Fixture plain, levelled;
+    SCOPED(fixture_destroy) Fixture plain, levelled;
     fixture_create_sphere(&plain, &options);
     options.levels = LEVELS;
     fixture_create_sphere(&levelled, &options);
     fixture_run(&plain, 50);
     fixture_run(&levelled, 50);
     assert_memory_equal(plain.x, levelled.x, (size_t)plain.mesh.node_count * sizeof *plain.x);
-    fixture_destroy(&plain);
-    fixture_destroy(&levelled);
 }
 
 TEST(clients_are_told_levels_and_parents)
 {
     FixtureOptions options = {
         .material = fixture_material(0.0), .levels = LEVELS, .start_level = LEVELS};
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     const BodyMesh *mesh = &fixture.body->mesh;
     static const int counts[LEVELS + 1] = {114, 450, 1794};
@@ -476,5 +459,4 @@ TEST(clients_are_told_levels_and_parents)
         Vec3 middle = vec3_scale(0.5, vec3_add(fixture.mesh.position[a], fixture.mesh.position[b]));
         expect_at_most(length_of(middle, fixture.mesh.position[i]), 0.1 * 0.019 / level);
     }
-    fixture_destroy(&fixture);
 }

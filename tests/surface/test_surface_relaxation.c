@@ -91,7 +91,7 @@ TEST(forces_are_the_gradient_of_the_energy)
     for (int round = 0; round < EFFORT(6); round++) {
         TriMesh mesh;
         fixture_organ(&mesh);
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create(&fixture, &mesh, &options);
         const int count = fixture.mesh.node_count;
         Vec3 x[256], d[256], moved[256], zero[256] = {{0.0, 0.0, 0.0}};
@@ -124,7 +124,6 @@ TEST(forces_are_the_gradient_of_the_energy)
         expect_near((energy[1] - energy[0]) / (2.0 * step), slope, 1e-6 * size);
         expect_at_most(vec3_length(sum), 1e-12 * size);
         expect_at_most(vec3_length(moment), 1e-12 * size);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -145,7 +144,7 @@ static void pull_of(Precision precision, IntegratorKind integrator, double prest
                               .integrator = integrator};
     options.material.areal_density = 1e4; // k / m is 1e-1 1/s2: 1.5e-4 m/s a tick
     set_branches(&options.material, branches, TWO);
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     fixture_read(&fixture);
     const int count = fixture.mesh.node_count;
@@ -162,7 +161,6 @@ static void pull_of(Precision precision, IntegratorKind integrator, double prest
     }
     if (branches > 0)
         each_spring(fixture_model(&fixture), expect_alike, NULL);
-    fixture_destroy(&fixture);
 }
 
 TEST(stress_relaxes_as_the_closed_form)
@@ -223,7 +221,7 @@ static double loss_of(const Swing *swing, double *frequency, double *growth)
     options.material.youngs_modulus_2d = swing->modulus;
     options.material.branch_count = MAXWELL_BRANCHES;
     assert_true(maxwell_of_loss(swing->loss, options.material.branch));
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     fixture_read(&fixture);
     const int count = fixture.mesh.node_count;
@@ -252,7 +250,6 @@ static double loss_of(const Swing *swing, double *frequency, double *growth)
     assert_false(more);
     double decrement;
     *frequency = 0.5 / (half_swing(&extremes, &decrement) * sim_tick(fixture.sim));
-    fixture_destroy(&fixture);
     // Half a swing: a decrement of pi times the damping ratio, half of the loss factor.
     return 2.0 * decrement / PI;
 }
@@ -311,7 +308,7 @@ TEST(a_free_body_keeps_its_momentum)
             if (shape == 1)
                 options.shape = fixture_shape(SHAPE_BODY);
             set_branches(&options.material, 2, TWO);
-            Fixture fixture;
+            SCOPED(fixture_destroy) Fixture fixture;
             fixture_create_sphere(&fixture, &options);
             throw_body(&fixture, 0.2);
             Vec3 linear[2], angular[2];
@@ -330,7 +327,6 @@ TEST(a_free_body_keeps_its_momentum)
             expect_at_most(l, single ? 1e-3 : 1e-10);
             assert_true(fixture_energy(&fixture) < 0.9 * before);
             each_spring(fixture_model(&fixture), expect_alike, NULL);
-            fixture_destroy(&fixture);
         }
 }
 
@@ -350,7 +346,7 @@ TEST(energy_never_grows)
                                       .time_step = 5e-5,
                                       .integrator = INTEGRATOR_LEAPFROG};
             set_branches(&options.material, 2, TWO);
-            Fixture fixture;
+            SCOPED(fixture_destroy) Fixture fixture;
             fixture_create_sphere(&fixture, &options);
             fixture_read(&fixture);
             Vec3 x[128], zero[128] = {{0.0, 0.0, 0.0}};
@@ -369,7 +365,6 @@ TEST(energy_never_grows)
                 before = now;
             }
             assert_true(before < 0.5 * first);
-            fixture_destroy(&fixture);
         }
     print_message("energy grows by at most %.2g of the first in a tick\n", most);
     expect_at_most(most, 1e-9); // rounding of an energy, in single precision of its positions
@@ -393,11 +388,10 @@ TEST(states_repeat)
                 TriMesh mesh;
                 Status status = {0};
                 assert_true(generate_ico_sphere(&mesh, 4, 0.05, &status)); // 2562: shared
-                Fixture fixture;
+                SCOPED(fixture_destroy) Fixture fixture;
                 fixture_create(&fixture, &mesh, &options);
                 fixture_run(&fixture, 10);
-                void *middle = malloc(state_bytes(&fixture.state));
-                assert_non_null(middle);
+                FREED void *middle = malloc(state_bytes(&fixture.state));
                 state_copy_out(&fixture.state, middle);
                 fixture_run(&fixture, 10);
                 const uint64_t end = state_hash(&fixture.state);
@@ -407,8 +401,6 @@ TEST(states_repeat)
                 assert_true(state_hash(&fixture.state) == end);
                 assert_true(hash == 0 || hash == end);
                 hash = end;
-                free(middle);
-                fixture_destroy(&fixture);
                 if (options.team != NULL)
                     team_destroy(options.team);
             }
@@ -421,7 +413,7 @@ TEST(restores_dashpots)
 {
     FixtureOptions options = {.material = fixture_material(0.0), .integrator = INTEGRATOR_LEAPFROG};
     set_branches(&options.material, 2, TWO);
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     SurfaceModel *model = fixture_model(&fixture);
     const BodyOps *ops = fixture.body->ops;
@@ -438,7 +430,6 @@ TEST(restores_dashpots)
     assert_true(ops->check(model));
     ((double *)model->relaxation->strain[model->relaxation->current])[7] = (double)NAN;
     assert_false(ops->check(model));
-    fixture_destroy(&fixture);
 }
 
 // What cannot advance dashpots is refused by name; "auto" takes leapfrog.
@@ -452,13 +443,12 @@ TEST(only_kicks_relax)
         set_branches(&options.material, 2, TWO);
         TriMesh mesh;
         Status status = {0};
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_sphere(&mesh);
         assert_int_equal(fixture_try(&fixture, &mesh, &options, &status), k == 2);
         if (k < 2)
             assert_non_null(strstr(status.text, integrator_name(KINDS[k])));
         else
             assert_int_equal(fixture.body->integrator, INTEGRATOR_LEAPFROG);
-        fixture_destroy(&fixture);
     }
 }

@@ -48,7 +48,7 @@ static double stress_of(const FixtureOptions *like, double strain)
     options.integrator = INTEGRATOR_SYMPLECTIC_EULER;
     options.rate_hz = 1.0 / h;
     make_strip(&mesh);
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     Vec3 x[STRIP], zero[STRIP] = {{0.0, 0.0, 0.0}};
     const double along = 1.0 + strain, half = 0.5 * along, tall = sqrt(1.0 - half * half);
@@ -61,7 +61,6 @@ static double stress_of(const FixtureOptions *like, double strain)
     for (int i = 0; i < STRIP; i++)
         if (i % COLUMNS > COLUMNS / 2)
             pull -= fixture_model(&fixture)->mass[i] * fixture.v[i].x / h;
-    fixture_destroy(&fixture);
     return pull / ((ROWS - 1) * EDGE * sqrt(0.75));
 }
 
@@ -118,7 +117,7 @@ TEST(forces_are_the_gradient_of_the_energy)
         options.material.stiffening = (Stiffening){0.1 + 0.05 * round, 4.0 + 3.0 * round};
         TriMesh mesh;
         fixture_organ(&mesh);
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create(&fixture, &mesh, &options);
         const int count = fixture.mesh.node_count;
         Vec3 x[256], d[256], moved[256], zero[256] = {{0.0, 0.0, 0.0}};
@@ -150,7 +149,6 @@ TEST(forces_are_the_gradient_of_the_energy)
         expect_near((energy[1] - energy[0]) / (2.0 * step), slope, 1e-6 * size);
         expect_at_most(vec3_length(sum), 1e-12 * size);
         expect_at_most(vec3_length(moment), 1e-12 * size);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -169,7 +167,7 @@ TEST(stretched_bodies_come_back)
                                       trial % 4 == 3 ? INTEGRATOR_RK4 : INTEGRATOR_LEAPFROG};
         options.material.stiffening = (Stiffening){0.1, CAPS[trial / 2 % 3]};
         options.time_step = damped ? 2e-5 : 0.0;
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         fixture_read(&fixture);
         Vec3 x[128], zero[128] = {{0.0, 0.0, 0.0}};
@@ -193,7 +191,6 @@ TEST(stretched_bodies_come_back)
             expect_at_most(grows, 1e-6);
             assert_true(before < 0.2 * first);
         }
-        fixture_destroy(&fixture);
     }
 }
 
@@ -207,7 +204,7 @@ TEST(a_free_body_keeps_its_momentum)
                                   .precision = (Precision)precision,
                                   .integrator = INTEGRATOR_LEAPFROG};
         options.material.stiffening = (Stiffening){0.05, 10.0};
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         uint64_t random = 21;
         Vec3 v[128], linear[2], angular[2];
@@ -232,7 +229,6 @@ TEST(a_free_body_keeps_its_momentum)
                        (single ? 1e-5 : 1e-11) * scale);
         expect_at_most(vec3_length(vec3_sub(angular[1], angular[0])),
                        (single ? 1e-3 : 1e-10) * scale);
-        fixture_destroy(&fixture);
     }
 }
 
@@ -254,13 +250,12 @@ TEST(every_instruction_set_gives_the_same_bits)
                     (MaxwellBranch){0.1, 0.3, false};
             if (trial & 4)
                 options.shape = fixture_shape(FRAMES[trial >> 3]);
-            Fixture fixture;
+            SCOPED(fixture_destroy) Fixture fixture;
             fixture_create_sphere(&fixture, &options);
             fixture_run(&fixture, 20);
             const uint64_t end = state_hash(&fixture.state);
             assert_true(hash == 0 || hash == end);
             hash = end;
-            fixture_destroy(&fixture);
         }
     }
 }
@@ -275,7 +270,7 @@ TEST(the_bound_follows_the_cap)
                                   .integrator = INTEGRATOR_LEAPFROG};
         if (k == 1)
             options.material.stiffening = (Stiffening){0.1, 10.0};
-        Fixture fixture;
+        SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         lambda[k] = fixture.body->lambda;
         if (k == 1) {
@@ -286,16 +281,14 @@ TEST(the_bound_follows_the_cap)
             expect_near(law_spring(fixture_model(&fixture), 0, r, 0.0).tangent, 10.0, 1e-12);
             expect_near(law_spring(fixture_model(&fixture), 0, -0.5 * r, 0.0).tangent, 1.0, 1e-12);
         }
-        fixture_destroy(&fixture);
     }
     expect_near(lambda[1] / lambda[0], 10.0, 1e-12);
     FixtureOptions options = {.material = fixture_material(0.0), .integrator = INTEGRATOR_IMPLICIT};
     options.material.stiffening = (Stiffening){0.1, 10.0};
     TriMesh mesh;
     Status status = {0};
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     fixture_sphere(&mesh);
     assert_false(fixture_try(&fixture, &mesh, &options, &status));
     assert_non_null(strstr(status.text, "stiffening needs an explicit integrator"));
-    fixture_destroy(&fixture);
 }

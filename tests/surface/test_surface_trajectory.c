@@ -135,8 +135,8 @@ static double compare(const Case *c)
 {
     TriMesh mesh;
     (c->mesh == ORGAN ? fixture_organ : c->mesh == SPHERE ? fixture_sphere : fixture_sheet)(&mesh);
-    Vec3 *x = calloc((size_t)mesh.node_count, sizeof *x);
-    Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
+    FREED Vec3 *x = calloc((size_t)mesh.node_count, sizeof *x);
+    FREED Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
     randomize(&mesh, x, v);
     const LoadOptions load = {.center = mesh.position[mesh.node_count / 3],
                               .radius = 0.03,
@@ -148,8 +148,8 @@ static double compare(const Case *c)
         options.initial_position = x;
         options.initial_velocity = v;
     }
-    Fixture fixture;
-    Reference reference;
+    SCOPED(fixture_destroy) Fixture fixture;
+    SCOPED(reference_destroy) Reference reference;
     fixture_create(&fixture, &mesh, &options);
     fixture_reference(&fixture, &options, &reference);
     // Both take the same steps: those that the bound of the server gives.
@@ -174,10 +174,6 @@ static double compare(const Case *c)
         }
     }
     assert_int_equal(sim_resets(fixture.sim), 0);
-    reference_destroy(&reference);
-    fixture_destroy(&fixture);
-    free(x);
-    free(v);
     expect_at_least(farthest, 1e-4); // something moved: a tenth of a millimetre or more
     return worst / farthest;
 }

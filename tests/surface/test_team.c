@@ -158,7 +158,7 @@ static uint64_t hash_of_run(IntegratorKind integrator, Precision precision, Team
                               .team = team};
     TriMesh mesh;
     Status status = {0};
-    Fixture fixture;
+    SCOPED(fixture_destroy) Fixture fixture;
     char why[128];
     assert_true(generate_ico_sphere(&mesh, 4, 0.2, &status));
     fixture_create(&fixture, &mesh, &options);
@@ -169,7 +169,6 @@ static uint64_t hash_of_run(IntegratorKind integrator, Precision precision, Team
     fixture_run(&fixture, 30);
     assert_true(sim_wrench(fixture.sim, 0)->contact);
     uint64_t hash = state_hash(&fixture.state);
-    fixture_destroy(&fixture);
     return hash;
 }
 

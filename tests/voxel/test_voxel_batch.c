@@ -75,13 +75,12 @@ static void expect_lane(const Batches *b, int batch, int lane, int e)
 
 TEST(every_element_stands_in_one_lane_with_its_vertices)
 {
-    Arena arena = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
     Batches b;
     BatchOptions from = options(1);
     batches_create(&b, &from, &arena);
     const int lanes = batches_total(&b) * LANES;
-    int *owner = malloc((size_t)lanes * sizeof *owner);
-    assert_non_null(owner);
+    FREED int *owner = malloc((size_t)lanes * sizeof *owner);
     for (int i = 0; i < lanes; i++)
         owner[i] = -1;
     for (int e = 0; e < ELEMENTS; e++) {
@@ -91,8 +90,6 @@ TEST(every_element_stands_in_one_lane_with_its_vertices)
     }
     for (int i = 0; i < lanes; i++)
         expect_lane(&b, i / LANES, i % LANES, owner[i]);
-    free(owner);
-    arena_destroy(&arena);
 }
 
 static bool is_mixed(const Batches *b, int e)
@@ -125,7 +122,7 @@ static int order(const Batches *b, int e, int f)
 
 TEST(batches_follow_template_class_and_element)
 {
-    Arena arena = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
     Batches b;
     BatchOptions from = options(2);
     batches_create(&b, &from, &arena);
@@ -135,12 +132,11 @@ TEST(batches_follow_template_class_and_element)
         for (int f = 0; f < ELEMENTS; f++)
             if (e != f)
                 assert_true((b.lane[e] < b.lane[f]) == (order(&b, e, f) < 0));
-    arena_destroy(&arena);
 }
 
 TEST(few_lanes_are_left_over)
 {
-    Arena arena = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
     Batches b;
     BatchOptions from = options(5);
     batches_create(&b, &from, &arena);
@@ -150,7 +146,6 @@ TEST(few_lanes_are_left_over)
     least += (b.hanging.batch_count - b.mixed_count) * LANES * 3 / 4;
     least += (b.mixed_count - 1) * LANES + 1;
     assert_in_range(ELEMENTS, least, batches_total(&b) * LANES);
-    arena_destroy(&arena);
 }
 
 TEST(the_same_elements_give_the_same_batches)
@@ -173,11 +168,10 @@ TEST(the_same_elements_give_the_same_batches)
 
 TEST(no_elements_give_no_batches)
 {
-    Arena arena = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
     Batches b;
     BatchOptions from = options(4);
     from.element_count = 0;
     batches_create(&b, &from, &arena);
     assert_int_equal(batches_total(&b), 0);
-    arena_destroy(&arena);
 }

@@ -11,9 +11,9 @@ TEST(at_rest_nothing_moves)
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorldOptions options = voxel_world_cube(8);
         options.body.body.precision = (Precision)precision;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
-        Vec3 *rest = calloc((size_t)world.count, sizeof *rest);
+        FREED Vec3 *rest = calloc((size_t)world.count, sizeof *rest);
         for (int i = 0; i < world.count; i++)
             rest[i] = world.x[i];
         voxel_world_run(&world, 0.1);
@@ -22,8 +22,6 @@ TEST(at_rest_nothing_moves)
             expect_near(vec3_length(vec3_sub(world.x[i], rest[i])), 0.0, 0.0);
             expect_near(vec3_length(world.v[i]), 0.0, 0.0);
         }
-        free(rest);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -31,7 +29,7 @@ TEST(a_free_body_falls_as_a_stone)
 {
     VoxelWorldOptions options = voxel_world_cube(8);
     options.body.body.gravity = vec3(1.0, -2.0, -9.81);
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     Vec3 start = world.x[5];
     voxel_world_run(&world, 0.5);
@@ -41,13 +39,12 @@ TEST(a_free_body_falls_as_a_stone)
     Vec3 fallen = vec3_sub(world.x[5], start);
     expect_near(fallen.z, -9.81 * way, 1e-9); // rounding of some hundred frames
     expect_near(fallen.x, 1.0 * way, 1e-9);
-    voxel_world_destroy(&world);
 }
 
 TEST(momentum_is_kept)
 {
     VoxelWorldOptions options = voxel_world_cube(8);
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     uint64_t random = 7;
     for (int i = 0; i < world.count; i++) {
@@ -65,5 +62,4 @@ TEST(momentum_is_kept)
                   vec3_length(vec3_sub(l1, l0)), vec3_length(p0), vec3_length(l0));
     expect_near(vec3_length(vec3_sub(p1, p0)) / vec3_length(p0), 0.0, 1e-11);
     expect_near(vec3_length(vec3_sub(l1, l0)) / vec3_length(l0), 0.0, 1e-9);
-    voxel_world_destroy(&world);
 }

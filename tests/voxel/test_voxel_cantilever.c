@@ -16,11 +16,11 @@ static double sag(int n, double nu)
     VoxelBenchOptions options = voxel_bench_options(0);
     options.youngs_modulus = 1e6;
     options.poisson_ratio = nu;
-    VoxelBench bench;
+    SCOPED(voxel_bench_destroy) VoxelBench bench;
     voxel_bench_box(&bench, 4 * n, n, n, WIDTH / n, &options);
     int count = bench.vertex_count;
-    bool *fixed = calloc((size_t)(3 * count), sizeof *fixed);
-    double *load = calloc((size_t)(3 * count), sizeof *load);
+    FREED bool *fixed = calloc((size_t)(3 * count), sizeof *fixed);
+    FREED double *load = calloc((size_t)(3 * count), sizeof *load);
     assert_true(fixed != NULL && load != NULL);
     for (int i = 0; i < count; i++) {
         for (int c = 0; c < 3; c++)
@@ -36,9 +36,6 @@ static double sag(int n, double nu)
             total += bench.mass[i];
         }
     }
-    free(fixed);
-    free(load);
-    voxel_bench_destroy(&bench);
     return 1e3 * sum / total;
 }
 

@@ -100,7 +100,7 @@ static void press_everywhere(VoxelWorldOptions (*make)(void), const char *name)
                 Vec3 surface = vec3_scale(HALF, t);
                 if (k == 1)
                     out = vec3(0.0, 0.0, 1.0);
-                VoxelWorld world;
+                SCOPED(voxel_world_destroy) VoxelWorld world;
                 voxel_world_create(&world, &options);
                 if (name[0] == 'b')
                     surface = vec3_scale(HALF, out);
@@ -118,7 +118,6 @@ static void press_everywhere(VoxelWorldOptions (*make)(void), const char *name)
                 expect_at_least(least, 1e-3);
                 assert_true(voxel_world_is_outside(&world, at));
                 expect_quiet(&world);
-                voxel_world_destroy(&world);
             }
 }
 
@@ -146,7 +145,7 @@ static Vec3 reaction(const VoxelWorld *world, const VoxelWorldOptions *options)
     assert_non_null(lattice.label);
     memcpy(lattice.label, world->lattice.label, cells);
     VoxelBenchOptions plain = voxel_bench_options(options->body.body.levels);
-    VoxelBench bench;
+    SCOPED(voxel_bench_destroy) VoxelBench bench;
     voxel_bench_create(&bench, &lattice, &plain);
     assert_int_equal(bench.vertex_count, world->count);
     for (int i = 0; i < world->count; i++)
@@ -158,7 +157,6 @@ static Vec3 reaction(const VoxelWorld *world, const VoxelWorldOptions *options)
     for (int i = 0; i < world->count; i++)
         if (bench.rest[i].z < -0.0499)
             sum = vec3_add(sum, bench.force[i]);
-    voxel_bench_destroy(&bench);
     return sum;
 }
 
@@ -169,7 +167,7 @@ TEST(held_vertices_bear_what_the_tool_feels)
         VoxelWorldOptions options =
             with_tool(held(voxel_world_cube(8)), make_tool(k == 0 ? 0.0 : 0.02, 0.01));
         options.body.damping = 1.0;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         const Vec3 press = {0.003, 0.004, HALF + 0.002};
         move_tool(&world, vec3(0.003, 0.004, HALF + 0.011), press, 0.1, 1.0, vec3(0, 0, 1));
@@ -181,7 +179,6 @@ TEST(held_vertices_bear_what_the_tool_feels)
         expect_at_least(felt.z, 0.1);
         // What is left of the swing after 12 s.
         expect_near(vec3_length(vec3_add(felt, borne)), 0.0, 1e-6 * felt.z);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -197,7 +194,7 @@ TEST(body_and_tool_exchange_momentum_exactly)
     for (int k = 0; k < 2; k++) {
         VoxelWorldOptions options = with_tool(voxel_world_cube(8), make_tool(0.06, 0.006));
         options.body.body.integrator = integrators[k];
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         const MomentumExchange sum =
             exchange_momentum(world.sim, 400, 0.02, 8.0, read_momentum, &world);
@@ -208,7 +205,6 @@ TEST(body_and_tool_exchange_momentum_exactly)
         expect_at_most(sum.impulse_lost, 1e-11 * sum.impulse);
         // The damping's rotation fit, regularised by 1e-9 (Gibson's omega), loses 1e-11.
         expect_at_most(sum.turn_lost, 1e-9 * sum.moment);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -220,7 +216,7 @@ TEST(a_tool_inside_is_let_out)
         ToolOptions tool = make_tool(k % 2 == 0 ? 0.0 : 0.02, 0.006);
         tool.max_force = 3.0;
         VoxelWorldOptions options = with_tool(held(voxel_world_cube(16)), tool);
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         const Vec3 start = {0.01, 0.005, k < 2 ? HALF - 0.004 : 0.0};
         double most = 0.0;
@@ -248,7 +244,6 @@ TEST(a_tool_inside_is_let_out)
         assert_false(sim_wrench(world.sim, 0)->contact);
         expect_at_most(most, tool.max_force * (1.0 + 1e-9));
         expect_quiet(&world);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -260,7 +255,7 @@ TEST(jumps_stay_finite_and_outside)
         ToolOptions tool = make_tool(0.0, 0.005);
         tool.max_force = 3.0;
         VoxelWorldOptions options = with_tool(held(voxel_world_cube(16)), tool);
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         Vec3 above = {0.003, 0.004, HALF + 0.0051}, at;
         Quat turn;
@@ -279,7 +274,6 @@ TEST(jumps_stay_finite_and_outside)
         expect_at_most(most, tool.max_force * (1.0 + 1e-9));
         expect_at_least(sim_wrench(world.sim, 0)->force.z, 1e-3);
         expect_quiet(&world);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -297,7 +291,7 @@ TEST(a_plate_of_one_cell_holds_a_thick_tool)
         options.body.body.fixed = &rim;
         options.body.body.fixed_count = 1;
         options = with_tool(options, make_tool(k % 2 == 0 ? 0.0 : 0.03, 0.010));
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         // From above; and at the plate's narrow side.
         Vec3 out = k < 2 ? vec3(0.0, 0.0, 1.0) : vec3(0.0, 1.0, 0.0);
@@ -312,7 +306,6 @@ TEST(a_plate_of_one_cell_holds_a_thick_tool)
         expect_at_least(least, 1e-4);
         assert_true(voxel_world_is_outside(&world, at));
         expect_quiet(&world);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -327,7 +320,7 @@ TEST(an_edge_of_four_faces_pushes_back)
                 if (k >= 8 && (i < 8) == (j < 8)) // a quarter each, above a whole half
                     lattice->label[lattice_index(lattice, i, j, k)] = 0;
     options = with_tool(held(options), make_tool(0.0, 0.005));
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     // Down where the two quarters touch, and into a notch along its diagonal.
     Vec3 up = {0.0, 0.0, 1.0}, aside = vec3_unit(vec3(1.0, 1.0, 0.0)), at;
@@ -348,7 +341,6 @@ TEST(an_edge_of_four_faces_pushes_back)
     expect_at_least(in, 1e-3);
     assert_true(voxel_world_is_outside(&world, at));
     expect_quiet(&world);
-    voxel_world_destroy(&world);
 }
 
 // A cube falls 1 mm on a table: it comes to rest, borne by its weight.
@@ -357,7 +349,7 @@ TEST(a_cube_rests_on_a_table)
     VoxelWorldOptions options = with_tool(voxel_world_cube(8), TABLE);
     options.body.body.gravity = vec3(0.0, 0.0, -9.81);
     options.body.damping = 1.0;
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     voxel_world_run(&world, 6.0);
     Vec3 force = sim_wrench(world.sim, 0)->force;
@@ -369,7 +361,6 @@ TEST(a_cube_rests_on_a_table)
     // A plane's penalty a node is a third of what the bound would bear (server/sim/README.md,
     // "Planes"): 981 Pa of weight over about a E / (3 h / 2) = 2.7e5 N/m3.
     expect_at_most(sim_wrench(world.sim, 0)->depth, 0.35 * 0.0125);
-    voxel_world_destroy(&world);
 }
 
 // Static capsules that lie inside a falling body, sticking out of it at both ends: they cannot
@@ -387,7 +378,7 @@ TEST(a_body_hangs_on_what_it_encloses)
         tool->capsule[0].from = vec3(x, -0.2, 0.0);
         tool->capsule[0].to = vec3(x, 0.2, 0.0);
     }
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     voxel_world_run(&world, 1.0); // 4.9 m of fall
     voxel_world_read(&world);
@@ -396,5 +387,4 @@ TEST(a_body_hangs_on_what_it_encloses)
         middle = vec3_madd(middle, 1.0 / world.count, world.x[i]);
     expect_at_most(vec3_length(middle), 0.1);
     assert_int_equal(world.body->resets, 0);
-    voxel_world_destroy(&world);
 }

@@ -123,10 +123,9 @@ static double amplitude(VoxelWorld *world, const Vec3 *rest)
 // Plucks the beam; returns the damping ratio by the logarithmic decrement, and the frequency [Hz].
 static double swing(const Beam *beam, double *frequency)
 {
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     make_beam(&world, beam);
-    Vec3 *rest = malloc((size_t)world.count * sizeof *rest);
-    assert_non_null(rest);
+    FREED Vec3 *rest = malloc((size_t)world.count * sizeof *rest);
     memcpy(rest, world.x, (size_t)world.count * sizeof *rest);
     for (int i = 0; i < world.count; i++)
         world.v[i] = vec3(0.0, 0.0, 0.02 * mode(rest[i].x + 0.5 * LENGTH));
@@ -141,8 +140,6 @@ static double swing(const Beam *beam, double *frequency)
     double decrement;
     const double half = half_swing(&extremes, &decrement);
     *frequency = 0.5 / (half * sim_tick(world.sim));
-    free(rest);
-    voxel_world_destroy(&world);
     return decrement / PI / sqrt(1.0 + decrement * decrement / (PI * PI));
 }
 
@@ -183,7 +180,7 @@ TEST(a_beam_swings_out_at_the_rate_of_the_formula)
 // SET: both are scaled.
 TEST(the_scale_is_one_of_drag_too)
 {
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     char why[200];
     make_beam(&world, &(Beam){.n = 2, .drag = 3.0, .precision = PRECISION_DOUBLE});
     for (int i = 0; i < world.count; i++)
@@ -202,7 +199,6 @@ TEST(the_scale_is_one_of_drag_too)
     expect_near(log((now.kinetic + now.elastic) / start.kinetic), -3.0, 0.5);
     assert_false(sim_apply_set(world.sim, "body.damping_scale", 1e6, why, sizeof why));
     assert_non_null(strstr(why, "time step"));
-    voxel_world_destroy(&world);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -253,7 +249,7 @@ TEST(a_free_body_keeps_its_momentum)
         {PRECISION_DOUBLE, 1e-3, 4.0, false, true},
     };
     for (size_t k = 0; k < sizeof BODIES / sizeof *BODIES; k++) {
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         make_free(&world, &BODIES[k]);
         Vec3 linear[2], angular[2];
         voxel_world_momentum(&world, &linear[0], &angular[0]);
@@ -276,14 +272,13 @@ TEST(a_free_body_keeps_its_momentum)
         expect_at_most(p, single ? 1e-5 : 1e-11);
         expect_at_most(l, single ? 1e-4 : 1e-10);
         expect_at_most(most, 1.0 + (single ? 1e-5 : 1e-3)); // leapfrogging elastic energy
-        voxel_world_destroy(&world);
     }
 }
 
 TEST(drag_lets_a_free_body_fall)
 {
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         make_free(&world, &(Free){(Precision)precision, 0.0, 50.0, true, false});
         Vec3 linear[2], angular;
         double mass = 0.0;
@@ -295,7 +290,6 @@ TEST(drag_lets_a_free_body_fall)
         voxel_world_momentum(&world, &linear[1], &angular);
         expect_near((linear[1].z - linear[0].z) / mass, -9.81 * 0.5, 1e-5);
         expect_near((linear[1].x - linear[0].x) / mass, 0.0, 1e-5);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -321,7 +315,7 @@ static double growth(double share, double nu, double times, double drag, Integra
     options.body.body.time_step = share * bound;
     options.rate_hz = 1.0 / (substeps * options.body.body.time_step);
     const double size = options.lattice.size;
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     expect_near(world.body->time_step_limit, 0.9 * bound, 1e-9 * bound);
     for (int i = 0; i < world.count; i++)
@@ -340,7 +334,6 @@ static double growth(double share, double nu, double times, double drag, Integra
     }
     print_message("%.2f of the bound %.3g s, nu %.2f, beta %g dt0, drag %g /s: up to %.3g\n", share,
                   bound, nu, times, drag, worst);
-    voxel_world_destroy(&world);
     return worst;
 }
 

@@ -69,7 +69,7 @@ TEST(an_undamped_body_keeps_energy_and_momentum)
 {
     for (int n = 0; n < 2; n++) {
         uint64_t random = 61;
-        VoxelBench bench;
+        SCOPED(voxel_bench_destroy) VoxelBench bench;
         VoxelBenchOptions options = voxel_bench_options(1);
         options.poisson_ratio = n == 0 ? 0.0 : 0.3;
         if (n == 0)
@@ -92,7 +92,6 @@ TEST(an_undamped_body_keeps_energy_and_momentum)
         expect_at_most(worst, 0.01);
         // Rounding of 1e5 sums of terms that are larger than the sum.
         expect_kept(start, &bench, 1e-9);
-        voxel_bench_destroy(&bench);
     }
 }
 
@@ -100,7 +99,7 @@ TEST(an_undamped_body_keeps_energy_and_momentum)
 TEST(a_damped_body_keeps_its_momentum)
 {
     uint64_t random = 62;
-    VoxelBench bench;
+    SCOPED(voxel_bench_destroy) VoxelBench bench;
     VoxelBenchOptions options = voxel_bench_options(1);
     options.damping = 0.2;
     voxel_bench_box(&bench, 6, 6, 6, 0.003, &options);
@@ -113,5 +112,4 @@ TEST(a_damped_body_keeps_its_momentum)
     // Rounding of 4000 sums.
     expect_kept(kept, &bench, 1e-11);
     expect_at_most(end, start);
-    voxel_bench_destroy(&bench);
 }

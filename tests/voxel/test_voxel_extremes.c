@@ -36,7 +36,7 @@ TEST(a_body_held_everywhere_stays)
         options.body.body.fixed = &all;
         options.body.body.fixed_count = 1;
         options.body.body.gravity = vec3(0.0, 0.0, -9.81);
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         voxel_world_run(&world, 0.1);
         voxel_world_read(&world);
@@ -47,7 +47,6 @@ TEST(a_body_held_everywhere_stays)
         LoadOptions load = {.radius = 1.0, .force = {1.0, 0.0, 0.0}, .duration = 1.0};
         char why[128];
         assert_false(sim_apply_load(world.sim, &load, why, sizeof why)); // nobody could move
-        voxel_world_destroy(&world);
     }
 }
 
@@ -63,7 +62,7 @@ TEST(one_element_rings_at_its_frequency)
         const double dt0 = voxel_critical_step(&options.material, 0.01); // 2 / omega
         options.body.body.time_step = 1e-3 * dt0;
         options.rate_hz = 1.0 / options.body.body.time_step;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         assert_int_equal(world.count, 8);
         assert_int_equal(world.body->element_count, 1);
@@ -82,7 +81,6 @@ TEST(one_element_rings_at_its_frequency)
             // the swing of 1e-5 m.
             expect_near(vec3_length(vec3_sub(world.x[i], expected)), 0.0, 1e-10);
         }
-        voxel_world_destroy(&world);
     }
 }
 
@@ -98,7 +96,7 @@ TEST(cells_that_touch_in_a_corner_do_not_know_of_each_other)
             .kind = FIXED_SPHERE, .center = {-0.01, -0.01, -0.01}, .radius = 1e-3};
         options.body.body.fixed = &low;
         options.body.body.fixed_count = 1;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         assert_int_equal(world.count, 16);
         assert_int_equal(world.body->mesh.node_count, 16);
@@ -124,7 +122,6 @@ TEST(cells_that_touch_in_a_corner_do_not_know_of_each_other)
         // Symplectic Euler's sum, t (t + h) / 2; single: rounding.
         expect_near(way, 0.5 * 0.1 * (0.1 + world.body->h),
                     precision == PRECISION_SINGLE ? 1e-7 : 1e-12);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -138,13 +135,12 @@ TEST(more_levels_than_fit_change_nothing)
         const FixedRegion end = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {-0.09, 1, 1}};
         options.body.body.fixed = &end;
         options.body.body.fixed_count = 1;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         assert_int_equal(world.body->element_count, 20 * 20 * 3);
         voxel_world_run(&world, 0.2);
         assert_int_equal(world.body->resets, 0);
         hash[k] = state_hash(&world.state);
-        voxel_world_destroy(&world);
     }
     assert_true(hash[0] == hash[1]);
 }
@@ -162,13 +158,12 @@ TEST(a_slab_with_many_levels_sags_as_one_without)
         const FixedRegion end = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {-0.199, 1, 1}};
         options.body.body.fixed = &end;
         options.body.body.fixed_count = 1;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         voxel_world_run(&world, 0.025); // on its way down
         sag[k] = measure(&world).max_displacement;
         print_message("%d elements: %.5g m\n", world.body->element_count, sag[k]);
         assert_int_equal(world.body->resets, 0);
-        voxel_world_destroy(&world);
     }
     expect_near(sag[1] / sag[0], 1.0, 0.02);
 }
@@ -181,7 +176,7 @@ TEST(a_body_without_damping_swings_on)
             VoxelWorldOptions options = box(8, 8, 8, 2, (Precision)precision);
             options.body.damping = 0.0;
             options.body.body.integrator = (IntegratorKind)integrator;
-            VoxelWorld world;
+            SCOPED(voxel_world_destroy) VoxelWorld world;
             voxel_world_create(&world, &options);
             // The step is the bound's, 0.9 dt0 (but a whole part of the tick).
             for (int i = 0; i < world.count; i++)
@@ -200,7 +195,6 @@ TEST(a_body_without_damping_swings_on)
             // Near the bound the energy at the ends of steps swings by a factor.
             expect_at_most(most / start, 3.0);
             assert_int_equal(world.body->resets, 0);
-            voxel_world_destroy(&world);
         }
 }
 
@@ -216,8 +210,8 @@ TEST(loads_beyond_reason_are_survived)
             options.body.body.fixed = &end;
             options.body.body.fixed_count = 1;
             options.body.damping = 2.0; // its slow swing ends within the test
-            VoxelWorld world;
-            VoxelReference reference;
+            SCOPED(voxel_world_destroy) VoxelWorld world;
+            SCOPED(voxel_reference_destroy) VoxelReference reference;
             voxel_world_create(&world, &options);
             voxel_reference_create(&reference, &options.body);
             LoadOptions load = {.center = {0.0, 0.0, 0.04},
@@ -242,7 +236,5 @@ TEST(loads_beyond_reason_are_survived)
             sim_reset(world.sim);
             voxel_world_run(&world, 0.1);
             assert_true(measure(&world).max_displacement == 0.0);
-            voxel_reference_destroy(&reference);
-            voxel_world_destroy(&world);
         }
 }

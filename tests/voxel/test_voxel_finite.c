@@ -216,7 +216,7 @@ static void press_cube(int depths, double force[DEPTHS])
                                     .capsule_count = 1,
                                     .capsule = {{.radius = RADIUS}},
                                     .max_force = 100.0}; // does not give way
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     sim_set_lockstep(world.sim, true);
     const double tick = sim_tick(world.sim);
@@ -232,7 +232,6 @@ static void press_cube(int depths, double force[DEPTHS])
         }
     }
     assert_int_equal(world.body->resets, 0);
-    voxel_world_destroy(&world);
 }
 
 TEST(deep_presses_follow_finite_elements_of_the_same_law)

@@ -70,7 +70,7 @@ static Sums sums(VoxelWorld *world)
 TEST(energy_and_momentum_last_for_many_steps)
 {
     for (int k = 0; k < 2; k++) {
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         create(&world, k == 1 ? INTEGRATOR_LEAPFROG : INTEGRATOR_SYMPLECTIC_EULER,
                k == 1 ? 0.3 : 0.0, 0.5);
         disturb(&world, 0.05, 0.05);
@@ -97,14 +97,13 @@ TEST(energy_and_momentum_last_for_many_steps)
         expect_at_most(linear, 1e-9);
         expect_at_most(angular, 1e-9);
         assert_int_equal(world.body->resets, 0);
-        voxel_world_destroy(&world);
     }
 }
 
 // The slow modes alone, which leapfrog follows with errors of the order of (omega dt)^2 / 8.
 TEST(energy_of_a_smooth_motion_is_constant)
 {
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     create(&world, INTEGRATOR_LEAPFROG, 0.3, 0.2);
     disturb(&world, 0.0, 0.0);
     BodyMeasure measure;
@@ -125,5 +124,4 @@ TEST(energy_of_a_smooth_motion_is_constant)
     expect_at_most(high, 1.01 * start);
     // It went to and fro between the two.
     expect_at_least(most - least, 0.3 * most);
-    voxel_world_destroy(&world);
 }

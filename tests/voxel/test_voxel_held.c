@@ -94,7 +94,7 @@ static Vec3 *copy_positions(VoxelWorld *world)
 // Straight down at 4 radii a second, then still for 3 s.
 static void press_and_hold(const Press *press)
 {
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     create(&world, press, 3.3, 0.2);
     Vec3 *rest = copy_positions(&world);
     const double radius = press->cells * CELL, depth = press->radii * radius;
@@ -138,7 +138,6 @@ static void press_and_hold(const Press *press)
     expect_at_most(moved, depth + (press->snaps ? 2.0 : press->radii > 3.0 ? 1.0 : 0.5) * CELL);
     assert_int_equal(world.body->resets, 0);
     free(rest);
-    voxel_world_destroy(&world);
 }
 
 TEST(held_presses_rest_and_rise_with_depth)
@@ -193,7 +192,7 @@ TEST(shallow_presses_follow_hertz)
                                     .capsule_count = 1,
                                     .capsule = {{.radius = radius}},
                                     .max_force = 10.0};
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     sim_set_lockstep(world.sim, true);
     for (int k = 0; k < EFFORT(3); k++) {
@@ -207,14 +206,13 @@ TEST(shallow_presses_follow_hertz)
                       100.0 * (force / hertz - 1.0));
         expect_near(force, hertz, 0.05 * hertz);
     }
-    voxel_world_destroy(&world);
 }
 
 // Beyond the tool's largest force: it is that, exactly, and stays so, whatever the hand does.
 TEST(a_press_ends_at_the_largest_force)
 {
     const Press press = {1.6, 2.0, 0.2, 3.0, PRECISION_SINGLE, false};
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     create(&world, &press, 0.3, 0.2);
     const double radius = 1.6 * CELL;
     double most = 0.0, least = (double)INFINITY;
@@ -229,7 +227,6 @@ TEST(a_press_ends_at_the_largest_force)
     expect_at_most(most, 0.3 * (1.0 + 1e-9));
     // Three Newton steps for which nodes separate or slide.
     expect_at_least(least, 0.3 * 0.99);
-    voxel_world_destroy(&world);
 }
 
 // Pressed and released, or dragged there and back, slowly and without damping: what comes back to
@@ -240,7 +237,7 @@ TEST(closed_ways_give_no_work)
         const bool drag = k >= 2;
         const Press press = {1.6, k % 2 == 0 ? 0.5 : 8.0, k == 3 ? 0.2 : 0.0,
                              0.0, PRECISION_DOUBLE,       0.0};
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         create(&world, &press, 3.3, 0.0);
         const double radius = press.cells * CELL, deep = (drag ? 1.0 : 2.0) * radius;
         const Vec3 points[5] = {
@@ -267,7 +264,6 @@ TEST(closed_ways_give_no_work)
                       drag ? "drag" : "press", press.ratio, press.friction, work, put_in);
         expect_at_least(put_in, 1e-5);
         expect_at_least(work, -1e-3 * put_in);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -275,7 +271,7 @@ TEST(fast_tools_do_not_pass)
 {
     for (int k = 0; k < 4; k++) {
         const Press press = {k < 2 ? 0.5 : 1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         create(&world, &press, 3.3, 0.2);
         const double radius = press.cells * CELL;
         const Vec3 way = k % 2 == 0 ? vec3(0.0, 0.0, -1.0) : vec3_unit(vec3(1.0, 0.0, -1.0));
@@ -293,7 +289,6 @@ TEST(fast_tools_do_not_pass)
         expect_at_least(force, 0.01);
         expect_at_most(most, 3.3 * (1.0 + 1e-9));
         assert_int_equal(world.body->resets, 0);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -304,7 +299,7 @@ TEST(a_drag_is_smooth)
     for (int k = 0; k < 2; k++) {
         const Press press = {1.6, 0.5, k == 0 ? 0.0 : 0.2, 0.0, PRECISION_SINGLE, false};
         const double radius = press.cells * CELL;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         create(&world, &press, 3.3, 1.0);
         double mean = 0.0, change = 0.0, last = 0.0;
         const int down = 500, rest = 1000, way = 2800; // 28 mm at 10 mm/s
@@ -322,7 +317,6 @@ TEST(a_drag_is_smooth)
         print_message("drag, friction %g: %.3f N, changes by %.2f %%\n", press.friction, mean,
                       100.0 * change / mean);
         expect_at_most(change, 0.02 * mean);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -334,7 +328,7 @@ TEST(flat_capsules_and_pinches_rest)
         const bool pinch = k == 1;
         const Press press = {1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
         const double radius = press.cells * CELL;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         create_with(&world, &press, pinch ? 0.0 : 0.03, 3.3, 0.2);
         double low = (double)INFINITY, high = 0.0, other = 0.0;
         for (int i = 0; i < 4000; i++) {
@@ -356,7 +350,6 @@ TEST(flat_capsules_and_pinches_rest)
         if (pinch) // it stands on its bottom alike on both sides
             expect_near(other, high, 0.02 * high);
         assert_int_equal(world.body->resets, 0);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -365,7 +358,7 @@ TEST(flat_capsules_and_pinches_rest)
 TEST(a_tool_that_appears_inside_is_felt_gently)
 {
     const Press press = {1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     create(&world, &press, 3.3, 0.2);
     const Vec3 at = {0.0, 0.0, TOP - 0.001}; // the axis 1 mm below the surface
     double most = 0.0, early = 0.0, step = 0.0, last = 0.0, force = 0.0;
@@ -382,7 +375,6 @@ TEST(a_tool_that_appears_inside_is_felt_gently)
     expect_at_most(most, 1.3 * force); // it swings once
     expect_at_most(early, 0.05);       // a fifth of the time to the largest force: its cube
     expect_at_most(step, 0.05);
-    voxel_world_destroy(&world);
 }
 
 static Vec3 proxy_of(const VoxelWorld *world)
@@ -400,14 +392,13 @@ TEST(a_tool_that_appears_flat_stays)
     static const double deep[] = {1e-8, 3e-7, 2e-6, 1e-5, 3e-4};
     for (int k = 0; k < EFFORT(5); k++) {
         const Press press = {1.6, 0.5, 0.0, 0.0, PRECISION_SINGLE, false};
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         create_with(&world, &press, 0.02, 3.3, 0.2);
         const Vec3 at = {CELL / 6.0, CELL / 6.0, TOP + 1.6 * CELL - deep[k]};
         for (int i = 0; i < 300; i++) {
             step_at(&world, at);
             expect_at_most(vec3_length(vec3_sub(proxy_of(&world), at)), 1e-3);
         }
-        voxel_world_destroy(&world);
     }
 }
 
@@ -415,7 +406,7 @@ TEST(a_tool_that_appears_flat_stays)
 TEST(a_tool_without_force_stays_outside)
 {
     const Press press = {1.6, 0.5, 0.0, 0.0, PRECISION_SINGLE, false};
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     create(&world, &press, 0.0, 0.2);
     const double radius = 1.6 * CELL;
     for (int i = 0; i < 1500; i++) {
@@ -423,7 +414,6 @@ TEST(a_tool_without_force_stays_outside)
         expect_at_most(step_at(&world, vec3(0.001, 0.0007, TOP + radius - deep)), 0.0);
     }
     expect_near(proxy_of(&world).z, TOP + radius, 0.02 * radius);
-    voxel_world_destroy(&world);
 }
 
 // A tool that was withdrawn from a press and returns inside elsewhere is let out there; that it
@@ -431,7 +421,7 @@ TEST(a_tool_without_force_stays_outside)
 TEST(a_tool_that_returns_inside_leaves_there)
 {
     const Press press = {1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     create(&world, &press, 3.3, 0.2);
     const double radius = 1.6 * CELL;
     for (int i = 0; i < 500; i++)
@@ -445,5 +435,4 @@ TEST(a_tool_that_returns_inside_leaves_there)
     const Vec3 inside = {0.015, 0.0, TOP - 0.001};
     step_at(&world, inside);
     expect_at_most(vec3_length(vec3_sub(proxy_of(&world), inside)), 0.001 + 1.1 * radius);
-    voxel_world_destroy(&world);
 }

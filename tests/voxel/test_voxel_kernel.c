@@ -108,9 +108,9 @@ static void make_cube(Problem *p, int cells, int levels, const Variant *v)
 {
     *p = problem_of(v);
     Status status = {0};
-    Lattice lattice = {0};
-    Layout layout;
-    LatticeMesh mesh;
+    SCOPED(lattice_destroy) Lattice lattice = {0};
+    SCOPED(layout_destroy) Layout layout;
+    SCOPED(lattice_mesh_destroy) LatticeMesh mesh;
     const int count[3] = {cells, cells, cells};
     assert_true(lattice_box(&lattice, count, SIZE, &status));
     layout_create(&layout, &lattice, levels);
@@ -124,9 +124,6 @@ static void make_cube(Problem *p, int cells, int levels, const Variant *v)
         memcpy(p->vertex[e], mesh.vertex[e], sizeof p->vertex[e]);
         p->element_class[e] = 2 * layout.leaf[e].level + random_below(&random, 2);
     }
-    lattice_mesh_destroy(&mesh);
-    layout_destroy(&layout);
-    lattice_destroy(&lattice);
     prepare(p);
 }
 
@@ -287,7 +284,7 @@ static void expect_forces(Problem *p, const char *what, const double tolerance[P
     double(*expected)[3] = allocate((size_t)p->vertex_count, sizeof *expected), scale;
     expected_forces(p, expected, &scale);
     for (int k = 0; k < PRECISION_COUNT; k++) {
-        Result first = {0};
+        SCOPED(result_destroy) Result first = {0};
         double worst = 0.0;
         for (const char *const *level = isa_available(); *level != NULL; level++) {
             const VoxelKernels *kernels = voxel_kernels_find((Precision)k, *level);
@@ -316,7 +313,6 @@ static void expect_forces(Problem *p, const char *what, const double tolerance[P
                                   : "undamped",
                       k == PRECISION_SINGLE ? "single" : "double", worst);
         expect_at_most(worst, tolerance[k]);
-        result_destroy(&first);
     }
     free(expected);
 }
@@ -356,12 +352,11 @@ TEST(graded_cube_has_the_forces_of_its_elements)
     uint64_t random = 5;
     EACH_VARIANT(v)
     {
-        Problem p;
+        SCOPED(destroy) Problem p;
         make_cube(&p, 16, 2, v);
         assert_in_range(p.batches.template_count, 26, 60);
         move_vertices(&p, STILL, 0.3, &random);
         expect_forces(&p, "cube", CLOSE);
-        destroy(&p);
     }
 }
 
@@ -370,7 +365,7 @@ TEST(any_rest_shape_and_turn_has_the_forces_of_the_element)
     uint64_t random = 6;
     EACH_VARIANT(v)
     {
-        Problem p;
+        SCOPED(destroy) Problem p;
         make_loose(&p, EFFORT(600), v, &random);
         for (int round = 0; round < 4; round++) {
             // up to half a turn about any axis
@@ -379,7 +374,6 @@ TEST(any_rest_shape_and_turn_has_the_forces_of_the_element)
                           &random);
             expect_forces(&p, "turned", CLOSE);
         }
-        destroy(&p);
     }
 }
 
@@ -422,11 +416,10 @@ TEST(flat_and_inverted_elements_among_others_have_their_forces)
     uint64_t random = 9;
     EACH_VARIANT(v)
     {
-        Problem p;
+        SCOPED(destroy) Problem p;
         make_loose(&p, EFFORT(600), v, &random);
         deform_badly(&p, true, &random);
         expect_forces(&p, "bad", tolerance);
-        destroy(&p);
     }
 }
 
@@ -435,7 +428,7 @@ TEST(no_state_gives_a_resultant_or_moment)
     uint64_t random = 10;
     EACH_VARIANT(v)
     {
-        Problem p;
+        SCOPED(destroy) Problem p;
         make_loose(&p, EFFORT(600), v, &random);
         deform_badly(&p, false, &random);
         Result r = run(&p, voxel_kernels_find(PRECISION_DOUBLE, "auto"), 1.0);
@@ -463,14 +456,13 @@ TEST(no_state_gives_a_resultant_or_moment)
         // forces is about a 1e-3rd here.
         expect_at_most(worst, v->damping != UNDAMPED ? 3e-11 : 1e-12);
         result_destroy(&r);
-        destroy(&p);
     }
 }
 
 TEST(healthy_elements_leave_the_last_rotations_alone)
 {
     uint64_t random = 11;
-    Problem p;
+    SCOPED(destroy) Problem p;
     make_cube(&p, 16, 2, &VARIANTS[1]);
     move_vertices(&p, STILL, 0.2, &random);
     for (int k = 0; k < PRECISION_COUNT; k++)
@@ -484,7 +476,6 @@ TEST(healthy_elements_leave_the_last_rotations_alone)
                 assert_true(isfinite(r.force[i][0] + r.force[i][1] + r.force[i][2]));
             result_destroy(&r);
         }
-    destroy(&p);
 }
 
 // Near rest single precision knows forces relative to the deformation, not to the element: errors
@@ -493,7 +484,7 @@ TEST(single_precision_is_relative_to_the_deformation)
 {
     for (double noise = 1e-2; noise > 1e-10; noise *= 0.01) {
         uint64_t random = 12;
-        Problem p;
+        SCOPED(destroy) Problem p;
         make_cube(&p, 8, 1, &VARIANTS[0]);
         for (int i = 0; i < p.vertex_count; i++)
             put_vector(p.row[i], vec3_scale(noise * SIZE, random_vec3(&random)));
@@ -512,7 +503,6 @@ TEST(single_precision_is_relative_to_the_deformation)
         expect_at_most(worst / largest, 2e-6 + 1e-15 / noise);
         result_destroy(&r);
         free(expected);
-        destroy(&p);
     }
 }
 
@@ -520,7 +510,7 @@ TEST(rest_gives_no_force_at_all)
 {
     EACH_VARIANT(v)
     {
-        Problem p;
+        SCOPED(destroy) Problem p;
         make_cube(&p, 16, 2, v);
         for (int i = 0; i < p.vertex_count; i++) {
             put_vector(p.row[i], vec3(0.1, -0.2, 0.3));
@@ -542,14 +532,13 @@ TEST(rest_gives_no_force_at_all)
                         expect_at_most(fabs(r.force[i][c]), limit[k]);
                 result_destroy(&r);
             }
-        destroy(&p);
     }
 }
 
 TEST(scales_multiply_stiffness_and_damping)
 {
     uint64_t random = 14;
-    Problem p;
+    SCOPED(destroy) Problem p;
     make_loose(&p, 200, &VARIANTS[1], &random);
     move_vertices(&p, STILL, 0.2, &random);
     // Once by the scales, once by the classes: the same numbers go into the kernel up to rounding.
@@ -583,13 +572,12 @@ TEST(scales_multiply_stiffness_and_damping)
     result_destroy(&r);
     free(force);
     free(last);
-    destroy(&p);
 }
 
 TEST(bad_numbers_stay_bad)
 {
     uint64_t random = 15;
-    Problem p;
+    SCOPED(destroy) Problem p;
     make_loose(&p, 64, &VARIANTS[1], &random);
     move_vertices(&p, STILL, 0.2, &random);
     p.row[p.vertex[20][3]][1] = (double)NAN;
@@ -606,7 +594,6 @@ TEST(bad_numbers_stay_bad)
             }
             result_destroy(&r);
         }
-    destroy(&p);
 }
 
 TEST(unknown_levels_are_not_found)

@@ -17,7 +17,7 @@ TEST(cubes_have_the_counts_of_their_layers)
     for (int n = 16; n <= 64; n *= 2) {
         Lattice lattice = sample_box(n, n, n);
         for (int levels = 1; levels <= 3; levels++) {
-            Layout layout;
+            SCOPED(layout_destroy) Layout layout;
             layout_create(&layout, &lattice, levels);
             long leaves = 0;
             for (int level = 0; level <= levels; level++) {
@@ -28,7 +28,6 @@ TEST(cubes_have_the_counts_of_their_layers)
                 leaves += made * made * made - merged * merged * merged;
             }
             assert_int_equal(layout.leaf_count, leaves);
-            layout_destroy(&layout);
         }
         lattice_destroy(&lattice);
     }
@@ -47,10 +46,9 @@ TEST(cubes_and_balls_have_the_known_counts)
         int n = known[c].n;
         Lattice lattice = known[c].ball ? sample_ball(n) : sample_box(n, n, n);
         for (int levels = 1; levels <= 3; levels++) {
-            Layout layout;
+            SCOPED(layout_destroy) Layout layout;
             layout_create(&layout, &lattice, levels);
             assert_int_equal(layout.leaf_count, known[c].leaves[levels - 1]);
-            layout_destroy(&layout);
         }
         lattice_destroy(&lattice);
     }
@@ -104,7 +102,7 @@ static CellLevels expected_levels(const Lattice *lattice, int levels)
     const int *n = lattice->count;
     size_t total = (size_t)n[0] * (size_t)n[1] * (size_t)n[2];
     CellLevels cells = {.lattice = lattice, .level = calloc(total, 1)};
-    signed char *next = calloc(total, 1);
+    FREED signed char *next = calloc(total, 1);
     for (int level = 1; level <= levels; level++) {
         int size = 1 << level;
         for (int k = 0; k < n[2]; k += size)
@@ -116,7 +114,6 @@ static CellLevels expected_levels(const Lattice *lattice, int levels)
                 }
         memcpy(cells.level, next, total);
     }
-    free(next);
     return cells;
 }
 
@@ -203,13 +200,12 @@ TEST(layouts_of_all_sorts_follow_the_rule)
         for (int kind = 0; kind < SAMPLE_KINDS; kind++) {
             Lattice lattice = sample_lattice((SampleKind)kind, &seed);
             int levels = random_below(&seed, VOXEL_LEVELS_MAX + 1);
-            Layout layout;
+            SCOPED(layout_destroy) Layout layout;
             layout_create(&layout, &lattice, levels);
             expect_sizes(&layout, &lattice, levels);
             expect_cover(&layout, &lattice, levels);
             expect_balance(&layout);
             expect_sorted(&layout);
-            layout_destroy(&layout);
             lattice_destroy(&lattice);
         }
 }
@@ -218,13 +214,12 @@ TEST(layouts_of_all_sorts_follow_the_rule)
 TEST(large_cube_reaches_the_coarsest_level)
 {
     Lattice lattice = sample_box(128, 128, 128);
-    Layout layout;
+    SCOPED(layout_destroy) Layout layout;
     layout_create(&layout, &lattice, VOXEL_LEVELS_MAX);
     assert_int_equal(layout.levels, VOXEL_LEVELS_MAX);
     assert_int_equal(layout.leaf[layout.leaf_count - 1].level, VOXEL_LEVELS_MAX);
     expect_sizes(&layout, &lattice, VOXEL_LEVELS_MAX);
     expect_sorted(&layout);
-    layout_destroy(&layout);
     lattice_destroy(&lattice);
 }
 
@@ -232,11 +227,10 @@ TEST(large_cube_reaches_the_coarsest_level)
 TEST(thin_lattices_are_hardly_rounded_up)
 {
     Lattice lattice = sample_box(1, 3, 1000);
-    Layout layout;
+    SCOPED(layout_destroy) Layout layout;
     layout_create(&layout, &lattice, VOXEL_LEVELS_MAX);
     assert_int_equal(layout.leaf_count, 3000);
     assert_int_equal((long)layout.count[0] * layout.count[1] * layout.count[2], 3000);
-    layout_destroy(&layout);
     lattice_destroy(&lattice);
 }
 
@@ -244,10 +238,9 @@ TEST(thin_lattices_are_hardly_rounded_up)
 TEST(void_has_no_leaves)
 {
     Lattice lattice = sample_void(9, 4, 6);
-    Layout layout;
+    SCOPED(layout_destroy) Layout layout;
     layout_create(&layout, &lattice, 2);
     assert_int_equal(layout.leaf_count, 0);
     assert_int_equal(layout_leaf_at(&layout, 3, 3, 3), -1);
-    layout_destroy(&layout);
     lattice_destroy(&lattice);
 }

@@ -31,8 +31,8 @@ static void scatter(VoxelWorld *world, VoxelReference *reference, double noise)
 static void expect_measures(VoxelWorldOptions options, VoxelLaw law, double noise)
 {
     options.body.law = law;
-    VoxelWorld world;
-    VoxelReference reference;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    SCOPED(voxel_reference_destroy) VoxelReference reference;
     voxel_world_create(&world, &options);
     voxel_reference_create(&reference, &options.body);
     BodyMeasure at_rest = measure(&world);
@@ -56,8 +56,6 @@ static void expect_measures(VoxelWorldOptions options, VoxelLaw law, double nois
     world.body->unsafe_time_step = true;
     assert_true(sim_apply_set(world.sim, "body.stiffness_scale", 3.0, why, sizeof why));
     expect_near(measure(&world).elastic / (3.0 * elastic), 1.0, 1e-9);
-    voxel_reference_destroy(&reference);
-    voxel_world_destroy(&world);
 }
 
 TEST(energies_and_displacement_are_the_sums)
@@ -78,8 +76,8 @@ TEST(single_precision_measures_the_same)
     for (int precision = 0; precision < 2; precision++) {
         VoxelWorldOptions options = voxel_world_corner();
         options.body.body.precision = (Precision)precision;
-        VoxelWorld world;
-        VoxelReference reference;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
+        SCOPED(voxel_reference_destroy) VoxelReference reference;
         voxel_world_create(&world, &options);
         voxel_reference_create(&reference, &options.body);
         scatter(&world, &reference, 0.1);
@@ -87,8 +85,6 @@ TEST(single_precision_measures_the_same)
         value[precision][0] = now.kinetic;
         value[precision][1] = now.elastic;
         value[precision][2] = now.max_displacement;
-        voxel_reference_destroy(&reference);
-        voxel_world_destroy(&world);
     }
     for (int i = 0; i < 3; i++) // rounding of 6e-8 in each displacement, speed and strain
         expect_near(value[1][i] / value[0][i], 1.0, 1e-6);
@@ -104,14 +100,13 @@ TEST(masses_add_up)
             if (options.lattice.label[c] > 0)
                 expected += VOXEL_WORLD_MATERIALS[options.lattice.label[c] - 1].density *
                             pow(options.lattice.size, 3);
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         double sum = 0.0;
         for (int i = 0; i < world.count; i++)
             sum += world.mass[i];
         expect_near(sum / expected, 1.0, 1e-13); // sums of some hundred
         expect_near(world.body->mass / expected, 1.0, 1e-13);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -122,8 +117,8 @@ TEST(scales_and_gravity_act_from_the_next_tick)
     options.body.body.levels = 1;
     options.body.body.unsafe_time_step = true; // the substeps stay as they are
     options.body.body.time_step = 2.5e-4;
-    VoxelWorld world;
-    VoxelReference reference;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    SCOPED(voxel_reference_destroy) VoxelReference reference;
     voxel_world_create(&world, &options);
     voxel_reference_create(&reference, &options.body);
     scatter(&world, &reference, 0.1);
@@ -149,22 +144,19 @@ TEST(scales_and_gravity_act_from_the_next_tick)
             apart = fmax(apart, vec3_length(vec3_sub(world.x[i], reference.position[i])));
         expect_near(apart, 0.0, 1e-12); // rounding, as in test_voxel_trajectory
     }
-    voxel_reference_destroy(&reference);
-    voxel_world_destroy(&world);
 }
 
 TEST(a_body_without_damping_has_none_to_scale)
 {
     VoxelWorldOptions options = voxel_world_cube(4);
     options.body.damping = 0.0;
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     const BodyOps *ops = world.body->ops;
     assert_false(ops->set(world.body->model, BODY_DAMPING_SCALE, 2.0));
     assert_true(ops->set(world.body->model, BODY_STIFFNESS_SCALE, 0.5));
     for (int p = BODY_ADAPT_FORCE; p <= BODY_ADAPT_LEVEL; p++)
         assert_false(ops->set(world.body->model, (BodyParameter)p, 1.0));
-    voxel_world_destroy(&world);
 }
 
 // A scale that the body's time step cannot bear is refused, by its default step.
@@ -172,13 +164,12 @@ TEST(scales_beyond_the_time_step_are_refused)
 {
     VoxelWorldOptions options = voxel_world_cube(6);
     options.rate_hz = 250.0; // several substeps
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     char why[128] = "";
     assert_false(sim_apply_set(world.sim, "stiffness_scale", 100.0, why, sizeof why));
     assert_true(why[0] != '\0');
     assert_true(sim_apply_set(world.sim, "stiffness_scale", 0.01, why, sizeof why));
-    voxel_world_destroy(&world);
 }
 
 // Without elastic forces (a moment after rest) a load shows as momentum: the total is F t, and each
@@ -187,7 +178,7 @@ TEST(a_load_is_shared_by_area)
 {
     VoxelWorldOptions options = voxel_world_cube(8);
     options.rate_hz = 1e6;
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     const VoxelModel *model = world.body->model;
     LoadOptions load = {
@@ -226,19 +217,17 @@ TEST(a_load_is_shared_by_area)
     for (int i = 0; i < world.count; i++)
         sum = vec3_madd(sum, world.mass[i], world.v[i]);
     expect_near(vec3_length(vec3_sub(vec3_scale(0.5e6, sum), load.force)), 0.0, 1e-12);
-    voxel_world_destroy(&world);
 }
 
 TEST(areas_of_the_outer_vertices_add_up)
 {
     VoxelWorldOptions options = voxel_world_cube(8);
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     double sum = 0.0;
     for (int i = 0; i < world.body->surface.node_count; i++)
         sum += world.body->surface.node_area[i];
     expect_near(sum, 6.0 * 0.1 * 0.1, 1e-15);
-    voxel_world_destroy(&world);
 }
 
 TEST(held_vertices_are_known_and_stay)
@@ -254,7 +243,7 @@ TEST(held_vertices_are_known_and_stay)
     options.body.body.fixed = regions;
     options.body.body.fixed_count = 3;
     options.body.body.gravity = vec3(5.0, 0.0, -9.81);
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     Vec3 start[9 * 9 * 9];
     int fixed = 0;
@@ -274,5 +263,4 @@ TEST(held_vertices_are_known_and_stay)
         fixed += held;
     }
     assert_in_range(fixed, 9 * 9 + 1 + 1, 9 * 9 + 1 + 40);
-    voxel_world_destroy(&world);
 }

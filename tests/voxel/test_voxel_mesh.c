@@ -47,14 +47,13 @@ TEST(cubes_and_balls_have_the_known_counts)
 
 static int count_masks(const LatticeMesh *mesh)
 {
-    unsigned char *seen = calloc(1 << (NODE_COUNT - NODE_CORNERS), 1);
+    FREED unsigned char *seen = calloc(1 << (NODE_COUNT - NODE_CORNERS), 1);
     int masks = 0;
     for (int e = 0; e < mesh->element_count; e++) {
         unsigned mask = template_mask_of(mesh->vertex[e]);
         masks += !seen[mask];
         seen[mask] = 1;
     }
-    free(seen);
     return masks;
 }
 
@@ -186,7 +185,7 @@ TEST(vertices_are_what_the_cells_around_share)
 static void expect_numbers(const Sample *sample)
 {
     const LatticeMesh *mesh = &sample->mesh;
-    char *use = calloc((size_t)mesh->vertex_count, 1);
+    FREED char *use = calloc((size_t)mesh->vertex_count, 1);
     for (int e = 0; e < mesh->element_count; e++)
         for (int n = 0; n < NODE_COUNT; n++)
             if (mesh->vertex[e][n] >= 0)
@@ -205,7 +204,6 @@ static void expect_numbers(const Sample *sample)
                                     : mesh->id[v - 1] - mesh->id[v];
         assert_true(before < 0);
     }
-    free(use);
 }
 
 TEST(every_vertex_has_a_use_and_surface_comes_first)
@@ -271,7 +269,7 @@ static void expect_mass(const Sample *sample)
 {
     const LatticeMesh *mesh = &sample->mesh;
     double total = 0.0, moment[3] = {0}, expected = 0.0, place[3] = {0};
-    double *mass = calloc((size_t)mesh->vertex_count, sizeof *mass);
+    FREED double *mass = calloc((size_t)mesh->vertex_count, sizeof *mass);
     for (int e = 0; e < mesh->element_count; e++) {
         const Leaf *leaf = &sample->layout.leaf[e];
         Template t;
@@ -294,7 +292,6 @@ static void expect_mass(const Sample *sample)
     expect_near(total / expected, 1.0, 1e-13);
     for (int d = 0; d < 3; d++)
         expect_near(moment[d] / place[d], 1.0, 1e-13);
-    free(mass);
 }
 
 TEST(masses_and_their_centre_are_those_of_the_cells)
@@ -408,10 +405,9 @@ TEST(ids_do_not_depend_on_levels)
 TEST(lattice_with_too_many_points_is_refused)
 {
     Layout layout = {.lattice_count = {645, 645, 645}, .count = {645, 645, 645}};
-    LatticeMesh mesh;
+    SCOPED(lattice_mesh_destroy) LatticeMesh mesh;
     Status status = {0};
     assert_false(lattice_mesh_create(&mesh, &layout, &status));
     assert_int_equal(status.code, STATUS_INVALID);
     assert_non_null(strstr(status.text, "645"));
-    lattice_mesh_destroy(&mesh);
 }

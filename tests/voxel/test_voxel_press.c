@@ -24,13 +24,13 @@ TEST(graded_bodies_yield_as_the_full_one)
     // presses by that much less.
     static const double most[3] = {0.0, 0.006, 0.018};
     const bool whole = EFFORT(16) == 16; // sanitizers have 8 cells, where level 1 errs by more
-    VoxelPress full;
+    SCOPED(voxel_press_destroy) VoxelPress full;
     run(&full, whole ? 16 : 8, 0);
     const double force = voxel_press_force(&full);
     if (whole)
         expect_near(force, 6.498, 0.03 * 6.498);
     for (int levels = 1; levels <= (whole ? 2 : 1); levels++) {
-        VoxelPress graded;
+        SCOPED(voxel_press_destroy) VoxelPress graded;
         run(&graded, whole ? 16 : 8, levels);
         assert_true(graded.world.body->element_count < full.world.body->element_count);
         const double error = voxel_press_error(&graded, &full);
@@ -39,7 +39,5 @@ TEST(graded_bodies_yield_as_the_full_one)
                       100.0 * force_error);
         expect_at_most(error, whole ? most[levels] : 0.05);
         expect_at_most(force_error, whole ? most[levels] : 0.05);
-        voxel_press_destroy(&graded);
     }
-    voxel_press_destroy(&full);
 }

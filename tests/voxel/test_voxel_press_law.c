@@ -127,7 +127,7 @@ TEST(forces_are_the_gradient_of_one_potential)
         Crumpled crumpled = {0};
         create_wall(&crumpled.world, 8, LENGTHS[k % 2], CELLS[k / 2] * 0.0125);
         Contact *contact = crumpled.contact = crumpled.world.sim->contact[0];
-        Vec3 *way = calloc((size_t)contact->node_capacity, sizeof *way);
+        FREED Vec3 *way = calloc((size_t)contact->node_capacity, sizeof *way);
         double worst = 0.0, steepest = 0.0;
         for (int trial = 0; trial < EFFORT(300); trial++) {
             if (!crumple(&crumpled, &random, random_between(&random, 0.05, 0.95)))
@@ -164,7 +164,6 @@ TEST(forces_are_the_gradient_of_one_potential)
         expect_at_most(steepest, 1.8);
         print_message("%g cells, %s: off by %.2g at most, steepness %.3f of the bound\n",
                       CELLS[k / 2], k % 2 == 0 ? "ball" : "capsule", worst, steepest);
-        free(way);
         free(crumpled.smooth);
         voxel_world_destroy(&crumpled.world);
     }
@@ -181,7 +180,7 @@ TEST(no_force_jumps_on_short_ways)
         Crumpled crumpled = {0};
         create_wall(&crumpled.world, 8, LENGTHS[k % 2], CELLS[k / 2] * 0.0125);
         Contact *contact = crumpled.contact = crumpled.world.sim->contact[0];
-        Vec3 *way = calloc((size_t)contact->node_capacity, sizeof *way);
+        FREED Vec3 *way = calloc((size_t)contact->node_capacity, sizeof *way);
         double worst = 0.0;
         for (int trial = 0; trial < trials; trial++) {
             if (!crumple(&crumpled, &random, random_between(&random, 0.0, 0.9)))
@@ -217,7 +216,6 @@ TEST(no_force_jumps_on_short_ways)
         }
         print_message("%g cells, %s: %.2f of the bound at most\n", CELLS[k / 2],
                       k % 2 == 0 ? "ball" : "capsule", worst);
-        free(way);
         free(crumpled.smooth);
         voxel_world_destroy(&crumpled.world);
     }
@@ -229,7 +227,7 @@ TEST(no_force_jumps_on_short_ways)
 TEST(a_flat_wall_pushes_as_the_integral_over_it)
 {
     const double r = 0.02;
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     create_wall(&world, 20, 0.0, r);
     double last = 0.0;
     for (double z = 0.95; z > 0.04; z -= 0.05) {
@@ -257,7 +255,6 @@ TEST(a_flat_wall_pushes_as_the_integral_over_it)
             expect_near(force, expected, 0.06 * expected);
         last = force;
     }
-    voxel_world_destroy(&world);
 }
 
 // Work around closed curves at changing depths, as a share of the work to press and release.

@@ -37,7 +37,7 @@ static void scatter_vertices(VoxelBench *bench, Start start, double speed, uint6
 static void expect_recovery(Start start, double modulus, double nu, int steps, double left)
 {
     uint64_t random = 81;
-    VoxelBench bench;
+    SCOPED(voxel_bench_destroy) VoxelBench bench;
     VoxelBenchOptions options = voxel_bench_options(1);
     options.youngs_modulus = modulus;
     options.poisson_ratio = nu;
@@ -65,7 +65,6 @@ static void expect_recovery(Start start, double modulus, double nu, int steps, d
     print_message("start %d, E %.0e, nu %.2f: %d inverted, none after %d steps; energy left %.2g, "
                   "momentum off by %.2g, angular %.2g\n",
                   start, modulus, nu, first, settled, end, lost, turned);
-    voxel_bench_destroy(&bench);
     assert_true(first > 0);
     expect_at_most(settled, steps - 1);
     expect_at_most(end, left);

@@ -64,15 +64,15 @@ TEST(forces_are_the_gradient_of_the_energy)
     options.body.damping = 0.0;
     options.body.body.levels = 1;
     set_branches(&options.body, 2, BRANCHES);
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     Relaxation *relaxation = relaxation_of(&world);
     uint64_t random = 5;
     const Quat turn = quat_unit((Quat){0.8, 0.3, -0.4, 0.2});
     const int count = world.count;
-    Vec3 *x = malloc((size_t)count * sizeof *x), *d = malloc((size_t)count * sizeof *d),
-         *moved = malloc((size_t)count * sizeof *moved), *f = malloc((size_t)count * sizeof *f);
-    assert_true(x != NULL && d != NULL && moved != NULL && f != NULL);
+    FREED Vec3 *x = malloc((size_t)count * sizeof *x), *d = malloc((size_t)count * sizeof *d),
+               *moved = malloc((size_t)count * sizeof *moved),
+               *f = malloc((size_t)count * sizeof *f);
     voxel_world_read(&world);
     memcpy(x, world.x, (size_t)count * sizeof *x);
     for (int round = 0; round < EFFORT(8); round++) {
@@ -109,11 +109,6 @@ TEST(forces_are_the_gradient_of_the_energy)
         expect_at_most(vec3_length(sum), 1e-12 * size);
         expect_at_most(vec3_length(moment), 1e-12 * 0.1 * size);
     }
-    free(x);
-    free(d);
-    free(moved);
-    free(f);
-    voxel_world_destroy(&world);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -137,7 +132,7 @@ TEST(stress_relaxes_as_the_closed_form)
     options.body.body.fixed = ends;
     options.body.body.fixed_count = 2;
     set_branches(&options.body, 2, BRANCHES);
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     voxel_world_read(&world);
     for (int i = 0; i < world.count; i++) {
@@ -145,8 +140,7 @@ TEST(stress_relaxes_as_the_closed_form)
         world.v[i] = vec3(0.0, 0.0, 0.0);
     }
     voxel_world_write(&world, world.x, world.v);
-    Vec3 *force = malloc((size_t)world.count * sizeof *force);
-    assert_non_null(force);
+    FREED Vec3 *force = malloc((size_t)world.count * sizeof *force);
     double off = 0.0;
     for (int tick = 0; tick <= 1500; tick++) {
         double pull = 0.0;
@@ -162,8 +156,6 @@ TEST(stress_relaxes_as_the_closed_form)
     }
     print_message("stress off by %.2g of the closed form\n", off);
     expect_at_most(off, 1e-6); // exact in time, the state is in double
-    free(force);
-    voxel_world_destroy(&world);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -203,12 +195,11 @@ static double loss_of(const Swing *swing, double *frequency, double *growth)
     options.body.damping = 0.0;
     options.body.branch_count = MAXWELL_BRANCHES;
     assert_true(maxwell_of_loss(swing->loss, options.body.branch));
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     voxel_world_read(&world);
-    Vec3 *shape = malloc((size_t)world.count * sizeof *shape),
-         *rest = malloc((size_t)world.count * sizeof *rest);
-    assert_true(shape != NULL && rest != NULL);
+    FREED Vec3 *shape = malloc((size_t)world.count * sizeof *shape),
+               *rest = malloc((size_t)world.count * sizeof *rest);
     for (int i = 0; i < world.count; i++) {
         rest[i] = world.x[i];
         shape[i] = shape_of(swing, rest[i]);
@@ -234,9 +225,6 @@ static double loss_of(const Swing *swing, double *frequency, double *growth)
     assert_false(more);
     double decrement;
     *frequency = 0.5 / (half_swing(&extremes, &decrement) * sim_tick(world.sim));
-    free(shape);
-    free(rest);
-    voxel_world_destroy(&world);
     // Half a swing: a decrement of pi times the damping ratio, half of the loss factor.
     return 2.0 * decrement / PI;
 }
@@ -279,7 +267,7 @@ static void make_free(VoxelWorld *world, Precision precision, bool cuttable)
 TEST(a_free_body_keeps_its_momentum)
 {
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         make_free(&world, (Precision)precision, false);
         Vec3 linear[2], angular[2];
         voxel_world_momentum(&world, &linear[0], &angular[0]);
@@ -299,7 +287,6 @@ TEST(a_free_body_keeps_its_momentum)
         expect_at_most(p, single ? 1e-5 : 1e-11);
         expect_at_most(l, single ? 1e-4 : 1e-10);
         assert_true(now.kinetic + now.elastic < 0.9 * (before.kinetic + before.elastic));
-        voxel_world_destroy(&world);
     }
 }
 
@@ -308,11 +295,10 @@ TEST(a_free_body_keeps_its_momentum)
 // grow by the cut.
 TEST(states_and_cuts_keep_the_dashpots)
 {
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     make_free(&world, PRECISION_DOUBLE, true);
     voxel_world_run(&world, 0.02);
-    void *middle = malloc(state_bytes(&world.state));
-    assert_non_null(middle);
+    FREED void *middle = malloc(state_bytes(&world.state));
     state_copy_out(&world.state, middle);
     uint64_t hash[2];
     for (int pass = 0; pass < 2; pass++) {
@@ -332,7 +318,7 @@ TEST(states_and_cuts_keep_the_dashpots)
         voxel_world_run(&world, 0.05);
         hash[pass] = state_hash(&world.state);
         // Also from a state after the cut, whose lanes without elements are those of a new run.
-        void *late = malloc(state_bytes(&world.state));
+        FREED void *late = malloc(state_bytes(&world.state));
         uint64_t later[2];
         assert_non_null(late);
         state_copy_out(&world.state, late);
@@ -343,7 +329,6 @@ TEST(states_and_cuts_keep_the_dashpots)
             sim_restored(world.sim);
         }
         assert_true(later[0] == later[1]);
-        free(late);
         state_copy_in(&world.state, middle);
         sim_restored(world.sim);
         assert_true(world.body->ops->check(world.body->model));
@@ -352,6 +337,4 @@ TEST(states_and_cuts_keep_the_dashpots)
     // What no tissue has been is refused.
     ((double *)relaxation_of(&world)->strain[relaxation_of(&world)->current])[7] = (double)NAN;
     assert_false(world.body->ops->check(world.body->model));
-    free(middle);
-    voxel_world_destroy(&world);
 }

@@ -65,7 +65,7 @@ TEST(square_has_one_ring_of_every_size)
 // gives 812.)
 TEST(disc_of_the_paper_has_172_elements)
 {
-    Lattice lattice;
+    SCOPED(lattice_destroy) Lattice lattice;
     Status status = {0};
     assert_true(lattice_disc(&lattice, 16.0, 1.0, &status));
     long count[4];
@@ -74,7 +74,6 @@ TEST(disc_of_the_paper_has_172_elements)
     assert_int_equal(count[1], 52);
     assert_int_equal(count[2], 20);
     assert_int_equal(count[3], 12);
-    lattice_destroy(&lattice);
 }
 
 // Counts of an independent program.
@@ -82,12 +81,11 @@ TEST(balls_have_the_known_counts)
 {
     static const long expected[2][3] = {{6400, 5496, 5448}, {34568, 23736, 22832}};
     for (int b = 0; b < 2; b++) {
-        Lattice lattice;
+        SCOPED(lattice_destroy) Lattice lattice;
         Status status = {0};
         assert_true(lattice_ball(&lattice, b == 0 ? 16.0 : 32.0, 1.0, &status));
         for (int levels = 1; levels <= 3; levels++)
             assert_int_equal(total_of(&lattice, 3, levels), expected[b][levels - 1]);
-        lattice_destroy(&lattice);
     }
 }
 

@@ -68,14 +68,13 @@ TEST(every_level_of_instructions_gives_the_same_bits)
         for (int law = 0; law < 2; law++) {
             uint64_t first = 0;
             for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
-                VoxelWorld world;
+                SCOPED(voxel_world_destroy) VoxelWorld world;
                 create(&world, (Precision)precision, INTEGRATOR_SYMPLECTIC_EULER, law == 1, *isa);
                 uint64_t hash = run(&world);
                 assert_string_equal(world.body->ops->isa(world.body->model), *isa);
                 if (isa == isa_available())
                     first = hash;
                 assert_true(hash == first);
-                voxel_world_destroy(&world);
             }
         }
 }
@@ -85,10 +84,9 @@ TEST(a_second_build_gives_the_same_bits)
     for (int integrator = 1; integrator < 3; integrator++) {
         uint64_t hash[2];
         for (int k = 0; k < 2; k++) {
-            VoxelWorld world;
+            SCOPED(voxel_world_destroy) VoxelWorld world;
             create(&world, PRECISION_SINGLE, (IntegratorKind)integrator, integrator == 2, "auto");
             hash[k] = run(&world);
-            voxel_world_destroy(&world);
         }
         assert_true(hash[0] == hash[1]);
     }
@@ -108,12 +106,11 @@ static void expect_same_body(const VoxelWorld *world, const void *rows, const Ba
 TEST(after_a_reset_all_begins_anew)
 {
     for (int held = 0; held < 2; held++) {
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         create(&world, PRECISION_SINGLE, INTEGRATOR_LEAPFROG, held == 1, "auto");
         const VoxelModel *model = world.body->model;
         size_t bytes = (size_t)(model->vertices.count + 1) * ROW * sizeof(float);
-        void *rows = malloc(bytes);
-        assert_non_null(rows);
+        FREED void *rows = malloc(bytes);
         BaseFrame frame = {.ticks = 0};
         for (int k = 0; k < 2; k++) {
             run(&world);
@@ -131,8 +128,6 @@ TEST(after_a_reset_all_begins_anew)
                 expect_near(vec3_length(vec3_sub(world.x[i], rest)), 0.0, 0.0);
             }
         }
-        free(rows);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -142,14 +137,13 @@ TEST(a_state_put_away_goes_on_with_the_same_bits)
 {
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int held = 0; held < 2; held++) {
-            VoxelWorld world, other;
+            SCOPED(voxel_world_destroy) VoxelWorld world, other;
             create(&world, (Precision)precision, INTEGRATOR_SYMPLECTIC_EULER, held == 1, "auto");
             create(&other, (Precision)precision, INTEGRATOR_SYMPLECTIC_EULER, held == 1, "auto");
             stir(&world);
             press(&world);
             voxel_world_run(&world, 0.011);
-            void *block = malloc(state_bytes(&world.state));
-            assert_non_null(block);
+            FREED void *block = malloc(state_bytes(&world.state));
             state_copy_out(&world.state, block);
             voxel_world_run(&world, 0.05);
             uint64_t hash = state_hash(&world.state);
@@ -166,16 +160,13 @@ TEST(a_state_put_away_goes_on_with_the_same_bits)
             sim_restored(world.sim);
             voxel_world_run(&world, 0.05);
             assert_true(state_hash(&world.state) == hash);
-            free(block);
-            voxel_world_destroy(&world);
-            voxel_world_destroy(&other);
         }
 }
 
 // States read from a file that cannot be.
 TEST(states_that_cannot_be_are_seen)
 {
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     create(&world, PRECISION_DOUBLE, INTEGRATOR_SYMPLECTIC_EULER, false, "auto");
     VoxelModel *model = world.body->model;
     const BodyOps *ops = world.body->ops;
@@ -197,7 +188,6 @@ TEST(states_that_cannot_be_are_seen)
     assert_false(ops->check(model));
     model->vertices.rows.frame->turn = QUAT_NONE;
     assert_true(ops->check(model));
-    voxel_world_destroy(&world);
 }
 
 // The scene placed elsewhere and turned, all of its vectors with it.
@@ -243,7 +233,7 @@ TEST(a_scene_moved_as_a_whole_does_the_same_there)
     const Vec3 move = {0.7, -0.4, 0.2};
     for (int held = 0; held < 2; held++)
         for (int integrator = 1; integrator < 3; integrator++) {
-            VoxelWorld here, there;
+            SCOPED(voxel_world_destroy) VoxelWorld here, there;
             create_placed(&here, QUAT_NONE, vec3(0.0, 0.0, 0.0), held == 1,
                           (IntegratorKind)integrator);
             create_placed(&there, turn, move, held == 1, (IntegratorKind)integrator);
@@ -255,7 +245,5 @@ TEST(a_scene_moved_as_a_whole_does_the_same_there)
             print_message("%s: differs by %.2g m\n", held == 1 ? "held" : "free", worst);
             // Rounding of places of a metre, which a stable motion does not enlarge.
             expect_near(worst, 0.0, 1e-12);
-            voxel_world_destroy(&here);
-            voxel_world_destroy(&there);
         }
 }

@@ -46,8 +46,8 @@ static void expect_recovery(Start start, Precision precision, double modulus, do
     // Some steps a tick at any stiffness.
     const double dt0 = voxel_critical_step(&options.material, options.lattice.size);
     options.rate_hz = 1.0 / (3.0 * dt0);
-    VoxelWorld world;
-    VoxelReference reference;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    SCOPED(voxel_reference_destroy) VoxelReference reference;
     voxel_world_create(&world, &options);
     voxel_reference_create(&reference, &options.body);
     uint64_t random = 17;
@@ -82,8 +82,6 @@ static void expect_recovery(Start start, Precision precision, double modulus, do
     const double rounding = precision == PRECISION_SINGLE ? 1e-5 : 1e-11;
     expect_at_most(linear, rounding);
     expect_at_most(angular, rounding);
-    voxel_reference_destroy(&reference);
-    voxel_world_destroy(&world);
 }
 
 TEST(every_start_recovers_in_both_precisions)
@@ -120,7 +118,7 @@ static void put(VoxelWorld *world, int vertex, int number, double value)
 
 static void expect_sound_again(VoxelWorld *world, const VoxelWorldOptions *options, int ticks)
 {
-    VoxelReference reference;
+    SCOPED(voxel_reference_destroy) VoxelReference reference;
     double energy;
     voxel_reference_create(&reference, &options->body);
     for (int i = 0; i < ticks; i++)
@@ -128,7 +126,6 @@ static void expect_sound_again(VoxelWorld *world, const VoxelWorldOptions *optio
     assert_true(world->body->ops->check(world->body->model));
     voxel_world_read(world);
     assert_int_equal(inverted(world, &reference, &energy), 0);
-    voxel_reference_destroy(&reference);
 }
 
 // A velocity that is no number, or that takes its vertex out of the world in a tick, costs one
@@ -140,7 +137,7 @@ TEST(bad_velocities_cost_a_tick)
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorldOptions options = voxel_world_cube(8);
         options.body.body.precision = (Precision)precision;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         const int count = sizeof bad / sizeof *bad;
         for (int k = 0; k < count; k++) {
@@ -156,7 +153,6 @@ TEST(bad_velocities_cost_a_tick)
             assert_int_equal(world.body->tuning.bad_in_a_row, 0);
         }
         expect_sound_again(&world, &options, 100);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -168,7 +164,7 @@ TEST(bad_places_cost_a_tick_and_the_shape)
         for (int k = 0; k < 3; k++) {
             VoxelWorldOptions options = voxel_world_cube(8);
             options.body.body.precision = (Precision)precision;
-            VoxelWorld world;
+            SCOPED(voxel_world_destroy) VoxelWorld world;
             voxel_world_create(&world, &options);
             Vec3 rest = world.x[10];
             put(&world, 10, 1, bad[k]);
@@ -177,7 +173,6 @@ TEST(bad_places_cost_a_tick_and_the_shape)
             voxel_world_read(&world);
             expect_near(vec3_length(vec3_sub(world.x[10], rest)), 0.0, 1e-9);
             expect_sound_again(&world, &options, 10);
-            voxel_world_destroy(&world);
         }
 }
 
@@ -189,7 +184,7 @@ TEST(a_thrown_vertex_comes_back)
         for (size_t k = 0; k < sizeof speeds / sizeof *speeds; k++) {
             VoxelWorldOptions options = voxel_world_cube(8);
             options.body.body.precision = (Precision)precision;
-            VoxelWorld world;
+            SCOPED(voxel_world_destroy) VoxelWorld world;
             voxel_world_create(&world, &options);
             const double speed = speeds[k];
             put(&world, 5, 4, speed);
@@ -198,6 +193,5 @@ TEST(a_thrown_vertex_comes_back)
             print_message("%s, %.0e m/s: %d resets\n",
                           precision == PRECISION_SINGLE ? "single" : "double", speed,
                           (int)world.body->resets);
-            voxel_world_destroy(&world);
         }
 }

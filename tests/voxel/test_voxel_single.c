@@ -68,7 +68,7 @@ static void find_differences(const VoxelWorld *a, const VoxelWorld *b, double *s
 // The bodies are 0.1 m wide.
 static void expect_alike(const char *what, const Motion *motion)
 {
-    VoxelWorld exact, single;
+    SCOPED(voxel_world_destroy) VoxelWorld exact, single;
     create(&exact, motion, PRECISION_DOUBLE);
     create(&single, motion, PRECISION_SINGLE);
     voxel_world_run(&exact, 1.0);
@@ -92,8 +92,6 @@ static void expect_alike(const char *what, const Motion *motion)
     expect_near(place, 0.0, limit);
     expect_near(of_single.max_displacement, way, limit);
     assert_int_equal(single.body->resets, 0);
-    voxel_world_destroy(&exact);
-    voxel_world_destroy(&single);
 }
 
 static const Vec3 FAR = {600.0, -300.0, 100.0};

@@ -159,7 +159,7 @@ TEST(a_skin_has_the_triangles_and_ids_of_its_file)
 static bool is_refused(Vec3 move, double scale, char *why, size_t size)
 {
     Status status = {0};
-    TriMesh skin;
+    SCOPED(mesh_destroy) TriMesh skin;
     assert_true(generate_ico_sphere(&skin, 2, 0.05 * scale, &status));
     mesh_place(&skin, 1.0, vec3(0.0, 0.0, 0.0), move);
     VoxelWorldOptions options = voxel_world_ball();
@@ -167,15 +167,12 @@ static bool is_refused(Vec3 move, double scale, char *why, size_t size)
     options.body.lattice = &options.lattice;
     options.body.material = VOXEL_WORLD_MATERIALS;
     options.body.material_count = 1;
-    Arena arena = {0};
-    StateList state = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
+    SCOPED(state_destroy) StateList state = {0};
     Body body = {0};
     bool made = voxel_create(&body, &options.body, &arena, &state, &status);
     snprintf(why, size, "%s", status.text);
-    mesh_destroy(&skin);
     lattice_destroy(&options.lattice);
-    state_destroy(&state);
-    arena_destroy(&arena);
     return !made;
 }
 
@@ -199,7 +196,7 @@ TEST(without_a_skin_vertices_are_published)
             VoxelWorldOptions options = voxel_world_cube(8);
             options.body.publish_all = all == 1;
             options.body.body.precision = (Precision)precision;
-            VoxelWorld world;
+            SCOPED(voxel_world_destroy) VoxelWorld world;
             voxel_world_create(&world, &options);
             const BodyMesh *mesh = &world.body->mesh;
             const VoxelModel *model = world.body->model;
@@ -225,13 +222,10 @@ TEST(without_a_skin_vertices_are_published)
                 expect_near(vec3_length(vec3_sub(at, world.x[i])), 0.0, 2e-8);
                 expect_near(vec3_length(vec3_sub(speed, world.v[i])), 0.0, 3e-7);
             }
-            float *again = calloc(3 * (size_t)mesh->node_count, sizeof *again);
-            assert_non_null(again);
+            FREED float *again = calloc(3 * (size_t)mesh->node_count, sizeof *again);
             world.body->ops->snapshot(model, again, NULL);
             assert_memory_equal(again, x, (size_t)mesh->node_count * sizeof *x);
-            free(again);
             free(x);
             free(v);
-            voxel_world_destroy(&world);
         }
 }

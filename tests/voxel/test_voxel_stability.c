@@ -14,7 +14,7 @@
 static double growth(double step, double poisson_ratio, double damping)
 {
     uint64_t random = 71;
-    VoxelBench bench;
+    SCOPED(voxel_bench_destroy) VoxelBench bench;
     VoxelBenchOptions options = voxel_bench_options(1);
     options.poisson_ratio = poisson_ratio;
     options.damping = damping;
@@ -27,7 +27,6 @@ static double growth(double step, double poisson_ratio, double damping)
         double kinetic = voxel_bench_kinetic(&bench) / start;
         worst = fmax(worst, isfinite(kinetic) ? kinetic : 1e300);
     }
-    voxel_bench_destroy(&bench);
     print_message("dt %.2f dt0, nu %.2f, beta %.1f dt0: kinetic energy up to %.3g\n", step,
                   poisson_ratio, damping, worst);
     return worst;
@@ -65,7 +64,7 @@ static double growth_of_body(double step, double poisson_ratio, double damping)
         step * voxel_critical_step(&options.material, options.lattice.size);
     options.rate_hz = 1.0 / options.body.body.time_step;
     const double size = options.lattice.size;
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     assert_int_equal(world.body->substeps, 1);
     for (int i = 0; i < world.count; i++)
@@ -82,7 +81,6 @@ static double growth_of_body(double step, double poisson_ratio, double damping)
         world.body->ops->measure(world.body->model, &now);
         worst = fmax(worst, sim_resets(world.sim) == 0 ? now.kinetic / start : 1e300);
     }
-    voxel_world_destroy(&world);
     print_message("body, dt %.2f dt0, nu %.2f, beta %.1f dt0: kinetic energy up to %.3g\n", step,
                   poisson_ratio, damping, worst);
     return worst;

@@ -26,7 +26,7 @@ TEST(uniform_deformation_is_in_balance_at_every_level)
 {
     uint64_t random = 51;
     for (int law = 0; law < 3; law++) {
-        VoxelBench bench;
+        SCOPED(voxel_bench_destroy) VoxelBench bench;
         VoxelBenchOptions options = with_law(2, law == 0 ? 0.3 : 0.0, law);
         voxel_bench_box(&bench, 16, 16, 16, 0.01, &options);
         double worst = 0.0;
@@ -39,7 +39,6 @@ TEST(uniform_deformation_is_in_balance_at_every_level)
             expect_at_most(worst, 1e-11);
         else
             expect_at_least(worst, 0.5);
-        voxel_bench_destroy(&bench);
     }
 }
 
@@ -48,13 +47,12 @@ TEST(uniform_deformation_is_in_balance_in_random_bodies)
     uint64_t random = 52;
     int hanging = 0;
     for (int n = 0; n < EFFORT(12); n++) {
-        VoxelBench bench;
+        SCOPED(voxel_bench_destroy) VoxelBench bench;
         VoxelBenchOptions options = with_law(2, n % 2 == 0 ? 0.0 : 0.45, 0);
         voxel_bench_blob(&bench, n % 3 == 0 ? 20 : 12, 0.003, &random, &options);
         expect_at_most(trial_patch(&bench, &random), 1e-11);
         for (int e = 0; e < bench.element_count; e++)
             hanging += bench.class[bench.class_of[e]].shape.count > NODE_CORNERS;
-        voxel_bench_destroy(&bench);
     }
     assert_true(hanging > 0);
 }

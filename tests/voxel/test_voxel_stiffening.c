@@ -76,9 +76,9 @@ static void read_all(VoxelWorld *world)
 static void expect_slope(VoxelWorld *world, const Vec3 *x, uint64_t *random)
 {
     const int count = world->count;
-    Vec3 *d = malloc((size_t)count * sizeof *d), *moved = malloc((size_t)count * sizeof *moved),
-         *f = malloc((size_t)count * sizeof *f);
-    assert_true(d != NULL && moved != NULL && f != NULL);
+    FREED Vec3 *d = malloc((size_t)count * sizeof *d),
+               *moved = malloc((size_t)count * sizeof *moved),
+               *f = malloc((size_t)count * sizeof *f);
     for (int i = 0; i < count; i++)
         d[i] = random_vec3(random);
     voxel_world_write(world, x, world->v);
@@ -103,9 +103,6 @@ static void expect_slope(VoxelWorld *world, const Vec3 *x, uint64_t *random)
     expect_near(slope, (energy[1] - energy[0]) / (2.0 * step), 1e-6 * size);
     expect_at_most(vec3_length(sum), 1e-12 * size);
     expect_at_most(vec3_length(moment), 1e-12 * 0.1 * size);
-    free(d);
-    free(moved);
-    free(f);
 }
 
 // Strained by up to 20 %, turned, with noise, crushed in places: far below the knee, about it and
@@ -128,7 +125,7 @@ TEST(forces_are_the_slope_of_the_energy)
         options.body.stiffening = LAWS[k / 2 % 4];
         options.body.branch_count = k / 4 % 2;
         options.body.branch[0] = BRANCH;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         if (k % 2 != 0) {
             cut_through(&world, 0.003);
@@ -136,8 +133,7 @@ TEST(forces_are_the_slope_of_the_energy)
         }
         read_all(&world);
         const int count = world.count;
-        Vec3 *x = malloc((size_t)count * sizeof *x);
-        assert_non_null(x);
+        FREED Vec3 *x = malloc((size_t)count * sizeof *x);
         for (int round = 0; round < 4; round++) {
             for (int i = 0; i < count; i++) {
                 const Vec3 p = world.x[i], s = vec3(1.2 * p.x + 0.1 * p.y, 0.9 * p.y, 0.95 * p.z);
@@ -145,8 +141,6 @@ TEST(forces_are_the_slope_of_the_energy)
             }
             expect_slope(&world, x, &random);
         }
-        free(x);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -173,12 +167,11 @@ TEST(a_bar_follows_the_closed_form)
         options.material = (SolidMaterial){modulus, nu, 1000.0};
         options.body.body.levels = 0;
         options.body.stiffening = law;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         voxel_world_read(&world);
-        Vec3 *x = malloc((size_t)world.count * sizeof *x),
-             *force = malloc((size_t)world.count * sizeof *force);
-        assert_true(x != NULL && force != NULL);
+        FREED Vec3 *x = malloc((size_t)world.count * sizeof *x),
+                   *force = malloc((size_t)world.count * sizeof *force);
         double off = 0.0;
         for (double e = -0.6; e < 0.8; e += 0.05) {
             const double size = fabs(e),
@@ -199,9 +192,6 @@ TEST(a_bar_follows_the_closed_form)
         print_message("s %.2f, cap %3.0f, nu %.1f: off by %.2g of the closed form\n", law.strain,
                       law.cap, nu, off);
         expect_at_most(off, 1e-10); // rounding; 1e-2 is asked
-        free(x);
-        free(force);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -231,7 +221,7 @@ TEST(a_free_body_keeps_its_momentum)
 {
     for (int k = 0; k < 4; k++) {
         const bool single = k % 2 != 0;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         make_free(&world, single ? PRECISION_SINGLE : PRECISION_DOUBLE, false, k > 1, NULL);
         Vec3 linear[2], angular[2];
         voxel_world_momentum(&world, &linear[0], &angular[0]);
@@ -248,7 +238,6 @@ TEST(a_free_body_keeps_its_momentum)
         expect_at_most(p, single ? 1e-5 : 1e-11);
         expect_at_most(l, single ? 1e-4 : 1e-10);
         assert_true(energy_of(&world) < before);
-        voxel_world_destroy(&world);
     }
 }
 
@@ -287,7 +276,7 @@ static double growth_of(const Trial *trial, double *left)
     options.body.body.levels = 1;
     options.body.body.integrator = INTEGRATOR_LEAPFROG;
     options.body.body.time_step = trial->time_step;
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     voxel_world_read(&world);
     for (int i = 0; i < world.count; i++) {
@@ -304,7 +293,6 @@ static double growth_of(const Trial *trial, double *left)
         before = now;
     }
     *left = before / first;
-    voxel_world_destroy(&world);
     return growth;
 }
 
@@ -344,11 +332,10 @@ TEST(threads_give_the_same_bits)
             Team *team = threads > 1 ? team_create(threads) : NULL;
             Status status = {0};
             assert_true(team == NULL || team_start(team, threads, NULL, &status));
-            VoxelWorld world;
+            SCOPED(voxel_world_destroy) VoxelWorld world;
             make_free(&world, (Precision)(k % 2), false, k > 1, team);
             voxel_world_run(&world, 0.02);
             hash[threads - 1] = state_hash(&world.state);
-            voxel_world_destroy(&world);
             team_destroy(team);
         }
         assert_int_equal(hash[1], hash[0]);
@@ -359,11 +346,10 @@ TEST(threads_give_the_same_bits)
 // gives no energy.
 TEST(states_repeat_through_a_cut)
 {
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     make_free(&world, PRECISION_DOUBLE, true, true, NULL);
     voxel_world_run(&world, 0.02);
-    void *middle = malloc(state_bytes(&world.state));
-    assert_non_null(middle);
+    FREED void *middle = malloc(state_bytes(&world.state));
     state_copy_out(&world.state, middle);
     uint64_t hash[2];
     for (int pass = 0; pass < 2; pass++) {
@@ -379,8 +365,6 @@ TEST(states_repeat_through_a_cut)
         sim_restored(world.sim);
     }
     assert_int_equal(hash[1], hash[0]);
-    free(middle);
-    voxel_world_destroy(&world);
 }
 
 // Pulls a bar apart until it tears; returns the strain then.
@@ -401,11 +385,10 @@ static double tears_at(Stiffening law, double stress)
     options.body.tear_stress = stress;
     options.body.split_budget = 4;
     options.body.stiffening = law;
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     voxel_world_read(&world);
-    Vec3 *rest = malloc((size_t)world.count * sizeof *rest);
-    assert_non_null(rest);
+    FREED Vec3 *rest = malloc((size_t)world.count * sizeof *rest);
     memcpy(rest, world.x, (size_t)world.count * sizeof *rest);
     const VoxelModel *model = world.body->model;
     const int count = world.count;
@@ -420,8 +403,6 @@ static double tears_at(Stiffening law, double stress)
         if (model->vertices.count != count)
             break;
     }
-    free(rest);
-    voxel_world_destroy(&world);
     return strain;
 }
 

@@ -30,7 +30,7 @@ TEST(voxels_tell_what_a_slow_hand_feels)
                                         .capsule_count = 1,
                                         .capsule = {{.radius = radius}},
                                         .max_force = 100.0};
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         sim_set_lockstep(world.sim, true);
         for (int i = 0; i < 2000; i++) {
@@ -42,6 +42,5 @@ TEST(voxels_tell_what_a_slow_hand_feels)
         }
         StiffnessVerdict verdict = stiffness_judge(world.sim, &world.state);
         expect_at_most(verdict.error, 0.35);
-        voxel_world_destroy(&world);
     }
 }

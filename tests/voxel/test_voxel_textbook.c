@@ -42,8 +42,8 @@ TEST(moves_as_the_readable_element_does)
 {
     uint64_t random = 91;
     for (int n = 0; n < 2; n++) {
-        VoxelBench bench;
-        VoxelTextbook textbook;
+        SCOPED(voxel_bench_destroy) VoxelBench bench;
+        SCOPED(voxel_textbook_destroy) VoxelTextbook textbook;
         create_both(&bench, &textbook, n == 0 ? 0.0 : 0.3);
         for (int i = 0; i < bench.vertex_count; i++) {
             Vec3 move = vec3_scale(0.15 * bench.size, random_vec3(&random));
@@ -72,7 +72,5 @@ TEST(moves_as_the_readable_element_does)
             Vec3 difference = vec3_sub(as_vec3(textbook.vertex[i].x), bench.position[i]);
             expect_at_most(vec3_length(difference), 1e-5 * bench.size); // that, accumulated
         }
-        voxel_textbook_destroy(&textbook);
-        voxel_bench_destroy(&bench);
     }
 }

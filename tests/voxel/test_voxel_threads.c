@@ -24,7 +24,7 @@ static uint64_t run(int n, int threads, Precision precision, VoxelLaw law, bool 
     options.body.body.precision = precision;
     options.body.law = law;
     options.body.body.team = team;
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     char why[128];
     const LoadOptions load = {.body = 0,
@@ -40,7 +40,6 @@ static uint64_t run(int n, int threads, Precision precision, VoxelLaw law, bool 
     for (int i = 0; i < world.count; i++)
         most = fmax(most, vec3_length(world.v[i]));
     expect_at_least(most, 0.01); // it moves
-    voxel_world_destroy(&world);
     team_destroy(team);
     return hash;
 }

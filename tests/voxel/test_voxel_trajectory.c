@@ -50,8 +50,8 @@ static void load_both(VoxelWorld *world, VoxelReference *reference)
 
 static void expect_same_motion(const char *what, Scene *scene)
 {
-    VoxelWorld world;
-    VoxelReference reference;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    SCOPED(voxel_reference_destroy) VoxelReference reference;
     FixedRegion region = lowest(&scene->options.lattice);
     if (scene->held) {
         scene->options.body.body.fixed = &region;
@@ -96,8 +96,6 @@ static void expect_same_motion(const char *what, Scene *scene)
     expect_near(speed, 0.0, 1e-10);  // times the highest frequency, 2 / dt0
     expect_at_least(deformed, 5e-5); // it was no rigid motion
     assert_int_equal(world.body->resets, 0);
-    voxel_reference_destroy(&reference);
-    voxel_world_destroy(&world);
 }
 
 static void run(const char *what, VoxelWorldOptions options, bool held, bool loaded, double stir,

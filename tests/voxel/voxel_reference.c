@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "voxel_reference.h"
+#include "scoped.h"
 
 #include "base/check.h"
 #include "voxel/lattice_mesh.h"
@@ -75,8 +76,8 @@ static void set_element(VoxelReference *reference, ReferenceElement *element,
 
 void voxel_reference_create(VoxelReference *reference, const VoxelOptions *options)
 {
-    Layout layout;
-    LatticeMesh mesh;
+    SCOPED(layout_destroy) Layout layout;
+    SCOPED(lattice_mesh_destroy) LatticeMesh mesh;
     Status status = {0};
     layout_create(&layout, options->lattice, options->body.levels);
     bool made = lattice_mesh_create(&mesh, &layout, &status);
@@ -111,8 +112,6 @@ void voxel_reference_create(VoxelReference *reference, const VoxelOptions *optio
         set_element(reference, &reference->element[e], options, &layout.leaf[e], &mesh, e);
     for (int e = 0; e < m; e++)
         reference->element[e].stiffness.damping *= options->damping * reference->critical_step;
-    lattice_mesh_destroy(&mesh);
-    layout_destroy(&layout);
 }
 
 void voxel_reference_destroy(VoxelReference *reference)

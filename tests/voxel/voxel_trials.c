@@ -3,6 +3,7 @@
 
 #include "base/check.h"
 #include "random.h"
+#include "scoped.h"
 
 #include <stdlib.h>
 
@@ -12,12 +13,12 @@ double trial_cantilever(int n, int levels, const VoxelBenchOptions *options)
 {
     VoxelBenchOptions own = *options;
     own.levels = levels;
-    VoxelBench bench;
+    SCOPED(voxel_bench_destroy) VoxelBench bench;
     voxel_bench_box(&bench, 4 * n, n, n, WIDTH / n, &own);
     int count = bench.vertex_count;
-    bool *fixed = calloc((size_t)(3 * count), sizeof *fixed);
-    double *load = calloc((size_t)(3 * count), sizeof *load);
-    Vec3 *move = calloc((size_t)count, sizeof *move);
+    FREED bool *fixed = calloc((size_t)(3 * count), sizeof *fixed);
+    FREED double *load = calloc((size_t)(3 * count), sizeof *load);
+    FREED Vec3 *move = calloc((size_t)count, sizeof *move);
     ASSERT(fixed != NULL && load != NULL && move != NULL);
     for (int i = 0; i < count; i++) {
         const int *p = bench.mesh.point[i];
@@ -34,10 +35,6 @@ double trial_cantilever(int n, int levels, const VoxelBenchOptions *options)
     double mean = 0.0; // weighted as the load: its work
     for (int i = 0; i < count; i++)
         mean += load[3 * i + 2] * move[i].z;
-    free(fixed);
-    free(load);
-    free(move);
-    voxel_bench_destroy(&bench);
     double modulus = options->youngs_modulus, area = WIDTH * WIDTH;
     double shear = modulus / (2.0 * (1.0 + options->poisson_ratio));
     double inertia = area * area / 12.0;
@@ -74,10 +71,10 @@ double trial_patch(VoxelBench *bench, uint64_t *random)
 
 Tension trial_tension(const VoxelBenchOptions *options)
 {
-    VoxelBench bench;
+    SCOPED(voxel_bench_destroy) VoxelBench bench;
     voxel_bench_box(&bench, 8, 8, 16, 0.01, options);
     int n = bench.vertex_count;
-    bool *fixed = calloc((size_t)(3 * n), sizeof *fixed);
+    FREED bool *fixed = calloc((size_t)(3 * n), sizeof *fixed);
     ASSERT(fixed != NULL);
     static const double STRAIN = 0.05;
     for (int i = 0; i < n; i++) {
@@ -108,18 +105,16 @@ Tension trial_tension(const VoxelBenchOptions *options)
     }
     double section = 64.0 * bench.size * bench.size;
     out.modulus_error = force / (section * STRAIN) / options->youngs_modulus - 1.0;
-    free(fixed);
-    voxel_bench_destroy(&bench);
     return out;
 }
 
 double trial_shear(const VoxelBenchOptions *options, uint64_t *random)
 {
     static const double GAMMA = 0.1;
-    VoxelBench bench;
+    SCOPED(voxel_bench_destroy) VoxelBench bench;
     voxel_bench_box(&bench, 10, 8, 12, 0.01, options);
     int n = bench.vertex_count;
-    bool *fixed = calloc((size_t)(3 * n), sizeof *fixed);
+    FREED bool *fixed = calloc((size_t)(3 * n), sizeof *fixed);
     ASSERT(fixed != NULL);
     for (int i = 0; i < n; i++) {
         Vec3 x = bench.rest[i];
@@ -135,8 +130,6 @@ double trial_shear(const VoxelBenchOptions *options, uint64_t *random)
         Vec3 x = bench.rest[i], expected = vec3_add(x, vec3(GAMMA * x.z, 0.0, 0.0));
         worst = fmax(worst, vec3_length(vec3_sub(bench.position[i], expected)));
     }
-    free(fixed);
     double size = bench.size;
-    voxel_bench_destroy(&bench);
     return worst / (GAMMA * size);
 }

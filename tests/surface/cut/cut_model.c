@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cut_model.h"
+#include "scoped.h"
 
 #include "geometry/generator.h"
 
@@ -55,7 +56,7 @@ static void make_rings(CutModel *model)
     const Level *level = model->level;
     int *start = calloc((size_t)model->vertices + 1, sizeof *start);
     int *ring = calloc(3 * (size_t)model->faces, sizeof *ring);
-    int *fill = calloc((size_t)model->vertices, sizeof *fill);
+    FREED int *fill = calloc((size_t)model->vertices, sizeof *fill);
     for (int f = 0; f < model->faces; f++)
         for (int k = 0; k < 3; k++)
             start[level->face[f][k] + 1]++;
@@ -66,7 +67,6 @@ static void make_rings(CutModel *model)
             int v = level->face[f][k];
             ring[start[v] + fill[v]++] = f;
         }
-    free(fill);
     model->ring_start = start;
     model->ring = ring;
 }

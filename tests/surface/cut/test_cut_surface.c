@@ -92,24 +92,22 @@ static void expect_sound(CutModel *model, int *pieces)
 static void expect_even_loops(const CutModel *model)
 {
     const Level *level = model->level;
-    unsigned char *met = calloc((size_t)level->edge_count, 1);
+    FREED unsigned char *met = calloc((size_t)level->edge_count, 1);
     for (int i = 0; i < model->finder.links.met_count; i++)
         met[model->finder.links.met[i]] = 1;
-    int *sum = calloc((size_t)model->vertices, sizeof *sum);
+    FREED int *sum = calloc((size_t)model->vertices, sizeof *sum);
     for (int e = 0; e < level->edge_count; e++)
         for (int end = 0; end < 2; end++)
             sum[level->edge[e][end]] +=
                 level->edge_face[e][0] < 0 || level->edge_face[e][1] < 0 ? 1000000 : met[e];
     for (int v = 0; v < model->vertices; v++)
         assert_true(sum[v] >= 1000000 || sum[v] % 2 == 0);
-    free(met);
-    free(sum);
 }
 
 static void one_cut(CutModel *model, Blade *last, CutCare care, Tally *tally, uint64_t *seed)
 {
     Blade blade = random_blade(model, last, seed);
-    unsigned char *bits = malloc((size_t)model->faces);
+    FREED unsigned char *bits = malloc((size_t)model->faces);
     memcpy(bits, model->broken, (size_t)model->faces);
     int nodes = model->node_count, pieces;
     CutVerdict verdict = cut_model_cut(model, blade.edge, blade.edges, care);
@@ -138,7 +136,6 @@ static void one_cut(CutModel *model, Blade *last, CutCare care, Tally *tally, ui
         assert_int_equal(nodes, model->node_count);
         tally->repeats++;
     }
-    free(bits);
     *last = blade;
 }
 
@@ -152,7 +149,7 @@ static void part_lips(CutModel *model, uint64_t *seed)
 static void random_cuts(int sequences)
 {
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
-        CutModel model;
+        SCOPED(cut_model_destroy) CutModel model;
         cut_model_create(&model, (CutShape)shape);
         Tally tally = {0};
         uint64_t seed = UINT64_C(77) + (uint64_t)shape;
@@ -172,7 +169,6 @@ static void random_cuts(int sequences)
         print_message("%s: %d cuts, %d broke links, %d repeated, at most %d pieces, %d tries\n",
                       CUT_SHAPE_NAME[shape], tally.cuts, tally.done, tally.repeats,
                       tally.most_pieces, tally.most_tries);
-        cut_model_destroy(&model);
     }
 }
 
@@ -212,7 +208,7 @@ static void expect_bits_are_sides(const CutModel *model, Vec3 through, Vec3 norm
 TEST(whole_planes_separate_along_the_sides_of_centroids)
 {
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
-        CutModel model;
+        SCOPED(cut_model_destroy) CutModel model;
         cut_model_create(&model, (CutShape)shape);
         uint64_t seed = 5;
         int more[2] = {0, 0};
@@ -238,6 +234,5 @@ TEST(whole_planes_separate_along_the_sides_of_centroids)
             }
         print_message("%s: more than two pieces %d plain, %d smoothed\n", CUT_SHAPE_NAME[shape],
                       more[0], more[1]);
-        cut_model_destroy(&model);
     }
 }

@@ -108,7 +108,7 @@ TEST(a_blade_that_passes_through_moving_tissue_separates_it)
     // Of the tissue over that of the blade.
     const double speed[4] = {0.0, 0.02, 0.1, 0.4};
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
-        CutModel model;
+        SCOPED(cut_model_destroy) CutModel model;
         cut_model_create(&model, (CutShape)shape);
         uint64_t seed = 21;
         int met = 0, more = 0;
@@ -125,14 +125,13 @@ TEST(a_blade_that_passes_through_moving_tissue_separates_it)
         print_message("%s: %d strokes met tissue, %d made more than two pieces\n",
                       CUT_SHAPE_NAME[shape], met, more);
         assert_true(met > 0);
-        cut_model_destroy(&model);
     }
 }
 
 // Links whose points the blade's edge meets exactly, at rest, in the grid of the integer points.
 TEST(strokes_through_vertices_and_centroids_separate_too)
 {
-    CutModel model;
+    SCOPED(cut_model_destroy) CutModel model;
     cut_model_create(&model, CUT_SHEET);
     uint64_t seed = 22;
     for (int trial = 0; trial < EFFORT(60); trial++) {
@@ -150,12 +149,11 @@ TEST(strokes_through_vertices_and_centroids_separate_too)
         // Along the very border there may be nothing to meet.
         assert_true(broken == 0 ? pieces == 1 : pieces >= 2);
     }
-    cut_model_destroy(&model);
 }
 
 TEST(a_blade_that_stops_inside_leaves_one_piece)
 {
-    CutModel model;
+    SCOPED(cut_model_destroy) CutModel model;
     cut_model_create(&model, CUT_SPHERE);
     uint64_t seed = 23;
     int stopped = 0;
@@ -170,7 +168,6 @@ TEST(a_blade_that_stops_inside_leaves_one_piece)
         assert_int_equal(expect_sound(&model), 1);
     }
     assert_true(stopped > 0);
-    cut_model_destroy(&model);
 }
 
 // A twisted sweep in n ticks and in 2 n: the sub-ticks are the same, and so are the links, but for
@@ -178,10 +175,10 @@ TEST(a_blade_that_stops_inside_leaves_one_piece)
 TEST(twice_the_ticks_break_the_same_links)
 {
     const double twist[2] = {0.3, 1.2}; // [rad]
-    CutModel model;
+    SCOPED(cut_model_destroy) CutModel model;
     cut_model_create(&model, CUT_SPHERE);
     uint64_t seed = 24;
-    unsigned char *bits = malloc((size_t)model.faces);
+    FREED unsigned char *bits = malloc((size_t)model.faces);
     int differ = 0, all = 0;
     for (int trial = 0; trial < EFFORT(16); trial++) {
         Stroke stroke = random_stroke(&model, 0.0, &seed);
@@ -202,21 +199,19 @@ TEST(twice_the_ticks_break_the_same_links)
     }
     print_message("%d of %d faces differ\n", differ, all);
     expect_at_most((double)differ / all, 0.002);
-    free(bits);
-    cut_model_destroy(&model);
 }
 
 // A stroke goes on the same after its state was copied out and in.
 TEST(a_stroke_is_part_of_the_state)
 {
-    CutModel model;
+    SCOPED(cut_model_destroy) CutModel model;
     cut_model_create(&model, CUT_TUBE);
     uint64_t seed = 25;
     Stroke stroke = random_stroke(&model, 0.1, &seed);
     stroke.ticks = 40;
     size_t bytes = state_bytes(&model.state);
-    void *half = malloc(bytes);
-    unsigned char *bits = malloc((size_t)model.faces), *before = malloc((size_t)model.faces);
+    FREED void *half = malloc(bytes);
+    FREED unsigned char *bits = malloc((size_t)model.faces), *before = malloc((size_t)model.faces);
     for (int again = 0; again < 2; again++) {
         if (!again)
             cut_model_reset(&model);
@@ -244,8 +239,4 @@ TEST(a_stroke_is_part_of_the_state)
     assert_memory_equal(bits, model.broken, (size_t)model.faces);
     model.finder.memory[0].points[7].middle[1].x[2] = INT64_MIN;
     assert_false(cut_find_check(&model.finder));
-    free(half);
-    free(bits);
-    free(before);
-    cut_model_destroy(&model);
 }

@@ -70,7 +70,7 @@ static int inner_face(const CutModel *model, uint64_t *seed)
 TEST(a_plane_makes_two_pieces_of_sphere_and_sheet)
 {
     for (int shape = CUT_SPHERE; shape <= CUT_SHEET; shape++) {
-        CutModel model;
+        SCOPED(cut_model_destroy) CutModel model;
         cut_model_create(&model, (CutShape)shape);
         uint64_t seed = 3;
         for (int trial = 0; trial < EFFORT(150); trial++) {
@@ -87,14 +87,13 @@ TEST(a_plane_makes_two_pieces_of_sphere_and_sheet)
             assert_int_equal(borders, 2);
             assert_int_equal(euler, 2);
         }
-        cut_model_destroy(&model);
     }
 }
 
 TEST(closed_loops_free_a_disc_unless_the_blade_ends_inside)
 {
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
-        CutModel model;
+        SCOPED(cut_model_destroy) CutModel model;
         cut_model_create(&model, (CutShape)shape);
         uint64_t seed = 4;
         int freed = 0, ended = 0, trials = EFFORT(150);
@@ -122,13 +121,12 @@ TEST(closed_loops_free_a_disc_unless_the_blade_ends_inside)
         }
         print_message("%s: %d of %d loops free a disc, %d of the blade's ended inside\n",
                       CUT_SHAPE_NAME[shape], freed, trials, ended);
-        cut_model_destroy(&model);
     }
 }
 
 TEST(half_a_loop_opens_one_border_and_frees_nothing)
 {
-    CutModel model;
+    SCOPED(cut_model_destroy) CutModel model;
     cut_model_create(&model, CUT_SPHERE);
     uint64_t seed = 6;
     for (int trial = 0; trial < EFFORT(100); trial++) {
@@ -142,13 +140,12 @@ TEST(half_a_loop_opens_one_border_and_frees_nothing)
         assert_int_equal(borders, 1);
         assert_int_equal(euler, 1);
     }
-    cut_model_destroy(&model);
 }
 
 TEST(cuts_that_end_inside_leave_one_piece)
 {
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
-        CutModel model;
+        SCOPED(cut_model_destroy) CutModel model;
         cut_model_create(&model, (CutShape)shape);
         uint64_t seed = 8;
         for (int trial = 0; trial < EFFORT(200); trial++) {
@@ -165,14 +162,13 @@ TEST(cuts_that_end_inside_leave_one_piece)
             expect_sound(&model, &pieces, &borders, &euler);
             assert_int_equal(pieces, 1);
         }
-        cut_model_destroy(&model);
     }
 }
 
 // A cut that runs into an older one, and half an edge beyond, separates.
 TEST(t_cuts_with_half_an_edge_of_overlap_separate)
 {
-    CutModel model;
+    SCOPED(cut_model_destroy) CutModel model;
     cut_model_create(&model, CUT_SHEET);
     uint64_t seed = 9;
     for (int trial = 0; trial < EFFORT(200); trial++) {
@@ -191,7 +187,6 @@ TEST(t_cuts_with_half_an_edge_of_overlap_separate)
         expect_sound(&model, &pieces, &borders, &euler);
         assert_true(pieces >= 3);
     }
-    cut_model_destroy(&model);
 }
 
 // --- single links ---
@@ -199,7 +194,7 @@ TEST(t_cuts_with_half_an_edge_of_overlap_separate)
 TEST(one_broken_link_copies_no_node_and_the_next_one_copies_one)
 {
     for (int shape = 0; shape < CUT_SHAPES; shape++) {
-        CutModel model;
+        SCOPED(cut_model_destroy) CutModel model;
         cut_model_create(&model, (CutShape)shape);
         uint64_t seed = 10;
         for (int trial = 0; trial < 30; trial++) {
@@ -230,7 +225,6 @@ TEST(one_broken_link_copies_no_node_and_the_next_one_copies_one)
             expect_sound(&model, &pieces, &borders, &euler);
             assert_int_equal(euler, 2 * pieces - borders);
         }
-        cut_model_destroy(&model);
     }
 }
 
@@ -296,7 +290,7 @@ TEST(paths_stay_near_the_blade)
     enum { TRIALS = 300 };
     for (int shape = 0; shape < CUT_SHAPES; shape++)
         for (int care = CUT_PLAIN; care <= CUT_SNAPPED; care++) {
-            CutModel model;
+            SCOPED(cut_model_destroy) CutModel model;
             cut_model_create(&model, (CutShape)shape);
             uint64_t seed = 12;
             double mean[TRIALS], largest[TRIALS], angle[TRIALS];
@@ -331,6 +325,5 @@ TEST(paths_stay_near_the_blade)
                 // Of every single cut: the guard's own floor, and rounding.
                 expect_at_least(-angle[count - 1], CUT_SNAP_FLOOR - 1e-9);
             }
-            cut_model_destroy(&model);
         }
 }

@@ -41,7 +41,7 @@ TEST(one_broken_edge_opens_nothing_two_in_a_row_one_node)
 {
     for (int levels = 0; levels < 3; levels++) {
         SurfaceOptions options = wall_options(levels, 0);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         wall_create(&bench, WALL_SPHERE, &options, 0.3);
         const Level *at = &bench.detail->set.cut->uncut;
         int edge = at->edge_count / 2, node = at->edge[edge][0];
@@ -54,7 +54,6 @@ TEST(one_broken_edge_opens_nothing_two_in_a_row_one_node)
         assert_int_equal(shape.borders, 1);
         assert_int_equal(shape.border_edges, 4);
         assert_int_equal(shape.pieces, 1);
-        bench_destroy(&bench);
     }
 }
 
@@ -64,7 +63,7 @@ TEST(random_edges_keep_every_invariant)
     uint64_t random = 15;
     for (int i = 0; i < EFFORT(8); i++) {
         SurfaceOptions options = wall_options(i % 2 + 1, i % 2 + 1);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         wall_create(&bench, (WallMesh)(i % WALL_MESHES), &options, 0.5);
         const Level *at = &bench.detail->set.cut->uncut;
         double stiffness = wall_stiffness(&bench), mass = bench_mass(&bench);
@@ -85,7 +84,6 @@ TEST(random_edges_keep_every_invariant)
         // Thousands of additions in another order.
         expect_near(wall_stiffness(&bench), stiffness, 1e-12 * stiffness);
         expect_near(bench_mass(&bench), mass, 1e-12 * mass);
-        bench_destroy(&bench);
     }
 }
 
@@ -114,7 +112,7 @@ TEST(random_cuts_keep_every_invariant)
         options.body.precision =
             random_below(&random, 2) == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
         options.shape.frame = random_below(&random, 2) == 0 ? SHAPE_WORLD : SHAPE_BODY;
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         // One after the other: the order in which arguments are drawn is the compiler's.
         WallMesh mesh = (WallMesh)random_below(&random, WALL_MESHES);
         wall_create(&bench, mesh, &options, random_between(&random, 0.0, 1.0));
@@ -138,7 +136,6 @@ TEST(random_cuts_keep_every_invariant)
         }
         copies += (int)*bench.detail->set.cut->copies;
         assert_int_equal(sim_resets(bench.sim), 0);
-        bench_destroy(&bench);
     }
     print_message("%d cuts: %d links severed, %d copies, at most %d pieces, %d links by repeats\n",
                   cuts, severed, copies, most_pieces, repeats);
@@ -156,7 +153,7 @@ TEST(a_whole_plane_makes_two_pieces_of_a_sphere)
     for (int i = 0; i < EFFORT(12); i++) {
         SurfaceOptions options = wall_options(2, i % 3);
         options.adaptive = i % 2 == 0;
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         wall_create(&bench, WALL_SPHERE, &options, 0.0);
         Vec3 along = vec3_unit(random_vec3(&random));
         Vec3 forward = vec3_unit(vec3_cross(along, random_vec3(&random)));
@@ -172,7 +169,6 @@ TEST(a_whole_plane_makes_two_pieces_of_a_sphere)
         // Each node of one border has its copy on the other: nothing was deleted.
         assert_int_equal(shape.border_edges, 2 * outcome.separated);
         assert_int_equal(outcome.nodes_added, outcome.separated);
-        bench_destroy(&bench);
     }
 }
 
@@ -180,7 +176,7 @@ TEST(a_whole_plane_makes_two_pieces_of_a_sphere)
 TEST(a_long_cut_opens_under_prestress)
 {
     SurfaceOptions options = wall_options(2, 0);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     wall_create(&bench, WALL_SPHERE, &options, 0.0);
     // The blade reaches 0.03 m deep and turns about the middle of the sphere.
     double half = 0.75, longest = 0.0;
@@ -218,5 +214,4 @@ TEST(a_long_cut_opens_under_prestress)
                   (long long)*state->copies, 1e3 * widest, 1e3 * longest);
     // Springs shortened by a tenth over a cut of 75 mm: millimetres.
     expect_at_least(widest, 1e-3);
-    bench_destroy(&bench);
 }

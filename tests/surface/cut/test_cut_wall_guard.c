@@ -47,7 +47,7 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were)
                                   .duration = 1e-3};
         SurfaceOptions options = wall_options(1, 1);
         options.body.precision = (Precision)precision;
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         wall_create_with(&bench, WALL_SPHERE, &options, 0.3, &blade);
         put_blade(&bench, -0.07);
         for (int tick = 0; tick < 3; tick++)
@@ -83,6 +83,5 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were)
         assert_int_equal(sim_resets(bench.sim), 1);
         free(was);
         free(is);
-        bench_destroy(&bench);
     }
 }

@@ -43,16 +43,15 @@ TEST(pieces_that_come_apart_move_apart)
         options.body.precision = precision == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
         TriMesh mesh;
         fixture_sphere(&mesh);
-        Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
+        FREED Vec3 *v = calloc((size_t)mesh.node_count, sizeof *v);
         for (int i = 0; i < mesh.node_count; i++) // one half turns and rises, the other falls
             v[i] = mesh.position[i].z > 0.0
                        ? vec3(-3.0 * mesh.position[i].y, 3.0 * mesh.position[i].x, 0.4)
                        : vec3(0.0, 0.0, -0.4);
         options.body.initial_velocity = v;
         options.body.initial_position = mesh.position;
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         bench_create(&bench, BENCH_CUTTABLE, &mesh, &options, NULL, NULL);
-        free(v);
         CutOptions plane =
             wall_sweep_at(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), 0.3, 0.3);
         assert_int_equal(wall_cut(&bench, &plane).pieces, 2);
@@ -83,7 +82,6 @@ TEST(pieces_that_come_apart_move_apart)
         assert_true(gap > was + 0.2);
         WallShape shape;
         wall_expect_sound(&bench, &shape, 0);
-        bench_destroy(&bench);
     }
 }
 
@@ -120,7 +118,7 @@ TEST(a_blade_through_moving_tissue_separates_it)
         if (i % 4 == 1)
             options.body.integrator = INTEGRATOR_IMPLICIT;
         bool half = i % 3 == 0;
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         wall_create_with(&bench, WALL_SPHERE, &options, random_between(&random, 0.0, 1.0), &BLADE);
         stroke(&bench, half ? 0.1 : 0.25, random_below(&random, 40) + 10,
                random_between(&random, -0.02, 0.02), random_between(&random, -0.4, 0.4));
@@ -137,7 +135,6 @@ TEST(a_blade_through_moving_tissue_separates_it)
         slowest = spent > slowest ? spent : slowest;
         most = shape.pieces > most ? shape.pieces : most;
         copies += (int)*bench.detail->set.cut->copies;
-        bench_destroy(&bench);
     }
     print_message("%d strokes: %d copies, at most %d pieces, at most %.0f us a tick\n", cuts,
                   copies, most, slowest);
@@ -159,7 +156,7 @@ TEST(a_probe_presses_on_what_is_cut_under_it)
         options.adapt.check_hz = 100.0;
         options.shape.angular_frequency = 200.0;
         options.body.contact_ratio = 1.0;
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         wall_create_with(&bench, WALL_SPHERE, &options, 0.0, &BALL);
         int felt = 0;
         for (int tick = 0; tick < 400; tick++) {
@@ -184,6 +181,5 @@ TEST(a_probe_presses_on_what_is_cut_under_it)
         assert_true(felt > 200); // of 249 ticks; for a moment it may fall free
         WallShape shape;
         wall_expect_sound(&bench, &shape, 0);
-        bench_destroy(&bench);
     }
 }

@@ -103,7 +103,7 @@ TEST(an_unloaded_wall_stays_at_rest_when_it_is_cut)
     double most = 0.0;
     for (int i = 0; i < 72; i++) {
         const RestCase at = choose(i);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create(&bench, &at);
         speed_over(&bench, 5);
         // Another into what has been cut, at once, and one later; then over a second.
@@ -118,7 +118,6 @@ TEST(an_unloaded_wall_stays_at_rest_when_it_is_cut)
         }
         assert_true(separated > 0);
         assert_true(2 * count_snapped(bench.detail->set.cut) > separated);
-        bench_destroy(&bench);
     }
     print_message("largest speed %.2g m/s\n", most);
 }

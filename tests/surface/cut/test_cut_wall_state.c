@@ -12,11 +12,11 @@
 
 TEST(what_does_not_fit_is_refused_and_changes_nothing)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     fixture_sphere(&mesh);
     for (int which = 0; which < 2; which++) {
         SurfaceOptions options = wall_options(2, 0);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         // Room for the body itself and a little more; nodes, then faces.
         options.body.node_capacity = which == 0 ? 130 : 0;
         options.body.face_capacity = which == 1 ? 240 : 0;
@@ -32,9 +32,7 @@ TEST(what_does_not_fit_is_refused_and_changes_nothing)
         assert_true(state_hash(&bench.state) == before);
         assert_int_equal(bench.body->mesh.topology, topology);
         bench_expect_sound(&bench);
-        bench_destroy(&bench);
     }
-    mesh_destroy(&mesh);
 }
 
 // A body at its finest level from the start takes as many copies as it has room for, no more.
@@ -42,7 +40,7 @@ TEST(copies_end_with_their_capacity)
 {
     uint64_t random = 77;
     SurfaceOptions options = wall_options(0, 0);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     wall_create(&bench, WALL_SPHERE, &options, 0.0);
     CutOptions last = {.body = 0};
     WallShape shape;
@@ -56,7 +54,6 @@ TEST(copies_end_with_their_capacity)
     for (int k = 0; k < 50; k++)
         sim_step(bench.sim);
     assert_int_equal(sim_resets(bench.sim), 0);
-    bench_destroy(&bench);
 }
 
 static void prepare_cut_body(DetailBench *bench, uint64_t *random, int levels)
@@ -78,11 +75,11 @@ TEST(a_cut_state_goes_on_elsewhere_with_the_same_bits)
 {
     for (int levels = 0; levels < 3; levels++) {
         uint64_t random = 9 + (uint64_t)levels, other = 1234;
-        DetailBench whole, rest;
+        SCOPED(bench_destroy) DetailBench whole, rest;
         prepare_cut_body(&whole, &random, levels);
         prepare_cut_body(&rest, &other, levels); // whatever it was before
         assert_true(*whole.detail->set.cut->copies > 5);
-        void *block = malloc(state_bytes(&whole.state));
+        FREED void *block = malloc(state_bytes(&whole.state));
         state_copy_out(&whole.state, block);
         state_copy_in(&rest.state, block);
         sim_restored(rest.sim);
@@ -102,9 +99,6 @@ TEST(a_cut_state_goes_on_elsewhere_with_the_same_bits)
             end[k] = state_hash(&both[k]->state);
         }
         assert_true(end[0] == end[1]);
-        free(block);
-        bench_destroy(&whole);
-        bench_destroy(&rest);
     }
 }
 
@@ -112,7 +106,7 @@ TEST(a_reset_makes_it_whole_again)
 {
     uint64_t random = 31;
     SurfaceOptions options = wall_options(2, 0);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     wall_create(&bench, WALL_SPHERE, &options, 0.0);
     for (int round = 0; round < 2; round++) {
         CutOptions last = {.body = 0};
@@ -129,7 +123,6 @@ TEST(a_reset_makes_it_whole_again)
         assert_int_equal(bench.body->mesh.node_count, 114);
         bench_expect_sound(&bench);
     }
-    bench_destroy(&bench);
 }
 
 // Numbers of the state changed at random, as by a damaged file: found out, or harmless.
@@ -137,10 +130,10 @@ TEST(a_cut_that_no_run_can_have_made_is_refused)
 {
     for (int levels = 0; levels < 3; levels++) {
         uint64_t random = 19;
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         prepare_cut_body(&bench, &random, levels);
         size_t bytes = state_bytes(&bench.state);
-        unsigned char *good = malloc(bytes);
+        FREED unsigned char *good = malloc(bytes);
         state_copy_out(&bench.state, good);
         int refused = 0, tries = 0;
         for (int i = 0; i < bench.state.count; i++) {
@@ -168,7 +161,5 @@ TEST(a_cut_that_no_run_can_have_made_is_refused)
         assert_true(tries > 0 && refused > tries / 2);
         WallShape shape;
         wall_expect_sound(&bench, &shape, 0);
-        free(good);
-        bench_destroy(&bench);
     }
 }

@@ -62,14 +62,13 @@ static int run(DetailBench *bench, int ticks)
 TEST(a_sheet_within_its_strength_stays_whole)
 {
     const Pull pull = {.start_level = 1};
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     create(&bench, &pull);
     assert_int_equal(run(&bench, 4000), 1);
     assert_int_equal(*bench.detail->set.cut->copies, 0);
     BodyMeasure measure;
     bench.body->ops->measure(bench.model, &measure);
     print_message("pulled %.1f mm longer\n", 1e3 * measure.max_displacement);
-    bench_destroy(&bench);
 }
 
 // A body that goes back to its rest shape after its numbers went bad is as one that never was
@@ -77,7 +76,7 @@ TEST(a_sheet_within_its_strength_stays_whole)
 TEST(a_sheet_that_went_back_to_rest_stays_whole)
 {
     const Pull pull = {.start_level = 1};
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     create(&bench, &pull);
     run(&bench, 10);
     const DetailCut *cut = bench.detail->set.cut;
@@ -87,14 +86,13 @@ TEST(a_sheet_that_went_back_to_rest_stays_whole)
     bench.body->ops->restore(bench.model, RESTORE_SHAPE);
     assert_int_equal(run(&bench, 100), 1);
     assert_int_equal(*cut->copies, 0);
-    bench_destroy(&bench);
 }
 
 TEST(a_notched_sheet_tears_from_its_notch_in_two)
 {
     for (int start = 0; start < 2; start++) {
         const Pull pull = {.start_level = start, .notch = 0.055};
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create(&bench, &pull);
         int pieces = run(&bench, 4000);
         WallShape shape = wall_expect_manifold(&bench.body->mesh, 0);
@@ -119,6 +117,5 @@ TEST(a_notched_sheet_tears_from_its_notch_in_two)
         assert_true(upper + lower >= faces - 8);
         assert_true(upper > faces / 5 && lower > faces / 5);
         expect_at_most(farthest, 0.015); // an edge of the finest level is 10 mm to 14 mm
-        bench_destroy(&bench);
     }
 }

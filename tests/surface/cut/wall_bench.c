@@ -41,13 +41,11 @@ void wall_create_with(DetailBench *bench, WallMesh kind, SurfaceOptions *options
     TriMesh mesh;
     make_mesh(kind, &mesh);
     size_t nodes = (size_t)mesh.node_count;
-    Vec3 *x = calloc(nodes, sizeof *x), *v = calloc(nodes, sizeof *v);
+    FREED Vec3 *x = calloc(nodes, sizeof *x), *v = calloc(nodes, sizeof *v);
     deform(&mesh, much, x, v);
     options->body.initial_position = x;
     options->body.initial_velocity = v;
     bench_create(bench, BENCH_CUTTABLE, &mesh, options, tool, NULL);
-    free(x);
-    free(v);
 }
 
 void wall_create(DetailBench *bench, WallMesh kind, SurfaceOptions *options, double much)

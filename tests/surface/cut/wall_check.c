@@ -35,8 +35,8 @@ static int find_corner(const int corner[3], int node)
 // Corners of triangles at the same node, joined across edges, are one set a node.
 static void expect_fans(const BodyMesh *mesh, const Side *side, int sides)
 {
-    int *up = calloc((size_t)mesh->triangle_count * 3, sizeof *up);
-    int *fans = calloc((size_t)mesh->node_count, sizeof *fans);
+    FREED int *up = calloc((size_t)mesh->triangle_count * 3, sizeof *up);
+    FREED int *fans = calloc((size_t)mesh->node_count, sizeof *fans);
     for (int i = 0; i < 3 * mesh->triangle_count; i++)
         up[i] = i;
     for (int i = 0; i + 1 < sides; i++) {
@@ -56,8 +56,6 @@ static void expect_fans(const BodyMesh *mesh, const Side *side, int sides)
     for (int i = 0; i < mesh->node_count; i++)
         if (fans[i] != (mesh->id[i] >= 0))
             fail_msg("node %d has %d fans", mesh->id[i], fans[i]);
-    free(up);
-    free(fans);
 }
 
 // Border sides lead from node to node; each node has at most one that begins there.
@@ -65,7 +63,7 @@ static int count_borders(const BodyMesh *mesh, const Side *side, int sides, int 
 {
     size_t nodes = mesh->node_count > 0 ? (size_t)mesh->node_count : 1;
     int *next = calloc(nodes, sizeof *next), borders = 0;
-    int *into = calloc(nodes, sizeof *into);
+    FREED int *into = calloc(nodes, sizeof *into);
     for (int i = 0; i < mesh->node_count; i++)
         next[i] = -1;
     *border_edges = 0;
@@ -93,7 +91,6 @@ static int count_borders(const BodyMesh *mesh, const Side *side, int sides, int 
         }
     }
     free(next);
-    free(into);
     return borders;
 }
 
@@ -101,7 +98,7 @@ static int count_pieces(const BodyMesh *mesh, const Side *side, int sides)
 {
     size_t nodes = mesh->node_count > 0 ? (size_t)mesh->node_count : 1;
     int *up = calloc(nodes, sizeof *up), pieces = 0;
-    int *holder = calloc(nodes, sizeof *holder);
+    FREED int *holder = calloc(nodes, sizeof *holder);
     for (int i = 0; i < mesh->node_count; i++)
         up[i] = i;
     for (int i = 0; i < sides; i++) {
@@ -115,14 +112,13 @@ static int count_pieces(const BodyMesh *mesh, const Side *side, int sides)
         for (int b = 0; b < a; b++)
             assert_int_not_equal(holder[a], holder[b]);
     free(up);
-    free(holder);
     return pieces;
 }
 
 WallShape wall_expect_manifold(const BodyMesh *mesh, int handles)
 {
     WallShape shape = {0};
-    Side *side = calloc((size_t)mesh->triangle_count * 3, sizeof *side);
+    FREED Side *side = calloc((size_t)mesh->triangle_count * 3, sizeof *side);
     int sides = 0;
     for (int t = 0; t < mesh->triangle_count; t++) {
         const int *corner = mesh->triangle[t];
@@ -151,7 +147,6 @@ WallShape wall_expect_manifold(const BodyMesh *mesh, int handles)
     shape.pieces = count_pieces(mesh, side, sides);
     int euler = shape.nodes - shape.edges + shape.faces;
     assert_int_equal(euler, 2 * shape.pieces - shape.borders - 2 * handles);
-    free(side);
     return shape;
 }
 

@@ -99,7 +99,7 @@ TEST(force_refines_at_its_threshold)
         for (int over = 0; over < 2; over++) {
             SurfaceOptions options = adapting(1, 0.005, NEVER, NEVER, EVERY_TICK);
             options.body.precision = (Precision)precision;
-            DetailBench bench;
+            SCOPED(bench_destroy) DetailBench bench;
             create_sheet(&bench, &options, NULL);
             double area = bench.model->mass[MIDDLE] / DENSITY;
             double force = 0.005 * MODULUS * area / mean_edge(&bench.levels);
@@ -112,7 +112,6 @@ TEST(force_refines_at_its_threshold)
             assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
             assert_int_equal(adapt(&bench, 0), over);
             assert_int_equal(leaves(&bench, 1), over ? 4 * HALO : 0);
-            bench_destroy(&bench);
         }
 }
 
@@ -123,7 +122,7 @@ TEST(speed_refines_at_its_threshold)
         for (int over = 0; over < 2; over++) {
             SurfaceOptions options = adapting(2, NEVER, 0.3, NEVER, EVERY_TICK);
             options.start_level = level;
-            DetailBench bench;
+            SCOPED(bench_destroy) DetailBench bench;
             create_sheet(&bench, &options, NULL);
             int before = leaves(&bench, level + 1);
             double speed = 0.3 * sqrt(MODULUS / DENSITY) * (level == 0 ? 1.0 : 2.0);
@@ -132,7 +131,6 @@ TEST(speed_refines_at_its_threshold)
             assert_int_equal(adapt(&bench, 0), over);
             int divided = level == 0 ? HALO : AROUND;
             assert_int_equal(leaves(&bench, level + 1), before + (over ? 4 * divided : 0));
-            bench_destroy(&bench);
         }
 }
 
@@ -158,14 +156,13 @@ TEST(change_of_the_angle_refines_at_its_threshold)
             SurfaceOptions options = adapting(1, NEVER, NEVER, 0.4, EVERY_TICK);
             TriMesh mesh;
             fold(&mesh, rests[r]);
-            DetailBench bench;
+            SCOPED(bench_destroy) DetailBench bench;
             bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
             double now = rests[r] + turns[t];
             put(&bench, 3, (Vec3){0.02 * cos(now), 0.0, 0.02 * sin(now)}, (Vec3){0});
             bool over = fabs(turns[t]) > 0.4;
             assert_int_equal(adapt(&bench, 0), over);
             assert_int_equal(leaves(&bench, 1), over ? 8 : 0);
-            bench_destroy(&bench);
         }
 }
 
@@ -179,7 +176,7 @@ TEST(rigid_motion_refines_nothing)
         options.shape.wanted = has_shape;
         options.shape.frame = SHAPE_BODY;
         options.start_level = kind & 4 ? 1 : 0;
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create_sphere(&bench, &options);
         const Vec3 velocity = {20.0, -5.0, 3.0}, spin = {0.0, 60.0, 100.0}; // 6 m/s at the rim
         for (int i = 0; i < bench.detail->set.node_count; i++)
@@ -193,7 +190,6 @@ TEST(rigid_motion_refines_nothing)
                      options.body.precision == PRECISION_SINGLE ? "single" : "double",
                      has_shape ? "with" : "without",
                      (long long)(bench.detail->adapt.sweep->refined - before));
-        bench_destroy(&bench);
     }
 }
 
@@ -225,12 +221,11 @@ TEST(faces_between_the_marks_stay)
 {
     static const double etas[3] = {0.352, 0.6, 0.998};
     for (int k = 0; k < 3; k++) {
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create_refined(&bench, EVERY_TICK);
         set_eta(&bench, etas[k]);
         for (int64_t step = 20; step < 1020; step++)
             assert_false(adapt(&bench, step));
-        bench_destroy(&bench);
     }
 }
 
@@ -240,7 +235,7 @@ TEST(calm_faces_are_taken_back_after_the_hold)
 {
     static const double rates[3] = {EVERY_TICK, 100.0, 40.0};
     for (int k = 0; k < 3; k++) {
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create_refined(&bench, rates[k]);
         set_eta(&bench, 0.348);
         int64_t step = 100;
@@ -257,13 +252,12 @@ TEST(calm_faces_are_taken_back_after_the_hold)
         // All of them at the same look; their neighbours' 2:1 holds none back.
         assert_int_equal((int)(step - 100), first);
         bench_expect_sound(&bench);
-        bench_destroy(&bench);
     }
 }
 
 TEST(calm_that_is_interrupted_begins_anew)
 {
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     create_refined(&bench, EVERY_TICK);
     int64_t step = 100;
     for (int round = 0; round < 5; round++) {
@@ -274,7 +268,6 @@ TEST(calm_that_is_interrupted_begins_anew)
         for (int i = 0; i < 50; i++) // a look at least
             assert_false(adapt(&bench, step++));
     }
-    bench_destroy(&bench);
 }
 
 // All faces ask for refinement: those of a small body are looked at in one tick of a check period,
@@ -284,7 +277,7 @@ TEST(a_small_body_is_looked_at_at_once_check_hz_times_a_second)
     static const double rates[3] = {200.0, 100.0, 50.0};
     for (int k = 0; k < 3; k++) {
         SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, rates[k]);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create_sphere(&bench, &options);
         const int period = (int)(1000.0 / rates[k]), faces = 80;
         for (int i = 1; i <= 3 * period; i++) {
@@ -296,7 +289,6 @@ TEST(a_small_body_is_looked_at_at_once_check_hz_times_a_second)
             assert_int_equal(sweep->count, i / period);
         }
         assert_int_equal(leaves(&bench, 1), 4 * faces);
-        bench_destroy(&bench);
     }
 }
 
@@ -307,7 +299,7 @@ TEST(a_large_body_is_looked_at_in_slices)
     TriMesh mesh;
     Status status = {0};
     SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, 100.0);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     const int faces = 20480, slice = 2048;
     assert_true(generate_ico_sphere(&mesh, 5, 0.05, &status));
     assert_int_equal(mesh.triangle_count, faces);
@@ -322,7 +314,6 @@ TEST(a_large_body_is_looked_at_in_slices)
         assert_in_range(looked, (int64_t)faces * (i - 1) / 10, (int64_t)faces * i / 10);
     }
     assert_int_equal(sweep->count, 10);
-    bench_destroy(&bench);
 }
 
 // Where nothing happens a face is looked at in every fourth sweep; a load does not wait for it.
@@ -330,7 +321,7 @@ TEST(a_face_at_ease_is_looked_at_in_every_fourth_sweep)
 {
     for (int loaded = 0; loaded < 2; loaded++) {
         SurfaceOptions options = adapting(1, 1e-9, 0.3, NEVER, EVERY_TICK);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         char why[128];
         create_sheet(&bench, &options, NULL);
         assert_false(adapt(&bench, 0)); // finds all at ease
@@ -348,7 +339,6 @@ TEST(a_face_at_ease_is_looked_at_in_every_fourth_sweep)
         }
         assert_true(adapt(&bench, 1 + SKIP_MOST));
         assert_int_equal(leaves(&bench, 1), 4 * HALO);
-        bench_destroy(&bench);
     }
 }
 
@@ -356,7 +346,7 @@ TEST(a_face_at_ease_is_looked_at_in_every_fourth_sweep)
 TEST(a_new_load_refines_in_its_own_tick)
 {
     SurfaceOptions options = adapting(2, 0.005, 0.3, 0.4, 1e-9);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     create_sheet(&bench, &options, NULL);
     for (int i = 0; i < 100; i++)
         sim_step(bench.sim);
@@ -368,7 +358,6 @@ TEST(a_new_load_refines_in_its_own_tick)
     sim_step(bench.sim);
     assert_true(bench.detail->adapt.sweep->refined > 0);
     bench_expect_sound(&bench);
-    bench_destroy(&bench);
 }
 
 TEST(a_tool_that_presses_refines_in_the_next_tick)
@@ -379,7 +368,7 @@ TEST(a_tool_that_presses_refines_in_the_next_tick)
                               .capsule = {{.radius = 0.008}},
                               .max_force = 5.0};
     SurfaceOptions options = adapting(2, 0.005, NEVER, NEVER, 1e-9);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     create_sheet(&bench, &options, &ball);
     ToolPose pose = {
         .position = {0.002, 0.003, 0.007}, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
@@ -399,7 +388,6 @@ TEST(a_tool_that_presses_refines_in_the_next_tick)
     sim_step(bench.sim);
     assert_true(bench.detail->adapt.sweep->refined > 0);
     bench_expect_sound(&bench);
-    bench_destroy(&bench);
 }
 
 // A load is given to the nodes anew with every change of topology; only when it is new are all
@@ -418,7 +406,7 @@ TEST(a_load_that_follows_a_change_asks_for_no_look_at_all_faces)
                               .force = {0.0, 0.0, -1e-4},
                               .duration = 10.0};
     const int roots = 72; // faces of level 0
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     char why[128];
     create_sheet(&bench, &options, &ball);
     assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
@@ -436,7 +424,6 @@ TEST(a_load_that_follows_a_change_asks_for_no_look_at_all_faces)
     }
     assert_true(bench.detail->adapt.sweep->refined > 0);
     assert_int_equal(bench.detail->adapt.sweep->urgent, 0);
-    bench_destroy(&bench);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -456,7 +443,7 @@ static int finest(const DetailBench *bench)
 TEST(the_governors_level_lowers_and_raises_the_finest_one)
 {
     SurfaceOptions options = adapting(3, NEVER, 0.05, NEVER, 100.0);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     create_sphere(&bench, &options);
     // Fast enough for level 3 everywhere: 0.05 c 2^2 = 0.87 m/s.
     int64_t step = 0;
@@ -472,13 +459,12 @@ TEST(the_governors_level_lowers_and_raises_the_finest_one)
         assert_int_equal(leaves(&bench, levels[k]), 80 << (2 * levels[k]));
         bench_expect_sound(&bench);
     }
-    bench_destroy(&bench);
 }
 
 TEST(the_governors_scale_raises_all_thresholds)
 {
     SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, EVERY_TICK);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     create_sheet(&bench, &options, NULL);
     double speed = 0.3 * bench.detail->adapt.wave_speed;
     assert_true(set(&bench, "adapt_scale", 4.0));
@@ -490,13 +476,12 @@ TEST(the_governors_scale_raises_all_thresholds)
     for (int64_t step = 2; step < 2 + 50 + 2 * 50; step++) // the hold, and a look before and after
         adapt(&bench, step);
     assert_int_equal(finest(&bench), 0);
-    bench_destroy(&bench);
 }
 
 TEST(what_cannot_be_set_changes_nothing)
 {
     SurfaceOptions options = adapting(2, 0.005, 0.3, 0.4, 100.0);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     create_sheet(&bench, &options, NULL);
     uint64_t before = state_hash(&bench.state);
     const double bad[4] = {(double)NAN, (double)INFINITY, -1.0, 1e300};
@@ -517,5 +502,4 @@ TEST(what_cannot_be_set_changes_nothing)
     for (int i = 0; i < 100; i++)
         sim_step(bench.sim);
     bench_expect_sound(&bench);
-    bench_destroy(&bench);
 }

@@ -34,7 +34,7 @@ static void compare_with_dense(const SurfaceOptions *options, const LoadOptions 
                                double tolerance)
 {
     TriMesh mesh;
-    DetailBench adaptive, dense;
+    SCOPED(bench_destroy) DetailBench adaptive, dense;
     fixture_sphere(&mesh);
     bench_create(&adaptive, BENCH_ADAPTIVE, &mesh, options, NULL, load);
     fixture_sphere(&mesh);
@@ -71,8 +71,6 @@ static void compare_with_dense(const SurfaceOptions *options, const LoadOptions 
         free(x[k]);
         free(v[k]);
     }
-    bench_destroy(&adaptive);
-    bench_destroy(&dense);
 }
 
 TEST(a_body_wholly_of_one_level_moves_as_one_without_levels)
@@ -123,7 +121,7 @@ TEST(changes_keep_mass_and_momentum)
             fixture_organ(&mesh);
         else
             fixture_sheet(&mesh);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
         double mass = bench_mass(&bench), scale = mass * bench.detail->adapt.wave_speed;
         double worst_mass = 0.0, worst_jump = 0.0;
@@ -139,7 +137,6 @@ TEST(changes_keep_mass_and_momentum)
         // Sums of some thousand terms in double: 1e-13 of rounding.
         if (!(worst_mass < 1e-12 && worst_jump < 1e-12))
             fail_msg("mass %g, momentum %g", worst_mass, worst_jump);
-        bench_destroy(&bench);
     }
 }
 
@@ -171,7 +168,7 @@ TEST(paper_step_follows_the_finest_level_in_use)
     options.material.damping_time = 0.0;
     options.adapt.check_hz = 1000.0;
     fixture_sphere(&mesh);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, &press);
     const double zero_level =
         stability_time_step(INTEGRATOR_RK4, bench.body->lambda, bench.body->damping);
@@ -185,7 +182,6 @@ TEST(paper_step_follows_the_finest_level_in_use)
     // Pressed it is refined wholly, at ease it comes back.
     print_message("ticks by finest level: %d %d %d %d\n", ticks[0], ticks[1], ticks[2], ticks[3]);
     assert_true(ticks[3] > 100 && ticks[0] > 100);
-    bench_destroy(&bench);
 }
 
 TEST(a_body_at_rest_stays_at_rest_whatever_its_levels)
@@ -198,7 +194,7 @@ TEST(a_body_at_rest_stays_at_rest_whatever_its_levels)
         options.body.precision = variant & 2 ? PRECISION_SINGLE : PRECISION_DOUBLE;
         options.shape.frame = variant & 4 ? SHAPE_BODY : SHAPE_WORLD;
         fixture_organ(&mesh);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
         for (int i = 0; i < 120; i++) {
             bench_change_at_random(&bench, &random, i < 80 ? 9 : 3);
@@ -210,7 +206,6 @@ TEST(a_body_at_rest_stays_at_rest_whatever_its_levels)
         // shape springs make some 1e-15 m/s of that.
         if (!(moved < 1e-14 && speed < 1e-12))
             fail_msg("variant %d: %g m, %g m/s", variant, moved, speed);
-        bench_destroy(&bench);
     }
 }
 
@@ -230,22 +225,22 @@ TEST(the_papers_new_nodes_lie_on_the_present_butterfly)
             fixture_sheet(&mesh);
         else
             fixture_sphere(&mesh);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
         const SurfaceModel *model = bench.model;
         int nodes = bench.mesh.node_count;
-        Vec3 *now = calloc((size_t)nodes, sizeof *now);
+        FREED Vec3 *now = calloc((size_t)nodes, sizeof *now);
         for (int i = 0; i < nodes; i++) {
             now[i] = vec3_madd(bench.mesh.position[i], 0.003, random_vec3(&random));
             rows_write(&model->basis, model->rows[model->current], model->slot[i], now[i],
                        (Vec3){0.0, 0.0, 0.0});
         }
-        WingedMesh winged;
+        SCOPED(winged_destroy) WingedMesh winged;
         winged_create(&winged, &bench.mesh);
-        Vec3 *middle = calloc((size_t)winged.edge_count, sizeof *middle);
+        FREED Vec3 *middle = calloc((size_t)winged.edge_count, sizeof *middle);
         // Which corners of a border are sharp is a matter of the rest shape: of displacements,
         // then.
-        Vec3 *rest = calloc((size_t)winged.edge_count, sizeof *rest);
+        FREED Vec3 *rest = calloc((size_t)winged.edge_count, sizeof *rest);
         const int(*face)[3] = (const int(*)[3])bench.mesh.triangle;
         butterfly_midpoints(&winged, face, bench.mesh.position, rest);
         butterfly_midpoints(&winged, face, now, middle);
@@ -264,10 +259,5 @@ TEST(the_papers_new_nodes_lie_on_the_present_butterfly)
             assert_true(vec3_length(vec3_sub(x, middle[e])) < tolerance);
             assert_true(vec3_length(vec3_sub(x, rest[e])) > 1e-5);
         }
-        free(now);
-        free(middle);
-        free(rest);
-        winged_destroy(&winged);
-        bench_destroy(&bench);
     }
 }

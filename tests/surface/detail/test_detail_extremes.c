@@ -55,11 +55,10 @@ static bool load(DetailBench *bench, Vec3 center, double radius, Vec3 force, dou
 static void expect_finite(const DetailBench *bench)
 {
     int nodes = bench->body->mesh.node_count;
-    float *row = malloc(6 * (size_t)nodes * sizeof *row);
+    FREED float *row = malloc(6 * (size_t)nodes * sizeof *row);
     bench->body->ops->snapshot(bench->model, row, row + 3 * nodes);
     for (int i = 0; i < 6 * nodes; i++)
         assert_true(isfinite(row[i]));
-    free(row);
     BodyMeasure measure;
     bench->body->ops->measure(bench->model, &measure);
     assert_true(isfinite(measure.kinetic) && isfinite(measure.elastic) &&
@@ -86,7 +85,7 @@ TEST(a_wall_keeps_its_side_while_it_is_divided_and_merged)
         assert_true(generate_sheet(&mesh, 9, 9, 0.12, 0.12, &status));
         SurfaceOptions options = adaptive(3);
         const ToolOptions tool = ball(TOOL_PROBE, 0.004, 2.0);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
         double deepest = 0.0;
         int pushed = 0;
@@ -112,7 +111,6 @@ TEST(a_wall_keeps_its_side_while_it_is_divided_and_merged)
         assert_true(walls[w].depth < 0.01 || deepest > 0.0035);
         assert_true(bench.detail->adapt.sweep->refined > 50);
         assert_true(walls[w].low == 3.0 || bench.detail->adapt.sweep->coarsened > 300);
-        bench_destroy(&bench);
     }
 }
 
@@ -123,10 +121,10 @@ TEST(every_face_that_goes_has_a_successor)
     TriMesh mesh;
     fixture_sphere(&mesh);
     SurfaceOptions options = bench_options(3, 0);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     const Detail *detail = bench.detail;
-    bool *was = calloc((size_t)detail->set.face_count, sizeof *was);
+    FREED bool *was = calloc((size_t)detail->set.face_count, sizeof *was);
     uint64_t random = 8;
     for (int round = 0; round < EFFORT(400); round++) {
         for (int p = 0; p < detail->set.face_count; p++)
@@ -152,8 +150,6 @@ TEST(every_face_that_goes_has_a_successor)
             }
         bench_expect_sound(&bench);
     }
-    free(was);
-    bench_destroy(&bench);
 }
 
 // A load on a patch smaller than the faces, with the levels going up and down beneath it: its sum
@@ -165,7 +161,7 @@ TEST(a_small_load_keeps_its_sum_while_levels_come_and_go)
     SurfaceOptions options = adaptive(3);
     options.body.precision = PRECISION_DOUBLE;
     options.start_level = 3;
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     // Around a midpoint of the finest level, in reach of nothing else.
     int node = bench.detail->set.node_count - 1;
@@ -191,7 +187,6 @@ TEST(a_small_load_keeps_its_sum_while_levels_come_and_go)
             bench_expect_sound(&bench);
     }
     assert_true(bench.detail->adapt.sweep->coarsened > 100);
-    bench_destroy(&bench);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -206,7 +201,7 @@ TEST(what_does_not_fit_is_refused_and_counted)
         options.body.node_capacity = kind == 0 ? 150 : kind == 1 ? 0 : 116; // of 114 to start with
         options.body.face_capacity = kind == 1 ? 300 : 0;                   // of 224
         const ToolOptions tool = ball(TOOL_PROBE, 0.006, 3.3);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
         assert_int_equal(bench.body->mesh.node_capacity,
                          kind == 1 ? bench.detail->set.node_count : options.body.node_capacity);
@@ -233,7 +228,6 @@ TEST(what_does_not_fit_is_refused_and_counted)
         assert_int_equal(bench.body->finest_level, 0);
         assert_int_equal(bench.body->mesh.node_count, 114);
         assert_int_equal(bench.body->mesh.triangle_count, 224);
-        bench_destroy(&bench);
     }
 }
 
@@ -249,7 +243,7 @@ TEST(absurd_loads_and_tools_leave_finite_numbers)
         options.body.precision = kind & 1 ? PRECISION_SINGLE : PRECISION_DOUBLE;
         options.shape.frame = kind & 2 ? SHAPE_BODY : SHAPE_WORLD;
         const ToolOptions tool = ball(TOOL_PROBE, 0.006, 1e6);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
         bool loaded = (kind & 4) != 0;
         if (loaded) {
@@ -280,7 +274,6 @@ TEST(absurd_loads_and_tools_leave_finite_numbers)
             assert_int_equal(bench.body->finest_level, 0);
             expect_at_most(measure.elastic, 1e-6);
         }
-        bench_destroy(&bench);
     }
 }
 
@@ -292,7 +285,7 @@ TEST(bad_numbers_are_never_published)
         fixture_sphere(&mesh);
         SurfaceOptions options = adaptive(2);
         options.body.precision = (Precision)precision;
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
         uint64_t random = 3;
         for (int round = 0; round < 40; round++) {
@@ -313,7 +306,6 @@ TEST(bad_numbers_are_never_published)
             expect_finite(&bench);
         }
         assert_int_equal(sim_resets(bench.sim), 54);
-        bench_destroy(&bench);
     }
 }
 
@@ -330,7 +322,7 @@ TEST(a_body_that_cannot_move_does_not)
         options.body.fixed = &all;
         options.body.gravity.z = -9.81;
         const ToolOptions tool = ball(TOOL_PROBE, 0.006, 3.3);
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
         assert_false(load(&bench, (Vec3){0.0, 0.0, 0.05}, 0.02, (Vec3){0.0, 0.0, -1.0}, 1.0));
         for (int i = 0; i < 500; i++) {
@@ -344,7 +336,6 @@ TEST(a_body_that_cannot_move_does_not)
         bench.body->ops->measure(bench.model, &measure);
         expect_near(measure.max_displacement, 0.0, 1e-12);
         assert_int_equal(sim_resets(bench.sim), 0);
-        bench_destroy(&bench);
     }
 }
 
@@ -427,7 +418,7 @@ TEST(odd_meshes_are_handled_like_others)
             options.shape.damping_ratio = 0.3;
             options.shape.angular_frequency = 150.0; // small ones stay dented by less
             const ToolOptions tool = ball(TOOL_PROBE, 0.006, 2.0);
-            DetailBench bench;
+            SCOPED(bench_destroy) DetailBench bench;
             bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
             int finest = 0;
             assert_true(load(&bench, bench.mesh.position[0], 0.01, (Vec3){0.1, 0.0, -0.3}, 0.4));
@@ -457,6 +448,5 @@ TEST(odd_meshes_are_handled_like_others)
                 bench.detail->adapt.sweep->refined + bench.detail->adapt.sweep->coarsened, changes);
             assert_true(bench.body->finest_level == 0 || meshes[m].make == tetrahedron);
             bench_expect_sound(&bench);
-            bench_destroy(&bench);
         }
 }

@@ -317,7 +317,7 @@ static void check(DetailBench *bench, const SurfaceOptions *options, bool loaded
 static void check_variant(const SurfaceOptions *options, int organ, uint64_t seed)
 {
     TriMesh mesh;
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     uint64_t random = seed;
     if (organ)
         fixture_organ(&mesh);
@@ -331,7 +331,6 @@ static void check_variant(const SurfaceOptions *options, int organ, uint64_t see
     assert_true(!bench.detail->set.constrained || bench.detail->lists.hanging_count > 16);
     check(&bench, options, false, &random);
     check(&bench, options, true, &random);
-    bench_destroy(&bench);
 }
 
 TEST(every_variant_agrees_with_a_plain_sum)

@@ -43,7 +43,7 @@ TEST(faces_with_hanging_corners_are_held_too)
                         .max_force = 100.0,
                         .grip_stiffness = 0.3,
                         .grip_damping = 0.5};
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
     const Attachment *grip = bench.sim->attachment[0];
     const BodySurface *surface = &bench.body->surface;
@@ -68,5 +68,4 @@ TEST(faces_with_hanging_corners_are_held_too)
         tried++;
     }
     assert_true(tried > 20);
-    bench_destroy(&bench);
 }

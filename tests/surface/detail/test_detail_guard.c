@@ -80,7 +80,7 @@ static Vec3 expected(const DetailBench *bench, const Before *before, const Vec3 
 TEST(nodes_born_in_a_bad_tick_lie_between_their_parents)
 {
     for (int precision = 0; precision < 2; precision++) {
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create(&bench, (Precision)precision);
         char why[128];
         assert_true(sim_apply_load(bench.sim, &huge, why, sizeof why));
@@ -122,14 +122,13 @@ TEST(nodes_born_in_a_bad_tick_lie_between_their_parents)
         assert_int_equal(sim_resets(bench.sim), GUARD_MOST_BLAME);
         bench_expect_sound(&bench);
         assert_true(bench.body->ops->check(bench.model));
-        bench_destroy(&bench);
     }
 }
 
 // What a change of topology has spoilt is no state to go back to.
 TEST(a_state_that_was_bad_before_the_tick_is_not_restored)
 {
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     create(&bench, PRECISION_DOUBLE);
     double *row = bench.model->rows[bench.model->current];
     row[(long)bench.model->slot[3] * ROW + 1] = (double)NAN;
@@ -140,5 +139,4 @@ TEST(a_state_that_was_bad_before_the_tick_is_not_restored)
     BodyMeasure measure;
     sim_measure(bench.sim, 0, &measure);
     expect_at_most(measure.max_displacement, 0.0);
-    bench_destroy(&bench);
 }

@@ -102,7 +102,7 @@ TEST(changes_keep_both_ends_and_momentum)
             SurfaceOptions options = law_options(3, precision);
             options.adjust = (SurfaceAdjust)adjust;
             fixture_sphere(&mesh);
-            DetailBench bench;
+            SCOPED(bench_destroy) DetailBench bench;
             bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
             uint64_t random = 9;
             throw_body(&bench, 0.1, &random);
@@ -125,7 +125,6 @@ TEST(changes_keep_both_ends_and_momentum)
             print_message("%s, %s: a change adds at most %.2g of the elastic energy\n",
                           precision == PRECISION_SINGLE ? "single" : "double",
                           adjust == ADJUST_CONTINUUM ? "continuum" : "choi2005", most);
-            bench_destroy(&bench);
         }
 }
 
@@ -138,7 +137,7 @@ TEST(a_homogeneous_strain_keeps_its_energy)
     SurfaceOptions options = law_options(3, PRECISION_DOUBLE);
     options.material.areal_density = 1e15; // nothing moves
     assert_true(generate_sheet(&mesh, 9, 7, 0.2, 0.15, &status));
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     SurfaceModel *model = bench.model;
     for (int i = 0; i < bench.detail->set.node_count; i++) {
@@ -157,7 +156,6 @@ TEST(a_homogeneous_strain_keeps_its_energy)
         expect_near(elastic_of(&bench) / before, 1.0, 1e-9);
     }
     assert_true(bench.detail->adapt.sweep->coarsened > 5);
-    bench_destroy(&bench);
 }
 
 // With hanging nodes: forces are the slope of the energy, by one kick that is too short to move
@@ -168,7 +166,7 @@ TEST(forces_are_the_gradient_of_the_energy)
     SurfaceOptions options = law_options(2, PRECISION_DOUBLE);
     options.prestress = 0.05;
     fixture_sheet(&mesh);
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     uint64_t random = 12;
     throw_body(&bench, 0.2, &random);
@@ -181,8 +179,7 @@ TEST(forces_are_the_gradient_of_the_energy)
     assert_true(lists->hanging_count > 5);
     const double h = 1e-9, step = 1e-7;
     const int count = model->basis.count;
-    Vec3 *x = calloc((size_t)count, sizeof *x), *d = calloc((size_t)count, sizeof *d);
-    assert_true(x != NULL && d != NULL);
+    FREED Vec3 *x = calloc((size_t)count, sizeof *x), *d = calloc((size_t)count, sizeof *d);
     void *rows = model->rows[model->current];
     double energy[2], slope = 0.0, size = 0.0;
     for (int s = 0; s < count; s++)
@@ -218,9 +215,6 @@ TEST(forces_are_the_gradient_of_the_energy)
     }
     // Differences 1e-7 m apart err by 1e-10, and branches are felt h / 2 later.
     expect_near((energy[1] - energy[0]) / (2.0 * step), slope, 1e-6 * size);
-    free(x);
-    free(d);
-    bench_destroy(&bench);
 }
 
 // A body built anew, as in another process, goes on from a state with the same bits: five ticks.
@@ -229,7 +223,7 @@ static void expect_same_elsewhere(const DetailBench *bench, const SurfaceOptions
                                   const void *state)
 {
     TriMesh mesh;
-    DetailBench other;
+    SCOPED(bench_destroy) DetailBench other;
     fixture_sphere(&mesh);
     bench_create(&other, BENCH_CUTTABLE, &mesh, options, NULL, NULL);
     state_copy_in(&other.state, state);
@@ -243,7 +237,6 @@ static void expect_same_elsewhere(const DetailBench *bench, const SurfaceOptions
     assert_memory_equal(a->rows[a->current], b->rows[b->current],
                         (size_t)a->basis.count * ROW * real);
     assert_memory_equal(from->strain[from->current], to->strain[to->current], numbers * real);
-    bench_destroy(&other);
 }
 
 // A moving body is cut, refined around the cut: its springs keep their dashpots, so that the cut
@@ -259,14 +252,13 @@ TEST(cuts_keep_the_dashpots)
                                            .damping_ratio = 0.1,
                                            .frame = SHAPE_BODY};
             fixture_sphere(&mesh);
-            DetailBench bench;
+            SCOPED(bench_destroy) DetailBench bench;
             bench_create(&bench, BENCH_CUTTABLE, &mesh, &options, NULL, NULL);
             uint64_t random = 5;
             throw_body(&bench, 0.1, &random);
             for (int i = 0; i < 20; i++)
                 sim_step(bench.sim);
-            void *middle = malloc(state_bytes(&bench.state));
-            assert_non_null(middle);
+            FREED void *middle = malloc(state_bytes(&bench.state));
             state_copy_out(&bench.state, middle);
             uint64_t hash[2];
             for (int pass = 0; pass < 2; pass++) {
@@ -297,8 +289,7 @@ TEST(cuts_keep_the_dashpots)
                     sim_step(bench.sim);
                 hash[pass] = state_hash(&bench.state);
                 // Also from a state after the cut.
-                void *after = malloc(state_bytes(&bench.state));
-                assert_non_null(after);
+                FREED void *after = malloc(state_bytes(&bench.state));
                 state_copy_out(&bench.state, after);
                 for (int i = 0; i < 5; i++)
                     sim_step(bench.sim);
@@ -309,12 +300,9 @@ TEST(cuts_keep_the_dashpots)
                 for (int i = 0; i < 5; i++)
                     sim_step(bench.sim);
                 assert_true(state_hash(&bench.state) == end);
-                free(after);
                 state_copy_in(&bench.state, middle);
                 sim_restored(bench.sim);
             }
             assert_true(hash[0] == hash[1]);
-            free(middle);
-            bench_destroy(&bench);
         }
 }

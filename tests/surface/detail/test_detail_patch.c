@@ -139,7 +139,7 @@ TEST(homogeneous_strain_is_free_of_forces_and_has_its_energy)
     for (int levels = 1; levels <= LEVELS; levels++)
         for (int s = 0; s < STRAIN_COUNT; s++)
             for (uint64_t seed = 1; seed <= 4; seed++) {
-                DetailBench bench;
+                SCOPED(bench_destroy) DetailBench bench;
                 uint64_t random = seed;
                 create(&bench, levels, ADJUST_CONTINUUM, false);
                 refine_at_random(&bench, 10 * seed + (uint64_t)s);
@@ -149,7 +149,6 @@ TEST(homogeneous_strain_is_free_of_forces_and_has_its_energy)
                 // Stretches are differences of lengths: 1e-16 L / (eps L) = 1e-14 each.
                 expect_near(measure.elastic / lattice_energy(&bench, &STRAINS[s]), 1.0, 1e-12);
                 expect_at_most(residual(&bench), 1e-12);
-                bench_destroy(&bench);
             }
 }
 
@@ -175,13 +174,12 @@ TEST(moved_borders_strain_the_inside_homogeneously)
 {
     for (int levels = 1; levels <= LEVELS; levels++)
         for (int s = 0; s < STRAIN_COUNT; s++) {
-            DetailBench bench;
+            SCOPED(bench_destroy) DetailBench bench;
             create(&bench, levels, ADJUST_CONTINUUM, true);
             refine_at_random(&bench, 77 + (uint64_t)s);
             double error = settled_error(&bench, &STRAINS[s]);
             print_message("level %d, %s: %.1e eps L\n", levels, STRAINS[s].name, error);
             expect_at_most(error, 1e-9); // what is left of the noise after the time given
-            bench_destroy(&bench);
         }
 }
 

@@ -77,13 +77,13 @@ TEST(a_scene_run_twice_has_the_same_bits)
 TEST(a_refined_state_goes_on_elsewhere_with_the_same_bits)
 {
     for (int kind = 0; kind < KINDS; kind++) {
-        DetailBench whole, rest;
+        SCOPED(bench_destroy) DetailBench whole, rest;
         create(&whole, kind, NULL);
         create(&rest, kind, NULL);
         run_to(&rest, 37, false); // whatever it was before
         run_to(&whole, MIDDLE, false);
         assert_true(whole.detail->lists.hanging_count > 5);
-        void *block = malloc(state_bytes(&whole.state));
+        FREED void *block = malloc(state_bytes(&whole.state));
         state_copy_out(&whole.state, block);
         state_copy_in(&rest.state, block);
         sim_restored(rest.sim);
@@ -95,9 +95,6 @@ TEST(a_refined_state_goes_on_elsewhere_with_the_same_bits)
         run_to(&whole, TICKS, false);
         run_to(&rest, TICKS, false);
         assert_true(state_hash(&rest.state) == state_hash(&whole.state));
-        free(block);
-        bench_destroy(&whole);
-        bench_destroy(&rest);
     }
 }
 
@@ -119,7 +116,7 @@ static uint64_t hash_of_body(const DetailBench *bench)
 TEST(a_reset_returns_to_the_start_and_counts_topologies_on)
 {
     for (int kind = 0; kind < KINDS; kind++) {
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create(&bench, kind, NULL);
         uint64_t start = hash_of_body(&bench);
         int topology = bench.body->mesh.topology;
@@ -138,7 +135,6 @@ TEST(a_reset_returns_to_the_start_and_counts_topologies_on)
             assert_int_equal(topology, before + 1);
             bench_expect_sound(&bench);
         }
-        bench_destroy(&bench);
     }
 }
 
@@ -159,13 +155,13 @@ TEST(a_state_that_no_run_can_have_is_refused)
                                          "body/face_slots"};
     uint64_t random = 12;
     for (int kind = 0; kind < 2; kind++) {
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create(&bench, kind, NULL);
         run_to(&bench, MIDDLE, false);
         Body *body = bench.body;
         sim_restored(bench.sim);
         assert_true(body->ops->check(body->model));
-        void *good = malloc(state_bytes(&bench.state));
+        FREED void *good = malloc(state_bytes(&bench.state));
         state_copy_out(&bench.state, good);
         int refused = 0, tries = 0;
         for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++)
@@ -193,8 +189,6 @@ TEST(a_state_that_no_run_can_have_is_refused)
         print_message("%d of %d refused\n", refused, tries);
         assert_true(refused > tries / 2);
         bench_expect_sound(&bench);
-        free(good);
-        bench_destroy(&bench);
     }
 }
 
@@ -203,7 +197,7 @@ TEST(every_instruction_set_gives_the_same_bits)
     for (int kind = 0; kind < KINDS; kind++) {
         uint64_t hash = 0;
         for (const char *const *isa = isa_available(); *isa != NULL; isa++) {
-            DetailBench bench;
+            SCOPED(bench_destroy) DetailBench bench;
             create(&bench, kind, *isa);
             assert_string_equal(bench.body->ops->isa(bench.model), *isa);
             run_to(&bench, MIDDLE, false);
@@ -211,7 +205,6 @@ TEST(every_instruction_set_gives_the_same_bits)
                 hash = state_hash(&bench.state);
             if (state_hash(&bench.state) != hash)
                 fail_msg("kind %d: %s differs from %s", kind, *isa, isa_available()[0]);
-            bench_destroy(&bench);
         }
     }
 }

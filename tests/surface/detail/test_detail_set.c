@@ -14,7 +14,7 @@
 
 static void fuzz(TriMesh *mesh, const SurfaceOptions *options, uint64_t random, int changes)
 {
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, mesh, options, NULL, NULL);
     bench_expect_sound(&bench);
     int most_hanging = 0;
@@ -28,7 +28,6 @@ static void fuzz(TriMesh *mesh, const SurfaceOptions *options, uint64_t random, 
     assert_true(bench.detail->adapt.sweep->refined > changes / 4);
     assert_true(bench.detail->adapt.sweep->coarsened > changes / 10);
     assert_true(!bench.detail->set.constrained || most_hanging > 10);
-    bench_destroy(&bench);
 }
 
 TEST(random_changes_keep_every_invariant)

@@ -134,7 +134,7 @@ static void run(DetailBench *bench, int ticks, double most_energy)
 TEST(a_press_refines_without_flicker_and_is_forgotten)
 {
     for (int s = 0; s < SCENE_COUNT; s++) {
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create_scene(&bench, &SCENES[s], 2);
         run(&bench, 1000, STROKE); // gravity and prestress come to rest
         double before = energy(&bench);
@@ -163,7 +163,6 @@ TEST(a_press_refines_without_flicker_and_is_forgotten)
                       energy(&bench), before);
         assert_int_equal(bench.body->finest_level, SCENES[s].coarsest);
         expect_near(energy(&bench), before, AT_REST);
-        bench_destroy(&bench);
     }
 }
 
@@ -171,7 +170,7 @@ TEST(a_press_refines_without_flicker_and_is_forgotten)
 TEST(a_steady_press_comes_to_rest)
 {
     for (int s = 0; s < SCENE_COUNT; s++) {
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create_scene(&bench, &SCENES[s], SCENES[s].frame == SHAPE_BODY ? 2 : 3);
         const LoadOptions load = {.center = {0.0, 0.0, 0.05},
                                   .radius = 0.02,
@@ -185,7 +184,6 @@ TEST(a_steady_press_comes_to_rest)
         print_message("%s: %d changes, then %d; %d nodes\n", SCENES[s].name, (int)before,
                       (int)(changes(&bench) - before), bench.detail->pack.on_count);
         assert_int_equal(changes(&bench), before);
-        bench_destroy(&bench);
     }
 }
 
@@ -223,7 +221,7 @@ static void move_hand(DetailBench *bench, double time)
 TEST(a_body_that_is_handled_for_long_stays_sound_and_recovers)
 {
     for (int s = 0; s < SCENE_COUNT; s++) {
-        DetailBench bench;
+        SCOPED(bench_destroy) DetailBench bench;
         create_scene(&bench, &SCENES[s], 2);
         // The tool's force over the body's size: more than what it can put in at a stroke.
         const double most = 3.3 * 0.1;
@@ -249,7 +247,6 @@ TEST(a_body_that_is_handled_for_long_stays_sound_and_recovers)
         assert_true(most_nodes > 200 && touched > 250 * SCENES[s].seconds);
         assert_int_equal(bench.body->finest_level, SCENES[s].coarsest);
         expect_near(energy(&bench), before, AT_REST);
-        bench_destroy(&bench);
     }
 }
 
@@ -257,7 +254,7 @@ TEST(a_body_that_is_handled_for_long_stays_sound_and_recovers)
 TEST(the_number_of_a_mesh_stays_positive_and_new_beyond_its_last)
 {
     enum { CHANGES = 20 };
-    DetailBench bench;
+    SCOPED(bench_destroy) DetailBench bench;
     create_scene(&bench, &SCENES[0], 2);
     bench.detail->adapt.sweep->topology = INT_MAX - 5;
     detail_publish(bench.body);
@@ -281,5 +278,4 @@ TEST(the_number_of_a_mesh_stays_positive_and_new_beyond_its_last)
     sim_reset(bench.sim);
     assert_true(topology_is_newer(bench.body->mesh.topology, last));
     bench_expect_sound(&bench);
-    bench_destroy(&bench);
 }

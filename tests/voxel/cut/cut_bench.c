@@ -217,8 +217,8 @@ int cut_bench_pieces(const CutBench *bench)
 {
     const CutLattice *cut = &bench->cut;
     const int cells = cut->level_first[1];
-    int *label = malloc((size_t)cells * sizeof *label),
-        *stack = malloc((size_t)cells * sizeof(int));
+    FREED int *label = malloc((size_t)cells * sizeof *label),
+              *stack = malloc((size_t)cells * sizeof(int));
     int pieces = 0;
     memset(label, -1, (size_t)cells * sizeof *label);
     for (int first = 0; first < cells; first++) {
@@ -242,8 +242,6 @@ int cut_bench_pieces(const CutBench *bench)
             }
         }
     }
-    free(label);
-    free(stack);
     return pieces;
 }
 

@@ -83,7 +83,7 @@ TEST(pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_more)
         options.body.tear_stress = 0.1 * E;
         options.body.body.node_capacity = 8 * 17 * 9 * 9;
         options.body.body.face_capacity = 12 * 16 * 8 * 8;
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         cut_world_create(&world, &options);
         assert_non_null(world.body->ops->tear);
         const CutLattice *lattice = &world.cuts->lattice;
@@ -118,7 +118,6 @@ TEST(pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_more)
         assert_int_equal(inside, count[0] - 1);
         assert_int_equal(broken_faces(lattice, 1) + broken_faces(lattice, 2), 0);
         assert_int_equal(broken_faces(lattice, 0), (count[0] - 1) * count[1] * count[2]);
-        cut_world_destroy(&world);
     }
 }
 
@@ -131,7 +130,7 @@ TEST(every_level_of_the_kernels_finds_the_same_faces)
             options.body.body.isa = *isa;
             options.body.body.precision = (Precision)precision;
             options.body.tear_stress = 0.05 * E;
-            CutWorld world;
+            SCOPED(cut_world_destroy) CutWorld world;
             uint64_t seed = 5;
             cut_world_create(&world, &options);
             cut_world_shake(&world, 0.5, &seed);
@@ -146,7 +145,6 @@ TEST(every_level_of_the_kernels_finds_the_same_faces)
             }
             assert_int_equal(tear->hit_count, first_count);
             assert_memory_equal(tear->hit, first, bytes);
-            cut_world_destroy(&world);
         }
         free(first);
     }
@@ -191,7 +189,7 @@ static void create_bar(CutWorld *world, int levels, double stress, bool notched)
 TEST(notched_bar_comes_apart_at_the_notch_in_two_clean_pieces)
 {
     for (int levels = 0; levels <= 2; levels += 2) {
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         create_bar(&world, levels, 0.3 * E, true);
         const CutLattice *lattice = &world.cuts->lattice;
         const CutPieces *pieces = &world.cuts->pieces;
@@ -220,7 +218,6 @@ TEST(notched_bar_comes_apart_at_the_notch_in_two_clean_pieces)
             left += pieces->root[c] == pieces->root[0];
         expect_near(left, 0.5 * lattice->level_first[1], WIDE * WIDE);
         cut_world_check_masses(&world);
-        cut_world_destroy(&world);
     }
 }
 
@@ -261,7 +258,7 @@ TEST(force_beyond_the_threshold_releases_the_vertex)
         options.body.tear_force = 0.1;
         options.body.body.precision = (Precision)(variant % 2);
         options.body.law = variant / 2 ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE;
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         cut_world_create(&world, &options);
         const CutLattice *lattice = &world.cuts->lattice;
         const BodyOps *ops = world.body->ops;
@@ -286,7 +283,6 @@ TEST(force_beyond_the_threshold_releases_the_vertex)
             sim_step(world.sim);
         assert_int_equal(cut_lattice_used(lattice), before + 3);
         assert_true(ops->check(world.model));
-        cut_world_destroy(&world);
     }
 }
 
@@ -301,7 +297,7 @@ static void run_on(CutWorld *world, int from, int to)
 // What was felt is state, what is under stress follows from it.
 TEST(torn_run_goes_on_alike_from_its_states)
 {
-    CutWorld world;
+    SCOPED(cut_world_destroy) CutWorld world;
     VoxelWorldOptions options;
     FixedRegion end[2];
     bar(&options, (int[3]){24, 8, 8}, true, end);
@@ -340,5 +336,4 @@ TEST(torn_run_goes_on_alike_from_its_states)
         assert_int_equal(state_hash(&world.state), hash);
         free(saved[k]);
     }
-    cut_world_destroy(&world);
 }

@@ -213,27 +213,24 @@ TEST(packing_what_changed_gives_the_same_as_packing_all)
 {
     uint64_t random = 11;
     for (int variant = 0; variant < 4; variant++) {
-        World world;
+        SCOPED(world_destroy) World world;
         world_create(&world, 16, variant % 2 == 0, variant / 2 ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE,
                      variant % 2 ? PRECISION_SINGLE : PRECISION_DOUBLE);
         const int leaves = world.lattice.leaf_count;
         for (int tick = 0; tick < EFFORT(120); tick++) {
             change(&world, &random);
-            Arena arena = {0};
-            StateList state = {0};
+            SCOPED(arena_destroy) Arena arena = {0};
+            SCOPED(state_destroy) StateList state = {0};
             TemplateCache templates;
             CutWindows fresh;
             template_cache_create(&templates, "test", world.law, world.templates.precision, &arena);
             create_windows(&world, &fresh, &templates, &arena, &state);
             expect_equal(&world, &world.windows, &fresh);
-            arena_destroy(&arena);
-            state_destroy(&state);
         }
         cut_windows_restored(&world.windows);
         print_message("%d leaves, then %d, %ld templates\n", leaves, world.lattice.leaf_count,
                       world.templates.made);
         assert_true(world.lattice.leaf_count > leaves);
-        world_destroy(&world);
     }
 }
 
@@ -249,7 +246,7 @@ static void rotation_of(int element, double q[4])
 TEST(rotations_go_along_with_elements_and_to_their_children)
 {
     uint64_t random = 12;
-    World world;
+    SCOPED(world_destroy) World world;
     world_create(&world, 16, false, VOXEL_AFFINE, PRECISION_DOUBLE);
     const CutWindows *windows = &world.windows;
     const CutLattice *lattice = &world.lattice;
@@ -289,7 +286,6 @@ TEST(rotations_go_along_with_elements_and_to_their_children)
     assert_true(inherited > 100);
     assert_true(batch_runs_check(&windows->runs));
     free(owner);
-    world_destroy(&world);
 }
 
 // --- forces ---
@@ -365,7 +361,7 @@ static void dense_forces(const World *world, Forces *f, double *energy)
         k++;
     }
     assert_int_equal(k, count);
-    Arena arena = {0};
+    SCOPED(arena_destroy) Arena arena = {0};
     Batches batches;
     const BatchOptions options = {"dense",       count,   (const int(*)[NODE_COUNT])vertex,
                                   element_class, classes, lattice->vertex_capacity};
@@ -384,7 +380,6 @@ static void dense_forces(const World *world, Forces *f, double *energy)
     const VoxelKernels *kernels = voxel_kernels_find(world->templates.precision, "auto");
     kernels->evaluate(&pass);
     *energy = kernels->energy(&pass);
-    arena_destroy(&arena);
     free(vertex);
     free(element_class);
     free(classes);
@@ -395,7 +390,7 @@ TEST(windows_have_the_forces_of_dense_batches)
 {
     uint64_t random = 13;
     for (int variant = 0; variant < 4; variant++) {
-        World world;
+        SCOPED(world_destroy) World world;
         world_create(&world, 16, variant % 2 == 0, variant / 2 ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE,
                      PRECISION_DOUBLE);
         for (int tick = 0; tick < EFFORT(40); tick++) {
@@ -423,7 +418,6 @@ TEST(windows_have_the_forces_of_dense_batches)
             forces_destroy(&dense);
             forces_destroy(&own);
         }
-        world_destroy(&world);
     }
 }
 
@@ -451,13 +445,13 @@ TEST(halves_and_levels_and_threads_give_the_same_bits)
     assert_non_null(team);
     assert_true(team_start(team, 2, NULL, &status));
     for (int variant = 0; variant < 8; variant++) {
-        World world;
+        SCOPED(world_destroy) World world;
         world_create(&world, 16, variant % 2 == 0, variant / 4 ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE,
                      (Precision)(variant / 2 % 2));
         for (int tick = 0; tick < EFFORT(20); tick++)
             change(&world, &random);
         move_vertices(&world, &random);
-        Forces first = {0};
+        SCOPED(forces_destroy) Forces first = {0};
         for (const char *const *level = isa_available(); *level != NULL; level++)
             for (int threads = 1; threads <= 2; threads++) {
                 Forces f = forces_create(&world);
@@ -503,8 +497,6 @@ TEST(halves_and_levels_and_threads_give_the_same_bits)
             assert_int_equal(half, batch_runs_count(runs, kind) / 2);
         }
         forces_destroy(&whole);
-        forces_destroy(&first);
-        world_destroy(&world);
     }
     team_destroy(team);
 }

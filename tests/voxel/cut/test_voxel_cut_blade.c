@@ -166,7 +166,7 @@ static void look(const CutBench *bench, int broken, bool flat, Count *count)
 
 static Count try_shape(Shape shape, int strokes, bool aligned, int least, int most, uint64_t seed)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_bar(&bench, 2);
     Count count = {0};
     for (int s = 0; s < strokes; s++) {
@@ -180,7 +180,6 @@ static Count try_shape(Shape shape, int strokes, bool aligned, int least, int mo
         const bool flat = stroke.twist == 0.0 && shape.kind != MOVING && bench.stroke.tries == 0;
         look(&bench, broken, flat, &count);
     }
-    cut_bench_destroy(&bench);
     return count;
 }
 
@@ -222,7 +221,7 @@ TEST(full_strokes_separate_moving_bodies)
 
 TEST(half_strokes_leave_one_piece)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_bar(&bench, 2);
     uint64_t seed = 5;
     for (int kind = REST; kind <= NOISE; kind++) {
@@ -247,7 +246,6 @@ TEST(half_strokes_leave_one_piece)
                 fail_msg("kind %d, stroke %d: %d broken, %d pieces", kind, s, broken, pieces);
         }
     }
-    cut_bench_destroy(&bench);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -265,11 +263,11 @@ static Stroke plane_between_layers(int ticks)
 
 TEST(plane_breaks_the_faces_of_one_layer)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_bar(&bench, 2);
     Shape shape = {.kind = REST};
     const size_t cells = (size_t)bench.cut.level_first[1];
-    unsigned char *bits = malloc(cells);
+    FREED unsigned char *bits = malloc(cells);
     const int ticks[3] = {1, 7, 40};
     for (int through_centres = 0; through_centres < 2; through_centres++)
         for (int k = 0; k < 3; k++) {
@@ -286,8 +284,6 @@ TEST(plane_breaks_the_faces_of_one_layer)
                 assert_memory_equal(bits, bench.cut.broken, cells);
             memcpy(bits, bench.cut.broken, cells);
         }
-    free(bits);
-    cut_bench_destroy(&bench);
 }
 
 static int differing(const unsigned char *bits, const CutBench *bench)
@@ -307,10 +303,10 @@ static void expect_alike(int differ, int faces)
 
 TEST(command_breaks_what_a_stroke_breaks)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_bar(&bench, 2);
     const size_t cells = (size_t)bench.cut.level_first[1];
-    unsigned char *bits = malloc(cells);
+    FREED unsigned char *bits = malloc(cells);
     uint64_t seed = 3;
     int differ = 0, faces = 0;
     for (int s = 0; s < EFFORT(60); s++) {
@@ -332,18 +328,16 @@ TEST(command_breaks_what_a_stroke_breaks)
         assert_int_equal(cut_lattice_used(&bench.cut), vertices);
     }
     expect_alike(differ, faces);
-    free(bits);
-    cut_bench_destroy(&bench);
 }
 
 // A twisted sweep is the same whether it comes in n ticks or in 2 n, since sub-ticks are powers of
 // two.
 TEST(twisted_stroke_is_the_same_in_twice_the_ticks)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_bar(&bench, 0);
     const size_t cells = (size_t)bench.cut.level_first[1];
-    unsigned char *bits = malloc(cells);
+    FREED unsigned char *bits = malloc(cells);
     uint64_t seed = 11;
     int differ = 0, faces = 0;
     for (int s = 0; s < EFFORT(60); s++) {
@@ -373,17 +367,15 @@ TEST(twisted_stroke_is_the_same_in_twice_the_ticks)
         }
     }
     expect_alike(differ, faces);
-    free(bits);
-    cut_bench_destroy(&bench);
 }
 
 TEST(planes_commute)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_bar(&bench, 2);
     const size_t cells = (size_t)bench.cut.level_first[1];
-    unsigned char *bits = malloc(cells);
-    int *roots = malloc(cells * sizeof *roots);
+    FREED unsigned char *bits = malloc(cells);
+    FREED int *roots = malloc(cells * sizeof *roots);
     uint64_t seed = 23;
     for (int s = 0; s < EFFORT(60); s++) {
         Shape shape = {.kind = s % LINE};
@@ -405,20 +397,17 @@ TEST(planes_commute)
             memcpy(roots, bench.pieces.root, cells * sizeof *roots);
         }
     }
-    free(bits);
-    free(roots);
-    cut_bench_destroy(&bench);
 }
 
 // Centres inside larger elements are those that a division gives.
 TEST(division_moves_no_centre)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_bar(&bench, 2);
     Shape shape = {.kind = NOISE, .noise = 0.3};
     cut_bench_shape(&bench, place, &shape);
     const int cells = bench.cut.level_first[1];
-    Vec3 *before = malloc((size_t)cells * sizeof *before);
+    FREED Vec3 *before = malloc((size_t)cells * sizeof *before);
     uint64_t seed = 2;
     double worst = 0.0;
     for (int round = 0; round < 20; round++) {
@@ -436,13 +425,11 @@ TEST(division_moves_no_centre)
             worst = fmax(worst, vec3_length(vec3_sub(cut_centre(&centres, c), before[c])));
     }
     expect_at_most(worst, 1e-12); // a few roundings of places up to 24
-    free(before);
-    cut_bench_destroy(&bench);
 }
 
 TEST(blade_that_meets_nothing_says_so)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_bar(&bench, 2);
     const BladeEdge far = {{{100.0, 0.0, 0.0}, {100.0, 1.0, 0.0}}},
                     farther = {{{100.0, 0.0, 5.0}, {100.0, 1.0, 5.0}}},
@@ -465,14 +452,13 @@ TEST(blade_that_meets_nothing_says_so)
     assert_int_equal(cut_bench_sweep(&bench, CUT_WHOLE, sweep.before, sweep.after), WIDE * WIDE);
     assert_false(cut_blades_find(&bench.blades, bench.vertices.present, 1e-3, &sweep, &outcome));
     assert_int_equal(outcome.verdict, CUT_WAS_CUT);
-    cut_bench_destroy(&bench);
 }
 
 // Its memory is part of the state: half an edge in it would not come back from a checkpoint.
 TEST(stroke_that_begins_beyond_reach_leaves_nothing_behind)
 {
     static const BladeStroke none = {0};
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_bar(&bench, 2);
     const BladeEdge half_out = {{{1.0, 1.0, 1.0}, {1e12, 0.0, 0.0}}};
     const CutSweep sweep = {
@@ -481,13 +467,12 @@ TEST(stroke_that_begins_beyond_reach_leaves_nothing_behind)
     assert_false(cut_blades_find(&bench.blades, bench.vertices.present, 1e-3, &sweep, &outcome));
     assert_int_equal(outcome.verdict, CUT_TOO_LARGE);
     assert_memory_equal(bench.blades.blade[0].stroke, &none, sizeof none);
-    cut_bench_destroy(&bench);
 }
 
 // What a file says of a stroke may be anything: it goes on, or begins anew.
 TEST(any_memory_of_a_stroke_is_survived)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_bar(&bench, 2);
     Shape shape = {.kind = BENT};
     uint64_t seed = 31;
@@ -516,5 +501,4 @@ TEST(any_memory_of_a_stroke_is_survived)
         cut_blades_find(&bench.blades, bench.vertices.present, 1e-3, &sweep, &outcome);
         assert_in_range(outcome.verdict, CUT_DONE, CUT_TOO_LARGE);
     }
-    cut_bench_destroy(&bench);
 }

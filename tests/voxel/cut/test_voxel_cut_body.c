@@ -20,8 +20,8 @@ TEST(uncut_body_moves_as_one_that_cannot_be_cut)
             .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0499}};
         options.body.body.fixed = plain_options.body.body.fixed = &floor;
         options.body.body.fixed_count = plain_options.body.body.fixed_count = 1;
-        CutWorld world;
-        VoxelWorld plain;
+        SCOPED(cut_world_destroy) CutWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld plain;
         cut_world_create(&world, &options);
         voxel_world_create(&plain, &plain_options);
         expect_near(world.body->lambda, plain.body->lambda, 1e-12 * plain.body->lambda);
@@ -43,8 +43,6 @@ TEST(uncut_body_moves_as_one_that_cannot_be_cut)
         world.body->ops->measure(world.model, &a);
         plain.body->ops->measure(plain.body->model, &b);
         expect_near(a.elastic, b.elastic, 1e-9 * b.elastic);
-        cut_world_destroy(&world);
-        voxel_world_destroy(&plain);
     }
 }
 
@@ -54,9 +52,9 @@ TEST(uncut_body_tells_the_stiffness_of_one_that_cannot_be_cut)
     for (int law = 0; law < 2; law++) {
         VoxelWorldOptions options = voxel_world_cube(16), plain_options = voxel_world_cube(16);
         options.body.law = plain_options.body.law = (VoxelLaw)law;
-        CutWorld world;
-        VoxelWorld plain;
-        Arena arena = {0};
+        SCOPED(cut_world_destroy) CutWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld plain;
+        SCOPED(arena_destroy) Arena arena = {0};
         cut_world_create(&world, &options);
         voxel_world_create(&plain, &plain_options);
         Patch *patch[2];
@@ -96,9 +94,6 @@ TEST(uncut_body_tells_the_stiffness_of_one_that_cannot_be_cut)
         free(x);
         free(y[0]);
         free(y[1]);
-        arena_destroy(&arena);
-        cut_world_destroy(&world);
-        voxel_world_destroy(&plain);
     }
 }
 
@@ -165,10 +160,9 @@ TEST(cuts_and_divisions_keep_momentum_and_mass)
         if (options.body.law == VOXEL_MIYAZAKI2004)
             options.body.material_count = 0; // its elements have no Poisson's ratio
         options.body.split_budget = 4;
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         cut_world_create(&world, &options);
         cut_and_check(&world, 4, &seed);
-        cut_world_destroy(&world);
     }
 }
 
@@ -184,7 +178,7 @@ TEST(copies_and_middles_in_a_fixed_region_are_fixed)
             .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, top[k]}};
         options.body.body.fixed = &region;
         options.body.body.fixed_count = 1;
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         cut_world_create(&world, &options);
         const int before = world.model->vertices.count;
         cut_and_check(&world, 3, &seed);
@@ -204,7 +198,6 @@ TEST(copies_and_middles_in_a_fixed_region_are_fixed)
         }
         assert_true(fixed > 100);
         assert_true(k == 0 || away > 0);
-        cut_world_destroy(&world);
     }
 }
 
@@ -213,7 +206,7 @@ TEST(copies_and_middles_in_a_fixed_region_are_fixed)
 TEST(whole_sweep_through_a_cube_gives_two_halves)
 {
     VoxelWorldOptions options = voxel_world_cube(16);
-    CutWorld world;
+    SCOPED(cut_world_destroy) CutWorld world;
     cut_world_create(&world, &options);
     const CutOptions cut = cut_world_sweep(vec3(0.001, 0.0, 0.0), vec3(0.0, 0.0, 1.0),
                                            vec3(0.0, 1.0, 0.0), 1.0, -1.0, 1.0);
@@ -230,7 +223,7 @@ TEST(whole_sweep_through_a_cube_gives_two_halves)
     // No element has vertices of both sides: pulled apart, they part.
     const Vertices *vertices = &world.model->vertices;
     const CutLattice *lattice = &world.cuts->lattice;
-    signed char *side = calloc((size_t)vertices->count, 1);
+    FREED signed char *side = calloc((size_t)vertices->count, 1);
     for (int e = 0; e < lattice->element_count; e++) {
         if (!cut_lattice_is_leaf(lattice, e))
             continue;
@@ -245,9 +238,7 @@ TEST(whole_sweep_through_a_cube_gives_two_halves)
             side[v] = here;
         }
     }
-    free(side);
     assert_int_equal(sim_resets(world.sim), 0);
-    cut_world_destroy(&world);
 }
 
 // --- determinism ---
@@ -273,14 +264,14 @@ TEST(brought_back_state_goes_on_in_the_same_bits)
         VoxelWorldOptions options = voxel_world_cube(16);
         options.body.split_budget = 3;
         options.body.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         cut_world_create(&world, &options);
         CutOptions cut[6];
         for (int k = 0; k < 6; k++)
             cut[k] = cut_world_random(&world, &seed);
         cut_world_shake(&world, 0.1, &seed);
-        void *begin = malloc(state_bytes(&world.state)),
-             *middle = malloc(state_bytes(&world.state));
+        FREED void *begin = malloc(state_bytes(&world.state)),
+                   *middle = malloc(state_bytes(&world.state));
         state_copy_out(&world.state, begin);
         CutOutcome outcome;
         for (int k = 0; k < 3; k++) {
@@ -304,9 +295,6 @@ TEST(brought_back_state_goes_on_in_the_same_bits)
             sim_step(world.sim);
         }
         assert_true(run_on(&world, cut + 3, 3) == expected);
-        free(begin);
-        free(middle);
-        cut_world_destroy(&world);
     }
 }
 
@@ -316,7 +304,7 @@ TEST(spare_row_must_hold_numbers)
     for (int single = 0; single < 2; single++) {
         VoxelWorldOptions options = voxel_world_cube(16);
         options.body.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         cut_world_create(&world, &options);
         const Vertices *vertices = &world.model->vertices;
         void *row = vertices->row[vertices->current];
@@ -328,7 +316,6 @@ TEST(spare_row_must_hold_numbers)
             rows_put(&vertices->rows, row, spare + c, 0.0);
         }
         assert_true(world.body->ops->check(world.model));
-        cut_world_destroy(&world);
     }
 }
 
@@ -338,7 +325,7 @@ TEST(broken_faces_that_find_no_room_are_refused)
 {
     VoxelWorldOptions options = voxel_world_cube(32);
     options.body.body.face_capacity = 40000; // fewer than large elements have faces inside
-    CutWorld world;
+    SCOPED(cut_world_destroy) CutWorld world;
     cut_world_create(&world, &options);
     CutLattice *lattice = &world.cuts->lattice;
     const int room = (world.cuts->faces.square_capacity - world.cuts->faces.outer_squares) / 2;
@@ -355,5 +342,4 @@ TEST(broken_faces_that_find_no_room_are_refused)
         sim_restored(world.sim);
         assert_int_equal(world.body->ops->check(world.model), more == 0);
     }
-    cut_world_destroy(&world);
 }

@@ -92,10 +92,10 @@ static void expect_sound(CutWorld *world)
     const int pieces = (int)*cuts->pieces.count, faces = surface->face_used;
     const size_t nodes = (size_t)surface->node_used * sizeof(double),
                  triangles = (size_t)faces * sizeof(double), bytes = state_bytes(&world->state);
-    double *node_firmness = malloc(nodes), *face_firmness = malloc(triangles);
+    FREED double *node_firmness = malloc(nodes), *face_firmness = malloc(triangles);
     memcpy(node_firmness, surface->node_firmness, nodes);
     memcpy(face_firmness, surface->face_firmness, triangles);
-    void *before = malloc(bytes), *after = malloc(bytes);
+    FREED void *before = malloc(bytes), *after = malloc(bytes);
     state_copy_out(&world->state, before);
     sim_restored(world->sim);
     state_copy_out(&world->state, after);
@@ -105,10 +105,6 @@ static void expect_sound(CutWorld *world)
     assert_int_equal(faces, surface->face_used);
     assert_memory_equal(node_firmness, surface->node_firmness, nodes);
     assert_memory_equal(face_firmness, surface->face_firmness, triangles);
-    free(node_firmness);
-    free(face_firmness);
-    free(before);
-    free(after);
 }
 
 static int dead_ends(const CutWorld *world)
@@ -130,7 +126,7 @@ TEST(whole_strokes_separate_swinging_bodies)
     int met = 0, faces = 0, dead = 0;
     const int strokes = EFFORT(12);
     for (int s = 0; s < strokes; s++) {
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         make_world(&world, s, s % 2);
         cut_world_shake(&world, 0.3, &seed);
         const Path stroke = random_stroke(&seed, s % 4 < 2 ? 1.0 : 4.0);
@@ -141,7 +137,6 @@ TEST(whole_strokes_separate_swinging_bodies)
         met += broken(&world) > 0;
         if (broken(&world) > 0 && *world.cuts->pieces.count < 2)
             fail_msg("stroke %d: %d broken, one piece", s, broken(&world));
-        cut_world_destroy(&world);
     }
     print_message("%d of %d met the body, %d faces, %d dead ends\n", met, strokes, faces, dead);
     assert_true(met > strokes / 2);
@@ -152,7 +147,7 @@ TEST(strokes_that_stop_inside_separate_nothing)
 {
     uint64_t seed = 42;
     for (int s = 0; s < EFFORT(6); s++) {
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         make_world(&world, 3 * s, s % 2); // convex: what stops in the middle leaves the rest whole
         cut_world_shake(&world, 0.1, &seed);
         Path stroke = random_stroke(&seed, 2.0);
@@ -161,7 +156,6 @@ TEST(strokes_that_stop_inside_separate_nothing)
         run(&world, &stroke, false);
         assert_int_equal(*world.cuts->pieces.count, 1);
         expect_sound(&world);
-        cut_world_destroy(&world);
     }
 }
 
@@ -169,7 +163,7 @@ TEST(strokes_that_stop_inside_separate_nothing)
 TEST(many_strokes_keep_a_body_sound)
 {
     uint64_t seed = 43;
-    CutWorld world;
+    SCOPED(cut_world_destroy) CutWorld world;
     make_world(&world, 0, true);
     cut_world_shake(&world, 0.1, &seed);
     int pieces = 1;
@@ -181,7 +175,6 @@ TEST(many_strokes_keep_a_body_sound)
         pieces = (int)*world.cuts->pieces.count;
     }
     assert_true(pieces > 1);
-    cut_world_destroy(&world);
 }
 
 // In the middle of a stroke the state is copied out; brought back, the stroke goes on in the same
@@ -189,12 +182,12 @@ TEST(many_strokes_keep_a_body_sound)
 TEST(stroke_goes_on_in_the_same_bits_after_a_restore)
 {
     uint64_t seed = 44;
-    CutWorld world;
+    SCOPED(cut_world_destroy) CutWorld world;
     make_world(&world, 0, true);
     cut_world_shake(&world, 0.2, &seed);
     Path stroke = random_stroke(&seed, 1.0);
     stroke.middle = vec3(0.0, 0.0, 0.0);
-    void *middle = malloc(state_bytes(&world.state));
+    FREED void *middle = malloc(state_bytes(&world.state));
     double way = stroke.from;
     for (; way < 0.0; way += 1e-3 * stroke.speed) {
         put_blade(&world, &stroke, way, true);
@@ -215,18 +208,15 @@ TEST(stroke_goes_on_in_the_same_bits_after_a_restore)
         hash[again] = state_hash(&world.state);
     }
     assert_true(hash[0] == hash[1]);
-    free(middle);
-    cut_world_destroy(&world);
 }
 
 // What follows from scratch is what sim_create asked contact for.
 TEST(uncut_body_is_as_firm_as_contact_says)
 {
     for (int kind = 0; kind < 3; kind++) {
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         make_world(&world, kind, false);
         expect_sound(&world);
-        cut_world_destroy(&world);
     }
 }
 
@@ -238,7 +228,7 @@ TEST(cut_without_room_changes_nothing)
             options.body.body.face_capacity = 2 * 6 * 64 + 40; // ten faces
         else
             options.body.body.node_capacity = 9 * 9 * 9 + 10;
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         cut_world_create(&world, &options);
         const CutOptions cut = cut_world_sweep(vec3(0.001, 0.0, 0.0), vec3(0.0, 0.0, 1.0),
                                                vec3(0.0, 1.0, 0.0), 1.0, -1.0, 1.0);
@@ -252,6 +242,5 @@ TEST(cut_without_room_changes_nothing)
         assert_true(outcome.needed > outcome.room);
         assert_true(state_hash(&world.state) == before);
         expect_sound(&world);
-        cut_world_destroy(&world);
     }
 }

@@ -36,8 +36,8 @@ static void expect_volumes(const CutBench *bench)
     const BodyMesh *mesh = &bench->body.mesh;
     const bool whole = bench->cut.wanted_count > 0;
     const int pieces = whole ? 1 : (int)*bench->pieces.count;
-    double *volume = calloc((size_t)pieces, sizeof *volume);
-    int *cells = calloc((size_t)pieces, sizeof *cells);
+    FREED double *volume = calloc((size_t)pieces, sizeof *volume);
+    FREED int *cells = calloc((size_t)pieces, sizeof *cells);
     for (int c = 0; c < bench->cut.level_first[1]; c++)
         cells[whole ? 0 : cut_pieces_of(&bench->pieces, c)]++;
     for (int t = 0; t < mesh->triangle_count; t++) {
@@ -53,8 +53,6 @@ static void expect_volumes(const CutBench *bench)
     const double cell = bench->lattice.size * bench->lattice.size * bench->lattice.size;
     for (int p = 0; p < pieces; p++) // all numbers are exact in binary but for the sixths
         expect_near(volume[p], cell * cells[p], 1e-9 * bench->cut.level_first[1] * cell);
-    free(volume);
-    free(cells);
 }
 
 // Lists of faces around nodes say what the faces say.
@@ -176,7 +174,7 @@ TEST(uncut_body_shows_its_outer_faces)
         Lattice lattice;
         Status status = {0};
         assert_true(lattice_ball(&lattice, 2.6, 0.5, &status));
-        CutBench bench;
+        SCOPED(cut_bench_destroy) CutBench bench;
         cut_bench_create(&bench, lattice,
                          (CutBenchOptions){.levels = 2, .split_budget = 4, .publish_all = all});
         const LatticeMesh *mesh = &bench.mesh;
@@ -195,7 +193,6 @@ TEST(uncut_body_shows_its_outer_faces)
             assert_int_equal(bench.body.mesh.piece[i], mesh->piece[i]);
         }
         expect_sound(&bench);
-        cut_bench_destroy(&bench);
     }
 }
 
@@ -203,7 +200,7 @@ TEST(random_cuts_leave_closed_surfaces)
 {
     uint64_t seed = 77;
     for (int run = 0; run < EFFORT(16); run++) {
-        CutBench bench;
+        SCOPED(cut_bench_destroy) CutBench bench;
         make_box(&bench, 6 + random_below(&seed, 4), 8, 6 + random_below(&seed, 3),
                  (CutBenchOptions){.levels = run % 3,
                                    .split_budget = run % 2 ? 2 : 1000,
@@ -211,7 +208,7 @@ TEST(random_cuts_leave_closed_surfaces)
         int(*face)[2] = malloc(3 * (size_t)bench.cut.level_first[1] * sizeof *face);
         for (int cut = 0; cut < 8; cut++) {
             const int known = bench.body.mesh.node_count;
-            int *ids = malloc((size_t)known * sizeof *ids);
+            FREED int *ids = malloc((size_t)known * sizeof *ids);
             memcpy(ids, bench.body.mesh.id, (size_t)known * sizeof *ids);
             const int before = bench.body.surface.face_used;
             const int count = cut_sample_random(&bench.cut, &seed, face);
@@ -220,14 +217,12 @@ TEST(random_cuts_leave_closed_surfaces)
             // Nodes and faces keep their places.
             assert_memory_equal(ids, bench.body.mesh.id, (size_t)known * sizeof *ids);
             assert_true(bench.body.surface.face_used >= before);
-            free(ids);
         }
         cut_bench_settle(&bench);
         expect_sound(&bench);
         assert_int_equal(bench.body.surface.face_used,
                          bench.mesh.face_count + 4 * (int)bench.faces.broken_count);
         free(face);
-        cut_bench_destroy(&bench);
     }
 }
 
@@ -236,7 +231,7 @@ TEST(halves_of_a_box_are_spheres)
 {
     uint64_t seed = 9;
     for (int run = 0; run < EFFORT(30); run++) {
-        CutBench bench;
+        SCOPED(cut_bench_destroy) CutBench bench;
         make_box(&bench, 8, 8, 8, (CutBenchOptions){.levels = 2});
         int(*face)[2] = malloc(3 * (size_t)bench.cut.level_first[1] * sizeof *face);
         const Vec3 middle = vec3_add(vec3(4.0, 4.0, 4.0), random_vec3(&seed));
@@ -254,13 +249,12 @@ TEST(halves_of_a_box_are_spheres)
         assert_int_equal(euler[0], 2);
         assert_int_equal(euler[1], 2);
         free(face);
-        cut_bench_destroy(&bench);
     }
 }
 
 TEST(one_broken_face_opens_two_squares)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_box(&bench, 6, 6, 6, (CutBenchOptions){.levels = 0});
     const int cell = cut_lattice_cell(&bench.cut, 2, 2, 2);
     const int before = bench.body.surface.face_used, nodes = bench.body.mesh.node_count;
@@ -282,14 +276,13 @@ TEST(one_broken_face_opens_two_squares)
     assert_true(slot >= 0);
     assert_int_not_equal(bench.body.mesh.origin[slot], bench.body.mesh.id[slot]);
     expect_sound(&bench);
-    cut_bench_destroy(&bench);
 }
 
 TEST(capacity_is_known_before_anything_breaks)
 {
     Lattice lattice;
     Status status = {0};
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     assert_true(lattice_box(&lattice, (int[3]){4, 4, 4}, 1.0, &status));
     const int outer = 6 * 16;
     cut_bench_create(&bench, lattice,
@@ -306,13 +299,12 @@ TEST(capacity_is_known_before_anything_breaks)
     assert_false(cut_faces_has_room(&bench.faces, 1, &needed, &room));
     assert_int_equal(room, 0);
     expect_sound(&bench);
-    cut_bench_destroy(&bench);
 }
 
 // Bytes of a state that cannot be are told, and leave a body that can be looked at.
 TEST(impossible_states_are_told)
 {
-    CutBench bench;
+    SCOPED(cut_bench_destroy) CutBench bench;
     make_box(&bench, 6, 6, 6, (CutBenchOptions){.levels = 1});
     int(*face)[2] = malloc(3 * (size_t)bench.cut.level_first[1] * sizeof *face);
     uint64_t seed = 4;
@@ -322,7 +314,7 @@ TEST(impossible_states_are_told)
     cut_bench_settle(&bench);
     CutFaces *faces = &bench.faces;
     const size_t bytes = state_bytes(&bench.state);
-    void *good = malloc(bytes);
+    FREED void *good = malloc(bytes);
     state_copy_out(&bench.state, good);
     int told = 0, tries = EFFORT(300);
     for (int t = 0; t < tries; t++) {
@@ -353,24 +345,20 @@ TEST(impossible_states_are_told)
     }
     print_message("%d of %d told\n", told, tries);
     assert_true(told > tries / 2);
-    free(good);
     free(face);
-    cut_bench_destroy(&bench);
 }
 
 TEST(nodes_are_found_on_the_surface_only)
 {
     for (int all = 0; all < 2; all++) {
-        CutBench bench;
+        SCOPED(cut_bench_destroy) CutBench bench;
         make_box(&bench, 6, 6, 6, (CutBenchOptions){.levels = 0, .publish_all = all});
-        int *node = malloc((size_t)bench.cut.vertex_capacity * sizeof *node);
+        FREED int *node = malloc((size_t)bench.cut.vertex_capacity * sizeof *node);
         const Region inside = {
             .kind = REGION_CAPSULE, .from = {1.5, 1.5, 1.5}, .to = {1.5, 1.5, 1.5}, .radius = 0.6};
         assert_int_equal(cut_faces_find_nodes(&bench.faces, &inside, node, 100), 0);
         const int cell = cut_lattice_cell(&bench.cut, 2, 2, 2);
         cut_bench_break(&bench, (const int[1][2]){{cell, 1}}, 1);
         assert_int_equal(cut_faces_find_nodes(&bench.faces, &inside, node, 100), 3);
-        free(node);
-        cut_bench_destroy(&bench);
     }
 }

@@ -90,8 +90,8 @@ static double off_from_shown(const Body *body, Contact *contact)
 {
     const BodyMesh *mesh = &body->mesh;
     const BodyFit *fit = &mesh->fit;
-    float *row = calloc(3 * (size_t)fit->row_count, sizeof *row),
-          *shown = calloc(3 * (size_t)mesh->node_count, sizeof *shown);
+    FREED float *row = calloc(3 * (size_t)fit->row_count, sizeof *row),
+                *shown = calloc(3 * (size_t)mesh->node_count, sizeof *shown);
     double *scratch = calloc(FIT_SCRATCH * (size_t)fit->row_count, sizeof *scratch), most = 0.0;
     assert_true(row != NULL && shown != NULL && scratch != NULL);
     body->ops->snapshot_rows(body->model, row, NULL);
@@ -104,8 +104,6 @@ static double off_from_shown(const Body *body, Contact *contact)
         const Vec3 place = vec3((double)at[0], (double)at[1], (double)at[2]);
         most = fmax(most, vec3_length(vec3_sub(contact->x[i], place)));
     }
-    free(row);
-    free(shown);
     free(scratch);
     return most;
 }
@@ -118,7 +116,7 @@ TEST(tools_feel_what_is_shown)
         if (k == 1)
             make_cuttable(&options);
         hold_below(&options);
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options.world);
         double force = 0.0;
         for (int i = 0; i < 300; i++)
@@ -127,7 +125,6 @@ TEST(tools_feel_what_is_shown)
         print_message("%s: %.3f N, off by %.2g m\n", k == 0 ? "plain" : "cuttable", force, off);
         assert_true(force > 0.01);
         expect_at_most(off, 3e-8); // floats of 0.06 m, a few of them added
-        voxel_world_destroy(&world);
         surface_field_destroy(&options.field);
     }
 }
@@ -141,13 +138,12 @@ TEST(forces_on_vertices_are_the_gradient)
         make_options(&options, k == 0 ? 0.0 : 0.02);
         if (k == 1)
             make_cuttable(&options);
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options.world);
         Contact *contact = world.sim->contact[0];
         const size_t count = (size_t)world.count;
-        Vec3 *rest = calloc(count, sizeof *rest), *at = calloc(count, sizeof *at),
-             *way = calloc(count, sizeof *way), *moved = calloc(count, sizeof *moved);
-        assert_true(rest != NULL && at != NULL && way != NULL && moved != NULL);
+        FREED Vec3 *rest = calloc(count, sizeof *rest), *at = calloc(count, sizeof *at),
+                   *way = calloc(count, sizeof *way), *moved = calloc(count, sizeof *moved);
         memcpy(rest, world.x, count * sizeof *rest);
         uint64_t random = 3;
         double worst = 0.0;
@@ -200,11 +196,6 @@ TEST(forces_on_vertices_are_the_gradient)
         print_message("%s: off by %.2g at most in %d places\n", k == 0 ? "ball" : "capsule", worst,
                       tried);
         expect_at_least(tried, EFFORT(200) / 4); // capsules often start inside
-        free(rest);
-        free(at);
-        free(way);
-        free(moved);
-        voxel_world_destroy(&world);
         surface_field_destroy(&options.field);
     }
 }
@@ -255,13 +246,12 @@ TEST(body_and_tool_exchange_momentum_exactly)
     surface_field_destroy(&options.field);
 
     make_options(&options, 0.06);
-    CutWorld cut;
+    SCOPED(cut_world_destroy) CutWorld cut;
     cut_world_create(&cut, &options.world);
     cut_beside(&cut, 0.004);
     assert_true(cut.body->mesh.fit.fade_count > 0);
     sum = exchange_momentum(cut.sim, 400, 0.02, 8.0, read_cut_momentum, &cut);
     expect_exact("cut", &sum);
-    cut_world_destroy(&cut);
     surface_field_destroy(&options.field);
 }
 
@@ -277,7 +267,7 @@ TEST(friction_is_a_share_of_the_push)
         hold_below(&options);
         options.world.body.body.friction = k * friction;
         options.world.body.damping = 2.0;
-        VoxelWorld world;
+        SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options.world);
         const double reach = RADIUS + PROBE - deep;
         for (int i = -500; i <= 2400; i++) { // a way of 24 mm at 10 mm/s
@@ -291,7 +281,6 @@ TEST(friction_is_a_share_of_the_push)
             along[k] -= force.x;
             push[k] += force.z;
         }
-        voxel_world_destroy(&world);
         surface_field_destroy(&options.field);
     }
     const double more = along[1] / push[1] - along[0] / push[0];
@@ -307,7 +296,7 @@ TEST(a_cut_beside_a_tool_is_no_jump)
     make_options(&options, 0.0);
     hold_below(&options);
     options.world.body.damping = 2.0;
-    CutWorld world;
+    SCOPED(cut_world_destroy) CutWorld world;
     cut_world_create(&world, &options.world);
     const double deep = 0.004;
     double before = 0.0;
@@ -320,7 +309,6 @@ TEST(a_cut_beside_a_tool_is_no_jump)
     assert_true(before > 0.02);
     // What changes at once is how stiff the faces beside the cut are, by their areas at rest.
     expect_near(after, before, 0.02 * before);
-    cut_world_destroy(&world);
     surface_field_destroy(&options.field);
 }
 
@@ -332,7 +320,7 @@ TEST(what_carries_a_pushed_node_is_touched)
     Options options;
     make_options(&options, 0.0);
     hold_below(&options);
-    CutWorld world;
+    SCOPED(cut_world_destroy) CutWorld world;
     cut_world_create(&world, &options.world);
     const Contact *contact = world.sim->contact[0];
     const double deep = 0.004;
@@ -356,7 +344,6 @@ TEST(what_carries_a_pushed_node_is_touched)
                   (long long)wrong);
     assert_true(carried > 10000);
     assert_int_equal(wrong, 0);
-    cut_world_destroy(&world);
     surface_field_destroy(&options.field);
 }
 
@@ -370,7 +357,7 @@ TEST(what_is_fixed_only_pushes)
     make_options(&options, 0.0);
     options.world.body.body.fixed = &all;
     options.world.body.body.fixed_count = 1;
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options.world);
     const double deep = 0.018, reach = RADIUS + PROBE;
     double least = 0.0, sunk = 0.0, most = 0.0;
@@ -389,7 +376,6 @@ TEST(what_is_fixed_only_pushes)
     expect_at_least(most, 2.99);
     expect_at_least(least, -1e-6 * most);
     expect_at_most(sunk, 0.5 * PROBE); // measured: 0.22
-    voxel_world_destroy(&world);
     surface_field_destroy(&options.field);
 }
 
@@ -440,7 +426,7 @@ TEST(the_step_is_that_of_a_contact)
     Options options;
     make_options(&options, 0.02);
     hold_below(&options);
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options.world);
     Contact *contact = world.sim->contact[0];
     for (int i = 0; i < 300; i++)
@@ -480,7 +466,6 @@ TEST(the_step_is_that_of_a_contact)
     // Velocities of 1 m/s, rounded, times steps of up to 3.
     expect_at_most(off, 1e-12);
     expect_at_most(askew, 1e-12);
-    voxel_world_destroy(&world);
     surface_field_destroy(&options.field);
 }
 
@@ -490,7 +475,7 @@ TEST(without_room_nodes_are_at_their_vertices)
 {
     Options options;
     make_options(&options, 0.0);
-    VoxelWorld world;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options.world);
     Contact *contact = world.sim->contact[0];
     contact->fit->weight_capacity = 100;
@@ -511,6 +496,5 @@ TEST(without_room_nodes_are_at_their_vertices)
         }
     }
     assert_true(alone > contact->local_count / 2);
-    voxel_world_destroy(&world);
     surface_field_destroy(&options.field);
 }

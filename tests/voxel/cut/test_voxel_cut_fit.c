@@ -223,7 +223,7 @@ TEST(fitted_surface_of_an_organ_is_near_it)
         double rms, normals;
     } rows[] = {{0.004, 4, 0.06, 6.0}, {0.005, 5, 0.06, 6.0}, {0.005, 1, 0.11, 8.0}};
     for (int k = 0; k < 3; k++) {
-        Fitted blocks, it;
+        SCOPED(destroy) Fitted blocks, it;
         create(&blocks, rows[k].size, 0);
         create(&it, rows[k].size, rows[k].parts);
         const BodyMesh *mesh = &it.world.body->mesh;
@@ -238,8 +238,6 @@ TEST(fitted_surface_of_an_organ_is_near_it)
         assert_true(old.rms > 2.5 * now.rms && old.normals > 40.0);
         expect_near(now.volume, truth, 2e-3 * truth);
         expect_closed(mesh);
-        destroy(&blocks);
-        destroy(&it);
     }
 }
 
@@ -249,7 +247,7 @@ TEST(fitted_surface_of_a_mesh_is_near_it)
     TriMesh mesh;
     Lattice lattice;
     SurfaceField field;
-    Fitted it;
+    SCOPED(destroy) Fitted it;
     assert_true(generate_ico_sphere(&mesh, 4, 0.05, &status));
     assert_true(voxelise(&lattice, &mesh, 0.005, &status));
     surface_field_of_mesh(&field, &lattice, &mesh);
@@ -258,18 +256,16 @@ TEST(fitted_surface_of_a_mesh_is_near_it)
     const Figures now = measure(&it, 0, it.world.body->mesh.triangle_count, near_organ);
     print_message("closed mesh: %.3f cells, %.1f degrees\n", now.rms, now.normals);
     assert_true(now.rms < 0.04 && now.normals < 4.0);
-    destroy(&it);
 }
 
 // Nodes follow vertices as the tissue between them does.
 TEST(surface_follows_an_affine_motion)
 {
-    Fitted it;
+    SCOPED(destroy) Fitted it;
     create(&it, 0.006, 3);
     Vertices *vertices = &it.world.model->vertices;
     const int nodes = it.world.body->mesh.node_count;
-    float *rest = calloc(3 * (size_t)nodes, sizeof *rest);
-    assert_non_null(rest);
+    FREED float *rest = calloc(3 * (size_t)nodes, sizeof *rest);
     memcpy(rest, it.node, 3 * (size_t)nodes * sizeof *rest);
     const double a[3][3] = {{0.3, -0.8, 0.2}, {0.9, 0.4, 0.1}, {-0.1, 0.3, 1.2}};
     for (int i = 0; i < vertices->count; i++) {
@@ -292,8 +288,6 @@ TEST(surface_follows_an_affine_motion)
         }
     print_message("off by %.2g m\n", most);
     expect_near(most, 0.0, 2e-7); // floats of 0.2 m
-    free(rest);
-    destroy(&it);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -392,7 +386,7 @@ static void expect_volumes(const Fitted *it, bool (*side)(Vec3 x))
 TEST(walls_lie_on_the_sheet_of_the_blade)
 {
     for (int curved = 0; curved < 2; curved++) {
-        Fitted it;
+        SCOPED(destroy) Fitted it;
         create(&it, 0.005, 5);
         const BodyMesh *mesh = &it.world.body->mesh;
         const int outer = mesh->triangle_count;
@@ -421,7 +415,6 @@ TEST(walls_lie_on_the_sheet_of_the_blade)
         assert_true(skin.rms < 0.08);
         expect_closed(mesh);
         expect_volumes(&it, curved ? beyond_sine : beyond_plane);
-        destroy(&it);
     }
 }
 
@@ -433,27 +426,24 @@ static void show(Fitted *it, float *out)
 {
     const BodyMesh *mesh = &it->world.body->mesh;
     const BodyFit *fit = &mesh->fit;
-    float *row = calloc(3 * (size_t)fit->row_count, sizeof *row);
-    double *scratch = calloc(FIT_SCRATCH * (size_t)fit->row_count, sizeof *scratch);
+    FREED float *row = calloc(3 * (size_t)fit->row_count, sizeof *row);
+    FREED double *scratch = calloc(FIT_SCRATCH * (size_t)fit->row_count, sizeof *scratch);
     assert_true(row != NULL && scratch != NULL);
     it->world.body->ops->snapshot_rows(it->world.model, row, NULL);
     fit_nodes(fit, mesh->node_count, row, scratch, out);
     fit_fade(fit, it->world.body->step + 1, row, out);
-    free(row);
-    free(scratch);
 }
 
 TEST(lips_coincide_at_the_tick_of_the_cut)
 {
-    Fitted it;
+    SCOPED(destroy) Fitted it;
     uint64_t seed = 5;
     create(&it, 0.005, 5);
     cut_world_shake(&it.world, 1.5, &seed); // strains of 0.2
     const BodyMesh *mesh = &it.world.body->mesh;
     const double size = it.world.lattice.size;
     const int before = mesh->node_count;
-    float *was = calloc(3 * (size_t)mesh->node_capacity, sizeof *was);
-    assert_non_null(was);
+    FREED float *was = calloc(3 * (size_t)mesh->node_capacity, sizeof *was);
     show(&it, was);
     cut_plane(&it, MIDDLE, NORMAL);
     show(&it, it.node);
@@ -463,8 +453,7 @@ TEST(lips_coincide_at_the_tick_of_the_cut)
         for (int c = 0; c < 3; c++)
             jump = fmax(jump, fabs((double)it.node[3 * i + c] - (double)was[3 * i + c]) / size);
     assert_true(mesh->fit.fade_count > 100);
-    float *ended = calloc(3 * (size_t)mesh->node_capacity, sizeof *ended);
-    assert_non_null(ended);
+    FREED float *ended = calloc(3 * (size_t)mesh->node_capacity, sizeof *ended);
     it.world.body->ops->snapshot(it.world.model, ended, NULL);
     for (int i = before; i < mesh->node_count; i++)
         for (int j = 0; j < i; j++) {
@@ -483,9 +472,6 @@ TEST(lips_coincide_at_the_tick_of_the_cut)
     expect_near(lips, 0.0, 1e-6);
     expect_near(jump, 0.0, 2e-5); // floats of 0.1 m, four of them added
     assert_true(later > 1e-3);    // there is something to hide
-    free(was);
-    free(ended);
-    destroy(&it);
 }
 
 static void cut_twice(Fitted *it, bool other_first)
@@ -512,7 +498,7 @@ TEST(order_of_cuts_does_not_matter)
     float *row[2];
     int count[2];
     for (int k = 0; k < 2; k++) {
-        Fitted it;
+        SCOPED(destroy) Fitted it;
         create(&it, 0.005, 5);
         cut_twice(&it, k == 1);
         take(&it);
@@ -525,7 +511,6 @@ TEST(order_of_cuts_does_not_matter)
             memcpy(row[k] + 4L * i + 1, it.node + 3L * i, 3 * sizeof(float));
         }
         qsort(row[k], (size_t)count[k], 4 * sizeof(float), by_id);
-        destroy(&it);
     }
     assert_int_equal(count[0], count[1]);
     // A link that both cut keeps the crossing of the first: a few points along the crossing line.
@@ -540,25 +525,21 @@ TEST(order_of_cuts_does_not_matter)
 
 TEST(state_that_was_brought_back_shows_the_same)
 {
-    Fitted it, again;
+    SCOPED(destroy) Fitted it, again;
     uint64_t seed = 9;
     create(&it, 0.005, 5);
     create(&again, 0.005, 5);
     cut_world_shake(&it.world, 0.7, &seed);
     cut_twice(&it, false); // the last fades are under way
     const BodyMesh *mesh = &it.world.body->mesh, *other = &again.world.body->mesh;
-    void *block = malloc(state_bytes(&it.world.state));
-    assert_non_null(block);
+    FREED void *block = malloc(state_bytes(&it.world.state));
     state_copy_out(&it.world.state, block);
     state_copy_in(&again.world.state, block);
     again.world.body->ops->restored(again.world.body);
     again.world.body->step = it.world.body->step;
-    void *kept = malloc(state_bytes(&again.world.state));
-    assert_non_null(kept);
+    FREED void *kept = malloc(state_bytes(&again.world.state));
     state_copy_out(&again.world.state, kept); // deriving changes no state
     assert_memory_equal(kept, block, state_bytes(&again.world.state));
-    free(kept);
-    free(block);
     assert_int_equal(mesh->node_count, other->node_count);
     assert_int_equal(mesh->fit.fade_count, other->fit.fade_count);
     assert_true(mesh->fit.fade_count > 0);
@@ -567,6 +548,4 @@ TEST(state_that_was_brought_back_shows_the_same)
     show(&it, it.node);
     show(&again, again.node);
     assert_memory_equal(it.node, again.node, 3 * (size_t)mesh->node_count * sizeof *it.node);
-    destroy(&it);
-    destroy(&again);
 }

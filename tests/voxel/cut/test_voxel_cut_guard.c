@@ -22,7 +22,7 @@ static bool is_number(Vec3 x)
 TEST(a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were)
 {
     for (int precision = 0; precision < 2; precision++) {
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         VoxelWorldOptions options = voxel_world_cube(6);
         options.body.body.precision = (Precision)precision;
         options.tool_count = 1;
@@ -40,8 +40,8 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were)
 
         const Vertices *vertices = &world.model->vertices;
         const int count = vertices->count;
-        Vec3 *was = calloc((size_t)count, sizeof *was),
-             *moved = calloc((size_t)count, sizeof *moved);
+        FREED Vec3 *was = calloc((size_t)count, sizeof *was),
+                   *moved = calloc((size_t)count, sizeof *moved);
         for (int i = 0; i < count; i++)
             rows_read(&vertices->rows, vertices_row(vertices), i, &was[i], &moved[i]);
         const LoadOptions huge = {.center = {0.04, 0.04, 0.04},
@@ -92,8 +92,5 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were)
         for (int tick = 0; tick < 200; tick++)
             sim_step(world.sim);
         assert_int_equal(sim_resets(world.sim), 2);
-        free(was);
-        free(moved);
-        cut_world_destroy(&world);
     }
 }

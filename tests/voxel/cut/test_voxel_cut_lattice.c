@@ -15,7 +15,7 @@ static int *leaves_of_cells(const CutSample *sample)
     const Lattice *lattice = &sample->lattice;
     const CutLattice *cut = &sample->cut;
     int *leaf = malloc((size_t)cut_sample_cells(sample) * sizeof *leaf), *out = leaf;
-    int *covered = calloc((size_t)cut->element_count, sizeof *covered);
+    FREED int *covered = calloc((size_t)cut->element_count, sizeof *covered);
     for (int k = 0; k < lattice->count[2]; k++)
         for (int j = 0; j < lattice->count[1]; j++)
             for (int i = 0; i < lattice->count[0]; i++, out++) {
@@ -48,7 +48,6 @@ static int *leaves_of_cells(const CutSample *sample)
         leaves += covered[e] > 0;
     }
     assert_int_equal(leaves, cut->leaf_count);
-    free(covered);
     return leaf;
 }
 
@@ -178,7 +177,7 @@ static void check_point(const CutSample *sample, const int *of_cell, const int p
 static void check_wanted(const CutSample *sample)
 {
     const CutLattice *cut = &sample->cut;
-    bool *bitten = calloc((size_t)cut->element_count, sizeof *bitten);
+    FREED bool *bitten = calloc((size_t)cut->element_count, sizeof *bitten);
     for (int cell = 0; cell < cut->level_first[1]; cell++)
         for (int axis = 0; axis < 3; axis++)
             if (cut->broken[cell] >> axis & 1) {
@@ -193,7 +192,6 @@ static void check_wanted(const CutSample *sample)
                 assert_int_equal(cut->wanted[count++], e);
             }
     assert_int_equal(count, cut->wanted_count);
-    free(bitten);
 }
 
 static void check_all(const CutSample *sample)
@@ -265,14 +263,13 @@ static void check_births(const CutLattice *cut, Follower *follower)
 static void check_changes(CutLattice *cut, Follower *follower)
 {
     check_births(cut, follower);
-    bool *listed = calloc((size_t)cut->element_count, sizeof *listed);
+    FREED bool *listed = calloc((size_t)cut->element_count, sizeof *listed);
     for (int c = 0; c < cut->changes.element_count; c++) {
         const int e = cut->changes.element[c];
         assert_false(listed[e]);
         listed[e] = true;
         follow_element(cut, follower->node, e);
     }
-    free(listed);
     Follower expected = follower_create(cut);
     assert_memory_equal(follower->node, expected.node,
                         (size_t)cut->element_count * sizeof *expected.node);
@@ -497,7 +494,7 @@ TEST(state_that_was_brought_back_goes_on_alike)
         cut_sample_create(&sample, round % 2 == 0 ? sample_box(16, 16, 16) : sample_ball(20), 2, 0,
                           3);
         const size_t bytes = state_bytes(&sample.state);
-        void *start = malloc(bytes), *middle = malloc(bytes);
+        FREED void *start = malloc(bytes), *middle = malloc(bytes);
         state_copy_out(&sample.state, start);
         go_on(&sample, 31 + (uint64_t)round, 4);
         state_copy_out(&sample.state, middle);
@@ -513,8 +510,6 @@ TEST(state_that_was_brought_back_goes_on_alike)
         go_on(&sample, 41, 4);
         assert_true(state_hash(&sample.state) == expected);
         check_all(&sample);
-        free(start);
-        free(middle);
         cut_sample_drop(&sample);
     }
 }
@@ -527,7 +522,7 @@ TEST(damaged_states_are_refused_or_sound)
     cut_sample_create(&sample, sample_ball(14), 2, 0, 4);
     go_on(&sample, 15, 4);
     const size_t bytes = state_bytes(&sample.state);
-    unsigned char *good = malloc(bytes), *bad = malloc(bytes);
+    FREED unsigned char *good = malloc(bytes), *bad = malloc(bytes);
     state_copy_out(&sample.state, good);
     int refused = 0, rounds = EFFORT(300);
     for (int round = 0; round < rounds; round++) {
@@ -550,7 +545,5 @@ TEST(damaged_states_are_refused_or_sound)
     state_copy_in(&sample.state, good);
     assert_true(cut_lattice_derive(&sample.cut));
     check_all(&sample);
-    free(good);
-    free(bad);
     cut_sample_drop(&sample);
 }

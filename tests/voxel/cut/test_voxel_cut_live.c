@@ -30,7 +30,7 @@ static int count_pieces(const CutLattice *lattice)
 {
     const int cells = lattice->level_first[1];
     int *stack = malloc(((size_t)cells + 1) * sizeof *stack), pieces = 0;
-    bool *seen = calloc((size_t)cells, sizeof *seen);
+    FREED bool *seen = calloc((size_t)cells, sizeof *seen);
     for (int first = 0; first < cells; first++) {
         if (seen[first])
             continue;
@@ -51,7 +51,6 @@ static int count_pieces(const CutLattice *lattice)
         }
     }
     free(stack);
-    free(seen);
     return pieces;
 }
 
@@ -66,7 +65,7 @@ static void expect_same_from_scratch(CutWorld *world)
     const size_t corners = cells * sizeof *lattice->corner, nodes = others * sizeof *lattice->node;
     const size_t masses = (size_t)model->vertices.count * sizeof(double);
     const size_t places = (size_t)lattice->element_count * sizeof(int);
-    unsigned char *kept = malloc(corners + nodes + masses + places);
+    FREED unsigned char *kept = malloc(corners + nodes + masses + places);
     memcpy(kept, lattice->corner, corners);
     memcpy(kept + corners, lattice->node, nodes);
     memcpy(kept + corners + nodes, model->vertices.mass, masses);
@@ -77,7 +76,6 @@ static void expect_same_from_scratch(CutWorld *world)
     assert_memory_equal(kept + corners, lattice->node, nodes);
     assert_memory_equal(kept + corners + nodes, model->vertices.mass, masses);
     assert_memory_equal(kept + corners + nodes + masses, cuts->windows.lane, places);
-    free(kept);
 }
 
 // --- strokes ---
@@ -167,7 +165,7 @@ TEST(strokes_part_bodies_that_move)
     uint64_t seed = 31;
     int parted = 0;
     for (int round = 0; round < EFFORT(24); round++) {
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         make_world(&world, round, round % 4 == 3);
         cut_world_shake(&world, round % 2 == 0 ? 0.1 : 0.4, &seed);
         const WorldMomentum before = cut_world_momentum(&world);
@@ -196,7 +194,6 @@ TEST(strokes_part_bodies_that_move)
             assert_true(tick < 1000);
         }
         cut_world_check_masses(&world);
-        cut_world_destroy(&world);
     }
     assert_true(parted > EFFORT(24));
 }
@@ -206,7 +203,7 @@ TEST(strokes_that_stop_inside_leave_one_piece)
     uint64_t seed = 32;
     int met = 0;
     for (int round = 0; round < EFFORT(12); round++) {
-        CutWorld world;
+        SCOPED(cut_world_destroy) CutWorld world;
         make_world(&world, 3 * round, false); // a cube
         cut_world_shake(&world, 0.05, &seed);
         LiveStroke stroke = random_stroke(&world, &seed);
@@ -216,7 +213,6 @@ TEST(strokes_that_stop_inside_leave_one_piece)
         met += run_stroke(&world, &stroke, 50) > 0;
         assert_int_equal(count_pieces(&world.cuts->lattice), 1);
         assert_int_equal(*world.cuts->pieces.count, 1);
-        cut_world_destroy(&world);
     }
     assert_true(met > EFFORT(12) / 2);
 }

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Local variables that are destroyed where their scope ends, in a loop in each round, the last one
+// first:
+//
+//     SCOPED(fixture_destroy) Fixture fixture;
+//     FREED Vec3 *x = malloc(bytes);
+//
+// Nothing may leave the scope before what creates them. A claim that fails leaves its scopes by a
+// jump, and their memory to the end of the program.
+#ifndef PLIANT_TESTS_SCOPED_H
+#define PLIANT_TESTS_SCOPED_H
+
+#include <stdlib.h>
+#include <string.h>
+
+// By a function of a pointer to the variable.
+#define SCOPED(destroy) __attribute__((cleanup(destroy), unused))
+// By free.
+#define FREED SCOPED(scoped_free)
+
+static inline void scoped_free(void *variable)
+{
+    void *memory;
+    memcpy(&memory, variable, sizeof memory);
+    free(memory);
+}
+
+#endif
