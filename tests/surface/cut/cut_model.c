@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "cut_model.h"
-#include "scoped.h"
 
+#include "expect.h"
 #include "geometry/generator.h"
-
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 const char *const CUT_SHAPE_NAME[CUT_SHAPES] = {"sphere", "sheet", "tube"};
 
@@ -71,8 +67,6 @@ static void make_rings(CutModel *model)
     model->ring = ring;
 }
 
-enum { KEY_SLOTS = 1 << 15 }; // four times the 8064 directed edges of the largest mesh
-
 void cut_model_create(CutModel *model, CutShape shape)
 {
     Status status = {0};
@@ -110,20 +104,17 @@ void cut_model_create(CutModel *model, CutShape shape)
     model->moved = calloc(3 * faces, sizeof *model->moved);
     model->work = calloc(vertices, sizeof *model->work);
     model->root = calloc(3 * faces, sizeof *model->root);
-    model->count = calloc(3 * faces, sizeof *model->count);
-    model->key_next = calloc(3 * faces, sizeof *model->key_next);
-    model->key = calloc(KEY_SLOTS, sizeof *model->key);
-    model->value = calloc(KEY_SLOTS, sizeof *model->value);
-    cut_model_reset(model);
+    model->id = calloc(3 * faces, sizeof *model->id);
+    model->piece = calloc(3 * faces, sizeof *model->piece);
+    cut_model_reset(model, 0.0);
+    print_message("%s\n", CUT_SHAPE_NAME[shape]);
 }
 
 void cut_model_destroy(CutModel *model)
 {
-    void *all[] = {model->ring_start, model->ring,   model->all,        model->rest,
-                   model->broken,     model->corner, model->old_corner, model->origin,
-                   model->x,          model->old_x,  model->moved,      model->work,
-                   model->root,       model->count,  model->key_next,   model->key,
-                   model->value};
+    void *all[] = {model->ring_start, model->ring,       model->all,    model->rest, model->broken,
+                   model->corner,     model->old_corner, model->origin, model->x,    model->old_x,
+                   model->moved,      model->work,       model->root,   model->id,   model->piece};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++)
         free(all[i]);
     mesh_destroy(&model->mesh);
@@ -131,7 +122,7 @@ void cut_model_destroy(CutModel *model)
     arena_destroy(&model->arena);
 }
 
-void cut_model_reset(CutModel *model)
+void cut_model_reset(CutModel *model, double bend)
 {
     memset(model->broken, 0, (size_t)model->faces);
     memcpy(model->corner, model->level->face, (size_t)model->faces * sizeof *model->corner);
@@ -139,7 +130,8 @@ void cut_model_reset(CutModel *model)
     model->moved_count = 0;
     for (int v = 0; v < model->vertices; v++) {
         model->origin[v] = v;
-        model->x[v] = model->rest[v] = model->levels.position[v];
+        model->rest[v] = model->levels.position[v];
+        model->x[v] = cut_model_deformed(model, model->rest[v], bend);
     }
 }
 
@@ -290,20 +282,17 @@ CutVerdict cut_model_cut(CutModel *model, const BladeEdge *edge, int edges, CutC
     return verdict;
 }
 
-int cut_model_pieces(const CutModel *model)
+// Joins faces across unbroken links.
+static void find_pieces(const CutModel *model)
 {
-    int *root = model->root, pieces = 0;
     for (int f = 0; f < model->faces; f++)
-        root[f] = f;
+        model->root[f] = f;
     for (int f = 0; f < model->faces; f++)
         for (int k = 0; k < 3; k++) {
             int beyond = levels_beyond(model->level, model->level->face_edge[f][k], f);
             if (beyond >= 0 && !(model->broken[f] >> k & 1))
-                join(root, f, beyond);
+                join(model->root, f, beyond);
         }
-    for (int f = 0; f < model->faces; f++)
-        pieces += find_root(root, f) == f;
-    return pieces;
 }
 
 int cut_model_copies(const CutModel *model)
@@ -311,161 +300,21 @@ int cut_model_copies(const CutModel *model)
     return model->node_count - model->vertices;
 }
 
-// --- invariants, from the node numbers ---
-
-static int slot_of(const CutModel *model, int a, int b)
+WallShape cut_model_expect_sound(CutModel *model)
 {
-    uint64_t key = ((uint64_t)(unsigned)a << 32 | (unsigned)b) + 1;
-    uint64_t slot = key * UINT64_C(0x9e3779b97f4a7c15) >> 49;
-    while (model->key[slot] != 0 && model->key[slot] != key)
-        slot = (slot + 1) % KEY_SLOTS;
-    return (int)slot;
-}
-
-// The half edge (3 face + side) from node a to b, or -1.
-static int half_edge(const CutModel *model, int a, int b)
-{
-    int slot = slot_of(model, a, b);
-    return model->key[slot] ? model->value[slot] : -1;
-}
-
-static const char *put_half_edges(CutModel *model)
-{
-    memset(model->key, 0, KEY_SLOTS * sizeof *model->key);
+    for (int i = 0; i < model->node_count; i++)
+        model->id[i] = i;
+    find_pieces(model);
     for (int f = 0; f < model->faces; f++)
         for (int k = 0; k < 3; k++) {
-            int a = model->corner[f][k], b = model->corner[f][(k + 1) % 3];
-            if (a == b || model->origin[a] != model->level->face[f][k])
-                return "a face is degenerate or not where it was";
-            int slot = slot_of(model, a, b);
-            if (model->key[slot])
-                return "an edge has two faces on the same side";
-            model->key[slot] = ((uint64_t)(unsigned)a << 32 | (unsigned)b) + 1;
-            model->value[slot] = 3 * f + k;
+            const int node = model->corner[f][k];
+            assert_int_equal(model->origin[node], model->level->face[f][k]);
+            model->piece[node] = find_root(model->root, f);
         }
-    return NULL;
-}
-
-// All faces of a node are one fan, from border to border or closed.
-static const char *check_fans(const CutModel *model)
-{
-    int *count = model->count, *some = model->key_next;
-    memset(count, 0, (size_t)model->node_count * sizeof *count);
-    for (int f = 0; f < model->faces; f++)
-        for (int k = 0; k < 3; k++) {
-            count[model->corner[f][k]]++;
-            some[model->corner[f][k]] = 3 * f + k;
-        }
-    for (int n = 0; n < model->node_count; n++) {
-        if (count[n] == 0)
-            return "a node has no face";
-        // Clockwise to the border or once round, then counted the other way.
-        int at = some[n], seen = 1;
-        for (int step = 0; step < count[n]; step++) {
-            int f = at / 3, k = at % 3;
-            int next = half_edge(model, model->corner[f][(k + 1) % 3], n);
-            if (next < 0)
-                break;
-            at = 3 * (next / 3) + (next % 3 + 1) % 3;
-            if (at == some[n])
-                break;
-        }
-        int start = at;
-        for (;;) {
-            int f = at / 3, k = at % 3;
-            int next = half_edge(model, n, model->corner[f][(k + 2) % 3]);
-            if (next < 0 || next == start)
-                break;
-            at = next;
-            if (++seen > count[n])
-                return "a fan does not close";
-        }
-        if (seen != count[n])
-            return "a node has two fans";
-    }
-    return NULL;
-}
-
-// One way out along the border from each border node; how many chains they make.
-static const char *check_borders(const CutModel *model, int *borders, int *single)
-{
-    int *next = model->key_next;
-    memset(next, 0xff, (size_t)model->node_count * sizeof *next);
-    *borders = *single = 0;
-    for (int f = 0; f < model->faces; f++)
-        for (int k = 0; k < 3; k++) {
-            int a = model->corner[f][k], b = model->corner[f][(k + 1) % 3];
-            if (half_edge(model, b, a) >= 0)
-                continue;
-            if (next[a] >= 0)
-                return "a border node has two chains";
-            next[a] = b;
-            ++*single;
-        }
-    for (int n = 0; n < model->node_count; n++) {
-        if (next[n] < 0)
-            continue;
-        ++*borders;
-        int at = n;
-        while (next[at] >= 0) {
-            int to = next[at];
-            next[at] = -1;
-            at = to;
-        }
-        if (at != n)
-            return "a border is not closed";
-    }
-    return NULL;
-}
-
-static int pieces_by_nodes(const CutModel *model)
-{
-    int *root = model->root, pieces = 0;
-    for (int n = 0; n < model->node_count; n++)
-        root[n] = n;
-    for (int f = 0; f < model->faces; f++) {
-        join(root, model->corner[f][0], model->corner[f][1]);
-        join(root, model->corner[f][0], model->corner[f][2]);
-    }
-    for (int n = 0; n < model->node_count; n++)
-        pieces += find_root(root, n) == n;
-    return pieces;
-}
-
-static const char *check_bits(const CutModel *model)
-{
-    for (int f = 0; f < model->faces; f++)
-        for (int k = 0; k < 3; k++) {
-            int e = model->level->face_edge[f][k], beyond = levels_beyond(model->level, e, f);
-            if (beyond < 0) {
-                if (model->broken[f] >> k & 1)
-                    return "a border is broken";
-                continue;
-            }
-            int j = 0;
-            while (model->level->face_edge[beyond][j] != e)
-                j++;
-            if ((model->broken[f] >> k & 1) != (model->broken[beyond] >> j & 1))
-                return "the two sides of an edge differ";
-        }
-    return NULL;
-}
-
-const char *cut_model_fault(CutModel *model, int *pieces, int *borders, int *euler)
-{
-    int single = 0;
-    *pieces = *borders = *euler = 0;
-    const char *fault = check_bits(model);
-    fault = fault ? fault : put_half_edges(model);
-    fault = fault ? fault : check_fans(model);
-    fault = fault ? fault : check_borders(model, borders, &single);
-    if (fault)
-        return fault;
-    int edges = (3 * model->faces + single) / 2;
-    *pieces = pieces_by_nodes(model);
-    *euler = model->node_count - edges + model->faces;
-    // All shapes are parts of a sphere.
-    if (*euler != 2 * *pieces - *borders)
-        return "V - E + F is not 2 pieces - borders";
-    return *pieces == cut_model_pieces(model) ? NULL : "pieces by nodes are not those by links";
+    const BodyMesh mesh = {.node_count = model->node_count,
+                           .triangle_count = model->faces,
+                           .triangle = (const int(*)[3])model->corner,
+                           .id = model->id,
+                           .piece = model->piece};
+    return wall_expect_manifold(&mesh, 0); // all shapes are parts of a sphere
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // A triangle surface without physics that can be cut: what the finder, smoothing and snapping need,
-// the rule by which vertices split, written the plain way, and every invariant of the outcome
-// derived from the node numbers alone.
+// and the rule by which vertices split, written the plain way.
 #ifndef PLIANT_TESTS_CUT_MODEL_H
 #define PLIANT_TESTS_CUT_MODEL_H
 
 #include "geometry/levels.h"
 #include "surface/cut/cut_snap.h"
+#include "wall_check.h"
 
 // Finest levels: 1280 faces, closed; 2048, flat, one border; 2688, a bent tube with two borders and
 // edges of 1 : 2.
@@ -40,15 +40,14 @@ typedef struct CutModel {
     // scratch of the rule and the checks
     int (*old_corner)[3];
     Vec3 *old_x;
-    int *root, *count, *key_next;
-    uint64_t *key;
-    int *value;
+    int *root, *id, *piece;
 } CutModel;
 
+// Prints the shape's name, for the report.
 void cut_model_create(CutModel *model, CutShape shape);
 void cut_model_destroy(CutModel *model);
-// Whole again, in the rest shape.
-void cut_model_reset(CutModel *model);
+// Whole again, bent from the rest shape by so much (0: not at all).
+void cut_model_reset(CutModel *model, double bend);
 // Bends, stretches and ripples the surface as it rests, by up to a quarter of its size.
 void cut_model_deform(CutModel *model, double amount);
 Vec3 cut_model_deformed(const CutModel *model, Vec3 rest, double amount);
@@ -58,10 +57,10 @@ CutTissue cut_model_tissue(const CutModel *model);
 CutVerdict cut_model_cut(CutModel *model, const BladeEdge *edge, int edges, CutCare care);
 // Breaks what the finder found, and splits vertices.
 void cut_model_break(CutModel *model);
-int cut_model_pieces(const CutModel *model); // by unbroken links
 // Nodes in excess of vertices.
 int cut_model_copies(const CutModel *model);
-// Every invariant; NULL, or what is broken. borders: closed chains of edges with one face.
-const char *cut_model_fault(CutModel *model, int *pieces, int *borders, int *euler);
+// Fails the test unless every invariant of wall_check.h holds, of pieces by unbroken links, and
+// faces are where they were.
+WallShape cut_model_expect_sound(CutModel *model);
 
 #endif

@@ -79,14 +79,6 @@ typedef struct Tally {
     int cuts, done, repeats, most_pieces, most_tries;
 } Tally;
 
-static void expect_sound(CutModel *model, int *pieces)
-{
-    int borders, euler;
-    const char *fault = cut_model_fault(model, pieces, &borders, &euler);
-    if (fault)
-        fail_msg("%s: %s", CUT_SHAPE_NAME[model->shape], fault);
-}
-
 // Of a mesh without older cuts around: every closed loop of links round an inner vertex was met an
 // even number of times in all, where no end of the blade is near.
 static void expect_even_loops(const CutModel *model)
@@ -109,7 +101,7 @@ static void one_cut(CutModel *model, Blade *last, CutCare care, Tally *tally, ui
     Blade blade = random_blade(model, last, seed);
     FREED unsigned char *bits = malloc((size_t)model->faces);
     memcpy(bits, model->broken, (size_t)model->faces);
-    int nodes = model->node_count, pieces;
+    int nodes = model->node_count;
     CutVerdict verdict = cut_model_cut(model, blade.edge, blade.edges, care);
     assert_true(verdict == CUT_DONE || verdict == CUT_MET_NOTHING || verdict == CUT_WAS_CUT ||
                 verdict == CUT_TOO_TWISTED);
@@ -119,7 +111,7 @@ static void one_cut(CutModel *model, Blade *last, CutCare care, Tally *tally, ui
     }
     for (int f = 0; f < model->faces; f++)
         assert_int_equal(bits[f] & ~model->broken[f], 0);
-    expect_sound(model, &pieces);
+    const int pieces = cut_model_expect_sound(model).pieces;
     assert_true(cut_model_copies(model) <= 2 * 3 * model->faces);
     tally->cuts++;
     tally->done += verdict == CUT_DONE;
@@ -154,7 +146,7 @@ static void random_cuts(int sequences)
         Tally tally = {0};
         uint64_t seed = UINT64_C(77) + (uint64_t)shape;
         for (int sequence = 0; sequence < sequences; sequence++) {
-            cut_model_reset(&model);
+            cut_model_reset(&model, 0.0);
             CutCare care = (CutCare)(sequence % 3);
             bool opens = sequence / 3 % 2, bent = sequence / 6 % 2;
             Blade last = {0};
@@ -179,13 +171,6 @@ TEST(random_cuts_leave_a_sound_mesh)
 }
 
 // --- what is expected of a fresh mesh ---
-
-static void start_over(CutModel *model, bool bent)
-{
-    cut_model_reset(model);
-    if (bent)
-        cut_model_deform(model, 1.0);
-}
 
 // The sides of centroids, in the finder's own units.
 static void expect_bits_are_sides(const CutModel *model, Vec3 through, Vec3 normal)
@@ -214,15 +199,14 @@ TEST(whole_planes_separate_along_the_sides_of_centroids)
         int more[2] = {0, 0};
         for (int trial = 0; trial < EFFORT(100); trial++)
             for (int care = CUT_PLAIN; care <= CUT_SMOOTHED; care++) {
-                start_over(&model, trial % 2);
+                cut_model_reset(&model, trial % 2);
                 Vec3 through = blade_centroid(&model, random_below(&seed, model.faces));
                 Vec3 normal = blade_direction(&seed);
                 // Not through a few faces at its outermost only: all of those may be smoothed away.
                 through = vec3_scale(model.shape == CUT_TUBE ? 1.0 : 0.7, through);
                 Blade blade = blade_plane(through, normal, &seed);
                 CutVerdict verdict = cut_model_cut(&model, blade.edge, 2, (CutCare)care);
-                int pieces;
-                expect_sound(&model, &pieces);
+                const int pieces = cut_model_expect_sound(&model).pieces;
                 if (care == CUT_PLAIN)
                     expect_bits_are_sides(&model, through, normal);
                 expect_even_loops(&model);

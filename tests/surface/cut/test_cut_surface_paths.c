@@ -10,20 +10,6 @@
 
 static const double PI = 3.14159265358979323846;
 
-static void expect_sound(CutModel *model, int *pieces, int *borders, int *euler)
-{
-    const char *fault = cut_model_fault(model, pieces, borders, euler);
-    if (fault)
-        fail_msg("%s: %s", CUT_SHAPE_NAME[model->shape], fault);
-}
-
-static void start_over(CutModel *model, bool bent)
-{
-    cut_model_reset(model);
-    if (bent)
-        cut_model_deform(model, 1.0);
-}
-
 // How often the blade met the loop of links round an inner vertex an odd number of times: its own
 // ends passed through there.
 static int dead_ends(const CutModel *model)
@@ -74,18 +60,16 @@ TEST(a_plane_makes_two_pieces_of_sphere_and_sheet)
         cut_model_create(&model, (CutShape)shape);
         uint64_t seed = 3;
         for (int trial = 0; trial < EFFORT(150); trial++) {
-            start_over(&model, false);
-            int pieces, borders, euler;
+            cut_model_reset(&model, 0.0);
             Vec3 through =
                 vec3_scale(0.8, blade_centroid(&model, random_below(&seed, model.faces)));
             Vec3 normal = blade_direction(&seed);
             Blade blade = blade_plane(through, normal, &seed);
             if (cut_model_cut(&model, blade.edge, 2, CUT_SMOOTHED) == CUT_MET_NOTHING)
                 continue;
-            expect_sound(&model, &pieces, &borders, &euler);
-            assert_int_equal(pieces, 2);
-            assert_int_equal(borders, 2);
-            assert_int_equal(euler, 2);
+            const WallShape found = cut_model_expect_sound(&model);
+            assert_int_equal(found.pieces, 2);
+            assert_int_equal(found.borders, 2);
         }
     }
 }
@@ -99,8 +83,8 @@ TEST(closed_loops_free_a_disc_unless_the_blade_ends_inside)
         int freed = 0, ended = 0, trials = EFFORT(150);
         for (int trial = 0; trial < trials; trial++) {
             bool bent = trial % 2;
-            start_over(&model, bent);
-            int pieces, borders, euler, face = random_below(&seed, model.faces);
+            cut_model_reset(&model, bent);
+            int face = random_below(&seed, model.faces);
             // Where it is much curved the edge would not reach through at the far side.
             bool curved = bent || shape == CUT_TUBE;
             double r = (curved ? random_between(&seed, 1.5, 3.0) : random_between(&seed, 2.5, 5.0));
@@ -108,15 +92,15 @@ TEST(closed_loops_free_a_disc_unless_the_blade_ends_inside)
                 blade_arc(&model, face, r * model.h, 0.0, 2.0 * PI, 24, 4.0 * model.h, &seed);
             assert_int_equal(cut_model_cut(&model, blade.edge, blade.edges, CUT_SMOOTHED),
                              CUT_DONE);
-            expect_sound(&model, &pieces, &borders, &euler);
-            freed += pieces > 1;
-            if (pieces == 1) {
+            const WallShape found = cut_model_expect_sound(&model);
+            freed += found.pieces > 1;
+            if (found.pieces == 1) {
                 assert_true(dead_ends(&model) > 0);
                 ended++;
             }
             if (shape == CUT_SPHERE && !bent) {
-                assert_int_equal(pieces, 2);
-                assert_int_equal(euler, 2);
+                assert_int_equal(found.pieces, 2);
+                assert_int_equal(found.borders, 2);
             }
         }
         print_message("%s: %d of %d loops free a disc, %d of the blade's ended inside\n",
@@ -130,15 +114,14 @@ TEST(half_a_loop_opens_one_border_and_frees_nothing)
     cut_model_create(&model, CUT_SPHERE);
     uint64_t seed = 6;
     for (int trial = 0; trial < EFFORT(100); trial++) {
-        start_over(&model, false);
-        int pieces, borders, euler, face = random_below(&seed, model.faces);
+        cut_model_reset(&model, 0.0);
+        int face = random_below(&seed, model.faces);
         double r = random_between(&seed, 2.5, 5.0) * model.h;
         Blade blade = blade_arc(&model, face, r, 0.0, PI, 12, 4.0 * model.h, &seed);
         assert_int_equal(cut_model_cut(&model, blade.edge, blade.edges, CUT_SMOOTHED), CUT_DONE);
-        expect_sound(&model, &pieces, &borders, &euler);
-        assert_int_equal(pieces, 1);
-        assert_int_equal(borders, 1);
-        assert_int_equal(euler, 1);
+        const WallShape found = cut_model_expect_sound(&model);
+        assert_int_equal(found.pieces, 1);
+        assert_int_equal(found.borders, 1);
     }
 }
 
@@ -149,8 +132,8 @@ TEST(cuts_that_end_inside_leave_one_piece)
         cut_model_create(&model, (CutShape)shape);
         uint64_t seed = 8;
         for (int trial = 0; trial < EFFORT(200); trial++) {
-            start_over(&model, trial % 2);
-            int pieces, borders, euler, face = inner_face(&model, &seed);
+            cut_model_reset(&model, trial % 2);
+            int face = inner_face(&model, &seed);
             Vec3 at = blade_centroid(&model, face), n = blade_normal(&model, face);
             Vec3 along = vec3_unit(vec3_cross(n, blade_direction(&seed)));
             double length = random_between(&seed, 0.2, 4.0) * model.h;
@@ -159,8 +142,7 @@ TEST(cuts_that_end_inside_leave_one_piece)
             Blade blade =
                 blade_straight(at, vec3_madd(at, length, along), vec3_scale(2.0 * model.h, n));
             cut_model_cut(&model, blade.edge, 2, CUT_SMOOTHED);
-            expect_sound(&model, &pieces, &borders, &euler);
-            assert_int_equal(pieces, 1);
+            assert_int_equal(cut_model_expect_sound(&model).pieces, 1);
         }
     }
 }
@@ -172,8 +154,7 @@ TEST(t_cuts_with_half_an_edge_of_overlap_separate)
     cut_model_create(&model, CUT_SHEET);
     uint64_t seed = 9;
     for (int trial = 0; trial < EFFORT(200); trial++) {
-        start_over(&model, false);
-        int pieces, borders, euler;
+        cut_model_reset(&model, 0.0);
         double turn = random_between(&seed, 0.0, 2.0 * PI), lean = random_between(&seed, -0.7, 0.7);
         Vec3 normal = vec3(cos(turn), sin(turn), 0.0), along = vec3(-normal.y, normal.x, 0.0);
         Vec3 middle = vec3_scale(
@@ -184,8 +165,7 @@ TEST(t_cuts_with_half_an_edge_of_overlap_separate)
         Vec3 end = vec3_madd(middle, 0.5 * model.h / cos(lean), way);
         Blade second = blade_straight(vec3_madd(end, -0.2, way), end, vec3(0.0, 0.0, 0.02));
         assert_int_equal(cut_model_cut(&model, second.edge, 2, CUT_SMOOTHED), CUT_DONE);
-        expect_sound(&model, &pieces, &borders, &euler);
-        assert_true(pieces >= 3);
+        assert_true(cut_model_expect_sound(&model).pieces >= 3);
     }
 }
 
@@ -198,8 +178,8 @@ TEST(one_broken_link_copies_no_node_and_the_next_one_copies_one)
         cut_model_create(&model, (CutShape)shape);
         uint64_t seed = 10;
         for (int trial = 0; trial < 30; trial++) {
-            start_over(&model, false);
-            int face = inner_face(&model, &seed), pieces, borders, euler;
+            cut_model_reset(&model, 0.0);
+            int face = inner_face(&model, &seed);
             // Beside its first side, across the half link there.
             Vec3 n = blade_normal(&model, face), a = blade_corner(&model, face, 0);
             Vec3 side = vec3_sub(blade_corner(&model, face, 1), a);
@@ -209,7 +189,7 @@ TEST(one_broken_link_copies_no_node_and_the_next_one_copies_one)
             assert_int_equal(cut_model_cut(&model, blade.edge, 2, CUT_SMOOTHED), CUT_DONE);
             assert_int_equal(model.finder.count, 1);
             assert_int_equal(cut_model_copies(&model), 0);
-            expect_sound(&model, &pieces, &borders, &euler);
+            cut_model_expect_sound(&model);
             // Any edge that goes on from its end.
             int e = model.finder.edge[0], v = model.level->edge[e][0], next = -1;
             for (int i = model.ring_start[v]; i < model.ring_start[v + 1] && next < 0; i++)
@@ -222,8 +202,7 @@ TEST(one_broken_link_copies_no_node_and_the_next_one_copies_one)
             model.finder.edge[0] = next;
             cut_model_break(&model);
             assert_int_equal(cut_model_copies(&model), 1);
-            expect_sound(&model, &pieces, &borders, &euler);
-            assert_int_equal(euler, 2 * pieces - borders);
+            cut_model_expect_sound(&model);
         }
     }
 }
@@ -296,7 +275,7 @@ TEST(paths_stay_near_the_blade)
             double mean[TRIALS], largest[TRIALS], angle[TRIALS];
             int count = 0;
             for (int trial = 0; trial < EFFORT(TRIALS); trial++) {
-                start_over(&model, false);
+                cut_model_reset(&model, 0.0);
                 Vec3 through = vec3_scale(shape == CUT_TUBE ? 1.0 : 0.7,
                                           blade_centroid(&model, random_below(&seed, model.faces)));
                 Vec3 normal = blade_direction(&seed);
