@@ -157,13 +157,12 @@ static void time_server(const Lattice *lattice, int levels, PlaneLaw law, Precis
     const SimOptions sim_options = {.rate_hz = 1.0 / step_of(), .tool_timeout_s = 1.0};
     SCOPED(arena_destroy) Arena arena = {0};
     SCOPED(state_destroy) StateList state = {0};
-    Status status = {0};
     Body made;
     Sim *sim = sim_create(&sim_options, &arena, &state);
-    ASSERT(plane_create(&made, &options, &arena, &state, &status));
+    ASSERT(plane_create(&made, &options, &arena, &state, &(Status){0}));
     Body *body = sim_add_body(sim, &made);
     sim_add_tool(sim, &tool);
-    ASSERT(sim_seal(sim, 0.0, &status));
+    ASSERT(sim_seal(sim, 0.0, &(Status){0}));
     sim_set_lockstep(sim, true);
     PlaneModel *model = body->model;
     for (int chunk = -STEPS / CHUNK; chunk < CHUNKS; chunk++) {
@@ -312,15 +311,14 @@ int main(int argc, char **argv)
 #ifdef __SSE2__
     _mm_setcsr(_mm_getcsr() | 0x8040); // flush to zero, as the daemon does
 #endif
-    Status status = {0};
     SCOPED(lattice_destroy) Lattice lattice;
     PlaneLayout layout[LAYOUTS];
     PlaneMesh mesh[LAYOUTS];
     static Cost cost[VERSIONS][LAYOUTS];
-    ASSERT(lattice_disc(&lattice, CELLS * SIZE, SIZE, &status));
+    ASSERT(lattice_disc(&lattice, CELLS * SIZE, SIZE, &(Status){0}));
     for (int l = 0; l < LAYOUTS; l++) {
         plane_layout_create(&layout[l], &lattice, l == GRADED ? 3 : 0);
-        ASSERT(plane_mesh_create(&mesh[l], &layout[l], NULL, &status));
+        ASSERT(plane_mesh_create(&mesh[l], &layout[l], NULL, &(Status){0}));
     }
     for (int r = 0; r < repeats; r++)
         for (int l = 0; l < LAYOUTS; l++) {

@@ -77,10 +77,9 @@ void displaced_region(const Experiment *experiment)
         SCOPED(probe_destroy) Probe probe;
         Levels levels;
         SCOPED(arena_destroy) Arena arena = {0};
-        Status status = {0};
         Vec3 *u[MODEL_COUNT];
         probe_create(&scene, &probe);
-        bool ok = levels_create(&levels, &probe.mesh, 2, "levels", &arena, &status);
+        bool ok = levels_create(&levels, &probe.mesh, 2, "levels", &arena, &(Status){0});
         ASSERT(ok);
         double *area = measure_areas(&levels);
         for (int m = 0; m < MODEL_COUNT; m++) {

@@ -183,9 +183,8 @@ static void create_textbook(VoxelTextbook *textbook, VoxelWorld *world)
 {
     SCOPED(layout_destroy) Layout layout;
     SCOPED(lattice_mesh_destroy) LatticeMesh mesh;
-    Status status = {0};
     layout_create(&layout, &world->lattice, 0);
-    ASSERT(lattice_mesh_create(&mesh, &layout, &status));
+    ASSERT(lattice_mesh_create(&mesh, &layout, &(Status){0}));
     ASSERT(mesh.vertex_count == world->count);
     voxel_world_read(world);
     int(*corner)[8] = calloc((size_t)mesh.element_count, sizeof *corner);

@@ -68,9 +68,9 @@ static const char HEADER[] = "\tticks\tbroken edges\telements\tof levels 0 + 1 +
 static void carve_square(const Experiment *experiment)
 {
     PlaneWorldOptions options = plane_world_disc(4);
-    Status status = {0};
     lattice_destroy(&options.lattice);
-    if (!lattice_box(&options.lattice, (int[3]){SQUARE_CELLS, SQUARE_CELLS, 1}, 0.002, &status))
+    if (!lattice_box(&options.lattice, (int[3]){SQUARE_CELLS, SQUARE_CELLS, 1}, 0.002,
+                     &(Status){0}))
         abort();
     options.body.body.cuttable = true;
     options.body.law = PLANE_MIYAZAKI2004;

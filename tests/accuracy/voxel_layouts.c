@@ -45,8 +45,7 @@ static bool is_inside(DiscRule rule, double x, double y, double radius)
 // In a square of 32 x 32 cells, the disc's middle (x, y) from the square's; its cells.
 static int make_disc(Lattice *lattice, DiscRule rule, double x, double y, double radius)
 {
-    Status status = {0};
-    ASSERT(lattice_create(lattice, (int[3]){SQUARE, SQUARE, 1}, 1.0, &status));
+    ASSERT(lattice_create(lattice, (int[3]){SQUARE, SQUARE, 1}, 1.0, &(Status){0}));
     int cells = 0;
     for (int j = 0; j < SQUARE; j++)
         for (int i = 0; i < SQUARE; i++) {
@@ -83,11 +82,10 @@ static void write_plane_layout(const Experiment *experiment, const char *name,
                                const Lattice *lattice, int levels)
 {
     FILE *out = experiment_open(experiment, name);
-    Status status = {0};
     SCOPED(plane_layout_destroy) PlaneLayout layout;
     SCOPED(plane_mesh_destroy) PlaneMesh mesh;
     plane_layout_create(&layout, lattice, levels);
-    ASSERT(plane_mesh_create(&mesh, &layout, NULL, &status));
+    ASSERT(plane_mesh_create(&mesh, &layout, NULL, &(Status){0}));
     for (int level = 0; level <= DISC_LEVELS; level++) {
         for (int e = 0; e < layout.element_count; e++) {
             const PlaneElement *element = &layout.element[e];
@@ -161,8 +159,7 @@ void disc_layout(const Experiment *experiment)
 static Lattice cube_of(int n)
 {
     Lattice lattice;
-    Status status = {0};
-    ASSERT(lattice_box(&lattice, (int[3]){n, n, n}, 0.1 / n, &status));
+    ASSERT(lattice_box(&lattice, (int[3]){n, n, n}, 0.1 / n, &(Status){0}));
     return lattice;
 }
 

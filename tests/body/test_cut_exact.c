@@ -7,9 +7,6 @@
 #include "test.h"
 #include "random.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 // --- known cases, in units of 1024 q ---
 
 static CutPoint at(double x, double y, double z)

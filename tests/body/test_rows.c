@@ -8,8 +8,6 @@
 #include "body/rows.h"
 
 #include <float.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { COUNT = 40, PADDING = COUNT - 1 };
 static const double SIZE = 0.1; // of the body [m]

@@ -4,8 +4,6 @@
 
 #include "body/stiffening.h"
 
-#include <math.h>
-
 static const double CAPS[] = {1.0, 1.001, 2.0, 10.0, 50.0, 100.0};
 enum { CAPS_COUNT = sizeof CAPS / sizeof *CAPS };
 

@@ -5,9 +5,6 @@
 
 #include "body/kernel.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { MOST = 67 };
 static const double H = 1.7e-3, GRAVITY[3] = {0.3, -0.2, -9.81};
 

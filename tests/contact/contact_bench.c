@@ -3,6 +3,7 @@
 
 #include "base/check.h"
 #include "geometry/generator.h"
+#include "sim_steps.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -229,8 +230,7 @@ void bench_move(Bench *bench, int tool, Vec3 position)
 
 void bench_withdraw(Bench *bench, int tool)
 {
-    ToolPose pose = {.orientation = {1.0, 0.0, 0.0, 0.0}, .active = false};
-    sim_apply_pose(bench->sim, tool, &pose, true);
+    withdraw_tool(bench->sim, tool);
 }
 
 void bench_run(Bench *bench, double seconds)
@@ -261,20 +261,6 @@ void bench_travel(Bench *bench, int tool, Vec3 from, Vec3 to, double speed)
 void bench_read(Bench *bench)
 {
     bench->body->ops->read_state(bench->body->model, NULL, bench->x, bench->v);
-}
-
-double bench_energy(const Bench *bench)
-{
-    BodyMeasure measure;
-    bench->body->ops->measure(bench->body->model, &measure);
-    return measure.kinetic + measure.elastic;
-}
-
-double bench_kinetic(const Bench *bench)
-{
-    BodyMeasure measure;
-    bench->body->ops->measure(bench->body->model, &measure);
-    return measure.kinetic;
 }
 
 void bench_momentum(const Bench *bench, Vec3 *linear, Vec3 *angular)

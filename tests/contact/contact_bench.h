@@ -87,9 +87,6 @@ void bench_travel(Bench *bench, int tool, Vec3 from, Vec3 to, double speed);
 
 // x and v of now.
 void bench_read(Bench *bench);
-// Kinetic and elastic energy [J].
-double bench_energy(const Bench *bench);
-double bench_kinetic(const Bench *bench);
 // Sums over the nodes, about the origin, of x and v as read.
 void bench_momentum(const Bench *bench, Vec3 *linear, Vec3 *angular);
 

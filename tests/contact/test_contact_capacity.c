@@ -4,8 +4,6 @@
 #include "contact_bench.h"
 #include "test.h"
 
-#include <stdlib.h>
-
 // All nodes of a body as near to each other as `share` of their places, held there.
 static void create_shrunk(Bench *bench, double share)
 {

@@ -6,8 +6,6 @@
 #include "contact_bench.h"
 #include "random.h"
 
-#include <stdlib.h>
-
 // A sphere whose nodes weigh what a test says, given to the law of contact.
 typedef struct Case {
     Bench bench;

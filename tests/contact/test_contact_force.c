@@ -3,11 +3,11 @@
 // time: forces are its gradient, they cancel, they are those that hold a body in equilibrium, and
 // their stiffness enters the step bound rightly.
 #include "test.h"
+#include "sim_steps.h"
 #include "contact_bench.h"
 #include "random.h"
 
 #include <float.h>
-#include <stdlib.h>
 
 // ---------------------------------------------------------------------------------------------
 // Energy of contact, from server/sim/README.md, "Contact of faces" and "Capsules", alone: own
@@ -347,10 +347,10 @@ static double press_and_hold(const PressCase *press, IntegratorKind integrator, 
     *largest = 0.0;
     for (double way = 0.0; way < 0.006; way += 0.1 * h) {
         bench_touch(&bench, 0, vec3_add(aside, vec3_scale(start - way, out)));
-        *largest = fmax(*largest, bench_kinetic(&bench));
+        *largest = fmax(*largest, measure_of(bench.body).kinetic);
     }
     bench_run(&bench, 0.6);
-    double left = sim_resets(bench.sim) > 0 ? (double)INFINITY : bench_kinetic(&bench);
+    double left = sim_resets(bench.sim) > 0 ? (double)INFINITY : measure_of(bench.body).kinetic;
     return left;
 }
 

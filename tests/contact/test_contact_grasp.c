@@ -4,13 +4,11 @@
 #include "contact_bench.h"
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "random.h"
 
 #include "sim/hold/attachment.h"
 #include "sim/sim_data.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static ToolOptions jaws(double radius)
 {
@@ -121,7 +119,7 @@ static bool is_stable(double stiffness, double times, double bound_of)
     hold_at(&bench, at, STRAIGHT, 1.0);
     for (int i = 0; i < 2000; i++)
         hold_at(&bench, vec3_madd(at, i < 10 ? 1e-3 : 0.0, vec3(0.6, 0.0, 0.8)), STRAIGHT, 1.0);
-    double energy = bench_energy(&bench);
+    double energy = energy_of(bench.body);
     bool stable = sim_resets(bench.sim) == 0 && energy < 1.0;
     bench_destroy(&bench);
     return stable;
@@ -273,13 +271,13 @@ TEST(body_that_was_let_go_returns_to_rest)
     hold_at(&bench, at, STRAIGHT, 1.0);
     for (int i = 1; i <= 400; i++)
         hold_at(&bench, vec3_madd(at, 5e-5 * i, vec3(0.0, 0.6, 0.8)), STRAIGHT, 1.0);
-    double pulled = bench_energy(&bench);
+    double pulled = energy_of(bench.body);
     assert_true(pulled > 1e-3);
     // Opened where it is, amid what it held: no push, no jerk.
     double after = pulled;
     for (int i = 0; i < 100; i++) {
         hold_at(&bench, vec3_madd(at, 0.02, vec3(0.0, 0.6, 0.8)), STRAIGHT, 0.0);
-        double energy = bench_energy(&bench);
+        double energy = energy_of(bench.body);
         expect_at_most(energy, after * (1.0 + 1e-2)); // leapfrog's energy sways with its step
         after = fmin(after, energy);
     }
@@ -328,8 +326,7 @@ TEST(hold_is_part_of_the_state)
             state_copy_out(&bench.state, middle);
         } else {
             hold_at(&bench, at, STRAIGHT, 0.0); // something else in between
-            state_copy_in(&bench.state, middle);
-            sim_restored(bench.sim);
+            resume(&bench.state, bench.sim, middle);
             assert_true(sim_check(bench.sim));
         }
         for (int i = 100; i < 200; i++)

@@ -4,6 +4,7 @@
 // (and as exact in momentum: contact_momentum).
 #include "contact_bench.h"
 #include "test.h"
+#include "sim_steps.h"
 
 static const double THETA[] = {0.5, 0.55, 1.0};
 enum { THETAS = 3 };
@@ -70,7 +71,7 @@ TEST(tool_pressed_on_a_stiff_body_is_answered)
         }
         bench_read(&bench);
         print_message("theta %.2f: %.4g N up, kinetic %.2g J\n", THETA[k / 2], force[1].z,
-                      bench_kinetic(&bench));
+                      measure_of(bench.body).kinetic);
         assert_int_equal(bench.body->resets, 0);
         // Held by the wall of the contact alone, kappa a area of some mm: well above nothing and
         // within what the proxy allows.
@@ -78,7 +79,7 @@ TEST(tool_pressed_on_a_stiff_body_is_answered)
         expect_at_most(force[1].z, 3.3 * (1.0 + 1e-6));
         expect_at_most(vec3_length(vec3_sub(force[1], force[0])), 1e-3 * force[1].z);
         // Of the 1.6e-4 J that 0.13 kg have at the tool's speed.
-        expect_at_most(bench_kinetic(&bench), 1e-8);
+        expect_at_most(measure_of(bench.body).kinetic, 1e-8);
     }
 }
 
@@ -119,10 +120,10 @@ TEST(grasper_that_pulls_a_stiff_body_is_held_back)
         bench_read(&bench);
         const Vec3 force = sim_wrench(bench.sim, 0)->force;
         print_message("theta %.2f: %.4g N, kinetic %.2g J\n", THETA[k], force.z,
-                      bench_kinetic(&bench));
+                      measure_of(bench.body).kinetic);
         assert_int_equal(bench.body->resets, 0);
         expect_at_most(force.z, -0.05);
         expect_at_most(vec3_length(force), 3.3 * (1.0 + 1e-6));
-        expect_at_most(bench_kinetic(&bench), 1e-8); // as above
+        expect_at_most(measure_of(bench.body).kinetic, 1e-8); // as above
     }
 }

@@ -3,11 +3,9 @@
 // presses in equilibrium, thin tools, jumps, and what happens when a tool comes, goes, turns or
 // falls silent.
 #include "test.h"
+#include "sim_steps.h"
 #include "contact_bench.h"
 #include "random.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static const Quat UNTURNED = {1.0, 0.0, 0.0, 0.0};
 
@@ -132,7 +130,7 @@ static BenchOptions jump_options(void)
 static void watch(Bench *bench, double seconds, double limit, double most_work, Vec3 *last)
 {
     long ticks = lround(seconds / sim_tick(bench->sim));
-    double before = bench_energy(bench);
+    double before = energy_of(bench->body);
     for (long i = 0; i < ticks; i++) {
         sim_step(bench->sim);
         const ToolWrench *wrench = sim_wrench(bench->sim, 0);
@@ -140,7 +138,7 @@ static void watch(Bench *bench, double seconds, double limit, double most_work, 
         expect_at_most(vec3_length(wrench->force), limit * (1.0 + 1e-12));
         *last = wrench->position;
     }
-    expect_at_most(bench_energy(bench) - before, most_work);
+    expect_at_most(energy_of(bench->body) - before, most_work);
     assert_int_equal(sim_resets(bench->sim), 0);
 }
 
@@ -162,7 +160,7 @@ TEST(jumps_are_bounded_by_force_and_work)
         bench_withdraw(&bench, 0);
         // Energy falls with exp(-2 z w t) = exp(-30 t), from below 0.1 J.
         bench_run(&bench, 1.2);
-        expect_at_most(bench_energy(&bench), 1e-10);
+        expect_at_most(energy_of(bench.body), 1e-10);
     }
 }
 
@@ -186,7 +184,7 @@ TEST(any_speed_is_survived)
         assert_true(sim_wrench(bench.sim, 0)->contact);
         bench_withdraw(&bench, 0);
         bench_run(&bench, 1.2);
-        expect_at_most(bench_energy(&bench), 1e-10);
+        expect_at_most(energy_of(bench.body), 1e-10);
     }
 }
 
@@ -209,7 +207,7 @@ TEST(withdrawn_tool_gives_no_force)
                     0.0);
     }
     bench_run(&bench, 1.2); // as after a jump
-    expect_at_most(bench_energy(&bench), 1e-10);
+    expect_at_most(energy_of(bench.body), 1e-10);
     // It may come back anywhere, also far from where it left.
     bench_touch(&bench, 0, vec3(0.0, 0.0545, 0.0));
     expect_near(sim_wrench(bench.sim, 0)->position.y, 0.0545, 0.0);
@@ -267,7 +265,7 @@ TEST(turning_capsule_sweeps_no_wall_away)
                 1e-4 * vec3_length(force));
     bench_withdraw(&bench, 0);
     bench_run(&bench, 1.2);
-    expect_at_most(bench_energy(&bench), 1e-10);
+    expect_at_most(energy_of(bench.body), 1e-10);
 }
 
 TEST(tool_may_come_to_life_inside)
@@ -286,10 +284,10 @@ TEST(tool_may_come_to_life_inside)
         }
         assert_int_equal(sim_resets(bench.sim), 0);
         // 3.3 N over the tool's own size is all that can have been put in.
-        expect_at_most(bench_energy(&bench), 3.3 * 0.016);
+        expect_at_most(energy_of(bench.body), 3.3 * 0.016);
         bench_withdraw(&bench, 0);
         bench_run(&bench, 1.5);
-        expect_at_most(bench_energy(&bench), 1e-10);
+        expect_at_most(energy_of(bench.body), 1e-10);
     }
 }
 
@@ -360,8 +358,7 @@ TEST(contact_continues_from_a_copy_of_its_state)
             bench_move(&bench[0], 0, vec3_scale(0.09, random_vec3(&random)));
         sim_step(bench[0].sim);
         if (i == 777) {
-            FREED void *copy = malloc(state_bytes(&bench[0].state));
-            state_copy_out(&bench[0].state, copy);
+            FREED void *copy = copy_state(&bench[0].state);
             state_copy_in(&bench[1].state, copy);
             // What is not in the state must not matter, whatever it says.
             contact->forces = (ContactForces){.acting = 3, .crossed = 3, .depth = 1.0};

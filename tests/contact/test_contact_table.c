@@ -2,11 +2,10 @@
 // Bodies on tables (server/sim/README.md, "Planes" and "Friction"): they come to rest, weigh
 // what they weigh, stick and slide by Coulomb's law.
 #include "test.h"
+#include "sim_steps.h"
 #include "contact_bench.h"
 
 #include "geometry/generator.h"
-
-#include <stdlib.h>
 
 static const double G = 9.81; // [m/s2]
 static const double PI = 3.14159265358979323846;
@@ -63,8 +62,7 @@ TEST(dropped_sphere_comes_to_rest_and_weighs_its_weight)
 static void lie_down(Bench *bench, double friction, IntegratorKind integrator)
 {
     BenchOptions options = bench_options();
-    Status status = {0};
-    assert_true(generate_sheet(&options.mesh, 7, 7, 0.1, 0.1, &status));
+    assert_true(generate_sheet(&options.mesh, 7, 7, 0.1, 0.1, &(Status){0}));
     options.fixing = BENCH_FREE;
     options.body_frame = true;
     options.friction = friction;
@@ -78,10 +76,9 @@ static void lie_down(Bench *bench, double friction, IntegratorKind integrator)
 
 static void tilt(Bench *bench, double degrees)
 {
-    char why[128];
     double angle = degrees * PI / 180.0;
-    assert_true(sim_apply_set(bench->sim, "gravity_x", G * sin(angle), why, sizeof why));
-    assert_true(sim_apply_set(bench->sim, "gravity_z", -G * cos(angle), why, sizeof why));
+    set_or_fail(bench->sim, "gravity_x", G * sin(angle));
+    set_or_fail(bench->sim, "gravity_z", -G * cos(angle));
 }
 
 static double center_x(Bench *bench)

@@ -6,9 +6,6 @@
 #include "geometry/generator.h"
 #include "geometry/levels.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static const double PI = 3.14159265358979323846;
 
 // One round of subdivision, looked at edge by edge.
@@ -291,9 +288,8 @@ TEST(closed_meshes_follow_the_printed_sums)
 TEST(constant_is_reproduced_whatever_the_valence)
 {
     TriMesh mesh;
-    Status status = {0};
     Round round;
-    assert_true(generate_stomach(&mesh, 300, 1.0, &status));
+    assert_true(generate_stomach(&mesh, 300, 1.0, &(Status){0}));
     for (int i = 0; i < mesh.node_count; i++)
         mesh.position[i] = vec3(1.0, -2.0, 0.5);
     take_mesh(&round, &mesh);
@@ -306,10 +302,9 @@ TEST(constant_is_reproduced_whatever_the_valence)
 TEST(thousand_spokes_add_up)
 {
     TriMesh mesh;
-    Status status = {0};
     Round round;
     const int count = 4000;
-    assert_true(generate_uv_sphere(&mesh, 1, count, 1.0, &status));
+    assert_true(generate_uv_sphere(&mesh, 1, count, 1.0, &(Status){0}));
     take_mesh(&round, &mesh);
     subdivide(&round);
     // The ring is a circle: the pole's share is (x/2, y/2, 3/4), that of a ring node, of valence 4,
@@ -432,8 +427,7 @@ TEST(two_triangles_back_to_back_stay_what_they_are)
 TEST(coordinates_map_on_their_own)
 {
     TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_stomach(&mesh, 188, 1.0, &status));
+    assert_true(generate_stomach(&mesh, 188, 1.0, &(Status){0}));
     Round round;
     take_mesh(&round, &mesh);
     subdivide(&round);

@@ -7,8 +7,6 @@
 #include "geometry/generator.h"
 
 #include <float.h>
-#include <stdlib.h>
-#include <string.h>
 
 static const double PI = 3.14159265358979323846;
 
@@ -64,8 +62,7 @@ static double degrees(double radians)
 TEST(sphere_of_114_nodes_is_the_papers)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_sphere(&mesh, 114, 0.05, &status));
+    assert_true(generate_sphere(&mesh, 114, 0.05, &(Status){0}));
     Shape shape = measure_closed(&mesh, 114);
     assert_int_equal(mesh.triangle_count, 224);
     assert_true(shape.least_valence >= 5 && shape.most_valence <= 7);
@@ -78,8 +75,7 @@ TEST(sphere_is_even_for_every_node_count)
     // All small counts, where four nodes on one circle and other coincidences are common.
     for (int nodes = 4; nodes <= 200; nodes += nodes < 40 ? 1 : 7) {
         SCOPED(mesh_destroy) TriMesh mesh;
-        Status status = {0};
-        assert_true(generate_sphere(&mesh, nodes, 1.0, &status));
+        assert_true(generate_sphere(&mesh, nodes, 1.0, &(Status){0}));
         Shape shape = measure_closed(&mesh, nodes);
         // Squares split in two have angles of 45 degrees; a cell much worse is not even.
         expect_at_least(degrees(shape.least_angle), 35.0);
@@ -92,8 +88,7 @@ TEST(sphere_is_even_for_every_node_count)
 TEST(sphere_is_the_convex_hull_of_its_nodes)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_sphere(&mesh, 188, 1.0, &status));
+    assert_true(generate_sphere(&mesh, 188, 1.0, &(Status){0}));
     for (int t = 0; t < mesh.triangle_count; t++) {
         const int *corner = mesh.triangle[t];
         Vec3 a = mesh.position[corner[0]];
@@ -113,8 +108,7 @@ TEST(few_nodes_find_the_regular_solids)
                               5.0 / 12.0 * (3.0 + sqrt(5.0)) * side * side * side};
     for (int i = 0; i < 3; i++) {
         SCOPED(mesh_destroy) TriMesh mesh;
-        Status status = {0};
-        assert_true(generate_sphere(&mesh, nodes[i], 1.0, &status));
+        assert_true(generate_sphere(&mesh, nodes[i], 1.0, &(Status){0}));
         // The volume is stationary there: the error is the square of what relaxation left over.
         expect_near(mesh_volume(&mesh), volume[i], 1e-6);
     }
@@ -125,8 +119,7 @@ TEST(large_spheres_are_valid_and_round)
     const int nodes[2] = {2000, 20000};
     for (int i = 0; i < 2; i++) {
         SCOPED(mesh_destroy) TriMesh mesh;
-        Status status = {0};
-        assert_true(generate_sphere(&mesh, nodes[i], 2.0, &status));
+        assert_true(generate_sphere(&mesh, nodes[i], 2.0, &(Status){0}));
         Shape shape = measure_closed(&mesh, nodes[i]);
         assert_true(shape.least_valence >= 5 && shape.most_valence <= 7);
         expect_at_least(degrees(shape.least_angle), 30.0);
@@ -140,8 +133,7 @@ TEST(large_spheres_are_valid_and_round)
 TEST(uv_sphere_of_8_by_14_is_the_papers)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_uv_sphere(&mesh, 8, 14, 0.05, &status));
+    assert_true(generate_uv_sphere(&mesh, 8, 14, 0.05, &(Status){0}));
     measure_closed(&mesh, 114);
     expect_radius(&mesh, 0.05);
     // north pole, rings from north to south starting at +x, south pole
@@ -158,8 +150,7 @@ TEST(uv_sphere_of_8_by_14_is_the_papers)
 TEST(smallest_uv_sphere_is_valid)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_uv_sphere(&mesh, 1, 3, 1.0, &status));
+    assert_true(generate_uv_sphere(&mesh, 1, 3, 1.0, &(Status){0}));
     measure_closed(&mesh, 5);
 }
 
@@ -168,8 +159,7 @@ TEST(ico_sphere_has_twelve_nodes_of_valence_five)
     for (int s = 0, nodes = 12; s <= 5; s++, nodes = 4 * nodes - 6) {
         SCOPED(mesh_destroy) TriMesh mesh;
         SCOPED(winged_destroy) WingedMesh winged;
-        Status status = {0};
-        assert_true(generate_ico_sphere(&mesh, s, 3.0, &status));
+        assert_true(generate_ico_sphere(&mesh, s, 3.0, &(Status){0}));
         Shape shape = measure_closed(&mesh, nodes);
         expect_at_least(degrees(shape.least_angle), 50.0);
         expect_radius(&mesh, 3.0);
@@ -184,8 +174,7 @@ TEST(sheet_is_flat_and_faces_up)
     SCOPED(mesh_destroy) TriMesh mesh;
     MeshFault fault;
     SCOPED(winged_destroy) WingedMesh winged;
-    Status status = {0};
-    assert_true(generate_sheet(&mesh, 7, 5, 0.6, 0.2, &status));
+    assert_true(generate_sheet(&mesh, 7, 5, 0.6, 0.2, &(Status){0}));
     assert_true(mesh_check(&mesh, &fault));
     expect_near(mesh_area(&mesh), 0.6 * 0.2, 1e-16);
     for (int t = 0; t < mesh.triangle_count; t++) {
@@ -232,8 +221,7 @@ static int count_crossings(const TriMesh *mesh)
 TEST(stomach_of_188_nodes_is_the_papers)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_stomach(&mesh, 188, 0.25, &status));
+    assert_true(generate_stomach(&mesh, 188, 0.25, &(Status){0}));
     Shape shape = measure_closed(&mesh, 188); // 558 edges
     assert_int_equal(mesh.triangle_count, 372);
     assert_true(shape.least_valence >= 4 && shape.most_valence <= 8);
@@ -246,8 +234,7 @@ TEST(stomach_is_well_shaped_for_every_size)
     const int nodes[] = {60, 61, 67, 75, 100, 133, 250, 400, 1000, 5000, 20000};
     for (size_t i = 0; i < sizeof nodes / sizeof *nodes; i++) {
         SCOPED(mesh_destroy) TriMesh mesh;
-        Status status = {0};
-        assert_true(generate_stomach(&mesh, nodes[i], 1.0, &status));
+        assert_true(generate_stomach(&mesh, nodes[i], 1.0, &(Status){0}));
         Shape shape = measure_closed(&mesh, nodes[i]);
         assert_true(shape.least_valence >= 4 && shape.most_valence <= 8);
         expect_at_least(degrees(shape.least_angle), 20.0);
@@ -259,8 +246,7 @@ TEST(stomach_is_well_shaped_for_every_size)
 TEST(stomach_fills_its_box_and_thins_towards_the_end)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_stomach(&mesh, 2000, 0.3, &status));
+    assert_true(generate_stomach(&mesh, 2000, 0.3, &(Status){0}));
     Vec3 low = mesh.position[0], high = low;
     double left_width = 0.0, right_width = 0.0; // across the bend, at the fundus and at the pylorus
     for (int i = 0; i < mesh.node_count; i++) {
@@ -284,12 +270,11 @@ TEST(stomach_fills_its_box_and_thins_towards_the_end)
 TEST(same_parameters_give_the_same_bits)
 {
     TriMesh one, two;
-    Status status = {0};
     for (int kind = 0; kind < 2; kind++) {
         for (int i = 0; i < 2; i++) {
             TriMesh *mesh = i == 0 ? &one : &two;
-            assert_true(kind == 0 ? generate_sphere(mesh, 300, 0.1, &status)
-                                  : generate_stomach(mesh, 300, 0.1, &status));
+            assert_true(kind == 0 ? generate_sphere(mesh, 300, 0.1, &(Status){0})
+                                  : generate_stomach(mesh, 300, 0.1, &(Status){0}));
         }
         assert_memory_equal(one.position, two.position, 300 * sizeof *one.position);
         assert_memory_equal(one.triangle, two.triangle, 596 * sizeof *one.triangle);

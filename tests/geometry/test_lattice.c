@@ -5,9 +5,6 @@
 
 #include "geometry/lattice.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static void fill_random(Lattice *lattice, double share, uint64_t *seed)
 {
     long cells = (long)lattice->count[0] * lattice->count[1] * lattice->count[2];
@@ -20,8 +17,7 @@ static void fill_random(Lattice *lattice, double share, uint64_t *seed)
 TEST(box_is_solid_and_centred)
 {
     SCOPED(lattice_destroy) Lattice box;
-    Status status = {0};
-    assert_true(lattice_box(&box, (int[3]){4, 3, 5}, 0.5, &status));
+    assert_true(lattice_box(&box, (int[3]){4, 3, 5}, 0.5, &(Status){0}));
     assert_int_equal(lattice_solid(&box), 60);
     assert_int_equal(lattice_pieces(&box), 1);
     for (int i = 0; i < 60; i++)
@@ -78,8 +74,7 @@ TEST(round_lattices_are_cropped_and_mirror_symmetric)
 {
     for (double radius = 1.0; radius < 9.0; radius += 0.37) {
         SCOPED(lattice_destroy) Lattice ball;
-        Status status = {0};
-        assert_true(lattice_ball(&ball, radius, 1.0, &status));
+        assert_true(lattice_ball(&ball, radius, 1.0, &(Status){0}));
         int n = ball.count[0];
         expect_near(ball.origin.x, -0.5 * n, 0.0);
         bool touches = false;
@@ -137,8 +132,7 @@ TEST(impossible_lattices_are_refused_in_words)
 TEST(outside_of_the_block_all_is_void)
 {
     SCOPED(lattice_destroy) Lattice box;
-    Status status = {0};
-    assert_true(lattice_box(&box, (int[3]){2, 3, 4}, 1.0, &status));
+    assert_true(lattice_box(&box, (int[3]){2, 3, 4}, 1.0, &(Status){0}));
     for (int k = -1; k <= 4; k++)
         for (int j = -1; j <= 3; j++)
             for (int i = -1; i <= 2; i++)
@@ -151,11 +145,10 @@ TEST(crop_keeps_every_solid_cell_where_it_was)
     uint64_t seed = 11;
     for (int repeat = 0; repeat < EFFORT(60); repeat++) {
         Lattice lattice, whole;
-        Status status = {0};
         int count[3];
         for (int a = 0; a < 3; a++)
             count[a] = 1 + random_below(&seed, 9);
-        assert_true(lattice_create(&lattice, count, 0.25, &status));
+        assert_true(lattice_create(&lattice, count, 0.25, &(Status){0}));
         lattice.origin = random_vec3(&seed);
         lattice.turn = quat_from_rotation(random_vec3(&seed));
         fill_random(&lattice, 0.02, &seed);
@@ -163,7 +156,7 @@ TEST(crop_keeps_every_solid_cell_where_it_was)
         whole = lattice;
         whole.label = malloc((size_t)(count[0] * count[1] * count[2]));
         memcpy(whole.label, lattice.label, (size_t)(count[0] * count[1] * count[2]));
-        assert_true(lattice_crop(&lattice, &status));
+        assert_true(lattice_crop(&lattice, &(Status){0}));
         assert_int_equal(lattice_solid(&lattice), lattice_solid(&whole));
         // The offset in cells, found from where the origin went.
         Vec3 moved =
@@ -207,8 +200,7 @@ TEST(place_moves_points_as_a_mesh_is_moved)
     uint64_t seed = 5;
     for (int repeat = 0; repeat < 50; repeat++) {
         SCOPED(lattice_destroy) Lattice lattice;
-        Status status = {0};
-        assert_true(lattice_box(&lattice, (int[3]){3, 4, 5}, 0.01, &status));
+        assert_true(lattice_box(&lattice, (int[3]){3, 4, 5}, 0.01, &(Status){0}));
         lattice.origin = random_vec3(&seed);
         lattice.turn = quat_from_rotation(random_vec3(&seed));
         Vec3 rotation = repeat == 0 ? vec3(0.0, 0.0, 0.0) : vec3_scale(2.0, random_vec3(&seed));
@@ -258,11 +250,10 @@ TEST(pieces_are_what_faces_join)
     uint64_t seed = 7;
     for (int repeat = 0; repeat < EFFORT(300); repeat++) {
         SCOPED(lattice_destroy) Lattice lattice;
-        Status status = {0};
         int count[3];
         for (int a = 0; a < 3; a++)
             count[a] = 1 + random_below(&seed, 8);
-        assert_true(lattice_create(&lattice, count, 1.0, &status));
+        assert_true(lattice_create(&lattice, count, 1.0, &(Status){0}));
         fill_random(&lattice, random_between(&seed, 0.05, 0.9), &seed);
         assert_int_equal(lattice_pieces(&lattice), count_pieces_slowly(&lattice));
     }
@@ -271,8 +262,7 @@ TEST(pieces_are_what_faces_join)
 TEST(edges_and_corners_join_nothing)
 {
     SCOPED(lattice_destroy) Lattice lattice;
-    Status status = {0};
-    assert_true(lattice_create(&lattice, (int[3]){4, 4, 4}, 1.0, &status));
+    assert_true(lattice_create(&lattice, (int[3]){4, 4, 4}, 1.0, &(Status){0}));
     assert_int_equal(lattice_pieces(&lattice), 0);
     for (int k = 0; k < 4; k++)
         for (int j = 0; j < 4; j++)

@@ -6,9 +6,6 @@
 #include "geometry/generator.h"
 #include "geometry/levels.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 // A mesh, its levels and where they live.
 typedef struct Divided {
     TriMesh mesh;
@@ -158,9 +155,8 @@ TEST(counts_are_those_of_the_paper)
     static const int edges[2][4] = {{336, 1344, 5376, 21504}, {558, 2232, 8928, 35712}};
     for (int organ = 0; organ < 2; organ++) {
         Divided divided = {0};
-        Status status = {0};
-        assert_true(organ == 0 ? generate_uv_sphere(&divided.mesh, 8, 14, 0.05, &status)
-                               : generate_stomach(&divided.mesh, 188, 0.2, &status));
+        assert_true(organ == 0 ? generate_uv_sphere(&divided.mesh, 8, 14, 0.05, &(Status){0})
+                               : generate_stomach(&divided.mesh, 188, 0.2, &(Status){0}));
         divide(&divided, 3);
         for (int l = 0; l <= 3; l++) {
             assert_int_equal(divided.levels.level[l].node_count, nodes[organ][l]);
@@ -206,8 +202,7 @@ TEST(icosphere_stays_a_sphere)
 {
     // Measured on another implementation, four digits given.
     Divided divided = {0};
-    Status status = {0};
-    assert_true(generate_ico_sphere(&divided.mesh, 2, 1.0, &status));
+    assert_true(generate_ico_sphere(&divided.mesh, 2, 1.0, &(Status){0}));
     divide(&divided, 3);
     Shape coarse = shape_of(&divided, 0), fine = shape_of(&divided, 3);
     expect_near(fine.nearest, 0.9965, 5e-5);
@@ -225,8 +220,7 @@ TEST(spheres_of_any_valence_stay_round)
     static const int nodes[2] = {114, 188};
     for (int k = 0; k < 2; k++) {
         Divided divided = {0};
-        Status status = {0};
-        assert_true(generate_sphere(&divided.mesh, nodes[k], 1.0, &status));
+        assert_true(generate_sphere(&divided.mesh, nodes[k], 1.0, &(Status){0}));
         divide(&divided, 3);
         Shape fine = shape_of(&divided, 3);
         expect_at_least(fine.nearest, 0.9916);
@@ -239,8 +233,7 @@ TEST(spheres_of_any_valence_stay_round)
 TEST(sheet_keeps_plane_rectangle_and_area)
 {
     Divided divided = {0};
-    Status status = {0};
-    assert_true(generate_sheet(&divided.mesh, 11, 7, 1.0, 0.6, &status));
+    assert_true(generate_sheet(&divided.mesh, 11, 7, 1.0, 0.6, &(Status){0}));
     divide(&divided, 3);
     const Levels *levels = &divided.levels;
     for (int l = 1; l <= 3; l++) {
@@ -276,8 +269,7 @@ TEST(midpoints_count_on_from_the_source)
 {
     // A source of 9 nodes: the first went away, the last two of the mesh are copies.
     Divided divided = {0};
-    Status status = {0};
-    assert_true(generate_sphere(&divided.mesh, 10, 1.0, &status));
+    assert_true(generate_sphere(&divided.mesh, 10, 1.0, &(Status){0}));
     TriMesh *mesh = &divided.mesh;
     mesh->file_node_count = 9;
     mesh->copy_count = 2;
@@ -334,8 +326,7 @@ TEST(faces_that_vanish_are_refused)
     // In a triangle (a, b, c) the node w across (b, c) counts -1/16 in the middles of (a, b) and
     // (c, a), and 1/8 in that of (b, c): moved by -8/3 (c - a) it makes two middles one.
     TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_sheet(&mesh, 7, 7, 6.0, 6.0, &status));
+    assert_true(generate_sheet(&mesh, 7, 7, 6.0, 6.0, &(Status){0}));
     const int a = 10, c = 18, w = 25;
     Vec3 side = vec3_sub(mesh.position[c], mesh.position[a]);
     mesh.position[w] = vec3_madd(mesh.position[w], -8.0 / 3.0, side);
@@ -351,12 +342,12 @@ TEST(faces_that_vanish_are_refused)
 // A copy of a hierarchy's tables, as if read from a file.
 static void copy_tables(const Divided *from, Divided *to)
 {
-    Status status = {0};
     const Levels *levels = &from->levels;
     const int count[3] = {levels->level[0].node_count, levels->level[0].edge_count,
                           levels->level[0].face_count};
     *to = (Divided){.mesh = from->mesh};
-    assert_true(levels_reserve(&to->levels, count, levels->finest, "body", &to->arena, &status));
+    assert_true(
+        levels_reserve(&to->levels, count, levels->finest, "body", &to->arena, &(Status){0}));
     int nodes = levels->level[levels->finest].node_count;
     memcpy(to->levels.position, levels->position, (size_t)nodes * sizeof *levels->position);
     for (int l = 0; l <= levels->finest; l++) {
@@ -371,11 +362,10 @@ static void copy_tables(const Divided *from, Divided *to)
 TEST(tables_that_come_back_are_the_same_hierarchy)
 {
     Divided one = {0}, two;
-    Status status = {0};
-    assert_true(generate_sheet(&one.mesh, 5, 4, 1.0, 1.0, &status));
+    assert_true(generate_sheet(&one.mesh, 5, 4, 1.0, 1.0, &(Status){0}));
     divide(&one, 3);
     copy_tables(&one, &two);
-    assert_true(levels_check(&two.levels, &two.mesh, &status));
+    assert_true(levels_check(&two.levels, &two.mesh, &(Status){0}));
     assert_int_equal(one.arena.count, two.arena.count);
     for (int i = 0; i < one.arena.count; i++) {
         assert_string_equal(one.arena.block[i].name, two.arena.block[i].name);
@@ -443,9 +433,8 @@ TEST(positions_that_do_not_fit_are_refused)
 TEST(same_mesh_gives_the_same_levels)
 {
     Divided one = {0}, two = {0};
-    Status status = {0};
-    assert_true(generate_stomach(&one.mesh, 188, 0.2, &status));
-    assert_true(generate_stomach(&two.mesh, 188, 0.2, &status));
+    assert_true(generate_stomach(&one.mesh, 188, 0.2, &(Status){0}));
+    assert_true(generate_stomach(&two.mesh, 188, 0.2, &(Status){0}));
     divide(&one, 2);
     divide(&two, 2);
     assert_int_equal(one.arena.count, two.arena.count);

@@ -6,8 +6,6 @@
 #include "geometry/generator.h"
 #include "geometry/mesh.h"
 
-#include <string.h>
-
 // A mesh from literal arrays.
 static void make_mesh(TriMesh *mesh, int nodes, const Vec3 *position, int triangles,
                       const int (*triangle)[3])
@@ -220,8 +218,7 @@ TEST(fault_in_a_large_mesh_is_found)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
     MeshFault fault;
-    Status status = {0};
-    assert_true(generate_ico_sphere(&mesh, 6, 1.0, &status)); // 81920 triangles
+    assert_true(generate_ico_sphere(&mesh, 6, 1.0, &(Status){0})); // 81920 triangles
     assert_true(mesh_check(&mesh, &fault));
     int swap = mesh.triangle[70000][0];
     mesh.triangle[70000][0] = mesh.triangle[70000][1];

@@ -8,9 +8,6 @@
 #include "geometry/mesh.h"
 #include "geometry/mesh_repair.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 // --- making drafts ---
 
 static void add_nodes(MeshDraft *draft, const Vec3 *x, int count)
@@ -131,10 +128,9 @@ static void expect_refusal(MeshDraft *draft, int face, const char *expected)
 TEST(a_sound_mesh_comes_out_as_it_was)
 {
     SCOPED(mesh_destroy) TriMesh made;
-    Status status = {0};
     MeshDraft draft = {0};
     SCOPED(result_destroy) Result result;
-    assert_true(generate_stomach(&made, 188, 0.25, &status));
+    assert_true(generate_stomach(&made, 188, 0.25, &(Status){0}));
     add_nodes(&draft, made.position, made.node_count);
     for (int t = 0; t < made.triangle_count; t++)
         FACE(&draft, made.triangle[t][0], made.triangle[t][1], made.triangle[t][2]);
@@ -427,8 +423,7 @@ TEST(faces_are_turned_until_closed_surfaces_look_outward)
 {
     uint64_t random = 5;
     SCOPED(mesh_destroy) TriMesh sphere;
-    Status status = {0};
-    assert_true(generate_ico_sphere(&sphere, 2, 0.1, &status));
+    assert_true(generate_ico_sphere(&sphere, 2, 0.1, &(Status){0}));
     double volume = mesh_volume(&sphere);
     for (int round = 0; round < 20; round++) {
         MeshDraft draft = {0};
@@ -473,10 +468,9 @@ TEST(each_component_looks_outward_by_itself)
 TEST(an_open_sheet_keeps_the_side_of_most_of_its_faces)
 {
     SCOPED(mesh_destroy) TriMesh sheet;
-    Status status = {0};
     MeshDraft draft = {0};
     SCOPED(result_destroy) Result result;
-    assert_true(generate_sheet(&sheet, 9, 9, 1.0, 1.0, &status));
+    assert_true(generate_sheet(&sheet, 9, 9, 1.0, 1.0, &(Status){0}));
     add_nodes(&draft, sheet.position, sheet.node_count);
     for (int t = 0; t < sheet.triangle_count; t++) {
         const int *node = sheet.triangle[t];

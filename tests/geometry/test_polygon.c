@@ -6,8 +6,6 @@
 #include "geometry/mesh.h"
 #include "geometry/repair.h"
 
-#include <string.h>
-
 enum { MOST = 64 };
 
 // A polygon in a plane that stands anyhow in space.

@@ -7,9 +7,6 @@
 #include "geometry/generator.h"
 #include "geometry/lattice.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static const double PI = 3.14159265358979323846;
 
 // --- meshes ---
@@ -67,8 +64,7 @@ static TriMesh make_torus(int along, int around, double big, double small)
 static TriMesh make_ball(int subdivisions, double radius, Vec3 center)
 {
     TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_ico_sphere(&mesh, subdivisions, radius, &status));
+    assert_true(generate_ico_sphere(&mesh, subdivisions, radius, &(Status){0}));
     mesh_place(&mesh, 1.0, vec3(0.3, -0.7, 0.2), center);
     return mesh;
 }
@@ -150,10 +146,9 @@ static void check_mesh(TriMesh *mesh, int cells, uint64_t *seed)
 TEST(cells_are_inside_as_the_solid_angle_says)
 {
     uint64_t seed = 3;
-    Status status = {0};
     TriMesh mesh = make_ball(2, 1.0, vec3(0.1, 0.2, -5.0)), other;
     check_mesh(&mesh, 23, &seed);
-    assert_true(generate_stomach(&mesh, 188, 0.25, &status));
+    assert_true(generate_stomach(&mesh, 188, 0.25, &(Status){0}));
     check_mesh(&mesh, 31, &seed);
     mesh = make_torus(24, 12, 1.0, 0.4);
     check_mesh(&mesh, 28, &seed);
@@ -180,8 +175,7 @@ TEST(a_shell_within_a_shell_is_a_cavity)
         core = make_ball(1, 0.3, vec3(0.0, 0.1, 0.0));
         append(&mesh, &core);
         SCOPED(lattice_destroy) Lattice lattice;
-        Status status = {0};
-        assert_true(voxelise(&lattice, &mesh, 1.0 / 15.0, &status));
+        assert_true(voxelise(&lattice, &mesh, 1.0 / 15.0, &(Status){0}));
         assert_int_equal(lattice_pieces(&lattice), 2);
         check_mesh(&mesh, 26, &seed);
     }
@@ -193,9 +187,8 @@ TEST(volume_comes_closer_with_smaller_cells)
     double volume = mesh_volume(&mesh);
     for (int cells = 8; cells <= 128; cells *= 2) {
         SCOPED(lattice_destroy) Lattice lattice;
-        Status status = {0};
         double size = 0.1 / cells;
-        assert_true(voxelise(&lattice, &mesh, size, &status));
+        assert_true(voxelise(&lattice, &mesh, size, &(Status){0}));
         double error = (double)lattice_solid(&lattice) * size * size * size / volume - 1.0;
         printf("%3d cells across: volume off by %+.2e\n", cells, error);
         // The pi n^2 cells at the surface of n across are each wrong by up to half a cell, evenly
@@ -217,8 +210,7 @@ TEST(box_of_whole_cells_is_filled_exactly)
         TriMesh mesh =
             make_cuboid(vec3(0.7, -0.3, 5.0), vec3(0.7 + 5 * h, -0.3 + 3 * h, 5 + 7 * h));
         SCOPED(lattice_destroy) Lattice lattice;
-        Status status = {0};
-        assert_true(voxelise(&lattice, &mesh, h, &status));
+        assert_true(voxelise(&lattice, &mesh, h, &(Status){0}));
         assert_int_equal(lattice.count[0], 5);
         assert_int_equal(lattice.count[1], 3);
         assert_int_equal(lattice.count[2], 7);
@@ -343,8 +335,7 @@ static void refuse(TriMesh *mesh, double size, const char *text)
 TEST(meshes_with_borders_are_refused)
 {
     TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_sheet(&mesh, 3, 3, 1.0, 1.0, &status));
+    assert_true(generate_sheet(&mesh, 3, 3, 1.0, 1.0, &(Status){0}));
     refuse(&mesh, 0.1,
            "the mesh is not closed: no other triangle borders the one at the edge between nodes 0 "
            "and 1, so it has no inside");

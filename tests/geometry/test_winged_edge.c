@@ -5,8 +5,6 @@
 #include "geometry/edges.h"
 #include "geometry/generator.h"
 
-#include <string.h>
-
 // Everything that the table promises, checked against the triangles by plain search.
 static void expect_sound(const WingedMesh *winged, const TriMesh *mesh)
 {
@@ -92,8 +90,7 @@ TEST(closed_sphere_links_everything)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
     SCOPED(winged_destroy) WingedMesh winged;
-    Status status = {0};
-    assert_true(generate_uv_sphere(&mesh, 8, 14, 1.0, &status));
+    assert_true(generate_uv_sphere(&mesh, 8, 14, 1.0, &(Status){0}));
     link_mesh(&winged, &mesh);
     expect_shape(&winged, 336, 0, 1);
     assert_int_equal(winged_euler(&winged), 2);
@@ -106,8 +103,7 @@ TEST(sheet_has_one_border)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
     SCOPED(winged_destroy) WingedMesh winged;
-    Status status = {0};
-    assert_true(generate_sheet(&mesh, 5, 4, 1.0, 1.0, &status));
+    assert_true(generate_sheet(&mesh, 5, 4, 1.0, 1.0, &(Status){0}));
     link_mesh(&winged, &mesh);
     expect_shape(&winged, 4 * 4 + 5 * 3 + 4 * 3, 1, 1); // rows, columns, diagonals
     assert_int_equal(winged_euler(&winged), 1);
@@ -158,8 +154,7 @@ TEST(node_with_thousands_of_edges_is_linked)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
     SCOPED(winged_destroy) WingedMesh winged;
-    Status status = {0};
-    assert_true(generate_uv_sphere(&mesh, 1, 4000, 1.0, &status));
+    assert_true(generate_uv_sphere(&mesh, 1, 4000, 1.0, &(Status){0}));
     winged_create(&winged, &mesh);
     expect_sound(&winged, &mesh);
     expect_shape(&winged, 3 * 4000, 0, 1);
@@ -174,8 +169,7 @@ TEST(same_mesh_gives_the_same_table)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
     SCOPED(winged_destroy) WingedMesh one, two;
-    Status status = {0};
-    assert_true(generate_sphere(&mesh, 114, 1.0, &status));
+    assert_true(generate_sphere(&mesh, 114, 1.0, &(Status){0}));
     link_mesh(&one, &mesh);
     link_mesh(&two, &mesh);
     size_t edges = (size_t)one.edge_count;

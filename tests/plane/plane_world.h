@@ -6,6 +6,7 @@
 
 #include "sim/sim_data.h"
 #include "plane/model.h"
+#include "sim_steps.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -47,8 +48,7 @@ static inline PlaneWorldOptions plane_world_disc(int cells)
                  .body.contact_damping = 2e-4},
         .rate_hz = 1000.0,
     };
-    Status status = {0};
-    if (!lattice_disc(&options.lattice, 0.002 * cells, 0.002, &status))
+    if (!lattice_disc(&options.lattice, 0.002 * cells, 0.002, &(Status){0}))
         abort();
     return options;
 }
@@ -99,8 +99,7 @@ static inline void plane_world_run(PlaneWorld *world, double seconds)
 
 static inline void plane_world_place(PlaneWorld *world, int tool, Vec3 position)
 {
-    ToolPose pose = {.position = position, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
-    sim_apply_pose(world->sim, tool, &pose, true);
+    put_tool(world->sim, tool, position);
 }
 
 static inline void plane_world_read(const PlaneWorld *world, int vertex, Vec3 *x, Vec3 *v)
@@ -125,13 +124,6 @@ static inline void plane_world_momentum(const PlaneWorld *world, Vec3 *linear, V
         *linear = vec3_madd(*linear, world->model->vertices.mass[i], v);
         *angular = vec3_madd(*angular, world->model->vertices.mass[i], vec3_cross(x, v));
     }
-}
-
-static inline BodyMeasure plane_world_measure(const PlaneWorld *world)
-{
-    BodyMeasure measure;
-    world->body->ops->measure(world->model, &measure);
-    return measure;
 }
 
 #endif

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The plane body in a scene: what it keeps, what it refuses, and that it stays in its plane.
 #include "test.h"
+#include "sim_steps.h"
 #include "plane_world.h"
 #include "random.h"
-
-#include <string.h>
 
 static void disturb(PlaneWorld *world, double length, double speed)
 {
@@ -58,7 +57,7 @@ TEST(free_sheet_keeps_its_momentum)
             SCOPED(plane_world_destroy) PlaneWorld world;
             plane_world_create(&world, &options);
             disturb(&world, 0.001, 0.3);
-            BodyMeasure before = plane_world_measure(&world);
+            BodyMeasure before = measure_of(world.body);
             Vec3 p[2], l[2];
             plane_world_momentum(&world, &p[0], &l[0]);
             plane_world_run(&world, 1.0);
@@ -69,7 +68,7 @@ TEST(free_sheet_keeps_its_momentum)
             expect_near(vec3_length(vec3_sub(p[1], p[0])) / scale, 0.0, rounding);
             expect_near(vec3_length(vec3_sub(l[1], l[0])) / (scale * 0.032), 0.0, 10.0 * rounding);
             // Damping, by the speed of strain, leaves but the slow modes and the rigid motion.
-            BodyMeasure after = plane_world_measure(&world);
+            BodyMeasure after = measure_of(world.body);
             expect_at_most(after.elastic + after.kinetic, 0.02 * (before.elastic + before.kinetic));
             expect_in_plane(&world);
         }
@@ -135,7 +134,7 @@ TEST(turned_sheet_moves_alike)
         // Stable motion: rounding does not grow.
         expect_near(vec3_length(vec3_sub(x[1], quat_rotate(turn, x[0]))), 0.0, 1e-12);
     }
-    expect_at_least(plane_world_measure(&world[0]).max_displacement, 0.002);
+    expect_at_least(measure_of(world[0].body).max_displacement, 0.002);
     plane_world_destroy(&world[0]);
     plane_world_destroy(&world[1]);
 }
@@ -155,10 +154,9 @@ static double energy_after(int levels, double ratio, double step, bool *reset)
     plane_world_create(&world, &options);
     expect_near(2.0 / sqrt(world.body->lambda) / dt0, 1.0, 1e-7); // differences, as told there
     disturb(&world, 1e-7, 0.0);
-    double before = plane_world_measure(&world).elastic;
-    for (int i = 0; i < 4000; i++)
-        sim_step(world.sim);
-    BodyMeasure after = plane_world_measure(&world);
+    double before = measure_of(world.body).elastic;
+    sim_ticks(world.sim, 4000);
+    BodyMeasure after = measure_of(world.body);
     *reset = sim_resets(world.sim) > 0;
     return (after.elastic + after.kinetic) / before;
 }
@@ -199,9 +197,9 @@ TEST(sheet_recovers_from_inversion)
                     x = vec3(noise, random_between(&seed, -1e-5, 1e-5), 0.0);
                 plane_world_write(&world, i, x, vec3(0, 0, 0));
             }
-            double before = plane_world_measure(&world).elastic;
+            double before = measure_of(world.body).elastic;
             plane_world_run(&world, 4.0);
-            expect_at_most(plane_world_measure(&world).elastic, 1e-4 * before);
+            expect_at_most(measure_of(world.body).elastic, 1e-4 * before);
             assert_int_equal(sim_resets(world.sim), 0);
             expect_in_plane(&world);
         }
@@ -263,10 +261,10 @@ TEST(tool_presses_the_sheet_by_its_section)
                 expect_near(single / force.y, 1.0,
                             1e-4); // rounding of 1e-7, near a fold of contact
             // Released it swings, slowly damped, but never higher.
-            BodyMeasure held = plane_world_measure(&world);
+            BodyMeasure held = measure_of(world.body);
             plane_world_place(&world, 0, vec3(0.0, 0.1, 0.0));
             plane_world_run(&world, 1.0);
-            BodyMeasure free = plane_world_measure(&world);
+            BodyMeasure free = measure_of(world.body);
             assert_false(sim_wrench(world.sim, 0)->contact);
             expect_at_most(free.elastic + free.kinetic, held.elastic + held.kinetic);
             assert_int_equal(sim_resets(world.sim), 0);
@@ -370,9 +368,8 @@ TEST(restored_run_matches_uninterrupted_run)
                             .radius = 0.01,
                             .force = vec3(0.05, 0.0, 1.0),
                             .duration = 2.0};
-        char why[200];
         if (k == 0) {
-            assert_true(sim_apply_load(world[k].sim, &load, why, sizeof why));
+            load_or_fail(world[k].sim, &load);
             press(&world[k]);
         }
     }
@@ -380,8 +377,7 @@ TEST(restored_run_matches_uninterrupted_run)
     assert_int_equal(bytes, state_bytes(&world[1].state));
     FREED unsigned char *block = calloc(1, bytes);
     state_copy_out(&world[0].state, block);
-    state_copy_in(&world[1].state, block);
-    sim_restored(world[1].sim);
+    resume(&world[1].state, world[1].sim, block);
     assert_true(world[1].body->ops->check(world[1].model));
     for (int k = 0; k < 2; k++)
         plane_world_run(&world[k], 0.2);
@@ -436,15 +432,14 @@ TEST(gravity_along_z_moves_nothing)
     SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     plane_world_run(&world, 0.1);
-    assert_true(plane_world_measure(&world).max_displacement == 0.0);
-    char why[200];
-    assert_true(sim_apply_set(world.sim, "gravity_x", 2.0, why, sizeof why));
+    assert_true(measure_of(world.body).max_displacement == 0.0);
+    set_or_fail(world.sim, "gravity_x", 2.0);
     plane_world_run(&world, 0.1);
     Vec3 p, l;
     plane_world_momentum(&world, &p, &l);
     expect_near(p.x / (0.2 * world.body->mass), 1.0, 1e-12); // g t, sums of 100 ticks
     sim_reset(world.sim);
-    assert_true(plane_world_measure(&world).max_displacement == 0.0);
+    assert_true(measure_of(world.body).max_displacement == 0.0);
 }
 
 TEST(what_is_no_plane_is_refused)

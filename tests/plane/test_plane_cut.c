@@ -2,11 +2,10 @@
 // Plane bodies that are cut: blades, the paper's threshold, quarters by its Fig. 7.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "plane_world.h"
 #include "random.h"
 #include "plane/cut.h"
-
-#include <string.h>
 
 static PlaneWorldOptions cuttable_disc(int cells)
 {
@@ -396,8 +395,7 @@ TEST(a_hostile_state_is_refused)
     slice(&world, vec3(0.0, -0.05, 0), vec3(0.001, 0.0, 0), &sum);
     plane_world_run(&world, 0.02);
     PlaneCut *cut = cut_of(&world);
-    FREED void *good = malloc(state_bytes(&world.state));
-    state_copy_out(&world.state, good);
+    FREED void *good = copy_state(&world.state);
     uint64_t seed = 5;
     int refused = 0;
     for (int k = 0; k < EFFORT(2000); k++) {
@@ -422,8 +420,7 @@ TEST(a_hostile_state_is_refused)
             refused++;
     }
     assert_true(refused > 100);
-    state_copy_in(&world.state, good);
-    sim_restored(world.sim);
+    resume(&world.state, world.sim, good);
     assert_true(world.body->ops->check(world.model));
     plane_world_run(&world, 0.01);
     expect_sound(&world);

@@ -5,9 +5,6 @@
 #include "random.h"
 #include "plane/mesh.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static const double NU = 0.3, E = 2.0, THICKNESS = 0.5;
 
 // Calls `look` for every shape of every union of quarters that can occur: 13 of them, each with all
@@ -254,9 +251,8 @@ static double patch_residual(const Lattice *lattice, int levels, PlaneLaw law, d
 {
     SCOPED(plane_layout_destroy) PlaneLayout layout;
     SCOPED(plane_mesh_destroy) PlaneMesh mesh;
-    Status status = {0};
     plane_layout_create(&layout, lattice, levels);
-    assert_true(plane_mesh_create(&mesh, &layout, NULL, &status));
+    assert_true(plane_mesh_create(&mesh, &layout, NULL, &(Status){0}));
     size_t n = (size_t)mesh.vertex_count;
     double(*force)[2] = calloc(n, sizeof *force);
     FREED bool *outer = calloc(n, sizeof *outer);
@@ -290,11 +286,10 @@ static double patch_residual(const Lattice *lattice, int levels, PlaneLaw law, d
 
 TEST(affine_law_passes_the_patch_test)
 {
-    Status status = {0};
     SCOPED(lattice_destroy) Lattice disc, square;
     const int count[3] = {32, 32, 1};
-    assert_true(lattice_disc(&disc, 16.0, 1.0, &status));
-    assert_true(lattice_box(&square, count, 1.0, &status));
+    assert_true(lattice_disc(&disc, 16.0, 1.0, &(Status){0}));
+    assert_true(lattice_box(&square, count, 1.0, &(Status){0}));
     for (int levels = 0; levels <= 4; levels++) {
         expect_at_most(patch_residual(&disc, levels, PLANE_AFFINE, 1.3), 1e-11);
         expect_at_most(patch_residual(&square, levels, PLANE_AFFINE, 0.4), 1e-11);

@@ -5,8 +5,6 @@
 #include "plane_world.h"
 #include "random.h"
 
-#include <string.h>
-
 static const PlaneLaw LAWS[2] = {PLANE_AFFINE, PLANE_MIYAZAKI2004};
 
 static void make_world(PlaneWorld *world, PlaneLaw law, Precision precision, const char *isa)

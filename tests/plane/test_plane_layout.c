@@ -7,28 +7,23 @@
 #include "remainder.h"
 #include "plane/mesh.h"
 
-#include <stdlib.h>
-
 // The paper's round object: the centre rule gives 812 cells.
 static void make_disc(Lattice *lattice)
 {
-    Status status = {0};
-    assert_true(lattice_disc(lattice, 16.0, 1.0, &status));
+    assert_true(lattice_disc(lattice, 16.0, 1.0, &(Status){0}));
 }
 
 static void make_square(Lattice *lattice, int cells)
 {
-    Status status = {0};
     const int count[3] = {cells, cells, 1};
-    assert_true(lattice_box(lattice, count, 1.0, &status));
+    assert_true(lattice_box(lattice, count, 1.0, &(Status){0}));
 }
 
 // Blobs with holes, notches, and with two materials if wanted.
 static void make_random(Lattice *lattice, uint64_t *seed, int materials)
 {
-    Status status = {0};
     const int count[3] = {20 + random_below(seed, 30), 20 + random_below(seed, 30), 1};
-    assert_true(lattice_create(lattice, count, 1.0, &status));
+    assert_true(lattice_create(lattice, count, 1.0, &(Status){0}));
     int blobs = 2 + random_below(seed, 6);
     for (int b = 0; b < blobs; b++) {
         double x = random_between(seed, 0, count[0]), y = random_between(seed, 0, count[1]);
@@ -188,10 +183,9 @@ TEST(triangles_fill_the_body_without_cracks)
         SCOPED(lattice_destroy) Lattice lattice;
         SCOPED(plane_layout_destroy) PlaneLayout layout;
         SCOPED(plane_mesh_destroy) PlaneMesh mesh;
-        Status status = {0};
         make_random(&lattice, &seed, 1 + run % 2);
         plane_layout_create(&layout, &lattice, run % 6);
-        assert_true(plane_mesh_create(&mesh, &layout, NULL, &status));
+        assert_true(plane_mesh_create(&mesh, &layout, NULL, &(Status){0}));
         expect_near(area_of(&mesh), (double)lattice_solid(&lattice), 1e-9); // small whole numbers
         expect_conforming(&mesh);
         // The outline runs between solid and void cells only, one cell at a time.
@@ -211,11 +205,10 @@ TEST(cells_that_touch_in_a_corner_do_not_share_a_vertex)
     SCOPED(lattice_destroy) Lattice lattice;
     SCOPED(plane_layout_destroy) PlaneLayout layout;
     SCOPED(plane_mesh_destroy) PlaneMesh mesh;
-    Status status = {0};
     make_square(&lattice, 2);
     lattice.label[1] = lattice.label[2] = 0;
     plane_layout_create(&layout, &lattice, 1);
-    assert_true(plane_mesh_create(&mesh, &layout, NULL, &status));
+    assert_true(plane_mesh_create(&mesh, &layout, NULL, &(Status){0}));
     assert_int_equal(mesh.vertex_count, 8);
     assert_int_equal(mesh.id[3], 4);         // the point in the middle
     assert_int_equal(mesh.id[4], 4 + 3 * 9); // its slot 3, 9 points in all

@@ -5,10 +5,8 @@
 #include "sim/cutting.h"
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "random.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static const double CELL = 0.01; // [m]
 enum { CELLS = 8 };              // a sheet of 0.08 m round the origin
@@ -32,15 +30,13 @@ static void create(ToyScene *scene, bool tears)
 // The blade's tip at (x, y), at once.
 static void move_to(ToyScene *scene, double x, double y)
 {
-    ToolPose pose = {.position = {x, y, -0.01}, .orientation = {1, 0, 0, 0}, .active = true};
-    sim_apply_pose(scene->sim, 0, &pose, true);
+    put_tool(scene->sim, 0, (Vec3){x, y, -0.01});
     sim_step(scene->sim);
 }
 
 static void lift(ToyScene *scene)
 {
-    ToolPose pose = {.orientation = {1, 0, 0, 0}};
-    sim_apply_pose(scene->sim, 0, &pose, true);
+    withdraw_tool(scene->sim, 0);
     sim_step(scene->sim);
 }
 
@@ -170,8 +166,7 @@ TEST(a_lifted_blade_cuts_nothing_on_its_way)
     create(&scene, false);
     move_to(&scene, 0.0013, -0.05);
     // Lifted and put down again between two ticks.
-    ToolPose pose = {.orientation = {1, 0, 0, 0}};
-    sim_apply_pose(scene.sim, 0, &pose, true);
+    withdraw_tool(scene.sim, 0);
     move_to(&scene, 0.0013, 0.05);
     assert_int_equal(toy_broken(scene.toy[0]), 0);
     const CutPhase expected[] = {CUT_BEGINS, CUT_ENDS, CUT_BEGINS};
@@ -276,8 +271,7 @@ TEST(a_checkpoint_in_a_stroke_goes_on_bit_for_bit)
             move_to(&scene, 0.0013, -0.05 + 0.001 * i);
         assert_int_equal(toy_pieces(scene.toy[0]), 2);
         hash[run] = state_hash(&scene.state);
-        state_copy_in(&scene.state, image);
-        sim_restored(scene.sim);
+        resume(&scene.state, scene.sim, image);
         assert_true(sim_check(scene.sim));
     }
     assert_true(hash[0] == hash[1]);
@@ -325,8 +319,7 @@ TEST(a_load_goes_on_to_act_on_both_lips)
     SCOPED(toy_scene_destroy) ToyScene scene;
     create(&scene, false);
     LoadOptions load = {.body = -1, .radius = 0.025, .force = {0, 0, 2.0}, .duration = 100.0};
-    char why[256];
-    assert_true(sim_apply_load(scene.sim, &load, why, sizeof why));
+    load_or_fail(scene.sim, &load);
     int before, after;
     expect_near(sum_of_loads(&scene, &before), 2.0, 1e-14);
     cut_through(&scene, 10);

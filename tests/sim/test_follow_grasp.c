@@ -8,9 +8,6 @@
 #include "random.h"
 #include "toy_body.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static const double CELL = 0.01; // [m]
 enum { CELLS = 8 };
 

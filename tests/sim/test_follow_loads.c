@@ -2,12 +2,10 @@
 // Loads on a body whose topology changes: a load is a traction carried by nodes, and the sum of the
 // forces is what was asked for at every tick.
 #include "test.h"
+#include "sim_steps.h"
 #include "sim/sim_data.h"
 #include "random.h"
 #include "toy_body.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static const double CELL = 0.01; // [m]
 enum { CELLS = 8 };
@@ -34,8 +32,7 @@ static LoadOptions load_within(double radius)
 
 static void start(ToyScene *scene, LoadOptions load)
 {
-    char why[256];
-    assert_true(sim_apply_load(scene->sim, &load, why, sizeof why));
+    load_or_fail(scene->sim, &load);
 }
 
 static Vec3 sum_of_loads(const ToyScene *scene)
@@ -292,15 +289,13 @@ TEST(reset_brings_back_loads_and_topology)
     start(&scene, load);
     toy_want_some(scene.toy[0], 2, &random);
     toy_scene_step(&scene);
-    FREED void *before = malloc(state_bytes(&scene.state));
-    state_copy_out(&scene.state, before);
+    FREED void *before = copy_state(&scene.state);
     const uint64_t hash = state_hash(&scene.state);
     const double area = scene.body[0]->mass, h = scene.body[0]->h;
     toy_want_some(scene.toy[0], 2, &random);
     toy_scene_step(&scene);
     assert_true(state_hash(&scene.state) != hash);
-    state_copy_in(&scene.state, before);
-    sim_restored(scene.sim);
+    resume(&scene.state, scene.sim, before);
     expect_near(scene.body[0]->mass, area, 0.0);
     expect_near(scene.body[0]->h, h, 0.0);
     expect_sum(&scene, load.force);

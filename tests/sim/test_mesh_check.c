@@ -5,8 +5,6 @@
 #include "mesh_check.h"
 #include "mesh_toy.h"
 
-#include <string.h>
-
 TEST(randomly_refined_meshes_are_crack_free)
 {
     for (int open = 0; open < 2; open++) {

@@ -40,11 +40,10 @@ static void write_off(const char *folder, const char *name, const TriMesh *mesh)
 static void write_graded(const char *folder, const char *name, double ratio)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
-    Status status = {0};
     const int segments = 6;
     const double factor = 2.4; // near 2 pi / segments + 1: faces as high as wide
     const int rings = 2 + (int)ceil(log(1.0 / ratio) / log(factor));
-    bool made = generate_uv_sphere(&mesh, rings, segments, 0.05, &status);
+    bool made = generate_uv_sphere(&mesh, rings, segments, 0.05, &(Status){0});
     ASSERT(made);
     for (int i = 0; i < mesh.node_count; i++) {
         Vec3 *p = &mesh.position[i];
@@ -64,8 +63,7 @@ static void write_graded(const char *folder, const char *name, double ratio)
 static void write_near(const char *folder, const char *name, double apart)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
-    Status status = {0};
-    bool made = generate_ico_sphere(&mesh, 1, 0.05, &status);
+    bool made = generate_ico_sphere(&mesh, 1, 0.05, &(Status){0});
     ASSERT(made);
     const int *face = mesh.triangle[0];
     mesh.position[face[1]] =

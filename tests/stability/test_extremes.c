@@ -4,10 +4,6 @@
 #include "test.h"
 #include "world_run.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 // What a body's nodes are doing, all alike: of a body that keeps its shape as good as by mass.
 typedef struct Motion {
     Vec3 middle;   // [m]

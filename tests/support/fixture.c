@@ -134,19 +134,6 @@ void fixture_write(Fixture *fixture, const Vec3 *x, const Vec3 *v)
         rows_write(&model->basis, model->rows[model->current], model->slot[i], x[i], v[i]);
 }
 
-BodyMeasure fixture_measure(const Fixture *fixture)
-{
-    BodyMeasure measure;
-    fixture->body->ops->measure(fixture->body->model, &measure);
-    return measure;
-}
-
-double fixture_energy(const Fixture *fixture)
-{
-    const BodyMeasure now = fixture_measure(fixture);
-    return now.kinetic + now.elastic;
-}
-
 void fixture_forces(TriMesh *mesh, const FixtureOptions *like, const Vec3 *x, Vec3 *force)
 {
     FixtureOptions options = *like;
@@ -172,11 +159,16 @@ FixtureOptions fixture_loadable(void)
                             .may_load = true};
 }
 
-void fixture_create_sphere(Fixture *fixture, const FixtureOptions *options)
+void fixture_create_on(Fixture *fixture, void (*make)(TriMesh *), const FixtureOptions *options)
 {
     TriMesh mesh;
-    fixture_sphere(&mesh);
+    make(&mesh);
     fixture_create(fixture, &mesh, options);
+}
+
+void fixture_create_sphere(Fixture *fixture, const FixtureOptions *options)
+{
+    fixture_create_on(fixture, fixture_sphere, options);
 }
 
 bool fixture_is_finite(const Fixture *fixture)
@@ -267,9 +259,8 @@ ReferenceScheme fixture_scheme(IntegratorKind kind)
 void fixture_organ(TriMesh *mesh)
 {
     static TriMesh organ; // made once: it takes longer than most tests
-    Status status = {0};
     if (organ.node_count == 0)
-        ASSERT(generate_stomach(&organ, 188, 0.2, &status));
+        ASSERT(generate_stomach(&organ, 188, 0.2, &(Status){0}));
     mesh_create(mesh, organ.node_count, organ.triangle_count);
     memcpy(mesh->position, organ.position, (size_t)organ.node_count * sizeof *organ.position);
     memcpy(mesh->triangle, organ.triangle, (size_t)organ.triangle_count * sizeof *organ.triangle);
@@ -277,14 +268,12 @@ void fixture_organ(TriMesh *mesh)
 
 void fixture_sphere(TriMesh *mesh)
 {
-    Status status = {0};
-    ASSERT(generate_sphere(mesh, 114, 0.05, &status));
+    ASSERT(generate_sphere(mesh, 114, 0.05, &(Status){0}));
 }
 
 void fixture_sheet(TriMesh *mesh)
 {
-    Status status = {0};
-    ASSERT(generate_sheet(mesh, 7, 9, 0.12, 0.16, &status));
+    ASSERT(generate_sheet(mesh, 7, 9, 0.12, 0.16, &(Status){0}));
     uint64_t random = 11;
     // Up to a sixth of the grid's 0.02 m: no triangle turns over.
     for (int i = 0; i < mesh->node_count; i++) {

@@ -63,16 +63,14 @@ void fixture_run(Fixture *fixture, int ticks);
 SurfaceModel *fixture_model(const Fixture *fixture);
 // Replaces positions and velocities of all nodes.
 void fixture_write(Fixture *fixture, const Vec3 *x, const Vec3 *v);
-BodyMeasure fixture_measure(const Fixture *fixture);
-// Kinetic and elastic energy [J].
-double fixture_energy(const Fixture *fixture);
 // Forces on all nodes [N] of such a body at x, by one step that is too short to move anything.
 // Takes the mesh over.
 void fixture_forces(TriMesh *mesh, const FixtureOptions *like, const Vec3 *x, Vec3 *force);
 
 // A damped sphere on shape springs, one kick per tick, that takes loads.
 FixtureOptions fixture_loadable(void);
-// On the mesh of fixture_sphere.
+// On a mesh that `make` makes, and on that of fixture_sphere.
+void fixture_create_on(Fixture *fixture, void (*make)(TriMesh *), const FixtureOptions *options);
 void fixture_create_sphere(Fixture *fixture, const FixtureOptions *options);
 // Takes every node of it for 10 ms; 0.3 N along x.
 extern const LoadOptions fixture_everywhere;

@@ -1,24 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "law_trial.h"
 
-#include "expect.h"
+#include "sim_steps.h"
 #include "extreme.h"
 #include "random.h"
-
-static double elastic_at(const LawBody *body, const Vec3 *x, const Vec3 *still)
-{
-    BodyMeasure now;
-    body->write(body->of, x, still);
-    body->body->ops->measure(body->body->model, &now);
-    return now.elastic;
-}
-
-double law_energy(const LawBody *body)
-{
-    BodyMeasure now;
-    body->body->ops->measure(body->body->model, &now);
-    return now.kinetic + now.elastic;
-}
 
 void law_expect_gradient(const LawBody *body, const Vec3 *x, uint64_t *random)
 {
@@ -33,7 +18,8 @@ void law_expect_gradient(const LawBody *body, const Vec3 *x, uint64_t *random)
     for (int side = 0; side < 2; side++) {
         for (size_t i = 0; i < count; i++)
             moved[i] = vec3_madd(x[i], side == 0 ? -step : step, d[i]);
-        energy[side] = elastic_at(body, moved, still);
+        body->write(body->of, moved, still);
+        energy[side] = measure_of(body->body).elastic;
     }
     body->write(body->of, x, still);
     body->forces(body->of, f);
@@ -67,13 +53,13 @@ void law_expect_momentum(const LawBody *body, int ticks, Precision precision, do
                          double left)
 {
     const bool single = precision == PRECISION_SINGLE;
-    const double before = law_energy(body);
+    const double before = energy_of(body->body);
     Vec3 linear[2], turn[2];
     sum_up(body, &linear[0], &turn[0]);
     for (int tick = 0; tick < ticks; tick++)
         sim_step(body->sim);
     sum_up(body, &linear[1], &turn[1]);
-    const double scale = vec3_length(turn[0]), now = law_energy(body),
+    const double scale = vec3_length(turn[0]), now = energy_of(body->body),
                  p = vec3_length(vec3_sub(linear[1], linear[0])) * body->length / scale,
                  l = vec3_length(vec3_sub(turn[1], turn[0])) / scale;
     print_message("%s, %s: momentum off by %.2g, angular by %.2g, %.3f of the energy left\n",
@@ -97,7 +83,7 @@ void law_expect_loss(const LawBody *body, const Vec3 *shape, double speed, doubl
         v[i] = vec3_scale(speed, shape[i]);
     }
     body->write(body->of, rest, v);
-    double before = law_energy(body);
+    double before = energy_of(body->body);
     for (int tick = 1; tick < 20000 && more; tick++) {
         double part = 0.0; // of the swing's shape
         sim_step(body->sim);
@@ -105,7 +91,7 @@ void law_expect_loss(const LawBody *body, const Vec3 *shape, double speed, doubl
         for (size_t i = 0; i < count; i++)
             part += body->mass[i] * vec3_dot(shape[i], vec3_sub(body->x[i], rest[i]));
         more = add_sample(&extremes, part);
-        const double now = law_energy(body);
+        const double now = energy_of(body->body);
         growth = fmax(growth, now / before);
         before = now;
     }
@@ -124,11 +110,11 @@ void law_expect_loss(const LawBody *body, const Vec3 *shape, double speed, doubl
 LawFall law_fall(const LawBody *body, const Vec3 *x, const Vec3 *v, int ticks)
 {
     body->write(body->of, x, v);
-    const double first = law_energy(body);
+    const double first = energy_of(body->body);
     LawFall fall = {.left = 1.0};
     for (int tick = 0; tick < ticks; tick++) {
         sim_step(body->sim);
-        const double now = law_energy(body) / first;
+        const double now = energy_of(body->body) / first;
         fall.most = fmax(fall.most, now);
         fall.growth = fmax(fall.growth, now - fall.left);
         fall.left = now;

@@ -21,8 +21,6 @@ typedef struct LawBody {
     void (*forces)(void *of, Vec3 *force);
 } LawBody;
 
-// Kinetic and elastic [J].
-double law_energy(const LawBody *body);
 // Fails unless forces at x are the slope of the energy along a random direction, and have neither
 // resultant nor moment.
 void law_expect_gradient(const LawBody *body, const Vec3 *x, uint64_t *random);

@@ -301,8 +301,7 @@ void toy_move(Toy *toy, Vec3 by)
 TriMesh toy_sheet(int cells, double cell)
 {
     TriMesh mesh;
-    Status status = {0};
-    ASSERT(generate_sheet(&mesh, cells + 1, cells + 1, cells * cell, cells * cell, &status));
+    ASSERT(generate_sheet(&mesh, cells + 1, cells + 1, cells * cell, cells * cell, &(Status){0}));
     return mesh;
 }
 

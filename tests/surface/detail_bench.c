@@ -66,6 +66,15 @@ void bench_create(DetailBench *bench, BenchKind kind, TriMesh *mesh, const Surfa
     bench->detail = bench->model->detail;
 }
 
+void bench_create_on(DetailBench *bench, BenchKind kind, void (*make)(TriMesh *),
+                     const SurfaceOptions *options, const ToolOptions *tool,
+                     const LoadOptions *load)
+{
+    TriMesh mesh;
+    make(&mesh);
+    bench_create(bench, kind, &mesh, options, tool, load);
+}
+
 void bench_destroy(DetailBench *bench)
 {
     mesh_destroy(&bench->mesh);

@@ -28,6 +28,10 @@ typedef enum BenchKind { BENCH_ADAPTIVE, BENCH_DENSE, BENCH_CUTTABLE } BenchKind
 // NULL. Rate 1 kHz.
 void bench_create(DetailBench *bench, BenchKind kind, TriMesh *mesh, const SurfaceOptions *options,
                   const ToolOptions *tool, const LoadOptions *load);
+// On a mesh that `make` makes.
+void bench_create_on(DetailBench *bench, BenchKind kind, void (*make)(TriMesh *),
+                     const SurfaceOptions *options, const ToolOptions *tool,
+                     const LoadOptions *load);
 void bench_destroy(DetailBench *bench);
 
 // Divides a random leaf or takes back a random face that balance allows; `more` of 10 divide.

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Bending of a wall: forces and energy of the hinges. What a whole wall does: test_bending_walls.c.
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "random.h"
 #include "surface/bending.h"
-
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 // A wall that bends and hardly stretches, so that nothing hides the hinges.
 static FixtureOptions hinged(double modulus)
@@ -17,13 +14,6 @@ static FixtureOptions hinged(double modulus)
     options.material.bending_stiffness = 1e-4;
     options.integrator = INTEGRATOR_LEAPFROG;
     return options;
-}
-
-static double elastic_energy(const Fixture *fixture)
-{
-    BodyMeasure measure;
-    fixture->body->ops->measure(fixture->body->model, &measure);
-    return measure.elastic;
 }
 
 // An eighth of an edge at most: no face comes near the size at which hinges fade.
@@ -50,15 +40,13 @@ static void forces(const Vec3 *x, double modulus, void (*make)(TriMesh *), Vec3 
     forces_in(PRECISION_DOUBLE, x, modulus, make, force);
 }
 
-static double energy_of(const Vec3 *x, double modulus, void (*make)(TriMesh *))
+static double energy_at(const Vec3 *x, double modulus, void (*make)(TriMesh *))
 {
-    TriMesh mesh;
-    make(&mesh);
     FixtureOptions options = hinged(modulus);
     options.initial_position = x;
     SCOPED(fixture_destroy) Fixture fixture;
-    fixture_create(&fixture, &mesh, &options);
-    double energy = elastic_energy(&fixture);
+    fixture_create_on(&fixture, make, &options);
+    double energy = measure_of(fixture.body).elastic;
     return energy;
 }
 
@@ -82,9 +70,9 @@ TEST(force_is_minus_the_gradient_of_the_energy)
             for (int c = 0; c < 3; c++) {
                 const double here = *part[c];
                 *part[c] = here + step;
-                double more = energy_of(x, 1e-6, make[m]);
+                double more = energy_at(x, 1e-6, make[m]);
                 *part[c] = here - step;
-                double less = energy_of(x, 1e-6, make[m]);
+                double less = energy_at(x, 1e-6, make[m]);
                 *part[c] = here;
                 // The third derivative adds (step / height)^2 = 1e-11, rounding of the energy
                 // about 1e-7.

@@ -4,8 +4,6 @@
 #include "test.h"
 #include "fixture.h"
 
-#include <math.h>
-
 // A wall that bends and hardly stretches, so that nothing hides the hinges.
 static FixtureOptions hinged(double modulus)
 {

@@ -7,10 +7,6 @@
 
 #include "geometry/generator.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 enum { NODES = 188 };
 
 // The volume by the divergence theorem.
@@ -83,8 +79,7 @@ TEST(pressure_acts_along_the_gradient_of_the_volume)
 static void inflate(Fixture *fixture, double pressure, bool gas)
 {
     TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_ico_sphere(&mesh, 4, 0.05, &status));
+    assert_true(generate_ico_sphere(&mesh, 4, 0.05, &(Status){0}));
     FixtureOptions options = filled(pressure);
     options.material = fixture_material(2e-4);
     options.material.node_damping = 5e-3; // 100 1/s, half of the breathing frequency

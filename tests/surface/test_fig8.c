@@ -2,6 +2,7 @@
 // The experiment of Choi et al. 2005, Fig. 8: a hollow sphere of 114 nodes is pressed for 2 s and
 // released. With shape-preserving springs it springs back, without them it stays collapsed.
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 
@@ -11,8 +12,7 @@ static const double RADIUS = 0.05; // [m]
 static double residual(const SurfaceShape *shape, double force, double *pressed)
 {
     TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_uv_sphere(&mesh, 8, 14, RADIUS, &status));
+    assert_true(generate_uv_sphere(&mesh, 8, 14, RADIUS, &(Status){0}));
     assert_int_equal(mesh.node_count, 114);
     // The lower cap is held; the pole on top and the ring around it are pressed.
     const FixedRegion bottom = {
@@ -31,9 +31,7 @@ static double residual(const SurfaceShape *shape, double force, double *pressed)
     SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
     fixture_run(&fixture, 2000);
-    BodyMeasure measure;
-    fixture.body->ops->measure(fixture.body->model, &measure);
-    *pressed = measure.max_displacement / RADIUS;
+    *pressed = measure_of(fixture.body).max_displacement / RADIUS;
     fixture_run(&fixture, 2000);
     double sum = 0.0;
     for (int i = 0; i < fixture.mesh.node_count; i++) {

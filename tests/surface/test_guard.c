@@ -3,13 +3,11 @@
 // withdrawn, and that no number leaves unchecked. Bodies are made bad by loads that no scene may
 // have, or by making what tools push with a thousand quadrillion times larger.
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "surface_state.h"
 
 #include "sim/guard/guard.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static const ToolOptions probe = {.id = 7,
                                   .kind = TOOL_PROBE,
@@ -32,8 +30,7 @@ static const LoadOptions soft = {
 
 static void apply(Fixture *fixture, const LoadOptions *load)
 {
-    char why[128];
-    assert_true(sim_apply_load(fixture->sim, load, why, sizeof why));
+    load_or_fail(fixture->sim, load);
 }
 
 static int64_t loads_in_force(const Fixture *fixture)
@@ -421,7 +418,7 @@ TEST(what_was_set_is_the_cause_for_a_while_then_the_unsafe_step)
     fixture_run(&fixture, 20);
     assert_int_equal(sim_resets(fixture.sim), 0);
     char why[128];
-    assert_true(sim_apply_set(fixture.sim, "stiffness_scale", 1e6, why, sizeof why));
+    set_or_fail(fixture.sim, "stiffness_scale", 1e6);
     const GuardCounts *counts = sim_guard_counts(fixture.sim);
     fixture_run(&fixture, 1000);
     assert_true(counts->restored[GUARD_SET] > 0);
@@ -501,7 +498,6 @@ TEST(another_body_does_not_notice)
     for (int run = 0; run < 2; run++) {
         SCOPED(arena_destroy) Arena arena = {0};
         SCOPED(state_destroy) StateList list = {0};
-        Status status = {0};
         SCOPED(mesh_destroy) TriMesh mesh;
         fixture_sphere(&mesh);
         const SimOptions sim_options = {.rate_hz = 1000.0, .may_load = true};
@@ -513,15 +509,13 @@ TEST(another_body_does_not_notice)
                                             .body.gravity = {0.0, 0.0, -1.0},
                                             .body.contact_ratio = 1.0};
             Body body;
-            assert_true(surface_create(&body, &mesh, &options, &arena, &list, &status));
+            assert_true(surface_create(&body, &mesh, &options, &arena, &list, &(Status){0}));
             sim_add_body(sim, &body);
         }
-        assert_true(sim_seal(sim, 0.0, &status));
-        char why[128];
+        assert_true(sim_seal(sim, 0.0, &(Status){0}));
         if (run == 1)
-            assert_true(sim_apply_load(sim, &huge, why, sizeof why)); // body 0
-        for (int tick = 0; tick < 50; tick++)
-            sim_step(sim);
+            load_or_fail(sim, &huge); // body 0
+        sim_ticks(sim, 50);
         assert_int_equal(sim_resets(sim), run == 1 ? GUARD_MOST_BLAME : 0);
         assert_int_equal(sim_body(sim, 1)->resets, 0);
         place[run] = calloc(2 * (size_t)mesh.node_count, sizeof(Vec3));
@@ -596,10 +590,8 @@ TEST(what_the_guard_remembers_is_part_of_the_state)
     apply(&fixture, &blow);
     fixture_run(&fixture, 1);
     press_too_hard(&fixture);
-    FREED void *image = malloc(state_bytes(&fixture.state));
-    state_copy_out(&fixture.state, image);
-    state_copy_in(&other.state, image);
-    sim_restored(other.sim);
+    FREED void *image = copy_state(&fixture.state);
+    resume(&other.state, other.sim, image);
     assert_true(sim_check(other.sim));
     assert_true(sim_tool_withdrawn(other.sim, 0));
     for (int tick = 0; tick < 300; tick++) {

@@ -2,11 +2,8 @@
 // Scenes that ask for steps that they cannot stand are refused with the bound and the nearest value
 // that is safe: taken at its word, the scene is accepted.
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
-
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 static double number_after(const char *text, const char *words)
 {
@@ -160,5 +157,5 @@ TEST(a_scale_that_is_refused_is_refused_with_the_most_that_is_not)
     assert_false(sim_apply_set(fixture.sim, "stiffness_scale", 1e5, why, sizeof why));
     const double most = number_after(why, "take at most ");
     assert_false(sim_apply_set(fixture.sim, "stiffness_scale", 1.01 * most, why, sizeof why));
-    assert_true(sim_apply_set(fixture.sim, "stiffness_scale", most, why, sizeof why));
+    set_or_fail(fixture.sim, "stiffness_scale", most);
 }

@@ -8,9 +8,6 @@
 
 #include "geometry/generator.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 // So that the solver adds nothing to what is measured.
 #define EXACT(share) ((SurfaceImplicit){.theta = (share), .tolerance = 1e-14, .iterations = 10000})
 

@@ -4,15 +4,13 @@
 #include "detail_bench.h"
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "random.h"
 
 #include "geometry/generator.h"
 #include "base/isa.h"
 #include "surface/implicit.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 // --- momentum ---
 
@@ -265,8 +263,7 @@ TEST(comes_to_rest_from_any_start)
         SCOPED(fixture_destroy) Fixture fixture;
         fixture_create(&fixture, &mesh, &options);
         fixture_run(&fixture, 1500);
-        BodyMeasure measure;
-        fixture.body->ops->measure(fixture.body->model, &measure);
+        BodyMeasure measure = measure_of(fixture.body);
         print_message("wall %d, start %d: %.2g m from rest, %.2g J\n", wall, start,
                       farthest(&fixture), measure.kinetic);
         assert_int_equal(fixture.body->resets, 0);
@@ -339,10 +336,8 @@ TEST(state_goes_on_elsewhere_with_the_same_bits)
         fixture_create_sphere(&rest, &options);
         fixture_run(&rest, 37); // whatever it was before
         fixture_run(&whole, 20);
-        FREED void *block = malloc(state_bytes(&whole.state));
-        state_copy_out(&whole.state, block);
-        state_copy_in(&rest.state, block);
-        sim_restored(rest.sim);
+        FREED void *block = copy_state(&whole.state);
+        resume(&rest.state, rest.sim, block);
         fixture_run(&whole, 40);
         fixture_run(&rest, 40);
         assert_true(state_hash(&rest.state) == state_hash(&whole.state));

@@ -4,9 +4,6 @@
 #include "test.h"
 #include "fixture.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static const double FREQUENCY = 50.0; // w [rad/s]
 static const double AWAY = 0.01;      // start [m], at rest
 
@@ -91,13 +88,11 @@ TEST(symplectic_euler_converges_with_order_one)
 TEST(constant_gravity_gives_the_parabola)
 {
     for (int kind = 0; kind < INTEGRATOR_EXPLICIT; kind++) {
-        TriMesh mesh;
-        fixture_sheet(&mesh);
         FixtureOptions options = {.material = fixture_material(2e-4),
                                   .gravity = {0.0, 0.0, -9.81},
                                   .integrator = (IntegratorKind)kind};
         SCOPED(fixture_destroy) Fixture fixture;
-        fixture_create(&fixture, &mesh, &options);
+        fixture_create_on(&fixture, fixture_sheet, &options);
         fixture_run(&fixture, 500);
         double t = sim_time(fixture.sim), h = fixture.body->h;
         double fall = 0.5 * 9.81 * t * t;

@@ -6,9 +6,6 @@
 #include "base/isa.h"
 #include "surface/kernel.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { NODES = 40, SLOTS = 48, SPRINGS = 400, RULES = 4 };
 
 static const EvaluationRule rules[RULES] = {EVALUATION_RK4_FIRST, EVALUATION_RK4_MIDDLE,

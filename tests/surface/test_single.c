@@ -3,11 +3,9 @@
 // checked against a plain solver in test_surface_trajectory.c and test_kernel_variants.c.
 #include "base/isa.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "random.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 // What one motion is compared by.
 typedef struct Difference {
@@ -88,9 +86,8 @@ TEST(every_variant_at_every_level_follows_double)
         SCOPED(fixture_destroy) Fixture reference;
         create(&reference, make, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_DOUBLE);
         bool load = number / 12 % 2 == 1;
-        char why[128];
         if (load)
-            assert_true(sim_apply_load(reference.sim, &fixture_everywhere, why, sizeof why));
+            load_or_fail(reference.sim, &fixture_everywhere);
         fixture_run(&reference, 3);
 
         const char *const *levels = isa_available();
@@ -100,7 +97,7 @@ TEST(every_variant_at_every_level_follows_double)
             options.isa = levels[k];
             create(&single, make, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_SINGLE);
             if (load)
-                assert_true(sim_apply_load(single.sim, &fixture_everywhere, why, sizeof why));
+                load_or_fail(single.sim, &fixture_everywhere);
             fixture_run(&single, 3);
             Difference d;
             compare(&single, &reference, &d);
@@ -122,13 +119,12 @@ static Difference one_second(void (*make)(TriMesh *), Vec3 place, FixtureOptions
     create(&reference, make, place, options, PRECISION_DOUBLE);
     Fixture *both[2] = {&single, &reference};
     for (int k = 0; k < 2; k++) {
-        char why[128];
         LoadOptions load = {.body = 0,
                             .center = both[k]->mesh.position[0],
                             .radius = 0.02,
                             .force = {0.0, 0.01, -0.02},
                             .duration = 0.3};
-        assert_true(sim_apply_load(both[k]->sim, &load, why, sizeof why));
+        load_or_fail(both[k]->sim, &load);
         fixture_run(both[k], 1000);
     }
     Difference d;
@@ -152,13 +148,12 @@ TEST(small_motion_agrees_to_1e_5_here_and_far_from_the_origin)
         create(&reference, fixture_organ, place, options, PRECISION_DOUBLE);
         Fixture *both[2] = {&single, &reference};
         for (int b = 0; b < 2; b++) {
-            char why[128];
             LoadOptions load = {.body = 0,
                                 .center = both[b]->mesh.position[0],
                                 .radius = 0.05,
                                 .force = {0.0, 0.01, -0.02},
                                 .duration = 2.0};
-            assert_true(sim_apply_load(both[b]->sim, &load, why, sizeof why));
+            load_or_fail(both[b]->sim, &load);
             fixture_run(both[b], 1000);
         }
         Difference d;
@@ -242,12 +237,10 @@ TEST(a_copied_state_continues_with_the_same_bits)
     FixtureOptions options = variant(5, INTEGRATOR_LEAPFROG); // a floating body
     SCOPED(fixture_destroy) Fixture single;
     create(&single, fixture_sphere, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_SINGLE);
-    char why[128];
     fixture_run(&single, 37);
-    assert_true(sim_apply_load(single.sim, &fixture_everywhere, why, sizeof why));
+    load_or_fail(single.sim, &fixture_everywhere);
     fixture_run(&single, 3);
-    FREED void *block = malloc(state_bytes(&single.state));
-    state_copy_out(&single.state, block);
+    FREED void *block = copy_state(&single.state);
     fixture_run(&single, 50);
     uint64_t first = state_hash(&single.state);
     state_copy_in(&single.state, block);
@@ -266,12 +259,11 @@ TEST(snapshots_are_the_rounded_state_and_nothing_more)
         SCOPED(fixture_destroy) Fixture fixture;
         create(&fixture, fixture_organ, (Vec3){3.0, -2.0, 0.5}, options,
                number % 2 == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE);
-        char why[128];
         LoadOptions push = fixture_everywhere;
         push.center = (Vec3){3.0, -2.0, 0.6};
         push.radius = 0.1;
         push.duration = 1.0;
-        assert_true(sim_apply_load(fixture.sim, &push, why, sizeof why));
+        load_or_fail(fixture.sim, &push);
         fixture_run(&fixture, 200);
         fixture_read(&fixture);
         size_t values = 3 * (size_t)fixture.mesh.node_count;

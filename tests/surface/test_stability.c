@@ -2,13 +2,12 @@
 // The bound of the time step against the truth: largest eigenvalues by power iteration, and the
 // step at which a vibration really grows.
 #include "test.h"
+#include "sim_steps.h"
 #include "body/integrator.h"
 #include "fixture.h"
 
 #include <fcntl.h>
 #include <limits.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 typedef void MakeMesh(TriMesh *mesh);
@@ -116,11 +115,9 @@ TEST(network_bound_is_above_the_largest_eigenvalue_but_not_far)
                     .uniform = true, .spring_stiffness = 60.0, .node_mass = 1.2e-3};
             if (shape)
                 options.shape = fixture_shape(SHAPE_WORLD);
-            TriMesh mesh;
-            make[m](&mesh);
             SCOPED(fixture_destroy) Fixture fixture;
             SCOPED(reference_destroy) Reference reference;
-            fixture_create(&fixture, &mesh, &options);
+            fixture_create_on(&fixture, make[m], &options);
             fixture_reference(&fixture, &options, &reference);
             double lambda = reference_largest_eigenvalue(&reference, 1500, NULL);
             // 1.59 to 2.41 (server/surface/README.md, "Stability bounds").
@@ -166,11 +163,9 @@ TEST(bodies_blow_up_just_above_the_prediction)
             FixtureOptions options = {
                 .material = {.uniform = true, .spring_stiffness = 60.0, .node_mass = 1.2e-3},
                 .integrator = (IntegratorKind)kind};
-            TriMesh mesh;
-            fixture_sphere(&mesh);
             SCOPED(fixture_destroy) Fixture fixture;
             SCOPED(reference_destroy) Reference reference;
-            fixture_create(&fixture, &mesh, &options);
+            fixture_create_sphere(&fixture, &options);
             fixture_reference(&fixture, &options, &reference);
             double(*mode)[3] = calloc((size_t)reference.node_count, sizeof *mode);
             double lambda = reference_largest_eigenvalue(&reference, 3000, mode);
@@ -216,11 +211,10 @@ TEST(motion_stays_bounded_at_the_bound)
                 fixture_create(&fixture, &mesh, &options);
                 assert_int_equal(fixture.body->substeps, 1);
                 double start = 0.0, end = 0.0;
-                BodyMeasure measure;
-                fixture.body->ops->measure(fixture.body->model, &measure);
+                BodyMeasure measure = measure_of(fixture.body);
                 start = measure.kinetic + measure.elastic;
                 fixture_run(&fixture, 3000);
-                fixture.body->ops->measure(fixture.body->model, &measure);
+                measure = measure_of(fixture.body);
                 end = measure.kinetic + measure.elastic;
                 // Kicks keep a nearby energy: the true one swings by a factor 1 / (1 - (hw/2)^2),
                 // which is 1 / (1 - 0.81 / 1.5) at most.
@@ -270,10 +264,8 @@ TEST(step_is_the_tick_in_equal_parts_within_the_bound)
             FixtureOptions options = {.material = fixture_material(2e-4),
                                       .integrator = (IntegratorKind)kind,
                                       .rate_hz = rates[k]};
-            TriMesh mesh;
-            fixture_organ(&mesh);
             SCOPED(fixture_destroy) Fixture fixture;
-            fixture_create(&fixture, &mesh, &options);
+            fixture_create_on(&fixture, fixture_organ, &options);
             const Body *body = fixture.body;
             expect_near(body->h * body->substeps, 1.0 / rates[k], 1e-15);
             expect_at_most(body->h, body->time_step_limit * (1.0 + 1e-9));
@@ -302,9 +294,7 @@ static void capture(const FixtureOptions *options, Fixture *fixture, char *text,
     assert_int_equal(pipe(ends), 0);
     fflush(stderr);
     dup2(ends[1], STDERR_FILENO);
-    TriMesh mesh;
-    fixture_sphere(&mesh);
-    fixture_create(fixture, &mesh, options);
+    fixture_create_sphere(fixture, options);
     fflush(stderr);
     dup2(kept, STDERR_FILENO);
     close(kept);

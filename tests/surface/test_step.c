@@ -3,10 +3,8 @@
 // the same inputs give the same bits.
 #include "base/isa.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static Vec3 difference(const Fixture *fixture, int node)
 {
@@ -49,13 +47,12 @@ static void create_busy(Fixture *fixture, IntegratorKind kind)
 
 static void act_busy(Fixture *fixture, int tick)
 {
-    char why[128];
     LoadOptions load = fixture_everywhere;
     load.radius = 0.04;
     load.center = vec3(0.05, 0.0, 0.0);
     load.duration = 0.02;
     if (tick % 50 == 10)
-        assert_true(sim_apply_load(fixture->sim, &load, why, sizeof why));
+        load_or_fail(fixture->sim, &load);
     if (tick % 10 == 0)
         press(fixture, 1e-3 + 1e-5 * tick);
     sim_step(fixture->sim);
@@ -90,9 +87,8 @@ TEST(instruction_set_level_does_not_change_a_bit)
         fixture_create_sphere(&fixture, &options);
         assert_string_equal(fixture.body->ops->isa(fixture.body->model), levels[k]);
         for (int tick = 0; tick < 200; tick++) {
-            char why[128];
             if (tick == 10)
-                assert_true(sim_apply_load(fixture.sim, &fixture_everywhere, why, sizeof why));
+                load_or_fail(fixture.sim, &fixture_everywhere);
             sim_step(fixture.sim);
         }
         expected = k == 0 ? state_hash(&fixture.state) : expected;
@@ -123,8 +119,7 @@ TEST(copied_state_continues_with_the_same_bits)
         for (int tick = 0; tick < 7; tick++) // somewhere else, rows in the other buffer
             act_busy(&resumed, 3 * tick);
         assert_int_equal(state_bytes(&whole.state), state_bytes(&resumed.state));
-        FREED void *copy = malloc(state_bytes(&whole.state));
-        state_copy_out(&whole.state, copy);
+        FREED void *copy = copy_state(&whole.state);
         state_copy_in(&resumed.state, copy);
         assert_true(state_hash(&whole.state) == state_hash(&resumed.state));
         for (int tick = 120; tick < 240; tick++) {
@@ -140,10 +135,9 @@ TEST(reset_returns_to_the_bits_of_the_start)
     SCOPED(fixture_destroy) Fixture fixture, fresh;
     create_busy(&fixture, INTEGRATOR_LEAPFROG);
     create_busy(&fresh, INTEGRATOR_LEAPFROG);
-    char why[128];
     for (int tick = 0; tick < 121; tick++)
         act_busy(&fixture, tick);
-    assert_true(sim_apply_set(fixture.sim, "gravity_x", 3.0, why, sizeof why));
+    set_or_fail(fixture.sim, "gravity_x", 3.0);
     sim_reset(fixture.sim);
     assert_int_equal(sim_steps(fixture.sim), 121); // step and time go on
     expect_near(sim_time(fixture.sim), 0.121, 1e-15);
@@ -173,9 +167,8 @@ TEST(bad_numbers_restore_the_last_good_state_and_are_counted)
         options.unsafe_time_step = true;
         SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
-        char why[128];
         LoadOptions push = {.center = {0.0, 0.0, 0.05}, .radius = 0.02, .force = {1.0, 0.0, 0.0}};
-        assert_true(sim_apply_load(fixture.sim, &push, why, sizeof why));
+        load_or_fail(fixture.sim, &push);
         size_t bytes = (size_t)fixture.mesh.node_count * sizeof(Vec3);
         FREED Vec3 *before = malloc(bytes);
         bool restarted = false;
@@ -212,7 +205,6 @@ TEST(other_bodies_go_on_when_one_is_restored)
     // Two bodies in one sim: one beyond its bound, one within.
     SCOPED(arena_destroy) Arena arena = {0};
     SCOPED(state_destroy) StateList list = {0};
-    Status status = {0};
     SCOPED(mesh_destroy) TriMesh mesh;
     fixture_sphere(&mesh);
     SimOptions sim_options = {.rate_hz = 20.0};
@@ -227,20 +219,19 @@ TEST(other_bodies_go_on_when_one_is_restored)
                                   .body.gravity = {0.0, 0.0, -1.0},
                                   .body.contact_ratio = 1.0};
         Body body;
-        assert_true(surface_create(&body, &mesh, &options, &arena, &list, &status));
+        assert_true(surface_create(&body, &mesh, &options, &arena, &list, &(Status){0}));
         sim_add_body(sim, &body);
     }
     LoadOptions push = {
         .center = {0.0, 0.0, 0.05}, .radius = 0.02, .force = {1.0, 0.0, 0.0}, .duration = 1.0};
     sim_add_load(sim, &push); // body 0
-    assert_true(sim_seal(sim, 0.0, &status));
-    for (int tick = 0; tick < 200; tick++)
-        sim_step(sim);
+    assert_true(sim_seal(sim, 0.0, &(Status){0}));
+    sim_ticks(sim, 200);
     assert_true(sim_body(sim, 0)->resets > 0);
     assert_int_equal(sim_body(sim, 1)->resets, 0);
     BodyMeasure measure;
     const Body *calm = sim_body(sim, 1);
-    calm->ops->measure(calm->model, &measure);
+    measure = measure_of(calm);
     // Hangs g / w^2 below rest, all nodes alike; its swing has faded to exp(-0.1 * 50 * 10).
     expect_near(measure.max_displacement, 1.0 / 2500.0, 1e-12);
 }

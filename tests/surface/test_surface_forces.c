@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Forces of a surface body: invariants that hold whatever the numbers.
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "random.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 // Accelerations at a state, by one step of symplectic Euler so short that the positions do not
 // move: v' = v + h a(x, v), with h so small that its square is nothing beside x, and v known
@@ -15,15 +13,13 @@ static const double SHORT = 1e-9; // [s]
 static void accelerations(const FixtureOptions *like, void (*make)(TriMesh *), const Vec3 *x,
                           const Vec3 *v, Vec3 *a)
 {
-    TriMesh mesh;
-    make(&mesh);
     FixtureOptions options = *like;
     options.integrator = INTEGRATOR_SYMPLECTIC_EULER;
     options.rate_hz = 1.0 / SHORT;
     options.initial_position = x;
     options.initial_velocity = v;
     SCOPED(fixture_destroy) Fixture fixture;
-    fixture_create(&fixture, &mesh, &options);
+    fixture_create_on(&fixture, make, &options);
     assert_int_equal(fixture.body->substeps, 1);
     fixture_run(&fixture, 1);
     for (int i = 0; i < fixture.mesh.node_count; i++)
@@ -320,8 +316,7 @@ TEST(measured_energy_is_that_of_the_reference)
         SCOPED(reference_destroy) Reference reference;
         fixture_create(&fixture, &mesh, &options);
         fixture_reference(&fixture, &options, &reference);
-        BodyMeasure measure;
-        fixture.body->ops->measure(fixture.body->model, &measure);
+        BodyMeasure measure = measure_of(fixture.body);
         double elastic = reference_elastic_energy(&reference, (const double(*)[3])reference.x);
         double kinetic = reference_kinetic_energy(&reference);
         // Sums of some hundred terms in another order.

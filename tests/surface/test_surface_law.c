@@ -3,6 +3,7 @@
 // closed forms, the decay of swings, what a free body keeps, both ends of a spring, states, bits.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "law_trial.h"
@@ -146,10 +147,8 @@ TEST(forces_are_the_gradient_of_the_energy)
             set_branches(&options.material, 2, TWO);
         else
             options.material.stiffening = (Stiffening){0.1 + 0.025 * k, 4.0 + 1.5 * k};
-        TriMesh mesh;
-        fixture_organ(&mesh);
         SCOPED(fixture_destroy) Fixture fixture;
-        fixture_create(&fixture, &mesh, &options);
+        fixture_create_on(&fixture, fixture_organ, &options);
         const LawBody body = law_body(relaxes ? "relaxing" : "stiffening", &fixture, 0.2);
         Vec3 x[256];
         scale_nodes(&body, vec3(1.3, 0.9, 1.0), 3e-3, &random, x);
@@ -168,8 +167,7 @@ static void pull_of(Precision precision, IntegratorKind integrator, double prest
                     double *pull, int ticks)
 {
     TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_sheet(&mesh, 9, 5, 0.2, 0.1, &status));
+    assert_true(generate_sheet(&mesh, 9, 5, 0.2, 0.1, &(Status){0}));
     FixtureOptions options = {.material = fixture_material(0.0),
                               .precision = precision,
                               .prestress = prestress,
@@ -306,9 +304,8 @@ TEST(swings_decay_at_the_loss_factor)
             const bool ball = k % 2 == 1;
             const double modulus = MODULI[k % 2][k / 2];
             TriMesh mesh;
-            Status status = {0};
-            assert_true(ball ? generate_ico_sphere(&mesh, 2, 0.05, &status)
-                             : generate_sheet(&mesh, 17, 9, 0.2, 0.1, &status));
+            assert_true(ball ? generate_ico_sphere(&mesh, 2, 0.05, &(Status){0})
+                             : generate_sheet(&mesh, 17, 9, 0.2, 0.1, &(Status){0}));
             FixtureOptions options = {.material = fixture_material(0.0),
                                       .integrator = INTEGRATOR_LEAPFROG,
                                       .fixed = &end,
@@ -474,13 +471,11 @@ TEST(states_repeat)
                 set_branches(&options.material, 2, TWO);
                 options.team = threads > 1 ? team_create(threads) : NULL;
                 TriMesh mesh;
-                Status status = {0};
-                assert_true(generate_ico_sphere(&mesh, 4, 0.05, &status)); // 2562: shared
+                assert_true(generate_ico_sphere(&mesh, 4, 0.05, &(Status){0})); // 2562: shared
                 SCOPED(fixture_destroy) Fixture fixture;
                 fixture_create(&fixture, &mesh, &options);
                 fixture_run(&fixture, 10);
-                FREED void *middle = malloc(state_bytes(&fixture.state));
-                state_copy_out(&fixture.state, middle);
+                FREED void *middle = copy_state(&fixture.state);
                 fixture_run(&fixture, 10);
                 const uint64_t end = state_hash(&fixture.state);
                 state_copy_in(&fixture.state, middle);
@@ -514,7 +509,7 @@ TEST(restores_dashpots)
     ops->abandon(model);
     assert_true(state_hash(&fixture.state) == before);
     ops->restore(model, RESTORE_SHAPE);
-    expect_near(fixture_measure(&fixture).elastic, 0.0, 1e-20);
+    expect_near(measure_of(fixture.body).elastic, 0.0, 1e-20);
     assert_true(ops->check(model));
     ((double *)model->relaxation->strain[model->relaxation->current])[7] = (double)NAN;
     assert_false(ops->check(model));

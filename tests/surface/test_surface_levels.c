@@ -3,13 +3,11 @@
 // here and against the plain reference solver.
 #include "body/integrator.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
 #include "surface/network.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 enum { LEVELS = 2 };
 
@@ -24,11 +22,10 @@ typedef struct Ruled {
 
 static void make_rules(Ruled *ruled, void (*make)(TriMesh *), const FixtureOptions *like)
 {
-    Status status = {0};
     *ruled = (Ruled){0};
     make(&ruled->mesh);
     assert_true(
-        levels_create(&ruled->levels, &ruled->mesh, LEVELS, "body", &ruled->arena, &status));
+        levels_create(&ruled->levels, &ruled->mesh, LEVELS, "body", &ruled->arena, &(Status){0}));
     ruled->options = (SurfaceOptions){.material = like->material,
                                       .shape = like->shape,
                                       .body.levels = LEVELS,
@@ -111,16 +108,14 @@ TEST(equation_9_halves_the_time_step_with_each_level)
     for (int kind = 0; kind < 3; kind++) {
         double zero_level = 0.0;
         for (int level = 0; level <= LEVELS; level++) {
-            TriMesh mesh;
             SCOPED(fixture_destroy) Fixture fixture;
-            fixture_sphere(&mesh);
             FixtureOptions options = {.material = uniform_material(),
                                       .integrator = kinds[kind],
                                       .levels = LEVELS,
                                       .start_level = level,
                                       .adjust = ADJUST_CHOI2005};
             options.material.spring_damping = 0.0;
-            fixture_create(&fixture, &mesh, &options);
+            fixture_create_sphere(&fixture, &options);
             const Body *body = fixture.body;
             double limit = stability_time_step(kinds[kind], body->lambda, body->damping);
             if (level == 0)
@@ -153,9 +148,7 @@ TEST(paper_takes_the_mean_of_a_physical_material)
     SCOPED(fixture_destroy) Fixture fixture;
     SCOPED(reference_destroy) Reference reference;
     FixtureOptions coarse = {.material = fixture_material(0.0)};
-    TriMesh mesh;
-    fixture_organ(&mesh);
-    fixture_create(&fixture, &mesh, &coarse);
+    fixture_create_on(&fixture, fixture_organ, &coarse);
     fixture_reference(&fixture, &coarse, &reference);
     double sum = 0.0, mass = 0.0;
     for (int s = 0; s < reference.spring_count; s++)
@@ -206,8 +199,7 @@ TEST(midpoints_are_held_between_held_nodes)
     const Levels *levels = &ruled.levels;
     int nodes = levels->level[LEVELS].node_count;
     FREED bool *fixed = calloc((size_t)nodes, sizeof *fixed);
-    Status status = {0};
-    assert_true(fixed_mark(&ruled.mesh, &ruled.options, fixed, &status));
+    assert_true(fixed_mark(&ruled.mesh, &ruled.options, fixed, &(Status){0}));
     int held = 0;
     for (int i = 0; i < nodes; i++) {
         assert_int_equal(fixed[i], levels->position[i].y < -0.0799);
@@ -297,8 +289,7 @@ static double compare(void (*make)(TriMesh *), SurfaceAdjust adjust, int level, 
     SCOPED(arena_destroy) Arena arena = {0};
     Levels levels;
     SCOPED(mesh_destroy) TriMesh fine;
-    Status status = {0};
-    assert_true(levels_create(&levels, &coarse, LEVELS, "body", &arena, &status));
+    assert_true(levels_create(&levels, &coarse, LEVELS, "body", &arena, &(Status){0}));
     levels_mesh(&levels, level, &coarse, &fine);
     int nodes = fine.node_count;
     FREED Vec3 *x = calloc((size_t)nodes, sizeof *x), *v = calloc((size_t)nodes, sizeof *v);
@@ -316,7 +307,7 @@ static double compare(void (*make)(TriMesh *), SurfaceAdjust adjust, int level, 
     fixture_reference(&fixture, &options, &reference);
     FREED bool *fixed = calloc((size_t)levels.level[LEVELS].node_count, sizeof *fixed);
     SurfaceOptions held = {.body.fixed_count = 1, .body.fixed = &low, .hierarchy = &levels};
-    assert_true(fixed_mark(&coarse, &held, fixed, &status));
+    assert_true(fixed_mark(&coarse, &held, fixed, &(Status){0}));
     memcpy(reference.fixed, fixed, (size_t)nodes * sizeof *fixed);
     for (int i = 0; i < nodes; i++) {
         const double velocity[3] = {fixed[i] ? 0.0 : v[i].x, fixed[i] ? 0.0 : v[i].y,
@@ -368,9 +359,8 @@ static double stretch_energy(int level, SurfaceAdjust adjust)
     TriMesh mesh, fine;
     SCOPED(arena_destroy) Arena arena = {0};
     Levels levels;
-    Status status = {0};
     sheet_like(&mesh);
-    assert_true(levels_create(&levels, &mesh, LEVELS, "body", &arena, &status));
+    assert_true(levels_create(&levels, &mesh, LEVELS, "body", &arena, &(Status){0}));
     levels_mesh(&levels, level, &mesh, &fine);
     FREED Vec3 *x = calloc((size_t)fine.node_count, sizeof *x);
     for (int i = 0; i < fine.node_count; i++)
@@ -382,8 +372,7 @@ static double stretch_energy(int level, SurfaceAdjust adjust)
                               .initial_position = x};
     SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
-    BodyMeasure measure;
-    fixture.body->ops->measure(fixture.body->model, &measure);
+    BodyMeasure measure = measure_of(fixture.body);
     mesh_destroy(&fine);
     return measure.elastic;
 }

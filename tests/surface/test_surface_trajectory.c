@@ -5,9 +5,6 @@
 #include "fixture.h"
 #include "random.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 typedef enum MeshKind { ORGAN, SPHERE, SHEET } MeshKind;
 typedef enum ShapeKind { FREE, WORLD, BODY } ShapeKind;
 typedef enum DampingKind { UNDAMPED, DAMPED, NODE_DAMPED } DampingKind;

@@ -4,11 +4,11 @@
 #include "base/team.h"
 #include "base/clock.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 
 #include <stdatomic.h>
-#include <string.h>
 #include <time.h>
 
 enum { ITEMS = 1000 };
@@ -50,10 +50,9 @@ static void count_items(void *context, int first, int last)
 
 static Team *make_team(int threads)
 {
-    Status status = {0};
     Team *team = team_create(threads);
     assert_non_null(team);
-    assert_true(team_start(team, threads, NULL, &status));
+    assert_true(team_start(team, threads, NULL, &(Status){0}));
     return team;
 }
 
@@ -157,15 +156,13 @@ static uint64_t hash_of_run(IntegratorKind integrator, Precision precision, Team
                               .tool = &table,
                               .team = team};
     TriMesh mesh;
-    Status status = {0};
     SCOPED(fixture_destroy) Fixture fixture;
-    char why[128];
-    assert_true(generate_ico_sphere(&mesh, 4, 0.2, &status));
+    assert_true(generate_ico_sphere(&mesh, 4, 0.2, &(Status){0}));
     fixture_create(&fixture, &mesh, &options);
     LoadOptions load = fixture_everywhere;
     load.radius = 1.0;
     load.duration = 1.0;
-    assert_true(sim_apply_load(fixture.sim, &load, why, sizeof why));
+    load_or_fail(fixture.sim, &load);
     fixture_run(&fixture, 30);
     assert_true(sim_wrench(fixture.sim, 0)->contact);
     uint64_t hash = state_hash(&fixture.state);

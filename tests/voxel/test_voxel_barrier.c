@@ -11,9 +11,6 @@
 #include "voxel/barrier.h"
 #include "voxel/rotation.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 typedef const double (*Constant)[3];
 
 static double determinant(const double f[3][3])

@@ -4,9 +4,6 @@
 
 #include "voxel/batch.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { ELEMENTS = 500, VERTICES = 900, GIVEN = 5 };
 
 static int vertex[ELEMENTS][NODE_COUNT], element_class[ELEMENTS];

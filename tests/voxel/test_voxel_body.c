@@ -4,8 +4,6 @@
 #include "random.h"
 #include "voxel_world.h"
 
-#include <stdlib.h>
-
 TEST(at_rest_nothing_moves)
 {
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {

@@ -5,8 +5,6 @@
 #include "test.h"
 #include "voxel_trials.h"
 
-#include <stdlib.h>
-
 static const double LENGTH = 0.2, WIDTH = 0.05; // [m]
 
 // Sagging under its own weight by 5 % of its length, turning by four degrees: the end's mean move

@@ -3,14 +3,12 @@
 // tool feels is what the body feels; and a tool that finds itself inside is let out.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "momentum_exchange.h"
 #include "voxel_bench.h"
 #include "voxel_world.h"
 
 #include "sim/contact/contact_data.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static const double HALF = 0.05; // of the cubes' edges, and the ball's radius [m]
 
@@ -49,8 +47,7 @@ static VoxelWorldOptions with_tool(VoxelWorldOptions options, ToolOptions tool)
 
 static void place(VoxelWorld *world, Vec3 position)
 {
-    ToolPose pose = {.position = position, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
-    sim_apply_pose(world->sim, 0, &pose, true);
+    put_tool(world->sim, 0, position);
 }
 
 static void step_at(VoxelWorld *world, Vec3 position)
@@ -285,8 +282,7 @@ TEST(a_plate_of_one_cell_holds_a_thick_tool)
     for (int k = 0; k < 4; k++) {
         VoxelWorldOptions options = voxel_world_cube(16);
         lattice_destroy(&options.lattice);
-        Status status = {0};
-        assert_true(lattice_box(&options.lattice, (int[3]){16, 16, 1}, 0.00625, &status));
+        assert_true(lattice_box(&options.lattice, (int[3]){16, 16, 1}, 0.00625, &(Status){0}));
         options.body.body.levels = 0;
         options.body.body.fixed = &rim;
         options.body.body.fixed_count = 1;

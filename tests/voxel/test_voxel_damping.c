@@ -3,14 +3,12 @@
 // what a free body keeps, the bound of the step.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "extreme.h"
 #include "random.h"
 #include "voxel_world.h"
 
 #include "voxel/template.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static const double PI = 3.14159265358979323846;
 
@@ -93,9 +91,8 @@ static void make_beam(VoxelWorld *world, const Beam *beam)
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {-0.0999, 1.0, 1.0}};
     VoxelWorldOptions options = voxel_world_cube(4);
     lattice_destroy(&options.lattice);
-    Status status = {0};
     const int n = beam->n;
-    assert_true(lattice_box(&options.lattice, (int[3]){4 * n, n, n}, WIDTH / n, &status));
+    assert_true(lattice_box(&options.lattice, (int[3]){4 * n, n, n}, WIDTH / n, &(Status){0}));
     options.material = (SolidMaterial){1e5, beam->poisson_ratio, 1000.0};
     options.body.body.fixed = &end;
     options.body.body.fixed_count = 1;
@@ -187,14 +184,14 @@ TEST(the_scale_is_one_of_drag_too)
         world.v[i] = vec3(0.0, 0.0, 0.01 * mode(world.x[i].x + 0.5 * LENGTH));
     voxel_world_write(&world, world.x, world.v);
     BodyMeasure start, now;
-    world.body->ops->measure(world.body->model, &start);
-    assert_true(sim_apply_set(world.sim, "body.damping_scale", 0.0, why, sizeof why));
+    start = measure_of(world.body);
+    set_or_fail(world.sim, "body.damping_scale", 0.0);
     voxel_world_run(&world, 0.5);
-    world.body->ops->measure(world.body->model, &now);
+    now = measure_of(world.body);
     expect_at_least((now.kinetic + now.elastic) / start.kinetic, 0.97);
-    assert_true(sim_apply_set(world.sim, "body.damping_scale", 2.0, why, sizeof why));
+    set_or_fail(world.sim, "body.damping_scale", 2.0);
     voxel_world_run(&world, 0.5);
-    world.body->ops->measure(world.body->model, &now);
+    now = measure_of(world.body);
     // e^(-6 t), more or less by where in the swing the time began and ended.
     expect_near(log((now.kinetic + now.elastic) / start.kinetic), -3.0, 0.5);
     assert_false(sim_apply_set(world.sim, "body.damping_scale", 1e6, why, sizeof why));
@@ -233,13 +230,6 @@ static void make_free(VoxelWorld *world, const Free *free_body)
     voxel_world_read(world);
 }
 
-static double energy(const VoxelWorld *world)
-{
-    BodyMeasure measure;
-    world->body->ops->measure(world->body->model, &measure);
-    return measure.kinetic + measure.elastic;
-}
-
 // Of the motion relative to the rigid one only: what is left turns and flies as before.
 TEST(a_free_body_keeps_its_momentum)
 {
@@ -253,10 +243,10 @@ TEST(a_free_body_keeps_its_momentum)
         make_free(&world, &BODIES[k]);
         Vec3 linear[2], angular[2];
         voxel_world_momentum(&world, &linear[0], &angular[0]);
-        double before = energy(&world), most = 0.0;
+        double before = energy_of(world.body), most = 0.0;
         for (int i = 0; i < TRIALS(10, 40); i++) {
             voxel_world_run(&world, 0.05);
-            const double now = energy(&world);
+            const double now = energy_of(world.body);
             most = fmax(most, now / before);
             before = now;
         }
@@ -321,15 +311,14 @@ static double growth(double share, double nu, double times, double drag, Integra
     for (int i = 0; i < world.count; i++)
         world.x[i] = vec3_madd(world.x[i], 0.02 * size, random_vec3(&random));
     voxel_world_write(&world, world.x, world.v);
-    BodyMeasure now;
-    world.body->ops->measure(world.body->model, &now);
+    BodyMeasure now = measure_of(world.body);
     const double start = now.elastic;
     double worst = 0.0;
     for (int n = 0; n * substeps < EFFORT(4000) && worst < 100.0; n++) {
         sim_step(world.sim);
         if (n % 10 != 9)
             continue;
-        world.body->ops->measure(world.body->model, &now);
+        now = measure_of(world.body);
         worst = fmax(worst, sim_resets(world.sim) == 0 ? now.kinetic / start : 1e300);
     }
     print_message("%.2f of the bound %.3g s, nu %.2f, beta %g dt0, drag %g /s: up to %.3g\n", share,

@@ -9,8 +9,6 @@
 #include "voxel/element.h"
 #include "voxel/template.h"
 
-#include <string.h>
-
 typedef struct Shape {
     Element element;
     Vec3 rest[NODE_COUNT], area[NODE_COUNT];

@@ -3,29 +3,20 @@
 // corner, more levels than fit, no damping, loads beyond reason.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "voxel_reference.h"
 #include "voxel_world.h"
 
 #include "voxel/model.h"
 
-#include <string.h>
-
 static VoxelWorldOptions box(int x, int y, int z, int levels, Precision precision)
 {
     VoxelWorldOptions options = voxel_world_cube(4);
     lattice_destroy(&options.lattice);
-    Status status = {0};
-    assert_true(lattice_box(&options.lattice, (int[3]){x, y, z}, 0.01, &status));
+    assert_true(lattice_box(&options.lattice, (int[3]){x, y, z}, 0.01, &(Status){0}));
     options.body.body.levels = levels;
     options.body.body.precision = precision;
     return options;
-}
-
-static BodyMeasure measure(const VoxelWorld *world)
-{
-    BodyMeasure out;
-    world->body->ops->measure(world->body->model, &out);
-    return out;
 }
 
 TEST(a_body_held_everywhere_stays)
@@ -42,7 +33,7 @@ TEST(a_body_held_everywhere_stays)
         voxel_world_read(&world);
         for (int i = 0; i < world.count; i++)
             assert_true(vec3_length(world.v[i]) == 0.0);
-        assert_true(measure(&world).max_displacement == 0.0);
+        assert_true(measure_of(world.body).max_displacement == 0.0);
         assert_int_equal(world.body->resets, 0);
         LoadOptions load = {.radius = 1.0, .force = {1.0, 0.0, 0.0}, .duration = 1.0};
         char why[128];
@@ -104,8 +95,7 @@ TEST(cells_that_touch_in_a_corner_do_not_know_of_each_other)
         memcpy(rest, world.x, sizeof rest);
         LoadOptions load = {
             .center = {0.01, 0.01, 0.01}, .radius = 1e-3, .force = {0.0, 0.0, 1e-3}, .duration = 1};
-        char why[128];
-        assert_true(sim_apply_load(world.sim, &load, why, sizeof why));
+        load_or_fail(world.sim, &load);
         voxel_world_run(&world, 0.1);
         voxel_world_read(&world);
         // The upper one flies: F t^2 / 2 m, m = 1 g.
@@ -161,7 +151,7 @@ TEST(a_slab_with_many_levels_sags_as_one_without)
         SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         voxel_world_run(&world, 0.025); // on its way down
-        sag[k] = measure(&world).max_displacement;
+        sag[k] = measure_of(world.body).max_displacement;
         print_message("%d elements: %.5g m\n", world.body->element_count, sag[k]);
         assert_int_equal(world.body->resets, 0);
     }
@@ -182,13 +172,13 @@ TEST(a_body_without_damping_swings_on)
             for (int i = 0; i < world.count; i++)
                 world.x[i].x *= 1.05, world.x[i].z -= 0.3 * world.x[i].x * world.x[i].x;
             voxel_world_write(&world, world.x, world.v);
-            const double start = measure(&world).elastic;
+            const double start = measure_of(world.body).elastic;
             double most = 0.0;
             for (int i = 0; i < EFFORT(3000); i++) {
                 sim_step(world.sim);
                 if (i % 10 != 0)
                     continue;
-                BodyMeasure now = measure(&world);
+                BodyMeasure now = measure_of(world.body);
                 most = fmax(most, now.kinetic + now.elastic);
             }
             print_message("energy up to %.3g of the start's\n", most / start);
@@ -218,8 +208,7 @@ TEST(loads_beyond_reason_are_survived)
                                 .radius = 0.025,
                                 .force = {forces[k], 0.0, forces[k]},
                                 .duration = 0.1};
-            char why[128];
-            assert_true(sim_apply_load(world.sim, &load, why, sizeof why));
+            load_or_fail(world.sim, &load);
             voxel_world_run(&world, 0.1);
             assert_true(world.body->ops->check(world.body->model));
             voxel_world_run(&world, forces[k] <= 1e3 ? 3.0 : 0.3);
@@ -227,14 +216,14 @@ TEST(loads_beyond_reason_are_survived)
             memcpy(reference.position, world.x, (size_t)world.count * sizeof *world.x);
             print_message("%s, %.0e N: %d resets, then off by %.2g m\n",
                           precision == PRECISION_SINGLE ? "single" : "double", forces[k],
-                          (int)world.body->resets, measure(&world).max_displacement);
+                          (int)world.body->resets, measure_of(world.body).max_displacement);
             assert_true(world.body->ops->check(world.body->model));
             if (forces[k] <= 1e3) {
                 assert_int_equal(voxel_reference_inverted(&reference), 0);
-                expect_at_most(measure(&world).max_displacement, 1e-3); // of 0.08 m
+                expect_at_most(measure_of(world.body).max_displacement, 1e-3); // of 0.08 m
             }
             sim_reset(world.sim);
             voxel_world_run(&world, 0.1);
-            assert_true(measure(&world).max_displacement == 0.0);
+            assert_true(measure_of(world.body).max_displacement == 0.0);
         }
 }

@@ -2,8 +2,6 @@
 #include "test.h"
 #include "sample_mesh.h"
 
-#include <stdlib.h>
-
 static void corners_of_face(const LatticeMesh *mesh, int face, int corner[3][3])
 {
     for (int k = 0; k < 3; k++)

@@ -2,9 +2,8 @@
 // A ball pressed deep into a solid, against finite elements that share nothing with the server:
 // rings around the axis of a cylinder, the same law of the material, their own contact.
 #include "test.h"
+#include "sim_steps.h"
 #include "voxel_world.h"
-
-#include <stdlib.h>
 
 static const double PI = 3.14159265358979323846;
 static const double YOUNG = 1e4, POISSON = 0.3, DENSITY = 1000.0; // [Pa], -, [kg/m3]
@@ -188,10 +187,7 @@ static void press_cylinder(int depths, double force[DEPTHS])
 static double tick_at(VoxelWorld *world, double depth)
 {
     // Not above a vertex, nor above the middle of a face.
-    const ToolPose pose = {.position = {0.001, 0.0007, 0.5 * HEIGHT + RADIUS - depth},
-                           .orientation = {1.0, 0.0, 0.0, 0.0},
-                           .active = true};
-    sim_apply_pose(world->sim, 0, &pose, true);
+    put_tool(world->sim, 0, (Vec3){0.001, 0.0007, 0.5 * HEIGHT + RADIUS - depth});
     sim_step(world->sim);
     return sim_wrench(world->sim, 0)->force.z;
 }

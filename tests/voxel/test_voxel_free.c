@@ -3,15 +3,9 @@
 // far its energy swings on the way.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "random.h"
 #include "voxel_world.h"
-
-static double energy(const VoxelWorld *world)
-{
-    BodyMeasure measure;
-    world->body->ops->measure(world->body->model, &measure);
-    return measure.kinetic + measure.elastic;
-}
 
 // 6^3 cells: the fewest with hanging vertices. Ten steps of so much of the bound a tick.
 static void create(VoxelWorld *world, IntegratorKind integrator, double nu, double part)
@@ -81,7 +75,7 @@ TEST(energy_and_momentum_last_for_many_steps)
             double mean = 0.0;
             for (int i = 0; i < ticks; i++) {
                 sim_step(world.sim);
-                mean += energy(&world) / ticks;
+                mean += energy_of(world.body) / ticks;
             }
             first = w == 0 ? mean : first;
             worst = fmax(worst, fabs(mean / first - 1.0));
@@ -106,13 +100,12 @@ TEST(energy_of_a_smooth_motion_is_constant)
     SCOPED(voxel_world_destroy) VoxelWorld world;
     create(&world, INTEGRATOR_LEAPFROG, 0.3, 0.2);
     disturb(&world, 0.0, 0.0);
-    BodyMeasure measure;
-    world.body->ops->measure(world.body->model, &measure);
-    const double start = energy(&world);
+    BodyMeasure measure = measure_of(world.body);
+    const double start = energy_of(world.body);
     double low = start, high = start, least = measure.elastic, most = measure.elastic;
     for (int i = 0; i < 300; i++) {
         sim_step(world.sim);
-        world.body->ops->measure(world.body->model, &measure);
+        measure = measure_of(world.body);
         low = fmin(low, measure.kinetic + measure.elastic);
         high = fmax(high, measure.kinetic + measure.elastic);
         least = fmin(least, measure.elastic);

@@ -3,11 +3,10 @@
 // depth, comes to rest, ends at the tool's largest force, and the hand gains no work.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "voxel_world.h"
 
 #include "sim/contact/contact_data.h"
-
-#include <stdlib.h>
 
 static const double CELL = 0.003125, TOP = 0.025; // the body of config/block.cfg [m]
 
@@ -60,9 +59,7 @@ static void create(VoxelWorld *world, const Press *press, double max_force, doub
 
 static void place(VoxelWorld *world, int tool, Vec3 position)
 {
-    const ToolPose pose = {
-        .position = position, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
-    sim_apply_pose(world->sim, tool, &pose, true);
+    put_tool(world->sim, tool, position);
 }
 
 static double step_at(VoxelWorld *world, Vec3 position)
@@ -428,8 +425,7 @@ TEST(a_tool_that_returns_inside_leaves_there)
         step_at(&world, vec3(-0.015, 0.0, TOP + radius * (1.05 - fmin(1.0, 0.004 * i))));
     const Clear *clear = world.sim->contact[0]->clear;
     assert_int_equal(clear->touched, 1);
-    const ToolPose away = {.orientation = {1.0, 0.0, 0.0, 0.0}, .active = false};
-    sim_apply_pose(world.sim, 0, &away, true);
+    withdraw_tool(world.sim, 0);
     sim_step(world.sim);
     assert_int_equal(clear->touched, 0);
     const Vec3 inside = {0.015, 0.0, TOP - 0.001};

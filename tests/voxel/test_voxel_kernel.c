@@ -10,9 +10,6 @@
 #include "voxel/lattice_mesh.h"
 #include "voxel/template.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { CLASSES = 12 };
 static const double SIZE = 3e-3; // edge of the smallest elements [m]
 
@@ -107,14 +104,13 @@ static Problem problem_of(const Variant *v)
 static void make_cube(Problem *p, int cells, int levels, const Variant *v)
 {
     *p = problem_of(v);
-    Status status = {0};
     SCOPED(lattice_destroy) Lattice lattice = {0};
     SCOPED(layout_destroy) Layout layout;
     SCOPED(lattice_mesh_destroy) LatticeMesh mesh;
     const int count[3] = {cells, cells, cells};
-    assert_true(lattice_box(&lattice, count, SIZE, &status));
+    assert_true(lattice_box(&lattice, count, SIZE, &(Status){0}));
     layout_create(&layout, &lattice, levels);
-    assert_true(lattice_mesh_create(&mesh, &layout, &status));
+    assert_true(lattice_mesh_create(&mesh, &layout, &(Status){0}));
     p->element_count = mesh.element_count;
     p->vertex_count = mesh.vertex_count;
     p->vertex = allocate((size_t)p->element_count, sizeof *p->vertex);

@@ -4,6 +4,7 @@
 // threads, tearing.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "law_trial.h"
 #include "random.h"
 #include "voxel_world.h"
@@ -77,10 +78,9 @@ static LawBody law_body(const char *name, VoxelWorld *world)
 static VoxelWorldOptions bar(int along, int across)
 {
     VoxelWorldOptions options = voxel_world_cube(4);
-    Status status = {0};
     lattice_destroy(&options.lattice);
-    assert_true(
-        lattice_box(&options.lattice, (int[3]){along, across, across}, LENGTH / along, &status));
+    assert_true(lattice_box(&options.lattice, (int[3]){along, across, across}, LENGTH / along,
+                            &(Status){0}));
     options.body.body.levels = 0;
     return options;
 }
@@ -397,8 +397,7 @@ TEST(threads_give_the_same_bits)
         uint64_t hash[2];
         for (int threads = 1; threads <= 2; threads++) {
             Team *team = threads > 1 ? team_create(threads) : NULL;
-            Status status = {0};
-            assert_true(team == NULL || team_start(team, threads, NULL, &status));
+            assert_true(team == NULL || team_start(team, threads, NULL, &(Status){0}));
             SCOPED(voxel_world_destroy) VoxelWorld world;
             make_free(&world, k > 1 ? &BOTH : &STIFFENING, (Precision)(k % 2), false, team);
             voxel_world_run(&world, 0.02);
@@ -421,16 +420,15 @@ TEST(states_and_cuts_keep_the_dashpots)
         make_free(&world, law, PRECISION_DOUBLE, true, NULL);
         voxel_world_run(&world, 0.02);
         const LawBody body = law_body(law->name, &world);
-        FREED void *middle = malloc(state_bytes(&world.state));
-        state_copy_out(&world.state, middle);
+        FREED void *middle = copy_state(&world.state);
         uint64_t hash[2];
         for (int pass = 0; pass < 2; pass++) {
             voxel_world_run(&world, 0.005);
-            const double before = law_energy(&body);
+            const double before = energy_of(body.body);
             cut_through(&world, 0.003);
             sim_step(world.sim);
             // A tick of damping, and what a swing of leapfrog's energy is.
-            expect_at_most(law_energy(&body), 1.001 * before);
+            expect_at_most(energy_of(body.body), 1.001 * before);
             voxel_world_run(&world, 0.05);
             hash[pass] = state_hash(&world.state);
             // Also from a state after the cut, whose lanes without elements are those of a new run.
@@ -440,12 +438,10 @@ TEST(states_and_cuts_keep_the_dashpots)
             for (int again = 0; again < 2; again++) {
                 voxel_world_run(&world, 0.011);
                 later[again] = state_hash(&world.state);
-                state_copy_in(&world.state, late);
-                sim_restored(world.sim);
+                resume(&world.state, world.sim, late);
             }
             assert_true(later[0] == later[1]);
-            state_copy_in(&world.state, middle);
-            sim_restored(world.sim);
+            resume(&world.state, world.sim, middle);
             assert_true(world.body->ops->check(world.body->model));
         }
         assert_true(hash[0] == hash[1]);

@@ -5,8 +5,6 @@
 
 #include "voxel/layout.h"
 
-#include <stdlib.h>
-
 // --- counts ---
 
 // A cube of n^3 cells, n a power of two: of n / 2^l blocks along an edge the outermost are not

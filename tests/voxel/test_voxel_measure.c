@@ -3,18 +3,12 @@
 // what SET and loads do to it.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "random.h"
 #include "voxel_reference.h"
 #include "voxel_world.h"
 
 #include "voxel/model.h"
-
-static BodyMeasure measure(const VoxelWorld *world)
-{
-    BodyMeasure out;
-    world->body->ops->measure(world->body->model, &out);
-    return out;
-}
 
 // Places and speeds from noise, so large that elements are turned over when `noise` is 1 cell.
 static void scatter(VoxelWorld *world, VoxelReference *reference, double noise)
@@ -35,11 +29,11 @@ static void expect_measures(VoxelWorldOptions options, VoxelLaw law, double nois
     SCOPED(voxel_reference_destroy) VoxelReference reference;
     voxel_world_create(&world, &options);
     voxel_reference_create(&reference, &options.body);
-    BodyMeasure at_rest = measure(&world);
+    BodyMeasure at_rest = measure_of(world.body);
     expect_near(at_rest.kinetic, 0.0, 0.0);
     expect_near(at_rest.max_displacement, 0.0, 0.0);
     scatter(&world, &reference, noise);
-    const BodyMeasure now = measure(&world);
+    const BodyMeasure now = measure_of(world.body);
     double kinetic = 0.0, farthest = 0.0;
     for (int i = 0; i < reference.vertex_count; i++) {
         Vec3 u = vec3_sub(reference.position[i], reference.rest[i]), v = reference.velocity[i];
@@ -52,10 +46,9 @@ static void expect_measures(VoxelWorldOptions options, VoxelLaw law, double nois
     expect_near(now.elastic / elastic, 1.0, 1e-9);
     expect_near(at_rest.elastic / elastic, 0.0, 1e-20); // squares of rounding
     // Forces scaled by 3 have three times the energy.
-    char why[128];
     world.body->unsafe_time_step = true;
-    assert_true(sim_apply_set(world.sim, "body.stiffness_scale", 3.0, why, sizeof why));
-    expect_near(measure(&world).elastic / (3.0 * elastic), 1.0, 1e-9);
+    set_or_fail(world.sim, "body.stiffness_scale", 3.0);
+    expect_near(measure_of(world.body).elastic / (3.0 * elastic), 1.0, 1e-9);
 }
 
 TEST(energies_and_displacement_are_the_sums)
@@ -81,7 +74,7 @@ TEST(single_precision_measures_the_same)
         voxel_world_create(&world, &options);
         voxel_reference_create(&reference, &options.body);
         scatter(&world, &reference, 0.1);
-        BodyMeasure now = measure(&world);
+        BodyMeasure now = measure_of(world.body);
         value[precision][0] = now.kinetic;
         value[precision][1] = now.elastic;
         value[precision][2] = now.max_displacement;
@@ -128,10 +121,10 @@ TEST(scales_and_gravity_act_from_the_next_tick)
             assert_true(sim_apply_gravity(world.sim, vec3(1.0, -2.0, -3.0), why, sizeof why));
             reference.gravity = vec3(1.0, -2.0, -3.0);
         } else if (k == 2) {
-            assert_true(sim_apply_set(world.sim, "stiffness_scale", 0.25, why, sizeof why));
+            set_or_fail(world.sim, "stiffness_scale", 0.25);
             reference.stiffness_scale = 0.25;
         } else if (k == 3) {
-            assert_true(sim_apply_set(world.sim, "body.damping_scale", 0.5, why, sizeof why));
+            set_or_fail(world.sim, "body.damping_scale", 0.5);
             reference.damping_scale = 0.5;
         }
         double apart = 0.0;
@@ -169,7 +162,7 @@ TEST(scales_beyond_the_time_step_are_refused)
     char why[128] = "";
     assert_false(sim_apply_set(world.sim, "stiffness_scale", 100.0, why, sizeof why));
     assert_true(why[0] != '\0');
-    assert_true(sim_apply_set(world.sim, "stiffness_scale", 0.01, why, sizeof why));
+    set_or_fail(world.sim, "stiffness_scale", 0.01);
 }
 
 // Without elastic forces (a moment after rest) a load shows as momentum: the total is F t, and each
@@ -183,8 +176,7 @@ TEST(a_load_is_shared_by_area)
     const VoxelModel *model = world.body->model;
     LoadOptions load = {
         .center = {0.01, 0.02, 0.05}, .radius = 0.033, .force = {0.3, -0.2, 0.5}, .duration = 2e-6};
-    char why[128];
-    assert_true(sim_apply_load(world.sim, &load, why, sizeof why));
+    load_or_fail(world.sim, &load);
     sim_step(world.sim);
     voxel_world_read(&world);
     double area = 0.0;
@@ -210,8 +202,7 @@ TEST(a_load_is_shared_by_area)
     }
     expect_near(vec3_length(vec3_sub(vec3_scale(1e6, sum), load.force)), 0.0, 1e-13);
     // Two ticks long, then it ends.
-    for (int i = 0; i < 5; i++)
-        sim_step(world.sim);
+    sim_ticks(world.sim, 5);
     voxel_world_read(&world);
     sum = vec3(0.0, 0.0, 0.0);
     for (int i = 0; i < world.count; i++)

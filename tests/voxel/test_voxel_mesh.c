@@ -2,8 +2,6 @@
 #include "test.h"
 #include "sample_mesh.h"
 
-#include <stdlib.h>
-
 static int leaf_of_slot(const Sample *sample, const int point[3], int slot)
 {
     return layout_leaf_at(&sample->layout, point[0] - 1 + (slot & 1),

@@ -9,9 +9,6 @@
 
 #include "sim/contact/contact_data.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static const double PI = 3.14159265358979323846, TOP = 0.05;
 
 // A cube of 0.1 m, wholly held, with a probe of one capsule along x.

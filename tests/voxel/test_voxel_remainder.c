@@ -16,8 +16,7 @@ static long total_of(const Lattice *lattice, int dimensions, int levels)
 static Lattice box_of(int nx, int ny, int nz)
 {
     Lattice lattice;
-    Status status = {0};
-    assert_true(lattice_box(&lattice, (int[3]){nx, ny, nz}, 1.0, &status));
+    assert_true(lattice_box(&lattice, (int[3]){nx, ny, nz}, 1.0, &(Status){0}));
     return lattice;
 }
 
@@ -66,8 +65,7 @@ TEST(square_has_one_ring_of_every_size)
 TEST(disc_of_the_paper_has_172_elements)
 {
     SCOPED(lattice_destroy) Lattice lattice;
-    Status status = {0};
-    assert_true(lattice_disc(&lattice, 16.0, 1.0, &status));
+    assert_true(lattice_disc(&lattice, 16.0, 1.0, &(Status){0}));
     long count[4];
     layout_count_remainder(&lattice, 2, 3, count);
     assert_int_equal(count[0], 88);
@@ -82,8 +80,7 @@ TEST(balls_have_the_known_counts)
     static const long expected[2][3] = {{6400, 5496, 5448}, {34568, 23736, 22832}};
     for (int b = 0; b < 2; b++) {
         SCOPED(lattice_destroy) Lattice lattice;
-        Status status = {0};
-        assert_true(lattice_ball(&lattice, b == 0 ? 16.0 : 32.0, 1.0, &status));
+        assert_true(lattice_ball(&lattice, b == 0 ? 16.0 : 32.0, 1.0, &(Status){0}));
         for (int levels = 1; levels <= 3; levels++)
             assert_int_equal(total_of(&lattice, 3, levels), expected[b][levels - 1]);
     }

@@ -4,13 +4,11 @@
 // there.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "random.h"
 #include "voxel_world.h"
 
 #include "voxel/model.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 // A corner of three materials that is stirred, loaded, and held or free.
 static void create(VoxelWorld *world, Precision precision, IntegratorKind integrator, bool held,
@@ -48,9 +46,7 @@ static void press(VoxelWorld *world)
 {
     LoadOptions load = {
         .center = {0.04, 0.02, 0.09}, .radius = 0.04, .force = {0.1, 0.0, -0.2}, .duration = 0.03};
-    char why[128];
-    bool taken = sim_apply_load(world->sim, &load, why, sizeof why);
-    assert_true(taken);
+    load_or_fail(world->sim, &load);
 }
 
 static uint64_t run(VoxelWorld *world)
@@ -143,14 +139,12 @@ TEST(a_state_put_away_goes_on_with_the_same_bits)
             stir(&world);
             press(&world);
             voxel_world_run(&world, 0.011);
-            FREED void *block = malloc(state_bytes(&world.state));
-            state_copy_out(&world.state, block);
+            FREED void *block = copy_state(&world.state);
             voxel_world_run(&world, 0.05);
             uint64_t hash = state_hash(&world.state);
 
             voxel_world_run(&other, 0.007); // it has been elsewhere
-            state_copy_in(&other.state, block);
-            sim_restored(other.sim);
+            resume(&other.state, other.sim, block);
             assert_true(sim_check(other.sim));
             assert_true(other.body->ops->check(other.body->model));
             voxel_world_run(&other, 0.05);
@@ -220,9 +214,7 @@ static void create_placed(VoxelWorld *world, Quat turn, Vec3 move, bool held,
                         .radius = 0.0213,
                         .force = quat_rotate(turn, vec3(0.1, 0.05, 0.1)),
                         .duration = 0.1};
-    char why[128];
-    bool taken = sim_apply_load(world->sim, &load, why, sizeof why);
-    assert_true(taken);
+    load_or_fail(world->sim, &load);
     voxel_world_run(world, 0.3);
     voxel_world_read(world);
 }

@@ -2,13 +2,12 @@
 // The real body at its default time step: from any shape back to the rest shape, in both
 // precisions, soft and hard, compressible and hardly so; and bad numbers, which cost a tick or two.
 #include "test.h"
+#include "sim_steps.h"
 #include "random.h"
 #include "voxel_reference.h"
 #include "voxel_world.h"
 
 #include "voxel/model.h"
-
-#include <string.h>
 
 typedef enum Start { BLOB, FLAT, MIRRORED, NOISE, STARTS } Start;
 static const char *const NAMES[STARTS] = {"blob", "flat", "mirrored", "noise"};
@@ -121,8 +120,7 @@ static void expect_sound_again(VoxelWorld *world, const VoxelWorldOptions *optio
     SCOPED(voxel_reference_destroy) VoxelReference reference;
     double energy;
     voxel_reference_create(&reference, &options->body);
-    for (int i = 0; i < ticks; i++)
-        sim_step(world->sim);
+    sim_ticks(world->sim, ticks);
     assert_true(world->body->ops->check(world->body->model));
     voxel_world_read(world);
     assert_int_equal(inverted(world, &reference, &energy), 0);
@@ -147,8 +145,7 @@ TEST(bad_velocities_cost_a_tick)
             voxel_world_read(&world);
             for (int i = 0; i < world.count; i++)
                 assert_true(vec3_length(world.v[i]) == 0.0);
-            for (int i = 0; i < 5; i++)
-                sim_step(world.sim);
+            sim_ticks(world.sim, 5);
             assert_int_equal(world.body->resets, k + 1);
             assert_int_equal(world.body->tuning.bad_in_a_row, 0);
         }

@@ -8,7 +8,6 @@
 #include "voxel/rotation.h"
 
 #include <float.h>
-#include <string.h>
 
 __extension__ typedef __float128 Quad;
 

@@ -2,6 +2,7 @@
 // Single precision against double, after a second: also far from the origin, spinning, travelling
 // and turned. What rounds is the displacement in a frame that moves along, not the place.
 #include "test.h"
+#include "sim_steps.h"
 #include "voxel_world.h"
 
 typedef struct Motion {
@@ -78,8 +79,8 @@ static void expect_alike(const char *what, const Motion *motion)
     double shape, place;
     find_differences(&exact, &single, &shape, &place);
     BodyMeasure of_exact, of_single;
-    exact.body->ops->measure(exact.body->model, &of_exact);
-    single.body->ops->measure(single.body->model, &of_single);
+    of_exact = measure_of(exact.body);
+    of_single = measure_of(single.body);
     const double way = of_exact.max_displacement;
     print_message("%s, %s: moved by %.3g m; shapes differ by %.2g m, places by %.2g m\n", what,
                   integrator_name(motion->integrator), way, shape, place);

@@ -8,9 +8,6 @@
 #include "geometry/generator.h"
 #include "voxel/model.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 // A ball of 50 mm of cells of 10 mm under a sphere of 642 nodes, of 51 mm: outside some elements,
 // inside others.
 typedef struct Dressed {
@@ -21,8 +18,7 @@ typedef struct Dressed {
 
 static void dress(Dressed *dressed, Precision precision, Vec3 at, Quat turn)
 {
-    Status status = {0};
-    assert_true(generate_ico_sphere(&dressed->skin, 3, 0.051, &status));
+    assert_true(generate_ico_sphere(&dressed->skin, 3, 0.051, &(Status){0}));
     VoxelWorldOptions options = voxel_world_ball();
     lattice_place(&options.lattice, 1.0, quat_to_rotation(turn), at);
     mesh_place(&dressed->skin, 1.0, quat_to_rotation(turn), at);

@@ -4,6 +4,7 @@
 // damping beta = xi dt0 symplectic Euler is stable up to dt0 (sqrt(1 + xi^2) - xi): 0.82 for 0.2.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "random.h"
 #include "voxel_bench.h"
 #include "voxel_world.h"
@@ -70,15 +71,14 @@ static double growth_of_body(double step, double poisson_ratio, double damping)
     for (int i = 0; i < world.count; i++)
         world.x[i] = vec3_madd(world.x[i], 0.05 * size, random_vec3(&random));
     voxel_world_write(&world, world.x, world.v);
-    BodyMeasure now;
-    world.body->ops->measure(world.body->model, &now);
+    BodyMeasure now = measure_of(world.body);
     const double start = now.elastic;
     double worst = 0.0;
     for (int n = 0; n < EFFORT(4000) && worst < 100.0; n++) {
         sim_step(world.sim);
         if (n % 10 != 9)
             continue;
-        world.body->ops->measure(world.body->model, &now);
+        now = measure_of(world.body);
         worst = fmax(worst, sim_resets(world.sim) == 0 ? now.kinetic / start : 1e300);
     }
     print_message("body, dt %.2f dt0, nu %.2f, beta %.1f dt0: kinetic energy up to %.3g\n", step,

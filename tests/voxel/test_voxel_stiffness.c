@@ -3,6 +3,7 @@
 // rather too stiff than too soft.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "stiffness_trial.h"
 #include "voxel_world.h"
 
@@ -34,10 +35,7 @@ TEST(voxels_tell_what_a_slow_hand_feels)
         voxel_world_create(&world, &options);
         sim_set_lockstep(world.sim, true);
         for (int i = 0; i < 2000; i++) {
-            ToolPose pose = {.position = {0.003, 0.002, 0.05 + radius - fmin(0.006, 5e-5 * i)},
-                             .orientation = {1.0, 0.0, 0.0, 0.0},
-                             .active = true};
-            sim_apply_pose(world.sim, 0, &pose, true);
+            put_tool(world.sim, 0, (Vec3){0.003, 0.002, 0.05 + radius - fmin(0.006, 5e-5 * i)});
             sim_step(world.sim);
         }
         StiffnessVerdict verdict = stiffness_judge(world.sim, &world.state);

@@ -5,8 +5,6 @@
 
 #include "voxel/template.h"
 
-#include <string.h>
-
 enum { MASKS = 1 << (NODE_COUNT - NODE_CORNERS) };
 
 // Sums of fewer than thirty terms of size one, each rounded once or twice.

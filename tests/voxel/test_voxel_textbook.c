@@ -5,8 +5,6 @@
 #include "random.h"
 #include "voxel_bench.h"
 
-#include <stdlib.h>
-
 static void create_both(VoxelBench *bench, VoxelTextbook *textbook, double nu)
 {
     VoxelBenchOptions options = voxel_bench_options(0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Threads that share the elements of a voxel body.
 #include "test.h"
+#include "sim_steps.h"
 #include "voxel_world.h"
 
 // State after some ticks of a cube that swings under a load on its top; `soft`: damped by a time
@@ -26,13 +27,12 @@ static uint64_t run(int n, int threads, Precision precision, VoxelLaw law, bool 
     options.body.body.team = team;
     SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
-    char why[128];
     const LoadOptions load = {.body = 0,
                               .center = {0.0, 0.0, 0.05},
                               .radius = 0.03,
                               .force = {1.0, 0.0, -2.0},
                               .duration = 10.0};
-    assert_true(sim_apply_load(world.sim, &load, why, sizeof why));
+    load_or_fail(world.sim, &load);
     voxel_world_run(&world, 0.05);
     uint64_t hash = state_hash(&world.state);
     voxel_world_read(&world);

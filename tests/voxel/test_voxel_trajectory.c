@@ -4,11 +4,10 @@
 // loads, damping.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "random.h"
 #include "voxel_reference.h"
 #include "voxel_world.h"
-
-#include <string.h>
 
 typedef struct Scene {
     VoxelWorldOptions options; // taken over
@@ -36,8 +35,7 @@ static void load_both(VoxelWorld *world, VoxelReference *reference)
         .force = {0.05, 0.02, -0.1},
         .duration = 1.0,
     };
-    char why[128];
-    assert_true(sim_apply_load(world->sim, &load, why, sizeof why));
+    load_or_fail(world->sim, &load);
     double sum = 0.0;
     for (int i = 0; i < reference->surface_count; i++)
         if (vec3_length(vec3_sub(reference->position[i], load.center)) <= load.radius)

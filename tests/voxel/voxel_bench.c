@@ -105,9 +105,8 @@ void voxel_bench_create(VoxelBench *bench, Lattice *lattice, const VoxelBenchOpt
 {
     *bench = (VoxelBench){.lattice = *lattice, .size = lattice->size};
     *lattice = (Lattice){0};
-    Status status = {0};
     layout_create(&bench->layout, &bench->lattice, options->levels);
-    bool made = lattice_mesh_create(&bench->mesh, &bench->layout, &status);
+    bool made = lattice_mesh_create(&bench->mesh, &bench->layout, &(Status){0});
     ASSERT(made);
     int n = bench->vertex_count = bench->mesh.vertex_count;
     int m = bench->element_count = bench->mesh.element_count;
@@ -142,8 +141,7 @@ void voxel_bench_box(VoxelBench *bench, int x, int y, int z, double size,
                      const VoxelBenchOptions *options)
 {
     Lattice lattice;
-    Status status = {0};
-    bool made = lattice_box(&lattice, (const int[3]){x, y, z}, size, &status);
+    bool made = lattice_box(&lattice, (const int[3]){x, y, z}, size, &(Status){0});
     ASSERT(made);
     voxel_bench_create(bench, &lattice, options);
 }
@@ -152,8 +150,7 @@ void voxel_bench_blob(VoxelBench *bench, int n, double size, uint64_t *random,
                       const VoxelBenchOptions *options)
 {
     Lattice lattice;
-    Status status = {0};
-    bool made = lattice_create(&lattice, (const int[3]){n, n, n}, size, &status);
+    bool made = lattice_create(&lattice, (const int[3]){n, n, n}, size, &(Status){0});
     ASSERT(made);
     // All contain the middle, so that they are joined.
     for (int part = 0; part < 5; part++) {

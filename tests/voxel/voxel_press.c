@@ -3,6 +3,7 @@
 
 #include "base/check.h"
 #include "voxel/model.h"
+#include "sim_steps.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -96,7 +97,5 @@ double voxel_press_force(const VoxelPress *press)
 
 double voxel_press_kinetic(const VoxelPress *press)
 {
-    BodyMeasure measure;
-    press->world.body->ops->measure(press->world.body->model, &measure);
-    return measure.kinetic;
+    return measure_of(press->world.body).kinetic;
 }

@@ -78,9 +78,8 @@ void voxel_reference_create(VoxelReference *reference, const VoxelOptions *optio
 {
     SCOPED(layout_destroy) Layout layout;
     SCOPED(lattice_mesh_destroy) LatticeMesh mesh;
-    Status status = {0};
     layout_create(&layout, options->lattice, options->body.levels);
-    bool made = lattice_mesh_create(&mesh, &layout, &status);
+    bool made = lattice_mesh_create(&mesh, &layout, &(Status){0});
     ASSERT(made);
     const int n = mesh.vertex_count, m = mesh.element_count;
     *reference = (VoxelReference){

@@ -33,12 +33,11 @@ static void make_tube(TriMesh *mesh)
 
 static void make_mesh(TriMesh *mesh, CutShape shape)
 {
-    Status status = {0};
     bool ok = true;
     if (shape == CUT_SPHERE)
-        ok = generate_ico_sphere(mesh, 1, 0.05, &status);
+        ok = generate_ico_sphere(mesh, 1, 0.05, &(Status){0});
     else if (shape == CUT_SHEET)
-        ok = generate_sheet(mesh, 9, 9, 0.1, 0.1, &status);
+        ok = generate_sheet(mesh, 9, 9, 0.1, 0.1, &(Status){0});
     else
         make_tube(mesh);
     if (!ok)
@@ -69,14 +68,13 @@ static void make_rings(CutModel *model)
 
 void cut_model_create(CutModel *model, CutShape shape)
 {
-    Status status = {0};
     memset(model, 0, sizeof *model);
     model->shape = shape;
     make_mesh(&model->mesh, shape);
     MeshFault fault;
     if (!mesh_check(&model->mesh, &fault))
         abort();
-    if (!levels_create(&model->levels, &model->mesh, 2, "body", &model->arena, &status))
+    if (!levels_create(&model->levels, &model->mesh, 2, "body", &model->arena, &(Status){0}))
         abort();
     model->level = &model->levels.level[2];
     model->faces = model->level->face_count;

@@ -7,9 +7,6 @@
 #include "effort.h"
 #include "random.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { CUTS_A_SEQUENCE = 10 };
 
 // Whole planes, arcs, loops, cuts shorter than an edge, along edges and through vertices, of any

@@ -6,10 +6,6 @@
 #include "effort.h"
 #include "random.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 // How a body moves during a stroke, and the blade with its handle.
 typedef struct Stroke {
     int ticks;

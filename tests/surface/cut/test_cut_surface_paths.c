@@ -6,8 +6,6 @@
 #include "effort.h"
 #include "random.h"
 
-#include <stdlib.h>
-
 static const double PI = 3.14159265358979323846;
 
 // How often the blade met the loop of links round an inner vertex an odd number of times: its own

@@ -5,9 +5,9 @@
 
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "random.h"
 
-#include <stdlib.h>
 #include <time.h>
 
 static int break_edge(DetailBench *bench, int edge)
@@ -123,8 +123,7 @@ TEST(random_cuts_keep_every_invariant)
                 for (int k = 0; k < 4; k++)
                     bench_change_at_random(&bench, &random, 6);
             int steps = random_below(&random, 6);
-            for (int k = 0; k < steps; k++)
-                sim_step(bench.sim);
+            sim_ticks(bench.sim, steps);
             last = wall_random_sweep(&bench, &random, &last);
             CutOutcome outcome = wall_cut(&bench, &last);
             assert_true(!cut_refuses(outcome.verdict) || outcome.verdict == CUT_TOO_TWISTED);
@@ -198,8 +197,7 @@ TEST(a_long_cut_opens_under_prestress)
     wall_expect_sound(&bench, &shape, 0);
     assert_int_equal(shape.pieces, 1);
     assert_int_equal(shape.borders, 1);
-    for (int k = 0; k < 500; k++)
-        sim_step(bench.sim);
+    sim_ticks(bench.sim, 500);
     assert_int_equal(sim_resets(bench.sim), 0);
     // How far copies are from their originals.
     double widest = 0.0;

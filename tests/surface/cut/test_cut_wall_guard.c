@@ -4,9 +4,7 @@
 #include "wall_bench.h"
 
 #include "test.h"
-
-#include <stdlib.h>
-#include <string.h>
+#include "sim_steps.h"
 
 static void put_blade(DetailBench *bench, double x)
 {
@@ -50,13 +48,11 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were)
         SCOPED(bench_destroy) DetailBench bench;
         wall_create_with(&bench, WALL_SPHERE, &options, 0.3, &blade);
         put_blade(&bench, -0.07);
-        for (int tick = 0; tick < 3; tick++)
-            sim_step(bench.sim);
+        sim_ticks(bench.sim, 3);
         assert_int_equal(sim_resets(bench.sim), 0);
         Row *was = read_all(&bench);
         const int count = bench.body->surface.node_count, topology = bench.body->mesh.topology;
-        char why[128];
-        assert_true(sim_apply_load(bench.sim, &huge, why, sizeof why));
+        load_or_fail(bench.sim, &huge);
         put_blade(&bench, 0.02);
         sim_step(bench.sim);
         assert_int_equal(sim_resets(bench.sim), 1);
@@ -78,8 +74,7 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were)
         assert_true(born > 5);
         assert_true(bench.body->ops->check(bench.model));
         bench_expect_sound(&bench);
-        for (int tick = 0; tick < 200; tick++)
-            sim_step(bench.sim);
+        sim_ticks(bench.sim, 200);
         assert_int_equal(sim_resets(bench.sim), 1);
         free(was);
         free(is);

@@ -5,10 +5,9 @@
 
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "random.h"
-
-#include <stdlib.h>
 
 static Vec3 momentum_of_piece(const DetailBench *bench, int piece, double *mass, Vec3 *center)
 {
@@ -63,8 +62,7 @@ TEST(pieces_that_come_apart_move_apart)
         Vec3 before[2], start[2], after[2], end[2];
         for (int k = 0; k < 2; k++)
             before[k] = momentum_of_piece(&bench, number[k], &mass[k], &start[k]);
-        for (int i = 0; i < 400; i++)
-            sim_step(bench.sim);
+        sim_ticks(bench.sim, 400);
         assert_int_equal(sim_resets(bench.sim), 0);
         for (int k = 0; k < 2; k++) {
             after[k] = momentum_of_piece(&bench, number[k], &mass[k], &end[k]);
@@ -162,10 +160,7 @@ TEST(a_probe_presses_on_what_is_cut_under_it)
         for (int tick = 0; tick < 400; tick++) {
             // Down onto the north pole, 3 mm into it.
             double depth = fmin(0.003, 0.003 * tick / 100.0);
-            ToolPose pose = {.position = {0.0, 0.0, 0.062 - depth},
-                             .orientation = {1.0, 0.0, 0.0, 0.0},
-                             .active = true};
-            sim_apply_pose(bench.sim, 0, &pose, true);
+            put_tool(bench.sim, 0, (Vec3){0.0, 0.0, 0.062 - depth});
             if (tick == 150 || tick == 250) { // two cuts that cross under it
                 Vec3 forward = tick == 150 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
                 CutOptions slit =

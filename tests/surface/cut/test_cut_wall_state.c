@@ -4,11 +4,9 @@
 
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "random.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 TEST(what_does_not_fit_is_refused_and_changes_nothing)
 {
@@ -51,8 +49,7 @@ TEST(copies_end_with_their_capacity)
     // Every corner of every face at most has a node of its own.
     assert_true(*bench.detail->set.cut->copies <= 3 * bench.detail->set.face_count - 114);
     wall_expect_sound(&bench, &shape, 0);
-    for (int k = 0; k < 50; k++)
-        sim_step(bench.sim);
+    sim_ticks(bench.sim, 50);
     assert_int_equal(sim_resets(bench.sim), 0);
 }
 
@@ -79,10 +76,8 @@ TEST(a_cut_state_goes_on_elsewhere_with_the_same_bits)
         prepare_cut_body(&whole, &random, levels);
         prepare_cut_body(&rest, &other, levels); // whatever it was before
         assert_true(*whole.detail->set.cut->copies > 5);
-        FREED void *block = malloc(state_bytes(&whole.state));
-        state_copy_out(&whole.state, block);
-        state_copy_in(&rest.state, block);
-        sim_restored(rest.sim);
+        FREED void *block = copy_state(&whole.state);
+        resume(&rest.state, rest.sim, block);
         assert_true(rest.body->ops->check(rest.model));
         assert_true(state_hash(&rest.state) == state_hash(&whole.state));
         WallShape shape;
@@ -94,8 +89,7 @@ TEST(a_cut_state_goes_on_elsewhere_with_the_same_bits)
             CutOptions more = wall_sweep_at(vec3(0.01, 0.0, 0.0), vec3(0.0, 0.6, 0.8),
                                             vec3(0.0, 0.8, -0.6), 0.3, 0.3);
             wall_cut(both[k], &more);
-            for (int i = 0; i < 100; i++)
-                sim_step(both[k]->sim);
+            sim_ticks(both[k]->sim, 100);
             end[k] = state_hash(&both[k]->state);
         }
         assert_true(end[0] == end[1]);
@@ -150,10 +144,8 @@ TEST(a_cut_that_no_run_can_have_made_is_refused)
                 bool sound = bench.body->ops->check(bench.model);
                 refused += !sound;
                 tries++;
-                for (int t = 0; t < 2 && sound; t++)
-                    sim_step(bench.sim); // what was let in can be stepped on
-                state_copy_in(&bench.state, good);
-                sim_restored(bench.sim);
+                sim_ticks(bench.sim, sound ? 2 : 0); // what was let in can be stepped on
+                resume(&bench.state, bench.sim, good);
                 assert_true(bench.body->ops->check(bench.model));
             }
         }

@@ -3,10 +3,8 @@
 #include "wall_check.h"
 
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 // Held along one short end, pulled at the other with the same force whether or not it has a notch
 // from one long side, at its middle.
@@ -31,9 +29,7 @@ static void create(DetailBench *bench, const Pull *pull)
     options.tear_stretch = 0.5;
     options.body.fixed = &HELD;
     options.body.fixed_count = 1;
-    TriMesh mesh;
-    fixture_sheet(&mesh);
-    bench_create(bench, BENCH_CUTTABLE, &mesh, &options, NULL, &LOAD);
+    bench_create_on(bench, BENCH_CUTTABLE, fixture_sheet, &options, NULL, &LOAD);
     if (pull->notch <= 0.0)
         return;
     CutOptions notch = {.body = 0};
@@ -66,9 +62,7 @@ TEST(a_sheet_within_its_strength_stays_whole)
     create(&bench, &pull);
     assert_int_equal(run(&bench, 4000), 1);
     assert_int_equal(*bench.detail->set.cut->copies, 0);
-    BodyMeasure measure;
-    bench.body->ops->measure(bench.model, &measure);
-    print_message("pulled %.1f mm longer\n", 1e3 * measure.max_displacement);
+    print_message("pulled %.1f mm longer\n", 1e3 * measure_of(bench.body).max_displacement);
 }
 
 // A body that goes back to its rest shape after its numbers went bad is as one that never was

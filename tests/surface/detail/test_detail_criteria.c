@@ -5,12 +5,10 @@
 #include "detail_bench.h"
 
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 #define MODULUS 80.0 // E2D of bench_options [N/m]
 #define DENSITY 4.2  // rho_A [kg/m2]
@@ -30,16 +28,14 @@ static SurfaceOptions adapting(int levels, double force, double speed, double cu
 static void create_sheet(DetailBench *bench, const SurfaceOptions *options, const ToolOptions *tool)
 {
     TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_sheet(&mesh, 7, 7, 0.12, 0.12, &status));
+    assert_true(generate_sheet(&mesh, 7, 7, 0.12, 0.12, &(Status){0}));
     bench_create(bench, BENCH_ADAPTIVE, &mesh, options, tool, NULL);
 }
 
 static void create_sphere(DetailBench *bench, const SurfaceOptions *options)
 {
     TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_ico_sphere(&mesh, 1, 0.05, &status));
+    assert_true(generate_ico_sphere(&mesh, 1, 0.05, &(Status){0}));
     bench_create(bench, BENCH_ADAPTIVE, &mesh, options, NULL, NULL);
 }
 
@@ -108,8 +104,7 @@ TEST(force_refines_at_its_threshold)
                                       .radius = 0.001,
                                       .force = {0.6 * force, 0.0, -0.8 * force},
                                       .duration = 1.0};
-            char why[128];
-            assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
+            load_or_fail(bench.sim, &load);
             assert_int_equal(adapt(&bench, 0), over);
             assert_int_equal(leaves(&bench, 1), over ? 4 * HALO : 0);
         }
@@ -297,11 +292,10 @@ TEST(a_small_body_is_looked_at_at_once_check_hz_times_a_second)
 TEST(a_large_body_is_looked_at_in_slices)
 {
     TriMesh mesh;
-    Status status = {0};
     SurfaceOptions options = adapting(1, NEVER, 0.3, NEVER, 100.0);
     SCOPED(bench_destroy) DetailBench bench;
     const int faces = 20480, slice = 2048;
-    assert_true(generate_ico_sphere(&mesh, 5, 0.05, &status));
+    assert_true(generate_ico_sphere(&mesh, 5, 0.05, &(Status){0}));
     assert_int_equal(mesh.triangle_count, faces);
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     const Sweep *sweep = bench.detail->adapt.sweep;
@@ -322,7 +316,6 @@ TEST(a_face_at_ease_is_looked_at_in_every_fourth_sweep)
     for (int loaded = 0; loaded < 2; loaded++) {
         SurfaceOptions options = adapting(1, 1e-9, 0.3, NEVER, EVERY_TICK);
         SCOPED(bench_destroy) DetailBench bench;
-        char why[128];
         create_sheet(&bench, &options, NULL);
         assert_false(adapt(&bench, 0)); // finds all at ease
         put(&bench, MIDDLE, rest_of(&bench, MIDDLE),
@@ -335,7 +328,7 @@ TEST(a_face_at_ease_is_looked_at_in_every_fourth_sweep)
                                       .radius = 0.001,
                                       .force = {0.0, 0.0, 1e-12},
                                       .duration = 1.0};
-            assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
+            load_or_fail(bench.sim, &load);
         }
         assert_true(adapt(&bench, 1 + SKIP_MOST));
         assert_int_equal(leaves(&bench, 1), 4 * HALO);
@@ -348,13 +341,11 @@ TEST(a_new_load_refines_in_its_own_tick)
     SurfaceOptions options = adapting(2, 0.005, 0.3, 0.4, 1e-9);
     SCOPED(bench_destroy) DetailBench bench;
     create_sheet(&bench, &options, NULL);
-    for (int i = 0; i < 100; i++)
-        sim_step(bench.sim);
+    sim_ticks(bench.sim, 100);
     assert_int_equal(bench.detail->adapt.sweep->refined, 0);
     const LoadOptions load = {
         .center = {0.0, 0.0, 0.0}, .radius = 0.015, .force = {0.0, 0.0, -0.1}, .duration = 0.05};
-    char why[128];
-    assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
+    load_or_fail(bench.sim, &load);
     sim_step(bench.sim);
     assert_true(bench.detail->adapt.sweep->refined > 0);
     bench_expect_sound(&bench);
@@ -407,9 +398,8 @@ TEST(a_load_that_follows_a_change_asks_for_no_look_at_all_faces)
                               .duration = 10.0};
     const int roots = 72; // faces of level 0
     SCOPED(bench_destroy) DetailBench bench;
-    char why[128];
     create_sheet(&bench, &options, &ball);
-    assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
+    load_or_fail(bench.sim, &load);
     assert_int_equal(bench.detail->adapt.sweep->urgent, 2 * roots);
     sim_step(bench.sim); // levels may come one by one: as many looks as there are levels
     assert_int_equal(bench.detail->adapt.sweep->urgent, roots);
@@ -499,7 +489,6 @@ TEST(what_cannot_be_set_changes_nothing)
     // Thresholds of zero are met by whatever is not at rest; at rest nothing is.
     for (int k = 0; k < 4; k++)
         assert_true(set(&bench, keys[k], 0.0));
-    for (int i = 0; i < 100; i++)
-        sim_step(bench.sim);
+    sim_ticks(bench.sim, 100);
     bench_expect_sound(&bench);
 }

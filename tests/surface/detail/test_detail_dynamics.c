@@ -10,9 +10,6 @@
 #include "geometry/levels.h"
 #include "random.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-
 static const LoadOptions PRESS = {.body = 0,
                                   .center = {0.0, 0.0, 0.05},
                                   .radius = 0.025,
@@ -162,14 +159,12 @@ TEST(paper_step_follows_the_finest_level_in_use)
 {
     const LoadOptions press = {
         .center = {0.0, 0.0, 0.05}, .radius = 0.02, .force = {0.0, 0.0, -0.5}, .duration = 0.2};
-    TriMesh mesh;
     SurfaceOptions options = bench_options(3, 0);
     options.adjust = ADJUST_CHOI2005;
     options.material.damping_time = 0.0;
     options.adapt.check_hz = 1000.0;
-    fixture_sphere(&mesh);
     SCOPED(bench_destroy) DetailBench bench;
-    bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, &press);
+    bench_create_on(&bench, BENCH_ADAPTIVE, fixture_sphere, &options, NULL, &press);
     const double zero_level =
         stability_time_step(INTEGRATOR_RK4, bench.body->lambda, bench.body->damping);
     int ticks[4] = {0};
@@ -188,14 +183,12 @@ TEST(a_body_at_rest_stays_at_rest_whatever_its_levels)
 {
     uint64_t random = 4;
     for (int variant = 0; variant < 8; variant++) {
-        TriMesh mesh;
         SurfaceOptions options = bench_options(3, 0);
         options.adjust = variant & 1 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM;
         options.body.precision = variant & 2 ? PRECISION_SINGLE : PRECISION_DOUBLE;
         options.shape.frame = variant & 4 ? SHAPE_BODY : SHAPE_WORLD;
-        fixture_organ(&mesh);
         SCOPED(bench_destroy) DetailBench bench;
-        bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
+        bench_create_on(&bench, BENCH_ADAPTIVE, fixture_organ, &options, NULL, NULL);
         for (int i = 0; i < 120; i++) {
             bench_change_at_random(&bench, &random, i < 80 ? 9 : 3);
             sim_step(bench.sim);

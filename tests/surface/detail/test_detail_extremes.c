@@ -5,13 +5,11 @@
 #include "detail_bench.h"
 
 #include "test.h"
+#include "sim_steps.h"
 #include "effort.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static SurfaceOptions adaptive(int levels)
 {
@@ -39,8 +37,7 @@ static void set(DetailBench *bench, const char *key, double value)
 
 static void move(DetailBench *bench, Vec3 position)
 {
-    ToolPose pose = {.position = position, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
-    sim_apply_pose(bench->sim, 0, &pose, true);
+    put_tool(bench->sim, 0, position);
 }
 
 static bool load(DetailBench *bench, Vec3 center, double radius, Vec3 force, double duration)
@@ -59,8 +56,7 @@ static void expect_finite(const DetailBench *bench)
     bench->body->ops->snapshot(bench->model, row, row + 3 * nodes);
     for (int i = 0; i < 6 * nodes; i++)
         assert_true(isfinite(row[i]));
-    BodyMeasure measure;
-    bench->body->ops->measure(bench->model, &measure);
+    BodyMeasure measure = measure_of(bench->body);
     assert_true(isfinite(measure.kinetic) && isfinite(measure.elastic) &&
                 isfinite(measure.max_displacement));
     for (int t = 0; t < sim_tool_count(bench->sim); t++)
@@ -81,8 +77,7 @@ TEST(a_wall_keeps_its_side_while_it_is_divided_and_merged)
     } walls[] = {{0.015, 3.0}, {0.009, 2.0}, {0.009, 1.0}, {0.009, 0.0}};
     for (size_t w = 0; w < sizeof walls / sizeof *walls; w++) {
         TriMesh mesh;
-        Status status = {0};
-        assert_true(generate_sheet(&mesh, 9, 9, 0.12, 0.12, &status));
+        assert_true(generate_sheet(&mesh, 9, 9, 0.12, 0.12, &(Status){0}));
         SurfaceOptions options = adaptive(3);
         const ToolOptions tool = ball(TOOL_PROBE, 0.004, 2.0);
         SCOPED(bench_destroy) DetailBench bench;
@@ -118,11 +113,9 @@ TEST(a_wall_keeps_its_side_while_it_is_divided_and_merged)
 // from it.
 TEST(every_face_that_goes_has_a_successor)
 {
-    TriMesh mesh;
-    fixture_sphere(&mesh);
     SurfaceOptions options = bench_options(3, 0);
     SCOPED(bench_destroy) DetailBench bench;
-    bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
+    bench_create_on(&bench, BENCH_ADAPTIVE, fixture_sphere, &options, NULL, NULL);
     const Detail *detail = bench.detail;
     FREED bool *was = calloc((size_t)detail->set.face_count, sizeof *was);
     uint64_t random = 8;
@@ -156,13 +149,11 @@ TEST(every_face_that_goes_has_a_successor)
 // stays.
 TEST(a_small_load_keeps_its_sum_while_levels_come_and_go)
 {
-    TriMesh mesh;
-    fixture_sphere(&mesh);
     SurfaceOptions options = adaptive(3);
     options.body.precision = PRECISION_DOUBLE;
     options.start_level = 3;
     SCOPED(bench_destroy) DetailBench bench;
-    bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
+    bench_create_on(&bench, BENCH_ADAPTIVE, fixture_sphere, &options, NULL, NULL);
     // Around a midpoint of the finest level, in reach of nothing else.
     int node = bench.detail->set.node_count - 1;
     assert_true(load(&bench, bench.levels.position[node], 1e-4, (Vec3){0.1, -0.2, 0.3}, 10.0));
@@ -195,14 +186,12 @@ TEST(a_small_load_keeps_its_sum_while_levels_come_and_go)
 TEST(what_does_not_fit_is_refused_and_counted)
 {
     for (int kind = 0; kind < 3; kind++) {
-        TriMesh mesh;
-        fixture_sphere(&mesh);
         SurfaceOptions options = adaptive(3);
         options.body.node_capacity = kind == 0 ? 150 : kind == 1 ? 0 : 116; // of 114 to start with
         options.body.face_capacity = kind == 1 ? 300 : 0;                   // of 224
         const ToolOptions tool = ball(TOOL_PROBE, 0.006, 3.3);
         SCOPED(bench_destroy) DetailBench bench;
-        bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
+        bench_create_on(&bench, BENCH_ADAPTIVE, fixture_sphere, &options, &tool, NULL);
         assert_int_equal(bench.body->mesh.node_capacity,
                          kind == 1 ? bench.detail->set.node_count : options.body.node_capacity);
         for (int i = 0; i < 1500; i++) {
@@ -214,8 +203,7 @@ TEST(what_does_not_fit_is_refused_and_counted)
             if (i % 50 == 0)
                 bench_expect_sound(&bench);
         }
-        BodyMeasure measure;
-        bench.body->ops->measure(bench.model, &measure);
+        BodyMeasure measure = measure_of(bench.body);
         assert_true(measure.refused > 0);
         assert_int_equal(measure.refused, bench.detail->adapt.sweep->refused);
         assert_true(kind == 2 ? bench.detail->adapt.sweep->refined == 0
@@ -223,8 +211,7 @@ TEST(what_does_not_fit_is_refused_and_counted)
         assert_int_equal(sim_resets(bench.sim), 0);
         // Nothing is left behind when the tool is gone.
         move(&bench, (Vec3){0.0, 0.0, 1.0});
-        for (int i = 0; i < 3000; i++)
-            sim_step(bench.sim);
+        sim_ticks(bench.sim, 3000);
         assert_int_equal(bench.body->finest_level, 0);
         assert_int_equal(bench.body->mesh.node_count, 114);
         assert_int_equal(bench.body->mesh.triangle_count, 224);
@@ -237,14 +224,12 @@ TEST(what_does_not_fit_is_refused_and_counted)
 TEST(absurd_loads_and_tools_leave_finite_numbers)
 {
     for (int kind = 0; kind < 8; kind++) {
-        TriMesh mesh;
-        fixture_sphere(&mesh);
         SurfaceOptions options = adaptive(2);
         options.body.precision = kind & 1 ? PRECISION_SINGLE : PRECISION_DOUBLE;
         options.shape.frame = kind & 2 ? SHAPE_BODY : SHAPE_WORLD;
         const ToolOptions tool = ball(TOOL_PROBE, 0.006, 1e6);
         SCOPED(bench_destroy) DetailBench bench;
-        bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
+        bench_create_on(&bench, BENCH_ADAPTIVE, fixture_sphere, &options, &tool, NULL);
         bool loaded = (kind & 4) != 0;
         if (loaded) {
             assert_true(load(&bench, (Vec3){0.0, 0.0, 0.05}, 0.02, (Vec3){0.0, 0.0, -1e6}, 0.05));
@@ -263,13 +248,10 @@ TEST(absurd_loads_and_tools_leave_finite_numbers)
         print_message("kind %d: %d resets, %d refined\n", kind, (int)sim_resets(bench.sim),
                       (int)bench.detail->adapt.sweep->refined);
         // It comes back when it is left alone, unless it was set spinning.
-        ToolPose away = {.position = {0.0, 0.0, 1e3}, .orientation = {1.0, 0.0, 0.0, 0.0}};
-        sim_apply_pose(bench.sim, 0, &away, true);
-        for (int i = 0; i < 5000; i++)
-            sim_step(bench.sim);
+        withdraw_tool(bench.sim, 0);
+        sim_ticks(bench.sim, 5000);
         expect_finite(&bench);
-        BodyMeasure measure;
-        bench.body->ops->measure(bench.model, &measure);
+        BodyMeasure measure = measure_of(bench.body);
         if (options.shape.frame == SHAPE_WORLD) {
             assert_int_equal(bench.body->finest_level, 0);
             expect_at_most(measure.elastic, 1e-6);
@@ -281,12 +263,10 @@ TEST(absurd_loads_and_tools_leave_finite_numbers)
 TEST(bad_numbers_are_never_published)
 {
     for (int precision = 0; precision < 2; precision++) {
-        TriMesh mesh;
-        fixture_sphere(&mesh);
         SurfaceOptions options = adaptive(2);
         options.body.precision = (Precision)precision;
         SCOPED(bench_destroy) DetailBench bench;
-        bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
+        bench_create_on(&bench, BENCH_ADAPTIVE, fixture_sphere, &options, NULL, NULL);
         uint64_t random = 3;
         for (int round = 0; round < 40; round++) {
             bench_change_at_random(&bench, &random, 7);
@@ -301,8 +281,7 @@ TEST(bad_numbers_are_never_published)
                 expect_finite(&bench);
             }
             bench_expect_sound(&bench);
-            for (int i = 0; i < 3; i++)
-                sim_step(bench.sim);
+            sim_ticks(bench.sim, 3);
             expect_finite(&bench);
         }
         assert_int_equal(sim_resets(bench.sim), 54);
@@ -313,8 +292,6 @@ TEST(a_body_that_cannot_move_does_not)
 {
     const FixedRegion all = {.kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, 1.0}};
     for (int frame = 0; frame < 3; frame++) {
-        TriMesh mesh;
-        fixture_sphere(&mesh);
         SurfaceOptions options = adaptive(2);
         options.shape = frame == 2 ? (SurfaceShape){.wanted = false} : options.shape;
         options.shape.frame = frame == 1 ? SHAPE_BODY : SHAPE_WORLD;
@@ -323,7 +300,7 @@ TEST(a_body_that_cannot_move_does_not)
         options.body.gravity.z = -9.81;
         const ToolOptions tool = ball(TOOL_PROBE, 0.006, 3.3);
         SCOPED(bench_destroy) DetailBench bench;
-        bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, &tool, NULL);
+        bench_create_on(&bench, BENCH_ADAPTIVE, fixture_sphere, &options, &tool, NULL);
         assert_false(load(&bench, (Vec3){0.0, 0.0, 0.05}, 0.02, (Vec3){0.0, 0.0, -1.0}, 1.0));
         for (int i = 0; i < 500; i++) {
             move(&bench, (Vec3){0.0, 0.02 * sin(0.02 * i), 0.05});
@@ -332,9 +309,7 @@ TEST(a_body_that_cannot_move_does_not)
                 bench_expect_sound(&bench);
         }
         assert_true(bench.detail->adapt.sweep->refined > 0); // it is pressed all the same
-        BodyMeasure measure;
-        bench.body->ops->measure(bench.model, &measure);
-        expect_near(measure.max_displacement, 0.0, 1e-12);
+        expect_near(measure_of(bench.body).max_displacement, 0.0, 1e-12);
         assert_int_equal(sim_resets(bench.sim), 0);
     }
 }
@@ -377,26 +352,22 @@ static void several_pieces(TriMesh *mesh)
 // Poles of 40 edges, a ring of nodes of 4: two cones base to base.
 static void forty_edges(TriMesh *mesh)
 {
-    Status status = {0};
-    assert_true(generate_uv_sphere(mesh, 1, 40, 0.05, &status));
+    assert_true(generate_uv_sphere(mesh, 1, 40, 0.05, &(Status){0}));
 }
 
 static void tetrahedron(TriMesh *mesh)
 {
-    Status status = {0};
-    assert_true(generate_sphere(mesh, 4, 0.05, &status));
+    assert_true(generate_sphere(mesh, 4, 0.05, &(Status){0}));
 }
 
 static void corners(TriMesh *mesh) // two triangles: all nodes are corners
 {
-    Status status = {0};
-    assert_true(generate_sheet(mesh, 2, 2, 0.08, 0.08, &status));
+    assert_true(generate_sheet(mesh, 2, 2, 0.08, 0.08, &(Status){0}));
 }
 
 static void bipyramid_of_three(TriMesh *mesh) // poles of 3 edges
 {
-    Status status = {0};
-    assert_true(generate_uv_sphere(mesh, 1, 3, 0.05, &status));
+    assert_true(generate_uv_sphere(mesh, 1, 3, 0.05, &(Status){0}));
 }
 
 TEST(odd_meshes_are_handled_like_others)
@@ -434,8 +405,7 @@ TEST(odd_meshes_are_handled_like_others)
             assert_true(finest >= 2);
             expect_finite(&bench);
             assert_int_equal(sim_resets(bench.sim), 0);
-            ToolPose away = {.position = {0.0, 0.0, 1.0}, .orientation = {1.0, 0.0, 0.0, 0.0}};
-            sim_apply_pose(bench.sim, 0, &away, true);
+            withdraw_tool(bench.sim, 0);
             int64_t changes = 0;
             for (int i = 0; i < 4000; i++) {
                 sim_step(bench.sim);

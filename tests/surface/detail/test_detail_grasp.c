@@ -33,8 +33,7 @@ static void hold_at(DetailBench *bench, Vec3 position, double grip)
 TEST(faces_with_hanging_corners_are_held_too)
 {
     TriMesh mesh;
-    Status status = {0};
-    assert_true(generate_ico_sphere(&mesh, 1, 0.05, &status));
+    assert_true(generate_ico_sphere(&mesh, 1, 0.05, &(Status){0}));
     SurfaceOptions options = bench_options(2, 0);
     ToolOptions tool = {.id = 1,
                         .kind = TOOL_GRASPER,

@@ -3,10 +3,8 @@
 // came stays, and lies between its parents.
 #include "detail_bench.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static const LoadOptions huge = {
     .center = {0.0, 0.0, 0.05}, .radius = 0.02, .force = {1e30, 0.0, 0.0}, .duration = 1.0};
@@ -62,8 +60,7 @@ static void create(DetailBench *bench, Precision precision)
     options.body.initial_position = initial;
     options.body.initial_velocity = velocity;
     bench_create(bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
-    for (int tick = 0; tick < 5; tick++)
-        sim_step(bench->sim);
+    sim_ticks(bench->sim, 5);
 }
 
 // The mean of the parents, which may have come in the same tick themselves.
@@ -82,8 +79,7 @@ TEST(nodes_born_in_a_bad_tick_lie_between_their_parents)
     for (int precision = 0; precision < 2; precision++) {
         SCOPED(bench_destroy) DetailBench bench;
         create(&bench, (Precision)precision);
-        char why[128];
-        assert_true(sim_apply_load(bench.sim, &huge, why, sizeof why));
+        load_or_fail(bench.sim, &huge);
         int64_t resets = 0;
         bool both = false;
         for (int tick = 0; tick < 20 && !both; tick++) {
@@ -116,8 +112,7 @@ TEST(nodes_born_in_a_bad_tick_lie_between_their_parents)
             forget(&after);
         }
         assert_true(both);
-        for (int tick = 0; tick < 100; tick++)
-            sim_step(bench.sim);
+        sim_ticks(bench.sim, 100);
         assert_int_equal(sim_guard_counts(bench.sim)->loads, 1);
         assert_int_equal(sim_resets(bench.sim), GUARD_MOST_BLAME);
         bench_expect_sound(&bench);

@@ -4,14 +4,12 @@
 
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
 
 #include "surface/law.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static SurfaceOptions law_options(int levels, int precision)
 {
@@ -25,13 +23,6 @@ static SurfaceOptions law_options(int levels, int precision)
     options.material.branch[1] = (MaxwellBranch){0.2, 0.35, false};
     options.material.stiffening = (Stiffening){0.2, 10.0};
     return options;
-}
-
-static double elastic_of(const DetailBench *bench)
-{
-    BodyMeasure measure;
-    bench->body->ops->measure(bench->model, &measure);
-    return measure.elastic;
 }
 
 static bool is_on(const DetailBench *bench, int node)
@@ -98,22 +89,20 @@ TEST(changes_keep_both_ends_and_momentum)
 {
     for (int precision = 0; precision < PRECISION_COUNT; precision++)
         for (int adjust = 0; adjust < 2; adjust++) {
-            TriMesh mesh;
             SurfaceOptions options = law_options(3, precision);
             options.adjust = (SurfaceAdjust)adjust;
-            fixture_sphere(&mesh);
             SCOPED(bench_destroy) DetailBench bench;
-            bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
+            bench_create_on(&bench, BENCH_ADAPTIVE, fixture_sphere, &options, NULL, NULL);
             uint64_t random = 9;
             throw_body(&bench, 0.1, &random);
             double most = 0.0;
             for (int i = 0; i < EFFORT(150); i++) {
                 const Vec3 before = bench_momentum(&bench);
-                const double energy = elastic_of(&bench);
+                const double energy = measure_of(bench.body).elastic;
                 bench_change_at_random(&bench, &random, i < 75 ? 9 : 2);
                 expect_both_ends_alike(&bench);
                 bench_expect_sound(&bench);
-                most = fmax(most, elastic_of(&bench) / energy - 1.0);
+                most = fmax(most, measure_of(bench.body).elastic / energy - 1.0);
                 // Rounding of a sum over some 1000 nodes; choi2005 keeps no momentum.
                 if (adjust == ADJUST_CONTINUUM)
                     expect_at_most(vec3_length(vec3_sub(bench_momentum(&bench), before)),
@@ -133,10 +122,9 @@ TEST(changes_keep_both_ends_and_momentum)
 TEST(a_homogeneous_strain_keeps_its_energy)
 {
     TriMesh mesh;
-    Status status = {0};
     SurfaceOptions options = law_options(3, PRECISION_DOUBLE);
     options.material.areal_density = 1e15; // nothing moves
-    assert_true(generate_sheet(&mesh, 9, 7, 0.2, 0.15, &status));
+    assert_true(generate_sheet(&mesh, 9, 7, 0.2, 0.15, &(Status){0}));
     SCOPED(bench_destroy) DetailBench bench;
     bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
     SurfaceModel *model = bench.model;
@@ -150,10 +138,10 @@ TEST(a_homogeneous_strain_keeps_its_energy)
     uint64_t random = 3;
     for (int i = 0; i < EFFORT(100); i++) {
         sim_step(bench.sim);
-        const double before = elastic_of(&bench);
+        const double before = measure_of(bench.body).elastic;
         bench_change_at_random(&bench, &random, i < 60 ? 9 : 2);
         // Rounding, and the sheet's own motion of 1e-10.
-        expect_near(elastic_of(&bench) / before, 1.0, 1e-9);
+        expect_near(measure_of(bench.body).elastic / before, 1.0, 1e-9);
     }
     assert_true(bench.detail->adapt.sweep->coarsened > 5);
 }
@@ -162,12 +150,10 @@ TEST(a_homogeneous_strain_keeps_its_energy)
 // anything. Hanging nodes follow their masters.
 TEST(forces_are_the_gradient_of_the_energy)
 {
-    TriMesh mesh;
     SurfaceOptions options = law_options(2, PRECISION_DOUBLE);
     options.prestress = 0.05;
-    fixture_sheet(&mesh);
     SCOPED(bench_destroy) DetailBench bench;
-    bench_create(&bench, BENCH_ADAPTIVE, &mesh, &options, NULL, NULL);
+    bench_create_on(&bench, BENCH_ADAPTIVE, fixture_sheet, &options, NULL, NULL);
     uint64_t random = 12;
     throw_body(&bench, 0.2, &random);
     for (int i = 0; i < 30; i++) {
@@ -194,7 +180,7 @@ TEST(forces_are_the_gradient_of_the_energy)
                            vec3(0.0, 0.0, 0.0));
         detail_hang(lists, model->basis.precision, rows);
         if (side != 1)
-            energy[side / 2] = elastic_of(&bench);
+            energy[side / 2] = measure_of(bench.body).elastic;
     }
     for (int s = 0; s < count; s++)
         if (model->node[s] >= 0)
@@ -222,14 +208,10 @@ TEST(forces_are_the_gradient_of_the_energy)
 static void expect_same_elsewhere(const DetailBench *bench, const SurfaceOptions *options,
                                   const void *state)
 {
-    TriMesh mesh;
     SCOPED(bench_destroy) DetailBench other;
-    fixture_sphere(&mesh);
-    bench_create(&other, BENCH_CUTTABLE, &mesh, options, NULL, NULL);
-    state_copy_in(&other.state, state);
-    sim_restored(other.sim);
-    for (int i = 0; i < 5; i++)
-        sim_step(other.sim);
+    bench_create_on(&other, BENCH_CUTTABLE, fixture_sphere, options, NULL, NULL);
+    resume(&other.state, other.sim, state);
+    sim_ticks(other.sim, 5);
     const SurfaceModel *a = bench->model, *b = other.model;
     const Relaxation *from = a->relaxation, *to = b->relaxation;
     const size_t real = model_real_size(a),
@@ -245,21 +227,17 @@ TEST(cuts_keep_the_dashpots)
 {
     for (int levels = 0; levels < 3; levels++)
         for (int precision = 0; precision < PRECISION_COUNT; precision++) {
-            TriMesh mesh;
             SurfaceOptions options = law_options(levels, precision);
             options.shape = (SurfaceShape){.wanted = true,
                                            .angular_frequency = 30.0,
                                            .damping_ratio = 0.1,
                                            .frame = SHAPE_BODY};
-            fixture_sphere(&mesh);
             SCOPED(bench_destroy) DetailBench bench;
-            bench_create(&bench, BENCH_CUTTABLE, &mesh, &options, NULL, NULL);
+            bench_create_on(&bench, BENCH_CUTTABLE, fixture_sphere, &options, NULL, NULL);
             uint64_t random = 5;
             throw_body(&bench, 0.1, &random);
-            for (int i = 0; i < 20; i++)
-                sim_step(bench.sim);
-            FREED void *middle = malloc(state_bytes(&bench.state));
-            state_copy_out(&bench.state, middle);
+            sim_ticks(bench.sim, 20);
+            FREED void *middle = copy_state(&bench.state);
             uint64_t hash[2];
             for (int pass = 0; pass < 2; pass++) {
                 double most = 0.0;
@@ -272,10 +250,10 @@ TEST(cuts_keep_the_dashpots)
                         .before = {{{-0.2, 0.004, z}, {-0.2, 0.004, z + 0.015}}},
                         .after = {{{0.2, 0.004, z}, {0.2, 0.004, z + 0.015}}}};
                     CutOutcome sum = {0};
-                    const double before = elastic_of(&bench);
+                    const double before = measure_of(bench.body).elastic;
                     assert_true(sim_apply_cut(bench.sim, &cut, &sum, why, sizeof why));
                     separated += sum.separated;
-                    most = fmax(most, elastic_of(&bench) / before - 1.0);
+                    most = fmax(most, measure_of(bench.body).elastic / before - 1.0);
                     expect_both_ends_alike(&bench);
                     sim_step(bench.sim);
                     expect_both_ends_alike(&bench);
@@ -285,23 +263,17 @@ TEST(cuts_keep_the_dashpots)
                     print_message("%d levels, %s: a cut adds at most %.2g of the elastic energy\n",
                                   levels, precision == PRECISION_SINGLE ? "single" : "double",
                                   most);
-                for (int i = 0; i < 20; i++)
-                    sim_step(bench.sim);
+                sim_ticks(bench.sim, 20);
                 hash[pass] = state_hash(&bench.state);
                 // Also from a state after the cut.
-                FREED void *after = malloc(state_bytes(&bench.state));
-                state_copy_out(&bench.state, after);
-                for (int i = 0; i < 5; i++)
-                    sim_step(bench.sim);
+                FREED void *after = copy_state(&bench.state);
+                sim_ticks(bench.sim, 5);
                 const uint64_t end = state_hash(&bench.state);
                 expect_same_elsewhere(&bench, &options, after);
-                state_copy_in(&bench.state, after);
-                sim_restored(bench.sim);
-                for (int i = 0; i < 5; i++)
-                    sim_step(bench.sim);
+                resume(&bench.state, bench.sim, after);
+                sim_ticks(bench.sim, 5);
                 assert_true(state_hash(&bench.state) == end);
-                state_copy_in(&bench.state, middle);
-                sim_restored(bench.sim);
+                resume(&bench.state, bench.sim, middle);
             }
             assert_true(hash[0] == hash[1]);
         }

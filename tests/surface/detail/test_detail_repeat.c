@@ -5,12 +5,10 @@
 #include "detail_bench.h"
 
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "random.h"
 #include "surface/surface.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 static const ToolOptions BALL = {.id = 1,
                                  .kind = TOOL_PROBE,
@@ -36,9 +34,7 @@ static void create(DetailBench *bench, int kind, const char *isa)
     // The latter free: it floats.
     options.shape.frame = kind < 2 ? SHAPE_WORLD : SHAPE_BODY;
     options.body.isa = isa;
-    TriMesh mesh;
-    fixture_sphere(&mesh);
-    bench_create(bench, BENCH_ADAPTIVE, &mesh, &options, &BALL, &PRESS);
+    bench_create_on(bench, BENCH_ADAPTIVE, fixture_sphere, &options, &BALL, &PRESS);
 }
 
 // The probe circles on the body and is gone for the last half.
@@ -83,10 +79,8 @@ TEST(a_refined_state_goes_on_elsewhere_with_the_same_bits)
         run_to(&rest, 37, false); // whatever it was before
         run_to(&whole, MIDDLE, false);
         assert_true(whole.detail->lists.hanging_count > 5);
-        FREED void *block = malloc(state_bytes(&whole.state));
-        state_copy_out(&whole.state, block);
-        state_copy_in(&rest.state, block);
-        sim_restored(rest.sim);
+        FREED void *block = copy_state(&whole.state);
+        resume(&rest.state, rest.sim, block);
         bench_expect_sound(&rest);
         assert_true(state_hash(&rest.state) == state_hash(&whole.state));
         assert_int_equal(rest.body->substeps, whole.body->substeps);
@@ -161,8 +155,7 @@ TEST(a_state_that_no_run_can_have_is_refused)
         Body *body = bench.body;
         sim_restored(bench.sim);
         assert_true(body->ops->check(body->model));
-        FREED void *good = malloc(state_bytes(&bench.state));
-        state_copy_out(&bench.state, good);
+        FREED void *good = copy_state(&bench.state);
         int refused = 0, tries = 0;
         for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++)
             for (int i = 0; i < 300; i++, tries++) {
@@ -180,10 +173,8 @@ TEST(a_state_that_no_run_can_have_is_refused)
                 sim_restored(bench.sim);
                 bool sound = body->ops->check(body->model);
                 refused += !sound;
-                for (int k = 0; k < 2 && sound; k++)
-                    sim_step(bench.sim); // what was let in can be stepped on
-                state_copy_in(&bench.state, good);
-                sim_restored(bench.sim);
+                sim_ticks(bench.sim, sound ? 2 : 0); // what was let in can be stepped on
+                resume(&bench.state, bench.sim, good);
                 assert_true(body->ops->check(body->model));
             }
         print_message("%d of %d refused\n", refused, tries);

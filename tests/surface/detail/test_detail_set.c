@@ -10,7 +10,6 @@
 
 #include <setjmp.h>
 #include <stdarg.h>
-#include <stdlib.h>
 
 static void fuzz(TriMesh *mesh, const SurfaceOptions *options, uint64_t random, int changes)
 {

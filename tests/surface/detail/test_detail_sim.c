@@ -6,11 +6,10 @@
 
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
-
-#include <stdlib.h>
 
 enum {
     LOOK = 50,       // ticks from one look to the next
@@ -90,16 +89,7 @@ static void create_scene(DetailBench *bench, const Scene *scene, int levels)
     options.prestress = scene->prestress;
     options.body.fixed_count = scene->held;
     options.body.fixed = &below;
-    TriMesh mesh;
-    fixture_sphere(&mesh);
-    bench_create(bench, BENCH_ADAPTIVE, &mesh, &options, &BALL, NULL);
-}
-
-static double energy(const DetailBench *bench)
-{
-    BodyMeasure measure;
-    bench->body->ops->measure(bench->model, &measure);
-    return measure.kinetic + measure.elastic;
+    bench_create_on(bench, BENCH_ADAPTIVE, fixture_sphere, &options, &BALL, NULL);
 }
 
 static int64_t changes(const DetailBench *bench)
@@ -112,7 +102,7 @@ static void look(DetailBench *bench, double most_energy)
 {
     bench_expect_sound(bench);
     assert_int_equal(sim_resets(bench->sim), 0);
-    expect_at_most(energy(bench), most_energy);
+    expect_at_most(energy_of(bench->body), most_energy);
     const ToolWrench *wrench = sim_wrench(bench->sim, 0);
     assert_true(isfinite(vec3_length(wrench->force)) && isfinite(vec3_length(wrench->torque)));
 }
@@ -137,7 +127,7 @@ TEST(a_press_refines_without_flicker_and_is_forgotten)
         SCOPED(bench_destroy) DetailBench bench;
         create_scene(&bench, &SCENES[s], 2);
         run(&bench, 1000, STROKE); // gravity and prestress come to rest
-        double before = energy(&bench);
+        double before = energy_of(bench.body);
         int64_t refined = bench.detail->adapt.sweep->refined,
                 coarsened = bench.detail->adapt.sweep->coarsened;
         // In its own frame, held below, it would stay dented under 1 N.
@@ -146,8 +136,7 @@ TEST(a_press_refines_without_flicker_and_is_forgotten)
                                   .radius = 0.025,
                                   .force = {0.0, 0.0, -force},
                                   .duration = 0.6};
-        char why[128];
-        assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
+        load_or_fail(bench.sim, &load);
         run(&bench, 590, STROKE);
         int finest = bench.body->finest_level;
         run(&bench, 610, STROKE);
@@ -160,9 +149,9 @@ TEST(a_press_refines_without_flicker_and_is_forgotten)
         assert_in_range(coarsened, 0, refined);
         run(&bench, RECOVERY, STROKE);
         print_message("  rests with %d nodes, %g J of %g\n", bench.detail->pack.on_count,
-                      energy(&bench), before);
+                      energy_of(bench.body), before);
         assert_int_equal(bench.body->finest_level, SCENES[s].coarsest);
-        expect_near(energy(&bench), before, AT_REST);
+        expect_near(energy_of(bench.body), before, AT_REST);
     }
 }
 
@@ -176,8 +165,7 @@ TEST(a_steady_press_comes_to_rest)
                                   .radius = 0.02,
                                   .force = {0.1, 0.0, -0.5},
                                   .duration = 100.0};
-        char why[128];
-        assert_true(sim_apply_load(bench.sim, &load, why, sizeof why));
+        load_or_fail(bench.sim, &load);
         run(&bench, 2500, STROKE);
         int64_t before = changes(&bench);
         run(&bench, 500, STROKE);
@@ -214,8 +202,7 @@ static Vec3 hand(double time)
 
 static void move_hand(DetailBench *bench, double time)
 {
-    ToolPose pose = {.position = hand(time), .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
-    sim_apply_pose(bench->sim, 0, &pose, true);
+    put_tool(bench->sim, 0, hand(time));
 }
 
 TEST(a_body_that_is_handled_for_long_stays_sound_and_recovers)
@@ -226,27 +213,26 @@ TEST(a_body_that_is_handled_for_long_stays_sound_and_recovers)
         // The tool's force over the body's size: more than what it can put in at a stroke.
         const double most = 3.3 * 0.1;
         run(&bench, 1000, most);
-        double before = energy(&bench), highest = 0.0;
+        double before = energy_of(bench.body), highest = 0.0;
         int64_t start = changes(&bench);
         int most_nodes = 0, touched = 0;
         for (int i = 0; i < 1000 * SCENES[s].seconds; i++) {
             move_hand(&bench, 1e-3 * i);
             run(&bench, 1, most);
             touched += sim_wrench(bench.sim, 0)->contact;
-            highest = fmax(highest, i % 10 == 0 ? energy(&bench) : 0.0);
+            highest = fmax(highest, i % 10 == 0 ? energy_of(bench.body) : 0.0);
             most_nodes =
                 bench.detail->pack.on_count > most_nodes ? bench.detail->pack.on_count : most_nodes;
         }
         double rate = (double)(changes(&bench) - start) / SCENES[s].seconds;
-        ToolPose away = {.position = {0.0, 0.0, 1.0}, .orientation = {1.0, 0.0, 0.0, 0.0}};
-        sim_apply_pose(bench.sim, 0, &away, true);
+        withdraw_tool(bench.sim, 0);
         run(&bench, RECOVERY, most);
         print_message(
             "%s: %.0f changes a second, to %d nodes, %.2g J; touched %d ms; then %g J of %g\n",
-            SCENES[s].name, rate, most_nodes, highest, touched, energy(&bench), before);
+            SCENES[s].name, rate, most_nodes, highest, touched, energy_of(bench.body), before);
         assert_true(most_nodes > 200 && touched > 250 * SCENES[s].seconds);
         assert_int_equal(bench.body->finest_level, SCENES[s].coarsest);
-        expect_near(energy(&bench), before, AT_REST);
+        expect_near(energy_of(bench.body), before, AT_REST);
     }
 }
 

@@ -2,6 +2,7 @@
 // Tearing of voxel bodies: which faces, by known stresses; a notched bar pulled apart; forces from
 // outside beyond the threshold.
 #include "test.h"
+#include "sim_steps.h"
 #include "cut_world.h"
 #include "effort.h"
 
@@ -14,8 +15,7 @@ static void bar(VoxelWorldOptions *options, const int count[3], bool notched, Fi
 {
     *options = voxel_world_cube(8);
     lattice_destroy(&options->lattice);
-    Status status = {0};
-    assert_true(lattice_box(&options->lattice, count, CELL, &status));
+    assert_true(lattice_box(&options->lattice, count, CELL, &(Status){0}));
     Lattice *lattice = &options->lattice;
     for (int k = 0; notched && k < DEEP; k++)
         for (int j = 0; j < count[1]; j++)
@@ -266,8 +266,7 @@ TEST(force_beyond_the_threshold_releases_the_vertex)
         // In the middle of a face: four cells share the vertex, by four faces.
         const int vertex = vertex_at(lattice, 4, 4, 8), before = cut_lattice_used(lattice);
         ops->add_load(world.model, vertex, vec3(0.0, 0.06, 0.079)); // 0.0992 N
-        for (int tick = 0; tick < 5; tick++)
-            sim_step(world.sim);
+        sim_ticks(world.sim, 5);
         assert_int_equal(cut_lattice_used(lattice), before);
         ops->add_load(world.model, vertex, vec3(0.0, 0.0, 0.003)); // 0.1016 N
         sim_step(world.sim);
@@ -279,8 +278,7 @@ TEST(force_beyond_the_threshold_releases_the_vertex)
         assert_int_equal(broken_faces(lattice, 2), 0);
         assert_int_equal(*world.cuts->pieces.count, 1);
         // The load still pulls at one of the four, which shares its vertex with no other now.
-        for (int tick = 0; tick < 20; tick++)
-            sim_step(world.sim);
+        sim_ticks(world.sim, 20);
         assert_int_equal(cut_lattice_used(lattice), before + 3);
         assert_true(ops->check(world.model));
     }
@@ -329,8 +327,7 @@ TEST(torn_run_goes_on_alike_from_its_states)
                   pieces);
     assert_true(pieces > 1);
     for (int k = 0; k < TIMES; k++) {
-        state_copy_in(&world.state, saved[k]);
-        sim_restored(world.sim);
+        resume(&world.state, world.sim, saved[k]);
         assert_true(world.body->ops->check(world.model));
         run_on(&world, time[k], END);
         assert_int_equal(state_hash(&world.state), hash);

@@ -11,9 +11,6 @@
 #include "voxel/cut/cut_windows.h"
 #include "voxel/layout.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static const double SIZE = 3e-3; // of a cell [m]
 enum { LEVELS = 2, MATERIALS = 2 };
 
@@ -50,12 +47,11 @@ static ElementClass class_of(int level, int material)
 // A ball of two materials in a box, or a box of one.
 static void shape(Lattice *lattice, int cells, bool box)
 {
-    Status status = {0};
     if (box) {
-        assert_true(lattice_box(lattice, (int[3]){cells, cells, cells}, SIZE, &status));
+        assert_true(lattice_box(lattice, (int[3]){cells, cells, cells}, SIZE, &(Status){0}));
         return;
     }
-    assert_true(lattice_ball(lattice, 0.5 * cells * SIZE, SIZE, &status));
+    assert_true(lattice_ball(lattice, 0.5 * cells * SIZE, SIZE, &(Status){0}));
     for (int k = 0; k < lattice->count[2]; k++)
         for (int j = 0; j < lattice->count[1]; j++)
             for (int i = 0; i < lattice->count[0]; i++) {
@@ -80,16 +76,15 @@ static void create_windows(const World *world, CutWindows *windows, TemplateCach
 static void world_create(World *world, int cells, bool box, VoxelLaw law, Precision precision)
 {
     *world = (World){.law = law};
-    Status status = {0};
     Lattice lattice = {0};
     const VoxelOptions options = {.body = {.name = "test"}, .split_budget = 8};
     VoxelMaking making = {.options = &options,
                           .capacity = 3 * (cells + 1) * (cells + 1) * (cells + 1)};
     shape(&lattice, cells, box);
     layout_create(&making.layout, &lattice, LEVELS);
-    assert_true(lattice_mesh_create(&making.mesh, &making.layout, &status));
+    assert_true(lattice_mesh_create(&making.mesh, &making.layout, &(Status){0}));
     assert_true(
-        cut_lattice_create(&world->lattice, &making, &world->arena, &world->state, &status));
+        cut_lattice_create(&world->lattice, &making, &world->arena, &world->state, &(Status){0}));
     lattice_mesh_destroy(&making.mesh);
     layout_destroy(&making.layout);
     lattice_destroy(&lattice);
@@ -441,9 +436,8 @@ TEST(halves_and_levels_and_threads_give_the_same_bits)
 {
     uint64_t random = 14;
     Team *team = team_create(2);
-    Status status = {0};
     assert_non_null(team);
-    assert_true(team_start(team, 2, NULL, &status));
+    assert_true(team_start(team, 2, NULL, &(Status){0}));
     for (int variant = 0; variant < 8; variant++) {
         SCOPED(world_destroy) World world;
         world_create(&world, 16, variant % 2 == 0, variant / 4 ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE,

@@ -8,16 +8,12 @@
 
 #include "voxel/cut/cut_centre.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { LONG = 24, WIDE = 8 }; // the bar, in cells of 1 m
 
 static void make_bar(CutBench *bench, int levels)
 {
     Lattice lattice;
-    Status status = {0};
-    assert_true(lattice_box(&lattice, (int[3]){LONG, WIDE, WIDE}, 1.0, &status));
+    assert_true(lattice_box(&lattice, (int[3]){LONG, WIDE, WIDE}, 1.0, &(Status){0}));
     cut_bench_create(bench, lattice,
                      (CutBenchOptions){.levels = levels,
                                        .split_budget = 16,

@@ -2,6 +2,7 @@
 // Blades through real bodies that swing, sag and are divided while they are cut, tick by tick in
 // the pipeline.
 #include "test.h"
+#include "sim_steps.h"
 #include "cut_bench.h"
 #include "cut_world.h"
 #include "effort.h"
@@ -198,8 +199,7 @@ TEST(stroke_goes_on_in_the_same_bits_after_a_restore)
     uint64_t hash[2];
     for (int again = 0; again < 2; again++) {
         if (again == 1) {
-            state_copy_in(&world.state, middle);
-            sim_restored(world.sim);
+            resume(&world.state, world.sim, middle);
         }
         for (double w = way; w < 0.1; w += 1e-3 * stroke.speed) {
             put_blade(&world, &stroke, w, true);

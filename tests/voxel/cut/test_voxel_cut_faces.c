@@ -6,14 +6,10 @@
 #include "test.h"
 #include "random.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static void make_box(CutBench *bench, int x, int y, int z, CutBenchOptions options)
 {
     Lattice lattice;
-    Status status = {0};
-    assert_true(lattice_box(&lattice, (int[3]){x, y, z}, 0.5, &status));
+    assert_true(lattice_box(&lattice, (int[3]){x, y, z}, 0.5, &(Status){0}));
     options.split_budget = options.split_budget == 0 ? 1000 : options.split_budget;
     options.face_capacity = 12 * x * y * z;
     cut_bench_create(bench, lattice, options);
@@ -172,8 +168,7 @@ TEST(uncut_body_shows_its_outer_faces)
 {
     for (int all = 0; all < 2; all++) {
         Lattice lattice;
-        Status status = {0};
-        assert_true(lattice_ball(&lattice, 2.6, 0.5, &status));
+        assert_true(lattice_ball(&lattice, 2.6, 0.5, &(Status){0}));
         SCOPED(cut_bench_destroy) CutBench bench;
         cut_bench_create(&bench, lattice,
                          (CutBenchOptions){.levels = 2, .split_budget = 4, .publish_all = all});
@@ -281,9 +276,8 @@ TEST(one_broken_face_opens_two_squares)
 TEST(capacity_is_known_before_anything_breaks)
 {
     Lattice lattice;
-    Status status = {0};
     SCOPED(cut_bench_destroy) CutBench bench;
-    assert_true(lattice_box(&lattice, (int[3]){4, 4, 4}, 1.0, &status));
+    assert_true(lattice_box(&lattice, (int[3]){4, 4, 4}, 1.0, &(Status){0}));
     const int outer = 6 * 16;
     cut_bench_create(&bench, lattice,
                      (CutBenchOptions){.split_budget = 10, .face_capacity = 2 * (outer + 20)});

@@ -3,6 +3,7 @@
 // that carry it are the slope of one energy, momentum is exchanged exactly, friction is that of the
 // push, and a cut beside a tool is not felt as a jump.
 #include "test.h"
+#include "sim_steps.h"
 #include "effort.h"
 #include "momentum_exchange.h"
 
@@ -10,8 +11,6 @@
 
 #include "sim/contact/contact_data.h"
 #include "body/fit.h"
-
-#include <math.h>
 
 static const double RADIUS = 0.05, CELL = 0.00625, PROBE = 0.006; // [m]
 
@@ -23,11 +22,10 @@ typedef struct Options {
 
 static void make_options(Options *options, double length)
 {
-    Status status = {0};
     options->world = voxel_world_cube(8);
     lattice_destroy(&options->world.lattice);
     Lattice *lattice = &options->world.lattice;
-    assert_true(lattice_ball(lattice, RADIUS, CELL, &status));
+    assert_true(lattice_ball(lattice, RADIUS, CELL, &(Status){0}));
     SolidBlocks blocks = {.low = {-2.0, -2.0, -2.0}};
     enum { PARTS = 4 }; // to a cell
     size_t voxels = 1;
@@ -78,9 +76,7 @@ static void make_cuttable(Options *options)
 
 static double step_at(Sim *sim, Vec3 position)
 {
-    const ToolPose pose = {
-        .position = position, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
-    sim_apply_pose(sim, 0, &pose, true);
+    put_tool(sim, 0, position);
     sim_step(sim);
     return vec3_length(sim_wrench(sim, 0)->force);
 }

@@ -3,11 +3,10 @@
 // blade by the walls of cuts; lips coincide when they part, and what is published follows from the
 // state alone.
 #include "test.h"
+#include "sim_steps.h"
 #include "cut_world.h"
 
 #include "geometry/generator.h"
-
-#include <math.h>
 
 // ---------------------------------------------------------------------------------------------
 // The organ: two ellipsoids joined smoothly, 13 cm long
@@ -56,16 +55,15 @@ static Vec3 in_cells(const Lattice *lattice, double i, double j, double k)
 
 static void fill(Lattice *lattice, Truth *truth, double size)
 {
-    Status status = {0};
     const int count[3] = {(int)(0.15 / size), (int)(0.12 / size), (int)(0.11 / size)};
-    assert_true(lattice_create(lattice, count, size, &status));
+    assert_true(lattice_create(lattice, count, size, &(Status){0}));
     lattice->origin = vec3(-0.0623, -0.0561, -0.0542);
     for (int k = 0; k < count[2]; k++)
         for (int j = 0; j < count[1]; j++)
             for (int i = 0; i < count[0]; i++)
                 lattice->label[lattice_index(lattice, i, j, k)] =
                     truth(in_cells(lattice, i + 0.5, j + 0.5, k + 0.5)) > 0.0;
-    assert_true(lattice_crop(lattice, &status));
+    assert_true(lattice_crop(lattice, &(Status){0}));
 }
 
 // Voxels of `parts` to a cell.
@@ -243,13 +241,12 @@ TEST(fitted_surface_of_an_organ_is_near_it)
 
 TEST(fitted_surface_of_a_mesh_is_near_it)
 {
-    Status status = {0};
     TriMesh mesh;
     Lattice lattice;
     SurfaceField field;
     SCOPED(destroy) Fitted it;
-    assert_true(generate_ico_sphere(&mesh, 4, 0.05, &status));
-    assert_true(voxelise(&lattice, &mesh, 0.005, &status));
+    assert_true(generate_ico_sphere(&mesh, 4, 0.05, &(Status){0}));
+    assert_true(voxelise(&lattice, &mesh, 0.005, &(Status){0}));
     surface_field_of_mesh(&field, &lattice, &mesh);
     mesh_destroy(&mesh);
     create_of(&it, ball, lattice, field);
@@ -305,8 +302,7 @@ static void cut_plane(Fitted *it, Vec3 middle, Vec3 normal)
 
 static void run(Fitted *it, int ticks)
 {
-    for (int i = 0; i < ticks; i++)
-        sim_step(it->world.sim);
+    sim_ticks(it->world.sim, ticks);
 }
 
 static Vec3 near_plane(const Fitted *it, Vec3 x, Vec3 *normal)
@@ -532,13 +528,11 @@ TEST(state_that_was_brought_back_shows_the_same)
     cut_world_shake(&it.world, 0.7, &seed);
     cut_twice(&it, false); // the last fades are under way
     const BodyMesh *mesh = &it.world.body->mesh, *other = &again.world.body->mesh;
-    FREED void *block = malloc(state_bytes(&it.world.state));
-    state_copy_out(&it.world.state, block);
+    FREED void *block = copy_state(&it.world.state);
     state_copy_in(&again.world.state, block);
     again.world.body->ops->restored(again.world.body);
     again.world.body->step = it.world.body->step;
-    FREED void *kept = malloc(state_bytes(&again.world.state));
-    state_copy_out(&again.world.state, kept); // deriving changes no state
+    FREED void *kept = copy_state(&again.world.state); // deriving changes no state
     assert_memory_equal(kept, block, state_bytes(&again.world.state));
     assert_int_equal(mesh->node_count, other->node_count);
     assert_int_equal(mesh->fit.fade_count, other->fit.fade_count);

@@ -2,6 +2,7 @@
 // Cuttable voxel bodies whose numbers go bad in the tick in which a blade goes through them: the
 // cut stays, and the vertices that came are where those were that they are copies of.
 #include "test.h"
+#include "sim_steps.h"
 #include "cut_bench.h"
 #include "cut_world.h"
 
@@ -34,8 +35,7 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were)
         uint64_t seed = 5;
         cut_world_shake(&world, 0.05, &seed);
         put_blade(&world, -0.2);
-        for (int tick = 0; tick < 3; tick++)
-            sim_step(world.sim);
+        sim_ticks(world.sim, 3);
         assert_int_equal(sim_resets(world.sim), 0);
 
         const Vertices *vertices = &world.model->vertices;
@@ -48,8 +48,7 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were)
                                   .radius = 0.03,
                                   .force = {1e30, 0.0, 0.0},
                                   .duration = 1e-3};
-        char why[128];
-        assert_true(sim_apply_load(world.sim, &huge, why, sizeof why));
+        load_or_fail(world.sim, &huge);
         put_blade(&world, -0.12);
         sim_step(world.sim); // takes the blade along by less than 100 m/s
         put_blade(&world, -0.03);
@@ -61,11 +60,10 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were)
             assert_memory_equal(&x, &was[i], sizeof x);
             assert_memory_equal(&v, &moved[i], sizeof v);
         }
-        for (int tick = 0; tick < 3; tick++)
-            sim_step(world.sim); // the stroke begins anew
+        sim_ticks(world.sim, 3); // the stroke begins anew
         for (int i = 0; i < count; i++)
             rows_read(&vertices->rows, vertices_row(vertices), i, &was[i], &moved[i]);
-        assert_true(sim_apply_load(world.sim, &huge, why, sizeof why));
+        load_or_fail(world.sim, &huge);
         put_blade(&world, 0.03);
         const int topology = world.body->mesh.topology;
         sim_step(world.sim);
@@ -89,8 +87,7 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were)
         }
         assert_true(world.body->ops->check(world.model));
         cut_world_check_masses(&world);
-        for (int tick = 0; tick < 200; tick++)
-            sim_step(world.sim);
+        sim_ticks(world.sim, 200);
         assert_int_equal(sim_resets(world.sim), 2);
     }
 }

@@ -5,8 +5,6 @@
 #include "test.h"
 #include "sample_mesh.h"
 
-#include <string.h>
-
 // --- what must hold, from the bits alone ---
 
 // Of each cell of the lattice, in its order: the leaf that covers it, -1: void.
