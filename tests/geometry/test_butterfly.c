@@ -106,7 +106,7 @@ TEST(extraordinary_weights_are_those_of_eq_5)
     for (int valence = 3; valence <= 12; valence++) {
         if (valence == 6)
             continue;
-        Round round;
+        SCOPED(drop) Round round;
         take_disc(&round, valence, 3);
         for (int j = 0; j < round.mesh.node_count; j++) {
             // With the centre's own weight of 3/4, which eq 4 forgets; both directions of the edge.
@@ -115,13 +115,12 @@ TEST(extraordinary_weights_are_those_of_eq_5)
             int from_last = j == 0 ? 0 : j <= valence ? 1 + j % valence : j;
             expect_near(weight_of(&round, from_last, 0, 2), expected, 1e-15);
         }
-        drop(&round);
     }
 }
 
 TEST(regular_weights_are_those_of_the_mask)
 {
-    Round round;
+    SCOPED(drop) Round round;
     take_disc(&round, 6, 3);
     int outer[2] = {disc_node(6, 2, 1), disc_node(6, 2, 11)}; // beside the end of the spoke
     for (int j = 0; j < round.mesh.node_count; j++) {
@@ -132,7 +131,6 @@ TEST(regular_weights_are_those_of_the_mask)
                                                            : 0.0;
         assert_true(weight_of(&round, j, 0, 1) == expected); // powers of two: exact
     }
-    drop(&round);
 }
 
 typedef double Height(double x, double y);
@@ -160,7 +158,7 @@ static double x4(double x, double y)
 // Largest distance of new points from z = height(x, y), over edges whose stencil is whole.
 static double reproduction_error(Height *height)
 {
-    Round round;
+    SCOPED(drop) Round round;
     take_disc(&round, 6, 6);
     for (int i = 0; i < round.mesh.node_count; i++)
         round.mesh.position[i].z = height(round.mesh.position[i].x, round.mesh.position[i].y);
@@ -173,7 +171,6 @@ static double reproduction_error(Height *height)
         Vec3 m = round.middle[e];
         error = fmax(error, fabs(m.z - height(m.x, m.y)));
     }
-    drop(&round);
     return error;
 }
 
@@ -193,7 +190,7 @@ TEST(spokes_of_every_valence_meet_the_paraboloid)
     for (int valence = 3; valence <= 20; valence++) {
         if (valence == 6)
             continue;
-        Round round;
+        SCOPED(drop) Round round;
         take_disc(&round, valence, 3);
         for (int i = 0; i < round.mesh.node_count; i++) {
             Vec3 *x = &round.mesh.position[i];
@@ -206,7 +203,6 @@ TEST(spokes_of_every_valence_meet_the_paraboloid)
             expect_near(m.y, 0.5 * end.y, 1e-15);
             expect_near(m.z, 0.1 * 0.25, 1e-15);
         }
-        drop(&round);
     }
 }
 
@@ -261,7 +257,7 @@ static Vec3 closed_midpoint(const TriMesh *mesh, int a, int b)
 
 static void expect_like_second_implementation(TriMesh *mesh)
 {
-    Round round;
+    SCOPED(drop) Round round;
     take_mesh(&round, mesh);
     subdivide(&round);
     for (int e = 0; e < round.winged.edge_count; e++) {
@@ -270,7 +266,6 @@ static void expect_like_second_implementation(TriMesh *mesh)
         // Coordinates of the order of 1 and up to 50 terms.
         expect_near(vec3_length(vec3_sub(round.middle[e], expected)), 0.0, 1e-14);
     }
-    drop(&round);
 }
 
 TEST(closed_meshes_follow_the_printed_sums)
@@ -288,7 +283,7 @@ TEST(closed_meshes_follow_the_printed_sums)
 TEST(constant_is_reproduced_whatever_the_valence)
 {
     TriMesh mesh;
-    Round round;
+    SCOPED(drop) Round round;
     assert_true(generate_stomach(&mesh, 300, 1.0, &(Status){0}));
     for (int i = 0; i < mesh.node_count; i++)
         mesh.position[i] = vec3(1.0, -2.0, 0.5);
@@ -296,13 +291,12 @@ TEST(constant_is_reproduced_whatever_the_valence)
     subdivide(&round);
     for (int e = 0; e < round.winged.edge_count; e++)
         assert_memory_equal(&round.middle[e], &mesh.position[0], sizeof mesh.position[0]);
-    drop(&round);
 }
 
 TEST(thousand_spokes_add_up)
 {
     TriMesh mesh;
-    Round round;
+    SCOPED(drop) Round round;
     const int count = 4000;
     assert_true(generate_uv_sphere(&mesh, 1, count, 1.0, &(Status){0}));
     take_mesh(&round, &mesh);
@@ -315,7 +309,6 @@ TEST(thousand_spokes_add_up)
         expect_near(m.y, 0.5 * (0.5 + 0.75) * p.y, 1e-12);
         expect_near(m.z, 0.5 * (0.75 + 0.5), 1e-12);
     }
-    drop(&round);
 }
 
 // --- boundaries ---
@@ -341,7 +334,7 @@ TEST(boundary_reproduces_cubics_of_the_boundary_alone)
     for (int i = 0; i < 9; i++)
         lower[i] = vec3(i, 0.01 * i * i * i, 0.02 * i * i); // turns by less than 60 degrees
     TriMesh mesh;
-    Round round;
+    SCOPED(drop) Round round;
     make_strip(&mesh, lower, 9);
     take_mesh(&round, &mesh);
     subdivide(&round);
@@ -355,7 +348,6 @@ TEST(boundary_reproduces_cubics_of_the_boundary_alone)
     // At the strip's corners the reflection stands in: 7/16 a + 10/16 b - 1/16 next.
     Vec3 first = middle_of(&round, 0, 1);
     expect_near(first.y, 10.0 / 16.0 * 0.01 - 1.0 / 16.0 * 0.08, 1e-15);
-    drop(&round);
 }
 
 TEST(corner_is_a_turn_of_more_than_sixty_degrees)
@@ -366,14 +358,13 @@ TEST(corner_is_a_turn_of_more_than_sixty_degrees)
         for (int i = 1; i <= 2; i++)
             lower[2 + i] = vec3(i * cos(turn), -i * sin(turn), 0.0);
         TriMesh mesh;
-        Round round;
+        SCOPED(drop) Round round;
         make_strip(&mesh, lower, 5);
         take_mesh(&round, &mesh);
         subdivide(&round);
         // Beyond the corner the straight side goes on, else it bends towards the next node.
         double expected = degrees > 60 ? 0.0 : sin(turn) / 16.0;
         expect_near(middle_of(&round, 1, 2).y, expected, 1e-15);
-        drop(&round);
     }
 }
 
@@ -412,7 +403,7 @@ TEST(missing_wings_are_parallelograms)
 TEST(two_triangles_back_to_back_stay_what_they_are)
 {
     TriMesh mesh;
-    Round round;
+    SCOPED(drop) Round round;
     mesh_create(&mesh, 3, 2); // closed, every node of valence 2
     mesh.position[1].x = mesh.position[2].y = 1.0;
     memcpy(mesh.triangle[0], (int[3]){0, 1, 2}, sizeof mesh.triangle[0]);
@@ -421,14 +412,13 @@ TEST(two_triangles_back_to_back_stay_what_they_are)
     subdivide(&round);
     Vec3 m = middle_of(&round, 1, 2);
     expect_near(vec3_length(vec3_sub(m, vec3(0.5, 0.5, 0.0))), 0.0, 0.0);
-    drop(&round);
 }
 
 TEST(coordinates_map_on_their_own)
 {
     TriMesh mesh;
     assert_true(generate_stomach(&mesh, 188, 1.0, &(Status){0}));
-    Round round;
+    SCOPED(drop) Round round;
     take_mesh(&round, &mesh);
     subdivide(&round);
     size_t count = (size_t)round.winged.edge_count;
@@ -441,5 +431,4 @@ TEST(coordinates_map_on_their_own)
         Vec3 turned = vec3(before[e].y, before[e].z, before[e].x);
         assert_memory_equal(&round.middle[e], &turned, sizeof turned);
     }
-    drop(&round);
 }

@@ -100,7 +100,7 @@ static void expect_division(const Levels *levels, int l)
 // Everything that levels.h promises of numbers; leaves nothing behind.
 static void expect_sound(TriMesh *mesh, int finest)
 {
-    Divided divided = {.mesh = *mesh};
+    SCOPED(drop) Divided divided = {.mesh = *mesh};
     divide(&divided, finest);
     const Levels *levels = &divided.levels;
     assert_int_equal(levels->finest, finest);
@@ -124,7 +124,6 @@ static void expect_sound(TriMesh *mesh, int finest)
         if (l < finest)
             expect_division(levels, l);
     }
-    drop(&divided);
 }
 
 TEST(every_mesh_is_divided_soundly)
@@ -154,7 +153,7 @@ TEST(counts_are_those_of_the_paper)
     static const int nodes[2][4] = {{114, 450, 1794, 7170}, {188, 746, 2978, 11906}};
     static const int edges[2][4] = {{336, 1344, 5376, 21504}, {558, 2232, 8928, 35712}};
     for (int organ = 0; organ < 2; organ++) {
-        Divided divided = {0};
+        SCOPED(drop) Divided divided = {0};
         assert_true(organ == 0 ? generate_uv_sphere(&divided.mesh, 8, 14, 0.05, &(Status){0})
                                : generate_stomach(&divided.mesh, 188, 0.2, &(Status){0}));
         divide(&divided, 3);
@@ -162,7 +161,6 @@ TEST(counts_are_those_of_the_paper)
             assert_int_equal(divided.levels.level[l].node_count, nodes[organ][l]);
             assert_int_equal(divided.levels.level[l].edge_count, edges[organ][l]);
         }
-        drop(&divided);
     }
 }
 
@@ -201,7 +199,7 @@ static const double SPHERE = 4.0 * 3.14159265358979323846; // area of the unit s
 TEST(icosphere_stays_a_sphere)
 {
     // Measured on another implementation, four digits given.
-    Divided divided = {0};
+    SCOPED(drop) Divided divided = {0};
     assert_true(generate_ico_sphere(&divided.mesh, 2, 1.0, &(Status){0}));
     divide(&divided, 3);
     Shape coarse = shape_of(&divided, 0), fine = shape_of(&divided, 3);
@@ -211,7 +209,6 @@ TEST(icosphere_stays_a_sphere)
     expect_near(fine.area / SPHERE, 0.9994, 5e-5);
     expect_near(coarse.edge_ratio, 0.85, 5e-3);
     expect_near(fine.edge_ratio, 0.78, 5e-3);
-    drop(&divided);
 }
 
 TEST(spheres_of_any_valence_stay_round)
@@ -219,20 +216,19 @@ TEST(spheres_of_any_valence_stay_round)
     // The same kind of meshes as 0.9916 .. 1.0069 was measured on, whose nodes lay less evenly.
     static const int nodes[2] = {114, 188};
     for (int k = 0; k < 2; k++) {
-        Divided divided = {0};
+        SCOPED(drop) Divided divided = {0};
         assert_true(generate_sphere(&divided.mesh, nodes[k], 1.0, &(Status){0}));
         divide(&divided, 3);
         Shape fine = shape_of(&divided, 3);
         expect_at_least(fine.nearest, 0.9916);
         expect_at_most(fine.farthest, 1.0069);
         expect_at_least(fine.area / SPHERE, 0.9988);
-        drop(&divided);
     }
 }
 
 TEST(sheet_keeps_plane_rectangle_and_area)
 {
-    Divided divided = {0};
+    SCOPED(drop) Divided divided = {0};
     assert_true(generate_sheet(&divided.mesh, 11, 7, 1.0, 0.6, &(Status){0}));
     divide(&divided, 3);
     const Levels *levels = &divided.levels;
@@ -260,7 +256,6 @@ TEST(sheet_keeps_plane_rectangle_and_area)
         for (int i = 0; i < mesh.node_count; i++)
             assert_true(mesh.position[i].z == 0.0);
     }
-    drop(&divided);
 }
 
 // --- names of nodes ---
@@ -268,7 +263,7 @@ TEST(sheet_keeps_plane_rectangle_and_area)
 TEST(midpoints_count_on_from_the_source)
 {
     // A source of 9 nodes: the first went away, the last two of the mesh are copies.
-    Divided divided = {0};
+    SCOPED(drop) Divided divided = {0};
     assert_true(generate_sphere(&divided.mesh, 10, 1.0, &(Status){0}));
     TriMesh *mesh = &divided.mesh;
     mesh->file_node_count = 9;
@@ -292,20 +287,18 @@ TEST(midpoints_count_on_from_the_source)
     assert_int_equal(mesh_node_of_file(&fine, 0), -1);
     assert_int_equal(mesh_file_row(&fine, 9), 5);
     assert_int_equal(fine.copy_count, 2);
-    drop(&divided);
 }
 
 // --- limits ---
 
 static void expect_refused(TriMesh *mesh, int finest, const char *why)
 {
-    Divided divided = {.mesh = *mesh};
+    SCOPED(drop) Divided divided = {.mesh = *mesh};
     Status status = {0};
     assert_false(
         levels_create(&divided.levels, &divided.mesh, finest, "body", &divided.arena, &status));
     assert_int_equal(status.code, STATUS_INVALID);
     assert_string_equal(status.text, why);
-    drop(&divided);
 }
 
 TEST(what_cannot_be_divided_is_refused)
@@ -379,7 +372,7 @@ TEST(tables_that_come_back_are_the_same_hierarchy)
 TEST(any_other_number_in_a_table_is_refused)
 {
     // Every entry of every table, changed to every kind of value: nothing else makes a hierarchy.
-    Divided one = {0};
+    SCOPED(drop) Divided one = {0};
     Status status = {0};
     assert_true(generate_sheet(&one.mesh, 3, 3, 1.0, 1.0, &status));
     divide(&one, 2);
@@ -410,7 +403,6 @@ TEST(any_other_number_in_a_table_is_refused)
             arena_destroy(&two.arena);
         }
     assert_true(tried > 4000);
-    drop(&one);
 }
 
 TEST(positions_that_do_not_fit_are_refused)
@@ -432,7 +424,7 @@ TEST(positions_that_do_not_fit_are_refused)
 
 TEST(same_mesh_gives_the_same_levels)
 {
-    Divided one = {0}, two = {0};
+    SCOPED(drop) Divided one = {0}, two = {0};
     assert_true(generate_stomach(&one.mesh, 188, 0.2, &(Status){0}));
     assert_true(generate_stomach(&two.mesh, 188, 0.2, &(Status){0}));
     divide(&one, 2);
@@ -441,6 +433,4 @@ TEST(same_mesh_gives_the_same_levels)
     for (int i = 0; i < one.arena.count; i++)
         assert_memory_equal(one.arena.block[i].memory, two.arena.block[i].memory,
                             one.arena.block[i].bytes);
-    drop(&one);
-    drop(&two);
 }

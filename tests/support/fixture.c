@@ -5,7 +5,7 @@
 #include "geometry/generator.h"
 #include "random.h"
 #include "surface_state.h"
-#include "scoped.h"
+#include "expect.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -169,6 +169,18 @@ void fixture_create_on(Fixture *fixture, void (*make)(TriMesh *), const FixtureO
 void fixture_create_sphere(Fixture *fixture, const FixtureOptions *options)
 {
     fixture_create_on(fixture, fixture_sphere, options);
+}
+
+void fixture_expect_refusal(const FixtureOptions *options, const char *says)
+{
+    TriMesh mesh;
+    Status status = {0};
+    SCOPED(fixture_destroy) Fixture fixture;
+    fixture_sphere(&mesh);
+    assert_false(fixture_try(&fixture, &mesh, options, &status));
+    assert_int_equal(status.code, STATUS_INVALID);
+    if (strstr(status.text, says) == NULL)
+        fail_msg("'%s' is not in: %s", says, status.text);
 }
 
 bool fixture_is_finite(const Fixture *fixture)

@@ -72,6 +72,8 @@ FixtureOptions fixture_loadable(void);
 // On a mesh that `make` makes, and on that of fixture_sphere.
 void fixture_create_on(Fixture *fixture, void (*make)(TriMesh *), const FixtureOptions *options);
 void fixture_create_sphere(Fixture *fixture, const FixtureOptions *options);
+// Fails the test unless a sphere of such options is refused as invalid, in words that say that.
+void fixture_expect_refusal(const FixtureOptions *options, const char *says);
 // Takes every node of it for 10 ms; 0.3 N along x.
 extern const LoadOptions fixture_everywhere;
 // Whether all numbers that fixture_read gave are finite.

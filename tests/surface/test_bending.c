@@ -218,26 +218,16 @@ TEST(bound_holds_the_largest_eigenvalue)
     }
 }
 
-static void refuses(const FixtureOptions *options, const char *reason)
-{
-    TriMesh mesh;
-    fixture_sphere(&mesh);
-    SCOPED(fixture_destroy) Fixture fixture;
-    Status status = {0};
-    assert_false(fixture_try(&fixture, &mesh, options, &status));
-    assert_non_null(strstr(status.text, reason));
-}
-
 TEST(refuses_free_hanging_nodes_and_what_is_no_wall)
 {
     FixtureOptions options = hinged(80.0);
     options.levels = 1;
     options.adjust = ADJUST_CHOI2005;
-    refuses(&options, "bending");
+    fixture_expect_refusal(&options, "bending");
     options = hinged(80.0);
     options.material.bending_stiffness = 0.0;
     options.material.thickness = 0.11; // of a sphere of 0.1 m
-    refuses(&options, "thickness");
+    fixture_expect_refusal(&options, "thickness");
 }
 
 TEST(thickness_gives_the_stiffness_of_a_plate)

@@ -100,12 +100,7 @@ TEST(unknown_instruction_set_level_is_refused)
 {
     FixtureOptions options = fixture_loadable();
     options.isa = "x86-64-v9";
-    TriMesh mesh;
-    fixture_sphere(&mesh);
-    SCOPED(fixture_destroy) Fixture fixture;
-    Status status = {0};
-    assert_false(fixture_try(&fixture, &mesh, &options, &status));
-    assert_non_null(strstr(status.text, "x86-64-v9"));
+    fixture_expect_refusal(&options, "x86-64-v9");
 }
 
 TEST(copied_state_continues_with_the_same_bits)
@@ -273,13 +268,7 @@ TEST(settling_that_blows_up_is_refused)
     options.time_step = 0.05;
     options.unsafe_time_step = true;
     options.settle_s = 20.0;
-    TriMesh mesh;
-    fixture_sphere(&mesh);
-    SCOPED(fixture_destroy) Fixture fixture;
-    Status status = {0};
-    assert_false(fixture_try(&fixture, &mesh, &options, &status));
-    assert_int_equal(status.code, STATUS_INVALID);
-    assert_non_null(strstr(status.text, "settle_s"));
+    fixture_expect_refusal(&options, "settle_s");
 }
 
 // ---------------------------------------------------------------------------------------------

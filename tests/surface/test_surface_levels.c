@@ -72,14 +72,13 @@ TEST(mass_is_the_same_at_every_level)
             FixtureOptions options = {.material =
                                           uniform ? uniform_material() : fixture_material(0.0),
                                       .adjust = kind % 2 ? ADJUST_CHOI2005 : ADJUST_CONTINUUM};
-            Ruled ruled;
+            SCOPED(drop_rules) Ruled ruled;
             make_rules(&ruled, meshes[m], &options);
             double expected =
                 uniform ? 1.2e-3 * ruled.mesh.node_count : 4.2 * mesh_area(&ruled.mesh);
             // Sums of up to 6000 terms.
             for (int l = 0; l <= LEVELS; l++)
                 expect_near(total_mass(&ruled.rules, l) / expected, 1.0, 1e-13);
-            drop_rules(&ruled);
         }
 }
 
@@ -87,7 +86,7 @@ TEST(equations_6_and_8_are_as_printed)
 {
     static const double nodes[LEVELS + 1] = {114.0, 450.0, 1794.0};
     FixtureOptions options = {.material = uniform_material(), .adjust = ADJUST_CHOI2005};
-    Ruled ruled;
+    SCOPED(drop_rules) Ruled ruled;
     make_rules(&ruled, fixture_sphere, &options);
     assert_true(ruled.rules.same_springs && ruled.rules.same_nodes);
     for (int l = 0; l <= LEVELS; l++) {
@@ -95,7 +94,6 @@ TEST(equations_6_and_8_are_as_printed)
         expect_near(ruled.rules.mass[l], 1.2e-3 * share, 1e-18);
         expect_near(ruled.rules.stiffness[l], (1 << l) * 60.0 * share, 1e-13);
     }
-    drop_rules(&ruled);
 }
 
 // Steps go with 1 / sqrt(lambda), and with 1 / c of damping: both follow eq 9 exactly, since what
@@ -129,7 +127,7 @@ TEST(equation_9_halves_the_time_step_with_each_level)
 TEST(equation_7_is_the_mean_over_edges)
 {
     FixtureOptions options = {.material = uniform_material(), .adjust = ADJUST_CHOI2005};
-    Ruled ruled;
+    SCOPED(drop_rules) Ruled ruled;
     make_rules(&ruled, fixture_sphere, &options);
     // The example printed: two edges of level 0 and three of level 1.
     const int edges[LEVELS + 1] = {2, 3, 0};
@@ -137,13 +135,12 @@ TEST(equation_7_is_the_mean_over_edges)
     expect_near(level_rules_mixed_mass(&ruled.rules, edges), expected, 1e-18);
     const int one[LEVELS + 1] = {0, 0, 6};
     expect_near(level_rules_mixed_mass(&ruled.rules, one), 1.2e-3 * 114.0 / 1794.0, 1e-18);
-    drop_rules(&ruled);
 }
 
 TEST(paper_takes_the_mean_of_a_physical_material)
 {
     FixtureOptions options = {.material = fixture_material(0.0), .adjust = ADJUST_CHOI2005};
-    Ruled ruled;
+    SCOPED(drop_rules) Ruled ruled;
     make_rules(&ruled, fixture_organ, &options);
     SCOPED(fixture_destroy) Fixture fixture;
     SCOPED(reference_destroy) Reference reference;
@@ -157,7 +154,6 @@ TEST(paper_takes_the_mean_of_a_physical_material)
         mass += reference.mass[i];
     expect_near(ruled.rules.stiffness[0], sum / reference.spring_count, 1e-11);
     expect_near(ruled.rules.mass[0], mass / reference.node_count, 1e-15);
-    drop_rules(&ruled);
 }
 
 TEST(shape_springs_and_drag_follow_the_mass)
@@ -189,7 +185,7 @@ TEST(shape_springs_and_drag_follow_the_mass)
 TEST(midpoints_are_held_between_held_nodes)
 {
     FixtureOptions options = {.material = fixture_material(0.0)};
-    Ruled ruled;
+    SCOPED(drop_rules) Ruled ruled;
     make_rules(&ruled, fixture_sheet, &options);
     // The lower border of the sheet; then no midpoint off it.
     const FixedRegion border = {
@@ -206,7 +202,6 @@ TEST(midpoints_are_held_between_held_nodes)
         held += fixed[i];
     }
     assert_int_equal(held, 4 * 6 + 1); // 7 nodes in a row, divided twice
-    drop_rules(&ruled);
 }
 
 // --- bodies ---

@@ -35,11 +35,10 @@ static inline void on_all_sorts(void (*check)(const Sample *), int rounds, uint6
 {
     for (int round = 0; round < EFFORT(rounds); round++)
         for (int kind = 0; kind < SAMPLE_KINDS; kind++) {
-            Sample sample;
+            SCOPED(drop) Sample sample;
             Lattice lattice = sample_lattice((SampleKind)kind, &seed);
             sample_mesh(&sample, lattice, random_below(&seed, 4));
             check(&sample);
-            drop(&sample);
         }
 }
 

@@ -280,10 +280,7 @@ TEST(a_plate_of_one_cell_holds_a_thick_tool)
     static const FixedRegion rim = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {-0.0499, 1.0, 1.0}};
     for (int k = 0; k < 4; k++) {
-        VoxelWorldOptions options = voxel_world_cube(16);
-        lattice_destroy(&options.lattice);
-        assert_true(lattice_box(&options.lattice, (int[3]){16, 16, 1}, 0.00625, &(Status){0}));
-        options.body.body.levels = 0;
+        VoxelWorldOptions options = voxel_world_block(16, 16, 1, 0.00625);
         options.body.body.fixed = &rim;
         options.body.body.fixed_count = 1;
         options = with_tool(options, make_tool(k % 2 == 0 ? 0.0 : 0.03, 0.010));

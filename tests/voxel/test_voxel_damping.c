@@ -89,10 +89,8 @@ static void make_beam(VoxelWorld *world, const Beam *beam)
 {
     static const FixedRegion end = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {-0.0999, 1.0, 1.0}};
-    VoxelWorldOptions options = voxel_world_cube(4);
-    lattice_destroy(&options.lattice);
     const int n = beam->n;
-    assert_true(lattice_box(&options.lattice, (int[3]){4 * n, n, n}, WIDTH / n, &(Status){0}));
+    VoxelWorldOptions options = voxel_world_block(4 * n, n, n, WIDTH / n);
     options.material = (SolidMaterial){1e5, beam->poisson_ratio, 1000.0};
     options.body.body.fixed = &end;
     options.body.body.fixed_count = 1;

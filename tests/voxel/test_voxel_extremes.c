@@ -11,9 +11,7 @@
 
 static VoxelWorldOptions box(int x, int y, int z, int levels, Precision precision)
 {
-    VoxelWorldOptions options = voxel_world_cube(4);
-    lattice_destroy(&options.lattice);
-    assert_true(lattice_box(&options.lattice, (int[3]){x, y, z}, 0.01, &(Status){0}));
+    VoxelWorldOptions options = voxel_world_block(x, y, z, 0.01);
     options.body.body.levels = levels;
     options.body.body.precision = precision;
     return options;

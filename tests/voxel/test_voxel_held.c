@@ -177,7 +177,6 @@ TEST(shallow_presses_follow_hertz)
     options.material = (SolidMaterial){1000.0, 0.3, 1000.0};
     options.rate_hz = 500.0;
     options.body.damping = 5.0;
-    options.body.body.levels = 0;
     options.body.body.precision = PRECISION_SINGLE;
     options.body.body.fixed = &bottom;
     options.body.body.fixed_count = 1;

@@ -77,12 +77,7 @@ static LawBody law_body(const char *name, VoxelWorld *world)
 // The options of a bar of so many cells along LENGTH and across.
 static VoxelWorldOptions bar(int along, int across)
 {
-    VoxelWorldOptions options = voxel_world_cube(4);
-    lattice_destroy(&options.lattice);
-    assert_true(lattice_box(&options.lattice, (int[3]){along, across, across}, LENGTH / along,
-                            &(Status){0}));
-    options.body.body.levels = 0;
-    return options;
+    return voxel_world_block(along, across, across, LENGTH / along);
 }
 
 static const FixedRegion ENDS[] = {

@@ -30,7 +30,7 @@ TEST(cubes_and_balls_have_the_known_counts)
     };
     for (size_t c = 0; c < sizeof known / sizeof known[0]; c++) {
         int n = known[c].n;
-        Sample sample;
+        SCOPED(drop) Sample sample;
         sample_mesh(&sample, known[c].ball ? sample_ball(n) : sample_box(n, n, n), 3);
         assert_int_equal(sample.mesh.vertex_count, known[c].vertices);
         assert_int_equal(count_incidences(&sample.mesh), known[c].incidences);
@@ -39,7 +39,6 @@ TEST(cubes_and_balls_have_the_known_counts)
             assert_int_equal(sample.mesh.surface_count, 6 * n * n + 2);
             assert_int_equal(sample.mesh.face_count, 12 * n * n);
         }
-        drop(&sample);
     }
 }
 
@@ -59,10 +58,9 @@ static int count_masks(const LatticeMesh *mesh)
 // or neither: 3^3 with the plain one.
 TEST(cube_has_27_kinds_of_elements)
 {
-    Sample sample;
+    SCOPED(drop) Sample sample;
     sample_mesh(&sample, sample_box(64, 64, 64), 3);
     assert_int_equal(count_masks(&sample.mesh), 27);
-    drop(&sample);
 }
 
 // --- vertices, derived a second time ---
@@ -303,7 +301,7 @@ TEST(cells_that_touch_along_an_edge_share_nothing)
 {
     Lattice lattice = sample_void(2, 2, 1);
     lattice.label[0] = lattice.label[3] = 1;
-    Sample sample;
+    SCOPED(drop) Sample sample;
     sample_mesh(&sample, lattice, 2);
     assert_int_equal(sample.mesh.vertex_count, 16);
     assert_int_equal(sample.mesh.piece_count, 2);
@@ -317,18 +315,16 @@ TEST(cells_that_touch_along_an_edge_share_nothing)
             twice++;
         }
     assert_int_equal(twice, 2);
-    drop(&sample);
 }
 
 TEST(cells_that_touch_at_a_corner_share_nothing)
 {
     Lattice lattice = sample_void(2, 2, 2);
     lattice.label[0] = lattice.label[7] = 1;
-    Sample sample;
+    SCOPED(drop) Sample sample;
     sample_mesh(&sample, lattice, 2);
     assert_int_equal(sample.mesh.vertex_count, 16);
     assert_int_equal(sample.mesh.piece_count, 2);
-    drop(&sample);
 }
 
 // Around an edge two cells that a third one joins farther on: one vertex where it joins them, two
@@ -339,7 +335,7 @@ TEST(edge_opens_from_one_vertex_into_two)
     // below: (0,0) and (1,1); above: all but (0,1)
     lattice.label[0] = lattice.label[3] = 1;
     lattice.label[4] = lattice.label[5] = lattice.label[7] = 1;
-    Sample sample;
+    SCOPED(drop) Sample sample;
     sample_mesh(&sample, lattice, 0);
     int at_end = 0, at_middle = 0;
     for (int v = 0; v < sample.mesh.vertex_count; v++) {
@@ -351,12 +347,11 @@ TEST(edge_opens_from_one_vertex_into_two)
     assert_int_equal(at_middle, 1);
     assert_int_equal(sample.mesh.piece_count, 1);
     assert_int_equal(sample.mesh.surface_count - sample.mesh.face_count / 2, 2); // Euler: a ball
-    drop(&sample);
 }
 
 TEST(one_cell_is_a_cube_of_twelve_triangles)
 {
-    Sample sample;
+    SCOPED(drop) Sample sample;
     sample_mesh(&sample, sample_box(1, 1, 1), 3);
     assert_int_equal(sample.mesh.vertex_count, 8);
     assert_int_equal(sample.mesh.surface_count, 8);
@@ -365,24 +360,22 @@ TEST(one_cell_is_a_cube_of_twelve_triangles)
         assert_int_equal(sample.mesh.vertex[0][n], n < 8 ? n : -1);
     for (int v = 0; v < 8; v++)
         assert_int_equal(sample.mesh.id[v], v);
-    drop(&sample);
 }
 
 TEST(void_has_no_vertices)
 {
-    Sample sample;
+    SCOPED(drop) Sample sample;
     sample_mesh(&sample, sample_void(3, 5, 2), 1);
     assert_int_equal(sample.mesh.vertex_count, 0);
     assert_int_equal(sample.mesh.piece_count, 0);
     assert_int_equal(sample.mesh.face_count, 0);
-    drop(&sample);
 }
 
 // Vertices keep their numbers whatever the levels: an element may be divided without renaming
 // anything.
 TEST(ids_do_not_depend_on_levels)
 {
-    Sample fine, coarse;
+    SCOPED(drop) Sample fine, coarse;
     sample_mesh(&fine, sample_box(30, 27, 25), 0);
     sample_mesh(&coarse, sample_box(30, 27, 25), 3);
     assert_true(coarse.mesh.vertex_count < fine.mesh.vertex_count);
@@ -395,8 +388,6 @@ TEST(ids_do_not_depend_on_levels)
             assert_true(++at < fine.mesh.vertex_count);
         assert_memory_equal(fine.mesh.point[at], coarse.mesh.point[v], sizeof(int[3]));
     }
-    drop(&fine);
-    drop(&coarse);
 }
 
 // An id is an int and counts every lattice point eight times.

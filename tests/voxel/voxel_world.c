@@ -39,6 +39,15 @@ VoxelWorldOptions voxel_world_cube(int n)
     return options;
 }
 
+VoxelWorldOptions voxel_world_block(int x, int y, int z, double size)
+{
+    VoxelWorldOptions options = voxel_world_cube(4);
+    Status status = {0};
+    lattice_destroy(&options.lattice);
+    need(lattice_box(&options.lattice, (int[3]){x, y, z}, size, &status), &status);
+    return options;
+}
+
 VoxelWorldOptions voxel_world_ball(void)
 {
     VoxelWorldOptions options = voxel_world_cube(8);

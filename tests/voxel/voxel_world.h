@@ -33,6 +33,8 @@ typedef struct VoxelWorld {
 // A free cube of n cells, edge 0.1 m, at the origin, levels 2 (0 below n = 8): E 10 kPa, nu 0, rho
 // 1000 kg/m3, damping 0.2, double, 1 kHz, no gravity, no tools.
 VoxelWorldOptions voxel_world_cube(int n);
+// The same body as a block of so many cells of a size [m], without levels.
+VoxelWorldOptions voxel_world_block(int x, int y, int z, double size);
 // The same body as a ball, radius 5 cells of 10 mm.
 VoxelWorldOptions voxel_world_ball(void);
 // Two arms of 12 x 6 x 6 cells of 8 mm at a right angle, of three materials; their table, by

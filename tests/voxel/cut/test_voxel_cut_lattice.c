@@ -343,10 +343,9 @@ TEST(random_cuts_keep_what_follows_from_the_bits)
     uint64_t seed = 11;
     for (int round = 0; round < EFFORT(4); round++)
         for (int kind = 0; kind < SAMPLE_KINDS; kind++) {
-            CutSample sample;
+            SCOPED(cut_sample_drop) CutSample sample;
             cut_sample_create(&sample, sample_lattice((SampleKind)kind, &seed), round % 4, 0, 1);
             cut_at_random(&sample, 12, &seed);
-            cut_sample_drop(&sample);
         }
 }
 
@@ -354,11 +353,10 @@ TEST(cubes_and_balls_with_three_levels_too)
 {
     uint64_t seed = 12;
     for (int round = 0; round < EFFORT(4); round++) {
-        CutSample sample;
+        SCOPED(cut_sample_drop) CutSample sample;
         cut_sample_create(&sample, round % 2 == 0 ? sample_box(32, 32, 32) : sample_ball(32), 3, 0,
                           1);
         cut_at_random(&sample, 12, &seed);
-        cut_sample_drop(&sample);
     }
 }
 
@@ -382,7 +380,7 @@ TEST(what_does_not_fit_changes_nothing)
     uint64_t seed = 13;
     int refused = 0, faces_refused = 0;
     for (int round = 0; round < EFFORT(12); round++) {
-        CutSample sample;
+        SCOPED(cut_sample_drop) CutSample sample;
         Sample plain;
         Lattice lattice = round % 2 == 0 ? sample_box(16, 16, 16) : sample_ball(20);
         sample_mesh(&plain, lattice, 2);
@@ -417,7 +415,6 @@ TEST(what_does_not_fit_changes_nothing)
             cut_lattice_forget_changes(cut);
         }
         free(face);
-        cut_sample_drop(&sample);
     }
     assert_true(refused > 0 && faces_refused > 0);
 }
@@ -439,7 +436,7 @@ TEST(budget_bounds_the_calls_until_all_is_divided)
     static const int budgets[] = {1, 4, 16, 1000000};
     int divisions_of_all = 0;
     for (int b = 0; b < 4; b++) {
-        CutSample sample;
+        SCOPED(cut_sample_drop) CutSample sample;
         cut_sample_create(&sample, sample_box(32, 32, 32), 2, 0, budgets[b]);
         CutLattice *cut = &sample.cut;
         int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
@@ -466,7 +463,6 @@ TEST(budget_bounds_the_calls_until_all_is_divided)
         assert_int_equal(divisions, divisions_of_all); // the same elements in the end
         check_all(&sample);
         free(face);
-        cut_sample_drop(&sample);
     }
 }
 
@@ -488,7 +484,7 @@ static void go_on(CutSample *sample, uint64_t seed, int steps)
 TEST(state_that_was_brought_back_goes_on_alike)
 {
     for (int round = 0; round < EFFORT(6); round++) {
-        CutSample sample;
+        SCOPED(cut_sample_drop) CutSample sample;
         cut_sample_create(&sample, round % 2 == 0 ? sample_box(16, 16, 16) : sample_ball(20), 2, 0,
                           3);
         const size_t bytes = state_bytes(&sample.state);
@@ -508,7 +504,6 @@ TEST(state_that_was_brought_back_goes_on_alike)
         go_on(&sample, 41, 4);
         assert_true(state_hash(&sample.state) == expected);
         check_all(&sample);
-        cut_sample_drop(&sample);
     }
 }
 
@@ -516,7 +511,7 @@ TEST(state_that_was_brought_back_goes_on_alike)
 TEST(damaged_states_are_refused_or_sound)
 {
     uint64_t seed = 14;
-    CutSample sample;
+    SCOPED(cut_sample_drop) CutSample sample;
     cut_sample_create(&sample, sample_ball(14), 2, 0, 4);
     go_on(&sample, 15, 4);
     const size_t bytes = state_bytes(&sample.state);
@@ -543,5 +538,4 @@ TEST(damaged_states_are_refused_or_sound)
     state_copy_in(&sample.state, good);
     assert_true(cut_lattice_derive(&sample.cut));
     check_all(&sample);
-    cut_sample_drop(&sample);
 }
