@@ -81,7 +81,7 @@ void displaced_region(const Experiment *experiment)
         probe_create(&scene, &probe);
         bool ok = levels_create(&levels, &probe.mesh, 2, "levels", &arena, &(Status){0});
         ASSERT(ok);
-        double *area = measure_areas(&levels);
+        FREED double *area = measure_areas(&levels);
         for (int m = 0; m < MODEL_COUNT; m++) {
             SCOPED(world_destroy) World world;
             run_build(&scene, MODELS[m], &world);
@@ -102,7 +102,6 @@ void displaced_region(const Experiment *experiment)
         }
         for (int m = 0; m < MODEL_COUNT; m++)
             free(u[m]);
-        free(area);
     }
     fclose(out);
 }

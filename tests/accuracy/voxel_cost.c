@@ -187,8 +187,8 @@ static void create_textbook(VoxelTextbook *textbook, VoxelWorld *world)
     ASSERT(lattice_mesh_create(&mesh, &layout, &(Status){0}));
     ASSERT(mesh.vertex_count == world->count);
     voxel_world_read(world);
-    int(*corner)[8] = calloc((size_t)mesh.element_count, sizeof *corner);
-    double(*x)[3] = calloc((size_t)world->count, sizeof *x);
+    FREED int(*corner)[8] = calloc((size_t)mesh.element_count, sizeof *corner);
+    FREED double(*x)[3] = calloc((size_t)world->count, sizeof *x);
     ASSERT(corner != NULL && x != NULL);
     for (int e = 0; e < mesh.element_count; e++)
         memcpy(corner[e], mesh.vertex[e], sizeof corner[e]);
@@ -202,8 +202,6 @@ static void create_textbook(VoxelTextbook *textbook, VoxelWorld *world)
                           BETA * size * sqrt(DENSITY / E));
     for (int i = 0; i < world->count; i++)
         textbook->vertex[i].fixed = mesh.point[i][2] == 0;
-    free(corner);
-    free(x);
 }
 
 // It adds its forces to the vertices as it goes. A step without elements is its update.

@@ -186,7 +186,7 @@ static void write_counts(const Experiment *experiment)
     fprintf(out, "n\tcells\tremainder kept: levels 1\t2\t3\tin n^2\tsplit in eight: levels "
                  "1\t2\t3\tin n^2\t8 n^2\n");
     for (int n = 16; n <= 64; n *= 2) {
-        Lattice lattice = cube_of(n);
+        SCOPED(lattice_destroy) Lattice lattice = cube_of(n);
         fprintf(out, "%d\t%d", n, n * n * n);
         for (int kind = 0; kind < 2; kind++) {
             long count = 0;
@@ -197,7 +197,6 @@ static void write_counts(const Experiment *experiment)
             fprintf(out, "\t%.2f", (double)count / (n * n));
         }
         fprintf(out, "\t%d\n", 8 * n * n);
-        lattice_destroy(&lattice);
     }
     fclose(out);
 
@@ -205,11 +204,10 @@ static void write_counts(const Experiment *experiment)
     out = experiment_open(experiment, "cube-counts.dat");
     fprintf(out, "n\tremainder\tsplit\n");
     for (int n = 8; n <= 160; n += n < 64 ? 8 : 32) {
-        Lattice lattice = cube_of(n);
+        SCOPED(lattice_destroy) Lattice lattice = cube_of(n);
         double square = (double)n * n;
         fprintf(out, "%d\t%g\t%g\n", n, (double)remainder_of(&lattice, VOXEL_LEVELS_MAX) / square,
                 split_of(&lattice, VOXEL_LEVELS_MAX) / square);
-        lattice_destroy(&lattice);
     }
     fclose(out);
 }
@@ -234,7 +232,7 @@ static void add_face(Picture *picture, const Lattice *lattice, const Leaf *leaf,
 // All but the eighth towards the viewer: x high, y low, z high.
 static void draw_cut_open(const Experiment *experiment, int n, int levels)
 {
-    Lattice lattice = cube_of(n);
+    SCOPED(lattice_destroy) Lattice lattice = cube_of(n);
     SCOPED(layout_destroy) Layout layout;
     SCOPED(picture_destroy) Picture picture;
     layout_create(&layout, &lattice, levels);
@@ -256,7 +254,6 @@ static void draw_cut_open(const Experiment *experiment, int n, int levels)
     FILE *out = experiment_open(experiment, "cube-open.gp");
     picture_write(&picture, true, out);
     fclose(out);
-    lattice_destroy(&lattice);
 }
 
 void cube_layout(const Experiment *experiment)

@@ -125,13 +125,7 @@ int bench_face_near(const TriMesh *mesh, Vec3 point)
 
 ToolOptions bench_capsule(double length, double radius)
 {
-    return (ToolOptions){
-        .id = 1,
-        .kind = TOOL_PROBE,
-        .capsule_count = 1,
-        .capsule = {{{-0.5 * length, 0.0, 0.0}, {0.5 * length, 0.0, 0.0}, radius}},
-        .max_force = 3.3,
-    };
+    return (ToolOptions){CAPSULE(length, radius, 3.3)};
 }
 
 ToolOptions bench_ball(double radius)

@@ -20,6 +20,14 @@ static void make_mesh(TriMesh *mesh, int nodes, const Vec3 *position, int triang
 static const Vec3 TETRAHEDRON[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static const int TETRAHEDRON_FACES[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
 
+// With the first faces alone.
+static TriMesh tetrahedron(int faces)
+{
+    TriMesh mesh;
+    make_mesh(&mesh, 4, TETRAHEDRON, faces, TETRAHEDRON_FACES);
+    return mesh;
+}
+
 TEST(equal_nodes_are_those_with_equal_bits_but_for_the_sign_of_zero)
 {
     const Vec3 x[7] = {{0, 0, 0},      {1, 0, 0}, {nextafter(1, 2), 0, 0}, {1, 0, 0}, {0, -0., 0},
@@ -70,8 +78,7 @@ TEST(place_by_nothing_keeps_every_bit)
 
 TEST(volume_and_area_of_a_tetrahedron_wherever_it_is)
 {
-    SCOPED(mesh_destroy) TriMesh mesh;
-    make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
+    SCOPED(mesh_destroy) TriMesh mesh = tetrahedron(4);
     expect_near(mesh_volume(&mesh), 1.0 / 6.0, 1e-16);
     expect_near(mesh_area(&mesh), 1.5 + 0.5 * sqrt(3.0), 1e-15);
     // At 1e6 the nodes are whole numbers still, so only the sums round.
@@ -91,9 +98,8 @@ static void expect_fault(TriMesh *mesh, const char *text, int node, int triangle
 
 TEST(closed_and_open_meshes_are_valid)
 {
-    SCOPED(mesh_destroy) TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh = tetrahedron(4);
     MeshFault fault;
-    make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
     assert_true(mesh_check(&mesh, &fault));
     mesh.triangle_count = 1;
     mesh.node_count = 3; // one triangle alone
@@ -104,9 +110,8 @@ TEST(tiny_and_huge_triangles_have_area)
 {
     const double scales[] = {1e-300, 1e-160, 1.0, 1e160, 1e300};
     for (int i = 0; i < 5; i++) {
-        SCOPED(mesh_destroy) TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh = tetrahedron(4);
         MeshFault fault;
-        make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
         mesh_place(&mesh, scales[i], vec3(0, 0, 0), vec3(0, 0, 0));
         assert_true(mesh_check(&mesh, &fault));
     }
@@ -114,15 +119,13 @@ TEST(tiny_and_huge_triangles_have_area)
 
 TEST(mesh_without_triangles_is_refused)
 {
-    TriMesh mesh;
-    make_mesh(&mesh, 4, TETRAHEDRON, 0, NULL);
+    TriMesh mesh = tetrahedron(0);
     expect_fault(&mesh, "the mesh has no triangles", -1, -1);
 }
 
 TEST(nonfinite_position_is_refused_by_its_file_index)
 {
-    TriMesh mesh;
-    make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
+    TriMesh mesh = tetrahedron(4);
     mesh.position[2].y = (double)NAN;
     mesh.file_index[2] = 77;
     expect_fault(&mesh, "node 77 has a position (0, nan, 0) that is not finite", 2, -1);
@@ -134,8 +137,7 @@ TEST(index_out_of_range_is_refused)
     const char *text[2] = {"triangle 3 names node -1 outside [0, 3]",
                            "triangle 3 names node 4 outside [0, 3]"};
     for (int i = 0; i < 2; i++) {
-        TriMesh mesh;
-        make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
+        TriMesh mesh = tetrahedron(4);
         mesh.triangle[3][1] = wrong[i];
         expect_fault(&mesh, text[i], -1, 3);
     }
@@ -143,8 +145,7 @@ TEST(index_out_of_range_is_refused)
 
 TEST(repeated_node_is_refused)
 {
-    TriMesh mesh;
-    make_mesh(&mesh, 4, TETRAHEDRON, 4, TETRAHEDRON_FACES);
+    TriMesh mesh = tetrahedron(4);
     mesh.triangle[1][2] = mesh.triangle[1][0];
     expect_fault(&mesh, "triangle 1 has node 0 twice", 0, 1);
 }
@@ -164,8 +165,7 @@ TEST(triangle_without_area_is_refused)
 
 TEST(unused_node_is_refused)
 {
-    TriMesh mesh;
-    make_mesh(&mesh, 4, TETRAHEDRON, 1, TETRAHEDRON_FACES);
+    TriMesh mesh = tetrahedron(1);
     expect_fault(&mesh, "node 3 belongs to no triangle", 3, -1);
 }
 

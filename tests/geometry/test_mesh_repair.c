@@ -42,6 +42,13 @@ static void add_cube(MeshDraft *draft, Vec3 at)
              first + CUBE_FACES[f][3]);
 }
 
+static MeshDraft cube_draft(void)
+{
+    MeshDraft draft = {0};
+    add_cube(&draft, vec3(0, 0, 0));
+    return draft;
+}
+
 // A tetrahedron of volume 1/6 on nodes a b c d that stand right-handed.
 static void add_tetrahedron(MeshDraft *draft, int a, int b, int c, int d)
 {
@@ -60,12 +67,13 @@ typedef struct Result {
 } Result;
 
 // Repairs and checks what holds for every result. Takes the draft.
-static void repair(MeshDraft *draft, Result *result)
+static Result repair(MeshDraft *draft)
 {
+    Result result;
     MeshFault fault;
-    if (!mesh_repair(draft, &result->mesh, &result->repairs, &fault))
+    if (!mesh_repair(draft, &result.mesh, &result.repairs, &fault))
         fail_msg("refused: %s", fault.text);
-    const TriMesh *mesh = &result->mesh;
+    const TriMesh *mesh = &result.mesh;
     assert_true(mesh_check(mesh, &fault));
     assert_int_equal(mesh->file_node_count, draft->node_count);
     for (int i = 0; i < mesh->node_count; i++) {
@@ -77,12 +85,13 @@ static void repair(MeshDraft *draft, Result *result)
             assert_int_equal(mesh_node_of_file(mesh, mesh->file_index[i]), i);
     }
     // Every node of the source went one way.
-    const MeshRepairs *repairs = &result->repairs;
+    const MeshRepairs *repairs = &result.repairs;
     assert_int_equal(mesh->node_count - mesh->copy_count + repairs->welded_nodes +
                          repairs->merged_nodes + repairs->unused_nodes,
                      draft->node_count);
-    mesh_quality_measure(mesh, &result->quality);
+    mesh_quality_measure(mesh, &result.quality);
     mesh_draft_destroy(draft);
+    return result;
 }
 
 static void result_destroy(Result *result)
@@ -129,12 +138,11 @@ TEST(a_sound_mesh_comes_out_as_it_was)
 {
     SCOPED(mesh_destroy) TriMesh made;
     MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
     assert_true(generate_stomach(&made, 188, 0.25, &(Status){0}));
     add_nodes(&draft, made.position, made.node_count);
     for (int t = 0; t < made.triangle_count; t++)
         FACE(&draft, made.triangle[t][0], made.triangle[t][1], made.triangle[t][2]);
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_repairs(&result, "");
     assert_memory_equal(result.mesh.triangle, made.triangle,
                         (size_t)made.triangle_count * sizeof *made.triangle);
@@ -144,10 +152,8 @@ TEST(a_sound_mesh_comes_out_as_it_was)
 
 TEST(quads_become_triangles)
 {
-    MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
-    add_cube(&draft, vec3(0, 0, 0));
-    repair(&draft, &result);
+    MeshDraft draft = cube_draft();
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_cube(&result);
     expect_repairs(&result, "cut 6 polygons into triangles");
 }
@@ -155,11 +161,10 @@ TEST(quads_become_triangles)
 TEST(unused_nodes_go_even_if_they_are_no_numbers)
 {
     MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
     mesh_draft_add_node(&draft, vec3((double)NAN, 0, 0));
     add_cube(&draft, vec3(0, 0, 0));
     mesh_draft_add_node(&draft, vec3(1e300, (double)INFINITY, 0));
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_cube(&result);
     expect_repairs(&result, "dropped 2 unused nodes, cut 6 polygons into triangles");
     assert_int_equal(result.mesh.file_index[0], 1);
@@ -169,16 +174,14 @@ TEST(unused_nodes_go_even_if_they_are_no_numbers)
 
 TEST(used_nodes_that_are_no_numbers_are_refused)
 {
-    MeshDraft draft = {0};
-    add_cube(&draft, vec3(0, 0, 0));
+    MeshDraft draft = cube_draft();
     draft.position[6].y = -(double)INFINITY;
     expect_refusal(&draft, 1, "face 1 uses node 6, whose position (1, -inf, 1) is not finite");
 }
 
 TEST(nodes_out_of_range_are_refused)
 {
-    MeshDraft draft = {0};
-    add_cube(&draft, vec3(0, 0, 0));
+    MeshDraft draft = cube_draft();
     mesh_draft_add_corner(&draft, 8, -1);
     mesh_draft_end_polygon(&draft, 0);
     expect_refusal(&draft, 6, "face 6 names node 8, but there are 8 nodes");
@@ -188,7 +191,6 @@ TEST(equal_nodes_are_welded_to_the_first)
 {
     // Every face with corners of its own, as STL has them.
     MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
     for (int f = 0; f < 6; f++) {
         for (int k = 0; k < 4; k++) {
             mesh_draft_add_corner(&draft, draft.node_count, -1);
@@ -196,7 +198,7 @@ TEST(equal_nodes_are_welded_to_the_first)
         }
         mesh_draft_end_polygon(&draft, 0);
     }
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_cube(&result);
     expect_repairs(&result, "welded 16 nodes, cut 6 polygons into triangles");
     for (int i = 0; i < 24; i++) { // whichever number names a corner, it is that corner
@@ -210,11 +212,9 @@ TEST(closed_surfaces_that_touch_stay_apart)
     // Two cubes with nodes of their own that share a corner, an edge, a face.
     static const Vec3 at[3] = {{1, 1, 1}, {1, 1, 0}, {1, 0, 0}};
     for (int i = 0; i < 3; i++) {
-        MeshDraft draft = {0};
-        SCOPED(result_destroy) Result result;
-        add_cube(&draft, vec3(0, 0, 0));
+        MeshDraft draft = cube_draft();
         add_cube(&draft, at[i]);
-        repair(&draft, &result);
+        SCOPED(result_destroy) Result result = repair(&draft);
         assert_int_equal(result.mesh.node_count, 16);
         assert_int_equal(result.quality.component_count, 2);
         assert_int_equal(result.quality.border_loops, 0);
@@ -229,11 +229,10 @@ TEST(a_node_shared_by_two_surfaces_is_copied_behind_the_others)
     const Vec3 x[7] = {{0, 0, 0},  {1, 0, 0},  {0, 1, 0}, {0, 0, 1},
                        {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
     MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
     add_nodes(&draft, x, 7);
     add_tetrahedron(&draft, 0, 1, 2, 3);
     add_tetrahedron(&draft, 0, 5, 4, 6);
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_repairs(&result, "split 1 node in which surfaces met, kept 2 components apart");
     assert_int_equal(result.mesh.node_count, 8);
     assert_int_equal(result.mesh.copy_count, 1);
@@ -247,11 +246,10 @@ TEST(a_node_that_is_there_twice_where_surfaces_meet_is_not_welded)
     const Vec3 x[8] = {{0, 0, 0},  {1, 0, 0},  {0, 1, 0},  {0, 0, 1},
                        {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}, {0, 0, 0}};
     MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
     add_nodes(&draft, x, 8);
     add_tetrahedron(&draft, 7, 1, 2, 3);
     add_tetrahedron(&draft, 0, 5, 4, 6);
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     assert_int_equal(result.mesh.node_count, 8);
     assert_int_equal(result.mesh.copy_count, 0);
     for (int i = 0; i < 8; i++) {
@@ -264,27 +262,23 @@ TEST(a_node_that_is_there_twice_where_surfaces_meet_is_not_welded)
 
 TEST(degenerate_faces_are_dropped)
 {
-    MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
-    add_cube(&draft, vec3(0, 0, 0));
+    MeshDraft draft = cube_draft();
     FACE(&draft, 0, 1);
     FACE(&draft, 5);
     FACE(&draft, 3, 3, 2);
     FACE(&draft, 6, 7, 6, 7);
     mesh_draft_end_polygon(&draft, 0); // no corner at all
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_cube(&result);
     expect_repairs(&result, "cut 7 polygons into triangles, dropped 5 degenerate faces");
 }
 
 TEST(duplicate_faces_are_dropped_whichever_way_they_run)
 {
-    MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
-    add_cube(&draft, vec3(0, 0, 0));
+    MeshDraft draft = cube_draft();
     FACE(&draft, 3, 2, 1, 0); // rotated
     FACE(&draft, 4, 7, 6, 5); // reversed
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_cube(&result);
     expect_repairs(&result, "cut 8 polygons into triangles, dropped 2 duplicate faces");
 }
@@ -344,11 +338,10 @@ TEST(faces_without_area_leave_no_crack)
     for (int round = 0; round < 400; round++) {
         int more = 1 + round % 12;
         MeshDraft draft = {0};
-        SCOPED(result_destroy) Result result;
         add_split_tetrahedron(&draft, more, &random);
         // as it stands the draft is closed: 4 + more nodes, so 4 + 2 more triangles
         assert_int_equal(draft.polygon_count, 4 + 2 * more);
-        repair(&draft, &result);
+        SCOPED(result_destroy) Result result = repair(&draft);
         assert_int_equal(result.repairs.flat_faces, more);
         assert_int_equal(result.mesh.node_count, 4 + more);
         assert_int_equal(result.mesh.triangle_count, 4 + 2 * more);
@@ -362,13 +355,12 @@ TEST(a_face_without_area_at_the_border_is_dropped)
 {
     const Vec3 x[5] = {{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}, {1, 0, 0}};
     MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
     add_nodes(&draft, x, 5);
     FACE(&draft, 0, 4, 3);
     FACE(&draft, 4, 2, 3);
     FACE(&draft, 4, 1, 2);
     FACE(&draft, 0, 1, 4);
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_repairs(&result, "took out 1 face without area");
     assert_int_equal(result.mesh.triangle_count, 3);
     assert_int_equal(result.quality.border_loops, 1);
@@ -379,12 +371,10 @@ TEST(a_face_without_area_at_the_border_is_dropped)
 TEST(a_face_without_area_along_other_faces_is_dropped)
 {
     // A fin on an edge of the cube: a node in its middle that no other face knows.
-    MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
-    add_cube(&draft, vec3(0, 0, 0));
+    MeshDraft draft = cube_draft();
     mesh_draft_add_node(&draft, vec3(0.5, 0, 0));
     FACE(&draft, 0, 1, 8);
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_cube(&result);
     expect_repairs(&result, "dropped 1 unused node, cut 6 polygons into triangles, took out 1 face "
                             "without area");
@@ -396,7 +386,6 @@ TEST(nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area)
     const Vec3 x[7] = {{0, 0, 1},  {1, 0, 0},  {0, 1, 0},        {-1, 0, 0},
                        {0, -1, 0}, {0, 0, -1}, {0, 0, 1 + 1e-11}};
     MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
     add_nodes(&draft, x, 7);
     FACE(&draft, 0, 1, 2);
     FACE(&draft, 6, 3, 4);
@@ -408,7 +397,7 @@ TEST(nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area)
     FACE(&draft, 5, 3, 2);
     FACE(&draft, 5, 4, 3);
     FACE(&draft, 5, 1, 4);
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_repairs(&result, "merged 1 node with the next, took out 2 faces without area");
     assert_int_equal(result.mesh.node_count, 6);
     assert_int_equal(result.mesh.triangle_count, 8);
@@ -427,7 +416,6 @@ TEST(faces_are_turned_until_closed_surfaces_look_outward)
     double volume = mesh_volume(&sphere);
     for (int round = 0; round < 20; round++) {
         MeshDraft draft = {0};
-        SCOPED(result_destroy) Result result;
         int turned = 0;
         add_nodes(&draft, sphere.position, sphere.node_count);
         for (int t = 0; t < sphere.triangle_count; t++) {
@@ -440,7 +428,7 @@ TEST(faces_are_turned_until_closed_surfaces_look_outward)
             else
                 FACE(&draft, node[0], node[1], node[2]);
         }
-        repair(&draft, &result);
+        SCOPED(result_destroy) Result result = repair(&draft);
         assert_int_equal(result.repairs.turned_faces, turned);
         expect_near(result.quality.volume, volume, 1e-15); // rounding of sums of size 1e-3
     }
@@ -448,9 +436,7 @@ TEST(faces_are_turned_until_closed_surfaces_look_outward)
 
 TEST(each_component_looks_outward_by_itself)
 {
-    MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
-    add_cube(&draft, vec3(0, 0, 0));
+    MeshDraft draft = cube_draft();
     int start = draft.corner_count;
     add_cube(&draft, vec3(50, 0, 0));
     for (int c = start; c < draft.corner_count; c += 4) { // inside out
@@ -458,7 +444,7 @@ TEST(each_component_looks_outward_by_itself)
         draft.corner[c] = draft.corner[c + 2];
         draft.corner[c + 2] = swap;
     }
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_repairs(&result, "cut 12 polygons into triangles, turned 6 faces, kept 2 components "
                             "apart");
     for (int i = 0; i < 2; i++)
@@ -469,7 +455,6 @@ TEST(an_open_sheet_keeps_the_side_of_most_of_its_faces)
 {
     SCOPED(mesh_destroy) TriMesh sheet;
     MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
     assert_true(generate_sheet(&sheet, 9, 9, 1.0, 1.0, &(Status){0}));
     add_nodes(&draft, sheet.position, sheet.node_count);
     for (int t = 0; t < sheet.triangle_count; t++) {
@@ -479,7 +464,7 @@ TEST(an_open_sheet_keeps_the_side_of_most_of_its_faces)
         else
             FACE(&draft, node[0], node[1], node[2]);
     }
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     expect_repairs(&result, "turned 3 faces");
     for (int t = 0; t < result.mesh.triangle_count; t++) {
         const int *node = result.mesh.triangle[t];
@@ -517,8 +502,7 @@ TEST(a_moebius_strip_is_refused)
 
 TEST(an_edge_of_three_faces_is_refused)
 {
-    MeshDraft draft = {0};
-    add_cube(&draft, vec3(0, 0, 0));
+    MeshDraft draft = cube_draft();
     mesh_draft_add_node(&draft, vec3(0.5, -1, 0.5));
     FACE(&draft, 0, 1, 8);
     expect_refusal(&draft, 6,
@@ -543,11 +527,10 @@ TEST(closed_surfaces_drawn_with_a_common_edge_are_refused)
 TEST(borders_stay_borders)
 {
     MeshDraft draft = {0};
-    SCOPED(result_destroy) Result result;
     add_nodes(&draft, CUBE, 8);
     for (int f = 2; f < 6; f++) // without floor and lid
         FACE(&draft, CUBE_FACES[f][0], CUBE_FACES[f][1], CUBE_FACES[f][2], CUBE_FACES[f][3]);
-    repair(&draft, &result);
+    SCOPED(result_destroy) Result result = repair(&draft);
     assert_int_equal(result.quality.border_loops, 2);
     assert_int_equal(result.quality.border_edges, 8);
     assert_int_equal(result.quality.component[0].genus, 0);
@@ -562,11 +545,10 @@ TEST(tiny_and_huge_meshes_are_repaired_alike)
     for (size_t i = 0; i < sizeof scale / sizeof *scale; i++) {
         uint64_t random = 11;
         MeshDraft draft = {0};
-        SCOPED(result_destroy) Result result;
         add_split_tetrahedron(&draft, 4, &random);
         for (int k = 0; k < draft.node_count; k++)
             draft.position[k] = vec3_scale(scale[i], draft.position[k]);
-        repair(&draft, &result);
+        SCOPED(result_destroy) Result result = repair(&draft);
         assert_int_equal(result.repairs.flat_faces, 4);
         assert_int_equal(result.mesh.triangle_count, 12);
         assert_int_equal(result.quality.border_loops, 0);
@@ -635,14 +617,13 @@ TEST(repairs_do_not_change_a_repaired_mesh)
     uint64_t random = 23;
     for (int round = 0; round < 50; round++) {
         MeshDraft draft = {0}, again = {0};
-        SCOPED(result_destroy) Result first, second;
         add_split_tetrahedron(&draft, 1 + round % 12, &random);
-        repair(&draft, &first);
+        SCOPED(result_destroy) Result first = repair(&draft);
         add_nodes(&again, first.mesh.position, first.mesh.node_count);
         for (int t = 0; t < first.mesh.triangle_count; t++)
             FACE(&again, first.mesh.triangle[t][0], first.mesh.triangle[t][1],
                  first.mesh.triangle[t][2]);
-        repair(&again, &second);
+        SCOPED(result_destroy) Result second = repair(&again);
         expect_repairs(&second, "");
         assert_memory_equal(second.mesh.triangle, first.mesh.triangle,
                             (size_t)first.mesh.triangle_count * sizeof *first.mesh.triangle);

@@ -183,7 +183,7 @@ TEST(a_shell_within_a_shell_is_a_cavity)
 
 TEST(volume_comes_closer_with_smaller_cells)
 {
-    TriMesh mesh = make_ball(4, 0.05, vec3(0.3, -0.2, 0.1));
+    SCOPED(mesh_destroy) TriMesh mesh = make_ball(4, 0.05, vec3(0.3, -0.2, 0.1));
     double volume = mesh_volume(&mesh);
     for (int cells = 8; cells <= 128; cells *= 2) {
         SCOPED(lattice_destroy) Lattice lattice;
@@ -197,7 +197,6 @@ TEST(volume_comes_closer_with_smaller_cells)
         double deviation = 0.29 * 48.0 * sqrt(PI * cells * cells / 48.0);
         expect_near(error, 0.0, 3.0 * deviation / (PI / 6.0 * pow(cells, 3.0)));
     }
-    mesh_destroy(&mesh);
 }
 
 // --- cells exactly on faces, edges and corners ---
@@ -207,6 +206,7 @@ TEST(box_of_whole_cells_is_filled_exactly)
     static const double sizes[] = {1.0, 0.1, 0.003125, 1.0 / 3.0};
     for (int s = 0; s < 4; s++) {
         double h = sizes[s];
+        SCOPED(mesh_destroy)
         TriMesh mesh =
             make_cuboid(vec3(0.7, -0.3, 5.0), vec3(0.7 + 5 * h, -0.3 + 3 * h, 5 + 7 * h));
         SCOPED(lattice_destroy) Lattice lattice;
@@ -218,7 +218,6 @@ TEST(box_of_whole_cells_is_filled_exactly)
         expect_near(lattice.origin.x, 0.7, 1e-14); // roundings of numbers below 8
         expect_near(lattice.origin.y, -0.3, 1e-14);
         expect_near(lattice.origin.z, 5.0, 1e-14);
-        mesh_destroy(&mesh);
     }
 }
 
@@ -248,7 +247,7 @@ static Lattice voxelise_marked(TriMesh *mesh)
 TEST(centres_on_the_low_sides_are_inside_and_on_the_high_sides_outside)
 {
     TriMesh mesh = make_cuboid(vec3(-3.5, -2.5, -0.5), vec3(1.5, 0.5, 3.5));
-    Lattice lattice = voxelise_marked(&mesh);
+    SCOPED(lattice_destroy) Lattice lattice = voxelise_marked(&mesh);
     assert_int_equal(lattice_solid(&lattice), 2 + 5 * 3 * 4);
     for (int k = 0; k < 16; k++)
         for (int j = 0; j < 16; j++)
@@ -259,7 +258,6 @@ TEST(centres_on_the_low_sides_are_inside_and_on_the_high_sides_outside)
                 in |= i + j + k == 0 || i + j + k == 45;
                 assert_int_equal(lattice_label(&lattice, i, j, k), in);
             }
-    lattice_destroy(&lattice);
 }
 
 // A point in a cube, or on its sides, and each triangle of the cube's sides make a tetrahedron:
@@ -274,7 +272,7 @@ TEST(parts_of_a_whole_share_out_its_cells)
         double at[3];
         for (int a = 0; a < 3; a++)
             at[a] = 0.5 * random_below(&seed, steps + 1) - h;
-        TriMesh cube = make_cuboid(vec3(-h, -h, -h), vec3(h, h, h));
+        SCOPED(mesh_destroy) TriMesh cube = make_cuboid(vec3(-h, -h, -h), vec3(h, h, h));
         int count[16][16][16] = {0};
         for (int t = 0; t < 12; t++) {
             static const int side[4][3] = {{0, 1, 2}, {3, 1, 0}, {3, 2, 1}, {3, 0, 2}};
@@ -284,14 +282,12 @@ TEST(parts_of_a_whole_share_out_its_cells)
                 part.position[c] = cube.position[cube.triangle[t][c]];
             part.position[3] = vec3(at[0], at[1], at[2]);
             memcpy(part.triangle, side, sizeof side);
-            Lattice lattice = voxelise_marked(&part);
+            SCOPED(lattice_destroy) Lattice lattice = voxelise_marked(&part);
             for (int k = 0; k < 16; k++)
                 for (int j = 0; j < 16; j++)
                     for (int i = 0; i < 16; i++)
                         count[k][j][i] += lattice_label(&lattice, i, j, k);
-            lattice_destroy(&lattice);
         }
-        mesh_destroy(&cube);
         SCOPED(lattice_destroy) Lattice whole;
         TriMesh again = make_cuboid(vec3(-h, -h, -h), vec3(h, h, h));
         whole = voxelise_marked(&again);
@@ -315,9 +311,8 @@ TEST(flat_parts_of_a_mesh_hold_no_cell)
     append(&mesh, &flat);
     flat = make_cuboid(vec3(-6.5, 5.5, -6.5), vec3(4.5, 5.5, 4.5));
     append(&mesh, &flat);
-    Lattice lattice = voxelise_marked(&mesh);
+    SCOPED(lattice_destroy) Lattice lattice = voxelise_marked(&mesh);
     assert_int_equal(lattice_solid(&lattice), 2 + 216);
-    lattice_destroy(&lattice);
 }
 
 // --- refusals ---

@@ -287,11 +287,7 @@ TEST(a_disc_meets_the_section_of_a_ball)
         options.body.body.fixed = &below;
         options.body.body.fixed_count = 1;
         options.tool_count = 1;
-        options.tool[0] = (ToolOptions){.id = 1,
-                                        .kind = TOOL_PROBE,
-                                        .capsule_count = 1,
-                                        .capsule = {{.radius = 0.008}},
-                                        .max_force = 50.0};
+        options.tool[0] = (ToolOptions){PROBE(0.008, 50.0)};
         SCOPED(plane_world_destroy) PlaneWorld world;
         plane_world_create(&world, &options);
         enum { TICKS = 130 }; // 13 mm at 0.1 m/s
@@ -332,11 +328,7 @@ TEST(pressed_free_sheet_takes_what_the_tool_gives)
 {
     PlaneWorldOptions options = plane_world_disc(12);
     options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_PROBE,
-                                    .capsule_count = 1,
-                                    .capsule = {{.radius = 0.008}},
-                                    .max_force = 3.3};
+    options.tool[0] = (ToolOptions){PROBE(0.008, 3.3)};
     SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     Vec3 p, l, impulse = {0, 0, 0};

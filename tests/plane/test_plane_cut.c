@@ -98,10 +98,10 @@ static void expect_same_from_scratch(PlaneWorld *world)
     const PlaneCut *cut = cut_of(world);
     const Vertices *vertices = &world->model->vertices;
     const size_t elements = (size_t)cut->layout.element_count, count = (size_t)vertices->count;
-    int(*vertex)[PLANE_PLACES] = malloc(elements * sizeof *vertex);
+    FREED int(*vertex)[PLANE_PLACES] = malloc(elements * sizeof *vertex);
     FREED double *mass = malloc(count * sizeof *mass);
     int faces = world->body->surface.face_used;
-    int(*face)[3] = malloc((size_t)faces * sizeof *face);
+    FREED int(*face)[3] = malloc((size_t)faces * sizeof *face);
     memcpy(vertex, cut->vertex, elements * sizeof *vertex);
     memcpy(mass, vertices->mass, count * sizeof *mass);
     memcpy(face, world->body->surface.face, (size_t)faces * sizeof *face);
@@ -112,8 +112,6 @@ static void expect_same_from_scratch(PlaneWorld *world)
     assert_memory_equal(mass, vertices->mass, count * sizeof *mass);
     assert_memory_equal(face, world->body->surface.face, (size_t)faces * sizeof *face);
     assert_true(hash == state_hash(&world->state));
-    free(vertex);
-    free(face);
 }
 
 TEST(an_uncut_cuttable_body_moves_as_another)

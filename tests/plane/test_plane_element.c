@@ -254,7 +254,7 @@ static double patch_residual(const Lattice *lattice, int levels, PlaneLaw law, d
     plane_layout_create(&layout, lattice, levels);
     assert_true(plane_mesh_create(&mesh, &layout, NULL, &(Status){0}));
     size_t n = (size_t)mesh.vertex_count;
-    double(*force)[2] = calloc(n, sizeof *force);
+    FREED double(*force)[2] = calloc(n, sizeof *force);
     FREED bool *outer = calloc(n, sizeof *outer);
     const double map[2][2] = {{0.6 * stretch, -0.9}, {0.8, 0.7 * stretch}};
     for (int e = 0; e < mesh.element_count; e++) {
@@ -280,7 +280,6 @@ static double patch_residual(const Lattice *lattice, int levels, PlaneLaw law, d
         for (int d = 0; d < 2; d++)
             if (!outer[v])
                 worst = fmax(worst, fabs(force[v][d]));
-    free(force);
     return worst;
 }
 

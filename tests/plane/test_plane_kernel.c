@@ -73,7 +73,7 @@ static void compare(PlaneLaw law, Precision precision, const char *isa, double c
     make_world(&world, law, precision, isa);
     disturb(&world, cells);
     PlaneModel *model = world.model;
-    double(*expected)[2] = calloc((size_t)model->vertices.count, sizeof *expected);
+    FREED double(*expected)[2] = calloc((size_t)model->vertices.count, sizeof *expected);
     reference_forces(model, expected);
     evaluate(model, 1.0);
     double most = 0.0, worst = 0.0;
@@ -87,7 +87,6 @@ static void compare(PlaneLaw law, Precision precision, const char *isa, double c
     for (int k = 0; k < 4; k++) // the spare vertex feels nothing
         assert_true(rows_get(&model->vertices.rows, model->vertices.force,
                              4L * model->vertices.count + k) == 0.0);
-    free(expected);
 }
 
 TEST(kernels_give_the_elements_forces)

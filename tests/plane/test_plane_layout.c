@@ -152,7 +152,7 @@ static double area_of(const PlaneMesh *mesh)
 static void expect_conforming(const PlaneMesh *mesh)
 {
     size_t n = (size_t)mesh->vertex_count;
-    int(*parent)[2] = calloc(n, sizeof *parent);
+    FREED int(*parent)[2] = calloc(n, sizeof *parent);
     FREED signed char *level = calloc(n, sizeof *level);
     FREED Vec3 *position = calloc(n, sizeof *position);
     for (size_t v = 0; v < n; v++) {
@@ -173,7 +173,6 @@ static void expect_conforming(const PlaneMesh *mesh)
         .level = level,
     };
     expect_crack_free(&body, NULL, position);
-    free(parent);
 }
 
 TEST(triangles_fill_the_body_without_cracks)

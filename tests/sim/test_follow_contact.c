@@ -2,6 +2,7 @@
 // Contact while the faces beneath a tool are divided and merged: a thin hollow wall keeps the tool
 // on the side on which it stands.
 #include "test.h"
+#include "sim_steps.h"
 #include "sim/contact/contact_data.h"
 #include "sim/sim_data.h"
 #include "random.h"
@@ -12,11 +13,7 @@ enum { CELLS = 10 };
 
 static ToolOptions probe(double length, double radius)
 {
-    return (ToolOptions){.id = 1,
-                         .kind = TOOL_PROBE,
-                         .capsule_count = 1,
-                         .capsule = {{{-0.5 * length, 0.0, 0.0}, {0.5 * length, 0.0, 0.0}, radius}},
-                         .max_force = 1e3};
+    return (ToolOptions){CAPSULE(length, radius, 1e3)};
 }
 
 static void create(ToyScene *scene, const ToolOptions *tool)

@@ -8,11 +8,7 @@
 
 static const double RATE = 100.0; // [Hz]: several substeps at every level
 
-static const ToolOptions ball = {.id = 1,
-                                 .kind = TOOL_PROBE,
-                                 .capsule_count = 1,
-                                 .capsule = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.005}},
-                                 .max_force = 3.3};
+static const ToolOptions ball = {PROBE(0.005, 3.3)};
 
 static ToySceneOptions options_with(double time_step, bool unsafe)
 {

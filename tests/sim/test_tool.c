@@ -12,6 +12,20 @@ static ToolPose pose_at(double x)
         .position = {x, 0.0, 0.0}, .orientation = {1.0, 0.0, 0.0, 0.0}, .active = true};
 }
 
+static void go(ToolMotion *motion, double x, int64_t step)
+{
+    const ToolPose pose = pose_at(x);
+    tool_motion_apply(motion, &pose, step, TICK, false);
+}
+
+static ToolMotion begun_at(double x, int64_t step)
+{
+    ToolMotion motion;
+    tool_motion_init(&motion);
+    go(&motion, x, step);
+    return motion;
+}
+
 // Position along x at `time`.
 static double place(const ToolMotion *motion, double time)
 {
@@ -26,8 +40,7 @@ TEST(first_pose_is_taken_at_once)
     ToolMotion motion;
     tool_motion_init(&motion);
     assert_false(motion.active);
-    ToolPose pose = pose_at(0.3);
-    tool_motion_apply(&motion, &pose, 100, TICK, false);
+    go(&motion, 0.3, 100);
     assert_true(motion.active);
     expect_near(place(&motion, 0.0), 0.3, 0.0);
     expect_near(place(&motion, 5.0), 0.3, 0.0);
@@ -35,12 +48,8 @@ TEST(first_pose_is_taken_at_once)
 
 TEST(tool_moves_over_one_measured_period_and_no_further)
 {
-    ToolMotion motion;
-    tool_motion_init(&motion);
-    ToolPose pose = pose_at(0.0);
-    tool_motion_apply(&motion, &pose, 100, TICK, false);
-    pose = pose_at(0.1);
-    tool_motion_apply(&motion, &pose, 110, TICK, false); // 10 ms later
+    ToolMotion motion = begun_at(0.0, 100);
+    go(&motion, 0.1, 110); // 10 ms later
     expect_near(place(&motion, 0.0), 0.0, 0.0);
     for (int k = 0; k <= 10; k++)
         expect_near(place(&motion, k * TICK), 0.01 * k, 1e-15); // rounding
@@ -80,13 +89,9 @@ TEST(period_follows_the_sender)
 
 TEST(several_poses_in_one_tick_end_at_the_newest)
 {
-    ToolMotion motion;
-    tool_motion_init(&motion);
-    ToolPose pose = pose_at(0.0);
-    tool_motion_apply(&motion, &pose, 5, TICK, false);
+    ToolMotion motion = begun_at(0.0, 5);
     for (int k = 1; k <= 3; k++) {
-        pose = pose_at(0.1 * k);
-        tool_motion_apply(&motion, &pose, 5, TICK, false);
+        go(&motion, 0.1 * k, 5);
     }
     expect_near(place(&motion, 0.0), 0.0, 0.0);
     expect_near(place(&motion, TICK), 0.3, 1e-16);
@@ -95,11 +100,8 @@ TEST(several_poses_in_one_tick_end_at_the_newest)
 
 TEST(valid_twist_carries_the_tool_for_one_period)
 {
-    ToolMotion motion;
-    tool_motion_init(&motion);
-    ToolPose pose = pose_at(0.0);
-    tool_motion_apply(&motion, &pose, 0, TICK, false);
-    pose = pose_at(0.1);
+    ToolMotion motion = begun_at(0.0, 0);
+    ToolPose pose = pose_at(0.1);
     pose.twist_valid = true;
     pose.linear = vec3(2.0, 0.0, 0.0);
     pose.angular = vec3(0.0, 0.0, 0.5 * PI / 0.02); // a quarter turn in 20 ms
@@ -119,10 +121,8 @@ TEST(valid_twist_carries_the_tool_for_one_period)
 TEST(orientation_turns_evenly_along_the_shorter_way)
 {
     for (int sign = -1; sign <= 1; sign += 2) { // q and -q are the same rotation
-        ToolMotion motion;
-        tool_motion_init(&motion);
+        ToolMotion motion = begun_at(0.0, 0);
         ToolPose pose = pose_at(0.0);
-        tool_motion_apply(&motion, &pose, 0, TICK, false);
         Quat q = quat_from_rotation(vec3(0.0, 0.0, 1.2));
         pose.orientation = (Quat){sign * q.w, sign * q.x, sign * q.y, sign * q.z};
         tool_motion_apply(&motion, &pose, 10, TICK, false);
@@ -139,11 +139,8 @@ TEST(orientation_turns_evenly_along_the_shorter_way)
 
 TEST(held_pose_is_taken_at_once_without_its_twist)
 {
-    ToolMotion motion;
-    tool_motion_init(&motion);
-    ToolPose pose = pose_at(0.0);
-    tool_motion_apply(&motion, &pose, 0, TICK, false);
-    pose = pose_at(0.2);
+    ToolMotion motion = begun_at(0.0, 0);
+    ToolPose pose = pose_at(0.2);
     pose.twist_valid = true;
     pose.linear = vec3(2.0, 0.0, 0.0);
     tool_motion_apply(&motion, &pose, 10, TICK, true);
@@ -153,15 +150,12 @@ TEST(held_pose_is_taken_at_once_without_its_twist)
 
 TEST(inactive_pose_withdraws_the_tool_and_the_next_is_a_first_one)
 {
-    ToolMotion motion;
-    tool_motion_init(&motion);
+    ToolMotion motion = begun_at(0.1, 0);
     ToolPose pose = pose_at(0.1);
-    tool_motion_apply(&motion, &pose, 0, TICK, false);
     pose.active = false;
     tool_motion_apply(&motion, &pose, 10, TICK, false);
     assert_false(motion.active);
-    pose = pose_at(0.7);
-    tool_motion_apply(&motion, &pose, 20, TICK, false);
+    go(&motion, 0.7, 20);
     assert_true(motion.active);
     expect_near(place(&motion, 0.0), 0.7, 0.0); // does not sweep from where it was
 }

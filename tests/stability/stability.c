@@ -3,6 +3,7 @@
 // simulations. Prints or writes the matrix of verdicts; exit code 1 when one has failed or is
 // explained by nobody.
 #include "children.h"
+#include "scoped.h"
 #include "matrix.h"
 #include "trial.h"
 
@@ -152,7 +153,7 @@ static int count_unexplained(const Matrix *matrix)
 static int count_changed(const Matrix *matrix, const char *path)
 {
     int count = 0, compared = 0;
-    char *text = read_text(path);
+    FREED char *text = read_text(path);
     for (int i = 0; i < matrix->cell_count; i++) {
         const Cell *cell = &matrix->cell[i];
         char column[64], word[16], said[48];
@@ -167,7 +168,6 @@ static int count_changed(const Matrix *matrix, const char *path)
         tell(matrix, cell, said);
     }
     printf("%d of %d cells compared with %s\n", compared, matrix->cell_count, path);
-    free(text);
     // A table that has none of them is not the one that was meant.
     return compared > 0 ? count : 1;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "reference.h"
+#include "scoped.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -410,12 +411,11 @@ void reference_step(Reference *reference, ReferenceScheme scheme, double h)
     }
     int n = reference->node_count;
     double before = scheme == REFERENCE_LEAPFROG ? 0.5 * h : 0.0;
-    double(*a)[3] = zeroed(n, sizeof *a);
+    FREED double(*a)[3] = zeroed(n, sizeof *a);
     add_scaled(n, reference->x, before, (Rows)reference->v);
     reference_accelerations(reference, (Rows)reference->x, (Rows)reference->v, a);
     add_scaled(n, reference->v, h, (Rows)a);
     add_scaled(n, reference->x, h - before, (Rows)reference->v);
-    free(a);
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -7,6 +7,15 @@
 
 #include "sim/sim.h"
 
+// In the braces of ToolOptions: a ball, or a capsule of so much between its ends along x.
+#define PROBE(radius_m, force)                                                                     \
+    .id = 1, .kind = TOOL_PROBE, .capsule_count = 1, .capsule = {{.radius = (radius_m)}},          \
+    .max_force = (force)
+#define CAPSULE(length, radius_m, force)                                                           \
+    .id = 1, .kind = TOOL_PROBE, .capsule_count = 1,                                               \
+    .capsule = {{{-0.5 * (length), 0.0, 0.0}, {0.5 * (length), 0.0, 0.0}, (radius_m)}},            \
+    .max_force = (force)
+
 static inline void sim_ticks(Sim *sim, long count)
 {
     for (long i = 0; i < count; i++)

@@ -13,11 +13,7 @@ static double number_after(const char *text, const char *words)
     return strtod(at + strlen(words), NULL);
 }
 
-static const ToolOptions probe = {.id = 1,
-                                  .kind = TOOL_PROBE,
-                                  .capsule_count = 1,
-                                  .capsule = {{.radius = 0.01}},
-                                  .max_force = 5.0};
+static const ToolOptions probe = {PROBE(0.01, 5.0)};
 
 typedef struct Asked {
     IntegratorKind integrator;

@@ -294,7 +294,7 @@ TEST(fixed_nodes_stay_and_the_rest_comes_to_equilibrium)
     fixture_run(&fixture, 1500);
     SCOPED(reference_destroy) Reference reference;
     fixture_reference(&fixture, &options, &reference);
-    double(*a)[3] = calloc(114, sizeof *a);
+    FREED double(*a)[3] = calloc(114, sizeof *a);
     for (int i = 0; i < 114; i++) {
         const double x[3] = {fixture.x[i].x, fixture.x[i].y, fixture.x[i].z};
         memcpy(reference.x[i], x, sizeof x);
@@ -310,7 +310,6 @@ TEST(fixed_nodes_stay_and_the_rest_comes_to_equilibrium)
     for (int i = 0; i < 114; i++)
         for (int c = 0; c < 3; c++)
             expect_near(a[i][c], 0.0, 1e-6);
-    free(a);
 }
 
 static FixtureOptions busy_options(int kind)

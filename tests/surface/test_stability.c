@@ -167,7 +167,7 @@ TEST(bodies_blow_up_just_above_the_prediction)
             SCOPED(reference_destroy) Reference reference;
             fixture_create_sphere(&fixture, &options);
             fixture_reference(&fixture, &options, &reference);
-            double(*mode)[3] = calloc((size_t)reference.node_count, sizeof *mode);
+            FREED double(*mode)[3] = calloc((size_t)reference.node_count, sizeof *mode);
             double lambda = reference_largest_eigenvalue(&reference, 3000, mode);
 
             double beta = 2.0 * ratios[k] / sqrt(lambda);
@@ -181,7 +181,6 @@ TEST(bodies_blow_up_just_above_the_prediction)
                 blows_up(&options, fixture_sphere, predicted * least, (const double(*)[3])mode));
             assert_true(
                 blows_up(&options, fixture_sphere, predicted * 1.18, (const double(*)[3])mode));
-            free(mode);
         }
 }
 

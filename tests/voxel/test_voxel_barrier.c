@@ -197,7 +197,7 @@ TEST(a_crushed_cube_gains_nothing_and_returns_to_rest)
     static const double NU[] = {0.0, 0.3, 0.45};
     uint64_t random = 74;
     for (int k = 0; k < 3; k++) {
-        VoxelBench cube = make_block(1, NU[k], 0.2);
+        SCOPED(voxel_bench_destroy) VoxelBench cube = make_block(1, NU[k], 0.2);
         const double h = step_of(&cube, 0.2);
         double most = 0.0, left = 0.0, last = 0.0;
         for (int n = 0; n < TRIALS(40, 300); n++) {
@@ -209,7 +209,6 @@ TEST(a_crushed_cube_gains_nothing_and_returns_to_rest)
                       left);
         expect_at_most(most, 1.0 + 1e-6);
         expect_at_most(left, 1e-12);
-        voxel_bench_destroy(&cube);
     }
 }
 
@@ -247,7 +246,7 @@ static void expect_squeezed(Plates plates, double nu, int most)
     enum { CELLS = 8, HOLD = 1500 };
     static const double SPEED = 0.2; // [m/s]
     uint64_t random = 3;
-    VoxelBench block = make_block(CELLS, nu, 0.2);
+    SCOPED(voxel_bench_destroy) VoxelBench block = make_block(CELLS, nu, 0.2);
     const double h = 0.4 * block.critical_step, height = CELLS * block.size;
     const int steps = (int)(0.9 * height / (SPEED * h));
     int worst = 0;
@@ -263,7 +262,6 @@ static void expect_squeezed(Plates plates, double nu, int most)
     print_message("plates %d, nu %.2f: %d inverted on the way, %d in the end\n", plates, nu, worst,
                   inverted);
     expect_at_most(inverted, most);
-    voxel_bench_destroy(&block);
 }
 
 // Of 512 elements. Without the barrier 12 stay inverted between glued plates, 59 between loose
@@ -280,7 +278,7 @@ TEST(a_squeezed_block_hardly_ends_inverted)
 
 TEST(an_inverted_element_recovers)
 {
-    VoxelBench block = make_block(3, 0.3, 0.2);
+    SCOPED(voxel_bench_destroy) VoxelBench block = make_block(3, 0.3, 0.2);
     const double h = step_of(&block, 0.2), size = block.size;
     // The middle cell, turned inside out.
     for (int i = 0; i < block.vertex_count; i++) {
@@ -297,5 +295,4 @@ TEST(an_inverted_element_recovers)
     }
     assert_int_equal(voxel_bench_inverted(&block), 0);
     expect_at_most(voxel_bench_forces(&block) + voxel_bench_kinetic(&block), 1e-6 * start);
-    voxel_bench_destroy(&block);
 }

@@ -14,13 +14,7 @@ static const double HALF = 0.05; // of the cubes' edges, and the ball's radius [
 
 static ToolOptions make_tool(double length, double radius)
 {
-    return (ToolOptions){.id = 1,
-                         .kind = TOOL_PROBE,
-                         .capsule_count = 1,
-                         .capsule = {{.from = {-0.5 * length, 0.0, 0.0},
-                                      .to = {0.5 * length, 0.0, 0.0},
-                                      .radius = radius}},
-                         .max_force = 50.0};
+    return (ToolOptions){CAPSULE(length, radius, 50.0)};
 }
 
 static const ToolOptions TABLE = {.id = 2,

@@ -169,7 +169,7 @@ static const double SPEED = 4.0 * 0.005, REST = 0.1; // [m/s], [s]
 static void press_cylinder(int depths, double force[DEPTHS])
 {
     const double h = 4e-5; // the same force to 1e-3 with three quarters of it
-    Cylinder *cylinder = cylinder_create();
+    FREED Cylinder *cylinder = cylinder_create();
     double depth = 0.0;
     for (int k = 0; k < depths; k++) {
         for (; depth < DEPTH[k] * RADIUS; depth += SPEED * h)
@@ -181,7 +181,6 @@ static void press_cylinder(int depths, double force[DEPTHS])
             force[k] += i < steps / 2 ? 0.0 : now / (double)(steps - steps / 2);
         }
     }
-    free(cylinder);
 }
 
 static double tick_at(VoxelWorld *world, double depth)
@@ -196,22 +195,15 @@ static void press_cube(int depths, double force[DEPTHS])
 {
     static const FixedRegion bottom = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0249}};
-    VoxelWorldOptions options = voxel_world_cube(8);
-    lattice_destroy(&options.lattice);
-    Status status = {0};
-    if (!lattice_box(&options.lattice, (int[3]){CELLS, CELLS, CELLS}, HEIGHT / CELLS, &status))
-        fail_msg("%s", status.text);
+    VoxelWorldOptions options = voxel_world_block(CELLS, CELLS, CELLS, HEIGHT / CELLS);
+    options.body.body.levels = 2;
     options.material.poisson_ratio = POISSON;
     options.body.body.precision = PRECISION_SINGLE;
     options.body.body.fixed = &bottom;
     options.body.body.fixed_count = 1;
     options.body.body.friction = 0.0;
     options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_PROBE,
-                                    .capsule_count = 1,
-                                    .capsule = {{.radius = RADIUS}},
-                                    .max_force = 100.0}; // does not give way
+    options.tool[0] = (ToolOptions){PROBE(RADIUS, 100.0)}; // does not give way
     SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     sim_set_lockstep(world.sim, true);

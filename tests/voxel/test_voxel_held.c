@@ -25,11 +25,7 @@ static void create_with(VoxelWorld *world, const Press *press, double length, do
 {
     static const FixedRegion bottom = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0249}};
-    VoxelWorldOptions options = voxel_world_cube(8);
-    lattice_destroy(&options.lattice);
-    Status status = {0};
-    if (!lattice_box(&options.lattice, (int[3]){16, 16, 16}, CELL, &status))
-        fail_msg("%s", status.text);
+    VoxelWorldOptions options = voxel_world_block(16, 16, 16, CELL);
     options.material.poisson_ratio = 0.3;
     options.body.damping = damping;
     options.body.body.levels = 2;
@@ -93,7 +89,7 @@ static void press_and_hold(const Press *press)
 {
     SCOPED(voxel_world_destroy) VoxelWorld world;
     create(&world, press, 3.3, 0.2);
-    Vec3 *rest = copy_positions(&world);
+    FREED Vec3 *rest = copy_positions(&world);
     const double radius = press->cells * CELL, depth = press->radii * radius;
     const double way = 1.1 * radius + depth;
     const int down = (int)ceil(way / (4.0 * radius) * 1000.0);
@@ -134,7 +130,6 @@ static void press_and_hold(const Press *press)
     // three radii by 0.2 cells.
     expect_at_most(moved, depth + (press->snaps ? 2.0 : press->radii > 3.0 ? 1.0 : 0.5) * CELL);
     assert_int_equal(world.body->resets, 0);
-    free(rest);
 }
 
 TEST(held_presses_rest_and_rise_with_depth)
@@ -169,11 +164,7 @@ TEST(shallow_presses_follow_hertz)
     static const FixedRegion bottom = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0249}};
     const double radius = 0.015, depths[] = {0.001, 0.002, 0.004};
-    VoxelWorldOptions options = voxel_world_cube(8);
-    lattice_destroy(&options.lattice);
-    Status status = {0};
-    if (!lattice_box(&options.lattice, (int[3]){32, 32, 20}, 0.0025, &status))
-        fail_msg("%s", status.text);
+    VoxelWorldOptions options = voxel_world_block(32, 32, 20, 0.0025);
     options.material = (SolidMaterial){1000.0, 0.3, 1000.0};
     options.rate_hz = 500.0;
     options.body.damping = 5.0;
@@ -183,11 +174,7 @@ TEST(shallow_presses_follow_hertz)
     options.body.body.friction = 0.0;
     options.body.body.contact_ratio = 0.5;
     options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_PROBE,
-                                    .capsule_count = 1,
-                                    .capsule = {{.radius = radius}},
-                                    .max_force = 10.0};
+    options.tool[0] = (ToolOptions){PROBE(radius, 10.0)};
     SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     sim_set_lockstep(world.sim, true);

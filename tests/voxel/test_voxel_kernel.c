@@ -317,7 +317,7 @@ static void expect_forces(Problem *p, const char *what, const double tolerance[P
 static void move_vertices(Problem *p, Quat turn, double noise, uint64_t *random)
 {
     Vec3 shift = vec3_scale(SIZE, random_vec3(random)), spin = random_vec3(random);
-    bool *done = allocate((size_t)p->vertex_count, sizeof *done);
+    FREED bool *done = allocate((size_t)p->vertex_count, sizeof *done);
     for (int e = 0; e < p->element_count; e++) {
         Shape s;
         shape_of(p, e, &s);
@@ -332,7 +332,6 @@ static void move_vertices(Problem *p, Quat turn, double noise, uint64_t *random)
             put_vector(row + 4, vec3_madd(vec3_cross(spin, s.rest[i]), 0.01, random_vec3(random)));
         }
     }
-    free(done);
 }
 
 static const Quat STILL = {1.0, 0.0, 0.0, 0.0};
@@ -427,6 +426,7 @@ TEST(no_state_gives_a_resultant_or_moment)
         SCOPED(destroy) Problem p;
         make_loose(&p, EFFORT(600), v, &random);
         deform_badly(&p, false, &random);
+        SCOPED(result_destroy)
         Result r = run(&p, voxel_kernels_find(PRECISION_DOUBLE, "auto"), 1.0);
         double worst = 0.0;
         for (int e = 0; e < p.element_count; e++) {
@@ -451,7 +451,6 @@ TEST(no_state_gives_a_resultant_or_moment)
         // moment, a 1e-8th of that of the other velocities, is left over. Damping's part in all
         // forces is about a 1e-3rd here.
         expect_at_most(worst, v->damping != UNDAMPED ? 3e-11 : 1e-12);
-        result_destroy(&r);
     }
 }
 
@@ -463,6 +462,7 @@ TEST(healthy_elements_leave_the_last_rotations_alone)
     move_vertices(&p, STILL, 0.2, &random);
     for (int k = 0; k < PRECISION_COUNT; k++)
         for (const char *const *level = isa_available(); *level != NULL; level++) {
+            SCOPED(result_destroy)
             Result r = run(&p, voxel_kernels_find((Precision)k, *level), (double)NAN);
             for (int b = 0; b < batches_total(&p.batches) * LANES; b++) {
                 assert_true(isnan(r.last[b / LANES][b % LANES][0]));
@@ -470,7 +470,6 @@ TEST(healthy_elements_leave_the_last_rotations_alone)
             }
             for (int i = 0; i < p.vertex_count; i++)
                 assert_true(isfinite(r.force[i][0] + r.force[i][1] + r.force[i][2]));
-            result_destroy(&r);
         }
 }
 
@@ -486,6 +485,7 @@ TEST(single_precision_is_relative_to_the_deformation)
             put_vector(p.row[i], vec3_scale(noise * SIZE, random_vec3(&random)));
         double(*expected)[3] = allocate((size_t)p.vertex_count, sizeof *expected), scale;
         expected_forces(&p, expected, &scale);
+        SCOPED(result_destroy)
         Result r = run(&p, voxel_kernels_find(PRECISION_SINGLE, "auto"), 1.0);
         double worst = 0.0, largest = 0.0;
         for (int i = 0; i < p.vertex_count; i++)
@@ -497,7 +497,6 @@ TEST(single_precision_is_relative_to_the_deformation)
                       worst / largest);
         // The reference itself rounds positions: 1e-16 over the strain.
         expect_at_most(worst / largest, 2e-6 + 1e-15 / noise);
-        result_destroy(&r);
         free(expected);
     }
 }
@@ -522,11 +521,11 @@ TEST(rest_gives_no_force_at_all)
         }
         for (int k = 0; k < PRECISION_COUNT; k++)
             for (const char *const *level = isa_available(); *level != NULL; level++) {
+                SCOPED(result_destroy)
                 Result r = run(&p, voxel_kernels_find((Precision)k, *level), 1.0);
                 for (int i = 0; i < p.vertex_count; i++)
                     for (int c = 0; c < 4; c++)
                         expect_at_most(fabs(r.force[i][c]), limit[k]);
-                result_destroy(&r);
             }
     }
 }
@@ -540,8 +539,8 @@ TEST(scales_multiply_stiffness_and_damping)
     // Once by the scales, once by the classes: the same numbers go into the kernel up to rounding.
     const VoxelKernels *kernels = voxel_kernels_find(PRECISION_DOUBLE, "auto");
     const double stiffness = 1.7, damping = 0.3;
-    double(*force)[4] = allocate((size_t)p.vertex_count + 1, sizeof *force);
-    double(*last)[LANES][4] = allocate((size_t)batches_total(&p.batches), sizeof *last);
+    FREED double(*force)[4] = allocate((size_t)p.vertex_count + 1, sizeof *force);
+    FREED double(*last)[LANES][4] = allocate((size_t)batches_total(&p.batches), sizeof *last);
     const VoxelPass pass = {
         .plain = &p.batches.plain,
         .hanging = &p.batches.hanging,
@@ -561,13 +560,10 @@ TEST(scales_multiply_stiffness_and_damping)
         k->mu *= stiffness, k->lambda *= stiffness, k->residual *= stiffness;
         k->damping *= stiffness * damping;
     }
-    Result r = run(&p, kernels, 1.0);
+    SCOPED(result_destroy) Result r = run(&p, kernels, 1.0);
     for (int i = 0; i < p.vertex_count; i++)
         for (int c = 0; c < 3; c++)
             expect_near(force[i][c], r.force[i][c], 1e-14 * p.classes[11].residual * 0.1);
-    result_destroy(&r);
-    free(force);
-    free(last);
 }
 
 TEST(bad_numbers_stay_bad)
@@ -580,6 +576,7 @@ TEST(bad_numbers_stay_bad)
     p.row[p.vertex[21][3]][5] = HUGE_VAL;
     for (int k = 0; k < PRECISION_COUNT; k++)
         for (const char *const *level = isa_available(); *level != NULL; level++) {
+            SCOPED(result_destroy)
             Result r = run(&p, voxel_kernels_find((Precision)k, *level), 1.0);
             for (int e = 0; e < p.element_count; e++) {
                 bool finite = true;
@@ -588,7 +585,6 @@ TEST(bad_numbers_stay_bad)
                         finite = finite && isfinite(r.force[p.vertex[e][n]][c]);
                 assert_true(finite == (e != 20 && e != 21));
             }
-            result_destroy(&r);
         }
 }
 

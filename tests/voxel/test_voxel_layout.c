@@ -13,7 +13,7 @@
 TEST(cubes_have_the_counts_of_their_layers)
 {
     for (int n = 16; n <= 64; n *= 2) {
-        Lattice lattice = sample_box(n, n, n);
+        SCOPED(lattice_destroy) Lattice lattice = sample_box(n, n, n);
         for (int levels = 1; levels <= 3; levels++) {
             SCOPED(layout_destroy) Layout layout;
             layout_create(&layout, &lattice, levels);
@@ -27,7 +27,6 @@ TEST(cubes_have_the_counts_of_their_layers)
             }
             assert_int_equal(layout.leaf_count, leaves);
         }
-        lattice_destroy(&lattice);
     }
 }
 
@@ -196,7 +195,7 @@ TEST(layouts_of_all_sorts_follow_the_rule)
     uint64_t seed = 2004;
     for (int round = 0; round < EFFORT(12); round++)
         for (int kind = 0; kind < SAMPLE_KINDS; kind++) {
-            Lattice lattice = sample_lattice((SampleKind)kind, &seed);
+            SCOPED(lattice_destroy) Lattice lattice = sample_lattice((SampleKind)kind, &seed);
             int levels = random_below(&seed, VOXEL_LEVELS_MAX + 1);
             SCOPED(layout_destroy) Layout layout;
             layout_create(&layout, &lattice, levels);
@@ -204,41 +203,37 @@ TEST(layouts_of_all_sorts_follow_the_rule)
             expect_cover(&layout, &lattice, levels);
             expect_balance(&layout);
             expect_sorted(&layout);
-            lattice_destroy(&lattice);
         }
 }
 
 // Level 5 needs 94 cells, and blocks aligned to 32: 128 cells have 2^3 of that size at least.
 TEST(large_cube_reaches_the_coarsest_level)
 {
-    Lattice lattice = sample_box(128, 128, 128);
+    SCOPED(lattice_destroy) Lattice lattice = sample_box(128, 128, 128);
     SCOPED(layout_destroy) Layout layout;
     layout_create(&layout, &lattice, VOXEL_LEVELS_MAX);
     assert_int_equal(layout.levels, VOXEL_LEVELS_MAX);
     assert_int_equal(layout.leaf[layout.leaf_count - 1].level, VOXEL_LEVELS_MAX);
     expect_sizes(&layout, &lattice, VOXEL_LEVELS_MAX);
     expect_sorted(&layout);
-    lattice_destroy(&lattice);
 }
 
 // What a long thin lattice is rounded up to stays near its size: 31 fold otherwise, squared.
 TEST(thin_lattices_are_hardly_rounded_up)
 {
-    Lattice lattice = sample_box(1, 3, 1000);
+    SCOPED(lattice_destroy) Lattice lattice = sample_box(1, 3, 1000);
     SCOPED(layout_destroy) Layout layout;
     layout_create(&layout, &lattice, VOXEL_LEVELS_MAX);
     assert_int_equal(layout.leaf_count, 3000);
     assert_int_equal((long)layout.count[0] * layout.count[1] * layout.count[2], 3000);
-    lattice_destroy(&lattice);
 }
 
 // Nothing solid is no fault here.
 TEST(void_has_no_leaves)
 {
-    Lattice lattice = sample_void(9, 4, 6);
+    SCOPED(lattice_destroy) Lattice lattice = sample_void(9, 4, 6);
     SCOPED(layout_destroy) Layout layout;
     layout_create(&layout, &lattice, 2);
     assert_int_equal(layout.leaf_count, 0);
     assert_int_equal(layout_leaf_at(&layout, 3, 3, 3), -1);
-    lattice_destroy(&lattice);
 }

@@ -4,6 +4,7 @@
 // give no work around closed loops.
 #include "effort.h"
 #include "test.h"
+#include "sim_steps.h"
 #include "random.h"
 #include "voxel_world.h"
 
@@ -22,13 +23,7 @@ static void create_wall(VoxelWorld *world, int cells, double length, double radi
     options.body.body.friction = 0.0;
     options.body.body.contact_damping = 0.0;
     options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_PROBE,
-                                    .capsule_count = 1,
-                                    .capsule = {{.from = {-0.5 * length, 0.0, 0.0},
-                                                 .to = {0.5 * length, 0.0, 0.0},
-                                                 .radius = radius}},
-                                    .max_force = 1e6};
+    options.tool[0] = (ToolOptions){CAPSULE(length, radius, 1e6)};
     voxel_world_create(world, &options);
     sim_set_lockstep(world->sim, true);
 }

@@ -26,7 +26,7 @@ static Lattice box_of(int nx, int ny, int nz)
 TEST(cube_has_one_layer_of_every_size)
 {
     for (int n = 16; n <= 64; n *= 2) {
-        Lattice lattice = box_of(n, n, n);
+        SCOPED(lattice_destroy) Lattice lattice = box_of(n, n, n);
         for (int levels = 1; levels <= 3; levels++) {
             long expected = 0;
             for (int level = 0; level <= levels; level++) {
@@ -36,7 +36,6 @@ TEST(cube_has_one_layer_of_every_size)
             assert_int_equal(total_of(&lattice, 3, levels), expected);
         }
         expect_at_most((double)total_of(&lattice, 3, 3), 8.0 * n * n);
-        lattice_destroy(&lattice);
     }
 }
 
@@ -46,7 +45,7 @@ TEST(square_has_one_ring_of_every_size)
     static const long known[3] = {228, 480, 988}; // of an independent program
     for (int s = 0; s < 3; s++) {
         int n = 32 << s;
-        Lattice lattice = box_of(n, n, 1);
+        SCOPED(lattice_destroy) Lattice lattice = box_of(n, n, 1);
         long expected = 0;
         for (int level = 0; level <= VOXEL_LEVELS_MAX; level++) {
             long b = n >> level, inner = b > 2 ? b - 2 : 0;
@@ -55,7 +54,6 @@ TEST(square_has_one_ring_of_every_size)
         }
         assert_int_equal(expected, known[s]);
         assert_int_equal(total_of(&lattice, 2, VOXEL_LEVELS_MAX), expected);
-        lattice_destroy(&lattice);
     }
 }
 
@@ -100,14 +98,12 @@ TEST(without_levels_every_cell_counts)
 // A remainder is of one material: no cell beside another material joins it.
 TEST(materials_do_not_mix)
 {
-    Lattice lattice = box_of(16, 8, 1);
+    SCOPED(lattice_destroy) Lattice lattice = box_of(16, 8, 1);
     for (int j = 0; j < 8; j++)
         for (int i = 8; i < 16; i++)
             lattice.label[lattice_index(&lattice, i, j, 0)] = 2;
-    Lattice half = box_of(8, 8, 1);
+    SCOPED(lattice_destroy) Lattice half = box_of(8, 8, 1);
     assert_int_equal(total_of(&lattice, 2, 2), 2 * total_of(&half, 2, 2));
-    lattice_destroy(&lattice);
-    lattice_destroy(&half);
 }
 
 // A square of 6 x 6 with two void cells beside the middle block's opposite corners: two of its
@@ -115,12 +111,11 @@ TEST(materials_do_not_mix)
 // nine blocks two keep two cells and two keep one.
 TEST(what_meets_in_a_corner_is_no_element)
 {
-    Lattice lattice = box_of(6, 6, 1);
+    SCOPED(lattice_destroy) Lattice lattice = box_of(6, 6, 1);
     lattice.label[lattice_index(&lattice, 4, 2, 0)] = 0;
     lattice.label[lattice_index(&lattice, 1, 3, 0)] = 0;
     long count[2];
     layout_count_remainder(&lattice, 2, 1, count);
     assert_int_equal(count[1], 4);
     assert_int_equal(count[0], 34 - 2 * 2 - 2 * 1);
-    lattice_destroy(&lattice);
 }

@@ -206,8 +206,8 @@ TEST(without_a_skin_vertices_are_published)
                 world.v[i] = random_vec3(&random);
             }
             voxel_world_write(&world, world.x, world.v);
-            float(*x)[3] = calloc((size_t)mesh->node_count, sizeof *x);
-            float(*v)[3] = calloc((size_t)mesh->node_count, sizeof *v);
+            FREED float(*x)[3] = calloc((size_t)mesh->node_count, sizeof *x);
+            FREED float(*v)[3] = calloc((size_t)mesh->node_count, sizeof *v);
             assert_true(x != NULL && v != NULL);
             world.body->ops->snapshot(model, x[0], v[0]);
             for (int i = 0; i < mesh->node_count; i++) {
@@ -221,7 +221,5 @@ TEST(without_a_skin_vertices_are_published)
             FREED float *again = calloc(3 * (size_t)mesh->node_count, sizeof *again);
             world.body->ops->snapshot(model, again, NULL);
             assert_memory_equal(again, x, (size_t)mesh->node_count * sizeof *x);
-            free(x);
-            free(v);
         }
 }

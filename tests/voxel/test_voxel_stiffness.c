@@ -26,11 +26,7 @@ TEST(voxels_tell_what_a_slow_hand_feels)
         options.body.damping = 1.0;
         options.contact_stiffness = true;
         options.tool_count = 1;
-        options.tool[0] = (ToolOptions){.id = 1,
-                                        .kind = TOOL_PROBE,
-                                        .capsule_count = 1,
-                                        .capsule = {{.radius = radius}},
-                                        .max_force = 100.0};
+        options.tool[0] = (ToolOptions){PROBE(radius, 100.0)};
         SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         sim_set_lockstep(world.sim, true);

@@ -11,8 +11,8 @@ static void create_both(VoxelBench *bench, VoxelTextbook *textbook, double nu)
     options.poisson_ratio = nu;
     options.damping = 0.2;
     voxel_bench_box(bench, 5, 4, 3, 0.003, &options);
-    double(*place)[3] = calloc((size_t)bench->vertex_count, sizeof *place);
-    int(*corner)[8] = calloc((size_t)bench->element_count, sizeof *corner);
+    FREED double(*place)[3] = calloc((size_t)bench->vertex_count, sizeof *place);
+    FREED int(*corner)[8] = calloc((size_t)bench->element_count, sizeof *corner);
     assert_true(place != NULL && corner != NULL);
     for (int i = 0; i < bench->vertex_count; i++) {
         place[i][0] = bench->rest[i].x;
@@ -26,8 +26,6 @@ static void create_both(VoxelBench *bench, VoxelTextbook *textbook, double nu)
     voxel_textbook_create(textbook, bench->vertex_count, (const double(*)[3])place, NULL,
                           bench->element_count, (const int(*)[8])corner, bench->size,
                           options.youngs_modulus, nu, options.density, 0.2 * bench->critical_step);
-    free(place);
-    free(corner);
 }
 
 static Vec3 as_vec3(const double a[3])

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "voxel_bench.h"
+#include "scoped.h"
 
 #include "base/check.h"
 #include "random.h"
@@ -313,7 +314,7 @@ static void conjugate_gradients(const VoxelBench *bench, const bool *fixed, Vec3
 {
     int n = bench->vertex_count;
     Vec3 *p = allocate(n, sizeof *p), *product = allocate(n, sizeof *product);
-    Vec3 *z = allocate(n, sizeof *z);
+    FREED Vec3 *z = allocate(n, sizeof *z);
     double first = 0.0, rho = 0.0;
     memset(x, 0, (size_t)n * sizeof *x);
     for (int step = 0; step < 20 * n + 100; step++) {
@@ -336,20 +337,18 @@ static void conjugate_gradients(const VoxelBench *bench, const bool *fixed, Vec3
     }
     free(p);
     free(product);
-    free(z);
 }
 
 void voxel_bench_solve_linear(VoxelBench *bench, const bool *fixed, const double *load,
                               Vec3 *displacement)
 {
-    Vec3 *b = allocate(bench->vertex_count, sizeof *b);
+    FREED Vec3 *b = allocate(bench->vertex_count, sizeof *b);
     for (int i = 0; i < bench->element_count; i++)
         bench->last[i] = (Quat){1.0, 0.0, 0.0, 0.0};
     double *value = &b[0].x;
     for (int i = 0; i < 3 * bench->vertex_count; i++)
         value[i] = fixed[i] ? 0.0 : load[i];
     conjugate_gradients(bench, fixed, b, 1e-12, displacement);
-    free(b);
 }
 
 bool voxel_bench_solve(VoxelBench *bench, const bool *fixed, const double *load, double tolerance)

@@ -28,11 +28,7 @@ void voxel_press_create(VoxelPress *press, int n, int levels, Precision precisio
     options.body.body.contact_ratio = 4.0;
     options.body.body.friction = 0.0;
     options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_PROBE,
-                                    .capsule_count = 1,
-                                    .capsule = {{.radius = RADIUS}},
-                                    .max_force = 1e6};
+    options.tool[0] = (ToolOptions){PROBE(RADIUS, 1e6)};
     voxel_world_create(&press->world, &options);
     sim_set_lockstep(press->world.sim, true);
     const size_t count = (size_t)press->world.count;

@@ -50,14 +50,14 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were)
         put_blade(&bench, -0.07);
         sim_ticks(bench.sim, 3);
         assert_int_equal(sim_resets(bench.sim), 0);
-        Row *was = read_all(&bench);
+        FREED Row *was = read_all(&bench);
         const int count = bench.body->surface.node_count, topology = bench.body->mesh.topology;
         load_or_fail(bench.sim, &huge);
         put_blade(&bench, 0.02);
         sim_step(bench.sim);
         assert_int_equal(sim_resets(bench.sim), 1);
         assert_true(bench.body->mesh.topology > topology);
-        Row *is = read_all(&bench);
+        FREED Row *is = read_all(&bench);
         int born = 0;
         for (int i = 0; i < count; i++) {
             if (!is[i].on)
@@ -76,7 +76,5 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_nodes_are_where_they_were)
         bench_expect_sound(&bench);
         sim_ticks(bench.sim, 200);
         assert_int_equal(sim_resets(bench.sim), 1);
-        free(was);
-        free(is);
     }
 }

@@ -138,12 +138,7 @@ TEST(a_blade_through_moving_tissue_separates_it)
                   copies, most, slowest);
 }
 
-static const ToolOptions BALL = {.id = 1,
-                                 .kind = TOOL_PROBE,
-                                 .capsule_count = 1,
-                                 .capsule = {{.radius = 0.012}},
-                                 .max_force = 3.3,
-                                 .friction = -1.0};
+static const ToolOptions BALL = {PROBE(0.012, 3.3), .friction = -1.0};
 
 // A probe stays outside of a wall whose faces under it are cut, and is pushed by both lips.
 TEST(a_probe_presses_on_what_is_cut_under_it)

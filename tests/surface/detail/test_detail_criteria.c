@@ -353,11 +353,7 @@ TEST(a_new_load_refines_in_its_own_tick)
 
 TEST(a_tool_that_presses_refines_in_the_next_tick)
 {
-    const ToolOptions ball = {.id = 1,
-                              .kind = TOOL_PROBE,
-                              .capsule_count = 1,
-                              .capsule = {{.radius = 0.008}},
-                              .max_force = 5.0};
+    const ToolOptions ball = {PROBE(0.008, 5.0)};
     SurfaceOptions options = adapting(2, 0.005, NEVER, NEVER, 1e-9);
     SCOPED(bench_destroy) DetailBench bench;
     create_sheet(&bench, &options, &ball);
@@ -386,11 +382,7 @@ TEST(a_tool_that_presses_refines_in_the_next_tick)
 TEST(a_load_that_follows_a_change_asks_for_no_look_at_all_faces)
 {
     SurfaceOptions options = adapting(2, 0.005, NEVER, NEVER, 1e-9);
-    const ToolOptions ball = {.id = 1,
-                              .kind = TOOL_PROBE,
-                              .capsule_count = 1,
-                              .capsule = {{.radius = 0.008}},
-                              .max_force = 5.0};
+    const ToolOptions ball = {PROBE(0.008, 5.0)};
     const LoadOptions load = {// far below what refines, and far from the tool
                               .center = {0.05, 0.05, 0.0},
                               .radius = 0.03,

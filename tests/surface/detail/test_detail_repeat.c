@@ -10,11 +10,7 @@
 #include "random.h"
 #include "surface/surface.h"
 
-static const ToolOptions BALL = {.id = 1,
-                                 .kind = TOOL_PROBE,
-                                 .capsule_count = 1,
-                                 .capsule = {{.radius = 0.006}},
-                                 .max_force = 3.3};
+static const ToolOptions BALL = {PROBE(0.006, 3.3)};
 static const LoadOptions PRESS = {.center = {0.0, 0.0, -0.05},
                                   .radius = 0.02,
                                   .force = {0.0, 0.05, 0.3},

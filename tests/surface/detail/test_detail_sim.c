@@ -60,11 +60,7 @@ static const Scene SCENES[] = {
 };
 enum { SCENE_COUNT = sizeof SCENES / sizeof *SCENES };
 
-static const ToolOptions BALL = {.id = 1,
-                                 .kind = TOOL_PROBE,
-                                 .capsule_count = 1,
-                                 .capsule = {{.radius = 0.006}},
-                                 .max_force = 3.3};
+static const ToolOptions BALL = {PROBE(0.006, 3.3)};
 
 static SurfaceOptions adaptive(int levels)
 {

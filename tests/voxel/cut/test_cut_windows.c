@@ -245,7 +245,7 @@ TEST(rotations_go_along_with_elements_and_to_their_children)
     world_create(&world, 16, false, VOXEL_AFFINE, PRECISION_DOUBLE);
     const CutWindows *windows = &world.windows;
     const CutLattice *lattice = &world.lattice;
-    int *owner = allocate((size_t)lattice->element_count, sizeof *owner); // whose it has
+    FREED int *owner = allocate((size_t)lattice->element_count, sizeof *owner); // whose it has
     int inherited = 0;
     for (int e = 0; e < lattice->element_count; e++) {
         owner[e] = e;
@@ -280,7 +280,6 @@ TEST(rotations_go_along_with_elements_and_to_their_children)
     }
     assert_true(inherited > 100);
     assert_true(batch_runs_check(&windows->runs));
-    free(owner);
 }
 
 // --- forces ---
@@ -331,8 +330,8 @@ static void dense_forces(const World *world, Forces *f, double *energy)
     const CutLattice *lattice = &world->lattice;
     const int count = lattice->leaf_count;
     int(*vertex)[NODE_COUNT] = allocate((size_t)count, sizeof *vertex), k = 0;
-    int *element_class = allocate((size_t)count, sizeof *element_class);
-    ElementClass *classes = allocate((size_t)count, sizeof *classes);
+    FREED int *element_class = allocate((size_t)count, sizeof *element_class);
+    FREED ElementClass *classes = allocate((size_t)count, sizeof *classes);
     for (int e = 0; e < lattice->element_count; e++) {
         if (!cut_lattice_is_leaf(lattice, e))
             continue;
@@ -376,8 +375,6 @@ static void dense_forces(const World *world, Forces *f, double *energy)
     kernels->evaluate(&pass);
     *energy = kernels->energy(&pass);
     free(vertex);
-    free(element_class);
-    free(classes);
     free(last);
 }
 
@@ -464,7 +461,7 @@ TEST(halves_and_levels_and_threads_give_the_same_bits)
                 forces_destroy(&f);
             }
         // Together they are all, and neither half has more to do.
-        Forces whole = forces_create(&world);
+        SCOPED(forces_destroy) Forces whole = forces_create(&world);
         const VoxelPass pass = pass_of(&world, &whole);
         batch_runs_evaluate(&world.windows.runs, &pass, BATCHES_ALL);
         double worst = 0.0, largest = 0.0;
@@ -490,7 +487,6 @@ TEST(halves_and_levels_and_threads_give_the_same_bits)
                 half += runs->run[r].count;
             assert_int_equal(half, batch_runs_count(runs, kind) / 2);
         }
-        forces_destroy(&whole);
     }
     team_destroy(team);
 }

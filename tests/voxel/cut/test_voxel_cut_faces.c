@@ -200,7 +200,7 @@ TEST(random_cuts_leave_closed_surfaces)
                  (CutBenchOptions){.levels = run % 3,
                                    .split_budget = run % 2 ? 2 : 1000,
                                    .publish_all = run % 5 == 4});
-        int(*face)[2] = malloc(3 * (size_t)bench.cut.level_first[1] * sizeof *face);
+        FREED int(*face)[2] = malloc(3 * (size_t)bench.cut.level_first[1] * sizeof *face);
         for (int cut = 0; cut < 8; cut++) {
             const int known = bench.body.mesh.node_count;
             FREED int *ids = malloc((size_t)known * sizeof *ids);
@@ -217,7 +217,6 @@ TEST(random_cuts_leave_closed_surfaces)
         expect_sound(&bench);
         assert_int_equal(bench.body.surface.face_used,
                          bench.mesh.face_count + 4 * (int)bench.faces.broken_count);
-        free(face);
     }
 }
 
@@ -228,7 +227,7 @@ TEST(halves_of_a_box_are_spheres)
     for (int run = 0; run < EFFORT(30); run++) {
         SCOPED(cut_bench_destroy) CutBench bench;
         make_box(&bench, 8, 8, 8, (CutBenchOptions){.levels = 2});
-        int(*face)[2] = malloc(3 * (size_t)bench.cut.level_first[1] * sizeof *face);
+        FREED int(*face)[2] = malloc(3 * (size_t)bench.cut.level_first[1] * sizeof *face);
         const Vec3 middle = vec3_add(vec3(4.0, 4.0, 4.0), random_vec3(&seed));
         const int count = cut_sample_disc(&bench.cut, middle, random_vec3(&seed), 100.0, face);
         cut_bench_break(&bench, (const int(*)[2])face, count);
@@ -243,7 +242,6 @@ TEST(halves_of_a_box_are_spheres)
             euler[mesh->piece[mesh->triangle[t][0]]] -= t % 2;
         assert_int_equal(euler[0], 2);
         assert_int_equal(euler[1], 2);
-        free(face);
     }
 }
 
@@ -300,7 +298,7 @@ TEST(impossible_states_are_told)
 {
     SCOPED(cut_bench_destroy) CutBench bench;
     make_box(&bench, 6, 6, 6, (CutBenchOptions){.levels = 1});
-    int(*face)[2] = malloc(3 * (size_t)bench.cut.level_first[1] * sizeof *face);
+    FREED int(*face)[2] = malloc(3 * (size_t)bench.cut.level_first[1] * sizeof *face);
     uint64_t seed = 4;
     cut_bench_break(
         &bench, (const int(*)[2])face,
@@ -339,7 +337,6 @@ TEST(impossible_states_are_told)
     }
     print_message("%d of %d told\n", told, tries);
     assert_true(told > tries / 2);
-    free(face);
 }
 
 TEST(nodes_are_found_on_the_surface_only)

@@ -20,6 +20,11 @@ typedef struct Options {
     SurfaceField field;
 } Options;
 
+static void options_destroy(Options *options)
+{
+    surface_field_destroy(&options->field);
+}
+
 static void make_options(Options *options, double length)
 {
     options->world = voxel_world_cube(8);
@@ -51,13 +56,7 @@ static void make_options(Options *options, double length)
     body->body.levels = 0;
     body->body.integrator = INTEGRATOR_LEAPFROG;
     options->world.tool_count = 1;
-    options->world.tool[0] = (ToolOptions){.id = 1,
-                                           .kind = TOOL_PROBE,
-                                           .capsule_count = 1,
-                                           .capsule = {{.from = {-0.5 * length, 0.0, 0.0},
-                                                        .to = {0.5 * length, 0.0, 0.0},
-                                                        .radius = PROBE}},
-                                           .max_force = 3.0};
+    options->world.tool[0] = (ToolOptions){CAPSULE(length, PROBE, 3.0)};
 }
 
 static void hold_below(Options *options)
@@ -107,7 +106,7 @@ static double off_from_shown(const Body *body, Contact *contact)
 TEST(tools_feel_what_is_shown)
 {
     for (int k = 0; k < 2; k++) {
-        Options options;
+        SCOPED(options_destroy) Options options;
         make_options(&options, 0.0);
         if (k == 1)
             make_cuttable(&options);
@@ -121,7 +120,6 @@ TEST(tools_feel_what_is_shown)
         print_message("%s: %.3f N, off by %.2g m\n", k == 0 ? "plain" : "cuttable", force, off);
         assert_true(force > 0.01);
         expect_at_most(off, 3e-8); // floats of 0.06 m, a few of them added
-        surface_field_destroy(&options.field);
     }
 }
 
@@ -130,7 +128,7 @@ TEST(tools_feel_what_is_shown)
 TEST(forces_on_vertices_are_the_gradient)
 {
     for (int k = 0; k < 2; k++) {
-        Options options;
+        SCOPED(options_destroy) Options options;
         make_options(&options, k == 0 ? 0.0 : 0.02);
         if (k == 1)
             make_cuttable(&options);
@@ -192,7 +190,6 @@ TEST(forces_on_vertices_are_the_gradient)
         print_message("%s: off by %.2g at most in %d places\n", k == 0 ? "ball" : "capsule", worst,
                       tried);
         expect_at_least(tried, EFFORT(200) / 4); // capsules often start inside
-        surface_field_destroy(&options.field);
     }
 }
 
@@ -258,7 +255,7 @@ TEST(friction_is_a_share_of_the_push)
     const double friction = 0.2, half = 0.012, deep = 0.003;
     double along[2] = {0.0}, push[2] = {0.0};
     for (int k = 0; k < 2; k++) {
-        Options options;
+        SCOPED(options_destroy) Options options;
         make_options(&options, 0.0);
         hold_below(&options);
         options.world.body.body.friction = k * friction;
@@ -277,7 +274,6 @@ TEST(friction_is_a_share_of_the_push)
             along[k] -= force.x;
             push[k] += force.z;
         }
-        surface_field_destroy(&options.field);
     }
     const double more = along[1] / push[1] - along[0] / push[0];
     print_message("friction %.4f of the push\n", more);
@@ -288,7 +284,7 @@ TEST(friction_is_a_share_of_the_push)
 // where they are shown. Contact on the faces of cells changed by 14 % there.
 TEST(a_cut_beside_a_tool_is_no_jump)
 {
-    Options options;
+    SCOPED(options_destroy) Options options;
     make_options(&options, 0.0);
     hold_below(&options);
     options.world.body.damping = 2.0;
@@ -305,7 +301,6 @@ TEST(a_cut_beside_a_tool_is_no_jump)
     assert_true(before > 0.02);
     // What changes at once is how stiff the faces beside the cut are, by their areas at rest.
     expect_near(after, before, 0.02 * before);
-    surface_field_destroy(&options.field);
 }
 
 // Cut where it is pressed: nodes begin to fade with an offset of zero, and those of walls have
@@ -313,7 +308,7 @@ TEST(a_cut_beside_a_tool_is_no_jump)
 // have its own number among the touched ones; else it takes that of an earlier tick.
 TEST(what_carries_a_pushed_node_is_touched)
 {
-    Options options;
+    SCOPED(options_destroy) Options options;
     make_options(&options, 0.0);
     hold_below(&options);
     SCOPED(cut_world_destroy) CutWorld world;
@@ -340,7 +335,6 @@ TEST(what_carries_a_pushed_node_is_touched)
                   (long long)wrong);
     assert_true(carried > 10000);
     assert_int_equal(wrong, 0);
-    surface_field_destroy(&options.field);
 }
 
 // A ball whose vertices are all fixed pushes a tool that leaves it, and never pulls; and one whose
@@ -349,7 +343,7 @@ TEST(what_is_fixed_only_pushes)
 {
     static const FixedRegion all = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, 1.0}};
-    Options options;
+    SCOPED(options_destroy) Options options;
     make_options(&options, 0.0);
     options.world.body.body.fixed = &all;
     options.world.body.body.fixed_count = 1;
@@ -372,7 +366,6 @@ TEST(what_is_fixed_only_pushes)
     expect_at_least(most, 2.99);
     expect_at_least(least, -1e-6 * most);
     expect_at_most(sunk, 0.5 * PROBE); // measured: 0.22
-    surface_field_destroy(&options.field);
 }
 
 // Finds the velocities to which contact alone brings the touched carriers from `v` in a substep,
@@ -419,7 +412,7 @@ static double together(const Contact *contact, const Vec3 *a, const Vec3 *b)
 // contact. A step that is not leaves vertices trembling under a tool that is held deep.
 TEST(the_step_is_that_of_a_contact)
 {
-    Options options;
+    SCOPED(options_destroy) Options options;
     make_options(&options, 0.02);
     hold_below(&options);
     SCOPED(voxel_world_destroy) VoxelWorld world;
@@ -462,14 +455,13 @@ TEST(the_step_is_that_of_a_contact)
     // Velocities of 1 m/s, rounded, times steps of up to 3.
     expect_at_most(off, 1e-12);
     expect_at_most(askew, 1e-12);
-    surface_field_destroy(&options.field);
 }
 
 // Without memory for what nodes follow from, these are where their vertices are, and no more is
 // written than there is memory for.
 TEST(without_room_nodes_are_at_their_vertices)
 {
-    Options options;
+    SCOPED(options_destroy) Options options;
     make_options(&options, 0.0);
     SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options.world);
@@ -492,5 +484,4 @@ TEST(without_room_nodes_are_at_their_vertices)
         }
     }
     assert_true(alone > contact->local_count / 2);
-    surface_field_destroy(&options.field);
 }

@@ -298,19 +298,17 @@ static unsigned char *derived_block(const CutLattice *cut, size_t *size)
 static void check_derived(CutLattice *cut)
 {
     size_t size, again_size;
-    unsigned char *block = derived_block(cut, &size);
+    FREED unsigned char *block = derived_block(cut, &size);
     assert_true(cut_lattice_derive(cut));
-    unsigned char *again = derived_block(cut, &again_size);
+    FREED unsigned char *again = derived_block(cut, &again_size);
     assert_int_equal(size, again_size);
     assert_memory_equal(block, again, size);
-    free(block);
-    free(again);
 }
 
 static void cut_at_random(CutSample *sample, int steps, uint64_t *seed)
 {
     CutLattice *cut = &sample->cut;
-    int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
+    FREED int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
     Follower follower = follower_create(cut);
     check_all(sample);
     for (int step = 0; step < steps; step++) {
@@ -335,7 +333,6 @@ static void cut_at_random(CutSample *sample, int steps, uint64_t *seed)
         cut_lattice_forget_changes(cut);
     }
     free(follower.node);
-    free(face);
 }
 
 TEST(random_cuts_keep_what_follows_from_the_bits)
@@ -389,7 +386,7 @@ TEST(what_does_not_fit_changes_nothing)
         layout_destroy(&plain.layout);
         cut_sample_create(&sample, lattice, 2, start + random_below(&seed, 500), 1000);
         CutLattice *cut = &sample.cut;
-        int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
+        FREED int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
         for (int step = 0; step < 8; step++) {
             const int count = cut_sample_random(cut, &seed, face);
             if (cut_lattice_has_room(cut, count))
@@ -402,19 +399,16 @@ TEST(what_does_not_fit_changes_nothing)
             check_all(&sample);
             if (cut->wanted_count > 0) {
                 size_t size, again_size;
-                unsigned char *before = whole_block(&sample, &size);
+                FREED unsigned char *before = whole_block(&sample, &size);
                 assert_int_equal(cut_lattice_reconstruct(cut), 0);
-                unsigned char *after = whole_block(&sample, &again_size);
+                FREED unsigned char *after = whole_block(&sample, &again_size);
                 assert_int_equal(size, again_size);
                 assert_memory_equal(before, after, size);
-                free(before);
-                free(after);
                 refused++;
             }
             check_derived(cut);
             cut_lattice_forget_changes(cut);
         }
-        free(face);
     }
     assert_true(refused > 0 && faces_refused > 0);
 }
@@ -439,7 +433,7 @@ TEST(budget_bounds_the_calls_until_all_is_divided)
         SCOPED(cut_sample_drop) CutSample sample;
         cut_sample_create(&sample, sample_box(32, 32, 32), 2, 0, budgets[b]);
         CutLattice *cut = &sample.cut;
-        int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
+        FREED int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
         int divisions = 0, calls = 0;
         for (int row = 0; row < 16; row++) { // half way through, a row a call
             for (int k = 0; k < 32; k++) {
@@ -462,7 +456,6 @@ TEST(budget_bounds_the_calls_until_all_is_divided)
             divisions_of_all = divisions;
         assert_int_equal(divisions, divisions_of_all); // the same elements in the end
         check_all(&sample);
-        free(face);
     }
 }
 
@@ -471,14 +464,13 @@ TEST(budget_bounds_the_calls_until_all_is_divided)
 static void go_on(CutSample *sample, uint64_t seed, int steps)
 {
     CutLattice *cut = &sample->cut;
-    int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
+    FREED int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
     for (int step = 0; step < steps; step++) {
         const int count = cut_sample_random(cut, &seed, face);
         cut_lattice_break(cut, (const int(*)[2])face, count);
         cut_lattice_reconstruct(cut);
         cut_lattice_forget_changes(cut);
     }
-    free(face);
 }
 
 TEST(state_that_was_brought_back_goes_on_alike)
