@@ -2,6 +2,7 @@
 // Table 1 and Fig. 11 in space: what a step costs an element, by process, for a cube with a ball
 // pressed into it. plane_cost.c does the same for the paper's disc.
 #include "voxel_accuracy.h"
+#include "sim_steps.h"
 
 #include "base/check.h"
 #include "base/clock.h"
@@ -53,15 +54,13 @@ static void create_world(VoxelWorld *world, const Version *version)
     options.body.law = version->law;
     options.body.damping = BETA; // while it is pressed; see evaluate
     options.body.body.precision = version->precision;
-    options.body.body.fixed_count = 1;
-    options.body.body.fixed = &BOTTOM;
+    fix_within(&options.body.body, &BOTTOM);
     options.rate_hz = 500.0;
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_PROBE,
-                                    .capsule_count = 1,
-                                    .capsule = {{.radius = RADIUS}},
-                                    .max_force = 100.0};
+    options.tool[options.tool_count++] = (ToolOptions){.id = 1,
+                                                       .kind = TOOL_PROBE,
+                                                       .capsule_count = 1,
+                                                       .capsule = {{.radius = RADIUS}},
+                                                       .max_force = 100.0};
     voxel_world_create(world, &options);
     sim_set_lockstep(world->sim, true);
     long ticks = 100; // 0.2 s

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Figs 6, 8 and 9: the plane case is torn by a rigid circle, and its elements are made anew.
 #include "voxel_accuracy.h"
+#include "sim_steps.h"
 
 #include "plane_world.h"
 #include "scoped.h"
@@ -114,13 +115,11 @@ static void tear_disc(const Experiment *experiment)
     PlaneWorldOptions options = plane_world_disc(16);
     const double radius = 0.004;
     const FixedRegion held = {.kind = FIXED_SPHERE, .center = {0.0, 0.03, 0.0}, .radius = 0.014};
-    options.body.body.fixed = &held;
-    options.body.body.fixed_count = 1;
+    fix_within(&options.body.body, &held);
     options.body.body.cuttable = true;
     options.body.law = PLANE_MIYAZAKI2004;
     options.body.tear_force = 3e-3;
-    options.tool_count = 1;
-    options.tool[0] =
+    options.tool[options.tool_count++] =
         (ToolOptions){.id = 1,
                       .kind = TOOL_PROBE,
                       .capsule_count = 1,

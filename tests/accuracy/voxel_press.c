@@ -2,6 +2,7 @@
 // Fig. 3: a ball pressed into a cube, graded against full: shapes in the middle plane, the surface,
 // the tool's force, the time of a step, and how many steps a frame of 1/30 s holds.
 #include "voxel_accuracy.h"
+#include "sim_steps.h"
 
 #include "base/check.h"
 #include "base/clock.h"
@@ -47,8 +48,7 @@ static VoxelWorldOptions press_options(const PressModel *model, Precision precis
     VoxelWorldOptions options = voxel_world_cube(model->n);
     options.body.body.levels = model->levels;
     options.body.body.precision = precision;
-    options.body.body.fixed_count = 1;
-    options.body.body.fixed = &BOTTOM;
+    fix_within(&options.body.body, &BOTTOM);
     if (firm) {
         double stiffer = 40.0 * 32.0 / model->n;
         options.body.body.contact_ratio *= stiffer;
@@ -56,12 +56,11 @@ static VoxelWorldOptions press_options(const PressModel *model, Precision precis
         options.body.body.friction = 0.0; // what is left at rest does not depend on the way there
     }
     options.rate_hz = 500.0;
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_PROBE,
-                                    .capsule_count = 1,
-                                    .capsule = {{.radius = RADIUS}},
-                                    .max_force = 100.0}; // does not give way
+    options.tool[options.tool_count++] = (ToolOptions){.id = 1,
+                                                       .kind = TOOL_PROBE,
+                                                       .capsule_count = 1,
+                                                       .capsule = {{.radius = RADIUS}},
+                                                       .max_force = 100.0}; // does not give way
     return options;
 }
 

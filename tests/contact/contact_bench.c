@@ -42,8 +42,7 @@ BenchOptions bench_with_tool(TriMesh mesh, ToolOptions tool)
 {
     BenchOptions options = bench_options();
     options.mesh = mesh;
-    options.tool_count = 1;
-    options.tool[0] = tool;
+    options.tool[options.tool_count++] = tool;
     return options;
 }
 
@@ -257,12 +256,8 @@ void bench_read(Bench *bench)
     bench->body->ops->read_state(bench->body->model, NULL, bench->x, bench->v);
 }
 
-void bench_momentum(const Bench *bench, Vec3 *linear, Vec3 *angular)
+Momentum bench_momentum(Bench *bench)
 {
-    *linear = *angular = (Vec3){0.0, 0.0, 0.0};
-    for (int i = 0; i < bench->mesh.node_count; i++) {
-        double mass = bench->body->surface.node_mass[i];
-        *linear = vec3_madd(*linear, mass, bench->v[i]);
-        *angular = vec3_madd(*angular, mass, vec3_cross(bench->x[i], bench->v[i]));
-    }
+    bench_read(bench);
+    return momentum_of(bench->mesh.node_count, bench->body->surface.node_mass, bench->x, bench->v);
 }

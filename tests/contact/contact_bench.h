@@ -8,6 +8,7 @@
 #include "sim/contact/contact_data.h"
 #include "sim/sim_data.h"
 #include "geometry/mesh.h"
+#include "sim_steps.h"
 #include "surface/surface.h"
 
 #define BENCH_RADIUS 0.05 // of the spheres [m]
@@ -87,7 +88,7 @@ void bench_travel(Bench *bench, int tool, Vec3 from, Vec3 to, double speed);
 
 // x and v of now.
 void bench_read(Bench *bench);
-// Sums over the nodes, about the origin, of x and v as read.
-void bench_momentum(const Bench *bench, Vec3 *linear, Vec3 *angular);
+// Reads x and v, and sums up.
+Momentum bench_momentum(Bench *bench);
 
 #endif

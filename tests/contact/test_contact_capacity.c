@@ -7,11 +7,8 @@
 // All nodes of a body as near to each other as `share` of their places, held there.
 static void create_shrunk(Bench *bench, double share)
 {
-    BenchOptions options = bench_options();
-    options.mesh = bench_ico_sphere(4);
+    BenchOptions options = bench_with_tool(bench_ico_sphere(4), bench_ball(0.003));
     options.fixing = BENCH_FROZEN;
-    options.tool_count = 1;
-    options.tool[0] = bench_ball(0.003);
     options.tool[0].max_force = 1e6; // does not step back: what is refused shows in the force
     FREED Vec3 *shrunk = calloc((size_t)options.mesh.node_count, sizeof *shrunk);
     for (int i = 0; i < options.mesh.node_count; i++)
@@ -61,11 +58,9 @@ TEST(a_deep_press_fits)
 {
     for (int shape = 0; shape < 2; shape++) {
         SCOPED(bench_destroy) Bench bench;
-        BenchOptions options = bench_options();
-        options.mesh = bench_ico_sphere(4);
+        BenchOptions options = bench_with_tool(
+            bench_ico_sphere(4), shape == 0 ? bench_ball(0.005) : bench_capsule(0.04, 0.004));
         options.fixing = BENCH_SEATED;
-        options.tool_count = 1;
-        options.tool[0] = shape == 0 ? bench_ball(0.005) : bench_capsule(0.04, 0.004);
         bench_create(&bench, &options);
         assert_true(bench.sim->contact[0]->face_capacity < bench.body->surface.face_count);
         for (int i = 0; i < 300; i++) // 0.3 m/s through both walls
@@ -77,10 +72,7 @@ TEST(a_deep_press_fits)
 TEST(faces_are_found_by_their_rank)
 {
     SCOPED(bench_destroy) Bench bench;
-    BenchOptions options = bench_options();
-    options.mesh = bench_ico_sphere(3);
-    options.tool_count = 1;
-    options.tool[0] = bench_ball(0.01);
+    BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_ball(0.01));
     bench_create(&bench, &options);
     bench_touch(&bench, 0, vec3(0.0, 0.0, 0.055));
     const Contact *contact = bench.sim->contact[0];

@@ -183,13 +183,11 @@ typedef struct Scene {
 
 static void make_scene(Scene *scene, uint64_t *random, double half_length, double friction)
 {
-    BenchOptions options = bench_options();
-    options.mesh = bench_sheet(0.008, 8);
+    BenchOptions options =
+        bench_with_tool(bench_sheet(0.008, 8), bench_capsule(2.0 * half_length, 0.005));
     options.fixing = BENCH_FROZEN;
     options.contact_damping = friction > 0.0 ? 2e-4 : 0.0;
     options.friction = friction;
-    options.tool_count = 1;
-    options.tool[0] = bench_capsule(2.0 * half_length, 0.005);
     options.tool[0].max_force = 1e3; // the proxy stays at the pose
     scene->crumpled = calloc((size_t)options.mesh.node_count, sizeof(Vec3));
     scene->touch.x = calloc((size_t)options.mesh.node_count, sizeof(Point));
@@ -292,11 +290,8 @@ TEST(forces_on_tool_and_nodes_cancel)
 // that of the nearest face, friction lies within its cone.
 TEST(wrench_describes_the_touch)
 {
-    BenchOptions options = bench_options();
-    options.mesh = bench_sheet(0.008, 8);
+    BenchOptions options = bench_with_tool(bench_sheet(0.008, 8), bench_ball(0.005));
     options.fixing = BENCH_FROZEN;
-    options.tool_count = 1;
-    options.tool[0] = bench_ball(0.005);
     SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     Vec3 center = bench_face_center(&bench.mesh, bench_face_near(&bench.mesh, vec3(0, 0, 0)));
@@ -329,15 +324,13 @@ typedef struct PressCase {
 static double press_and_hold(const PressCase *press, IntegratorKind integrator, double ratio,
                              double h, double *largest)
 {
-    BenchOptions options = bench_options();
-    options.mesh =
-        press->subdivisions < 0 ? bench_uv_sphere() : bench_ico_sphere(press->subdivisions);
+    BenchOptions options = bench_with_tool(
+        press->subdivisions < 0 ? bench_uv_sphere() : bench_ico_sphere(press->subdivisions),
+        bench_ball(press->radius));
     options.integrator = integrator;
     options.contact_ratio = ratio;
     options.rate_hz = 1.0 / h;
     options.time_step = h;
-    options.tool_count = 1;
-    options.tool[0] = bench_ball(press->radius);
     SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     assert_int_equal(bench.body->substeps, 1);
@@ -357,13 +350,11 @@ static double press_and_hold(const PressCase *press, IntegratorKind integrator, 
 // The step bound of the server is 0.9 of the theory's, which is what is tried here.
 static double theoretical_step(const PressCase *press, IntegratorKind integrator, double ratio)
 {
-    BenchOptions options = bench_options();
-    options.mesh =
-        press->subdivisions < 0 ? bench_uv_sphere() : bench_ico_sphere(press->subdivisions);
+    BenchOptions options = bench_with_tool(
+        press->subdivisions < 0 ? bench_uv_sphere() : bench_ico_sphere(press->subdivisions),
+        bench_ball(press->radius));
     options.integrator = integrator;
     options.contact_ratio = ratio;
-    options.tool_count = 1;
-    options.tool[0] = bench_ball(press->radius);
     SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     double step = bench.body->time_step_limit / 0.9;

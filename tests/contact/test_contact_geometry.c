@@ -14,12 +14,9 @@ static const double DEEP = 1e-3; // [m]
 
 static void make_sheet(Bench *bench, double edge, int cells, ToolOptions tool)
 {
-    BenchOptions options = bench_options();
-    options.mesh = bench_sheet(edge, cells);
+    BenchOptions options = bench_with_tool(bench_sheet(edge, cells), tool);
     options.fixing = BENCH_FROZEN;
     options.contact_damping = options.friction = 0.0; // only what has an energy
-    options.tool_count = 1;
-    options.tool[0] = tool;
     bench_create(bench, &options);
     bench->body->contact_kappa = KAPPA;
 }
@@ -218,10 +215,8 @@ TEST(candidates_are_all_faces_within_reach)
 {
     uint64_t random = 22;
     for (int mesh = 0; mesh < 3; mesh++) {
-        BenchOptions options = bench_options();
-        options.mesh = mesh == 0 ? bench_uv_sphere() : bench_ico_sphere(mesh + 1);
-        options.tool_count = 1;
-        options.tool[0] = bench_capsule(0.05, 0.006);
+        BenchOptions options = bench_with_tool(
+            mesh == 0 ? bench_uv_sphere() : bench_ico_sphere(mesh + 1), bench_capsule(0.05, 0.006));
         SCOPED(bench_destroy) Bench bench;
         bench_create(&bench, &options);
         Contact *contact = bench.sim->contact[0];
@@ -251,12 +246,9 @@ TEST(candidates_are_all_faces_within_reach)
 TEST(candidates_reach_as_far_as_the_proxy_may_go)
 {
     uint64_t random = 23;
-    BenchOptions options = bench_options();
-    options.mesh = bench_ico_sphere(3);
+    BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_capsule(0.05, 0.003));
     options.fixing = BENCH_FREE;
     options.rate_hz = 100.0; // many substeps, long ways
-    options.tool_count = 1;
-    options.tool[0] = bench_capsule(0.05, 0.003);
     SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     Contact *contact = bench.sim->contact[0];

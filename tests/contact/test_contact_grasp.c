@@ -136,18 +136,6 @@ TEST(step_bound_counts_the_grip)
 // ---------------------------------------------------------------------------------------------
 // Momentum
 
-typedef struct Momentum {
-    Vec3 linear, angular;
-} Momentum;
-
-static Momentum momentum_of(Bench *bench)
-{
-    Momentum m;
-    bench_read(bench);
-    bench_momentum(bench, &m.linear, &m.angular);
-    return m;
-}
-
 // A free body is swung by jaws that move and turn: what it gains in a tick is what the tool loses.
 // Errors as shares of the largest impulse of a tick.
 static void swing(int subdivisions, double radius, bool want_points, double max_force,
@@ -167,7 +155,7 @@ static void swing(int subdivisions, double radius, bool want_points, double max_
     bool points;
     assert_true(held(&bench, &points) > 0);
     assert_int_equal(points, want_points);
-    Momentum before = momentum_of(&bench);
+    Momentum before = bench_momentum(&bench);
     double tick = sim_tick(bench.sim), most = 0.0, most_angular = 0.0;
     *linear = *angular = 0.0;
     for (int i = 0; i < 400; i++) {
@@ -179,7 +167,7 @@ static void swing(int subdivisions, double radius, bool want_points, double max_
         Vec3 impulse = vec3_scale(tick, wrench->force);
         Vec3 moment =
             vec3_scale(tick, vec3_add(wrench->torque, vec3_cross(wrench->position, wrench->force)));
-        Momentum now = momentum_of(&bench);
+        Momentum now = bench_momentum(&bench);
         most = fmax(most, vec3_length(impulse));
         most_angular = fmax(most_angular, vec3_length(moment));
         Vec3 rest = vec3_add(vec3_sub(now.linear, before.linear), impulse);

@@ -7,22 +7,9 @@
 #include "random.h"
 #include "surface_state.h"
 
-typedef struct Momentum {
-    Vec3 linear, angular;
-} Momentum;
-
-static Momentum momentum_of(Bench *bench)
+static Momentum read_momentum(void *bench)
 {
-    Momentum m;
-    bench_read(bench);
-    bench_momentum(bench, &m.linear, &m.angular);
-    return m;
-}
-
-static void read_momentum(void *bench, Vec3 *linear, Vec3 *angular)
-{
-    bench_read(bench);
-    bench_momentum(bench, linear, angular);
+    return bench_momentum(bench);
 }
 
 // Shares of the largest impulse and moment of a tick that may be lost. Round-off alone: the body's
@@ -133,14 +120,14 @@ TEST(two_tools_share_a_body)
     bench_create(&bench, &options);
     // Through two opposite nodes: a squeeze that nothing pushes aside.
     Vec3 out = vec3_unit(bench.mesh.position[bench_node_towards(&bench.mesh, vec3(0, 0, 1))]);
-    Momentum before = momentum_of(&bench);
+    Momentum before = bench_momentum(&bench);
     for (int i = 0; i <= 1500; i++) {
         double way = fmin(i * 4e-5, 0.008);
         bench_move(&bench, 0, vec3_scale(BENCH_RADIUS + 0.006 - way, out));
         bench_move(&bench, 1, vec3_scale(-(BENCH_RADIUS + 0.004 - way), out));
         sim_step(bench.sim);
         Vec3 both = vec3_add(sim_wrench(bench.sim, 0)->force, sim_wrench(bench.sim, 1)->force);
-        Momentum now = momentum_of(&bench);
+        Momentum now = bench_momentum(&bench);
         Vec3 rest = vec3_madd(vec3_sub(now.linear, before.linear), sim_tick(bench.sim), both);
         expect_near(vec3_length(rest), 0.0, 1e-12 * 1e-3); // of about 1 N for a tick
         before = now;
@@ -171,7 +158,7 @@ TEST(wrench_sums_over_bodies)
                     quat_from_rotation(vec3(0.1 * sin(15.0 * t), 0.2 * sin(11.0 * t), t)));
         sim_step(bench.sim);
         const ToolWrench *wrench = sim_wrench(bench.sim, 0);
-        Momentum now = momentum_of(&bench);
+        Momentum now = bench_momentum(&bench);
         surface_read_state(twin, x, v);
         for (int n = 0; n < 162; n++) {
             double mass = twin->surface.node_mass[n];

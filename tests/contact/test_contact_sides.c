@@ -65,10 +65,7 @@ static Trial run_trial(int mesh, uint64_t seed, double length)
     Trial trial;
     Way way;
     choose(&trial, &way, seed, length);
-    BenchOptions options = bench_options();
-    options.mesh = make_mesh(mesh);
-    options.tool_count = 1;
-    options.tool[0] = bench_capsule(length, trial.radius);
+    BenchOptions options = bench_with_tool(make_mesh(mesh), bench_capsule(length, trial.radius));
     SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     double end = trial.depth + 0.002, step = trial.speed * sim_tick(bench.sim);
@@ -131,10 +128,7 @@ TEST(capsules_seldom_leak_and_never_when_slow)
 // side was mistaken.
 TEST(tool_is_never_pulled_in_over_a_fold)
 {
-    BenchOptions options = bench_options();
-    options.mesh = bench_ico_sphere(3);
-    options.tool_count = 1;
-    options.tool[0] = bench_ball(0.008);
+    BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_ball(0.008));
     SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);
     for (int i = 0; i < 3000; i++) {

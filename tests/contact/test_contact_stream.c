@@ -72,11 +72,8 @@ static void send_pose(Bench *bench, const Stream *stream, const Wire *wire, int 
 
 static Felt run_stream(const Stream *stream)
 {
-    BenchOptions options = bench_options();
-    options.mesh = bench_ico_sphere(3);
+    BenchOptions options = bench_with_tool(bench_ico_sphere(3), bench_ball(0.005));
     options.contact_ratio = 1.0;
-    options.tool_count = 1;
-    options.tool[0] = bench_ball(0.005);
     options.contact_stiffness = stream->stiffness == TOLD;
     SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, &options);

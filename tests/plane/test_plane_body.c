@@ -122,8 +122,7 @@ TEST(turned_sheet_moves_alike)
             options.body.body.gravity = quat_rotate(turn, gravity);
             held.center = quat_rotate(turn, held.center);
         }
-        options.body.body.fixed_count = 1;
-        options.body.body.fixed = &held;
+        fix_within(&options.body.body, &held);
         plane_world_create(&world[k], &options);
         plane_world_run(&world[k], 0.3);
     }
@@ -213,15 +212,14 @@ static void make_pressed(PlaneWorld *world, PlaneLaw law, Precision precision, d
     PlaneWorldOptions options = plane_world_disc(16);
     options.body.law = law;
     options.body.body.precision = precision;
-    options.body.body.fixed_count = 1;
-    options.body.body.fixed = &held;
+    fix_within(&options.body.body, &held);
     options.body.body.friction = 0.3;
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_PROBE,
-                                    .capsule_count = 1,
-                                    .capsule = {{{0, 0, -half}, {0, 0, half}, 0.01}},
-                                    .max_force = 3.3};
+    options.tool[options.tool_count++] =
+        (ToolOptions){.id = 1,
+                      .kind = TOOL_PROBE,
+                      .capsule_count = 1,
+                      .capsule = {{{0, 0, -half}, {0, 0, half}, 0.01}},
+                      .max_force = 3.3};
     plane_world_create(world, &options);
 }
 
@@ -284,10 +282,8 @@ TEST(a_disc_meets_the_section_of_a_ball)
         options.lattice.origin = vec3(-0.05, -0.05, -0.5 * options.lattice.size);
         options.body.body.levels = 2;
         options.body.body.friction = 0.2;
-        options.body.body.fixed = &below;
-        options.body.body.fixed_count = 1;
-        options.tool_count = 1;
-        options.tool[0] = (ToolOptions){PROBE(0.008, 50.0)};
+        fix_within(&options.body.body, &below);
+        options.tool[options.tool_count++] = (ToolOptions){PROBE(0.008, 50.0)};
         SCOPED(plane_world_destroy) PlaneWorld world;
         plane_world_create(&world, &options);
         enum { TICKS = 130 }; // 13 mm at 0.1 m/s
@@ -327,8 +323,7 @@ TEST(upright_stick_pushes_as_a_ball_of_its_section)
 TEST(pressed_free_sheet_takes_what_the_tool_gives)
 {
     PlaneWorldOptions options = plane_world_disc(12);
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){PROBE(0.008, 3.3)};
+    options.tool[options.tool_count++] = (ToolOptions){PROBE(0.008, 3.3)};
     SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
     Vec3 p, l, impulse = {0, 0, 0};
@@ -453,8 +448,7 @@ TEST(what_is_no_plane_is_refused)
             options.lattice.turn = quat_from_rotation(vec3(0.1, 0.0, 0.0));
             word = "tilted";
         } else if (k == 2) {
-            options.body.body.fixed_count = 1;
-            options.body.body.fixed = &region;
+            fix_within(&options.body.body, &region);
             word = "node 0";
         } else if (k == 3) {
             options.body.body.integrator = INTEGRATOR_RK4;

@@ -268,11 +268,11 @@ TEST(a_stroke_of_a_blade_severs_what_it_passes_through_and_no_more)
 {
     for (int half = 0; half < 2; half++) {
         PlaneWorldOptions options = cuttable_disc(16);
-        options.tool_count = 1;
-        options.tool[0] = (ToolOptions){.id = 1,
-                                        .kind = TOOL_BLADE,
-                                        .edge = {{0.0, 0.0, -0.02}, {0.0, 0.0, 0.02}},
-                                        .max_force = 3.3};
+        options.tool[options.tool_count++] =
+            (ToolOptions){.id = 1,
+                          .kind = TOOL_BLADE,
+                          .edge = {{0.0, 0.0, -0.02}, {0.0, 0.0, 0.02}},
+                          .max_force = 3.3};
         SCOPED(plane_world_destroy) PlaneWorld world;
         plane_world_create(&world, &options);
         for (int v = 0; v < world.model->vertices.count; v++) { // moving tissue
@@ -354,12 +354,10 @@ TEST(a_strong_push_tears_and_a_weak_one_does_not)
     for (int strong = 0; strong < 2; strong++) {
         PlaneWorldOptions options = cuttable_disc(16);
         FixedRegion held = {.kind = FIXED_SPHERE, .center = {0.0, 0.032, 0.0}, .radius = 0.012};
-        options.body.body.fixed = &held;
-        options.body.body.fixed_count = 1;
+        fix_within(&options.body.body, &held);
         options.body.law = PLANE_MIYAZAKI2004;
         options.body.tear_force = 2e-3;
-        options.tool_count = 1;
-        options.tool[0] =
+        options.tool[options.tool_count++] =
             (ToolOptions){.id = 1,
                           .kind = TOOL_PROBE,
                           .capsule_count = 1,

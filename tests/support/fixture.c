@@ -183,6 +183,12 @@ void fixture_expect_refusal(const FixtureOptions *options, const char *says)
         fail_msg("'%s' is not in: %s", says, status.text);
 }
 
+Momentum fixture_momentum(const Fixture *fixture)
+{
+    return momentum_of(fixture->mesh.node_count, fixture->body->surface.node_mass, fixture->x,
+                       fixture->v);
+}
+
 bool fixture_is_finite(const Fixture *fixture)
 {
     for (int i = 0; i < fixture->mesh.node_count; i++)

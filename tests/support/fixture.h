@@ -5,6 +5,7 @@
 
 #include "sim/sim.h"
 #include "reference.h"
+#include "sim_steps.h"
 #include "surface/model.h"
 #include "surface/surface.h"
 
@@ -76,6 +77,8 @@ void fixture_create_sphere(Fixture *fixture, const FixtureOptions *options);
 void fixture_expect_refusal(const FixtureOptions *options, const char *says);
 // Takes every node of it for 10 ms; 0.3 N along x.
 extern const LoadOptions fixture_everywhere;
+// Of x and v as read.
+Momentum fixture_momentum(const Fixture *fixture);
 // Whether all numbers that fixture_read gave are finite.
 bool fixture_is_finite(const Fixture *fixture);
 

@@ -38,15 +38,10 @@ void law_expect_gradient(const LawBody *body, const Vec3 *x, uint64_t *random)
     expect_at_most(vec3_length(moment), 1e-12 * body->length * size);
 }
 
-static void sum_up(const LawBody *body, Vec3 *linear, Vec3 *angular)
+static Momentum read_momentum(const LawBody *body)
 {
     body->read(body->of);
-    *linear = *angular = vec3(0.0, 0.0, 0.0);
-    for (int i = 0; i < body->count; i++) {
-        const Vec3 p = vec3_scale(body->mass[i], body->v[i]);
-        *linear = vec3_add(*linear, p);
-        *angular = vec3_add(*angular, vec3_cross(body->x[i], p));
-    }
+    return momentum_of(body->count, body->mass, body->x, body->v);
 }
 
 void law_expect_momentum(const LawBody *body, int ticks, Precision precision, double angular,
@@ -54,14 +49,12 @@ void law_expect_momentum(const LawBody *body, int ticks, Precision precision, do
 {
     const bool single = precision == PRECISION_SINGLE;
     const double before = energy_of(body->body);
-    Vec3 linear[2], turn[2];
-    sum_up(body, &linear[0], &turn[0]);
-    for (int tick = 0; tick < ticks; tick++)
-        sim_step(body->sim);
-    sum_up(body, &linear[1], &turn[1]);
-    const double scale = vec3_length(turn[0]), now = energy_of(body->body),
-                 p = vec3_length(vec3_sub(linear[1], linear[0])) * body->length / scale,
-                 l = vec3_length(vec3_sub(turn[1], turn[0])) / scale;
+    const Momentum first = read_momentum(body);
+    sim_ticks(body->sim, ticks);
+    const Momentum last = read_momentum(body);
+    const double scale = vec3_length(first.angular), now = energy_of(body->body),
+                 p = vec3_length(vec3_sub(last.linear, first.linear)) * body->length / scale,
+                 l = vec3_length(vec3_sub(last.angular, first.angular)) / scale;
     print_message("%s, %s: momentum off by %.2g, angular by %.2g, %.3f of the energy left\n",
                   body->name, single ? "single" : "double", p, l, now / before);
     // Rounding; in single precision of each kick.

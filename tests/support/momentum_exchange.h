@@ -4,7 +4,7 @@
 #ifndef PLIANT_TESTS_MOMENTUM_EXCHANGE_H
 #define PLIANT_TESTS_MOMENTUM_EXCHANGE_H
 
-#include "sim/sim.h"
+#include "sim_steps.h"
 
 typedef struct MomentumExchange {
     double impulse, moment;         // the largest of a tick [N s, N m s], about the origin
@@ -12,7 +12,7 @@ typedef struct MomentumExchange {
 } MomentumExchange;
 
 // The momentum of the body at the end of a tick, about the origin.
-typedef void (*ReadMomentum)(void *world, Vec3 *linear, Vec3 *angular);
+typedef Momentum (*ReadMomentum)(void *world);
 
 // Moves tool 0 for so many ticks: down from z = 0.058 by `depth` [m] and back, at `rate` [rad/s].
 static inline MomentumExchange exchange_momentum(Sim *sim, int ticks, double depth, double rate,
@@ -20,8 +20,7 @@ static inline MomentumExchange exchange_momentum(Sim *sim, int ticks, double dep
 {
     MomentumExchange sum = {0.0, 0.0, 0.0, 0.0};
     const double tick = sim_tick(sim);
-    Vec3 linear, angular, last_linear, last_angular;
-    read(world, &last_linear, &last_angular);
+    Momentum last = read(world);
     for (int i = 0; i < ticks; i++) {
         const double t = i * tick;
         const ToolPose pose = {
@@ -34,15 +33,14 @@ static inline MomentumExchange exchange_momentum(Sim *sim, int ticks, double dep
         const Vec3 impulse = vec3_scale(tick, wrench->force);
         const Vec3 moment =
             vec3_scale(tick, vec3_add(wrench->torque, vec3_cross(wrench->position, wrench->force)));
-        read(world, &linear, &angular);
-        const Vec3 lost = vec3_add(vec3_sub(linear, last_linear), impulse);
-        const Vec3 turn = vec3_add(vec3_sub(angular, last_angular), moment);
+        const Momentum now = read(world);
+        const Vec3 lost = vec3_add(vec3_sub(now.linear, last.linear), impulse);
+        const Vec3 turn = vec3_add(vec3_sub(now.angular, last.angular), moment);
         sum.impulse = fmax(sum.impulse, vec3_length(impulse));
         sum.moment = fmax(sum.moment, vec3_length(moment));
         sum.impulse_lost = fmax(sum.impulse_lost, vec3_length(lost));
         sum.turn_lost = fmax(sum.turn_lost, vec3_length(turn));
-        last_linear = linear;
-        last_angular = angular;
+        last = now;
     }
     return sum;
 }

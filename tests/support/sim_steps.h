@@ -16,6 +16,12 @@
     .capsule = {{{-0.5 * (length), 0.0, 0.0}, {0.5 * (length), 0.0, 0.0}, (radius_m)}},            \
     .max_force = (force)
 
+static inline void fix_within(BodyOptions *body, const FixedRegion *region)
+{
+    body->fixed = region;
+    body->fixed_count = 1;
+}
+
 static inline void sim_ticks(Sim *sim, long count)
 {
     for (long i = 0; i < count; i++)
@@ -63,6 +69,21 @@ static inline double energy_of(const Body *body)
 {
     const BodyMeasure now = measure_of(body);
     return now.kinetic + now.elastic;
+}
+
+typedef struct Momentum {
+    Vec3 linear, angular; // about the origin
+} Momentum;
+
+static inline Momentum momentum_of(int count, const double *mass, const Vec3 *x, const Vec3 *v)
+{
+    Momentum sum = {0};
+    for (int i = 0; i < count; i++) {
+        const Vec3 p = vec3_scale(mass[i], v[i]);
+        sum.linear = vec3_add(sum.linear, p);
+        sum.angular = vec3_add(sum.angular, vec3_cross(x[i], p));
+    }
+    return sum;
 }
 
 // Returns a copy, to be freed.

@@ -2,6 +2,7 @@
 // Walls that bend: plates against plate theory, a cylinder against that of shells, and whether
 // finer levels come closer to one another.
 #include "test.h"
+#include "sim_steps.h"
 #include "fixture.h"
 
 // A wall that bends and hardly stretches, so that nothing hides the hinges.
@@ -62,8 +63,8 @@ static double deflection(IntegratorKind integrator, int level, double pressure, 
     FixtureOptions options = hinged(80.0);
     options.integrator = integrator;
     options.levels = options.start_level = level;
-    options.fixed_count = 1;
     options.fixed = &fixed;
+    options.fixed_count = 1;
     options.gravity = vec3(0.0, 0.0, pressure / options.material.areal_density);
     // Drag of the lowest mode's critical damping: at rest within half a second.
     double height = SIDE * sqrt(0.75), area = 0.5 * SIDE * height;

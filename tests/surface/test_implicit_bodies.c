@@ -14,22 +14,6 @@
 
 // --- momentum ---
 
-typedef struct Momentum {
-    Vec3 linear, angular; // about the origin
-} Momentum;
-
-static Momentum momentum_of(const Fixture *fixture)
-{
-    const SurfaceModel *model = fixture->body->model;
-    Momentum sum = {0};
-    for (int i = 0; i < fixture->mesh.node_count; i++) {
-        Vec3 p = vec3_scale(model->mass[i], fixture->v[i]);
-        sum.linear = vec3_add(sum.linear, p);
-        sum.angular = vec3_add(sum.angular, vec3_cross(fixture->x[i], p));
-    }
-    return sum;
-}
-
 // A sphere that flies, spins at 10 rad/s and is shaken.
 static void create_flying(Fixture *fixture, FixtureOptions *options)
 {
@@ -69,9 +53,9 @@ TEST(free_body_keeps_its_momentum)
         SCOPED(fixture_destroy) Fixture fixture;
         create_flying(&fixture, &options);
         fixture_read(&fixture);
-        const Momentum start = momentum_of(&fixture);
+        const Momentum start = fixture_momentum(&fixture);
         fixture_run(&fixture, EFFORT(1000));
-        const Momentum end = momentum_of(&fixture);
+        const Momentum end = fixture_momentum(&fixture);
         const double linear = vec3_length(vec3_sub(end.linear, start.linear)) /
                               vec3_length(start.linear),
                      angular = vec3_length(vec3_sub(end.angular, start.angular)) /
@@ -101,7 +85,7 @@ TEST(load_gives_its_impulse)
         SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         fixture_run(&fixture, 50);
-        const Vec3 p = momentum_of(&fixture).linear;
+        const Vec3 p = fixture_momentum(&fixture).linear;
         expect_near(p.x, 0.05 * 0.1, 1e-13); // rounding
         expect_near(p.y, 0.0, 1e-13);
         expect_near(p.z, 0.05 * (-0.2 - 114e-3), 1e-13);
@@ -120,9 +104,9 @@ TEST(node_damping_slows_a_free_body_by_the_theta_method)
     SCOPED(fixture_destroy) Fixture fixture;
     create_flying(&fixture, &options);
     fixture_read(&fixture);
-    const Vec3 start = momentum_of(&fixture).linear;
+    const Vec3 start = fixture_momentum(&fixture).linear;
     fixture_run(&fixture, 10);
-    const Vec3 end = momentum_of(&fixture).linear;
+    const Vec3 end = fixture_momentum(&fixture).linear;
     // v' = v - h c v / (1 + theta h c), h c = 1e-3 * 1e-4 / 1e-6.
     const double left = pow(1.0 - 0.1 / (1.0 + 0.55 * 0.1), 10);
     expect_at_most(vec3_length(vec3_sub(end, vec3_scale(left, start))), 1e-12 * vec3_length(start));

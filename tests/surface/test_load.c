@@ -110,8 +110,8 @@ TEST(load_on_held_nodes_alone_is_refused)
 {
     const FixedRegion top = {.kind = FIXED_BOX, .low = {-1.0, -1.0, 0.02}, .high = {1.0, 1.0, 1.0}};
     FixtureOptions options = fixture_loadable();
-    options.fixed_count = 1;
     options.fixed = &top;
+    options.fixed_count = 1;
     SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     LoadOptions load = fixture_everywhere;

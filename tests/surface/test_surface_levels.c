@@ -190,8 +190,7 @@ TEST(midpoints_are_held_between_held_nodes)
     // The lower border of the sheet; then no midpoint off it.
     const FixedRegion border = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, -0.0799, 1.0}};
-    ruled.options.body.fixed_count = 1;
-    ruled.options.body.fixed = &border;
+    fix_within(&ruled.options.body, &border);
     const Levels *levels = &ruled.levels;
     int nodes = levels->level[LEVELS].node_count;
     FREED bool *fixed = calloc((size_t)nodes, sizeof *fixed);

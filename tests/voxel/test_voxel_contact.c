@@ -27,8 +27,7 @@ static VoxelWorldOptions held(VoxelWorldOptions options)
 {
     static const FixedRegion below = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0499}};
-    options.body.body.fixed = &below;
-    options.body.body.fixed_count = 1;
+    fix_within(&options.body.body, &below);
     return options;
 }
 
@@ -173,10 +172,12 @@ TEST(held_vertices_bear_what_the_tool_feels)
     }
 }
 
-static void read_momentum(void *world, Vec3 *linear, Vec3 *angular)
+static Momentum read_momentum(void *world)
 {
+    Momentum sum;
     voxel_world_read(world);
-    voxel_world_momentum(world, linear, angular);
+    voxel_world_momentum(world, &sum.linear, &sum.angular);
+    return sum;
 }
 
 TEST(body_and_tool_exchange_momentum_exactly)
@@ -275,8 +276,7 @@ TEST(a_plate_of_one_cell_holds_a_thick_tool)
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {-0.0499, 1.0, 1.0}};
     for (int k = 0; k < 4; k++) {
         VoxelWorldOptions options = voxel_world_block(16, 16, 1, 0.00625);
-        options.body.body.fixed = &rim;
-        options.body.body.fixed_count = 1;
+        fix_within(&options.body.body, &rim);
         options = with_tool(options, make_tool(k % 2 == 0 ? 0.0 : 0.03, 0.010));
         SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);

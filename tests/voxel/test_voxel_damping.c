@@ -92,8 +92,7 @@ static void make_beam(VoxelWorld *world, const Beam *beam)
     const int n = beam->n;
     VoxelWorldOptions options = voxel_world_block(4 * n, n, n, WIDTH / n);
     options.material = (SolidMaterial){1e5, beam->poisson_ratio, 1000.0};
-    options.body.body.fixed = &end;
-    options.body.body.fixed_count = 1;
+    fix_within(&options.body.body, &end);
     options.body.body.levels = beam->levels;
     options.body.body.precision = beam->precision;
     options.body.body.cuttable = beam->cuttable;

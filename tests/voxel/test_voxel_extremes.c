@@ -22,8 +22,7 @@ TEST(a_body_held_everywhere_stays)
     static const FixedRegion all = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, 1}};
     for (int precision = 0; precision < PRECISION_COUNT; precision++) {
         VoxelWorldOptions options = box(6, 6, 6, 1, (Precision)precision);
-        options.body.body.fixed = &all;
-        options.body.body.fixed_count = 1;
+        fix_within(&options.body.body, &all);
         options.body.body.gravity = vec3(0.0, 0.0, -9.81);
         SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
@@ -83,8 +82,7 @@ TEST(cells_that_touch_in_a_corner_do_not_know_of_each_other)
         // The lower one is held at its low corner.
         const FixedRegion low = {
             .kind = FIXED_SPHERE, .center = {-0.01, -0.01, -0.01}, .radius = 1e-3};
-        options.body.body.fixed = &low;
-        options.body.body.fixed_count = 1;
+        fix_within(&options.body.body, &low);
         SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         assert_int_equal(world.count, 16);
@@ -121,8 +119,7 @@ TEST(more_levels_than_fit_change_nothing)
         VoxelWorldOptions options = box(20, 20, 3, k == 0 ? 0 : 5, PRECISION_SINGLE);
         options.body.body.gravity = vec3(0.0, 0.0, -9.81);
         const FixedRegion end = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {-0.09, 1, 1}};
-        options.body.body.fixed = &end;
-        options.body.body.fixed_count = 1;
+        fix_within(&options.body.body, &end);
         SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         assert_int_equal(world.body->element_count, 20 * 20 * 3);
@@ -144,8 +141,7 @@ TEST(a_slab_with_many_levels_sags_as_one_without)
         options.material.youngs_modulus = 1e6;
         options.rate_hz = 200.0;
         const FixedRegion end = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {-0.199, 1, 1}};
-        options.body.body.fixed = &end;
-        options.body.body.fixed_count = 1;
+        fix_within(&options.body.body, &end);
         SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         voxel_world_run(&world, 0.025); // on its way down
@@ -195,8 +191,7 @@ TEST(loads_beyond_reason_are_survived)
         for (size_t k = 0; k < sizeof forces / sizeof *forces; k++) {
             VoxelWorldOptions options = box(8, 8, 8, 2, (Precision)precision);
             const FixedRegion end = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, -0.03}};
-            options.body.body.fixed = &end;
-            options.body.body.fixed_count = 1;
+            fix_within(&options.body.body, &end);
             options.body.damping = 2.0; // its slow swing ends within the test
             SCOPED(voxel_world_destroy) VoxelWorld world;
             SCOPED(voxel_reference_destroy) VoxelReference reference;

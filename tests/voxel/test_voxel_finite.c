@@ -199,11 +199,9 @@ static void press_cube(int depths, double force[DEPTHS])
     options.body.body.levels = 2;
     options.material.poisson_ratio = POISSON;
     options.body.body.precision = PRECISION_SINGLE;
-    options.body.body.fixed = &bottom;
-    options.body.body.fixed_count = 1;
+    fix_within(&options.body.body, &bottom);
     options.body.body.friction = 0.0;
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){PROBE(RADIUS, 100.0)}; // does not give way
+    options.tool[options.tool_count++] = (ToolOptions){PROBE(RADIUS, 100.0)}; // does not give way
     SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     sim_set_lockstep(world.sim, true);

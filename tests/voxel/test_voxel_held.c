@@ -31,8 +31,7 @@ static void create_with(VoxelWorld *world, const Press *press, double length, do
     options.body.body.levels = 2;
     options.body.body.precision = press->precision;
     options.body.body.integrator = INTEGRATOR_LEAPFROG;
-    options.body.body.fixed = &bottom;
-    options.body.body.fixed_count = 1;
+    fix_within(&options.body.body, &bottom);
     options.body.body.friction = press->friction;
     options.body.body.contact_ratio = press->ratio;
     for (options.tool_count = 0; options.tool_count < 2; options.tool_count++)
@@ -169,12 +168,10 @@ TEST(shallow_presses_follow_hertz)
     options.rate_hz = 500.0;
     options.body.damping = 5.0;
     options.body.body.precision = PRECISION_SINGLE;
-    options.body.body.fixed = &bottom;
-    options.body.body.fixed_count = 1;
+    fix_within(&options.body.body, &bottom);
     options.body.body.friction = 0.0;
     options.body.body.contact_ratio = 0.5;
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){PROBE(radius, 10.0)};
+    options.tool[options.tool_count++] = (ToolOptions){PROBE(radius, 10.0)};
     SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options);
     sim_set_lockstep(world.sim, true);

@@ -18,12 +18,10 @@ static void create_wall(VoxelWorld *world, int cells, double length, double radi
     static const FixedRegion all = {.kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, 1}};
     VoxelWorldOptions options = voxel_world_cube(cells);
     options.body.body.levels = 0;
-    options.body.body.fixed = &all;
-    options.body.body.fixed_count = 1;
+    fix_within(&options.body.body, &all);
     options.body.body.friction = 0.0;
     options.body.body.contact_damping = 0.0;
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){CAPSULE(length, radius, 1e6)};
+    options.tool[options.tool_count++] = (ToolOptions){CAPSULE(length, radius, 1e6)};
     voxel_world_create(world, &options);
     sim_set_lockstep(world->sim, true);
 }

@@ -33,8 +33,7 @@ static void create(VoxelWorld *world, const Motion *motion, Precision precision)
         .center = vec3_madd(motion->at, -0.06, quat_rotate(motion->turn, vec3(0.0, 0.0, 1.0))),
         .radius = 0.03};
     if (motion->held) {
-        options.body.body.fixed = &end;
-        options.body.body.fixed_count = 1;
+        fix_within(&options.body.body, &end);
         options.body.body.gravity = vec3(1.0, 2.0, -9.81);
     }
     voxel_world_create(world, &options);

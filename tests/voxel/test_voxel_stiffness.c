@@ -20,13 +20,11 @@ TEST(voxels_tell_what_a_slow_hand_feels)
         options.body.body.levels = k % 4 < 2 ? 0 : 2;
         if (k >= 4) // where the press has stiffened it, to 2.5 times as much
             options.body.stiffening = (Stiffening){0.1, 10.0};
-        options.body.body.fixed = &bottom;
-        options.body.body.fixed_count = 1;
+        fix_within(&options.body.body, &bottom);
         options.body.body.friction = 0.0;
         options.body.damping = 1.0;
         options.contact_stiffness = true;
-        options.tool_count = 1;
-        options.tool[0] = (ToolOptions){PROBE(radius, 100.0)};
+        options.tool[options.tool_count++] = (ToolOptions){PROBE(radius, 100.0)};
         SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
         sim_set_lockstep(world.sim, true);

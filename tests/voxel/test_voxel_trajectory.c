@@ -52,8 +52,7 @@ static void expect_same_motion(const char *what, Scene *scene)
     SCOPED(voxel_reference_destroy) VoxelReference reference;
     FixedRegion region = lowest(&scene->options.lattice);
     if (scene->held) {
-        scene->options.body.body.fixed = &region;
-        scene->options.body.body.fixed_count = 1;
+        fix_within(&scene->options.body.body, &region);
     }
     voxel_world_create(&world, &scene->options);
     voxel_reference_create(&reference, &scene->options.body);

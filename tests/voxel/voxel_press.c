@@ -19,16 +19,14 @@ void voxel_press_create(VoxelPress *press, int n, int levels, Precision precisio
     options.body.body.levels = levels;
     options.body.body.precision = precision;
     options.body.body.isa = isa;
-    options.body.body.fixed = &bottom;
-    options.body.body.fixed_count = 1;
+    fix_within(&options.body.body, &bottom);
     // Only the end matters: ten times the usual damping, so that it comes to rest within a second;
     // contact eight times as firm, so that the ball sinks into the surface by no more than 1.2 mm;
     // no friction.
     options.body.damping = 2.0;
     options.body.body.contact_ratio = 4.0;
     options.body.body.friction = 0.0;
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){PROBE(RADIUS, 1e6)};
+    options.tool[options.tool_count++] = (ToolOptions){PROBE(RADIUS, 1e6)};
     voxel_world_create(&press->world, &options);
     sim_set_lockstep(press->world.sim, true);
     const size_t count = (size_t)press->world.count;

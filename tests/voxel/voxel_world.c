@@ -2,6 +2,7 @@
 #include "voxel_world.h"
 
 #include "random.h"
+#include "sim_steps.h"
 
 #include "base/check.h"
 #include "voxel/model.h"
@@ -167,12 +168,9 @@ void voxel_world_throw(VoxelWorld *world)
 
 void voxel_world_momentum(const VoxelWorld *world, Vec3 *linear, Vec3 *angular)
 {
-    *linear = *angular = (Vec3){0.0, 0.0, 0.0};
-    for (int i = 0; i < world->count; i++) {
-        Vec3 p = vec3_scale(world->mass[i], world->v[i]);
-        *linear = vec3_add(*linear, p);
-        *angular = vec3_add(*angular, vec3_cross(world->x[i], p));
-    }
+    const Momentum sum = momentum_of(world->count, world->mass, world->x, world->v);
+    *linear = sum.linear;
+    *angular = sum.angular;
 }
 
 bool voxel_world_is_outside(const VoxelWorld *world, Vec3 point)

@@ -27,8 +27,7 @@ static void create(DetailBench *bench, const Pull *pull)
     options.shape.wanted = false;
     options.material.node_damping = 0.5; // near critical: no waves
     options.tear_stretch = 0.5;
-    options.body.fixed = &HELD;
-    options.body.fixed_count = 1;
+    fix_within(&options.body, &HELD);
     bench_create_on(bench, BENCH_CUTTABLE, fixture_sheet, &options, NULL, &LOAD);
     if (pull->notch <= 0.0)
         return;

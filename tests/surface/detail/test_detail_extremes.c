@@ -295,8 +295,7 @@ TEST(a_body_that_cannot_move_does_not)
         SurfaceOptions options = adaptive(2);
         options.shape = frame == 2 ? (SurfaceShape){.wanted = false} : options.shape;
         options.shape.frame = frame == 1 ? SHAPE_BODY : SHAPE_WORLD;
-        options.body.fixed_count = 1;
-        options.body.fixed = &all;
+        fix_within(&options.body, &all);
         options.body.gravity.z = -9.81;
         const ToolOptions tool = ball(TOOL_PROBE, 0.006, 3.3);
         SCOPED(bench_destroy) DetailBench bench;

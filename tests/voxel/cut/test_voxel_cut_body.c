@@ -177,8 +177,7 @@ TEST(copies_and_middles_in_a_fixed_region_are_fixed)
         VoxelWorldOptions options = voxel_world_cube(16);
         FixedRegion region = {
             .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, top[k]}};
-        options.body.body.fixed = &region;
-        options.body.body.fixed_count = 1;
+        fix_within(&options.body.body, &region);
         SCOPED(cut_world_destroy) CutWorld world;
         cut_world_create(&world, &options);
         const int before = world.model->vertices.count;

@@ -31,11 +31,10 @@ static void make_world(CutWorld *world, int kind, bool single)
         options.body.material_count = 0;
     options.body.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
     options.body.split_budget = 4;
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_BLADE,
-                                    .edge = {{0.0, 0.0, -0.4}, {0.0, 0.0, 0.4}},
-                                    .max_force = 10.0};
+    options.tool[options.tool_count++] = (ToolOptions){.id = 1,
+                                                       .kind = TOOL_BLADE,
+                                                       .edge = {{0.0, 0.0, -0.4}, {0.0, 0.0, 0.4}},
+                                                       .max_force = 10.0};
     cut_world_create(world, &options);
 }
 

@@ -55,16 +55,14 @@ static void make_options(Options *options, double length)
     body->tick = 1e-3;
     body->body.levels = 0;
     body->body.integrator = INTEGRATOR_LEAPFROG;
-    options->world.tool_count = 1;
-    options->world.tool[0] = (ToolOptions){CAPSULE(length, PROBE, 3.0)};
+    options->world.tool[options->world.tool_count++] = (ToolOptions){CAPSULE(length, PROBE, 3.0)};
 }
 
 static void hold_below(Options *options)
 {
     static const FixedRegion below = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.03}};
-    options->world.body.body.fixed = &below;
-    options->world.body.body.fixed_count = 1;
+    fix_within(&options->world.body.body, &below);
 }
 
 static void make_cuttable(Options *options)
@@ -193,17 +191,18 @@ TEST(forces_on_vertices_are_the_gradient)
     }
 }
 
-static void read_momentum(void *world, Vec3 *linear, Vec3 *angular)
+static Momentum read_momentum(void *world)
 {
+    Momentum sum;
     voxel_world_read(world);
-    voxel_world_momentum(world, linear, angular);
+    voxel_world_momentum(world, &sum.linear, &sum.angular);
+    return sum;
 }
 
-static void read_cut_momentum(void *world, Vec3 *linear, Vec3 *angular)
+static Momentum read_cut_momentum(void *world)
 {
     const WorldMomentum sum = cut_world_momentum(world);
-    *linear = sum.linear;
-    *angular = sum.angular;
+    return (Momentum){sum.linear, sum.angular};
 }
 
 // From x = `from` [m] inwards.
@@ -345,8 +344,7 @@ TEST(what_is_fixed_only_pushes)
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, 1.0}};
     SCOPED(options_destroy) Options options;
     make_options(&options, 0.0);
-    options.world.body.body.fixed = &all;
-    options.world.body.body.fixed_count = 1;
+    fix_within(&options.world.body.body, &all);
     SCOPED(voxel_world_destroy) VoxelWorld world;
     voxel_world_create(&world, &options.world);
     const double deep = 0.018, reach = RADIUS + PROBE;

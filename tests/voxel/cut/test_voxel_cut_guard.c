@@ -26,11 +26,11 @@ TEST(a_cut_in_a_bad_tick_stays_and_its_vertices_are_where_they_were)
         SCOPED(cut_world_destroy) CutWorld world;
         VoxelWorldOptions options = voxel_world_cube(6);
         options.body.body.precision = (Precision)precision;
-        options.tool_count = 1;
-        options.tool[0] = (ToolOptions){.id = 1,
-                                        .kind = TOOL_BLADE,
-                                        .edge = {{0.0, 0.0, -0.4}, {0.0, 0.0, 0.4}},
-                                        .max_force = 10.0};
+        options.tool[options.tool_count++] =
+            (ToolOptions){.id = 1,
+                          .kind = TOOL_BLADE,
+                          .edge = {{0.0, 0.0, -0.4}, {0.0, 0.0, 0.4}},
+                          .max_force = 10.0};
         cut_world_create(&world, &options);
         uint64_t seed = 5;
         cut_world_shake(&world, 0.05, &seed);

@@ -131,11 +131,10 @@ static void make_world(CutWorld *world, int kind, bool single)
     options.body.body.levels = 1 + kind % 2;
     options.body.split_budget = 1 + kind % 5;
     options.body.body.precision = single ? PRECISION_SINGLE : PRECISION_DOUBLE;
-    options.tool_count = 1;
-    options.tool[0] = (ToolOptions){.id = 1,
-                                    .kind = TOOL_BLADE,
-                                    .edge = {{-1.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
-                                    .max_force = 10.0};
+    options.tool[options.tool_count++] = (ToolOptions){.id = 1,
+                                                       .kind = TOOL_BLADE,
+                                                       .edge = {{-1.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
+                                                       .max_force = 10.0};
     cut_world_create(world, &options);
 }
 
