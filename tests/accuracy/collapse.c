@@ -35,7 +35,7 @@ void collapse_and_recovery(const Experiment *experiment)
 {
     static const double frequencies[] = {0.0, 10.0, 20.0, 50.0};
     static const double measured[][2] = {{2.2, 0.96}, {0.39, 0.34}, {0.018, 0.20}, {0.0, 0.0}};
-    FILE *out = experiment_open(experiment, "fig8.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "fig8.tsv");
     fprintf(out, "shape springs [rad/s]\tforce [N]\tlargest displacement when released / R\t"
                  "rms left after 2 s / R\tprototype\n");
     for (int w = 0; w < 4; w++)
@@ -50,5 +50,4 @@ void collapse_and_recovery(const Experiment *experiment)
             fprintf(out, "%g\t%g\t%.2f\t%.2g\t%.2g\n", frequencies[w], force, pressed, left,
                     measured[w][f]);
         }
-    fclose(out);
 }

@@ -138,7 +138,7 @@ static void write_rows(FILE *out, const char *label, const Sums sums[MODEL_COUNT
 
 static void write_curves(const Experiment *experiment, const char *name, const Trace *trace)
 {
-    FILE *out = experiment_open(experiment, name);
+    CLOSED FILE *out = experiment_open(experiment, name);
     fprintf(out, "time [s]; then [mm]");
     for (int m = 0; m < MODEL_COUNT; m++)
         fprintf(out, "\t%s", MODELS[m]->name);
@@ -148,7 +148,6 @@ static void write_curves(const Experiment *experiment, const char *name, const T
             fprintf(out, "\t%.4f", 1e3 * trace[m].displacement[i]);
     }
     fputc('\n', out);
-    fclose(out);
 }
 
 // Against the continuum's own solution on a finer mesh than any of them.
@@ -175,7 +174,7 @@ void curvature_thresholds(const Experiment *experiment)
 {
     static const double curvatures[] = {0.2, 0.4, 0.8, 1.6};
     static Trace refined, adaptive;
-    FILE *out = experiment_open(experiment, "thresholds.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "thresholds.tsv");
     fprintf(out, "case\tcurvature [rad]\tnodes, most\tsaved [%%]\tadaptive differs [%%]\n");
     for (int c = 0; c < CASE_COUNT && !CASES[c].force_alone; c++)
         for (int k = 0; k < 4; k++) {
@@ -199,7 +198,6 @@ void curvature_thresholds(const Experiment *experiment)
             fprintf(out, "%s\t%g\t%d\t%.0f\t%.1f (%.1f)\n", CASES[c].name, curvatures[k], nodes,
                     100.0 * (1.0 - cpu[1] / cpu[0]), 100.0 * mean, 100.0 * worst);
         }
-    fclose(out);
 }
 
 // The other reading of the paper: shape springs that every node has alike, whatever its level. By
@@ -207,7 +205,7 @@ void curvature_thresholds(const Experiment *experiment)
 // them.
 void constant_shape_springs(const Experiment *experiment)
 {
-    FILE *out = experiment_open(experiment, "constant.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "constant.tsv");
     fprintf(out,
             "case\tmodel\tdisplacement when released, shape springs by mass [mm]\tconstant per "
             "node [mm]\tagainst coarse [%%]\n");
@@ -237,15 +235,14 @@ void constant_shape_springs(const Experiment *experiment)
                     1e3 * by_mass.displacement[released], 1e3 * u, 100.0 * (u / coarse - 1.0));
         }
     }
-    fclose(out);
 }
 
 void cost_and_curves(const Experiment *experiment)
 {
     static Trace trace[MODEL_COUNT];
     const int repeats = experiment->repeats < REPEATS_MOST ? experiment->repeats : REPEATS_MOST;
-    FILE *table = experiment_open(experiment, "table1.tsv");
-    FILE *errors = experiment_open(experiment, "errors.tsv");
+    CLOSED FILE *table = experiment_open(experiment, "table1.tsv");
+    CLOSED FILE *errors = experiment_open(experiment, "errors.tsv");
     fprintf(table, "case\trule\tintegrator\tlevel\tnodes\tsprings\tcoarse [ms]\trefined [ms]\t"
                    "adaptive [ms]\tsaved [%%]\tsaved, medians [%%]\t"
                    "coarse differs [%%]\tadaptive differs [%%]\n");
@@ -277,6 +274,4 @@ void cost_and_curves(const Experiment *experiment)
                          integrator_name(integrator));
                 write_rows(table, label, sums);
             }
-    fclose(errors);
-    fclose(table);
 }

@@ -70,7 +70,7 @@ static void swing(const Scene *scene, bool circle, double away, FILE *out)
 
 void damping_of_shape_springs(const Experiment *experiment)
 {
-    FILE *out = experiment_open(experiment, "eq10.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "eq10.tsv");
     fprintf(out, "motion\tdamped\tenergy left after 0.1 s [%%]\t0.5 s [%%]\t2 s [%%]\n");
     for (int f = 0; f < 2; f++) {
         SCOPED(scene_destroy) Scene scene;
@@ -83,5 +83,4 @@ void damping_of_shape_springs(const Experiment *experiment)
         run_read(experiment->scenes, "collapse", &scene);
         swing(&scene, circle == 1, 0.01, out);
     }
-    fclose(out);
 }

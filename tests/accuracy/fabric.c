@@ -28,7 +28,7 @@ static double at_end(const Trace *trace)
 void coarse_against_refined(const Experiment *experiment)
 {
     static Trace trace[2][MODEL_COUNT];
-    FILE *table = experiment_open(experiment, "fig10.tsv");
+    CLOSED FILE *table = experiment_open(experiment, "fig10.tsv");
     fprintf(table, "sheet\trule\tmodel\tdisplacement after 1 s [mm]\tagainst coarse [%%]\t"
                    "curve difference to coarse [%%]\n");
     for (int w = 0; w < WAY_COUNT; w++) {
@@ -55,7 +55,7 @@ void coarse_against_refined(const Experiment *experiment)
         }
         char name[32];
         snprintf(name, sizeof name, "fig10-%d.dat", w);
-        FILE *curves = experiment_open(experiment, name);
+        CLOSED FILE *curves = experiment_open(experiment, name);
         fprintf(curves, "time [s]; then by choi2005 and continuum [mm]: coarse, refined 1, refined "
                         "2, adaptive 1, adaptive 2\n");
         for (int i = 0; i < trace[0][0].count; i++) {
@@ -65,7 +65,5 @@ void coarse_against_refined(const Experiment *experiment)
                         1e3 * trace[k / MODEL_COUNT][k % MODEL_COUNT].displacement[i]);
             fputc('\n', curves);
         }
-        fclose(curves);
     }
-    fclose(table);
 }

@@ -110,7 +110,7 @@ static double worst_patch(World *world)
 
 static void mass_drift(const Experiment *experiment)
 {
-    FILE *out = experiment_open(experiment, "mass.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "mass.tsv");
     fprintf(out, "mesh\trule\tone ring to level 1 [%%]\tto level 2 [%%]\tto level 3 [%%]\t"
                  "patches of 10 to 75 %% of the nodes [%%]\n");
     for (int m = 0; m < 3; m++)
@@ -125,12 +125,11 @@ static void mass_drift(const Experiment *experiment)
             fprintf(out, "\t%.2g\n", 100.0 * worst_patch(&world));
             close_world(&scene, &world);
         }
-    fclose(out);
 }
 
 static void counts(const Experiment *experiment)
 {
-    FILE *out = experiment_open(experiment, "counts.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "counts.tsv");
     fprintf(out,
             "mesh\trule\tcoarse\tlevel 1\tlevel 2\tpatch around two neighbours of valence 6\n");
     for (int m = 0; m < 2; m++)
@@ -155,7 +154,6 @@ static void counts(const Experiment *experiment)
                     patch_body(&world)->spring_count - springs);
             close_world(&scene, &world);
         }
-    fclose(out);
 }
 
 void masses_and_counts(const Experiment *experiment)

@@ -256,7 +256,7 @@ static FILE *open_table(const char *folder, const char *name)
 
 static void write_table(const char *folder, Cost cost[VERSIONS][LAYOUTS])
 {
-    FILE *out = open_table(folder, "plane1.tsv");
+    CLOSED FILE *out = open_table(folder, "plane1.tsv");
     fprintf(out, "version\telements\tvertices\ta elastic force\tb reconstruction\tc force "
                  "summation\td update\te "
                  "collision\ttotal [ns per element and step]\tstep [us]\tthe server's own contact "
@@ -279,14 +279,13 @@ static void write_table(const char *folder, Cost cost[VERSIONS][LAYOUTS])
             else
                 fprintf(out, "\t%.1f\n", 1e-3 * c->contact_ns);
         }
-    fclose(out);
 }
 
 // A frame of 1/30 s holds (1/30 s - drawing) / step cycles; with the same drawing time for both
 // layouts the ratio of their cycles is that of their steps.
 static void write_ratios(const char *folder, Cost cost[VERSIONS][LAYOUTS])
 {
-    FILE *out = open_table(folder, "plane2.tsv");
+    CLOSED FILE *out = open_table(folder, "plane2.tsv");
     fprintf(out, "version\telements, graded to full [%%]\ttheir vertices [%%]\ttime of a step, "
                  "graded to full [%%]\twithout "
                  "collision [%%]\tcycles in 1/30 s, graded\tfull\n");
@@ -298,7 +297,6 @@ static void write_ratios(const char *folder, Cost cost[VERSIONS][LAYOUTS])
                 100.0 * (total(g) - g->ns[COLLISION]) / (total(f) - f->ns[COLLISION]),
                 1e9 / 30.0 / total(g), 1e9 / 30.0 / total(f));
     }
-    fclose(out);
 }
 
 int main(int argc, char **argv)

@@ -25,13 +25,12 @@ static void write_points(const Experiment *experiment, const World *world, const
     FREED Vec3 *x = calloc(slots, sizeof *x), *v = calloc(slots, sizeof *v);
     ASSERT(x != NULL && v != NULL);
     body->ops->read_state(body->model, NULL, x, v);
-    FILE *out = experiment_open(experiment, name);
+    CLOSED FILE *out = experiment_open(experiment, name);
     fprintf(out, "x [mm]\ty [mm]\tz [mm]\tdisplaced\n");
     for (int s = 0; s < mesh->node_count; s++)
         if (mesh->id[s] >= 0)
             fprintf(out, "%.2f\t%.2f\t%.2f\t%d\n", 1e3 * x[s].x, 1e3 * x[s].y, 1e3 * x[s].z,
                     vec3_length(vec3_sub(x[s], levels->position[mesh->id[s]])) > THRESHOLD);
-    fclose(out);
 }
 
 static double *measure_areas(const Levels *levels)
@@ -65,7 +64,7 @@ static double jaccard(const Vec3 *u, const Vec3 *reference, const double *weight
 
 void displaced_region(const Experiment *experiment)
 {
-    FILE *out = experiment_open(experiment, "fig11.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "fig11.tsv");
     fprintf(out,
             "rule\tmodel\tnodes of the coarse mesh beyond 5 mm\toverlap with refined, nodes of "
             "the coarse mesh [%%]\tby area [%%]\n");
@@ -103,5 +102,4 @@ void displaced_region(const Experiment *experiment)
         for (int m = 0; m < MODEL_COUNT; m++)
             free(u[m]);
     }
-    fclose(out);
 }

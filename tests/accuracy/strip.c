@@ -93,7 +93,7 @@ static double *expect(const Law *law, const StripCurve *curve)
 // A table of some strains, and curves: strain, closed form, computed.
 static void laws(const Experiment *experiment)
 {
-    FILE *out = experiment_open(experiment, "strip.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "strip.tsv");
     fprintf(out, "strip");
     for (int s = 1; s <= STEPS; s++)
         fprintf(out, "\tkPa (N/m) at %g", LAWS[0].most * s / STEPS);
@@ -124,7 +124,6 @@ static void laws(const Experiment *experiment)
         fprintf(out, "\t%.2f\n", 100.0 * worst);
         free(stress);
     }
-    fclose(out);
 }
 
 // --- fits to other laws --------------------------------------------------------------------------
@@ -209,7 +208,7 @@ static double pull(const Experiment *experiment, const FitTable *table, const Fi
 
 static void fits(const Experiment *experiment)
 {
-    FILE *out = experiment_open(experiment, "strip-fit.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "strip-fit.tsv");
     fprintf(out,
             "curve\tE, Pa\tstrain\tcap\trms of the line, %%\trms of stiffening, %%\trms of a solid "
             "strip, %%\trms of a surface strip, %%\n");
@@ -238,15 +237,13 @@ static void fits(const Experiment *experiment)
                 100.0 * pull(experiment, &table, &fit.stiff, MODEL_SURFACE));
         // For the picture.
         snprintf(name, sizeof name, "strip-%s.dat", other->file);
-        FILE *points = experiment_open(experiment, name);
+        CLOSED FILE *points = experiment_open(experiment, name);
         for (int i = 0; i < table.count; i++)
             fprintf(points, "%.6g\t%.6g\t%.6g\t%.6g\n", table.strain[i],
                     table.stress[i] / table.peak,
                     fit_stress(&fit.linear, table.strain[i]) / table.peak,
                     fit_stress(&fit.stiff, table.strain[i]) / table.peak);
-        fclose(points);
     }
-    fclose(out);
 }
 
 int main(int argc, char **argv)

@@ -50,7 +50,7 @@ static void write_cantilever(const Experiment *experiment)
 void beam_and_patches(const Experiment *experiment)
 {
     write_cantilever(experiment);
-    FILE *out = experiment_open(experiment, "patches.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "patches.tsv");
     fprintf(out,
             "law\tnu\tuniform deformation: force left inside, of mu h^2 strain\ttension: E off "
             "by\tplaces off by, of the way of the ends\tshear: inside off by, of gamma h\n");
@@ -73,5 +73,4 @@ void beam_and_patches(const Experiment *experiment)
         fprintf(out, "%s\t%g\t%.1e\t%.1e\t%.1e\t%.1e\n", laws[l].name, laws[l].poisson_ratio, worst,
                 fabs(tension.modulus_error), tension.place_error, trial_shear(&options, &random));
     }
-    fclose(out);
 }

@@ -255,7 +255,7 @@ void process_costs(const Experiment *experiment)
         for (int v = 0; v < VERSIONS; v++)
             time_server(&world[v], &SERVER[v], &cost[v]);
     }
-    FILE *out = experiment_open(experiment, "cost-space.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "cost-space.tsv");
     fprintf(out, "version\telements\tvertices\ta elastic force\tb reconstruction\tc force "
                  "summation\td update\te "
                  "collision\ttotal [ns per element and step]\tof the textbook's, times "
@@ -265,5 +265,4 @@ void process_costs(const Experiment *experiment)
         write_cost(out, SERVER[v].name, &cost[v], &textbook_cost);
         voxel_world_destroy(&world[v]);
     }
-    fclose(out);
 }

@@ -15,7 +15,7 @@ static void write_frame(const Experiment *experiment, const char *name, const Pl
 {
     const PlaneCut *cut = world->model->cut;
     const Rows *rows = &world->model->vertices.rows;
-    FILE *out = experiment_open(experiment, name);
+    CLOSED FILE *out = experiment_open(experiment, name);
     for (int level = 0; level <= CUT_LEVELS; level++) {
         for (int e = 0; e < cut->layout.element_count; e++) {
             const PlaneElement *element = &cut->layout.element[e];
@@ -44,7 +44,6 @@ static void write_frame(const Experiment *experiment, const char *name, const Pl
         fprintf(out, "%g\t%g\n", 1e3 * (circle.x + radius * cos(angle)),
                 1e3 * (circle.y + radius * sin(angle)));
     }
-    fclose(out);
 }
 
 static void write_count(FILE *out, const char *when, const PlaneWorld *world, int ticks)
@@ -78,7 +77,7 @@ static void carve_square(const Experiment *experiment)
     options.body.body.levels = CUT_LEVELS;
     SCOPED(plane_world_destroy) PlaneWorld world;
     plane_world_create(&world, &options);
-    FILE *out = experiment_open(experiment, "plane-carved.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "plane-carved.tsv");
     fputs(HEADER, out);
     write_count(out, "before", &world, 0);
     write_frame(experiment, "carved-0.dat", &world, false, vec3(-2, 0, 0), 0.0);
@@ -106,7 +105,6 @@ static void carve_square(const Experiment *experiment)
         snprintf(name, sizeof name, "carved-%d.dat", frame);
         write_frame(experiment, name, &world, false, vec3(-2, 0, 0), 0.0);
     }
-    fclose(out);
 }
 
 // Fig. 9: a rigid circle is pushed into the disc; collisions beyond a force separate.

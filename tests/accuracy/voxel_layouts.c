@@ -81,7 +81,7 @@ static void write_disc(FILE *out, const char *rule, double radius, int cells,
 static void write_plane_layout(const Experiment *experiment, const char *name,
                                const Lattice *lattice, int levels)
 {
-    FILE *out = experiment_open(experiment, name);
+    CLOSED FILE *out = experiment_open(experiment, name);
     SCOPED(plane_layout_destroy) PlaneLayout layout;
     SCOPED(plane_mesh_destroy) PlaneMesh mesh;
     plane_layout_create(&layout, lattice, levels);
@@ -102,7 +102,6 @@ static void write_plane_layout(const Experiment *experiment, const char *name,
     }
     for (int v = 0; v < mesh.vertex_count; v++)
         fprintf(out, "%d\t%d\n", mesh.point[v][0], mesh.point[v][1]);
-    fclose(out);
 }
 
 void disc_layout(const Experiment *experiment)
@@ -251,9 +250,8 @@ static void draw_cut_open(const Experiment *experiment, int n, int levels)
         if (at[2] + size == n || (at[2] + size == half && at[0] >= half && at[1] < half))
             add_face(&picture, &lattice, leaf, 2, 1);
     }
-    FILE *out = experiment_open(experiment, "cube-open.gp");
+    CLOSED FILE *out = experiment_open(experiment, "cube-open.gp");
     picture_write(&picture, true, out);
-    fclose(out);
 }
 
 void cube_layout(const Experiment *experiment)

@@ -146,9 +146,8 @@ static void draw_surface(const Experiment *experiment, const char *name, const O
         }
         picture_add(&picture, corner, 3, colour_mix(0xe0b8a4, 0xb01818, moved / DEPTH));
     }
-    FILE *out = experiment_open(experiment, name);
+    CLOSED FILE *out = experiment_open(experiment, name);
     picture_write(&picture, false, out);
-    fclose(out);
 }
 
 // The elements in the horizontal layer of cells that holds the inclusion's middle.
@@ -173,9 +172,8 @@ static void draw_layer(const Experiment *experiment, const Lattice *lattice, con
             colour = colour_mix(colour, 0x2a8a3a, 0.65);
         picture_add(&picture, corner, 4, colour);
     }
-    FILE *out = experiment_open(experiment, "organ-layer.gp");
+    CLOSED FILE *out = experiment_open(experiment, "organ-layer.gp");
     picture_write(&picture, true, out);
-    fclose(out);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -186,7 +184,7 @@ static void write_layout(const Experiment *experiment, const Organ *organ)
     SCOPED(lattice_destroy) Lattice lattice;
     Layout layout;
     need(body_voxels_make(&organ->scene.body[0].voxels, &lattice, &status), &status);
-    FILE *out = experiment_open(experiment, "organ-layout.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "organ-layout.tsv");
     fprintf(out,
             "levels\tcells\telements\tlevel 0\t1\t2\t3\tof them stiff\telements of cells [%%]\n");
     for (int levels = 0; levels <= 3; levels++) {
@@ -204,7 +202,6 @@ static void write_layout(const Experiment *experiment, const Organ *organ)
             draw_layer(experiment, &lattice, &layout);
         layout_destroy(&layout);
     }
-    fclose(out);
 }
 
 void organ(const Experiment *experiment)

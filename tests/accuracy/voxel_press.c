@@ -214,7 +214,7 @@ static void write_square(const Pressed *pressed, int i, int k, int size, FILE *o
 // The elements behind the middle plane, level by level, then the outline.
 static void write_slice(const Experiment *experiment, const char *name, const Pressed *pressed)
 {
-    FILE *out = experiment_open(experiment, name);
+    CLOSED FILE *out = experiment_open(experiment, name);
     for (int level = 0; level <= 3; level++) {
         for (int l = 0; l < pressed->layout.leaf_count; l++) {
             const Leaf *leaf = &pressed->layout.leaf[l];
@@ -224,7 +224,6 @@ static void write_slice(const Experiment *experiment, const char *name, const Pr
         fprintf(out, "%s", "1000\t1000\n\n\n");
     }
     write_square(pressed, 0, 0, pressed->model->n, out);
-    fclose(out);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -263,7 +262,7 @@ static void measure_times(const Experiment *experiment, Pressed *pressed)
 
 static void write_frames(const Experiment *experiment, const Pressed *pressed)
 {
-    FILE *out = experiment_open(experiment, "press-frames.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "press-frames.tsv");
     fprintf(out, "model\telements\tof the full model [%%]\ttime of a step, of the full model "
                  "[%%]\tsteps in 1/30 s\tsimulated time in them [s]\n");
     for (int m = 0; m < PRESSED_MODELS; m++) {
@@ -275,7 +274,6 @@ static void write_frames(const Experiment *experiment, const Pressed *pressed)
                 100.0 * p->elements / full->elements, 100.0 * p->step_us / full->step_us, steps,
                 steps * p->h);
     }
-    fclose(out);
 }
 
 void press_test(const Experiment *experiment)

@@ -230,7 +230,7 @@ static void write_row(FILE *out, const char *run, const char *what, double scale
 static void compare(const Experiment *experiment, bool fine, const char *table)
 {
     char name[64];
-    FILE *out = experiment_open(experiment, table);
+    CLOSED FILE *out = experiment_open(experiment, table);
     fprintf(out, "run\tcells of %s mm\tmeasured\tcomputed\toff by %%\n", fine ? "2.5" : "5");
     for (int r = 0; r < RUN_COUNT; r++) {
         const Measured *measured = &RUNS[r];
@@ -245,12 +245,10 @@ static void compare(const Experiment *experiment, bool fine, const char *table)
         write_row(out, measured->name, "period, s", 1.0, measured->period, result.period);
         write_row(out, measured->name, "log decrement", 1.0, measured->decrement, result.decrement);
         snprintf(name, sizeof name, "reality-%d%s.dat", r, fine ? "-fine" : "");
-        FILE *curve = experiment_open(experiment, name);
+        CLOSED FILE *curve = experiment_open(experiment, name);
         for (int i = 0; i < TICKS; i++)
             fprintf(curve, "%g\t%.4f\n", 1e-3 * (i + 1), 1e3 * result.curve[i]);
-        fclose(curve);
     }
-    fclose(out);
 }
 
 void real_beam(const Experiment *experiment)
@@ -271,10 +269,9 @@ void fit_to_the_beam(const Experiment *experiment)
     const double modulus = scene.body[0].material[0].youngs_modulus,
                  share = scene.body[0].voxel.branch[0].share, drag = scene.body[0].voxel.drag;
     const Beam beam = fit(experiment);
-    FILE *out = experiment_open(experiment, "reality-fit.tsv");
+    CLOSED FILE *out = experiment_open(experiment, "reality-fit.tsv");
     fprintf(out, "fitted to gravity alone, cells of 5 mm\tin beam.cfg\tfit\n");
     fprintf(out, "youngs_modulus, kPa\t%.4g\t%.4g\n", 1e-3 * modulus, 1e-3 * beam.youngs_modulus);
     fprintf(out, "relaxation share\t%.3g\t%.3g\n", share, share * beam.damping);
     fprintf(out, "drag, 1/s\t%.3g\t%.3g\n", drag, drag * beam.damping);
-    fclose(out);
 }

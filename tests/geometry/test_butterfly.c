@@ -15,18 +15,19 @@ typedef struct Round {
     Vec3 *middle; // [edge_count]
 } Round;
 
+static void subdivide(Round *round)
+{
+    butterfly_midpoints(&round->winged, (const int(*)[3])round->mesh.triangle, round->mesh.position,
+                        round->middle);
+}
+
 static void take_mesh(Round *round, const TriMesh *mesh)
 {
     *round = (Round){.mesh = *mesh};
     winged_create(&round->winged, mesh);
     round->middle = malloc((size_t)round->winged.edge_count * sizeof *round->middle);
     assert_non_null(round->middle);
-}
-
-static void subdivide(Round *round)
-{
-    butterfly_midpoints(&round->winged, (const int(*)[3])round->mesh.triangle, round->mesh.position,
-                        round->middle);
+    subdivide(round);
 }
 
 static Vec3 middle_of(const Round *round, int a, int b)
@@ -259,7 +260,6 @@ static void expect_like_second_implementation(TriMesh *mesh)
 {
     SCOPED(drop) Round round;
     take_mesh(&round, mesh);
-    subdivide(&round);
     for (int e = 0; e < round.winged.edge_count; e++) {
         const int *end = round.winged.edge[e].node;
         Vec3 expected = closed_midpoint(&round.mesh, end[0], end[1]);
@@ -288,7 +288,6 @@ TEST(constant_is_reproduced_whatever_the_valence)
     for (int i = 0; i < mesh.node_count; i++)
         mesh.position[i] = vec3(1.0, -2.0, 0.5);
     take_mesh(&round, &mesh);
-    subdivide(&round);
     for (int e = 0; e < round.winged.edge_count; e++)
         assert_memory_equal(&round.middle[e], &mesh.position[0], sizeof mesh.position[0]);
 }
@@ -300,7 +299,6 @@ TEST(thousand_spokes_add_up)
     const int count = 4000;
     assert_true(generate_uv_sphere(&mesh, 1, count, 1.0, &(Status){0}));
     take_mesh(&round, &mesh);
-    subdivide(&round);
     // The ring is a circle: the pole's share is (x/2, y/2, 3/4), that of a ring node, of valence 4,
     // is the same 3/4 of itself and 3/8 of the pole less 1/8 of the other pole.
     for (int k = 0; k < count; k += 37) {
@@ -337,7 +335,6 @@ TEST(boundary_reproduces_cubics_of_the_boundary_alone)
     SCOPED(drop) Round round;
     make_strip(&mesh, lower, 9);
     take_mesh(&round, &mesh);
-    subdivide(&round);
     for (int i = 1; i + 2 < 9; i++) {
         double t = i + 0.5;
         Vec3 m = middle_of(&round, i, i + 1);
@@ -361,7 +358,6 @@ TEST(corner_is_a_turn_of_more_than_sixty_degrees)
         SCOPED(drop) Round round;
         make_strip(&mesh, lower, 5);
         take_mesh(&round, &mesh);
-        subdivide(&round);
         // Beyond the corner the straight side goes on, else it bends towards the next node.
         double expected = degrees > 60 ? 0.0 : sin(turn) / 16.0;
         expect_near(middle_of(&round, 1, 2).y, expected, 1e-15);
@@ -378,7 +374,6 @@ TEST(missing_wings_are_parallelograms)
     memcpy(mesh.triangle[0], (int[3]){0, 1, 2}, sizeof mesh.triangle[0]);
     memcpy(mesh.triangle[1], (int[3]){1, 0, 3}, sizeof mesh.triangle[1]);
     take_mesh(&round, &mesh);
-    subdivide(&round);
     Vec3 m = middle_of(&round, 0, 1);
     expect_near(vec3_length(vec3_sub(m, vec3(0.5, 0.1, 0.05))), 0.0, 1e-15);
     drop(&round);
@@ -389,7 +384,6 @@ TEST(missing_wings_are_parallelograms)
     for (int i = 0; i < mesh.node_count; i++)
         mesh.position[i].z = random_between(&seed, -1.0, 1.0);
     take_mesh(&round, &mesh);
-    subdivide(&round);
     const Vec3 *x = mesh.position;
     // Rows 0 1 2 3, 4 5 6 7 and 8 9 10 11, diagonals from lower left to upper right. Edge 5-9 has
     // 10 and 4 opposite; its wings are 6, 0, 8 and one beyond the upper border.
@@ -409,7 +403,6 @@ TEST(two_triangles_back_to_back_stay_what_they_are)
     memcpy(mesh.triangle[0], (int[3]){0, 1, 2}, sizeof mesh.triangle[0]);
     memcpy(mesh.triangle[1], (int[3]){0, 2, 1}, sizeof mesh.triangle[1]);
     take_mesh(&round, &mesh);
-    subdivide(&round);
     Vec3 m = middle_of(&round, 1, 2);
     expect_near(vec3_length(vec3_sub(m, vec3(0.5, 0.5, 0.0))), 0.0, 0.0);
 }
@@ -420,7 +413,6 @@ TEST(coordinates_map_on_their_own)
     assert_true(generate_stomach(&mesh, 188, 1.0, &(Status){0}));
     SCOPED(drop) Round round;
     take_mesh(&round, &mesh);
-    subdivide(&round);
     size_t count = (size_t)round.winged.edge_count;
     FREED Vec3 *before = malloc(count * sizeof *before);
     memcpy(before, round.middle, count * sizeof *before);

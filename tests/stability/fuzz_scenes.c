@@ -115,10 +115,9 @@ static bool names_no_number(const char *text)
 
 static void write_scene(const RandomScene *drawn, const char *path)
 {
-    FILE *file = fopen(path, "wb");
+    CLOSED FILE *file = fopen(path, "wb");
     ASSERT(file != NULL);
     random_scene_print(drawn, file);
-    fclose(file);
 }
 
 // The line that "path:line: ..." names; 0: none.

@@ -113,7 +113,7 @@ static void end_cell(int index, int signal, void *context)
 
 static char *read_text(const char *path)
 {
-    FILE *file = fopen(path, "rb");
+    CLOSED FILE *file = fopen(path, "rb");
     if (file == NULL) {
         perror(path);
         exit(EXIT_FAILURE);
@@ -123,7 +123,6 @@ static char *read_text(const char *path)
     ASSERT(text != NULL);
     size_t size = fread(text, 1, TEXT_MOST - 1, file);
     ASSERT(size < TEXT_MOST - 1);
-    fclose(file);
     return text;
 }
 
@@ -190,11 +189,9 @@ static void write_table(const Matrix *matrix, const char *folder)
         table_print(matrix, stdout, stdout);
         return;
     }
-    FILE *table = open_table(folder, "matrix.tsv");
-    FILE *sentences = open_table(folder, "matrix-notes.tsv");
+    CLOSED FILE *table = open_table(folder, "matrix.tsv");
+    CLOSED FILE *sentences = open_table(folder, "matrix-notes.tsv");
     table_print(matrix, table, sentences);
-    fclose(table);
-    fclose(sentences);
 }
 
 #define AT(member) offsetof(Arguments, member)

@@ -24,7 +24,7 @@ static FILE *create(const char *folder, const char *name)
 
 static void write_off(const char *folder, const char *name, const TriMesh *mesh)
 {
-    FILE *file = create(folder, name);
+    CLOSED FILE *file = create(folder, name);
     fprintf(file, "OFF\n%d %d 0\n", mesh->node_count, mesh->triangle_count);
     for (int i = 0; i < mesh->node_count; i++)
         fprintf(file, "%.17g %.17g %.17g\n", mesh->position[i].x, mesh->position[i].y,
@@ -32,7 +32,6 @@ static void write_off(const char *folder, const char *name, const TriMesh *mesh)
     for (int f = 0; f < mesh->triangle_count; f++)
         fprintf(file, "3 %d %d %d\n", mesh->triangle[f][0], mesh->triangle[f][1],
                 mesh->triangle[f][2]);
-    fclose(file);
 }
 
 // A sphere whose rings draw together towards the upper pole, by one factor from each to the next:
@@ -74,13 +73,12 @@ static void write_near(const char *folder, const char *name, double apart)
 // 4 x 4 x 4 cells of 12.5 mm about the origin; label 2 is the upper quarter.
 static void write_labels(const char *folder)
 {
-    FILE *file = create(folder, "labels.nrrd");
+    CLOSED FILE *file = create(folder, "labels.nrrd");
     fprintf(file, "NRRD0004\ntype: uchar\ndimension: 3\nspace: left-posterior-superior\n"
                   "sizes: 4 4 4\nspace directions: (12.5,0,0) (0,12.5,0) (0,0,12.5)\n"
                   "space origin: (-18.75,-18.75,-18.75)\nencoding: raw\n\n");
     for (int i = 0; i < 64; i++)
         fputc(i / 16 == 3 ? 2 : 1, file);
-    fclose(file);
 }
 
 void trial_write_files(const char *folder)

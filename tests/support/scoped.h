@@ -4,25 +4,33 @@
 //
 //     SCOPED(fixture_destroy) Fixture fixture;
 //     FREED Vec3 *x = malloc(bytes);
+//     CLOSED FILE *out = fopen(path, "w");
 //
 // Nothing may leave the scope before what creates them. A claim that fails leaves its scopes by a
 // jump, and their memory to the end of the program.
 #ifndef PLIANT_TESTS_SCOPED_H
 #define PLIANT_TESTS_SCOPED_H
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 // By a function of a pointer to the variable.
 #define SCOPED(destroy) __attribute__((cleanup(destroy), unused))
-// By free.
-#define FREED SCOPED(scoped_free)
+// By free, and by fclose.
+#define FREED  SCOPED(scoped_free)
+#define CLOSED SCOPED(scoped_close)
 
 static inline void scoped_free(void *variable)
 {
     void *memory;
     memcpy(&memory, variable, sizeof memory);
     free(memory);
+}
+
+static inline void scoped_close(FILE **file)
+{
+    fclose(*file);
 }
 
 #endif

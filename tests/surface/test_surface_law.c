@@ -3,6 +3,7 @@
 // closed forms, the decay of swings, what a free body keeps, both ends of a spring, states, bits.
 #include "effort.h"
 #include "test.h"
+#include "both_ends.h"
 #include "sim_steps.h"
 #include "fixture.h"
 #include "geometry/generator.h"
@@ -78,39 +79,6 @@ static void throw_body(Fixture *fixture, double speed)
     fixture_read(fixture);
 }
 
-// The entry of a spring of `slot` that is the e-th; -1: there is none.
-static long entry_of(const SurfaceModel *model, int slot, int e)
-{
-    const SpringTable *springs = &model->springs;
-    const int chunk = slot / LANES;
-    const long at = (long)(springs->start[chunk] + e) * LANES + slot % LANES;
-    return springs->start[chunk] + e < springs->end[chunk] && springs->neighbour[at] != slot ? at
-                                                                                             : -1;
-}
-
-// The entry at the other end.
-static long other_entry(const SurfaceModel *model, int slot, long at)
-{
-    const int other = model->springs.neighbour[at];
-    long back = 0;
-    for (int e = 0; (back = entry_of(model, other, e)) >= 0; e++)
-        if (model->springs.neighbour[back] == slot)
-            return back;
-    fail_msg("a spring has one end");
-    return -1;
-}
-
-static void each_spring(const SurfaceModel *model,
-                        void (*visit)(const SurfaceModel *, long at, long back, void *), void *with)
-{
-    for (int s = 0; s < model->basis.count; s++) {
-        long at;
-        for (int e = 0; model->node[s] >= 0 && (at = entry_of(model, s, e)) >= 0; e++)
-            if (s < model->springs.neighbour[at])
-                visit(model, at, other_entry(model, s, at), with);
-    }
-}
-
 static void shake(const SurfaceModel *model, long at, long back, void *with)
 {
     double d[RELAXATION_NUMBERS];
@@ -118,15 +86,6 @@ static void shake(const SurfaceModel *model, long at, long back, void *with)
         d[k] = random_between(with, -3e-3, 3e-3);
     relaxation_put(model->relaxation, (int)at, d);
     relaxation_put(model->relaxation, (int)back, d);
-}
-
-static void expect_alike(const SurfaceModel *model, long at, long back, void *with)
-{
-    (void)with;
-    double d[2][RELAXATION_NUMBERS] = {{0.0}};
-    relaxation_take(model->relaxation, (int)at, d[0]);
-    relaxation_take(model->relaxation, (int)back, d[1]);
-    assert_memory_equal(d[0], d[1], sizeof d[0]);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -189,7 +148,7 @@ static void pull_of(Precision precision, IntegratorKind integrator, double prest
                 pull[tick] -= force[i].x;
     }
     if (branches > 0)
-        each_spring(fixture_model(&fixture), expect_alike, NULL);
+        expect_both_ends_alike(fixture_model(&fixture));
 }
 
 TEST(stress_relaxes_as_the_closed_form)
@@ -354,7 +313,7 @@ TEST(a_free_body_keeps_its_momentum)
         const LawBody body = law_body(ROWS_OF[k % 3].name, &fixture, 0.05);
         law_expect_momentum(&body, EFFORT(500), precision, 1e-3, ROWS_OF[k % 3].left);
         if (relaxes)
-            each_spring(fixture_model(&fixture), expect_alike, NULL);
+            expect_both_ends_alike(fixture_model(&fixture));
     }
 }
 

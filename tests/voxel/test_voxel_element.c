@@ -198,50 +198,34 @@ TEST(force_is_the_negative_gradient_of_the_energy)
     }
 }
 
-// Scrambled, flat, a line, a point, inverted, mirrored, tiny, huge: in all of them.
+// In all of them.
 enum { STATES = 10 };
 static void any_state(uint64_t *random, int kind, const Element *element, Vec3 *position)
 {
+    static const struct {
+        double times[3], noise, scale; // of a random map
+    } KINDS[STATES - 1] = {
+        {{1.0, 1.0, 1.0}, 0.1, 1.0},  // deformed
+        {{1.0, 1.0, 1.0}, 2.0, 1.0},  // scrambled
+        {{1.0, 1.0, 0.0}, 0.0, 1.0},  // flat
+        {{1.0, 0.0, 0.0}, 0.0, 1.0},  // a line
+        {{0.0, 0.0, 0.0}, 0.0, 1.0},  // a point
+        {{1.0, 1.0, -0.4}, 0.1, 1.0}, // inverted
+        {{1.0, 1.0, 1.0}, 0.0, 1.0},  // mirrored
+        {{1.0, 1.0, 1.0}, 0.3, 1e-6}, // tiny
+        {{1.0, 1.0, 1.0}, 0.3, 1e6},  // huge
+    };
     Map map = random_map(random, 0.5, 1.5, random_between(random, 0.5, 1.5));
     double noise = 0.0, scale = 1.0;
-    switch (kind) {
-    case 0:
-        noise = 0.1;
-        break;
-    case 1:
-        noise = 2.0;
-        break;
-    case 2:
-        map.stretch[2] = 0.0;
-        break;
-    case 3: // a line
-        map.stretch[1] = map.stretch[2] = 0.0;
-        break;
-    case 4: // a point
-        map.stretch[0] = map.stretch[1] = map.stretch[2] = 0.0;
-        break;
-    case 5:
-        map.stretch[2] *= -0.4;
-        noise = 0.1;
-        break;
-    case 6: // mirrored
-        map.stretch[0] = map.stretch[1] = 1.0;
-        map.stretch[2] = -1.0;
-        break;
-    case 7:
-        scale = 1e-6;
-        noise = 0.3;
-        break;
-    case 8:
-        scale = 1e6;
-        noise = 0.3;
-        break;
-    default: { // nearly a line or a plane
+    if (kind < STATES - 1) {
+        noise = KINDS[kind].noise, scale = KINDS[kind].scale;
+        for (int c = 0; c < 3; c++)
+            map.stretch[c] =
+                kind == 6 ? (c == 2 ? -1.0 : 1.0) : KINDS[kind].times[c] * map.stretch[c];
+    } else { // nearly a line or a plane
         double thin = pow(10.0, random_between(random, -17.0, -1.0));
         map.stretch[1] *= random_below(random, 2) == 0 ? thin : 1.0;
         map.stretch[2] *= thin;
-        break;
-    }
     }
     for (int i = 0; i < element->count; i++)
         position[i] =
