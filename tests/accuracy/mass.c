@@ -89,9 +89,8 @@ static double worst_patch(World *world)
     double worst = 0.0, whole = patch_body(world)->mass;
     const int nodes = patch_node_count(world);
     const Vec3 *rest = patch_detail(world)->set.levels.position;
-    FREED Near *near = malloc((size_t)nodes * sizeof *near);
-    FREED int *chosen = malloc((size_t)nodes * sizeof *chosen);
-    ASSERT(near != NULL && chosen != NULL);
+    FREED Near *near = zeroed((size_t)nodes, sizeof *near);
+    FREED int *chosen = zeroed((size_t)nodes, sizeof *chosen);
     for (int seed = 0; seed < nodes; seed += 4) {
         for (int i = 0; i < nodes; i++)
             near[i] = (Near){vec3_length(vec3_sub(rest[i], rest[seed])), i};

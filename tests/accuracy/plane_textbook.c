@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "plane_textbook.h"
+#include "scoped.h"
 
 #include "base/check.h"
 
@@ -71,9 +72,8 @@ void textbook_create(Textbook *book, const PlaneLayout *layout, const PlaneMesh 
 {
     book->vertex_count = mesh->vertex_count;
     book->element_count = mesh->element_count;
-    book->vertex = calloc((size_t)mesh->vertex_count + 1, sizeof *book->vertex);
-    book->element = calloc((size_t)mesh->element_count + 1, sizeof *book->element);
-    ASSERT(book->vertex != NULL && book->element != NULL);
+    book->vertex = zeroed((size_t)mesh->vertex_count + 1, sizeof *book->vertex);
+    book->element = zeroed((size_t)mesh->element_count + 1, sizeof *book->element);
     for (int v = 0; v < mesh->vertex_count; v++) {
         book->vertex[v].position =
             (Vec2){size * (mesh->point[v][0] - 0.5 * layout->lattice_count[0]),

@@ -22,8 +22,7 @@ static void write_points(const Experiment *experiment, const World *world, const
     const Body *body = sim_body(world->sim, 0);
     const BodyMesh *mesh = &body->mesh;
     size_t slots = (size_t)mesh->node_count;
-    FREED Vec3 *x = calloc(slots, sizeof *x), *v = calloc(slots, sizeof *v);
-    ASSERT(x != NULL && v != NULL);
+    FREED Vec3 *x = zeroed(slots, sizeof *x), *v = zeroed(slots, sizeof *v);
     body->ops->read_state(body->model, NULL, x, v);
     CLOSED FILE *out = experiment_open(experiment, name);
     fprintf(out, "x [mm]\ty [mm]\tz [mm]\tdisplaced\n");
@@ -36,8 +35,7 @@ static void write_points(const Experiment *experiment, const World *world, const
 static double *measure_areas(const Levels *levels)
 {
     const Level *level = &levels->level[levels->finest];
-    double *area = calloc((size_t)level->node_count, sizeof *area);
-    ASSERT(area != NULL);
+    double *area = zeroed((size_t)level->node_count, sizeof *area);
     for (int f = 0; f < level->face_count; f++) {
         const int *node = level->face[f];
         Vec3 a = levels->position[node[0]];
@@ -86,8 +84,7 @@ void displaced_region(const Experiment *experiment)
             run_build(&scene, MODELS[m], &world);
             for (int tick = 0; tick < lround(TIME * scene.sim.rate_hz); tick++)
                 run_step(&world);
-            u[m] = calloc((size_t)levels.level[levels.finest].node_count, sizeof **u);
-            ASSERT(u[m] != NULL);
+            u[m] = zeroed((size_t)levels.level[levels.finest].node_count, sizeof **u);
             run_displacements(&world, &levels, u[m]);
             int coarse = levels.level[0].node_count, beyond = 0;
             for (int i = 0; i < coarse; i++)

@@ -180,9 +180,8 @@ void run_displacements(const World *world, const Levels *levels, Vec3 *displacem
     const BodyMesh *mesh = &body->mesh;
     int finest = levels->level[levels->finest].node_count;
     size_t slots = (size_t)mesh->node_count;
-    FREED Vec3 *x = calloc(slots, sizeof *x), *v = calloc(slots, sizeof *v);
-    FREED bool *known = calloc((size_t)finest, sizeof *known);
-    ASSERT(x != NULL && v != NULL && known != NULL);
+    FREED Vec3 *x = zeroed(slots, sizeof *x), *v = zeroed(slots, sizeof *v);
+    FREED bool *known = zeroed((size_t)finest, sizeof *known);
     body->ops->read_state(body->model, NULL, x, v);
     for (int s = 0; s < mesh->node_count; s++) {
         int node = mesh->id[s]; // of a generated mesh: the number in the hierarchy

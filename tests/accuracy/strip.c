@@ -74,8 +74,7 @@ static double elastic_stress(const Law *law, double strain)
 // The stress at each point of a curve, from its strains alone. Ticks are of 1 ms.
 static double *expect(const Law *law, const StripCurve *curve)
 {
-    double *stress = calloc((size_t)curve->count, sizeof *stress), branch = 0.0;
-    ASSERT(stress != NULL);
+    double *stress = zeroed((size_t)curve->count, sizeof *stress), branch = 0.0;
     // Of a branch, exactly for a strain that is straight between ticks.
     const double stiffness = law->modulus * law->share / (1.0 - law->share);
     const double step = law->time > 0.0 ? 1e-3 / law->time : 0.0;

@@ -66,9 +66,8 @@ static void organ_create(Organ *organ, const char *path, double stiffness, int l
     sim_set_lockstep(organ->world.sim, true);
     organ->body = sim_body(organ->world.sim, 0);
     organ->count = organ->body->mesh.node_count;
-    organ->x = calloc((size_t)organ->count, sizeof *organ->x);
-    organ->rest = calloc((size_t)organ->count, sizeof *organ->rest);
-    ASSERT(organ->x != NULL && organ->rest != NULL);
+    organ->x = zeroed((size_t)organ->count, sizeof *organ->x);
+    organ->rest = zeroed((size_t)organ->count, sizeof *organ->rest);
     read_positions(organ, organ->rest);
     for (int i = 0; i < organ->count; i++) {
         Vec3 p = organ->rest[i];

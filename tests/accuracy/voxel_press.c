@@ -75,8 +75,7 @@ static void create(Pressed *pressed, const PressModel *model, Precision precisio
     pressed->steps = pressed->world.body->substeps;
     int side = model->n + 1;
     pressed->points = side * side * side;
-    pressed->vertex = malloc((size_t)pressed->points * sizeof *pressed->vertex);
-    ASSERT(pressed->vertex != NULL);
+    pressed->vertex = zeroed((size_t)pressed->points, sizeof *pressed->vertex);
     for (int p = 0; p < pressed->points; p++)
         pressed->vertex[p] = -1;
     for (int v = 0; v < pressed->world.count; v++)
@@ -120,8 +119,7 @@ static void press(Pressed *pressed)
 static void relax(Pressed *pressed)
 {
     VoxelWorld *world = &pressed->world;
-    FREED Vec3 *still = calloc((size_t)world->count, sizeof *still);
-    ASSERT(still != NULL);
+    FREED Vec3 *still = zeroed((size_t)world->count, sizeof *still);
     double before = 0.0;
     // At 1e-14 J a vertex moves by less than 1e-4 m/s.
     for (int tick = 0, quiet = 0; tick < 1000 && quiet < 20; tick++) {

@@ -104,10 +104,9 @@ typedef struct End {
 static void end_create(End *end, const Body *body)
 {
     const int most = body->surface.node_count;
-    end->vertex = calloc((size_t)most, sizeof *end->vertex);
-    end->rest = calloc((size_t)most, sizeof *end->rest);
-    end->now = calloc((size_t)most, sizeof *end->now);
-    ASSERT(end->vertex != NULL && end->rest != NULL && end->now != NULL);
+    end->vertex = zeroed((size_t)most, sizeof *end->vertex);
+    end->rest = zeroed((size_t)most, sizeof *end->rest);
+    end->now = zeroed((size_t)most, sizeof *end->now);
     double farthest = -1.0;
     for (int pass = 0; pass < 2; pass++)
         for (int v = 0; v < most; v++) {

@@ -5,9 +5,6 @@
 #include "geometry/generator.h"
 #include "sim_steps.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #ifdef __SSE2__
 #include <xmmintrin.h>
 #endif
@@ -195,9 +192,8 @@ void bench_create(Bench *bench, const BenchOptions *options)
         sim_add_tool(bench->sim, &options->tool[t]);
     need(sim_seal(bench->sim, 0.0, &status), &status);
     sim_set_lockstep(bench->sim, true); // a held tool does not become stale
-    bench->x = calloc((size_t)bench->mesh.node_count, sizeof *bench->x);
-    bench->v = calloc((size_t)bench->mesh.node_count, sizeof *bench->v);
-    ASSERT(bench->x != NULL && bench->v != NULL);
+    bench->x = zeroed((size_t)bench->mesh.node_count, sizeof *bench->x);
+    bench->v = zeroed((size_t)bench->mesh.node_count, sizeof *bench->v);
     bench_read(bench);
 }
 

@@ -21,11 +21,9 @@ static void create_case(Case *c, BenchFixing fixing, bool spread, ToolOptions to
     bench_create(&c->bench, &options);
     BodySurface *surface = &c->bench.body->surface;
     size_t nodes = (size_t)surface->node_count, faces = (size_t)surface->face_count;
-    c->mass = calloc(nodes, sizeof *c->mass);
-    surface->node_firmness = calloc(nodes, sizeof(double));
-    surface->face_firmness = calloc(faces, sizeof(double));
-    assert_true(c->mass != NULL && surface->node_firmness != NULL &&
-                surface->face_firmness != NULL);
+    c->mass = zeroed(nodes, sizeof *c->mass);
+    surface->node_firmness = zeroed(nodes, sizeof(double));
+    surface->face_firmness = zeroed(faces, sizeof(double));
     uint64_t random = 5;
     for (size_t i = 0; i < nodes; i++)
         c->mass[i] =

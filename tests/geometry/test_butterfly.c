@@ -25,8 +25,7 @@ static void take_mesh(Round *round, const TriMesh *mesh)
 {
     *round = (Round){.mesh = *mesh};
     winged_create(&round->winged, mesh);
-    round->middle = malloc((size_t)round->winged.edge_count * sizeof *round->middle);
-    assert_non_null(round->middle);
+    round->middle = zeroed((size_t)round->winged.edge_count, sizeof *round->middle);
     subdivide(round);
 }
 

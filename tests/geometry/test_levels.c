@@ -268,9 +268,8 @@ TEST(midpoints_count_on_from_the_source)
     TriMesh *mesh = &divided.mesh;
     mesh->file_node_count = 9;
     mesh->copy_count = 2;
-    mesh->file_node = calloc(9, sizeof(int));
-    mesh->copy_of = calloc(2, sizeof(int));
-    assert_true(mesh->file_node != NULL && mesh->copy_of != NULL);
+    mesh->file_node = zeroed(9, sizeof(int));
+    mesh->copy_of = zeroed(2, sizeof(int));
     for (int i = 0; i < 9; i++)
         mesh->file_node[i] = i - 1;
     for (int i = 0; i < 10; i++)

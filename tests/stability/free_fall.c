@@ -245,8 +245,7 @@ static void judge_fall(const Body *body, const View *start, const View *end, Vec
 static void fall(Sim *sim, Vec3 gravity, Precision precision, int ticks, FallResult *result)
 {
     const int bodies = sim_body_count(sim);
-    FREED View *start = calloc((size_t)bodies, sizeof *start);
-    ASSERT(start != NULL);
+    FREED View *start = zeroed((size_t)bodies, sizeof *start);
     for (int b = 0; b < bodies; b++)
         view_take(&start[b], sim_body(sim, b));
     for (int i = 0; i < ticks; i++)
@@ -336,11 +335,10 @@ static void judge_pushed(const Body *body, const View *start, const View *end, d
 static void push_and_leave(Sim *sim, Precision precision, int ticks, FallResult *result)
 {
     const int bodies = sim_body_count(sim);
-    FREED View *start = calloc((size_t)bodies, sizeof *start);
-    FREED Vec3 *impulse = calloc((size_t)bodies, sizeof *impulse);
-    FREED double *most = calloc((size_t)bodies, sizeof *most);
-    FREED bool *pushed = calloc((size_t)bodies, sizeof *pushed);
-    ASSERT(start != NULL && impulse != NULL && most != NULL && pushed != NULL);
+    FREED View *start = zeroed((size_t)bodies, sizeof *start);
+    FREED Vec3 *impulse = zeroed((size_t)bodies, sizeof *impulse);
+    FREED double *most = zeroed((size_t)bodies, sizeof *most);
+    FREED bool *pushed = zeroed((size_t)bodies, sizeof *pushed);
     for (int b = 0; b < bodies; b++)
         pushed[b] = push(sim, b, &impulse[b]);
     sim_step(sim);

@@ -333,8 +333,7 @@ static bool run_ticks(Run *run, int ticks)
     for (int b = 0; b < sim_body_count(sim); b++)
         if (sim_body(sim, b)->mesh.node_capacity > most)
             most = sim_body(sim, b)->mesh.node_capacity;
-    FREED float *row = calloc(6 * (size_t)most, sizeof *row);
-    ASSERT(row != NULL);
+    FREED float *row = zeroed(6 * (size_t)most, sizeof *row);
     bool sound = check_numbers(run, row);
     for (int i = 0; i < ticks && sound; i++) {
         move_tools(run);

@@ -119,8 +119,7 @@ static char *read_text(const char *path)
         exit(EXIT_FAILURE);
     }
     enum { TEXT_MOST = 1 << 20 };
-    char *text = calloc(1, TEXT_MOST);
-    ASSERT(text != NULL);
+    char *text = zeroed(1, TEXT_MOST);
     size_t size = fread(text, 1, TEXT_MOST - 1, file);
     ASSERT(size < TEXT_MOST - 1);
     return text;

@@ -195,8 +195,7 @@ void trial_write_start(const char *path, const Body *body, const Model *model, S
     Vec3 low, high;
     const int count = read_rows(body, model, &row);
     box_of(row, count, &low, &high);
-    FREED double *value = malloc(3 * (size_t)count * sizeof *value);
-    ASSERT(value != NULL);
+    FREED double *value = zeroed(3 * (size_t)count, sizeof *value);
     uint64_t random = 20;
     for (int i = 0; i < count; i++) {
         Vec3 x = row[i].position;

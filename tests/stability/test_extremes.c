@@ -18,8 +18,7 @@ static Motion motion_of(const Run *run)
 {
     const Body *body = sim_body(run->world.sim, 0);
     const size_t most = (size_t)body->state_capacity;
-    FREED Vec3 *x = calloc(most, sizeof *x), *v = calloc(most, sizeof *v);
-    assert_non_null(v);
+    FREED Vec3 *x = zeroed(most, sizeof *x), *v = zeroed(most, sizeof *v);
     const int count = body->ops->read_state(body->model, NULL, x, v);
     Motion motion = {0};
     for (int i = 0; i < count; i++) {

@@ -2,6 +2,7 @@
 // One cell of the matrix: a scene as text is read, built and run like any other; what came of it is
 // judged by statements that do not depend on how the body computes.
 #include "trial.h"
+#include "scoped.h"
 
 #include "base/check.h"
 #include "body/integrator.h"
@@ -593,8 +594,7 @@ static void judge(Trial *trial)
 {
     Cell *cell = trial->cell;
     const int nodes = trial->body->mesh.node_capacity + 1;
-    trial->snapshot = calloc(6 * (size_t)nodes, sizeof *trial->snapshot);
-    ASSERT(trial->snapshot != NULL);
+    trial->snapshot = zeroed(6 * (size_t)nodes, sizeof *trial->snapshot);
     BodyMeasure measure;
     bool sound = is_finite(trial, &measure) || fail(trial, "a number that is none");
     sound = sound && run_driven(trial, &measure);

@@ -7,10 +7,6 @@
 #include "surface_state.h"
 #include "expect.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 SurfaceMaterial fixture_material(double damping_time)
 {
     return (SurfaceMaterial){

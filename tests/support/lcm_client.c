@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "lcm_client.h"
+#include "scoped.h"
 
 #include "pliant_event_t.h"
 #include "pliant_mesh_t.h"
@@ -175,8 +176,7 @@ struct Subscriptions {
 Client *client_create(void)
 {
     static int32_t senders = 1000;
-    Client *client = calloc(1, sizeof *client);
-    assert_non_null(client);
+    Client *client = zeroed(1, sizeof *client);
     client->reply = calloc(REPLIES_MAX, sizeof *client->reply);
     client->event = calloc(EVENTS_MAX, sizeof *client->event);
     client->sender = ++senders;

@@ -2,6 +2,7 @@
 // Needs only what is published (ids and parents): nothing of the hierarchy that made the mesh, so
 // that it judges that hierarchy independently.
 #include "mesh_check.h"
+#include "scoped.h"
 
 #include "base/check.h"
 
@@ -42,13 +43,6 @@ static bool fault(Check *check, const char *format, ...)
     return false;
 }
 
-static void *allocate(int count, size_t size)
-{
-    void *memory = calloc((size_t)count + 1, size);
-    ASSERT(memory != NULL);
-    return memory;
-}
-
 // --- nodes ---
 
 static bool list_ids(Check *check)
@@ -57,7 +51,7 @@ static bool list_ids(Check *check)
     for (int i = 0; i < mesh->node_count; i++)
         if (mesh->id[i] >= check->id_count)
             check->id_count = mesh->id[i] + 1;
-    check->slot_of = allocate(check->id_count, sizeof *check->slot_of);
+    check->slot_of = zeroed(check->id_count, sizeof *check->slot_of);
     memset(check->slot_of, -1, (size_t)check->id_count * sizeof *check->slot_of);
     for (int i = 0; i < mesh->node_count; i++) {
         int id = mesh->id[i];
@@ -124,8 +118,8 @@ static bool check_position(Check *check, int triangle)
 static bool list_sides(Check *check)
 {
     const BodyMesh *mesh = check->mesh;
-    check->side = allocate(3 * mesh->triangle_count, sizeof *check->side);
-    check->used = allocate(mesh->node_count, sizeof *check->used);
+    check->side = zeroed(3 * mesh->triangle_count, sizeof *check->side);
+    check->used = zeroed(mesh->node_count, sizeof *check->used);
     for (int t = 0; t < mesh->triangle_count; t++) {
         const int *corner = mesh->triangle[t];
         if (corner[0] == 0 && corner[1] == 0 && corner[2] == 0)
@@ -239,7 +233,7 @@ static bool check_borders(Check *check)
 static bool match_sides(Check *check)
 {
     const int *id = check->mesh->id;
-    check->piece = allocate(check->side_count, sizeof *check->piece);
+    check->piece = zeroed(check->side_count, sizeof *check->piece);
     qsort(check->side, (size_t)check->side_count, sizeof *check->side, compare_sides);
     for (int i = 0; i < check->side_count;) {
         const Side *side = &check->side[i];

@@ -6,14 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void *zeroed(int count, size_t size)
-{
-    void *memory = calloc((size_t)count + 1, size);
-    if (memory == NULL)
-        abort();
-    return memory;
-}
-
 static double dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

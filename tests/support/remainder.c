@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "remainder.h"
+#include "scoped.h"
 
 #include "base/check.h"
 
@@ -50,8 +51,7 @@ static void create_blocks(Blocks *blocks, const Remainder *remainder, int level)
     for (int d = 0; d < 3; d++)
         blocks->count[d] =
             d < remainder->dimensions ? ((remainder->lattice->count[d] - 1) >> level) + 1 : 1;
-    blocks->kept = calloc(block_total(blocks), 1);
-    ASSERT(blocks->kept != NULL);
+    blocks->kept = zeroed(block_total(blocks), 1);
 }
 
 // --- children that stay with their block ---

@@ -7,7 +7,8 @@
 //     CLOSED FILE *out = fopen(path, "w");
 //
 // Nothing may leave the scope before what creates them. A claim that fails leaves its scopes by a
-// jump, and their memory to the end of the program.
+// jump, and their memory to the end of the program. Of the C library those who include this have
+// stdio.h, stdlib.h and string.h.
 #ifndef PLIANT_TESTS_SCOPED_H
 #define PLIANT_TESTS_SCOPED_H
 
@@ -20,6 +21,15 @@
 // By free, and by fclose.
 #define FREED  SCOPED(scoped_free)
 #define CLOSED SCOPED(scoped_close)
+
+// Memory for so many, at least one; ends the program if there is none.
+static inline void *zeroed(size_t count, size_t size)
+{
+    void *memory = calloc(count + 1, size);
+    if (memory == NULL)
+        abort();
+    return memory;
+}
 
 static inline void scoped_free(void *variable)
 {

@@ -5,8 +5,6 @@
 
 #include "sim/contact/stiffness.h"
 
-#include <stdlib.h>
-
 static const double STEP = 20e-6, RAMP = 0.5; // [m], [s]
 
 // The force after the tool has gone by `way` in RAMP, from the state in `start`.

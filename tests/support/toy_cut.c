@@ -48,8 +48,7 @@ void toy_cuts_rebuild(Body *body)
 static void part_nodes(Body *body, TopologyChange *change)
 {
     Toy *toy = body->model;
-    FREED bool *marked = calloc((size_t)toy->faces, sizeof *marked); // a toy may
-    ASSERT(marked != NULL);
+    FREED bool *marked = zeroed((size_t)toy->faces, sizeof *marked); // a toy may
     for (int node = 0; node < *toy->cuts->used; node++) {
         memset(marked, 0, (size_t)toy->faces);
         bool first = true;
@@ -62,8 +61,7 @@ static void part_nodes(Body *body, TopologyChange *change)
                     first = false;
                     continue;
                 }
-                FREED bool *part = calloc((size_t)toy->faces, sizeof *part);
-                ASSERT(part != NULL);
+                FREED bool *part = zeroed((size_t)toy->faces, sizeof *part);
                 mark_joined(toy, f, node, part);
                 int copy = (*toy->cuts->used)++;
                 for (int g = 0; g < toy->faces; g++)
@@ -89,8 +87,7 @@ int toy_broken(const Toy *toy)
 
 int toy_pieces(const Toy *toy)
 {
-    int *root = malloc((size_t)toy->faces * sizeof *root), count = toy->faces;
-    ASSERT(root != NULL);
+    int *root = zeroed((size_t)toy->faces, sizeof *root), count = toy->faces;
     for (int f = 0; f < toy->faces; f++)
         root[f] = f;
     for (bool changed = true; changed;) {
@@ -169,8 +166,7 @@ static bool sweep(Body *body, const CutSweep *asked, CutTrail *trail, const CutP
         outcome->verdict = link_finder_sweep(finder, edge, 2, trail, offer_links, &offered);
     if (outcome->verdict != CUT_DONE)
         return false;
-    FREED bool *hit = calloc((size_t)toy->cuts->links, sizeof *hit); // a toy may
-    ASSERT(hit != NULL);
+    FREED bool *hit = zeroed((size_t)toy->cuts->links, sizeof *hit); // a toy may
     for (int i = 0; i < finder->met_count; i++)
         count += hit[finder->met[i]] = !toy->cuts->broken[finder->met[i]];
     outcome->verdict = finder->met_count == 0 ? CUT_MET_NOTHING : CUT_WAS_CUT;
@@ -193,8 +189,7 @@ bool toy_cut(Body *body, const CutSweep *asked, CutOutcome *outcome, TopologyCha
     toy->cuts->calls++;
     if (asked->phase == CUT_ENDS)
         return false;
-    FREED CutPoint *now = calloc((size_t)toy->faces, sizeof *now);
-    ASSERT(now != NULL);
+    FREED CutPoint *now = zeroed((size_t)toy->faces, sizeof *now);
     for (int f = 0; f < toy->faces; f++)
         now[f] = center_of(toy, f);
     bool changed = false;
@@ -225,8 +220,7 @@ bool toy_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *chan
 {
     (void)tick;
     Toy *toy = body->model;
-    bool *hit = calloc((size_t)toy->cuts->links, sizeof *hit), any = false; // a toy may
-    ASSERT(hit != NULL);
+    bool *hit = zeroed((size_t)toy->cuts->links, sizeof *hit), any = false; // a toy may
     for (int i = 0; i < toy->cuts->tear_next; i++)
         any |= hit[i] = !toy->cuts->broken[i];
     if (any)

@@ -52,8 +52,7 @@ static SurfaceMaterial uniform_material(void)
 static double total_mass(const LevelRules *rules, int l)
 {
     const Level *level = &rules->levels->level[l];
-    double *area = calloc((size_t)level->node_count, sizeof *area), sum = 0.0;
-    assert_non_null(area);
+    double *area = zeroed((size_t)level->node_count, sizeof *area), sum = 0.0;
     for (int f = 0; f < level->face_count; f++)
         for (int k = 0; k < 3; k++)
             area[level->face[f][k]] += level_rules_area(rules, l, f) / 3.0;

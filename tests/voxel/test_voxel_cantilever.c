@@ -17,9 +17,8 @@ static double sag(int n, double nu)
     SCOPED(voxel_bench_destroy) VoxelBench bench;
     voxel_bench_box(&bench, 4 * n, n, n, WIDTH / n, &options);
     int count = bench.vertex_count;
-    FREED bool *fixed = calloc((size_t)(3 * count), sizeof *fixed);
-    FREED double *load = calloc((size_t)(3 * count), sizeof *load);
-    assert_true(fixed != NULL && load != NULL);
+    FREED bool *fixed = zeroed((size_t)(3 * count), sizeof *fixed);
+    FREED double *load = zeroed((size_t)(3 * count), sizeof *load);
     for (int i = 0; i < count; i++) {
         for (int c = 0; c < 3; c++)
             fixed[3 * i + c] = bench.mesh.point[i][0] == 0;

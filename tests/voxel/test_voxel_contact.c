@@ -131,8 +131,7 @@ static Vec3 reaction(const VoxelWorld *world, const VoxelWorldOptions *options)
 {
     Lattice lattice = world->lattice;
     size_t cells = (size_t)lattice.count[0] * (size_t)lattice.count[1] * (size_t)lattice.count[2];
-    lattice.label = malloc(cells);
-    assert_non_null(lattice.label);
+    lattice.label = zeroed(1, cells);
     memcpy(lattice.label, world->lattice.label, cells);
     VoxelBenchOptions plain = voxel_bench_options(options->body.body.levels);
     SCOPED(voxel_bench_destroy) VoxelBench bench;

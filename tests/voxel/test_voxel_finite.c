@@ -65,8 +65,7 @@ static Point gauss_point(const Cylinder *cylinder, int i, int j, int which)
 
 static Cylinder *cylinder_create(void)
 {
-    Cylinder *out = calloc(1, sizeof *out);
-    assert_non_null(out);
+    Cylinder *out = zeroed(1, sizeof *out);
     for (int j = 0; j <= ROWS; j++)
         for (int i = 0; i <= RINGS; i++) {
             const int n = ring_node(i, j);

@@ -76,8 +76,7 @@ static double farthest_moved(VoxelWorld *world, const Vec3 *rest)
 static Vec3 *copy_positions(VoxelWorld *world)
 {
     voxel_world_read(world);
-    Vec3 *copy = calloc((size_t)world->count, sizeof *copy);
-    assert_non_null(copy);
+    Vec3 *copy = zeroed((size_t)world->count, sizeof *copy);
     for (int i = 0; i < world->count; i++)
         copy[i] = world->x[i];
     return copy;

@@ -49,13 +49,6 @@ typedef struct Problem {
     const RestTable *tables[PRECISION_COUNT];
 } Problem;
 
-static void *allocate(size_t count, size_t size)
-{
-    void *memory = calloc(count + 1, size);
-    assert_non_null(memory);
-    return memory;
-}
-
 static ElementClass class_of(int level, int material, VoxelLaw law, bool damped)
 {
     const double size = SIZE * (1 << level), mu = material == 0 ? 5e3 : 1.3e4;
@@ -71,8 +64,8 @@ static void prepare(Problem *p)
 {
     for (int k = 0; k < CLASSES; k++)
         p->classes[k] = class_of(k / 2, k % 2, p->law, p->damped);
-    p->row = allocate((size_t)p->vertex_count, sizeof *p->row);
-    p->last = allocate((size_t)p->element_count, sizeof *p->last);
+    p->row = zeroed((size_t)p->vertex_count, sizeof *p->row);
+    p->last = zeroed((size_t)p->element_count, sizeof *p->last);
     for (int e = 0; e < p->element_count; e++)
         p->last[e] = (Quat){1.0, 0.0, 0.0, 0.0};
     const BatchOptions options = {
@@ -113,8 +106,8 @@ static void make_cube(Problem *p, int cells, int levels, const Variant *v)
     assert_true(lattice_mesh_create(&mesh, &layout, &(Status){0}));
     p->element_count = mesh.element_count;
     p->vertex_count = mesh.vertex_count;
-    p->vertex = allocate((size_t)p->element_count, sizeof *p->vertex);
-    p->element_class = allocate((size_t)p->element_count, sizeof *p->element_class);
+    p->vertex = zeroed((size_t)p->element_count, sizeof *p->vertex);
+    p->element_class = zeroed((size_t)p->element_count, sizeof *p->element_class);
     uint64_t random = 77;
     for (int e = 0; e < p->element_count; e++) {
         memcpy(p->vertex[e], mesh.vertex[e], sizeof p->vertex[e]);
@@ -128,8 +121,8 @@ static void make_loose(Problem *p, int count, const Variant *v, uint64_t *random
 {
     *p = problem_of(v);
     p->element_count = count;
-    p->vertex = allocate((size_t)count, sizeof *p->vertex);
-    p->element_class = allocate((size_t)count, sizeof *p->element_class);
+    p->vertex = zeroed((size_t)count, sizeof *p->vertex);
+    p->element_class = zeroed((size_t)count, sizeof *p->element_class);
     unsigned mask = 0;
     for (int e = 0; e < count; e++) {
         if (e % 20 == 0) // so that batches are not all padding
@@ -235,12 +228,12 @@ static Result run(const Problem *p, const VoxelKernels *kernels, double start)
     Result r = {.force_bytes = vertices * sizeof *r.force};
     int batches = batches_total(&p->batches);
     r.last_bytes = (size_t)batches * sizeof *r.last;
-    r.force = allocate(vertices, sizeof *r.force);
-    r.last = allocate((size_t)batches, sizeof *r.last);
+    r.force = zeroed(vertices, sizeof *r.force);
+    r.last = zeroed((size_t)batches, sizeof *r.last);
     for (int b = 0; b < batches * LANES; b++)
         r.last[b / LANES][b % LANES][0] = start;
     // Rows are whole cache lines in the server; here they may lie anywhere.
-    void *rows = allocate(vertices * ROW, real), *force = allocate(vertices * 4, real);
+    void *rows = zeroed(vertices * ROW, real), *force = zeroed(vertices * 4, real);
     for (size_t i = 0; i < vertices * ROW; i++) {
         double value = i < (vertices - 1) * ROW ? p->row[i / ROW][i % ROW] : 0.0;
         if (single)
@@ -277,7 +270,7 @@ static Result run(const Problem *p, const VoxelKernels *kernels, double start)
 // to `scale`, or to the largest force if that is 0) of what is expected.
 static void expect_forces(Problem *p, const char *what, const double tolerance[PRECISION_COUNT])
 {
-    double(*expected)[3] = allocate((size_t)p->vertex_count, sizeof *expected), scale;
+    double(*expected)[3] = zeroed((size_t)p->vertex_count, sizeof *expected), scale;
     expected_forces(p, expected, &scale);
     for (int k = 0; k < PRECISION_COUNT; k++) {
         SCOPED(result_destroy) Result first = {0};
@@ -317,7 +310,7 @@ static void expect_forces(Problem *p, const char *what, const double tolerance[P
 static void move_vertices(Problem *p, Quat turn, double noise, uint64_t *random)
 {
     Vec3 shift = vec3_scale(SIZE, random_vec3(random)), spin = random_vec3(random);
-    FREED bool *done = allocate((size_t)p->vertex_count, sizeof *done);
+    FREED bool *done = zeroed((size_t)p->vertex_count, sizeof *done);
     for (int e = 0; e < p->element_count; e++) {
         Shape s;
         shape_of(p, e, &s);
@@ -483,7 +476,7 @@ TEST(single_precision_is_relative_to_the_deformation)
         make_cube(&p, 8, 1, &VARIANTS[0]);
         for (int i = 0; i < p.vertex_count; i++)
             put_vector(p.row[i], vec3_scale(noise * SIZE, random_vec3(&random)));
-        double(*expected)[3] = allocate((size_t)p.vertex_count, sizeof *expected), scale;
+        double(*expected)[3] = zeroed((size_t)p.vertex_count, sizeof *expected), scale;
         expected_forces(&p, expected, &scale);
         SCOPED(result_destroy)
         Result r = run(&p, voxel_kernels_find(PRECISION_SINGLE, "auto"), 1.0);
@@ -539,8 +532,8 @@ TEST(scales_multiply_stiffness_and_damping)
     // Once by the scales, once by the classes: the same numbers go into the kernel up to rounding.
     const VoxelKernels *kernels = voxel_kernels_find(PRECISION_DOUBLE, "auto");
     const double stiffness = 1.7, damping = 0.3;
-    FREED double(*force)[4] = allocate((size_t)p.vertex_count + 1, sizeof *force);
-    FREED double(*last)[LANES][4] = allocate((size_t)batches_total(&p.batches), sizeof *last);
+    FREED double(*force)[4] = zeroed((size_t)p.vertex_count + 1, sizeof *force);
+    FREED double(*last)[LANES][4] = zeroed((size_t)batches_total(&p.batches), sizeof *last);
     const VoxelPass pass = {
         .plain = &p.batches.plain,
         .hanging = &p.batches.hanging,

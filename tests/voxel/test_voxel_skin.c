@@ -27,9 +27,8 @@ static void dress(Dressed *dressed, Precision precision, Vec3 at, Quat turn)
     voxel_world_create(&dressed->world, &options);
     const int nodes = dressed->skin.node_count;
     assert_int_equal(dressed->world.body->mesh.node_count, nodes);
-    dressed->x = calloc(3 * (size_t)nodes, sizeof *dressed->x);
-    dressed->v = calloc(3 * (size_t)nodes, sizeof *dressed->v);
-    assert_true(dressed->x != NULL && dressed->v != NULL);
+    dressed->x = zeroed(3 * (size_t)nodes, sizeof *dressed->x);
+    dressed->v = zeroed(3 * (size_t)nodes, sizeof *dressed->v);
 }
 
 static void undress(Dressed *dressed)

@@ -9,13 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void *allocate(int count, size_t size)
-{
-    void *memory = calloc((size_t)count, size);
-    ASSERT(memory != NULL);
-    return memory;
-}
-
 VoxelBenchOptions voxel_bench_options(int levels)
 {
     return (VoxelBenchOptions){
@@ -32,7 +25,7 @@ static void differentiate(VoxelBenchClass *class, double size)
 {
     const Element *element = &class->element;
     int n = 3 * element->count;
-    class->matrix = allocate(n * n, sizeof *class->matrix);
+    class->matrix = zeroed(n * n, sizeof *class->matrix);
     Vec3 position[NODE_COUNT];
     memcpy(position, element->rest, (size_t)element->count * sizeof *position);
     double step = 1e-5 * size;
@@ -87,8 +80,8 @@ static void create_class(VoxelBench *bench, VoxelBenchClass *class, unsigned mas
 static void find_classes(VoxelBench *bench, const VoxelBenchOptions *options)
 {
     enum { MOST = 4096 };
-    bench->class = allocate(MOST, sizeof *bench->class);
-    bench->class_of = allocate(bench->element_count, sizeof *bench->class_of);
+    bench->class = zeroed(MOST, sizeof *bench->class);
+    bench->class_of = zeroed(bench->element_count, sizeof *bench->class_of);
     for (int e = 0; e < bench->element_count; e++) {
         unsigned mask = template_mask_of(bench->mesh.vertex[e]);
         int level = bench->layout.leaf[e].level, c = 0;
@@ -117,12 +110,12 @@ void voxel_bench_create(VoxelBench *bench, Lattice *lattice, const VoxelBenchOpt
     SolidMaterial material = {modulus, nu, options->density};
     bench->critical_step = voxel_critical_step(&material, bench->size);
     find_classes(bench, options);
-    bench->rest = allocate(n, sizeof *bench->rest);
-    bench->position = allocate(n, sizeof *bench->position);
-    bench->velocity = allocate(n, sizeof *bench->velocity);
-    bench->force = allocate(n, sizeof *bench->force);
-    bench->mass = allocate(n, sizeof *bench->mass);
-    bench->last = allocate(m, sizeof *bench->last);
+    bench->rest = zeroed(n, sizeof *bench->rest);
+    bench->position = zeroed(n, sizeof *bench->position);
+    bench->velocity = zeroed(n, sizeof *bench->velocity);
+    bench->force = zeroed(n, sizeof *bench->force);
+    bench->mass = zeroed(n, sizeof *bench->mass);
+    bench->last = zeroed(m, sizeof *bench->last);
     for (int i = 0; i < n; i++) {
         const int *p = bench->mesh.point[i];
         bench->rest[i] = bench->position[i] = lattice_point(&bench->lattice, p[0], p[1], p[2]);
@@ -313,8 +306,8 @@ static void conjugate_gradients(const VoxelBench *bench, const bool *fixed, Vec3
                                 double tolerance, Vec3 *x)
 {
     int n = bench->vertex_count;
-    Vec3 *p = allocate(n, sizeof *p), *product = allocate(n, sizeof *product);
-    FREED Vec3 *z = allocate(n, sizeof *z);
+    Vec3 *p = zeroed(n, sizeof *p), *product = zeroed(n, sizeof *product);
+    FREED Vec3 *z = zeroed(n, sizeof *z);
     double first = 0.0, rho = 0.0;
     memset(x, 0, (size_t)n * sizeof *x);
     for (int step = 0; step < 20 * n + 100; step++) {
@@ -342,7 +335,7 @@ static void conjugate_gradients(const VoxelBench *bench, const bool *fixed, Vec3
 void voxel_bench_solve_linear(VoxelBench *bench, const bool *fixed, const double *load,
                               Vec3 *displacement)
 {
-    FREED Vec3 *b = allocate(bench->vertex_count, sizeof *b);
+    FREED Vec3 *b = zeroed(bench->vertex_count, sizeof *b);
     for (int i = 0; i < bench->element_count; i++)
         bench->last[i] = (Quat){1.0, 0.0, 0.0, 0.0};
     double *value = &b[0].x;
@@ -354,7 +347,7 @@ void voxel_bench_solve_linear(VoxelBench *bench, const bool *fixed, const double
 bool voxel_bench_solve(VoxelBench *bench, const bool *fixed, const double *load, double tolerance)
 {
     int n = bench->vertex_count;
-    Vec3 *b = allocate(n, sizeof *b), *move = allocate(n, sizeof *move);
+    Vec3 *b = zeroed(n, sizeof *b), *move = zeroed(n, sizeof *move);
     bool solved = false;
     for (int step = 0; step < 100 && !solved; step++) {
         voxel_bench_forces(bench);

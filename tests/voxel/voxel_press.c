@@ -6,7 +6,6 @@
 #include "sim_steps.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 static const double EDGE = 0.1, RADIUS = 0.03, DEPTH = 0.02, SPEED = 0.05;
 
@@ -31,8 +30,7 @@ void voxel_press_create(VoxelPress *press, int n, int levels, Precision precisio
     sim_set_lockstep(press->world.sim, true);
     const size_t count = (size_t)press->world.count;
     press->tick = 0;
-    press->rest = calloc(count, sizeof *press->rest);
-    ASSERT(press->rest != NULL);
+    press->rest = zeroed(count, sizeof *press->rest);
     for (size_t i = 0; i < count; i++)
         press->rest[i] = press->world.x[i];
 }

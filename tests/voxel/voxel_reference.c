@@ -10,13 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void *allocate(int count, size_t size)
-{
-    void *memory = calloc((size_t)count, size);
-    ASSERT(memory != NULL);
-    return memory;
-}
-
 // The paper's weights are all 1, about their own mean, and its k is such that all elements of one
 // size have the same sum k |X|^2, which is the energy of an even stretch: with 8 corners 6 mu H^3.
 static void set_law(ReferenceElement *element, VoxelLaw law, double mu, double nu, double size)
@@ -86,14 +79,14 @@ void voxel_reference_create(VoxelReference *reference, const VoxelOptions *optio
         .element_count = m,
         .vertex_count = n,
         .surface_count = mesh.surface_count,
-        .element = allocate(m, sizeof *reference->element),
-        .rest = allocate(n, sizeof *reference->rest),
-        .position = allocate(n, sizeof *reference->position),
-        .velocity = allocate(n, sizeof *reference->velocity),
-        .force = allocate(n, sizeof *reference->force),
-        .load = allocate(n, sizeof *reference->load),
-        .mass = allocate(n, sizeof *reference->mass),
-        .fixed = allocate(n, sizeof *reference->fixed),
+        .element = zeroed(m, sizeof *reference->element),
+        .rest = zeroed(n, sizeof *reference->rest),
+        .position = zeroed(n, sizeof *reference->position),
+        .velocity = zeroed(n, sizeof *reference->velocity),
+        .force = zeroed(n, sizeof *reference->force),
+        .load = zeroed(n, sizeof *reference->load),
+        .mass = zeroed(n, sizeof *reference->mass),
+        .fixed = zeroed(n, sizeof *reference->fixed),
         .gravity = options->body.gravity,
         .stiffness_scale = 1.0,
         .damping_scale = 1.0,

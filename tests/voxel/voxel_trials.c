@@ -16,10 +16,9 @@ double trial_cantilever(int n, int levels, const VoxelBenchOptions *options)
     SCOPED(voxel_bench_destroy) VoxelBench bench;
     voxel_bench_box(&bench, 4 * n, n, n, WIDTH / n, &own);
     int count = bench.vertex_count;
-    FREED bool *fixed = calloc((size_t)(3 * count), sizeof *fixed);
-    FREED double *load = calloc((size_t)(3 * count), sizeof *load);
-    FREED Vec3 *move = calloc((size_t)count, sizeof *move);
-    ASSERT(fixed != NULL && load != NULL && move != NULL);
+    FREED bool *fixed = zeroed((size_t)(3 * count), sizeof *fixed);
+    FREED double *load = zeroed((size_t)(3 * count), sizeof *load);
+    FREED Vec3 *move = zeroed((size_t)count, sizeof *move);
     for (int i = 0; i < count; i++) {
         const int *p = bench.mesh.point[i];
         if (p[0] == 0)
@@ -74,8 +73,7 @@ Tension trial_tension(const VoxelBenchOptions *options)
     SCOPED(voxel_bench_destroy) VoxelBench bench;
     voxel_bench_box(&bench, 8, 8, 16, 0.01, options);
     int n = bench.vertex_count;
-    FREED bool *fixed = calloc((size_t)(3 * n), sizeof *fixed);
-    ASSERT(fixed != NULL);
+    FREED bool *fixed = zeroed((size_t)(3 * n), sizeof *fixed);
     static const double STRAIN = 0.05;
     for (int i = 0; i < n; i++) {
         const int *p = bench.mesh.point[i];
@@ -114,8 +112,7 @@ double trial_shear(const VoxelBenchOptions *options, uint64_t *random)
     SCOPED(voxel_bench_destroy) VoxelBench bench;
     voxel_bench_box(&bench, 10, 8, 12, 0.01, options);
     int n = bench.vertex_count;
-    FREED bool *fixed = calloc((size_t)(3 * n), sizeof *fixed);
-    ASSERT(fixed != NULL);
+    FREED bool *fixed = zeroed((size_t)(3 * n), sizeof *fixed);
     for (int i = 0; i < n; i++) {
         Vec3 x = bench.rest[i];
         bool surface = i < bench.mesh.surface_count;

@@ -7,8 +7,6 @@
 #include "base/check.h"
 #include "voxel/model.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #ifdef __SSE2__
 #include <xmmintrin.h>
 #endif
@@ -113,11 +111,10 @@ void voxel_world_create(VoxelWorld *world, VoxelWorldOptions *options)
     const VoxelModel *model = world->body->model;
     world->count = model->vertices.count;
     size_t count = (size_t)world->count;
-    world->id = calloc(count, sizeof *world->id);
-    world->x = calloc(count, sizeof *world->x);
-    world->v = calloc(count, sizeof *world->v);
-    world->mass = calloc(count, sizeof *world->mass);
-    ASSERT(world->id != NULL && world->x != NULL && world->v != NULL && world->mass != NULL);
+    world->id = zeroed(count, sizeof *world->id);
+    world->x = zeroed(count, sizeof *world->x);
+    world->v = zeroed(count, sizeof *world->v);
+    world->mass = zeroed(count, sizeof *world->mass);
     for (size_t i = 0; i < count; i++)
         world->mass[i] = model->vertices.mass[i];
     voxel_world_read(world);

@@ -5,8 +5,6 @@
 #include "fixture.h"
 #include "random.h"
 
-#include <stdlib.h>
-
 SurfaceOptions wall_options(int levels, int start_level)
 {
     SurfaceOptions options = bench_options(levels, start_level);

@@ -3,9 +3,6 @@
 
 #include "expect.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 typedef struct Side {
     int low, high, triangle, forward;
 } Side;

@@ -3,9 +3,6 @@
 
 #include "expect.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static void create_vertices(CutBench *bench)
 {
     const int capacity = bench->cut.vertex_capacity;

@@ -139,8 +139,7 @@ TEST(every_level_of_the_kernels_finds_the_same_faces)
             const size_t bytes = (size_t)tear->hit_count * sizeof *tear->hit;
             if (first == NULL) {
                 first_count = tear->hit_count;
-                first = malloc(bytes);
-                assert_non_null(first);
+                first = zeroed(1, bytes);
                 memcpy(first, tear->hit, bytes);
             }
             assert_int_equal(tear->hit_count, first_count);
@@ -311,8 +310,7 @@ TEST(torn_run_goes_on_alike_from_its_states)
     void *saved[TIMES];
     run_on(&world, 0, 1);
     for (int k = 0; k < TIMES; k++) {
-        saved[k] = malloc(state_bytes(&world.state));
-        assert_non_null(saved[k]);
+        saved[k] = zeroed(1, state_bytes(&world.state));
     }
     state_copy_out(&world.state, saved[0]);
     int now = 1;

@@ -14,13 +14,6 @@
 static const double SIZE = 3e-3; // of a cell [m]
 enum { LEVELS = 2, MATERIALS = 2 };
 
-static void *allocate(size_t count, size_t size)
-{
-    void *memory = calloc(count + 1, size);
-    assert_non_null(memory);
-    return memory;
-}
-
 // --- a body's elements ---
 
 typedef struct World {
@@ -93,7 +86,7 @@ static void world_create(World *world, int cells, bool box, VoxelLaw law, Precis
             world->classes[level * MATERIALS + m] = class_of(level, m);
     template_cache_create(&world->templates, "test", law, precision, &world->arena);
     create_windows(world, &world->windows, &world->templates, &world->arena, &world->state);
-    world->row = allocate((size_t)world->lattice.vertex_capacity + 1, sizeof *world->row);
+    world->row = zeroed((size_t)world->lattice.vertex_capacity + 1, sizeof *world->row);
 }
 
 static void world_destroy(World *world)
@@ -245,7 +238,7 @@ TEST(rotations_go_along_with_elements_and_to_their_children)
     world_create(&world, 16, false, VOXEL_AFFINE, PRECISION_DOUBLE);
     const CutWindows *windows = &world.windows;
     const CutLattice *lattice = &world.lattice;
-    FREED int *owner = allocate((size_t)lattice->element_count, sizeof *owner); // whose it has
+    FREED int *owner = zeroed((size_t)lattice->element_count, sizeof *owner); // whose it has
     int inherited = 0;
     for (int e = 0; e < lattice->element_count; e++) {
         owner[e] = e;
@@ -294,9 +287,9 @@ static Forces forces_create(const World *world)
     const size_t count = (size_t)world->lattice.vertex_capacity + 1;
     const bool single = world->templates.precision == PRECISION_SINGLE;
     const size_t real = single ? sizeof(float) : sizeof(double);
-    Forces f = {.row = allocate(count * ROW, real), .bytes = count * 4 * real};
+    Forces f = {.row = zeroed(count * ROW, real), .bytes = count * 4 * real};
     for (int k = 0; k < 2; k++)
-        f.force[k] = allocate(count * 4, real);
+        f.force[k] = zeroed(count * 4, real);
     for (size_t i = 0; i < count * ROW; i++)
         if (single)
             ((float *)f.row)[i] = (float)world->row[i / ROW][i % ROW];
@@ -329,9 +322,9 @@ static void dense_forces(const World *world, Forces *f, double *energy)
 {
     const CutLattice *lattice = &world->lattice;
     const int count = lattice->leaf_count;
-    int(*vertex)[NODE_COUNT] = allocate((size_t)count, sizeof *vertex), k = 0;
-    FREED int *element_class = allocate((size_t)count, sizeof *element_class);
-    FREED ElementClass *classes = allocate((size_t)count, sizeof *classes);
+    int(*vertex)[NODE_COUNT] = zeroed((size_t)count, sizeof *vertex), k = 0;
+    FREED int *element_class = zeroed((size_t)count, sizeof *element_class);
+    FREED ElementClass *classes = zeroed((size_t)count, sizeof *classes);
     for (int e = 0; e < lattice->element_count; e++) {
         if (!cut_lattice_is_leaf(lattice, e))
             continue;
@@ -361,7 +354,7 @@ static void dense_forces(const World *world, Forces *f, double *energy)
                                   element_class, classes, lattice->vertex_capacity};
     batches_create(&batches, &options, &arena);
     const size_t total = (size_t)batches_total(&batches);
-    double(*last)[LANES][4] = allocate(total, sizeof *last);
+    double(*last)[LANES][4] = zeroed(total, sizeof *last);
     for (size_t i = 0; i < total * LANES; i++)
         last[i / LANES][i % LANES][0] = 1.0;
     VoxelPass pass = pass_of(world, f);

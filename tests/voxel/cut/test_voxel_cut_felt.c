@@ -39,8 +39,7 @@ static void make_options(Options *options, double length)
         blocks.spacing[a] = 1.0 / PARTS;
         voxels *= (size_t)blocks.count[a];
     }
-    unsigned char *inside = calloc(voxels, 1), *to = inside;
-    assert_non_null(inside);
+    unsigned char *inside = zeroed(voxels, 1), *to = inside;
     const Vec3 low = vec3_madd(lattice->origin, -2.0 * CELL, vec3(1.0, 1.0, 1.0));
     for (int k = 0; k < blocks.count[2]; k++)
         for (int j = 0; j < blocks.count[1]; j++)
@@ -83,10 +82,9 @@ static double off_from_shown(const Body *body, Contact *contact)
 {
     const BodyMesh *mesh = &body->mesh;
     const BodyFit *fit = &mesh->fit;
-    FREED float *row = calloc(3 * (size_t)fit->row_count, sizeof *row),
-                *shown = calloc(3 * (size_t)mesh->node_count, sizeof *shown);
-    double *scratch = calloc(FIT_SCRATCH * (size_t)fit->row_count, sizeof *scratch), most = 0.0;
-    assert_true(row != NULL && shown != NULL && scratch != NULL);
+    FREED float *row = zeroed(3 * (size_t)fit->row_count, sizeof *row),
+                *shown = zeroed(3 * (size_t)mesh->node_count, sizeof *shown);
+    double *scratch = zeroed(FIT_SCRATCH * (size_t)fit->row_count, sizeof *scratch), most = 0.0;
     body->ops->snapshot_rows(body->model, row, NULL);
     fit_nodes(fit, mesh->node_count, row, scratch, shown);
     fit_fade(fit, contact->fit->step, row, shown);

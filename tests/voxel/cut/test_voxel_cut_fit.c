@@ -76,8 +76,7 @@ static void make_field(SurfaceField *field, const Lattice *lattice, Truth *truth
         blocks.spacing[a] = 1.0 / parts;
         voxels *= (size_t)blocks.count[a];
     }
-    unsigned char *inside = calloc(voxels, 1), *to = inside;
-    assert_non_null(inside);
+    unsigned char *inside = zeroed(voxels, 1), *to = inside;
     for (int k = 0; k < blocks.count[2]; k++)
         for (int j = 0; j < blocks.count[1]; j++)
             for (int i = 0; i < blocks.count[0]; i++)
@@ -110,8 +109,7 @@ static void create_of(Fitted *it, Truth *truth, Lattice lattice, SurfaceField fi
     options.body.tick = 1e-3;
     options.body.body.precision = PRECISION_SINGLE;
     cut_world_create(&it->world, &options);
-    it->node = calloc(3 * (size_t)it->world.body->mesh.node_capacity, sizeof *it->node);
-    assert_non_null(it->node);
+    it->node = zeroed(3 * (size_t)it->world.body->mesh.node_capacity, sizeof *it->node);
     take(it);
 }
 
@@ -422,9 +420,8 @@ static void show(Fitted *it, float *out)
 {
     const BodyMesh *mesh = &it->world.body->mesh;
     const BodyFit *fit = &mesh->fit;
-    FREED float *row = calloc(3 * (size_t)fit->row_count, sizeof *row);
-    FREED double *scratch = calloc(FIT_SCRATCH * (size_t)fit->row_count, sizeof *scratch);
-    assert_true(row != NULL && scratch != NULL);
+    FREED float *row = zeroed(3 * (size_t)fit->row_count, sizeof *row);
+    FREED double *scratch = zeroed(FIT_SCRATCH * (size_t)fit->row_count, sizeof *scratch);
     it->world.body->ops->snapshot_rows(it->world.model, row, NULL);
     fit_nodes(fit, mesh->node_count, row, scratch, out);
     fit_fade(fit, it->world.body->step + 1, row, out);
@@ -500,8 +497,7 @@ TEST(order_of_cuts_does_not_matter)
         take(&it);
         const BodyMesh *mesh = &it.world.body->mesh;
         count[k] = mesh->node_count;
-        row[k] = calloc(4 * (size_t)count[k], sizeof *row[k]);
-        assert_non_null(row[k]);
+        row[k] = zeroed(4 * (size_t)count[k], sizeof *row[k]);
         for (int i = 0; i < count[k]; i++) {
             memcpy(row[k] + 4L * i, &mesh->id[i], sizeof(int));
             memcpy(row[k] + 4L * i + 1, it.node + 3L * i, 3 * sizeof(float));
