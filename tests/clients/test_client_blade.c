@@ -1,28 +1,21 @@
 // SPDX-License-Identifier: MIT
 // Paths of blades: files with clear errors, planes, and the poses of a tool that follows them.
 #include "blade.h"
+#include "scratch_folder.h"
 #include "test.h"
-
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 static bool read_text(const char *text, BladePath *path, PliantError *error)
 {
-    char name[] = "blade-XXXXXX";
-    int fd = mkstemp(name);
-    assert_true(fd >= 0);
-    assert_int_equal(write(fd, text, strlen(text)), strlen(text));
-    close(fd);
+    scratch_write_text("blade", text);
     *path = (BladePath){0};
-    bool ok = blade_read(path, name, error);
-    unlink(name);
-    return ok;
+    return blade_read(path, scratch_at("blade"), error);
 }
+
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(sweeps_go_from_place_to_place_until_the_blade_is_lifted)
 {
-    BladePath path;
+    SCOPED(blade_destroy) BladePath path;
     PliantError error;
     assert_true(read_text("# two strokes\n0 0 0 0 0 1\n 1 0 0\t1 0 1 # on\n2 0 0 2 0 1\n\nlift\n"
                           "0 5 0 0 5 1\nlift\n0 6 0 0 6 1\n1 6 0 1 6 1\n",
@@ -37,7 +30,6 @@ TEST(sweeps_go_from_place_to_place_until_the_blade_is_lifted)
     assert_int_equal(at, 4); // the lonely place is none
     assert_int_equal(blade_next_sweep(&path, at), -1);
     expect_near(path.position[1].end[1][2], 1.0, 0.0);
-    blade_destroy(&path);
 }
 
 TEST(faulty_files_are_refused_with_their_line)
@@ -57,12 +49,11 @@ TEST(faulty_files_are_refused_with_their_line)
         {"\n\n0 0 0 0 0 1001\n", ":3: position 1001 outside"},
     };
     for (size_t k = 0; k < sizeof faults / sizeof faults[0]; k++) {
-        BladePath path;
+        SCOPED(blade_destroy) BladePath path;
         PliantError error = {0};
         assert_false(read_text(faults[k].text, &path, &error));
         if (!strstr(error.text, faults[k].says))
             fail_msg("'%s' does not say '%s'", error.text, faults[k].says);
-        blade_destroy(&path);
     }
 }
 
@@ -71,7 +62,7 @@ TEST(a_plane_is_swept_by_a_square_across_its_normal)
     static const double point[3] = {0.1, -0.2, 0.3};
     static const double normals[4][3] = {{0, 0, 2}, {1, 0, 0}, {0, -3, 0}, {1, -2, 0.5}};
     for (int n = 0; n < 4; n++) {
-        BladePath path = {0};
+        SCOPED(blade_destroy) BladePath path = {0};
         blade_plane(&path, point, normals[n], 0.5);
         assert_int_equal(blade_sweeps(&path), 1);
         double center[3] = {0, 0, 0};
@@ -89,7 +80,6 @@ TEST(a_plane_is_swept_by_a_square_across_its_normal)
             }
         for (int k = 0; k < 3; k++)
             expect_near(center[k], point[k], 1e-15);
-        blade_destroy(&path);
     }
 }
 
@@ -110,10 +100,10 @@ TEST(a_tool_carries_its_edge_along_the_path)
         {{0.1, 0.2, 0}, {0.05, 0.2, 0}}, // turned right round
     };
     enum { COUNT = sizeof edge / sizeof *edge };
-    BladePath path = {0};
+    SCOPED(blade_destroy) BladePath path = {0};
     for (int i = 0; i < COUNT; i++)
         assert_true(blade_add(&path, edge[i], i == 0));
-    Track track;
+    SCOPED(track_destroy) Track track;
     assert_int_equal(blade_track(&path, 0, 0.1, &track), COUNT);
     assert_int_equal(track.count, COUNT);
     expect_near(track.pose[1].time, sqrt(0.1 * 0.1 + 1e-6) / 0.1, 1e-12); // its farther end
@@ -131,24 +121,20 @@ TEST(a_tool_carries_its_edge_along_the_path)
             expect_near(z[k], (edge[i][1][k] - edge[i][0][k]) / sqrt(length), 1e-14);
         }
     }
-    track_destroy(&track);
-    blade_destroy(&path);
 }
 
 TEST(each_stroke_has_a_track_of_its_own)
 {
-    BladePath path = {0};
+    SCOPED(blade_destroy) BladePath path = {0};
     for (int i = 0; i < 6; i++) {
         const double end[2][3] = {{0.1 * i, 0, 0}, {0.1 * i, 0, 0.1}};
         assert_true(blade_add(&path, end, i == 0 || i == 4));
     }
-    Track track;
+    SCOPED(track_destroy) Track track;
     assert_int_equal(blade_track(&path, 0, 1.0, &track), 4);
     assert_int_equal(track.count, 4);
     expect_near(track_duration(&track), 0.3, 1e-15);
     track_destroy(&track);
     assert_int_equal(blade_track(&path, 4, 1.0, &track), 6);
     assert_int_equal(track.count, 2);
-    track_destroy(&track);
-    blade_destroy(&path);
 }

@@ -4,8 +4,6 @@
 #include "kit.h"
 #include "test.h"
 
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 enum { NODES = 3 };
@@ -43,8 +41,8 @@ static void take_nodes(Curve *curve, int number, float lift)
 
 TEST(rows_hold_the_largest_displacement_against_the_first_frame)
 {
-    Curve curve = {0};
-    char *text = NULL;
+    SCOPED(curve_destroy) Curve curve = {0};
+    FREED char *text = NULL;
     size_t size = 0;
     curve.out = open_memstream(&text, &size);
     take_nodes(&curve, 0, 0.25f);
@@ -52,25 +50,22 @@ TEST(rows_hold_the_largest_displacement_against_the_first_frame)
     take_nodes(&curve, 2, 0.0f);
     fclose(curve.out);
     assert_string_equal(text, "0.000000\t0\t0\n0.500000\t0.5\t2\n1.000000\t0.25\t2\n");
-    free(text);
-    curve_destroy(&curve);
 }
 
 TEST(unrelated_nodes_begin_where_they_are)
 {
-    Curve curve = {0};
+    SCOPED(curve_destroy) Curve curve = {0};
     const float there[3 * NODES] = {9.0f, 0.0f, 0.0f, 8.0f, 0.0f, 0.0f, 7.0f, 0.0f, 0.0f};
     take_nodes(&curve, 0, 0.0f);
     take(&curve, 1, 2, NODES, there, (const int32_t[]){5, 6, 7},
          (const int32_t[]){5, 5, 6, 6, 7, 7});
     expect_near(curve.shape[CURVE_LAST].displacement, 0.0, 0.0);
     expect_near(curve.shape[CURVE_PEAK].displacement, 0.0, 0.0);
-    curve_destroy(&curve);
 }
 
 TEST(shape_is_written_of_the_last_frame_and_of_the_peak)
 {
-    Curve curve = {0};
+    SCOPED(curve_destroy) Curve curve = {0};
     PliantError error;
     char path[] = "shape-XXXXXX", text[512];
     int fd = mkstemp(path);
@@ -93,7 +88,6 @@ TEST(shape_is_written_of_the_last_frame_and_of_the_peak)
     }
     close(fd);
     unlink(path);
-    curve_destroy(&curve);
 }
 
 // --- a mesh that changes ---
@@ -111,7 +105,7 @@ static void take_line(Curve *curve, int number, int topology, int count, const f
 // All numbers are small binary fractions: exact.
 TEST(nodes_are_told_by_their_ids)
 {
-    Curve curve = {0};
+    SCOPED(curve_destroy) Curve curve = {0};
     const int32_t parent[10] = {5, 5, 6, 6, 7, 7, 8, 8, 6, 7}, id[4] = {5, 6, 7, 8};
     take_line(&curve, 0, 1, 4, (const float[]){0.0f, 1.0f, 2.0f, 4.0f}, id, parent);
     take_line(&curve, 1, 1, 4, (const float[]){0.0f, 1.25f, 2.5f, 4.0f}, id, parent);
@@ -130,12 +124,11 @@ TEST(nodes_are_told_by_their_ids)
     expect_near(curve.shape[CURVE_LAST].displacement, 0.5, 0.0);
     expect_near(curve.shape[CURVE_PEAK].displacement, 1.0, 0.0);
     assert_int_equal(curve.shape[CURVE_PEAK].body->topology, 2);
-    curve_destroy(&curve);
 }
 
 TEST(births_between_births_have_their_beginnings_too)
 {
-    Curve curve = {0};
+    SCOPED(curve_destroy) Curve curve = {0};
     const int32_t id[3] = {5, 6, -1}, none[6] = {5, 5, 6, 6, 0, 0};
     take_line(&curve, 0, 1, 3, (const float[]){0.0f, 1.0f, 0.0f}, id, none);
     take_line(&curve, 1, 1, 3, (const float[]){1.0f, 2.0f, 0.0f}, id, none); // all by 1
@@ -145,5 +138,4 @@ TEST(births_between_births_have_their_beginnings_too)
     expect_near((double)curve.first[6], 0.25, 0.0);
     expect_near((double)curve.first[9], 0.5, 0.0);
     expect_near(curve.shape[CURVE_LAST].displacement, 1.0, 0.0);
-    curve_destroy(&curve);
 }

@@ -3,12 +3,9 @@
 // Long random sequences are with the bus that sends them (daemon/test_stream.c).
 #include "test.h"
 #include "frames.h"
-
-#include <stdlib.h>
-#include <string.h>
+#include "mesh_message.h"
 
 #include "pliant_mesh_delta_t.h"
-#include "pliant_mesh_t.h"
 
 enum { NODES = 4, TRIANGLES = 3, DATA = 1024 };
 
@@ -19,21 +16,8 @@ static const int8_t level[NODES] = {0};
 // The mesh of topology 5: two triangles, one free slot.
 static FramesResult take_mesh(MeshFrame *frame, int sequence, int64_t utime)
 {
-    pliant_mesh_t mesh = {.utime = utime,
-                          .sequence = sequence,
-                          .topology = 5,
-                          .node_count = NODES,
-                          .triangle_count = TRIANGLES,
-                          .chunk_count = 1,
-                          .num_indices = 3 * TRIANGLES,
-                          .triangle = (int32_t *)(uintptr_t)triangle,
-                          .num_nodes = NODES,
-                          .num_parents = 2 * NODES,
-                          .id = (int32_t *)(uintptr_t)id,
-                          .origin = (int32_t *)(uintptr_t)id,
-                          .parent = (int32_t *)(uintptr_t)parent,
-                          .piece = (int32_t *)(uintptr_t)id,
-                          .level = (int8_t *)(uintptr_t)level};
+    pliant_mesh_t mesh =
+        mesh_message(sequence, utime, 5, NODES, id, parent, level, TRIANGLES, triangle);
     unsigned char data[DATA];
     int size = pliant_mesh_t_encode(data, 0, DATA, &mesh);
     assert_true(size > 0);
@@ -117,7 +101,7 @@ static void expect_after(const MeshFrame *frame)
 
 TEST(a_delta_makes_the_next_mesh)
 {
-    MeshFrame frame = {0};
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
     Delta delta;
     make_delta(&delta);
     take_mesh(&frame, 1, 0);
@@ -126,13 +110,12 @@ TEST(a_delta_makes_the_next_mesh)
     expect_after(&frame);
     assert_int_equal(take(&frame, &delta.message), FRAMES_STALE);
     expect_after(&frame);
-    mesh_frame_destroy(&frame);
 }
 
 TEST(nothing_changes_before_the_last_chunk)
 {
     for (int first = 0; first < 2; first++) {
-        MeshFrame frame = {0};
+        SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
         Delta delta;
         make_delta(&delta);
         pliant_mesh_delta_t part[2] = {delta.message, delta.message};
@@ -151,13 +134,12 @@ TEST(nothing_changes_before_the_last_chunk)
         expect_before(&frame);
         assert_int_equal(take(&frame, &part[1 - first]), FRAMES_WHOLE);
         expect_after(&frame);
-        mesh_frame_destroy(&frame);
     }
 }
 
 TEST(a_delta_of_another_mesh_is_missed_and_a_whole_mesh_heals)
 {
-    MeshFrame frame = {0};
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
     Delta delta;
     make_delta(&delta);
     assert_int_equal(take(&frame, &delta.message), FRAMES_MISSED); // joined late
@@ -172,29 +154,18 @@ TEST(a_delta_of_another_mesh_is_missed_and_a_whole_mesh_heals)
     assert_int_equal(take(&frame, &delta.message), FRAMES_WHOLE);
     expect_after(&frame);
     assert_int_equal(frame.missed, 2);
-    mesh_frame_destroy(&frame);
 }
 
 // The mesh stays in use while a whole one arrives, and an older whole one does not undo a delta.
 TEST(a_mesh_that_a_delta_overtook_is_given_up)
 {
-    MeshFrame frame = {0};
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
     Delta delta;
     make_delta(&delta);
     take_mesh(&frame, 1, 0);
-    pliant_mesh_t half = {.utime = 50,
-                          .sequence = 2,
-                          .topology = 5,
-                          .node_count = NODES,
-                          .triangle_count = TRIANGLES,
-                          .chunk_count = 2,
-                          .num_nodes = NODES,
-                          .num_parents = 2 * NODES,
-                          .id = (int32_t *)(uintptr_t)id,
-                          .origin = (int32_t *)(uintptr_t)id,
-                          .parent = (int32_t *)(uintptr_t)parent,
-                          .piece = (int32_t *)(uintptr_t)id,
-                          .level = (int8_t *)(uintptr_t)level};
+    pliant_mesh_t half = mesh_message(2, 50, 5, NODES, id, parent, level, TRIANGLES, NULL);
+    half.chunk_count = 2;
+    half.num_indices = 0;
     unsigned char data[DATA];
     int size = pliant_mesh_t_encode(data, 0, DATA, &half);
     assert_int_equal(mesh_frame_add(&frame, data, (size_t)size), FRAMES_MORE);
@@ -209,75 +180,56 @@ TEST(a_mesh_that_a_delta_overtook_is_given_up)
     expect_after(&frame);
     assert_int_equal(take_mesh(&frame, 3, 300), FRAMES_WHOLE); // a newer one counts
     expect_before(&frame);
-    mesh_frame_destroy(&frame);
 }
+
+#define OF(member) #member, offsetof(Delta, member)
 
 TEST(hostile_deltas_are_refused_and_leave_the_mesh_alone)
 {
-    enum { FAULTS = 22 };
-    for (int fault = 0; fault < FAULTS; fault++) {
+    // A number that gets a bad value, of the message or of what it points to.
+    static const struct {
+        const char *name;
+        size_t at;
+        int32_t value;
+    } bad[] = {
+        {OF(message.node_count), 0},
+        {OF(message.node_count), -1},
+        {OF(message.node_count), FRAMES_NODES_MAX + 1},
+        {OF(message.node_count), INT32_MAX},
+        {OF(message.triangle_count), -1},
+        {OF(message.triangle_count), FRAMES_TRIANGLES_MAX + 1},
+        {OF(message.chunk), -1},
+        {OF(message.chunk), 1},
+        {OF(message.chunk_count), 0},
+        {OF(message.chunk_count), INT32_MAX},
+        {OF(triangle[7]), 5},
+        {OF(triangle[0]), -1},
+        {OF(triangle_slot[3]), 4},
+        {OF(triangle_slot[0]), -1},
+        {OF(node_slot[0]), 5},
+        {OF(node_slot[0]), INT32_MIN},
+        {OF(id[0]), -2},
+        {OF(message.num_indices), 9},
+        {OF(message.num_parents), 1},
+    };
+    enum { NUMBERS = sizeof bad / sizeof *bad, MORE_CHANGES_THAN_SLOTS = NUMBERS, NEEDED, COMES };
+    for (int fault = 0; fault <= COMES; fault++) {
         MeshFrame frame = {0};
         Delta delta;
         make_delta(&delta);
         pliant_mesh_delta_t *m = &delta.message;
         take_mesh(&frame, 1, 0);
-        int32_t *const field[] = {&m->node_count, &m->triangle_count, &m->chunk, &m->chunk_count};
-        static const struct {
-            int field;
-            int32_t value;
-        } bad[] = {{0, 0},         {0, -1}, {0, FRAMES_NODES_MAX + 1},
-                   {0, INT32_MAX}, {1, -1}, {1, FRAMES_TRIANGLES_MAX + 1},
-                   {2, -1},        {2, 1},  {3, 0},
-                   {3, INT32_MAX}};
-        switch (fault) {
-        case 10:
-            delta.triangle[7] = 5;
-            break;
-        case 11:
-            delta.triangle[0] = -1;
-            break;
-        case 12:
-            delta.triangle_slot[3] = 4;
-            break;
-        case 13:
-            delta.triangle_slot[0] = -1;
-            break;
-        case 14:
-            delta.node_slot[0] = 5;
-            break;
-        case 15:
-            delta.node_slot[0] = INT32_MIN;
-            break;
-        case 16:
-            delta.id[0] = -2;
-            break;
-        case 17:
-            m->num_indices = 9;
-            break;
-        case 18:
-            m->num_parents = 1;
-            break;
-        case 19: // more changes than slots
-            m->triangle_count = 3;
-            delta.triangle_slot[3] = 2;
-            break;
-        case 20: // a node goes that a triangle needs
-            m->node_count = 3;
-            m->num_nodes = m->num_parents = 0;
-            m->num_triangles = 1;
-            m->num_indices = 3;
-            delta.triangle[2] = 2;
-            break;
-        case 21: // a triangle that comes needs it
-            m->node_count = 3;
-            m->num_nodes = m->num_parents = 0;
-            break;
-        default:
-            *field[bad[fault].field] = bad[fault].value;
-            break;
-        }
+        if (fault < NUMBERS)
+            *(int32_t *)((char *)&delta + bad[fault].at) = bad[fault].value;
+        else if (fault == MORE_CHANGES_THAN_SLOTS)
+            m->triangle_count = 3, delta.triangle_slot[3] = 2;
+        else // a node goes that a triangle needs, one that stays or one that comes
+            m->node_count = 3, m->num_nodes = m->num_parents = 0;
+        if (fault == NEEDED)
+            m->num_triangles = 1, m->num_indices = 3, delta.triangle[2] = 2;
         if (take(&frame, m) != FRAMES_REFUSED)
-            fail_msg("fault %d", fault);
+            fail_msg("fault %d: %s", fault,
+                     fault < NUMBERS ? bad[fault].name : "of several members");
         expect_before(&frame);
         assert_int_equal(frame.refused, 1);
         // And the next good one is followed.
@@ -291,7 +243,7 @@ TEST(hostile_deltas_are_refused_and_leave_the_mesh_alone)
 
 TEST(slots_beyond_a_smaller_mesh_are_gone)
 {
-    MeshFrame frame = {0};
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
     Delta delta;
     make_delta(&delta);
     take_mesh(&frame, 1, 0);
@@ -314,14 +266,12 @@ TEST(slots_beyond_a_smaller_mesh_are_gone)
     assert_int_equal(frame.id[3], -1);
     assert_int_equal(frame.id[4], -1);
     assert_int_equal(frame.triangle[3] | frame.triangle[4] | frame.triangle[5], 0);
-    mesh_frame_destroy(&frame);
 }
 
 TEST(garbage_is_no_delta)
 {
     unsigned char data[64] = {1, 2, 3};
-    MeshFrame frame = {0};
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
     for (size_t size = 0; size <= sizeof data; size++)
         assert_int_equal(mesh_frame_add_delta(&frame, data, size), FRAMES_REFUSED);
-    mesh_frame_destroy(&frame);
 }

@@ -6,7 +6,6 @@
 #include "pliant_lcmtypes.h"
 
 #include <inttypes.h>
-#include <string.h>
 
 typedef struct Fingerprint {
     const char *type;

@@ -4,8 +4,6 @@
 #include "test.h"
 #include "frames.h"
 
-#include <stdlib.h>
-
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
 
@@ -14,23 +12,19 @@ enum { NODES = 7, PER_CHUNK = 3, CHUNKS = 3 };
 static FramesResult add_nodes(NodesFrame *frame, const pliant_nodes_t *chunk)
 {
     size_t size = (size_t)pliant_nodes_t_encoded_size(chunk);
-    void *data = malloc(size);
+    FREED void *data = malloc(size);
     assert_non_null(data);
     assert_int_equal(pliant_nodes_t_encode(data, 0, (int)size, chunk), size);
-    FramesResult result = nodes_frame_add(frame, data, size);
-    free(data);
-    return result;
+    return nodes_frame_add(frame, data, size);
 }
 
 static FramesResult add_mesh(MeshFrame *frame, const pliant_mesh_t *chunk)
 {
     size_t size = (size_t)pliant_mesh_t_encoded_size(chunk);
-    void *data = malloc(size);
+    FREED void *data = malloc(size);
     assert_non_null(data);
     assert_int_equal(pliant_mesh_t_encode(data, 0, (int)size, chunk), size);
-    FramesResult result = mesh_frame_add(frame, data, size);
-    free(data);
-    return result;
+    return mesh_frame_add(frame, data, size);
 }
 
 // Chunk `k` of frame `sequence`; coordinate c of node i is 10 i + c + 100 sequence. Valid until the
@@ -74,7 +68,7 @@ TEST(chunks_in_any_order_make_the_frame)
 {
     static const int order[6][CHUNKS] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                          {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-    NodesFrame frame = {0};
+    SCOPED(nodes_frame_destroy) NodesFrame frame = {0};
     for (int n = 0; n < 6; n++) {
         assert_int_equal(add_nodes_chunk(&frame, n, order[n][0]), FRAMES_MORE);
         assert_int_equal(add_nodes_chunk(&frame, n, order[n][1]), FRAMES_MORE);
@@ -82,22 +76,20 @@ TEST(chunks_in_any_order_make_the_frame)
         check_frame(&frame, n);
     }
     assert_int_equal(frame.lost, 0);
-    nodes_frame_destroy(&frame);
 }
 
 TEST(repeated_chunks_do_not_complete_a_frame)
 {
-    NodesFrame frame = {0};
+    SCOPED(nodes_frame_destroy) NodesFrame frame = {0};
     for (int k = 0; k < 2 * CHUNKS; k++)
         assert_int_equal(add_nodes_chunk(&frame, 0, k % 2), FRAMES_MORE);
     assert_int_equal(add_nodes_chunk(&frame, 0, 2), FRAMES_WHOLE);
     assert_int_equal(add_nodes_chunk(&frame, 0, 2), FRAMES_STALE); // already handed out
-    nodes_frame_destroy(&frame);
 }
 
 TEST(newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped)
 {
-    NodesFrame frame = {0};
+    SCOPED(nodes_frame_destroy) NodesFrame frame = {0};
     add_nodes_chunk(&frame, 1, 0);
     add_nodes_chunk(&frame, 1, 1);
     assert_int_equal(add_nodes_chunk(&frame, 2, 0), FRAMES_MORE);
@@ -106,24 +98,22 @@ TEST(newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped)
     add_nodes_chunk(&frame, 2, 1);
     assert_int_equal(add_nodes_chunk(&frame, 2, 2), FRAMES_WHOLE);
     check_frame(&frame, 2);
-    nodes_frame_destroy(&frame);
 }
 
 TEST(frames_of_which_nothing_came_are_counted)
 {
-    NodesFrame frame = {0};
+    SCOPED(nodes_frame_destroy) NodesFrame frame = {0};
     for (int k = 0; k < CHUNKS; k++)
         add_nodes_chunk(&frame, 3, k);
     add_nodes_chunk(&frame, 7, 0); // 4, 5 and 6 are missing
     assert_int_equal(frame.lost, 3);
     add_nodes_chunk(&frame, 8, 0); // and 7 never became whole
     assert_int_equal(frame.lost, 4);
-    nodes_frame_destroy(&frame);
 }
 
 TEST(daemon_that_starts_anew_is_followed_at_once)
 {
-    NodesFrame frame = {0};
+    SCOPED(nodes_frame_destroy) NodesFrame frame = {0};
     for (int k = 0; k < CHUNKS; k++)
         add_nodes_chunk(&frame, 20, k);
     for (int k = 0; k < CHUNKS; k++) { // counts from 0 again, but later by the clock
@@ -132,61 +122,46 @@ TEST(daemon_that_starts_anew_is_followed_at_once)
         assert_int_equal(add_nodes(&frame, &chunk), k + 1 < CHUNKS ? FRAMES_MORE : FRAMES_WHOLE);
     }
     check_frame(&frame, 0);
-    nodes_frame_destroy(&frame);
 }
+
+// A member of a message that gets a bad value.
+typedef struct Fault {
+    const char *name;
+    size_t at;
+    int32_t value;
+} Fault;
+#define OF_NODES(member) #member, offsetof(pliant_nodes_t, member)
+#define OF_MESH(member)  #member, offsetof(pliant_mesh_t, member)
 
 TEST(hostile_sizes_are_refused_and_leave_the_frame_alone)
 {
-    NodesFrame frame = {0};
+    static const Fault FAULTS[] = {
+        {OF_NODES(node_count), 0},
+        {OF_NODES(node_count), -1},
+        {OF_NODES(node_count), FRAMES_NODES_MAX + 1},
+        {OF_NODES(node_count), INT32_MAX},
+        {OF_NODES(chunk), -1},
+        {OF_NODES(chunk), CHUNKS},
+        {OF_NODES(chunk_count), INT32_MAX},
+        {OF_NODES(first), -1},
+        {OF_NODES(first), NODES - 1},
+        {OF_NODES(first), INT32_MAX},
+        {OF_NODES(num_values), 8},
+        {OF_NODES(topology), 5}, // contradicts its own frame
+    };
+    SCOPED(nodes_frame_destroy) NodesFrame frame = {0};
     add_nodes_chunk(&frame, 3, 0);
-    for (int fault = 0; fault < 12; fault++) {
+    for (size_t k = 0; k < sizeof FAULTS / sizeof *FAULTS; k++) {
         pliant_nodes_t chunk = nodes_chunk(3, 1);
-        switch (fault) {
-        case 0:
-            chunk.node_count = 0;
-            break;
-        case 1:
-            chunk.node_count = -1;
-            break;
-        case 2:
-            chunk.node_count = FRAMES_NODES_MAX + 1;
-            break;
-        case 3:
-            chunk.node_count = INT32_MAX;
-            break;
-        case 4:
-            chunk.chunk = -1;
-            break;
-        case 5:
-            chunk.chunk = CHUNKS;
-            break;
-        case 6:
-            chunk.chunk_count = INT32_MAX;
-            break;
-        case 7:
-            chunk.first = -1;
-            break;
-        case 8:
-            chunk.first = NODES - 1;
-            break;
-        case 9:
-            chunk.first = INT32_MAX;
-            break;
-        case 10:
-            chunk.num_values = 8;
-            break;
-        default:
-            chunk.topology = 5;
-            break; // contradicts its own frame
-        }
-        assert_int_equal(add_nodes(&frame, &chunk), FRAMES_REFUSED);
+        *(int32_t *)((char *)&chunk + FAULTS[k].at) = FAULTS[k].value;
+        if (add_nodes(&frame, &chunk) != FRAMES_REFUSED)
+            fail_msg("taken: %s = %d", FAULTS[k].name, FAULTS[k].value);
     }
     assert_int_equal(frame.refused, 12);
     assert_int_equal(frame.lost, 0);
     add_nodes_chunk(&frame, 3, 1);
     assert_int_equal(add_nodes_chunk(&frame, 3, 2), FRAMES_WHOLE);
     check_frame(&frame, 3);
-    nodes_frame_destroy(&frame);
 }
 
 // A tetrahedron in two chunks: triangles first, then the rest with the nodes.
@@ -220,7 +195,7 @@ static FramesResult add_mesh_chunk(MeshFrame *frame, int sequence, int k, int to
 // On a link that loses much no mesh ever comes whole; its halves do.
 TEST(what_is_missing_of_a_mesh_may_come_with_the_next)
 {
-    MeshFrame frame = {0};
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
     assert_int_equal(add_mesh_chunk(&frame, 1, 0, 2), FRAMES_MORE);
     assert_int_equal(add_mesh_chunk(&frame, 2, 0, 2), FRAMES_MORE);
     assert_int_equal(add_mesh_chunk(&frame, 4, 1, 2), FRAMES_WHOLE);
@@ -233,13 +208,12 @@ TEST(what_is_missing_of_a_mesh_may_come_with_the_next)
     assert_int_equal(add_mesh_chunk(&frame, 7, 0, 3), FRAMES_MORE);
     assert_int_equal(add_mesh_chunk(&frame, 1, 1, 3), FRAMES_MORE);
     assert_int_equal(frame.topology, 2);
-    mesh_frame_destroy(&frame);
 }
 
 TEST(mesh_chunks_make_the_mesh)
 {
     for (int first = 0; first < 2; first++) {
-        MeshFrame frame = {0};
+        SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
         pliant_mesh_t chunk = mesh_chunk(first);
         assert_int_equal(add_mesh(&frame, &chunk), FRAMES_MORE);
         chunk = mesh_chunk(1 - first);
@@ -248,7 +222,6 @@ TEST(mesh_chunks_make_the_mesh)
         assert_int_equal(frame.triangle[9], 0);
         assert_int_equal(frame.id[0], 10);
         assert_int_equal(frame.id[3], -1);
-        mesh_frame_destroy(&frame);
     }
 }
 
@@ -280,46 +253,35 @@ TEST(what_was_lost_of_a_mesh_comes_with_its_next_sending)
 
 TEST(mesh_with_an_index_outside_is_refused)
 {
-    MeshFrame frame = {0};
-    for (int fault = 0; fault < 6; fault++) {
+    static const Fault FAULTS[] = {
+        {OF_MESH(first_triangle), 2},
+        {OF_MESH(num_indices), 8},
+        {OF_MESH(num_parents), 2},
+        {OF_MESH(triangle_count), FRAMES_TRIANGLES_MAX + 1},
+    };
+    enum { MEMBERS = sizeof FAULTS / sizeof *FAULTS };
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
+    for (int k = 0; k < MEMBERS + 2; k++) {
         int32_t triangle[9] = {0, 1, 2, 0, 1, 3, 0, 2, 3};
         pliant_mesh_t chunk = mesh_chunk(0);
         chunk.triangle = triangle;
-        switch (fault) {
-        case 0:
-            triangle[4] = 4;
-            break;
-        case 1:
-            triangle[8] = -1;
-            break;
-        case 2:
-            chunk.first_triangle = 2;
-            break;
-        case 3:
-            chunk.num_indices = 8;
-            break;
-        case 4:
-            chunk.num_parents = 2;
-            break;
-        default:
-            chunk.triangle_count = FRAMES_TRIANGLES_MAX + 1;
-            break;
-        }
-        assert_int_equal(add_mesh(&frame, &chunk), FRAMES_REFUSED);
+        if (k < MEMBERS)
+            *(int32_t *)((char *)&chunk + FAULTS[k].at) = FAULTS[k].value;
+        else
+            triangle[k == MEMBERS ? 4 : 8] = k == MEMBERS ? 4 : -1;
+        if (add_mesh(&frame, &chunk) != FRAMES_REFUSED)
+            fail_msg("taken: %s", k < MEMBERS ? FAULTS[k].name : "a corner");
         assert_false(frame.next.started);
     }
-    mesh_frame_destroy(&frame);
 }
 
 TEST(garbage_is_refused)
 {
     unsigned char data[64] = {1, 2, 3};
-    NodesFrame nodes = {0};
-    MeshFrame mesh = {0};
+    SCOPED(nodes_frame_destroy) NodesFrame nodes = {0};
+    SCOPED(mesh_frame_destroy) MeshFrame mesh = {0};
     for (size_t size = 0; size <= sizeof data; size++) {
         assert_int_equal(nodes_frame_add(&nodes, data, size), FRAMES_REFUSED);
         assert_int_equal(mesh_frame_add(&mesh, data, size), FRAMES_REFUSED);
     }
-    nodes_frame_destroy(&nodes);
-    mesh_frame_destroy(&mesh);
 }

@@ -4,8 +4,6 @@
 #include "test.h"
 #include "hand.h"
 
-#include <string.h>
-
 static const double PI = 3.14159265358979323846;
 static const double TOUCH[3] = {0.1, 0.2, 0.3}, DOWN[3] = {0.0, 0.0, -1.0};
 

@@ -3,8 +3,6 @@
 #include "test.h"
 #include "frames.h"
 
-#include <string.h>
-
 #include "pliant_rest_t.h"
 
 enum { NODES = 4, DATA = 4096 };
@@ -39,7 +37,7 @@ static FramesResult take(RestFrame *frame, pliant_rest_t chunk)
 TEST(chunks_in_any_order_become_the_whole)
 {
     for (int textured = 0; textured < 2; textured++) {
-        RestFrame frame = {0};
+        SCOPED(rest_frame_destroy) RestFrame frame = {0};
         assert_int_equal(take(&frame, half(1, 0, textured)), FRAMES_MORE);
         assert_int_equal(take(&frame, half(0, 0, textured)), FRAMES_WHOLE);
         assert_int_equal(frame.topology, 5);
@@ -49,25 +47,23 @@ TEST(chunks_in_any_order_become_the_whole)
             assert_memory_equal(frame.texture, texture, sizeof texture);
         else
             expect_near((double)frame.texture[7], 0.0, 0.0);
-        rest_frame_destroy(&frame);
     }
 }
 
 TEST(a_lost_chunk_gives_way_to_the_next_message)
 {
-    RestFrame frame = {0};
+    SCOPED(rest_frame_destroy) RestFrame frame = {0};
     assert_int_equal(take(&frame, half(0, 0, true)), FRAMES_MORE);
     assert_int_equal(take(&frame, half(0, 1, true)), FRAMES_MORE);
     assert_int_equal(take(&frame, half(1, 0, true)), FRAMES_STALE);
     assert_int_equal(take(&frame, half(1, 1, true)), FRAMES_WHOLE);
     assert_int_equal(take(&frame, half(1, 1, true)), FRAMES_STALE); // repeated
     assert_int_equal(frame.lost, 1);
-    rest_frame_destroy(&frame);
 }
 
 TEST(chunks_that_contradict_themselves_are_refused)
 {
-    RestFrame frame = {0};
+    SCOPED(rest_frame_destroy) RestFrame frame = {0};
     assert_int_equal(take(&frame, half(0, 0, true)), FRAMES_MORE);
     pliant_rest_t wrong[8];
     for (int k = 0; k < 8; k++)
@@ -84,5 +80,4 @@ TEST(chunks_that_contradict_themselves_are_refused)
         assert_int_equal(take(&frame, wrong[k]), FRAMES_REFUSED);
     assert_int_equal(frame.refused, 8);
     assert_int_equal(take(&frame, half(1, 0, true)), FRAMES_WHOLE);
-    rest_frame_destroy(&frame);
 }

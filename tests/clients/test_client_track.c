@@ -1,28 +1,20 @@
 // SPDX-License-Identifier: MIT
 // Paths of tools: files of poses are read with clear errors, and velocities belong to the motion.
+#include "scratch_folder.h"
 #include "test.h"
 #include "track.h"
 
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
-// Reads `text` as a file of poses named by a temporary path.
 static bool read_text(const char *text, Track *track, PliantError *error)
 {
-    char path[] = "track-XXXXXX";
-    int fd = mkstemp(path);
-    assert_true(fd >= 0);
-    assert_int_equal(write(fd, text, strlen(text)), strlen(text));
-    close(fd);
-    bool ok = track_read(track, path, error);
-    unlink(path);
-    return ok;
+    scratch_write_text("track", text);
+    return track_read(track, scratch_at("track"), error);
 }
+
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(file_of_poses_is_read_with_comments_and_optional_turns)
 {
-    Track track;
+    SCOPED(track_destroy) Track track;
     PliantError error;
     assert_true(read_text("# t x y z\n\n  5.0 0 0 0.1\n5.5\t0.1 0 0.1 0 0 0 1 # turned\n6 .1 0 0\n",
                           &track, &error));
@@ -34,7 +26,6 @@ TEST(file_of_poses_is_read_with_comments_and_optional_turns)
     expect_near(track.pose[0].linear[0], 0.2, 1e-12);
     // Half a turn about z within 0.5 s.
     expect_near(fabs(track.pose[0].angular[2]), 3.14159265358979 / 0.5, 1e-9);
-    track_destroy(&track);
 }
 
 TEST(faulty_files_are_refused_with_their_line)
@@ -71,13 +62,13 @@ TEST(file_that_is_not_there_is_named)
     Track track;
     PliantError error;
     assert_false(track_read(&track, "no-such-file", &error));
-    assert_non_null(strstr(error.text, "no-such-file: No such file"));
+    expect_in(error.text, "no-such-file: No such file");
 }
 
 TEST(press_goes_in_rests_and_comes_back)
 {
     const double start[3] = {0.1, 0.2, 0.3}, down[3] = {0.0, 0.0, -1.0};
-    Track track;
+    SCOPED(track_destroy) Track track;
     TrackPose pose;
     track_press(&track, start, down, 0.02, 0.01, 1.0, 2); // 2 s in, 1 s rest, 2 s out, twice
     expect_near(track_duration(&track), 10.0, 1e-12);
@@ -95,21 +86,19 @@ TEST(press_goes_in_rests_and_comes_back)
     expect_near(pose.linear[2], 0.0, 0.0);
     track_at(&track, 99.0, &pose);
     expect_near(pose.linear[2], 0.0, 0.0);
-    track_destroy(&track);
 }
 
 TEST(press_without_rest_or_depth_has_finite_velocities)
 {
     const double start[3] = {0}, side[3] = {1.0, 0.0, 0.0};
     for (int k = 0; k < 4; k++) {
-        Track track;
+        SCOPED(track_destroy) Track track;
         TrackPose pose;
         track_press(&track, start, side, k & 1 ? 0.01 : 0.0, 0.1, k & 2 ? 0.5 : 0.0, 3);
         for (double t = 0.0; t < 1.0; t += 0.01) {
             track_at(&track, t, &pose);
             assert_true(isfinite(pose.position[0]) && isfinite(pose.linear[0]));
         }
-        track_destroy(&track);
     }
 }
 
@@ -130,21 +119,20 @@ TEST(shaft_points_back_along_the_press)
                                            {0, -1, 0}, {0.6, 0.0, 0.8}, {-0.48, 0.6, -0.64}};
     const double start[3] = {0}, z[3] = {0.0, 0.0, 1.0};
     for (size_t k = 0; k < sizeof directions / sizeof directions[0]; k++) {
-        Track track;
+        SCOPED(track_destroy) Track track;
         double shaft[3];
         track_press(&track, start, directions[k], 0.01, 0.1, 0.0, 1);
         rotate(track.pose[0].orientation, z, shaft);
         for (int axis = 0; axis < 3; axis++)
             expect_near(shaft[axis], -directions[k][axis],
                         1e-12); // a few roundings of numbers near 1
-        track_destroy(&track);
     }
 }
 
 // The twist is the derivative of the pose: a central difference over 2e must agree to O(e^2).
 TEST(twist_is_the_derivative_of_the_pose)
 {
-    Track track;
+    SCOPED(track_destroy) Track track;
     PliantError error;
     assert_true(read_text("0 0 0 0 1 0 0 0\n2 0.1 -0.2 0.3 0.5 0.5 -0.5 0.5\n", &track, &error));
     const double e = 1e-5, point[3] = {0.3, -0.7, 1.1}; // fixed in the tool
@@ -168,5 +156,4 @@ TEST(twist_is_the_derivative_of_the_pose)
     TrackPose end;
     track_at(&track, 2.0, &end);
     expect_near(end.orientation[2], -0.5, 1e-12);
-    track_destroy(&track);
 }

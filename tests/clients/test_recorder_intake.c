@@ -3,12 +3,10 @@
 // it counts as missing, and when it begins another file.
 #include "test.h"
 #include "intake.h"
-
-#include <stdlib.h>
+#include "mesh_message.h"
 
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
-#include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_points_t.h"
 #include "pliant_reply_t.h"
@@ -47,16 +45,27 @@ static Item *next(Rig *rig)
     return queue_take(&rig->queue, 0, &ended);
 }
 
-static void expect_next(Rig *rig, ItemKind kind)
+static void close_item(Item **item)
+{
+    item_destroy(*item);
+}
+#define SCOPED_ITEM SCOPED(close_item)
+
+// The next one, which is there and of this kind.
+static Item *next_of(Rig *rig, ItemKind kind)
 {
     Item *item = next(rig);
     assert_non_null(item);
     assert_int_equal(item->kind, kind);
-    item_destroy(item);
+    return item;
 }
 
-// ---------------------------------------------------------------------------------------------
-// Messages
+static void expect_next(Rig *rig, ItemKind kind)
+{
+    item_destroy(next_of(rig, kind));
+}
+
+// --- Messages ---
 
 #define SEND(rig, type, channel, message)                                                          \
     do {                                                                                           \
@@ -91,21 +100,8 @@ static void send_mesh(Rig *rig, int topology)
     int32_t id[SLOTS] = {10, 11, 12, -1, 14}, triangle[9] = {0, 1, 2, 0, 0, 0, 1, 2, 4};
     int32_t none[2 * SLOTS] = {0};
     int8_t level[SLOTS] = {0};
-    const pliant_mesh_t mesh = {.utime = ++rig->utime,
-                                .sequence = ++rig->mesh_sequence,
-                                .topology = topology,
-                                .node_count = SLOTS,
-                                .triangle_count = 3,
-                                .chunk_count = 1,
-                                .num_indices = 9,
-                                .triangle = triangle,
-                                .num_nodes = SLOTS,
-                                .num_parents = 2 * SLOTS,
-                                .id = id,
-                                .origin = none,
-                                .parent = none,
-                                .piece = none,
-                                .level = level};
+    const pliant_mesh_t mesh = mesh_message(++rig->mesh_sequence, ++rig->utime, topology, SLOTS, id,
+                                            none, level, 3, triangle);
     SEND(rig, mesh_t, "P_MESH_ball", &mesh);
 }
 
@@ -175,8 +171,7 @@ static void begin(Rig *rig, size_t limit)
     send_mesh(rig, 1);
     assert_true(intake_begin(rig->intake, true));
     assert_true(rig->intake->open);
-    Item *item = next(rig);
-    assert_int_equal(item->kind, ITEM_BEGIN);
+    SCOPED_ITEM Item *item = next_of(rig, ITEM_BEGIN);
     assert_string_equal(item->as.begin.path, "run.h5");
     const RecordingOptions *options = &item->as.begin.options;
     assert_int_equal(options->body_count, 1);
@@ -185,15 +180,16 @@ static void begin(Rig *rig, size_t limit)
     assert_int_equal(options->tool[0], 7);
     assert_int_equal(options->tool[1], 2);
     assert_int_equal(strncmp(options->scene, "scene x", 7), 0);
-    item_destroy(item);
 }
+
+#define BEGIN(rig)                                                                                 \
+    SCOPED(rig_destroy) Rig rig;                                                                   \
+    begin(&(rig), 1 << 20)
 
 static void expect_frame(Rig *rig, int64_t step, int topology)
 {
     static const int slot[4] = {0, 1, 2, 4};
-    Item *item = next(rig);
-    assert_non_null(item);
-    assert_int_equal(item->kind, ITEM_FRAME);
+    SCOPED_ITEM Item *item = next_of(rig, ITEM_FRAME);
     const RecordingFrame *frame = &item->as.frame;
     assert_int_equal(frame->step, step);
     assert_int_equal(frame->topology, topology);
@@ -202,31 +198,25 @@ static void expect_frame(Rig *rig, int64_t step, int topology)
         assert_true(frame->position[3 * i] == (float)step);
         assert_true(frame->position[3 * i + 1] == (float)slot[i]);
     }
-    item_destroy(item);
 }
 
 static void expect_topology(Rig *rig, int number)
 {
     static const int id[4] = {10, 11, 12, 14}, triangle[2][3] = {{0, 1, 2}, {1, 2, 3}};
-    Item *item = next(rig);
-    assert_non_null(item);
-    assert_int_equal(item->kind, ITEM_TOPOLOGY);
+    SCOPED_ITEM Item *item = next_of(rig, ITEM_TOPOLOGY);
     const RecordingTopology *topology = &item->as.topology;
     assert_int_equal(topology->number, number);
     assert_int_equal(topology->node_count, 4);
     assert_int_equal(topology->triangle_count, 2);
     assert_memory_equal(topology->node_id, id, sizeof id);
     assert_memory_equal(topology->triangle, triangle, sizeof triangle);
-    item_destroy(item);
 }
 
-// ---------------------------------------------------------------------------------------------
-// Frames
+// --- Frames ---
 
 TEST(a_frame_goes_without_free_slots_after_its_mesh)
 {
-    Rig rig;
-    begin(&rig, 1 << 20);
+    BEGIN(rig);
     send_nodes(&rig, 1, 10, 1);
     expect_topology(&rig, 1);
     expect_frame(&rig, 10, 1);
@@ -234,13 +224,11 @@ TEST(a_frame_goes_without_free_slots_after_its_mesh)
     send_mesh(&rig, 1);         // and said again
     expect_frame(&rig, 20, 1);
     assert_null(next(&rig));
-    rig_destroy(&rig);
 }
 
 TEST(positions_in_packets_are_recorded_once)
 {
-    Rig rig;
-    begin(&rig, 1 << 20);
+    BEGIN(rig);
     send_points(&rig, 1, 10, 1);
     expect_topology(&rig, 1);
     expect_frame(&rig, 10, 1);
@@ -248,13 +236,11 @@ TEST(positions_in_packets_are_recorded_once)
     send_points(&rig, 2, 20, 1);
     expect_frame(&rig, 20, 1);
     assert_null(next(&rig));
-    rig_destroy(&rig);
 }
 
 TEST(frames_wait_for_their_mesh_and_what_lost_its_own_is_counted)
 {
-    Rig rig;
-    begin(&rig, 1 << 20);
+    BEGIN(rig);
     rig.intake->wants_mesh = false;
     send_nodes(&rig, 1, 10, 2);
     send_nodes(&rig, 2, 20, 3);
@@ -273,17 +259,13 @@ TEST(frames_wait_for_their_mesh_and_what_lost_its_own_is_counted)
     assert_int_equal(intake_counts(rig.intake).without_mesh, 4);
     assert_int_equal(rig.intake->body[0].waiting.count, WAITING_FRAMES);
     intake_end(rig.intake);
-    Item *item = next(&rig);
-    assert_int_equal(item->kind, ITEM_END);
+    SCOPED_ITEM Item *item = next_of(&rig, ITEM_END);
     assert_int_equal(item->as.counts[0].without_mesh, 4 + WAITING_FRAMES);
-    item_destroy(item);
-    rig_destroy(&rig);
 }
 
 TEST(frames_that_did_not_come_are_counted_by_their_numbers)
 {
-    Rig rig;
-    begin(&rig, 1 << 20);
+    BEGIN(rig);
     send_nodes(&rig, 5, 10, 1);
     send_nodes(&rig, 6, 20, 1);
     send_nodes(&rig, 10, 60, 1);
@@ -294,12 +276,11 @@ TEST(frames_that_did_not_come_are_counted_by_their_numbers)
     expect_frame(&rig, 60, 1);
     assert_null(next(&rig));
     assert_int_equal(intake_counts(rig.intake).lost, 3);
-    rig_destroy(&rig);
 }
 
 TEST(what_does_not_fit_into_the_queue_is_dropped_and_counted)
 {
-    Rig rig;
+    SCOPED(rig_destroy) Rig rig;
     begin(&rig, 1000); // a few items
     for (int i = 1; i <= 20; i++)
         send_nodes(&rig, i, 10 * i, 1);
@@ -314,12 +295,11 @@ TEST(what_does_not_fit_into_the_queue_is_dropped_and_counted)
     // Room again.
     send_nodes(&rig, 21, 210, 1);
     expect_frame(&rig, 210, 1);
-    rig_destroy(&rig);
 }
 
 TEST(what_came_before_the_file_begins_is_recorded_too)
 {
-    Rig rig;
+    SCOPED(rig_destroy) Rig rig;
     rig_create(&rig, 1 << 20);
     send_nodes(&rig, 3, 30, 1);
     send_status(&rig);
@@ -335,20 +315,16 @@ TEST(what_came_before_the_file_begins_is_recorded_too)
     assert_true(intake_begin(rig.intake, false)); // long enough: it does not describe itself
     assert_true(rig.intake->open);
     expect_next(&rig, ITEM_BEGIN);
-    Item *item = next(&rig);
-    assert_int_equal(item->kind, ITEM_EVENT);
+    SCOPED_ITEM Item *item = next_of(&rig, ITEM_EVENT);
     expect_near(item->as.event.time, 0.035, 1e-12); // one rounding
-    item_destroy(item);
     expect_topology(&rig, 1);
     expect_frame(&rig, 30, 1);
     expect_frame(&rig, 40, 1);
-    rig_destroy(&rig);
 }
 
 TEST(another_run_of_the_daemon_begins_another_file)
 {
-    Rig rig;
-    begin(&rig, 1 << 20);
+    BEGIN(rig);
     send_nodes(&rig, 100, 1000, 1);
     expect_topology(&rig, 1);
     expect_frame(&rig, 1000, 1);
@@ -362,19 +338,16 @@ TEST(another_run_of_the_daemon_begins_another_file)
     send_status(&rig);
     send_description(&rig);
     assert_true(intake_begin(rig.intake, true));
-    Item *item = next(&rig);
-    assert_int_equal(item->kind, ITEM_BEGIN);
+    SCOPED_ITEM Item *item = next_of(&rig, ITEM_BEGIN);
     assert_string_equal(item->as.begin.path, "run.2.h5");
-    item_destroy(item);
     expect_topology(&rig, 1);
     expect_frame(&rig, 10, 1);
     assert_int_equal(intake_counts(rig.intake).lost, 0);
-    rig_destroy(&rig);
 }
 
 TEST(bodies_that_no_status_lists_are_not_recorded)
 {
-    Rig rig;
+    SCOPED(rig_destroy) Rig rig;
     rig_create(&rig, 1 << 20);
     send_status(&rig);
     for (int i = 0; i < 2 * ITEM_BODIES; i++) {
@@ -387,7 +360,6 @@ TEST(bodies_that_no_status_lists_are_not_recorded)
     send_mesh(&rig, 1);
     assert_true(intake_begin(rig.intake, true));
     assert_int_equal(rig.intake->bodies, 1);
-    rig_destroy(&rig);
 }
 
 TEST(files_are_numbered_before_their_ending)
@@ -398,22 +370,17 @@ TEST(files_are_numbered_before_their_ending)
                                            {"a/.hidden", "a/.hidden.2"},
                                            {".hidden", ".hidden.2"}};
     for (int k = 0; k < 5; k++) {
-        char *first = intake_path(cases[k][0], 1), *second = intake_path(cases[k][0], 2);
+        FREED char *first = intake_path(cases[k][0], 1), *second = intake_path(cases[k][0], 2);
         assert_string_equal(first, cases[k][0]);
         assert_string_equal(second, cases[k][1]);
-        free(first);
-        free(second);
     }
 }
 
-// ---------------------------------------------------------------------------------------------
-// Tools
+// --- Tools ---
 
 static void expect_row(Rig *rig, int index, double step, double turn)
 {
-    Item *item = next(rig);
-    assert_non_null(item);
-    assert_int_equal(item->kind, ITEM_TOOL);
+    SCOPED_ITEM Item *item = next_of(rig, ITEM_TOOL);
     assert_int_equal(item->index, index);
     const RecordingTool *sample = &item->as.tool.sample;
     expect_near(item->as.tool.time, 1e-3 * step, 1e-12); // one rounding
@@ -423,14 +390,12 @@ static void expect_row(Rig *rig, int index, double step, double turn)
         assert_true(isnan(sample->orientation.x));
     else
         expect_near(sample->orientation.x, turn, 0.0);
-    item_destroy(item);
 }
 
 TEST(tools_have_a_row_at_the_tick_of_each_frame)
 {
     enum { STATIC, PROBE };
-    Rig rig;
-    begin(&rig, 1 << 20);
+    BEGIN(rig);
     send_pose(&rig, 2, 500, 0.25);
     send_pose(&rig, 2, 501, 0.5);
     for (int step = 1; step <= 10; step++) {
@@ -456,23 +421,19 @@ TEST(tools_have_a_row_at_the_tick_of_each_frame)
     send_contact(&rig, 2, 16, 501); // that of 15 is lost: the one before it
     expect_row(&rig, PROBE, 14, 0.5);
     assert_null(next(&rig));
-    rig_destroy(&rig);
 }
 
 TEST(a_turn_that_nobody_told_is_not_a_number)
 {
-    Rig rig;
-    begin(&rig, 1 << 20);
+    BEGIN(rig);
     send_contact(&rig, 2, 10, 600);
     send_nodes(&rig, 1, 10, 1);
     expect_topology(&rig, 1);
     expect_next(&rig, ITEM_FRAME);
     expect_row(&rig, 1, 10, (double)NAN);
-    rig_destroy(&rig);
 }
 
-// ---------------------------------------------------------------------------------------------
-// The queue
+// --- The queue ---
 
 // Counts the items that come in their order.
 static void *take_all(void *user)

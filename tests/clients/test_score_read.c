@@ -3,11 +3,8 @@
 #include "score_parts.h"
 
 #include "test.h"
-#include "scratch.h"
+#include "scratch_folder.h"
 
-#include <string.h>
-
-static Scratch scratch;
 static Timeline *timeline;
 static Score score;
 static Status status;
@@ -101,6 +98,12 @@ static void open_parts(int count)
     assert_non_null(timeline);
 }
 
+static void read_parts(int count)
+{
+    open_parts(count);
+    expect_ok(score_read(timeline, NULL, &score, &status), status);
+}
+
 static int begin(void **unused)
 {
     (void)unused;
@@ -124,8 +127,7 @@ AROUND_EACH(begin, end)
 TEST(a_recorded_session_is_scored_by_its_scene)
 {
     record(0, SCENE, 0, 1000, "cut");
-    open_parts(1);
-    assert_true(score_read(timeline, NULL, &score, &status));
+    read_parts(1);
     expect_near(score.rules.scene.force_limit, 3.0, 0.0);
     assert_string_equal(score.rules.scene.region[0].name, "low");
     assert_int_equal(score.cut_count, 1);
@@ -151,8 +153,7 @@ TEST(a_recorded_session_is_scored_by_its_scene)
 TEST(a_cut_without_an_event_is_found)
 {
     record(0, SCENE, 0, 1000, "");
-    open_parts(1);
-    assert_true(score_read(timeline, NULL, &score, &status));
+    read_parts(1);
     assert_int_equal(score.cut_count, 1);
     assert_string_equal(score.cut[0].kind, "");
     expect_near(score.cut[0].inside + score.cut[0].outside, 0.01, 1e-9);
@@ -173,8 +174,7 @@ TEST(a_recording_that_was_not_ended_says_so)
     // As it is on the disk now.
     file_copy(path[1], scratch_path(&scratch, "a.h5", path[0]));
     assert_true(recording_close(recording, &status));
-    open_parts(1);
-    assert_true(score_read(timeline, NULL, &score, &status));
+    read_parts(1);
     assert_false(score.ended);
     assert_int_equal(score.body[0].pieces_last, 1);
 }
@@ -183,8 +183,7 @@ TEST(parts_of_a_session_make_one_sheet)
 {
     record(0, SCENE, 0, 500, "cut");
     record(1, SCENE, 500, 1000, "cut");
-    open_parts(2);
-    assert_true(score_read(timeline, NULL, &score, &status));
+    read_parts(2);
     assert_int_equal(score.part_count, 2);
     assert_int_equal(score.cut_count, 1);
     expect_near(score.body[0].inside, 0.004, 1e-9);
@@ -211,8 +210,7 @@ TEST(a_description_names_limit_and_regions)
            "radius = 0.1; } ); };\n"
            "units: m\n",
            0, 100, "");
-    open_parts(1);
-    assert_true(score_read(timeline, NULL, &score, &status));
+    read_parts(1);
     expect_near(score.rules.scene.force_limit, 2.5, 0.0);
     assert_int_equal(score.rules.scene.region_count, 1);
     assert_int_equal(score.rules.scene.region[0].region.kind, FIXED_SPHERE);
@@ -272,42 +270,35 @@ static char *read_file(const char *ending)
 
 TEST(three_files_say_the_same_and_escape_what_recordings_say)
 {
-    char base[SCRATCH_PATH];
     record(0, SCENE, 0, 1000, "cut");
-    open_parts(1);
-    assert_true(score_read(timeline, NULL, &score, &status));
-    scratch_path(&scratch, "sheet", base);
+    read_parts(1);
+    const char *base = scratch_at("sheet");
     // A second time replaces the first.
     assert_true(score_write(&score, base, &status));
     assert_true(score_write(&score, base, &status));
-    char *json = read_file(".json");
-    assert_non_null(strstr(json, "\"severed_inside_m\": 0.004"));
-    assert_non_null(strstr(json, "alert(\\\"1\\\")"));
+    FREED char *json = read_file(".json");
+    expect_in(json, "\"severed_inside_m\": 0.004");
+    expect_in(json, "alert(\\\"1\\\")");
     assert_null(strstr(json, "nan"));
     assert_null(strstr(json, "inf,"));
-    char *csv = read_file(".csv");
-    assert_non_null(strstr(csv, "body,strip,severed_inside,0.004"));
-    assert_non_null(strstr(csv, "tool,7,over_limit_count,1,1"));
-    char *page = read_file(".html");
-    assert_non_null(strstr(page, "&#60;script&#62;"));
+    FREED char *csv = read_file(".csv");
+    expect_in(csv, "body,strip,severed_inside,0.004");
+    expect_in(csv, "tool,7,over_limit_count,1,1");
+    FREED char *page = read_file(".html");
+    expect_in(page, "&#60;script&#62;");
     assert_null(strstr(page, "<script"));
     assert_null(strstr(page, "nan"));
     assert_null(strstr(page, "http")); // nothing comes from elsewhere
-    free(json);
-    free(csv);
-    free(page);
 }
 
 TEST(a_file_of_someone_else_is_kept)
 {
     char base[SCRATCH_PATH], name[SCRATCH_PATH];
     record(0, SCENE, 0, 100, "");
-    open_parts(1);
-    assert_true(score_read(timeline, NULL, &score, &status));
+    read_parts(1);
     scratch_path(&scratch, "sheet", base);
     file_write(scratch_path(&scratch, "sheet.csv", name), "my notes\n", 9);
     assert_false(score_write(&score, base, &status));
-    char *notes = read_file(".csv");
+    FREED char *notes = read_file(".csv");
     assert_string_equal(notes, "my notes\n");
-    free(notes);
 }

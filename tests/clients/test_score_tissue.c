@@ -4,8 +4,6 @@
 
 #include "test.h"
 
-#include <string.h>
-
 enum { NODES = 512, TRIANGLES = 1024, BIRTHS = 64 };
 
 // A mesh as a recording has it.
@@ -123,6 +121,13 @@ static void make_sheet(void)
             add_square(at(c, r), at(c + 1, r), at(c + 1, r + 1), at(c, r + 1));
 }
 
+static void begin_sheet(void)
+{
+    begin(0);
+    make_sheet();
+    take(0.0, 1.0);
+}
+
 // Cuts along a column, from the lower border up through so many rows.
 static void cut_sheet(int column, int rows, int first_id)
 {
@@ -170,9 +175,7 @@ TEST(a_cut_sheet_has_lost_the_length_of_the_cut)
 
 TEST(two_cuts_add_up_and_a_repeated_mesh_adds_nothing)
 {
-    begin(0);
-    make_sheet();
-    take(0.0, 1.0);
+    begin_sheet();
     cut_sheet(3, 2, 1000);
     expect_near(take(0.0, 1.0).outside, 0.02, 1e-8);
     expect_near(take(1.0, 0.8).outside, 0.0, 0.0);
@@ -182,9 +185,7 @@ TEST(two_cuts_add_up_and_a_repeated_mesh_adds_nothing)
 
 TEST(restoring_the_body_severs_nothing_and_the_next_cut_counts)
 {
-    begin(0);
-    make_sheet();
-    take(0.0, 1.0);
+    begin_sheet();
     cut_sheet(3, ROWS, 1000);
     expect_near(take(0.0, 1.0).outside, 0.05, 1e-8);
     make_sheet();
@@ -198,9 +199,7 @@ TEST(restoring_the_body_severs_nothing_and_the_next_cut_counts)
 
 TEST(refinement_at_the_border_severs_nothing)
 {
-    begin(0);
-    make_sheet();
-    take(0.0, 1.0);
+    begin_sheet();
     // The lower edge of the first square is divided, where the body is bent: the new node does not
     // lie between its parents.
     const int middle = add_node(add_birth(500, 500, at(0, 0), at(1, 0)), vec3(0.005, -0.004, 0.0));
@@ -215,9 +214,7 @@ TEST(a_piece_with_fixed_nodes_is_not_removed)
     ScoreFixed fixed = {.body = "a", .region = &region, .count = 1};
     rules.fixed = &fixed;
     rules.fixed_count = 1;
-    begin(0);
-    make_sheet();
-    take(0.0, 1.0);
+    begin_sheet();
     cut_sheet(3, ROWS, 1000);
     take(0.0, 1.0);
     score_tissue_pieces(tissue, &body);
@@ -335,9 +332,7 @@ TEST(regions_that_overlap_count_once)
         (FixedRegion){.kind = FIXED_BOX, .low = {-1.0, 0.015, -1.0}, .high = {1.0, 0.025, 1.0}};
     rules.scene.region[2].region =
         (FixedRegion){.kind = FIXED_SPHERE, .center = {1.0, 1.0, 0.0}, .radius = 0.5};
-    begin(0);
-    make_sheet();
-    take(0.0, 1.0);
+    begin_sheet();
     cut_sheet(3, ROWS, 1000);
     // From 0 to 25 mm of 50 mm.
     expect_near(take(0.0, 1.0).inside, 0.025, 1e-8);

@@ -4,8 +4,6 @@
 
 #include "test.h"
 
-#include <stdlib.h>
-
 enum { ROWS = 20000 };
 static ScoreRow row[ROWS];
 static ScoreTool tool;

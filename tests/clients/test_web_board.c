@@ -4,8 +4,6 @@
 #include "client.h"
 #include "test.h"
 
-#include <string.h>
-
 static Parcel *parcel(const char *text)
 {
     return parcel_text(text);
@@ -16,21 +14,24 @@ static bool is(const Parcel *parcel, const char *text)
     return parcel->size == strlen(text) && memcmp(parcel->data, text, parcel->size) == 0;
 }
 
-// Takes a round that must be there, and lets its parcels go after noting their texts.
-static void take(Board *board, BoardPage *page, Round *round, char *texts, size_t size)
-{
-    assert_true(board_next_round(board, page, 0, round));
-    texts[0] = '\0';
-    for (int k = 0; k < round->parcels; k++) {
-        size_t length = strlen(texts);
-        snprintf(texts + length, size - length, "%.*s ", (int)round->parcel[k]->size,
-                 (const char *)round->parcel[k]->data);
-        parcel_drop(round->parcel[k]);
-    }
-}
-
 static Board board;
 static Round round_;
+
+// Takes a round that must be there, and releases its parcels; returns their texts.
+static const char *take(BoardPage *page)
+{
+    static char texts[256];
+    size_t length = 0;
+    assert_true(board_next_round(&board, page, 0, &round_));
+    texts[0] = '\0';
+    for (int k = 0; k < round_.parcels; k++) {
+        length +=
+            (size_t)snprintf(texts + length, sizeof texts - length, "%.*s ",
+                             (int)round_.parcel[k]->size, (const char *)round_.parcel[k]->data);
+        parcel_drop(round_.parcel[k]);
+    }
+    return texts;
+}
 
 static int begin(void **state)
 {
@@ -57,18 +58,15 @@ TEST(a_late_page_gets_the_newest_of_everything_in_order)
     board_set_scene(&board, parcel("scene"));
     board_set_status(&board, parcel("status2"));
     BoardPage *page = board_add_page(&board);
-    char texts[256];
-    take(&board, page, &round_, texts, sizeof texts);
-    assert_string_equal(texts, "scene status2 mesh0 nodes0 mesh1 rest1 nodes2 ");
+    assert_string_equal(take(page), "scene status2 mesh0 nodes0 mesh1 rest1 nodes2 ");
     board_remove_page(&board, page);
 }
 
 TEST(what_came_while_a_page_drew_is_replaced_by_what_is_newer)
 {
     BoardPage *page = board_add_page(&board);
-    char texts[256];
     board_set_body(&board, 0, parcel("mesh0"), NULL, parcel("nodes0"));
-    take(&board, page, &round_, texts, sizeof texts);
+    take(page);
     for (int k = 0; k < 1000; k++) {
         board_set_body(&board, 0, NULL, NULL, parcel("older"));
         board_set_contact(&board, &(pliant_contact_t){.tool = 7, .depth = k});
@@ -76,8 +74,7 @@ TEST(what_came_while_a_page_drew_is_replaced_by_what_is_newer)
     }
     board_set_body(&board, 0, NULL, NULL, parcel("newest"));
     board_drawn(&board, page, round_.number);
-    take(&board, page, &round_, texts, sizeof texts);
-    assert_string_equal(texts, "newest ");
+    assert_string_equal(take(page), "newest ");
     assert_int_equal(round_.contacts, 2);
     expect_near(round_.contact[0].depth, 999.0, 0.0);
     expect_near(round_.contact[1].depth, -999.0, 0.0);
@@ -105,8 +102,7 @@ TEST(a_page_that_does_not_answer_gets_no_further_round)
     static Waiter waiter;
     waiter.page = board_add_page(&board);
     board_set_status(&board, parcel("status1"));
-    char texts[256];
-    take(&board, waiter.page, &round_, texts, sizeof texts);
+    take(waiter.page);
     board_set_status(&board, parcel("status2"));
     board_drawn(&board, waiter.page, round_.number - 1); // not that round
     pthread_create(&waiter.thread, NULL, wait_for_round, &waiter);
@@ -114,7 +110,7 @@ TEST(a_page_that_does_not_answer_gets_no_further_round)
     BoardPage *other = board_add_page(&board);
     for (int k = 0; k < 20; k++) {
         board_set_link(&board, parcel("link"));
-        take(&board, other, &round_, texts, sizeof texts);
+        take(other);
         board_drawn(&board, other, round_.number);
     }
     assert_false(atomic_load(&waiter.came));
@@ -163,15 +159,12 @@ TEST(the_newest_256_events_wait_for_a_page_that_stalls)
 TEST(replies_go_to_the_page_that_asked)
 {
     BoardPage *a = board_add_page(&board), *b = board_add_page(&board);
-    char texts[256];
     assert_int_not_equal(a->sender, b->sender);
     assert_true(board_send(&board, b->sender, parcel("for b")));
     assert_true(board_send(&board, a->sender, parcel("for a")));
     assert_false(board_send(&board, 0, parcel("for nobody")));
-    take(&board, a, &round_, texts, sizeof texts);
-    assert_string_equal(texts, "for a ");
-    take(&board, b, &round_, texts, sizeof texts);
-    assert_string_equal(texts, "for b ");
+    assert_string_equal(take(a), "for a ");
+    assert_string_equal(take(b), "for b ");
     board_remove_page(&board, a);
     board_remove_page(&board, b);
 }

@@ -4,11 +4,9 @@
 #include "feed.h"
 #include "client.h"
 #include "test.h"
-
-#include <string.h>
+#include "mesh_message.h"
 
 #include "pliant_mesh_delta_t.h"
-#include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_points_t.h"
 #include "pliant_rest_t.h"
@@ -42,33 +40,24 @@ static int end(void **state)
     return 0;
 }
 
+#define SEND(type, take, name, message)                                                            \
+    do {                                                                                           \
+        unsigned char data_[DATA];                                                                 \
+        const int size_ = pliant_##type##_encode(data_, 0, DATA, &(message));                      \
+        take(&bodies, name, data_, (size_t)size_);                                                 \
+    } while (0)
+
 static void send_mesh(const char *name, int topology)
 {
-    unsigned char data[DATA];
     sequence++;
-    pliant_mesh_t mesh = {.utime = sequence,
-                          .sequence = sequence,
-                          .topology = topology,
-                          .node_count = 3,
-                          .triangle_count = 1,
-                          .chunk_count = 1,
-                          .num_indices = 3,
-                          .triangle = triangle,
-                          .num_nodes = 3,
-                          .num_parents = 6,
-                          .id = id,
-                          .origin = id,
-                          .parent = parent,
-                          .piece = id,
-                          .level = level};
-    int size = pliant_mesh_t_encode(data, 0, DATA, &mesh);
-    bodies_take_mesh(&bodies, name, data, (size_t)size);
+    pliant_mesh_t mesh =
+        mesh_message(sequence, sequence, topology, 3, id, parent, level, 1, triangle);
+    SEND(mesh_t, bodies_take_mesh, name, mesh);
 }
 
 // Adds a node in a fourth slot.
 static void send_delta(const char *name, int from, int to)
 {
-    unsigned char data[DATA];
     sequence++;
     int32_t slot = 3;
     pliant_mesh_delta_t delta = {.utime = sequence,
@@ -86,13 +75,11 @@ static void send_delta(const char *name, int from, int to)
                                  .parent = parent,
                                  .piece = id,
                                  .level = level};
-    int size = pliant_mesh_delta_t_encode(data, 0, DATA, &delta);
-    bodies_take_delta(&bodies, name, data, (size_t)size);
+    SEND(mesh_delta_t, bodies_take_delta, name, delta);
 }
 
 static void send_nodes(const char *name, int topology, int count)
 {
-    unsigned char data[DATA];
     sequence++;
     pliant_nodes_t nodes = {.utime = sequence,
                             .sequence = sequence,
@@ -102,14 +89,12 @@ static void send_nodes(const char *name, int topology, int count)
                             .chunk_count = 1,
                             .num_values = 3 * count,
                             .position = position};
-    int size = pliant_nodes_t_encode(data, 0, DATA, &nodes);
-    bodies_take_nodes(&bodies, name, data, (size_t)size);
+    SEND(nodes_t, bodies_take_nodes, name, nodes);
 }
 
 // One node of a frame of three, all at (step, 0, 0), on a grid of a metre: three widths of 0.
 static void send_point(const char *name, int step, int node)
 {
-    unsigned char data[DATA];
     uint8_t bits[2] = {0, 0};
     pliant_points_t points = {.utime = step,
                               .sequence = step,
@@ -122,13 +107,11 @@ static void send_point(const char *name, int step, int node)
                               .origin = {step, 0, 0},
                               .num_bytes = sizeof bits,
                               .data = bits};
-    int size = pliant_points_t_encode(data, 0, DATA, &points);
-    bodies_take_nodes(&bodies, name, data, (size_t)size);
+    SEND(points_t, bodies_take_nodes, name, points);
 }
 
 static void send_rest(const char *name, int topology)
 {
-    unsigned char data[DATA];
     sequence++;
     pliant_rest_t rest = {.utime = sequence,
                           .sequence = sequence,
@@ -137,8 +120,7 @@ static void send_rest(const char *name, int topology)
                           .chunk_count = 1,
                           .num_values = 9,
                           .position = position};
-    int size = pliant_rest_t_encode(data, 0, DATA, &rest);
-    bodies_take_rest(&bodies, name, data, (size_t)size);
+    SEND(rest_t, bodies_take_rest, name, rest);
 }
 
 // Of a binary message on the board.

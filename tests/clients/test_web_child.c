@@ -8,8 +8,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -22,8 +20,7 @@ static char how[CHILD_HOW_MAX];
 static void start(const char *script, const ChildOptions *options)
 {
     const char *const argv[] = {"/bin/sh", "-c", script, NULL};
-    if (!child_start(&child, argv, options, &why))
-        fail_msg("%s", why.text);
+    expect_ok(child_start(&child, argv, options, &why), why);
 }
 
 static void pause_ms(int ms)
@@ -49,7 +46,7 @@ static void wait_for_text(const char *text)
         child_turn(&child, client_now_ns());
         pause_ms(2);
     }
-    assert_non_null(strstr(child.text, text));
+    expect_in(child.text, text);
 }
 
 static int open_files(void)
@@ -73,7 +70,7 @@ TEST(words_and_status_of_a_program_are_kept)
     start("pwd; kill -SEGV $$", &(ChildOptions){.folder = "/"});
     wait_for_end();
     assert_string_equal(child.text, "/\n");
-    assert_non_null(strstr(how, "signal 11"));
+    expect_in(how, "signal 11");
 }
 
 TEST(a_program_that_is_not_there_says_so)
@@ -112,7 +109,7 @@ TEST(a_program_inherits_neither_files_nor_blocked_signals)
     sigprocmask(SIG_SETMASK, &before, NULL);
     close(leaky[0]);
     close(leaky[1]);
-    assert_non_null(strstr(child.text, "SigBlk:\t0000000000000000"));
+    expect_in(child.text, "SigBlk:\t0000000000000000");
     // SIGPIPE is bit 12; whoever runs the test may ignore others.
     const char *ignored = strstr(child.text, "SigIgn:\t");
     assert_non_null(ignored);
@@ -142,7 +139,7 @@ TEST(a_program_that_takes_too_long_is_killed)
 {
     start("exec sleep 1000", &(ChildOptions){.seconds = 0.05});
     wait_for_end();
-    assert_non_null(strstr(how, "signal 9"));
+    expect_in(how, "signal 9");
 }
 
 TEST(a_program_that_does_not_end_when_asked_is_killed)
@@ -162,7 +159,7 @@ TEST(a_program_that_does_not_end_when_asked_is_killed)
         while (!child_turn(&child, asked + (given + 1) * second)) // ctest's limit ends a failure
             pause_ms(2);
         child_how(&child, how);
-        assert_non_null(strstr(how, "signal 9"));
+        expect_in(how, "signal 9");
     }
 }
 

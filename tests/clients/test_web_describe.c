@@ -3,8 +3,6 @@
 #include "texts.h"
 #include "test.h"
 
-#include <string.h>
-
 static const char TEXT[] = "scene s: 1000 Hz, gravity [0, 0, 0] m/s2, 1 bodies, 3 tools, 0 loads\n"
                            "body sphere: model surface, leapfrog\n"
                            "  nodes 42 (3 fixed), springs 120, faces 80, pieces 1, mass 0.1 kg\n"
@@ -66,8 +64,7 @@ TEST(what_is_no_number_or_too_much_is_left_out)
     assert_int_equal(describe_tools(line, tool), 1);
 }
 
-// ---------------------------------------------------------------------------------------------
-// A recording
+// --- A recording ---
 
 static bool contains(const Parcel *parcel, const char *text)
 {

@@ -3,12 +3,11 @@
 // bounded.
 #include "folder.h"
 #include "test.h"
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #include <sys/stat.h>
 #include <sys/wait.h>
 
-static Scratch scratch;
 static Folder folder;
 static PliantError why;
 
@@ -64,12 +63,11 @@ TEST(names_that_could_lead_elsewhere_are_none)
 
 TEST(links_and_folders_are_no_files)
 {
-    char path[SCRATCH_PATH];
     scratch_write(&scratch, "one.cfg", "# One.\n", 7);
-    assert_int_equal(symlink("/etc/passwd", scratch_path(&scratch, "away.cfg", path)), 0);
-    assert_int_equal(symlink("one.cfg", scratch_path(&scratch, "near.cfg", path)), 0);
-    assert_int_equal(mkdir(scratch_path(&scratch, "folder.cfg", path), 0700), 0);
-    assert_int_equal(mkfifo(scratch_path(&scratch, "pipe.cfg", path), 0600), 0);
+    assert_int_equal(symlink("/etc/passwd", scratch_at("away.cfg")), 0);
+    assert_int_equal(symlink("one.cfg", scratch_at("near.cfg")), 0);
+    assert_int_equal(mkdir(scratch_at("folder.cfg"), 0700), 0);
+    assert_int_equal(mkfifo(scratch_at("pipe.cfg"), 0600), 0);
     static FolderList list;
     folder_list(&folder, FOLDER_SCENES, true, &list);
     assert_int_equal(list.count, 1);
@@ -167,26 +165,23 @@ TEST(a_mesh_appears_when_it_is_complete_and_replaces_none)
     }
     assert_string_equal(upload.name, "a-3.stl");
     size_t size = 0;
-    unsigned char *data = scratch_read(&scratch, "a-3.stl", &size);
+    FREED unsigned char *data = scratch_read(&scratch, "a-3.stl", &size);
     assert_string_equal((char *)data, "solid");
-    free(data);
     assert_int_equal(folder_bytes(&folder), 15); // nothing hidden is left
 }
 
 TEST(a_link_in_the_place_of_a_mesh_is_not_written_through)
 {
     Upload upload;
-    char path[SCRATCH_PATH];
     scratch_write(&scratch, "precious", "old", 3);
-    assert_int_equal(symlink("precious", scratch_path(&scratch, "a.stl", path)), 0);
+    assert_int_equal(symlink("precious", scratch_at("a.stl")), 0);
     assert_true(upload_begin(&upload, &folder, "a.stl", 8, &why));
     assert_true(upload_add(&upload, "new", 3, &why));
     assert_true(upload_finish(&upload, &why));
     assert_string_equal(upload.name, "a-2.stl");
     size_t size = 0;
-    unsigned char *data = scratch_read(&scratch, "precious", &size);
+    FREED unsigned char *data = scratch_read(&scratch, "precious", &size);
     assert_string_equal((char *)data, "old");
-    free(data);
 }
 
 TEST(a_mesh_that_is_too_large_empty_or_broken_off_leaves_nothing)

@@ -4,8 +4,6 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
@@ -153,7 +151,7 @@ void page_send_raw(PageClient *page, const void *data, size_t size)
 
 void page_send_frame(PageClient *page, int first, const void *data, size_t size)
 {
-    unsigned char *frame = malloc(size + 14);
+    FREED unsigned char *frame = malloc(size + 14);
     assert_non_null(frame);
     size_t at = 0;
     int bytes = size < 126 ? 0 : size < 65536 ? 2 : 8;
@@ -168,7 +166,6 @@ void page_send_frame(PageClient *page, int first, const void *data, size_t size)
     pthread_mutex_lock(&page->sending);
     page_send_raw(page, frame, at + size);
     pthread_mutex_unlock(&page->sending);
-    free(frame);
 }
 
 // --- the connection ---
@@ -203,6 +200,16 @@ static bool take_answer(int fd, char why[256])
            strstr(text, "Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n") != NULL;
 }
 
+static PageClient *connected[64];
+
+static void replace_connected(const PageClient *from, PageClient *to)
+{
+    int k = 0;
+    while (connected[k] != from)
+        assert_true(++k < 64);
+    connected[k] = to;
+}
+
 PageClient *page_connect(int port, const char *path, const char *origin, char why[256])
 {
     PageClient *page = calloc(1, sizeof *page);
@@ -227,11 +234,30 @@ PageClient *page_connect(int port, const char *path, const char *origin, char wh
         return NULL;
     }
     page_answer(page);
+    replace_connected(NULL, page);
     return page;
+}
+
+PageClient *page_open(int port)
+{
+    char why[256] = "";
+    PageClient *page = page_connect(port, "/live", NULL, why);
+    if (page == NULL)
+        fail_msg("not connected: %s", why);
+    return page;
+}
+
+void page_disconnect_all(void)
+{
+    for (int k = 0; k < 64; k++) {
+        if (connected[k] != NULL)
+            page_disconnect(connected[k]);
+    }
 }
 
 void page_disconnect(PageClient *page)
 {
+    replace_connected(page, NULL);
     page_send_frame(page, FIN | CLOSE, "\x03\xe8", 2);
     shutdown(page->fd, SHUT_RDWR);
     pthread_join(page->reader, NULL);
@@ -324,17 +350,24 @@ void page_pause(void)
 
 // --- the server ---
 
-int web_start(Process *server, const char *web, const char *arguments, char line[512])
+char web_line[512];
+
+int web_start(Process *server, const char *format, ...)
 {
+    char arguments[4 * PATH_TEXT];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(arguments, sizeof arguments, format, list);
+    va_end(list);
     int port = 0;
-    process_start(server, web, "%s", arguments);
+    process_start(server, program_path("pliant-web"), "%s", arguments);
     for (int turn = 0; turn < 3000 && port == 0; turn++) {
         page_pause();
         FILE *out = fopen(process_output(server), "r");
         if (out == NULL)
             continue;
-        if (fgets(line, 512, out) != NULL && strchr(line, '\n') != NULL)
-            sscanf(line, "page: http://127.0.0.1:%d/", &port);
+        if (fgets(web_line, sizeof web_line, out) != NULL && strchr(web_line, '\n') != NULL)
+            sscanf(web_line, "page: http://127.0.0.1:%d/", &port);
         fclose(out);
     }
     if (port == 0)

@@ -43,7 +43,10 @@ typedef struct PageClient {
 
 // NULL: refused, `why` says how. `path`: "/live", perhaps with a query; `origin` may be NULL.
 PageClient *page_connect(int port, const char *path, const char *origin, char why[256]);
+// On /live; fails the test when it is refused.
+PageClient *page_open(int port);
 void page_disconnect(PageClient *page);
+void page_disconnect_all(void); // that are connected still
 void page_send(PageClient *page, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 // A frame whose first byte is that, masked; bytes as they are.
@@ -60,9 +63,9 @@ bool page_says(PageClient *page, const char *type, const char *part);
 // Answers rounds from now on, and the one that waits.
 void page_answer(PageClient *page);
 
-// Starts pliant-web (`web` is its path) on a free port and returns that; `line`: what it says
-// first.
-int web_start(Process *server, const char *web, const char *arguments, char line[512]);
+// Starts pliant-web on a free port and returns that.
+int web_start(Process *server, const char *format, ...) __attribute__((format(printf, 2, 3)));
+extern char web_line[512]; // what it said first
 
 // A connection from an address of this machine, 127.0.0.1 or 127.0.0.2; waits 30 s at most.
 int http_connect(int port, const char *from);
@@ -80,6 +83,12 @@ int http_request(int port, const char *request, char *answer, size_t size);
         }                                                                                          \
         if (!met_)                                                                                 \
             fail_msg("waited in vain for: %s", #condition);                                        \
+    } while (0)
+// Sends a text and waits until the newest one of this type contains `part`.
+#define page_exchange(page, text, type, part)                                                      \
+    do {                                                                                           \
+        page_send(page, "%s", text);                                                               \
+        page_wait(page_says(page, type, part));                                                    \
     } while (0)
 void page_pause(void); // 10 ms
 

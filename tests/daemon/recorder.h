@@ -8,11 +8,6 @@
 
 #include "io/recording.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 static inline void record_start(Process *program, const char *path, const char *more)
 {
     process_start(program, program_path("pliant-record"), "-o %s %s", path, more);
@@ -33,36 +28,24 @@ static inline bool has_sidecar(const char *path)
 // Frames of all bodies that the sidecar lists: those that were flushed.
 static inline int sidecar_frames(const char *path)
 {
-    char xdmf[1100];
     int count;
     if (!has_sidecar(path))
         return 0;
-    snprintf(xdmf, sizeof xdmf, "%s.xdmf", path);
-    free(view_sidecar(xdmf, &count));
+    free(view_sidecar_of(path, &count));
     return count;
 }
 
 static inline void end(Process *program, int number, int code)
 {
     process_signal(program, number);
-    process_wait(program);
-    if (program->code != code)
-        fail_msg("exit %d, expected %d: %s%s", program->code, code, program->out, program->err);
-}
-
-static inline void stop(Client *client, Process *daemon)
-{
-    command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    process_wait(daemon);
-    assert_int_equal(daemon->code, 0);
+    process_wait_for(program, code);
 }
 
 static inline bool log_has(const char *path, const char *channel)
 {
     size_t size = 0;
-    unsigned char *log = file_read(path, &size);
+    FREED unsigned char *log = file_read(path, &size);
     bool has = memmem(log, size, channel, strlen(channel)) != NULL;
-    free(log);
     return has;
 }
 
@@ -96,18 +79,8 @@ static inline const RecordingInfo *info_of(const char *path)
 {
     static RecordingInfo info;
     Status status = {0};
-    if (!recording_info_read(path, &info, &status))
-        fail_msg("%s", status.text);
+    expect_ok(recording_info_read(path, &info, &status), status);
     return &info;
-}
-
-static inline void read_body(const char *path, const char *body, BodyView *view)
-{
-    hid_t file = view_open(path, false);
-    if (file < 0)
-        fail_msg("%s cannot be opened", path);
-    view_body(view, file, body);
-    H5Fclose(file);
 }
 
 #endif

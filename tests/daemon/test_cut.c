@@ -5,10 +5,6 @@
 #include "test.h"
 #include "lcm_client.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-
 static const char SCENE[] =
     "name = \"cuts\"; publish = { status_hz = 20.0; nodes_hz = 20.0; };\n"
     "bodies = (\n"
@@ -32,14 +28,9 @@ static int start_daemon(void **state)
     return fixture_start(state, "%s", path);
 }
 
-// A sweep in the plane x = `x`, along y, through all z of the bodies.
-static pliant_cut_t sweep_at(Client *client, double x, char *body)
+static pliant_cut_t sweep_at(Client *client, double x, const char *body)
 {
-    return (pliant_cut_t){.sender = client->sender,
-                          .id = ++client->next_id,
-                          .before = {{x, -0.05, -0.05}, {x, -0.05, 0.05}},
-                          .after = {{x, 0.05, -0.05}, {x, 0.05, 0.05}},
-                          .body = body};
+    return make_cut(client, x, 0.05, body);
 }
 
 static const Reply *send_cut(Client *client, const pliant_cut_t *cut)
@@ -58,9 +49,7 @@ static const Reply *send_cut(Client *client, const pliant_cut_t *cut)
 
 static const Reply *cut_at(Client *client, double x, const char *body)
 {
-    char name[32];
-    snprintf(name, sizeof name, "%s", body);
-    pliant_cut_t cut = sweep_at(client, x, name);
+    const pliant_cut_t cut = sweep_at(client, x, body);
     return send_cut(client, &cut);
 }
 
@@ -97,7 +86,7 @@ TEST(a_cut_is_answered_with_what_it_severed)
         reply = cut_at(client, cases[k].x, cases[k].body);
         assert_false(reply->ok);
         assert_int_equal(reply->separated, 0);
-        assert_non_null(strstr(reply->text, "cut already"));
+        expect_in(reply->text, "cut already");
     }
 }
 
@@ -133,7 +122,7 @@ TEST(all_bodies_are_cut_by_a_sweep_that_names_none)
     memcpy(cut.after, after, sizeof after);
     const Reply *reply = send_cut(client, &cut);
     assert_true(reply->ok);
-    assert_non_null(strstr(reply->text, "2 bodies: "));
+    expect_in(reply->text, "2 bodies: ");
     assert_int_equal(reply->pieces, 5); // and the one that cannot be cut
 }
 
@@ -144,8 +133,7 @@ static void expect_refused(Client *client, pliant_cut_t *cut, const char *text)
     assert_false(reply->ok);
     assert_int_equal(reply->separated, 0);
     assert_int_equal(reply->nodes_added, 0);
-    if (strstr(reply->text, text) == NULL)
-        fail_msg("'%s' does not say '%s'", reply->text, text);
+    expect_in(reply->text, text);
 }
 
 TEST(cuts_that_cannot_be_made_say_why)
@@ -234,72 +222,64 @@ TEST(random_cuts_do_no_harm)
 
 // --- pliant-cut ---
 
-static void run_cutter(Process *run, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void run_cutter(Process *run, const char *format, ...)
+static Process run;
+
+static void run_cutter(const char *format, ...) __attribute__((format(printf, 1, 2)));
+static void run_cutter(const char *format, ...)
 {
     char arguments[2048];
     va_list list;
     va_start(list, format);
     vsnprintf(arguments, sizeof arguments, format, list);
     va_end(list);
-    process_run(run, program_path("pliant-cut"), "%s", arguments);
+    process_run(&run, program_path("pliant-cut"), "%s", arguments);
 }
 
 TEST(the_client_cuts_planes_polylines_and_files)
 {
     Client *client = ((Fixture *)*test_state)->client;
     reset(client);
-    Process run;
-    run_cutter(&run, "--body box --plane 0.0001,0,0,1,0,0");
+    run_cutter("--body box --plane 0.0001,0,0,1,0,0");
     assert_string_equal(run.err, "");
-    assert_int_equal(run.code, 0);
-    assert_non_null(strstr(run.out, "sweep 1: body 'box': "));
-    assert_non_null(strstr(run.out, "1 sweep, 1 of them cut: "));
-    assert_non_null(strstr(run.out, "2 pieces now"));
-    run_cutter(&run, "--body box --plane 0.0001,0,0,1,0,0");
+    expect_ended(&run, 0, "sweep 1: body 'box': ");
+    expect_in(run.out, "1 sweep, 1 of them cut: ");
+    expect_in(run.out, "2 pieces now");
+    run_cutter("--body box --plane 0.0001,0,0,1,0,0");
     assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.out, "refused: what the blade met of body 'box' was cut already"));
+    expect_in(run.out, "refused: what the blade met of body 'box' was cut already");
     assert_string_equal(run.err, "pliant-cut: nothing was cut\n");
     // Two sweeps that bend.
-    run_cutter(&run, "--blade 0,0,0.1 --point 0.15,0.001,-0.05 --point 0.2,0.01,-0.05 "
-                     "--point 0.25,0.001,-0.05");
-    assert_int_equal(run.code, 0);
-    assert_non_null(strstr(run.out, "2 sweeps, 2 of them cut: "));
+    run_cutter("--blade 0,0,0.1 --point 0.15,0.001,-0.05 --point 0.2,0.01,-0.05 "
+               "--point 0.25,0.001,-0.05");
+    expect_ended(&run, 0, "2 sweeps, 2 of them cut: ");
     const char *file = scratch("path.txt");
     write_text(file, "# across, then another one\n"
                      "-0.05 0.0101 -0.05  -0.05 0.0101 0.05\n 0.05 0.0101 -0.05 0.05 0.0101 0.05\n"
                      "lift\n"
                      "-0.05 -0.0101 -0.05 -0.05 -0.0101 0.05\n0.05 -0.0101 -0.05 0.05 -0.0101 "
                      "0.05\n");
-    run_cutter(&run, "--file %s", file);
-    assert_int_equal(run.code, 0);
-    assert_non_null(strstr(run.out, "2 sweeps, 2 of them cut: "));
+    run_cutter("--file %s", file);
+    expect_ended(&run, 0, "2 sweeps, 2 of them cut: ");
 }
 
 TEST(an_unknown_body_is_answered_with_those_there_are)
 {
     const char *says = "the daemon has no body 'bax', only: box, ball, hard\n";
-    Process run;
-    run_cutter(&run, "--body bax --plane 0.0001,0,0,1,0,0");
-    assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.err, says));
+    run_cutter("--body bax --plane 0.0001,0,0,1,0,0");
+    expect_ended(&run, 1, says);
     process_run(&run, program_path("pliant-probe"), "--auto --body bax");
-    assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.err, says));
+    expect_ended(&run, 1, says);
     // It ends by itself, long before the duration.
     process_run(&run, program_path("pliant-monitor"), "--nodes bax --write %s --duration 1e6",
                 scratch("curve.tsv"));
-    assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.err, says));
+    expect_ended(&run, 1, says);
 }
 
 // A ball of 5 mm, 2 mm before the nearest node, is in the body before it has moved.
 TEST(a_tool_that_begins_in_the_body_begins_again_outside)
 {
-    Process run;
-    process_run(&run, program_path("pliant-probe"),
-                "--auto --body box --clearance 0.002 --depth 0.003 --hold 0.1");
-    assert_int_equal(run.code, 0);
+    process_run_well(&run, program_path("pliant-probe"),
+                     "--auto --body box --clearance 0.002 --depth 0.003 --hold 0.1");
     // The server leads it out by 3 mm, less what it has come back since.
     const char *begins = "the tool begins in the body; starting ", *back = strstr(run.out, begins);
     assert_non_null(back);
@@ -315,42 +295,30 @@ TEST(the_client_says_what_is_wrong_with_its_arguments)
 {
     const char *file = scratch("bad.txt");
     write_text(file, "0 0 0 0 0 1\n0 1 0 0 1\n");
-    static const struct {
-        const char *arguments, *says;
-    } cases[] = {
-        {"", "nothing to cut"},
-        {"--before 0,0,0,0,0,1", "nothing to cut"},
-        {"--after 0,0,0,0,0,1", "--after '0,0,0,0,0,1' needs --before"},
-        {"--before 0,0,0,0,0", "--before '0,0,0,0,0' is not X,Y,Z,X,Y,Z, each in ["},
-        {"--before 0,0,0,0,0,nan", "is not X,Y,Z,X,Y,Z"},
-        {"--point 0,0,0", "--point '0,0,0' needs --blade"},
-        {"--plane 0,0,0,0,0,0", "its normal has no length"},
-        {"--plane 0,0,0,0,0,1 --rate 0", "--rate '0' is not a number in [0.01, 10000]"},
-        {"--plane 0,0,0,0,0,1 --body a/b", "--body 'a/b'"},
-        {"--plane 0,0,0,0,0,1 --file x", "either --file or positions"},
-        {"--plane 0,0,0,0,0,1 what", "'what' is not an option"},
-        {"--file no-such-file", "no-such-file: No such file"},
+    static const Usage cases[] = {
+        {"", 2, "nothing to cut"},
+        {"--before 0,0,0,0,0,1", 2, "nothing to cut"},
+        {"--after 0,0,0,0,0,1", 2, "--after '0,0,0,0,0,1' needs --before"},
+        {"--before 0,0,0,0,0", 2, "--before '0,0,0,0,0' is not X,Y,Z,X,Y,Z, each in ["},
+        {"--before 0,0,0,0,0,nan", 2, "is not X,Y,Z,X,Y,Z"},
+        {"--point 0,0,0", 2, "--point '0,0,0' needs --blade"},
+        {"--plane 0,0,0,0,0,0", 2, "its normal has no length"},
+        {"--plane 0,0,0,0,0,1 --rate 0", 2, "--rate '0' is not a number in [0.01, 10000]"},
+        {"--plane 0,0,0,0,0,1 --body a/b", 2, "--body 'a/b'"},
+        {"--plane 0,0,0,0,0,1 --file x", 2, "either --file or positions"},
+        {"--plane 0,0,0,0,0,1 what", 2, "'what' is not an option"},
+        {"--file no-such-file", 2, "no-such-file: No such file"},
     };
-    Process run;
-    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        run_cutter(&run, "%s", cases[k].arguments);
-        assert_int_equal(run.code, 2);
-        if (strstr(run.err, cases[k].says) == NULL)
-            fail_msg("'%s': '%s' does not say '%s'", cases[k].arguments, run.err, cases[k].says);
-    }
-    run_cutter(&run, "--file %s", file);
-    assert_int_equal(run.code, 2);
-    assert_non_null(strstr(run.err, "bad.txt:2: expected x y z x y z"));
-    run_cutter(&run, "--help");
-    assert_int_equal(run.code, 0);
-    assert_non_null(strstr(run.out, "--plane"));
+    expect_usage(program_path("pliant-cut"), cases, sizeof cases / sizeof *cases);
+    run_cutter("--file %s", file);
+    expect_ended(&run, 2, "bad.txt:2: expected x y z x y z");
+    run_cutter("--help");
+    expect_ended(&run, 0, "--plane");
     // Nobody answers there.
-    run_cutter(&run, "--prefix NOBODY --timeout 0.05 --tries 3 --plane 0,0,0,0,0,1");
-    assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.err, "no reply on NOBODY_CLAIM within 0.15 s"));
-    run_cutter(&run, "--stroke --prefix NOBODY --timeout 0.05 --tries 3 --plane 0,0,0,0,0,1");
-    assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.err, "NOBODY_STATUS within 0.15 s: no pliantd on"));
+    run_cutter("--prefix NOBODY --timeout 0.05 --tries 3 --plane 0,0,0,0,0,1");
+    expect_ended(&run, 1, "no reply on NOBODY_CLAIM within 0.15 s");
+    run_cutter("--stroke --prefix NOBODY --timeout 0.05 --tries 3 --plane 0,0,0,0,0,1");
+    expect_ended(&run, 1, "NOBODY_STATUS within 0.15 s: no pliantd on");
 }
 
 TEST(the_client_moves_a_blade)
@@ -358,26 +326,23 @@ TEST(the_client_moves_a_blade)
     Client *client = ((Fixture *)*test_state)->client;
     reset(client);
     client->events = 0;
-    Process run;
     // On a machine that stalls for 0.2 s the tool falls silent amid the stroke and is
     // withdrawn: then nothing falls apart, and the stroke is made again.
     for (int tries = 0; tries < 3 && !saw_event(client, "piece"); tries++) {
-        run_cutter(&run, "--stroke --tool 2 --speed 0.5 --blade 0,0,0.1 --point 0.0001,-0.04,-0.03 "
-                         "--point 0.0001,0.04,-0.03");
+        run_cutter("--stroke --tool 2 --speed 0.5 --blade 0,0,0.1 --point 0.0001,-0.04,-0.03 "
+                   "--point 0.0001,0.04,-0.03");
         if (run.code != 0)
             print_error("%s", run.err);
-        assert_int_equal(run.code, 0);
-        assert_non_null(strstr(run.out, "cut: tool 2, stroke ended: body 'box': "));
+        expect_ended(&run, 0, "cut: tool 2, stroke ended: body 'box': ");
         for (double limit = client_now() + 5.0;
              client_now() < limit && !saw_event(client, "piece");)
             client_listen(client, 20);
     }
     assert_true(saw_event(client, "piece"));
     // A tool that is no blade.
-    run_cutter(&run, "--stroke --tool 1 --speed 1 --blade 0,0,0.1 --point 0,-0.4,0.3 "
-                     "--point 0,-0.3,0.3");
-    assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.err, "no stroke was reported on PLIANT_EVENT"));
+    run_cutter("--stroke --tool 1 --speed 1 --blade 0,0,0.1 --point 0,-0.4,0.3 "
+               "--point 0,-0.3,0.3");
+    expect_ended(&run, 1, "no stroke was reported on PLIANT_EVENT");
 }
 
 // --- blades ---
@@ -420,17 +385,13 @@ TEST(a_blade_that_is_put_elsewhere_cuts_nothing_between)
 // --- repetition ---
 
 AROUND_ALL(NULL, NULL)
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit)
 {
     const char *path = scratch("log.cfg"), *log = scratch("inputs.log");
     write_text(path, SCENE);
-    Client *client = client_create();
-    Process daemon;
     char live[32], again[32];
-    daemon_start(&daemon, "--log-inputs %s %s", log, path);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "--log-inputs %s %s", log, path);
     assert_true(cut_at(client, 0.0051, "box")->ok);
     cut_at(client, 0.1, "");
     for (int i = 0; i <= 60; i++) {
@@ -438,13 +399,11 @@ TEST(a_log_of_inputs_repeats_cuts_and_strokes_bit_for_bit)
         client_listen(client, 2);
     }
     assert_true(cut_at(client, 0.2003, "ball")->ok);
-    process_end(&daemon);
-    printed_state(&daemon, live);
-    run_daemon(&daemon, "--offline 1000 --input %s %s", log, path);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, again);
+    process_end(&pliantd);
+    printed_state(&pliantd, live);
+    run_daemon_well(&pliantd, "--offline 1000 --input %s %s", log, path);
+    printed_state(&pliantd, again);
     assert_string_equal(live, again);
-    client_destroy(client);
 }
 
 #if WITH_HDF5
@@ -452,31 +411,24 @@ TEST(a_cut_scene_goes_on_from_checkpoints_bit_for_bit)
 {
     const char *path = scratch("cp.cfg"), *cut = scratch("cut.h5"), *part = scratch("part.h5");
     write_text(path, SCENE);
-    Client *client = client_create();
-    Process daemon;
     char saved[32], resumed[32], whole[32], parts[32];
-    daemon_start(&daemon, "--checkpoint %s %s", cut, path);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "--checkpoint %s %s", cut, path);
     assert_true(cut_at(client, 0.0051, "box")->ok);
     assert_true(cut_at(client, 0.2003, "ball")->ok);
     for (int i = 0; i < 30; i++) { // and in the middle of a stroke
         pose_blade(client, -0.0049, -0.03 + 0.001 * i, true);
         client_listen(client, 2);
     }
-    process_end(&daemon);
-    client_destroy(client);
-    printed_state(&daemon, saved);
-    run_daemon(&daemon, "--offline 0 --resume %s %s", cut, path);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, resumed);
+    process_end(&pliantd);
+    printed_state(&pliantd, saved);
+    run_daemon_well(&pliantd, "--offline 0 --resume %s %s", cut, path);
+    printed_state(&pliantd, resumed);
     assert_string_equal(saved, resumed);
-    run_daemon(&daemon, "--offline 0.3 --resume %s %s", cut, path);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, whole);
-    run_daemon(&daemon, "--offline 0.1 --resume %s --checkpoint %s %s", cut, part, path);
-    run_daemon(&daemon, "--offline 0.2 --resume %s %s", part, path);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, parts);
+    run_daemon_well(&pliantd, "--offline 0.3 --resume %s %s", cut, path);
+    printed_state(&pliantd, whole);
+    run_daemon(&pliantd, "--offline 0.1 --resume %s --checkpoint %s %s", cut, part, path);
+    run_daemon_well(&pliantd, "--offline 0.2 --resume %s %s", part, path);
+    printed_state(&pliantd, parts);
     assert_string_equal(whole, parts);
     // A scene whose body cannot be cut is another one.
     char other[sizeof SCENE];
@@ -485,8 +437,8 @@ TEST(a_cut_scene_goes_on_from_checkpoints_bit_for_bit)
     char *semicolon = strstr(other, "               ;");
     semicolon[15] = ' ';
     write_text(path, other);
-    run_daemon(&daemon, "--offline 0.1 --resume %s %s", cut, path);
-    assert_int_equal(daemon.code, 2);
+    run_daemon(&pliantd, "--offline 0.1 --resume %s %s", cut, path);
+    assert_int_equal(pliantd.code, 2);
 }
 #endif
 
@@ -513,30 +465,25 @@ TEST(hundred_cuts_a_second_are_all_answered_while_a_tool_presses)
                 end[4], end[5], end[6], end[7], end[8], end[9], end[10], end[11]);
     }
     assert_int_equal(fclose(out), 0);
-    Client *client = client_create();
-    Process daemon, run;
-    daemon_start(&daemon, "%s", path);
-    client_wait_for_daemon(client);
+    Process daemon;
+    SCOPED_CLIENT Client *client = server_start(&daemon, "%s", path);
     process_start(&run, program_path("pliant-cut"), "--quiet --rate 100 --file %s", file);
     const double press[3] = {0.0, 0.0, 0.023};
     double limit = client_now() + 60.0;
     while (client->replies < CUTS && client_now() < limit) {
-        pliant_tool_pose_t pose = make_pose(client, press);
-        send_pose(client, &pose);
+        send_pose_at(client, press);
         client_listen(client, 2);
     }
-    process_wait(&run);
-    assert_int_equal(run.code, 0);
+    process_wait_for(&run, 0);
     char all[64];
     snprintf(all, sizeof all, "%d sweeps, ", CUTS);
-    assert_non_null(strstr(run.out, all));
+    expect_in(run.out, all);
     client_fresh_status(client);
     assert_true(isfinite(client->status.kinetic) && isfinite(client->status.max_displacement));
     assert_int_equal(client->status.resets, 0);
     print_message("late ticks %lld of %lld; %s", (long long)client->status.late_ticks,
                   (long long)client->status.step, run.out);
     process_end(&daemon);
-    client_destroy(client);
 }
 
 // Neither by messages, which are sent again until they are answered, nor by a blade on its way.
@@ -549,30 +496,23 @@ TEST(a_daemon_that_starts_is_not_cut_by_what_was_meant_for_the_last)
     const char *path = scratch("next.cfg");
     write_text(path, SCENE);
     for (int k = 0; k < 2; k++) {
-        static Process daemon, run;
-        Client *client = client_create();
-        daemon_start(&daemon, "%s", path);
-        client_wait_for_daemon(client);
+        static Process daemon;
+        SCOPED_CLIENT Client *client = server_start(&daemon, "%s", path);
         process_start(&run, program_path("pliant-cut"), "%s", ways[k]);
         if (k == 0)
             wait_until(client, client->replies > 2);
         else
             wait_until(client, client->contacts > 0 && client->contact.tool == 2 &&
                                    client->contact.pose_utime > 0);
-        process_signal(&daemon, SIGKILL);
-        process_wait(&daemon);
+        process_finish(&daemon, SIGKILL);
         client_destroy(client);
-        client = client_create();
-        daemon_start(&daemon, "%s", path);
-        client_wait_for_daemon(client);
-        process_wait(&run);
-        assert_int_equal(run.code, 1);
-        assert_non_null(strstr(run.err, "the daemon that this was sent to is gone"));
+        client = server_start(&daemon, "%s", path);
+        process_wait_for(&run, 1);
+        expect_in(run.err, "the daemon that this was sent to is gone");
         client_fresh_status(client);
         assert_false(saw_event(client, "cut") || saw_event(client, "piece"));
         for (int i = 0; i < client->replies; i++)
             assert_string_not_equal(client->reply[i].channel, "PLIANT_CUT");
         process_end(&daemon);
-        client_destroy(client);
     }
 }

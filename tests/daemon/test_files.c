@@ -6,11 +6,7 @@
 
 #include <lcm/lcm.h>
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 static const char HEAD[] = "publish = { nodes_hz = 20.0; status_hz = 20.0; };\n"
                            "gravity = [0.0, 0.0, -9.81];";
@@ -29,30 +25,25 @@ static bool exists(const char *path)
 static long long checkpoint_step(const char *path, const char *scene)
 {
     Process daemon;
-    run_daemon(&daemon, "--offline 0 --resume %s %s", path, scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&daemon, "--offline 0 --resume %s %s", path, scene);
     return printed(&daemon, "step");
 }
-
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(offline_runs_are_the_same_every_time)
 {
     const char *scene = write_scene("same.cfg", HEAD, LOADS);
     char first[32], second[32];
-    Process daemon;
-    run_daemon(&daemon, "--offline 1 %s", scene);
-    printed_state(&daemon, first);
-    run_daemon(&daemon, "--offline 1 %s", scene);
-    printed_state(&daemon, second);
+    run_daemon(&pliantd, "--offline 1 %s", scene);
+    printed_state(&pliantd, first);
+    run_daemon(&pliantd, "--offline 1 %s", scene);
+    printed_state(&pliantd, second);
     assert_string_equal(first, second);
-    run_daemon(&daemon, "--offline 1.001 %s", scene);
-    printed_state(&daemon, second);
+    run_daemon(&pliantd, "--offline 1.001 %s", scene);
+    printed_state(&pliantd, second);
     assert_string_not_equal(first, second); // the hash sees a single tick
 }
 
-// ---------------------------------------------------------------------------------------------
-// What holds of bodies of all kinds
+// --- What holds of bodies of all kinds ---
 
 #define LEVELS_BODY                                                                                \
     "levels = 3; adapt = { check_hz = 100.0; };\n"                                                 \
@@ -121,23 +112,22 @@ TEST(a_resumed_run_matches_the_uninterrupted_one)
     const char *part = scratch("part.h5");
     for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
         const Case *c = &CASES[k];
-        char scene[SCRATCH_PATH], whole[32], half[32];
-        snprintf(scene, sizeof scene, "%s", write_body_scene("resume.cfg", &c->parts));
-        Process daemon;
+        char whole[32], half[32];
+        const char *scene = write_body_scene("resume.cfg", &c->parts);
         unlink(part); // of the case before: it may be of a later step
-        run_daemon(&daemon, "--offline %g %s", c->seconds, scene);
-        if (daemon.code != 0)
-            fail_msg("%s: %s", c->name, daemon.err);
-        printed_state(&daemon, whole);
-        const long long step = printed(&daemon, "step");
-        run_daemon(&daemon, "--offline %g --isa baseline %s", c->seconds, scene);
-        expect_state(c->name, &daemon, whole); // on every processor
-        run_daemon(&daemon, "--offline %g --checkpoint %s %s", c->at, part, scene);
-        printed_state(&daemon, half);
+        run_daemon(&pliantd, "--offline %g %s", c->seconds, scene);
+        if (pliantd.code != 0)
+            fail_msg("%s: %s", c->name, pliantd.err);
+        printed_state(&pliantd, whole);
+        const long long step = printed(&pliantd, "step");
+        run_daemon(&pliantd, "--offline %g --isa baseline %s", c->seconds, scene);
+        expect_state(c->name, &pliantd, whole); // on every processor
+        run_daemon(&pliantd, "--offline %g --checkpoint %s %s", c->at, part, scene);
+        printed_state(&pliantd, half);
         assert_string_not_equal(half, whole);
-        run_daemon(&daemon, "--offline %g --resume %s %s", c->seconds - c->at, part, scene);
-        expect_state(c->name, &daemon, whole);
-        assert_int_equal(printed(&daemon, "step"), step);
+        run_daemon(&pliantd, "--offline %g --resume %s %s", c->seconds - c->at, part, scene);
+        expect_state(c->name, &pliantd, whole);
+        assert_int_equal(printed(&pliantd, "step"), step);
     }
 }
 
@@ -145,10 +135,7 @@ TEST(a_checkpoint_reply_comes_when_the_file_is_whole)
 {
     const char *scene = write_scene("command.cfg", HEAD, LOADS);
     const char *path = scratch("command.h5");
-    Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "--checkpoint %s %s", path, scene);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "--checkpoint %s %s", path, scene);
     assert_false(exists(path));
     const Reply *reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
     assert_true(reply->ok);
@@ -158,36 +145,31 @@ TEST(a_checkpoint_reply_comes_when_the_file_is_whole)
     // SIGUSR1 writes another one, the end a last one.
     int64_t before = checkpoint_step(path, scene);
     client->events = 0;
-    process_signal(&daemon, SIGUSR1);
+    process_signal(&pliantd, SIGUSR1);
     wait_until(client, saw_event(client, "checkpoint"));
     expect_at_least((double)checkpoint_step(path, scene), (double)before + 1.0);
-    process_end(&daemon);
-    assert_int_equal(printed(&daemon, "checkpoints"), 3);
-    assert_int_equal(checkpoint_step(path, scene), printed(&daemon, "step"));
-    client_destroy(client);
+    process_end(&pliantd);
+    assert_int_equal(printed(&pliantd, "checkpoints"), 3);
+    assert_int_equal(checkpoint_step(path, scene), printed(&pliantd, "step"));
 }
 
 TEST(checkpoints_come_every_so_often)
 {
-    Process daemon;
-    run_daemon(&daemon, "--duration 1 --checkpoint-every 0.2 --checkpoint %s %s",
-               scratch("every.h5"), write_scene("every.cfg", HEAD, ""));
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&pliantd, "--duration 1 --checkpoint-every 0.2 --checkpoint %s %s",
+                    scratch("every.h5"), write_scene("every.cfg", HEAD, ""));
     // At 0.2, 0.4, 0.6, 0.8 s and the end, one more if no tick was late; fewer on a slow disk.
-    expect_at_least((double)printed(&daemon, "checkpoints"), 2.0);
-    expect_at_most((double)printed(&daemon, "checkpoints"), 6.0);
+    expect_at_least((double)printed(&pliantd, "checkpoints"), 2.0);
+    expect_at_most((double)printed(&pliantd, "checkpoints"), 6.0);
 }
 
 TEST(a_checkpoint_that_cannot_be_written_exits_1)
 {
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", scratch("no/folder.h5"),
+    run_daemon(&pliantd, "--offline 0.1 --checkpoint %s %s", scratch("no/folder.h5"),
                write_scene("folder.cfg", HEAD, ""));
-    assert_int_equal(daemon.code, 1);
-    assert_non_null(strstr(daemon.err, "folder.h5"));
-    run_daemon(&daemon, "--duration 0.1 --checkpoint %s %s", scratch("no/folder.h5"),
+    expect_ended(&pliantd, 1, "folder.h5");
+    run_daemon(&pliantd, "--duration 0.1 --checkpoint %s %s", scratch("no/folder.h5"),
                scratch("folder.cfg"));
-    assert_int_equal(daemon.code, 1);
+    assert_int_equal(pliantd.code, 1);
 }
 
 // A live run of a body whose top is at z = `top`, with everything that can be sent. `set`: more
@@ -202,9 +184,8 @@ typedef struct LiveCase {
 static void run_with_inputs(Process *daemon, const LiveCase *live, const char *log,
                             const char *checkpoint, const char *scene)
 {
-    Client *client = client_create();
-    daemon_start(daemon, "--log-inputs %s --checkpoint %s %s", log, checkpoint, scene);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = client_create();
+    server_start_for(client, daemon, "--log-inputs %s --checkpoint %s %s", log, checkpoint, scene);
     for (int i = 0; i < 200; i++) {
         double position[3] = {1e-5 * i, -2e-5 * i, live->top + 0.005 - 3e-5 * i};
         const double top[3] = {0.0, 0.0, live->top};
@@ -235,7 +216,6 @@ static void run_with_inputs(Process *daemon, const LiveCase *live, const char *l
     process_wait(daemon);
     if (daemon->code != 0)
         fail_msg("%s: %s", live->name, daemon->err);
-    client_destroy(client);
 }
 
 // The last one is used again by the tests below.
@@ -262,58 +242,48 @@ TEST(an_input_log_repeats_the_live_run_bit_for_bit)
     const char *log = scratch("inputs.log"), *checkpoint = scratch("live.h5");
     for (size_t k = 0; k < sizeof LIVE_CASES / sizeof *LIVE_CASES; k++) {
         const LiveCase *c = &LIVE_CASES[k];
-        char scene[SCRATCH_PATH], live[32];
-        snprintf(scene, sizeof scene, "%s", write_body_scene("log.cfg", &c->parts));
-        Process daemon;
+        char live[32];
+        const char *scene = write_body_scene("log.cfg", &c->parts);
         unlink(log);
         unlink(checkpoint);
-        run_with_inputs(&daemon, c, log, checkpoint, scene);
-        printed_state(&daemon, live);
-        long long step = printed(&daemon, "step");
+        run_with_inputs(&pliantd, c, log, checkpoint, scene);
+        printed_state(&pliantd, live);
+        long long step = printed(&pliantd, "step");
 
-        run_daemon(&daemon, "--offline 1000 --input %s %s", log, scene);
-        expect_state(c->name, &daemon, live);
-        assert_int_equal(printed(&daemon, "step"), step); // the log knows where the run ended
-        assert_non_null(strstr(daemon.out, "rejected 0"));
+        run_daemon(&pliantd, "--offline 1000 --input %s %s", log, scene);
+        expect_state(c->name, &pliantd, live);
+        assert_int_equal(printed(&pliantd, "step"), step); // the log knows where the run ended
+        expect_in(pliantd.out, "rejected 0");
 
         // The live run's last checkpoint holds the same state.
-        run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
-        expect_state(c->name, &daemon, live);
+        run_daemon(&pliantd, "--offline 0 --resume %s %s", checkpoint, scene);
+        expect_state(c->name, &pliantd, live);
     }
 }
 
 TEST(a_log_of_another_rate_or_time_is_refused)
 {
     const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
-    Process daemon;
-    run_daemon(&daemon, "--offline 1 --rate 500 --input %s %s", scratch("inputs.log"), scene);
-    assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "rate_hz 1000"));
+    run_daemon(&pliantd, "--offline 1 --rate 500 --input %s %s", scratch("inputs.log"), scene);
+    expect_ended(&pliantd, 2, "rate_hz 1000");
     // A run that went on after the log had ended.
-    run_daemon(&daemon, "--offline 0.1 --resume %s --checkpoint %s %s", scratch("live.h5"),
-               scratch("later.h5"), scene);
-    assert_int_equal(daemon.code, 0);
-    run_daemon(&daemon, "--offline 1 --resume %s --input %s %s", scratch("later.h5"),
+    run_daemon_well(&pliantd, "--offline 0.1 --resume %s --checkpoint %s %s", scratch("live.h5"),
+                    scratch("later.h5"), scene);
+    run_daemon(&pliantd, "--offline 1 --resume %s --input %s %s", scratch("later.h5"),
                scratch("inputs.log"), scene);
-    assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "inputs.log: ends at step "));
+    expect_ended(&pliantd, 2, "inputs.log: ends at step ");
 }
 
 TEST(a_cut_off_log_is_used_as_far_as_it_goes)
 {
     const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
-    FILE *from = fopen(scratch("inputs.log"), "rb"), *to = fopen(scratch("short.log"), "wb");
-    assert_true(from != NULL && to != NULL);
-    char bytes[3000];
-    assert_int_equal(fread(bytes, 1, sizeof bytes, from), sizeof bytes);
-    fwrite(bytes, 1, sizeof bytes, to);
-    fclose(from);
-    fclose(to);
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.5 --input %s %s", scratch("short.log"), scene);
-    assert_int_equal(daemon.code, 0);
-    assert_non_null(strstr(daemon.err, "cut off after"));
-    assert_int_equal(printed(&daemon, "ticks"), 500);
+    size_t size;
+    FREED unsigned char *bytes = file_read(scratch("inputs.log"), &size);
+    assert_true(size >= 3000);
+    file_write(scratch("short.log"), bytes, 3000);
+    run_daemon_well(&pliantd, "--offline 0.5 --input %s %s", scratch("short.log"), scene);
+    expect_in(pliantd.err, "cut off after");
+    assert_int_equal(printed(&pliantd, "ticks"), 500);
 }
 
 static void write_log_event(lcm_eventlog_t *log, const char *channel, int64_t utime,
@@ -334,33 +304,29 @@ TEST(a_log_without_a_duration_is_applied_to_its_end)
 {
     const char *scene = write_scene("log.cfg", HEAD, PROBE_TOOL);
     char whole[32], to_end[32];
-    Process daemon;
-    run_daemon(&daemon, "--offline 1000 --input %s %s", scratch("inputs.log"), scene);
-    printed_state(&daemon, whole);
-    run_daemon(&daemon, "--input %s %s", scratch("inputs.log"), scene);
-    assert_int_equal(daemon.code, 0);
-    assert_non_null(strstr(daemon.out, "log: all of it"));
-    printed_state(&daemon, to_end);
+    run_daemon(&pliantd, "--offline 1000 --input %s %s", scratch("inputs.log"), scene);
+    printed_state(&pliantd, whole);
+    run_daemon_well(&pliantd, "--input %s %s", scratch("inputs.log"), scene);
+    expect_in(pliantd.out, "log: all of it");
+    printed_state(&pliantd, to_end);
     assert_string_equal(to_end, whole);
 
-    run_daemon(&daemon, "--input %s %s", scratch("short.log"), scene);
-    assert_int_equal(daemon.code, 0);
-    assert_non_null(strstr(daemon.err, "cut off after"));
-    assert_non_null(strstr(daemon.out, "log: all of it"));
-    expect_at_least((double)printed(&daemon, "ticks"), 1.0);
-    expect_at_most((double)printed(&daemon, "ticks"), (double)printed(&daemon, "step"));
+    run_daemon_well(&pliantd, "--input %s %s", scratch("short.log"), scene);
+    expect_in(pliantd.err, "cut off after");
+    expect_in(pliantd.out, "log: all of it");
+    expect_at_least((double)printed(&pliantd, "ticks"), 1.0);
+    expect_at_most((double)printed(&pliantd, "ticks"), (double)printed(&pliantd, "step"));
 
     const char *plain = scratch("plain-end.log");
     lcm_eventlog_t *log = lcm_eventlog_create(plain, "w");
     write_log_event(log, "OTHER", 1000000, "x", 1);
     write_log_event(log, "OTHER", 1250000, "x", 1); // a quarter of a second later
     lcm_eventlog_destroy(log);
-    run_daemon(&daemon, "--input %s %s", plain, scene);
-    assert_int_equal(daemon.code, 0);
-    assert_int_equal(printed(&daemon, "step"), 251);
+    run_daemon_well(&pliantd, "--input %s %s", plain, scene);
+    assert_int_equal(printed(&pliantd, "step"), 251);
     // A time that is given ends it before.
-    run_daemon(&daemon, "--offline 0.1 --input %s %s", plain, scene);
-    assert_int_equal(printed(&daemon, "step"), 100);
+    run_daemon(&pliantd, "--offline 0.1 --input %s %s", plain, scene);
+    assert_int_equal(printed(&pliantd, "step"), 100);
 }
 
 TEST(a_plain_log_is_applied_at_its_times)
@@ -397,6 +363,6 @@ TEST(a_plain_log_is_applied_at_its_times)
                scene);
     assert_int_equal(before.code, 0);
     assert_int_equal(after.code, 0);
-    assert_non_null(strstr(before.out, "applied 0, rejected 0"));
-    assert_non_null(strstr(after.out, "applied 1, rejected 1"));
+    expect_in(before.out, "applied 0, rejected 0");
+    expect_in(after.out, "applied 1, rejected 1");
 }

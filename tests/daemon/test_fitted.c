@@ -11,10 +11,6 @@
 
 #include "pliant_walls_t.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 static const double SIZE = 0.005; // of a cell [m]
 
 static const char SCENE[] =
@@ -32,9 +28,8 @@ typedef struct Follower {
     int wholes, deltas, first_wall;
 } Follower;
 
-static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+RAW_HANDLER(on_mesh)
 {
-    (void)channel;
     Follower *follower = user;
     if (follower->wholes == 0)
         mesh_frame_add(&follower->followed, buffer->data, buffer->data_size);
@@ -42,24 +37,21 @@ static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *use
         mesh_frame_add(&follower->whole, buffer->data, buffer->data_size) == FRAMES_WHOLE;
 }
 
-static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+RAW_HANDLER(on_delta)
 {
-    (void)channel;
     Follower *follower = user;
     follower->deltas +=
         mesh_frame_add_delta(&follower->followed, buffer->data, buffer->data_size) == FRAMES_WHOLE;
 }
 
-static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+RAW_HANDLER(on_nodes)
 {
-    (void)channel;
     Follower *follower = user;
     nodes_frame_add(&follower->nodes, buffer->data, buffer->data_size);
 }
 
-static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+RAW_HANDLER(on_walls)
 {
-    (void)channel;
     pliant_walls_t walls;
     assert_true(pliant_walls_t_decode(buffer->data, 0, (int)buffer->data_size, &walls) >= 0);
     ((Follower *)user)->first_wall = walls.first_wall;
@@ -67,8 +59,7 @@ static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *us
 
 static Follower *follower_create(lcm_t *lcm)
 {
-    Follower *follower = calloc(1, sizeof *follower);
-    assert_non_null(follower);
+    Follower *follower = zeroed(1, sizeof *follower);
     follower->lcm = lcm;
     follower->on[0] = lcm_subscribe(lcm, "PLIANT_MESH_ball", on_mesh, follower);
     follower->on[1] = lcm_subscribe(lcm, "PLIANT_MESH_DELTA_ball", on_delta, follower);
@@ -161,20 +152,17 @@ static double wall_rms(const Follower *follower)
     return sqrt(sum / count) / SIZE;
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(a_smooth_surface_is_cut_shown_and_recorded)
 {
     const char *path = scratch("smooth.h5"), *scene = scratch("smooth.cfg");
     write_text(scene, SCENE);
-    static Process daemon;
     Client *client = client_create();
     Follower *follower = follower_create(client->lcm);
 #if WITH_HDF5
-    daemon_start(&daemon, "--record %s %s", path, scene);
+    daemon_start(&pliantd, "--record %s %s", path, scene);
 #else
     (void)path;
-    daemon_start(&daemon, "%s", scene);
+    daemon_start(&pliantd, "%s", scene);
 #endif
     client_wait_for_daemon(client);
     wait_until(client, follower->wholes > 0 && follower->first_wall > 0);
@@ -200,17 +188,12 @@ TEST(a_smooth_surface_is_cut_shown_and_recorded)
     const int shown = follower->nodes.node_count;
     memcpy(seen, follower->nodes.position, 3 * sizeof(float) * (size_t)shown);
 #endif
-    command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    server_stop(client, &pliantd);
     follower_destroy(follower);
     client_destroy(client);
 #if WITH_HDF5
     BodyView view;
-    hid_t file = view_open(path, false);
-    assert_true(file >= 0);
-    view_body(&view, file, "ball");
-    H5Fclose(file);
+    view_read(&view, path, "ball");
     assert_memory_equal(view.position[view.first[view.frames - 1]], seen,
                         3 * sizeof(float) * (size_t)shown);
     view_free(&view);

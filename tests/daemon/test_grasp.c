@@ -5,9 +5,6 @@
 #include "lcm_client.h"
 #include "scene_writer.h"
 
-#include <signal.h>
-#include <string.h>
-
 static const char HEAD[] = "publish = { nodes_hz = 20.0; contact_hz = 1000.0; status_hz = 20.0; };";
 static const char JAWS[] =
     "tools = ( { id = 1; kind = \"grasper\"; max_force = 5.0;\n"
@@ -42,15 +39,12 @@ static const char *text_of(const Client *client, const char *kind)
     return "";
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(jaws_take_hold_pull_and_let_go)
 {
     Process daemon, again;
-    Client *client = client_create();
     const char *scene = write_scene("grasp.cfg", HEAD, JAWS);
-    daemon_start(&daemon, "--log-inputs %s %s", scratch("grasp.log"), scene);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&daemon, "--log-inputs %s %s", scratch("grasp.log"), scene);
     move_until(client, TOP + 0.1, 0.0, client->contact.pose_utime != 0);
     assert_false(client->contact.contact);
     move_until(client, TOP + 0.1, 0.9, client->contacts > 100); // on nothing
@@ -60,7 +54,7 @@ TEST(jaws_take_hold_pull_and_let_go)
     int before = client->contacts;
     move_until(client, TOP, 1.0, client->contact.contact && client->contacts > before + 100);
     wait_until(client, saw_event(client, "grasp"));
-    assert_non_null(strstr(text_of(client, "grasp"), "tool 1 grasped "));
+    expect_in(text_of(client, "grasp"), "tool 1 grasped ");
     // Pulled up by 20 mm: drawn back down.
     for (int i = 0; i <= 200; i++)
         move(client, TOP + 1e-4 * i, 1.0);
@@ -80,12 +74,10 @@ TEST(jaws_take_hold_pull_and_let_go)
     client_fresh_status(client);
     assert_int_equal(client->status.resets, 0);
     process_end(&daemon);
-    client_destroy(client);
 
     char live[32], repeated[32];
     printed_state(&daemon, live);
-    run_daemon(&again, "--offline 1000 --input %s %s", scratch("grasp.log"), scene);
-    assert_int_equal(again.code, 0);
+    run_daemon_well(&again, "--offline 1000 --input %s %s", scratch("grasp.log"), scene);
     printed_state(&again, repeated);
     assert_string_equal(live, repeated);
 }

@@ -12,11 +12,6 @@
 
 #include <lcm/lcm.h>
 
-#include <math.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-
 static const double TOP[3] = {0.0, 0.0, 0.05};
 
 static const char *make_scene(const char *file, const char *keys, double modulus)
@@ -40,8 +35,7 @@ static const char *make_scene(const char *file, const char *keys, double modulus
                               "radius = 0.01; } ); } );\n"});
 }
 
-// ---------------------------------------------------------------------------------------------
-// Every number that comes
+// --- Every number that comes ---
 
 typedef struct Numbers {
     long checked, bad;
@@ -74,11 +68,8 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, const pl
             fmax(numbers->calm_moved, fabs((double)(m->position[i] - numbers->calm[i])));
 }
 
-static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, const pliant_contact_t *m,
-                       void *user)
+HANDLER(on_contact, pliant_contact_t, m)
 {
-    (void)buffer;
-    (void)channel;
     Numbers *numbers = user;
     for (int c = 0; c < 3; c++) {
         look(numbers, m->position[c]);
@@ -93,11 +84,8 @@ static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, const 
     look(numbers, m->damping);
 }
 
-static void on_status(const lcm_recv_buf_t *buffer, const char *channel, const pliant_status_t *m,
-                      void *user)
+HANDLER(on_status, pliant_status_t, m)
 {
-    (void)buffer;
-    (void)channel;
     for (int i = 0; i < m->num_bodies; i++) {
         const pliant_body_status_t *body = &m->body[i];
         // Energies may be as large as a body of 1e5 m has them; but they are numbers.
@@ -144,26 +132,22 @@ static const char *event_text(const Client *client, const char *kind)
 static void expect_resumable(const char *checkpoint, const char *scene)
 {
     Process daemon;
-    run_daemon(&daemon, "--offline 0.2 --resume %s %s", checkpoint, scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&daemon, "--offline 0.2 --resume %s %s", checkpoint, scene);
     assert_null(strstr(daemon.out, "nan"));
     assert_null(strstr(daemon.out, "inf"));
 }
 
 // ---------------------------------------------------------------------------------------------
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(a_load_that_tears_a_body_away_is_withdrawn)
 {
     const char *scene = make_scene("load.cfg", "", 80.0);
     const char *checkpoint = scratch("load.h5"), *log = scratch("load.log");
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     Numbers numbers;
     const Watch on = watch(client, &numbers);
-    Process daemon;
-    daemon_start(&daemon, "--checkpoint %s --log-inputs %s %s", checkpoint, log, scene);
-    client_wait_for_daemon(client);
+    server_start_for(client, &pliantd, "--checkpoint %s --log-inputs %s %s", checkpoint, log,
+                     scene);
     const double push[3] = {1e6, 0.0, 0.0};
     const Reply *reply = apply_load(client, TOP, 0.03, push, 100.0, "sphere");
     const int32_t id = reply->id;
@@ -176,8 +160,8 @@ TEST(a_load_that_tears_a_body_away_is_withdrawn)
     assert_true(saw_event(client, "restored"));
     char who[64];
     snprintf(who, sizeof who, "load %d of sender %d", id, client->sender);
-    assert_non_null(strstr(event_text(client, "restored"), who));
-    assert_non_null(strstr(event_text(client, "withdrawn"), who));
+    expect_in(event_text(client, "restored"), who);
+    expect_in(event_text(client, "withdrawn"), who);
     assert_true(refused(client, "restored_load") >= 3);
     assert_int_equal(refused(client, "restored_load"), client->status.resets);
     assert_true(numbers.checked > 1000);
@@ -185,20 +169,18 @@ TEST(a_load_that_tears_a_body_away_is_withdrawn)
     // Swings about g / w^2 below rest, 0.4 mm, no farther than twice that.
     assert_true(numbers.saw_calm);
     expect_at_most(numbers.calm_moved, 1e-3 + 1e-6);
-    process_end(&daemon);
-    assert_non_null(strstr(daemon.out, "  withdrawn_loads: 1\n"));
+    process_end(&pliantd);
+    expect_in(pliantd.out, "  withdrawn_loads: 1\n");
     char live[32], repeated[32];
-    printed_state(&daemon, live);
-    const long long ticks = printed(&daemon, "step");
+    printed_state(&pliantd, live);
+    const long long ticks = printed(&pliantd, "step");
     expect_resumable(checkpoint, scene);
     // The same inputs, offline: the same restores, and the same bits.
-    run_daemon(&daemon, "--offline %.6f --input %s %s", (double)ticks / 500.0, log, scene);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, repeated);
+    run_daemon_well(&pliantd, "--offline %.6f --input %s %s", (double)ticks / 500.0, log, scene);
+    printed_state(&pliantd, repeated);
     assert_string_equal(live, repeated);
-    assert_non_null(strstr(daemon.out, "  withdrawn_loads: 1\n"));
+    expect_in(pliantd.out, "  withdrawn_loads: 1\n");
     watch_no_more(client, &on);
-    client_destroy(client);
 }
 
 TEST(a_body_beyond_its_bound_tells_why_and_sends_nothing_else)
@@ -206,27 +188,23 @@ TEST(a_body_beyond_its_bound_tells_why_and_sends_nothing_else)
     const char *scene =
         make_scene("step.cfg", "time_step = 0.002; unsafe_time_step = true;", 8.0e5);
     const char *checkpoint = scratch("step.h5");
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     Numbers numbers;
     const Watch on = watch(client, &numbers);
-    Process daemon;
-    daemon_start(&daemon, "--checkpoint %s %s", checkpoint, scene);
-    client_wait_for_daemon(client);
+    server_start_for(client, &pliantd, "--checkpoint %s %s", checkpoint, scene);
     for (int i = 0; i < 500; i++) { // a hand that goes on pressing
-        pliant_tool_pose_t pose = make_pose(client, TOP);
-        send_pose(client, &pose);
+        send_pose_at(client, TOP);
         client_listen(client, 5);
     }
     wait_until(client, saw_event(client, "restored"));
-    assert_non_null(strstr(event_text(client, "restored"), "time_step 0.002 s beyond its bound"));
+    expect_in(event_text(client, "restored"), "time_step 0.002 s beyond its bound");
     assert_true(refused(client, "restored_time_step") > 0);
     assert_true(refused(client, "rest_shapes") > 0);
     assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
     assert_true(numbers.checked > 1000);
     assert_int_equal(numbers.bad, 0);
     expect_at_most(numbers.calm_moved, 1e-3 + 1e-6);
-    process_end(&daemon);
+    process_end(&pliantd);
     expect_resumable(checkpoint, scene);
     watch_no_more(client, &on);
-    client_destroy(client);
 }

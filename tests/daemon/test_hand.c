@@ -8,9 +8,6 @@
 
 #include "hand.h"
 
-#include <signal.h>
-#include <string.h>
-
 static const char BODY[] = "shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
                            "contact = { stiffness = 1.0; };\n" FIXED_BELOW(-0.025);
 static const double TOUCH[3] = {0.0, 0.0, 0.055}, DOWN[3] = {0.0, 0.0, -1.0};
@@ -26,12 +23,6 @@ static void start(Process *daemon, Client **client, const char *publish)
     *client = client_create();
     daemon_start(daemon, "%s", path);
     client_wait_for_daemon(*client);
-}
-
-static void stop(Process *daemon, Client *client)
-{
-    process_end(daemon);
-    client_destroy(client);
 }
 
 // One tick with the tool at its last pose.
@@ -78,26 +69,22 @@ static double feel(Client *client, bool stiffness)
     return hand.figures.lost / hand.figures.put_in;
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(told_stiffness_makes_the_loop_passive)
 {
-    static Process daemon;
-    Client *client;
-    start(&daemon, &client, "");
+    SCOPED_CLIENT Client *client;
+    start(&pliantd, &client, "");
     double without = feel(client, false), with = feel(client, true);
     printf("lost without stiffness %.2f, with it %.2f\n", without, with);
     // 40 ms late: far from the border on both sides.
     expect_at_most(without, -0.1);
     expect_at_least(with, 0.1);
-    stop(&daemon, client);
+    process_end(&pliantd);
 }
 
 TEST(contacts_tell_a_symmetric_positive_stiffness)
 {
-    static Process daemon;
-    Client *client;
-    start(&daemon, &client, "");
+    SCOPED_CLIENT Client *client;
+    start(&pliantd, &client, "");
     double away[3] = {0.0, 0.0, 0.1}, inside[3] = {0.0, 0.0, 0.051};
     pliant_tool_pose_t pose = make_pose(client, away);
     send_pose(client, &pose);
@@ -121,21 +108,19 @@ TEST(contacts_tell_a_symmetric_positive_stiffness)
     expect_at_least(k[2][2], 1.0);
     expect_at_most(k[2][2], 30.0);
     expect_at_least(client->contact.damping, 0.0);
-    stop(&daemon, client);
+    process_end(&pliantd);
 }
 
 TEST(scene_can_leave_it_out)
 {
-    static Process daemon;
-    Client *client;
-    start(&daemon, &client, "contact_stiffness = false;");
+    SCOPED_CLIENT Client *client;
+    start(&pliantd, &client, "contact_stiffness = false;");
     double inside[3] = {0.0, 0.0, 0.051};
-    pliant_tool_pose_t pose = make_pose(client, inside);
-    send_pose(client, &pose);
+    send_pose_at(client, inside);
     for (int i = 0; i < 200; i++)
         step(client);
     assert_true(client->contact.contact);
     for (int i = 0; i < 9; i++)
         expect_near(client->contact.stiffness[i / 3][i % 3], 0.0, 0.0);
-    stop(&daemon, client);
+    process_end(&pliantd);
 }

@@ -5,10 +5,6 @@
 #include "lcm_client.h"
 #include "scene_writer.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-
 static const char *const channels[] = {"PLIANT_TOOL_POSE", "PLIANT_CUT", "PLIANT_LOAD",
                                        "PLIANT_COMMAND", "PLIANT_TIE"};
 enum { CHANNELS = sizeof channels / sizeof *channels };
@@ -27,8 +23,7 @@ static int start_daemon(void **state)
 
 static int stop_daemon(void **state)
 {
-    process_signal(&the_daemon, SIGTERM);
-    process_wait(&the_daemon);
+    process_finish(&the_daemon, SIGTERM);
     client_destroy(*state);
     return the_daemon.code;
 }
@@ -246,8 +241,7 @@ TEST(bad_requests_are_answered_with_the_reason)
         const Reply *reply = apply_load(client, loads[i].center, loads[i].radius, loads[i].force,
                                         loads[i].duration, loads[i].body);
         assert_false(reply->ok);
-        if (strstr(reply->text, loads[i].needle) == NULL)
-            fail_msg("no '%s' in '%s'", loads[i].needle, reply->text);
+        expect_in(reply->text, loads[i].needle);
         assert_string_equal(reply->channel, "PLIANT_LOAD");
     }
     const struct {

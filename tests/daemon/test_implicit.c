@@ -5,9 +5,6 @@
 #include "lcm_client.h"
 #include "scene_writer.h"
 
-#include <signal.h>
-#include <string.h>
-
 static const double PRESS[3] = {0.0, 0.0, 0.052}, AWAY[3] = {0.0, 0.0, 0.2};
 static const char STIFF[] = "spring_stiffness = 1.0e8; node_mass = 1.0e-6;",
                   SOFT[] = "youngs_modulus_2d = 80.0; areal_density = 4.2;",
@@ -30,14 +27,10 @@ static const char *write_auto(const char *file, const char *material, const char
             .tail = tail});
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(a_stiff_body_is_implicit_and_answers_a_tool)
 {
-    Process daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s", write_auto("stiff.cfg", STIFF, LIVE, PROBE_TOOL));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&pliantd, "%s", write_auto("stiff.cfg", STIFF, LIVE, PROBE_TOOL));
     assert_string_equal(client->status.integrator, "implicit");
     hold_pose_until(client, AWAY, client->contact.pose_utime != 0);
     hold_pose_until(client, PRESS, client->contact.depth > 1e-5);
@@ -46,38 +39,31 @@ TEST(a_stiff_body_is_implicit_and_answers_a_tool)
     expect_at_most(client->contact.force[2], 5.0);   // max_force
     client_fresh_status(client);
     assert_int_equal(client->status.resets, 0);
-    process_end(&daemon);
-    client_destroy(client);
+    process_end(&pliantd);
 }
 
 TEST(implicit_steps_are_tried_for_the_estimate_too)
 {
-    Process daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s", write_auto("estimated.cfg", STIFF, ESTIMATED, ""));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&pliantd, "%s", write_auto("estimated.cfg", STIFF, ESTIMATED, ""));
     assert_string_equal(client->status.integrator, "implicit");
     wait_until(client, client->status.estimated_error > 0.0);
     // Steps of backward Euler's kind are off, but not by more than the body has moved.
     expect_at_most(client->status.estimated_error, 1.0);
-    process_end(&daemon);
-    client_destroy(client);
+    process_end(&pliantd);
 }
 
 TEST(the_choice_is_told_before_anything_runs)
 {
-    Process daemon;
-    run_daemon(&daemon, "--check %s", write_auto("stiff.cfg", STIFF, "", PROBE_TOOL));
-    assert_int_equal(daemon.code, 0);
-    assert_non_null(strstr(daemon.out, "model surface, implicit"));
-    assert_non_null(strstr(daemon.out, "leapfrog would take more than 34 substeps"));
-    assert_non_null(strstr(daemon.out, "contacts and attachments: "));
-    assert_non_null(strstr(daemon.out, "contact.stiffness changes nothing, time_step = "));
-    run_daemon(&daemon, "--explain %s", write_auto("soft.cfg", SOFT, "", ""));
-    assert_int_equal(daemon.code, 0);
-    assert_non_null(strstr(daemon.out, "model surface, leapfrog"));
-    assert_non_null(strstr(daemon.out, "leapfrog would take at most 34 substeps"));
-    assert_null(strstr(daemon.out, "sphere/implicit")); // no array
+    run_daemon_well(&pliantd, "--check %s", write_auto("stiff.cfg", STIFF, "", PROBE_TOOL));
+    expect_in(pliantd.out, "model surface, implicit");
+    expect_in(pliantd.out, "leapfrog would take more than 34 substeps");
+    expect_in(pliantd.out, "contacts and attachments: ");
+    expect_in(pliantd.out, "contact.stiffness changes nothing, time_step = ");
+    run_daemon_well(&pliantd, "--explain %s", write_auto("soft.cfg", SOFT, "", ""));
+    expect_in(pliantd.out, "model surface, leapfrog");
+    expect_in(pliantd.out, "leapfrog would take at most 34 substeps");
+    assert_null(strstr(pliantd.out, "sphere/implicit")); // no array
 }
 
 // One hangs on the other, which is fixed: springs between them are as stiff as the step allows too.
@@ -96,15 +82,12 @@ TEST(joined_stiff_bodies_hang_together)
         "attachments = ( { body = \"lower\"; to_body = \"upper\";\n"
         "  box = ([-0.03, -0.03, -0.07], [0.03, 0.03, -0.04]); } );";
     char text[2048];
-    Process daemon;
     snprintf(text, sizeof text, FORMAT, "1.0e8");
     write_text(scratch("joined.cfg"), text);
-    run_daemon(&daemon, "--offline 0.5 %s", scratch("joined.cfg"));
-    assert_int_equal(daemon.code, 0);
-    assert_int_equal(printed(&daemon, "resets"), 0);
+    run_daemon_well(&pliantd, "--offline 0.5 %s", scratch("joined.cfg"));
+    assert_int_equal(printed(&pliantd, "resets"), 0);
     snprintf(text, sizeof text, FORMAT, "100.0"); // soft enough for leapfrog: not the other's
     write_text(scratch("joined.cfg"), text);
-    run_daemon(&daemon, "--check %s", scratch("joined.cfg"));
-    assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "must have one integrator"));
+    run_daemon(&pliantd, "--check %s", scratch("joined.cfg"));
+    expect_ended(&pliantd, 2, "must have one integrator");
 }

@@ -5,43 +5,31 @@
 #include "lcm_client.h"
 #include "scene_writer.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(ticks_and_late_ticks_add_up_to_the_duration)
 {
-    Process daemon;
-    run_daemon(&daemon, "--duration 1 %s", write_scene("duration.cfg", "rate_hz = 1000.0;", ""));
-    assert_int_equal(daemon.code, 0);
+    run_daemon(&pliantd, "--duration 1 %s", write_scene("duration.cfg", "rate_hz = 1000.0;", ""));
+    assert_int_equal(pliantd.code, 0);
     // A tick that is late at the very end can pass it by a few.
-    expect_at_least((double)(printed(&daemon, "ticks") + printed(&daemon, "late ticks")), 1000);
-    assert_int_equal(printed(&daemon, "step"), printed(&daemon, "ticks"));
+    expect_at_least((double)(printed(&pliantd, "ticks") + printed(&pliantd, "late ticks")), 1000);
+    assert_int_equal(printed(&pliantd, "step"), printed(&pliantd, "ticks"));
 }
 
 TEST(late_ticks_are_skipped_not_replayed)
 {
     // A stopped process wakes with hundreds of deadlines behind it.
-    Process daemon;
-    Client *client = client_create();
     const char *scene =
         write_scene("late.cfg", "publish = { status_hz = 20.0; nodes_hz = 0.0; };", "");
-    daemon_start(&daemon, "--duration 3 %s", scene);
-    client_wait_for_daemon(client);
-    process_signal(&daemon, SIGSTOP);
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "--duration 3 %s", scene);
+    process_signal(&pliantd, SIGSTOP);
     double stopped = client_now();
     while (client_now() < stopped + 0.5)
         client_listen(client, 20);
-    process_signal(&daemon, SIGCONT);
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
-    long long ticks = printed(&daemon, "ticks"), late = printed(&daemon, "late ticks");
+    process_signal(&pliantd, SIGCONT);
+    process_wait_for(&pliantd, 0);
+    long long ticks = printed(&pliantd, "ticks"), late = printed(&pliantd, "late ticks");
     expect_at_least((double)late, 450); // nearly all deadlines of the half second
     expect_at_most((double)ticks, 2550);
     expect_at_least((double)(ticks + late), 3000);
-    client_destroy(client);
 }
 
 // 10 242 nodes in 400 substeps take several milliseconds on any machine.
@@ -51,20 +39,17 @@ TEST(a_scene_slower_than_real_time_is_warned_of_once)
     write_text(path, "name = \"slow\"; publish = { nodes_hz = 0.0; };\n"
                      "bodies = ( { name = \"ball\"; time_step = 2.5e-6; shape = {};\n"
                      "  mesh = { generator = \"ico_sphere\"; subdivisions = 4; }; } );\n");
-    Process daemon;
-    run_daemon(&daemon, "--duration 5 %s", path);
-    assert_int_equal(daemon.code, 0);
-    const char *warning = strstr(daemon.err, says);
+    run_daemon_well(&pliantd, "--duration 5 %s", path);
+    const char *warning = strstr(pliantd.err, says);
     assert_non_null(warning);
-    assert_non_null(strstr(warning, " of 1000 ticks a second"));
+    expect_in(warning, " of 1000 ticks a second");
     assert_null(strstr(warning + 1, says));
 }
 
 TEST(nodes_come_at_the_steps_when_they_are_due)
 {
-    Process daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s",
+    SCOPED_CLIENT Client *client = client_create();
+    daemon_start(&pliantd, "%s",
                  write_scene("nodes.cfg",
                              "publish = { nodes_hz = 40.0; status_hz = 10.0; velocity = true; };",
                              ""));
@@ -81,8 +66,7 @@ TEST(nodes_come_at_the_steps_when_they_are_due)
                      frames->step - step);
     wait_until(client, client->velocities.whole >= 30);
     assert_int_equal(client->velocities.node_count, SPHERE_NODES);
-    process_end(&daemon);
-    client_destroy(client);
+    process_end(&pliantd);
 }
 
 // A slow rate, so that there is time left in ticks on any machine.
@@ -93,10 +77,8 @@ TEST(the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep)
         "rate_hz = 100.0; gravity = [0.0, 0.0, -9.8]; publish = { status_hz = 20.0; };"
         "estimate_error = true;"};
     for (int asked = 0; asked < 2; asked++) {
-        Process daemon;
-        Client *client = client_create();
-        daemon_start(&daemon, "%s", write_scene("estimate.cfg", HEAD[asked], ""));
-        client_wait_for_daemon(client);
+        SCOPED_CLIENT Client *client =
+            server_start(&pliantd, "%s", write_scene("estimate.cfg", HEAD[asked], ""));
         if (asked) {
             wait_until(client, client->status.estimated_error > 0.0);
             // Steps at the bound of stability are off, but not by more than the body has moved.
@@ -107,8 +89,7 @@ TEST(the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep)
         client_fresh_status(client);
         assert_true(client->status.estimated_error == 0.0);
         assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-        process_wait(&daemon);
-        client_destroy(client);
+        process_wait(&pliantd);
     }
 }
 
@@ -120,9 +101,8 @@ TEST(frames_larger_than_a_datagram_come_in_chunks)
                       .source = ICO_SPHERE(10242, 0.1),
                       .material = "youngs_modulus_2d = 20.0; areal_density = 4.0;",
                       .body = SMALL_SHAPE});
-    Process daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s", path);
+    SCOPED_CLIENT Client *client = client_create();
+    daemon_start(&pliantd, "%s", path);
     wait_until(client, client->frames.whole >= 3 && client->mesh.whole >= 2);
     assert_int_equal(client->frames.node_count, 10242);
     expect_at_least(client->frames.chunks, 3.0 * client->frames.whole); // 4096 nodes a chunk
@@ -131,34 +111,28 @@ TEST(frames_larger_than_a_datagram_come_in_chunks)
     // The last node of the last chunk lies on the sphere: nothing moves here. Float positions.
     const float *p = client->frames.position + 3 * 10241;
     expect_near(sqrt((double)(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])), 0.1, 1e-6);
-    process_end(&daemon);
-    client_destroy(client);
+    process_end(&pliantd);
 }
 
 TEST(a_late_joiner_gets_the_mesh)
 {
-    Process daemon;
-    Client *early = client_create();
-    daemon_start(&daemon, "%s", write_scene("mesh.cfg", "publish = { mesh_hz = 5.0; };", ""));
+    SCOPED_CLIENT Client *early = client_create();
+    daemon_start(&pliantd, "%s", write_scene("mesh.cfg", "publish = { mesh_hz = 5.0; };", ""));
     client_wait_for_daemon(early);
-    client_destroy(early);
-    Client *late = client_create();
+    SCOPED_CLIENT Client *late = client_create();
     wait_until(late, late->mesh.whole > 0 && late->frames.whole > 0);
     assert_true(late->mesh.in_range);
     assert_int_equal(late->mesh.whole_nodes, SPHERE_NODES);
     assert_int_equal(late->mesh.whole_triangles, SPHERE_TRIANGLES);
     assert_int_equal(late->mesh.topology, late->frames.topology);
-    process_signal(&daemon, SIGINT);
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
-    client_destroy(late);
+    process_signal(&pliantd, SIGINT);
+    process_wait_for(&pliantd, 0);
 }
 
 TEST(without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes)
 {
-    Process daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s",
+    SCOPED_CLIENT Client *client = client_create();
+    daemon_start(&pliantd, "%s",
                  write_scene("describe.cfg",
                              "start = \"paused\";\n"
                              "publish = { mesh_hz = 0.0; status_hz = 20.0; };",
@@ -170,47 +144,38 @@ TEST(without_mesh_hz_describe_brings_the_mesh_and_the_last_nodes)
     assert_int_equal(client->mesh.whole, 0);
     const Reply *reply = command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
     assert_true(reply->ok);
-    assert_non_null(strstr(reply->text, "sphere"));
-    assert_non_null(strstr(reply->text, "nodes 42"));
-    assert_non_null(strstr(reply->text, "tool 1"));
-    assert_non_null(strstr(reply->text, "capacity"));
+    expect_in(reply->text, "sphere");
+    expect_in(reply->text, "nodes 42");
+    expect_in(reply->text, "tool 1");
+    expect_in(reply->text, "capacity");
     wait_until(client, client->mesh.whole > 0 && client->frames.whole > 0);
-    process_end(&daemon);
-    client_destroy(client);
+    process_end(&pliantd);
 }
 
 TEST(a_second_daemon_on_the_prefix_is_refused)
 {
     Process first, second, third;
-    Client *client = client_create();
     const char *scene = write_scene("prefix.cfg", "publish = { status_hz = 1.0; };", "");
-    daemon_start(&first, "%s", scene);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&first, "%s", scene);
     run_daemon(&second, "--duration 1 %s", scene);
-    assert_int_equal(second.code, 1);
-    assert_non_null(strstr(second.err, "PLIANT_STATUS"));
-    run_daemon(&third, "--duration 0.2 --prefix OTHER %s", scene);
-    assert_int_equal(third.code, 0);
+    expect_ended(&second, 1, "PLIANT_STATUS");
+    run_daemon_well(&third, "--duration 0.2 --prefix OTHER %s", scene);
     process_end(&first);
-    client_destroy(client);
 }
 
 TEST(a_daemon_runs_without_a_network)
 {
-    Process daemon;
-    run_daemon(&daemon, "--lcm-url memq:// --duration 0.3 %s", write_scene("memq.cfg", "", ""));
-    assert_int_equal(daemon.code, 0);
-    expect_at_least((double)printed(&daemon, "ticks"), 1.0);
+    run_daemon_well(&pliantd, "--lcm-url memq:// --duration 0.3 %s",
+                    write_scene("memq.cfg", "", ""));
+    expect_at_least((double)printed(&pliantd, "ticks"), 1.0);
 }
 
 TEST(no_route_is_explained)
 {
-    Process daemon;
     // The group's network is routed away for this daemon only.
     assert_int_equal(system("ip route del 224.0.0.0/4 dev lo"), 0);
-    run_daemon(&daemon, "--duration 1 %s", write_scene("route.cfg", "", ""));
+    run_daemon(&pliantd, "--duration 1 %s", write_scene("route.cfg", "", ""));
     assert_int_equal(system("ip route add 224.0.0.0/4 dev lo"), 0);
-    assert_int_equal(daemon.code, 1);
-    assert_non_null(strstr(daemon.err, "ip route add 224.0.0.0/4 dev lo"));
-    assert_null(strchr(strchr(daemon.err, '\n') + 1, '\n'));
+    expect_ended(&pliantd, 1, "ip route add 224.0.0.0/4 dev lo");
+    assert_null(strchr(strchr(pliantd.err, '\n') + 1, '\n'));
 }

@@ -10,11 +10,6 @@
 
 #include <dirent.h>
 #include <errno.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 static const char HEAD[] = "publish = { nodes_hz = 60.0; contact_hz = 100.0; status_hz = 20.0; };";
 static const char PAUSED[] =
@@ -27,23 +22,19 @@ static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.02, -0.2};
 // Reads the body of a recording; plain, or of a daemon that runs or was killed.
 static void read_recording(const char *path, bool while_written, BodyView *view)
 {
-    hid_t file = view_open(path, while_written);
+    SCOPED(view_close) hid_t file = view_open(path, while_written);
     if (file < 0)
         fail_msg("%s cannot be opened", path);
     view_body(view, file, "sphere");
-    H5Fclose(file);
 }
 
 // The frames that the sidecar lists; all of them are in `view`.
 static int sidecar_frames(const char *path, const BodyView *view)
 {
-    char xdmf[1100];
     int count;
-    snprintf(xdmf, sizeof xdmf, "%s.xdmf", path);
-    SidecarFrame *frame = view_sidecar(xdmf, &count);
+    FREED SidecarFrame *frame = view_sidecar_of(path, &count);
     if (view != NULL)
         expect_sidecar_matches(frame, count, view, "sphere");
-    free(frame);
     return count;
 }
 
@@ -63,18 +54,14 @@ static long long recorded_frames(const Process *daemon, long long *dropped)
     return frames;
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(every_published_frame_of_a_lockstep_run_is_recorded)
 {
     enum { STEPS = 50 };
     const char *path = scratch("lockstep.h5");
     static float seen[STEPS][3 * SPHERE_NODES];
     int64_t step[STEPS];
-    Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "--record %s %s", path, write_scene("lockstep.cfg", PAUSED, PROBE_TOOL));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "--record %s %s", path,
+                                                write_scene("lockstep.cfg", PAUSED, PROBE_TOOL));
     send_load(client, TOP, 0.03, DOWN, 1.0, "");
     for (int i = 0; i < STEPS; i++) {
         const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 1 + i % 4, "");
@@ -83,14 +70,12 @@ TEST(every_published_frame_of_a_lockstep_run_is_recorded)
         step[i] = client->frames.step;
         memcpy(seen[i], client->frames.position, sizeof seen[i]);
     }
-    command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    server_stop(client, &pliantd);
     long long dropped;
-    assert_int_equal(recorded_frames(&daemon, &dropped), STEPS + 1); // and the start
+    assert_int_equal(recorded_frames(&pliantd, &dropped), STEPS + 1); // and the start
     assert_int_equal(dropped, 0);
 
-    BodyView view;
+    SCOPED(view_free) BodyView view;
     read_recording(path, false, &view);
     assert_int_equal(view.frames, STEPS + 1);
     assert_int_equal(view.step[0], 0);
@@ -102,32 +87,26 @@ TEST(every_published_frame_of_a_lockstep_run_is_recorded)
     // Moved by the load: the comparison above was not one of a body at rest.
     assert_true(memcmp(seen[0], seen[STEPS - 1], sizeof seen[0]) != 0);
     assert_int_equal(sidecar_frames(path, &view), STEPS + 1);
-    view_free(&view);
-    client_destroy(client);
 }
 
 TEST(a_live_recording_is_read_while_it_runs_and_after_kill_9)
 {
     const char *path = scratch("live.h5");
-    Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "--record %s %s", path, write_scene("live.cfg", HEAD, LOADS));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&pliantd, "--record %s %s", path, write_scene("live.cfg", HEAD, LOADS));
     for (int round = 0; round < 2; round++) {
         wait_for_frames(client, path, 40 * (round + 1));
         int listed = sidecar_frames(path, NULL);
-        BodyView view;
+        SCOPED(view_free) BodyView view;
         read_recording(path, true, &view);
         expect_at_least(view.frames, listed);
-        view_free(&view);
     }
     client_listen(client, rand() % 300);
     int flushed = sidecar_frames(path, NULL);
-    process_signal(&daemon, SIGKILL);
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 1000 + SIGKILL);
+    process_finish(&pliantd, SIGKILL);
+    assert_int_equal(pliantd.code, 1000 + SIGKILL);
 
-    BodyView view;
+    SCOPED(view_free) BodyView view;
     read_recording(path, true, &view);
     expect_at_least(view.frames, flushed);
     expect_at_least(sidecar_frames(path, &view), flushed);
@@ -142,39 +121,30 @@ TEST(a_live_recording_is_read_while_it_runs_and_after_kill_9)
     snprintf(clear, sizeof clear, "h5clear -s %s", path);
     if (system("command -v h5clear >/dev/null") == 0) {
         assert_int_equal(system(clear), 0);
-        BodyView cleared;
+        SCOPED(view_free) BodyView cleared;
         read_recording(path, false, &cleared);
         assert_int_equal(cleared.frames, view.frames);
-        view_free(&cleared);
     }
-    view_free(&view);
-    client_destroy(client);
 }
 
 TEST(tools_and_events_are_recorded)
 {
     const char *path = scratch("tools.h5");
-    Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "--record %s %s", path, write_scene("tools.cfg", PAUSED, PROBE_TOOL));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "--record %s %s", path,
+                                                write_scene("tools.cfg", PAUSED, PROBE_TOOL));
     command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=-2");
     command(client, PLIANT_COMMAND_T_STEP, 1, ""); // no pose yet: no row
     double force[5][3], place[5][3];
     for (int i = 0; i < 5; i++) {
-        const double position[3] = {0.0, 0.0, 0.053 - 1e-3 * i};
-        pliant_tool_pose_t pose = make_pose(client, position);
-        send_pose(client, &pose);
+        send_pose_at(client, (const double[]){0.0, 0.0, 0.053 - 1e-3 * i});
         const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 2, "");
         wait_until(client, client->contact.step == reply->step);
         memcpy(force[i], client->contact.force, sizeof force[i]);
         memcpy(place[i], client->contact.position, sizeof place[i]);
     }
-    command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    server_stop(client, &pliantd);
 
-    hid_t file = view_open(path, false);
+    SCOPED(view_close) hid_t file = view_open(path, false);
     int rows;
     double(*stored)[3] = view_rows(file, "/tools/1/force", H5T_NATIVE_DOUBLE, &rows);
     assert_int_equal(rows, 5);
@@ -196,48 +166,38 @@ TEST(tools_and_events_are_recorded)
     hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(EventRow));
     H5Tinsert(type, "kind", 0, kind);
     H5Tinsert(type, "text", 16, text);
-    EventRow *event = view_rows(file, "/events", type, &rows);
+    FREED EventRow *event = view_rows(file, "/events", type, &rows);
     assert_int_equal(rows, 2);
     assert_string_equal(event[0].kind, "set");
     assert_string_equal(event[0].text, "gravity_z = -2");
     assert_string_equal(event[1].kind, "lockstep");
-    free(event);
     H5Tclose(type);
     H5Tclose(text);
     H5Tclose(kind);
-    H5Fclose(file);
-    client_destroy(client);
 }
 
 // All rows of a column of tool 1; the last force is what the last contact said.
 static double (*tool_rows(const char *path, const char *column, int *rows))[3]
 {
-    hid_t file = view_open(path, false);
+    SCOPED(view_close) hid_t file = view_open(path, false);
     double(*row)[3] = view_rows(file, column, H5T_NATIVE_DOUBLE, rows);
-    H5Fclose(file);
     return row;
 }
 
 TEST(tools_may_be_recorded_at_a_rate_of_their_own)
 {
     enum { TICKS = 100, ROWS = TICKS / 2 };
-    char scene[PATH_TEXT * 2], live[PATH_TEXT * 2], again[PATH_TEXT * 2], log[PATH_TEXT * 2];
-    snprintf(scene, sizeof scene, "%s", write_scene("rate.cfg", PAUSED, PROBE_TOOL));
-    snprintf(live, sizeof live, "%s", scratch("rate.h5"));
-    snprintf(again, sizeof again, "%s", scratch("rate-again.h5"));
-    snprintf(log, sizeof log, "%s", scratch("rate.log"));
+    const char *scene = write_scene("rate.cfg", PAUSED, PROBE_TOOL);
+    const char *live = scratch("rate.h5");
+    const char *again = scratch("rate-again.h5");
+    const char *log = scratch("rate.log");
     const double position[3] = {0.0, 0.0, 0.05};
-    Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "--record %s --record-tools-hz 500 --log-inputs %s %s", live, log, scene);
-    client_wait_for_daemon(client);
-    pliant_tool_pose_t pose = make_pose(client, position);
-    send_pose(client, &pose);
+    SCOPED_CLIENT Client *client = server_start(
+        &pliantd, "--record %s --record-tools-hz 500 --log-inputs %s %s", live, log, scene);
+    send_pose_at(client, position);
     const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, TICKS, "");
     wait_until(client, client->contact.step == reply->step);
-    command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    server_stop(client, &pliantd);
 
     int rows, rows_again;
     double(*force)[3] = tool_rows(live, "/tools/1/force", &rows);
@@ -245,39 +205,34 @@ TEST(tools_may_be_recorded_at_a_rate_of_their_own)
     assert_memory_equal(force[ROWS - 1], client->contact.force, sizeof force[0]);
     assert_true(force[0][2] > 0.0);
     assert_true(force[1][2] != force[0][2]); // not one number over and over
-    double *time = (double *)tool_rows(live, "/tools/1/time", &rows);
+    FREED double *time = (double *)tool_rows(live, "/tools/1/time", &rows);
     assert_int_equal(rows, ROWS);
     for (int i = 0; i < ROWS; i++) // to the rounding of a sum of ticks
         expect_near(time[i], 0.002 * (i + 1), 1e-12);
-    free(time);
 
     // And offline the same, while the frames have theirs.
-    run_daemon(&daemon, "--input %s --record %s --record-tools-hz 500 %s", log, again, scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&pliantd, "--input %s --record %s --record-tools-hz 500 %s", log, again, scene);
     double(*force_again)[3] = tool_rows(again, "/tools/1/force", &rows_again);
     assert_int_equal(rows_again, ROWS);
     assert_memory_equal(force_again, force, ROWS * sizeof *force);
-    assert_in_range(printed(&daemon, "recorded frames"), 1, ROWS / 2);
+    assert_in_range(printed(&pliantd, "recorded frames"), 1, ROWS / 2);
     free(force);
     free(force_again);
-    client_destroy(client);
 }
 
 TEST(offline_records_every_due_frame_with_the_exact_state)
 {
     const char *scene = write_scene("offline.cfg", HEAD, LOADS);
     const char *path = scratch("offline.h5"), *checkpoint = scratch("end.h5");
-    Process daemon;
-    run_daemon(&daemon, "--offline 2 --record %s --checkpoint %s --checkpoint-every 0.25 %s", path,
-               checkpoint, scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&pliantd, "--offline 2 --record %s --checkpoint %s --checkpoint-every 0.25 %s",
+                    path, checkpoint, scene);
     long long dropped;
-    assert_int_equal(recorded_frames(&daemon, &dropped), 121); // 60 a second and the start
+    assert_int_equal(recorded_frames(&pliantd, &dropped), 121); // 60 a second and the start
     assert_int_equal(dropped, 0);
     char recorded[32], plain[32];
-    printed_state(&daemon, recorded);
+    printed_state(&pliantd, recorded);
 
-    BodyView view;
+    SCOPED(view_free) BodyView view;
     read_recording(path, false, &view);
     assert_int_equal(view.frames, 121);
     for (int i = 0; i < 121; i++) // the first tick at or after i / 60 s
@@ -294,11 +249,10 @@ TEST(offline_records_every_due_frame_with_the_exact_state)
             assert_true(view.position[view.first[120] + i][k] == (float)exact[i][k]);
     free(exact);
     H5Fclose(file);
-    view_free(&view);
 
     // And recording changes nothing of what is simulated.
-    run_daemon(&daemon, "--offline 2 %s", scene);
-    printed_state(&daemon, plain);
+    run_daemon(&pliantd, "--offline 2 %s", scene);
+    printed_state(&pliantd, plain);
     assert_string_equal(recorded, plain);
 }
 
@@ -306,53 +260,42 @@ TEST(a_recording_and_checkpoints_share_the_files_thread)
 {
     const char *path = scratch("shared.h5"), *checkpoint = scratch("shared-end.h5");
     const char *scene = write_scene("shared.cfg", HEAD, LOADS);
-    Process daemon;
-    run_daemon(&daemon, "--duration 1 --record %s --checkpoint %s --checkpoint-every 0.05 %s", path,
-               checkpoint, scene);
-    assert_int_equal(daemon.code, 0);
-    expect_at_least((double)printed(&daemon, "checkpoints"), 2.0);
-    long long dropped, frames = recorded_frames(&daemon, &dropped), step = printed(&daemon, "step");
-    BodyView view;
+    run_daemon_well(&pliantd, "--duration 1 --record %s --checkpoint %s --checkpoint-every 0.05 %s",
+                    path, checkpoint, scene);
+    expect_at_least((double)printed(&pliantd, "checkpoints"), 2.0);
+    long long dropped, frames = recorded_frames(&pliantd, &dropped),
+                       step = printed(&pliantd, "step");
+    SCOPED(view_free) BodyView view;
     read_recording(path, false, &view);
     assert_int_equal(view.frames, frames);
     // Due frames of the ticks that were run, and the start; each was recorded or counted.
     assert_int_equal(frames + dropped, 1 + step * 60 / 1000);
-    view_free(&view);
-    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
-    assert_int_equal(printed(&daemon, "step"), step);
+    run_daemon(&pliantd, "--offline 0 --resume %s %s", checkpoint, scene);
+    assert_int_equal(printed(&pliantd, "step"), step);
 }
 
 TEST(a_full_disk_ends_the_recording_and_not_the_run)
 {
     const char *path = scratch("full.h5");
-    // A limit on the size of files stands in for a full disk.
-    struct rlimit before, tight;
-    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
-    tight = before;
-    tight.rlim_cur = 600000;
-    Client *client = client_create();
-    Process daemon;
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &tight), 0);
-    daemon_start(&daemon, "--record %s %s", path,
+    SCOPED_CLIENT Client *client = client_create();
+    const rlim_t before = limit_files(600000);
+    daemon_start(&pliantd, "--record %s %s", path,
                  write_scene("full.cfg", "publish = { nodes_hz = 500.0; status_hz = 20.0; };", ""));
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    limit_files(before);
     client_wait_for_daemon(client);
     wait_until(client, saw_event(client, "recording"));
     int64_t step = client->status.step;
     wait_until(client, client->status.step > step + 200); // the loop goes on
     wait_until(client, refused(client, "frames_not_recorded") > 0);
-    process_signal(&daemon, SIGTERM);
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 1);
-    assert_non_null(strstr(daemon.err, "full.h5"));
-    assert_non_null(strstr(daemon.err, strerror(EFBIG)));
-    long long dropped, frames = recorded_frames(&daemon, &dropped);
+    process_signal(&pliantd, SIGTERM);
+    process_wait_for(&pliantd, 1);
+    expect_in(pliantd.err, "full.h5");
+    expect_in(pliantd.err, strerror(EFBIG));
+    long long dropped, frames = recorded_frames(&pliantd, &dropped);
     expect_at_least((double)dropped, 1.0);
-    BodyView view;
+    SCOPED(view_free) BodyView view;
     read_recording(path, false, &view);
     assert_int_equal(view.frames, frames);
-    view_free(&view);
-    client_destroy(client);
 }
 
 static void expect_refused(const char *arguments, const char *scene, const char *needle)
@@ -428,24 +371,20 @@ static bool is_recording(const char *path)
 TEST(nothing_of_it_exists_in_a_scene_that_does_not_record)
 {
     const char *scene = write_scene("none.cfg", HEAD, "");
-    Process daemon;
-    run_daemon(&daemon, "--explain %s", scene);
-    assert_non_null(strstr(daemon.out, "  off  recording "));
-    assert_null(strstr(daemon.out, "run/recorded"));
-    run_daemon(&daemon, "--explain --record %s %s", scratch("none.h5"), scene);
-    assert_non_null(strstr(daemon.out, "  on   recording "));
-    assert_non_null(strstr(daemon.out, "run/recorded"));
+    run_daemon(&pliantd, "--explain %s", scene);
+    expect_in(pliantd.out, "  off  recording ");
+    assert_null(strstr(pliantd.out, "run/recorded"));
+    run_daemon(&pliantd, "--explain --record %s %s", scratch("none.h5"), scene);
+    expect_in(pliantd.out, "  on   recording ");
+    expect_in(pliantd.out, "run/recorded");
     assert_int_equal(access(scratch("none.h5"), F_OK), -1); // explained, not begun
 
     for (int records = 0; records < 2; records++) {
-        Client *client = client_create();
-        daemon_start(&daemon, "%s%s %s", records ? "--record " : "",
-                     records ? scratch("some.h5") : "", scene);
-        client_wait_for_daemon(client);
-        assert_int_equal(in_proc(daemon.pid, "task", is_files_thread), records);
-        assert_int_equal(in_proc(daemon.pid, "fd", is_recording), records);
-        process_end(&daemon);
-        assert_int_equal(strstr(daemon.out, "recorded frames") != NULL, records);
-        client_destroy(client);
+        SCOPED_CLIENT Client *client = server_start(&pliantd, "%s%s %s", records ? "--record " : "",
+                                                    records ? scratch("some.h5") : "", scene);
+        assert_int_equal(in_proc(pliantd.pid, "task", is_files_thread), records);
+        assert_int_equal(in_proc(pliantd.pid, "fd", is_recording), records);
+        process_end(&pliantd);
+        assert_int_equal(strstr(pliantd.out, "recorded frames") != NULL, records);
     }
 }

@@ -5,11 +5,6 @@
 #include "recorder.h"
 #include "scene_writer.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 static const char PAUSED[] =
     "start = \"paused\"; publish = { nodes_hz = 60.0; contact_hz = 100.0; status_hz = 20.0; };";
 static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.02, -0.4};
@@ -28,8 +23,7 @@ static const char CHANGING[] =
     "    mesh = { generator = \"ico_sphere\"; nodes = 162; radius = 0.03;\n"
     "             place = { translation = [0.2, 0.0, 0.0]; }; }; } );\n";
 
-// ---------------------------------------------------------------------------------------------
-// Two recordings of the same run
+// --- Two recordings of the same run ---
 
 static int topology_at(const BodyView *view, int number)
 {
@@ -54,10 +48,10 @@ static void expect_same_mesh(const BodyView *a, const BodyView *b, int number)
 // Every frame that both have is the same to the bit, with the same mesh. Returns how many.
 static int expect_same_frames(const char *path_a, const char *path_b, const char *body)
 {
-    BodyView a, b;
+    SCOPED(view_free) BodyView a, b;
     int both = 0;
-    read_body(path_a, body, &a);
-    read_body(path_b, body, &b);
+    view_read(&a, path_a, body);
+    view_read(&b, path_b, body);
     for (int i = 0, k = 0; i < a.frames; i++) {
         while (k < b.frames && b.step[k] < a.step[i])
             k++;
@@ -72,59 +66,46 @@ static int expect_same_frames(const char *path_a, const char *path_b, const char
             expect_same_mesh(&a, &b, a.topology[i]);
         both++;
     }
-    view_free(&a);
-    view_free(&b);
     return both;
 }
 
 static void expect_same_rows(const char *path_a, const char *path_b, const char *set, int least)
 {
     int rows_a, rows_b;
-    hid_t a = view_open(path_a, false), b = view_open(path_b, false);
-    double *of_a = view_rows(a, set, H5T_NATIVE_DOUBLE, &rows_a);
-    double *of_b = view_rows(b, set, H5T_NATIVE_DOUBLE, &rows_b);
+    SCOPED(view_close) hid_t a = view_open(path_a, false), b = view_open(path_b, false);
+    FREED double *of_a = view_rows(a, set, H5T_NATIVE_DOUBLE, &rows_a);
+    FREED double *of_b = view_rows(b, set, H5T_NATIVE_DOUBLE, &rows_b);
     assert_int_equal(rows_a, rows_b);
     expect_at_least(rows_a, least);
     int columns = strstr(set, "/time") ? 1 : strstr(set, "/orientation") ? 4 : 3;
     assert_memory_equal(of_a, of_b, (size_t)(rows_a * columns) * sizeof *of_a);
-    free(of_a);
-    free(of_b);
-    H5Fclose(a);
-    H5Fclose(b);
 }
 
 // The events of both from the first one of `b` on.
 static void expect_same_events(const char *path_a, const char *path_b, int least)
 {
     int rows_a, rows_b;
-    hid_t a = view_open(path_a, false), b = view_open(path_b, false);
+    SCOPED(view_close) hid_t a = view_open(path_a, false), b = view_open(path_b, false);
     hid_t set = H5Dopen2(a, "/events", H5P_DEFAULT), type = H5Dget_type(set);
     hid_t memory = H5Tget_native_type(type, H5T_DIR_ASCEND);
     size_t size = H5Tget_size(memory);
-    char *of_a = view_rows(a, "/events", memory, &rows_a);
-    char *of_b = view_rows(b, "/events", memory, &rows_b);
+    FREED char *of_a = view_rows(a, "/events", memory, &rows_a);
+    FREED char *of_b = view_rows(b, "/events", memory, &rows_b);
     expect_at_least(rows_b, least);
     assert_int_equal(rows_a, rows_b);
     assert_memory_equal(of_a, of_b, (size_t)rows_a * size);
-    free(of_a);
-    free(of_b);
     H5Tclose(memory);
     H5Tclose(type);
     H5Dclose(set);
-    H5Fclose(a);
-    H5Fclose(b);
 }
 
-// ---------------------------------------------------------------------------------------------
-// Beside --record
-
-AROUND_EACH(NULL, harness_teardown)
+// --- Beside --record ---
 
 TEST(what_comes_by_messages_is_what_the_daemon_records)
 {
     enum { STEPS = 40 };
     const char *own = scratch("own.h5"), *path = scratch("heard.h5");
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     Process daemon, program;
     daemon_start(&daemon, "--record %s %s", own, write_scene("own.cfg", PAUSED, PROBE_TOOL));
     record_start(&program, path, "");
@@ -134,16 +115,13 @@ TEST(what_comes_by_messages_is_what_the_daemon_records)
     send_load(client, TOP, 0.03, DOWN, 1.0, "");
     command(client, PLIANT_COMMAND_T_STEP, 3, ""); // no pose yet
     for (int i = 0; i < STEPS; i++) {
-        const double position[3] = {1e-3 * i, 0.0, 0.052 - 2e-4 * i};
-        pliant_tool_pose_t pose = make_pose(client, position);
-        send_pose(client, &pose);
+        send_pose_at(client, (const double[]){1e-3 * i, 0.0, 0.052 - 2e-4 * i});
         const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 1 + i % 4, "");
         wait_until(client, client->contact.step == reply->step);
     }
     wait_until(client, sidecar_frames(path) >= STEPS + 1);
-    stop(client, &daemon);
+    server_stop(client, &daemon);
     end(&program, SIGTERM, 0);
-    client_destroy(client);
 
     expect_at_least(expect_same_frames(own, path, "sphere"), STEPS + 1);
     expect_same_rows(own, path, "/tools/1/time", STEPS);
@@ -158,17 +136,12 @@ TEST(what_comes_by_messages_is_what_the_daemon_records)
                          info->body[0].counts.without_mesh + info->body[0].counts.refused,
                      0);
     assert_string_equal(info->tool[0].name, "1");
-    assert_non_null(strstr(program.out, "body sphere: frames "));
+    expect_in(program.out, "body sphere: frames ");
 }
 
 static void cut_at(Client *client, double x)
 {
-    char body[] = "ball";
-    const pliant_cut_t cut = {.sender = client->sender,
-                              .id = ++client->next_id,
-                              .before = {{x, -0.05, -0.05}, {x, -0.05, 0.05}},
-                              .after = {{x, 0.05, -0.05}, {x, 0.05, 0.05}},
-                              .body = body};
+    const pliant_cut_t cut = make_cut(client, x, 0.05, "ball");
     assert_int_equal(pliant_cut_t_publish(client->lcm, "PLIANT_CUT", &cut), 0);
     command(client, PLIANT_COMMAND_T_STEP, 1, "");
     wait_until(client, find_reply(client, cut.id) != NULL);
@@ -206,7 +179,7 @@ TEST(every_frame_has_its_mesh_while_bodies_refine_and_are_cut)
             wait_for_log(client, log, round);
     }
     wait_until(client, sidecar_frames(path) >= 2 * ROUNDS);
-    stop(client, &daemon);
+    server_stop(client, &daemon);
     end(&program, SIGINT, 0);
     if (logs)
         logger_end(&logger, client, log);
@@ -215,10 +188,10 @@ TEST(every_frame_has_its_mesh_while_bodies_refine_and_are_cut)
     expect_at_least(expect_same_frames(own, path, "soft"), ROUNDS);
     expect_at_least(expect_same_frames(own, path, "ball"), ROUNDS);
     BodyView view;
-    read_body(path, "soft", &view);
+    view_read(&view, path, "soft");
     expect_at_least(view.topologies, 3);
     view_free(&view);
-    read_body(path, "ball", &view);
+    view_read(&view, path, "ball");
     expect_at_least(view.topologies, 3);
     view_free(&view);
     if (!logs)
@@ -226,22 +199,16 @@ TEST(every_frame_has_its_mesh_while_bodies_refine_and_are_cut)
     char arguments[2200];
     snprintf(arguments, sizeof arguments, "--convert %s -o %s", log, converted);
     record_run(&program, arguments);
-    if (program.code != 0)
-        fail_msg("exit %d: %s", program.code, program.err);
+    expect_code(&program, 0);
     expect_at_least(expect_same_frames(path, converted, "soft"), ROUNDS);
     expect_at_least(expect_same_frames(path, converted, "ball"), ROUNDS);
 }
 
-// ---------------------------------------------------------------------------------------------
-// Options
+// --- Options ---
 
 static void expect_end(const char *arguments, int code, const char *needle)
 {
-    Process program;
-    record_run(&program, arguments);
-    if (program.code != code || strstr(program.err, needle) == NULL)
-        fail_msg("%s: exit %d, expected %d, with '%s' in: %s", arguments, program.code, code,
-                 needle, program.err);
+    expect_usage(program_path("pliant-record"), &(Usage){arguments, code, needle}, 1);
 }
 
 TEST(what_cannot_be_recorded_is_refused)
@@ -275,10 +242,8 @@ TEST(bodies_are_chosen_and_files_replaced)
     char line[1200];
     const char *path = scratch("chosen.h5"), *scene = scratch("chosen.cfg");
     write_text(scene, CHANGING);
-    Client *client = client_create();
     Process daemon, program;
-    daemon_start(&daemon, "%s", scene);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&daemon, "%s", scene);
     snprintf(line, sizeof line, "-o %s --body none", path);
     expect_end(line, 1, "no body of this name, only: soft, ball\n");
     for (int round = 0; round < 2; round++) {
@@ -299,9 +264,7 @@ TEST(bodies_are_chosen_and_files_replaced)
     }
     snprintf(line, sizeof line, "--info %s", path);
     record_run(&program, line);
-    assert_int_equal(program.code, 0);
-    assert_non_null(strstr(program.out, "ended cleanly"));
-    assert_non_null(strstr(program.out, "body soft: "));
-    stop(client, &daemon);
-    client_destroy(client);
+    expect_ended(&program, 0, "ended cleanly");
+    expect_in(program.out, "body soft: ");
+    server_stop(client, &daemon);
 }

@@ -4,50 +4,41 @@
 #include "test.h"
 #include "recorder.h"
 #include "scene_writer.h"
+#include "mesh_message.h"
 
 #include "pliant_event_t.h"
-#include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
 
 #include <errno.h>
-#include <signal.h>
-#include <sys/resource.h>
 
 static const char PAUSED[] =
     "start = \"paused\"; publish = { nodes_hz = 60.0; contact_hz = 100.0; status_hz = 20.0; };";
 static const char LIVE[] =
     "publish = { nodes_hz = 60.0; mesh_hz = 5.0; contact_hz = 100.0; status_hz = 20.0; };";
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_anew)
 {
     const char *path = scratch("run.h5"), *second = scratch("run.2.h5");
     const char *scene = write_scene("run.cfg", LIVE, PROBE_TOOL);
-    Client *client = client_create();
     Process daemon, program;
     record_start(&program, path, "--hz 20"); // before there is a daemon
-    daemon_start(&daemon, "%s", scene);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&daemon, "%s", scene);
     wait_until(client, sidecar_frames(path) >= 10);
-    process_signal(&daemon, SIGKILL);
-    process_wait(&daemon);
+    process_finish(&daemon, SIGKILL);
     daemon_start(&daemon, "%s", scene);
     wait_until(client, sidecar_frames(second) >= 10);
     end(&program, SIGTERM, 0);
-    stop(client, &daemon);
-    client_destroy(client);
-    assert_non_null(strstr(program.err, "the daemon restarted"));
-    assert_non_null(strstr(program.err, "run.2.h5"));
+    server_stop(client, &daemon);
+    expect_in(program.err, "the daemon restarted");
+    expect_in(program.err, "run.2.h5");
     for (int k = 0; k < 2; k++) {
         const char *file = k == 0 ? path : second;
-        BodyView view;
-        read_body(file, "sphere", &view);
+        SCOPED(view_free) BodyView view;
+        view_read(&view, file, "sphere");
         expect_at_least(view.frames, 10);
         // Of every twentieth of a second one at most.
         for (int i = 1; i < view.frames; i++)
             assert_true(view.step[i] / 50 > view.step[i - 1] / 50);
-        view_free(&view);
         assert_true(info_of(file)->ended);
     }
 }
@@ -55,10 +46,8 @@ TEST(it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_anew)
 TEST(what_was_flushed_survives_kill_9)
 {
     const char *path = scratch("killed.h5");
-    Client *client = client_create();
     Process daemon, program;
-    daemon_start(&daemon, "%s", write_scene("killed.cfg", LIVE, ""));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&daemon, "%s", write_scene("killed.cfg", LIVE, ""));
     record_start(&program, path, "");
     wait_until(client, sidecar_frames(path) >= 60);
     client_listen(client, rand() % 300);
@@ -72,49 +61,39 @@ TEST(what_was_flushed_survives_kill_9)
     snprintf(clear, sizeof clear, "h5clear -s %s", path);
     if (system("command -v h5clear >/dev/null") == 0) {
         assert_int_equal(system(clear), 0);
-        BodyView view;
-        read_body(path, "sphere", &view);
+        SCOPED(view_free) BodyView view;
+        view_read(&view, path, "sphere");
         expect_at_least(view.frames, flushed);
-        view_free(&view);
     } else {
         print_message("no h5clear: plain readers are not tried\n");
     }
-    stop(client, &daemon);
-    client_destroy(client);
+    server_stop(client, &daemon);
 }
 
 TEST(a_full_disk_ends_it_with_a_whole_file)
 {
     const char *path = scratch("full.h5");
-    struct rlimit before, tight;
-    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
-    tight = before;
-    tight.rlim_cur = 600000; // stands in for a full disk
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     Process daemon, program;
     daemon_start(&daemon, "%s",
                  write_scene("full.cfg", "publish = { nodes_hz = 500.0; status_hz = 20.0; };", ""));
     client_wait_for_daemon(client);
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &tight), 0);
+    const rlim_t before = limit_files(600000);
     record_start(&program, path, "");
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
-    process_wait(&program);
-    assert_int_equal(program.code, 1);
-    assert_non_null(strstr(program.err, strerror(EFBIG)));
+    limit_files(before);
+    process_wait_for(&program, 1);
+    expect_in(program.err, strerror(EFBIG));
     const RecordingInfo *info = info_of(path);
     assert_true(info->ended);
     expect_at_least((double)info->body[0].frames, 1.0);
     assert_int_equal(info->body[0].broken, 0);
-    BodyView view;
-    read_body(path, "sphere", &view);
+    SCOPED(view_free) BodyView view;
+    view_read(&view, path, "sphere");
     assert_int_equal(view.frames, info->body[0].frames);
-    view_free(&view);
-    stop(client, &daemon);
-    client_destroy(client);
+    server_stop(client, &daemon);
 }
 
-// ---------------------------------------------------------------------------------------------
-// Hostile messages
+// --- Hostile messages ---
 
 static void send_nodes(Client *client, pliant_nodes_t *nodes)
 {
@@ -124,10 +103,9 @@ static void send_nodes(Client *client, pliant_nodes_t *nodes)
 TEST(hostile_messages_are_refused_and_counted)
 {
     const char *path = scratch("hostile.h5");
-    Client *client = client_create();
     Process daemon, program;
-    daemon_start(&daemon, "%s", write_scene("hostile.cfg", PAUSED, PROBE_TOOL));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&daemon, "%s", write_scene("hostile.cfg", PAUSED, PROBE_TOOL));
     record_start(&program, path, "");
     wait_until(client, has_sidecar(path));
     command(client, PLIANT_COMMAND_T_STEP, 1, "");
@@ -181,21 +159,8 @@ TEST(hostile_messages_are_refused_and_counted)
     // A mesh whose triangle names a free node, and one that contradicts the mesh of its number.
     int32_t id[4] = {0, 1, 2, -1}, triangle[6] = {0, 1, 2, 0, 1, 3}, none[8] = {0};
     int8_t level[4] = {0};
-    pliant_mesh_t mesh = {.utime = 1,
-                          .sequence = 1000000,
-                          .topology = nodes.topology + 1,
-                          .node_count = 4,
-                          .triangle_count = 2,
-                          .chunk_count = 1,
-                          .num_indices = 6,
-                          .triangle = triangle,
-                          .num_nodes = 4,
-                          .num_parents = 8,
-                          .id = id,
-                          .origin = none,
-                          .parent = none,
-                          .piece = none,
-                          .level = level};
+    pliant_mesh_t mesh =
+        mesh_message(1000000, 1, nodes.topology + 1, 4, id, none, level, 2, triangle);
     assert_int_equal(pliant_mesh_t_publish(client->lcm, "PLIANT_MESH_sphere", &mesh), 0);
     refused++;
     mesh.sequence++;
@@ -215,18 +180,16 @@ TEST(hostile_messages_are_refused_and_counted)
     for (int i = 0; i < 3; i++)
         command(client, PLIANT_COMMAND_T_STEP, 1, "");
     wait_until(client, sidecar_frames(path) >= 3);
-    stop(client, &daemon);
+    server_stop(client, &daemon);
     end(&program, SIGTERM, 0);
-    client_destroy(client);
     const RecordingInfo *info = info_of(path);
     assert_int_equal(info->body[0].counts.refused, refused);
     assert_int_equal(info->body[0].counts.dropped, 0);
     assert_int_equal(info->events, 2); // "lockstep" and ours
-    BodyView view;
-    read_body(path, "sphere", &view);
+    SCOPED(view_free) BodyView view;
+    view_read(&view, path, "sphere");
     for (int i = 0; i < view.rows; i++)
         for (int k = 0; k < 3; k++)
             assert_true(isfinite(view.position[i][k]));
     assert_int_equal(view.topologies, 1);
-    view_free(&view);
 }

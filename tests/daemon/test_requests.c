@@ -6,8 +6,6 @@
 
 #include "pliant_lcmtypes.h"
 
-#include <signal.h>
-#include <string.h>
 #include <time.h>
 
 static const char HEAD[] = "publish = { nodes_hz = 20.0; contact_hz = 100.0; status_hz = 20.0; };";
@@ -138,17 +136,17 @@ TEST(a_try_of_set_answers_and_leaves_no_trace)
     const int64_t not_possible = refused(client, "not_possible");
     const Reply *reply = command(client, PLIANT_COMMAND_T_SET, 0, "try sphere.stiffness_scale=0.5");
     assert_true(reply->ok);
-    assert_non_null(strstr(reply->text, "sphere.stiffness_scale = 0.5 instead of 1: "));
-    assert_non_null(strstr(reply->text, " substeps a tick"));
-    assert_non_null(strstr(reply->text, " ms of 1 ms a tick"));
+    expect_in(reply->text, "sphere.stiffness_scale = 0.5 instead of 1: ");
+    expect_in(reply->text, " substeps a tick");
+    expect_in(reply->text, " ms of 1 ms a tick");
     reply = command(client, PLIANT_COMMAND_T_SET, 0, "try sphere.stiffness_scale");
     assert_true(reply->ok);
-    assert_non_null(strstr(reply->text, "sphere.stiffness_scale = 1, from 0 to "));
+    expect_in(reply->text, "sphere.stiffness_scale = 1, from 0 to ");
     reply = command(client, PLIANT_COMMAND_T_SET, 0, "try gravity");
     assert_string_equal(reply->text, "gravity = (0, 0, 0)");
     reply = command(client, PLIANT_COMMAND_T_SET, 0, "try stiffness_scale=1e5");
     assert_false(reply->ok);
-    assert_non_null(strstr(reply->text, "take at most "));
+    expect_in(reply->text, "take at most ");
     assert_false(command(client, PLIANT_COMMAND_T_SET, 0, "try gravity=1e5 0 0")->ok);
     // What cannot be read is refused as ever.
     assert_false(command(client, PLIANT_COMMAND_T_SET, 0, "try ")->ok);
@@ -159,7 +157,7 @@ TEST(a_try_of_set_answers_and_leaves_no_trace)
     assert_false(saw_event(client, "set"));
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.stiffness_scale=0.5")->ok);
     reply = command(client, PLIANT_COMMAND_T_SET, 0, "try sphere.stiffness_scale");
-    assert_non_null(strstr(reply->text, "sphere.stiffness_scale = 0.5, from 0 to "));
+    expect_in(reply->text, "sphere.stiffness_scale = 0.5, from 0 to ");
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.stiffness_scale=1")->ok);
 }
 
@@ -245,7 +243,7 @@ TEST(a_pause_ends_a_long_step_early)
     assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
     wait_until(client, find_reply(client, id) != NULL);
     assert_false(find_reply(client, id)->ok);
-    assert_non_null(strstr(find_reply(client, id)->text, "of 10000000 ticks"));
+    expect_in(find_reply(client, id)->text, "of 10000000 ticks");
 }
 
 TEST(more_requests_than_fit_are_refused_and_all_are_answered)
@@ -292,44 +290,33 @@ static const Reply *pause_made_at(Client *client, int64_t utime)
 }
 
 AROUND_ALL(NULL, NULL)
-AROUND_EACH(NULL, harness_teardown)
 
 // What a client repeats, with the time at which it was made, was meant for another daemon. A log
 // that is played back, a clock that was set and a client that gives no time are not meant by that.
 TEST(a_request_that_is_older_than_the_daemon_is_refused)
 {
-    Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "%s", write_scene("older.cfg", HEAD, ""));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "%s", write_scene("older.cfg", HEAD, ""));
     struct timespec now;
     clock_gettime(CLOCK_REALTIME, &now);
     const int64_t utime = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
     const int64_t hour = INT64_C(3600000000);
     const Reply *reply = pause_made_at(client, utime - 1000000);
     assert_false(reply->ok);
-    assert_non_null(strstr(reply->text, "before this daemon started"));
+    expect_in(reply->text, "before this daemon started");
     client_fresh_status(client);
     assert_int_equal(refused(client, "stale"), 1);
     assert_string_equal(client->status.state, "running");
     const int64_t fine[] = {utime, utime + hour, utime - hour, 0, INT64_MIN, INT64_MAX};
     for (size_t i = 0; i < sizeof fine / sizeof *fine; i++)
         assert_true(pause_made_at(client, fine[i])->ok);
-    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
-    client_destroy(client);
+    server_stop(client, &pliantd);
 }
 
 TEST(stop_ends_the_daemon_cleanly)
 {
-    Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "%s", write_scene("stop.cfg", HEAD, ""));
+    SCOPED_CLIENT Client *client = client_create();
+    daemon_start(&pliantd, "%s", write_scene("stop.cfg", HEAD, ""));
     wait_until(client, client->status.step > 0);
-    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
-    expect_at_least((double)printed(&daemon, "ticks"), 1.0);
-    client_destroy(client);
+    server_stop(client, &pliantd);
+    expect_at_least((double)printed(&pliantd, "ticks"), 1.0);
 }

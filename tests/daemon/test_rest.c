@@ -8,11 +8,6 @@
 #include "pliant_mesh_t.h"
 #include "pliant_rest_t.h"
 
-#include <math.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-
 enum { SLOTS = 41000 };
 
 // What a viewer would put together.
@@ -28,9 +23,8 @@ typedef struct Viewer {
     int32_t rest_sequence;
 } Viewer;
 
-static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+RAW_HANDLER(on_mesh)
 {
-    (void)channel;
     Viewer *viewer = user;
     pliant_mesh_t mesh;
     assert_true(pliant_mesh_t_decode(buffer->data, 0, (int)buffer->data_size, &mesh) >= 0);
@@ -52,9 +46,8 @@ static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *use
 }
 
 // Behind the mesh whose sequence it shares; slots in order, each once.
-static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+RAW_HANDLER(on_rest)
 {
-    (void)channel;
     Viewer *viewer = user;
     pliant_rest_t rest;
     assert_true(buffer->data_size <= 65499);
@@ -88,8 +81,7 @@ static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *use
 
 static Viewer *viewer_create(Client *client, const char *body)
 {
-    Viewer *viewer = calloc(1, sizeof *viewer);
-    assert_non_null(viewer);
+    Viewer *viewer = zeroed(1, sizeof *viewer);
     char channel[64];
     snprintf(channel, sizeof channel, "PLIANT_MESH_%s", body);
     lcm_subscription_set_queue_capacity(lcm_subscribe(client->lcm, channel, on_mesh, viewer), 4096);
@@ -160,14 +152,11 @@ static void expect_on_the_ball(const Viewer *viewer, bool was_cut)
     assert_int_equal(copies > 5, was_cut);
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(each_whole_mesh_comes_with_its_rest)
 {
-    static Process daemon;
-    Client *client = client_create();
-    Viewer *viewer = viewer_create(client, "sphere");
-    daemon_start(&daemon, "%s", write_ball("rest = true;"));
+    SCOPED_CLIENT Client *client = client_create();
+    FREED Viewer *viewer = viewer_create(client, "sphere");
+    daemon_start(&pliantd, "%s", write_ball("rest = true;"));
     client_wait_for_daemon(client);
     assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok); // nodes that have hardly moved
     ask_for_meshes(client, viewer);
@@ -192,18 +181,14 @@ TEST(each_whole_mesh_comes_with_its_rest)
     for (int i = 0; i < viewer->node_count; i++) // the generator's lies in [0, 1]
         assert_true(viewer->texture[2 * i] >= 0.0F && viewer->texture[2 * i] <= 1.0F &&
                     viewer->texture[2 * i + 1] >= 0.0F && viewer->texture[2 * i + 1] <= 1.0F);
-    process_end(&daemon);
-    client_destroy(client);
-    free(viewer);
+    process_end(&pliantd);
 }
 
 TEST(unasked_nobody_sends_rest_positions)
 {
-    static Process daemon;
-    Client *client = client_create();
-    Viewer *viewer = viewer_create(client, "sphere");
-    daemon_start(&daemon, "%s", write_ball(""));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = client_create();
+    FREED Viewer *viewer = viewer_create(client, "sphere");
+    server_start_for(client, &pliantd, "%s", write_ball(""));
     for (int n = 0; n < 3; n++) {
         int wholes = viewer->mesh_whole;
         assert_true(command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "")->ok);
@@ -211,26 +196,21 @@ TEST(unasked_nobody_sends_rest_positions)
     }
     assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok); // after all chunks
     assert_int_equal(viewer->rest_whole + viewer->rest_parts, 0);
-    process_signal(&daemon, SIGTERM);
-    process_wait(&daemon);
-    client_destroy(client);
-    free(viewer);
+    process_finish(&pliantd, SIGTERM);
 }
 
 // 41 chunks of its mesh and 21 of its rest positions take 0.6 s at 10 ms each.
 TEST(whole_meshes_leave_however_often_they_are_asked_for)
 {
-    static Process daemon;
     const char *scene = scratch("large.cfg");
     write_text(scene,
                "start = \"paused\"; publish = { mesh_hz = 1.0; rest = true; };\n"
                "bodies = ( { name = \"wall\";\n"
                "  mesh = { generator = \"ico_sphere\"; nodes = 40962; radius = 0.05; }; } );\n");
-    Client *client = client_create();
-    Viewer *viewer = viewer_create(client, "wall");
+    SCOPED_CLIENT Client *client = client_create();
+    FREED Viewer *viewer = viewer_create(client, "wall");
     viewer->only_counts = true;
-    daemon_start(&daemon, "%s", scene);
-    client_wait_for_daemon(client);
+    server_start_for(client, &pliantd, "%s", scene);
     // From now on three times a second, as by clients that each want it whole.
     const int meshes = viewer->mesh_whole, rests = viewer->rest_whole;
     const double limit = client_now() + 30.0;
@@ -244,7 +224,5 @@ TEST(whole_meshes_leave_however_often_they_are_asked_for)
     }
     expect_at_least((double)(viewer->mesh_whole - meshes), 2.0);
     expect_at_least((double)(viewer->rest_whole - rests), 2.0);
-    process_end(&daemon);
-    free(viewer);
-    client_destroy(client);
+    process_end(&pliantd);
 }

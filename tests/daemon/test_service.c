@@ -9,16 +9,11 @@
 #include <dirent.h>
 #include <errno.h>
 #include <poll.h>
-#include <signal.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/ptrace.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 // --- the manager ---
 
@@ -104,8 +99,6 @@ static bool listen_for(Manager *manager, int ms)
 
 // --- alive ---
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(it_says_when_it_is_ready_alive_and_ending)
 {
     char unnamed[64];
@@ -113,59 +106,53 @@ TEST(it_says_when_it_is_ready_alive_and_ending)
     const char *const names[] = {scratch("notify"), unnamed};
     const char *scene = write_scene("service.cfg", "rate_hz = 100.0;", "");
     for (int k = 0; k < 2; k++) {
-        static Process daemon;
-        Manager manager;
+        SCOPED(manager_destroy) Manager manager;
         manager_create(&manager, names[k]);
-        daemon_start(&daemon, "%s", scene);
+        daemon_start(&pliantd, "%s", scene);
         manager_wait(&manager, manager.ready == 1);
         manager_wait(&manager, manager.pings >= 3);
         manager_wait(&manager, k > 0 || strstr(manager.line, "running: ") != NULL);
         assert_true(k > 0 || strstr(manager.line, " of 100 ticks a second, ") != NULL);
-        process_end(&daemon);
+        process_end(&pliantd);
         while (listen_for(&manager, 0)) {
         }
         assert_int_equal(manager.stopping, 1);
         assert_int_equal(manager.ready, 1);
-        manager_destroy(&manager);
     }
 }
 
 // It rests until something is asked of it, and still answers.
 TEST(a_paused_daemon_is_alive)
 {
-    static Process daemon;
-    Manager manager;
+    SCOPED(manager_destroy) Manager manager;
     manager_create(&manager, scratch("notify-paused"));
-    daemon_start(&daemon, "%s",
+    daemon_start(&pliantd, "%s",
                  write_scene("paused.cfg",
                              "start = \"paused\"; publish = { status_hz = 0.0; contact_hz = 0.0; "
                              "nodes_hz = 0.0; mesh_hz = 0.0; };",
                              ""));
     manager_wait(&manager, manager.pings >= 6);
     manager_wait(&manager, strstr(manager.line, "paused") != NULL);
-    process_end(&daemon);
-    manager_destroy(&manager);
+    process_end(&pliantd);
 }
 
 TEST(a_daemon_that_is_stopped_is_silent)
 {
-    static Process daemon;
-    Manager manager;
+    SCOPED(manager_destroy) Manager manager;
     int status;
     manager_create(&manager, scratch("notify-stopped"));
-    daemon_start(&daemon, "%s", write_scene("stopped.cfg", "rate_hz = 100.0;", ""));
+    daemon_start(&pliantd, "%s", write_scene("stopped.cfg", "rate_hz = 100.0;", ""));
     manager_wait(&manager, manager.pings >= 2);
-    process_signal(&daemon, SIGSTOP);
-    assert_int_equal(waitpid(daemon.pid, &status, WUNTRACED), daemon.pid);
+    process_signal(&pliantd, SIGSTOP);
+    assert_int_equal(waitpid(pliantd.pid, &status, WUNTRACED), pliantd.pid);
     assert_true(WIFSTOPPED(status));
     while (listen_for(&manager, 0)) { // what it had sent
     }
     assert_false(listen_for(&manager, 500)); // nothing can come
-    process_signal(&daemon, SIGCONT);
+    process_signal(&pliantd, SIGCONT);
     int pings = manager.pings;
     manager_wait(&manager, manager.pings >= pings + 2);
-    process_end(&daemon);
-    manager_destroy(&manager);
+    process_end(&pliantd);
 }
 
 // The thread of that name, or 0.
@@ -194,17 +181,16 @@ static pid_t find_thread(pid_t pid, const char *name)
 // All else goes on: the status line still comes, though not the pings.
 TEST(a_daemon_whose_step_thread_is_stuck_is_not_alive)
 {
-    static Process daemon;
-    Manager manager;
+    SCOPED(manager_destroy) Manager manager;
     int status;
     manager_create(&manager, scratch("notify-stuck"));
-    daemon_start(&daemon, "%s", write_scene("stuck.cfg", "rate_hz = 100.0;", ""));
+    daemon_start(&pliantd, "%s", write_scene("stuck.cfg", "rate_hz = 100.0;", ""));
     manager_wait(&manager, manager.pings >= 2);
-    pid_t thread = find_thread(daemon.pid, "pliant-step");
+    pid_t thread = find_thread(pliantd.pid, "pliant-step");
     assert_true(thread > 0);
     if (ptrace(PTRACE_SEIZE, thread, NULL, NULL) != 0) {
         print_message("no thread can be held here: %s\n", strerror(errno));
-        process_end(&daemon);
+        process_end(&pliantd);
         manager_destroy(&manager);
         skip();
     }
@@ -223,40 +209,36 @@ TEST(a_daemon_whose_step_thread_is_stuck_is_not_alive)
     assert_int_equal(ptrace(PTRACE_DETACH, thread, NULL, NULL), 0);
     assert_true(manager.lines >= lines + 3);
     assert_int_equal(manager.pings, pings);
-    assert_non_null(strstr(manager.line, "running: 0 of 100 ticks"));
+    expect_in(manager.line, "running: 0 of 100 ticks");
     manager_wait(&manager, manager.pings > pings + 1);
-    process_end(&daemon);
-    manager_destroy(&manager);
+    process_end(&pliantd);
 }
 
 TEST(nobody_is_pinged_who_does_not_watch)
 {
-    static Process daemon;
     const char *scene = write_scene("unwatched.cfg", "rate_hz = 100.0;", "");
     for (int k = 0; k < 2; k++) {
         char name[32];
-        Manager manager;
+        SCOPED(manager_destroy) Manager manager;
         snprintf(name, sizeof name, "notify-unwatched-%d", k);
         manager_create(&manager, scratch(name));
         if (k == 0)
             setenv("WATCHDOG_PID", "1", 1); // another process
         else
             setenv("WATCHDOG_USEC", "-5", 1);
-        daemon_start(&daemon, "%s", scene);
+        daemon_start(&pliantd, "%s", scene);
         manager_wait(&manager, manager.lines >= 2);
-        process_end(&daemon);
+        process_end(&pliantd);
         while (listen_for(&manager, 0)) {
         }
         assert_int_equal(manager.pings, 0);
-        assert_int_equal(strstr(daemon.err, "WATCHDOG_USEC") != NULL, k == 1);
-        manager_destroy(&manager);
+        assert_int_equal(strstr(pliantd.err, "WATCHDOG_USEC") != NULL, k == 1);
     }
     unsetenv("WATCHDOG_PID");
 }
 
 TEST(a_socket_that_cannot_be_reached_keeps_nothing_from_running)
 {
-    static Process daemon;
     char long_name[200] = "/";
     memset(long_name + 1, 'x', sizeof long_name - 2);
     const char *const names[] = {scratch("nobody-listens"), "relative", "@", "vsock:2:1234",
@@ -264,9 +246,8 @@ TEST(a_socket_that_cannot_be_reached_keeps_nothing_from_running)
     const char *scene = write_scene("unheard.cfg", "rate_hz = 100.0;", "");
     for (int k = 0; k < 5; k++) {
         setenv("NOTIFY_SOCKET", names[k], 1);
-        run_daemon(&daemon, "--duration 0.1 %s", scene);
-        assert_int_equal(daemon.code, 0);
-        assert_int_equal(strstr(daemon.err, "NOTIFY_SOCKET") != NULL, k > 0);
+        run_daemon_well(&pliantd, "--duration 0.1 %s", scene);
+        assert_int_equal(strstr(pliantd.err, "NOTIFY_SOCKET") != NULL, k > 0);
     }
     unsetenv("NOTIFY_SOCKET");
 }
@@ -329,7 +310,6 @@ TEST(lines_have_levels_in_the_journal_only)
 
 TEST(lines_above_the_level_asked_for_are_left_out)
 {
-    static Process daemon;
     write_text(scratch("levels.cfg"),
                "name = \"levels\"; start = \"running\"; bodies = ( { name = \"a\"; shape = {};\n"
                "mesh = { file = \"a.obj\"; }; material = { damping_time = 0.05; }; } );\n");
@@ -337,21 +317,19 @@ TEST(lines_above_the_level_asked_for_are_left_out)
                                  "f 2 4 3\nf 2 3 5\nf 3 4 5\nf 2 5 4\n");
     static const char *const levels[] = {"error", "warning", "info", "debug"};
     for (int k = 0; k < 4; k++) {
-        run_daemon(&daemon, "--check --log-level %s %s", levels[k], scratch("levels.cfg"));
-        assert_int_equal(daemon.code, 0);
-        assert_int_equal(strstr(daemon.err, "shortened to") != NULL, k >= 1);
-        assert_int_equal(strstr(daemon.err, "dropped 1 unused node") != NULL, k >= 2);
+        run_daemon_well(&pliantd, "--check --log-level %s %s", levels[k], scratch("levels.cfg"));
+        assert_int_equal(strstr(pliantd.err, "shortened to") != NULL, k >= 1);
+        assert_int_equal(strstr(pliantd.err, "dropped 1 unused node") != NULL, k >= 2);
     }
     // An event: known to the log at the last level only.
     for (int k = 2; k < 4; k++) {
-        Client *client = client_create();
-        daemon_start(&daemon, "--log-level %s %s", levels[k], scratch("levels.cfg"));
-        client_wait_for_daemon(client);
+        Client *client =
+            server_start(&pliantd, "--log-level %s %s", levels[k], scratch("levels.cfg"));
         assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
         assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
         wait_until(client, client->events > 0);
-        process_end(&daemon);
+        process_end(&pliantd);
         client_destroy(client);
-        assert_int_equal(strstr(daemon.err, "pliantd: debug: ") != NULL, k == 3);
+        assert_int_equal(strstr(pliantd.err, "pliantd: debug: ") != NULL, k == 3);
     }
 }

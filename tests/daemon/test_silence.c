@@ -5,10 +5,6 @@
 #include "lcm_client.h"
 #include "scene_writer.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-
 static long counted(const char *path, const char *name)
 {
     FILE *file = fopen(path, "r");
@@ -27,9 +23,8 @@ static Client *start_watched(const char *counts, const char *options, const char
                              Process *daemon)
 {
     Client *client = client_create();
-    daemon_start(daemon, "PLIANT_COUNT_CALLS=%s LD_PRELOAD=%s %s %s", counts, test_argument(2),
-                 options, scene);
-    client_wait_for_daemon(client);
+    server_start_for(client, daemon, "PLIANT_COUNT_CALLS=%s LD_PRELOAD=%s %s %s", counts,
+                     test_argument(2), options, scene);
     return client;
 }
 
@@ -56,9 +51,7 @@ static long run_watched(const char *counts, double contact_hz, const char *optio
     send_load(client, top, 0.03, down, 0.2, "");
     send_command(client, PLIANT_COMMAND_T_SET, 0, "gravity_z=-1");
     for (int i = 0; i < 500; i++) {
-        const double position[3] = {0.0, 0.0, 0.06 - 2e-5 * i};
-        pliant_tool_pose_t pose = make_pose(client, position);
-        send_pose(client, &pose);
+        send_pose_at(client, (const double[]){0.0, 0.0, 0.06 - 2e-5 * i});
         client_listen(client, 2);
     }
     return end_watched(counts, client, daemon);
@@ -74,13 +67,10 @@ static void expect_silence(const char *counts)
     assert_int_equal(counted(counts, "syscall"), 0);
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(with_contacts_a_tick_writes_one_eventfd)
 {
-    Process daemon;
     const char *counts = scratch("contacts.txt");
-    long ticks = run_watched(counts, 1000.0, "", &daemon);
+    long ticks = run_watched(counts, 1000.0, "", &pliantd);
     expect_silence(counts);
     expect_at_most((double)counted(counts, "write"), (double)ticks);
     expect_at_least((double)counted(counts, "write"), 1.0); // the counting works
@@ -88,9 +78,8 @@ TEST(with_contacts_a_tick_writes_one_eventfd)
 
 TEST(without_contacts_a_tick_writes_nothing)
 {
-    Process daemon;
     const char *counts = scratch("quiet.txt");
-    run_watched(counts, 0.0, "", &daemon);
+    run_watched(counts, 0.0, "", &pliantd);
     expect_silence(counts);
     assert_int_equal(counted(counts, "write"), 0);
 }
@@ -99,16 +88,15 @@ TEST(files_add_nothing_to_a_tick)
 {
     if (!WITH_HDF5)
         skip();
-    Process daemon;
     const char *counts = scratch("files.txt");
     char options[2500];
     snprintf(options, sizeof options,
              "--record %s --checkpoint %s --checkpoint-every 0.1 --log-inputs %s",
              scratch("silence.h5"), scratch("checkpoint.h5"), scratch("inputs.log"));
-    run_watched(counts, 0.0, options, &daemon);
+    run_watched(counts, 0.0, options, &pliantd);
     expect_silence(counts);
     assert_int_equal(counted(counts, "write"), 0);
-    assert_non_null(strstr(daemon.out, "recorded frames: "));
+    expect_in(pliantd.out, "recorded frames: ");
 }
 
 #if WITH_SURFACE && WITH_VOXEL
@@ -126,10 +114,9 @@ TEST(cuts_add_nothing_to_a_tick)
         "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"
         "            capsules = ( { from = [0.0, 0.0, 0.0]; radius = 0.005; } ); },\n"
         "          { id = 2; kind = \"blade\"; edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.08]); } );\n";
-    Process daemon;
     const char *counts = scratch("cuts.txt"), *path = scratch("cuts.cfg");
     write_text(path, scene);
-    Client *client = start_watched(counts, "", path, &daemon);
+    Client *client = start_watched(counts, "", path, &pliantd);
     char all[] = "";
     int last = 0;
     for (int i = 0; i < 400; i++) {
@@ -156,7 +143,7 @@ TEST(cuts_add_nothing_to_a_tick)
     wait_until(client, find_reply(client, last) != NULL);
     assert_true(saw_event(client, "cut"));
     assert_true(saw_event(client, "piece"));
-    end_watched(counts, client, &daemon);
+    end_watched(counts, client, &pliantd);
     expect_silence(counts);
 }
 #endif

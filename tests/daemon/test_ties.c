@@ -5,11 +5,6 @@
 #include "lcm_client.h"
 #include "scene_writer.h"
 
-#include <math.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-
 // Two balls that fall side by side.
 static const char SCENE[] =
     "name = \"ties\"; max_ties = 4; gravity = [0.0, 0.0, -1.0]; start = \"paused\";\n"
@@ -45,15 +40,12 @@ static void expect_text(const Reply *reply, bool ok, const char *says)
     assert_string_equal(reply->channel, "PLIANT_TIE");
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(ties_are_made_changed_released_and_repeated)
 {
     Process daemon, again;
-    Client *client = client_create();
     const char *scene = write_ties_scene();
-    daemon_start(&daemon, "--log-inputs %s %s", scratch("ties.log"), scene);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&daemon, "--log-inputs %s %s", scratch("ties.log"), scene);
     step(client, 20);
     // A pin holds one ball, and through a tie the other.
     pliant_tie_t pin = make_tie(client, PLIANT_TIE_T_PIN, TOP, 0.02, "one");
@@ -108,14 +100,12 @@ TEST(ties_are_made_changed_released_and_repeated)
     expect_text(apply_tie(client, &change), true, "tie 1 released");
     step(client, 100);
     const Reply *about = command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
-    assert_non_null(strstr(about->text, "ties by message: at most 4"));
+    expect_in(about->text, "ties by message: at most 4");
     process_end(&daemon);
-    client_destroy(client);
     // The log has all of it.
     char live[32], repeated[32];
     printed_state(&daemon, live);
-    run_daemon(&again, "--offline 1000 --input %s %s", scratch("ties.log"), scene);
-    assert_int_equal(again.code, 0);
+    run_daemon_well(&again, "--offline 1000 --input %s %s", scratch("ties.log"), scene);
     printed_state(&again, repeated);
     assert_string_equal(live, repeated);
 }
@@ -133,10 +123,7 @@ static void expect_tie(int code, const char *says, const char *arguments)
 
 TEST(pliant_tie_makes_changes_and_releases)
 {
-    Process daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s", write_ties_scene());
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "%s", write_ties_scene());
     expect_tie(0, "tie 1: pin of ", "--make pin --body one --at 0,0,0.05 --radius 0.02");
     expect_tie(0, "tie 5: tie of ",
                "--make tie --body one --to two --at 0.05,0,0 --radius 0.02 -n 5");
@@ -156,7 +143,6 @@ TEST(pliant_tie_makes_changes_and_releases)
     expect_tie(2, "--stiffness", "--change 1 --stiffness 5");
     step(client, 20);
     assert_int_equal(client->status.resets, 0);
-    process_end(&daemon);
-    client_destroy(client);
+    process_end(&pliantd);
     expect_tie(1, "no reply on PLIANT_REPLY", "--release 1 --timeout 0.05 --tries 2");
 }

@@ -4,9 +4,6 @@
 #include "lcm_client.h"
 #include "scene_writer.h"
 
-#include <signal.h>
-#include <string.h>
-
 static const char HEAD[] = "publish = { nodes_hz = 20.0; contact_hz = 1000.0; status_hz = 20.0; };";
 // The ball of 5 mm pressed 3 mm into the top of the sphere at z = 0.05 m, and away from it.
 static const double PRESS[3] = {0.0, 0.0, 0.052}, AWAY[3] = {0.0, 0.0, 0.2};

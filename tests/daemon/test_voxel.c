@@ -6,10 +6,6 @@
 
 #include "pliant_status_t.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 #if WITH_HDF5
 #include "recording_view.h"
 #endif
@@ -54,11 +50,8 @@ typedef struct BodySeen {
     char model[32], integrator[32];
 } BodySeen;
 
-static void see_status(const lcm_recv_buf_t *buffer, const char *channel,
-                       const pliant_status_t *status, void *user)
+HANDLER(see_status, pliant_status_t, status)
 {
-    (void)buffer;
-    (void)channel;
     BodySeen *seen = user;
     if (status->num_bodies != 1)
         return;
@@ -72,23 +65,13 @@ static void see_status(const lcm_recv_buf_t *buffer, const char *channel,
     seen->count++;
 }
 
-static void end(Process *daemon, Client *client)
-{
-    process_end(daemon);
-    client_destroy(client);
-}
-
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(a_pressed_block_pushes_back_and_is_shown)
 {
-    Client *client = client_create();
-    Process daemon;
+    SCOPED_CLIENT Client *client = client_create();
     BodySeen seen = {0};
     pliant_status_t_subscription_t *subscription =
         pliant_status_t_subscribe(client->lcm, "PLIANT_STATUS", see_status, &seen);
-    daemon_start(&daemon, "%s", write_block("press.cfg", HEAD));
-    client_wait_for_daemon(client);
+    server_start_for(client, &pliantd, "%s", write_block("press.cfg", HEAD));
     hold_pose_until(client, AWAY, client->contact.pose_utime != 0);
     assert_false(client->contact.contact);
     hold_pose_until(client, PRESS, client->contact.depth > 1e-4 && client->contact.contact);
@@ -107,15 +90,12 @@ TEST(a_pressed_block_pushes_back_and_is_shown)
     assert_int_equal(seen.pieces, 1);
     assert_int_equal(client->status.resets, 0);
     pliant_status_t_unsubscribe(client->lcm, subscription);
-    end(&daemon, client);
+    process_end(&pliantd);
 }
 
 TEST(requests_reach_a_solid)
 {
-    Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "%s", write_block("requests.cfg", HEAD));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "%s", write_block("requests.cfg", HEAD));
     const Reply *reply = apply_load(client, TOP, 0.01, DOWN, 0.5, "block");
     assert_true(reply->ok);
     assert_int_equal(reply->pieces, 1);
@@ -144,36 +124,30 @@ TEST(requests_reach_a_solid)
     send_bytes(client, "PLIANT_LOAD", junk, sizeof junk);
     send_bytes(client, "PLIANT_TOOL_POSE", junk, 3);
     wait_until(client, client->status.rejected >= before + 2);
-    const double nowhere[3] = {(double)NAN, 0.0, 0.0};
-    pliant_tool_pose_t pose = make_pose(client, nowhere);
-    send_pose(client, &pose);
+    send_pose_at(client, (const double[]){(double)NAN, 0.0, 0.0});
     wait_until(client, client->status.rejected >= before + 3);
     assert_true(command(client, PLIANT_COMMAND_T_STEP, 5, "")->ok);
     client_fresh_status(client);
     assert_int_equal(client->status.resets, 0);
-    end(&daemon, client);
+    process_end(&pliantd);
 }
 
 // Killed, it starts again from its last checkpoint, and tools meet it there.
 TEST(a_killed_server_goes_on_from_its_checkpoint)
 {
     const char *scene = write_block("killed.cfg", HEAD), *path = scratch("killed.h5");
-    Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "--checkpoint %s %s", path, scene);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "--checkpoint %s %s", path, scene);
     hold_pose_until(client, PRESS, client->contact.contact);
     const Reply *reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
     assert_true(reply->ok);
     int64_t step = reply->step;
-    process_signal(&daemon, SIGKILL);
-    process_wait(&daemon);
-    daemon_start(&daemon, "--resume %s %s", path, scene);
+    process_finish(&pliantd, SIGKILL);
+    daemon_start(&pliantd, "--resume %s %s", path, scene);
     client->contact.contact = 0;
     hold_pose_until(client, PRESS, client->contact.contact);
     client_fresh_status(client);
     expect_at_least((double)client->status.step, (double)step);
-    end(&daemon, client);
+    process_end(&pliantd);
 }
 
 // A cube of 12 triangles inside of the block, in millimetres.
@@ -208,13 +182,12 @@ TEST(what_is_published_is_recorded)
         snprintf(name, sizeof name, "record-%zu.h5", k);
         const char *path = scratch(name);
         Client *client = client_create();
-        Process daemon;
         const char *scene = write_voxels("record.cfg", cases[k].head, BLOCK, cases[k].keys);
 #if WITH_HDF5
-        daemon_start(&daemon, "--record %s %s", path, scene);
+        daemon_start(&pliantd, "--record %s %s", path, scene);
 #else
         (void)path;
-        daemon_start(&daemon, "%s", scene);
+        daemon_start(&pliantd, "%s", scene);
 #endif
         client_wait_for_daemon(client);
         send_load(client, TOP, 0.01, DOWN, 1.0, "");
@@ -228,16 +201,11 @@ TEST(what_is_published_is_recorded)
         assert_int_equal(client->mesh.whole_nodes, cases[k].nodes);
         assert_int_equal(client->mesh.whole_triangles, cases[k].triangles);
         memcpy(seen, client->frames.position, 3 * sizeof(float) * (size_t)cases[k].nodes);
-        command(client, PLIANT_COMMAND_T_STOP, 0, "");
-        process_wait(&daemon);
-        assert_int_equal(daemon.code, 0);
+        server_stop(client, &pliantd);
         client_destroy(client);
 #if WITH_HDF5
         BodyView view;
-        hid_t file = view_open(path, false);
-        assert_true(file >= 0);
-        view_body(&view, file, "block");
-        H5Fclose(file);
+        view_read(&view, path, "block");
         assert_int_equal(view.frames, STEPS + 1);
         assert_int_equal(view.nodes, cases[k].nodes);
         assert_int_equal(view.triangles, cases[k].triangles);
@@ -270,13 +238,12 @@ TEST(wrong_scenes_are_refused_in_one_line)
          "missing.obj"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        Process daemon;
-        run_daemon(&daemon, "--check %s",
+        run_daemon(&pliantd, "--check %s",
                    write_voxels("wrong.cfg", HEAD, cases[k].voxels, cases[k].keys));
-        const char *line_end = strchr(daemon.err, '\n');
-        if (daemon.code != 2 || strstr(daemon.err, cases[k].needle) == NULL ||
-            strstr(daemon.err, "wrong.cfg:") == NULL || line_end == NULL || line_end[1] != '\0')
+        const char *line_end = strchr(pliantd.err, '\n');
+        if (pliantd.code != 2 || strstr(pliantd.err, cases[k].needle) == NULL ||
+            strstr(pliantd.err, "wrong.cfg:") == NULL || line_end == NULL || line_end[1] != '\0')
             fail_msg("%s %s: exit %d, expected 2 and one line with '%s': %s", cases[k].voxels,
-                     cases[k].keys, daemon.code, cases[k].needle, daemon.err);
+                     cases[k].keys, pliantd.code, cases[k].needle, pliantd.err);
     }
 }

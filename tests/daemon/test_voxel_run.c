@@ -4,9 +4,6 @@
 #include "test.h"
 #include "lcm_client.h"
 
-#include <signal.h>
-#include <string.h>
-
 // A ball of radius 24 mm around the origin whose lower part is fixed; it has the name that the
 // client listens to.
 #define VOXELS "voxels = { generator = \"ball\"; radius = 0.024; size = 0.004; };"
@@ -25,8 +22,6 @@ static const char *write_solid(const char *name, const char *text)
     return path;
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(bad_solids_exit_2_with_one_line)
 {
     static const struct {
@@ -44,13 +39,12 @@ TEST(bad_solids_exit_2_with_one_line)
         {SCENE("capacity = { nodes = 9; };", VOXELS, ""), "capacity.nodes is 9"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        Process daemon;
-        run_daemon(&daemon, "--check %s", write_solid("x.cfg", cases[i].text));
-        if (daemon.code != 2 || strstr(daemon.err, cases[i].needle) == NULL)
-            fail_msg("exit %d with: %s, not '%s'", daemon.code, daemon.err, cases[i].needle);
-        const char *end = strchr(daemon.err, '\n');
+        run_daemon(&pliantd, "--check %s", write_solid("x.cfg", cases[i].text));
+        if (pliantd.code != 2 || strstr(pliantd.err, cases[i].needle) == NULL)
+            fail_msg("exit %d with: %s, not '%s'", pliantd.code, pliantd.err, cases[i].needle);
+        const char *end = strchr(pliantd.err, '\n');
         assert_true(end != NULL && end[1] == '\0'); // one line
-        assert_string_equal(daemon.out, "");
+        assert_string_equal(pliantd.out, "");
     }
 }
 
@@ -80,26 +74,23 @@ TEST(check_and_explain_say_what_it_is_made_of)
                                             "off  display surface ",
                                             "off  inner vertices in messages ", NULL};
     const char *scene = write_solid("x.cfg", SCENE("", VOXELS, ""));
-    Process daemon;
-    run_daemon(&daemon, "--check %s", scene);
-    expect_told(&daemon, checked);
-    run_daemon(&daemon, "--explain %s", scene);
-    expect_told(&daemon, checked);
-    expect_told(&daemon, explained);
+    run_daemon(&pliantd, "--check %s", scene);
+    expect_told(&pliantd, checked);
+    run_daemon(&pliantd, "--explain %s", scene);
+    expect_told(&pliantd, checked);
+    expect_told(&pliantd, explained);
     // What only surface bodies can have is not missed here.
-    assert_null(strstr(daemon.out, "adapt"));
+    assert_null(strstr(pliantd.out, "adapt"));
 }
 
 TEST(instruction_sets_give_the_same_bits)
 {
     const char *scene = write_solid("x.cfg", SCENE("gravity = [0.0, 0.0, -9.81];", VOXELS, ""));
     char first[32], other[32];
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.2 %s", scene);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, first);
-    run_daemon(&daemon, "--offline 0.2 --isa baseline %s", scene);
-    printed_state(&daemon, other);
+    run_daemon_well(&pliantd, "--offline 0.2 %s", scene);
+    printed_state(&pliantd, first);
+    run_daemon(&pliantd, "--offline 0.2 --isa baseline %s", scene);
+    printed_state(&pliantd, other);
     assert_string_equal(first, other);
 }
 
@@ -109,31 +100,25 @@ TEST(resumed_run_ends_as_the_uninterrupted_one)
     const char *scene = write_solid("x.cfg", SCENE("gravity = [0.0, 0.0, -9.81];", VOXELS, ""));
     const char *part = scratch("part.h5");
     char whole[32], resumed[32];
-    Process daemon;
     // Both can be resumed, so both have room for loads.
-    run_daemon(&daemon, "--offline 0.4 --checkpoint %s %s", scratch("whole.h5"), scene);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, whole);
-    run_daemon(&daemon, "--offline 0.2 --checkpoint %s %s", part, scene);
-    assert_int_equal(daemon.code, 0);
-    run_daemon(&daemon, "--offline 0.2 --resume %s %s", part, scene);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, resumed);
+    run_daemon_well(&pliantd, "--offline 0.4 --checkpoint %s %s", scratch("whole.h5"), scene);
+    printed_state(&pliantd, whole);
+    run_daemon_well(&pliantd, "--offline 0.2 --checkpoint %s %s", part, scene);
+    run_daemon_well(&pliantd, "--offline 0.2 --resume %s %s", part, scene);
+    printed_state(&pliantd, resumed);
     assert_string_equal(whole, resumed);
     // Not one of another law.
-    run_daemon(&daemon, "--offline 0.2 --resume %s %s", part,
+    run_daemon(&pliantd, "--offline 0.2 --resume %s %s", part,
                write_solid("y.cfg", SCENE("gravity = [0.0, 0.0, -9.81];", VOXELS,
                                           "law = \"miyazaki2004\";")));
-    assert_int_equal(daemon.code, 2);
+    assert_int_equal(pliantd.code, 2);
 }
 #endif
 
 TEST(tools_and_clients_meet_a_solid)
 {
-    Process daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s", write_solid("x.cfg", SCENE("", VOXELS, "")));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&pliantd, "%s", write_solid("x.cfg", SCENE("", VOXELS, "")));
     wait_until(client, client->mesh.whole > 0 && client->frames.whole > 0);
     assert_true(client->mesh.in_range);
     assert_int_equal(client->mesh.whole_nodes, client->frames.node_count);
@@ -143,8 +128,7 @@ TEST(tools_and_clients_meet_a_solid)
     double limit = client_now() + 30.0;
     while (!(client->contact.force[2] > 1e-3) &&
            client_now() < limit) { // it appears inside: gently
-        pliant_tool_pose_t pose = make_pose(client, press);
-        send_pose(client, &pose);
+        send_pose_at(client, press);
         client_listen(client, 2);
     }
     expect_at_least(client->contact.depth, 1e-5);
@@ -152,14 +136,13 @@ TEST(tools_and_clients_meet_a_solid)
 
     const Reply *reply = command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
     assert_true(reply->ok);
-    assert_non_null(strstr(reply->text, "model voxel"));
+    expect_in(reply->text, "model voxel");
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.stiffness_scale=0.5")->ok);
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.damping_scale=0.5")->ok);
     reply = command(client, PLIANT_COMMAND_T_SET, 0, "sphere.adapt_force=0.5");
     assert_false(reply->ok);
-    assert_non_null(strstr(reply->text, "does not adapt"));
+    expect_in(reply->text, "does not adapt");
     assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
 
-    process_end(&daemon);
-    client_destroy(client);
+    process_end(&pliantd);
 }

@@ -10,11 +10,6 @@
 #include "pliant_reply_t.h"
 #include "pliant_status_t.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 static const char SCENE[] =
     "name = \"pages\"; rate_hz = 200.0; tool_timeout_s = 20.0;\n"
     "publish = { status_hz = 10.0; nodes_hz = 30.0; contact_hz = 200.0; rest = true; };\n"
@@ -53,24 +48,21 @@ static Rig rig;
 
 static void begin(const char *arguments)
 {
-    char line[512];
     start_daemon(&rig.daemon, scene_path());
-    rig.port = web_start(&rig.server, program_path("pliant-web"), arguments, line);
+    rig.port = web_start(&rig.server, "%s", arguments);
+}
+
+// Without a daemon.
+static void end_web(void)
+{
+    page_disconnect_all();
+    process_end(&rig.server);
 }
 
 static void end(void)
 {
-    process_end(&rig.server);
+    end_web();
     process_end(&rig.daemon);
-}
-
-static PageClient *open_page(void)
-{
-    char why[256] = "";
-    PageClient *page = page_connect(rig.port, "/live", NULL, why);
-    if (page == NULL)
-        fail_msg("not connected: %s", why);
-    return page;
 }
 
 static void send_tool(PageClient *page, double z, bool active)
@@ -83,12 +75,10 @@ static void send_tool(PageClient *page, double z, bool active)
 
 // --- what a page sees ---
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(a_page_learns_the_scene_and_follows_every_body)
 {
     begin("--port 0");
-    PageClient *page = open_page();
+    PageClient *page = page_open(rig.port);
     page_wait(page_body(page, 0).frames > 3 && page_body(page, 1).frames > 3);
     page_wait(page_body(page, 0).rests > 0 && page_count(page, "status") > 1);
     page_wait(page_count(page, "contact") > 0 && page_count(page, "link") > 0);
@@ -109,7 +99,6 @@ TEST(a_page_learns_the_scene_and_follows_every_body)
     int status = page_count(page, "status");
     page_wait(page_count(page, "status") > status + 15);
     assert_int_equal(page_body(page, 0).meshes, 1);
-    page_disconnect(page);
     end();
 }
 
@@ -122,20 +111,18 @@ TEST(a_page_follows_positions_in_packets)
              (int)(publish - SCENE), SCENE, publish + strlen("publish = {"));
     write_text(path, text);
     start_daemon(&rig.daemon, path);
-    char line[512];
-    rig.port = web_start(&rig.server, program_path("pliant-web"), "--port 0", line);
-    PageClient *page = open_page();
+    rig.port = web_start(&rig.server, "--port 0");
+    PageClient *page = page_open(rig.port);
     page_wait(page_body(page, 0).frames > 3 && page_body(page, 1).frames > 3);
     assert_int_equal(page_body(page, 0).nodes, 162);
     assert_true(page_body(page, 0).matched && page_body(page, 1).matched);
-    page_disconnect(page);
     end();
 }
 
 TEST(a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest)
 {
     begin("--port 0");
-    PageClient *stalled = open_page(), *other = open_page();
+    PageClient *stalled = page_open(rig.port), *other = page_open(rig.port);
     page_wait(page_body(stalled, 0).frames > 0 && page_body(other, 0).frames > 0);
     pthread_mutex_lock(&stalled->lock);
     stalled->answers = false;
@@ -150,8 +137,6 @@ TEST(a_page_that_stalls_holds_up_nobody_and_then_gets_the_newest)
     page_wait(page_rounds(stalled) > stopped_at);
     // The first round after is of now, not of then.
     expect_at_least(page_body(stalled, 0).step, newest);
-    page_disconnect(stalled);
-    page_disconnect(other);
     end();
 }
 
@@ -162,11 +147,8 @@ typedef struct PoseSeen {
     pliant_tool_pose_t pose;
 } PoseSeen;
 
-static void on_pose(const lcm_recv_buf_t *buffer, const char *channel,
-                    const pliant_tool_pose_t *pose, void *user)
+HANDLER(on_pose, pliant_tool_pose_t, pose)
 {
-    (void)buffer;
-    (void)channel;
     PoseSeen *seen = user;
     seen->count++;
     seen->pose = *pose;
@@ -175,12 +157,12 @@ static void on_pose(const lcm_recv_buf_t *buffer, const char *channel,
 TEST(a_pose_presses_the_body_and_is_withdrawn_with_the_page)
 {
     begin("--port 0");
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     PoseSeen seen = {0};
     pliant_tool_pose_t_subscription_t *poses =
         pliant_tool_pose_t_subscribe(client->lcm, "PLIANT_TOOL_POSE", on_pose, &seen);
     client_wait_for_daemon(client);
-    PageClient *page = open_page(), *other = open_page();
+    PageClient *page = page_open(rig.port), *other = page_open(rig.port);
     page_wait(page_count(page, "scene") > 0);
     for (double z = 0.045; z > 0.03; z -= 0.0005) {
         send_tool(page, z, true);
@@ -199,16 +181,14 @@ TEST(a_pose_presses_the_body_and_is_withdrawn_with_the_page)
     assert_int_equal(seen.pose.tool, 1);
     wait_until(client, !client->contact.contact);
     page_wait(page_says(other, "pose", "\"active\":false"));
-    page_disconnect(other);
     pliant_tool_pose_t_unsubscribe(client->lcm, poses);
-    client_destroy(client);
     end();
 }
 
 TEST(a_cut_changes_the_mesh_and_is_answered_to_whom_asked)
 {
     begin("--port 0");
-    PageClient *page = open_page(), *other = open_page();
+    PageClient *page = page_open(rig.port), *other = page_open(rig.port);
     page_wait(page_body(page, 0).frames > 0 && page_body(other, 0).frames > 0);
     page_send(page, "{\"type\":\"cut\",\"id\":12,\"body\":\"ball\","
                     "\"before\":[[0.0051,-0.05,-0.05],[0.0051,-0.05,0.05]],"
@@ -221,30 +201,28 @@ TEST(a_cut_changes_the_mesh_and_is_answered_to_whom_asked)
     assert_true(page_body(page, 0).matched);
     page_wait(page_count(other, "event") > 0);
     // A command that the daemon refuses, and one that the server does.
-    page_send(page, "{\"type\":\"command\",\"id\":13,\"kind\":\"set\",\"argument\":\"nothing=1\"}");
-    page_wait(page_says(page, "reply", "\"id\":13,\"ok\":false"));
-    page_send(page, "{\"type\":\"command\",\"id\":14,\"kind\":\"set\",\"argument\":7}");
-    page_wait(page_says(page, "error", "argument: expected a text"));
-    page_send(page, "{\"type\":\"command\",\"id\":15,\"kind\":\"pause\"}");
-    page_wait(page_says(page, "status", "\"state\":\"paused\""));
+    page_exchange(page,
+                  "{\"type\":\"command\",\"id\":13,\"kind\":\"set\",\"argument\":\"nothing=1\"}",
+                  "reply", "\"id\":13,\"ok\":false");
+    page_exchange(page, "{\"type\":\"command\",\"id\":14,\"kind\":\"set\",\"argument\":7}", "error",
+                  "argument: expected a text");
+    page_exchange(page, "{\"type\":\"command\",\"id\":15,\"kind\":\"pause\"}", "status",
+                  "\"state\":\"paused\"");
     // A client that comes late to a paused daemon sees it all the same.
-    PageClient *late = open_page();
+    PageClient *late = page_open(rig.port);
     page_wait(page_body(late, 0).frames > 0 && page_body(late, 1).frames > 0);
     assert_int_equal(page_count(other, "reply"), 0);
-    page_disconnect(late);
-    page_disconnect(page);
-    page_disconnect(other);
     end();
 }
 
 TEST(a_read_only_server_shows_and_does_nothing)
 {
     begin("--port 0 --read-only");
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     PoseSeen seen = {0};
     pliant_tool_pose_t_subscription_t *poses =
         pliant_tool_pose_t_subscribe(client->lcm, "PLIANT_TOOL_POSE", on_pose, &seen);
-    PageClient *page = open_page();
+    PageClient *page = page_open(rig.port);
     page_wait(page_body(page, 0).frames > 0);
     assert_true(page_says(page, "hello", "\"read_only\":true"));
     send_tool(page, 0.045, true);
@@ -255,9 +233,7 @@ TEST(a_read_only_server_shows_and_does_nothing)
     client_fresh_status(client); // by now a pose would have come
     assert_int_equal(seen.count, 0);
     assert_int_equal(page_count(page, "reply"), 0);
-    page_disconnect(page);
     pliant_tool_pose_t_unsubscribe(client->lcm, poses);
-    client_destroy(client);
     end(); // the daemon has not been stopped
 }
 
@@ -283,9 +259,7 @@ static int get(int port, const char *method, const char *path, const char *more,
 
 TEST(pages_of_other_sites_stay_outside)
 {
-    char line[512];
-    Process server;
-    int port = web_start(&server, program_path("pliant-web"), "--port 0", line);
+    int port = web_start(&rig.server, "--port 0");
     assert_int_equal(upgrade(port, "127.0.0.1:8080", ""), 101);
     assert_int_equal(upgrade(port, "127.0.0.1:8080", "Origin: http://127.0.0.1:8080\r\n"), 101);
     assert_int_equal(upgrade(port, "127.0.0.1:8080", "Origin: http://evil.example\r\n"), 403);
@@ -295,28 +269,25 @@ TEST(pages_of_other_sites_stay_outside)
                      403);
     char why[256];
     assert_null(page_connect(port, "/live", "http://evil.example", why));
-    process_end(&server);
+    end_web();
 }
 
 TEST(only_files_of_the_page_are_served)
 {
-    char line[512], answer[ANSWER], arguments[PATH_TEXT * 4];
+    char answer[ANSWER];
     write_text(scratch("index.html"), "the page itself");
     write_text(scratch(".hidden"), "hidden");
     write_text(scratch("tissue.png"), "\x89PNG\r\n\x1a\nand so on");
     assert_int_equal(symlink("/etc/passwd", scratch("link.txt")), 0);
-    Process server;
-    snprintf(arguments, sizeof arguments, "--port 0 --page %s --texture ball=%s", scratch(""),
-             scratch("tissue.png"));
-    int port = web_start(&server, program_path("pliant-web"), arguments, line);
+    int port = web_start(&rig.server, "--port 0 --page %s --texture ball=%s", scratch(""),
+                         scratch("tissue.png"));
     assert_int_equal(get(port, "GET", "/", "", answer), 200);
-    assert_non_null(strstr(answer, "the page itself"));
+    expect_in(answer, "the page itself");
     static const char *const headers[] = {"Content-Security-Policy: default-src 'none'",
                                           "X-Content-Type-Options: nosniff",
                                           "X-Frame-Options: DENY", "Content-Type: text/html"};
     for (size_t k = 0; k < sizeof headers / sizeof *headers; k++) {
-        if (strstr(answer, headers[k]) == NULL)
-            fail_msg("no '%s' in: %s", headers[k], answer);
+        expect_in(answer, headers[k]);
     }
     static const char *const missing[] = {"/no.html",
                                           "/.hidden",
@@ -336,22 +307,20 @@ TEST(only_files_of_the_page_are_served)
         assert_null(strstr(answer, "hidden"));
     }
     assert_int_equal(get(port, "GET", "/texture/ball", "", answer), 200);
-    assert_non_null(strstr(answer, "Content-Type: image/png"));
+    expect_in(answer, "Content-Type: image/png");
     static const char *const methods[] = {"POST", "PUT", "DELETE", "OPTIONS", "HEAD", "PROPFIND"};
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++)
         assert_int_equal(get(port, methods[k], "/", "Content-Length: 0\r\n", answer), 405);
     assert_int_equal(get(port, "GET", "/live", "", answer), 426);
-    process_end(&server);
+    end_web();
 }
 
 TEST(where_others_can_listen_a_token_is_needed)
 {
-    char line[512], answer[ANSWER], arguments[PATH_TEXT * 4], why[256], path[128];
+    char answer[ANSWER], why[256], path[128];
     write_text(scratch("token"), "0123456789abcdefXYZ\n");
-    Process server;
-    snprintf(arguments, sizeof arguments, "--listen 127.0.0.1:0 --token %s", scratch("token"));
-    int port = web_start(&server, program_path("pliant-web"), arguments, line);
-    assert_non_null(strstr(line, "/?token=0123456789abcdefXYZ"));
+    int port = web_start(&rig.server, "--listen 127.0.0.1:0 --token %s", scratch("token"));
+    expect_in(web_line, "/?token=0123456789abcdefXYZ");
     assert_int_equal(get(port, "GET", "/", "", answer), 403);
     assert_int_equal(get(port, "GET", "/?token=0123456789abcdefXYz", "", answer), 403);
     assert_int_equal(upgrade(port, "127.0.0.1", ""), 403);
@@ -359,25 +328,23 @@ TEST(where_others_can_listen_a_token_is_needed)
     assert_null(page_connect(port, "/live?token=1", NULL, why));
     // The address with the token gives a cookie, and with that all the rest opens.
     assert_int_equal(get(port, "GET", "/?token=0123456789abcdefXYZ", "", answer), 303);
-    assert_non_null(strstr(answer, "Location: /\r\n"));
-    assert_non_null(strstr(answer, "HttpOnly; SameSite=Strict"));
+    expect_in(answer, "Location: /\r\n");
+    expect_in(answer, "HttpOnly; SameSite=Strict");
     snprintf(path, sizeof path, "Set-Cookie: pliant_token_%d=0123456789abcdefXYZ;", port);
-    assert_non_null(strstr(answer, path));
+    expect_in(answer, path);
     snprintf(path, sizeof path, "Cookie: pliant_token_%d=0123456789abcdefXYZ\r\n", port);
     assert_int_equal(get(port, "GET", "/", path, answer), 200);
     assert_int_equal(upgrade(port, "127.0.0.1", path), 101);
     PageClient *page = page_connect(port, "/live?token=0123456789abcdefXYZ", NULL, why);
     assert_non_null(page);
     page_wait(page_count(page, "hello") > 0);
-    page_disconnect(page);
-    process_end(&server);
+    end_web();
 }
 
 TEST(there_is_an_end_to_connections)
 {
-    char line[512], why[256];
-    Process server;
-    int port = web_start(&server, program_path("pliant-web"), "--port 0", line);
+    char why[256];
+    int port = web_start(&rig.server, "--port 0");
     PageClient *page[16];
     for (int k = 0; k < 16; k++) {
         page[k] = page_connect(port, "/live", NULL, why);
@@ -391,29 +358,22 @@ TEST(there_is_an_end_to_connections)
         if (k != 7)
             page_disconnect(page[k]);
     }
-    process_end(&server);
+    end_web();
 }
 
 TEST(hostile_frames_close_their_connection_only)
 {
-    char line[512];
-    Process server;
-    rig.port = web_start(&server, program_path("pliant-web"), "--port 0", line);
-    PageClient *good = open_page(), *bad = open_page(), *big = open_page();
+    rig.port = web_start(&rig.server, "--port 0");
+    PageClient *good = page_open(rig.port), *bad = page_open(rig.port), *big = page_open(rig.port);
     page_send_frame(bad, 0x82, "\x01\x02", 2);
     page_wait(page_closed(bad));
-    char *much = malloc(100000);
+    FREED char *much = malloc(100000);
     assert_non_null(much);
     memset(much, 'x', 100000);
     page_send_frame(big, 0x81, much, 100000);
-    free(much);
     page_wait(page_closed(big));
-    page_send(good, "{\"type\":\"tool\"");
-    page_wait(page_says(good, "error", "not JSON"));
-    page_disconnect(good);
-    page_disconnect(bad);
-    page_disconnect(big);
-    process_end(&server);
+    page_exchange(good, "{\"type\":\"tool\"", "error", "not JSON");
+    end_web();
 }
 
 // --- comings and goings of daemons ---
@@ -424,11 +384,8 @@ typedef struct CommandsSeen {
     pliant_command_t first;
 } CommandsSeen;
 
-static void on_command(const lcm_recv_buf_t *buffer, const char *channel,
-                       const pliant_command_t *command, void *user)
+HANDLER(on_command, pliant_command_t, command)
 {
-    (void)buffer;
-    (void)channel;
     CommandsSeen *seen = user;
     if (command->kind != PLIANT_COMMAND_T_PAUSE)
         return;
@@ -478,15 +435,13 @@ static void publish_status(Client *client)
 // Else the page shows a daemon as running whose first command is refused: "no daemon ran".
 TEST(a_scene_is_shown_once_it_is_known_whose_it_is)
 {
-    char line[512];
-    Process server;
     CommandsSeen seen = {0};
     int described = 0;
-    rig.port = web_start(&server, program_path("pliant-web"), "--port 0", line);
-    Client *client = client_create();
+    rig.port = web_start(&rig.server, "--port 0");
+    SCOPED_CLIENT Client *client = client_create();
     pliant_command_t_subscription_t *describes =
         pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_describe, &described);
-    PageClient *page = open_page();
+    PageClient *page = page_open(rig.port);
     // Its answers to questions come late: a busy machine.
     wait_until(client, (publish_status(client), described >= 5));
     page_wait(page_count(page, "status") > 0);
@@ -498,26 +453,22 @@ TEST(a_scene_is_shown_once_it_is_known_whose_it_is)
     wait_until(client, (publish_status(client), page_count(page, "scene") > 0));
     page_send(page, "{\"type\":\"command\",\"id\":3,\"kind\":\"pause\"}");
     wait_until(client, seen.count > 0);
-    page_disconnect(page);
     pliant_command_t_unsubscribe(client->lcm, describes);
     pliant_command_t_unsubscribe(client->lcm, commands);
     pliant_claim_t_unsubscribe(client->lcm, claims);
-    client_destroy(client);
-    process_end(&server);
+    end_web();
 }
 
 TEST(what_is_not_answered_is_asked_again_and_then_given_up)
 {
-    char line[512];
-    Process server;
     CommandsSeen seen = {0};
-    rig.port = web_start(&server, program_path("pliant-web"), "--port 0", line);
-    Client *client = client_create();
+    rig.port = web_start(&rig.server, "--port 0");
+    SCOPED_CLIENT Client *client = client_create();
     pliant_command_t_subscription_t *commands =
         pliant_command_t_subscribe(client->lcm, "PLIANT_COMMAND", on_command, &seen);
     pliant_claim_t_subscription_t *claims =
         pliant_claim_t_subscribe(client->lcm, "PLIANT_CLAIM", on_claim, client->lcm);
-    PageClient *page = open_page();
+    PageClient *page = page_open(rig.port);
     // One that is made before the daemon is known is not sent.
     for (int tries = 0; tries < 20 && seen.count == 0; tries++) {
         page_send(page, "{\"type\":\"command\",\"id\":3,\"kind\":\"pause\"}");
@@ -527,64 +478,54 @@ TEST(what_is_not_answered_is_asked_again_and_then_given_up)
     wait_until(client, seen.count >= 3);
     assert_true(seen.same);
     wait_until(client, page_says(page, "error", "no daemon answers command 3"));
-    page_disconnect(page);
     pliant_command_t_unsubscribe(client->lcm, commands);
     pliant_claim_t_unsubscribe(client->lcm, claims);
-    client_destroy(client);
-    process_end(&server);
+    end_web();
 }
 
 TEST(daemons_may_come_late_go_and_come_again)
 {
-    char line[512];
-    Process server;
-    rig.port = web_start(&server, program_path("pliant-web"), "--port 0", line);
-    PageClient *page = open_page();
+    rig.port = web_start(&rig.server, "--port 0");
+    PageClient *page = page_open(rig.port);
     page_wait(page_says(page, "link", "\"daemon\":false"));
-    Process daemon;
-    start_daemon(&daemon, scene_path());
+    start_daemon(&pliantd, scene_path());
     page_wait(page_body(page, 0).frames > 3);
     page_wait(page_says(page, "link", "\"daemon\":true"));
     assert_int_equal(page_count(page, "scene"), 1);
     // The same once more: it begins again, and the page is informed.
-    process_end(&daemon);
+    process_end(&pliantd);
     page_wait(page_says(page, "link", "\"daemon\":false"));
-    start_daemon(&daemon, scene_path());
+    start_daemon(&pliantd, scene_path());
     page_wait(page_count(page, "scene") > 1);
     int frames = page_body(page, 0).frames;
     page_wait(page_body(page, 0).frames > frames + 3);
     assert_true(page_body(page, 0).matched);
-    process_signal(&daemon, SIGKILL);
-    process_wait(&daemon);
+    process_finish(&pliantd, SIGKILL);
     // Another scene whose body has another's name, tools and size.
-    start_daemon(&daemon, write_scene("other.cfg", "publish = { status_hz = 10.0; };", PROBE_TOOL));
+    start_daemon(&pliantd,
+                 write_scene("other.cfg", "publish = { status_hz = 10.0; };", PROBE_TOOL));
     page_wait(page_says(page, "scene", "\"name\":\"test\""));
     page_wait(page_body(page, 0).nodes == SPHERE_NODES &&
               page_body(page, 0).frame_nodes == SPHERE_NODES);
     assert_true(page_body(page, 0).matched);
-    page_disconnect(page);
-    process_end(&daemon);
-    process_end(&server);
+    process_end(&pliantd);
+    end_web();
 }
 
 // What was asked of a daemon that is gone is not done by the next one, of the same scene or
 // another.
 TEST(requests_die_with_the_daemon_that_they_are_for)
 {
-    char line[512];
-    static Process server, daemon;
-    rig.port = web_start(&server, program_path("pliant-web"), "--port 0", line);
-    PageClient *page = open_page();
+    rig.port = web_start(&rig.server, "--port 0");
+    PageClient *page = page_open(rig.port);
     const char *const scenes[] = {
         write_scene("again.cfg", "publish = { status_hz = 10.0; };", PROBE_TOOL),
         write_scene("again2.cfg", "rate_hz = 500.0; publish = { status_hz = 10.0; };", "")};
-    start_daemon(&daemon, scenes[0]);
+    start_daemon(&pliantd, scenes[0]);
     page_wait(page_says(page, "scene", "\"name\":\"test\""));
-    page_send(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"reset\"}");
-    page_wait(page_says(page, "reply", "\"id\":1"));
+    page_exchange(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"reset\"}", "reply", "\"id\":1");
     for (int round = 0; round < 2; round++) {
-        process_signal(&daemon, SIGKILL);
-        process_wait(&daemon);
+        process_finish(&pliantd, SIGKILL);
         const int errors = page_count(page, "error"), scenes_seen = page_count(page, "scene");
         page_send(page, "{\"type\":\"command\",\"id\":10,\"kind\":\"pause\"}");
         page_send(page, "{\"type\":\"command\",\"id\":11,\"kind\":\"reset\"}");
@@ -593,8 +534,8 @@ TEST(requests_die_with_the_daemon_that_they_are_for)
                       "{\"type\":\"cut\",\"id\":%d,\"body\":\"\",\"before\":"
                       "[[-1,0,-1],[-1,0,1]],\"after\":[[1,0,-1],[1,0,1]]}",
                       20 + k);
-        Client *client = client_create();
-        start_daemon(&daemon, scenes[1 - round]);
+        SCOPED_CLIENT Client *client = client_create();
+        start_daemon(&pliantd, scenes[1 - round]);
         client_wait_for_daemon(client);
         page_wait(page_count(page, "error") >= errors + 12);
         assert_true(page_says(page, "error", "the daemon that this was sent to is gone"));
@@ -609,26 +550,21 @@ TEST(requests_die_with_the_daemon_that_they_are_for)
         assert_false(saw_event(client, "paused") || saw_event(client, "reset"));
         for (int i = 0; i < client->replies; i++)
             assert_string_not_equal(client->reply[i].channel, "PLIANT_CUT");
-        client_destroy(client);
     }
-    page_disconnect(page);
-    process_end(&daemon);
-    process_end(&server);
+    process_end(&pliantd);
+    end_web();
 }
 
 TEST(a_scene_may_listen_on_another_prefix)
 {
-    char line[512];
     start_daemon(&rig.daemon, write_scene("inputs.cfg", "input_prefix = \"HANDS\";", PROBE_TOOL));
-    rig.port =
-        web_start(&rig.server, program_path("pliant-web"), "--port 0 --input-prefix HANDS", line);
-    PageClient *page = open_page();
+    rig.port = web_start(&rig.server, "--port 0 --input-prefix HANDS");
+    PageClient *page = page_open(rig.port);
     page_wait(page_body(page, 0).frames > 0); // so it has been described
-    page_send(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"pause\"}");
-    page_wait(page_says(page, "reply", "\"id\":1,\"ok\":true"));
+    page_exchange(page, "{\"type\":\"command\",\"id\":1,\"kind\":\"pause\"}", "reply",
+                  "\"id\":1,\"ok\":true");
     send_tool(page, 0.3, true);
     page_wait(page_says(page, "pose", "\"ours\":true"));
-    page_disconnect(page);
     end();
 }
 
@@ -636,39 +572,30 @@ TEST(a_scene_may_listen_on_another_prefix)
 
 TEST(what_is_wrong_is_told_in_one_line)
 {
-    char line[512], arguments[128];
-    Process server, run;
-    int port = web_start(&server, program_path("pliant-web"), "--port 0", line);
+    char arguments[128];
+    Process run;
+    int port = web_start(&rig.server, "--port 0");
     process_run(&run, program_path("pliant-web"), "--port %d", port);
     assert_int_equal(run.code, 1);
     snprintf(arguments, sizeof arguments, "port %d of 127.0.0.1 is in use: choose another", port);
-    assert_non_null(strstr(run.err, arguments));
-    static const struct {
-        const char *arguments, *says;
-        int code;
-    } cases[] = {
-        {"--port 70000", "--port '70000' is not an integer in [0, 65535]", 2},
-        {"--listen localhost:80", "--listen 'localhost:80' is not ADDRESS:PORT", 2},
-        {"--listen 127.0.0.1", "is not ADDRESS:PORT", 2},
-        {"--listen 127.0.0.1:80 --port 80", "give either", 2},
-        {"--rate nan", "--rate 'nan'", 2},
-        {"--input-prefix a.b", "--input-prefix 'a.b' is not 1 to 31 letters", 2},
-        {"--host a:b", "--host 'a:b' is not a name", 2},
-        {"--texture ball", "--texture 'ball' is not BODY=IMAGE", 2},
-        {"--texture ball=/etc/passwd", "ball=/etc/passwd' is not a PNG or JPEG", 2},
-        {"what", "'what' is not an option", 2},
-        {"--page /nowhere", "--page /nowhere: no index.html there", 1},
-        {"--token /nowhere", "--token /nowhere: No such file", 1},
-        {"--listen 192.0.2.1:0", "cannot listen on port 0 of 192.0.2.1", 1},
+    expect_in(run.err, arguments);
+    static const Usage cases[] = {
+        {"--port 70000", 2, "--port '70000' is not an integer in [0, 65535]"},
+        {"--listen localhost:80", 2, "--listen 'localhost:80' is not ADDRESS:PORT"},
+        {"--listen 127.0.0.1", 2, "is not ADDRESS:PORT"},
+        {"--listen 127.0.0.1:80 --port 80", 2, "give either"},
+        {"--rate nan", 2, "--rate 'nan'"},
+        {"--input-prefix a.b", 2, "--input-prefix 'a.b' is not 1 to 31 letters"},
+        {"--host a:b", 2, "--host 'a:b' is not a name"},
+        {"--texture ball", 2, "--texture 'ball' is not BODY=IMAGE"},
+        {"--texture ball=/etc/passwd", 2, "ball=/etc/passwd' is not a PNG or JPEG"},
+        {"what", 2, "'what' is not an option"},
+        {"--page /nowhere", 1, "--page /nowhere: no index.html there"},
+        {"--token /nowhere", 1, "--token /nowhere: No such file"},
+        {"--listen 192.0.2.1:0", 1, "cannot listen on port 0 of 192.0.2.1"},
     };
-    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        process_run(&run, program_path("pliant-web"), "%s", cases[k].arguments);
-        if (run.code != cases[k].code || strstr(run.err, cases[k].says) == NULL)
-            fail_msg("'%s': exit %d, '%s' does not say '%s'", cases[k].arguments, run.code, run.err,
-                     cases[k].says);
-    }
-    process_run(&run, program_path("pliant-web"), "--help");
-    assert_int_equal(run.code, 0);
-    assert_non_null(strstr(run.out, "--read-only"));
-    process_end(&server);
+    expect_usage(program_path("pliant-web"), cases, sizeof cases / sizeof *cases);
+    process_run_well(&run, program_path("pliant-web"), "--help");
+    expect_in(run.out, "--read-only");
+    end_web();
 }

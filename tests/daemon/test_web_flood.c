@@ -6,8 +6,6 @@
 
 #include <errno.h>
 #include <poll.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -22,22 +20,13 @@ static int port;
 
 static void begin(const char *arguments)
 {
-    char line[512];
-    port = web_start(&server, program_path("pliant-web"), arguments, line);
+    port = web_start(&server, "%s", arguments);
 }
 
 static void end(void)
 {
+    page_disconnect_all();
     process_end(&server);
-}
-
-static PageClient *open_page(void)
-{
-    char why[256] = "";
-    PageClient *page = page_connect(port, "/live", NULL, why);
-    if (page == NULL)
-        fail_msg("not connected: %s", why);
-    return page;
 }
 
 // The most memory that the server has had [kB].
@@ -98,8 +87,6 @@ static int get_page(void)
 }
 
 // --- requests ---
-
-AROUND_EACH(NULL, harness_teardown)
 
 // Served while all of them are still open, not after they have been given up. On a machine that
 // stalls for seconds they may be over by then: so in one of some attempts.
@@ -230,7 +217,7 @@ TEST(pages_that_say_nothing_make_room)
     int fd[PAGES / 2];
     char why[256];
     for (int k = 0; k < PAGES / 2; k++) {
-        silent[k] = open_page();
+        silent[k] = page_open(port);
         page_wait(page_count(silent[k], "hello") > 0);
         silent[k]->pongs = false;
         silent[k]->answers = false;
@@ -280,7 +267,7 @@ TEST(frames_that_claim_too_much_are_refused_by_their_head)
     begin("--port 0");
     long before = peak_kb();
     for (size_t k = 0; k < sizeof HOSTILE / sizeof *HOSTILE; k++) {
-        PageClient *page = open_page();
+        PageClient *page = page_open(port);
         page_wait(page_count(page, "hello") > 0);
         page_send_raw(page, HOSTILE[k].head, HOSTILE[k].size);
         page_wait(page_closed(page));
@@ -297,31 +284,25 @@ TEST(a_frame_of_300_mb_takes_no_memory)
 {
     begin("--port 0");
     long before = peak_kb();
-    PageClient *page = open_page(), *good = open_page();
+    PageClient *page = page_open(port), *good = page_open(port);
     size_t part = 1 << 20;
-    char *zeros = calloc(1, part);
-    assert_non_null(zeros);
+    FREED char *zeros = zeroed(1, part);
     page_send_raw(page, HOSTILE[0].head, HOSTILE[0].size);
     for (int k = 0; k < 200 && !page_closed(page); k++)
         page_send_raw(page, zeros, part);
-    free(zeros);
     page_wait(page_closed(page));
-    page_send(good, "{\"type\":\"tool\"");
-    page_wait(page_says(good, "error", "not JSON"));
+    page_exchange(good, "{\"type\":\"tool\"", "error", "not JSON");
     if (peak_kb() - before >= GROWTH_KB)
         fail_msg("the server has grown from %ld to %ld kB", before, peak_kb());
-    page_disconnect(page);
-    page_disconnect(good);
     end();
 }
 
 TEST(a_frame_by_drops_is_ended)
 {
     begin("--port 0");
-    PageClient *page = open_page();
+    PageClient *page = page_open(port);
     page_send_raw(page, "\x81\xfe\x3f\xff", 4);
     page_wait((page_send_raw(page, "x", 1), page_closed(page)));
-    page_disconnect(page);
     end();
 }
 
@@ -329,15 +310,12 @@ TEST(a_flood_of_pings_holds_up_no_other_page)
 {
     begin("--port 0");
     long before = peak_kb();
-    PageClient *flood = open_page(), *good = open_page();
+    PageClient *flood = page_open(port), *good = page_open(port);
     for (int k = 0; k < 10000; k++)
         page_send_frame(flood, 0x89, "ping", 4);
-    page_send(good, "{\"type\":\"tool\"");
-    page_wait(page_says(good, "error", "not JSON"));
+    page_exchange(good, "{\"type\":\"tool\"", "error", "not JSON");
     assert_int_equal(get_page(), 200);
     assert_true(peak_kb() - before < GROWTH_KB);
-    page_disconnect(flood);
-    page_disconnect(good);
     end();
 }
 

@@ -7,8 +7,6 @@
 
 #include <dirent.h>
 #include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -38,7 +36,6 @@ static const char STL[] = "solid t\n"
 
 static void begin(const char *options)
 {
-    char line[512], arguments[PATH_TEXT * 2], why[256] = "";
     char remove[PATH_TEXT + 16];
     snprintf(remove, sizeof remove, "rm -rf '%s'", scratch("scenes"));
     assert_int_equal(system(remove), 0);
@@ -47,24 +44,21 @@ static void begin(const char *options)
     write_text(scratch("scenes/wrong.cfg"), "name = \"wrong\";\nbodies = 7;\n");
     write_text(scratch("outside.cfg"), SCENE);
     assert_int_equal(symlink("../outside.cfg", scratch("scenes/away.cfg")), 0);
-    snprintf(arguments, sizeof arguments, "--port 0 %s", options);
-    port = web_start(&server, program_path("pliant-web"), arguments, line);
-    page = page_connect(port, "/live", NULL, why);
-    if (page == NULL)
-        fail_msg("not connected: %s", why);
+    port = web_start(&server, "--port 0 %s", options);
+    page = page_open(port);
 }
 
-static void begin_workbench(const char *options)
+static void begin_workbench(void)
 {
     char all[PATH_TEXT * 2];
-    snprintf(all, sizeof all, "--scenes %s %s", scratch("scenes"), options);
+    snprintf(all, sizeof all, "--scenes %s", scratch("scenes"));
     begin(all);
     page_wait(page_says(page, "workbench", "\"name\":\"good.cfg\""));
 }
 
 static void end(void)
 {
-    page_disconnect(page);
+    page_disconnect_all();
     process_end(&server);
 }
 
@@ -113,12 +107,10 @@ static int open_files(void)
 
 // --- scenes ---
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(a_scene_of_the_folder_runs_until_it_is_ended)
 {
     pid_t pid[4];
-    begin_workbench("");
+    begin_workbench();
     start("good.cfg");
     page_wait(page_body(page, 0).frames > 3);
     assert_true(daemon_is("running"));
@@ -126,14 +118,14 @@ TEST(a_scene_of_the_folder_runs_until_it_is_ended)
     page_send(page, "{\"type\":\"end\",\"id\":2}");
     page_wait(daemon_is("ended"));
     assert_int_equal(children(pid), 0);
-    page_send(page, "{\"type\":\"end\",\"id\":3}");
-    page_wait(page_says(page, "error", "nothing runs that was started here"));
+    page_exchange(page, "{\"type\":\"end\",\"id\":3}", "error",
+                  "nothing runs that was started here");
     end();
 }
 
 TEST(a_scene_that_is_refused_says_where)
 {
-    begin_workbench("");
+    begin_workbench();
     start("wrong.cfg");
     page_wait(daemon_is("failed"));
     assert_true(page_says(page, "workbench", "\"how\":\"exit status 2\",\"text\":\"wrong.cfg:2: "));
@@ -146,7 +138,7 @@ TEST(nothing_but_files_of_the_list_is_started)
         "away.cfg",        "../outside.cfg",       "none.cfg",      "--help", "/etc/passwd",
         "scenes/good.cfg", "good.cfg/../good.cfg", "uploads/x.cfg", "-l.cfg", "good.cfg "};
     pid_t pid[4];
-    begin_workbench("");
+    begin_workbench();
     for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
         char says[128];
         start(names[k]);
@@ -159,24 +151,23 @@ TEST(nothing_but_files_of_the_list_is_started)
 
 TEST(a_daemon_that_others_started_is_neither_replaced_nor_ended)
 {
-    Process daemon;
-    begin_workbench("");
+    begin_workbench();
     write_text(scratch("own.cfg"), SCENE);
-    daemon_start(&daemon, "%s", scratch("own.cfg"));
+    daemon_start(&pliantd, "%s", scratch("own.cfg"));
     page_wait(page_says(page, "workbench", "\"foreign\":true"));
     start("good.cfg");
     page_wait(page_says(page, "error", "was not started here runs on PLIANT"));
     page_send(page, "{\"type\":\"end\",\"id\":3}");
     page_wait(page_count(page, "error") == 2);
     assert_true(page_says(page, "error", "end it where it was started"));
-    process_end(&daemon); // with exit status 0: it was left alone
+    process_end(&pliantd); // with exit status 0: it was left alone
     end();
 }
 
 TEST(starting_and_ending_often_leaves_nothing)
 {
     pid_t pid[4];
-    begin_workbench("");
+    begin_workbench();
     int files = open_files();
     for (int k = 0; k < EFFORT(8); k++) {
         start("good.cfg");
@@ -200,14 +191,13 @@ TEST(programs_end_with_a_server_that_is_killed)
 {
     pid_t pid[4];
     assert_int_equal(prctl(PR_SET_CHILD_SUBREAPER, 1), 0); // orphans become ours
-    begin_workbench("");
+    begin_workbench();
     start("good.cfg");
     page_wait(page_body(page, 0).frames > 0);
-    page_send(page, "{\"type\":\"record\",\"id\":3,\"on\":true}");
-    page_wait(page_says(page, "workbench", "\"recorder\":{\"state\":\"running\""));
+    page_exchange(page, "{\"type\":\"record\",\"id\":3,\"on\":true}", "workbench",
+                  "\"recorder\":{\"state\":\"running\"");
     page_wait(children(pid) == 2);
-    process_signal(&server, SIGKILL);
-    process_wait(&server);
+    process_finish(&server, SIGKILL);
     for (int k = 0; k < 2; k++) // ctest's limit ends a failure
         assert_int_equal(waitpid(pid[k], NULL, 0), pid[k]);
     page_disconnect(page);
@@ -217,17 +207,16 @@ TEST(programs_end_with_a_server_that_is_killed)
 TEST(a_session_is_recorded_listed_and_given_out)
 {
     char answer[ANSWER], request[512];
-    begin_workbench("");
-    page_send(page, "{\"type\":\"record\",\"id\":3,\"on\":true}");
-    page_wait(page_says(page, "error", "nothing to record"));
+    begin_workbench();
+    page_exchange(page, "{\"type\":\"record\",\"id\":3,\"on\":true}", "error", "nothing to record");
     start("good.cfg");
     page_wait(page_body(page, 0).frames > 0);
-    page_send(page, "{\"type\":\"record\",\"id\":4,\"on\":true}");
-    page_wait(page_says(page, "workbench", "\"recordings\":[{\"name\":\"bench-"));
-    page_send(page, "{\"type\":\"record\",\"id\":5,\"on\":true}");
-    page_wait(page_says(page, "error", "is being recorded already"));
-    page_send(page, "{\"type\":\"record\",\"id\":6,\"on\":false}");
-    page_wait(page_says(page, "workbench", "\"recorder\":{\"state\":\"ended\""));
+    page_exchange(page, "{\"type\":\"record\",\"id\":4,\"on\":true}", "workbench",
+                  "\"recordings\":[{\"name\":\"bench-");
+    page_exchange(page, "{\"type\":\"record\",\"id\":5,\"on\":true}", "error",
+                  "is being recorded already");
+    page_exchange(page, "{\"type\":\"record\",\"id\":6,\"on\":false}", "workbench",
+                  "\"recorder\":{\"state\":\"ended\"");
     assert_true(page_says(page, "workbench", "body ball: frames "));
     // The file itself, and no other.
     char name[128] = "";
@@ -251,7 +240,7 @@ TEST(a_session_is_recorded_listed_and_given_out)
     snprintf(request, sizeof request, "GET /recordings/%s HTTP/1.1\r\nHost: localhost\r\n\r\n",
              name);
     assert_int_equal(http_request(port, request, answer, sizeof answer), 200);
-    assert_non_null(strstr(answer, "Content-Disposition: attachment"));
+    expect_in(answer, "Content-Disposition: attachment");
     end();
 }
 
@@ -277,61 +266,55 @@ static int post_mesh(const char *name, const char *body, char *answer)
 TEST(a_mesh_that_is_sent_becomes_a_scene_that_runs)
 {
     char answer[ANSWER];
-    begin_workbench("");
+    begin_workbench();
     assert_int_equal(post_mesh("..%2F..%2Fmy%20mesh.stl", STL, answer), 201);
-    assert_non_null(strstr(answer, "\r\n\r\nmy_mesh.stl\n"));
-    page_send(page, "{\"type\":\"propose\",\"id\":2,\"name\":\"my_mesh.stl\",\"units\":\"mm\"}");
-    page_wait(page_says(page, "workbench", "\"scene\":\"my_mesh.cfg\""));
+    expect_in(answer, "\r\n\r\nmy_mesh.stl\n");
+    page_exchange(page, "{\"type\":\"propose\",\"id\":2,\"name\":\"my_mesh.stl\",\"units\":\"mm\"}",
+                  "workbench", "\"scene\":\"my_mesh.cfg\"");
     assert_true(page_says(page, "workbench", "as a wall: yes"));
     assert_true(page_says(page, "workbench", "scale = 0.001"));
     page_send(page,
               "{\"type\":\"start\",\"id\":3,\"folder\":\"uploads\",\"name\":\"my_mesh.cfg\"}");
     page_wait(page_body(page, 0).frames > 0);
     // Again, in other units: in the place of the first.
-    page_send(page, "{\"type\":\"propose\",\"id\":4,\"name\":\"my_mesh.stl\",\"units\":\"cm\"}");
-    page_wait(page_says(page, "workbench", "scale = 0.01;"));
+    page_exchange(page, "{\"type\":\"propose\",\"id\":4,\"name\":\"my_mesh.stl\",\"units\":\"cm\"}",
+                  "workbench", "scale = 0.01;");
     assert_true(page_says(page, "workbench", "\"scene\":\"my_mesh.cfg\""));
     assert_false(page_says(page, "workbench", "my_mesh-2.cfg"));
     // A mesh that is none: the reason. Nothing is started for what is not in the list.
     assert_int_equal(post_mesh("bad.stl", "solid nothing", answer), 201);
-    page_send(page, "{\"type\":\"propose\",\"id\":5,\"name\":\"bad.stl\"}");
-    page_wait(
-        page_says(page, "workbench", "\"prepare\":{\"state\":\"failed\",\"file\":\"bad.stl\""));
+    page_exchange(page, "{\"type\":\"propose\",\"id\":5,\"name\":\"bad.stl\"}", "workbench",
+                  "\"prepare\":{\"state\":\"failed\",\"file\":\"bad.stl\"");
     assert_true(page_says(page, "workbench", "\"text\":\"bad.stl"));
-    page_send(page, "{\"type\":\"propose\",\"id\":6,\"name\":\"../good.cfg\"}");
-    page_wait(page_says(page, "error", "is no mesh of the list"));
+    page_exchange(page, "{\"type\":\"propose\",\"id\":6,\"name\":\"../good.cfg\"}", "error",
+                  "is no mesh of the list");
     end();
 }
 
 static bool has_text(const char *name, const char *text)
 {
-    char read[4096];
-    FILE *file = fopen(scratch(name), "r");
-    if (file == NULL)
-        return false;
-    read[fread(read, 1, sizeof read - 1, file)] = '\0';
-    fclose(file);
-    return strstr(read, text) != NULL;
+    FREED char *read = access(scratch(name), F_OK) == 0 ? file_text(scratch(name)) : NULL;
+    return read != NULL && strstr(read, text) != NULL;
 }
 
 TEST(a_proposed_scene_is_replaced_by_a_better_one_only_while_nobody_has_changed_it)
 {
     char answer[ANSWER];
-    begin_workbench("");
+    begin_workbench();
     assert_int_equal(post_mesh("a.stl", STL, answer), 201);
-    page_send(page, "{\"type\":\"propose\",\"id\":1,\"name\":\"a.stl\",\"units\":\"mm\"}");
-    page_wait(page_says(page, "workbench", "\"scene\":\"a.cfg\""));
+    page_exchange(page, "{\"type\":\"propose\",\"id\":1,\"name\":\"a.stl\",\"units\":\"mm\"}",
+                  "workbench", "\"scene\":\"a.cfg\"");
     // Of what is no mesh any more there is no scene: the one that there is stays.
     write_text(scratch("scenes/uploads/a.stl"), "solid nothing");
-    page_send(page, "{\"type\":\"propose\",\"id\":2,\"name\":\"a.stl\"}");
-    page_wait(page_says(page, "workbench", "\"prepare\":{\"state\":\"failed\""));
+    page_exchange(page, "{\"type\":\"propose\",\"id\":2,\"name\":\"a.stl\"}", "workbench",
+                  "\"prepare\":{\"state\":\"failed\"");
     assert_true(page_says(page, "workbench", "\"scene\":\"\""));
     assert_true(has_text("scenes/uploads/a.cfg", "scale = 0.001;"));
     // The user's own work stays, too.
     write_text(scratch("scenes/uploads/a.stl"), STL);
     write_text(scratch("scenes/uploads/a.cfg"), "# mine\n");
-    page_send(page, "{\"type\":\"propose\",\"id\":3,\"name\":\"a.stl\",\"units\":\"cm\"}");
-    page_wait(page_says(page, "workbench", "\"scene\":\"a-2.cfg\""));
+    page_exchange(page, "{\"type\":\"propose\",\"id\":3,\"name\":\"a.stl\",\"units\":\"cm\"}",
+                  "workbench", "\"scene\":\"a-2.cfg\"");
     assert_true(has_text("scenes/uploads/a.cfg", "# mine"));
     assert_true(has_text("scenes/uploads/a-2.cfg", "scale = 0.01;"));
     end();
@@ -367,7 +350,7 @@ TEST(only_a_page_of_this_server_sends_meshes_within_the_limits)
         {"/recordings/a.h5", "Content-Type: application/octet-stream\r\nContent-Length: 1\r\n",
          405},
     };
-    begin_workbench("");
+    begin_workbench();
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         int code = post(cases[k].path, cases[k].headers, "x", answer);
         if (code != cases[k].code)
@@ -414,7 +397,7 @@ static int begin_half(void)
 TEST(a_mesh_that_breaks_off_leaves_nothing_and_holds_up_nobody)
 {
     char answer[ANSWER];
-    begin_workbench("");
+    begin_workbench();
     int fd = begin_half();
     assert_int_equal(post_mesh("other.stl", STL, answer), 503); // one at a time
     close(fd);
@@ -428,7 +411,7 @@ TEST(a_mesh_that_breaks_off_leaves_nothing_and_holds_up_nobody)
 static int post_large(const char *type, char *answer)
 {
     enum { BODY = 32 << 20 };
-    char *request = malloc(BODY + 256);
+    FREED char *request = malloc(BODY + 256);
     assert_non_null(request);
     int head = snprintf(request, 256,
                         "POST /mesh?name=large.stl HTTP/1.1\r\nHost: localhost\r\n"
@@ -437,19 +420,18 @@ static int post_large(const char *type, char *answer)
     memset(request + head, 'x', BODY);
     request[head + BODY] = '\0';
     int code = http_request(port, request, answer, ANSWER);
-    free(request);
     return code;
 }
 
 TEST(a_large_mesh_that_is_refused_is_told_why)
 {
     char answer[ANSWER];
-    begin_workbench("");
+    begin_workbench();
     assert_int_equal(post_large("text/plain", answer), 415);
-    assert_non_null(strstr(answer, "send application/octet-stream"));
+    expect_in(answer, "send application/octet-stream");
     int fd = begin_half();
     assert_int_equal(post_large("application/octet-stream", answer), 503);
-    assert_non_null(strstr(answer, "another mesh is being received"));
+    expect_in(answer, "another mesh is being received");
     close(fd);
     end();
 }
@@ -498,11 +480,10 @@ TEST(a_server_without_a_folder_starts_nothing)
 
 TEST(with_a_token_meshes_need_it_too)
 {
-    char line[512], answer[ANSWER], arguments[PATH_TEXT * 3], headers[256];
+    char answer[ANSWER], headers[256];
     write_text(scratch("token"), "0123456789abcdefXYZ\n");
-    snprintf(arguments, sizeof arguments, "--listen 127.0.0.1:0 --token %s --scenes %s",
-             scratch("token"), scratch("scenes"));
-    port = web_start(&server, program_path("pliant-web"), arguments, line);
+    port = web_start(&server, "--listen 127.0.0.1:0 --token %s --scenes %s", scratch("token"),
+                     scratch("scenes"));
     assert_int_equal(post_mesh("token.stl", STL, answer), 403);
     snprintf(headers, sizeof headers,
              "Content-Type: application/octet-stream\r\nContent-Length: %zu\r\n"
@@ -516,13 +497,10 @@ TEST(what_is_wrong_with_the_folders_is_told)
 {
     Process run;
     process_run(&run, program_path("pliant-web"), "--port 0 --scenes /nowhere");
-    assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.err, "--scenes /nowhere: No such file"));
+    expect_ended(&run, 1, "--scenes /nowhere: No such file");
     process_run(&run, program_path("pliant-web"), "--port 0 --uploads /tmp");
-    assert_int_equal(run.code, 2);
-    assert_non_null(strstr(run.err, "go with --scenes DIR"));
+    expect_ended(&run, 2, "go with --scenes DIR");
     process_run(&run, program_path("pliant-web"), "--port 0 --scenes %s --pliantd /nowhere",
                 scratch("scenes"));
-    assert_int_equal(run.code, 1);
-    assert_non_null(strstr(run.err, "--pliantd /nowhere: No such file"));
+    expect_ended(&run, 1, "--pliantd /nowhere: No such file");
 }

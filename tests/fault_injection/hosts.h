@@ -8,10 +8,6 @@
 
 #include "harness.h"
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
 typedef enum Host { HOST_SERVER, HOST_CLIENT } Host;
 
 typedef struct LinkFaults {

@@ -3,9 +3,6 @@
 
 #include "expect.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-
 static uint64_t mix(uint64_t hash, const void *data, size_t size)
 {
     const unsigned char *byte = data;
@@ -77,8 +74,7 @@ Shown *shown_create(lcm_t *lcm, const char *body)
 {
     static const char *const name[3] = {"NODES", "MESH", "MESH_DELTA"};
     static const lcm_msg_handler_t handler[3] = {on_nodes, on_mesh, on_delta};
-    Shown *shown = calloc(1, sizeof *shown);
-    assert_non_null(shown);
+    Shown *shown = zeroed(1, sizeof *shown);
     shown->hash = calloc(SHOWN_MOST, sizeof *shown->hash);
     assert_non_null(shown->hash);
     shown->lcm = lcm;

@@ -8,11 +8,7 @@
 #include "shown.h"
 
 #include <fcntl.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
-#include <unistd.h>
 
 static volatile int64_t *offset_us; // of the clocks of what is started by start_with_clock
 
@@ -50,8 +46,7 @@ static bool feel(Client *client, int contacts)
     const double position[3] = {0.0, 0.0, 0.053};
     bool unbroken = true;
     for (int wanted = client->contacts + contacts; client->contacts < wanted;) {
-        pliant_tool_pose_t pose = make_pose(client, position);
-        send_pose(client, &pose);
+        send_pose_at(client, position);
         int before = client->contacts;
         wait_until(client, client->contacts > before);
         unbroken &= client->contact.contact != 0;
@@ -60,16 +55,14 @@ static bool feel(Client *client, int contacts)
 }
 
 AROUND_ALL(open_clock, NULL)
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(a_daemon_whose_clock_is_set_goes_on_as_before)
 {
     static const int64_t OFFSETS[] = {HOUR_US, -HOUR_US, 0};
-    Process daemon;
     *offset_us = 0;
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     Shown *shown = shown_create(client->lcm, "sphere");
-    start_with_clock(&daemon, NULL, write_scene("clock.cfg", HEAD, PROBE_TOOL));
+    start_with_clock(&pliantd, NULL, write_scene("clock.cfg", HEAD, PROBE_TOOL));
     client_wait_for_daemon(client);
     feel(client, 20);
     for (int i = 0; i < 3; i++) {
@@ -89,33 +82,30 @@ TEST(a_daemon_whose_clock_is_set_goes_on_as_before)
         assert_true(valid > 0.0 && valid < 1e6);
     }
     assert_int_equal(client->status.rejected, 0);
-    process_end(&daemon);
+    process_end(&pliantd);
     figure("clock of the daemon set by +1 h, -2 h, +1 h: contact unbroken, %lld frames shown, %lld "
            "late ticks, nothing refused",
-           (long long)shown->count, printed(&daemon, "late ticks"));
+           (long long)shown->count, printed(&pliantd, "late ticks"));
     shown_destroy(shown);
-    client_destroy(client);
 }
 
 // A viewer that has seen the first one must not take the second one's frames for old ones.
 TEST(a_daemon_that_restarts_with_an_earlier_clock_is_shown)
 {
-    Process daemon;
     *offset_us = 0;
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     Shown *shown = shown_create(client->lcm, "sphere");
     const char *scene = write_scene("restart.cfg", HEAD, PROBE_TOOL);
     for (int run = 0; run < 2; run++) {
-        start_with_clock(&daemon, NULL, scene);
+        start_with_clock(&pliantd, NULL, scene);
         int64_t meshes = shown->meshes;
         memset(shown->hash, 0, SHOWN_MOST * sizeof *shown->hash);
         shown->count = 0;
         wait_until(client, shown->meshes > meshes + 8 && shown->count >= 20);
-        process_end(&daemon);
+        process_end(&pliantd);
         *offset_us = -HOUR_US;
     }
     shown_destroy(shown);
-    client_destroy(client);
 }
 
 TEST(a_client_whose_clock_is_set_keeps_its_tool_and_its_measures)
@@ -123,9 +113,8 @@ TEST(a_client_whose_clock_is_set_keeps_its_tool_and_its_measures)
     Process daemon, probe;
     char arguments[PATH_TEXT * 3];
     *offset_us = 0;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s", write_scene("client.cfg", HEAD, PROBE_TOOL));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&daemon, "%s", write_scene("client.cfg", HEAD, PROBE_TOOL));
     const char *log = scratch("probe.tsv");
     snprintf(arguments, sizeof arguments,
              "--press 0,0,0.058 --depth 0.008 --speed 0.05 --hold 1.5 --rate 200 --log %s", log);
@@ -164,16 +153,13 @@ TEST(a_client_whose_clock_is_set_keeps_its_tool_and_its_measures)
            trips, 1e-3 * longest);
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
     process_wait(&daemon);
-    client_destroy(client);
 }
 
 TEST(time_stamps_of_poses_mean_nothing_to_the_daemon)
 {
     static const int64_t UTIMES[] = {0, -1, INT64_MIN, INT64_MAX, 1, INT64_MAX - 1, -HOUR_US};
-    Process daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s", write_scene("stamps.cfg", HEAD, PROBE_TOOL));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&pliantd, "%s", write_scene("stamps.cfg", HEAD, PROBE_TOOL));
     while (!feel(client, 5)) { // until what came before the first pose has been read
     }
     const double position[3] = {0.0, 0.0, 0.053};
@@ -187,6 +173,5 @@ TEST(time_stamps_of_poses_mean_nothing_to_the_daemon)
         }
     assert_int_equal(client->status.rejected, 0);
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    process_wait(&daemon);
-    client_destroy(client);
+    process_wait(&pliantd);
 }

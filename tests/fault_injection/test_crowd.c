@@ -8,10 +8,6 @@
 
 #include "effort.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-
 enum { CROWD = 100 };
 
 typedef struct Listener {
@@ -71,14 +67,11 @@ static void times_line(const Process *daemon, const char *name, char line[128])
     snprintf(line, 128, "%.*s", (int)strcspn(at, "\n"), at);
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(a_hundred_subscribers_all_get_what_is_published)
 {
     for (int count = 0; count <= CROWD; count += CROWD) {
-        Process daemon;
-        Client *client = client_create();
-        daemon_start(&daemon, "%s",
+        SCOPED_CLIENT Client *client = client_create();
+        daemon_start(&pliantd, "%s",
                      write_scene("crowd.cfg",
                                  "rate_hz = 1000.0; publish = { nodes_hz = 30.0; status_hz = 10.0; "
                                  "contact_hz = 100.0; };",
@@ -87,15 +80,14 @@ TEST(a_hundred_subscribers_all_get_what_is_published)
         open_listeners(count);
         client->frames.whole = 0;
         listen_to_all(client, count, EFFORT(60));
-        process_end(&daemon);
-        assert_null(strstr(daemon.out, "not published"));
+        process_end(&pliantd);
+        assert_null(strstr(pliantd.out, "not published"));
         char step[128], wake[128];
-        times_line(&daemon, "step time: ", step);
-        times_line(&daemon, "wake-up: ", wake);
+        times_line(&pliantd, "step time: ", step);
+        times_line(&pliantd, "wake-up: ", wake);
         figure("%d subscribers: %s; %s; %lld of %lld ticks late", count + 1, step, wake,
-               printed(&daemon, "late ticks"),
-               printed(&daemon, "ticks") + printed(&daemon, "late ticks"));
+               printed(&pliantd, "late ticks"),
+               printed(&pliantd, "ticks") + printed(&pliantd, "late ticks"));
         close_listeners(count);
-        client_destroy(client);
     }
 }

@@ -10,13 +10,9 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <time.h>
-#include <unistd.h>
 
 #define GROUP "239.255.76.67"
 
@@ -192,15 +188,14 @@ static void expect_page(const Process *web)
     static const char REQUEST[] = "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n";
     assert_int_equal(write(fd, REQUEST, sizeof REQUEST - 1), sizeof REQUEST - 1);
     assert_true(read(fd, answer, sizeof answer - 1) > 0);
-    assert_non_null(strstr(answer, "HTTP/1.1 "));
+    expect_in(answer, "HTTP/1.1 ");
     close(fd);
 }
 
 static void end_all(Process program[PROGRAMS])
 {
     for (int k = PROGRAMS - 1; k >= 0; k--) {
-        process_signal(&program[k], SIGTERM);
-        process_wait(&program[k]);
+        process_finish(&program[k], SIGTERM);
         if (program[k].code != 0)
             fail_msg("%s ended with %d: %s", NAME[k], program[k].code, program[k].err);
     }
@@ -225,8 +220,6 @@ static void pour(int fd, long count, Process program[PROGRAMS])
                 expect_running(&program[k], k, n);
     }
 }
-
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(every_program_outlives_a_million_hostile_datagrams)
 {

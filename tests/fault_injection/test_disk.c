@@ -11,12 +11,8 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <sched.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 static char disk[PATH_TEXT];
 
@@ -80,8 +76,7 @@ static void expect_running(Client *client)
 
 static int end(Client *client, Process *daemon)
 {
-    process_signal(daemon, SIGTERM);
-    process_wait(daemon);
+    process_finish(daemon, SIGTERM);
     client_destroy(client);
     return daemon->code;
 }
@@ -96,15 +91,13 @@ static bool saw_end(const Client *client, const char *kind)
 }
 
 AROUND_ALL(mount_disk, unmount_disk)
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(a_full_disk_ends_the_recording_whole)
 {
     const char *path = on_disk("full.h5");
     Client *client = client_create();
-    Process daemon;
     daemon_start(
-        &daemon, "--record %s %s", path,
+        &pliantd, "--record %s %s", path,
         write_scene("record.cfg", "publish = { nodes_hz = 1000.0; status_hz = 20.0; };", ""));
     client_wait_for_daemon(client);
     wait_until(client, client->status.step > 200);
@@ -112,18 +105,14 @@ TEST(a_full_disk_ends_the_recording_whole)
     wait_until(client, saw_end(client, "recording"));
     expect_running(client);
     wait_until(client, refused(client, "frames_not_recorded") > 0);
-    assert_int_equal(end(client, &daemon), 1);
-    assert_non_null(strstr(daemon.err, "full.h5"));
-    assert_non_null(strstr(daemon.err, strerror(ENOSPC)));
-    hid_t file = view_open(path, false);
-    assert_true(file >= 0);
-    BodyView view;
-    view_body(&view, file, "sphere");
-    H5Fclose(file);
+    assert_int_equal(end(client, &pliantd), 1);
+    expect_in(pliantd.err, "full.h5");
+    expect_in(pliantd.err, strerror(ENOSPC));
+    SCOPED(view_free) BodyView view;
+    view_read(&view, path, "sphere");
     expect_at_least(view.frames, 100.0);
     figure("disk full while recording: event, exit status 1, %d frames whole, %lld more simulated",
-           view.frames, printed(&daemon, "step") - view.frames);
-    view_free(&view);
+           view.frames, printed(&pliantd, "step") - view.frames);
     unlink(on_disk("ballast"));
     unlink(path);
     unlink(on_disk("full.h5.xdmf"));
@@ -135,22 +124,19 @@ TEST(a_full_disk_leaves_the_last_checkpoint_whole)
     snprintf(path, sizeof path, "%s", on_disk("kept.h5"));
     const char *scene =
         write_scene("checkpoint.cfg", "rate_hz = 500.0; publish = { status_hz = 20.0; };", "");
-    Client *client = client_create();
     Process daemon, resumed;
-    daemon_start(&daemon, "--checkpoint %s %s", path, scene);
-    client_wait_for_daemon(client);
+    Client *client = server_start(&daemon, "--checkpoint %s %s", path, scene);
     const Reply *reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
     assert_true(reply->ok);
     int64_t step = reply->step;
     fill_disk("ballast", 8192); // space for a beginning
     reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
     assert_false(reply->ok);
-    assert_non_null(strstr(reply->text, "kept.h5"));
+    expect_in(reply->text, "kept.h5");
     expect_running(client);
     // The one before is whole, and no half-written file is left.
     assert_int_equal(files_on_disk("ballast"), 1);
-    run_daemon(&resumed, "--offline 0 --resume %s %s", path, scene);
-    assert_int_equal(resumed.code, 0);
+    run_daemon_well(&resumed, "--offline 0 --resume %s %s", path, scene);
     assert_int_equal(printed(&resumed, "step"), step);
     // There is space again: checkpoints are written.
     unlink(on_disk("ballast"));
@@ -158,10 +144,9 @@ TEST(a_full_disk_leaves_the_last_checkpoint_whole)
     assert_true(reply->ok);
     fill_disk("ballast", 8192);
     assert_int_equal(end(client, &daemon), 1); // the one at the end could not be written
-    assert_non_null(strstr(daemon.err, "kept.h5"));
+    expect_in(daemon.err, "kept.h5");
     unlink(on_disk("ballast"));
-    run_daemon(&resumed, "--offline 0 --resume %s %s", path, scene);
-    assert_int_equal(resumed.code, 0);
+    run_daemon_well(&resumed, "--offline 0 --resume %s %s", path, scene);
     expect_at_least((double)printed(&resumed, "step"), (double)step + 50.0);
     figure("disk full while writing a checkpoint: reply and event say so, the one before is whole");
     unlink(path);
@@ -171,23 +156,20 @@ TEST(a_full_disk_ends_the_log_of_inputs_with_status_1)
 {
     const char *path = on_disk("inputs.log");
     Client *client = client_create();
-    Process daemon;
-    daemon_start(&daemon, "--log-inputs %s %s", path,
+    daemon_start(&pliantd, "--log-inputs %s %s", path,
                  write_scene("inputs.cfg",
                              "rate_hz = 500.0; publish = { status_hz = 20.0; contact_hz = 0.0; };",
                              PROBE_TOOL));
     client_wait_for_daemon(client);
     fill_disk("ballast", 16384);
     for (double limit = client_now() + 30.0; !saw_end(client, "inputs") && client_now() < limit;) {
-        const double position[3] = {0.0, 0.0, 0.2};
-        pliant_tool_pose_t pose = make_pose(client, position);
-        send_pose(client, &pose);
+        send_pose_at(client, (const double[]){0.0, 0.0, 0.2});
         client_listen(client, 1);
     }
     assert_true(saw_end(client, "inputs"));
     expect_running(client);
-    assert_int_equal(end(client, &daemon), 1);
-    assert_non_null(strstr(daemon.err, "inputs.log"));
+    assert_int_equal(end(client, &pliantd), 1);
+    expect_in(pliantd.err, "inputs.log");
     figure("disk full while logging inputs: event, exit status 1, the simulation goes on");
     unlink(on_disk("ballast"));
     unlink(path);

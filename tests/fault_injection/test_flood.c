@@ -7,14 +7,10 @@
 #include "figure.h"
 
 #include <pthread.h>
-#include <signal.h>
 #include <stdatomic.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <time.h>
-#include <unistd.h>
 
 static const char HEAD[] = "rate_hz = 500.0; publish = { nodes_hz = 20.0; contact_hz = 100.0; "
                            "status_hz = 10.0; };";
@@ -61,9 +57,8 @@ static void endure(void (*pour)(Flood *flood), const char *name, const char *rea
 {
     Process daemon;
     Flood flood;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s", write_scene("flood.cfg", HEAD, PROBE_TOOL));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&daemon, "%s", write_scene("flood.cfg", HEAD, PROBE_TOOL));
     double start = client_now();
     flood_begin(&flood, pour);
     int64_t step = client->status.step;
@@ -77,9 +72,7 @@ static void endure(void (*pour)(Flood *flood), const char *name, const char *rea
     double seconds = client_now() - start;
     long long sent = flood_end(&flood);
     client_fresh_status(client);
-    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
+    server_stop(client, &daemon);
     assert_int_equal(printed(&daemon, "resets"), 0);
     long long ticks = printed(&daemon, "ticks"), late = printed(&daemon, "late ticks");
     expect_at_least((double)(ticks + late), 500.0 * seconds); // of 500 a second none is missing
@@ -94,7 +87,6 @@ static void endure(void (*pour)(Flood *flood), const char *name, const char *rea
         "%s: %.0f a second, %lld of %lld read, %lld refused and counted, %lld of %lld ticks late, "
         "a polite request answered after %d tries",
         name, (double)sent / seconds, in, sent, rejected, late, ticks + late, asked);
-    client_destroy(client);
 }
 
 // --- poses ---
@@ -117,8 +109,6 @@ static void pour_poses(Flood *flood)
     }
     nanosleep(&pause, NULL);
 }
-
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(poses_at_10_khz_move_the_tool_and_hold_up_nothing)
 {
@@ -224,9 +214,8 @@ static void run_ticks(bool flooded, char state[32])
 {
     Process daemon;
     Flood flood;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s", write_scene("ties.cfg", TIES_HEAD, PROBE_TOOL));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&daemon, "%s", write_scene("ties.cfg", TIES_HEAD, PROBE_TOOL));
     if (flooded)
         flood_begin(&flood, pour_ties);
     const double end = client_now() + SECONDS;
@@ -244,7 +233,6 @@ static void run_ticks(bool flooded, char state[32])
                (long long)client->status.rejected);
     assert_false(saw_event(client, "tie"));
     process_end(&daemon);
-    client_destroy(client);
     assert_int_equal(printed(&daemon, "ticks"), 300);
     assert_int_equal(printed(&daemon, "resets"), 0);
     printed_state(&daemon, state);
@@ -350,7 +338,7 @@ TEST(requests_that_take_long_leave_ticks_their_time)
     const double LEAST_SHARE = 0.1;
     static Process daemon, again;
     Flood flood;
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     const int manager = watch(scratch("manager"));
     const char *scene = heavy_scene(), *log = scratch("flood.log");
     daemon_start(&daemon, "--log-inputs %s %s", log, scene);
@@ -385,5 +373,4 @@ TEST(requests_that_take_long_leave_ticks_their_time)
            "late, a polite request answered after %d tries",
            sent, during, calm, late, asked);
     close(manager);
-    client_destroy(client);
 }

@@ -14,10 +14,6 @@
 #include "pliant_nodes_t.h"
 #include "pliant_points_t.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-
 // How far one sequence is behind another: they wrap.
 static int32_t behind(int32_t newer, int32_t older)
 {
@@ -90,10 +86,8 @@ static void listen(Scenery *scenery, int ms)
 // The tool goes round on the sphere's top, in and out of it.
 static void send_round(Scenery *scenery, double time)
 {
-    const double position[3] = {0.02 * cos(6.0 * time), 0.02 * sin(6.0 * time),
-                                0.052 - 0.004 * sin(20.0 * time)};
-    pliant_tool_pose_t pose = make_pose(scenery->far, position);
-    send_pose(scenery->far, &pose);
+    send_pose_at(scenery->far, (const double[]){0.02 * cos(6.0 * time), 0.02 * sin(6.0 * time),
+                                                0.052 - 0.004 * sin(20.0 * time)});
 }
 
 // Poses come from the far host until its viewer has shown `frames` more and reported contact, and
@@ -115,7 +109,6 @@ static void play(Scenery *scenery, int frames)
 }
 
 AROUND_ALL(hosts_begin, hosts_end)
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(requests_over_a_lossy_link_are_answered_and_executed_once)
 {
@@ -323,15 +316,14 @@ TEST(packets_keep_nodes_fresh_where_frames_of_floats_are_lost)
                                   .source = ICO_SPHERE(10242, 0.1),
                                   .material = "youngs_modulus_2d = 0.5; areal_density = 4.0;",
                                   .body = SMALL_SHAPE});
-    Process daemon;
     Stream near_by[2], far[2];
     hosts_fault(&(LinkFaults){.loss = 0.01});
     hosts_enter(HOST_SERVER);
-    Client *near = client_create();
+    SCOPED_CLIENT Client *near = client_create();
     follow(near, near_by);
-    daemon_start(&daemon, "--remote %s", path);
+    daemon_start(&pliantd, "--remote %s", path);
     hosts_enter(HOST_CLIENT);
-    Client *away = client_create();
+    SCOPED_CLIENT Client *away = client_create();
     follow(away, far);
     // Of floats 0.67 of the frames are fresh, of so many with a deviation of 0.05; of the 21 that a
     // sanitizer would see, 0.12.
@@ -376,13 +368,11 @@ TEST(packets_keep_nodes_fresh_where_frames_of_floats_are_lost)
     assert_true(near_by[1].largest <= 1400);
     hosts_fault(NULL);
     hosts_enter(HOST_SERVER);
-    process_end(&daemon);
+    process_end(&pliantd);
     for (int k = 0; k < 2; k++) {
         nodes_frame_destroy(&near_by[k].frame);
         nodes_frame_destroy(&far[k].frame);
     }
-    client_destroy(near);
-    client_destroy(away);
 }
 
 TEST(a_link_that_was_cut_comes_back)

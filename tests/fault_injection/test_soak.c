@@ -15,10 +15,6 @@
 #include "pliant_status_t.h"
 
 #include <dirent.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 // Memory that may come after the warm-up: a page here and there of liblcm's queues and of the
 // allocator. A leak of one message's size (0.2 kB or more) in each of a minute's thousands is far
@@ -147,11 +143,8 @@ static void watch(Soak *soak, bool now)
             soak->cycles, soak->presses, soak->cuts_made, soak->resets);
 }
 
-static void on_status(const lcm_recv_buf_t *buffer, const char *channel, const pliant_status_t *m,
-                      void *user)
+HANDLER(on_status, pliant_status_t, m)
 {
-    (void)buffer;
-    (void)channel;
     Soak *soak = user;
     soak->rate_hz = m->rate_hz;
     memcpy(soak->step_us, m->step_us, sizeof soak->step_us);
@@ -433,7 +426,6 @@ static int read_arguments(void **state)
 }
 
 AROUND_ALL(read_arguments, NULL)
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(a_long_run_keeps_its_memory_and_its_rest_shape)
 {

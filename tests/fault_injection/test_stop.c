@@ -7,11 +7,6 @@
 
 #include "effort.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 static void stop_for(Client *client, const Process *daemon, double seconds)
 {
     process_signal(daemon, SIGSTOP);
@@ -24,9 +19,7 @@ static void stop_for(Client *client, const Process *daemon, double seconds)
 
 static void pose_at(Client *client, double z)
 {
-    const double position[3] = {0.0, 0.0, z};
-    pliant_tool_pose_t pose = make_pose(client, position);
-    send_pose(client, &pose);
+    send_pose_at(client, (const double[]){0.0, 0.0, z});
 }
 
 // Presses until contact is reported.
@@ -39,15 +32,12 @@ static void press(Client *client)
     assert_true(client->contact.contact != 0);
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 // While the daemon is stopped the hand goes through where the body is, to its other side. Nothing
 // of that must be reported, and nothing that was due may be made up for.
 TEST(a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools)
 {
-    Process daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "%s",
+    SCOPED_CLIENT Client *client = client_create();
+    daemon_start(&pliantd, "%s",
                  write_scene("stop.cfg",
                              "rate_hz = 1000.0; publish = { nodes_hz = 50.0; contact_hz = 250.0; "
                              "status_hz = 20.0; };",
@@ -55,7 +45,7 @@ TEST(a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools)
     client_wait_for_daemon(client);
     press(client);
     int64_t late = client->status.late_ticks;
-    process_signal(&daemon, SIGSTOP);
+    process_signal(&pliantd, SIGSTOP);
     for (int i = 0; i <= 100; i++) {
         pose_at(client, 0.053 - 0.0025 * i);
         client_listen(client, 10);
@@ -64,7 +54,7 @@ TEST(a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools)
     client->contact.contact = 0;
     int64_t step = client->contact.step;
     int frames = client->frames.whole;
-    process_signal(&daemon, SIGCONT);
+    process_signal(&pliantd, SIGCONT);
     int touching = 0;
     for (double limit = client_now() + 30.0;
          client_now() < limit && client->contact.step < step + 400;) {
@@ -87,26 +77,22 @@ TEST(a_stopped_daemon_skips_its_ticks_and_lets_go_of_its_tools)
            (long long)(client->contact.step - step), (long long)refused(client, "stale"));
     // Another touch is reported again.
     press(client);
-    process_end(&daemon);
-    assert_int_equal(printed(&daemon, "resets"), 0);
-    client_destroy(client);
+    process_end(&pliantd);
+    assert_int_equal(printed(&pliantd, "resets"), 0);
 }
 
 TEST(a_daemon_stopped_many_times_keeps_its_accounts)
 {
-    Process daemon;
-    Client *client = client_create();
-    daemon_start(&daemon, "--duration 2 %s",
+    SCOPED_CLIENT Client *client = client_create();
+    daemon_start(&pliantd, "--duration 2 %s",
                  write_scene("often.cfg", "publish = { status_hz = 20.0; };", PROBE_TOOL));
     client_wait_for_daemon(client);
     for (int i = 0; i < 8; i++) {
-        stop_for(client, &daemon, 0.01 * i);
+        stop_for(client, &pliantd, 0.01 * i);
         client_listen(client, 20);
     }
-    process_wait(&daemon);
-    assert_int_equal(daemon.code, 0);
-    expect_at_least((double)(printed(&daemon, "ticks") + printed(&daemon, "late ticks")), 2000.0);
-    client_destroy(client);
+    process_wait_for(&pliantd, 0);
+    expect_at_least((double)(printed(&pliantd, "ticks") + printed(&pliantd, "late ticks")), 2000.0);
 }
 
 // --- who listens ---
@@ -136,7 +122,7 @@ static const double GROWTH_KB = 512.0;
 TEST(subscribers_that_read_nothing_hold_up_nobody)
 {
     Process daemon, monitor;
-    Client *client = client_create(), *deaf = client_create();
+    SCOPED_CLIENT Client *client = client_create(), *deaf = client_create();
     daemon_start(&daemon, "%s",
                  write_scene("stalled.cfg",
                              "rate_hz = 500.0; publish = { nodes_hz = 100.0; status_hz = 20.0; "
@@ -163,6 +149,4 @@ TEST(subscribers_that_read_nothing_hold_up_nobody)
     process_end(&monitor);
     process_end(&daemon);
     assert_null(strstr(daemon.out, "not published"));
-    client_destroy(client);
-    client_destroy(deaf);
 }

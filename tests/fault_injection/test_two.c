@@ -10,9 +10,6 @@
 #include "pliant_claim_t.h"
 #include "pliant_status_t.h"
 
-#include <signal.h>
-#include <string.h>
-
 static const char *write_small(void)
 {
     return write_scene(
@@ -37,8 +34,7 @@ static Client *client_on(Host host)
 
 static void expect_refused(Process *second)
 {
-    process_wait(second);
-    assert_int_equal(second->code, 1);
+    process_wait_for(second, 1);
     if (strstr(second->err, "another daemon publishes on PLIANT_STATUS") == NULL ||
         strstr(second->err, "another --prefix") == NULL)
         fail_msg("it said: %s", second->err);
@@ -49,8 +45,7 @@ static void expect_alive(Client *client, Process *daemon)
     int64_t step = client->status.step;
     wait_until(client, client->status.step > step + 20);
     assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    process_wait(daemon);
-    assert_int_equal(daemon->code, 0);
+    process_wait_for(daemon, 0);
 }
 
 // A good link, the first daemon on the server's host, and a client beside it that has heard it.
@@ -64,72 +59,64 @@ static Client *start_first(Process *first)
 }
 
 AROUND_ALL(hosts_begin, hosts_end)
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(a_second_daemon_is_refused_on_one_host_and_between_two)
 {
     static const Host HOSTS[] = {HOST_SERVER, HOST_CLIENT};
     Process first, second;
-    Client *client = start_first(&first);
+    SCOPED_CLIENT Client *client = start_first(&first);
     for (int i = 0; i < 2; i++) {
         start_on(HOSTS[i], &second);
         expect_refused(&second);
     }
     expect_alive(client, &first);
-    client_destroy(client);
 }
 
 // A paused one publishes seldom: it is asked, not waited for.
 TEST(a_paused_daemon_holds_its_prefix)
 {
     Process first, second;
-    Client *client = start_first(&first);
+    SCOPED_CLIENT Client *client = start_first(&first);
     assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
     start_on(HOST_CLIENT, &second);
     expect_refused(&second);
     assert_true(command(client, PLIANT_COMMAND_T_RESUME, 0, "")->ok);
     expect_alive(client, &first);
-    client_destroy(client);
 }
 
 TEST(a_second_daemon_on_a_lossy_link_ends_and_the_first_does_not)
 {
     Process first, second;
-    Client *client = start_first(&first);
+    SCOPED_CLIENT Client *client = start_first(&first);
     for (int i = 0; i < 3; i++) { // at its start or a moment later
         hosts_fault(&(LinkFaults){.loss = 0.5});
         start_on(HOST_CLIENT, &second);
-        process_wait(&second);
-        assert_int_equal(second.code, 1);
-        assert_non_null(strstr(second.err, "another daemon"));
+        process_wait_for(&second, 1);
+        expect_in(second.err, "another daemon");
     }
     expect_alive(client, &first);
-    client_destroy(client);
 }
 
 TEST(of_two_that_started_apart_the_later_ends_when_the_link_is_back)
 {
     Process first, second;
-    Client *client = start_first(&first), *other = client_on(HOST_CLIENT);
+    SCOPED_CLIENT Client *client = start_first(&first), *other = client_on(HOST_CLIENT);
     hosts_fault(&(LinkFaults){.cut = true});
     int early = other->status.count;
     start_on(HOST_CLIENT, &second);
     // Statuses that were on their way may still come; new ones are the second's.
     wait_until(other, other->status.count > early + 5);
     hosts_fault(NULL);
-    process_wait(&second);
-    assert_int_equal(second.code, 1);
-    assert_non_null(strstr(second.err, "has held the prefix PLIANT for longer"));
+    process_wait_for(&second, 1);
+    expect_in(second.err, "has held the prefix PLIANT for longer");
     wait_until(client, saw_event(client, "rival") || saw_event(client, "yielded"));
     expect_alive(client, &first);
-    client_destroy(client);
-    client_destroy(other);
 }
 
 TEST(a_daemon_that_was_stopped_ends_when_another_has_taken_its_place)
 {
     Process first, second;
-    Client *client = start_first(&first);
+    SCOPED_CLIENT Client *client = start_first(&first);
     process_signal(&first, SIGSTOP);
     client_listen(client, 100); // what it has sent before
     int before = client->status.count;
@@ -138,23 +125,20 @@ TEST(a_daemon_that_was_stopped_ends_when_another_has_taken_its_place)
     double enough = client_now() + 1.5;
     wait_until(client, client->status.count > before + 5 && client_now() > enough);
     process_signal(&first, SIGCONT);
-    process_wait(&first);
-    assert_int_equal(first.code, 1);
-    assert_non_null(strstr(first.err, "has held the prefix PLIANT for longer"));
+    process_wait_for(&first, 1);
+    expect_in(first.err, "has held the prefix PLIANT for longer");
     expect_alive(client, &second);
-    client_destroy(client);
 }
 
 TEST(a_daemon_that_was_stopped_alone_goes_on)
 {
     Process first;
-    Client *client = start_first(&first);
+    SCOPED_CLIENT Client *client = start_first(&first);
     process_signal(&first, SIGSTOP);
     for (double end = client_now() + 1.0; client_now() < end;)
         client_listen(client, 20);
     process_signal(&first, SIGCONT);
     expect_alive(client, &first);
-    client_destroy(client);
 }
 
 // --- a log that is played back ---
@@ -177,7 +161,7 @@ static void keep(const lcm_recv_buf_t *message, const char *channel, void *user)
 TEST(a_log_that_is_played_back_ends_no_daemon)
 {
     Process first;
-    Client *client = start_first(&first);
+    SCOPED_CLIENT Client *client = start_first(&first);
     Logged status = {.size = 0};
     lcm_subscription_t *on = lcm_subscribe(client->lcm, "PLIANT_STATUS", keep, &status);
     wait_until(client, status.size > 0);
@@ -194,5 +178,4 @@ TEST(a_log_that_is_played_back_ends_no_daemon)
     }
     expect_alive(client, &first);
     assert_false(saw_event(client, "yielded"));
-    client_destroy(client);
 }

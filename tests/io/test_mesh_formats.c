@@ -4,12 +4,10 @@
 #include "test.h"
 #include "mesh_writer.h"
 #include "random.h"
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #include "io/mesh_import.h"
 #include "geometry/mesh.h"
-
-static Scratch scratch;
 
 // --- the meshes ---
 
@@ -267,7 +265,7 @@ static void run_case(const Case *expected, MeshFormat format)
     }
     assert_int_equal(status.code, STATUS_INVALID);
     assert_int_equal(strncmp(status.text, path, strlen(path)), 0);
-    assert_non_null(strstr(status.text, expected->word));
+    expect_in(status.text, expected->word);
     assert_null(strchr(status.text, '\n'));
 }
 
@@ -280,14 +278,7 @@ static int begin(void **state)
     return scratch_create(&scratch);
 }
 
-static int end(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(begin, end)
+AROUND_ALL(begin, scratch_end)
 
 TEST(every_defect_has_the_same_outcome_in_every_format)
 {
@@ -304,7 +295,7 @@ TEST(text_formats_name_the_line_of_the_face)
         int line; // of the face that uses the bad node first: face 1 of the cube
     } cases[] = {{WRITE_OBJ, 10}, {WRITE_STL_ASCII, 16}, {WRITE_PLY_ASCII, 27}, {WRITE_OFF, 13}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        MeshDraft draft = {0};
+        SCOPED(mesh_draft_destroy) MeshDraft draft = {0};
         TriMesh mesh;
         MeshImport import;
         Status status = {0};
@@ -317,7 +308,6 @@ TEST(text_formats_name_the_line_of_the_face)
         if (strncmp(status.text, start, strlen(start)) != 0)
             fail_msg("'%s' must begin with '%s'", status.text, start);
         free(bytes.at);
-        mesh_draft_destroy(&draft);
     }
 }
 
@@ -347,7 +337,7 @@ static bool import_bytes(const char *bytes, size_t size)
 TEST(a_file_cut_off_anywhere_is_refused_or_whole)
 {
     for (int format = 0; format < WRITE_FORMATS; format++) {
-        MeshDraft draft = {0};
+        SCOPED(mesh_draft_destroy) MeshDraft draft = {0};
         sound(&draft);
         Bytes bytes = mesh_write(&draft, (MeshFormat)format);
         size_t read = 0;
@@ -360,7 +350,6 @@ TEST(a_file_cut_off_anywhere_is_refused_or_whole)
                                                                    : 11;
         assert_in_range(read, 0, harmless);
         free(bytes.at);
-        mesh_draft_destroy(&draft);
     }
 }
 
@@ -368,10 +357,10 @@ TEST(changed_bytes_never_crash)
 {
     uint64_t random = 29;
     for (int format = 0; format < WRITE_FORMATS; format++) {
-        MeshDraft draft = {0};
+        SCOPED(mesh_draft_destroy) MeshDraft draft = {0};
         with_a_face_without_area(&draft);
         Bytes bytes = mesh_write(&draft, (MeshFormat)format);
-        char *copy = malloc(bytes.size);
+        FREED char *copy = malloc(bytes.size);
         assert_non_null(copy);
         for (int round = 0; round < 1500; round++) {
             static const char nasty[] = "\0\n\\#-/9e. \x7f\xff\x80nS";
@@ -384,9 +373,7 @@ TEST(changed_bytes_never_crash)
             }
             import_bytes(copy, bytes.size);
         }
-        free(copy);
         free(bytes.at);
-        mesh_draft_destroy(&draft);
     }
 }
 

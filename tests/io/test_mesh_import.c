@@ -1,51 +1,55 @@
 // SPDX-License-Identifier: MIT
 #include "test.h"
+#include "scratch_folder.h"
 
 #include "io/mesh_import.h"
 #include "geometry/generator.h"
 
-#include <limits.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
-static char folder[PATH_MAX];
-static char path[PATH_MAX + 16]; // the one file that tests write and read
+static char path[SCRATCH_PATH]; // the one file that tests write and read
 
 static int make_folder(void **state)
 {
-    (void)state;
-    const char *parent = getenv("TMPDIR");
-    snprintf(folder, sizeof folder, "%s/pliant-test-XXXXXX", parent != NULL ? parent : P_tmpdir);
-    if (mkdtemp(folder) == NULL)
+    if (scratch_begin(state) != 0)
         return -1;
-    snprintf(path, sizeof path, "%s/organ", folder);
+    scratch_path(&scratch, "organ", path);
     return 0;
-}
-
-static int remove_folder(void **state)
-{
-    (void)state;
-    unlink(path);
-    return rmdir(folder);
 }
 
 static void write_bytes(const void *bytes, size_t size)
 {
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(bytes, 1, size, file), size);
-    assert_int_equal(fclose(file), 0);
+    file_write(path, bytes, size);
+}
+
+static void import_bytes(const void *bytes, size_t size, TriMesh *mesh)
+{
+    Status status = {0};
+    MeshImport import;
+    write_bytes(bytes, size);
+    expect_ok(mesh_import(path, mesh, &import, &status), status);
+}
+
+// Whatever the bytes are: a valid mesh, or an error that begins with the file's name.
+static bool is_imported(const void *bytes, size_t size)
+{
+    TriMesh mesh;
+    MeshImport import;
+    MeshFault fault;
+    Status status = {0};
+    write_bytes(bytes, size);
+    const bool imported = mesh_import(path, &mesh, &import, &status);
+    if (imported) {
+        assert_true(mesh.triangle_count > 0 && mesh_check(&mesh, &fault));
+        mesh_destroy(&mesh);
+    } else
+        assert_int_equal(strncmp(status.text, path, strlen(path)), 0);
+    return imported;
 }
 
 static void import_text(const char *text, TriMesh *mesh)
 {
-    Status status = {0};
-    MeshImport import;
-    write_bytes(text, strlen(text));
-    if (!mesh_import(path, mesh, &import, &status))
-        fail_msg("%s", status.text);
+    import_bytes(text, strlen(text), mesh);
 }
 
 // The error text must be the path followed by `rest`.
@@ -76,11 +80,11 @@ static void expect_corners(const TriMesh *mesh, int triangle, int a, int b, int 
 
 // --- OBJ ---
 
-AROUND_ALL(make_folder, remove_folder)
+AROUND_ALL(make_folder, scratch_end)
 
 TEST(obj_of_a_generated_mesh_comes_back_bit_by_bit)
 {
-    TriMesh made, read;
+    SCOPED(mesh_destroy) TriMesh made, read;
     MeshImport import;
     Status status = {0};
     assert_true(generate_stomach(&made, 188, 0.25, &status));
@@ -98,8 +102,6 @@ TEST(obj_of_a_generated_mesh_comes_back_bit_by_bit)
     assert_memory_equal(read.position, made.position, 188 * sizeof *read.position);
     assert_memory_equal(read.triangle, made.triangle, 372 * sizeof *read.triangle);
     assert_memory_equal(read.file_index, made.file_index, 188 * sizeof *read.file_index);
-    mesh_destroy(&made);
-    mesh_destroy(&read);
 }
 
 TEST(obj_corners_may_name_texture_and_normal)
@@ -120,24 +122,22 @@ TEST(obj_corners_may_name_texture_and_normal)
 
 TEST(obj_negative_indices_count_back)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     import_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 1 -5 5\nf -1/-1 +2 -4//-2\n", &mesh);
     expect_corners(&mesh, 0, 0, 1, 2);
     expect_corners(&mesh, 1, 3, 1, 0);
-    mesh_destroy(&mesh);
 }
 
 TEST(obj_faces_may_come_before_vertices)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     import_text("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0", &mesh);
     expect_corners(&mesh, 0, 0, 1, 2);
-    mesh_destroy(&mesh);
 }
 
 TEST(obj_tolerates_comments_crlf_continuation_and_other_keywords)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     import_text("\xEF\xBB\xBFv 0 0 0 # the first, after a byte order mark\r\n"
                 "# v 9 9 9\r\n\r\n"
                 "mtllib organ.mtl\r\no liver\r\ng \\\r\nv 7 7 7\r\ns off\r\nvp 1 2\r\n"
@@ -148,12 +148,11 @@ TEST(obj_tolerates_comments_crlf_continuation_and_other_keywords)
     assert_int_equal(mesh.node_count, 3);
     expect_near(mesh.position[1].x, 1.0, 0.0);
     expect_corners(&mesh, 0, 0, 1, 2);
-    mesh_destroy(&mesh);
 }
 
 TEST(obj_equal_nodes_are_welded_and_remember_their_index)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     import_text("v 0 0 0\nv 1 0 0\nv -0 0 0\nv 0 1 0\nv 1 0 0\nv 0 0 1\nf 1 2 4\nf 3 6 5\n", &mesh);
     const int index[4] = {0, 1, 3, 5};
     assert_int_equal(mesh.node_count, 4);
@@ -164,13 +163,12 @@ TEST(obj_equal_nodes_are_welded_and_remember_their_index)
     for (int i = 0; i < 6; i++)
         assert_int_equal(mesh_node_of_file(&mesh, i), became[i]);
     assert_int_equal(mesh_node_of_file(&mesh, 6), -1);
-    mesh_destroy(&mesh);
 }
 
 TEST(obj_texture_coordinates_stay_with_their_nodes)
 {
     // The seam runs through node 1, which is there twice and has two coordinates: the first stays.
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     import_text("vt 0.5 1e-3 9\nvt 0.25\nvt -1 7\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\n"
                 "vt 1 1\nvt 8 8\nf 1/1 2/2 3/3\nf 3/3/1 4/-1 5/4\n",
                 &mesh);
@@ -182,7 +180,6 @@ TEST(obj_texture_coordinates_stay_with_their_nodes)
     // One node without: a texture with a hole is none.
     import_text("vt 0 0\nvt 1 0\nvt 0 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/2 3/9\n", &mesh);
     assert_null(mesh.uv);
-    mesh_destroy(&mesh);
 }
 
 TEST(obj_faults_name_file_and_line)
@@ -257,22 +254,20 @@ static void expect_two_facets(const TriMesh *mesh)
 
 TEST(ascii_stl_is_welded_and_remembers_its_corners)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     import_text(TWO_FACETS, &mesh);
     expect_two_facets(&mesh);
-    mesh_destroy(&mesh);
 }
 
 TEST(ascii_stl_tolerates_capitals_crlf_solids_and_bad_normals)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     import_text("\r\n SOLID facet\r\nFACET NORMAL nan nan nan\r\nOUTER LOOP\r\nVERTEX 0 0 0\r\n"
                 "VERTEX 1 0 0 VERTEX 1 1 0\r\nENDLOOP ENDFACET\r\nendsolid facet\r\n"
                 "solid\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 1 0 vertex 0 1 0 "
                 "endloop endfacet endsolid",
                 &mesh);
     expect_two_facets(&mesh);
-    mesh_destroy(&mesh);
 }
 
 // As some writers end their files.
@@ -283,18 +278,13 @@ TEST(ascii_stl_may_end_with_two_words_or_zero_bytes)
     const size_t body = (size_t)(strstr(TWO_FACETS, "endsolid") - TWO_FACETS);
     for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
         char text[2048];
-        TriMesh mesh;
-        MeshImport import;
-        Status status = {0};
+        SCOPED(mesh_destroy) TriMesh mesh;
         const size_t size = body + strlen(ends[i]);
         memset(text, 0, sizeof text);
         memcpy(text, TWO_FACETS, body);
         memcpy(text + body, ends[i], strlen(ends[i]));
-        write_bytes(text, size + (i == 3 ? 2 : 0));
-        if (!mesh_import(path, &mesh, &import, &status))
-            fail_msg("%s", status.text);
+        import_bytes(text, size + (i == 3 ? 2 : 0), &mesh);
         expect_two_facets(&mesh);
-        mesh_destroy(&mesh);
     }
     expect_text_error("solid\nend facet\n", ":2: 'end' where 'facet' or 'endsolid' is expected");
 }
@@ -303,15 +293,10 @@ TEST(obj_may_end_with_a_zero_byte_but_not_hold_one)
 {
     static const char text[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n"
                                "f 1 4 3\n";
-    TriMesh mesh;
-    MeshImport import;
-    Status status = {0};
+    SCOPED(mesh_destroy) TriMesh mesh;
     char inside[sizeof text];
-    write_bytes(text, sizeof text); // its final zero too
-    if (!mesh_import(path, &mesh, &import, &status))
-        fail_msg("%s", status.text);
+    import_bytes(text, sizeof text, &mesh); // its final zero too
     assert_int_equal(mesh.triangle_count, 4);
-    mesh_destroy(&mesh);
     memcpy(inside, text, sizeof text);
     inside[30] = 0;
     write_bytes(inside, sizeof inside);
@@ -351,8 +336,7 @@ TEST(ascii_stl_faults_name_file_and_line)
 static unsigned char *make_binary(uint32_t count, size_t *size)
 {
     *size = 84 + 50 * (size_t)count;
-    unsigned char *bytes = calloc(1, *size);
-    assert_non_null(bytes);
+    unsigned char *bytes = zeroed(1, *size);
     memcpy(bytes, "solid made by a program that should not say so", 46);
     for (int i = 0; i < 4; i++)
         bytes[80 + i] = (unsigned char)(count >> 8 * i);
@@ -369,38 +353,28 @@ static void put_float(unsigned char *bytes, int triangle, int corner, int axis, 
 
 TEST(binary_stl_that_says_solid_is_read)
 {
-    TriMesh mesh;
-    MeshImport import;
-    Status status = {0};
+    SCOPED(mesh_destroy) TriMesh mesh;
     size_t size;
-    unsigned char *bytes = make_binary(2, &size);
+    FREED unsigned char *bytes = make_binary(2, &size);
     put_float(bytes, 0, 2, 0, 1.0f); // the same two facets as in the ASCII test
     put_float(bytes, 1, 1, 1, 1.0f);
     put_float(bytes, 1, 2, 2, -0.0f);
-    write_bytes(bytes, size);
-    assert_true(mesh_import(path, &mesh, &import, &status));
+    import_bytes(bytes, size, &mesh);
     expect_two_facets(&mesh);
-    mesh_destroy(&mesh);
-    free(bytes);
 }
 
 TEST(binary_stl_keeps_every_float)
 {
-    TriMesh mesh;
-    MeshImport import;
-    Status status = {0};
+    SCOPED(mesh_destroy) TriMesh mesh;
     size_t size;
-    unsigned char *bytes = make_binary(1, &size);
+    FREED unsigned char *bytes = make_binary(1, &size);
     put_float(bytes, 0, 0, 1, 0.1f);
     put_float(bytes, 0, 1, 2, -3.4e5f);
     put_float(bytes, 0, 2, 0, 1e-45f);
-    write_bytes(bytes, size);
-    assert_true(mesh_import(path, &mesh, &import, &status));
+    import_bytes(bytes, size, &mesh);
     expect_near(mesh.position[0].y, (double)0.1f, 0.0);
     expect_near(mesh.position[1].z, (double)-3.4e5f, 0.0);
     expect_near(mesh.position[2].x, (double)1e-45f, 0.0);
-    mesh_destroy(&mesh);
-    free(bytes);
 }
 
 TEST(binary_stl_faults_name_file_and_triangle)
@@ -447,54 +421,34 @@ TEST(what_is_no_file_is_refused)
 // Cut anywhere, a file is either refused with its name or still a whole mesh.
 static void expect_no_crash_when_cut(const void *bytes, size_t size)
 {
-    for (size_t length = 0; length < size; length++) {
-        TriMesh mesh;
-        MeshImport import;
-        Status status = {0};
-        write_bytes(bytes, length);
-        if (mesh_import(path, &mesh, &import, &status)) {
-            assert_true(mesh.triangle_count > 0);
-            mesh_destroy(&mesh);
-        } else {
-            assert_int_equal(strncmp(status.text, path, strlen(path)), 0);
-        }
-    }
+    for (size_t length = 0; length < size; length++)
+        is_imported(bytes, length);
 }
 
 TEST(file_cut_at_any_byte_does_not_crash)
 {
     size_t size;
-    unsigned char *binary = make_binary(4, &size);
+    FREED unsigned char *binary = make_binary(4, &size);
     const char obj[] = "v 0 0 0\r\nv 1 0 0\nv 0 1 \\\n0\nf 1/1 2//2 3/3/3\nf -1 -2 -3 # end\n";
     expect_no_crash_when_cut(obj, sizeof obj - 1);
     expect_no_crash_when_cut(binary, size);
     expect_no_crash_when_cut(TWO_FACETS, sizeof TWO_FACETS - 1);
-    free(binary);
 }
 
 TEST(binary_stl_cut_at_any_byte_is_refused)
 {
     size_t size;
-    unsigned char *binary = make_binary(4, &size);
+    FREED unsigned char *binary = make_binary(4, &size);
     for (size_t length = 0; length < size; length++) {
-        TriMesh mesh;
-        MeshImport import;
-        Status status = {0};
-        write_bytes(binary, length);
-        assert_false(mesh_import(path, &mesh, &import, &status));
+        assert_false(is_imported(binary, length));
     }
-    free(binary);
 }
 
 TEST(ascii_stl_without_its_end_is_refused)
 {
     size_t end = (size_t)(strstr(TWO_FACETS, "endsolid") - TWO_FACETS) + strlen("endsolid");
     for (size_t length = 0; length < end; length++) {
-        TriMesh mesh;
-        MeshImport import;
-        Status status = {0};
-        write_bytes(TWO_FACETS, length);
-        assert_false(mesh_import(path, &mesh, &import, &status));
+        assert_false(is_imported(TWO_FACETS, length));
     }
 }
 
@@ -502,7 +456,7 @@ TEST(changed_bytes_do_not_crash)
 {
     // Every byte of a small file of each kind becomes every other of a nasty set.
     size_t size;
-    unsigned char *binary = make_binary(2, &size);
+    FREED unsigned char *binary = make_binary(2, &size);
     const char obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     const void *const files[3] = {binary, obj, TWO_FACETS};
     const size_t sizes[3] = {size, sizeof obj - 1, sizeof TWO_FACETS - 1};
@@ -512,19 +466,10 @@ TEST(changed_bytes_do_not_crash)
         memcpy(copy, files[f], sizes[f]);
         for (size_t i = 0; i < sizes[f]; i++) {
             for (size_t k = 0; k < sizeof nasty; k++) {
-                TriMesh mesh;
-                MeshImport import;
-                Status status = {0};
                 copy[i] = nasty[k];
-                write_bytes(copy, sizes[f]);
-                if (mesh_import(path, &mesh, &import, &status)) {
-                    MeshFault fault;
-                    assert_true(mesh_check(&mesh, &fault));
-                    mesh_destroy(&mesh);
-                }
+                is_imported(copy, sizes[f]);
             }
             copy[i] = ((const char *)files[f])[i];
         }
     }
-    free(binary);
 }

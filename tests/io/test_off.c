@@ -3,25 +3,10 @@
 #include "test.h"
 #include "import_text.h"
 
-static Scratch scratch;
-
 #define VERTICES "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 #define FACES    "3 0 1 2\n3 0 2 3\n"
 
-static int begin(void **state)
-{
-    (void)state;
-    return scratch_create(&scratch);
-}
-
-static int end(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(begin, end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(files_may_be_written_in_every_usual_way)
 {
@@ -38,14 +23,13 @@ TEST(files_may_be_written_in_every_usual_way)
         "\xEF\xBB\xBFOFF\n4 2 0\n" VERTICES FACES,
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
-        TriMesh mesh;
+        SCOPED(mesh_destroy) TriMesh mesh;
         MeshImport import;
-        assert_string_equal(import_text(&scratch, texts[i], &mesh, &import), "");
+        assert_string_equal(import_text(texts[i], &mesh, &import), "");
         const int faces[2][3] = {{0, 1, 2}, {0, 2, 3}};
         assert_string_equal(import.format, "OFF");
         assert_int_equal(mesh.node_count, 4);
         assert_memory_equal(mesh.triangle, faces, sizeof faces);
-        mesh_destroy(&mesh);
     }
 }
 
@@ -84,6 +68,6 @@ TEST(faults_name_the_line)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         TriMesh mesh;
         MeshImport import;
-        assert_string_equal(import_text(&scratch, cases[i][0], &mesh, &import), cases[i][1]);
+        assert_string_equal(import_text(cases[i][0], &mesh, &import), cases[i][1]);
     }
 }

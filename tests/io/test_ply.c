@@ -3,8 +3,6 @@
 #include "test.h"
 #include "import_text.h"
 
-static Scratch scratch;
-
 #define VERTEX   "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
 #define FACE     "element face 2\nproperty list uchar int vertex_indices\n"
 #define HEADER   "ply\nformat ascii 1.0\n" VERTEX FACE "end_header\n"
@@ -13,32 +11,18 @@ static Scratch scratch;
 // A square of two triangles on the nodes 0 1 2 3.
 static void expect_square(const char *text, size_t size)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     MeshImport import;
-    assert_string_equal(import_bytes(&scratch, text, size, &mesh, &import), "");
+    assert_string_equal(import_bytes(text, size, &mesh, &import), "");
     const int faces[2][3] = {{0, 1, 2}, {0, 2, 3}};
     assert_int_equal(mesh.node_count, 4);
     assert_int_equal(mesh.triangle_count, 2);
     assert_memory_equal(mesh.triangle, faces, sizeof faces);
     expect_near(mesh.position[2].x, 1.0, 0.0);
     expect_near(mesh.position[3].y, 1.0, 0.0);
-    mesh_destroy(&mesh);
 }
 
-static int begin(void **state)
-{
-    (void)state;
-    return scratch_create(&scratch);
-}
-
-static int end(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(begin, end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(headers_may_be_written_in_every_usual_way)
 {
@@ -115,16 +99,14 @@ TEST(negative_numbers_keep_their_sign_in_binary_data)
                                   0,    0,    0x80, 0,    0,    0,    0x80, // the smallest
                                   3,    0,    1,    2};
     memcpy(bytes + size, data, sizeof data);
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     MeshImport import;
-    assert_string_equal(import_bytes(&scratch, bytes, (size_t)size + sizeof data, &mesh, &import),
-                        "");
+    assert_string_equal(import_bytes(bytes, (size_t)size + sizeof data, &mesh, &import), "");
     expect_near(mesh.position[0].x, -1.0, 0.0);
     expect_near(mesh.position[0].y, -2.0, 0.0);
     expect_near(mesh.position[0].z, -3.0, 0.0);
     expect_near(mesh.position[2].y, -32768.0, 0.0);
     expect_near(mesh.position[2].z, -2147483648.0, 0.0);
-    mesh_destroy(&mesh);
 }
 
 TEST(faults_name_line_or_element)
@@ -183,7 +165,7 @@ TEST(faults_name_line_or_element)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         TriMesh mesh;
         MeshImport import;
-        assert_string_equal(import_text(&scratch, cases[i][0], &mesh, &import), cases[i][1]);
+        assert_string_equal(import_text(cases[i][0], &mesh, &import), cases[i][1]);
     }
 }
 
@@ -195,11 +177,9 @@ TEST(headers_beyond_reason_are_refused)
     int size = snprintf(text, sizeof text, "ply\nformat ascii 1.0\n");
     for (int i = 0; i < 100; i++)
         size += snprintf(text + size, sizeof text - (size_t)size, "element e%d 0\n", i);
-    assert_string_equal(import_text(&scratch, text, &mesh, &import),
-                        ":35: too many elements, at 'e32'");
+    assert_string_equal(import_text(text, &mesh, &import), ":35: too many elements, at 'e32'");
     size = snprintf(text, sizeof text, "ply\nformat ascii 1.0\nelement vertex 1\n");
     for (int i = 0; i < 1000; i++)
         size += snprintf(text + size, sizeof text - (size_t)size, "property float p%d\n", i);
-    assert_string_equal(import_text(&scratch, text, &mesh, &import),
-                        ":260: too many properties, at 'float'");
+    assert_string_equal(import_text(text, &mesh, &import), ":260: too many properties, at 'float'");
 }

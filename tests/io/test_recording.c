@@ -3,9 +3,8 @@
 // sidecar that points at the right rows, and what is left when the writer is killed or the disk is
 // full.
 #include "test.h"
-#include "test.h"
 #include "io/recording.h"
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #ifdef PLIANT_WITH_HDF5
 #include "random.h"
@@ -14,12 +13,9 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
-
-static Scratch scratch;
 
 // --- what is recorded ----------------------------------------------------------------------------
 
@@ -57,7 +53,6 @@ static void make_positions(int body, int64_t step, int nodes, float *position)
 
 static Recording *create(const char *name, Status *status)
 {
-    char path[SCRATCH_PATH];
     for (int i = 0; i < STRIP_NODES; i++) {
         strip_id[i] = 1000 + i;
         for (int k = 0; k < 3 && i < STRIP_NODES - 2; k++)
@@ -71,7 +66,7 @@ static Recording *create(const char *name, Status *status)
                                       .tool_count = 2,
                                       .body = body,
                                       .tool = tool_id};
-    return recording_create(scratch_path(&scratch, name, path), &options, status);
+    return recording_create(scratch_at(name), &options, status);
 }
 
 static Recording *start(const char *name)
@@ -111,14 +106,12 @@ static void add_frames(Recording *recording, int first, int count)
 static void finish(Recording *recording)
 {
     Status status = {0};
-    if (!recording_close(recording, &status))
-        fail_msg("%s", status.text);
+    expect_ok(recording_close(recording, &status), status);
 }
 
 static hid_t open_view(const char *name, bool while_written)
 {
-    char path[SCRATCH_PATH];
-    hid_t file = view_open(scratch_path(&scratch, name, path), while_written);
+    hid_t file = view_open(scratch_at(name), while_written);
     if (file < 0)
         fail_msg("%s cannot be opened", name);
     return file;
@@ -143,22 +136,19 @@ static int check_recording(const char *name, bool while_written, int *in_sidecar
 {
     static const char *const names[BODIES] = {"tetra", "strip"};
     char path[SCRATCH_PATH], xdmf[64];
-    hid_t file = open_view(name, while_written);
+    SCOPED(view_close) hid_t file = open_view(name, while_written);
     snprintf(xdmf, sizeof xdmf, "%s.xdmf", name);
-    SidecarFrame *frame = view_sidecar(scratch_path(&scratch, xdmf, path), in_sidecar);
+    FREED SidecarFrame *frame = view_sidecar(scratch_path(&scratch, xdmf, path), in_sidecar);
     int frames = INT32_MAX;
     for (int b = 0; b < BODIES; b++) {
-        BodyView view;
+        SCOPED(view_free) BodyView view;
         view_body(&view, file, names[b]);
         expect_values(&view, b);
         expect_sidecar_matches(frame, *in_sidecar, &view, names[b]);
         frames = view.frames < frames ? view.frames : frames;
-        view_free(&view);
     }
     for (int i = 0; i < *in_sidecar; i++)
         assert_string_equal(frame[i].position.file, name);
-    free(frame);
-    H5Fclose(file);
     return frames;
 }
 
@@ -198,35 +188,18 @@ static herr_t visit(hid_t root, const char *name, const H5O_info_t *info, void *
     return 0;
 }
 
-static int begin(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(begin, end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(the_layout_is_as_documented)
 {
     Recording *recording = start("a.h5");
     add_frames(recording, 0, 5);
     finish(recording);
-    hid_t file = open_view("a.h5", false);
+    SCOPED(view_close) hid_t file = open_view("a.h5", false);
     expect_text(file, "format", "pliant-recording");
     expect_text(file, "created_by", "test 1");
     expect_text(file, "scene", SCENE);
-    int version = 0;
-    hid_t attribute = H5Aopen(file, "version", H5P_DEFAULT);
-    assert_true(H5Aread(attribute, H5T_NATIVE_INT, &version) >= 0);
-    assert_int_equal(version, 1);
-    H5Aclose(attribute);
+    expect_number(file, "version", 1);
 
     // Sixteen data sets a body, four a tool, and the events; each with a unit.
     int sets = 0;
@@ -244,7 +217,6 @@ TEST(the_layout_is_as_documented)
     H5Pclose(layout);
     H5Tclose(type);
     H5Dclose(set);
-    H5Fclose(file);
 }
 
 TEST(frames_come_back_bit_for_bit)
@@ -261,7 +233,6 @@ TEST(frames_come_back_bit_for_bit)
 
 TEST(a_new_topology_has_rows_of_its_own)
 {
-    char path[SCRATCH_PATH];
     Recording *recording = start("c.h5");
     const RecordingTopology grown = topology_of(TETRA, 1);
     assert_true(add_frame_of(recording, TETRA, 0, 0));
@@ -271,8 +242,8 @@ TEST(a_new_topology_has_rows_of_its_own)
     assert_true(add_frame_of(recording, TETRA, 48, 0));
     finish(recording);
 
-    hid_t file = open_view("c.h5", false);
-    BodyView view;
+    SCOPED(view_close) hid_t file = open_view("c.h5", false);
+    SCOPED(view_free) BodyView view;
     view_body(&view, file, "tetra");
     expect_values(&view, TETRA);
     assert_int_equal(view.frames, 4);
@@ -281,12 +252,9 @@ TEST(a_new_topology_has_rows_of_its_own)
     assert_memory_equal(view.triangle[view.first_triangle[1]], tetra, sizeof tetra);
     assert_memory_equal(view.node_id + view.first_node[1], tetra_id, sizeof tetra_id);
     int count;
-    SidecarFrame *frame = view_sidecar(scratch_path(&scratch, "c.h5.xdmf", path), &count);
+    FREED SidecarFrame *frame = view_sidecar(scratch_at("c.h5.xdmf"), &count);
     assert_int_equal(count, 4);
     expect_sidecar_matches(frame, count, &view, "tetra");
-    free(frame);
-    view_free(&view);
-    H5Fclose(file);
 }
 
 TEST(tools_and_events_are_stored)
@@ -299,7 +267,7 @@ TEST(tools_and_events_are_stored)
     assert_true(recording_add_event(recording, &event));
     finish(recording);
 
-    hid_t file = open_view("d.h5", false);
+    SCOPED(view_close) hid_t file = open_view("d.h5", false);
     int rows;
     double *row = view_rows(file, "/tools/2/position", H5T_NATIVE_DOUBLE, &rows);
     assert_int_equal(rows, 1);
@@ -319,16 +287,14 @@ TEST(tools_and_events_are_stored)
 
     hid_t set = H5Dopen2(file, "/events", H5P_DEFAULT), type = H5Dget_type(set);
     assert_int_equal(H5Tget_size(type), sizeof event);
-    RecordingEvent *stored = view_rows(file, "/events", type, &rows);
+    FREED RecordingEvent *stored = view_rows(file, "/events", type, &rows);
     assert_int_equal(rows, 2);
     assert_true(stored[1].time == 1.5 && stored[1].step == 1500);
     assert_string_equal(stored[1].body, "tetra");
     assert_string_equal(stored[1].kind, "cut");
     assert_string_equal(stored[1].text, "a text");
-    free(stored);
     H5Tclose(type);
     H5Dclose(set);
-    H5Fclose(file);
 }
 
 // --- the sidecar ---------------------------------------------------------------------------------
@@ -438,8 +404,7 @@ TEST(a_kill_at_any_moment_leaves_a_readable_file)
 {
     uint64_t random = 4711;
     for (int round = 0; round < 12; round++) {
-        char path[SCRATCH_PATH];
-        unlink(scratch_path(&scratch, "random.h5", path));
+        unlink(scratch_at("random.h5"));
         int from, in_sidecar, flushed = 0, number = 0;
         pid_t pid = fork_writer(write_without_end, &from);
         const struct timespec moment = {.tv_nsec = 20000000 + random_below(&random, 60000000)};
@@ -502,11 +467,10 @@ static void expect_refusal(const char *name, const char *why)
 
 TEST(a_file_that_exists_is_kept)
 {
-    char path[SCRATCH_PATH];
     scratch_write(&scratch, "kept.h5", "precious", 8);
     expect_refusal("kept.h5", "exists already");
     struct stat facts;
-    assert_int_equal(stat(scratch_path(&scratch, "kept.h5", path), &facts), 0);
+    assert_int_equal(stat(scratch_at("kept.h5"), &facts), 0);
     assert_int_equal(facts.st_size, 8);
     // An empty one (mktemp makes such) holds nothing to lose.
     int in_sidecar;
@@ -519,36 +483,24 @@ TEST(a_file_that_exists_is_kept)
 
 TEST(what_cannot_be_written_is_refused_at_the_start)
 {
-    char path[SCRATCH_PATH];
     expect_refusal("no/folder.h5", strerror(ENOENT));
     scratch_write(&scratch, "file", "x", 1);
     expect_refusal("file/folder.h5", strerror(ENOTDIR));
     expect_refusal(".", strerror(EISDIR));
-    assert_int_equal(mkfifo(scratch_path(&scratch, "pipe.h5", path), 0600), 0);
+    assert_int_equal(mkfifo(scratch_at("pipe.h5"), 0600), 0);
     expect_refusal("pipe.h5", strerror(ENXIO));
     // A sidecar that cannot be written: nothing is left behind.
-    assert_int_equal(mkdir(scratch_path(&scratch, "side.h5.xdmf", path), 0700), 0);
+    assert_int_equal(mkdir(scratch_at("side.h5.xdmf"), 0700), 0);
     expect_refusal("side.h5", "side.h5.xdmf");
-    assert_int_equal(access(scratch_path(&scratch, "side.h5", path), F_OK), -1);
-    assert_int_equal(access(scratch_path(&scratch, "side.h5.xdmf.tmp", path), F_OK), -1);
-}
-
-// A limit on the size of files stands in for a full disk.
-static struct rlimit limit_files(rlim_t bytes)
-{
-    struct rlimit before, tight;
-    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
-    tight = before;
-    tight.rlim_cur = bytes;
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &tight), 0);
-    return before;
+    assert_int_equal(access(scratch_at("side.h5"), F_OK), -1);
+    assert_int_equal(access(scratch_at("side.h5.xdmf.tmp"), F_OK), -1);
 }
 
 TEST(a_full_disk_leaves_a_whole_file)
 {
     Recording *recording = start("full.h5");
     const rlim_t limit = 2000000; // 500 frames of 3.6 kB
-    struct rlimit before = limit_files(limit);
+    const rlim_t before = limit_files(limit);
     int frames = 0;
     while (frames < 1000 && add_frame_of(recording, TETRA, 16 * frames, 0) &&
            add_frame_of(recording, STRIP, 16 * frames, 0))
@@ -556,20 +508,19 @@ TEST(a_full_disk_leaves_a_whole_file)
     expect_at_least(frames, 100);
     expect_at_most(frames, 555);
     assert_int_equal(recording_status(recording)->code, STATUS_FAILED);
-    assert_non_null(strstr(recording_status(recording)->text, strerror(EFBIG)));
-    assert_non_null(strstr(recording_status(recording)->text, "full.h5"));
+    expect_in(recording_status(recording)->text, strerror(EFBIG));
+    expect_in(recording_status(recording)->text, "full.h5");
     assert_false(add_frame_of(recording, TETRA, 16 * frames + 16, 0)); // it is over
     Status status = {0};
     assert_false(recording_close(recording, &status));
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    limit_files(before);
     assert_int_equal(status.code, STATUS_FAILED);
     int in_sidecar;
     assert_int_equal(check_recording("full.h5", false, &in_sidecar), frames);
     hid_t file = open_view("full.h5", false);
-    BodyView view;
+    SCOPED(view_free) BodyView view;
     view_body(&view, file, "strip");
     assert_int_equal(view.rows, frames * STRIP_NODES); // no part of a frame
-    view_free(&view);
     H5Fclose(file);
     expect_at_least(in_sidecar, 2 * frames);
 }
@@ -611,12 +562,11 @@ TEST(a_failure_inside_hdf5_leaves_what_was_flushed)
 
 TEST(space_taken_in_advance_is_given_back)
 {
-    char path[SCRATCH_PATH];
     Recording *recording = start("space.h5");
     add_frames(recording, 0, 3);
     finish(recording);
     struct stat facts;
-    assert_int_equal(stat(scratch_path(&scratch, "space.h5", path), &facts), 0);
+    assert_int_equal(stat(scratch_at("space.h5"), &facts), 0);
     // Whole blocks of the file system: at most 64 kB beyond the end.
     expect_at_most((double)facts.st_blocks * 512.0, (double)facts.st_size + 65536.0);
 }

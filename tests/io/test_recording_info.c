@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: MIT
 // What is said of a recording: of a whole one, of one that still grows, and of files that lie.
 #include "test.h"
-#include "test.h"
 #include "io/recording.h"
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #ifdef PLIANT_WITH_HDF5
-#include <hdf5.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
-static Scratch scratch;
+#include "recording_view.h"
 
 enum { NODES = 4, FRAMES = 10 };
 
@@ -58,13 +52,12 @@ static Recording *begin(const char *path)
     return recording;
 }
 
-static const char *make(const char *name, char path[SCRATCH_PATH])
+static const char *make(const char *name)
 {
     Status status = {0};
-    scratch_path(&scratch, name, path);
+    const char *path = scratch_at(name);
     Recording *recording = begin(path);
-    if (!recording_close(recording, &status))
-        fail_msg("%s", status.text);
+    expect_ok(recording_close(recording, &status), status);
     return path;
 }
 
@@ -99,22 +92,13 @@ static int setup(void **state)
     return scratch_create(&scratch);
 }
 
-static int teardown(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(setup, teardown)
+AROUND_ALL(setup, scratch_end)
 
 TEST(what_is_in_a_recording_is_said)
 {
-    char path[SCRATCH_PATH];
     static RecordingInfo info;
     Status status = {0};
-    if (!recording_info_read(make("whole.h5", path), &info, &status))
-        fail_msg("%s", status.text);
+    expect_ok(recording_info_read(make("whole.h5"), &info, &status), status);
     expect_content(&info);
     assert_true(info.ended);
     const RecordingCounts *counts = &info.body[0].counts;
@@ -126,20 +110,18 @@ TEST(what_is_in_a_recording_is_said)
 
 TEST(one_that_still_grows_is_read_and_not_called_ended)
 {
-    char path[SCRATCH_PATH];
     static RecordingInfo info;
     Status status = {0};
-    Recording *recording = begin(scratch_path(&scratch, "growing.h5", path));
+    const char *path = scratch_at("growing.h5");
+    Recording *recording = begin(path);
     assert_true(recording_flush(recording));
-    if (!recording_info_read(path, &info, &status))
-        fail_msg("%s", status.text);
+    expect_ok(recording_info_read(path, &info, &status), status);
     expect_content(&info);
     assert_false(info.ended);
     assert_true(recording_close(recording, &status));
 }
 
-// ---------------------------------------------------------------------------------------------
-// Files that lie
+// --- Files that lie ---
 
 static void expect_refusal(const char *path, const char *needle)
 {
@@ -148,13 +130,6 @@ static void expect_refusal(const char *path, const char *needle)
     if (recording_info_read(path, &info, &status) || status.code != STATUS_INVALID ||
         strstr(status.text, needle) == NULL)
         fail_msg("'%s' expected in: %s", needle, status.text);
-}
-
-static hid_t open_to_change(const char *path)
-{
-    hid_t file = H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
-    assert_true(file >= 0);
-    return file;
 }
 
 TEST(what_is_missing_or_of_another_shape_is_named)
@@ -166,13 +141,12 @@ TEST(what_is_missing_or_of_another_shape_is_named)
                                        "/bodies/tetra/topology/count",
                                        "/tools/3/force",
                                        "/events"};
-    char path[SCRATCH_PATH];
     for (int k = 0; k < 7; k++)
         for (int other = 0; other < 2; other++) { // gone; or a single number
             char name[32];
             snprintf(name, sizeof name, "shape-%d-%d.h5", k, other);
-            make(name, path);
-            hid_t file = open_to_change(path);
+            const char *path = make(name);
+            hid_t file = view_change(path);
             assert_true(H5Ldelete(file, sets[k], H5P_DEFAULT) >= 0);
             if (other) {
                 hid_t space = H5Screate(H5S_SCALAR);
@@ -197,25 +171,14 @@ TEST(frames_whose_rows_are_not_there_do_not_count)
         {"/bodies/tetra/frames/topology", 77},     {"/bodies/tetra/topology/first", 99},
         {"/bodies/tetra/topology/count", -1},      {"/bodies/tetra/topology/node_first", -9},
         {"/bodies/tetra/topology/node_count", 100}};
-    char path[SCRATCH_PATH];
     static RecordingInfo info;
     for (int k = 0; k < 9; k++) {
         char name[32];
         Status status = {0};
         snprintf(name, sizeof name, "lie-%d.h5", k);
-        make(name, path);
-        hid_t file = open_to_change(path);
-        hid_t set = H5Dopen2(file, lies[k].set, H5P_DEFAULT), space = H5Dget_space(set);
-        const hsize_t first = 0, one = 1;
-        hid_t row = H5Screate_simple(1, &one, NULL);
-        H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, NULL, &one, NULL);
-        assert_true(H5Dwrite(set, H5T_NATIVE_INT64, row, space, H5P_DEFAULT, &lies[k].value) >= 0);
-        H5Sclose(row);
-        H5Sclose(space);
-        H5Dclose(set);
-        H5Fclose(file);
-        if (!recording_info_read(path, &info, &status))
-            fail_msg("%s", status.text);
+        const char *path = make(name);
+        view_put_row(path, lies[k].set, H5T_NATIVE_INT64, 0, 0, &lies[k].value);
+        expect_ok(recording_info_read(path, &info, &status), status);
         // A lie of a frame, or of the topology of half of them.
         int lost = strstr(lies[k].set, "/topology/") != NULL ? FRAMES / 2 : 1;
         assert_int_equal(info.body[0].frames, FRAMES - lost);
@@ -225,16 +188,12 @@ TEST(frames_whose_rows_are_not_there_do_not_count)
 
 TEST(what_is_no_recording_is_refused)
 {
-    char path[SCRATCH_PATH];
-    expect_refusal(scratch_path(&scratch, "nowhere.h5", path), "nowhere.h5");
-    FILE *file = fopen(scratch_path(&scratch, "text.h5", path), "w");
-    fputs("no HDF5", file);
-    fclose(file);
-    expect_refusal(path, "not an HDF5 file");
-    H5Fclose(H5Fcreate(scratch_path(&scratch, "other.h5", path), H5F_ACC_TRUNC, H5P_DEFAULT,
-                       H5P_DEFAULT));
-    expect_refusal(path, "no recording");
-    make("short.h5", path);
+    expect_refusal(scratch_at("nowhere.h5"), "nowhere.h5");
+    scratch_write_text("text.h5", "no HDF5");
+    expect_refusal(scratch_at("text.h5"), "not an HDF5 file");
+    H5Fclose(H5Fcreate(scratch_at("other.h5"), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
+    expect_refusal(scratch_at("other.h5"), "no recording");
+    const char *path = make("short.h5");
     assert_int_equal(truncate(path, 3000), 0);
     expect_refusal(path, "short.h5");
 }
@@ -246,6 +205,6 @@ TEST(what_is_not_built_in_is_refused)
     static RecordingInfo info;
     Status status = {0};
     assert_false(recording_info_read("x.h5", &info, &status));
-    assert_non_null(strstr(status.text, "PLIANT_HDF5"));
+    expect_in(status.text, "PLIANT_HDF5");
 }
 #endif

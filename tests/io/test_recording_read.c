@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Recordings are read at any time, bit for bit, and files that lie are refused.
 #include "test.h"
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #ifdef PLIANT_WITH_HDF5
 #include "io/recording_read.h"
-#include <hdf5.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
-static Scratch scratch;
+#include "recording_view.h"
 
 enum { NODES = 5, FRAMES = 40, CUT_AT = 15 };
 
@@ -37,10 +32,10 @@ static const int origin[NODES] = {0, 1, 2, 2, 0};
 static const int parent[NODES][2] = {{0, 0}, {1, 1}, {0, 1}, {3, 3}, {0, 2}};
 static const signed char level[NODES] = {0, 0, 0, 1, 2};
 
-static const char *make_with(const char *name, const char *describe, const char *text,
-                             char path[SCRATCH_PATH])
+static const char *make_with(const char *name, const char *describe, const char *text)
 {
     static const int id[NODES] = {0, 1, 2, 3, 9}, tool[1] = {3};
+    const char *path = scratch_at(name);
     static const int triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
     const RecordingBody body = {"tetra", NODES, 2, 1};
     const RecordingOptions options = {.scene = text,
@@ -51,7 +46,7 @@ static const char *make_with(const char *name, const char *describe, const char 
                                       .body = &body,
                                       .tool = tool};
     Status status = {0};
-    Recording *recording = recording_create(scratch_path(&scratch, name, path), &options, &status);
+    Recording *recording = recording_create(path, &options, &status);
     if (recording == NULL)
         fail_msg("%s", status.text);
     for (int f = 0; f < FRAMES; f++) {
@@ -82,17 +77,16 @@ static const char *make_with(const char *name, const char *describe, const char 
         if (f % 10 == 5)
             assert_true(recording_add_event(recording, &event));
     }
-    if (!recording_close(recording, &status))
-        fail_msg("%s", status.text);
+    expect_ok(recording_close(recording, &status), status);
     return path;
 }
 
-static const char *make(const char *name, char path[SCRATCH_PATH])
+static const char *make(const char *name)
 {
     char scene[1000];
     memset(scene, 's', sizeof scene); // longer than a text of fixed length
     scene[sizeof scene - 1] = '\0';
-    return make_with(name, DESCRIBED, scene, path);
+    return make_with(name, DESCRIBED, scene);
 }
 
 static RecordingReader *open_reader(const char *path)
@@ -104,6 +98,11 @@ static RecordingReader *open_reader(const char *path)
     return reader;
 }
 
+static void close_reader(RecordingReader **reader)
+{
+    recording_reader_close(*reader);
+}
+
 static int setup(void **state)
 {
     (void)state;
@@ -111,19 +110,11 @@ static int setup(void **state)
     return scratch_create(&scratch);
 }
 
-static int teardown(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(setup, teardown)
+AROUND_ALL(setup, scratch_end)
 
 TEST(a_frame_is_found_by_its_time_and_has_the_recorded_bits)
 {
-    char path[SCRATCH_PATH];
-    RecordingReader *reader = open_reader(make("bits.h5", path));
+    SCOPED(close_reader) RecordingReader *reader = open_reader(make("bits.h5"));
     assert_int_equal(recording_reader_frames(reader, 0), FRAMES);
     assert_int_equal(recording_reader_find_body(reader, "tetra"), 0);
     assert_int_equal(recording_reader_find_body(reader, "other"), -1);
@@ -145,13 +136,11 @@ TEST(a_frame_is_found_by_its_time_and_has_the_recorded_bits)
             assert_memory_equal(&position[i], &expected, sizeof expected);
         }
     }
-    recording_reader_close(reader);
 }
 
 TEST(a_frame_has_the_mesh_of_its_topology)
 {
-    char path[SCRATCH_PATH];
-    RecordingReader *reader = open_reader(make("mesh.h5", path));
+    SCOPED(close_reader) RecordingReader *reader = open_reader(make("mesh.h5"));
     int nodes, triangles, id[NODES], triangle[2][3];
     recording_reader_most(reader, 0, &nodes, &triangles);
     assert_int_equal(nodes, NODES);
@@ -176,14 +165,12 @@ TEST(a_frame_has_the_mesh_of_its_topology)
         assert_memory_equal(between, parent, (size_t)nodes_at(f) * sizeof *between);
         assert_memory_equal(at, level, (size_t)nodes_at(f));
     }
-    recording_reader_close(reader);
 }
 
 TEST(tools_events_and_the_scene_are_read)
 {
-    char path[SCRATCH_PATH];
     Status status = {0};
-    RecordingReader *reader = open_reader(make("rest.h5", path));
+    SCOPED(close_reader) RecordingReader *reader = open_reader(make("rest.h5"));
     assert_int_equal(strlen(recording_reader_scene(reader)), 999);
     assert_string_equal(recording_reader_describe(reader), DESCRIBED);
     assert_int_equal(recording_reader_find_tool(reader, 3), 0);
@@ -203,18 +190,16 @@ TEST(tools_events_and_the_scene_are_read)
     assert_true(recording_reader_events(reader, 0, 4, event, &status));
     assert_int_equal(event[2].step, 25);
     assert_string_equal(event[2].text, "a cut");
-    recording_reader_close(reader);
 }
 
 // pliant-record knows no scene and writes the description in its place; older files have none.
 TEST(a_description_in_place_of_the_scene_is_one)
 {
-    char path[SCRATCH_PATH];
-    RecordingReader *reader = open_reader(make_with("heard.h5", NULL, DESCRIBED, path));
+    RecordingReader *reader = open_reader(make_with("heard.h5", NULL, DESCRIBED));
     assert_string_equal(recording_reader_describe(reader), DESCRIBED);
     assert_string_equal(recording_reader_scene(reader), "");
     recording_reader_close(reader);
-    reader = open_reader(make_with("old.h5", NULL, "name = \"a\";", path));
+    reader = open_reader(make_with("old.h5", NULL, "name = \"a\";"));
     assert_string_equal(recording_reader_describe(reader), "");
     assert_string_equal(recording_reader_scene(reader), "name = \"a\";");
     // Nor do they say what nodes were split from.
@@ -228,73 +213,52 @@ TEST(a_description_in_place_of_the_scene_is_one)
     recording_reader_close(reader);
 }
 
-static void set_first(const char *path, const char *name, hid_t type, int columns,
-                      const void *value)
-{
-    hid_t file = H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
-    hid_t set = H5Dopen2(file, name, H5P_DEFAULT), space = H5Dget_space(set);
-    const hsize_t first[2] = {1, 0}, one[2] = {1, (hsize_t)columns};
-    hid_t row = H5Screate_simple(columns > 0 ? 2 : 1, one, NULL);
-    H5Sselect_hyperslab(space, H5S_SELECT_SET, first, NULL, one, NULL);
-    assert_true(H5Dwrite(set, type, row, space, H5P_DEFAULT, value) >= 0);
-    H5Sclose(row);
-    H5Sclose(space);
-    H5Dclose(set);
-    H5Fclose(file);
-}
-
 TEST(a_position_that_is_no_number_and_a_corner_that_is_no_node_are_refused)
 {
-    char path[SCRATCH_PATH];
     Status status = {0};
     float position[3 * NODES];
     const float infinite[3] = {0.0f, INFINITY, 0.0f};
     const int corner[3] = {0, NODES, 1};
-    make("lies.h5", path);
-    set_first(path, "/bodies/tetra/position", H5T_NATIVE_FLOAT, 3, infinite);
-    set_first(path, "/bodies/tetra/triangles", H5T_NATIVE_INT, 3, corner);
-    RecordingReader *reader = open_reader(path);
+    const char *path = make("lies.h5");
+    view_put_row(path, "/bodies/tetra/position", H5T_NATIVE_FLOAT, 1, 3, infinite);
+    view_put_row(path, "/bodies/tetra/triangles", H5T_NATIVE_INT, 1, 3, corner);
+    SCOPED(close_reader) RecordingReader *reader = open_reader(path);
     assert_false(recording_reader_positions(reader, 0, 0, position, &status));
-    assert_non_null(strstr(status.text, "not finite"));
+    expect_in(status.text, "not finite");
     int id[NODES], triangle[2][3];
     RecordingTopology topology;
     status = (Status){0};
     assert_false(recording_reader_mesh(reader, 0, 0, id, triangle, &topology, &status));
-    assert_non_null(strstr(status.text, "triangle 1 has node 5 of 5"));
+    expect_in(status.text, "triangle 1 has node 5 of 5");
     // The rest of the file is still there.
     assert_true(recording_reader_positions(reader, 0, 3, position, &status));
-    recording_reader_close(reader);
 }
 
 TEST(a_frame_that_goes_back_in_time_is_not_found)
 {
-    char path[SCRATCH_PATH];
     const double late = 2.05;
-    make("back.h5", path);
-    set_first(path, "/bodies/tetra/frames/time", H5T_NATIVE_DOUBLE, 0, &late);
-    RecordingReader *reader = open_reader(path);
+    const char *path = make("back.h5");
+    view_put_row(path, "/bodies/tetra/frames/time", H5T_NATIVE_DOUBLE, 1, 0, &late);
+    SCOPED(close_reader) RecordingReader *reader = open_reader(path);
     // Frames 2 to 20 are not after the second one any more.
     assert_int_equal(recording_reader_frames(reader, 0), FRAMES - 19);
     assert_int_equal(recording_reader_find_frame(reader, 0, time_at(21)), 2);
-    recording_reader_close(reader);
 }
 
 TEST(several_readers_are_closed_in_any_order)
 {
-    char path[SCRATCH_PATH];
-    RecordingReader *first = open_reader(make("two.h5", path)), *second = open_reader(path);
+    const char *path = make("two.h5");
+    RecordingReader *first = open_reader(path), *second = open_reader(path);
     recording_reader_close(first);
     recording_reader_close(second);
 }
 
 TEST(what_is_no_recording_is_refused)
 {
-    char path[SCRATCH_PATH];
     Status status = {0};
-    scratch_path(&scratch, "text.h5", path);
-    file_write(path, "no HDF5", 7);
-    assert_null(recording_reader_open(path, &status));
-    assert_non_null(strstr(status.text, "not an HDF5 file"));
+    scratch_write_text("text.h5", "no HDF5");
+    assert_null(recording_reader_open(scratch_at("text.h5"), &status));
+    expect_in(status.text, "not an HDF5 file");
 }
 
 #endif

@@ -11,7 +11,7 @@
 
 // --- anything ---
 
-AROUND_ALL(make_folder, remove_folder)
+AROUND_ALL(make_folder, scratch_end)
 
 TEST(what_is_no_volume_is_refused)
 {
@@ -43,11 +43,10 @@ TEST(what_is_no_volume_is_refused)
     free(bytes);
     free(file);
     // A header without an end.
-    unsigned char *text = malloc(2 << 20);
+    FREED unsigned char *text = malloc(2 << 20);
     memset(text, ' ', 2 << 20);
     memcpy(text, "NRRD0004\ntype: uchar\n", 21);
     scratch_write(&scratch, "organ", text, 2 << 20);
-    free(text);
     expect_error(": has no end of its NRRD header in the first 1048576 bytes");
     uint64_t seed = 2;
     for (int repeat = 0; repeat < EFFORT(300); repeat++) {
@@ -96,7 +95,7 @@ static void try_file(const unsigned char *data, size_t size, int *read, int *ref
 TEST(damaged_files_are_read_or_refused_but_never_harm)
 {
     static const char *const encodings[] = {"raw", "gzip", "ascii", "hex"};
-    Bytes *base = malloc(sizeof *base), *inner = malloc(sizeof *inner);
+    FREED Bytes *base = malloc(sizeof *base), *inner = malloc(sizeof *inner);
     uint64_t seed = 17;
     for (int file = 0; file < 7; file++) {
         NiftiFields fields = plain_nifti();
@@ -113,7 +112,7 @@ TEST(damaged_files_are_read_or_refused_but_never_harm)
         // No part of it is a volume, but a text whose last number, or a blank behind it, is cut.
         assert_true(read <= (file == 2 ? 2 : 0));
         for (int repeat = 0; repeat < EFFORT(1500); repeat++) {
-            unsigned char *data = malloc(base->size);
+            FREED unsigned char *data = malloc(base->size);
             memcpy(data, base->at, base->size);
             for (int changes = 1 + random_below(&seed, 3); changes > 0; changes--) {
                 int at = random_below(&seed, (int)base->size);
@@ -126,13 +125,10 @@ TEST(damaged_files_are_read_or_refused_but_never_harm)
                     data[at] = (unsigned char)"0123456789 \n:()-\xff"[random_below(&seed, 17)];
             }
             try_file(data, base->size, &read, &refused);
-            free(data);
         }
         printf("file %d of %zu bytes: %d read, %d refused\n", file, base->size, read, refused);
         assert_true(refused > 0);
     }
-    free(base);
-    free(inner);
 }
 
 TEST(nothing_was_printed)

@@ -24,7 +24,7 @@ static void expect_plain(const LabelVolume *volume)
     expect_vec3(volume->origin, -10e-3, -20e-3, 30e-3, 1e-17);
 }
 
-AROUND_ALL(make_folder, remove_folder)
+AROUND_ALL(make_folder, scratch_end)
 
 TEST(nifti_of_every_type_and_order_packed_or_not_reads_the_same)
 {
@@ -32,11 +32,10 @@ TEST(nifti_of_every_type_and_order_packed_or_not_reads_the_same)
     for (int t = 0; t < TYPE_COUNT; t++)
         for (int big = 0; big < 2; big++)
             for (int packed = 0; packed < 2; packed++) {
-                LabelVolume volume;
+                SCOPED(volume_destroy) LabelVolume volume;
                 write_nifti(&fields, &TYPES[t], big, packed);
                 import(&volume);
                 expect_plain(&volume);
-                volume_destroy(&volume);
             }
 }
 
@@ -46,7 +45,7 @@ TEST(nifti_pairs_are_read_by_their_header)
     fields.magic = "ni1";
     char name[SCRATCH_PATH];
     for (int packed = 0; packed < 4; packed++) {
-        Bytes *bytes = calloc(1, sizeof *bytes), *file = calloc(1, sizeof *file);
+        FREED Bytes *bytes = calloc(1, sizeof *bytes), *file = calloc(1, sizeof *file);
         fields.vox_offset = packed == 1 ? 5.0f : 0.0f;
         put_nifti(bytes, &fields, false);
         const char *header = packed & 1 ? "pair.hdr.gz" : "pair.hdr";
@@ -58,21 +57,17 @@ TEST(nifti_pairs_are_read_by_their_header)
         unlink(scratch_path(&scratch, "pair.img", name));
         unlink(scratch_path(&scratch, "pair.img.gz", name));
         write_voxels(other ? "pair.img.gz" : "pair.img", packed == 1 ? "12345" : "", other, "");
-        LabelVolume volume;
+        SCOPED(volume_destroy) LabelVolume volume;
         Status status = {0};
-        if (!volume_import(scratch_path(&scratch, header, name), &volume, &status))
-            fail_msg("%s", status.text);
+        expect_ok(volume_import(scratch_path(&scratch, header, name), &volume, &status), status);
         expect_plain(&volume);
-        volume_destroy(&volume);
-        free(bytes);
-        free(file);
     }
     // The other one of the pair.
     unlink(scratch_path(&scratch, "pair.img.gz", name));
     LabelVolume volume;
     Status status = {0};
     assert_false(volume_import(scratch_path(&scratch, "pair.hdr", name), &volume, &status));
-    assert_non_null(strstr(status.text, "/pair.img: No such file or directory"));
+    expect_in(status.text, "/pair.img: No such file or directory");
     write_voxels("pair.img", "", false, "");
     expect_error_of(scratch_path(&scratch, "pair.img", name),
                     ": is neither an NRRD nor a NIfTI-1 file (of a pair .hdr and .img, name the "
@@ -84,20 +79,19 @@ TEST(nifti_pairs_are_read_by_their_header)
 
 TEST(nifti_sform_goes_before_qform)
 {
-    LabelVolume volume;
+    SCOPED(volume_destroy) LabelVolume volume;
     NiftiFields fields = plain_nifti();
     fields.qform = 1;
     fields.quatern[0] = 1.0f; // half a turn about x
     fields.qoffset[0] = 99.0f;
     import_nifti(&fields, &volume);
     expect_plain(&volume);
-    volume_destroy(&volume);
 }
 
 TEST(nifti_qform_turns_and_mirrors)
 {
     for (int mirrored = 0; mirrored < 2; mirrored++) {
-        LabelVolume volume;
+        SCOPED(volume_destroy) LabelVolume volume;
         NiftiFields fields = plain_nifti();
         fields.sform = 0;
         fields.qform = 2;
@@ -114,13 +108,12 @@ TEST(nifti_qform_turns_and_mirrors)
         expect_vec3(volume.axis[1], 0.0, 0.0, 3e-3, 1e-9);
         expect_vec3(volume.axis[2], mirrored ? 4e-3 : -4e-3, 0.0, 0.0, 1e-9);
         expect_vec3(volume.origin, -10e-3, -20e-3, 30e-3, 1e-9);
-        volume_destroy(&volume);
     }
 }
 
 TEST(nifti_without_transform_has_the_axes_of_the_world)
 {
-    LabelVolume volume;
+    SCOPED(volume_destroy) LabelVolume volume;
     NiftiFields fields = plain_nifti();
     fields.sform = 0;
     import_nifti(&fields, &volume);
@@ -128,7 +121,6 @@ TEST(nifti_without_transform_has_the_axes_of_the_world)
     expect_vec3(volume.axis[1], 0.0, 3e-3, 0.0, 1e-17);
     expect_vec3(volume.axis[2], 0.0, 0.0, 4e-3, 1e-17);
     expect_vec3(volume.origin, 0.0, 0.0, 0.0, 0.0);
-    volume_destroy(&volume);
 }
 
 TEST(nifti_units_are_honoured)
@@ -138,32 +130,29 @@ TEST(nifti_units_are_honoured)
         double metres;
     } units[] = {{0, 1e-3}, {1, 1.0}, {2, 1e-3}, {3, 1e-6}, {2 + 8, 1e-3}, {3 + 16, 1e-6}};
     for (int u = 0; u < 6; u++) {
-        LabelVolume volume;
+        SCOPED(volume_destroy) LabelVolume volume;
         NiftiFields fields = plain_nifti();
         fields.units = units[u].code;
         import_nifti(&fields, &volume);
         double m = units[u].metres;
         expect_vec3(volume.axis[2], 0.0, 0.0, 4.0 * m, 1e-15 * m);
         expect_vec3(volume.origin, -10.0 * m, -20.0 * m, 30.0 * m, 1e-14 * m);
-        volume_destroy(&volume);
     }
 }
 
 TEST(nifti_may_have_more_dimensions_of_one)
 {
     for (int dims = 4; dims <= 7; dims++) {
-        LabelVolume volume;
+        SCOPED(volume_destroy) LabelVolume volume;
         NiftiFields fields = plain_nifti();
         fields.dim[0] = dims;
         import_nifti(&fields, &volume);
         expect_plain(&volume);
-        volume_destroy(&volume);
     }
     NiftiFields fields = plain_nifti();
-    LabelVolume volume;
+    SCOPED(volume_destroy) LabelVolume volume;
     fields.dim[4] = 0; // beyond dim[0] nothing counts
     import_nifti(&fields, &volume);
-    volume_destroy(&volume);
 }
 
 TEST(nifti_scales_that_give_whole_numbers_are_applied)
@@ -172,7 +161,7 @@ TEST(nifti_scales_that_give_whole_numbers_are_applied)
         float slope, inter;
     } scales[] = {{0.0f, 5.0f}, {1.0f, 0.0f}, {2.0f, 0.0f}, {1.0f, -3.0f}, {-3.0f, 7.0f}};
     for (int s = 0; s < 5; s++) {
-        LabelVolume volume;
+        SCOPED(volume_destroy) LabelVolume volume;
         NiftiFields fields = plain_nifti();
         fields.slope = scales[s].slope;
         fields.inter = scales[s].inter;
@@ -182,7 +171,6 @@ TEST(nifti_scales_that_give_whole_numbers_are_applied)
             int expected = label_at(v) * (int)scales[s].slope + (int)scales[s].inter;
             assert_int_equal(volume.label[v], s == 0 ? label_at(v) : expected);
         }
-        volume_destroy(&volume);
     }
     NiftiFields fields = plain_nifti();
     fields.slope = 0.5f;

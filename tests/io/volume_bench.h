@@ -10,30 +10,19 @@
 #include "io/volume_import.h"
 
 #include <fcntl.h>
-#include <unistd.h>
 
-static Scratch scratch;
 static char path[SCRATCH_PATH]; // the file that most tests write and read
 static int old_stderr;
 
 // What anyone prints to stderr ends up in a file, to be looked at in the end.
 static inline int make_folder(void **state)
 {
-    (void)state;
-    char said[SCRATCH_PATH];
-    if (scratch_create(&scratch) != 0)
+    if (scratch_begin(state) != 0)
         return -1;
     scratch_path(&scratch, "organ", path);
-    int file = open(scratch_path(&scratch, "stderr", said), O_CREAT | O_WRONLY | O_APPEND, 0600);
+    int file = open(scratch_at("stderr"), O_CREAT | O_WRONLY | O_APPEND, 0600);
     old_stderr = dup(2);
     return file >= 0 && dup2(file, 2) == 2 && close(file) == 0 ? 0 : -1;
-}
-
-static inline int remove_folder(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
 }
 
 // For the last claim of a file: readers say what is wrong to their caller alone.
@@ -42,10 +31,8 @@ static inline void expect_nothing_printed(void)
     size_t size;
     fflush(stderr);
     dup2(old_stderr, 2);
-    unsigned char *said = scratch_read(&scratch, "stderr", &size);
-    said[size] = 0;
+    FREED unsigned char *said = scratch_read(&scratch, "stderr", &size);
     assert_string_equal((char *)said, "");
-    free(said);
 }
 
 // --- a volume of 4 x 3 x 2 voxels, all different ---
@@ -66,8 +53,7 @@ static inline void put_labels(Bytes *bytes, const Type *type, bool big)
 static inline void import(LabelVolume *volume)
 {
     Status status = {0};
-    if (!volume_import(path, volume, &status))
-        fail_msg("%s", status.text);
+    expect_ok(volume_import(path, volume, &status), status);
 }
 
 static inline void expect_labels(const LabelVolume *volume)
@@ -110,16 +96,15 @@ static inline void write_file(const Bytes *bytes)
 // A text header and the 24 voxels behind it, as unsigned char.
 static inline void write_nrrd(const char *header)
 {
-    Bytes *bytes = calloc(1, sizeof *bytes);
+    FREED Bytes *bytes = calloc(1, sizeof *bytes);
     put_text(bytes, "NRRD0004\n%s\n", header);
     put_labels(bytes, &TYPES[1], false);
     write_file(bytes);
-    free(bytes);
 }
 
 static inline void put_nrrd(Bytes *bytes, const Type *type, const char *encoding, bool big)
 {
-    Bytes *raw = calloc(1, sizeof *raw);
+    FREED Bytes *raw = calloc(1, sizeof *raw);
     put_text(bytes,
              "NRRD0005\n# by hand\ntype: %s\ndimension: 3\nspace: LPS\nsizes: 4 3 2\n"
              "kinds: domain space domain\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
@@ -135,7 +120,6 @@ static inline void put_nrrd(Bytes *bytes, const Type *type, const char *encoding
         put_text(bytes, v % 5 == 4 ? "%d\n" : v % 7 == 3 ? "%d, " : "%d ", label_at(v));
     for (size_t b = 0; b < raw->size && encoding[0] == 'h'; b++)
         put_text(bytes, b % 9 == 8 ? "%02X\n" : "%02x", raw->at[b]);
-    free(raw);
 }
 
 // A turn by 90 degrees about z, and spacings 2, 3, 4.
@@ -162,20 +146,18 @@ static inline void put_nifti_file(Bytes *bytes, const NiftiFields *fields, const
 
 static inline void write_nifti(const NiftiFields *fields, const Type *type, bool big, bool packed)
 {
-    Bytes *bytes = calloc(1, sizeof *bytes), *file = calloc(1, sizeof *file);
+    FREED Bytes *bytes = calloc(1, sizeof *bytes), *file = calloc(1, sizeof *file);
     put_nifti_file(bytes, fields, type, big);
     if (packed)
         put_gzip(file, bytes->at, bytes->size);
     write_file(packed ? file : bytes);
-    free(bytes);
-    free(file);
 }
 
 // A file of the voxels alone, as unsigned char, between two texts.
 static inline void write_voxels(const char *name, const char *before, bool packed,
                                 const char *behind)
 {
-    Bytes *bytes = calloc(1, sizeof *bytes), *raw = calloc(1, sizeof *raw);
+    FREED Bytes *bytes = calloc(1, sizeof *bytes), *raw = calloc(1, sizeof *raw);
     put_labels(raw, &TYPES[1], false);
     put_text(bytes, "%s", before);
     if (packed)
@@ -184,8 +166,6 @@ static inline void write_voxels(const char *name, const char *before, bool packe
         put_bytes(bytes, raw->at, raw->size);
     put_text(bytes, "%s", behind);
     scratch_write(&scratch, name, bytes->at, bytes->size);
-    free(bytes);
-    free(raw);
 }
 
 #endif

@@ -3,7 +3,7 @@
 #ifndef PLIANT_TESTS_VOLUME_WRITER_H
 #define PLIANT_TESTS_VOLUME_WRITER_H
 
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #include <stdarg.h>
 #include <stdbool.h>

@@ -11,11 +11,7 @@
 
 #include <lcm/lcm.h>
 
-#include <math.h>
 #include <poll.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/wait.h>
 
 enum { RUNS = 24, FIRST_PORT = 7700, KIND_COUNT = 7 };
@@ -112,11 +108,10 @@ static void begin(StreamRun *run, KeyModel model, int index)
     assert_non_null(run->lcm);
     lcm_subscription_t *all = lcm_subscribe(run->lcm, "PLIANT_.*", on_message, &run->stream);
     lcm_subscription_set_queue_capacity(all, 10000);
-    char *text = key_scene(&row, model, run->row != NULL, RATE);
+    FREED char *text = key_scene(&row, model, run->row != NULL, RATE);
     snprintf(name, sizeof name, "stream-%d.cfg", index);
     const char *path = scratch(name);
     write_text(path, text);
-    free(text);
     // The command line has the last word, so the scene's own network is tried without.
     if (run->row != NULL && strcmp(run->row->key, "lcm_url") == 0)
         daemon_start(&run->daemon, "--duration " SECONDS " %s", path);

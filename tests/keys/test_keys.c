@@ -11,9 +11,6 @@
 #include "geometry/generator.h"
 #include "run/modes.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static const char *const MODEL[KEY_MODELS] = {"surface", "voxel", "plane"};
 enum { TICKS = 60 };
 
@@ -29,7 +26,7 @@ typedef struct Outcome {
 
 static void write_ball(const char *name, int subdivisions)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     assert_true(generate_ico_sphere(&mesh, subdivisions, 0.04, &status));
     FILE *file = fopen(scratch(name), "w");
@@ -41,7 +38,6 @@ static void write_ball(const char *name, int subdivisions)
         fprintf(file, "f %d %d %d\n", mesh.triangle[t][0] + 1, mesh.triangle[t][1] + 1,
                 mesh.triangle[t][2] + 1);
     assert_int_equal(fclose(file), 0);
-    mesh_destroy(&mesh);
 }
 
 // A probe presses along `axis` and slides, a blade sweeps through along y, a grasper closes and
@@ -79,13 +75,11 @@ static uint64_t hash_shown(World *world)
     for (int b = 0; b < sim_body_count(world->sim); b++) {
         const Body *body = sim_body(world->sim, b);
         const BodyMesh *mesh = &body->mesh;
-        float *x = calloc(3 * (size_t)mesh->node_capacity + 3, sizeof *x);
-        assert_non_null(x);
+        FREED float *x = zeroed(3 * (size_t)mesh->node_capacity + 3, sizeof *x);
         body->ops->snapshot(body->model, x, NULL);
         hash = fnv_bytes(hash, x, 3 * (size_t)mesh->node_count * sizeof *x);
         hash =
             fnv_bytes(hash, mesh->triangle, (size_t)mesh->triangle_count * sizeof *mesh->triangle);
-        free(x);
     }
     return hash;
 }
@@ -222,8 +216,6 @@ static int try_made_row(const OptionTable *table, const Option *option, KeyModel
     return key_row_make(table, option, model, &made) && try_row(&made.row, model);
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(every_key_changes_something_or_is_refused)
 {
     int faults = 0;
@@ -338,7 +330,7 @@ TEST(rows_that_count_change_the_hash_and_no_others)
     const char *path = scratch("x.cfg");
     for (int model = 0; model < 2; model++) {
         char text[1024];
-        Scene scene;
+        SCOPED(scene_destroy) Scene scene;
         Status status = {0};
         KeyGroup target[TARGETS_MOST];
         TriMesh mesh[2] = {{0}};
@@ -359,7 +351,6 @@ TEST(rows_that_count_change_the_hash_and_no_others)
         int wrong = 0;
         for (int t = list_targets(&scene, target); t-- > 0;)
             wrong += count_wrong_rows(&scene, &world, &target[t]);
-        scene_destroy(&scene);
         assert_int_equal(wrong, 0);
     }
 }
@@ -368,8 +359,8 @@ TEST(rows_that_count_change_the_hash_and_no_others)
 
 TEST(what_a_row_calls_live_is_a_key_of_set_in_the_same_range)
 {
-    World world = {0};
-    Scene scene;
+    SCOPED(world_destroy) World world = {0};
+    SCOPED(scene_destroy) Scene scene;
     Status status = {0};
     const char *path = scratch("live.cfg");
     write_text(path,
@@ -398,13 +389,11 @@ TEST(what_a_row_calls_live_is_a_key_of_set_in_the_same_range)
             if (!sim_tell_setting(world.sim, key, why, sizeof why))
                 fail_msg("%s: %s", key, why);
             assert_false(sim_try_set(world.sim, key, 2.0 * option->high, &longer, why, sizeof why));
-            assert_non_null(strstr(why, " outside ["));
+            expect_in(why, " outside [");
             if (!sim_try_set(world.sim, key, option->high, &longer, why, sizeof why))
-                assert_non_null(strstr(why, " is outside (")); // of the body's step
+                expect_in(why, " is outside ("); // of the body's step
         }
     assert_true(live >= 6);
-    world_destroy(&world);
-    scene_destroy(&scene);
 }
 
 // --- every key of every table --------------------------------------------------------------------

@@ -6,13 +6,22 @@
 
 #include "pliant/client.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static const double PI = 3.14159265358979323846;
 static const double TICK = 1e-3, MOST = 10.0; // [s], [N] of the device
 static const double CREDIT = 1e-3;            // of the guard [J]
 enum { WAITING = 256 };                       // messages in transit, more than 50 ms of them
+
+static void close_haptic(PliantHaptic **haptic)
+{
+    pliant_haptic_destroy(*haptic);
+}
+#define SCOPED_HAPTIC SCOPED(close_haptic)
+
+// A contact that pushes up.
+#define PUSHES_UP(...)                                                                             \
+    {                                                                                              \
+        .contact = true, .normal = {0.0, 0.0, 1.0}, __VA_ARGS__                                    \
+    }
 
 // --- the network and the tissue ------------------------------------------------------------------
 
@@ -344,7 +353,7 @@ TEST(guard_holds_with_encoders_and_uneven_calls)
 // encoders of 55 um on each axis.
 static double leave(const double way[3], const PliantContact *contact, const double *velocity)
 {
-    PliantHaptic *haptic = pliant_haptic_create(MOST, true);
+    SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(MOST, true);
     pliant_haptic_take(haptic, contact);
     const Device encoder = {.step = 55e-6};
     double at[3] = {0.0, 0.0, 0.0}, given = 0.0, force[3];
@@ -357,17 +366,12 @@ static double leave(const double way[3], const PliantContact *contact, const dou
             at[i] = next;
         }
     }
-    pliant_haptic_destroy(haptic);
     return given;
 }
 
 TEST(hand_gets_nothing_from_a_late_force_by_leaving_it)
 {
-    const PliantContact up = {.contact = true,
-                              .received = 1.0,
-                              .valid = 100.0,
-                              .force = {0.0, 0.0, 2.0},
-                              .normal = {0.0, 0.0, 1.0}};
+    const PliantContact up = PUSHES_UP(.received = 1.0, .valid = 100.0, .force = {0.0, 0.0, 2.0});
     PliantContact slanted = up;
     slanted.force[0] = slanted.force[1] = slanted.force[2] = 1.1;
     const double still[3] = {0.0, 0.0, 0.0}, out[3] = {0.0, 0.0, 1.0};
@@ -385,12 +389,9 @@ TEST(hand_gets_nothing_from_a_late_force_by_leaving_it)
 // be: the force stays one of the device's.
 TEST(force_stays_finite_while_a_velocity_fades)
 {
-    PliantHaptic *haptic = pliant_haptic_create(3.0, true);
-    const PliantContact contact = {.contact = true,
-                                   .received = 1.0,
-                                   .valid = 100.0,
-                                   .force = {0.5, 0.0, 1.0},
-                                   .normal = {0.0, 0.0, 1.0}};
+    SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(3.0, true);
+    const PliantContact contact =
+        PUSHES_UP(.received = 1.0, .valid = 100.0, .force = {0.5, 0.0, 1.0});
     pliant_haptic_take(haptic, &contact);
     const double at[3] = {0.0, 0.0, 0.0};
     double velocity[3] = {0.01, 0.02, 0.1}, force[3];
@@ -402,25 +403,20 @@ TEST(force_stays_finite_while_a_velocity_fades)
     }
     // At last it is 0, and nothing is withheld from a hand that rests.
     expect_near(force[2], 1.0, 0.0);
-    pliant_haptic_destroy(haptic);
 }
 
 // What the guard drops of a slanted force must not leave one into the body.
 TEST(guarded_force_never_points_into_the_body)
 {
-    PliantHaptic *haptic = pliant_haptic_create(MOST, true);
-    const PliantContact contact = {.contact = true,
-                                   .received = 1.0,
-                                   .valid = 1.0,
-                                   .force = {2.0, 0.0, 1.0},
-                                   .normal = {0.0, 0.0, 1.0}};
+    SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(MOST, true);
+    const PliantContact contact =
+        PUSHES_UP(.received = 1.0, .valid = 1.0, .force = {2.0, 0.0, 1.0});
     pliant_haptic_take(haptic, &contact);
     const double at[3] = {0.0, 0.0, 0.0}, velocity[3] = {0.044, 0.0, 0.09};
     double force[3];
     pliant_haptic_force(haptic, at, velocity, 1.0, force);
     expect_at_least(force[2], 0.0);
     expect_at_most(force[0] * velocity[0] + force[2] * velocity[2], 1e-12);
-    pliant_haptic_destroy(haptic);
 }
 
 TEST(hand_is_calm_on_the_guarded_loop)
@@ -475,7 +471,7 @@ TEST(bound_holds_in_space_for_contacts_at_random)
     uint64_t random = 7;
     for (int n = 0; n < 4; n++) {
         const bool told = n % 2, curve = n < 2;
-        PliantHaptic *haptic = pliant_haptic_create(MOST, true);
+        SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(MOST, true);
         double at[3] = {0}, way[3] = {0}, force[3] = {0}, normal[3] = {0};
         double given = 0.0, bound = CREDIT, pushed = 0.0, longest = 1e-4;
         for (int k = 0; k < 60000; k++) {
@@ -519,19 +515,14 @@ TEST(bound_holds_in_space_for_contacts_at_random)
                       curve ? "curve" : "anywhere", told ? "told" : "found", pushed, given, bound);
         if (curve)
             assert_true(pushed > 0.1); // it does push
-        pliant_haptic_destroy(haptic);
     }
 }
 
 TEST(force_ends_with_its_validity_and_at_the_limit)
 {
-    PliantHaptic *haptic = pliant_haptic_create(3.0, false);
-    PliantContact contact = {.contact = true,
-                             .received = 10.0,
-                             .valid = 0.02,
-                             .force = {0.0, 0.0, 1.0},
-                             .normal = {0.0, 0.0, 1.0},
-                             .stiffness = {{0}, {0}, {0.0, 0.0, 100.0}}};
+    SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(3.0, false);
+    PliantContact contact = PUSHES_UP(.received = 10.0, .valid = 0.02, .force = {0.0, 0.0, 1.0},
+                                      .stiffness = {{0}, {0}, {0.0, 0.0, 100.0}});
     double at[3] = {0.0, 0.0, -0.01}, force[3];
     pliant_haptic_force(haptic, at, NULL, 9.9, force);
     expect_near(force[2], 0.0, 0.0); // nothing was heard
@@ -561,20 +552,14 @@ TEST(force_ends_with_its_validity_and_at_the_limit)
     pliant_haptic_take(haptic, &contact);
     pliant_haptic_force(haptic, at, NULL, 10.021, force);
     expect_near(force[2], 0.0, 0.0);
-    pliant_haptic_destroy(haptic);
 }
 
 // The damping that a contact reports acts on the difference of the velocities alone: what was felt
 // at the contact is in its force.
 TEST(damping_acts_on_the_change_of_velocity)
 {
-    PliantHaptic *haptic = pliant_haptic_create(10.0, false);
-    PliantContact contact = {.contact = true,
-                             .received = 1.0,
-                             .valid = 0.1,
-                             .time = 1.0,
-                             .normal = {0.0, 0.0, 1.0},
-                             .damping = 4.0};
+    SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(10.0, false);
+    PliantContact contact = PUSHES_UP(.received = 1.0, .valid = 0.1, .time = 1.0, .damping = 4.0);
     pliant_haptic_take(haptic, &contact);
     contact.received = contact.time = 1.01;
     contact.position[2] = -0.001; // -0.1 m/s
@@ -585,7 +570,6 @@ TEST(damping_acts_on_the_change_of_velocity)
     expect_near(force[2], 2.0, 1e-12);
     pliant_haptic_force(haptic, contact.position, (double[3]){0.0, 0.0, -0.2}, 1.01, force);
     expect_near(force[2], 2.4, 1e-12);
-    pliant_haptic_destroy(haptic);
 }
 
 TEST(numbers_that_are_none_give_no_force)
@@ -594,13 +578,9 @@ TEST(numbers_that_are_none_give_no_force)
     assert_null(pliant_haptic_create(0.0, true));
     assert_null(pliant_haptic_create((double)NAN, true));
     for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
-        PliantHaptic *haptic = pliant_haptic_create(3.0, true);
-        PliantContact contact = {.contact = true,
-                                 .received = 1.0,
-                                 .valid = 0.1,
-                                 .force = {0.0, 0.0, 1.0},
-                                 .normal = {0.0, 0.0, 1.0},
-                                 .stiffness = {{bad[k]}, {0}, {0.0, bad[k], bad[k]}}};
+        SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(3.0, true);
+        PliantContact contact = PUSHES_UP(.received = 1.0, .valid = 0.1, .force = {0.0, 0.0, 1.0},
+                                          .stiffness = {{bad[k]}, {0}, {0.0, bad[k], bad[k]}});
         double force[3];
         pliant_haptic_take(haptic, &contact);
         for (int i = 0; i < 4; i++) {
@@ -612,6 +592,5 @@ TEST(numbers_that_are_none_give_no_force)
                 sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]);
             expect_at_most(size, 3.0 + 1e-9);
         }
-        pliant_haptic_destroy(haptic);
     }
 }

@@ -142,7 +142,7 @@ static void read_profile(Profile *profile, FILE *file)
     }
 }
 
-void profile_run(Profile *profile, const char *valgrind, const char *pliantd, const char *function,
+void profile_run(Profile *profile, const char *valgrind, const char *program, const char *function,
                  const char *arguments)
 {
     const char *out = scratch("callgrind.out");
@@ -151,12 +151,12 @@ void profile_run(Profile *profile, const char *valgrind, const char *pliantd, co
     process_run(&daemon, valgrind,
                 "--tool=callgrind --compress-strings=no --compress-pos=no --toggle-collect=%s "
                 "--callgrind-out-file=%s %s --log-level error %s",
-                function, out, pliantd, arguments);
+                function, out, program, arguments);
     FILE *file = daemon.code == 0 ? fopen(out, "r") : NULL;
     if (file == NULL)
-        fail_msg("%s %s: exit %d: %s", pliantd, arguments, daemon.code, daemon.err);
+        fail_msg("%s %s: exit %d: %s", program, arguments, daemon.code, daemon.err);
     read_profile(profile, file);
     fclose(file);
     if (profile->instructions == 0)
-        fail_msg("%s %s: nothing was counted inside %s", pliantd, arguments, function);
+        fail_msg("%s %s: nothing was counted inside %s", program, arguments, function);
 }

@@ -188,12 +188,12 @@ static const char *const PLAIN_FILES[] = {"surface/kernel/",
                                           "body/rigid_frame.c",
                                           NULL};
 
-static void count_steps(Profile *profile, const char *pliantd, const char *scene, int ticks,
+static void count_steps(Profile *profile, const char *program, const char *scene, int ticks,
                         const char *arguments)
 {
     char all[2048];
     snprintf(all, sizeof all, "--offline %g %s %s", ticks / 2000.0, or_else(arguments, ""), scene);
-    profile_run(profile, valgrind, pliantd, "sim_step", all);
+    profile_run(profile, valgrind, program, "sim_step", all);
 }
 
 // Of the plain scene, counted once: most of a run is valgrind's own start.
@@ -326,11 +326,11 @@ TEST(all_that_is_no_kernel_takes_less_than_1_percent)
 // ---------------------------------------------------------------------------------------------
 // What is taken
 
-static void explain(Process *daemon, const char *pliantd, const char *scene)
+static void explain(Process *daemon, const char *program, const char *scene)
 {
-    process_run(daemon, pliantd, "--explain --offline 1 %s", scene);
+    process_run(daemon, program, "--explain --offline 1 %s", scene);
     if (daemon->code != 0)
-        fail_msg("%s --explain: %s", pliantd, daemon->err);
+        fail_msg("%s --explain: %s", program, daemon->err);
     // What follows are features, not arrays.
     char *features = strstr(daemon->out, "\nfeatures of ");
     assert_non_null(features);
@@ -382,10 +382,10 @@ TEST(only_arrays_of_what_a_scene_has_are_taken)
 // ---------------------------------------------------------------------------------------------
 // Two ways to be without
 
-static long long total_bytes(const char *pliantd, const char *scene)
+static long long total_bytes(const char *program, const char *scene)
 {
     Process daemon;
-    explain(&daemon, pliantd, scene);
+    explain(&daemon, program, scene);
     const char *at = strstr(daemon.out, "\ntotal: ");
     assert_non_null(at);
     return strtoll(at + 8, NULL, 10);

@@ -8,8 +8,6 @@
 #include "pliant_load_t.h"
 #include "pliant_tool_pose_t.h"
 
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 
 const SessionScene session_scenes[SESSION_SCENES] = {
@@ -56,13 +54,10 @@ const char *session_scene(const SessionScene *scene, const char *precision, int 
 {
     char name[PATH_TEXT], text[8192];
     snprintf(name, sizeof name, SESSION_SCENES_FOLDER "/%s.cfg", scene->name);
-    int size =
-        snprintf(text, sizeof text, "precision = \"%s\";  threads = %d;\n", precision, threads);
-    FILE *from = fopen(name, "r");
-    assert_non_null(from);
-    size += (int)fread(text + size, 1, sizeof text - (size_t)size - 1, from);
-    text[size] = '\0';
-    fclose(from);
+    FREED char *from = file_text(name);
+    int size = snprintf(text, sizeof text, "precision = \"%s\";  threads = %d;\n%s", precision,
+                        threads, from);
+    assert_true(size < (int)sizeof text);
     snprintf(name, sizeof name, "%s-%s-%d.cfg", scene->name, precision, threads);
     const char *path = scratch(name);
     write_text(path, text);
@@ -257,13 +252,11 @@ static void change_pace(Draw *draw, int tick)
 
 long long kept_step(const char *checkpoint, const char *scene)
 {
+    Process daemon;
     struct stat facts;
     if (stat(checkpoint, &facts) != 0 || facts.st_size == 0)
         return -1;
-    Process daemon;
-    run_daemon(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
-    if (daemon.code != 0)
-        fail_msg("the checkpoint does not load: %s", daemon.err);
+    run_daemon_well(&daemon, "--offline 0 --resume %s %s", checkpoint, scene);
     return printed(&daemon, "step");
 }
 

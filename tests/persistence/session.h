@@ -9,8 +9,6 @@
 
 #include <lcm/lcm.h>
 
-#include <stdint.h>
-
 enum { TARGETS_MOST = 3, MESSAGE_BYTES = 256, SESSION_RATE = 1000 };
 
 // Where a body is, for tools that are to touch it.

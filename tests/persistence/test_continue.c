@@ -11,12 +11,8 @@
 #include "random.h"
 
 #include <errno.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <time.h>
-#include <unistd.h>
 
 enum { RUNS = 20 };
 
@@ -32,11 +28,8 @@ static bool holds_something(const char *path)
 // The test_argument(2)'s options with these in place of $PLIANTD_OPTIONS, and the scene.
 static void unit_arguments(const char *options, const char *scene, char *arguments, size_t size)
 {
-    char text[16384], line[1024];
-    FILE *file = fopen(test_argument(2), "r");
-    assert_non_null(file);
-    text[fread(text, 1, sizeof text - 1, file)] = '\0';
-    fclose(file);
+    char line[1024];
+    FREED char *text = file_text(test_argument(2));
     const char *begin = strstr(text, "\nExecStart=");
     assert_non_null(begin);
     begin = strchr(begin, ' ') + 1; // behind the program
@@ -71,12 +64,10 @@ static void expect_log_readable(const char *log, const char *base, const char *s
 
 static void expect_recording_readable(const char *path)
 {
-    BodyView view = {0};
-    hid_t file = view_open(path, true);
+    SCOPED(view_free) BodyView view = {0};
+    SCOPED(view_close) hid_t file = view_open(path, true);
     assert_true(file >= 0);
     view_body(&view, file, "sphere");
-    view_free(&view);
-    H5Fclose(file);
 }
 
 static void pause_ms(double ms)
@@ -92,107 +83,86 @@ static void drain(Client *client)
         client_listen(client, 5);
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(a_service_killed_twenty_times_loses_nothing_since_its_checkpoint)
 {
     uint64_t chance = 7;
-    char options[2048], arguments[4096], kept[PATH_TEXT * 2], base[PATH_TEXT * 2];
-    char scene[PATH_TEXT * 2];
-    snprintf(scene, sizeof scene, "%s", write_scene("service.cfg", HEAD, PROBE_TOOL));
-    snprintf(kept, sizeof kept, "%s", scratch("last.h5"));
-    snprintf(base, sizeof base, "%s", scratch("base.h5"));
+    char options[2048], arguments[4096];
+    const char *scene = write_scene("service.cfg", HEAD, PROBE_TOOL);
+    const char *kept = scratch("last.h5");
+    const char *base = scratch("base.h5");
     snprintf(options, sizeof options,
              "--checkpoint %s --checkpoint-every 0.02 --log-inputs %s --record %s", kept,
              scratch("inputs.log"), scratch("run.h5"));
     unit_arguments(options, scene, arguments, sizeof arguments);
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     for (int number = 1; number <= RUNS; number++) {
         long long before = kept_step(kept, scene);
         if (before >= 0)
             file_copy(kept, base);
         client->events = client->status.count = 0;
-        Process daemon;
-        daemon_start(&daemon, "%s", arguments);
-        client_wait_for_daemon(client);
+        server_start_for(client, &pliantd, "%s", arguments);
         wait_until(client, saw_event(client, "checkpoint"));
         pause_ms(random_between(&chance, 0.0, 40.0)); // somewhere between two writes, or in one
-        process_signal(&daemon, SIGKILL);
-        process_wait(&daemon);
-        assert_int_equal(daemon.code, 1000 + SIGKILL);
+        process_finish(&pliantd, SIGKILL);
+        assert_int_equal(pliantd.code, 1000 + SIGKILL);
         drain(client);
 
         // It went on from what there was, and what there is now is later.
         char said[64];
         snprintf(said, sizeof said, before < 0 ? "from scratch" : "step %lld", before);
-        if (strstr(daemon.err, said) == NULL)
-            fail_msg("run %d: no '%s' in: %s", number, said, daemon.err);
+        if (strstr(pliantd.err, said) == NULL)
+            fail_msg("run %d: no '%s' in: %s", number, said, pliantd.err);
         assert_true(kept_step(kept, scene) > before);
         expect_log_readable(numbered("inputs", ".log", number), before < 0 ? NULL : base, scene);
         expect_recording_readable(numbered("run", ".h5", number));
     }
-    client_destroy(client);
     assert_false(holds_something(numbered("run", ".h5", RUNS + 1)));
 }
 
 TEST(a_second_daemon_leaves_the_log_of_the_first_alone)
 {
-    char scene[PATH_TEXT * 2], log[PATH_TEXT * 2], holder[64];
-    snprintf(scene, sizeof scene, "%s", write_scene("two.cfg", HEAD, PROBE_TOOL));
-    snprintf(log, sizeof log, "%s", scratch("live.log"));
-    Client *client = client_create();
+    char holder[64];
+    const char *scene = write_scene("two.cfg", HEAD, PROBE_TOOL);
+    const char *log = scratch("live.log");
     Process first, second;
-    daemon_start(&first, "--log-inputs %s %s", log, scene);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&first, "--log-inputs %s %s", log, scene);
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_x=1.1")->ok);
     assert_true(command(client, PLIANT_COMMAND_T_STEP, 5, "")->ok);
     wait_until(client, holds_something(log));
 
     // Under the same prefix it does not get as far as the log.
     run_daemon(&second, "--log-inputs %s %s", log, scene);
-    assert_int_equal(second.code, 1);
-    assert_non_null(strstr(second.err, "another daemon"));
+    expect_ended(&second, 1, "another daemon");
     // Under its own it hears who is writing there.
     run_daemon(&second, "--prefix OTHER --log-inputs %s %s", log, scene);
     assert_int_equal(second.code, 2);
     snprintf(holder, sizeof holder, "process %ld is writing its log there", (long)first.pid);
-    if (strstr(second.err, holder) == NULL)
-        fail_msg("no '%s' in: %s", holder, second.err);
+    expect_in(second.err, holder);
 
-    command(client, PLIANT_COMMAND_T_STOP, 0, "");
-    process_wait(&first);
-    assert_int_equal(first.code, 0);
+    server_stop(client, &first);
     char live[32], again[32];
     printed_state(&first, live);
     Process repeated;
-    run_daemon(&repeated, "--offline 100 --input %s %s", log, scene);
-    assert_int_equal(repeated.code, 0);
+    run_daemon_well(&repeated, "--offline 100 --input %s %s", log, scene);
     printed_state(&repeated, again);
     assert_string_equal(again, live);
 
     // Once no process writes it, it still belongs to its run.
     run_daemon(&second, "--duration 0.1 --log-inputs %s %s", log, scene);
-    assert_int_equal(second.code, 2);
-    assert_non_null(strstr(second.err, "exists already"));
-    run_daemon(&second, "--duration 0.1 --log-inputs /dev/null %s", scene);
-    assert_int_equal(second.code, 0);
-    client_destroy(client);
+    expect_ended(&second, 2, "exists already");
+    run_daemon_well(&second, "--duration 0.1 --log-inputs /dev/null %s", scene);
 }
 
 TEST(a_later_checkpoint_is_not_replaced)
 {
     const char *kept = scratch("later.h5"), *scene = write_scene("later.cfg", HEAD, "");
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.2 --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 0);
-    run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "later.h5: holds step 200"));
-    run_daemon(&daemon, "--duration 0.1 --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 2);
+    run_daemon_well(&pliantd, "--offline 0.2 --checkpoint %s %s", kept, scene);
+    run_daemon(&pliantd, "--offline 0.1 --checkpoint %s %s", kept, scene);
+    expect_ended(&pliantd, 2, "later.h5: holds step 200");
+    run_daemon(&pliantd, "--duration 0.1 --checkpoint %s %s", kept, scene);
+    assert_int_equal(pliantd.code, 2);
     assert_int_equal(kept_step(kept, scene), 200);
-    run_daemon(&daemon, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
     assert_int_equal(kept_step(kept, scene), 300);
 }
 
@@ -200,40 +170,32 @@ TEST(a_damaged_checkpoint_is_neither_dropped_nor_replaced)
 {
     const char *kept = scratch("damaged.h5"), *copy = scratch("copy.h5");
     const char *scene = write_scene("damaged.cfg", HEAD, "");
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.2 --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&pliantd, "--offline 0.2 --checkpoint %s %s", kept, scene);
     FILE *file = fopen(kept, "r+b");
     assert_non_null(file);
     fseek(file, 2000, SEEK_SET);
     fputs("damage", file);
     fclose(file);
     file_copy(kept, copy);
-    run_daemon(&daemon, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "differs from its seal"));
-    run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "it is not replaced"));
-    run_daemon(&daemon, "--offline 0.1 --resume %s %s", copy, scene); // the bytes are as they were
-    assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "differs from its seal"));
+    run_daemon(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
+    expect_ended(&pliantd, 2, "differs from its seal");
+    run_daemon(&pliantd, "--offline 0.1 --checkpoint %s %s", kept, scene);
+    expect_ended(&pliantd, 2, "it is not replaced");
+    run_daemon(&pliantd, "--offline 0.1 --resume %s %s", copy, scene); // the bytes are as they were
+    expect_ended(&pliantd, 2, "differs from its seal");
 }
 
 TEST(a_run_may_begin_from_a_checkpoint_and_then_go_on_from_its_own)
 {
-    char base[PATH_TEXT * 2], scene[PATH_TEXT * 2], arguments[4096];
-    snprintf(scene, sizeof scene, "%s", write_scene("begin.cfg", HEAD, ""));
-    snprintf(base, sizeof base, "%s", scratch("begin.h5"));
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.1 --checkpoint %s %s", base, scene);
-    assert_int_equal(daemon.code, 0);
+    char arguments[4096];
+    const char *scene = write_scene("begin.cfg", HEAD, "");
+    const char *base = scratch("begin.h5");
+    run_daemon_well(&pliantd, "--offline 0.1 --checkpoint %s %s", base, scene);
     snprintf(arguments, sizeof arguments, "--offline 0.1 --continue --resume %s --checkpoint %s %s",
              base, scratch("own.h5"), scene);
     for (int run = 1; run <= 3; run++) {
-        run_daemon(&daemon, "%s", arguments);
-        assert_int_equal(daemon.code, 0);
-        assert_int_equal(printed(&daemon, "step"), 100 + 100 * run);
+        run_daemon_well(&pliantd, "%s", arguments);
+        assert_int_equal(printed(&pliantd, "step"), 100 + 100 * run);
     }
 }
 
@@ -248,15 +210,14 @@ TEST(a_signal_ends_a_scene_that_loads)
                                  "generator = \"box\"; size = 0.001; "
                                  "count = [150, 150, 120]; }; } );");
     for (int i = 0; i < 2; i++) {
-        Process daemon;
-        daemon_start(&daemon, "%s", scratch(name[i]));
+        daemon_start(&pliantd, "%s", scratch(name[i]));
         pause_ms(300.0); // it is loading by then
-        process_signal(&daemon, number[i]);
+        process_signal(&pliantd, number[i]);
         double begin = client_now();
-        process_wait(&daemon);
+        process_wait(&pliantd);
         print_message("%s: ended after %.3f s\n", name[i], client_now() - begin);
-        if (daemon.code != 1000 + number[i])
-            fail_msg("exit %d: %s", daemon.code, daemon.err);
-        assert_non_null(strstr(daemon.err, "before it had loaded"));
+        if (pliantd.code != 1000 + number[i])
+            fail_msg("exit %d: %s", pliantd.code, pliantd.err);
+        expect_in(pliantd.err, "before it had loaded");
     }
 }

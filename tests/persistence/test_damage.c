@@ -14,11 +14,8 @@
 #include <hdf5.h>
 
 #include <fcntl.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 enum { SEAL = 512, FILE_MOST = 1 << 20 };
 
@@ -29,10 +26,9 @@ typedef struct Bytes {
 
 static void read_bytes(const char *path, Bytes *bytes)
 {
-    unsigned char *data = file_read(path, &bytes->size);
+    FREED unsigned char *data = file_read(path, &bytes->size);
     assert_true(bytes->size > SEAL && bytes->size < sizeof bytes->at);
     memcpy(bytes->at, data, bytes->size);
-    free(data);
 }
 
 // A byte, a word or a stretch; most of HDF5's own tables lie in the first kilobytes.
@@ -96,11 +92,10 @@ static void make_bases(char scene[PATH_TEXT * 2], char with_initial[PATH_TEXT * 
              "  mesh = { generator = \"ico_sphere\"; nodes = %d; radius = 0.05; }; } );",
              scratch("changed.h5"), SPHERE_NODES);
     write_text(with_initial, text);
-    run_daemon(&daemon, "--offline 0.05 --checkpoint %s --record %s %s", scratch("checkpoint"),
-               scratch("recording"), scene);
-    assert_int_equal(daemon.code, 0);
-    process_run(&daemon, program_path("pliant-prepare"), "-o %s %s", scratch("prepared"), scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&daemon, "--offline 0.05 --checkpoint %s --record %s %s", scratch("checkpoint"),
+                    scratch("recording"), scene);
+    process_run_well(&daemon, program_path("pliant-prepare"), "-o %s %s", scratch("prepared"),
+                     scene);
     make_initial(scratch("initial"));
 }
 
@@ -126,16 +121,15 @@ static int quiet_hdf5(void **state)
 }
 
 AROUND_ALL(quiet_hdf5, NULL)
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(no_damage_brings_a_reader_down)
 {
     static Bytes base, changed;
     const char *text = getenv("PLIANT_DAMAGES");
     const int count = text != NULL ? atoi(text) : EFFORT(60);
-    char scene[PATH_TEXT * 2], with_initial[PATH_TEXT * 2], path[PATH_TEXT * 2];
+    char scene[PATH_TEXT * 2], with_initial[PATH_TEXT * 2];
     make_bases(scene, with_initial);
-    snprintf(path, sizeof path, "%s", scratch("changed.h5"));
+    const char *path = scratch("changed.h5");
     print_message("%-11s %6s %8s %5s %6s\n", "kind", "taken", "refused", "HDF5", "signal");
     for (int k = 0; k < KINDS; k++) {
         const Kind *kind = &kinds[k];
@@ -149,14 +143,13 @@ TEST(no_damage_brings_a_reader_down)
             if (kind->sealed)
                 seal_bytes(changed.at, changed.size);
             file_write(path, changed.at, changed.size);
-            Process daemon;
-            read_changed(&daemon, kind, path, k == 2 ? with_initial : scene);
-            taken += daemon.code == 0;
-            refused += daemon.code == 1 || daemon.code == 2;
-            signals += daemon.code >= 1000;
-            failed += strstr(daemon.err, ": HDF5 ") != NULL;
-            if (daemon.code >= 1000)
-                print_error("%s, change %d: signal %d\n", kind->name, number, daemon.code - 1000);
+            read_changed(&pliantd, kind, path, k == 2 ? with_initial : scene);
+            taken += pliantd.code == 0;
+            refused += pliantd.code == 1 || pliantd.code == 2;
+            signals += pliantd.code >= 1000;
+            failed += strstr(pliantd.err, ": HDF5 ") != NULL;
+            if (pliantd.code >= 1000)
+                print_error("%s, change %d: signal %d\n", kind->name, number, pliantd.code - 1000);
         }
         print_message("%-11s %6d %8d %5d %6d\n", kind->name, taken, refused, failed, signals);
         assert_int_equal(signals, 0);
@@ -169,9 +162,7 @@ TEST(a_recording_of_holes_is_told_of_in_no_time)
 {
     const char *path = scratch("holes.h5");
     const char *scene = write_scene("holes.cfg", "", "");
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.05 --record %s %s", path, scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&pliantd, "--offline 0.05 --record %s %s", path, scene);
     hid_t file = H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
     hid_t events = H5Dopen2(file, "/events", H5P_DEFAULT);
     const hsize_t rows = UINT64_C(15) << 32;
@@ -190,24 +181,23 @@ TEST(a_recording_of_holes_is_told_of_in_no_time)
     if (EFFORT(60) == 60)
         tight.rlim_cur = (rlim_t)1 << 31;
     assert_int_equal(setrlimit(RLIMIT_DATA, &tight), 0);
-    process_run(&daemon, program_path("pliant-record"), "--info %s",
+    process_run(&pliantd, program_path("pliant-record"), "--info %s",
                 path); // within the bound of process_wait
     assert_int_equal(setrlimit(RLIMIT_DATA, &before), 0);
-    if (daemon.code != 0 && daemon.code != 2)
-        fail_msg("exit %d: %s", daemon.code, daemon.err);
+    if (pliantd.code != 0 && pliantd.code != 2)
+        fail_msg("exit %d: %s", pliantd.code, pliantd.err);
     unlink(path);
 
     // And one that says so in its seal.
     static Bytes sealed;
-    run_daemon(&daemon, "--offline 0.05 --checkpoint %s %s", path, scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&pliantd, "--offline 0.05 --checkpoint %s %s", path, scene);
     read_bytes(path, &sealed);
     memset(sealed.at, 0, SEAL);
     snprintf((char *)sealed.at, SEAL, "pliant: %zu bytes follow, fnv1a %016x\n",
              ((size_t)15 << 40) - SEAL, 0u);
     file_write(path, sealed.at, sealed.size);
     assert_int_equal(truncate(path, (off_t)15 << 40), 0);
-    run_daemon(&daemon, "--offline 0 --resume %s %s", path, scene);
-    assert_int_equal(daemon.code, 2);
+    run_daemon(&pliantd, "--offline 0 --resume %s %s", path, scene);
+    assert_int_equal(pliantd.code, 2);
     unlink(path);
 }

@@ -9,14 +9,10 @@
 #include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/file.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-enum { TRACE_MAX = 1 << 20 };
 
 static const char STRACE[] = "/usr/bin/strace";
 
@@ -70,28 +66,20 @@ static const char *find_call(const char *from, const char *call, const char *wha
     return found;
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 // The name is changed when the content is on the disk, and the run goes on when the name is.
 TEST(a_checkpoint_is_on_the_disk_before_it_has_its_name)
 {
-    Process daemon;
     char arguments[2048], options[1024];
     const char *trace = scratch("trace");
     snprintf(options, sizeof options, "-y -o %s -e trace=openat,write,fsync,rename,close", trace);
     snprintf(arguments, sizeof arguments, "--offline 0.01 --checkpoint %s %s", scratch("order.h5"),
              session_scene(&session_scenes[2], "single", 1));
-    if (!run_traced(&daemon, options, arguments))
+    if (!run_traced(&pliantd, options, arguments))
         skip();
-    assert_int_equal(daemon.code, 0);
-    char *text = calloc(1, TRACE_MAX);
-    FILE *file = fopen(trace, "r");
-    assert_non_null(file);
-    size_t size = fread(text, 1, TRACE_MAX - 1, file);
-    fclose(file);
-    assert_true(size > 0 && size < TRACE_MAX - 1);
-    char folder[PATH_TEXT * 2];
-    snprintf(folder, sizeof folder, "%s", scratch("x"));
+    assert_int_equal(pliantd.code, 0);
+    FREED char *text = file_text(trace);
+    assert_true(text[0] != '\0');
+    const char *folder = scratch("x");
     *strrchr(folder, '/') = '\0';
     const char *at = find_call(text, "openat(", "order.h5.tmp");
     at = find_call(at, "write(", "order.h5.tmp>");
@@ -100,7 +88,6 @@ TEST(a_checkpoint_is_on_the_disk_before_it_has_its_name)
     assert_null(look_for(at, renamed, "write(", "order.h5.tmp>"));
     at = find_call(renamed, "openat(", "O_DIRECTORY");
     at = find_call(at, "fsync(", folder);
-    free(text);
 }
 
 // --- killed at each of them ---
@@ -111,10 +98,8 @@ TEST(a_kill_at_any_call_leaves_a_checkpoint)
     const char *scene = session_scene(&session_scenes[2], "single", 1);
     const char *kept = scratch("calls.h5");
     char arguments[2048], options[1024], former[32];
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.02 --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, former);
+    run_daemon_well(&pliantd, "--offline 0.02 --checkpoint %s %s", kept, scene);
+    printed_state(&pliantd, former);
     snprintf(arguments, sizeof arguments,
              "--offline 0.1 --checkpoint-every 0.02 --resume %s "
              "--checkpoint %s %s",
@@ -125,20 +110,19 @@ TEST(a_kill_at_any_call_leaves_a_checkpoint)
         snprintf(options, sizeof options,
                  "-o /dev/null -P %s.tmp -e trace=%s -e inject=%s:signal=KILL:when=2", kept,
                  calls[k], calls[k]);
-        if (!run_traced(&daemon, options, arguments))
+        if (!run_traced(&pliantd, options, arguments))
             skip();
-        bool killed = daemon.code == 1000 + SIGKILL;
+        bool killed = pliantd.code == 1000 + SIGKILL;
         seen += killed;
         print_message("%s: %s\n", calls[k], killed ? "killed" : "not called twice");
-        run_daemon(&daemon, "--offline 0 --resume %s %s", kept, scene);
-        if (daemon.code != 0)
-            fail_msg("killed in %s: %s", calls[k], daemon.err);
-        assert_true(printed(&daemon, "step") >= 20);
+        run_daemon(&pliantd, "--offline 0 --resume %s %s", kept, scene);
+        if (pliantd.code != 0)
+            fail_msg("killed in %s: %s", calls[k], pliantd.err);
+        assert_true(printed(&pliantd, "step") >= 20);
     }
     assert_true(seen >= 5);
     // Whatever they left is used by the next writer.
-    run_daemon(&daemon, "--offline 0.01 --resume %s --checkpoint %s %s", kept, kept, scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&pliantd, "--offline 0.01 --resume %s --checkpoint %s %s", kept, kept, scene);
     char temporary[PATH_TEXT * 2 + 8];
     snprintf(temporary, sizeof temporary, "%s.tmp", kept);
     assert_false(exists(temporary));
@@ -149,19 +133,17 @@ TEST(a_kill_at_any_call_leaves_a_checkpoint)
 TEST(a_full_disk_leaves_the_former_checkpoint)
 {
     const char *scene = session_scene(&session_scenes[2], "single", 1), *disk = scratch("disk");
-    char kept[PATH_TEXT * 2], filler[PATH_TEXT * 2], former[32], now[32];
+    char former[32], now[32];
     assert_int_equal(mkdir(disk, 0700), 0);
     if (unshare(CLONE_NEWNS) != 0 || mount(NULL, "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0 ||
         mount("none", disk, "tmpfs", 0, "size=4m") != 0) {
         print_message("skipped: no file system of its own: %s\n", strerror(errno));
         skip();
     }
-    snprintf(kept, sizeof kept, "%s", scratch("disk/kept.h5"));
-    snprintf(filler, sizeof filler, "%s", scratch("disk/filler"));
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.02 --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, former);
+    const char *kept = scratch("disk/kept.h5");
+    const char *filler = scratch("disk/filler");
+    run_daemon_well(&pliantd, "--offline 0.02 --checkpoint %s %s", kept, scene);
+    printed_state(&pliantd, former);
     static const char zero[4096];
     int fd = open(filler, O_WRONLY | O_CREAT, 0600);
     while (write(fd, zero, sizeof zero) > 0) {
@@ -170,24 +152,19 @@ TEST(a_full_disk_leaves_the_former_checkpoint)
     assert_int_equal(ftruncate(fd, lseek(fd, 0, SEEK_END) - 65536), 0);
     close(fd);
 
-    run_daemon(&daemon, "--offline 0.1 --checkpoint-every 0.02 --resume %s --checkpoint %s %s",
+    run_daemon(&pliantd, "--offline 0.1 --checkpoint-every 0.02 --resume %s --checkpoint %s %s",
                kept, kept, scene);
-    assert_int_equal(daemon.code, 1);
-    assert_non_null(strstr(daemon.err, "kept.h5: No space left on device"));
-    strcat(kept, ".tmp");
-    assert_false(exists(kept));
-    *strrchr(kept, '.') = '\0';
-    run_daemon(&daemon, "--offline 0 --resume %s %s", kept, scene);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, now);
+    expect_ended(&pliantd, 1, "kept.h5: No space left on device");
+    assert_false(exists(scratch("disk/kept.h5.tmp")));
+    run_daemon_well(&pliantd, "--offline 0 --resume %s %s", kept, scene);
+    printed_state(&pliantd, now);
     assert_string_equal(now, former);
 
     // With space again it is replaced.
     unlink(filler);
-    run_daemon(&daemon, "--offline 0.1 --resume %s --checkpoint %s %s", kept, kept, scene);
-    assert_int_equal(daemon.code, 0);
-    run_daemon(&daemon, "--offline 0 --resume %s %s", kept, scene);
-    assert_int_equal(printed(&daemon, "step"), 120);
+    run_daemon_well(&pliantd, "--offline 0.1 --resume %s --checkpoint %s %s", kept, kept, scene);
+    run_daemon(&pliantd, "--offline 0 --resume %s %s", kept, scene);
+    assert_int_equal(printed(&pliantd, "step"), 120);
     umount(disk);
 }
 
@@ -196,17 +173,13 @@ TEST(a_full_disk_leaves_the_former_checkpoint)
 TEST(a_file_that_another_program_writes_is_left_to_it)
 {
     const char *scene = session_scene(&session_scenes[2], "single", 1), *kept = scratch("two.h5");
-    char temporary[PATH_TEXT * 2];
-    snprintf(temporary, sizeof temporary, "%s", scratch("two.h5.tmp"));
+    const char *temporary = scratch("two.h5.tmp");
     int fd = open(temporary, O_WRONLY | O_CREAT, 0600);
     assert_int_equal(flock(fd, LOCK_EX), 0);
-    Process daemon;
-    run_daemon(&daemon, "--offline 0.01 --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "two.h5: another program that runs writes there"));
+    run_daemon(&pliantd, "--offline 0.01 --checkpoint %s %s", kept, scene);
+    expect_ended(&pliantd, 2, "two.h5: another program that runs writes there");
     assert_true(exists(temporary));
     close(fd); // as one that was killed
-    run_daemon(&daemon, "--offline 0.01 --checkpoint %s %s", kept, scene);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&pliantd, "--offline 0.01 --checkpoint %s %s", kept, scene);
     assert_false(exists(temporary));
 }

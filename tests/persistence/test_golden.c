@@ -6,9 +6,6 @@
 
 #include "effort.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { TICKS = 300, HASH_TEXT = 32 };
 static const uint64_t SEED = 8;
 static const char *const PRECISIONS[] = {"single", "double"};
@@ -23,7 +20,7 @@ static bool runs(const char *level, const char *scene)
     Process daemon;
     run_daemon(&daemon, "--check --isa %s %s", level, scene);
     if (daemon.code != 0)
-        assert_non_null(strstr(daemon.err, level)); // and for no other reason
+        expect_in(daemon.err, level); // and for no other reason
     return daemon.code == 0;
 }
 
@@ -31,22 +28,17 @@ static void run_session(const SessionScene *scene, const char *precision, const 
                         int threads, char hash[HASH_TEXT])
 {
     Process daemon;
-    run_daemon(&daemon, "--offline 1000 --isa %s --input %s %s", level, scratch("golden.log"),
-               session_scene(scene, precision, threads));
-    if (daemon.code != 0)
-        fail_msg("%s", daemon.err);
+    run_daemon_well(&daemon, "--offline 1000 --isa %s --input %s %s", level, scratch("golden.log"),
+                    session_scene(scene, precision, threads));
     assert_int_equal(printed(&daemon, "step"), TICKS);
     printed_state(&daemon, hash);
 }
 
 static void write_session(const SessionScene *scene)
 {
-    Session session = session_create(scene, SEED, TICKS);
+    SCOPED(session_destroy) Session session = session_create(scene, SEED, TICKS);
     session_write_log(&session, scene, scratch("golden.log"));
-    session_destroy(&session);
 }
-
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(every_level_and_number_of_threads_gives_the_same_bits)
 {

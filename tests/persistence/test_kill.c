@@ -12,12 +12,8 @@
 
 #include <dirent.h>
 #include <errno.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <time.h>
-#include <unistd.h>
 
 enum { OFFLINE_TICKS = 250, LIVE_TICKS = 1000, AFTER_TICKS = 60, HASH_TEXT = 32 };
 
@@ -75,8 +71,7 @@ static bool kill_at_random(Process *daemon, double most)
     double s = random_between(&chance_state, 0.0, most);
     const struct timespec pause = {.tv_sec = (time_t)s, .tv_nsec = (long)(fmod(s, 1.0) * 1e9)};
     nanosleep(&pause, NULL);
-    process_signal(daemon, SIGKILL);
-    process_wait(daemon);
+    process_finish(daemon, SIGKILL);
     if (daemon->code != 0 && daemon->code != 1000 + SIGKILL)
         fail_msg("exit %d: %s", daemon->code, daemon->err);
     return daemon->code != 0;
@@ -124,27 +119,22 @@ static void chain_begin(Chain *chain, int index, Tally *tally)
     Session session = session_create(scene, 100 + (uint64_t)index, OFFLINE_TICKS);
     session_write_log(&session, scene, chain->log);
     session_destroy(&session);
-    Process daemon;
     double begin = client_now();
-    run_daemon(&daemon, "--offline 1000 --checkpoint-every 0.004 --checkpoint %s --input %s %s",
-               chain->kept, chain->log, chain->config);
-    if (daemon.code != 0)
-        fail_msg("%s", daemon.err);
+    run_daemon_well(&pliantd,
+                    "--offline 1000 --checkpoint-every 0.004 --checkpoint %s --input %s %s",
+                    chain->kept, chain->log, chain->config);
     chain->run_s = client_now() - begin;
-    printed_state(&daemon, chain->whole);
+    printed_state(&pliantd, chain->whole);
     unlink(chain->kept);
 }
 
 static void expect_same_end(const Chain *chain)
 {
-    Process daemon;
     char state[HASH_TEXT];
-    run_daemon(&daemon, "--offline 1000 --resume %s --input %s %s", chain->kept, chain->log,
-               chain->config);
-    if (daemon.code != 0)
-        fail_msg("%s", daemon.err);
-    assert_int_equal(printed(&daemon, "step"), OFFLINE_TICKS);
-    printed_state(&daemon, state);
+    run_daemon_well(&pliantd, "--offline 1000 --resume %s --input %s %s", chain->kept, chain->log,
+                    chain->config);
+    assert_int_equal(printed(&pliantd, "step"), OFFLINE_TICKS);
+    printed_state(&pliantd, state);
     assert_string_equal(state, chain->whole);
 }
 
@@ -157,13 +147,12 @@ static void run_offline_kills(Chain *chain, int count)
     for (int k = 0; kills < count && k < TRIES * count; k++) {
         double left_s =
             chain->run_s * (double)(OFFLINE_TICKS - (before < 0 ? 0 : before)) / OFFLINE_TICKS;
-        Process daemon;
-        daemon_start(&daemon,
+        daemon_start(&pliantd,
                      "--offline 1000 --checkpoint-every 0.004 --checkpoint %s %s %s "
                      "--input %s %s",
                      chain->kept, before < 0 ? "" : "--resume", before < 0 ? "" : chain->kept,
                      chain->log, chain->config);
-        bool killed = kill_at_random(&daemon, left_s);
+        bool killed = kill_at_random(&pliantd, left_s);
         kills += killed;
         look_for_litter(chain->kept, chain->tally);
         long long after = kept_step(chain->kept, chain->config);
@@ -177,8 +166,6 @@ static void run_offline_kills(Chain *chain, int count)
     }
     assert_int_equal(kills, count);
 }
-
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(a_run_killed_while_it_writes_goes_on_with_the_same_bits)
 {
@@ -200,20 +187,16 @@ static void expect_log_leads_on(const char *config, const char *log, const char 
                                 long long base_step, const char *kept, long long step)
 {
     char from_log[HASH_TEXT], from_kept[HASH_TEXT];
-    Process daemon;
     const double after_s = (double)AFTER_TICKS / SESSION_RATE;
-    run_daemon(&daemon, "--offline %.3f --input %s %s %s %s",
-               (double)(step - base_step) / SESSION_RATE + after_s, log,
-               base == NULL ? "" : "--resume", base == NULL ? "" : base, config);
-    if (daemon.code != 0)
-        fail_msg("%s", daemon.err);
-    assert_int_equal(printed(&daemon, "step"), step + AFTER_TICKS);
-    printed_state(&daemon, from_log);
-    run_daemon(&daemon, "--offline %.3f --input %s --resume %s %s", after_s, log, kept, config);
-    if (daemon.code != 0)
-        fail_msg("%s", daemon.err);
-    assert_int_equal(printed(&daemon, "step"), step + AFTER_TICKS);
-    printed_state(&daemon, from_kept);
+    run_daemon_well(&pliantd, "--offline %.3f --input %s %s %s %s",
+                    (double)(step - base_step) / SESSION_RATE + after_s, log,
+                    base == NULL ? "" : "--resume", base == NULL ? "" : base, config);
+    assert_int_equal(printed(&pliantd, "step"), step + AFTER_TICKS);
+    printed_state(&pliantd, from_log);
+    run_daemon_well(&pliantd, "--offline %.3f --input %s --resume %s %s", after_s, log, kept,
+                    config);
+    assert_int_equal(printed(&pliantd, "step"), step + AFTER_TICKS);
+    printed_state(&pliantd, from_kept);
     assert_string_equal(from_kept, from_log);
 }
 
@@ -242,21 +225,17 @@ static void drive_and_kill(Process *daemon, Client *client, const Session *sessi
         if (client->status.count > 0 && tick < session->ticks)
             session_send(session, ++tick, &next, client->lcm);
     }
-    process_signal(daemon, SIGKILL);
-    process_wait(daemon);
-    if (daemon->code != 1000 + SIGKILL)
-        fail_msg("exit %d: %s", daemon->code, daemon->err);
+    process_finish(daemon, SIGKILL);
+    expect_code(daemon, 1000 + SIGKILL);
 }
 
 static void kill_live(const SessionScene *scene, int round, Client *client, Tally *tally)
 {
-    char config[PATH_TEXT * 2], kept[PATH_TEXT * 2], base[PATH_TEXT * 2];
-    char log[PATH_TEXT * 2], record[PATH_TEXT * 2];
-    snprintf(config, sizeof config, "%s", session_scene(scene, "single", 1 + round % 2));
-    snprintf(kept, sizeof kept, "%s", path_for(scene, "live", "kept.h5"));
-    snprintf(base, sizeof base, "%s", scratch("base.h5"));
-    snprintf(log, sizeof log, "%s", scratch("live.log"));
-    snprintf(record, sizeof record, "%s", scratch("live-record.h5"));
+    const char *config = session_scene(scene, "single", 1 + round % 2);
+    const char *kept = path_for(scene, "live", "kept.h5");
+    const char *base = scratch("base.h5");
+    const char *log = scratch("live.log");
+    const char *record = scratch("live-record.h5");
     unlink(log);
     unlink(record);
     long long before = kept_step(kept, config);
@@ -265,12 +244,11 @@ static void kill_live(const SessionScene *scene, int round, Client *client, Tall
         file_copy(kept, base);
 
     Session session = session_create(scene, 1000 + (uint64_t)round, LIVE_TICKS);
-    Process daemon;
-    daemon_start(&daemon,
+    daemon_start(&pliantd,
                  "--log-inputs %s --record %s --checkpoint-every 0.005 --checkpoint %s "
                  "%s %s %s",
                  log, record, kept, resumed ? "--resume" : "", resumed ? base : "", config);
-    drive_and_kill(&daemon, client, &session, 0.8);
+    drive_and_kill(&pliantd, client, &session, 0.8);
     session_destroy(&session);
 
     look_for_litter(kept, tally);
@@ -285,10 +263,9 @@ static void kill_live(const SessionScene *scene, int round, Client *client, Tall
 TEST(a_live_server_that_is_killed_goes_on_with_the_same_bits)
 {
     Tally tally[SESSION_SCENES] = {0};
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     for (int round = 0; round < rounds(); round++)
         kill_live(&session_scenes[round % SESSION_SCENES], round, client,
                   &tally[round % SESSION_SCENES]);
-    client_destroy(client);
     print_tallies("live", tally);
 }

@@ -10,12 +10,7 @@
 #include "pliant_event_t.h"
 #include "pliant_status_t.h"
 
-#include <math.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 enum { TICKS = 700, MESSAGES_MOST = 60000 };
 
@@ -136,10 +131,8 @@ typedef struct Again {
     double moved; // [m]
 } Again;
 
-static void see_status(const lcm_recv_buf_t *buffer, const char *channel,
-                       const pliant_status_t *status, void *user)
+HANDLER(see_status, pliant_status_t, status)
 {
-    (void)buffer, (void)channel;
     Again *again = user;
     again->statuses++;
     for (int b = 0; b < status->num_bodies; b++)
@@ -147,10 +140,8 @@ static void see_status(const lcm_recv_buf_t *buffer, const char *channel,
             again->moved = status->body[b].max_displacement;
 }
 
-static void see_event(const lcm_recv_buf_t *buffer, const char *channel,
-                      const pliant_event_t *event, void *user)
+HANDLER(see_event, pliant_event_t, event)
 {
-    (void)buffer, (void)channel;
     ((Again *)user)->loads += strcmp(event->kind, "load") == 0;
 }
 
@@ -166,10 +157,8 @@ static void start_monitor(Process *monitor, const char *table)
 
 static void end_monitor(Process *monitor)
 {
-    process_signal(monitor, SIGINT);
-    process_wait(monitor);
-    if (monitor->code != 0)
-        fail_msg("%s", monitor->err);
+    process_finish(monitor, SIGINT);
+    expect_code(monitor, 0);
 }
 
 // How many lines with numbers of a table are in another one too, which has them in the same order.
@@ -198,12 +187,10 @@ static int count_same_lines(const char *one_path, const char *other_path, int *l
 // A session with the logger listening, among messages of others.
 static void record_session(const char *path)
 {
-    Client *client = client_create();
     Process logger, daemon, monitor;
     process_start(&logger, LOGGER, "--lcm-url=%s -f -q %s", URL, path);
     start_monitor(&monitor, "live.tsv");
-    daemon_start(&daemon, "%s", session_scene(scene, "single", 1));
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&daemon, "%s", session_scene(scene, "single", 1));
     Session session = session_create(scene, 70, TICKS);
     int next = 0;
     for (int tick = 1; tick <= TICKS; tick++) {
@@ -219,10 +206,8 @@ static void record_session(const char *path)
     session_destroy(&session);
     wait_until(client, client->frames.whole >= 20); // however slowly it ticks
     process_end(&daemon);
-    process_signal(&logger, SIGINT);
-    process_wait(&logger);
+    process_finish(&logger, SIGINT);
     end_monitor(&monitor);
-    client_destroy(client);
 }
 
 static bool has_ended(const Process *daemon)
@@ -238,15 +223,13 @@ static void play(Process *player, const char *arguments, const char *path)
                   path);
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(a_logged_session_is_shown_again_by_the_player)
 {
     if (!installed())
         skip();
     const char *path = scratch("session.lcmlog");
     record_session(path);
-    Logged *logged = read_log(path);
+    FREED Logged *logged = read_log(path);
     print_message("%d messages, %d of nodes, %d inputs, %d of others\n", logged->count,
                   logged->nodes, logged->inputs, logged->others);
     assert_true(logged->nodes >= 10);
@@ -276,7 +259,6 @@ TEST(a_logged_session_is_shown_again_by_the_player)
     assert_true(2 * heard.nodes > logged->nodes);
     lcm_unsubscribe(lcm, on);
     lcm_destroy(lcm);
-    free(logged);
 
     int lines, same = count_same_lines(scratch("live.tsv"), scratch("again.tsv"), &lines);
     print_message("pliant-monitor: %d of %d lines again\n", same, lines);
@@ -289,13 +271,11 @@ TEST(logged_inputs_move_the_tissue_of_another_server)
 {
     if (!installed())
         skip();
-    char text[8192] = "prefix = \"AGAIN\";  input_prefix = \"PLIANT\";\n";
-    FILE *from = fopen(session_scene(scene, "single", 1), "r");
-    assert_non_null(from);
-    size_t size = strlen(text);
-    size += fread(text + size, 1, sizeof text - size - 1, from);
-    text[size] = '\0';
-    fclose(from);
+    char text[8192];
+    FREED char *from = file_text(session_scene(scene, "single", 1));
+    int size =
+        snprintf(text, sizeof text, "prefix = \"AGAIN\";  input_prefix = \"PLIANT\";\n%s", from);
+    assert_true(size < (int)sizeof text);
     const char *config = scratch("again.cfg");
     write_text(config, text);
 
@@ -323,8 +303,7 @@ TEST(logged_inputs_move_the_tissue_of_another_server)
     assert_true(again.moved > 2e-3);
     assert_true(again.loads > 0);
     assert_int_equal(none.strange, 0);
-    process_signal(&player, SIGTERM);
-    process_wait(&player);
+    process_finish(&player, SIGTERM);
     process_end(&daemon);
     pliant_status_t_unsubscribe(lcm, status);
     pliant_event_t_unsubscribe(lcm, event);
@@ -337,25 +316,23 @@ TEST(a_log_of_the_logger_is_input_off_line)
     if (!installed())
         skip();
     const char *config = session_scene(scene, "single", 1), *path = scratch("session.lcmlog");
-    Logged *logged = read_log(path);
+    FREED Logged *logged = read_log(path);
     const Middle middle = middle_input(path, logged->inputs);
-    free(logged);
     const int ticks = (int)ceil(middle.seconds * SESSION_RATE);
     char still[32], moved[32];
-    Process daemon;
-    run_daemon(&daemon, "--offline %.3f %s", (double)ticks / SESSION_RATE, config);
-    printed_state(&daemon, still);
-    run_daemon(&daemon, "--offline %.3f --input %s %s", (double)ticks / SESSION_RATE, path, config);
-    assert_int_equal(daemon.code, 0);
-    assert_null(strstr(daemon.err, "cut off"));
-    assert_true(printed(&daemon, "step") == ticks);
-    printed_state(&daemon, moved);
+    run_daemon(&pliantd, "--offline %.3f %s", (double)ticks / SESSION_RATE, config);
+    printed_state(&pliantd, still);
+    run_daemon_well(&pliantd, "--offline %.3f --input %s %s", (double)ticks / SESSION_RATE, path,
+                    config);
+    assert_null(strstr(pliantd.err, "cut off"));
+    assert_true(printed(&pliantd, "step") == ticks);
+    printed_state(&pliantd, moved);
     assert_string_not_equal(moved, still);
 
     // Its writer was killed: the last event is not whole.
     assert_int_equal(truncate(path, middle.end - 10), 0);
-    run_daemon(&daemon, "--offline %.3f --input %s %s", (double)ticks / SESSION_RATE, path, config);
-    assert_int_equal(daemon.code, 0);
-    assert_non_null(strstr(daemon.err, "cut off after"));
-    assert_null(strstr(daemon.out, "applied 0,"));
+    run_daemon_well(&pliantd, "--offline %.3f --input %s %s", (double)ticks / SESSION_RATE, path,
+                    config);
+    expect_in(pliantd.err, "cut off after");
+    assert_null(strstr(pliantd.out, "applied 0,"));
 }

@@ -7,22 +7,14 @@
 #include "scene_writer.h"
 
 #include <errno.h>
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 static const char PRECIOUS[] = "solid organ\n  facet normal 0 0 1\n";
 static const char *prepare, *record, *monitor, *probe, *study;
 
 static void expect_precious(const char *path)
 {
-    char text[256];
-    FILE *file = fopen(path, "r");
-    assert_non_null(file);
-    text[fread(text, 1, sizeof text - 1, file)] = '\0';
-    fclose(file);
+    FREED char *text = file_text(path);
     if (strcmp(text, PRECIOUS) != 0)
         fail_msg("%s was replaced by: %.40s", path, text);
 }
@@ -73,21 +65,18 @@ static int find_programs(void **state)
 }
 
 AROUND_ALL(find_programs, NULL)
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(a_file_of_another_kind_is_refused_by_every_writer)
 {
-    char scene[PATH_TEXT * 2], path[PATH_TEXT * 2];
-    snprintf(scene, sizeof scene, "%s", write_scene("foreign.cfg", "", PROBE_TOOL));
-    snprintf(path, sizeof path, "%s", scratch("organ.stl"));
+    const char *scene = write_scene("foreign.cfg", "", PROBE_TOOL);
+    const char *path = scratch("organ.stl");
     write_text(path, PRECIOUS);
     for (int i = 0; i < WRITERS; i++) {
-        Process daemon;
-        run_writer(&daemon, &writers[i], path, scene);
-        if (daemon.code != 1 && daemon.code != 2)
-            fail_msg("%s: exit %d", writers[i].arguments, daemon.code);
-        if (strstr(daemon.err, "organ.stl: ") == NULL)
-            fail_msg("%s: %s", writers[i].arguments, daemon.err);
+        run_writer(&pliantd, &writers[i], path, scene);
+        if (pliantd.code != 1 && pliantd.code != 2)
+            fail_msg("%s: exit %d", writers[i].arguments, pliantd.code);
+        if (strstr(pliantd.err, "organ.stl: ") == NULL)
+            fail_msg("%s: %s", writers[i].arguments, pliantd.err);
         expect_precious(path);
     }
 }
@@ -95,27 +84,22 @@ TEST(a_file_of_another_kind_is_refused_by_every_writer)
 // A sealed file of another format is not its own either.
 TEST(a_prepared_file_is_no_checkpoint_and_no_checkpoint_one)
 {
-    char scene[PATH_TEXT * 2], kept[PATH_TEXT * 2], made[PATH_TEXT * 2];
-    snprintf(scene, sizeof scene, "%s", write_scene("formats.cfg", "", ""));
-    snprintf(kept, sizeof kept, "%s", scratch("kept.h5"));
-    snprintf(made, sizeof made, "%s", scratch("made.h5"));
+    const char *scene = write_scene("formats.cfg", "", "");
+    const char *kept = scratch("kept.h5");
+    const char *made = scratch("made.h5");
     const Writer checkpoint = {NULL, "--offline 0.01 --checkpoint %s %s"};
     const Writer model = {&prepare, "-o %s %s"};
-    Process daemon;
     for (int again = 0; again < 2; again++) { // each over its own
-        run_writer(&daemon, &model, made, scene);
-        assert_int_equal(daemon.code, 0);
-        run_writer(&daemon, &checkpoint, kept, scene);
-        assert_int_equal(daemon.code, again ? 2 : 0); // the same step again, from the start
+        run_writer(&pliantd, &model, made, scene);
+        assert_int_equal(pliantd.code, 0);
+        run_writer(&pliantd, &checkpoint, kept, scene);
+        assert_int_equal(pliantd.code, again ? 2 : 0); // the same step again, from the start
     }
-    run_writer(&daemon, &checkpoint, made, scene);
-    assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "made.h5: / format \"pliant-prepared\" is not"));
-    run_writer(&daemon, &model, kept, scene);
-    assert_int_equal(daemon.code, 2);
-    assert_non_null(strstr(daemon.err, "kept.h5: / format \"pliant-checkpoint\" is not"));
-    run_daemon(&daemon, "--offline 0 --resume %s --prepared %s %s", kept, made, scene);
-    assert_int_equal(daemon.code, 0);
+    run_writer(&pliantd, &checkpoint, made, scene);
+    expect_ended(&pliantd, 2, "made.h5: / format \"pliant-prepared\" is not");
+    run_writer(&pliantd, &model, kept, scene);
+    expect_ended(&pliantd, 2, "kept.h5: / format \"pliant-checkpoint\" is not");
+    run_daemon_well(&pliantd, "--offline 0 --resume %s --prepared %s %s", kept, made, scene);
 }
 
 // Before its first checkpoint, between two and after `kill -9`; it stands still, so that no step of
@@ -130,10 +114,8 @@ TEST(a_checkpoint_that_a_live_daemon_keeps_is_its_own)
     char scene[PATH_TEXT * 2], kept[PATH_TEXT * 2];
     snprintf(scene, sizeof scene, "%s", write_scene("kept.cfg", "start = \"paused\";", ""));
     snprintf(kept, sizeof kept, "%s", scratch("live.h5"));
-    Client *client = client_create();
     Process first, other;
-    daemon_start(&first, "--checkpoint %s %s", kept, scene);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client = server_start(&first, "--checkpoint %s %s", kept, scene);
     for (int written = 0; written < 3; written++) {
         if (written > 0)
             assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
@@ -148,13 +130,10 @@ TEST(a_checkpoint_that_a_live_daemon_keeps_is_its_own)
         else
             assert_int_not_equal(access(kept, F_OK), 0);
     }
-    process_signal(&first, SIGKILL);
-    process_wait(&first);
+    process_finish(&first, SIGKILL);
     const Writer writer = {NULL, second[2]};
     run_writer(&other, &writer, kept, scene);
-    if (other.code != 0)
-        fail_msg("exit %d: %s", other.code, other.err);
-    client_destroy(client);
+    expect_code(&other, 0);
 }
 
 // The temporary's name, or the sidecar's, is a link to something precious, or something else.
@@ -162,13 +141,12 @@ TEST(what_lies_at_a_temporarys_name_stays)
 {
     static const Writer whole[] = {{NULL, "--offline 0.01 --checkpoint %s %s"},
                                    {&prepare, "-o %s %s"}};
-    char scene[PATH_TEXT * 2], path[PATH_TEXT * 2], temporary[PATH_TEXT * 3], victim[PATH_TEXT * 2];
-    snprintf(scene, sizeof scene, "%s", write_scene("links.cfg", "", ""));
-    snprintf(path, sizeof path, "%s", scratch("linked.h5"));
+    char temporary[PATH_TEXT * 3];
+    const char *scene = write_scene("links.cfg", "", "");
+    const char *path = scratch("linked.h5");
     snprintf(temporary, sizeof temporary, "%s.tmp", path);
-    snprintf(victim, sizeof victim, "%s", scratch("victim.txt"));
+    const char *victim = scratch("victim.txt");
     write_text(victim, PRECIOUS);
-    Process daemon;
     for (int i = 0; i < 2; i++) {
         for (int kind = 0; kind < 5; kind++) {
             int made = kind == 0   ? symlink(victim, temporary)
@@ -177,9 +155,9 @@ TEST(what_lies_at_a_temporarys_name_stays)
                        : kind == 3 ? mkfifo(temporary, 0600)
                                    : symlink(scratch("nowhere"), temporary);
             assert_int_equal(made, 0);
-            run_writer(&daemon, &whole[i], path, scene);
-            if (daemon.code != 1 || strstr(daemon.err, "linked.h5.tmp: is ") == NULL)
-                fail_msg("kind %d: exit %d: %s", kind, daemon.code, daemon.err);
+            run_writer(&pliantd, &whole[i], path, scene);
+            if (pliantd.code != 1 || strstr(pliantd.err, "linked.h5.tmp: is ") == NULL)
+                fail_msg("kind %d: exit %d: %s", kind, pliantd.code, pliantd.err);
             expect_precious(victim);
             assert_int_not_equal(access(path, F_OK), 0);
             assert_int_not_equal(access(scratch("nowhere"), F_OK), 0);
@@ -189,50 +167,47 @@ TEST(what_lies_at_a_temporarys_name_stays)
     // The sidecar is written the same way.
     snprintf(temporary, sizeof temporary, "%s", scratch("r.h5.xdmf.tmp"));
     assert_int_equal(symlink(victim, temporary), 0);
-    run_daemon(&daemon, "--offline 0.01 --record %s %s", scratch("r.h5"), scene);
-    assert_int_equal(daemon.code, 2);
+    run_daemon(&pliantd, "--offline 0.01 --record %s %s", scratch("r.h5"), scene);
+    assert_int_equal(pliantd.code, 2);
     expect_precious(victim);
 }
 
 TEST(what_is_no_file_is_refused_but_null_takes_everything)
 {
-    char scene[PATH_TEXT * 2];
     const Writer checkpoint = {NULL, "--offline 0.01 --checkpoint %s %s"};
     const Writer model = {&prepare, "-o %s %s"};
-    snprintf(scene, sizeof scene, "%s", write_scene("kinds.cfg", "", ""));
+    const char *scene = write_scene("kinds.cfg", "", "");
     assert_int_equal(mkdir(scratch("folder"), 0700), 0);
     assert_int_equal(mkfifo(scratch("pipe"), 0600), 0);
     write_text(scratch("target"), "");
     assert_int_equal(symlink(scratch("target"), scratch("link")), 0);
     static const char *const name[] = {"folder", "pipe", "link"};
-    Process daemon;
     for (int i = 0; i < 3; i++) {
-        run_writer(&daemon, &checkpoint, scratch(name[i]), scene);
-        assert_int_equal(daemon.code, 2);
-        run_writer(&daemon, &model, scratch(name[i]), scene);
-        assert_int_equal(daemon.code, 2);
+        run_writer(&pliantd, &checkpoint, scratch(name[i]), scene);
+        assert_int_equal(pliantd.code, 2);
+        run_writer(&pliantd, &model, scratch(name[i]), scene);
+        assert_int_equal(pliantd.code, 2);
     }
     struct stat null;
-    run_writer(&daemon, &checkpoint, "/dev/null", scene);
-    assert_int_equal(daemon.code, 0);
-    run_writer(&daemon, &model, "/dev/null", scene);
-    assert_int_equal(daemon.code, 0);
+    run_writer(&pliantd, &checkpoint, "/dev/null", scene);
+    assert_int_equal(pliantd.code, 0);
+    run_writer(&pliantd, &model, "/dev/null", scene);
+    assert_int_equal(pliantd.code, 0);
     assert_true(stat("/dev/null", &null) == 0 && S_ISCHR(null.st_mode));
 }
 
 // Its names are common ones: a folder in which they are somebody else's is left alone.
 TEST(a_study_keeps_out_of_a_folder_that_is_not_its_own)
 {
-    char scene[PATH_TEXT * 2], folder[PATH_TEXT * 2], path[PATH_TEXT * 3];
-    snprintf(scene, sizeof scene, "%s", write_scene("study.cfg", "", ""));
-    snprintf(folder, sizeof folder, "%s", scratch("results"));
+    char path[PATH_TEXT * 3];
+    const char *scene = write_scene("study.cfg", "", "");
+    const char *folder = scratch("results");
     assert_int_equal(mkdir(folder, 0700), 0);
     snprintf(path, sizeof path, "%s/time.png", folder);
     write_text(path, PRECIOUS);
-    Process daemon;
-    process_run(&daemon, study, "--quick --only nothing-of-this-name --out %s %s", folder, scene);
-    assert_int_equal(daemon.code, 2);
-    if (strstr(daemon.err, "time.png: is not of a study") == NULL)
-        fail_msg("%s", daemon.err);
+    process_run(&pliantd, study, "--quick --only nothing-of-this-name --out %s %s", folder, scene);
+    assert_int_equal(pliantd.code, 2);
+    if (strstr(pliantd.err, "time.png: is not of a study") == NULL)
+        fail_msg("%s", pliantd.err);
     expect_precious(path);
 }

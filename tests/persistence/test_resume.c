@@ -7,31 +7,21 @@
 #include "lcm_client.h"
 #include "effort.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 enum { TICKS = 250, HASH_TEXT = 32 };
 
 static void run_to_end(const char *arguments, const char *log, const char *config,
                        char state[HASH_TEXT])
 {
-    Process daemon;
-    run_daemon(&daemon, "--offline 1000 %s --input %s %s", arguments, log, config);
-    if (daemon.code != 0)
-        fail_msg("%s", daemon.err);
-    printed_state(&daemon, state);
+    run_daemon_well(&pliantd, "--offline 1000 %s --input %s %s", arguments, log, config);
+    printed_state(&pliantd, state);
 }
-
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(a_run_goes_on_inside_its_log)
 {
     static const double at_s[] = {0.06, 0.17}; // of 0.25 s; most sessions reset in between
-    char log[PATH_TEXT * 2], part[PATH_TEXT * 2], arguments[PATH_TEXT * 3];
-    snprintf(log, sizeof log, "%s", scratch("resume.log"));
-    snprintf(part, sizeof part, "%s", scratch("part.h5"));
+    char arguments[PATH_TEXT * 3];
+    const char *log = scratch("resume.log");
+    const char *part = scratch("part.h5");
     snprintf(arguments, sizeof arguments, "--resume %s", part);
     for (int s = 0; s < EFFORT(SESSION_SCENES); s++) {
         const SessionScene *scene = &session_scenes[s];
@@ -42,11 +32,9 @@ TEST(a_run_goes_on_inside_its_log)
         char whole[HASH_TEXT], resumed[HASH_TEXT];
         run_to_end("", log, config, whole);
         for (int k = 0; k < 2; k++) {
-            Process daemon;
             unlink(part);
-            run_daemon(&daemon, "--offline %g --checkpoint %s --input %s %s", at_s[k], part, log,
-                       config);
-            assert_int_equal(daemon.code, 0);
+            run_daemon_well(&pliantd, "--offline %g --checkpoint %s --input %s %s", at_s[k], part,
+                            log, config);
             run_to_end(arguments, log, config, resumed);
             assert_string_equal(resumed, whole);
         }
@@ -64,12 +52,10 @@ static void push(Client *client, double z)
 static void kill_after_pause(const char *config, const char *from, const char *kept,
                              const char *log)
 {
-    Client *client = client_create();
-    Process daemon;
     unlink(log);
-    daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s %s %s", log, kept,
-                 from != NULL ? "--resume" : "", from != NULL ? from : "", config);
-    client_wait_for_daemon(client);
+    SCOPED_CLIENT Client *client =
+        server_start(&pliantd, "--log-inputs %s --checkpoint %s %s %s %s", log, kept,
+                     from != NULL ? "--resume" : "", from != NULL ? from : "", config);
     command(client, PLIANT_COMMAND_T_STEP, 30, "");
     command(client, PLIANT_COMMAND_T_PAUSE, 0, "");
     push(client, -0.1);
@@ -77,35 +63,29 @@ static void kill_after_pause(const char *config, const char *from, const char *k
     assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
     push(client, -0.05);
     command(client, PLIANT_COMMAND_T_STEP, 40, "");
-    process_signal(&daemon, SIGKILL);
-    process_wait(&daemon);
-    client_destroy(client);
+    process_finish(&pliantd, SIGKILL);
 }
 
 static void expect_same(const char *first, const char *second, const char *log, const char *config,
                         double first_s, double second_s)
 {
     char one[HASH_TEXT], other[HASH_TEXT];
-    Process daemon;
-    run_daemon(&daemon, "--offline %g %s --input %s %s", first_s, first, log, config);
-    assert_int_equal(daemon.code, 0);
-    printed_state(&daemon, one);
-    long long step = printed(&daemon, "step");
-    run_daemon(&daemon, "--offline %g %s --input %s %s", second_s, second, log, config);
-    assert_int_equal(daemon.code, 0);
-    assert_int_equal(printed(&daemon, "step"), step);
-    printed_state(&daemon, other);
+    run_daemon_well(&pliantd, "--offline %g %s --input %s %s", first_s, first, log, config);
+    printed_state(&pliantd, one);
+    long long step = printed(&pliantd, "step");
+    run_daemon_well(&pliantd, "--offline %g %s --input %s %s", second_s, second, log, config);
+    assert_int_equal(printed(&pliantd, "step"), step);
+    printed_state(&pliantd, other);
     assert_string_equal(other, one);
 }
 
 TEST(inputs_of_a_pause_are_applied_once)
 {
-    char first[PATH_TEXT * 2], second[PATH_TEXT * 2], log[PATH_TEXT * 2];
     char from_first[PATH_TEXT * 3], from_second[PATH_TEXT * 3];
     const char *config = session_scene(&session_scenes[0], "single", 1);
-    snprintf(first, sizeof first, "%s", scratch("first.h5"));
-    snprintf(second, sizeof second, "%s", scratch("second.h5"));
-    snprintf(log, sizeof log, "%s", scratch("pause.log"));
+    const char *first = scratch("first.h5");
+    const char *second = scratch("second.h5");
+    const char *log = scratch("pause.log");
     snprintf(from_first, sizeof from_first, "--resume %s", first);
     snprintf(from_second, sizeof from_second, "--resume %s", second);
     kill_after_pause(config, NULL, first, log);

@@ -8,11 +8,7 @@
 #include "lcm_client.h"
 #include "effort.h"
 
-#include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 enum { TICKS = 500, HASH_TEXT = 32 };
 
@@ -29,22 +25,20 @@ static void drive(Process *daemon, Client *client, const Session *session)
     }
     command(client, PLIANT_COMMAND_T_STOP, 0, "");
     process_wait(daemon);
-    if (daemon->code != 0)
-        fail_msg("%s", daemon->err);
+    expect_code(daemon, 0);
 }
 
 static void expect_repeated(const SessionScene *scene, const char *precision, uint64_t seed,
                             Client *client)
 {
-    char log[PATH_TEXT * 2], kept[PATH_TEXT * 2], config[PATH_TEXT * 2];
+    Process daemon;
     char live[HASH_TEXT], again[HASH_TEXT];
-    snprintf(log, sizeof log, "%s", scratch("session.log"));
-    snprintf(kept, sizeof kept, "%s", scratch("session.h5"));
-    snprintf(config, sizeof config, "%s", session_scene(scene, precision, 1 + (int)(seed % 2)));
+    const char *log = scratch("session.log");
+    const char *kept = scratch("session.h5");
+    const char *config = session_scene(scene, precision, 1 + (int)(seed % 2));
     unlink(log);
     unlink(kept);
     Session session = session_create(scene, seed, TICKS);
-    Process daemon;
     daemon_start(&daemon, "--log-inputs %s --checkpoint %s %s", log, kept, config);
     drive(&daemon, client, &session);
     session_destroy(&session);
@@ -56,14 +50,12 @@ static void expect_repeated(const SessionScene *scene, const char *precision, ui
                   governor != NULL ? (int)strcspn(governor, "\n") : 0,
                   governor != NULL ? governor : "");
 
-    run_daemon(&daemon, "--offline 1000 --input %s %s", log, config);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&daemon, "--offline 1000 --input %s %s", log, config);
     assert_int_equal(printed(&daemon, "step"), step);
     printed_state(&daemon, again);
     assert_string_equal(again, live);
     // The log ends where the checkpoint does: nothing is left of it to apply.
-    run_daemon(&daemon, "--offline 1000 --resume %s --input %s %s", kept, log, config);
-    assert_int_equal(daemon.code, 0);
+    run_daemon_well(&daemon, "--offline 1000 --resume %s --input %s %s", kept, log, config);
     printed_state(&daemon, again);
     assert_string_equal(again, live);
 }
@@ -84,11 +76,10 @@ AROUND_EACH(NULL, end_load)
 
 TEST(sessions_repeat_bit_for_bit)
 {
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     for (int s = 0; s < EFFORT(SESSION_SCENES); s++)
         expect_repeated(&session_scenes[s], s % 2 == 0 ? "single" : "double", 40 + (uint64_t)s,
                         client);
-    client_destroy(client);
 }
 
 // As many that only compute as the machine has cores.
@@ -110,9 +101,8 @@ static int start_load(pid_t *pid, int most)
 
 TEST(a_busy_machine_changes_nothing)
 {
-    Client *client = client_create();
+    SCOPED_CLIENT Client *client = client_create();
     busy_count = start_load(busy, 8);
     expect_repeated(&session_scenes[0], "double", 60, client); // with the governor at work
     expect_repeated(&session_scenes[1], "single", 61, client);
-    client_destroy(client);
 }

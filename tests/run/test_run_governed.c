@@ -10,7 +10,6 @@
 
 #include "pliant_command_t.h"
 
-#include <string.h>
 #include <sys/eventfd.h>
 #include <time.h>
 #include <unistd.h>

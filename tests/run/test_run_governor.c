@@ -4,8 +4,6 @@
 #include "geometry/levels.h"
 #include "run/governor.h"
 
-#include <string.h>
-
 enum { RATE = 1000, WINDOW = 250 }; // ticks; of 1 ms
 
 static const int64_t FAST = 300000, MIDDLING = 700000, SLOW = 1500000; // [ns]
@@ -19,6 +17,13 @@ static GovernorAct run_window(Governor *governor, int64_t ns, int slow, int fine
     return governor_tick(governor, ns, finest);
 }
 
+static Governor governor_at(double rate_hz)
+{
+    Governor governor;
+    governor_init(&governor, rate_hz);
+    return governor;
+}
+
 static void expect_setting(const Governor *governor, double scale, int level)
 {
     GovernorSetting setting = governor_setting(governor);
@@ -28,8 +33,7 @@ static void expect_setting(const Governor *governor, double scale, int level)
 
 TEST(rest_while_ticks_end_in_time)
 {
-    Governor governor;
-    governor_init(&governor, RATE);
+    Governor governor = governor_at(RATE);
     for (int k = 0; k < 50; k++) {
         // One in twenty may be late: 12 of 250.
         assert_int_equal(run_window(&governor, k % 2 ? FAST : MIDDLING, 12, 3), GOVERNOR_RESTS);
@@ -41,8 +45,7 @@ TEST(rest_while_ticks_end_in_time)
 
 TEST(thresholds_rise_first_then_levels_fall_one_a_window)
 {
-    Governor governor;
-    governor_init(&governor, RATE);
+    Governor governor = governor_at(RATE);
     static const double scale[] = {2.0, 4.0, 8.0, 8.0, 8.0};
     static const int level[] = {LEVELS_MAX, LEVELS_MAX, LEVELS_MAX, 1, 0};
     for (int k = 0; k < 5; k++) {
@@ -67,8 +70,7 @@ TEST(thresholds_rise_first_then_levels_fall_one_a_window)
 
 TEST(coarse_body_has_no_level_to_lower)
 {
-    Governor governor;
-    governor_init(&governor, RATE);
+    Governor governor = governor_at(RATE);
     for (int k = 0; k < 3; k++)
         assert_int_equal(run_window(&governor, SLOW, 0, 0), GOVERNOR_LOWERS);
     assert_int_equal(run_window(&governor, SLOW, 0, 0), GOVERNOR_SPENT);
@@ -81,8 +83,7 @@ TEST(coarse_body_has_no_level_to_lower)
 // Between the limits nothing happens: what is not late has no time to spare either.
 TEST(stage_holds_between_the_limits)
 {
-    Governor governor;
-    governor_init(&governor, RATE);
+    Governor governor = governor_at(RATE);
     assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
     for (int k = 0; k < 100; k++)
         assert_int_equal(run_window(&governor, MIDDLING, 0, 2), GOVERNOR_RESTS);
@@ -98,8 +99,7 @@ TEST(stage_holds_between_the_limits)
 // once a stage back has lasted.
 TEST(vain_returns_become_rare)
 {
-    Governor governor;
-    governor_init(&governor, RATE);
+    Governor governor = governor_at(RATE);
     assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
     int waited[7];
     for (int k = 0; k < 7; k++) {
@@ -128,8 +128,7 @@ TEST(vain_returns_become_rare)
 TEST(governed_load_settles)
 {
     for (int heavy = 1; heavy <= 5; heavy++) {
-        Governor governor;
-        governor_init(&governor, RATE);
+        Governor governor = governor_at(RATE);
         int moves = 0;
         for (int w = 0; w < 40; w++) {
             int64_t ns = (int64_t)(0.8e6 * (double)(1 << heavy)) >> governor.reduction;
@@ -142,8 +141,7 @@ TEST(governed_load_settles)
 
 TEST(low_rates_have_windows_of_twenty_ticks)
 {
-    Governor governor;
-    governor_init(&governor, 10.0);
+    Governor governor = governor_at(10.0);
     for (int i = 0; i < 19; i++)
         assert_int_equal(governor_tick(&governor, 100000000, 2), GOVERNOR_RESTS);
     assert_int_equal(governor_tick(&governor, 100000000, 2), GOVERNOR_LOWERS);
@@ -151,8 +149,7 @@ TEST(low_rates_have_windows_of_twenty_ticks)
 
 TEST(forgotten_ticks_do_not_count)
 {
-    Governor governor;
-    governor_init(&governor, RATE);
+    Governor governor = governor_at(RATE);
     for (int i = 0; i < WINDOW - 1; i++)
         governor_tick(&governor, SLOW, 2);
     governor_forget(&governor);
@@ -164,8 +161,7 @@ TEST(forgotten_ticks_do_not_count)
 
 TEST(says_what_it_did_and_why)
 {
-    Governor governor;
-    governor_init(&governor, RATE);
+    Governor governor = governor_at(RATE);
     char text[192];
     run_window(&governor, SLOW, 0, 1);
     governor_describe(&governor, GOVERNOR_LOWERS, text, sizeof text);

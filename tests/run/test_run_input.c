@@ -5,9 +5,6 @@
 
 #include "pliant_command_t.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static size_t encode_command(int32_t kind, int64_t value, const char *argument, void *data)
 {
     pliant_command_t m = {.utime = 12345,
@@ -126,20 +123,18 @@ TEST(no_length_and_no_single_corrupt_byte_is_read_out_of_bounds)
     char why[INPUT_WHY_MAX];
     Input input;
     for (size_t cut = 0; cut <= size; cut++) {
-        unsigned char *data = malloc(cut + 1);
+        FREED unsigned char *data = malloc(cut + 1);
         memcpy(data, whole, cut);
         Refusal refusal = input_decode(INPUT_COMMAND, data, cut, &input, why);
         assert_true((refusal == ACCEPTED) == (cut == size));
-        free(data);
     }
     for (size_t at = 0; at < size; at++) {
         for (int value = 0; value < 256; value += 5) {
-            unsigned char *data = malloc(size);
+            FREED unsigned char *data = malloc(size);
             memcpy(data, whole, size);
             data[at] = (unsigned char)value;
             if (input_decode(INPUT_COMMAND, data, size, &input, why) == ACCEPTED)
                 input_check(&input, NULL, why);
-            free(data);
         }
     }
 }

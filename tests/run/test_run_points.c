@@ -9,9 +9,6 @@
 #include "pliant_nodes_t.h"
 #include "pliant_points_t.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { NODES = 3000, ROOM = 1290, PACKETS = NODES };
 
 typedef struct Cloud {
@@ -84,12 +81,10 @@ static pliant_points_t packet_of(Sent *sent, int k, int sequence)
 static FramesResult add(NodesFrame *frame, const pliant_points_t *packet)
 {
     size_t size = (size_t)pliant_points_t_encoded_size(packet);
-    void *data = malloc(size); // exactly: a reader beyond its end is found
+    FREED void *data = malloc(size); // exactly: a reader beyond its end is found
     assert_non_null(data);
     assert_int_equal(pliant_points_t_encode(data, 0, (int)size, packet), size);
-    FramesResult result = nodes_frame_add(frame, data, size);
-    free(data);
-    return result;
+    return nodes_frame_add(frame, data, size);
 }
 
 static FramesResult add_packet(NodesFrame *frame, Sent *sent, int k, int sequence)
@@ -115,11 +110,11 @@ static void expect_near_cloud(const NodesFrame *frame, const Cloud *cloud, int f
 
 TEST(positions_come_back_within_half_a_step)
 {
-    Cloud *cloud = malloc(sizeof *cloud);
-    Sent *sent = malloc(sizeof *sent);
+    FREED Cloud *cloud = malloc(sizeof *cloud);
+    FREED Sent *sent = malloc(sizeof *sent);
     uint64_t random = 5;
     for (int n = 0; n < 5 * SHAPES; n++) {
-        NodesFrame frame = {0};
+        SCOPED(nodes_frame_destroy) NodesFrame frame = {0};
         make_cloud(cloud, (Shape)(n % SHAPES), &random);
         float grid = points_grid(cloud->position, cloud->id, NODES);
         assert_true((grid == POINTS_GRID) == (n % SHAPES != FAR_AWAY));
@@ -129,29 +124,23 @@ TEST(positions_come_back_within_half_a_step)
                              k + 1 < sent->count ? FRAMES_MORE : FRAMES_WHOLE);
         expect_near_cloud(&frame, cloud, 0, NODES, grid);
         assert_int_equal(frame.refused, 0);
-        nodes_frame_destroy(&frame);
     }
-    free(cloud);
-    free(sent);
 }
 
 TEST(each_packet_stands_alone)
 {
-    Cloud *cloud = malloc(sizeof *cloud);
-    Sent *sent = malloc(sizeof *sent);
+    FREED Cloud *cloud = malloc(sizeof *cloud);
+    FREED Sent *sent = malloc(sizeof *sent);
     uint64_t random = 6;
     make_cloud(cloud, SCATTERED, &random);
     pack_all(cloud, POINTS_GRID, sent);
     for (int k = 0; k < sent->count; k++) {
-        NodesFrame frame = {0};
+        SCOPED(nodes_frame_destroy) NodesFrame frame = {0};
         int first = sent->packet[k].first, end = first + sent->packet[k].nodes;
         assert_true(add_packet(&frame, sent, k, 1) != FRAMES_REFUSED);
         expect_near_cloud(&frame, cloud, first, end, POINTS_GRID);
         assert_int_equal(frame.nodes.arrived, end - first);
-        nodes_frame_destroy(&frame);
     }
-    free(cloud);
-    free(sent);
 }
 
 // Neighbours in the order of their slots cost less than half of the 12 bytes of three floats, and
@@ -160,8 +149,8 @@ TEST(packets_take_half_of_the_bytes)
 {
     static const double most[SHAPES] = {
         [WALK] = 5.0, [SCATTERED] = 6.8, [ONE_PLACE] = 1.4, [FAR_AWAY] = 5.0};
-    Cloud *cloud = malloc(sizeof *cloud);
-    Sent *sent = malloc(sizeof *sent);
+    FREED Cloud *cloud = malloc(sizeof *cloud);
+    FREED Sent *sent = malloc(sizeof *sent);
     uint64_t random = 7;
     for (int shape = 0; shape < SHAPES; shape++) {
         make_cloud(cloud, (Shape)shape, &random);
@@ -171,8 +160,6 @@ TEST(packets_take_half_of_the_bytes)
             bytes += PACKET_BYTES - ROOM + sent->packet[k].bytes;
         expect_at_most((double)bytes / NODES, most[shape]);
     }
-    free(cloud);
-    free(sent);
 }
 
 // All nodes from one packet.
@@ -204,11 +191,10 @@ TEST(two_nodes_as_far_apart_as_the_grid_reaches)
         uint8_t data[POINTS_LEAST_BYTES]; // enough for any eight
         int count = points_pack(position, id, COUNT, grid, sizeof data, origin, data, &bytes);
         assert_int_equal(count, COUNT);
-        NodesFrame frame = {0};
+        SCOPED(nodes_frame_destroy) NodesFrame frame = {0};
         unpack(&frame, COUNT, grid, origin, data, bytes);
         for (int i = 0; i < 3 * COUNT; i++)
             assert_true(frame.position[i] == position[i]); // numbers of the grid
-        nodes_frame_destroy(&frame);
     }
 }
 
@@ -227,11 +213,10 @@ TEST(numbers_out_of_range_are_packed_as_finite_ones)
         assert_true(isfinite(grid) && isfinite(points_grid(position, id, COUNT)));
         int count = points_pack(position, id, COUNT, grid, sizeof data, origin, data, &bytes);
         assert_int_equal(count, COUNT);
-        NodesFrame frame = {0};
+        SCOPED(nodes_frame_destroy) NodesFrame frame = {0};
         unpack(&frame, COUNT, grid, origin, data, bytes);
         for (int i = 0; i < 3 * COUNT; i++)
             assert_true(isfinite(frame.position[i]));
-        nodes_frame_destroy(&frame);
     }
 }
 
@@ -326,7 +311,7 @@ TEST(positions_as_floats_are_kept_where_both_come)
             memset(rig->cloud.position + 3 * i, 0, 3 * sizeof(float));
     chunk.position = rig->cloud.position;
     size_t size = (size_t)pliant_nodes_t_encoded_size(&chunk);
-    void *data = malloc(size);
+    FREED void *data = malloc(size);
     assert_int_equal(pliant_nodes_t_encode(data, 0, (int)size, &chunk), size);
     // The second chunk is lost; packets fill in, and nothing more.
     assert_int_equal(nodes_frame_add(&rig->frame, data, size), FRAMES_MORE);
@@ -334,7 +319,6 @@ TEST(positions_as_floats_are_kept_where_both_come)
     assert_memory_equal(rig->frame.position, rig->cloud.position, 3 * (size_t)half * sizeof(float));
     expect_near_cloud(&rig->frame, &rig->cloud, half, NODES, POINTS_GRID);
     assert_int_equal(nodes_frame_add(&rig->frame, data, size), FRAMES_STALE);
-    free(data);
     rig_destroy(rig);
 }
 

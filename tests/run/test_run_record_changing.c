@@ -7,11 +7,7 @@
 #include "random.h"
 #include "recording_view.h"
 #include "run/files_thread.h"
-#include "scratch.h"
-
-#include <string.h>
-
-static Scratch scratch;
+#include "scratch_folder.h"
 
 // A scene of a toy that changes and one that does not, and the recording of both.
 typedef struct Rig {
@@ -26,7 +22,6 @@ typedef struct Rig {
 
 static void rig_create(Rig *rig, const char *name)
 {
-    char path[SCRATCH_PATH];
     Status status = {0};
     memset(rig, 0, sizeof *rig);
     mesh_toy_create(&rig->toy, false, 31);
@@ -40,9 +35,8 @@ static void rig_create(Rig *rig, const char *name)
     rig->scene.text = strdup("a scene");
     const ExchangeOptions exchange = {.records = true, .nodes_hz = 60.0};
     exchange_create(&rig->exchange, &rig->world, &exchange);
-    if (!recorder_create(&rig->recorder, scratch_path(&scratch, name, path), &rig->world,
-                         &rig->scene, &status))
-        fail_msg("%s", status.text);
+    expect_ok(recorder_create(&rig->recorder, scratch_at(name), &rig->world, &rig->scene, &status),
+              status);
     rig->frame = malloc(record_frame_bytes(rig->world.sim));
 }
 
@@ -91,8 +85,7 @@ static void pull(Rig *rig, int frames)
 static void rig_close(Rig *rig)
 {
     Status status = {0};
-    if (!recorder_close(&rig->recorder, &status))
-        fail_msg("%s", status.text);
+    expect_ok(recorder_close(&rig->recorder, &status), status);
     world_destroy(&rig->world);
     free(rig->scene.text);
     free(rig->frame);
@@ -141,9 +134,9 @@ static void expect_topology(const MeshToy *toy, const BodyView *view, int at)
 static int expect_recording(const Rig *rig, const char *name)
 {
     char path[SCRATCH_PATH], xdmf[64];
-    hid_t file = view_open(scratch_path(&scratch, name, path), false);
+    SCOPED(view_close) hid_t file = view_open(scratch_path(&scratch, name, path), false);
     assert_true(file >= 0);
-    BodyView view, still;
+    SCOPED(view_free) BodyView view, still;
     view_body(&view, file, "toy");
     view_body(&still, file, "still");
     assert_int_equal(still.topologies, 1);
@@ -169,14 +162,10 @@ static int expect_recording(const Rig *rig, const char *name)
         expect_topology(&rig->toy, &view, t);
     snprintf(xdmf, sizeof xdmf, "%s.xdmf", name);
     int count, frames = view.frames;
-    SidecarFrame *frame = view_sidecar(scratch_path(&scratch, xdmf, path), &count);
+    FREED SidecarFrame *frame = view_sidecar(scratch_path(&scratch, xdmf, path), &count);
     assert_int_equal(count, 2 * frames);
     expect_sidecar_matches(frame, count, &view, "toy");
     expect_sidecar_matches(frame, count, &still, "still");
-    free(frame);
-    view_free(&view);
-    view_free(&still);
-    H5Fclose(file);
     return frames;
 }
 
@@ -186,24 +175,11 @@ static void rig_destroy(Rig *rig)
     mesh_toy_destroy(&rig->still);
 }
 
-static int setup(void **state)
-{
-    (void)state;
-    return scratch_create(&scratch);
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(setup, teardown)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(every_frame_has_its_mesh)
 {
-    Rig rig;
+    SCOPED(rig_destroy) Rig rig;
     rig_create(&rig, "a.h5");
     for (int n = 0; n < 200; n++) {
         if (n % 3 == 0)
@@ -214,13 +190,12 @@ TEST(every_frame_has_its_mesh)
     rig_close(&rig);
     assert_int_equal(rig.dropped, 0);
     assert_int_equal(expect_recording(&rig, "a.h5"), 200);
-    rig_destroy(&rig);
 }
 
 // A disk that is slow now and then: frames are lost, and meshes with them, but none is mixed up.
 TEST(what_is_dropped_is_dropped_whole)
 {
-    Rig rig;
+    SCOPED(rig_destroy) Rig rig;
     uint64_t random = 4;
     rig_create(&rig, "b.h5");
     for (int n = 0; n < 1000; n++) {
@@ -234,12 +209,11 @@ TEST(what_is_dropped_is_dropped_whole)
     rig_close(&rig);
     assert_in_range(rig.dropped, 100, 900);
     assert_int_equal(expect_recording(&rig, "b.h5"), 1000 - rig.dropped);
-    rig_destroy(&rig);
 }
 
 TEST(off_line_the_meshes_come_from_the_body)
 {
-    Rig rig;
+    SCOPED(rig_destroy) Rig rig;
     rig_create(&rig, "c.h5");
     for (int n = 0; n < 60; n++) {
         rig_change(&rig);
@@ -253,5 +227,4 @@ TEST(off_line_the_meshes_come_from_the_body)
     }
     rig_close(&rig);
     assert_int_equal(expect_recording(&rig, "c.h5"), 60);
-    rig_destroy(&rig);
 }

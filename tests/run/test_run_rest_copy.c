@@ -6,9 +6,6 @@
 
 #include "run/exchange.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static void build(Run *run, const char *text, bool publishes)
 {
     run_create_with(run, text,
@@ -25,8 +22,7 @@ static int live_nodes(const Body *body)
 
 static RestCopy *take_rest(const Body *body)
 {
-    RestCopy *rest = calloc(1, rest_copy_bytes(&body->mesh));
-    assert_non_null(rest);
+    RestCopy *rest = zeroed(1, rest_copy_bytes(&body->mesh));
     assert_true(rest_is_known(body));
     rest_copy_follow(rest, body);
     assert_int_equal(rest->topology, body->mesh.topology);
@@ -38,8 +34,7 @@ static RestCopy *take_rest(const Body *body)
 static void expect_at_rest(const Body *body, const RestCopy *rest)
 {
     const BodyMesh *mesh = &body->mesh;
-    float *x = calloc(3 * (size_t)mesh->node_count, sizeof *x);
-    assert_non_null(x);
+    FREED float *x = zeroed(3 * (size_t)mesh->node_count, sizeof *x);
     body->ops->snapshot(body->model, x, NULL);
     for (int i = 0; i < mesh->node_count; i++)
         for (int c = 0; c < 3; c++) {
@@ -48,7 +43,6 @@ static void expect_at_rest(const Body *body, const RestCopy *rest)
             // place add a few roundings of their own.
             expect_near((double)rest->position[3 * i + c], at, 3e-7);
         }
-    free(x);
 }
 
 static void move(Sim *sim, int ticks)
@@ -91,28 +85,25 @@ static const struct {
 };
 enum { BALL_COUNT = sizeof BALLS / sizeof *BALLS };
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(nodes_rest_where_they_are_before_anything_acts)
 {
     for (int k = 0; k < BALL_COUNT; k++) {
         char text[2048];
-        Run run;
+        SCOPED(run_destroy) Run run;
         write_ball(text, BALLS[k].head, BALLS[k].keys);
         build(&run, text, true);
         Body *body = sim_body(run.world.sim, 0);
-        RestCopy *rest = take_rest(body);
+        FREED RestCopy *rest = take_rest(body);
         expect_at_rest(body, rest);
         // What moves does not take it along.
         move(run.world.sim, 5);
         if (!body_changes(body)) {
-            RestCopy *again = take_rest(body);
+            FREED RestCopy *again = take_rest(body);
             assert_memory_equal(again, rest,
                                 sizeof *rest + 3 * (size_t)rest->node_count * sizeof(float));
-            free(again);
         }
-        free(rest);
-        run_destroy(&run);
     }
 }
 
@@ -134,31 +125,27 @@ TEST(nodes_that_came_rest_where_the_rest_shape_has_them)
         if (!BALLS[k].changes)
             continue;
         char text[2048];
-        Run run;
+        SCOPED(run_destroy) Run run;
         write_ball(text, BALLS[k].head, BALLS[k].keys);
         build(&run, text, true);
         Sim *sim = run.world.sim;
         Body *body = sim_body(sim, 0);
         const int before = live_nodes(body);
-        RestCopy *kept = take_rest(body);
+        FREED RestCopy *kept = take_rest(body);
         for (int n = 0; n < 20; n++) {
             move(sim, 5);
             if (n == 10 && body->ops->cut != NULL)
                 cut_through(sim, 0.203);
             // A copy that was kept through is as one taken again: places move with topologies only.
             rest_copy_follow(kept, body);
-            RestCopy *anew = take_rest(body);
+            FREED RestCopy *anew = take_rest(body);
             assert_memory_equal(anew, kept,
                                 sizeof *anew + 3 * (size_t)anew->node_count * sizeof(float));
-            free(anew);
         }
         assert_true(live_nodes(body) > before);
         body->ops->restore(body->model, RESTORE_SHAPE);
-        RestCopy *rest = take_rest(body);
+        FREED RestCopy *rest = take_rest(body);
         expect_at_rest(body, rest);
-        free(rest);
-        free(kept);
-        run_destroy(&run);
     }
 }
 
@@ -182,7 +169,7 @@ TEST(nodes_of_voxel_bodies_rest_in_their_lattice)
     scratch_write(&scratch, "skin.obj", SKIN, strlen(SKIN));
     for (size_t k = 0; k < sizeof BODIES / sizeof *BODIES; k++) {
         char text[2048];
-        Run run;
+        SCOPED(run_destroy) Run run;
         snprintf(text, sizeof text,
                  "name = \"rest\"; publish = { rest = true; }; gravity = [0.0, -9.81, 0.0];\n"
                  "bodies = ( { name = \"cells\"; model = \"voxel\"; %s } );\n",
@@ -190,7 +177,7 @@ TEST(nodes_of_voxel_bodies_rest_in_their_lattice)
         build(&run, text, true);
         Sim *sim = run.world.sim;
         Body *body = sim_body(sim, 0);
-        RestCopy *rest = take_rest(body);
+        FREED RestCopy *rest = take_rest(body);
         expect_at_rest(body, rest);
         move(sim, 20);
         if (body->ops->cut != NULL) {
@@ -202,8 +189,6 @@ TEST(nodes_of_voxel_bodies_rest_in_their_lattice)
         body->ops->restore(body->model, RESTORE_SHAPE);
         expect_at_rest(body, rest);
         assert_int_equal(body->texture != NULL, strstr(BODIES[k], "skin") != NULL);
-        free(rest);
-        run_destroy(&run);
     }
 }
 #endif
@@ -214,7 +199,7 @@ TEST(midpoints_have_the_mean_texture_of_their_parents)
                                        FIXED "levels = 2; start_level = 2; shape = {};"};
     for (int k = 0; k < 3; k++) {
         char text[2048];
-        Run run;
+        SCOPED(run_destroy) Run run;
         write_ball(text, "", KEYS[k]);
         build(&run, text, true);
         Sim *sim = run.world.sim;
@@ -247,7 +232,6 @@ TEST(midpoints_have_the_mean_texture_of_their_parents)
         assert_true(midpoints > 10);
         assert_int_equal(copies > 0, body->ops->cut != NULL);
         free(uv);
-        run_destroy(&run);
     }
 }
 
@@ -262,7 +246,7 @@ static const char FROM_FILE[] = "name = \"rest\"; publish = { rest = %s; };\n"
 TEST(nodes_of_a_file_have_its_texture)
 {
     char text[512];
-    Run run;
+    SCOPED(run_destroy) Run run;
     scratch_write(&scratch, "a.obj", OBJ, strlen(OBJ));
     snprintf(text, sizeof text, FROM_FILE, "true");
     build(&run, text, true);
@@ -272,14 +256,13 @@ TEST(nodes_of_a_file_have_its_texture)
     assert_memory_equal(body->texture[1], expected, sizeof expected);
     for (int i = 0; i < body->mesh.node_count; i++)
         assert_in_range(body->mesh.id[i], 1, body->texture_count - 1);
-    run_destroy(&run);
 }
 
 TEST(nobody_keeps_what_nobody_is_told)
 {
     for (int k = 0; k < 2; k++) {
         char text[512];
-        Run run;
+        SCOPED(run_destroy) Run run;
         scratch_write(&scratch, "a.obj", OBJ, strlen(OBJ));
         snprintf(text, sizeof text, FROM_FILE, k == 0 ? "false" : "true");
         build(&run, text, k == 0); // not requested, and offline
@@ -287,6 +270,5 @@ TEST(nobody_keeps_what_nobody_is_told)
         assert_null(run.world.mesh[0].uv);
         for (int i = 0; i < run.world.arena.count; i++)
             assert_null(strstr(run.world.arena.block[i].name, "texture"));
-        run_destroy(&run);
     }
 }

@@ -6,13 +6,10 @@
 #include "mesh_check.h"
 #include "mesh_toy.h"
 #include "random.h"
+#include "mesh_message.h"
 #include "run/bus_parts.h"
 
-#include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 enum { DATAGRAM = 65499, PATIENCE = 100000 };
 
@@ -100,27 +97,15 @@ static void encode_delta(Message *to, const MeshDelta *delta, const BodyMesh *af
 
 static FramesResult add_whole(MeshFrame *frame, const BodyMesh *mesh, int sequence, int64_t utime)
 {
-    pliant_mesh_t message = {.utime = utime,
-                             .sequence = sequence,
-                             .topology = mesh->topology,
-                             .node_count = mesh->node_count,
-                             .triangle_count = mesh->triangle_count,
-                             .chunk_count = 1,
-                             .num_indices = 3 * mesh->triangle_count,
-                             .triangle = (int32_t *)(uintptr_t)mesh->triangle,
-                             .num_nodes = mesh->node_count,
-                             .num_parents = 2 * mesh->node_count,
-                             .id = (int32_t *)(uintptr_t)mesh->id,
-                             .origin = (int32_t *)(uintptr_t)mesh->origin,
-                             .parent = (int32_t *)(uintptr_t)mesh->parent,
-                             .piece = (int32_t *)(uintptr_t)mesh->piece,
-                             .level = (int8_t *)(uintptr_t)mesh->level};
+    pliant_mesh_t message =
+        mesh_message(sequence, utime, mesh->topology, mesh->node_count, mesh->id, mesh->parent[0],
+                     (const int8_t *)mesh->level, mesh->triangle_count, mesh->triangle[0]);
+    message.origin = (int32_t *)(uintptr_t)mesh->origin;
+    message.piece = (int32_t *)(uintptr_t)mesh->piece;
     int size = pliant_mesh_t_encoded_size(&message);
-    unsigned char *data = malloc((size_t)size);
+    FREED unsigned char *data = malloc((size_t)size);
     assert_int_equal(pliant_mesh_t_encode(data, 0, size, &message), size);
-    FramesResult result = mesh_frame_add(frame, data, (size_t)size);
-    free(data);
-    return result;
+    return mesh_frame_add(frame, data, (size_t)size);
 }
 
 // The client's mesh is that of the server, slot by slot; what a free node slot holds besides its id
@@ -156,13 +141,13 @@ static void apply_rest(Slots *rest, const Message *message)
 TEST(deltas_in_any_order_of_chunks_make_the_whole_mesh)
 {
     enum { CHUNKS_MAX = 16, CHANGES = 120 };
-    Slots *now = calloc(1, sizeof *now), *before = calloc(1, sizeof *before);
-    Slots *rest = calloc(1, sizeof *rest);
-    MeshDeltaChunk *memory = malloc(sizeof *memory);
-    Message *message = malloc(CHUNKS_MAX * sizeof *message);
+    FREED Slots *now = calloc(1, sizeof *now), *before = calloc(1, sizeof *before);
+    FREED Slots *rest = calloc(1, sizeof *rest);
+    FREED MeshDeltaChunk *memory = malloc(sizeof *memory);
+    FREED Message *message = malloc(CHUNKS_MAX * sizeof *message);
     MeshDelta delta = {.node = malloc(NODES * sizeof(int)),
                        .triangle = malloc(TRIANGLES * sizeof(int))};
-    MeshFrame frame = {0};
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
     uint64_t random = 99;
     now->node_count = 1;
     change_slots(now, &random);
@@ -208,24 +193,18 @@ TEST(deltas_in_any_order_of_chunks_make_the_whole_mesh)
     assert_in_range(most, 4, CHUNKS_MAX); // it was about chunks
     assert_int_equal(frame.refused, 0);
     assert_int_equal(frame.missed, 0);
-    mesh_frame_destroy(&frame);
     free(delta.node);
     free(delta.triangle);
-    free(message);
-    free(memory);
-    free(rest);
-    free(before);
-    free(now);
 }
 
 TEST(a_lost_chunk_costs_deltas_until_the_next_whole_mesh)
 {
-    Slots *now = calloc(1, sizeof *now), *before = calloc(1, sizeof *before);
-    MeshDeltaChunk *memory = malloc(sizeof *memory);
-    Message *message = malloc(sizeof *message);
+    FREED Slots *now = calloc(1, sizeof *now), *before = calloc(1, sizeof *before);
+    FREED MeshDeltaChunk *memory = malloc(sizeof *memory);
+    FREED Message *message = malloc(sizeof *message);
     MeshDelta delta = {.node = malloc(NODES * sizeof(int)),
                        .triangle = malloc(TRIANGLES * sizeof(int))};
-    MeshFrame frame = {0};
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
     uint64_t random = 5;
     now->node_count = 1;
     change_slots(now, &random);
@@ -264,35 +243,29 @@ TEST(a_lost_chunk_costs_deltas_until_the_next_whole_mesh)
     assert_in_range(missed, 10, 200);
     assert_in_range(followed, 40, 200);
     assert_int_equal(frame.refused, 0);
-    mesh_frame_destroy(&frame);
     free(delta.node);
     free(delta.triangle);
-    free(message);
-    free(memory);
-    free(before);
-    free(now);
 }
 
 TEST(nothing_changed_is_an_empty_delta)
 {
     int node[TOY_NODES], triangle[TOY_FACES];
     MeshDelta delta = {.node = node, .triangle = triangle};
-    MeshToy toy;
+    SCOPED(mesh_toy_destroy) MeshToy toy;
     mesh_toy_create(&toy, true, 1);
     const BodyMesh mesh = mesh_toy_mesh(&toy);
     mesh_delta_find(&delta, &mesh, &mesh);
     assert_int_equal(delta.node_count, 0);
     assert_int_equal(delta.triangle_count, 0);
     assert_int_equal(mesh_delta_chunks(&delta), 1);
-    mesh_toy_destroy(&toy);
 }
 
 TEST(a_copy_shows_the_mesh_and_follows_its_number)
 {
-    MeshToy toy;
+    SCOPED(mesh_toy_destroy) MeshToy toy;
     mesh_toy_create(&toy, false, 3);
     BodyMesh mesh = mesh_toy_mesh(&toy);
-    MeshCopy *copy = calloc(1, mesh_copy_bytes(&mesh));
+    FREED MeshCopy *copy = calloc(1, mesh_copy_bytes(&mesh));
     int live = 0;
     for (int n = 0; n < 50; n++) {
         mesh_toy_change(&toy);
@@ -311,8 +284,6 @@ TEST(a_copy_shows_the_mesh_and_follows_its_number)
     for (int i = 0; i < toy.nodes; i++)
         expected += toy.state.slot_of[i] >= 0;
     assert_int_equal(live, expected);
-    free(copy);
-    mesh_toy_destroy(&toy);
 }
 
 // --- the bus -------------------------------------------------------------------------------------
@@ -394,9 +365,9 @@ static void on_velocity(const lcm_recv_buf_t *buffer, const char *channel, void 
     pliant_nodes_t_decode_cleanup(&chunk);
 }
 
-static void rig_create(Rig *rig, bool adapts, double mesh_hz)
+static Rig *rig_begin(bool adapts, double mesh_hz)
 {
-    memset(rig, 0, sizeof *rig);
+    Rig *rig = zeroed(1, sizeof *rig);
     mesh_toy_create(&rig->toy, false, 11);
     const SimOptions options = {.rate_hz = 1000.0, .may_load = false};
     rig->world.sim = sim_create(&options, &rig->world.arena, &rig->world.state);
@@ -412,8 +383,7 @@ static void rig_create(Rig *rig, bool adapts, double mesh_hz)
     exchange_create(&rig->exchange, &rig->world, &exchange);
     Status status = {0};
     rig->bus = bus_reserve(&rig->world, scene, &rig->exchange);
-    if (!bus_connect(rig->bus, "a rig", "memq://", &status))
-        fail_msg("%s", status.text);
+    expect_ok(bus_connect(rig->bus, "a rig", "memq://", &status), status);
     lcm_subscribe(rig->bus->lcm, "RIG_MESH_toy", on_mesh, rig);
     lcm_subscribe(rig->bus->lcm, "RIG_MESH_DELTA_toy", on_delta, rig);
     lcm_subscribe(rig->bus->lcm, "RIG_NODES_toy", on_nodes, rig);
@@ -421,15 +391,18 @@ static void rig_create(Rig *rig, bool adapts, double mesh_hz)
     rig->rounding = 1e-6;
     lcm_subscribe(rig->bus->lcm, "RIG_VELOCITY_toy", on_velocity, rig);
     rig->now_ns = 1000000000;
+    return rig;
 }
 
-static void rig_destroy(Rig *rig)
+static void rig_end(Rig **rig_at)
 {
+    Rig *rig = *rig_at;
     bus_disconnect(rig->bus);
     mesh_frame_destroy(&rig->mesh);
     nodes_frame_destroy(&rig->nodes);
     world_destroy(&rig->world);
     mesh_toy_destroy(&rig->toy);
+    free(rig);
 }
 
 static void rig_change(Rig *rig)
@@ -481,8 +454,7 @@ static void expect_rig_followed(const Rig *rig)
 TEST(a_listener_follows_every_published_topology)
 {
     enum { FRAMES = 300 };
-    Rig *rig = malloc(sizeof *rig);
-    rig_create(rig, true, 1.0);
+    SCOPED(rig_end) Rig *rig = rig_begin(true, 1.0);
     int changes = 0;
     uint64_t random = 3;
     for (int n = 0; n < FRAMES; n++) {
@@ -498,14 +470,11 @@ TEST(a_listener_follows_every_published_topology)
     assert_int_equal(rig->frames, FRAMES);
     assert_int_equal(rig->deltas, changes); // one chunk each: at most at nodes_hz
     assert_in_range(rig->wholes, 6, 7);     // six seconds
-    rig_destroy(rig);
-    free(rig);
 }
 
 TEST(packets_of_positions_follow_their_mesh_like_floats)
 {
-    Rig *rig = malloc(sizeof *rig);
-    rig_create(rig, true, 1.0);
+    SCOPED(rig_end) Rig *rig = rig_begin(true, 1.0);
     rig->scene.publish.positions = POSITIONS_PACKETS;
     rig->rounding += 0x1p-18; // half a step of the grid
     uint64_t random = 4;
@@ -517,14 +486,11 @@ TEST(packets_of_positions_follow_their_mesh_like_floats)
         expect_rig_followed(rig);
     }
     assert_int_equal(rig->frames, 100);
-    rig_destroy(rig);
-    free(rig);
 }
 
 TEST(a_frame_never_taken_takes_no_topology_with_it)
 {
-    Rig *rig = malloc(sizeof *rig);
-    rig_create(rig, true, 1.0);
+    SCOPED(rig_end) Rig *rig = rig_begin(true, 1.0);
     uint64_t random = 8;
     rig_push(rig, false);
     rig_run(rig, 20000000);
@@ -538,14 +504,11 @@ TEST(a_frame_never_taken_takes_no_topology_with_it)
         rig_run(rig, 20000000);
         expect_rig_followed(rig);
     }
-    rig_destroy(rig);
-    free(rig);
 }
 
 TEST(lockstep_tells_all_before_it_returns)
 {
-    Rig *rig = malloc(sizeof *rig);
-    rig_create(rig, true, 1.0);
+    SCOPED(rig_end) Rig *rig = rig_begin(true, 1.0);
     rig_push(rig, true);
     rig_turn(rig, true);
     for (int n = 0; n < 50; n++) {
@@ -555,16 +518,13 @@ TEST(lockstep_tells_all_before_it_returns)
         assert_int_equal(rig->frames, n + 2);
         expect_rig_followed(rig);
     }
-    rig_destroy(rig);
-    free(rig);
 }
 
 // A client that requests the mesh all the time gets it ten times a second, which is not more than
 // the network bears, and does not keep others from new topologies.
 TEST(asking_without_end_starves_nobody)
 {
-    Rig *rig = malloc(sizeof *rig);
-    rig_create(rig, true, 0.0); // only when asked
+    SCOPED(rig_end) Rig *rig = rig_begin(true, 0.0); // only when asked
     rig_push(rig, false);
     rig_run(rig, 1);
     for (int n = 0; n < 1000; n++) { // of 1 ms
@@ -580,18 +540,15 @@ TEST(asking_without_end_starves_nobody)
     }
     assert_in_range(rig->wholes, 9, 10);
     assert_int_equal(rig->deltas, 50);
-    rig_destroy(rig);
-    free(rig);
 }
 
 // A mesh of many chunks is of one topology, whatever happens while it leaves; frames of the next
 // one wait for its end.
 TEST(a_whole_mesh_under_way_is_of_one_topology)
 {
-    Rig *rig = malloc(sizeof *rig);
-    Slots *slots = calloc(1, sizeof *slots);
+    FREED Slots *slots = calloc(1, sizeof *slots);
+    SCOPED(rig_end) Rig *rig = rig_begin(true, 0.0);
     uint64_t random = 77;
-    rig_create(rig, true, 0.0);
     // The bus is shown a large mesh in place of the toy's.
     BodyStream *stream = &rig->bus->body[0];
     slots->topology = 40;
@@ -622,17 +579,13 @@ TEST(a_whole_mesh_under_way_is_of_one_topology)
     assert_int_equal(rig->frames, 1);
     expect_rig_followed(rig);
     assert_true(rig->largest <= DATAGRAM);
-    rig_destroy(rig);
-    free(slots);
-    free(rig);
 }
 
 // RESET brings meshes back, but no number: a client that has seen a number knows its mesh.
 TEST(no_number_ever_names_two_meshes)
 {
     enum { TICKS = 400, NUMBERS = TICKS + 50 };
-    Rig *rig = malloc(sizeof *rig);
-    rig_create(rig, true, 1.0);
+    SCOPED(rig_end) Rig *rig = rig_begin(true, 1.0);
     Sim *sim = rig->world.sim;
     Status status = {0};
     assert_true(sim_seal(sim, 0.0, &status));
@@ -660,8 +613,6 @@ TEST(no_number_ever_names_two_meshes)
     }
     assert_in_range(last, TICKS / 4, NUMBERS);
     free(seen);
-    rig_destroy(rig);
-    free(rig);
 }
 
 static size_t bytes_for_meshes(const Rig *rig)
@@ -677,8 +628,7 @@ static size_t bytes_for_meshes(const Rig *rig)
 
 TEST(a_body_that_never_changes_pays_for_no_copy)
 {
-    Rig *rig = malloc(sizeof *rig);
-    rig_create(rig, false, 1.0);
+    SCOPED(rig_end) Rig *rig = rig_begin(false, 1.0);
     assert_int_equal(bytes_for_meshes(rig), 0);
     assert_int_equal(rig->exchange.mesh_at[0], 0);
     // A frame holds its positions and velocities and no more (rounded up to 64 bytes).
@@ -690,9 +640,7 @@ TEST(a_body_that_never_changes_pays_for_no_copy)
     assert_int_equal(rig->deltas, 0);
     assert_in_range(rig->wholes, 2, 3);
     expect_rig_followed(rig);
-    rig_destroy(rig);
-    rig_create(rig, true, 1.0);
+    rig_end(&rig);
+    rig = rig_begin(true, 1.0);
     assert_true(bytes_for_meshes(rig) > 0);
-    rig_destroy(rig);
-    free(rig);
 }

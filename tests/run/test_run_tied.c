@@ -4,7 +4,7 @@
 // number as argument, so many sequences.
 #include "effort.h"
 #include "test.h"
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #ifdef PLIANT_WITH_HDF5
 #include "io/checkpoint.h"
@@ -14,13 +14,7 @@
 
 #include "pliant_tie_t.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 enum { TICKS = 80, TIES = 5 };
-static Scratch scratch;
-
 static const char TEXT[] =
     "name = \"tied\"; max_ties = 5;\n"
     "bodies = (\n"
@@ -49,14 +43,13 @@ typedef struct Rig {
 
 static void build(Rig *rig)
 {
-    char path[SCRATCH_PATH];
     Status status = {0};
     const BuildOptions options = {.isa = "auto", .may_load = true};
     *rig = (Rig){0};
     scratch_write(&scratch, "tied.cfg", TEXT, strlen(TEXT));
-    if (!scene_read(scratch_path(&scratch, "tied.cfg", path), &rig->scene, &status) ||
-        !world_build(&rig->world, &rig->scene, &options, &status))
-        fail_msg("%s", status.text);
+    expect_ok(scene_read(scratch_at("tied.cfg"), &rig->scene, &status) &&
+                  world_build(&rig->world, &rig->scene, &options, &status),
+              status);
     rig->start = malloc(state_bytes(&rig->world.state));
     rig->middle = malloc(state_bytes(&rig->world.state));
     assert_non_null(rig->start);
@@ -220,8 +213,7 @@ static uint64_t run_live(Rig *rig, const char *path, unsigned seed, Tally *tally
         while (sim_take_event(rig->world.sim, &event))
             tally->broken += strcmp(event.kind, "tie_broken") == 0;
     }
-    if (!input_log_close(log, sim_steps(rig->world.sim), 0, &status))
-        fail_msg("%s", status.text);
+    expect_ok(input_log_close(log, sim_steps(rig->world.sim), 0, &status), status);
     assert_true(sim_check(rig->world.sim));
     return state_hash(&rig->world.state);
 }
@@ -232,11 +224,9 @@ static uint64_t run_again(Rig *rig, const char *path, const void *from)
     InputLogReader reader;
     Replay replay;
     go_to(rig, from);
-    if (!input_log_open(&reader, path, &status))
-        fail_msg("%s", status.text);
+    expect_ok(input_log_open(&reader, path, &status), status);
     const ReplayOptions options = {.input = &reader, .quiet = true};
-    if (!replay_begin(&replay, &rig->world, &rig->scene, TICKS, &options, &status))
-        fail_msg("%s", status.text);
+    expect_ok(replay_begin(&replay, &rig->world, &rig->scene, TICKS, &options, &status), status);
     while (sim_steps(rig->world.sim) < TICKS) {
         replay_due(&replay);
         sim_step(rig->world.sim);
@@ -246,20 +236,7 @@ static uint64_t run_again(Rig *rig, const char *path, const void *from)
     return state_hash(&rig->world.state);
 }
 
-static int begin(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(begin, end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(random_sequences_repeat_bit_for_bit)
 {
@@ -284,9 +261,9 @@ TEST(random_sequences_repeat_bit_for_bit)
         if (k % 20 != 0)
             continue;
         remove(scratch_path(&scratch, "tied.h5", file));
-        if (!checkpoint_write(file, &live.image, &live.world, &status) ||
-            !checkpoint_read(file, &again.world, &status))
-            fail_msg("%s", status.text);
+        expect_ok(checkpoint_write(file, &live.image, &live.world, &status) &&
+                      checkpoint_read(file, &again.world, &status),
+                  status);
         state_copy_out(&again.world.state, again.middle);
         if (run_again(&again, path, again.middle) != hash)
             fail_msg("sequence %d differs from a checkpoint of the middle on", k);

@@ -8,13 +8,16 @@
 #include "scene/build_parts.h"
 #include "surface/surface.h"
 
-#include <string.h>
-
 #ifdef PLIANT_WITH_SURFACE
 // Builds a scene text; returns what was wrong, "" if nothing.
 static const char *build_text(const char *text, World *world)
 {
     return try_world(world, text, &(BuildOptions){.isa = "auto", .may_load = true});
+}
+
+static void build_well(const char *text, World *world)
+{
+    assert_string_equal(build_text(text, world), "");
 }
 
 static void expect_part(const char *text, const char *start, const char *part)
@@ -29,7 +32,7 @@ static void expect_part(const char *text, const char *start, const char *part)
 
 #define MESH(text) "bodies = (\n{ name = \"a\"; mesh = { " text " }; } );\n"
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(generators_give_the_meshes_that_scenes_ask_for)
 {
@@ -46,21 +49,20 @@ TEST(generators_give_the_meshes_that_scenes_ask_for)
         {MESH("generator = \"sheet\"; columns = 4; rows = 3;"), 12, 23},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        World world;
-        assert_string_equal(build_text(cases[i].text, &world), "");
+        SCOPED(world_destroy) World world;
+        build_well(cases[i].text, &world);
         const Body *body = sim_body(world.sim, 0);
         assert_string_equal(body->name, "a");
         assert_int_equal(body->surface.node_count, cases[i].nodes);
         assert_int_equal(body->spring_count, cases[i].springs);
         assert_int_equal(world.mesh[0].node_count, cases[i].nodes);
-        world_destroy(&world);
     }
 }
 
 TEST(meshes_are_scaled_turned_and_moved)
 {
     // A quarter turn about x takes +z to -y.
-    World world;
+    SCOPED(world_destroy) World world;
     assert_string_equal(build_text(MESH("generator = \"uv_sphere\"; radius = 2; scale = 0.01; "
                                         "place = { rotation = [1.5707963267948966, 0, 0]; "
                                         "translation = [1, 2, 3]; };"),
@@ -75,7 +77,6 @@ TEST(meshes_are_scaled_turned_and_moved)
     // Rounding of coordinates of size 3.
     expect_near(low, 1.98, 1e-14);
     expect_near(high, 2.02, 1e-14);
-    world_destroy(&world);
 }
 
 TEST(mesh_files_are_read_and_their_faults_named)
@@ -84,31 +85,26 @@ TEST(mesh_files_are_read_and_their_faults_named)
     const char *scene = MESH("file = \"organ.obj\"; scale = 0.1;");
     expect_part(scene, "x.cfg:2: ", "organ.obj: ");
 
-    const char *tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
-                              "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
-    scratch_write(&scratch, "organ.obj", tetrahedron, strlen(tetrahedron));
-    assert_string_equal(build_text(scene, &world), "");
+    scratch_write_text("organ.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                                    "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    build_well(scene, &world);
     assert_int_equal(world.mesh[0].node_count, 4);
     expect_near(world.mesh[0].position[1].x, 0.1, 0.0);
     world_destroy(&world);
 
-    const char *twice = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2\n";
-    scratch_write(&scratch, "organ.obj", twice, strlen(twice));
+    scratch_write_text("organ.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2\n");
     expect_part(scene, "x.cfg:2: ", "organ.obj");
     // Finite in the file, not in the world.
-    const char *far = "v 0 0 0\nv 1e308 0 0\nv 0 1e308 0\nf 1 2 3\n";
-    scratch_write(&scratch, "organ.obj", far, strlen(far));
+    scratch_write_text("organ.obj", "v 0 0 0\nv 1e308 0 0\nv 0 1e308 0\nf 1 2 3\n");
     expect_part(MESH("file = \"organ.obj\"; scale = 1e6;"), "x.cfg:2: ", "organ.obj: ");
 }
 
 TEST(meshes_of_absurd_size_are_refused_with_a_hint)
 {
-    World world;
-    const char *tetrahedron = "v 0 0 0\nv 250 0 0\nv 0 120 0\nv 0 0 90\n"
-                              "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
-    scratch_write(&scratch, "organ.obj", tetrahedron, strlen(tetrahedron));
+    SCOPED(world_destroy) World world;
+    scratch_write_text("organ.obj", "v 0 0 0\nv 250 0 0\nv 0 120 0\nv 0 0 90\n"
+                                    "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
     assert_string_equal(build_text(MESH("file = \"organ.obj\"; scale = 0.001;"), &world), "");
-    world_destroy(&world);
     expect_part(MESH("file = \"organ.obj\"; scale = 1000.0;"), "x.cfg:2: ",
                 "organ.obj: measures 250000 m after scale 1000, outside [1e-06, 10000] m; scale is "
                 "metres a unit of the file, 0.001 for millimetres");
@@ -124,15 +120,14 @@ TEST(fixed_nodes_are_those_of_the_file_whatever_was_repaired)
     // Two tetrahedra that share vertex 1 (node 0 of the file, which is split), with vertex 3 a
     // double of vertex 2, and vertex 4 of no face.
     World world;
-    const char *text = "v 0 0 0\nv 1 0 0\nv 1 0 0\nv 9 9 9\nv 0 1 0\nv 0 0 1\n"
-                       "v -1 0 0\nv 0 -1 0\nv 0 0 -1\n"
-                       "f 1 5 2\nf 1 3 6\nf 3 5 6\nf 5 1 6\n"
-                       "f 1 7 8\nf 1 8 9\nf 8 7 9\nf 7 1 9\n";
-    scratch_write(&scratch, "organ.obj", text, strlen(text));
+    scratch_write_text("organ.obj", "v 0 0 0\nv 1 0 0\nv 1 0 0\nv 9 9 9\nv 0 1 0\nv 0 0 1\n"
+                                    "v -1 0 0\nv 0 -1 0\nv 0 0 -1\n"
+                                    "f 1 5 2\nf 1 3 6\nf 3 5 6\nf 5 1 6\n"
+                                    "f 1 7 8\nf 1 8 9\nf 8 7 9\nf 7 1 9\n");
 #define FIXED(nodes)                                                                               \
     "bodies = (\n{ name = \"a\"; mesh = { file = \"organ.obj\"; };\n"                              \
     "fixed = ( { nodes = " nodes "; } ); } );"
-    assert_string_equal(build_text(FIXED("[0, 2]"), &world), "");
+    build_well(FIXED("[0, 2]"), &world);
     const Body *body = sim_body(world.sim, 0);
     const int ids[8] = {0, 1, 4, 5, 6, 7, 8, 9};
     const int origins[8] = {0, 1, 4, 5, 6, 7, 8, 0}; // the last is what was split off node 0
@@ -163,41 +158,36 @@ TEST(bodies_stay_at_the_level_where_they_start)
         {LEVELLED("levels = 2; start_level = 2; adjust = \"choi2005\";"), 2978, 8928, 5952},
     };
     for (int i = 0; i < 3; i++) {
-        World world;
-        assert_string_equal(build_text(cases[i].text, &world), "");
+        SCOPED(world_destroy) World world;
+        build_well(cases[i].text, &world);
         const Body *body = sim_body(world.sim, 0);
         assert_int_equal(body->mesh.node_count, cases[i].nodes);
         assert_int_equal(world.mesh[0].node_count, cases[i].nodes);
         assert_int_equal(body->spring_count, cases[i].springs);
         assert_int_equal(body->surface.face_count, cases[i].faces);
         assert_int_equal(body->finest_level, i);
-        for (int k = 0; k < 100; k++)
-            sim_step(world.sim);
+        step_on(world.sim, 100);
         assert_int_equal(sim_resets(world.sim), 0);
-        world_destroy(&world);
     }
 }
 
 TEST(a_body_at_its_level_keeps_no_hierarchy)
 {
-    World plain, levelled;
-    assert_string_equal(build_text(LEVELLED(""), &plain), "");
+    SCOPED(world_destroy) World plain, levelled;
+    build_well(LEVELLED(""), &plain);
     assert_string_equal(build_text(LEVELLED("levels = 3;"), &levelled), "");
     assert_int_equal(arena_bytes(&plain.arena), arena_bytes(&levelled.arena));
     assert_int_equal(plain.arena.count, levelled.arena.count);
-    world_destroy(&plain);
-    world_destroy(&levelled);
 }
 
 TEST(midpoints_are_named_after_all_nodes_of_the_file)
 {
     // Two tetrahedra that share vertex 1, which is split: 9 vertices, of which 2 are not used.
-    World world;
-    const char *text = "v 0 0 0\nv 1 0 0\nv 9 9 9\nv 9 9 8\nv 0 1 0\nv 0 0 1\n"
-                       "v -1 0 0\nv 0 -1 0\nv 0 0 -1\n"
-                       "f 1 5 2\nf 1 2 6\nf 2 5 6\nf 5 1 6\n"
-                       "f 1 7 8\nf 1 8 9\nf 8 7 9\nf 7 1 9\n";
-    scratch_write(&scratch, "organ.obj", text, strlen(text));
+    SCOPED(world_destroy) World world;
+    scratch_write_text("organ.obj", "v 0 0 0\nv 1 0 0\nv 9 9 9\nv 9 9 8\nv 0 1 0\nv 0 0 1\n"
+                                    "v -1 0 0\nv 0 -1 0\nv 0 0 -1\n"
+                                    "f 1 5 2\nf 1 2 6\nf 2 5 6\nf 5 1 6\n"
+                                    "f 1 7 8\nf 1 8 9\nf 8 7 9\nf 7 1 9\n");
     assert_string_equal(
         build_text("bodies = (\n{ name = \"a\"; mesh = { file = \"organ.obj\"; };\n"
                    "levels = 1; start_level = 1; fixed = ( { nodes = [0, 1]; } ); } );",
@@ -222,15 +212,13 @@ TEST(midpoints_are_named_after_all_nodes_of_the_file)
             assert_true(mesh->parent[i][0] == ids[i] && mesh->parent[i][1] == ids[i]);
     }
     assert_int_equal(held, 4); // nodes 0 and 1, what was split off 0, the middle of 0 and 1
-    world_destroy(&world);
 }
 
 TEST(bodies_that_do_not_fit_are_refused)
 {
-    World world;
+    SCOPED(world_destroy) World world;
     assert_string_equal(
         build_text("capacity = { nodes = 188; faces = 372; };" LEVELLED(""), &world), "");
-    world_destroy(&world);
     expect_part("capacity = { nodes = 745; };" LEVELLED("levels = 1; start_level = 1;"),
                 "x.cfg:2: ", "body a has 746 nodes to start with, capacity.nodes is 745");
     expect_part("capacity = { faces = 371; };" LEVELLED("levels = 1;"),
@@ -264,7 +252,7 @@ TEST(time_steps_beyond_the_bound_are_refused_unless_wanted)
 TEST(settling_ends_before_the_first_tick)
 {
     // Free fall for 0.1 s: drift-kick-drift is exact for a constant acceleration.
-    World world;
+    SCOPED(world_destroy) World world;
     assert_string_equal(
         build_text("precision = \"double\"; settle_s = 0.1; gravity = [0, 0, -10];\n"
                    "bodies = ( { name = \"a\"; mesh = { generator = "
@@ -277,12 +265,11 @@ TEST(settling_ends_before_the_first_tick)
     body->ops->measure(body->model, &measure);
     // 1/2 g t^2; the springs stay at rest but for rounding.
     expect_near(measure.max_displacement, 0.05, 1e-9);
-    world_destroy(&world);
 }
 
 TEST(tools_and_loads_reach_the_simulation)
 {
-    World world;
+    SCOPED(world_destroy) World world;
     assert_string_equal(
         build_text("precision = \"double\";\n" MESH("generator = \"uv_sphere\";") //
                    "tools = ( { id = 7; kind = \"probe\"; capsules = ( { radius = 0.01; } ); } );\n"
@@ -292,8 +279,7 @@ TEST(tools_and_loads_reach_the_simulation)
         "");
     assert_int_equal(sim_tool_count(world.sim), 1);
     assert_int_equal(sim_tool(world.sim, 0)->id, 7);
-    for (int i = 0; i < 10; i++)
-        sim_step(world.sim);
+    step_on(world.sim, 10);
     // Nothing else acts on the free body: its momentum is force times time.
     const Body *body = sim_body(world.sim, 0);
     int count = body->surface.node_count;
@@ -304,7 +290,6 @@ TEST(tools_and_loads_reach_the_simulation)
         momentum += body->surface.node_mass[i] * velocity[i].z;
     // 2 N for 10 ms; rounding over ten ticks.
     expect_near(momentum, 0.02, 1e-12);
-    world_destroy(&world);
 }
 
 #endif

@@ -4,18 +4,15 @@
 #include "surface_state.h"
 #include "test.h"
 #include "world_run.h"
+#include "kept_world.h"
 
-#include "io/checkpoint.h"
 #include "surface/surface.h"
 
 #include <signal.h>
-#include <string.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_SURFACE)
-#include <hdf5.h>
+#include "recording_view.h"
 
 // A body that everything acts on: a table, a probe, gravity, friction and a load.
 #define SCENE(integrator, more)                                                                    \
@@ -46,58 +43,16 @@ static void run_step(Run *run, int ticks)
 
 static void save(Run *run, const char *name)
 {
-    char path[SCRATCH_PATH];
-    Status status = {0};
-    WorldImage image;
-    world_image_reserve(&image, &run->world.arena, &run->world);
-    world_image_take(&image, &run->world);
-    unlink(scratch_path(&scratch, name, path)); // what was altered is not replaced
-    bool ok = checkpoint_write(path, &image, &run->world, &status);
-    if (!ok)
-        print_error("%s\n", status.text);
-    assert_true(ok);
+    unlink(scratch_at(name)); // what was altered is not replaced
+    world_save(&run->world, name);
 }
 
-// Reads a checkpoint; returns what was wrong, "" if nothing, without the folder's name in front.
 static const char *load(Run *run, const char *name)
 {
-    static char said[512];
-    char path[SCRATCH_PATH];
-    Status status = {0};
-    bool ok = checkpoint_read(scratch_path(&scratch, name, path), &run->world, &status);
-    assert_int_equal(ok, status.code == STATUS_OK);
-    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
-    assert_null(strchr(said, '\n'));
-    return said;
+    return world_load(&run->world, name);
 }
 
 // --- layout --------------------------------------------------------------------------------------
-
-static hid_t open_plain(const char *name, unsigned mode)
-{
-    char path[SCRATCH_PATH];
-    hid_t file = H5Fopen(scratch_path(&scratch, name, path), mode, H5P_DEFAULT);
-    assert_true(file >= 0);
-    return file;
-}
-
-static void expect_text(hid_t object, const char *name, const char *expected)
-{
-    hid_t attribute = H5Aopen(object, name, H5P_DEFAULT), type = H5Aget_type(attribute);
-    char *text = NULL;
-    if (H5Tis_variable_str(type) > 0) {
-        assert_true(H5Aread(attribute, type, &text) >= 0);
-        assert_string_equal(text, expected);
-        H5free_memory(text);
-    } else {
-        text = calloc(H5Tget_size(type) + 1, 1);
-        assert_true(H5Aread(attribute, type, text) >= 0);
-        assert_string_equal(text, expected);
-        free(text);
-    }
-    H5Tclose(type);
-    H5Aclose(attribute);
-}
 
 static void expect_rows(hid_t file, const char *name, const Vec3 *row, int count, const char *unit)
 {
@@ -108,33 +63,27 @@ static void expect_rows(hid_t file, const char *name, const Vec3 *row, int count
     assert_int_equal(H5Sget_simple_extent_dims(space, size, NULL), 2);
     assert_int_equal(size[0], count);
     assert_int_equal(size[1], 3);
-    Vec3 *stored = calloc((size_t)count, sizeof *stored);
-    assert_true(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, stored) >= 0);
+    FREED Vec3 *stored = calloc((size_t)count, sizeof *stored);
+    view_get(file, name, H5T_NATIVE_DOUBLE, stored);
     assert_memory_equal(stored, row, (size_t)count * sizeof *row);
-    free(stored);
-    expect_text(set, "unit", unit);
+    expect_attribute(set, "unit", unit);
     H5Tclose(type);
     H5Sclose(space);
     H5Dclose(set);
 }
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(checkpoint_has_the_documented_layout)
 {
-    Run run;
-    run_create(&run, SCENE("leapfrog", ""));
+    START_RUN(run, SCENE("leapfrog", ""));
     run_step(&run, 40);
     save(&run, "a.h5");
-    hid_t file = open_plain("a.h5", H5F_ACC_RDONLY);
-    expect_text(file, "format", "pliant-checkpoint");
-    expect_text(file, "created_by", "pliantd " PLIANT_VERSION);
-    expect_text(file, "scene", run.scene.text);
-    int version = 0;
-    hid_t attribute = H5Aopen(file, "version", H5P_DEFAULT);
-    assert_true(H5Aread(attribute, H5T_NATIVE_INT, &version) >= 0);
-    assert_int_equal(version, 2);
-    H5Aclose(attribute);
+    hid_t file = view_open(scratch_at("a.h5"), false);
+    expect_attribute(file, "format", "pliant-checkpoint");
+    expect_attribute(file, "created_by", "pliantd " PLIANT_VERSION);
+    expect_attribute(file, "scene", run.scene.text);
+    expect_number(file, "version", 2);
 
     Vec3 position[114], velocity[114];
     surface_read_state(sim_body(run.world.sim, 0), position, velocity);
@@ -144,58 +93,51 @@ TEST(checkpoint_has_the_documented_layout)
     int id[114];
     double time = 0.0;
     int64_t step = 0;
-    hid_t set = H5Dopen2(file, "/bodies/ball/id", H5P_DEFAULT);
-    assert_true(H5Dread(set, H5T_NATIVE_INT, H5S_ALL, H5S_ALL, H5P_DEFAULT, id) >= 0);
+    view_get(file, "/bodies/ball/id", H5T_NATIVE_INT, id);
     for (int i = 0; i < 114; i++)
         assert_int_equal(id[i], i);
-    H5Dclose(set);
-    set = H5Dopen2(file, "/time", H5P_DEFAULT);
-    assert_true(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, &time) >= 0);
+    view_get(file, "/time", H5T_NATIVE_DOUBLE, &time);
     expect_near(time, 0.04, 1e-15); // 40 / 1000, rounded once
-    expect_text(set, "unit", "s");
+    hid_t set = H5Dopen2(file, "/time", H5P_DEFAULT);
+    expect_attribute(set, "unit", "s");
     H5Dclose(set);
-    set = H5Dopen2(file, "/step", H5P_DEFAULT);
-    assert_true(H5Dread(set, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &step) >= 0);
+    view_get(file, "/step", H5T_NATIVE_INT64, &step);
     assert_int_equal(step, 40);
-    H5Dclose(set);
     for (int i = 0; i < run.world.state.count; i++) {
         char name[128];
         snprintf(name, sizeof name, "/state/%s", run.world.state.array[i].name);
         set = H5Dopen2(file, name, H5P_DEFAULT);
         assert_true(set >= 0);
-        expect_text(set, "unit", "bytes");
+        expect_attribute(set, "unit", "bytes");
         H5Dclose(set);
     }
     hid_t state = H5Gopen2(file, "/state", H5P_DEFAULT);
     const Body *body = sim_body(run.world.sim, 0);
-    expect_text(state, "isa", body->ops->isa(body->model));
+    expect_attribute(state, "isa", body->ops->isa(body->model));
     H5Gclose(state);
     H5Fclose(file);
-    run_destroy(&run);
 }
 
 TEST(scenes_longer_than_64_kilobytes_are_stored_whole)
 {
     enum { LONG = 200000 };
     static char text[LONG + 2000];
-    Run run;
     memset(text, '#', LONG);
     text[LONG] = '\n';
     strcpy(text + LONG + 1, SCENE("leapfrog", ""));
-    run_create(&run, text);
+    START_RUN(run, text);
     save(&run, "a.h5");
-    hid_t file = open_plain("a.h5", H5F_ACC_RDONLY);
-    expect_text(file, "scene", text);
+    hid_t file = view_open(scratch_at("a.h5"), false);
+    expect_attribute(file, "scene", text);
     H5Fclose(file);
     assert_string_equal(load(&run, "a.h5"), "");
-    run_destroy(&run);
 }
 
 // --- the run goes on -----------------------------------------------------------------------------
 
 static void expect_same_run(const char *text)
 {
-    Run whole, resumed;
+    SCOPED(run_destroy) Run whole, resumed;
     run_create(&whole, text);
     run_step(&whole, 60);
     save(&whole, "a.h5");
@@ -211,8 +153,6 @@ static void expect_same_run(const char *text)
     assert_string_equal(load(&resumed, "a.h5"), "");
     run_step(&resumed, 100);
     assert_true(state_hash(&whole.world.state) == state_hash(&resumed.world.state));
-    run_destroy(&resumed);
-    run_destroy(&whole);
 }
 
 TEST(restored_run_matches_uninterrupted_run)
@@ -225,8 +165,7 @@ TEST(restored_run_matches_uninterrupted_run)
 
 TEST(restored_state_survives_a_change_of_what_is_published)
 {
-    Run run;
-    run_create(&run, SCENE("leapfrog", ""));
+    START_RUN(run, SCENE("leapfrog", ""));
     run_step(&run, 30);
     uint64_t hash = state_hash(&run.world.state);
     save(&run, "a.h5");
@@ -234,7 +173,6 @@ TEST(restored_state_survives_a_change_of_what_is_published)
     run_create(&run, "publish = { nodes_hz = 5; }; prefix = \"OTHER\";\n" SCENE("leapfrog", ""));
     assert_string_equal(load(&run, "a.h5"), "");
     assert_true(state_hash(&run.world.state) == hash);
-    run_destroy(&run);
 }
 
 // --- files that do not fit -----------------------------------------------------------------------
@@ -258,7 +196,7 @@ TEST(other_physics_are_refused)
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
         run_create(&run, others[i]);
         uint64_t before = state_hash(&run.world.state);
-        assert_non_null(strstr(load(&run, "a.h5"), "a.h5: / was written for other physics"));
+        expect_in(load(&run, "a.h5"), "a.h5: / was written for other physics");
         assert_true(state_hash(&run.world.state) == before);
         run_destroy(&run);
     }
@@ -266,8 +204,7 @@ TEST(other_physics_are_refused)
 
 TEST(other_bodies_are_refused_by_name_and_size)
 {
-    Run run;
-    run_create(&run, SCENE("leapfrog", ""));
+    START_RUN(run, SCENE("leapfrog", ""));
     save(&run, "a.h5");
     run_destroy(&run);
     run_create(&run, "bodies = ( { name = \"ball\"; mesh = { generator = \"stomach\"; }; } );");
@@ -276,15 +213,13 @@ TEST(other_bodies_are_refused_by_name_and_size)
     run_destroy(&run);
     run_create(&run, "bodies = ( { name = \"egg\"; mesh = { generator = \"uv_sphere\"; }; } );");
     assert_string_equal(load(&run, "a.h5"), "a.h5: /bodies/egg/position is missing or no data set");
-    run_destroy(&run);
 }
 
 TEST(other_formats_and_versions_are_refused)
 {
-    Run run;
-    run_create(&run, SCENE("leapfrog", ""));
+    START_RUN(run, SCENE("leapfrog", ""));
     save(&run, "a.h5");
-    hid_t file = open_plain("a.h5", H5F_ACC_RDWR);
+    hid_t file = view_change(scratch_at("a.h5"));
     int version = 1;
     hid_t attribute = H5Aopen(file, "version", H5P_DEFAULT);
     assert_true(H5Awrite(attribute, H5T_NATIVE_INT, &version) >= 0);
@@ -292,7 +227,7 @@ TEST(other_formats_and_versions_are_refused)
     H5Fclose(file);
     scratch_seal(&scratch, "a.h5");
     assert_string_equal(load(&run, "a.h5"), "a.h5: / version 1 must be 2");
-    file = open_plain("a.h5", H5F_ACC_RDWR);
+    file = view_change(scratch_at("a.h5"));
     H5Adelete(file, "format");
     H5Fclose(file);
     scratch_seal(&scratch, "a.h5");
@@ -301,103 +236,73 @@ TEST(other_formats_and_versions_are_refused)
     assert_string_equal(load(&run, "a.h5"), "a.h5: is no file that Pliant wrote");
     assert_string_equal(load(&run, "none.h5"), "none.h5: No such file or directory");
     assert_string_equal(load(&run, "../"), "../: is not a regular file");
-    run_destroy(&run);
 }
 
-// Flips bits of one byte of a data set, counted from its start; from its middle when -1.
-static void alter(const char *path, const char *name, long at, unsigned char bits)
+typedef struct Forged {
+    const char *set;
+    long at;
+    unsigned char bits; // 0: nothing is altered, and the file is taken
+} Forged;
+
+static void expect_forged_refused(const Forged *forged, size_t count)
 {
-    hid_t file = open_plain(path, H5F_ACC_RDWR);
-    hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
-    size_t size = (size_t)H5Dget_storage_size(set);
-    hid_t type = H5Dget_type(set);
-    unsigned char *data = malloc(size);
-    assert_true(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
-    data[at < 0 ? size / 2 : (size_t)at] ^= bits;
-    assert_true(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
-    free(data);
-    H5Tclose(type);
-    H5Dclose(set);
-    H5Fclose(file);
+    START_RUN(run, SCENE("leapfrog", ""));
+    run_step(&run, 30); // its load acts, and the probe moves
+    uint64_t before = state_hash(&run.world.state);
+    for (size_t i = 0; i < count; i++) {
+        save(&run, "a.h5");
+        view_alter(scratch_at("a.h5"), forged[i].set, forged[i].at, forged[i].bits);
+        scratch_seal(&scratch, "a.h5");
+        const char *said = load(&run, "a.h5"),
+                   *wanted = forged[i].bits == 0 ? ""
+                                                 : "a.h5: /state holds tools, loads, strokes or "
+                                                   "attachments that cannot be";
+        if (strcmp(said, wanted) != 0)
+            fail_msg("%s at %ld: '%s'", forged[i].set, forged[i].at, said);
+        assert_true(state_hash(&run.world.state) == before);
+    }
 }
 
 // Numbers of loads are indices: a forged file must not reach beyond the nodes.
 TEST(loads_that_cannot_be_are_refused)
 {
-    static const struct {
-        const char *name;
-        long at;
-        unsigned char bits;
-    } forged[] = {
+    static const Forged forged[] = {
         {"/state/loads/pool", 2, 0x40}, {"/state/loads/pool", 3, 0x80},
         {"/state/loads/count", 1, 1},   {"/state/loads/used", 3, 1},
         {"/state/loads/load", -1, 0},   {"/state/sim/clock", 20, 0x80},
     };
-    Run run;
-    run_create(&run, SCENE("leapfrog", ""));
-    run_step(&run, 30); // its load acts
-    uint64_t before = state_hash(&run.world.state);
-    for (size_t i = 0; i < sizeof forged / sizeof *forged; i++) {
-        save(&run, "a.h5");
-        alter("a.h5", forged[i].name, forged[i].at, forged[i].bits);
-        scratch_seal(&scratch, "a.h5");
-        const char *said = load(&run, "a.h5");
-        if (forged[i].bits != 0)
-            assert_string_equal(said,
-                                "a.h5: /state holds tools, loads, strokes or attachments that "
-                                "cannot be");
-        else
-            assert_string_equal(said, ""); // nothing was altered
-        assert_true(state_hash(&run.world.state) == before);
-    }
-    run_destroy(&run);
+    expect_forged_refused(forged, sizeof forged / sizeof *forged);
 }
 
 // Where tools are goes out to clients as it is: it must be numbers, of a time that has been.
 TEST(tools_that_cannot_be_are_refused)
 {
-    static const struct {
-        size_t at;
-        unsigned char bits;
-    } forged[] = {
-        {offsetof(ToolMotion, active), 2},
-        {offsetof(ToolMotion, pose_step) + 6, 1},
-        {offsetof(ToolMotion, pose_step) + 7, 0x80},
-        {offsetof(ToolMotion, period) + 7, 0x80},
-        {offsetof(ToolMotion, to_grip) + 7, 0x40},
-        {offsetof(ToolMotion, from_position) + 7, 0x40},
-        {offsetof(ToolMotion, to_position) + 2 * sizeof(double) + 7, 0x40},
-        {offsetof(ToolMotion, to_orientation) + 7, 0x40},
-        {0, 0},
+#define MOTION(member, byte)                                                                       \
+    "/state/tools/motion", (long)(sizeof(ToolMotion) + offsetof(ToolMotion, member) + (byte))
+    static const Forged forged[] = {
+        {MOTION(active, 0), 2},
+        {MOTION(pose_step, 6), 1},
+        {MOTION(pose_step, 7), 0x80},
+        {MOTION(period, 7), 0x80},
+        {MOTION(to_grip, 7), 0x40},
+        {MOTION(from_position, 7), 0x40},
+        {MOTION(to_position, 2 * sizeof(double) + 7), 0x40},
+        {MOTION(to_orientation, 7), 0x40},
+        {"/state/tools/motion", (long)sizeof(ToolMotion), 0},
     };
-    Run run;
-    run_create(&run, SCENE("leapfrog", ""));
-    run_step(&run, 30); // the probe moves
-    uint64_t before = state_hash(&run.world.state);
-    for (size_t i = 0; i < sizeof forged / sizeof *forged; i++) {
-        save(&run, "a.h5");
-        alter("a.h5", "/state/tools/motion", (long)(sizeof(ToolMotion) + forged[i].at),
-              forged[i].bits);
-        scratch_seal(&scratch, "a.h5");
-        assert_string_equal(load(&run, "a.h5"), forged[i].bits == 0
-                                                    ? ""
-                                                    : "a.h5: /state holds tools, loads, strokes or "
-                                                      "attachments that cannot be");
-        assert_true(state_hash(&run.world.state) == before);
-    }
-    run_destroy(&run);
+    expect_forged_refused(forged, sizeof forged / sizeof *forged);
 }
 
 TEST(changed_numbers_are_refused)
 {
     static const char *const names[] = {"/bodies/ball/position", "/bodies/ball/velocity",
                                         "/state/ball/rows"};
-    Run run;
+    SCOPED(run_destroy) Run run;
     // In double, where a bit of a row is a bit of a position.
     run_create(&run, "precision = \"double\";\n" SCENE("leapfrog", ""));
     for (int i = 0; i < 3; i++) {
         save(&run, "a.h5");
-        alter("a.h5", names[i], -1, 1);
+        view_alter(scratch_at("a.h5"), names[i], -1, 1);
         uint64_t before = state_hash(&run.world.state);
         assert_string_equal(load(&run, "a.h5"),
                             "a.h5: is truncated or was altered: it differs from its seal");
@@ -406,35 +311,30 @@ TEST(changed_numbers_are_refused)
         assert_string_equal(load(&run, "a.h5"), "a.h5: /bodies/ball does not match the state");
         assert_true(state_hash(&run.world.state) == before);
     }
-    run_destroy(&run);
 }
 
 TEST(truncated_files_are_refused)
 {
-    Run run;
     size_t size = 0;
-    run_create(&run, SCENE("leapfrog", ""));
+    START_RUN(run, SCENE("leapfrog", ""));
     run_step(&run, 10);
     save(&run, "a.h5");
-    unsigned char *data = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *data = scratch_read(&scratch, "a.h5", &size);
     uint64_t before = state_hash(&run.world.state);
     for (int i = 0; i < 50; i++) {
         scratch_write(&scratch, "b.h5", data, size * (size_t)i / 50);
         assert_string_not_equal(load(&run, "b.h5"), "");
         assert_true(state_hash(&run.world.state) == before);
     }
-    free(data);
-    run_destroy(&run);
 }
 
 TEST(altered_files_are_refused_wherever_the_change_is)
 {
-    Run run;
     size_t size = 0;
-    run_create(&run, SCENE("leapfrog", ""));
+    START_RUN(run, SCENE("leapfrog", ""));
     run_step(&run, 10);
     save(&run, "a.h5");
-    unsigned char *data = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *data = scratch_read(&scratch, "a.h5", &size);
     uint64_t before = state_hash(&run.world.state);
     // An odd stride meets all parts of blocks of even size.
     for (size_t at = 0; at < size; at += size / 200 | 1) {
@@ -444,85 +344,69 @@ TEST(altered_files_are_refused_wherever_the_change_is)
         assert_string_not_equal(load(&run, "b.h5"), "");
         assert_true(state_hash(&run.world.state) == before);
     }
-    free(data);
-    run_destroy(&run);
 }
 
 // --- writing -------------------------------------------------------------------------------------
 
 TEST(files_that_cannot_be_written_are_named)
 {
-    Run run;
     Status status = {0};
-    char path[SCRATCH_PATH];
     WorldImage image;
-    run_create(&run, SCENE("leapfrog", ""));
+    START_RUN(run, SCENE("leapfrog", ""));
     world_image_reserve(&image, &run.world.arena, &run.world);
     world_image_take(&image, &run.world);
-    scratch_path(&scratch, "none/a.h5", path);
+    const char *path = scratch_at("none/a.h5");
     assert_false(checkpoint_write(path, &image, &run.world, &status));
     assert_int_equal(status.code, STATUS_FAILED);
-    assert_non_null(strstr(status.text, "none/a.h5: No such file or directory"));
-    run_destroy(&run);
+    expect_in(status.text, "none/a.h5: No such file or directory");
 }
 
 TEST(numbers_that_are_none_are_not_written)
 {
-    Run run;
-    char path[SCRATCH_PATH];
     WorldImage image;
-    run_create(&run, SCENE("leapfrog", ""));
+    START_RUN(run, SCENE("leapfrog", ""));
     save(&run, "whole.h5");
     world_image_reserve(&image, &run.world.arena, &run.world);
-    scratch_path(&scratch, "whole.h5", path);
+    const char *path = scratch_at("whole.h5");
     for (int k = 0; k < 2; k++) {
         Status status = {0};
         world_image_take(&image, &run.world);
         Vec3 *row = k == 0 ? image.position[0] : image.velocity[0];
         row[3].y = (double)NAN;
         assert_false(checkpoint_write(path, &image, &run.world, &status));
-        assert_non_null(strstr(status.text, "whole.h5: not written: row 3 of body "));
+        expect_in(status.text, "whole.h5: not written: row 3 of body ");
         assert_string_equal(load(&run, "whole.h5"), ""); // the good one is still there
     }
-    run_destroy(&run);
 }
 
 TEST(a_full_disk_leaves_the_previous_file_whole)
 {
-    Run run;
     Status status = {0};
-    char path[SCRATCH_PATH];
     WorldImage image;
-    run_create(&run, SCENE("leapfrog", ""));
+    START_RUN(run, SCENE("leapfrog", ""));
     save(&run, "a.h5");
     run_step(&run, 5);
     world_image_reserve(&image, &run.world.arena, &run.world);
     world_image_take(&image, &run.world);
 
-    // A limit on the size of files stands in for a full disk.
-    struct rlimit before, tight;
-    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
-    tight = before;
-    tight.rlim_cur = 4096;
     signal(SIGXFSZ, SIG_IGN);
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &tight), 0);
-    scratch_path(&scratch, "a.h5", path);
+    const rlim_t before = limit_files(4096);
+    const char *path = scratch_at("a.h5");
     bool ok = checkpoint_write(path, &image, &run.world, &status);
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    limit_files(before);
     assert_false(ok);
     assert_int_equal(status.code, STATUS_FAILED);
-    assert_non_null(strstr(status.text, "a.h5: File too large"));
+    expect_in(status.text, "a.h5: File too large");
 
     struct stat info;
-    assert_int_not_equal(stat(scratch_path(&scratch, "a.h5.tmp", path), &info), 0);
+    assert_int_not_equal(stat(scratch_at("a.h5.tmp"), &info), 0);
     assert_string_equal(load(&run, "a.h5"), "");
     assert_int_equal(sim_steps(run.world.sim), 0);
-    run_destroy(&run);
 }
 
 #else
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 // Without HDF5 or without bodies: the files are refused in words, nothing else is there to test.
 TEST(what_is_not_built_in_is_refused)

@@ -2,7 +2,7 @@
 // Checkpoints of a body whose mesh changes: the nodes alive, in ascending id, for anyone to read;
 // the same mesh, slot by slot, when they are read back; files that contradict themselves.
 #include "test.h"
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #include "io/checkpoint.h"
 #include "scene/build.h"
@@ -10,10 +10,7 @@
 #include "mesh_toy.h"
 
 #if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_SURFACE)
-#include <hdf5.h>
-#include <string.h>
-
-static Scratch scratch;
+#include "recording_view.h"
 
 // A scene whose body is a toy in the place of the one that was built.
 typedef struct Run {
@@ -26,14 +23,13 @@ static void run_create(Run *run, uint64_t seed)
 {
     static const char text[] =
         "bodies = ( { name = \"toy\"; mesh = { generator = \"uv_sphere\"; }; } );\n";
-    char path[SCRATCH_PATH];
     Status status = {0};
     const BuildOptions options = {.isa = "auto", .may_load = false};
     memset(run, 0, sizeof *run);
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    if (!scene_read(scratch_path(&scratch, "x.cfg", path), &run->scene, &status) ||
-        !world_build(&run->world, &run->scene, &options, &status))
-        fail_msg("%s", status.text);
+    scratch_write_text("x.cfg", text);
+    expect_ok(scene_read(scratch_at("x.cfg"), &run->scene, &status) &&
+                  world_build(&run->world, &run->scene, &options, &status),
+              status);
     mesh_toy_create(&run->toy, false, seed);
     *sim_body(run->world.sim, 0) = mesh_toy_body(&run->toy, "toy", true, &run->world.state);
 }
@@ -56,21 +52,18 @@ static void run_change(Run *run, int times)
 
 static void save(Run *run, const char *name)
 {
-    char path[SCRATCH_PATH];
     Status status = {0};
     WorldImage image;
     world_image_reserve(&image, &run->world.arena, &run->world);
     world_image_take(&image, &run->world);
     run_change(run, 3); // the file is written later, while the body goes on
-    if (!checkpoint_write(scratch_path(&scratch, name, path), &image, &run->world, &status))
-        fail_msg("%s", status.text);
+    expect_ok(checkpoint_write(scratch_at(name), &image, &run->world, &status), status);
 }
 
 static bool load(Run *run, const char *name, Status *status)
 {
-    char path[SCRATCH_PATH];
     *status = (Status){0};
-    return checkpoint_read(scratch_path(&scratch, name, path), &run->world, status);
+    return checkpoint_read(scratch_at(name), &run->world, status);
 }
 
 // Rows of a data set, with its number of them.
@@ -86,25 +79,11 @@ static void read_set(hid_t file, const char *name, hid_t type, void *data, int *
     H5Dclose(set);
 }
 
-static int setup(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int teardown(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(setup, teardown)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(the_nodes_alive_are_written_in_ascending_id)
 {
-    Run run;
-    char path[SCRATCH_PATH];
+    SCOPED(run_destroy) Run run;
     run_create(&run, 21);
     run_change(&run, 40);
     const MeshToyState then = run.toy.state;
@@ -112,7 +91,7 @@ TEST(the_nodes_alive_are_written_in_ascending_id)
     mesh_toy_positions(&run.toy, expected);
     save(&run, "a.h5");
 
-    hid_t file = H5Fopen(scratch_path(&scratch, "a.h5", path), H5F_ACC_RDONLY, H5P_DEFAULT);
+    hid_t file = H5Fopen(scratch_at("a.h5"), H5F_ACC_RDONLY, H5P_DEFAULT);
     assert_true(file >= 0);
     int id[TOY_NODES], ids, positions, velocities, live = 0;
     Vec3 position[TOY_NODES], velocity[TOY_NODES];
@@ -135,12 +114,11 @@ TEST(the_nodes_alive_are_written_in_ascending_id)
         assert_memory_equal(&position[k], &expected[slot], sizeof *position);
         expect_near(velocity[k].x, id[k], 0.0); // the toy's velocity tells the id
     }
-    run_destroy(&run);
 }
 
 TEST(a_mesh_comes_back_slot_by_slot)
 {
-    Run run;
+    SCOPED(run_destroy) Run run;
     Status status;
     run_create(&run, 22);
     for (int n = 0; n < 20; n++) {
@@ -148,49 +126,12 @@ TEST(a_mesh_comes_back_slot_by_slot)
         const MeshToyState then = run.toy.state;
         save(&run, "a.h5");
         run_change(&run, 9);
-        if (!load(&run, "a.h5", &status))
-            fail_msg("%s", status.text);
+        expect_ok(load(&run, "a.h5", &status), status);
         assert_memory_equal(&run.toy.state, &then, sizeof then);
         const Body *body = sim_body(run.world.sim, 0);
         assert_int_equal(body->mesh.node_count, then.node_count);
         expect_crack_free(&body->mesh, &run.toy.base, NULL);
     }
-    run_destroy(&run);
-}
-
-// Makes the seal of a changed file valid again: FNV-1a over all behind its first 512 bytes.
-static void seal_again(const char *name)
-{
-    char path[SCRATCH_PATH], head[512] = {0};
-    FILE *file = fopen(scratch_path(&scratch, name, path), "r+b");
-    assert_non_null(file);
-    uint64_t hash = 14695981039346656037u;
-    size_t size = 0;
-    fseek(file, sizeof head, SEEK_SET);
-    for (int c; (c = fgetc(file)) != EOF; size++)
-        hash = (hash ^ (unsigned char)c) * 1099511628211u;
-    snprintf(head, sizeof head, "pliant: %zu bytes follow, fnv1a %016llx\n", size,
-             (unsigned long long)hash);
-    rewind(file);
-    assert_int_equal(fwrite(head, 1, sizeof head, file), sizeof head);
-    assert_int_equal(fclose(file), 0);
-}
-
-// Flips bits of one number of a data set, counted in its own type.
-static void alter(const char *name, const char *set_name, size_t at, unsigned char bits)
-{
-    char path[SCRATCH_PATH];
-    hid_t file = H5Fopen(scratch_path(&scratch, name, path), H5F_ACC_RDWR, H5P_DEFAULT);
-    hid_t set = H5Dopen2(file, set_name, H5P_DEFAULT), type = H5Dget_type(set);
-    unsigned char *data = malloc((size_t)H5Dget_storage_size(set));
-    assert_true(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
-    data[at] ^= bits;
-    assert_true(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
-    free(data);
-    H5Tclose(type);
-    H5Dclose(set);
-    H5Fclose(file);
-    seal_again(name);
 }
 
 TEST(files_that_contradict_themselves_change_nothing)
@@ -213,13 +154,14 @@ TEST(files_that_contradict_themselves_change_nothing)
         {"/state/toy/toy", slots + 2, 64, "is beyond what can be simulated"},
         {"/state/toy/toy", slots + 3, 128, "is beyond what can be simulated"},
     };
-    Run run;
+    SCOPED(run_destroy) Run run;
     Status status;
     run_create(&run, 23);
     run_change(&run, 30);
     for (size_t i = 0; i < sizeof damage / sizeof *damage; i++) {
         save(&run, "a.h5");
-        alter("a.h5", damage[i].set, damage[i].at, damage[i].bits);
+        view_alter(scratch_at("a.h5"), damage[i].set, (long)damage[i].at, damage[i].bits);
+        scratch_seal(&scratch, "a.h5");
         const MeshToyState before = run.toy.state;
         assert_false(load(&run, "a.h5", &status));
         if (strstr(status.text, damage[i].said) == NULL)
@@ -228,7 +170,6 @@ TEST(files_that_contradict_themselves_change_nothing)
         const Body *body = sim_body(run.world.sim, 0);
         assert_int_equal(body->mesh.node_count, before.node_count);
     }
-    run_destroy(&run);
 }
 
 #endif

@@ -6,8 +6,6 @@
 #include "random.h"
 #include "world_run.h"
 
-#include <stdlib.h>
-
 static const char SCENE[] =
     "name = \"cuts\";\n"
     "bodies = (\n"
@@ -78,23 +76,22 @@ static void begin(Run *run)
         go_on(run->world.sim, i);
 }
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(a_cut_scene_goes_on_from_its_state_bit_for_bit)
 {
-    Run run;
+    SCOPED(run_destroy) Run run;
     begin(&run);
     StateList *state = &run.world.state;
     Sim *sim = run.world.sim;
-    void *image = malloc(state_bytes(state)), *end = malloc(state_bytes(state));
+    FREED void *image = malloc(state_bytes(state)), *end = malloc(state_bytes(state));
     assert_true(image != NULL && end != NULL);
     state_copy_out(state, image);
     for (int k = 0; k < 2; k++) {
         for (int i = 40; i < 140; i++)
             go_on(sim, i);
         cut_at(sim, 0.0083);
-        for (int i = 0; i < 20; i++)
-            sim_step(sim);
+        step_on(sim, 20);
         if (k == 0)
             state_copy_out(state, end);
         else
@@ -105,9 +102,6 @@ TEST(a_cut_scene_goes_on_from_its_state_bit_for_bit)
         expect_state(state, image);
     }
     assert_true(sim_pieces(sim, 0) >= 1);
-    free(image);
-    free(end);
-    run_destroy(&run);
 }
 
 // As a file might be damaged on purpose: whole words of one array, small and large values.
@@ -131,11 +125,11 @@ static void damage(const StateList *state, uint64_t *random)
 
 TEST(damaged_states_are_refused_or_can_be_stepped_on)
 {
-    Run run;
+    SCOPED(run_destroy) Run run;
     begin(&run);
     StateList *state = &run.world.state;
     Sim *sim = run.world.sim;
-    void *image = malloc(state_bytes(state));
+    FREED void *image = malloc(state_bytes(state));
     state_copy_out(state, image);
     uint64_t random = 3;
     int refused = 0, trials = EFFORT(1200);
@@ -158,7 +152,7 @@ TEST(damaged_states_are_refused_or_can_be_stepped_on)
     print_message("%d of %d refused\n", refused, trials);
     assert_true(refused > trials / 10);
     // What was refused has left nothing behind.
-    void *end = malloc(state_bytes(state));
+    FREED void *end = malloc(state_bytes(state));
     assert_non_null(end);
     for (int k = 0; k < 2; k++) {
         for (int i = 40; i < 60; i++)
@@ -170,7 +164,4 @@ TEST(damaged_states_are_refused_or_can_be_stepped_on)
         state_copy_in(state, image);
         sim_restored(sim);
     }
-    free(end);
-    free(image);
-    run_destroy(&run);
 }

@@ -10,9 +10,6 @@
 #include "surface_state.h"
 #include "surface/surface.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 typedef struct One {
     Arena arena;
     StateList state;
@@ -27,8 +24,8 @@ static void create(One *one, IntegratorKind kind, double step, double damping_ti
     *one = (One){0};
     fixture_sphere(&one->mesh);
     const int count = one->mesh.node_count;
-    Vec3 *position = calloc((size_t)count, sizeof *position);
-    Vec3 *velocity = calloc((size_t)count, sizeof *velocity);
+    FREED Vec3 *position = calloc((size_t)count, sizeof *position);
+    FREED Vec3 *velocity = calloc((size_t)count, sizeof *velocity);
     assert_true(position != NULL && velocity != NULL);
     for (int i = 0; i < count; i++) {
         const Vec3 x = one->mesh.position[i];
@@ -47,14 +44,11 @@ static void create(One *one, IntegratorKind kind, double step, double damping_ti
     Status status = {0};
     Body body = {0};
     one->sim = sim_create(&sim, &one->arena, &one->state);
-    if (!surface_create(&body, &one->mesh, &options, &one->arena, &one->state, &status))
-        fail_msg("%s", status.text);
+    expect_ok(surface_create(&body, &one->mesh, &options, &one->arena, &one->state, &status),
+              status);
     sim_add_body(one->sim, &body);
-    if (!sim_seal(one->sim, 0.0, &status))
-        fail_msg("%s", status.text);
+    expect_ok(sim_seal(one->sim, 0.0, &status), status);
     assert_int_equal(sim_body(one->sim, 0)->substeps, 1);
-    free(position);
-    free(velocity);
 }
 
 static void destroy(One *one)
@@ -68,7 +62,7 @@ static void destroy(One *one)
 static double apart(const One *a, int ticks_a, const One *b, int ticks_b)
 {
     const int count = a->mesh.node_count;
-    Vec3 *x = calloc(2 * (size_t)count, sizeof *x), *v = calloc((size_t)count, sizeof *v);
+    FREED Vec3 *x = calloc(2 * (size_t)count, sizeof *x), *v = calloc((size_t)count, sizeof *v);
     double most = 0.0;
     assert_true(x != NULL && v != NULL);
     while (sim_steps(a->sim) < ticks_a)
@@ -79,8 +73,6 @@ static double apart(const One *a, int ticks_a, const One *b, int ticks_b)
     surface_read_state(sim_body(b->sim, 0), x + count, v);
     for (int i = 0; i < count; i++)
         most = fmax(most, vec3_length(vec3_sub(x[i], x[count + i])));
-    free(x);
-    free(v);
     return most;
 }
 
@@ -116,17 +108,15 @@ TEST(tried_steps_leave_no_trace)
                                         "cut-sphere", "grasp-sphere"};
     for (size_t k = 0; k < sizeof SCENE / sizeof *SCENE; k++) {
         char path[512];
-        Scene scene;
+        SCOPED(scene_destroy) Scene scene;
         World world[2] = {0};
         Status status = {0};
         snprintf(path, sizeof path, "../config/%s.cfg", SCENE[k]);
-        if (!scene_read(path, &scene, &status))
-            fail_msg("%s", status.text);
+        expect_ok(scene_read(path, &scene, &status), status);
         for (int w = 0; w < 2; w++) {
             const BuildOptions options = {.isa = "auto", .may_load = true, .publishes = true};
             scene.sim.estimate_error = w == 1;
-            if (!world_build(&world[w], &scene, &options, &status))
-                fail_msg("%s", status.text);
+            expect_ok(world_build(&world[w], &scene, &options, &status), status);
         }
         double most = 0.0;
         for (int tick = 0; tick < 250; tick++) {
@@ -148,21 +138,18 @@ TEST(tried_steps_leave_no_trace)
         assert_true(state_hash(&world[0].state) == state_hash(&world[1].state));
         for (int w = 0; w < 2; w++)
             world_destroy(&world[w]);
-        scene_destroy(&scene);
     }
 }
 
 TEST(nothing_is_kept_for_a_scene_that_does_not_ask)
 {
-    Scene scene;
-    World world = {0};
+    SCOPED(scene_destroy) Scene scene;
+    SCOPED(world_destroy) World world = {0};
     Status status = {0};
     const BuildOptions options = {.isa = "auto", .may_load = true, .publishes = true};
-    if (!scene_read("../config/press-sphere.cfg", &scene, &status) ||
-        !world_build(&world, &scene, &options, &status))
-        fail_msg("%s", status.text);
+    expect_ok(scene_read("../config/press-sphere.cfg", &scene, &status) &&
+                  world_build(&world, &scene, &options, &status),
+              status);
     for (int s = 0; s < sim_stage_count(world.sim); s++)
         assert_true(sim_stage(world.sim, s) != STAGE_ESTIMATE);
-    world_destroy(&world);
-    scene_destroy(&scene);
 }

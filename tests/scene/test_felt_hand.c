@@ -11,8 +11,6 @@
 
 #include "hand.h"
 
-#include <math.h>
-
 typedef struct Felt {
     Scene scene;
     World world;
@@ -26,9 +24,9 @@ static void begin(Felt *felt, const char *path, Vec3 inwards)
     Status status = {0};
     const BuildOptions options = {.isa = "auto", .may_load = true, .publishes = true};
     *felt = (Felt){.inwards = inwards};
-    if (!scene_read(path, &felt->scene, &status) ||
-        !world_build(&felt->world, &felt->scene, &options, &status))
-        fail_msg("%s", status.text);
+    expect_ok(scene_read(path, &felt->scene, &status) &&
+                  world_build(&felt->world, &felt->scene, &options, &status),
+              status);
     Sim *sim = felt->world.sim;
     sim_set_lockstep(sim, true);
     const Body *body = sim_body(sim, 0);

@@ -10,16 +10,13 @@
 #include "surface/surface.h"
 
 #include <hdf5.h>
-#include <stdlib.h>
 
 // A file with one data set, or two when `velocity` is not NULL.
 static void write_initial(const char *name, hid_t type, hsize_t rows, hsize_t columns,
                           const void *position, const void *velocity)
 {
-    char path[SCRATCH_PATH];
     const hsize_t size[2] = {rows, columns};
-    hid_t file =
-        H5Fcreate(scratch_path(&scratch, name, path), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    hid_t file = H5Fcreate(scratch_at(name), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
     hid_t space = H5Screate_simple(2, size, NULL);
     const void *const data[2] = {position, velocity};
     static const char *const names[2] = {"/position", "/velocity"};
@@ -39,7 +36,7 @@ static void square(TriMesh *mesh)
 {
     static const Vec3 corner[6] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0},
                                    {0, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    MeshDraft draft = {0};
+    SCOPED(mesh_draft_destroy) MeshDraft draft = {0};
     MeshRepairs repairs;
     MeshFault fault;
     for (int i = 0; i < 6; i++) {
@@ -50,26 +47,24 @@ static void square(TriMesh *mesh)
     }
     assert_true(mesh_repair(&draft, mesh, &repairs, &fault));
     assert_int_equal(mesh->node_count, 4);
-    mesh_draft_destroy(&draft);
 }
 
 static const char *read_initial(const char *name, const TriMesh *mesh, Vec3 **position,
                                 Vec3 **velocity)
 {
     static char said[512];
-    char path[SCRATCH_PATH];
     Status status = {0};
-    bool ok = initial_read(scratch_path(&scratch, name, path), mesh, position, velocity, &status);
+    bool ok = initial_read(scratch_at(name), mesh, position, velocity, &status);
     assert_int_equal(ok, status.code == STATUS_OK);
     snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
     return said;
 }
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(initial_state_takes_rows_of_nodes_or_of_the_file)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Vec3 *position, *velocity;
     square(&mesh);
     double rows[6][3], speeds[6][3];
@@ -96,7 +91,6 @@ TEST(initial_state_takes_rows_of_nodes_or_of_the_file)
     }
     free(position);
     free(velocity);
-    mesh_destroy(&mesh);
 }
 
 TEST(initial_rows_of_the_file_reach_nodes_that_were_split)
@@ -104,10 +98,10 @@ TEST(initial_rows_of_the_file_reach_nodes_that_were_split)
     // Two triangles that touch in node 1 of the file; its copy is the last node and has its row.
     static const Vec3 x[6] = {{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
     static const int corner[6] = {1, 2, 3, 1, 4, 5}, row_of[6] = {1, 2, 3, 4, 5, 1};
-    MeshDraft draft = {0};
+    SCOPED(mesh_draft_destroy) MeshDraft draft = {0};
     MeshRepairs repairs;
     MeshFault fault;
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Vec3 *position, *velocity;
     double rows[6][3];
     for (int i = 0; i < 6; i++) {
@@ -125,13 +119,11 @@ TEST(initial_rows_of_the_file_reach_nodes_that_were_split)
         expect_near(position[i].x, row_of[i], 0.0);
     free(position);
     free(velocity);
-    mesh_draft_destroy(&draft);
-    mesh_destroy(&mesh);
 }
 
 TEST(initial_state_is_converted_from_single_precision)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Vec3 *position, *velocity;
     square(&mesh);
     float rows[4][3] = {{0.1f, 0.2f, 0.3f}};
@@ -140,12 +132,11 @@ TEST(initial_state_is_converted_from_single_precision)
     expect_near(position[0].y, (double)0.2f, 0.0);
     free(position);
     free(velocity);
-    mesh_destroy(&mesh);
 }
 
 TEST(initial_files_that_do_not_fit_are_refused)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Vec3 *position, *velocity;
     square(&mesh);
     double rows[6][3] = {{0.0}};
@@ -172,7 +163,6 @@ TEST(initial_files_that_do_not_fit_are_refused)
                         "i.h5: /velocity row 2 is not finite");
     assert_null(position);
     assert_null(velocity);
-    mesh_destroy(&mesh);
 }
 
 TEST(bodies_start_from_their_initial_state)
@@ -183,25 +173,22 @@ TEST(bodies_start_from_their_initial_state)
         speeds[i / 3][i % 3] = -0.5 * i;
     }
     write_initial("i.h5", H5T_NATIVE_DOUBLE, 114, 3, rows, speeds);
-    Run run;
-    run_create(&run, "precision = \"double\"; bodies = ( { name = \"a\"; mesh = { generator = "
-                     "\"uv_sphere\"; }; initial = \"i.h5\"; } );");
+    START_RUN(run, "precision = \"double\"; bodies = ( { name = \"a\"; mesh = { generator = "
+                   "\"uv_sphere\"; }; initial = \"i.h5\"; } );");
     Vec3 position[114], velocity[114];
     surface_read_state(sim_body(run.world.sim, 0), position, velocity);
     assert_memory_equal(position, rows, sizeof rows);
     assert_memory_equal(velocity, speeds, sizeof speeds);
-    run_destroy(&run);
 }
 
 TEST(midpoints_start_as_their_parents_do)
 {
-    Run run;
+    SCOPED(run_destroy) Run run;
     const char *text =
         "precision = \"double\"; bodies = ( { name = \"a\"; levels = 2; start_level = 2; "
         "mesh = { generator = \"uv_sphere\"; }; %s } );";
     char scene[512];
-    snprintf(scene, sizeof scene, text, "");
-    run_create(&run, scene);
+    run_format(&run, text, "");
     enum { NODES = 1794, GIVEN = 114 };
     static Vec3 rest[NODES], position[NODES], velocity[NODES];
     static double rows[GIVEN][3], speeds[GIVEN][3];
@@ -233,7 +220,6 @@ TEST(midpoints_start_as_their_parents_do)
         expect_near(vec3_length(vec3_sub(own, vec3_scale(0.5, vec3_add(a, b)))), 0.0, 1e-16);
         expect_near(vec3_length(vec3_sub(velocity[i], mean)), 0.0, 0.0);
     }
-    run_destroy(&run);
 }
 
 // A voxel body's vertices are not known before its file is read: the file says how many rows.
@@ -241,10 +227,8 @@ static const char *read_any(const char *name, int most, int *count, Vec3 **posit
                             Vec3 **velocity)
 {
     static char said[512];
-    char path[SCRATCH_PATH];
     Status status = {0};
-    bool ok = initial_read_rows(scratch_path(&scratch, name, path), most, count, position, velocity,
-                                &status);
+    bool ok = initial_read_rows(scratch_at(name), most, count, position, velocity, &status);
     assert_int_equal(ok, status.code == STATUS_OK);
     assert_int_equal(ok, *position != NULL && *velocity != NULL);
     snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);

@@ -11,7 +11,7 @@ static const char *refusal_of(const char *text)
     return try_world(&world, text, &(BuildOptions){.isa = "auto"});
 }
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(a_body_that_no_machine_holds_is_refused_before_it_is_made)
 {

@@ -7,37 +7,32 @@
 #include "scene/build.h"
 #include "scene/prepared.h"
 
-#include <string.h>
-#include <unistd.h>
-
 #if defined(PLIANT_WITH_HDF5) && defined(PLIANT_WITH_SURFACE)
-#include <hdf5.h>
+#include "recording_view.h"
 
 static void prepare(const char *text, const char *name)
 {
-    char path[SCRATCH_PATH];
-    Scene scene;
+    const char *path = scratch_at(name);
+    SCOPED(scene_destroy) Scene scene;
     Status status = {0};
     FILE *report = fopen("/dev/null", "w");
     assert_non_null(report);
     read_scene(text, &scene);
-    unlink(scratch_path(&scratch, name, path)); // what was altered is not replaced
+    unlink(path); // what was altered is not replaced
     bool ok = prepared_write(path, &scene, report, &status);
     assert_string_equal(status.text, "");
     assert_true(ok);
     fclose(report);
-    scene_destroy(&scene);
 }
 
 // Builds the scene, with a prepared file unless NULL; returns what was wrong, "" if nothing.
 static const char *build(const char *text, const char *prepared, World *world)
 {
-    char path[SCRATCH_PATH];
     Scene scene;
     Status status = {0};
     BuildOptions options = {.isa = "auto", .publishes = true};
     if (prepared != NULL)
-        options.prepared = scratch_path(&scratch, prepared, path);
+        options.prepared = scratch_at(prepared);
     read_scene(text, &scene);
     bool ok = world_build(world, &scene, &options, &status);
     assert_int_equal(ok, status.code == STATUS_OK);
@@ -57,7 +52,7 @@ static void expect_refusal(const char *text, const char *prepared, const char *s
 
 static void expect_same_world(const char *text)
 {
-    World made, read;
+    SCOPED(world_destroy) World made, read;
     prepare(text, "a.h5");
     assert_string_equal(build(text, NULL, &made), "");
     assert_string_equal(build(text, "a.h5", &read), "");
@@ -84,8 +79,6 @@ static void expect_same_world(const char *text)
             assert_memory_equal(a->texture, c->texture,
                                 (size_t)a->texture_count * sizeof *a->texture);
     }
-    world_destroy(&made);
-    world_destroy(&read);
 }
 
 #define BODY(mesh, more)  "{ name = \"a\"; mesh = { " mesh " }; shape = {}; " more " }"
@@ -104,7 +97,7 @@ static void write_organ(const char *more)
              "v -1 0 0\nv 0 -1 0\nv 0 0 -1\n"
              "%s%s",
              strstr(more, "vt") != NULL ? "" : ORGAN_FACES, more);
-    scratch_write(&scratch, "organ.obj", text, strlen(text));
+    scratch_write_text("organ.obj", text);
 }
 #define ORGAN "file = \"organ.obj\"; scale = 0.01;"
 
@@ -112,10 +105,10 @@ static int begin(void **unused)
 {
     (void)unused;
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return run_begin(unused);
+    return scratch_begin(unused);
 }
 
-AROUND_ALL(begin, run_end)
+AROUND_ALL(begin, scratch_end)
 
 TEST(runs_from_a_prepared_model_have_the_same_bits)
 {
@@ -133,7 +126,7 @@ TEST(runs_from_a_prepared_model_have_the_same_bits)
 TEST(textures_are_prepared_with_their_mesh)
 {
     char text[512];
-    World world;
+    SCOPED(world_destroy) World world;
     snprintf(text, sizeof text, "publish = { rest = true; }; %s", SCENE(ORGAN, "levels = 1;"));
     write_organ("vt 0.5 0.25\nvt 1 0\n"
                 "f 1/1 5/2 2/2\nf 1/1 3/2 6/2\nf 3/2 5/2 6/1\nf 5/2 1/1 6/1\n"
@@ -142,7 +135,6 @@ TEST(textures_are_prepared_with_their_mesh)
     prepare(text, "a.h5");
     assert_string_equal(build(text, "a.h5", &world), "");
     assert_non_null(sim_body(world.sim, 0)->texture);
-    world_destroy(&world);
 }
 
 TEST(each_body_finds_its_own)
@@ -154,22 +146,20 @@ TEST(each_body_finds_its_own)
 
 TEST(keys_beside_mesh_and_levels_may_change)
 {
-    World world;
+    SCOPED(world_destroy) World world;
     prepare(SCENE(STOMACH, "levels = 2;"), "a.h5");
     assert_string_equal(build(SCENE(STOMACH, "levels = 2; start_level = 2; material = { "
                                              "youngs_modulus_2d = 50; }; integrator = \"rk4\";"),
                               "a.h5", &world),
                         "");
-    world_destroy(&world);
 }
 
 TEST(scenes_name_their_prepared_model)
 {
-    World world;
+    SCOPED(world_destroy) World world;
     prepare(SCENE(STOMACH, "levels = 1;"), "a.h5");
     assert_string_equal(build("prepared = \"a.h5\";\n" SCENE(STOMACH, "levels = 1;"), NULL, &world),
                         "");
-    world_destroy(&world);
     expect_refusal("prepared = \"none.h5\";\n" SCENE(STOMACH, "levels = 1;"), NULL,
                    "none.h5: No such file or directory");
     // Preparing does not look at it.
@@ -204,25 +194,16 @@ TEST(mesh_files_that_changed_are_noticed)
     write_organ("# one byte more is another file\n");
     expect_refusal(SCENE(ORGAN, "levels = 1;"), "a.h5",
                    "x.cfg:2: a.h5: /bodies/a was prepared from another mesh than this scene's");
-    char path[SCRATCH_PATH];
-    unlink(scratch_path(&scratch, "organ.obj", path));
+    unlink(scratch_at("organ.obj"));
     expect_refusal(SCENE(ORGAN, "levels = 1;"), "a.h5",
                    "x.cfg:2: organ.obj: No such file or directory");
-}
-
-static hid_t open_plain(const char *name)
-{
-    char path[SCRATCH_PATH];
-    hid_t file = H5Fopen(scratch_path(&scratch, name, path), H5F_ACC_RDWR, H5P_DEFAULT);
-    assert_true(file >= 0);
-    return file;
 }
 
 TEST(other_formats_and_versions_are_refused)
 {
     const char *scene = SCENE(STOMACH, "levels = 1;");
     prepare(scene, "a.h5");
-    hid_t file = open_plain("a.h5");
+    hid_t file = view_change(scratch_at("a.h5"));
     int version = 2;
     hid_t attribute = H5Aopen(file, "version", H5P_DEFAULT);
     assert_true(H5Awrite(attribute, H5T_NATIVE_INT, &version) >= 0);
@@ -230,7 +211,7 @@ TEST(other_formats_and_versions_are_refused)
     H5Fclose(file);
     scratch_seal(&scratch, "a.h5");
     expect_refusal(scene, "a.h5", "a.h5: / version 2 must be 1");
-    file = open_plain("a.h5");
+    file = view_change(scratch_at("a.h5"));
     H5Adelete(file, "format");
     H5Fclose(file);
     scratch_seal(&scratch, "a.h5");
@@ -247,12 +228,11 @@ TEST(truncated_files_are_refused)
     World world;
     size_t size = 0;
     prepare(scene, "a.h5");
-    unsigned char *data = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *data = scratch_read(&scratch, "a.h5", &size);
     for (size_t i = 0; i < 50; i++) {
         scratch_write(&scratch, "b.h5", data, size * i / 50);
         assert_string_not_equal(build(scene, "b.h5", &world), "");
     }
-    free(data);
 }
 
 TEST(altered_files_are_refused_wherever_the_change_is)
@@ -261,7 +241,7 @@ TEST(altered_files_are_refused_wherever_the_change_is)
     World world;
     size_t size = 0;
     prepare(scene, "a.h5");
-    unsigned char *data = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *data = scratch_read(&scratch, "a.h5", &size);
     // An odd stride meets all parts of blocks of even size.
     for (size_t at = 0; at < size; at += size / 300 | 1) {
         data[at] ^= 0x55;
@@ -269,7 +249,6 @@ TEST(altered_files_are_refused_wherever_the_change_is)
         data[at] ^= 0x55;
         assert_string_not_equal(build(scene, "b.h5", &world), "");
     }
-    free(data);
 }
 
 // Every data set of a file with its shape; `visit` sees them one by one.
@@ -292,7 +271,7 @@ static herr_t note_set(hid_t object, const char *name, const H5O_info_t *info, v
 static void list_sets(const char *file_name, Names *names)
 {
     names->count = 0;
-    hid_t file = open_plain(file_name);
+    hid_t file = view_change(scratch_at(file_name));
     assert_true(H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, note_set, names) >= 0);
     H5Fclose(file);
 }
@@ -312,11 +291,11 @@ TEST(data_sets_that_are_missing_are_named)
     Names names;
     World world;
     size_t size = 0;
-    unsigned char *whole = prepare_organ(scene, &names, &size);
+    FREED unsigned char *whole = prepare_organ(scene, &names, &size);
     assert_int_equal(names.count, 5 + 2 * 3);
     for (int i = 0; i < names.count; i++) {
         scratch_write(&scratch, "a.h5", whole, size);
-        hid_t file = open_plain("a.h5");
+        hid_t file = view_change(scratch_at("a.h5"));
         assert_true(H5Ldelete(file, names.name[i], H5P_DEFAULT) >= 0);
         H5Fclose(file);
         scratch_seal(&scratch, "a.h5");
@@ -327,7 +306,6 @@ TEST(data_sets_that_are_missing_are_named)
         if (!named)
             fail_msg("\"%s\" does not name %s", said, names.name[i]);
     }
-    free(whole);
 }
 
 TEST(data_sets_of_other_sizes_are_refused)
@@ -336,13 +314,13 @@ TEST(data_sets_of_other_sizes_are_refused)
     Names names;
     World world;
     size_t size = 0;
-    unsigned char *whole = prepare_organ(scene, &names, &size);
+    FREED unsigned char *whole = prepare_organ(scene, &names, &size);
     static const hsize_t shapes[][2] = {{0, 3}, {1, 3}, {7, 2}, {1 << 20, 1}, {1 << 27, 3}};
     for (int i = 0; i < names.count; i++)
         for (size_t k = 0; k < sizeof shapes / sizeof *shapes; k++) {
             // Never written: the sizes are there, the numbers are not.
             scratch_write(&scratch, "a.h5", whole, size);
-            hid_t file = open_plain("a.h5");
+            hid_t file = view_change(scratch_at("a.h5"));
             hid_t old = H5Dopen2(file, names.name[i], H5P_DEFAULT), type = H5Dget_type(old);
             H5Dclose(old);
             H5Ldelete(file, names.name[i], H5P_DEFAULT);
@@ -359,7 +337,6 @@ TEST(data_sets_of_other_sizes_are_refused)
             if (strstr(said, "a.h5: /bodies/a") == NULL)
                 fail_msg("%s: \"%s\"", names.name[i], said);
         }
-    free(whole);
 }
 
 TEST(numbers_that_do_not_fit_are_refused_behind_a_right_seal)
@@ -368,13 +345,13 @@ TEST(numbers_that_do_not_fit_are_refused_behind_a_right_seal)
     Names names;
     World world;
     size_t size = 0;
-    unsigned char *whole = prepare_organ(scene, &names, &size);
+    FREED unsigned char *whole = prepare_organ(scene, &names, &size);
     static const int others[] = {-2, -1, 0, 1, 1000, 1 << 30, INT32_MIN};
     int tried = 0;
     for (int i = 0; i < names.count; i++) {
         if (strstr(names.name[i], "position") != NULL)
             continue;
-        hid_t file = open_plain("a.h5");
+        hid_t file = view_change(scratch_at("a.h5"));
         hid_t set = H5Dopen2(file, names.name[i], H5P_DEFAULT);
         int count = (int)(H5Dget_storage_size(set) / sizeof(int)), data[512];
         assert_true(count > 0 && count <= 512);
@@ -388,10 +365,8 @@ TEST(numbers_that_do_not_fit_are_refused_behind_a_right_seal)
                     continue;
                 data[at] = others[k];
                 scratch_write(&scratch, "b.h5", whole, size);
-                file = open_plain("b.h5");
-                set = H5Dopen2(file, names.name[i], H5P_DEFAULT);
-                H5Dwrite(set, H5T_NATIVE_INT, H5S_ALL, H5S_ALL, H5P_DEFAULT, data);
-                H5Dclose(set);
+                file = view_change(scratch_at("b.h5"));
+                view_put(file, names.name[i], H5T_NATIVE_INT, data);
                 H5Fclose(file);
                 data[at] = right;
                 scratch_seal(&scratch, "b.h5");
@@ -408,7 +383,6 @@ TEST(numbers_that_do_not_fit_are_refused_behind_a_right_seal)
                 tried++;
             }
     }
-    free(whole);
     assert_true(tried > 500);
 }
 
@@ -419,41 +393,38 @@ TEST(positions_that_do_not_fit_are_refused)
     enum { NODES = 100 + 294 };
     size_t size = 0;
     prepare(scene, "a.h5");
-    unsigned char *whole = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *whole = scratch_read(&scratch, "a.h5", &size);
     for (int at = 0; at < 3 * NODES; at += 291)
         for (int k = 0; k < 3; k++) {
             double data[NODES][3];
             World world;
             scratch_write(&scratch, "a.h5", whole, size);
-            hid_t file = open_plain("a.h5"),
+            hid_t file = view_change(scratch_at("a.h5")),
                   set = H5Dopen2(file, "/bodies/a/position", H5P_DEFAULT);
             assert_int_equal(H5Dget_storage_size(set), sizeof data);
-            H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, data);
-            data[at / 3][at % 3] = others[k];
-            H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, data);
             H5Dclose(set);
+            view_get(file, "/bodies/a/position", H5T_NATIVE_DOUBLE, data);
+            data[at / 3][at % 3] = others[k];
+            view_put(file, "/bodies/a/position", H5T_NATIVE_DOUBLE, data);
             H5Fclose(file);
             scratch_seal(&scratch, "a.h5");
             assert_string_not_equal(build(scene, "a.h5", &world), "");
         }
-    free(whole);
 }
 
 TEST(files_that_cannot_be_written_are_named)
 {
-    char path[SCRATCH_PATH];
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     Status status = {0};
     read_scene(SCENE(STOMACH, ""), &scene);
-    assert_false(prepared_write(scratch_path(&scratch, "no/a.h5", path), &scene, stdout, &status));
+    assert_false(prepared_write(scratch_at("no/a.h5"), &scene, stdout, &status));
     assert_int_equal(status.code, STATUS_FAILED);
     assert_string_equal(without_folder(&status), "no/a.h5: No such file or directory");
     scene_destroy(&scene);
     status = (Status){0};
     read_scene(SCENE("file = \"none.stl\";", ""), &scene);
-    assert_false(prepared_write(scratch_path(&scratch, "b.h5", path), &scene, stdout, &status));
+    assert_false(prepared_write(scratch_at("b.h5"), &scene, stdout, &status));
     assert_string_equal(without_folder(&status), "x.cfg:2: none.stl: No such file or directory");
-    scene_destroy(&scene);
 }
 
 TEST(layout_is_as_documented)
@@ -462,7 +433,7 @@ TEST(layout_is_as_documented)
     write_organ("");
     prepare(SCENE(ORGAN, "levels = 1;"), "a.h5");
     list_sets("a.h5", &names);
-    hid_t file = open_plain("a.h5");
+    hid_t file = view_change(scratch_at("a.h5"));
     for (int i = 0; i < names.count; i++) {
         char unit[8] = "";
         hid_t attribute = H5Aopen_by_name(file, names.name[i], "unit", H5P_DEFAULT, H5P_DEFAULT);

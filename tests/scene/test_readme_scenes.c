@@ -7,9 +7,6 @@
 
 #include "geometry/generator.h"
 
-#include <math.h>
-#include <string.h>
-
 static const char *const READMES[] = {"../config/manual/organ.md", "../config/manual/solids.md",
                                       "../config/manual/cuts.md",  "../config/manual/holding.md",
                                       "../config/manual/touch.md", "../config/manual/membranes.md"};
@@ -18,11 +15,10 @@ enum { TICKS = 50, BLOCK = 8192 };
 // Told apart by content, whatever it is called: this is an OBJ file.
 static void write_organ(const char *name)
 {
-    char path[SCRATCH_PATH];
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     assert_true(generate_ico_sphere(&mesh, 3, 1.0, &status));
-    FILE *file = fopen(scratch_path(&scratch, name, path), "w");
+    FILE *file = fopen(scratch_at(name), "w");
     assert_non_null(file);
     for (int i = 0; i < mesh.node_count; i++) // [mm]
         fprintf(file, "v %.9g %.9g %.9g\n", 60.0 * mesh.position[i].x - 5.0,
@@ -31,33 +27,25 @@ static void write_organ(const char *name)
         fprintf(file, "f %d %d %d\n", mesh.triangle[t][0] + 1, mesh.triangle[t][1] + 1,
                 mesh.triangle[t][2] + 1);
     assert_int_equal(fclose(file), 0);
-    mesh_destroy(&mesh);
 }
 
 static void copy_volume(const char *name)
 {
-    static unsigned char data[1 << 20];
-    FILE *file = fopen("../config/liver.nrrd", "rb");
-    assert_non_null(file);
-    size_t size = fread(data, 1, sizeof data, file);
-    fclose(file);
-    assert_true(size > 0 && size < sizeof data);
+    size_t size;
+    FREED unsigned char *data = file_read("../config/liver.nrrd", &size);
     scratch_write(&scratch, name, data, size);
 }
 
 static void run_block(const char *text)
 {
-    Run run;
-    run_create(&run, text);
-    for (int i = 0; i < EFFORT(TICKS); i++)
-        sim_step(run.world.sim);
+    START_RUN(run, text);
+    step_on(run.world.sim, EFFORT(TICKS));
     for (int b = 0; b < sim_body_count(run.world.sim); b++) {
         BodyMeasure measure;
         sim_measure(run.world.sim, b, &measure);
         assert_true(isfinite(measure.kinetic) && isfinite(measure.max_displacement));
     }
     assert_int_equal(sim_resets(run.world.sim), 0);
-    run_destroy(&run);
 }
 
 static bool has_bodies(const char *block)
@@ -96,7 +84,7 @@ static int run_file(const char *name)
     return scenes;
 }
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(scenes_of_the_readmes_run_as_printed)
 {

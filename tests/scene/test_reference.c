@@ -4,10 +4,7 @@
 #include "test.h"
 #include "scene_text.h"
 
-#include <stdlib.h>
-#include <string.h>
-
-AROUND_ALL(scene_text_begin, scene_text_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 WRITER(reference)
 {
@@ -16,21 +13,15 @@ WRITER(reference)
 
 TEST(reference_in_config_is_the_printed_one)
 {
-    char *text = NULL;
+    FREED char *text = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     scene_print_reference(out);
     fclose(out);
-    FILE *file = fopen("../config/README.md", "rb");
-    assert_non_null(file);
-    char *stored = calloc(size + 2, 1);
-    size_t length = fread(stored, 1, size + 1, file);
-    fclose(file);
-    if (length != size || strcmp(stored, text) != 0)
+    FREED char *stored = file_text("../config/README.md");
+    if (strcmp(stored, text) != 0)
         fail_msg("config/README.md differs from the tables: from the top of the sources run\n"
                  "    build/release/bin/test_scene --reference > config/README.md");
-    free(stored);
-    free(text);
 }
 
 #ifndef PLIANT_WITH_SURFACE

@@ -5,8 +5,6 @@
 #include "scene_text.h"
 
 #include <dirent.h>
-#include <stdlib.h>
-#include <string.h>
 
 // A valid scene, a line at a time. A line with a key belongs to `table`; one without opens it, and
 // keys under test are put behind it.
@@ -16,46 +14,37 @@ typedef struct Line {
 
 #define VOXEL_MATERIAL "`bodies.material` of a voxel body" // its title: the path has two tables
 
+// A group of nothing but what is under test.
+#define GROUP(table, key, path)                                                                    \
+    {table, key, key " = {"}, {path, NULL, ""},                                                    \
+    {                                                                                              \
+        table, key, "};"                                                                           \
+    }
+
 static const Line SCENE[] = {
     {"", NULL, "# a scene"},
     {"", "name", "name = \"base\";"},
-    {"", "publish", "publish = {"},
-    {"publish", NULL, ""},
-    {"", "publish", "};"},
-    {"", "capacity", "capacity = {"},
-    {"capacity", NULL, ""},
-    {"", "capacity", "};"},
+    GROUP("", "publish", "publish"),
+    GROUP("", "capacity", "capacity"),
     {"", "bodies", "bodies = ( {"},
     {"bodies", NULL, ""},
     {"bodies", "name", "name = \"sphere\";"},
     {"bodies", "mesh", "mesh = {"},
     {"bodies.mesh", NULL, ""},
     {"bodies.mesh", "generator", "generator = \"uv_sphere\";"},
-    {"bodies.mesh", "place", "place = {"},
-    {"bodies.mesh.place", NULL, ""},
-    {"bodies.mesh", "place", "};"},
+    GROUP("bodies.mesh", "place", "bodies.mesh.place"),
     {"bodies", "mesh", "};"},
     {"bodies", "levels", "levels = 8;"},
-    {"bodies", "adapt", "adapt = {"},
-    {"bodies.adapt", NULL, ""},
-    {"bodies", "adapt", "};"},
-    {"bodies", "material", "material = {"},
-    {"bodies.material", NULL, ""},
-    {"bodies", "material", "};"},
-    {"bodies", "shape", "shape = {"},
-    {"bodies.shape", NULL, ""},
-    {"bodies", "shape", "};"},
-    {"bodies", "cavity", "cavity = {"},
-    {"bodies.cavity", NULL, ""},
-    {"bodies", "cavity", "};"},
+    GROUP("bodies", "adapt", "bodies.adapt"),
+    GROUP("bodies", "material", "bodies.material"),
+    GROUP("bodies", "shape", "bodies.shape"),
+    GROUP("bodies", "cavity", "bodies.cavity"),
     {"bodies", "cuttable", "cuttable = true;"},
     {"bodies", "tear", "tear = {"},
     {"bodies.tear", NULL, ""},
     {"bodies.tear", "stretch", "stretch = 0.5;"},
     {"bodies", "tear", "};"},
-    {"bodies", "contact", "contact = {"},
-    {"bodies.contact", NULL, ""},
-    {"bodies", "contact", "};"},
+    GROUP("bodies", "contact", "bodies.contact"),
     {"bodies", "fixed", "fixed = ( {"},
     {"bodies.fixed", NULL, ""},
     {"bodies.fixed", "sphere", "sphere = [0, 0, -1];"},
@@ -224,15 +213,14 @@ static void expect_refused(const OptionTable *table, const char *key, const char
 
 // --- every key of every table ------------------------------------------------------------------
 
-AROUND_ALL(scene_text_begin, scene_text_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(base_scene_is_valid)
 {
     static char text[SCENE_TEXT];
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     compose(text, "", "no such key", "");
     assert_string_equal(read_as_scene(text, &scene), "");
-    scene_destroy(&scene);
 }
 
 TEST(every_table_refuses_an_unknown_key)
@@ -337,7 +325,7 @@ TEST(every_required_key_is_missed)
             compose(text, table_name(table), option->key, "");
             snprintf(part, sizeof part, "%s is missing", option->key);
             const char *said = read_as_scene(text, &scene);
-            assert_non_null(strstr(said, part));
+            expect_in(said, part);
             assert_int_equal(strncmp(said, "x.cfg:", 6), 0);
         }
     }

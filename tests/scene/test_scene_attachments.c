@@ -20,7 +20,7 @@ static void expect_refused(const char *attachment, const char *why)
     assert_string_equal(said, why);
 }
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(wrong_attachments_are_named_by_their_line)
 {
@@ -59,22 +59,19 @@ TEST(attachment_far_from_the_other_body_is_refused)
     const char *said = strstr(try_world(&world, text, &(BuildOptions){.isa = "auto"}),
                               "x.cfg:7: attachments: a node at (");
     assert_non_null(said);
-    assert_non_null(strstr(said, " m from body one, at most "));
+    expect_in(said, " m from body one, at most ");
 }
 
 TEST(nodes_are_named_as_in_the_mesh)
 {
-    Run run;
-    run_create(
-        &run,
-        "bodies = ( " BALL(
-            "one", "[0, 0, 0]",
-            "") " );\n"
-                "attachments = ( { body = \"one\"; nodes = [5, 7, 161]; to = \"world\"; } );");
+    START_RUN(
+        run, "bodies = ( " BALL(
+                 "one", "[0, 0, 0]",
+                 "") " );\n"
+                     "attachments = ( { body = \"one\"; nodes = [5, 7, 161]; to = \"world\"; } );");
     const Attachment *hold = run.world.sim->attachment[0];
     bool points;
     assert_int_equal(attachment_held(hold, &points), 3);
-    run_destroy(&run);
 }
 
 // A chain of four bodies, each tied to the next; `more`: what each says besides.

@@ -6,33 +6,27 @@
 #include "random.h"
 #include "tied_bodies.h"
 
-#include <stdlib.h>
-
-// ---------------------------------------------------------------------------------------------
-// Bodies that change
+// --- Bodies that change ---
 
 #define ADAPTS                                                                                     \
     "levels = 2; adapt = { force = 0.0005; speed = 0.05; curvature = 0.3; check_hz = 100.0; };"
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 // Two balls that refine and coarsen under a kick, tied to each other: momentum stays exact, and the
 // ties follow.
 TEST(ties_follow_bodies_that_adapt)
 {
-    Run run;
-    run_create(&run,
-               DOUBLE "bodies = ( " BALL("one", "[0, 0, 0]", ADAPTS) ",\n" BALL(
-                   "two", "[0.102, 0, 0]",
-                   ADAPTS) " );\n"
-                           "attachments = ( { body = \"two\"; sphere = [0.052, 0, 0]; radius = "
-                           "0.02; to_body = \"one\"; } );\n"
-                           "loads = ( { body = \"one\"; center = [0, 0, 0.05]; radius = 0.03; "
-                           "force = [5, 2, 1]; duration = 0.01; } );");
+    START_RUN(run, DOUBLE "bodies = ( " BALL("one", "[0, 0, 0]", ADAPTS) ",\n" BALL(
+                       "two", "[0.102, 0, 0]",
+                       ADAPTS) " );\n"
+                               "attachments = ( { body = \"two\"; sphere = [0.052, 0, 0]; radius = "
+                               "0.02; to_body = \"one\"; } );\n"
+                               "loads = ( { body = \"one\"; center = [0, 0, 0.05]; radius = 0.03; "
+                               "force = [5, 2, 1]; duration = 0.01; } );");
     Sim *sim = run.world.sim;
     int least = sim_attachment_nodes(sim, 0), most = least, changes[2] = {0, 0};
-    for (int i = 0; i < 12; i++)
-        sim_step(sim);
+    step_on(sim, 12);
     Momentum before = momentum_of(&run);
     double size = vec3_length(before.linear);
     for (int i = 0; i < EFFORT(1500); i++) {
@@ -53,7 +47,6 @@ TEST(ties_follow_bodies_that_adapt)
     }
     assert_true(changes[0] > 5 && changes[1] > 5 && most > least);
     assert_int_equal(sim_resets(sim), 0);
-    run_destroy(&run);
 }
 
 static void create_adaptive(Run *run)
@@ -84,7 +77,7 @@ static int pull_top(Run *run, int i)
 // Jaws that pull a ball which refines around them; elsewhere it goes on with the same bits.
 TEST(hold_grows_with_the_refinement_that_it_causes)
 {
-    Run run, other;
+    SCOPED(run_destroy) Run run, other;
     create_adaptive(&run);
     create_adaptive(&other);
     int first = pull_top(&run, 0), most = first;
@@ -92,7 +85,7 @@ TEST(hold_grows_with_the_refinement_that_it_causes)
         int held = pull_top(&run, i);
         most = held > most ? held : most;
     }
-    void *middle = malloc(state_bytes(&run.world.state));
+    FREED void *middle = malloc(state_bytes(&run.world.state));
     assert_non_null(middle);
     state_copy_out(&run.world.state, middle);
     state_copy_in(&other.world.state, middle);
@@ -108,9 +101,6 @@ TEST(hold_grows_with_the_refinement_that_it_causes)
     expect_at_most(sim_wrench(run.world.sim, 0)->force.z, -0.1);
     assert_int_equal(sim_resets(run.world.sim), 0);
     assert_int_equal(sim_refused_holds(run.world.sim), 0);
-    free(middle);
-    run_destroy(&run);
-    run_destroy(&other);
 }
 
 // A body that is tied to another, held by the world and by jaws, cut to pieces through all of
@@ -130,8 +120,7 @@ static void cut_through_what_is_held(const char *body, double height)
                 "{ body = \"one\"; sphere = [0, 0, %g]; radius = 0.03; to = \"world\"; },\n"
                 "{ body = \"two\"; sphere = [0, 0, %g]; radius = 0.01; to_body = \"one\"; } );",
         body, height + 0.051, height, -height, height + 0.001);
-    Run run;
-    run_create(&run, text);
+    START_RUN(run, text);
     Sim *sim = run.world.sim;
     ToolPose pose = {
         .position = {height, 0, 0}, .orientation = {1, 0, 0, 0}, .active = true, .grip = 1.0};
@@ -167,7 +156,6 @@ static void cut_through_what_is_held(const char *body, double height)
     assert_true(sim_attachment_nodes(sim, 0) > before[0]); // copies are held as their originals
     assert_true(sim_attachment_nodes(sim, 1) > before[1]);
     assert_int_equal(sim_resets(sim), 0);
-    run_destroy(&run);
 }
 
 TEST(what_is_held_stays_held_when_it_is_cut)
@@ -180,41 +168,36 @@ TEST(what_is_held_stays_held_when_it_is_cut)
         0.05);
 }
 
-// ---------------------------------------------------------------------------------------------
-// Held by the world and by tools
+// --- Held by the world and by tools ---
 
 // Every node of a ball hangs on a spring of its own: k_i = g lambda m_i, so that all sink by
 // 9.81 / (g lambda), without strain.
 TEST(body_that_hangs_on_the_world_sinks_by_its_weight)
 {
-    Run run;
-    run_create(&run, DOUBLE "gravity = [0, 0, -9.81];\nbodies = ( " BALL(
-                         "one", "[0, 0, 0]",
-                         "") " );\n"
-                             "attachments = ( { body = \"one\"; sphere = [0, 0, 0]; radius = 1; "
-                             "to = \"world\"; stiffness = 0.02; damping_ratio = 0.7; } );");
+    START_RUN(run, DOUBLE "gravity = [0, 0, -9.81];\nbodies = ( " BALL(
+                       "one", "[0, 0, 0]",
+                       "") " );\n"
+                           "attachments = ( { body = \"one\"; sphere = [0, 0, 0]; radius = 1; "
+                           "to = \"world\"; stiffness = 0.02; damping_ratio = 0.7; } );");
     const Body *body = sim_body(run.world.sim, 0);
     assert_int_equal(sim_attachment_nodes(run.world.sim, 0), 162);
-    for (int i = 0; i < 3000; i++)
-        sim_step(run.world.sim);
+    step_on(run.world.sim, 3000);
     double sink = 9.81 / (0.02 * body->contact_lambda);
     Momentum rest = momentum_of(&run);
     expect_at_most(vec3_length(rest.linear), 1e-12);
     expect_near(middle_of(&run, 0).z, -sink, 1e-9 * sink);
-    run_destroy(&run);
 }
 
 TEST(tool_holds_its_region_while_it_is_active)
 {
-    Run run;
-    run_create(&run,
-               "bodies = ( " BALL(
-                   "one", "[0, 0, 0]",
-                   "") " );\n"
-                       "tools = ( { id = 7; kind = \"probe\"; capsules = ( { from = [0, 0, 1]; "
-                       "radius = 0.001; } ); } );\n"
-                       "attachments = ( { body = \"one\"; sphere = [0, 0, 0.05]; radius = 0.02; "
-                       "tool = 7; } );");
+    START_RUN(run,
+              "bodies = ( " BALL(
+                  "one", "[0, 0, 0]",
+                  "") " );\n"
+                      "tools = ( { id = 7; kind = \"probe\"; capsules = ( { from = [0, 0, 1]; "
+                      "radius = 0.001; } ); } );\n"
+                      "attachments = ( { body = \"one\"; sphere = [0, 0, 0.05]; radius = 0.02; "
+                      "tool = 7; } );");
     Sim *sim = run.world.sim;
     const Attachment *hold = sim->attachment[0];
     sim_step(sim);
@@ -234,19 +217,16 @@ TEST(tool_holds_its_region_while_it_is_active)
     sim_step(sim);
     assert_false(attachment_is_holding(hold));
     assert_false(sim_wrench(sim, 0)->contact);
-    run_destroy(&run);
 }
 
-// ---------------------------------------------------------------------------------------------
-// Graspers on voxel bodies
+// --- Graspers on voxel bodies ---
 
 TEST(grasper_pulls_a_voxel_body_and_feels_it)
 {
-    Run run;
-    run_create(&run, DOUBLE "bodies = ( " BAR(
-                         "bar", "") " );\n"
-                                    "tools = ( { id = 3; kind = \"grasper\"; max_force = 100; "
-                                    "capsules = ( { radius = 0.012; } ); } );");
+    START_RUN(run, DOUBLE "bodies = ( " BAR(
+                       "bar", "") " );\n"
+                                  "tools = ( { id = 3; kind = \"grasper\"; max_force = 100; "
+                                  "capsules = ( { radius = 0.012; } ); } );");
     Sim *sim = run.world.sim;
     Momentum before = momentum_of(&run);
     ToolPose pose = {
@@ -276,15 +256,13 @@ TEST(grasper_pulls_a_voxel_body_and_feels_it)
         sim_step(sim);
     assert_true(sim_next_grasp(sim, &event));
     assert_int_equal(event.nodes, 0);
-    run_destroy(&run);
 }
 
 // A trembling grip makes ten events a second at most, and the last one is the truth.
 TEST(grasps_are_told_ten_times_a_second_at_most)
 {
-    Run run;
-    run_create(
-        &run, "bodies = ( " BAR(
+    START_RUN(run,
+              "bodies = ( " BAR(
                   "bar",
                   "") " );\n"
                       "tools = ( { id = 3; kind = \"grasper\"; capsules = ( { radius = 0.012; } ); "
@@ -302,26 +280,22 @@ TEST(grasps_are_told_ten_times_a_second_at_most)
     }
     assert_in_range(told, 9, 11);
     assert_int_equal(event.nodes, 0);
-    run_destroy(&run);
 }
 
-// ---------------------------------------------------------------------------------------------
-// What a scene without them pays, and what is wrong with others
+// --- What a scene without them pays, and what is wrong with others ---
 
 TEST(scene_without_graspers_has_nothing_of_them)
 {
-    Run run;
-    run_create(&run,
-               "bodies = ( " BALL(
-                   "one", "[0, 0, 0]",
-                   "") " );\n"
-                       "tools = ( { id = 3; kind = \"probe\"; capsules = ( { radius = 0.01; } ); } "
-                       ");");
+    START_RUN(run,
+              "bodies = ( " BALL(
+                  "one", "[0, 0, 0]",
+                  "") " );\n"
+                      "tools = ( { id = 3; kind = \"probe\"; capsules = ( { radius = 0.01; } ); } "
+                      ");");
     for (int i = 0; i < sim_stage_count(run.world.sim); i++)
         assert_int_not_equal(sim_stage(run.world.sim, i), STAGE_GRASP);
     for (int i = 0; i < run.world.arena.count; i++) {
         assert_null(strstr(run.world.arena.block[i].name, "grasp"));
         assert_null(strstr(run.world.arena.block[i].name, "attachment"));
     }
-    run_destroy(&run);
 }

@@ -49,18 +49,15 @@ static void piece_free(Shell *shell)
 
 static void cut(Run *run, Vec3 a, Vec3 b, Vec3 way)
 {
-    char why[256];
     const CutOptions cut = {
         .body = 0, .before = {{a, b}}, .after = {{vec3_add(a, way), vec3_add(b, way)}}};
     CutOutcome sum = {0};
-    if (!sim_apply_cut(run->world.sim, &cut, &sum, why, sizeof why))
-        fail_msg("%s", why);
+    apply_well(sim_apply_cut, run->world.sim, &cut, &sum);
 }
 
 static void step(Run *run, int ticks)
 {
-    for (int i = 0; i < ticks; i++)
-        sim_step(run->world.sim);
+    step_on(run->world.sim, ticks);
 }
 
 static double highest_speed(Run *run)
@@ -96,7 +93,7 @@ static bool forces_cancel(const Touch *touch)
 // A run repeats itself from a state.
 static void expect_repeats(Run *run, int ticks)
 {
-    void *state = malloc(state_bytes(&run->world.state));
+    FREED void *state = malloc(state_bytes(&run->world.state));
     uint64_t hash[2];
     assert_non_null(state);
     state_copy_out(&run->world.state, state);
@@ -110,10 +107,9 @@ static void expect_repeats(Run *run, int ticks)
         }
     }
     assert_true(hash[0] == hash[1]);
-    free(state);
 }
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 // A tower of tissue is cut through, level and at a slope that friction holds: the upper piece stays
 // on the lower one, from the tick of the cut on, and comes to rest. All of it repeats from the
@@ -122,13 +118,12 @@ TEST(a_piece_lies_on_what_it_was_cut_from)
 {
     static const double slope[] = {0.0, 0.2, 0.5};
     for (int k = test_is_long() ? 0 : 2; k < 3; k++) {
-        Run run;
-        run_create(&run, DOUBLE
-                   "gravity = [0, 0, -9.81];\n"
-                   "bodies = ( { name = \"one\"; model = \"voxel\"; cuttable = true; voxels = { "
-                   "generator = \"box\"; count = [6, 6, 8]; size = 0.005; };\n"
-                   "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.0199]); } ); } );\n" SELF(
-                       "friction = 0.7;"));
+        START_RUN(run, DOUBLE
+                  "gravity = [0, 0, -9.81];\n"
+                  "bodies = ( { name = \"one\"; model = \"voxel\"; cuttable = true; voxels = { "
+                  "generator = \"box\"; count = [6, 6, 8]; size = 0.005; };\n"
+                  "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.0199]); } ); } );\n" SELF(
+                      "friction = 0.7;"));
         Sim *sim = run.world.sim;
         step(&run, 300);
         assert_true(touch_of(&run)->depth == 0.0); // no part of it touches another
@@ -162,7 +157,6 @@ TEST(a_piece_lies_on_what_it_was_cut_from)
         expect_at_most(highest_speed(&run), 5e-3);
         piece_free(&low);
         piece_free(&high);
-        run_destroy(&run);
     }
 }
 
@@ -170,7 +164,7 @@ TEST(a_piece_lies_on_what_it_was_cut_from)
 // a little, the surface winds around it twice.
 static double overlap_of(const Shell *shell)
 {
-    Vec3 *normal = calloc((size_t)shell->nodes, sizeof *normal);
+    FREED Vec3 *normal = calloc((size_t)shell->nodes, sizeof *normal);
     double deepest = 0.0;
     for (int f = 0; f < shell->faces; f++)
         for (int k = 0; k < 3 && is_face(shell, f); k++) {
@@ -197,7 +191,6 @@ static double overlap_of(const Shell *shell)
         }
         deepest = fmax(deepest, least);
     }
-    free(normal);
     return deepest;
 }
 
@@ -208,7 +201,7 @@ TEST(lips_of_a_slit_do_not_pass_each_other)
     double overlap[2];
     for (int with = 0; with < 2; with++) {
         char text[1024];
-        Run run;
+        SCOPED(run_destroy) Run run;
         snprintf(text, sizeof text,
                  "gravity = [0, 0, 9.0];\n"
                  "bodies = ( { name = \"one\"; model = \"voxel\"; cuttable = true; voxels = { "
@@ -219,12 +212,10 @@ TEST(lips_of_a_slit_do_not_pass_each_other)
         run_create(&run, text);
         cut(&run, vec3(-0.0204, -0.05, -0.0024), vec3(-0.0204, -0.05, 0.05), vec3(0, 0.1, 0));
         step(&run, 1500);
-        Shell shell = shell_of(&run, 0);
+        SCOPED(shell_free) Shell shell = shell_of(&run, 0);
         overlap[with] = overlap_of(&shell);
-        shell_free(&shell);
         assert_int_equal(sim_pieces(run.world.sim, 0), 1);
         assert_int_equal(sim_resets(run.world.sim), 0);
-        run_destroy(&run);
     }
     print_message("lips overlap by %.3g m, by %.3g m without contact\n", overlap[1], overlap[0]);
     expect_at_least(overlap[0], 2e-3);
@@ -257,12 +248,10 @@ TEST(a_whole_body_does_not_feel_itself)
         }
         assert_true(sim_wrench(run[with].world.sim, 0)->contact);
     }
-    Shell one = shell_of(&run[0], 0), two = shell_of(&run[1], 0);
+    SCOPED(shell_free) Shell one = shell_of(&run[0], 0), two = shell_of(&run[1], 0);
     assert_memory_equal(one.x, two.x, (size_t)one.nodes * sizeof *one.x);
     for (int with = 0; with < 2; with++)
         run_destroy(&run[with]);
-    shell_free(&one);
-    shell_free(&two);
 }
 
 // A whole body that may touch itself moves and steps as one that may not, bit for bit, as long as
@@ -290,40 +279,35 @@ TEST(a_whole_body_takes_shorter_steps_only_from_its_first_cut_on)
             substeps[with] = sim_body(run[with].world.sim, 0)->substeps;
         }
         assert_int_equal(substeps[0], substeps[1]);
-        Shell one = shell_of(&run[0], 0), two = shell_of(&run[1], 0);
+        SCOPED(shell_free) Shell one = shell_of(&run[0], 0), two = shell_of(&run[1], 0);
         assert_memory_equal(one.x, two.x, (size_t)one.nodes * sizeof *one.x);
         cut(&run[1], vec3(-0.05, -0.05, 0.0003), vec3(0.05, -0.05, 0.0003), vec3(0, 0.1, 0));
         step(&run[1], 1);
         assert_true(sim_body(run[1].world.sim, 0)->substeps > substeps[1]);
         for (int with = 0; with < 2; with++)
             run_destroy(&run[with]);
-        shell_free(&one);
-        shell_free(&two);
     }
 }
 
 // A hollow ball is cut in two: the upper half falls into the lower one and stays there.
 TEST(halves_of_a_hollow_ball_touch)
 {
-    Run run;
-    run_create(&run, "gravity = [0.0, 0, -9.0];\n"
-                     "bodies = ( { name = \"one\"; cuttable = true; mesh = { generator = "
-                     "\"sphere\"; nodes = 642; radius = 0.03; };\n"
-                     "shape = { frame = \"body\"; angular_frequency = 150.0; };\n"
-                     "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.015]); } ); } );\n" SELF(""));
+    START_RUN(run, "gravity = [0.0, 0, -9.0];\n"
+                   "bodies = ( { name = \"one\"; cuttable = true; mesh = { generator = "
+                   "\"sphere\"; nodes = 642; radius = 0.03; };\n"
+                   "shape = { frame = \"body\"; angular_frequency = 150.0; };\n"
+                   "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.015]); } ); } );\n" SELF(""));
     cut(&run, vec3(-0.05, -0.1, 0.0003), vec3(-0.05, 0.1, 0.0003), vec3(0.1, 0.0, 0));
     step(&run, 1500);
     assert_int_equal(sim_pieces(run.world.sim, 0), 2);
     assert_int_equal(sim_resets(run.world.sim), 0);
-    Shell all = shell_of(&run, 0);
+    SCOPED(shell_free) Shell all = shell_of(&run, 0);
     double lowest = 1.0;
     for (int i = 0; i < all.nodes; i++)
         lowest = all.used[i] ? fmin(lowest, all.x[i].z) : lowest;
     print_message("lowest %.4f m, %.2g m/s\n", lowest, highest_speed(&run));
     expect_at_least(lowest, -0.0301); // it would have fallen by 10 m
     expect_at_most(highest_speed(&run), 0.02);
-    shell_free(&all);
-    run_destroy(&run);
 }
 
 // What a hollow body does: a scene and what is done to it, by ticks.
@@ -432,10 +416,8 @@ TEST(folds_do_not_pass_each_other)
         int most[2] = {0, 0}, last = 0;
         double speed = 0.0, deepest = 0.0;
         for (int with = full ? 0 : 1; with < 2; with++) {
-            char text[2048];
-            Run run;
-            snprintf(text, sizeof text, "%s%s", fold[i].scene, with == 1 ? SELF("") : "");
-            run_create(&run, text);
+            SCOPED(run_destroy) Run run;
+            run_format(&run, "%s%s", fold[i].scene, with == 1 ? SELF("") : "");
             for (int tick = 0; tick < fold[i].ticks; tick++) {
                 fold[i].act(&run, tick);
                 step(&run, 1);
@@ -445,16 +427,14 @@ TEST(folds_do_not_pass_each_other)
                 }
                 if (tick % 100 < 99)
                     continue;
-                Shell shell = shell_of(&run, 0);
+                SCOPED(shell_free) Shell shell = shell_of(&run, 0);
                 last = crossings(&shell);
                 most[with] = last > most[with] ? last : most[with];
-                shell_free(&shell);
             }
             speed = highest_speed(&run);
             expect_repeats(&run, 60);
             assert_int_equal(sim_resets(run.world.sim), 0);
             assert_int_equal(sim_refused_touches(run.world.sim), 0);
-            run_destroy(&run);
         }
         print_message("%s: at most %d crossings, %d at the end (%d without contact), deepest "
                       "%.3g m, %.2g m/s at the end\n",
@@ -467,12 +447,9 @@ TEST(folds_do_not_pass_each_other)
 
 TEST(forces_of_folds_are_the_gradient_of_the_energy)
 {
-    char text[1024];
-    Run run;
-    snprintf(text, sizeof text, DOUBLE "%s" SELF(""), COLLAPSED);
-    run_create(&run, text);
+    SCOPED(run_destroy) Run run;
+    run_format(&run, DOUBLE "%s" SELF(""), COLLAPSED);
     for (int i = 0; i < 300 && touch_of(&run)->depth < 1e-4; i++)
         step(&run, 1);
     expect_gradient(&run);
-    run_destroy(&run);
 }

@@ -6,8 +6,6 @@
 
 #include "io/checkpoint.h"
 
-#include <stdlib.h>
-
 // A kick on the first body; from then on nothing acts from outside.
 static void kicked_pair_keeps_its_momentum(const char *bodies, const char *region, double angular)
 {
@@ -18,14 +16,12 @@ static void kicked_pair_keeps_its_momentum(const char *bodies, const char *regio
                     "loads = ( { body = \"one\"; center = [0, 0, 0.05]; radius = 0.03;\n"
                     "  force = [0.5, 2.0, 1.0]; duration = 0.01; } );",
              bodies, region);
-    Run run;
-    run_create(&run, text);
+    START_RUN(run, text);
     Sim *sim = run.world.sim;
     assert_true(sim_attachment_nodes(sim, 0) >= 3);
     assert_int_equal(sim_body(sim, 0)->substeps, sim_body(sim, 1)->substeps);
     Vec3 start[2] = {middle_of(&run, 0), middle_of(&run, 1)};
-    for (int i = 0; i < 12; i++)
-        sim_step(sim);
+    step_on(sim, 12);
     const Momentum before = momentum_of(&run);
     double size = vec3_length(before.linear);
     expect_near(size, 0.01 * sqrt(0.25 + 4.0 + 1.0), 1e-9);
@@ -41,10 +37,9 @@ static void kicked_pair_keeps_its_momentum(const char *bodies, const char *regio
     assert_true(vec3_length(moved) > 0.005);
     double apart = vec3_length(vec3_sub(middle_of(&run, 1), middle_of(&run, 0)));
     expect_near(apart, vec3_length(vec3_sub(start[1], start[0])), 0.03);
-    run_destroy(&run);
 }
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(bodies_tied_to_each_other_exchange_momentum_exactly)
 {
@@ -60,30 +55,25 @@ TEST(bodies_tied_to_each_other_exchange_momentum_exactly)
 // In the middle of everything the state is all that counts.
 TEST(joined_bodies_repeat_bit_for_bit)
 {
-    Run run;
-    run_create(&run, "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BAR(
-                         "two", "") " );\n"
-                                    "attachments = ( { body = \"two\"; box = ([0, -1, -1], "
-                                    "[0.0601, 1, 1]); to_body = \"one\"; } );\n"
-                                    "loads = ( { body = \"one\"; center = [0, 0, 0.05]; radius = "
-                                    "0.03; force = [0, 1, 1]; duration = 0.05; } );");
-    void *middle = malloc(state_bytes(&run.world.state));
+    START_RUN(run, "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BAR(
+                       "two", "") " );\n"
+                                  "attachments = ( { body = \"two\"; box = ([0, -1, -1], "
+                                  "[0.0601, 1, 1]); to_body = \"one\"; } );\n"
+                                  "loads = ( { body = \"one\"; center = [0, 0, 0.05]; radius = "
+                                  "0.03; force = [0, 1, 1]; duration = 0.05; } );");
+    FREED void *middle = malloc(state_bytes(&run.world.state));
     assert_non_null(middle);
     uint64_t hash[2];
-    for (int i = 0; i < 40; i++)
-        sim_step(run.world.sim);
+    step_on(run.world.sim, 40);
     state_copy_out(&run.world.state, middle);
     for (int pass = 0; pass < 2; pass++) {
-        for (int i = 0; i < 60; i++)
-            sim_step(run.world.sim);
+        step_on(run.world.sim, 60);
         hash[pass] = state_hash(&run.world.state);
         state_copy_in(&run.world.state, middle);
         sim_restored(run.world.sim);
         assert_true(sim_check(run.world.sim));
     }
     assert_true(hash[0] == hash[1]);
-    free(middle);
-    run_destroy(&run);
 }
 
 static double *state_numbers(Run *run, const char *name)
@@ -98,9 +88,8 @@ static double *state_numbers(Run *run, const char *name)
 // From such numbers every tick would come out beyond bounds, for ever.
 TEST(holds_and_ties_beyond_all_bounds_are_refused)
 {
-    Run run;
-    run_create(
-        &run,
+    START_RUN(
+        run,
         "bodies = ( " BALL("one", "[0, 0, 0]", "") ",\n" BAR(
             "two",
             "") " );\n"
@@ -120,7 +109,6 @@ TEST(holds_and_ties_beyond_all_bounds_are_refused)
     double *place = state_numbers(&run, "two/attachment1/places");
     place[0] = 1e300;
     assert_false(sim_check(run.world.sim));
-    run_destroy(&run);
 }
 
 #ifdef PLIANT_WITH_HDF5
@@ -134,7 +122,7 @@ TEST(holds_and_ties_are_in_checkpoints)
             "attachments = ( { body = \"two\"; box = ([0, -1, -1], [0.0601, 1, 1]); to_body = "
             "\"one\"; },\n"
             "{ body = \"two\"; box = ([0.1399, -1, -1], [0.2, 1, 1]); to = \"world\"; } );";
-    Run run, other;
+    SCOPED(run_destroy) Run run, other;
     run_create(&run, text);
     run_create(&other, text);
     ToolPose pose = {
@@ -161,8 +149,6 @@ TEST(holds_and_ties_are_in_checkpoints)
         sim_step(other.world.sim);
     }
     assert_true(state_hash(&run.world.state) == state_hash(&other.world.state));
-    run_destroy(&run);
-    run_destroy(&other);
 }
 #endif
 
@@ -179,24 +165,20 @@ static bool ties_are_stable(double stiffness, double bound_of)
                                           "loads = ( { body = \"one\"; center = [0.05, "
                                           "0, 0]; radius = 0.02; force = [0.5, 0.2, 0.1]; "
                                           "duration = 0.002; } );";
-    char text[4096], step[128] = "";
-    Run run;
-    snprintf(text, sizeof text, format, 1000.0, step, step, bound_of);
-    run_create(&run, text);
+    char step[128] = "";
+    SCOPED(run_destroy) Run run;
+    run_format(&run, format, 1000.0, step, step, bound_of);
     double limit = sim_body(run.world.sim, 0)->time_step_limit;
     limit = fmin(limit, sim_body(run.world.sim, 1)->time_step_limit) / 0.9;
     run_destroy(&run);
     snprintf(step, sizeof step, "time_step = %.17g; unsafe_time_step = true;", limit);
-    snprintf(text, sizeof text, format, 1.0 / limit, step, step, stiffness);
-    run_create(&run, text);
+    run_format(&run, format, 1.0 / limit, step, step, stiffness);
     assert_int_equal(sim_body(run.world.sim, 0)->substeps, 1);
-    for (int i = 0; i < EFFORT(3000); i++)
-        sim_step(run.world.sim);
+    step_on(run.world.sim, EFFORT(3000));
     BodyMeasure measure;
     const Body *body = sim_body(run.world.sim, 0);
     body->ops->measure(body->model, &measure);
     bool stable = sim_resets(run.world.sim) == 0 && measure.kinetic < 1.0;
-    run_destroy(&run);
     return stable;
 }
 
@@ -211,16 +193,14 @@ TEST(step_bound_counts_ties)
 // The softer of two bodies with many substeps sets the pace of both.
 TEST(joined_bodies_take_the_same_steps)
 {
-    Run run;
-    run_create(&run, "bodies = ( " BALL("one", "[0, 0, 0]", "time_step = 0.0001; ") ",\n" BALL(
-                         "two", "[0.102, 0, 0]", "") ",\n" BALL("three", "[0, 0, 1]",
-                                                                "") " );\n"
-                                                                    "attachments = ( { body = "
-                                                                    "\"two\"; sphere = [0.052, 0, "
-                                                                    "0]; radius = 0.02; to_body = "
-                                                                    "\"one\"; } );");
+    START_RUN(run, "bodies = ( " BALL("one", "[0, 0, 0]", "time_step = 0.0001; ") ",\n" BALL(
+                       "two", "[0.102, 0, 0]", "") ",\n" BALL("three", "[0, 0, 1]",
+                                                              "") " );\n"
+                                                                  "attachments = ( { body = "
+                                                                  "\"two\"; sphere = [0.052, 0, "
+                                                                  "0]; radius = 0.02; to_body = "
+                                                                  "\"one\"; } );");
     assert_int_equal(sim_body(run.world.sim, 0)->substeps, 10);
     assert_int_equal(sim_body(run.world.sim, 1)->substeps, 10);
     assert_true(sim_body(run.world.sim, 2)->substeps < 10);
-    run_destroy(&run);
 }

@@ -20,13 +20,13 @@ static const char *const PAIRS[][2] = {
 };
 enum { PAIR_COUNT = sizeof PAIRS / sizeof *PAIRS };
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(forces_are_the_gradient_of_the_energy)
 {
     for (int k = 0; k < 2 * PAIR_COUNT; k++) {
         char text[4096];
-        Run run;
+        SCOPED(run_destroy) Run run;
         const char *const *pair = PAIRS[k % PAIR_COUNT];
         snprintf(text, sizeof text, DOUBLE "bodies = ( %s, %s );\n" TOUCH("%s") PRESS, pair[0],
                  pair[1], k < PAIR_COUNT ? "" : "thickness = 0.002;");
@@ -34,7 +34,6 @@ TEST(forces_are_the_gradient_of_the_energy)
         for (int i = 0; i < 200 && touch_of(&run)->depth < 5e-4; i++)
             sim_step(run.world.sim);
         expect_gradient(&run);
-        run_destroy(&run);
     }
 }
 
@@ -105,7 +104,7 @@ static Vec3 create_pair(Run *run, uint64_t *seed, const int kind[2], double *sta
 // One random push of two bodies into each other.
 static void push_once(uint64_t *seed, Push *push)
 {
-    Run run;
+    SCOPED(run_destroy) Run run;
     const bool sheet = push->kind[0] == SHEET_KIND;
     double start;
     const Vec3 from = create_pair(&run, seed, push->kind, &start);
@@ -113,12 +112,11 @@ static void push_once(uint64_t *seed, Push *push)
     const Vec3 aim = vec3_madd(vec3_scale(-1.0, from), sheet ? 0.1 : 0.4, random_vec3(seed));
     bool beyond = false; // the border of a sheet, where it may go below
     const double mass = sim_body(sim, 1)->mass;
-    char why[128];
     // A kick of 20 ms, then it is pressed on for a while and released.
     LoadOptions load = {
         .body = 1, .center = vec3_scale(start, from), .radius = 0.1, .duration = 0.02};
     load.force = vec3_scale(mass * push->speed / load.duration, vec3_unit(aim));
-    assert_true(sim_apply_load(sim, &load, why, sizeof why));
+    apply_well(sim_apply_load, sim, &load);
     double had = 0.0;
     push->way = push->gain = 0.0;
     for (int i = 0; i < 250; i++) {
@@ -135,18 +133,15 @@ static void push_once(uint64_t *seed, Push *push)
             load.duration = 0.1;
             load.force = vec3_scale(-mass * 2.0 * random_between(seed, 0.0, 1.0),
                                     vec3_unit(vec3_sub(load.center, middle_of(&run, 0))));
-            assert_true(sim_apply_load(sim, &load, why, sizeof why));
+            apply_well(sim_apply_load, sim, &load);
         }
     }
     assert_int_equal(sim_resets(sim), 0);
     assert_int_equal(sim_refused_touches(sim), 0);
-    Shell one = shell_of(&run, 0), two = shell_of(&run, 1);
+    SCOPED(shell_free) Shell one = shell_of(&run, 0), two = shell_of(&run, 1);
     push->depth = beyond  ? 0.0
                   : sheet ? depth_below(&two, &one)
                           : fmax(depth_inside(&one, &two), depth_inside(&two, &one));
-    shell_free(&one);
-    shell_free(&two);
-    run_destroy(&run);
 }
 
 // Half of the cubes' edges: nodes of one surface against faces of the other do not see two edges
@@ -208,7 +203,7 @@ static void read_shifted(const void *model, const int *node, int count, Vec3 *x,
 static double close_way(uint64_t *seed, const int kind[2], double *most)
 {
     enum { STEPS = 400 };
-    Run run;
+    SCOPED(run_destroy) Run run;
     double start;
     const Vec3 from = create_pair(&run, seed, kind, &start);
     Body *body = sim_body(run.world.sim, 1);
@@ -245,7 +240,6 @@ static double close_way(uint64_t *seed, const int kind[2], double *most)
         *most = fmax(*most, touch->energy);
     }
     body->ops = still_ops;
-    run_destroy(&run);
     return gain;
 }
 
@@ -279,9 +273,8 @@ TEST(bad_numbers_end_a_search)
 {
     static const double BAD[] = {(double)NAN, (double)INFINITY, 1e300};
     for (int k = 0; k < 3; k++) {
-        Run run;
-        run_create(&run, "bodies = ( " BALL("one", "", "") ", " BALL(
-                             "two", "translation = [0.0, 0.0, 0.04];", "") " );\n" TOUCH(""));
+        START_RUN(run, "bodies = ( " BALL("one", "", "") ", " BALL(
+                           "two", "translation = [0.0, 0.0, 0.04];", "") " );\n" TOUCH(""));
         Body *body = sim_body(run.world.sim, 1);
         BodyOps ops = *body->ops;
         still_ops = body->ops;
@@ -291,7 +284,6 @@ TEST(bad_numbers_end_a_search)
         touch_begin_tick(touch_of(&run), 0);
         assert_false(touch_is_near(touch_of(&run)));
         body->ops = still_ops;
-        run_destroy(&run);
     }
 }
 
@@ -302,7 +294,7 @@ TEST(forces_and_moments_cancel)
 {
     for (int k = 0; k < PAIR_COUNT; k++) {
         char text[4096];
-        Run run;
+        SCOPED(run_destroy) Run run;
         snprintf(text, sizeof text, DOUBLE "bodies = ( %s, %s );\n" TOUCH("friction = 0.5;") PRESS,
                  PAIRS[k][0], PAIRS[k][1]);
         run_create(&run, text);
@@ -330,7 +322,6 @@ TEST(forces_and_moments_cancel)
             expect_at_most(vec3_length(moment), 1e-14 * 0.05 * size);
         }
         assert_true(acted > 30);
-        run_destroy(&run);
     }
 }
 
@@ -356,15 +347,13 @@ static Momentum momentum_of(Run *run)
 // Two hollow balls, all of whose mass is in nodes that can be read, after a kick.
 TEST(colliding_balls_keep_their_momentum)
 {
-    Run run;
-    run_create(&run, DOUBLE "bodies = ( " BALL("one", "translation = [0, 0, 0];", "") ", " BALL(
-                         "two", "translation = [0.041, 0.005, 0.0];", "") " );\n" //
-               TOUCH("friction = 0.3;") "loads = ( { body = \"two\"; center = [0.04, 0, 0];\n"
-                                        "  radius = 0.1; force = [-0.2, 0.0, 0.02]; duration "
-                                        "= 0.02; } );\n");
+    START_RUN(run, DOUBLE "bodies = ( " BALL("one", "translation = [0, 0, 0];", "") ", " BALL(
+                       "two", "translation = [0.041, 0.005, 0.0];", "") " );\n" //
+              TOUCH("friction = 0.3;") "loads = ( { body = \"two\"; center = [0.04, 0, 0];\n"
+                                       "  radius = 0.1; force = [-0.2, 0.0, 0.02]; duration "
+                                       "= 0.02; } );\n");
     Sim *sim = run.world.sim;
-    for (int i = 0; i < 25; i++)
-        sim_step(sim);
+    step_on(sim, 25);
     const Momentum before = momentum_of(&run);
     const double size = vec3_length(before.linear);
     double deepest = 0.0;
@@ -376,7 +365,6 @@ TEST(colliding_balls_keep_their_momentum)
         expect_at_most(vec3_length(vec3_sub(now.angular, before.angular)), 1e-10 * 0.02 * size);
     }
     assert_true(deepest > 1e-5);
-    run_destroy(&run);
 }
 
 // --- rest ----------------------------------------------------------------------------------------
@@ -391,10 +379,9 @@ TEST(colliding_balls_keep_their_momentum)
 // Three soft cubes on a table, a little beside each other.
 LONG_TEST(a_stack_comes_to_rest_and_stays)
 {
-    Run run;
-    run_create(
-        &run, DOUBLE "gravity = [0, 0, -9.81];\nbodies = ( " STACKED("one", "0, 0, 0.02") ",\n" //
-        STACKED("two", "0.002, 0.001, 0.06") ",\n"                                              //
+    START_RUN(
+        run, DOUBLE "gravity = [0, 0, -9.81];\nbodies = ( " STACKED("one", "0, 0, 0.02") ",\n" //
+        STACKED("two", "0.002, 0.001, 0.06") ",\n"                                             //
         STACKED(
             "three",
             "-0.001, 0.001, 0.1") " );\n"
@@ -403,13 +390,11 @@ LONG_TEST(a_stack_comes_to_rest_and_stays)
                                   "touch = ( { bodies = [\"one\", \"two\"]; friction = 0.5; },\n"
                                   "  { bodies = [\"two\", \"three\"]; friction = 0.5; } );\n");
     Sim *sim = run.world.sim;
-    for (int i = 0; i < 9000; i++)
-        sim_step(sim);
+    step_on(sim, 9000);
     Vec3 start[3];
     for (int b = 0; b < 3; b++)
         start[b] = middle_of(&run, b);
-    for (int i = 0; i < 1000; i++)
-        sim_step(sim);
+    step_on(sim, 1000);
     for (int b = 0; b < 3; b++) {
         const Vec3 moved = vec3_sub(middle_of(&run, b), start[b]);
         print_message("cube %d: z %.5f m, moved by %.3g m in 1 s\n", b, start[b].z,
@@ -420,7 +405,6 @@ LONG_TEST(a_stack_comes_to_rest_and_stays)
     for (int b = 1; b < 3; b++)
         expect_near(start[b].z - start[b - 1].z, 0.04, 0.01);
     assert_int_equal(sim_resets(sim), 0);
-    run_destroy(&run);
 }
 
 // A cube on a cube rests as much higher as the scene says that surfaces are thick.
@@ -429,7 +413,7 @@ TEST(surfaces_rest_at_their_thickness)
     double height[2];
     for (int thick = 0; thick < 2; thick++) {
         char text[2048];
-        Run run;
+        SCOPED(run_destroy) Run run;
         snprintf(
             text, sizeof text,
             "gravity = [0, 0, -9.81];\nbodies = ( " STACKED("one", "0, 0, 0.02") ",\n" //
@@ -439,10 +423,8 @@ TEST(surfaces_rest_at_their_thickness)
                                                       "friction = 0.5; %s"),
             thick == 0 ? "" : "thickness = 0.002;");
         run_create(&run, text);
-        for (int i = 0; i < 3000; i++)
-            sim_step(run.world.sim);
+        step_on(run.world.sim, 3000);
         height[thick] = middle_of(&run, 1).z;
-        run_destroy(&run);
     }
     print_message("%.3f mm higher\n", 1e3 * (height[1] - height[0]));
     // The same weight presses both in, but where faces meet at an edge.
@@ -474,7 +456,7 @@ static const char *const KINDS_CUT[] = {"solid", "sheet", "smooth solid"};
 static void refuse_what_cannot_be(Run *run)
 {
     Touch *touch = touch_of(run);
-    void *state = malloc(state_bytes(&run->world.state));
+    FREED void *state = malloc(state_bytes(&run->world.state));
     assert_non_null(state);
     state_copy_out(&run->world.state, state);
     for (int what = 0; what < 7; what++) {
@@ -500,7 +482,6 @@ static void refuse_what_cannot_be(Run *run)
         sim_restored(run->world.sim);
         assert_true(sim_check(run->world.sim));
     }
-    free(state);
 }
 
 // What lies on another body is cut in two, and both halves still lie on it. From the middle,
@@ -508,13 +489,10 @@ static void refuse_what_cannot_be(Run *run)
 TEST(what_is_cut_still_lies_there_and_repeats)
 {
     for (int k = 0; k < 3; k++) {
-        char text[2048], why[256];
-        Run run;
-        snprintf(text, sizeof text, CUT_ON_CUBE, CUTTABLE[k]);
-        run_create(&run, text);
+        SCOPED(run_destroy) Run run;
+        run_format(&run, CUT_ON_CUBE, CUTTABLE[k]);
         Sim *sim = run.world.sim;
-        for (int i = 0; i < 150; i++)
-            sim_step(sim);
+        step_on(sim, 150);
         assert_true(touch_of(&run)->depth > 0.0);
         const TouchEnd *end = &touch_of(&run)->end[1];
         bool between = false;
@@ -525,7 +503,7 @@ TEST(what_is_cut_still_lies_there_and_repeats)
         }
         // An adaptive sheet changes its faces, and is searched at once.
         assert_true(between || k == 1);
-        void *middle = malloc(state_bytes(&run.world.state));
+        FREED void *middle = malloc(state_bytes(&run.world.state));
         assert_non_null(middle);
         state_copy_out(&run.world.state, middle);
         uint64_t hash[2];
@@ -534,11 +512,9 @@ TEST(what_is_cut_still_lies_there_and_repeats)
                                     .before = {{{0.0005, -0.1, -0.1}, {0.0005, -0.1, 0.1}}},
                                     .after = {{{0.0005, 0.1, -0.1}, {0.0005, 0.1, 0.1}}}};
             CutOutcome sum = {0};
-            for (int i = 0; i < 30; i++)
-                sim_step(sim);
-            assert_true(sim_apply_cut(sim, &cut, &sum, why, sizeof why));
-            for (int i = 0; i < EFFORT(500); i++)
-                sim_step(sim);
+            step_on(sim, 30);
+            apply_well(sim_apply_cut, sim, &cut, &sum);
+            step_on(sim, EFFORT(500));
             assert_int_equal(sim_pieces(sim, 1), 2);
             // All nodes on top, beyond what the weight presses in.
             Shell one = shell_of(&run, 0), two = shell_of(&run, 1);
@@ -555,8 +531,6 @@ TEST(what_is_cut_still_lies_there_and_repeats)
         }
         assert_true(hash[0] == hash[1]);
         refuse_what_cannot_be(&run);
-        free(middle);
-        run_destroy(&run);
     }
 }
 

@@ -32,14 +32,14 @@ static double energy_with(Run *run, int vertex, Vec3 way)
     return touch_of(run)->energy;
 }
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 // Of smooth surfaces the vertices that carry them get the slope of the energy: both bodies' by
 // which something is pushed.
 TEST(forces_on_vertices_are_the_gradient_of_the_energy)
 {
     char text[4096];
-    Run run;
+    SCOPED(run_destroy) Run run;
     snprintf(text, sizeof text, DOUBLE "bodies = ( %s, %s );\n" TOUCH("") PRESS, ONE, TWO);
     run_create(&run, text);
     for (int i = 0; i < 200 && touch_of(&run)->depth < 5e-4; i++)
@@ -55,7 +55,7 @@ TEST(forces_on_vertices_are_the_gradient_of_the_energy)
         ops.read_nodes = read_with_one_aside;
         energy_with(&run, -1, aside);
         touch_fit_push(end);
-        Vec3 *force = malloc((size_t)end->fit->count * sizeof *force);
+        FREED Vec3 *force = malloc((size_t)end->fit->count * sizeof *force);
         assert_non_null(force);
         memcpy(force, end->fit->f, (size_t)end->fit->count * sizeof *force);
         double largest = 0.0;
@@ -75,10 +75,8 @@ TEST(forces_on_vertices_are_the_gradient_of_the_energy)
             }
         }
         end->body->ops = plain_ops;
-        free(force);
     }
     assert_true(pushed > 20);
-    run_destroy(&run);
 }
 
 // Free bodies that overlap by half a cell at the start part slowly, as far as they overlap.
@@ -91,7 +89,7 @@ TEST(what_overlaps_at_the_start_parts_slowly)
             {CUBE("one", "", ""), LUMP("two", "translation = [0.001, 0.002, 0.035];", "")},
         };
         char text[4096];
-        Run run;
+        SCOPED(run_destroy) Run run;
         snprintf(text, sizeof text, DOUBLE "bodies = ( %s, %s );\n" TOUCH(""), PLACED[k][0],
                  PLACED[k][1]);
         run_create(&run, text);
@@ -101,26 +99,22 @@ TEST(what_overlaps_at_the_start_parts_slowly)
             const Touch *touch = touch_of(&run);
             fastest = fmax(fastest, fmax(touch->end[0].fastest, touch->end[1].fastest));
         }
-        Shell one = shell_of(&run, 0), two = shell_of(&run, 1);
+        SCOPED(shell_free) Shell one = shell_of(&run, 0), two = shell_of(&run, 1);
         deepest = fmax(depth_inside(&one, &two), depth_inside(&two, &one));
         print_message("at most %.3f m/s, %.3f mm deep at the end\n", fastest, 1e3 * deepest);
         // They part by an edge of a face in 0.1 s, at 0.14 m/s; then they fly apart, and swing.
         expect_at_most(fastest, 0.5);
         expect_at_most(deepest, 1e-4);
         assert_int_equal(sim_resets(run.world.sim), 0);
-        shell_free(&one);
-        shell_free(&two);
-        run_destroy(&run);
     }
 }
 
 // Writes a sphere as a mesh file into the folder of the test.
 static void write_sphere(double radius)
 {
-    TriMesh mesh;
+    SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
-    if (!generate_ico_sphere(&mesh, 5, radius, &status))
-        fail_msg("%s", status.text);
+    expect_ok(generate_ico_sphere(&mesh, 5, radius, &status), status);
     char *text = malloc((size_t)64 * (size_t)(mesh.node_count + mesh.triangle_count)), *to = text;
     assert_non_null(text);
     for (int i = 0; i < mesh.node_count; i++)
@@ -131,7 +125,6 @@ static void write_sphere(double radius)
                       mesh.triangle[i][2] + 1);
     scratch_write(&scratch, "sphere.obj", text, (size_t)(to - text));
     free(text);
-    mesh_destroy(&mesh);
 }
 
 // Returns the force between two spheres of tissue, with so many cells on a radius, that are held in
@@ -155,8 +148,7 @@ static double press_spheres(double radius, double cells, double overlap, Vec3 wa
              sphere[1]);
     Run run;
     run_create(&run, text);
-    for (int i = 0; i < 160; i++)
-        sim_step(run.world.sim);
+    step_on(run.world.sim, 160);
     Vec3 sum = {0, 0, 0};
     const TouchEnd *end = &touch_of(&run)->end[1];
     for (int n = 0; n < end->count; n++)
@@ -204,22 +196,20 @@ TEST(a_cut_goes_on_alike_in_another_world)
                                                                                   "[\"one\"]; "
                                                                                   "friction = 0.5; "
                                                                                   "} );\n";
-    Run run, other;
-    char why[256];
+    SCOPED(run_destroy) Run run, other;
     const CutOptions cut = {.body = 0,
                             .before = {{{-0.1, -0.1, 0.004}, {-0.1, 0.1, 0.004}}},
                             .after = {{{0.1, -0.1, 0.004}, {0.1, 0.1, 0.004}}}};
     CutOutcome sum = {0};
     run_create(&run, TEXT);
     Sim *sim = run.world.sim;
-    assert_true(sim_apply_cut(sim, &cut, &sum, why, sizeof why));
-    for (int i = 0; i < 1500; i++)
-        sim_step(sim);
+    apply_well(sim_apply_cut, sim, &cut, &sum);
+    step_on(sim, 1500);
     for (int i = 0; i < 200 && touch_of(&run)->kept->holds == 0; i++)
         sim_step(sim);
     assert_true(touch_of(&run)->kept->holds != 0 && touch_of(&run)->depth > 0.0);
     assert_true(sim_body(sim, 0)->mesh.fit.fade_last > 0);
-    void *middle = malloc(state_bytes(&run.world.state));
+    FREED void *middle = malloc(state_bytes(&run.world.state));
     assert_non_null(middle);
     state_copy_out(&run.world.state, middle);
     run_create(&other, TEXT);
@@ -230,7 +220,4 @@ TEST(a_cut_goes_on_alike_in_another_world)
         sim_step(other.world.sim);
     }
     assert_true(state_hash(&run.world.state) == state_hash(&other.world.state));
-    run_destroy(&other);
-    run_destroy(&run);
-    free(middle);
 }

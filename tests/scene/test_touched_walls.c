@@ -9,8 +9,6 @@
 #include "scene/build_parts.h"
 #include "scene/scene.h"
 
-#include <math.h>
-
 typedef struct Organ {
     Scene scene;
     World world;
@@ -23,9 +21,9 @@ static void create(Organ *organ, const char *path)
     Status status = {0};
     const BuildOptions options = {.isa = "auto", .may_load = true};
     *organ = (Organ){0};
-    if (!scene_read(path, &organ->scene, &status) ||
-        !world_build(&organ->world, &organ->scene, &options, &status))
-        fail_msg("%s", status.text);
+    expect_ok(scene_read(path, &organ->scene, &status) &&
+                  world_build(&organ->world, &organ->scene, &options, &status),
+              status);
     organ->sim = organ->world.sim;
     sim_set_lockstep(organ->sim, true);
 }

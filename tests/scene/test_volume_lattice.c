@@ -8,9 +8,6 @@
 #include "scene/build_parts.h"
 #include "io/volume_import.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static LabelVolume make_volume(int nx, int ny, int nz, Vec3 a, Vec3 b, Vec3 c)
 {
     LabelVolume volume = {.count = {nx, ny, nz}, .axis = {a, b, c}, .origin = {0.3, -0.2, 0.1}};
@@ -52,34 +49,24 @@ static void make_lattice(const LabelVolume *volume, const int *label, int count,
                          Lattice *lattice)
 {
     Status status = {0};
-    if (!volume_lattice(volume, label, count, size, lattice, &status))
-        fail_msg("%s", status.text);
+    expect_ok(volume_lattice(volume, label, count, size, lattice, &status), status);
     double unit = lattice->turn.w * lattice->turn.w + lattice->turn.x * lattice->turn.x +
                   lattice->turn.y * lattice->turn.y + lattice->turn.z * lattice->turn.z;
     expect_near(unit, 1.0, 1e-15); // a few roundings
 }
 
-static Scratch scratch;
 static char path[SCRATCH_PATH];
 
 static int make_folder(void **state)
 {
-    (void)state;
     log_set_level(LOG_ERROR);
-    if (scratch_create(&scratch) != 0)
+    if (scratch_begin(state) != 0)
         return -1;
     scratch_path(&scratch, "organ", path);
     return 0;
 }
 
-static int remove_folder(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(make_folder, remove_folder)
+AROUND_ALL(make_folder, scratch_end)
 
 // Every voxel is the cell at its place, whatever the axes: all orders and directions, also turned.
 TEST(voxels_that_are_cubes_become_cells_where_they_are)
@@ -99,11 +86,12 @@ TEST(voxels_that_are_cubes_become_cells_where_they_are)
                     if (turned)
                         axis[a] = quat_rotate(turn, axis[a]);
                 }
+                SCOPED(volume_destroy)
                 LabelVolume volume = make_volume(5, 4, 3, axis[0], axis[1], axis[2]);
                 fill_random(&volume, 4, &seed);
                 *voxel(&volume, 0, 3, 0) = *voxel(&volume, 4, 0, 2) = 3; // so that none is cropped
                 const int chosen[] = {3, 1};
-                Lattice lattice;
+                SCOPED(lattice_destroy) Lattice lattice;
                 make_lattice(&volume, chosen, 2, 0.0, &lattice);
                 expect_near(lattice.size, 0.002, 1e-17); // a cube root
                 int solid = 0;
@@ -121,20 +109,19 @@ TEST(voxels_that_are_cubes_become_cells_where_they_are)
                 assert_int_equal(lattice_solid(&lattice), solid);
                 if (order == 0 && !turned && (signs == 0 || signs == 1 || signs == 2 || signs == 4))
                     expect_near(lattice.turn.w, 1.0, 0.0); // not turned at all
-                lattice_destroy(&lattice);
-                volume_destroy(&volume);
             }
 }
 
 TEST(only_the_part_asked_for_is_kept)
 {
+    SCOPED(volume_destroy)
     LabelVolume volume =
         make_volume(30, 30, 30, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
     for (int v = 0; v < 27000; v++)
         volume.label[v] = 7;
     *voxel(&volume, 10, 20, 5) = -3;
     *voxel(&volume, 12, 20, 6) = 300;
-    Lattice lattice;
+    SCOPED(lattice_destroy) Lattice lattice;
     make_lattice(&volume, (const int[]){300, -3}, 2, 0.0, &lattice);
     assert_int_equal(lattice_solid(&lattice), 2);
     assert_int_equal(lattice.count[0], 3);
@@ -142,8 +129,6 @@ TEST(only_the_part_asked_for_is_kept)
     assert_int_equal(lattice.count[2], 2);
     assert_int_equal(lattice_label(&lattice, 0, 0, 0), 2);
     assert_int_equal(lattice_label(&lattice, 2, 0, 1), 1);
-    lattice_destroy(&lattice);
-    volume_destroy(&volume);
 }
 
 // Each cell has the label of the voxel that its centre is in; nothing else is near.
@@ -155,11 +140,12 @@ TEST(cells_of_other_sizes_ask_the_voxel_at_their_centre)
         for (int mirrored = 0; mirrored < 2; mirrored++) {
             Quat turn = quat_from_rotation(vec3(0.4, -0.3, 0.8));
             double z = mirrored ? -0.003 : 0.003;
+            SCOPED(volume_destroy)
             LabelVolume volume = make_volume(9, 8, 7, quat_rotate(turn, vec3(0.001, 0.0, 0.0)),
                                              quat_rotate(turn, vec3(0.0, 0.0015, 0.0)),
                                              quat_rotate(turn, vec3(0.0, 0.0, z)));
             fill_random(&volume, 3, &seed);
-            Lattice lattice;
+            SCOPED(lattice_destroy) Lattice lattice;
             make_lattice(&volume, (const int[]){1, 2}, 2, sizes[s], &lattice);
             expect_near(lattice.size, sizes[s] > 0.0 ? sizes[s] : 0.001, 1e-18);
             int compared = 0;
@@ -191,8 +177,6 @@ TEST(cells_of_other_sizes_ask_the_voxel_at_their_centre)
                     solid += volume.label[v] != 0;
                 expect_near((double)lattice_solid(&lattice) / (solid * 4.5), 1.0, 0.02);
             }
-            lattice_destroy(&lattice);
-            volume_destroy(&volume);
         }
 }
 
@@ -200,11 +184,12 @@ TEST(a_thousandth_decides_what_a_cube_is)
 {
     for (int i = 0; i < 2; i++) {
         double tall = i == 0 ? 1.0005e-3 : 1.2e-3;
+        SCOPED(volume_destroy)
         LabelVolume volume = make_volume(10, 10, 10, vec3(1e-3, 0.0, 0.0), vec3(0.0, 1e-3, 0.0),
                                          vec3(0.0, 0.0, tall));
         for (int v = 0; v < 1000; v++)
             volume.label[v] = 1;
-        Lattice lattice;
+        SCOPED(lattice_destroy) Lattice lattice;
         make_lattice(&volume, (const int[]){1}, 1, 0.0, &lattice);
         assert_int_equal(lattice.count[2], i == 0 ? 10 : 12);
         // The mean keeps the volume of a voxel.
@@ -213,8 +198,6 @@ TEST(a_thousandth_decides_what_a_cube_is)
                                     0.5 * lattice.count[2]);
         Vec3 expected = voxel_centre(&volume, 4.5, 4.5, 4.5);
         expect_near(vec3_length(vec3_sub(middle, expected)), 0.0, 1e-15);
-        lattice_destroy(&lattice);
-        volume_destroy(&volume);
     }
 }
 
@@ -231,6 +214,7 @@ static void refuse(const LabelVolume *volume, const int *label, int count, doubl
 
 TEST(what_cannot_be_made_is_told_in_a_sentence)
 {
+    SCOPED(volume_destroy)
     LabelVolume volume =
         make_volume(20, 2, 1, vec3(1e-3, 0.0, 0.0), vec3(0.0, 1e-3, 0.0), vec3(0.0, 0.0, 1e-3));
     refuse(&volume, (const int[]){4}, 1, 0.0, "no voxel has the label 4; all have the label 0");
@@ -273,10 +257,8 @@ TEST(what_cannot_be_made_is_told_in_a_sentence)
         volume.label[v] = 1;
     refuse(&volume, (const int[]){1}, 1, 0.0,
            "cells of 0.001 m make 1.758e+07, more than 16777216; a size of 0.0011 m would do");
-    Lattice lattice;
+    SCOPED(lattice_destroy) Lattice lattice;
     make_lattice(&volume, (const int[]){1}, 1, 0.0011, &lattice);
-    lattice_destroy(&lattice);
-    volume_destroy(&volume);
 }
 
 // --- bodies ---
@@ -284,8 +266,7 @@ TEST(what_cannot_be_made_is_told_in_a_sentence)
 static void make_body(const VoxelSource *source, Lattice *lattice)
 {
     Status status = {0};
-    if (!body_voxels_make(source, lattice, &status))
-        fail_msg("%s", status.text);
+    expect_ok(body_voxels_make(source, lattice, &status), status);
 }
 
 static void refuse_body(const VoxelSource *source, const char *text)

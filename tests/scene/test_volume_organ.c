@@ -6,9 +6,6 @@
 #include "scene/build_parts.h"
 #include "scene/scene.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 #include <zlib.h>
 
 enum { NX = 40, NY = 32, NZ = 28, SPACING = 5 }; // voxels; mm
@@ -83,12 +80,12 @@ WRITER(write_volume)
 // The scene's lattice has every voxel of the formula where the formula has it, in metres.
 TEST(volume_in_config_is_that_of_the_formula)
 {
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     Status status = {0};
-    Lattice lattice = {0};
-    if (!scene_read("../config/organ-volume.cfg", &scene, &status) ||
-        !body_voxels_make(&scene.body[0].voxels, &lattice, &status))
-        fail_msg("%s", status.text);
+    SCOPED(lattice_destroy) Lattice lattice = {0};
+    expect_ok(scene_read("../config/organ-volume.cfg", &scene, &status) &&
+                  body_voxels_make(&scene.body[0].voxels, &lattice, &status),
+              status);
     long solid = 0, stiff = 0;
     for (int k = 0; k < NZ; k++)
         for (int j = 0; j < NY; j++)
@@ -112,8 +109,6 @@ TEST(volume_in_config_is_that_of_the_formula)
     double cell = 1e-6 * SPACING * SPACING * SPACING; // [l]
     assert_true(solid * cell > 0.8 && solid * cell < 1.6);
     expect_near(stiff * cell, 4.0 / 3.0 * M_PI * 0.18 * 0.18 * 0.18, 0.002);
-    lattice_destroy(&lattice);
-    scene_destroy(&scene);
 }
 
 // The root of the energy, which is proportional to a swing's amplitude.
@@ -130,9 +125,9 @@ static void make_organ(Scene *scene, World *world)
     Status status = {0};
     const BuildOptions options = {.isa = "auto", .may_load = true};
     *world = (World){0};
-    if (!scene_read("../config/organ-volume.cfg", scene, &status) ||
-        !world_build(world, scene, &options, &status))
-        fail_msg("%s", status.text);
+    expect_ok(scene_read("../config/organ-volume.cfg", scene, &status) &&
+                  world_build(world, scene, &options, &status),
+              status);
     sim_set_lockstep(world->sim, true);
 }
 
@@ -140,8 +135,8 @@ static void make_organ(Scene *scene, World *world)
 // after one to two seconds.
 TEST(a_swing_of_the_organ_dies_out)
 {
-    Scene scene;
-    World world;
+    SCOPED(scene_destroy) Scene scene;
+    SCOPED(world_destroy) World world;
     make_organ(&scene, &world);
     char why[128];
     const LoadOptions pull = {
@@ -158,8 +153,6 @@ TEST(a_swing_of_the_organ_dies_out)
     }
     expect_at_least(size[2], 0.05 * size[0]);
     expect_at_most(size[4], 0.05 * size[0]);
-    world_destroy(&world);
-    scene_destroy(&scene);
 }
 
 // Pressed by 3 mm in 0.3 s, half of the probe's radius, and held: after two seconds nothing swings.
@@ -167,8 +160,8 @@ TEST(a_swing_of_the_organ_dies_out)
 TEST(a_press_that_is_held_is_calm)
 {
     enum { DOWN = 300, TICKS = 2300, LAST = 500 };
-    Scene scene;
-    World world;
+    SCOPED(scene_destroy) Scene scene;
+    SCOPED(world_destroy) World world;
     make_organ(&scene, &world);
     // The shaft, +z of the tool, points to the front, -y.
     ToolPose pose = {.position = {-0.05, -0.07, 0.01},
@@ -194,8 +187,6 @@ TEST(a_press_that_is_held_is_calm)
     print_message("held: %.4f to %.4f N\n", least, most);
     expect_at_least(least, 0.03); // it presses
     expect_at_most(most, 1.005 * least);
-    world_destroy(&world);
-    scene_destroy(&scene);
 }
 
 // A tool that appears across the surface, from its tip alone to two radii below it, is let out and
@@ -208,8 +199,8 @@ TEST(a_tool_that_appears_across_the_surface_is_let_out_gently)
     double change = 0.0, pull = 0.0, off = 0.0;
     for (int k = 0; k < (test_is_long() ? 3 : 1); k++)
         for (double z = 0.063; z > 0.0515; z -= test_is_long() ? 0.0015 : 0.0045) {
-            Scene scene;
-            World world;
+            SCOPED(scene_destroy) Scene scene;
+            SCOPED(world_destroy) World world;
             make_organ(&scene, &world);
             const ToolPose pose = {.position = {places[k][0], places[k][1], z},
                                    .orientation = {1.0, 0.0, 0.0, 0.0},
@@ -225,8 +216,6 @@ TEST(a_tool_that_appears_across_the_surface_is_let_out_gently)
             }
             off =
                 fmax(off, vec3_length(vec3_sub(sim_wrench(world.sim, 0)->position, pose.position)));
-            world_destroy(&world);
-            scene_destroy(&scene);
         }
     print_message("changes by %.4f N in a tick, pulls by %.4f N, %.2g m from the hand\n", change,
                   pull, off);
@@ -242,8 +231,7 @@ static void find_heights(const Body *body, const double from[2], double length, 
                          double height[PATH])
 {
     const BodyMesh *mesh = &body->mesh;
-    float *x = calloc(3 * (size_t)mesh->node_capacity, sizeof *x);
-    assert_non_null(x);
+    FREED float *x = zeroed(3 * (size_t)mesh->node_capacity, sizeof *x);
     body->ops->snapshot(body->model, x, NULL);
     enum { PARTS = 6 }; // points of a face, to an edge
     for (int k = 0; k < PATH; k++)
@@ -264,7 +252,6 @@ static void find_heights(const Body *body, const double from[2], double length, 
                         height[k] = fmax(height[k], at[2] + sqrt(square));
                 }
             }
-    free(x);
 }
 
 // Dragged by 80 mm over the organ at 5 and 10 mm depth, below a path that follows its shape and not
@@ -274,8 +261,8 @@ TEST(a_drag_over_the_organ_is_smooth)
     enum { DOWN = 500, TICKS = 2000, SMOOTH = 50 };
     const double length = 0.08, from[2] = {-0.05, 0.0}, depths[] = {0.01, 0.005};
     for (int d = 0; d < (test_is_long() ? 2 : 1); d++) {
-        Scene scene;
-        World world;
+        SCOPED(scene_destroy) Scene scene;
+        SCOPED(world_destroy) World world;
         make_organ(&scene, &world);
         double height[PATH], path[PATH];
         find_heights(sim_body(world.sim, 0), from, length, scene.tool[0].capsule[0].radius, height);
@@ -317,7 +304,5 @@ TEST(a_drag_over_the_organ_is_smooth)
         expect_at_least(mean, 0.05);
         // Over the edges of the faces of cells it changed by 8 and 89 %.
         expect_at_most(change, 0.03 * mean);
-        world_destroy(&world);
-        scene_destroy(&scene);
     }
 }

@@ -3,11 +3,9 @@
 // prepared models, checkpoints of other scenes.
 #include "test.h"
 #include "world_run.h"
+#include "kept_world.h"
 
-#include "io/checkpoint.h"
 #include "scene/prepared.h"
-
-#include <stdlib.h>
 
 #ifdef PLIANT_WITH_HDF5
 #include <hdf5.h>
@@ -19,11 +17,15 @@
 // Builds a scene; returns what was wrong, "" if nothing, without the folder's name.
 static const char *build_text(const char *text, const char *prepared, World *world)
 {
-    char path[SCRATCH_PATH];
     BuildOptions options = {.isa = "auto", .may_load = true};
     if (prepared != NULL)
-        options.prepared = scratch_path(&scratch, prepared, path);
+        options.prepared = scratch_at(prepared);
     return try_world(world, text, &options);
+}
+
+static void build_well(const char *text, World *world)
+{
+    assert_string_equal(build_text(text, NULL, world), "");
 }
 
 static void expect_refusal(const char *text, const char *said)
@@ -35,10 +37,10 @@ static void expect_refusal(const char *text, const char *said)
 static int begin(void **unused)
 {
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return run_begin(unused);
+    return scratch_begin(unused);
 }
 
-AROUND_ALL(begin, run_end)
+AROUND_ALL(begin, scratch_end)
 
 TEST(bodies_have_the_elements_that_scenes_ask_for)
 {
@@ -55,8 +57,8 @@ TEST(bodies_have_the_elements_that_scenes_ask_for)
         {BODY("generator = \"box\"; size = 0.01;", "levels = 1;"), 2584, 0, 4.096},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        World world;
-        assert_string_equal(build_text(cases[i].text, NULL, &world), "");
+        SCOPED(world_destroy) World world;
+        build_well(cases[i].text, &world);
         const Body *body = sim_body(world.sim, 0);
         assert_string_equal(body->name, "a");
         assert_string_equal(body->ops->model, "voxel");
@@ -66,14 +68,13 @@ TEST(bodies_have_the_elements_that_scenes_ask_for)
         // Rounding of a sum over some thousand vertices.
         expect_near(body->mass, cases[i].mass, 1e-12);
         assert_int_equal(world.mesh[0].node_count, 0);
-        world_destroy(&world);
     }
 }
 
 TEST(lattices_stand_where_they_are_placed)
 {
     // A quarter turn about z takes x to y.
-    World world;
+    SCOPED(world_destroy) World world;
     assert_string_equal(build_text("precision = \"double\";\n" BODY(
                                        BOX "place = { rotation = [0, 0, 1.5707963267948966]; "
                                            "translation = [1, 2, 3]; };",
@@ -93,12 +94,11 @@ TEST(lattices_stand_where_they_are_placed)
     expect_near(high.x, 1.0 + 0.025, 1e-14);
     expect_near(low.y, 2.0 - 0.02, 1e-14);
     expect_near(high.z, 3.0 + 0.03, 1e-14);
-    world_destroy(&world);
 }
 
 TEST(inner_vertices_are_published_when_asked_for)
 {
-    World world;
+    SCOPED(world_destroy) World world;
     assert_string_equal(build_text(BODY(BOX, "levels = 0;"), NULL, &world), "");
     // All lattice points but the 3 x 4 x 5 inner ones.
     assert_int_equal(sim_body(world.sim, 0)->mesh.node_count, 5 * 6 * 7 - 3 * 4 * 5);
@@ -106,7 +106,6 @@ TEST(inner_vertices_are_published_when_asked_for)
     assert_string_equal(
         build_text("publish = { nodes = \"all\"; };\n" BODY(BOX, "levels = 0;"), NULL, &world), "");
     assert_int_equal(sim_body(world.sim, 0)->mesh.node_count, 5 * 6 * 7);
-    world_destroy(&world);
 }
 
 TEST(skins_are_published_in_place_of_the_cells)
@@ -114,7 +113,7 @@ TEST(skins_are_published_in_place_of_the_cells)
     // A tetrahedron within the box, in millimetres.
     static const char SKIN[] = "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\n"
                                "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
-    World world;
+    SCOPED(world_destroy) World world;
     scratch_write(&scratch, "skin.obj", SKIN, sizeof SKIN - 1);
     assert_string_equal(
         build_text(BODY(BOX, "skin = { mesh = \"skin.obj\"; scale = 0.001; };"), NULL, &world), "");
@@ -127,7 +126,6 @@ TEST(skins_are_published_in_place_of_the_cells)
     expect_near((double)position[1][0], 0.01, 1e-8);
     // Tools meet the cells.
     assert_int_equal(body->surface.face_count, 2 * 2 * (4 * 5 + 5 * 6 + 6 * 4));
-    world_destroy(&world);
     World none;
     const char *said = build_text(BODY(BOX, "skin = { mesh = \"none.obj\"; };"), NULL, &none);
     assert_string_equal(said, "x.cfg:2: none.obj: No such file or directory");
@@ -145,7 +143,7 @@ TEST(faults_of_bodies_name_the_scenes_line)
     assert_int_equal(strncmp(said, "x.cfg:2: ", 9), 0);
     said = build_text(BODY(BOX, "fixed = ( { nodes = [3, 210]; } );"), NULL, &world);
     assert_int_equal(strncmp(said, "x.cfg:2: ", 9), 0);
-    assert_non_null(strstr(said, "210"));
+    expect_in(said, "210");
     expect_refusal("capacity = { nodes = 149; };\n" BODY(BOX, "levels = 0;"),
                    "x.cfg:3: body a has 150 nodes to start with, capacity.nodes is 149");
     expect_refusal("capacity = { faces = 295; };\n" BODY(BOX, "levels = 0;"),
@@ -191,7 +189,7 @@ TEST(initial_states_go_by_ascending_lattice_point)
     World world;
     const char *scene =
         "precision = \"double\";\n" BODY(BOX, "levels = 0; initial = \"start.h5\";");
-    assert_string_equal(build_text(scene, NULL, &world), "");
+    build_well(scene, &world);
     const Body *body = sim_body(world.sim, 0);
     assert_int_equal(body->state_capacity, COUNT);
     assert_int_equal(body->ops->read_state(body->model, id, x, v), COUNT);
@@ -206,15 +204,14 @@ TEST(initial_states_go_by_ascending_lattice_point)
     write_rows("start.h5", "/position", COUNT - 1, row);
     const char *said = build_text(scene, NULL, &world);
     assert_int_equal(strncmp(said, "x.cfg:3: ", 9), 0);
-    assert_non_null(strstr(said, "209"));
-    assert_non_null(strstr(said, "210"));
+    expect_in(said, "209");
+    expect_in(said, "210");
 }
 
 // --- prepared models and checkpoints -------------------------------------------------------------
 
 TEST(runs_from_a_prepared_model_have_the_same_bits)
 {
-    char path[SCRATCH_PATH], file[SCRATCH_PATH];
     const char *scenes[] = {
         "gravity = [0, 0, -9.81];\n" BODY("generator = \"ball\"; radius = 0.03; size = 0.005; "
                                           "place = { rotation = [0.3, 0.2, 0.1]; };",
@@ -225,14 +222,12 @@ TEST(runs_from_a_prepared_model_have_the_same_bits)
     };
     FILE *report = fopen("/dev/null", "w");
     for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
-        World made, read;
-        Scene scene;
+        SCOPED(world_destroy) World made, read;
+        SCOPED(scene_destroy) Scene scene;
         Status status = {0};
-        scratch_write(&scratch, "x.cfg", scenes[i], strlen(scenes[i]));
-        assert_true(scene_read(scratch_path(&scratch, "x.cfg", file), &scene, &status));
-        assert_true(prepared_write(scratch_path(&scratch, "a.h5", path), &scene, report, &status));
-        scene_destroy(&scene);
-        assert_string_equal(build_text(scenes[i], NULL, &made), "");
+        read_scene(scenes[i], &scene);
+        assert_true(prepared_write(scratch_at("a.h5"), &scene, report, &status));
+        build_well(scenes[i], &made);
         assert_string_equal(build_text(scenes[i], "a.h5", &read), "");
         uint64_t start = state_hash(&made.state);
         for (int t = 0; t < 30; t++) {
@@ -241,31 +236,8 @@ TEST(runs_from_a_prepared_model_have_the_same_bits)
         }
         assert_true(state_hash(&made.state) == state_hash(&read.state));
         assert_true(state_hash(&made.state) != start);
-        world_destroy(&made);
-        world_destroy(&read);
     }
     fclose(report);
-}
-
-static void save(Run *run, const char *name)
-{
-    char path[SCRATCH_PATH];
-    Status status = {0};
-    WorldImage image;
-    world_image_reserve(&image, &run->world.arena, &run->world);
-    world_image_take(&image, &run->world);
-    if (!checkpoint_write(scratch_path(&scratch, name, path), &image, &run->world, &status))
-        fail_msg("%s", status.text);
-}
-
-static const char *load(Run *run, const char *name)
-{
-    static char said[512];
-    char path[SCRATCH_PATH];
-    Status status = {0};
-    bool ok = checkpoint_read(scratch_path(&scratch, name, path), &run->world, &status);
-    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
-    return said;
 }
 
 #define FALLING(voxels, more) "gravity = [0, 0, -9.81];\n" BODY(voxels, more)
@@ -273,22 +245,16 @@ static const char *load(Run *run, const char *name)
 
 TEST(resumed_run_matches_the_uninterrupted_one)
 {
-    Run whole, before, after;
+    SCOPED(run_destroy) Run whole, before, after;
     run_create(&whole, FALLING(BOX, HELD));
     run_create(&before, FALLING(BOX, HELD));
     run_create(&after, FALLING(BOX, HELD));
-    for (int i = 0; i < 60; i++)
-        sim_step(whole.world.sim);
-    for (int i = 0; i < 30; i++)
-        sim_step(before.world.sim);
-    save(&before, "a.h5");
-    assert_string_equal(load(&after, "a.h5"), "");
-    for (int i = 0; i < 30; i++)
-        sim_step(after.world.sim);
+    step_on(whole.world.sim, 60);
+    step_on(before.world.sim, 30);
+    world_save(&before.world, "a.h5");
+    assert_string_equal(world_load(&after.world, "a.h5"), "");
+    step_on(after.world.sim, 30);
     assert_true(state_hash(&whole.world.state) == state_hash(&after.world.state));
-    run_destroy(&whole);
-    run_destroy(&before);
-    run_destroy(&after);
 }
 
 // Every key that changes motion changes the hash of the physics, others do not.
@@ -317,17 +283,17 @@ TEST(checkpoints_belong_to_their_physics)
     Run run;
     run_create(&run, FALLING(BOX, HELD));
     sim_step(run.world.sim);
-    save(&run, "a.h5");
+    world_save(&run.world, "a.h5");
     run_destroy(&run);
     for (size_t i = 0; i < sizeof OTHERS / sizeof *OTHERS; i++) {
         run_create(&run, OTHERS[i]);
-        if (strstr(load(&run, "a.h5"), "a.h5: ") == NULL)
+        if (strstr(world_load(&run.world, "a.h5"), "a.h5: ") == NULL)
             fail_msg("taken by %s", OTHERS[i]);
         run_destroy(&run);
     }
     for (size_t i = 0; i < sizeof SAME / sizeof *SAME; i++) {
         run_create(&run, SAME[i]);
-        assert_string_equal(load(&run, "a.h5"), "");
+        assert_string_equal(world_load(&run.world, "a.h5"), "");
         run_destroy(&run);
     }
 }

@@ -10,8 +10,6 @@
 #include "sim/sim_data.h"
 #include "sim/touch/touch_data.h"
 
-#include <stdlib.h>
-
 #define DOUBLE "precision = \"double\";\n"
 // A cube of tissue of 4 cells along each edge, and a hollow ball; both free, of 40 mm.
 #define CUBE(name, place, more)                                                                    \

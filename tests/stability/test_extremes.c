@@ -53,7 +53,7 @@ static void run_for(Run *run, double seconds)
     "mesh = { generator = \"sheet\"; columns = " columns "; rows = " columns "; width = 0.2; "     \
     "height = 0.2; place = { rotation = [0.4, 0.3, 0.0]; }; };"
 
-AROUND_ALL(run_begin, run_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(stiff_implicit_sheet_keeps_its_shape_as_it_falls)
 {
@@ -145,7 +145,7 @@ TEST(implicit_sheet_too_uneven_to_follow_is_refused_with_the_step_it_can_take)
                  "= 1.596e-6; }; material = { areal_density = 4.288; }; integrator = \"implicit\"; "
                  "time_step = %s; } );",
                  steps[k]);
-        scratch_write(&scratch, "x.cfg", text, strlen(text));
+        scratch_write_text("x.cfg", text);
         assert_true(scene_read(scratch_path(&scratch, "x.cfg", path), &run.scene, &status));
         const bool built = world_build(&run.world, &run.scene, &options, &status);
         assert_int_equal(built, k == 1);

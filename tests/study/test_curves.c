@@ -2,25 +2,7 @@
 // pliant-fit, and pliant-study --fit, as a user runs it: tables of known laws and of others, good
 // and bad ones. What it prints is compared with closed forms that are written down here.
 #include "test.h"
-#include "harness.h"
-
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-
-static Process result;
-
-static void run(const char *arguments)
-{
-    process_run(&result, program_path("pliant-study"), "%s", arguments);
-}
-
-static void expect_done(void)
-{
-    if (result.code != 0)
-        fail_msg("exit %d:\n%s%s", result.code, result.out, result.err);
-}
+#include "study_program.h"
 
 // --- tables --------------------------------------------------------------------------------------
 
@@ -146,8 +128,7 @@ TEST(a_line_has_a_modulus_and_no_stiffening)
 {
     double modulus;
     write_table("line.csv", line, 0.5, 300, 0.0);
-    run("--fit line.csv");
-    expect_done();
+    run_well("--fit line.csv");
     expect_near(line_rms(&modulus), 0.0, 0.0);
     expect_near(modulus, 5e4, 0.0);
     assert_false(stiffens());
@@ -161,8 +142,7 @@ TEST(noise_is_not_taken_for_stiffening)
 {
     double modulus;
     write_table("noisy.csv", line, 0.5, 300, 500.0);
-    run("--fit noisy.csv");
-    expect_done();
+    run_well("--fit noisy.csv");
     assert_false(stiffens());
     // 500 of 25000 Pa; 300 numbers show their deviation within 5 % or so. E: 500/sqrt(300 x
     // 0.29^2).
@@ -173,8 +153,7 @@ TEST(noise_is_not_taken_for_stiffening)
 TEST(a_curve_of_the_law_is_found_again)
 {
     write_table("capped.csv", capped, 0.4, 400, 0.0);
-    run("--fit capped.csv");
-    expect_done();
+    run_well("--fit capped.csv");
     Row row = stiffening_row();
     // All but rounding to four digits.
     expect_near(row.modulus, 3e4, 30.0);
@@ -189,8 +168,7 @@ TEST(a_curve_of_the_law_is_found_again)
 TEST(a_cap_beyond_the_table_is_the_slope_at_its_end)
 {
     write_table("below.csv", exponential, 0.25, 200, 0.0);
-    run("--fit below.csv");
-    expect_done();
+    run_well("--fit below.csv");
     Row row = stiffening_row();
     expect_near(row.modulus, 3e4, 30.0);
     expect_near(row.strain, 0.25, 2e-4);
@@ -211,8 +189,7 @@ TEST(curves_of_other_laws_are_met_within_three_percent)
     for (size_t i = 0; i < sizeof curve / sizeof curve[0]; i++) {
         double modulus;
         write_table("other.csv", curve[i].law, curve[i].most, 200, 0.0);
-        run("--fit other.csv");
-        expect_done();
+        run_well("--fit other.csv");
         const Row row = stiffening_row();
         printf("curve %zu: line %.2f %%, stiffening %.2f %%, strip %.2f %%\n", i,
                line_rms(&modulus), row.rms, strip_rms());
@@ -225,8 +202,7 @@ TEST(curves_of_other_laws_are_met_within_three_percent)
 TEST(a_surface_gets_the_modulus_times_its_thickness)
 {
     write_table("capped.csv", capped, 0.4, 400, 0.0);
-    run("--fit capped.csv --model surface --thickness 0.002 --out wall");
-    expect_done();
+    run_well("--fit capped.csv --model surface --thickness 0.002 --out wall");
     expect_near(strtod(after("youngs_modulus_2d = "), NULL), 60.0, 0.06);
     expect_near(strip_rms(), 0.0, 1.0);
     expect_printed(&result, "across them it misses the table by ");
@@ -236,8 +212,7 @@ TEST(a_curve_that_flattens_is_said_to)
 {
     double modulus;
     write_table("flat.csv", flattening, 0.5, 100, 0.0);
-    run("--fit flat.csv");
-    expect_done();
+    run_well("--fit flat.csv");
     assert_false(stiffens());
     expect_at_least(line_rms(&modulus), 10.0);
     expect_printed(&result, "The slope falls along the pull");
@@ -245,23 +220,15 @@ TEST(a_curve_that_flattens_is_said_to)
 
 // --- files ---------------------------------------------------------------------------------------
 
-static bool is_there(const char *name)
-{
-    struct stat info;
-    return stat(scratch(name), &info) == 0 && info.st_size > 0;
-}
-
 TEST(the_group_makes_a_scene_that_runs)
 {
     write_table("capped.csv", capped, 0.4, 400, 0.0);
     for (int surface = 0; surface < 2; surface++) {
-        run(surface ? "--fit capped.csv --out again --model surface --thickness 1e-3"
-                    : "--fit capped.csv --out again");
-        expect_done();
+        run_well(surface ? "--fit capped.csv --out again --model surface --thickness 1e-3"
+                         : "--fit capped.csv --out again");
         assert_true(is_there("again/fit.tsv"));
         assert_true(is_there("again/fit.gp"));
-        run_daemon(&result, "--offline 0.01 again/strip.cfg");
-        expect_done();
+        run_daemon_well(&result, "--offline 0.01 again/strip.cfg");
     }
 }
 
@@ -289,8 +256,7 @@ TEST(spreadsheets_and_rigs_are_read)
     for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) {
         double modulus;
         write_text(scratch("good.csv"), good[i]);
-        run("--fit good.csv");
-        expect_done();
+        run_well("--fit good.csv");
         line_rms(&modulus);
         expect_near(modulus, 1000.0, 0.0);
         assert_true((strstr(result.out, "column 3, time, is not used") != NULL) == (i == 1));
@@ -349,8 +315,7 @@ TEST(bad_tables_are_refused_by_line)
 TEST(tables_of_up_to_a_hundred_thousand_points_are_read)
 {
     write_table("long.csv", capped, 0.4, 100000, 500.0);
-    run("--fit long.csv");
-    expect_done();
+    run_well("--fit long.csv");
     // E within its standard error, 500 Pa / sqrt(100000 x 0.5 x 0.13^2) = 17, times three for the
     // two others, and four of these.
     expect_near(stiffening_row().modulus, 3e4, 200.0);
@@ -361,22 +326,19 @@ TEST(tables_of_up_to_a_hundred_thousand_points_are_read)
 
 TEST(what_is_hardly_meant_is_noted)
 {
-    write_text(scratch("kpa.csv"), "0,0\n0.1,0.5\n0.2,1\n0.3,1.5\n");
-    run("--fit kpa.csv");
-    expect_done();
-    expect_printed(&result, "note: 5 Pa is softer than any tissue: is stress in kPa");
-    write_text(scratch("stiff.csv"), "0,0\n0.1,2e9\n0.2,4e9\n0.3,6e9\n");
-    run("--fit stiff.csv");
-    expect_done();
-    expect_printed(&result, "note: 2e+10 Pa is stiffer than bone");
-    write_text(scratch("percent.csv"), "0,0\n1,100\n2,200\n5,500\n");
-    run("--fit percent.csv");
-    expect_done();
-    expect_printed(&result, "note: a strain of 5 is 500 %");
-    write_text(scratch("preload.csv"), "0,50\n0.1,150\n0.2,250\n0.3,350\n");
-    run("--fit preload.csv");
-    expect_done();
-    expect_printed(&result, "note: the stress at strain 0 is 14 % of the largest");
+    static const char *const odd[][2] = {
+        {"0,0\n0.1,0.5\n0.2,1\n0.3,1.5\n", "5 Pa is softer than any tissue: is stress in kPa"},
+        {"0,0\n0.1,2e9\n0.2,4e9\n0.3,6e9\n", "2e+10 Pa is stiffer than bone"},
+        {"0,0\n1,100\n2,200\n5,500\n", "a strain of 5 is 500 %"},
+        {"0,50\n0.1,150\n0.2,250\n0.3,350\n", "the stress at strain 0 is 14 % of the largest"},
+    };
+    for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
+        char note[128];
+        write_text(scratch("odd.csv"), odd[i][0]);
+        run_well("--fit odd.csv");
+        snprintf(note, sizeof note, "note: %s", odd[i][1]);
+        expect_printed(&result, note);
+    }
 }
 
 TEST(options_that_do_not_go_together_are_refused)
@@ -397,8 +359,7 @@ TEST(options_that_do_not_go_together_are_refused)
         run(bad[i][0]);
         expect_refusal(&result, 2, bad[i][1]);
     }
-    run("--help");
-    expect_done();
+    run_well("--help");
     expect_printed(&result, "--fit=CURVE.csv");
     expect_printed(&result, "nominal strain [-]");
 }
@@ -406,13 +367,12 @@ TEST(options_that_do_not_go_together_are_refused)
 TEST(the_program_alone_does_the_same)
 {
     write_text(scratch("same.csv"), "0,0\n0.1,100\n0.2,200\n0.3,330\n0.4,520\n");
-    run("--fit same.csv --out by-study");
-    expect_done();
+    run_well("--fit same.csv --out by-study");
     process_run(&result, program_path("pliant-fit"), "same.csv --out by-fit");
-    expect_done();
+    expect_code(&result, 0);
     expect_printed(&result, "material = { youngs_modulus = ");
     process_run(&result, "cmp", "by-study/fit.tsv by-fit/fit.tsv");
-    expect_done();
+    expect_code(&result, 0);
     static const char *const bad[][2] = {
         {"", "pliant-fit: no table given"},
         {"a.csv b.csv", "pliant-fit: one table at a time, got 'a.csv' and 'b.csv'"},

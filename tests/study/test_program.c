@@ -2,23 +2,7 @@
 // pliant-study as a user runs it: options, exit codes, what it leaves behind; and that the scene it
 // advises is one that pliantd takes.
 #include "test.h"
-#include "harness.h"
-
-#include <string.h>
-#include <sys/stat.h>
-
-static Process result;
-
-static void run(const char *arguments)
-{
-    process_run(&result, program_path("pliant-study"), "%s", arguments);
-}
-
-static void expect_done(void)
-{
-    if (result.code != 0)
-        fail_msg("exit %d:\n%s%s", result.code, result.out, result.err);
-}
+#include "study_program.h"
 
 // A ball of 42 nodes that is pressed for a twentieth of a second: the smallest study that has
 // everything.
@@ -44,14 +28,12 @@ AROUND_ALL(write_ball, NULL)
 
 TEST(help_and_version_are_printed)
 {
-    run("--help");
-    expect_done();
+    run_well("--help");
     expect_printed(&result, "--error=PCT");
     expect_printed(&result, "--jobs=N");
     expect_printed(&result, "Exit code 0: done; 1:");
     expect_printed(&result, "mesh or file.\n");
-    run("--version");
-    expect_done();
+    run_well("--version");
     assert_int_equal(strncmp(result.out, "pliant-study ", 13), 0);
 }
 
@@ -99,8 +81,7 @@ TEST(a_folder_that_cannot_be_made_fails)
 TEST(cases_are_listed_without_being_run)
 {
     struct stat info;
-    run("ball.cfg --list");
-    expect_done();
+    run_well("ball.cfg --list");
     expect_printed(&result, " (the scene)\n");
     expect_printed(&result, "rk4 ");
     expect_printed(&result, " cases\n");
@@ -110,30 +91,22 @@ TEST(cases_are_listed_without_being_run)
     assert_int_not_equal(stat(scratch("study-ball"), &info), 0);
 }
 
-static bool is_there(const char *name)
-{
-    struct stat info;
-    return stat(scratch(name), &info) == 0 && info.st_size > 0;
-}
-
 // Files, table, progress; and the advice, taken: pliantd reads it and runs it.
 TEST(a_study_leaves_tables_pictures_and_a_scene_that_runs)
 {
-    run(STUDY "--error 20% --rate 250");
-    expect_done();
+    run_well(STUDY "--error 20% --rate 250");
     expect_printed(&result, "ball, body ball: ");
     expect_printed(&result, "references, three runs each");
     expect_printed(&result, "(the scene)");
     expect_printed(&result, "(Pareto front)");
-    assert_non_null(strstr(result.err, "100 % "));
+    expect_in(result.err, "100 % ");
     assert_null(strchr(result.err, '\r')); // no terminal
     assert_true(is_there("study-ball/runs.tsv"));
     assert_true(is_there("study-ball/references.tsv"));
     assert_true(is_there("study-ball/study.gp"));
     assert_true(is_there("study-ball/advice.cfg"));
     expect_printed(&result, "rate_hz = 250.0;");
-    run_daemon(&result, "--offline 0.1 study-ball/advised.cfg");
-    expect_done();
+    run_daemon_well(&result, "--offline 0.1 study-ball/advised.cfg");
 }
 
 TEST(a_scene_that_cannot_be_built_is_refused)

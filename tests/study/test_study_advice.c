@@ -35,7 +35,7 @@ static void fill(void)
     unknown->total.patch = unknown->total.surface = (double)NAN;
 }
 
-AROUND_ALL(scene_text_begin, scene_text_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(cheapest_that_has_everything_is_advised)
 {
@@ -44,10 +44,10 @@ TEST(cheapest_that_has_everything_is_advised)
     assert_true(advice.met);
     assert_false(advice.time_only);
     expect_near(advice.error, 0.009, 1e-12); // with the reference's own error of 0.1 %
-    assert_non_null(strstr(advice.sentence, "The cheapest choice within 1 % that holds 1000 Hz on "
-                                            "this machine is \"b, level 1\""));
-    assert_non_null(strstr(advice.sentence, "0.9 % (0.8 % measured, up to 0.1 % of the reference"));
-    assert_non_null(strstr(advice.sentence, "the longest 800 us"));
+    expect_in(advice.sentence, "The cheapest choice within 1 % that holds 1000 Hz on "
+                               "this machine is \"b, level 1\"");
+    expect_in(advice.sentence, "0.9 % (0.8 % measured, up to 0.1 % of the reference");
+    expect_in(advice.sentence, "the longest 800 us");
 }
 
 // Each of them would be advised, were its one fault not there.
@@ -106,24 +106,24 @@ TEST(the_next_step_is_said)
     result.wall = result.bends = true;
     advised(0.01, 1000.0);
     assert_false(advice.met);
-    assert_non_null(strstr(advice.sentence, "A mesh of about 1e+03 nodes would hold the rate"));
+    expect_in(advice.sentence, "A mesh of about 1e+03 nodes would hold the rate");
     assert_null(strstr(advice.sentence, "implicit"));
     run->substeps = 40;
     advised(0.01, 1000.0);
-    assert_non_null(strstr(advice.sentence, "Try integrator = \"implicit\": 40 steps"));
+    expect_in(advice.sentence, "Try integrator = \"implicit\": 40 steps");
     // The error alone.
     run->cpu_median = 0.1;
     run->tick_p99 = 1e-4;
     run->total.patch = run->total.surface = 0.05;
     advised(0.01, 1000.0);
-    assert_non_null(strstr(advice.sentence, "Try one level more"));
+    expect_in(advice.sentence, "Try one level more");
     assert_null(strstr(advice.sentence, "thickness"));
     // No reference, as the wall folds.
     fill();
     result.wall = true;
     result.finest.own_error = result.finest.difference[1] = 0.2;
     advised(0.01, 1000.0);
-    assert_non_null(strstr(advice.sentence, "give its material a thickness"));
+    expect_in(advice.sentence, "give its material a thickness");
 }
 
 // Also when single ticks are short: the processor must keep up.
@@ -145,13 +145,13 @@ TEST(where_nothing_fits_the_nearest_is_named_with_what_it_misses)
     assert_string_equal(advised(0.0025, 1000.0), "b, level 1");
     assert_false(advice.met);
     assert_true(advice.holds);
-    assert_non_null(strstr(advice.sentence, "it misses the error (3.6 times"));
+    expect_in(advice.sentence, "it misses the error (3.6 times");
     // Where none holds the rate none is advised.
     result.run[1].verdict = result.run[2].verdict = STUDY_BAD;
     assert_string_equal(advised(0.0025, 1000.0), "late, level 1");
     assert_false(advice.holds);
-    assert_non_null(strstr(advice.sentence, "No advice: nothing here holds 1000 Hz"));
-    assert_non_null(strstr(advice.sentence, "it misses the time of a tick (1.14 times"));
+    expect_in(advice.sentence, "No advice: nothing here holds 1000 Hz");
+    expect_in(advice.sentence, "it misses the time of a tick (1.14 times");
 }
 
 // Under a tool the patch goes where the tool does: what a hand feels must be right, too.
@@ -169,7 +169,7 @@ TEST(error_of_the_force_counts_too)
         strstr(advice.sentence, "misses the error of the force on the tool (40 times)"));
     result.nudged.force = 0.1;
     advised(0.01, 1000.0);
-    assert_non_null(strstr(advice.sentence, "(50 times)"));
+    expect_in(advice.sentence, "(50 times)");
 }
 
 // A body that makes 2 % of inputs that differ by 0.01 % is known to 2 %, whatever the references.
@@ -180,11 +180,11 @@ TEST(what_nearly_equal_inputs_differ_by_counts)
     assert_string_equal(advised(0.03, 1000.0), "b, level 1"); // 0.8 + 2 %; else the coarse one
     assert_true(advice.met);
     expect_near(advice.error, 0.028, 1e-12);
-    assert_non_null(strstr(advice.sentence, "up to 2 % of the motion itself"));
+    expect_in(advice.sentence, "up to 2 % of the motion itself");
     advised(0.01, 1000.0);
     assert_false(advice.met);
-    assert_non_null(strstr(advice.sentence, "already move the patch by 2 %"));
-    assert_non_null(strstr(advice.sentence, "ask for --error 2.2%"));
+    expect_in(advice.sentence, "already move the patch by 2 %");
+    expect_in(advice.sentence, "ask for --error 2.2%");
     result.nudged.patch = (double)NAN;
     assert_string_equal(advised(0.03, 1000.0), "coarse, level 0");
 }
@@ -203,8 +203,8 @@ TEST(in_all_the_least_round_error_that_can_be_promised_is_advised)
     assert_true(advice.met);
     assert_string_equal(result.run[advice.run].what.name, "coarse, level 0");
     expect_near(advice.error, 0.05, 1e-12);
-    assert_non_null(strstr(advice.sentence, "In all, the cheapest choice within 5 % that holds"));
-    assert_non_null(strstr(advice.sentence, "the two finest meshes differ by 3 %"));
+    expect_in(advice.sentence, "In all, the cheapest choice within 5 % that holds");
+    expect_in(advice.sentence, "the two finest meshes differ by 3 %");
     // One that nothing is known of says why.
     result.finest.known = false;
     snprintf(result.finest.what, sizeof result.finest.what, "none: level 2 would take 99 s");
@@ -214,7 +214,7 @@ TEST(in_all_the_least_round_error_that_can_be_promised_is_advised)
                         "No advice in all: no reference, level 2 would take 99 s.");
     snprintf(result.finest.what, sizeof result.finest.what, "leapfrog double, 1 ms, levels 0");
     advice_make_total(&result, 0.01, 1000.0, &advice);
-    assert_non_null(strstr(advice.sentence, "levels 0, has no finer one to be judged by"));
+    expect_in(advice.sentence, "levels 0, has no finer one to be judged by");
 }
 
 TEST(without_a_total_reference_the_promise_is_about_time)
@@ -231,14 +231,14 @@ TEST(without_a_total_reference_the_promise_is_about_time)
     assert_string_equal(advised(0.01, 1000.0), "b, level 1");
     assert_true(advice.met);
     assert_true(advice.time_only);
-    assert_non_null(strstr(advice.sentence, "The promise is about the steps in time alone"));
+    expect_in(advice.sentence, "The promise is about the steps in time alone");
     // A reference that itself errs more than what is asked for is no better.
     fill();
     result.finest.own_error = 0.02;
     result.run[1].what.is_scene = true;
     advised(0.01, 1000.0);
     assert_true(advice.time_only);
-    assert_non_null(strstr(advice.sentence, "may itself err by 2 %"));
+    expect_in(advice.sentence, "may itself err by 2 %");
     // Nor one whose error is not known.
     result.finest.own_error = (double)NAN;
     advised(0.01, 1000.0);
@@ -294,7 +294,7 @@ static void set_keys(const char *text, const StudyCase *what, double rate_hz, Sc
 
 TEST(advised_keys_make_a_scene_that_case)
 {
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     const StudyCase held = {.integrator = INTEGRATOR_RK4,
                             .time_step = 0.001 / 3.0,
                             .precision = PRECISION_DOUBLE,
@@ -317,12 +317,11 @@ TEST(advised_keys_make_a_scene_that_case)
     assert_string_equal(scene.name, "a-trickyname"); // what was not asked for is as it was
     assert_int_equal(scene.body[0].options.fixed_count, 1);
     assert_int_equal(scene.tool_count, 1);
-    scene_destroy(&scene);
 }
 
 TEST(adaptive_keys_scale_the_scene_s_thresholds)
 {
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     const StudyCase adaptive = {.integrator = INTEGRATOR_LEAPFROG,
                                 .precision = PRECISION_SINGLE,
                                 .detail = DETAIL_ADAPTIVE,
@@ -339,12 +338,11 @@ TEST(adaptive_keys_scale_the_scene_s_thresholds)
     assert_true(surface->body.time_step == 0.0); // the key is gone: the bound decides
     assert_true(scene.body[1].surface.adaptive); // by the usual thresholds
     assert_true(scene.body[1].surface.adapt.force == 0.0025);
-    scene_destroy(&scene);
 }
 
 TEST(the_scene_s_own_case_changes_nothing_but_the_rate)
 {
-    Scene before, after;
+    SCOPED(scene_destroy) Scene before, after;
     assert_string_equal(read_as_scene(SURFACE, &before), "");
     const StudyCase own = {.integrator = before.body[0].surface.body.integrator,
                            .time_step = before.body[0].surface.body.time_step,
@@ -361,13 +359,11 @@ TEST(the_scene_s_own_case_changes_nothing_but_the_rate)
     assert_true(x->body.time_step == y->body.time_step);
     assert_memory_equal(&x->adapt, &y->adapt, sizeof x->adapt);
     assert_true(before.sim.rate_hz == after.sim.rate_hz);
-    scene_destroy(&before);
-    scene_destroy(&after);
 }
 
 TEST(voxel_bodies_get_their_own_keys)
 {
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     const StudyCase what = {.integrator = INTEGRATOR_LEAPFROG,
                             .time_step = 1e-4,
                             .precision = PRECISION_DOUBLE,
@@ -379,7 +375,6 @@ TEST(voxel_bodies_get_their_own_keys)
     assert_int_equal(scene.body[0].voxel.law, VOXEL_MIYAZAKI2004);
     assert_int_equal(scene.body[0].voxel.body.integrator, INTEGRATOR_LEAPFROG);
     assert_true(scene.body[0].voxel.body.time_step == 1e-4);
-    scene_destroy(&scene);
 }
 
 // The copy lies in another folder, and still finds what the scene names.
@@ -391,26 +386,23 @@ TEST(files_keep_their_place)
     static const char text[] =
         "bodies = ( { name = \"a\"; mesh = { file = \"a.off\"; }; initial = \"/there/b.h5\"; } );";
     char to[] = "/tmp/pliant-study-XXXXXX";
-    char from[SCRATCH_PATH];
     SceneKeys keys = {.body_count = 1};
     Status status = {0};
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     int there = mkstemp(to);
     assert_true(there >= 0);
     close(there);
     scratch_write(&scratch, "a.off", off, sizeof off - 1);
     scratch_write(&scratch, "x.cfg", text, sizeof text - 1);
-    assert_true(scene_keys_set(&keys, scratch_path(&scratch, "x.cfg", from), to, &status));
+    assert_true(scene_keys_set(&keys, scratch_at("x.cfg"), to, &status));
     bool ok = scene_read(to, &scene, &status);
     unlink(to);
     assert_string_equal(status.text, "");
     assert_true(ok);
-    char *real = realpath(scratch_path(&scratch, "a.off", from), NULL);
+    FREED char *real = realpath(scratch_at("a.off"), NULL);
     assert_non_null(real);
     assert_string_equal(scene.body[0].mesh.file, real);
     assert_string_equal(scene.body[0].initial, "/there/b.h5");
-    free(real);
-    scene_destroy(&scene);
 }
 
 static void expect_refused(const char *text, const char *said)
@@ -418,7 +410,7 @@ static void expect_refused(const char *text, const char *said)
     char from[SCRATCH_PATH], to[SCRATCH_PATH];
     SceneKeys keys = {.body_count = 1};
     Status status = {0};
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
+    scratch_write_text("x.cfg", text);
     assert_false(scene_keys_set(&keys, scratch_path(&scratch, "x.cfg", from),
                                 scratch_path(&scratch, "z.cfg", to), &status));
     assert_string_equal(status.text + strlen(scratch.folder) + 1, said);
@@ -445,7 +437,7 @@ TEST(what_is_no_scene_is_refused)
 TEST(keys_are_printed_to_be_pasted)
 {
     char said[1024] = "";
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     SceneKeys keys;
     const StudyCase what = {.integrator = INTEGRATOR_LEAPFROG,
                             .time_step = 0.0005,
@@ -454,7 +446,6 @@ TEST(keys_are_printed_to_be_pasted)
                             .level = 1};
     assert_string_equal(read_as_scene(BODY, &scene), "");
     assert_true(scene_keys_of_case(&scene, &what, 1000.0, &keys));
-    scene_destroy(&scene);
     FILE *out = fmemopen(said, sizeof said, "w");
     scene_keys_print(&keys, out);
     fclose(out);

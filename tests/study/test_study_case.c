@@ -31,7 +31,7 @@ static void expect_sound(const Scene *scene, int count)
     }
 }
 
-AROUND_ALL(scene_text_begin, scene_text_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(the_first_is_the_scene_and_names_are_unique)
 {
@@ -41,10 +41,9 @@ TEST(the_first_is_the_scene_and_names_are_unique)
         VOXEL};
     for (size_t t = 0; t < sizeof texts / sizeof *texts; t++)
         for (int quick = 0; quick <= 1; quick++) {
-            Scene scene;
+            SCOPED(scene_destroy) Scene scene;
             int count = make(texts[t], &(StudyOptions){.quick = quick}, &scene);
             expect_sound(&scene, count);
-            scene_destroy(&scene);
         }
 }
 
@@ -61,7 +60,7 @@ static int count_of(int count, IntegratorKind kind, StudyDetail detail, int leve
 // integrator and the paper's.
 TEST(curves_have_their_points)
 {
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     int count = make(SHEET_BODY("levels = 2; adapt = {};"), &(StudyOptions){0}, &scene);
     for (int k = 0; k < INTEGRATOR_COUNT; k++)
         assert_true(count_of(count, (IntegratorKind)k, DETAIL_SCENE, 2, 1.0) >= 8);
@@ -80,12 +79,11 @@ TEST(curves_have_their_points)
     }
     assert_true(doubling >= 4);
     assert_true(paper >= 4);
-    scene_destroy(&scene);
 }
 
 TEST(voxels_are_only_given_what_they_take)
 {
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     int count = make(VOXEL, &(StudyOptions){0}, &scene), level[2] = {0, 0};
     for (int i = 0; i < count; i++) {
         assert_true(cases[i].integrator == INTEGRATOR_LEAPFROG ||
@@ -95,19 +93,17 @@ TEST(voxels_are_only_given_what_they_take)
         level[cases[i].level]++;
     }
     assert_true(level[0] > 0 && level[1] > 0);
-    scene_destroy(&scene);
 }
 
 TEST(only_keeps_the_scene_and_what_was_asked_for)
 {
-    Scene scene;
+    SCOPED(scene_destroy) Scene scene;
     int count = make(SHEET, &(StudyOptions){.only = "symplectic_euler"}, &scene);
     assert_true(count > 2);
     for (int i = 1; i < count; i++)
-        assert_non_null(strstr(cases[i].name, "symplectic_euler"));
+        expect_in(cases[i].name, "symplectic_euler");
     assert_true(cases[0].is_scene);
     int fewer =
         study_make_cases(&scene, &(StudyOptions){.only = "symplectic_euler", .quick = true}, cases);
     assert_true(fewer < count);
-    scene_destroy(&scene);
 }

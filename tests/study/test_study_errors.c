@@ -5,8 +5,6 @@
 
 #include "study/sampler.h"
 
-#include <stdlib.h>
-
 enum { SAMPLES = 200, POINTS = 3 };
 static const double PERIOD = 40.0; // samples; a whole number of periods is sampled
 
@@ -36,17 +34,15 @@ static StudyTrace *make_swing(double size, double phase)
 // ratio 2 sin(p / 2). Rounding only: 1e-12.
 TEST(a_late_swing_has_the_error_of_its_phase)
 {
-    StudyTrace *reference = make_swing(0.3, 0.0), *late = make_swing(0.3, 0.2);
+    FREED StudyTrace *reference = make_swing(0.3, 0.0), *late = make_swing(0.3, 0.2);
     StudyErrors errors = study_errors(late, reference);
     expect_near(errors.patch, 2.0 * sin(0.1), 1e-12);
     expect_near(errors.force, 2.0 * sin(0.1), 1e-12);
-    free(reference);
-    free(late);
 }
 
 TEST(a_larger_swing_is_off_by_its_share)
 {
-    StudyTrace *reference = make_swing(1.0, 0.0), *larger = make_swing(1.05, 0.0);
+    FREED StudyTrace *reference = make_swing(1.0, 0.0), *larger = make_swing(1.05, 0.0);
     StudyErrors errors = study_errors(larger, reference);
     expect_near(errors.patch, 0.05, 1e-12);
     expect_near(errors.force, 0.05, 1e-12);
@@ -54,13 +50,11 @@ TEST(a_larger_swing_is_off_by_its_share)
     expect_near(errors.surface, 0.05, 1e-12);
     expect_near(errors.volume, 0.1 * 0.05 / 2.0, 1e-12);
     expect_near(errors.energy, 1.05 * 1.05 - 1.0, 1e-12);
-    free(reference);
-    free(larger);
 }
 
 TEST(what_a_scene_lacks_has_no_error)
 {
-    StudyTrace *reference = make_swing(1.0, 0.0), *trace = make_swing(1.1, 0.0);
+    FREED StudyTrace *reference = make_swing(1.0, 0.0), *trace = make_swing(1.1, 0.0);
     trace->has_force = false;
     reference->has_volume = false;
     StudyErrors errors = study_errors(trace, reference);
@@ -69,8 +63,6 @@ TEST(what_a_scene_lacks_has_no_error)
     assert_false(isnan(errors.patch));
     trace->used = 0;
     assert_true(isnan(study_errors(trace, reference).patch));
-    free(reference);
-    free(trace);
 }
 
 // Solutions whose error is c h^p, with h, h / 2 and h / 4.

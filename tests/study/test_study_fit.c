@@ -3,17 +3,12 @@
 // reason. (test_curves.c tries tables of known laws with the real program.)
 #include "test.h"
 #include "random.h"
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #include "fit/fit.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-
 enum { TABLES = 1500, TEXT = 4096 };
 
-static Scratch scratch;
 static uint64_t seed = 20;
 
 static int pick(int count)
@@ -74,20 +69,7 @@ static void check(const char *path)
     fit_table_destroy(&table);
 }
 
-static int begin(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(begin, end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(any_table_has_a_fit_in_range_or_a_reason)
 {
@@ -97,9 +79,8 @@ TEST(any_table_has_a_fit_in_range_or_a_reason)
         // Of every fifth table one byte is another.
         if (length > 0 && n % 5 == 0)
             text[pick((int)length)] = (char)pick(256);
-        char path[SCRATCH_PATH];
         scratch_write(&scratch, "any.csv", text, length);
-        check(scratch_path(&scratch, "any.csv", path));
+        check(scratch_at("any.csv"));
     }
 }
 

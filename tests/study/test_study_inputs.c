@@ -8,8 +8,6 @@
 #include "study/run.h"
 #include "study/context.h"
 
-#include <stdlib.h>
-
 #define BALL(more)                                                                                 \
     "rate_hz = 2000.0; precision = \"double\";\n"                                                  \
     "bodies = ( { name = \"ball\";\n"                                                              \
@@ -50,7 +48,7 @@ static void follow(const Bench *bench, double step, Vec3 *path, int count, doubl
     study_destroy_scene(&copy);
 }
 
-AROUND_ALL(scene_text_begin, scene_text_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 // Also between the ticks of the slower one: every 2 ms of ticks of 0.5 ms and of 1 ms. The first 2
 // ms are left out: a tool that appears has no speed yet. Rounding of 1e-12 m.
@@ -58,7 +56,7 @@ TEST(the_tool_goes_the_same_way_at_any_tick_rate)
 {
     enum { COUNT = 350 };
     static Vec3 slow[COUNT], fast[COUNT];
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, BALL(PROBE), &(StudyOptions){.repeats = 1});
     assert_int_equal(bench.context.inputs.drive, DRIVE_PRESS);
     follow(&bench, 0.001, slow, COUNT, 0.002);
@@ -72,12 +70,11 @@ TEST(the_tool_goes_the_same_way_at_any_tick_rate)
     expect_near(farthest, bench.context.inputs.press.way, 1e-6);
     expect_near(vec3_length(vec3_sub(slow[COUNT - 1], bench.context.inputs.press.start)), 0.0,
                 1e-12);
-    bench_destroy(&bench);
 }
 
 TEST(the_press_comes_from_the_free_side_with_its_shaft_outside)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, BALL(PROBE), &(StudyOptions){.repeats = 1});
     const StudyPress *press = &bench.context.inputs.press;
     // The bottom is held: from the top, down. The nodes of an icosphere are not quite at the pole.
@@ -94,16 +91,16 @@ TEST(the_press_comes_from_the_free_side_with_its_shaft_outside)
             sum += bench.context.points.weight[p];
         }
     expect_near(sum, 1.0, 1e-12);
-    bench_destroy(&bench);
 }
 
 TEST(a_press_deforms_and_is_felt)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     StudyRun run;
     bench_create(&bench, BALL(PROBE), &(StudyOptions){.repeats = 1});
     StudyCase own = study_scene_case(&bench.scene);
-    StudyTrace *trace = study_trace_create(bench.context.sample_count, bench.context.points.count);
+    FREED StudyTrace *trace =
+        study_trace_create(bench.context.sample_count, bench.context.points.count);
     assert_true(study_trace_case(&bench.context, &own, 1, &run, trace));
     assert_int_equal(run.verdict, STUDY_OK);
     double deepest = 0.0, hardest = 0.0;
@@ -116,28 +113,24 @@ TEST(a_press_deforms_and_is_felt)
     assert_true(hardest > 0.01 && hardest <= 3.4);   // up to the tool's largest, and rounding
     const StudySample *last = study_trace_sample(trace, trace->used - 1);
     expect_near(vec3_length(last->force), 0.0, 0.0); // the tool is away
-    free(trace);
-    bench_destroy(&bench);
 }
 
 TEST(a_scene_that_nothing_moves_gets_a_load)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, BALL(""), &(StudyOptions){.repeats = 1});
     assert_int_equal(bench.context.inputs.drive, DRIVE_LOADS);
     assert_int_equal(bench.context.scene.load_count, 1);
     assert_int_equal(bench.scene.load_count, 0); // the scene that was given is not touched
-    assert_non_null(strstr(bench.context.inputs.text, "built-in load"));
-    bench_destroy(&bench);
+    expect_in(bench.context.inputs.text, "built-in load");
 }
 
 TEST(a_scene_with_weight_falls)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, BALL("gravity = [0.0, 0.0, -9.81];\n"), &(StudyOptions){.repeats = 1});
     assert_int_equal(bench.context.scene.load_count, 0);
-    assert_non_null(strstr(bench.context.inputs.text, "weight"));
-    bench_destroy(&bench);
+    expect_in(bench.context.inputs.text, "weight");
 }
 
 // --- a log ---
@@ -164,7 +157,7 @@ static void write_log(const char *path, int64_t ticks)
 
 TEST(a_log_drives_the_scene_at_any_rate)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     StudyRun run;
     char path[SCRATCH_PATH];
     write_log(scratch_path(&scratch, "x.log", path), 600);
@@ -189,5 +182,4 @@ TEST(a_log_drives_the_scene_at_any_rate)
     assert_true(study_errors(trace[1], trace[0]).patch < 0.03);
     free(trace[0]);
     free(trace[1]);
-    bench_destroy(&bench);
 }

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The parts of a study as files: what has ended is not run again, what a process died of is run by
 // another, and several processes share the rest.
-#include "scratch.h"
+#include "scratch_folder.h"
 #include "test.h"
 
 #include "study/parts.h"
 
 #include <errno.h>
 #include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 enum { TASKS = 12, KEY = 77 };
 
@@ -29,15 +26,12 @@ typedef struct Answer {
     char why[160];
 } Answer;
 
-static Scratch scratch;
-
 static int times_run(int task)
 {
     char name[32];
     size_t size = 0;
     snprintf(name, sizeof name, "run-%d", task);
-    char path[SCRATCH_PATH];
-    if (access(scratch_path(&scratch, name, path), F_OK) != 0)
+    if (access(scratch_at(name), F_OK) != 0)
         return 0;
     free(scratch_read(&scratch, name, &size));
     return (int)size;
@@ -118,20 +112,7 @@ static void expect_all_done(const Trial *trial)
     }
 }
 
-static int setup(void **state)
-{
-    (void)state;
-    return scratch_create(&scratch);
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_EACH(setup, teardown)
+AROUND_EACH(scratch_begin, scratch_end)
 
 TEST(what_has_ended_is_not_run_again)
 {
@@ -172,7 +153,7 @@ TEST(a_part_that_kills_its_process_three_times_is_lost)
     assert_int_equal(times_run(5), 3);
     for (int t = 0; t < TASKS; t++)
         assert_int_equal(deadly.lost[t], t == 5);
-    assert_non_null(strstr(deadly.why[5], "died"));
+    expect_in(deadly.why[5], "died");
 }
 
 TEST(a_part_that_dies_in_a_child_is_lost_for_all)
@@ -183,7 +164,7 @@ TEST(a_part_that_dies_in_a_child_is_lost_for_all)
         assert_int_equal(times_run(5), 1);
         for (int t = 0; t < TASKS; t++)
             assert_int_equal(trial.lost[t], t == 5);
-        assert_non_null(strstr(trial.why[5], "signal 9"));
+        expect_in(trial.why[5], "signal 9");
     }
 }
 
@@ -209,11 +190,11 @@ TEST(parts_of_another_study_are_refused)
     assert_true(parts_open(&parts, scratch.folder, KEY, false, &status));
     assert_false(parts_open(&other, scratch.folder, KEY + 1, false, &status));
     assert_int_equal(status.code, STATUS_INVALID);
-    assert_non_null(strstr(status.text, "parts: of another scene, options or program"));
+    expect_in(status.text, "parts: of another scene, options or program");
     // Nor is a study begun again that another process takes part in.
     status = (Status){0};
     assert_false(parts_open(&other, scratch.folder, KEY + 1, true, &status));
-    assert_non_null(strstr(status.text, "another process runs this study"));
+    expect_in(status.text, "another process runs this study");
     parts_close(&parts);
     status = (Status){0};
     assert_true(parts_open(&other, scratch.folder, KEY + 1, true, &status));

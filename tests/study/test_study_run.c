@@ -8,8 +8,6 @@
 #include "study/run.h"
 #include "study/context.h"
 
-#include <stdlib.h>
-
 static const StudyOptions SHORT = {.duration_s = 0.2, .repeats = 1};
 
 static StudyTrace *trace_of(const Bench *bench, IntegratorKind kind, double step, StudyRun *run)
@@ -29,28 +27,25 @@ static StudyTrace *trace_of(const Bench *bench, IntegratorKind kind, double step
 // their ratio is 2^order; the next order's share is a few percent at these steps.
 static void expect_order_of(IntegratorKind kind, double step, double order)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     StudyRun run;
     double error[2];
     bench_create(&bench, SHEET, &SHORT);
-    StudyTrace *reference = trace_of(&bench, INTEGRATOR_RK4, step / 32.0, &run);
+    FREED StudyTrace *reference = trace_of(&bench, INTEGRATOR_RK4, step / 32.0, &run);
     assert_int_equal(run.verdict, STUDY_OK);
     for (int k = 0; k < 2; k++) {
-        StudyTrace *trace = trace_of(&bench, kind, step / (k + 1), &run);
+        FREED StudyTrace *trace = trace_of(&bench, kind, step / (k + 1), &run);
         assert_int_equal(run.verdict, STUDY_OK);
         expect_near(run.time_step, step / (k + 1), 1e-12);
         error[k] = study_errors(trace, reference).patch;
-        free(trace);
     }
     double found = log2(error[0] / error[1]);
     print_message("%s: errors %.3g, %.3g, order %.3f\n", integrator_name(kind), error[0], error[1],
                   found);
     expect_near(found, order, 0.15);
-    free(reference);
-    bench_destroy(&bench);
 }
 
-AROUND_ALL(scene_text_begin, scene_text_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(rk4_has_order_4)
 {
@@ -70,15 +65,15 @@ TEST(symplectic_euler_has_order_1)
 // A step above the tick: samples are taken at the same times as with the scene's own rate.
 TEST(a_step_above_the_tick_lowers_the_rate)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     StudyRun run;
     char text[2048];
     snprintf(text, sizeof text, "%s", SHEET);
     memcpy(strstr(text, "200.0"), "2000.", 5);
     bench_create(&bench, text, &SHORT);
-    StudyTrace *fine = trace_of(&bench, INTEGRATOR_RK4, 0.0005, &run);
+    FREED StudyTrace *fine = trace_of(&bench, INTEGRATOR_RK4, 0.0005, &run);
     expect_near(run.rate_hz, 2000.0, 1e-9);
-    StudyTrace *coarse = trace_of(&bench, INTEGRATOR_RK4, 0.0025, &run);
+    FREED StudyTrace *coarse = trace_of(&bench, INTEGRATOR_RK4, 0.0025, &run);
     expect_near(run.rate_hz, 400.0, 1e-9);
     expect_near(run.time_step, 0.0025, 1e-12);
     assert_int_equal(run.substeps, 1);
@@ -86,27 +81,23 @@ TEST(a_step_above_the_tick_lowers_the_rate)
     // Order 4 at a fifth of the period of the stiffest mode: far below a percent; another time or
     // another load would be off by as much as there is.
     assert_true(study_errors(coarse, fine).patch < 0.005);
-    free(fine);
-    free(coarse);
-    bench_destroy(&bench);
 }
 
 TEST(a_step_beyond_the_bound_is_refused_with_the_reason)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     StudyRun run;
     bench_create(&bench, SHEET, &SHORT);
     free(trace_of(&bench, INTEGRATOR_LEAPFROG, 0.01, &run));
     assert_int_equal(run.verdict, STUDY_REFUSED);
-    assert_non_null(strstr(run.why, "stability bound"));
+    expect_in(run.why, "stability bound");
     assert_null(strstr(run.why, scratch.folder));
     assert_true(isnan(run.time.patch));
-    bench_destroy(&bench);
 }
 
 TEST(a_scene_that_blows_up_is_bad)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     StudyRun run;
     bench_create(
         &bench,
@@ -119,19 +110,18 @@ TEST(a_scene_that_blows_up_is_bad)
     assert_true(study_run_case(&bench.context, &own, &run));
     assert_int_equal(run.verdict, STUDY_BAD);
     assert_true(run.why[0] != '\0');
-    bench_destroy(&bench);
 }
 
 // Every accepted tick is within the tolerance, by the routine's own measure; a tolerance a hundred
 // times smaller costs more and is nearer to the truth.
 TEST(step_doubling_meets_its_tolerance)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     StudyRun run;
     double error[2];
     long passes[2];
     bench_create(&bench, SHEET, &SHORT);
-    StudyTrace *reference = trace_of(&bench, INTEGRATOR_RK4, 0.0001, &run);
+    FREED StudyTrace *reference = trace_of(&bench, INTEGRATOR_RK4, 0.0001, &run);
     for (int k = 0; k < 2; k++) {
         StudyCase what = study_scene_case(&bench.scene);
         StudyScene copy;
@@ -156,26 +146,23 @@ TEST(step_doubling_meets_its_tolerance)
         world_destroy(&world);
         study_destroy_scene(&copy);
 
-        StudyTrace *trace =
+        FREED StudyTrace *trace =
             study_trace_create(bench.context.sample_count, bench.context.points.count);
         assert_true(study_trace_case(&bench.context, &what, 1, &run, trace));
         assert_int_equal(run.verdict, STUDY_OK);
         error[k] = study_errors(trace, reference).patch;
-        free(trace);
     }
     print_message("step doubling: errors %.3g, %.3g with %ld, %ld substeps\n", error[0], error[1],
                   passes[0], passes[1]);
     assert_true(passes[1] > passes[0]);
     assert_true(error[1] < 0.1 * error[0]);
-    free(reference);
-    bench_destroy(&bench);
 }
 
 // The pressed patch is that on which the load acts: its mean displacement, weighed by area, is what
 // the load works on.
 TEST(the_patch_is_where_the_load_is)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, SHEET, &SHORT);
     const StudyPoints *points = &bench.context.points;
     double sum = 0.0;
@@ -190,7 +177,7 @@ TEST(the_patch_is_where_the_load_is)
     assert_int_equal(inside, 5); // the middle and its four neighbours, 25 mm away
     expect_near(sum, 1.0, 1e-14);
     StudyRun run;
-    StudyTrace *trace = trace_of(&bench, INTEGRATOR_RK4, 0.001, &run);
+    FREED StudyTrace *trace = trace_of(&bench, INTEGRATOR_RK4, 0.001, &run);
     for (int s = 0; s < trace->used; s++) {
         Vec3 mean = {0.0, 0.0, 0.0};
         for (int p = 0; p < points->count; p++)
@@ -198,13 +185,11 @@ TEST(the_patch_is_where_the_load_is)
         assert_true(mean.z < 0.0); // the way that it is pressed
         expect_near(vec3_length(vec3_sub(study_trace_sample(trace, s)->patch, mean)), 0.0, 1e-15);
     }
-    free(trace);
-    bench_destroy(&bench);
 }
 
 TEST(a_run_says_what_it_was)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     StudyRun run;
     bench_create(&bench, SHEET, &(StudyOptions){.duration_s = 0.1, .repeats = 3});
     StudyCase own = study_scene_case(&bench.scene);
@@ -218,14 +203,13 @@ TEST(a_run_says_what_it_was)
     assert_true(run.cpu_least <= run.cpu_median && run.cpu_median <= run.cpu_most);
     assert_true(run.tick_p50 <= run.tick_p99 && run.tick_p99 <= run.tick_most);
     assert_true(isnan(run.time.patch)); // no reference was made
-    bench_destroy(&bench);
 }
 
 // A taut sheet answers a slightly larger load with a slightly larger motion: by as much, if it is
 // linear, as it is for small loads.
 TEST(a_nudge_moves_a_sheet_by_as_much)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, SHEET, &SHORT);
     StudyCase what = study_scene_case(&bench.scene);
     what.precision = PRECISION_DOUBLE;
@@ -237,5 +221,4 @@ TEST(a_nudge_moves_a_sheet_by_as_much)
     expect_at_least(moved.patch, 0.2 * STUDY_NUDGE); // its springs stiffen
     expect_at_most(moved.patch, 1.5 * STUDY_NUDGE);
     assert_true(isnan(moved.force)); // it has no tool
-    bench_destroy(&bench);
 }

@@ -8,11 +8,9 @@
 #include "study/run.h"
 
 #include <signal.h>
-#include <stdlib.h>
 #include <unistd.h>
 
-// ---------------------------------------------------------------------------------------------
-// The pool
+// --- The pool ---
 
 enum { TASKS = 9, MANY = 100, BIG = 100000 }; // results larger than a pipe holds
 
@@ -68,7 +66,7 @@ static Trial try_pool(int jobs, int deadly, int hanging, double timeout_s)
     return trial;
 }
 
-AROUND_ALL(scene_text_begin, scene_text_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(every_task_is_done_once_by_any_number_of_processes)
 {
@@ -85,7 +83,7 @@ TEST(a_task_that_dies_loses_only_itself)
         Trial trial = try_pool(3, deadly, -1, 0.0);
         for (int t = 0; t < TASKS; t++)
             assert_int_equal(trial.lost[t], t == deadly);
-        assert_non_null(strstr(trial.why[deadly], "signal 9"));
+        expect_in(trial.why[deadly], "signal 9");
     }
 }
 
@@ -105,8 +103,7 @@ TEST(a_task_that_hangs_is_ended)
     assert_string_equal(trial.why[4], POOL_TOO_LONG);
 }
 
-// ---------------------------------------------------------------------------------------------
-// A study
+// --- A study ---
 
 static StudyCase cases[STUDY_CASES];
 static StudyResult result[3];
@@ -161,7 +158,7 @@ TEST(results_do_not_depend_on_the_number_of_processes)
 // The references of a mesh that changes nothing: their own error is far below that of the cases.
 TEST(references_are_better_than_what_they_judge)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     Status status = {0};
     StudyResult *of = &result[0];
     memset(of, 0, sizeof *of);
@@ -186,7 +183,6 @@ TEST(references_are_better_than_what_they_judge)
             assert_true(run->time.patch > 100.0 * reference->own_error);
     }
     // Level 2 is the finest of all: a sheet's level 0 is not as good as that.
-    assert_non_null(strstr(of->finest.what, "level 2"));
+    expect_in(of->finest.what, "level 2");
     assert_true(of->run[0].total.patch > of->run[0].time.patch);
-    bench_destroy(&bench);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a study tells of runs that are known: the Pareto front, the table, the files, progress.
 #include "test.h"
-#include "scratch.h"
+#include "scratch_folder.h"
 #include "study_sample.h"
 
 #include "study/report.h"
@@ -9,10 +9,9 @@
 #include <sys/stat.h>
 
 #ifdef PLIANT_WITH_HDF5
-#include <hdf5.h>
+#include "recording_view.h"
 #endif
 
-static Scratch scratch;
 static StudyResult result;
 
 // What a function prints.
@@ -48,20 +47,7 @@ static void fill(void)
 
 // --- front ---------------------------------------------------------------------------------------
 
-static int begin(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
-
-static int end(void **unused)
-{
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
-}
-
-AROUND_ALL(begin, end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(front_holds_what_nothing_beats)
 {
@@ -127,11 +113,11 @@ TEST(table_tells_every_case_and_why_some_have_no_row)
     fill();
     printed_table();
     for (int i = 0; i < result.run_count; i++)
-        assert_non_null(strstr(said, result.run[i].what.name));
-    assert_non_null(strstr(said, "leapfrog bound single, level 1 (the scene)"));
-    assert_non_null(strstr(said, "refused: rk4 10 ms single, level 1: time_step 0.01 exceeds"));
-    assert_non_null(strstr(said, "\n* leapfrog bound single, level 2"));
-    assert_non_null(strstr(said, "observed order 2.00, own error 0.1 %"));
+        expect_in(said, result.run[i].what.name);
+    expect_in(said, "leapfrog bound single, level 1 (the scene)");
+    expect_in(said, "refused: rk4 10 ms single, level 1: time_step 0.01 exceeds");
+    expect_in(said, "\n* leapfrog bound single, level 2");
+    expect_in(said, "observed order 2.00, own error 0.1 %");
 }
 
 // Columns stand below each other: of a table's rows none is longer than its titles allow.
@@ -151,14 +137,14 @@ TEST(references_without_an_estimate_are_said_to_have_none)
 {
     fill();
     result.finest.order = (double)NAN;
-    assert_non_null(strstr(printed_table(), "not monotone: no order observed, own error 0.1 %, the "
-                                            "larger of both"));
+    expect_in(printed_table(), "not monotone: no order observed, own error 0.1 %, the "
+                               "larger of both");
     result.finest.own_error = (double)NAN;
     result.mesh[0].reference.known = false;
     snprintf(result.mesh[0].reference.what, STUDY_NAME, "none: out of time");
     printed_table();
-    assert_non_null(strstr(said, "not monotone: no order observed, own error unknown"));
-    assert_non_null(strstr(said, "in time, level 1: none: out of time"));
+    expect_in(said, "not monotone: no order observed, own error unknown");
+    expect_in(said, "in time, level 1: none: out of time");
 }
 
 // --- files ---------------------------------------------------------------------------------------
@@ -207,11 +193,11 @@ static void cell_of(const char *text, int row, const char *column, char cell[STU
 
 TEST(tables_have_a_column_for_every_field_of_every_run)
 {
-    char path[SCRATCH_PATH], cell[STUDY_WHY];
+    char cell[STUDY_WHY];
     Status status = {0};
     fill();
     result.run[1].cpu_median = 0.1 + 0.2; // not a short decimal
-    assert_true(study_save_runs(&result, scratch_path(&scratch, "runs.tsv", path), &status));
+    assert_true(study_save_runs(&result, scratch_at("runs.tsv"), &status));
     char *text = read_back("runs.tsv");
     assert_int_equal(check_columns(text), 1 + result.run_count);
     assert_int_equal(columns_of(text), STUDY_RUN_FIELD_COUNT + 3);
@@ -230,8 +216,7 @@ TEST(tables_have_a_column_for_every_field_of_every_run)
     cell_of(text, 3, "detail", cell);
     assert_string_equal(cell, "held");
     free(text);
-    assert_true(
-        study_save_references(&result, scratch_path(&scratch, "references.tsv", path), &status));
+    assert_true(study_save_references(&result, scratch_at("references.tsv"), &status));
     text = read_back("references.tsv");
     assert_int_equal(check_columns(text), 1 + 1 + result.mesh_count);
     cell_of(text, 1, "own_error", cell);
@@ -281,30 +266,10 @@ TEST(a_folder_that_is_none_is_said)
 #ifdef PLIANT_WITH_HDF5
 static void read_set(hid_t file, const char *name, hid_t type, void *to, const char *unit)
 {
-    char found[32] = "";
+    view_get(file, name, type, to);
     hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
-    assert_true(set >= 0);
-    assert_true(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) >= 0);
-    hid_t attribute = H5Aopen(set, "unit", H5P_DEFAULT);
-    hid_t text = H5Aget_type(attribute);
-    assert_in_range(H5Tget_size(text), 1, sizeof found);
-    assert_true(H5Aread(attribute, text, found) >= 0);
-    assert_string_equal(found, unit);
-    H5Tclose(text);
-    H5Aclose(attribute);
+    expect_attribute(set, "unit", unit);
     H5Dclose(set);
-}
-
-static void read_attribute(hid_t file, const char *name, char *text, size_t size)
-{
-    memset(text, 0, size);
-    hid_t attribute = H5Aopen(file, name, H5P_DEFAULT);
-    assert_true(attribute >= 0);
-    hid_t type = H5Aget_type(attribute);
-    assert_in_range(H5Tget_size(type), 1, size);
-    assert_true(H5Aread(attribute, type, text) >= 0);
-    H5Tclose(type);
-    H5Aclose(attribute);
 }
 
 static herr_t has_unit(hid_t file, const char *name, const H5O_info_t *info, void *count)
@@ -317,24 +282,20 @@ static herr_t has_unit(hid_t file, const char *name, const H5O_info_t *info, voi
 
 TEST(hdf5_holds_every_run)
 {
-    char path[SCRATCH_PATH], text[64];
+    const char *path = scratch_at("study.h5");
     double costs[4], repeats[4][3];
     int nodes[4], count = 0;
     static char verdicts[4][FIELD_TEXT_MAX];
     Status status = {0};
     fill();
-    bool ok = study_save_hdf(&result, "name = \"sample\";\n",
-                             scratch_path(&scratch, "study.h5", path), &status);
+    bool ok = study_save_hdf(&result, "name = \"sample\";\n", path, &status);
     assert_string_equal(status.text, "");
     assert_true(ok);
     hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
     assert_true(file >= 0);
-    read_attribute(file, "format", text, sizeof text);
-    assert_string_equal(text, "pliant-study");
-    read_attribute(file, "scene", text, sizeof text);
-    assert_string_equal(text, "name = \"sample\";\n");
-    read_attribute(file, "created_by", text, sizeof text);
-    assert_int_equal(strncmp(text, "pliant-study ", 13), 0);
+    expect_attribute(file, "format", "pliant-study");
+    expect_attribute(file, "scene", "name = \"sample\";\n");
+    expect_attribute(file, "created_by", "pliant-study " PLIANT_VERSION);
     assert_true(H5Aexists(file, "version") > 0);
     read_set(file, "/runs/cpu_median", H5T_NATIVE_DOUBLE, costs, "s/s");
     read_set(file, "/runs/nodes_most", H5T_NATIVE_INT, nodes, "");
@@ -371,18 +332,16 @@ TEST(missing_gnuplot_leaves_the_script)
     assert_true(plot_write(&result, scratch.folder, 0.01, &advice, &status));
     assert_int_equal(results_draw("no-such-gnuplot", scratch.folder, "study.gp", &status),
                      DRAW_NO_GNUPLOT);
-    char *script = read_back("study.gp");
-    assert_non_null(strstr(script, "set output 'time.png'"));
-    assert_non_null(strstr(script, "set output 'total.svg'"));
-    assert_non_null(strstr(script, "Pareto front"));
-    free(script);
+    FREED char *script = read_back("study.gp");
+    expect_in(script, "set output 'time.png'");
+    expect_in(script, "set output 'total.svg'");
+    expect_in(script, "Pareto front");
 }
 
 static bool there(const char *name)
 {
-    char path[SCRATCH_PATH];
     struct stat info;
-    return stat(scratch_path(&scratch, name, path), &info) == 0 && info.st_size > 1000;
+    return stat(scratch_at(name), &info) == 0 && info.st_size > 1000;
 }
 
 TEST(gnuplot_draws_all_four)
@@ -438,7 +397,7 @@ TEST(without_a_terminal_a_line_a_tenth)
     for (const char *c = said; *c != '\0'; c++)
         lines += *c == '\n';
     assert_int_equal(lines, 11);
-    assert_non_null(strstr(said, " 50 %  8:20 elapsed, 8:20 left  a case\n"));
+    expect_in(said, " 50 %  8:20 elapsed, 8:20 left  a case\n");
     assert_null(strchr(said, '\r'));
 }
 

@@ -64,7 +64,7 @@ static int make_study(void **unused)
                                   .only = "bound",
                                   .isa = "auto"};
     Status status = {0};
-    scene_text_begin(unused);
+    scratch_begin(unused);
     assert_string_equal(read_as_scene(SHEET, &scene), "");
     int count = study_make_cases(&scene, &options, cases);
     bool ok = study_prepare(&context, &scene, &options, &status);
@@ -81,7 +81,7 @@ static int end_study(void **unused)
 {
     study_destroy(&context);
     scene_destroy(&scene);
-    return scene_text_end(unused);
+    return scratch_end(unused);
 }
 
 static double promised(void)
@@ -104,14 +104,12 @@ TEST(total_error_is_what_was_promised)
                              .detail = DETAIL_HELD,
                              .level = 3,
                              .time_step = 2.5e-4};
-    StudyTrace *reference = trace_of(&context, &finer);
-    StudyTrace *own = trace_of(&context, &result.run[advice.run].what);
+    FREED StudyTrace *reference = trace_of(&context, &finer);
+    FREED StudyTrace *own = trace_of(&context, &result.run[advice.run].what);
     double error = study_errors(own, reference).patch;
     print_message("%s\nagainst level 3: %.3g %%\n", advice.sentence, 100.0 * error);
     expect_at_most(error, 1.5 * promise);
     assert_true(error > 0.0);
-    free(reference);
-    free(own);
 }
 
 TEST(error_in_time_is_what_was_promised)
@@ -126,13 +124,11 @@ TEST(error_in_time_is_what_was_promised)
     finer.precision = PRECISION_DOUBLE;
     finer.is_scene = false;
     finer.time_step = 0.5 * study_time_reference(&result, &what)->step[2];
-    StudyTrace *reference = trace_of(&context, &finer);
-    StudyTrace *own = trace_of(&context, &what);
+    FREED StudyTrace *reference = trace_of(&context, &finer);
+    FREED StudyTrace *own = trace_of(&context, &what);
     double error = study_errors(own, reference).patch;
     expect_at_most(error, 1.5 * promise);
     assert_true(error > 0.0);
-    free(reference);
-    free(own);
 }
 
 // Bit by bit: what was measured is what the user gets.
@@ -141,7 +137,7 @@ TEST(advised_scene_moves_as_the_case_did)
     static StudyContext advised_context;
     static char from[SCRATCH_PATH], to[SCRATCH_PATH];
     SceneKeys keys;
-    Scene advised;
+    SCOPED(scene_destroy) Scene advised;
     Status status = {0};
     promised();
     const StudyCase what = result.run[advice.run].what;
@@ -161,5 +157,4 @@ TEST(advised_scene_moves_as_the_case_did)
     free(expected);
     free(found);
     study_destroy(&advised_context);
-    scene_destroy(&advised);
 }

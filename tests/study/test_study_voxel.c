@@ -6,8 +6,6 @@
 #include "study/sampler.h"
 #include "study/run.h"
 
-#include <stdlib.h>
-
 #define BLOCK(voxels)                                                                              \
     "rate_hz = 500.0;\n"                                                                           \
     "bodies = ( { name = \"block\"; model = \"voxel\"; voxels = { " voxels " };\n"                 \
@@ -19,11 +17,11 @@
 
 static const StudyOptions SHORT = {.duration_s = 0.1, .repeats = 1, .quick = true};
 
-AROUND_ALL(scene_text_begin, scene_text_end)
+AROUND_ALL(scratch_begin, scratch_end)
 
 TEST(a_box_has_its_points_in_half_cells_too)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     bench_create(&bench, BLOCK(BOX), &SHORT);
     const StudyPoints *points = &bench.context.points;
     assert_true(bench.context.may_halve);
@@ -31,7 +29,6 @@ TEST(a_box_has_its_points_in_half_cells_too)
     for (int p = 0; p < points->count; p++)
         assert_true(points->fine_id[p] >= 0);
     expect_near(bench.context.rest_volume, 0.04 * 0.04 * 0.04, 1e-9); // of float positions
-    bench_destroy(&bench);
 }
 
 // Both lattices tell of the same places: the one with half the cells moves nearly as the other
@@ -39,7 +36,7 @@ TEST(a_box_has_its_points_in_half_cells_too)
 // were taken for each other would be off by as much as there is.
 TEST(half_cells_move_as_whole_ones)
 {
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     StudyRun run;
     StudyTrace *trace[2];
     bench_create(&bench, BLOCK(BOX), &SHORT);
@@ -62,23 +59,21 @@ TEST(half_cells_move_as_whole_ones)
     assert_true(errors.patch > 1e-3); // they are not the same run
     free(trace[0]);
     free(trace[1]);
-    bench_destroy(&bench);
 }
 
 TEST(what_is_no_box_is_not_cut_finer)
 {
     static StudyCase cases[STUDY_CASES];
     static StudyResult result;
-    Bench bench;
+    SCOPED(bench_destroy) Bench bench;
     Status status = {0};
     bench_create(&bench, BLOCK("generator = \"ball\"; radius = 0.02; size = 0.01;"), &SHORT);
     assert_false(bench.context.may_halve);
     cases[0] = study_scene_case(&bench.scene);
     assert_true(study_make_references(&bench.context, cases, 1, NULL, NULL, &result, &status));
-    assert_non_null(strstr(result.finest.what, "levels 0"));
+    expect_in(result.finest.what, "levels 0");
     assert_false(result.finest.known); // one run tells nothing of its own error
     assert_true(result.mesh[0].reference.known);
     // Leapfrog with damping taken explicitly: order 1 at least.
     assert_true(result.mesh[0].reference.order > 0.9);
-    bench_destroy(&bench);
 }

@@ -12,6 +12,8 @@
 #include <stdint.h>
 #include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #include <cmocka.h>
 
 // |actual - expected| <= tolerance, absolute; fails for NaN.
@@ -23,12 +25,29 @@
 #define expect_at_least(actual, limit)                                                             \
     expect_order((actual), (limit), -1.0, #actual " >= " #limit, __FILE__, __LINE__)
 
+// The text has `part` in it; fails with both.
+#define expect_in(text, part) expect_in_at((text), (part), __FILE__, __LINE__)
+// What returns false with a status (or error) has succeeded; fails with the status' text.
+#define expect_ok(succeeded, status)                                                               \
+    do {                                                                                           \
+        if (!(succeeded))                                                                          \
+            fail_msg("%s", (status).text);                                                         \
+    } while (0)
+
 static inline void expect_near_at(double actual, double expected, double tolerance,
                                   const char *what, const char *file, int line)
 {
     if (!(fabs(actual - expected) <= tolerance)) {
         print_error("%s = %.17g, expected %.17g within %g (off by %g)\n", what, actual, expected,
                     tolerance, actual - expected);
+        _fail(file, line);
+    }
+}
+
+static inline void expect_in_at(const char *text, const char *part, const char *file, int line)
+{
+    if (strstr(text, part) == NULL) {
+        print_error("'%s' does not say '%s'\n", text, part);
         _fail(file, line);
     }
 }

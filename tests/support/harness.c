@@ -12,10 +12,12 @@
 #include <time.h>
 #include <unistd.h>
 
+Process pliantd;
 static Scratch folder;
 static char server[PATH_MAX];
 static int started;
 static pid_t running[16]; // processes that have not been waited for
+static bool kept[16];     // those that the present test has not started
 
 static void start_harness(void)
 {
@@ -35,9 +37,18 @@ static void end_harness(void)
     scratch_destroy(&folder);
 }
 
+static int keep_running(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 16; i++)
+        kept[i] = running[i] > 0;
+    return 0;
+}
+
 __attribute__((constructor)) static void register_harness(void)
 {
     test_around_program(start_harness, end_harness);
+    test_around_claims(keep_running, harness_teardown);
 }
 
 const char *program_path(const char *name)
@@ -68,6 +79,8 @@ int harness_teardown(void **state)
 {
     (void)state;
     for (int i = 0; i < 16; i++) {
+        if (kept[i])
+            continue;
         if (running[i] > 0) {
             kill(running[i], SIGKILL);
             waitpid(running[i], NULL, 0);
@@ -79,17 +92,26 @@ int harness_teardown(void **state)
 
 const char *scratch(const char *name)
 {
-    static char paths[32][SCRATCH_PATH];
-    static int next;
-    return scratch_path(&folder, name, paths[next++ % 32]);
+    static struct Path {
+        struct Path *former;
+        char text[SCRATCH_PATH];
+    } * newest;
+    char path[SCRATCH_PATH];
+    scratch_path(&folder, name, path);
+    for (const struct Path *known = newest; known != NULL; known = known->former) {
+        if (strcmp(known->text, path) == 0)
+            return known->text;
+    }
+    struct Path *made = malloc(sizeof *made);
+    assert_non_null(made);
+    made->former = newest;
+    newest = made;
+    return strcpy(made->text, path);
 }
 
 void write_text(const char *path, const char *text)
 {
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    fputs(text, file);
-    assert_int_equal(fclose(file), 0);
+    file_write(path, text, strlen(text));
 }
 
 static const char *output_path(const Process *process, const char *kind)
@@ -174,6 +196,41 @@ void process_run(Process *process, const char *program, const char *format, ...)
     start(process, program, format, list);
     va_end(list);
     process_wait(process);
+}
+
+void process_finish(Process *process, int number)
+{
+    process_signal(process, number);
+    process_wait(process);
+}
+
+void expect_code(const Process *process, int code)
+{
+    if (process->code != code)
+        fail_msg("exit %d, expected %d: %s%s", process->code, code, process->out, process->err);
+}
+
+void expect_ended(const Process *process, int code, const char *text)
+{
+    expect_code(process, code);
+    expect_in(code == 0 ? process->out : process->err, text);
+}
+
+void expect_usage(const char *program, const Usage *row, size_t count)
+{
+    static Process run;
+    for (size_t k = 0; k < count; k++) {
+        process_run(&run, program, "%s", row[k].arguments);
+        if (run.code != row[k].code || strstr(run.err, row[k].says) == NULL)
+            fail_msg("'%s': exit %d, not %d, '%s' does not say '%s'", row[k].arguments, run.code,
+                     row[k].code, run.err, row[k].says);
+    }
+}
+
+void process_wait_for(Process *process, int code)
+{
+    process_wait(process);
+    expect_code(process, code);
 }
 
 void process_end(Process *process)

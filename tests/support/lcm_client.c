@@ -215,6 +215,11 @@ void client_destroy(Client *client)
     free(client);
 }
 
+void client_close(Client **client)
+{
+    client_destroy(*client);
+}
+
 void client_listen(Client *client, int ms)
 {
     if (lcm_handle_timeout(client->lcm, ms) > 0)
@@ -227,17 +232,39 @@ void client_wait_for_daemon(Client *client)
     wait_until(client, client->status.count > 0);
 }
 
+static Client *start_server(Process *server, const char *format, va_list list)
+{
+    char arguments[4096];
+    const int length = vsnprintf(arguments, sizeof arguments, format, list);
+    assert_in_range(length, 0, sizeof arguments - 1);
+    Client *client = client_create();
+    daemon_start(server, "%s", arguments);
+    client_wait_for_daemon(client);
+    return client;
+}
+
+Client *server_start(Process *server, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    Client *client = start_server(server, format, list);
+    va_end(list);
+    return client;
+}
+
+void server_stop(Client *client, Process *server)
+{
+    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
+    process_wait_for(server, 0);
+}
+
 int fixture_start(void **state, const char *format, ...)
 {
     static Fixture fixture;
-    char arguments[2048];
     va_list list;
     va_start(list, format);
-    vsnprintf(arguments, sizeof arguments, format, list);
+    fixture.client = start_server(&fixture.daemon, format, list);
     va_end(list);
-    fixture.client = client_create();
-    daemon_start(&fixture.daemon, "%s", arguments);
-    client_wait_for_daemon(fixture.client);
     *state = &fixture;
     return 0;
 }
@@ -337,6 +364,15 @@ const Reply *apply_tie(Client *client, const pliant_tie_t *tie)
     return answer_to(client, tie->id, publish_tie, tie);
 }
 
+pliant_cut_t make_cut(Client *client, double x, double reach, const char *body)
+{
+    return (pliant_cut_t){.sender = client->sender,
+                          .id = ++client->next_id,
+                          .before = {{x, -reach, -reach}, {x, -reach, reach}},
+                          .after = {{x, reach, -reach}, {x, reach, reach}},
+                          .body = (char *)(uintptr_t)body};
+}
+
 pliant_tool_pose_t make_pose(Client *client, const double position[3])
 {
     pliant_tool_pose_t m = {.utime = utime_now(),
@@ -353,6 +389,12 @@ int64_t send_pose(Client *client, const pliant_tool_pose_t *pose)
 {
     assert_int_equal(pliant_tool_pose_t_publish(client->lcm, "PLIANT_TOOL_POSE", pose), 0);
     return pose->utime;
+}
+
+int64_t send_pose_at(Client *client, const double position[3])
+{
+    const pliant_tool_pose_t pose = make_pose(client, position);
+    return send_pose(client, &pose);
 }
 
 const Reply *find_reply(const Client *client, int32_t id)

@@ -76,6 +76,8 @@ typedef struct Client {
 // Connects on the default URL and prefix PLIANT; waits for nothing.
 Client *client_create(void);
 void client_destroy(Client *client);
+void client_close(Client **client);
+#define SCOPED_CLIENT SCOPED(client_close)
 // Handles messages for at most `ms` milliseconds, or until the first ones have been handled.
 void client_listen(Client *client, int ms);
 double client_now(void); // [s]
@@ -92,6 +94,27 @@ double client_now(void); // [s]
 
 // The daemon is up when its first status has come.
 void client_wait_for_daemon(Client *client);
+
+// A client, and a server with these arguments that has answered it.
+Client *server_start(Process *server, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+// The server, for a client that is there already.
+#define server_start_for(client, server, ...)                                                      \
+    do {                                                                                           \
+        daemon_start(server, __VA_ARGS__);                                                         \
+        client_wait_for_daemon(client);                                                            \
+    } while (0)
+// Ends a server by STOP; fails the test unless its exit code is 0.
+void server_stop(Client *client, Process *server);
+
+// A handler of messages of a type, which gets each one as `message` and `user` as subscribed.
+#define HANDLER(name, type, message)                                                               \
+    static void name(__attribute__((unused)) const lcm_recv_buf_t *buffer,                         \
+                     __attribute__((unused)) const char *channel, const type *message, void *user)
+// One of messages as they come, in buffer->data and buffer->data_size.
+#define RAW_HANDLER(name)                                                                          \
+    static void name(const lcm_recv_buf_t *buffer, __attribute__((unused)) const char *channel,    \
+                     void *user)
 
 // A server that a group of tests shares, and the client that it answers.
 typedef struct Fixture {
@@ -116,9 +139,13 @@ int32_t send_load(Client *client, const double center[3], double radius, const d
 // A tie of `body` at the sphere, of usual stiffness, as no message yet.
 pliant_tie_t make_tie(Client *client, int kind, const double center[3], double radius,
                       const char *body);
+// A sweep of `body` in the plane at this x, along y from -reach to reach, through as much of z, as
+// no message yet.
+pliant_cut_t make_cut(Client *client, double x, double reach, const char *body);
 // A pose of tool 1 at `position`, upright.
 pliant_tool_pose_t make_pose(Client *client, const double position[3]);
 int64_t send_pose(Client *client, const pliant_tool_pose_t *pose);
+int64_t send_pose_at(Client *client, const double position[3]); // of make_pose
 // Sends a pose of tool 1 there again and again until the condition holds; fails the test after a
 // minute.
 #define hold_pose_until(client, position, condition)                                               \

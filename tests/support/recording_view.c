@@ -13,6 +13,29 @@ hid_t view_open(const char *path, bool while_written)
     return H5Fopen(path, H5F_ACC_RDONLY | (while_written ? H5F_ACC_SWMR_READ : 0), H5P_DEFAULT);
 }
 
+hid_t view_change(const char *path)
+{
+    hid_t file = H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
+    if (file < 0)
+        fail_msg("%s cannot be opened", path);
+    return file;
+}
+
+void view_put_row(const char *path, const char *name, hid_t type, int row, int columns,
+                  const void *numbers)
+{
+    hid_t file = view_change(path);
+    hid_t set = H5Dopen2(file, name, H5P_DEFAULT), space = H5Dget_space(set);
+    const hsize_t first[2] = {(hsize_t)row, 0}, one[2] = {1, (hsize_t)columns};
+    hid_t memory = H5Screate_simple(columns > 0 ? 2 : 1, one, NULL);
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, first, NULL, one, NULL);
+    assert_true(H5Dwrite(set, type, memory, space, H5P_DEFAULT, numbers) >= 0);
+    H5Sclose(memory);
+    H5Sclose(space);
+    H5Dclose(set);
+    H5Fclose(file);
+}
+
 void *view_rows(hid_t file, const char *name, hid_t type, int *rows)
 {
     hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
@@ -126,6 +149,74 @@ void view_free(BodyView *view)
                       view->node_id};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
+}
+
+void expect_attribute(hid_t object, const char *name, const char *expected)
+{
+    const hid_t attribute = H5Aopen(object, name, H5P_DEFAULT);
+    assert_true(attribute >= 0);
+    const hid_t type = H5Aget_type(attribute);
+    assert_int_equal(H5Tget_class(type), H5T_STRING);
+    const bool varies = H5Tis_variable_str(type) > 0;
+    FREED char *text = varies ? NULL : calloc(H5Tget_size(type) + 1, 1);
+    assert_true(H5Aread(attribute, type, varies ? (void *)&text : text) >= 0);
+    assert_string_equal(text, expected);
+    H5Tclose(type);
+    H5Aclose(attribute);
+}
+
+void expect_number(hid_t object, const char *name, int expected)
+{
+    int number = expected - 1;
+    const hid_t attribute = H5Aopen(object, name, H5P_DEFAULT);
+    assert_true(H5Aread(attribute, H5T_NATIVE_INT, &number) >= 0);
+    assert_int_equal(number, expected);
+    H5Aclose(attribute);
+}
+
+void view_get(hid_t file, const char *name, hid_t type, void *numbers)
+{
+    const hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
+    assert_true(set >= 0);
+    assert_true(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers) >= 0);
+    H5Dclose(set);
+}
+
+void view_put(hid_t file, const char *name, hid_t type, const void *numbers)
+{
+    const hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
+    assert_true(set >= 0);
+    assert_true(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers) >= 0);
+    H5Dclose(set);
+}
+
+void view_alter(const char *path, const char *name, long at, unsigned char bits)
+{
+    const hid_t file = H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
+    assert_true(file >= 0);
+    const hid_t set = H5Dopen2(file, name, H5P_DEFAULT), type = H5Dget_type(set);
+    const size_t size = (size_t)H5Dget_storage_size(set);
+    FREED unsigned char *data = malloc(size);
+    view_get(file, name, type, data);
+    data[at < 0 ? size / 2 : (size_t)at] ^= bits;
+    view_put(file, name, type, data);
+    H5Tclose(type);
+    H5Dclose(set);
+    H5Fclose(file);
+}
+
+void view_close(hid_t *file)
+{
+    H5Fclose(*file);
+}
+
+void view_read(BodyView *view, const char *path, const char *body)
+{
+    const hid_t file = view_open(path, false);
+    if (file < 0)
+        fail_msg("%s cannot be opened", path);
+    view_body(view, file, body);
+    H5Fclose(file);
 }
 
 // --- XML -----------------------------------------------------------------------------------------
@@ -378,4 +469,11 @@ void expect_sidecar_matches(const SidecarFrame *frame, int count, const BodyView
         assert_string_equal(f->node_id.set, set);
         index++;
     }
+}
+
+SidecarFrame *view_sidecar_of(const char *recording, int *count)
+{
+    char path[1100];
+    snprintf(path, sizeof path, "%s.xdmf", recording);
+    return view_sidecar(path, count);
 }

@@ -4,15 +4,11 @@
 #ifndef PLIANT_TESTS_SCENE_TEXT_H
 #define PLIANT_TESTS_SCENE_TEXT_H
 
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #include "scene/scene_parts.h"
 
-#include <string.h>
-
 #define BODY "bodies = ( { name = \"a\"; mesh = { generator = \"uv_sphere\"; }; } );\n"
-
-static Scratch scratch;
 
 // Reads a text as scene file; returns what was wrong, "" if nothing, without the folder's name.
 static inline const char *read_as_scene(const char *text, Scene *scene)
@@ -38,17 +34,34 @@ static inline void expect_error(const char *text, const char *message)
     assert_string_equal(read_as_scene(text, &scene), message);
 }
 
-static inline int scene_text_begin(void **unused)
+// A scene that is wrong, and what is said of it behind the file's name and a colon.
+typedef struct WrongScene {
+    const char *text, *error;
+} WrongScene;
+
+// A row that fails is printed with its text.
+static inline void expect_errors(const WrongScene *row, size_t count)
 {
-    (void)unused;
-    return scratch_create(&scratch);
+    int wrong = 0;
+    for (size_t i = 0; i < count; i++) {
+        Scene scene;
+        const char *said = read_as_scene(row[i].text, &scene);
+        if (strncmp(said, "x.cfg:", 6) == 0 && strcmp(said + 6, row[i].error) == 0)
+            continue;
+        print_error("%s\n  says '%s', expected 'x.cfg:%s'\n", row[i].text, said, row[i].error);
+        wrong++;
+    }
+    assert_int_equal(wrong, 0);
 }
 
-static inline int scene_text_end(void **unused)
+// Returns the scene of a text that is right, until the next one is read or the file's tests end.
+static inline Scene *read_valid(const char *text)
 {
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
+    static Scene scene;
+    scene_destroy(&scene);
+    scene = (Scene){0};
+    assert_string_equal(read_as_scene(text, &scene), "");
+    return &scene;
 }
 
 #endif

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 enum { SCRATCH_PATH = 512 };
@@ -52,6 +53,13 @@ static inline unsigned char *file_read(const char *path, size_t *size)
     return data;
 }
 
+// The same as a text.
+static inline char *file_text(const char *path)
+{
+    size_t size;
+    return (char *)file_read(path, &size);
+}
+
 static inline void file_copy(const char *from, const char *to)
 {
     size_t size = 0;
@@ -92,6 +100,19 @@ static inline void scratch_seal(const Scratch *scratch, const char *name)
     seal_bytes(data, size);
     scratch_write(scratch, name, data, size);
     free(data);
+}
+
+// Limits the size of files, which stands in for a full disk; returns what was allowed before.
+static inline rlim_t limit_files(rlim_t bytes)
+{
+    struct rlimit limit;
+    if (getrlimit(RLIMIT_FSIZE, &limit) != 0)
+        abort();
+    const rlim_t before = limit.rlim_cur;
+    limit.rlim_cur = bytes;
+    if (setrlimit(RLIMIT_FSIZE, &limit) != 0)
+        abort();
+    return before;
 }
 
 // Removes the folder and all in it.

@@ -35,6 +35,8 @@ void test_register(TestEntry *entry);
 const char *test_argument(int number);
 // What a program needs around all of its groups; before main.
 void test_around_program(void (*begin)(void), void (*end)(void));
+// What it needs around each claim that has no AROUND_EACH; before main.
+void test_around_claims(CMFixtureFunction begin, CMFixtureFunction end);
 // Ends the program as skipped, for a fixture: why says what this machine lacks.
 _Noreturn void test_skip_program(const char *why);
 // True in the long form of a group (--long), which repeats more and has the LONG_TESTs.

@@ -6,10 +6,8 @@
 // [ARGUMENTS]
 #include "test.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static void (*begin_program)(void), (*end_program)(void);
+static CMFixtureFunction begin_claim, end_claim;
 static const TestEntry *newest;
 static int entry_count;
 static bool is_long;
@@ -34,6 +32,12 @@ void test_around_program(void (*begin)(void), void (*end)(void))
 {
     begin_program = begin;
     end_program = end;
+}
+
+void test_around_claims(CMFixtureFunction begin, CMFixtureFunction end)
+{
+    begin_claim = begin;
+    end_claim = end;
 }
 
 static void start_program(void)
@@ -104,10 +108,11 @@ static int run_together(const TestEntry **entries, int count, int *claims, int *
         else if (entry->kind == TEST_AROUND_EACH)
             each = entry;
         else if (is_claim(entry))
-            tests[used++] = (struct CMUnitTest){.name = entry->name,
-                                                .test_func = entry->run,
-                                                .setup_func = each != NULL ? each->begin : NULL,
-                                                .teardown_func = each != NULL ? each->end : NULL};
+            tests[used++] =
+                (struct CMUnitTest){.name = entry->name,
+                                    .test_func = entry->run,
+                                    .setup_func = each != NULL ? each->begin : begin_claim,
+                                    .teardown_func = each != NULL ? each->end : end_claim};
     }
     if (used > 0)
         *failed +=

@@ -4,13 +4,9 @@
 #ifndef PLIANT_TESTS_WORLD_RUN_H
 #define PLIANT_TESTS_WORLD_RUN_H
 
-#include "scratch.h"
+#include "scratch_folder.h"
 
 #include "scene/build.h"
-
-#include <string.h>
-
-static Scratch scratch;
 
 typedef struct Run {
     Scene scene;
@@ -72,23 +68,42 @@ static inline void run_create(Run *run, const char *text)
     run_create_with(run, text, &(BuildOptions){.isa = "auto", .may_load = true});
 }
 
+// The same of a scene as by printf.
+__attribute__((format(printf, 2, 3))) static inline void run_format(Run *run, const char *format,
+                                                                    ...)
+{
+    char text[8192];
+    va_list list;
+    va_start(list, format);
+    const int length = vsnprintf(text, sizeof text, format, list);
+    va_end(list);
+    assert_in_range(length, 0, sizeof text - 1);
+    run_create(run, text);
+}
+
 static inline void run_destroy(Run *run)
 {
     world_destroy(&run->world);
     scene_destroy(&run->scene);
 }
 
-static inline int run_begin(void **unused)
-{
-    (void)unused;
-    return scratch_create(&scratch);
-}
+// A run of a scene that ends with its block.
+#define START_RUN(run, text)                                                                       \
+    SCOPED(run_destroy) Run run;                                                                   \
+    run_create(&(run), text)
 
-static inline int run_end(void **unused)
+// sim_apply_...(...) with these arguments takes effect; fails with why it does not.
+#define apply_well(function, ...)                                                                  \
+    do {                                                                                           \
+        char why_[256] = "";                                                                       \
+        if (!function(__VA_ARGS__, why_, sizeof why_))                                             \
+            fail_msg("%s", why_);                                                                  \
+    } while (0)
+
+static inline void step_on(Sim *sim, int ticks)
 {
-    (void)unused;
-    scratch_destroy(&scratch);
-    return 0;
+    for (int i = 0; i < ticks; i++)
+        sim_step(sim);
 }
 
 // Returns where a body's outer nodes are in the mean, by mass [m].
