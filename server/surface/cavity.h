@@ -129,6 +129,7 @@ void cavity_set(SurfaceModel *model, BodyParameter parameter, double value);
 // Reads the pressure [Pa] that is supplied, or that it has where it is sealed, or the volume of its
 // gas or fluid without pressure [m3]; returns false for other parameters.
 bool cavity_get(const SurfaceModel *model, BodyParameter parameter, double *value);
+// As BodyOps.range.
 bool cavity_range(const Cavity *cavity, BodyParameter parameter, double *low, double *high);
 void cavity_explain(const SurfaceModel *model, FILE *out);
 

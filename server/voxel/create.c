@@ -236,7 +236,7 @@ static void create_batches(VoxelModel *model, const VoxelMaking *making, const c
     runs->classes = batches.classes;
     runs->tables =
         voxel_tables_create(&batches, model->law, model->vertices.rows.precision, name, arena);
-    batch_runs_create(runs, 3, name, arena, state);
+    batch_runs_create(runs, BATCH_KINDS, name, arena, state);
     if (making->options->branch_count > 0)
         batch_runs_relax(runs, making->options->branch_count, making->options->branch,
                          model->vertices.rows.precision, name, arena, state);

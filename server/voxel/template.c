@@ -222,10 +222,9 @@ void voxel_table_put(void *number, const Template *shape, VoxelLaw law, Precisio
     put_numbers(number, 1, 0, shape->count, &numbers, precision == PRECISION_SINGLE);
 }
 
-// Rounds up so that tables begin on cache lines.
 static size_t numbers_in(const RestTable *table)
 {
-    return ((size_t)(TABLE_HEAD + table->count * TABLE_ROW) * LANES + 15) / 16 * 16;
+    return (size_t)(TABLE_HEAD + table->count * TABLE_ROW) * LANES;
 }
 
 const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Precision precision,
@@ -234,23 +233,23 @@ const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Preci
     const bool single = precision == PRECISION_SINGLE;
     const size_t real = single ? sizeof(float) : sizeof(double);
     const HangingBatches *hanging = &batches->hanging;
-    const int pure = hanging->batch_count - batches->mixed_count;
     const int count = batches->template_count + batches->mixed_count;
     RestTable *tables =
         arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *tables, "%s/rest tables", name);
-    // Vertices per table: of one template, or of the longest in a mixed batch.
+    // Vertices per table: of one template, or of the longest in a mixed batch. Templates of mixed
+    // batches alone have no table.
+    for (int b = 0; b < hanging->batch_count; b++)
+        tables[hanging->table[b]] =
+            (RestTable){.count = hanging->start[b + 1] - hanging->start[b], .stride = LANES};
     size_t total = 0;
-    for (int k = 0; k < count; k++) {
-        const int mixed = k - batches->template_count, batch = pure + mixed;
-        tables[k].stride = LANES;
-        tables[k].count = mixed < 0 ? batches->templates[k].count
-                                    : hanging->start[batch + 1] - hanging->start[batch];
-        total += numbers_in(&tables[k]);
-    }
+    for (int k = 0; k < count; k++)
+        total += tables[k].count > 0 ? numbers_in(&tables[k]) : 0;
     // Then their numbers, one table behind the other.
     char *out = arena_allocate(arena, ARENA_STEP, total, real, "%s/rest shapes", name);
     for (int k = 0; k < count; k++) {
         const int mixed = k - batches->template_count;
+        if (tables[k].count == 0)
+            continue;
         for (int lane = 0; lane < LANES; lane++) {
             // A lane without an element gets a shape that never deforms.
             const int t = mixed < 0 ? k : batches->mixture[mixed][lane];

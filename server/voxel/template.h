@@ -46,10 +46,10 @@ double template_spread(const Template *shape);
 
 struct Batches; // batch.h
 
-// Load time. Creates VoxelPass.tables: one table per template, then one per mixed batch, with
-// numbers for each lane; owned by the arena. For Miyazaki's law weights are 1, X is relative to the
-// mean of the present vertices, and A = sum r_i X_i^T, scaled to a trace of 3 at rest, takes the
-// role of F.
+// Load time. Creates VoxelPass.tables: a table for each template of whole batches, then for
+// each mixed batch, with numbers for each lane; owned by the arena. For Miyazaki's law weights are
+// 1, X is relative to the mean of the present vertices, and A = sum r_i X_i^T, scaled to a trace of
+// 3 at rest, takes the role of F.
 const RestTable *voxel_tables_create(const struct Batches *batches, VoxelLaw law,
                                      Precision precision, const char *name, Arena *arena);
 

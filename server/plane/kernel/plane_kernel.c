@@ -257,14 +257,9 @@ INLINE void evaluate_batch(const PlanePass *pass, int batch, int count, bool pap
     add_forces(pass, batches->vertex + (long)batches->start[batch] * LANES, count, &forces);
 }
 
-static void evaluate(const PlanePass *pass)
+INLINE void evaluate_others(const PlanePass *pass, bool paper, bool damped)
 {
     const PlaneBatches *batches = pass->batches;
-    const bool paper = pass->law == PLANE_MIYAZAKI2004, damped = pass->damped;
-    if (damped)
-        evaluate_squares(pass, true);
-    else
-        evaluate_squares(pass, false);
     for (int b = 0; b < batches->other_count; b++) {
         switch (batches->start[b + 1] - batches->start[b]) {
         case 4:
@@ -282,6 +277,24 @@ static void evaluate(const PlanePass *pass)
         default:
             evaluate_batch(pass, b, 8, paper, damped);
         }
+    }
+}
+
+static void evaluate(const PlanePass *pass)
+{
+    bool paper = pass->law == PLANE_MIYAZAKI2004;
+    if (pass->damped) {
+        evaluate_squares(pass, true);
+        if (paper)
+            evaluate_others(pass, true, true);
+        else
+            evaluate_others(pass, false, true);
+    } else {
+        evaluate_squares(pass, false);
+        if (paper)
+            evaluate_others(pass, true, false);
+        else
+            evaluate_others(pass, false, false);
     }
 }
 
