@@ -8,26 +8,26 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static Scratch scratch;
+static Scratch scratch_space;
 
 static int make_folder(void **state)
 {
     (void)state;
-    return scratch_create(&scratch);
+    return scratch_create(&scratch_space);
 }
 
 static int remove_folder(void **state)
 {
     (void)state;
-    scratch_destroy(&scratch);
+    scratch_destroy(&scratch_space);
     return 0;
 }
 
 static void expect_next(const char *name, const char *next)
 {
     char path[SCRATCH_PATH], expected[SCRATCH_PATH];
-    char *found = output_next(scratch_path(&scratch, name, path));
-    assert_string_equal(found, scratch_path(&scratch, next, expected));
+    char *found = output_next(scratch_path(&scratch_space, name, path));
+    assert_string_equal(found, scratch_path(&scratch_space, next, expected));
     free(found);
 }
 
@@ -36,24 +36,24 @@ AROUND_ALL(make_folder, remove_folder)
 TEST(the_next_output_is_one_above_the_highest_number)
 {
     expect_next("run.h5", "run.h5");
-    scratch_write(&scratch, "run.h5", "", 0);
+    scratch_write(&scratch_space, "run.h5", "", 0);
     expect_next("run.h5", "run.h5"); // empty: nothing to lose
-    scratch_write(&scratch, "run.h5", "x", 1);
+    scratch_write(&scratch_space, "run.h5", "x", 1);
     expect_next("run.h5", "run-2.h5");
-    scratch_write(&scratch, "run-9.h5", "", 0);
+    scratch_write(&scratch_space, "run-9.h5", "", 0);
     expect_next("run.h5", "run-10.h5"); // a gap is not filled: numbers tell the order
     static const char *const others[] = {"run-11.log", "run-012x.h5", "run-1.h5", "other-30.h5",
                                          "run--40.h5"};
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
-        scratch_write(&scratch, others[i], "x", 1);
+        scratch_write(&scratch_space, others[i], "x", 1);
     expect_next("run.h5", "run-10.h5");
     char path[SCRATCH_PATH];
-    unlink(scratch_path(&scratch, "run.h5", path));
+    unlink(scratch_path(&scratch_space, "run.h5", path));
     expect_next("run.h5", "run-10.h5");
 
-    scratch_write(&scratch, "plain", "x", 1);
+    scratch_write(&scratch_space, "plain", "x", 1);
     expect_next("plain", "plain-2");
-    scratch_write(&scratch, ".hidden", "x", 1);
+    scratch_write(&scratch_space, ".hidden", "x", 1);
     expect_next(".hidden", ".hidden-2");
     char *device = output_next("/dev/null");
     assert_string_equal(device, "/dev/null");
@@ -66,7 +66,7 @@ TEST(one_writer_at_a_time_has_the_temporary)
     struct stat facts;
     Output first, second;
     Status status = {0};
-    scratch_path(&scratch, "shared", path);
+    scratch_path(&scratch_space, "shared", path);
     assert_true(output_begin(&first, path, "mark", &status));
     assert_false(output_begin(&second, path, "mark", &status));
     assert_non_null(strstr(status.text, "shared: Device or resource busy"));
@@ -78,10 +78,10 @@ TEST(one_writer_at_a_time_has_the_temporary)
     assert_int_equal(stat(path, &facts), 0);
     assert_int_equal(facts.st_size, 6);
     // What a killed writer left is used again, and nothing else of that name.
-    scratch_write(&scratch, "shared.tmp", "mar", 3);
+    scratch_write(&scratch_space, "shared.tmp", "mar", 3);
     assert_true(output_begin(&second, path, "mark", &status));
     output_abandon(&second);
-    scratch_write(&scratch, "shared.tmp", "mine", 4);
+    scratch_write(&scratch_space, "shared.tmp", "mine", 4);
     assert_false(output_begin(&second, path, "mark", &status));
     assert_non_null(strstr(status.text, "shared.tmp: is in the way"));
 }
@@ -109,8 +109,8 @@ static void expect_claimed(const char *path, bool claimed)
 TEST(a_claim_holds_before_between_and_after_what_is_written)
 {
     char path[SCRATCH_PATH], temporary[SCRATCH_PATH];
-    scratch_path(&scratch, "claimed.h5", path);
-    scratch_path(&scratch, "claimed.h5.tmp", temporary);
+    scratch_path(&scratch_space, "claimed.h5", path);
+    scratch_path(&scratch_space, "claimed.h5.tmp", temporary);
     OutputClaim claim;
     Output output;
     Status status = {0};
@@ -138,8 +138,8 @@ TEST(a_claim_holds_before_between_and_after_what_is_written)
 TEST(a_claim_of_what_was_never_written_leaves_nothing)
 {
     char path[SCRATCH_PATH], temporary[SCRATCH_PATH];
-    scratch_path(&scratch, "nothing.h5", path);
-    scratch_path(&scratch, "nothing.h5.tmp", temporary);
+    scratch_path(&scratch_space, "nothing.h5", path);
+    scratch_path(&scratch_space, "nothing.h5.tmp", temporary);
     OutputClaim claim;
     Status status = {0};
     assert_true(output_claim(&claim, path, "mark", &status));
@@ -157,9 +157,9 @@ TEST(a_claim_of_what_was_never_written_leaves_nothing)
 TEST(a_claim_is_made_again_for_what_took_its_place)
 {
     char path[SCRATCH_PATH], temporary[SCRATCH_PATH], other[SCRATCH_PATH];
-    scratch_path(&scratch, "moved.h5", path);
-    scratch_path(&scratch, "moved.h5.tmp", temporary);
-    scratch_path(&scratch, "other.h5", other);
+    scratch_path(&scratch_space, "moved.h5", path);
+    scratch_path(&scratch_space, "moved.h5.tmp", temporary);
+    scratch_path(&scratch_space, "other.h5", other);
     OutputClaim claim, second;
     Output output;
     Status status = {0};
@@ -170,7 +170,7 @@ TEST(a_claim_is_made_again_for_what_took_its_place)
     assert_int_equal(unlink(path), 0);
     write_claimed(&claim, "mark");
     expect_claimed(path, true);
-    scratch_write(&scratch, "other.h5", "mark", 4);
+    scratch_write(&scratch_space, "other.h5", "mark", 4);
     assert_int_equal(rename(other, path), 0);
     write_claimed(&claim, "mark");
     expect_claimed(path, true);

@@ -75,7 +75,7 @@ static const char *record(int number, const char *scene, int from, int to, const
                                       .tool_count = 1,
                                       .body = &body,
                                       .tool = &id};
-    scratch_path(&scratch, number == 0 ? "a.h5" : "b.h5", path[number]);
+    scratch_path(&scratch_space, number == 0 ? "a.h5" : "b.h5", path[number]);
     Recording *recording = recording_create(path[number], &options, &status);
     assert_non_null(recording);
     bool cut = from > 505;
@@ -109,7 +109,7 @@ static int begin(void **unused)
     (void)unused;
     status = (Status){0};
     score = (Score){.part_count = 0};
-    return scratch_create(&scratch);
+    return scratch_create(&scratch_space);
 }
 
 static int end(void **unused)
@@ -118,7 +118,7 @@ static int end(void **unused)
     score_destroy(&score);
     timeline_close(timeline);
     timeline = NULL;
-    scratch_destroy(&scratch);
+    scratch_destroy(&scratch_space);
     return 0;
 }
 
@@ -166,13 +166,13 @@ TEST(a_recording_that_was_not_ended_says_so)
     const RecordingOptions options = {
         .scene = SCENE, .created_by = "test", .body_count = 1, .body = &body};
     Recording *recording =
-        recording_create(scratch_path(&scratch, "open.h5", path[1]), &options, &status);
+        recording_create(scratch_path(&scratch_space, "open.h5", path[1]), &options, &status);
     assert_non_null(recording);
     add_mesh(recording, false);
     const RecordingFrame frame = {.topology = 1, .node_count = 6, .position = &POSITION[0][0]};
     assert_true(recording_add_frame(recording, 0, &frame) && recording_flush(recording));
     // As it is on the disk now.
-    file_copy(path[1], scratch_path(&scratch, "a.h5", path[0]));
+    file_copy(path[1], scratch_path(&scratch_space, "a.h5", path[0]));
     assert_true(recording_close(recording, &status));
     read_parts(1);
     assert_false(score.ended);
@@ -223,7 +223,7 @@ TEST(another_scene_can_be_named)
     static const char OTHER[] = "score = { force_limit = 7; };\n";
     char scene[SCRATCH_PATH];
     record(0, SCENE, 0, 100, "");
-    file_write(scratch_path(&scratch, "other.cfg", scene), OTHER, strlen(OTHER));
+    file_write(scratch_path(&scratch_space, "other.cfg", scene), OTHER, strlen(OTHER));
     open_parts(1);
     assert_true(score_read(timeline, scene, &score, &status));
     expect_near(score.rules.scene.force_limit, 7.0, 0.0);
@@ -265,7 +265,7 @@ static char *read_file(const char *ending)
     char name[16], file[SCRATCH_PATH];
     size_t size;
     snprintf(name, sizeof name, "sheet%s", ending);
-    return (char *)file_read(scratch_path(&scratch, name, file), &size);
+    return (char *)file_read(scratch_path(&scratch_space, name, file), &size);
 }
 
 TEST(three_files_say_the_same_and_escape_what_recordings_say)
@@ -296,8 +296,8 @@ TEST(a_file_of_someone_else_is_kept)
     char base[SCRATCH_PATH], name[SCRATCH_PATH];
     record(0, SCENE, 0, 100, "");
     read_parts(1);
-    scratch_path(&scratch, "sheet", base);
-    file_write(scratch_path(&scratch, "sheet.csv", name), "my notes\n", 9);
+    scratch_path(&scratch_space, "sheet", base);
+    file_write(scratch_path(&scratch_space, "sheet.csv", name), "my notes\n", 9);
     assert_false(score_write(&score, base, &status));
     FREED char *notes = read_file(".csv");
     assert_string_equal(notes, "my notes\n");

@@ -14,15 +14,17 @@ static PliantError why;
 static int begin(void **state)
 {
     (void)state;
-    return scratch_create(&scratch) == 0 && folder_open(&folder, scratch.folder, false, &why) ? 0
-                                                                                              : -1;
+    return scratch_create(&scratch_space) == 0 &&
+                   folder_open(&folder, scratch_space.folder, false, &why)
+               ? 0
+               : -1;
 }
 
 static int end(void **state)
 {
     (void)state;
     folder_close(&folder);
-    scratch_destroy(&scratch);
+    scratch_destroy(&scratch_space);
     return 0;
 }
 
@@ -63,7 +65,7 @@ TEST(names_that_could_lead_elsewhere_are_none)
 
 TEST(links_and_folders_are_no_files)
 {
-    scratch_write(&scratch, "one.cfg", "# One.\n", 7);
+    scratch_write(&scratch_space, "one.cfg", "# One.\n", 7);
     assert_int_equal(symlink("/etc/passwd", scratch_at("away.cfg")), 0);
     assert_int_equal(symlink("one.cfg", scratch_at("near.cfg")), 0);
     assert_int_equal(mkdir(scratch_at("folder.cfg"), 0700), 0);
@@ -95,7 +97,7 @@ TEST(a_scene_is_described_by_the_sentence_that_it_begins_with)
         {"", ""}};
     static FolderList list;
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
-        scratch_write(&scratch, "a.cfg", texts[k][0], strlen(texts[k][0]));
+        scratch_write(&scratch_space, "a.cfg", texts[k][0], strlen(texts[k][0]));
         folder_list(&folder, FOLDER_SCENES, true, &list);
         assert_int_equal(list.count, 1);
         assert_string_equal(list.file[0].about, texts[k][1]);
@@ -108,7 +110,7 @@ TEST(no_more_files_are_listed_than_there_is_place_for)
     for (int k = 0; k < FOLDER_FILES_MAX + 3; k++) {
         char name[32];
         snprintf(name, sizeof name, "%03d.stl", k);
-        scratch_write(&scratch, name, "x", 1);
+        scratch_write(&scratch_space, name, "x", 1);
     }
     folder_list(&folder, FOLDER_MESHES, false, &list);
     assert_int_equal(list.count, FOLDER_FILES_MAX);
@@ -165,7 +167,7 @@ TEST(a_mesh_appears_when_it_is_complete_and_replaces_none)
     }
     assert_string_equal(upload.name, "a-3.stl");
     size_t size = 0;
-    FREED unsigned char *data = scratch_read(&scratch, "a-3.stl", &size);
+    FREED unsigned char *data = scratch_read(&scratch_space, "a-3.stl", &size);
     assert_string_equal((char *)data, "solid");
     assert_int_equal(folder_bytes(&folder), 15); // nothing hidden is left
 }
@@ -173,14 +175,14 @@ TEST(a_mesh_appears_when_it_is_complete_and_replaces_none)
 TEST(a_link_in_the_place_of_a_mesh_is_not_written_through)
 {
     Upload upload;
-    scratch_write(&scratch, "precious", "old", 3);
+    scratch_write(&scratch_space, "precious", "old", 3);
     assert_int_equal(symlink("precious", scratch_at("a.stl")), 0);
     assert_true(upload_begin(&upload, &folder, "a.stl", 8, &why));
     assert_true(upload_add(&upload, "new", 3, &why));
     assert_true(upload_finish(&upload, &why));
     assert_string_equal(upload.name, "a-2.stl");
     size_t size = 0;
-    FREED unsigned char *data = scratch_read(&scratch, "precious", &size);
+    FREED unsigned char *data = scratch_read(&scratch_space, "precious", &size);
     assert_string_equal((char *)data, "old");
 }
 
@@ -209,11 +211,11 @@ TEST(what_killed_servers_left_is_removed_and_nothing_else)
     snprintf(gone, sizeof gone, ".upload-%d", (int)pid);
     snprintf(runs, sizeof runs, ".upload-%d", (int)getpid());
     const char *const kept[] = {runs, ".upload-", ".upload-1x", ".upload", "a.stl"};
-    scratch_write(&scratch, gone, "x", 1);
+    scratch_write(&scratch_space, gone, "x", 1);
     for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)
-        scratch_write(&scratch, kept[k], "x", 1);
+        scratch_write(&scratch_space, kept[k], "x", 1);
     upload_sweep(&folder);
-    assert_int_equal(access(scratch_path(&scratch, gone, path), F_OK), -1);
+    assert_int_equal(access(scratch_path(&scratch_space, gone, path), F_OK), -1);
     for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)
-        assert_int_equal(access(scratch_path(&scratch, kept[k], path), F_OK), 0);
+        assert_int_equal(access(scratch_path(&scratch_space, kept[k], path), F_OK), 0);
 }

@@ -75,8 +75,8 @@ static void lie_down(Bench *bench, double friction, IntegratorKind integrator)
 static void tilt(Bench *bench, double degrees)
 {
     double angle = degrees * PI / 180.0;
-    set_or_fail(bench->sim, "gravity_x", G * sin(angle));
-    set_or_fail(bench->sim, "gravity_z", -G * cos(angle));
+    apply_well(sim_apply_set, bench->sim, "gravity_x", G * sin(angle));
+    apply_well(sim_apply_set, bench->sim, "gravity_z", -G * cos(angle));
 }
 
 static double center_x(Bench *bench)

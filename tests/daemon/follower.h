@@ -22,11 +22,12 @@ typedef struct Follower {
     // all of the mesh, for the checker
     int origin[SLOTS], piece[SLOTS];
     signed char level[SLOTS];
-    int32_t sequence; // of the newest delta, if any
-    bool seen_delta;
-    bool behind; // a busy machine has lost a delta: the next whole mesh makes up for it
-    int wholes, deltas, missed; // missed: of a whole mesh, though none had been lost
-    int frames, matched;        // matched: those whose mesh was there, or lost
+    int32_t sequence;      // of the newest delta, if any
+    bool seen_delta, open; // chunks of it are still to come
+    bool behind;           // a busy machine has lost a delta: the next whole mesh makes up for it
+    int wholes, deltas;
+    int missed, early;   // deltas of another mesh though none had been lost; before the first mesh
+    int frames, matched; // matched: those whose mesh was there, or lost
     int most_nodes, least_nodes, deepest;
 } Follower;
 
@@ -96,7 +97,7 @@ RAW_HANDLER(on_delta)
     for (int k = 0; k < delta.num_nodes; k++)
         keep_node(follower, delta.node_slot[k], delta.origin[k], delta.piece[k], delta.level[k]);
     const uint32_t ahead = (uint32_t)delta.sequence - (uint32_t)follower->sequence;
-    follower->behind |= follower->seen_delta && ahead > 1;
+    follower->behind |= follower->seen_delta && (ahead > 1 || (ahead == 1 && follower->open));
     follower->seen_delta = true;
     follower->sequence = delta.sequence;
     assert_true(delta.topology > delta.from_topology);
@@ -104,7 +105,9 @@ RAW_HANDLER(on_delta)
     const bool whole = follower->mesh.whole;
     FramesResult result = mesh_frame_add_delta(&follower->mesh, buffer->data, buffer->data_size);
     follower->deltas += result == FRAMES_WHOLE;
-    follower->missed += result == FRAMES_MISSED && whole && !follower->behind;
+    follower->open = result == FRAMES_MORE;
+    if (result == FRAMES_MISSED && !follower->behind)
+        whole ? follower->missed++ : follower->early++;
     if (result == FRAMES_WHOLE)
         expect_whole(follower);
 }
@@ -116,6 +119,8 @@ RAW_HANDLER(on_nodes)
     if (nodes_frame_add(&follower->nodes, buffer->data, buffer->data_size) != FRAMES_WHOLE)
         return;
     follower->frames++;
+    for (int i = 0; i < 3 * nodes->node_count; i++)
+        assert_true(isfinite(nodes->position[i]));
     if (follower->behind) {
         follower->matched++;
         return;
@@ -126,7 +131,6 @@ RAW_HANDLER(on_nodes)
     assert_int_equal(follower->mesh.node_count, nodes->node_count);
     for (int i = 0; i < nodes->node_count; i++) {
         const float *x = nodes->position + 3 * i;
-        assert_true(isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2]));
         double r = sqrt((double)(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
         // A sphere of 5 cm. Pressed once its top comes to 25 mm of its centre, by two presses at
         // once (the second may come before the first one ends) to 9.5 mm, and no node beyond 59 mm.

@@ -88,8 +88,7 @@ TEST(the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep)
         assert_true(command(client, PLIANT_COMMAND_T_STEP, 100, "")->ok);
         client_fresh_status(client);
         assert_true(client->status.estimated_error == 0.0);
-        assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-        process_wait(&pliantd);
+        server_stop(client, &pliantd);
     }
 }
 
@@ -116,9 +115,8 @@ TEST(frames_larger_than_a_datagram_come_in_chunks)
 
 TEST(a_late_joiner_gets_the_mesh)
 {
-    SCOPED_CLIENT Client *early = client_create();
-    daemon_start(&pliantd, "%s", write_scene("mesh.cfg", "publish = { mesh_hz = 5.0; };", ""));
-    client_wait_for_daemon(early);
+    client_destroy(
+        server_start(&pliantd, "%s", write_scene("mesh.cfg", "publish = { mesh_hz = 5.0; };", "")));
     SCOPED_CLIENT Client *late = client_create();
     wait_until(late, late->mesh.whole > 0 && late->frames.whole > 0);
     assert_true(late->mesh.in_range);

@@ -151,8 +151,7 @@ TEST(a_client_whose_clock_is_set_keeps_its_tool_and_its_measures)
     figure("clock of a client set by +1 h, -2 h, +1 h: its tool stays in contact, round trips of "
            "%d poses at most %.1f ms",
            trips, 1e-3 * longest);
-    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    process_wait(&daemon);
+    server_stop(client, &daemon);
 }
 
 TEST(time_stamps_of_poses_mean_nothing_to_the_daemon)
@@ -172,6 +171,5 @@ TEST(time_stamps_of_poses_mean_nothing_to_the_daemon)
             assert_true(client->contact.contact != 0);
         }
     assert_int_equal(client->status.rejected, 0);
-    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    process_wait(&pliantd);
+    server_stop(client, &pliantd);
 }

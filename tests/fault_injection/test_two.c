@@ -44,8 +44,7 @@ static void expect_alive(Client *client, Process *daemon)
 {
     int64_t step = client->status.step;
     wait_until(client, client->status.step > step + 20);
-    assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
-    process_wait_for(daemon, 0);
+    server_stop(client, daemon);
 }
 
 // A good link, the first daemon on the server's host, and a client beside it that has heard it.

@@ -15,7 +15,7 @@ static inline const char *import_bytes(const void *bytes, size_t size, TriMesh *
     static char said[512];
     const char *path = scratch_at("organ");
     Status status = {0};
-    scratch_write(&scratch, "organ", bytes, size);
+    scratch_write(&scratch_space, "organ", bytes, size);
     if (mesh_import(path, mesh, import, &status))
         return "";
     assert_int_equal(status.code, STATUS_INVALID);

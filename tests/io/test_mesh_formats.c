@@ -253,9 +253,10 @@ static void run_case(const Case *expected, MeshFormat format)
     MeshImport import;
     Status status = {0};
     // The name says nothing of the format, or the wrong thing.
-    scratch_write(&scratch, "organ.obj", bytes.at, bytes.size);
+    scratch_write(&scratch_space, "organ.obj", bytes.at, bytes.size);
     free(bytes.at);
-    bool read = mesh_import(scratch_path(&scratch, "organ.obj", path), &mesh, &import, &status);
+    bool read =
+        mesh_import(scratch_path(&scratch_space, "organ.obj", path), &mesh, &import, &status);
     if (read != (expected->nodes > 0))
         fail_msg("%s as %s: %s", expected->name, MESH_FORMAT_NAMES[format], status.text);
     if (read) {
@@ -275,7 +276,7 @@ static int begin(void **state)
     // Thousands of small files: in memory where there is such a folder.
     if (access("/dev/shm", W_OK) == 0)
         setenv("TMPDIR", "/dev/shm", 0);
-    return scratch_create(&scratch);
+    return scratch_create(&scratch_space);
 }
 
 AROUND_ALL(begin, scratch_end)
@@ -302,8 +303,9 @@ TEST(text_formats_name_the_line_of_the_face)
         char path[SCRATCH_PATH], start[SCRATCH_PATH + 16];
         with_nan(&draft);
         Bytes bytes = mesh_write(&draft, cases[i].format);
-        scratch_write(&scratch, "organ", bytes.at, bytes.size);
-        assert_false(mesh_import(scratch_path(&scratch, "organ", path), &mesh, &import, &status));
+        scratch_write(&scratch_space, "organ", bytes.at, bytes.size);
+        assert_false(
+            mesh_import(scratch_path(&scratch_space, "organ", path), &mesh, &import, &status));
         snprintf(start, sizeof start, "%s:%d: face ", path, cases[i].line);
         if (strncmp(status.text, start, strlen(start)) != 0)
             fail_msg("'%s' must begin with '%s'", status.text, start);
@@ -321,8 +323,8 @@ static bool import_bytes(const char *bytes, size_t size)
     MeshImport import;
     MeshFault fault;
     Status status = {0};
-    scratch_write(&scratch, "organ", bytes, size);
-    bool read = mesh_import(scratch_path(&scratch, "organ", path), &mesh, &import, &status);
+    scratch_write(&scratch_space, "organ", bytes, size);
+    bool read = mesh_import(scratch_path(&scratch_space, "organ", path), &mesh, &import, &status);
     if (read) {
         assert_true(mesh_check(&mesh, &fault));
         mesh_destroy(&mesh);

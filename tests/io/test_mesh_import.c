@@ -13,7 +13,7 @@ static int make_folder(void **state)
 {
     if (scratch_begin(state) != 0)
         return -1;
-    scratch_path(&scratch, "organ", path);
+    scratch_path(&scratch_space, "organ", path);
     return 0;
 }
 

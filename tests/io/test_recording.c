@@ -138,7 +138,7 @@ static int check_recording(const char *name, bool while_written, int *in_sidecar
     char path[SCRATCH_PATH], xdmf[64];
     SCOPED(view_close) hid_t file = open_view(name, while_written);
     snprintf(xdmf, sizeof xdmf, "%s.xdmf", name);
-    FREED SidecarFrame *frame = view_sidecar(scratch_path(&scratch, xdmf, path), in_sidecar);
+    FREED SidecarFrame *frame = view_sidecar(scratch_path(&scratch_space, xdmf, path), in_sidecar);
     int frames = INT32_MAX;
     for (int b = 0; b < BODIES; b++) {
         SCOPED(view_free) BodyView view;
@@ -320,7 +320,7 @@ TEST(the_sidecar_lags_by_a_sixteenth_at_most)
         assert_true(recording_flush(recording));
         free(frame);
         int before = written;
-        frame = view_sidecar(scratch_path(&scratch, "lag.h5.xdmf", path), &written);
+        frame = view_sidecar(scratch_path(&scratch_space, "lag.h5.xdmf", path), &written);
         expect_at_least(written, frames - frames / 16);
         assert_true(written == before || written == frames); // whole or left alone
     }
@@ -467,14 +467,14 @@ static void expect_refusal(const char *name, const char *why)
 
 TEST(a_file_that_exists_is_kept)
 {
-    scratch_write(&scratch, "kept.h5", "precious", 8);
+    scratch_write(&scratch_space, "kept.h5", "precious", 8);
     expect_refusal("kept.h5", "exists already");
     struct stat facts;
     assert_int_equal(stat(scratch_at("kept.h5"), &facts), 0);
     assert_int_equal(facts.st_size, 8);
     // An empty one (mktemp makes such) holds nothing to lose.
     int in_sidecar;
-    scratch_write(&scratch, "empty.h5", "", 0);
+    scratch_write(&scratch_space, "empty.h5", "", 0);
     Recording *recording = start("empty.h5");
     add_frames(recording, 0, 1);
     finish(recording);
@@ -484,7 +484,7 @@ TEST(a_file_that_exists_is_kept)
 TEST(what_cannot_be_written_is_refused_at_the_start)
 {
     expect_refusal("no/folder.h5", strerror(ENOENT));
-    scratch_write(&scratch, "file", "x", 1);
+    scratch_write(&scratch_space, "file", "x", 1);
     expect_refusal("file/folder.h5", strerror(ENOTDIR));
     expect_refusal(".", strerror(EISDIR));
     assert_int_equal(mkfifo(scratch_at("pipe.h5"), 0600), 0);

@@ -107,7 +107,7 @@ static int setup(void **state)
 {
     (void)state;
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    return scratch_create(&scratch);
+    return scratch_create(&scratch_space);
 }
 
 AROUND_ALL(setup, scratch_end)

@@ -19,20 +19,20 @@ TEST(what_is_no_volume_is_refused)
     static const char *const neither = ": is neither an NRRD nor a NIfTI-1 file (of a pair .hdr "
                                        "and .img, name the .hdr)";
     expect_error_of("/nowhere/organ.nrrd", ": No such file or directory");
-    expect_error_of(scratch.folder, ": is a folder, not a volume file");
-    scratch_write(&scratch, "organ", "", 0);
+    expect_error_of(scratch_space.folder, ": is a folder, not a volume file");
+    scratch_write(&scratch_space, "organ", "", 0);
     expect_error(": the file is empty");
-    scratch_write(&scratch, "organ", "\x1f\x8b", 2);
+    scratch_write(&scratch_space, "organ", "\x1f\x8b", 2);
     expect_error(neither);
-    scratch_write(&scratch, "organ", "solid cube\n", 11);
+    scratch_write(&scratch_space, "organ", "solid cube\n", 11);
     expect_error(neither);
-    scratch_write(&scratch, "organ", "NRRD", 4);
+    scratch_write(&scratch_space, "organ", "NRRD", 4);
     expect_error(": its NRRD header has no field 'type'");
-    assert_int_equal(mkfifo(scratch_path(&scratch, "pipe", name), 0600), 0);
+    assert_int_equal(mkfifo(scratch_path(&scratch_space, "pipe", name), 0600), 0);
     expect_error_of(name, ": is not a file");
     if (geteuid() != 0) { // who may read everything
-        scratch_write(&scratch, "secret", "NRRD0004\n", 9);
-        chmod(scratch_path(&scratch, "secret", name), 0);
+        scratch_write(&scratch_space, "secret", "NRRD0004\n", 9);
+        chmod(scratch_path(&scratch_space, "secret", name), 0);
         expect_error_of(name, ": Permission denied");
     }
     Bytes *bytes = calloc(1, sizeof *bytes), *file = calloc(1, sizeof *file);
@@ -46,7 +46,7 @@ TEST(what_is_no_volume_is_refused)
     FREED unsigned char *text = malloc(2 << 20);
     memset(text, ' ', 2 << 20);
     memcpy(text, "NRRD0004\ntype: uchar\n", 21);
-    scratch_write(&scratch, "organ", text, 2 << 20);
+    scratch_write(&scratch_space, "organ", text, 2 << 20);
     expect_error(": has no end of its NRRD header in the first 1048576 bytes");
     uint64_t seed = 2;
     for (int repeat = 0; repeat < EFFORT(300); repeat++) {
@@ -61,7 +61,7 @@ TEST(what_is_no_volume_is_refused)
             memcpy(garbage, "\x5c\1\0\0", 4);
             memcpy(garbage + 344, "n+1", 4);
         }
-        scratch_write(&scratch, "organ", garbage, sizeof garbage);
+        scratch_write(&scratch_space, "organ", garbage, sizeof garbage);
         assert_false(volume_import(path, &volume, &status));
     }
 }

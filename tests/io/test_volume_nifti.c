@@ -51,25 +51,26 @@ TEST(nifti_pairs_are_read_by_their_header)
         const char *header = packed & 1 ? "pair.hdr.gz" : "pair.hdr";
         if (packed & 1)
             put_gzip(file, bytes->at, bytes->size);
-        scratch_write(&scratch, header, packed & 1 ? file->at : bytes->at,
+        scratch_write(&scratch_space, header, packed & 1 ? file->at : bytes->at,
                       packed & 1 ? file->size : bytes->size);
         bool other = packed >= 2;
-        unlink(scratch_path(&scratch, "pair.img", name));
-        unlink(scratch_path(&scratch, "pair.img.gz", name));
+        unlink(scratch_path(&scratch_space, "pair.img", name));
+        unlink(scratch_path(&scratch_space, "pair.img.gz", name));
         write_voxels(other ? "pair.img.gz" : "pair.img", packed == 1 ? "12345" : "", other, "");
         SCOPED(volume_destroy) LabelVolume volume;
         Status status = {0};
-        expect_ok(volume_import(scratch_path(&scratch, header, name), &volume, &status), status);
+        expect_ok(volume_import(scratch_path(&scratch_space, header, name), &volume, &status),
+                  status);
         expect_plain(&volume);
     }
     // The other one of the pair.
-    unlink(scratch_path(&scratch, "pair.img.gz", name));
+    unlink(scratch_path(&scratch_space, "pair.img.gz", name));
     LabelVolume volume;
     Status status = {0};
-    assert_false(volume_import(scratch_path(&scratch, "pair.hdr", name), &volume, &status));
+    assert_false(volume_import(scratch_path(&scratch_space, "pair.hdr", name), &volume, &status));
     expect_in(status.text, "/pair.img: No such file or directory");
     write_voxels("pair.img", "", false, "");
-    expect_error_of(scratch_path(&scratch, "pair.img", name),
+    expect_error_of(scratch_path(&scratch_space, "pair.img", name),
                     ": is neither an NRRD nor a NIfTI-1 file (of a pair .hdr and .img, name the "
                     ".hdr)");
     write_nifti(&fields, &TYPES[1], false, false);
@@ -244,7 +245,7 @@ TEST(nifti_defects_are_told_in_a_sentence)
         expect_error(expected);
     }
     unsigned char other[600] = {540 & 255, 540 >> 8};
-    scratch_write(&scratch, "organ", other, sizeof other);
+    scratch_write(&scratch_space, "organ", other, sizeof other);
     expect_error(": is a NIfTI-2 file; NIfTI-1 is read");
 }
 

@@ -189,12 +189,12 @@ TEST(nrrd_voxels_may_lie_in_a_file_beside)
     put_text(raw, "xyz");
     put_labels(raw, &TYPES[1], false);
     put_gzip(bytes, raw->at, raw->size);
-    scratch_write(&scratch, "skip.gz", bytes->at, bytes->size);
+    scratch_write(&scratch_space, "skip.gz", bytes->at, bytes->size);
     bytes->size = 0;
     put_text(bytes, "numbers 1 2 3\n");
     for (int v = 0; v < 24; v++)
         put_text(bytes, "%s%d.0e0", v > 0 ? "," : "", label_at(v));
-    scratch_write(&scratch, "numbers.txt", bytes->at, bytes->size);
+    scratch_write(&scratch_space, "numbers.txt", bytes->at, bytes->size);
     free(bytes);
     free(raw);
     for (int i = 0; i < 9; i++) {
@@ -213,7 +213,7 @@ TEST(files_beside_that_are_none_are_refused)
     write_header("encoding: raw\ndata file: missing.raw\n");
     assert_false(volume_import(path, &volume, &status));
     snprintf(expected, sizeof expected, "%s/missing.raw: No such file or directory",
-             scratch.folder);
+             scratch_space.folder);
     assert_string_equal(status.text, expected);
     write_voxels("plain.raw", "", false, "");
     static const char *const names[] = {"/etc/passwd", "../organ", "a/plain.raw", "-", "./"};

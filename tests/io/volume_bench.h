@@ -19,7 +19,7 @@ static inline int make_folder(void **state)
 {
     if (scratch_begin(state) != 0)
         return -1;
-    scratch_path(&scratch, "organ", path);
+    scratch_path(&scratch_space, "organ", path);
     int file = open(scratch_at("stderr"), O_CREAT | O_WRONLY | O_APPEND, 0600);
     old_stderr = dup(2);
     return file >= 0 && dup2(file, 2) == 2 && close(file) == 0 ? 0 : -1;
@@ -31,7 +31,7 @@ static inline void expect_nothing_printed(void)
     size_t size;
     fflush(stderr);
     dup2(old_stderr, 2);
-    FREED unsigned char *said = scratch_read(&scratch, "stderr", &size);
+    FREED unsigned char *said = scratch_read(&scratch_space, "stderr", &size);
     assert_string_equal((char *)said, "");
 }
 
@@ -90,7 +90,7 @@ static inline void expect_error(const char *rest)
 
 static inline void write_file(const Bytes *bytes)
 {
-    scratch_write(&scratch, "organ", bytes->at, bytes->size);
+    scratch_write(&scratch_space, "organ", bytes->at, bytes->size);
 }
 
 // A text header and the 24 voxels behind it, as unsigned char.
@@ -165,7 +165,7 @@ static inline void write_voxels(const char *name, const char *before, bool packe
     else
         put_bytes(bytes, raw->at, raw->size);
     put_text(bytes, "%s", behind);
-    scratch_write(&scratch, name, bytes->at, bytes->size);
+    scratch_write(&scratch_space, name, bytes->at, bytes->size);
 }
 
 #endif

@@ -283,7 +283,6 @@ static int find_tools(void **state)
 }
 
 AROUND_ALL(find_tools, NULL)
-AROUND_EACH(NULL, harness_teardown)
 
 TEST(only_functions_of_what_a_scene_has_are_called)
 {

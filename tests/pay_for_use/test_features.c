@@ -205,8 +205,6 @@ static void expect_nothing(bool voxel, int cases)
                  strstr(daemon.out, "\nfeatures of "));
 }
 
-AROUND_EACH(NULL, harness_teardown)
-
 TEST(each_feature_of_a_surface_scene_has_its_key)
 {
     if (!WITH_SURFACE)

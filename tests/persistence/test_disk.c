@@ -79,7 +79,8 @@ TEST(a_checkpoint_is_on_the_disk_before_it_has_its_name)
     assert_int_equal(pliantd.code, 0);
     FREED char *text = file_text(trace);
     assert_true(text[0] != '\0');
-    const char *folder = scratch("x");
+    char folder[PATH_TEXT];
+    snprintf(folder, sizeof folder, "%s", scratch("x"));
     *strrchr(folder, '/') = '\0';
     const char *at = find_call(text, "openat(", "order.h5.tmp");
     at = find_call(at, "write(", "order.h5.tmp>");

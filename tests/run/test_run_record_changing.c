@@ -134,7 +134,7 @@ static void expect_topology(const MeshToy *toy, const BodyView *view, int at)
 static int expect_recording(const Rig *rig, const char *name)
 {
     char path[SCRATCH_PATH], xdmf[64];
-    SCOPED(view_close) hid_t file = view_open(scratch_path(&scratch, name, path), false);
+    SCOPED(view_close) hid_t file = view_open(scratch_path(&scratch_space, name, path), false);
     assert_true(file >= 0);
     SCOPED(view_free) BodyView view, still;
     view_body(&view, file, "toy");
@@ -162,7 +162,7 @@ static int expect_recording(const Rig *rig, const char *name)
         expect_topology(&rig->toy, &view, t);
     snprintf(xdmf, sizeof xdmf, "%s.xdmf", name);
     int count, frames = view.frames;
-    FREED SidecarFrame *frame = view_sidecar(scratch_path(&scratch, xdmf, path), &count);
+    FREED SidecarFrame *frame = view_sidecar(scratch_path(&scratch_space, xdmf, path), &count);
     assert_int_equal(count, 2 * frames);
     expect_sidecar_matches(frame, count, &view, "toy");
     expect_sidecar_matches(frame, count, &still, "still");

@@ -166,7 +166,7 @@ TEST(nodes_of_voxel_bodies_rest_in_their_lattice)
     static const char SKIN[] = "v -.024 -.024 -.024\nv .024 -.024 -.024\nv -.024 .024 -.024\n"
                                "v -.024 -.024 .024\nvt 0 0\nvt 1 0\nvt 0 1\nvt .5 .5\n"
                                "f 1/1 3/3 2/2\nf 1/1 2/2 4/4\nf 2/2 3/3 4/4\nf 1/1 4/4 3/3\n";
-    scratch_write(&scratch, "skin.obj", SKIN, strlen(SKIN));
+    scratch_write(&scratch_space, "skin.obj", SKIN, strlen(SKIN));
     for (size_t k = 0; k < sizeof BODIES / sizeof *BODIES; k++) {
         char text[2048];
         SCOPED(run_destroy) Run run;
@@ -247,7 +247,7 @@ TEST(nodes_of_a_file_have_its_texture)
 {
     char text[512];
     SCOPED(run_destroy) Run run;
-    scratch_write(&scratch, "a.obj", OBJ, strlen(OBJ));
+    scratch_write(&scratch_space, "a.obj", OBJ, strlen(OBJ));
     snprintf(text, sizeof text, FROM_FILE, "true");
     build(&run, text, true);
     const Body *body = sim_body(run.world.sim, 0);
@@ -263,7 +263,7 @@ TEST(nobody_keeps_what_nobody_is_told)
     for (int k = 0; k < 2; k++) {
         char text[512];
         SCOPED(run_destroy) Run run;
-        scratch_write(&scratch, "a.obj", OBJ, strlen(OBJ));
+        scratch_write(&scratch_space, "a.obj", OBJ, strlen(OBJ));
         snprintf(text, sizeof text, FROM_FILE, k == 0 ? "false" : "true");
         build(&run, text, k == 0); // not requested, and offline
         assert_null(sim_body(run.world.sim, 0)->texture);

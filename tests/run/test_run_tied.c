@@ -46,7 +46,7 @@ static void build(Rig *rig)
     Status status = {0};
     const BuildOptions options = {.isa = "auto", .may_load = true};
     *rig = (Rig){0};
-    scratch_write(&scratch, "tied.cfg", TEXT, strlen(TEXT));
+    scratch_write(&scratch_space, "tied.cfg", TEXT, strlen(TEXT));
     expect_ok(scene_read(scratch_at("tied.cfg"), &rig->scene, &status) &&
                   world_build(&rig->world, &rig->scene, &options, &status),
               status);
@@ -245,7 +245,7 @@ TEST(random_sequences_repeat_bit_for_bit)
     Tally tally = {0};
     build(&live);
     build(&again);
-    scratch_path(&scratch, "tied.log", path);
+    scratch_path(&scratch_space, "tied.log", path);
     const int sequences = EFFORT(test_is_long() ? 1000 : 20);
     for (int k = 0; k < sequences; k++) {
         const uint64_t hash = run_live(&live, path, 1000 + (unsigned)k, &tally);
@@ -260,7 +260,7 @@ TEST(random_sequences_repeat_bit_for_bit)
         Status status = {0};
         if (k % 20 != 0)
             continue;
-        remove(scratch_path(&scratch, "tied.h5", file));
+        remove(scratch_path(&scratch_space, "tied.h5", file));
         expect_ok(checkpoint_write(file, &live.image, &live.world, &status) &&
                       checkpoint_read(file, &again.world, &status),
                   status);

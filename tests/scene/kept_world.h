@@ -25,7 +25,7 @@ static inline const char *world_load(World *world, const char *name)
     Status status = {0};
     const bool ok = checkpoint_read(scratch_at(name), world, &status);
     assert_int_equal(ok, status.code == STATUS_OK);
-    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
+    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch_space.folder) + 1);
     assert_null(strchr(said, '\n'));
     return said;
 }

@@ -166,7 +166,7 @@ TEST(bodies_stay_at_the_level_where_they_start)
         assert_int_equal(body->spring_count, cases[i].springs);
         assert_int_equal(body->surface.face_count, cases[i].faces);
         assert_int_equal(body->finest_level, i);
-        step_on(world.sim, 100);
+        sim_ticks(world.sim, 100);
         assert_int_equal(sim_resets(world.sim), 0);
     }
 }
@@ -279,7 +279,7 @@ TEST(tools_and_loads_reach_the_simulation)
         "");
     assert_int_equal(sim_tool_count(world.sim), 1);
     assert_int_equal(sim_tool(world.sim, 0)->id, 7);
-    step_on(world.sim, 10);
+    sim_ticks(world.sim, 10);
     // Nothing else acts on the free body: its momentum is force times time.
     const Body *body = sim_body(world.sim, 0);
     int count = body->surface.node_count;

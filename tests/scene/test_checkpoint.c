@@ -225,14 +225,14 @@ TEST(other_formats_and_versions_are_refused)
     assert_true(H5Awrite(attribute, H5T_NATIVE_INT, &version) >= 0);
     H5Aclose(attribute);
     H5Fclose(file);
-    scratch_seal(&scratch, "a.h5");
+    scratch_seal(&scratch_space, "a.h5");
     assert_string_equal(load(&run, "a.h5"), "a.h5: / version 1 must be 2");
     file = view_change(scratch_at("a.h5"));
     H5Adelete(file, "format");
     H5Fclose(file);
-    scratch_seal(&scratch, "a.h5");
+    scratch_seal(&scratch_space, "a.h5");
     assert_string_equal(load(&run, "a.h5"), "a.h5: / has no attribute format");
-    scratch_write(&scratch, "a.h5", "no HDF5", 7);
+    scratch_write(&scratch_space, "a.h5", "no HDF5", 7);
     assert_string_equal(load(&run, "a.h5"), "a.h5: is no file that Pliant wrote");
     assert_string_equal(load(&run, "none.h5"), "none.h5: No such file or directory");
     assert_string_equal(load(&run, "../"), "../: is not a regular file");
@@ -252,7 +252,7 @@ static void expect_forged_refused(const Forged *forged, size_t count)
     for (size_t i = 0; i < count; i++) {
         save(&run, "a.h5");
         view_alter(scratch_at("a.h5"), forged[i].set, forged[i].at, forged[i].bits);
-        scratch_seal(&scratch, "a.h5");
+        scratch_seal(&scratch_space, "a.h5");
         const char *said = load(&run, "a.h5"),
                    *wanted = forged[i].bits == 0 ? ""
                                                  : "a.h5: /state holds tools, loads, strokes or "
@@ -307,7 +307,7 @@ TEST(changed_numbers_are_refused)
         assert_string_equal(load(&run, "a.h5"),
                             "a.h5: is truncated or was altered: it differs from its seal");
         // With a seal made anew the rows for everyone still contradict those of the run.
-        scratch_seal(&scratch, "a.h5");
+        scratch_seal(&scratch_space, "a.h5");
         assert_string_equal(load(&run, "a.h5"), "a.h5: /bodies/ball does not match the state");
         assert_true(state_hash(&run.world.state) == before);
     }
@@ -319,10 +319,10 @@ TEST(truncated_files_are_refused)
     START_RUN(run, SCENE("leapfrog", ""));
     run_step(&run, 10);
     save(&run, "a.h5");
-    FREED unsigned char *data = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *data = scratch_read(&scratch_space, "a.h5", &size);
     uint64_t before = state_hash(&run.world.state);
     for (int i = 0; i < 50; i++) {
-        scratch_write(&scratch, "b.h5", data, size * (size_t)i / 50);
+        scratch_write(&scratch_space, "b.h5", data, size * (size_t)i / 50);
         assert_string_not_equal(load(&run, "b.h5"), "");
         assert_true(state_hash(&run.world.state) == before);
     }
@@ -334,12 +334,12 @@ TEST(altered_files_are_refused_wherever_the_change_is)
     START_RUN(run, SCENE("leapfrog", ""));
     run_step(&run, 10);
     save(&run, "a.h5");
-    FREED unsigned char *data = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *data = scratch_read(&scratch_space, "a.h5", &size);
     uint64_t before = state_hash(&run.world.state);
     // An odd stride meets all parts of blocks of even size.
     for (size_t at = 0; at < size; at += size / 200 | 1) {
         data[at] ^= 0x55;
-        scratch_write(&scratch, "b.h5", data, size);
+        scratch_write(&scratch_space, "b.h5", data, size);
         data[at] ^= 0x55;
         assert_string_not_equal(load(&run, "b.h5"), "");
         assert_true(state_hash(&run.world.state) == before);

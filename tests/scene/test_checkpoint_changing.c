@@ -161,7 +161,7 @@ TEST(files_that_contradict_themselves_change_nothing)
     for (size_t i = 0; i < sizeof damage / sizeof *damage; i++) {
         save(&run, "a.h5");
         view_alter(scratch_at("a.h5"), damage[i].set, (long)damage[i].at, damage[i].bits);
-        scratch_seal(&scratch, "a.h5");
+        scratch_seal(&scratch_space, "a.h5");
         const MeshToyState before = run.toy.state;
         assert_false(load(&run, "a.h5", &status));
         if (strstr(status.text, damage[i].said) == NULL)

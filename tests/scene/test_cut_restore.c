@@ -91,7 +91,7 @@ TEST(a_cut_scene_goes_on_from_its_state_bit_for_bit)
         for (int i = 40; i < 140; i++)
             go_on(sim, i);
         cut_at(sim, 0.0083);
-        step_on(sim, 20);
+        sim_ticks(sim, 20);
         if (k == 0)
             state_copy_out(state, end);
         else

@@ -56,7 +56,7 @@ static const char *read_initial(const char *name, const TriMesh *mesh, Vec3 **po
     Status status = {0};
     bool ok = initial_read(scratch_at(name), mesh, position, velocity, &status);
     assert_int_equal(ok, status.code == STATUS_OK);
-    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
+    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch_space.folder) + 1);
     return said;
 }
 
@@ -231,7 +231,7 @@ static const char *read_any(const char *name, int most, int *count, Vec3 **posit
     bool ok = initial_read_rows(scratch_at(name), most, count, position, velocity, &status);
     assert_int_equal(ok, status.code == STATUS_OK);
     assert_int_equal(ok, *position != NULL && *velocity != NULL);
-    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch.folder) + 1);
+    snprintf(said, sizeof said, "%s", ok ? "" : status.text + strlen(scratch_space.folder) + 1);
     return said;
 }
 

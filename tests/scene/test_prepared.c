@@ -209,14 +209,14 @@ TEST(other_formats_and_versions_are_refused)
     assert_true(H5Awrite(attribute, H5T_NATIVE_INT, &version) >= 0);
     H5Aclose(attribute);
     H5Fclose(file);
-    scratch_seal(&scratch, "a.h5");
+    scratch_seal(&scratch_space, "a.h5");
     expect_refusal(scene, "a.h5", "a.h5: / version 2 must be 1");
     file = view_change(scratch_at("a.h5"));
     H5Adelete(file, "format");
     H5Fclose(file);
-    scratch_seal(&scratch, "a.h5");
+    scratch_seal(&scratch_space, "a.h5");
     expect_refusal(scene, "a.h5", "a.h5: / has no attribute format");
-    scratch_write(&scratch, "a.h5", "no HDF5", 7);
+    scratch_write(&scratch_space, "a.h5", "no HDF5", 7);
     expect_refusal(scene, "a.h5", "a.h5: is no file that Pliant wrote");
 }
 
@@ -228,9 +228,9 @@ TEST(truncated_files_are_refused)
     World world;
     size_t size = 0;
     prepare(scene, "a.h5");
-    FREED unsigned char *data = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *data = scratch_read(&scratch_space, "a.h5", &size);
     for (size_t i = 0; i < 50; i++) {
-        scratch_write(&scratch, "b.h5", data, size * i / 50);
+        scratch_write(&scratch_space, "b.h5", data, size * i / 50);
         assert_string_not_equal(build(scene, "b.h5", &world), "");
     }
 }
@@ -241,11 +241,11 @@ TEST(altered_files_are_refused_wherever_the_change_is)
     World world;
     size_t size = 0;
     prepare(scene, "a.h5");
-    FREED unsigned char *data = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *data = scratch_read(&scratch_space, "a.h5", &size);
     // An odd stride meets all parts of blocks of even size.
     for (size_t at = 0; at < size; at += size / 300 | 1) {
         data[at] ^= 0x55;
-        scratch_write(&scratch, "b.h5", data, size);
+        scratch_write(&scratch_space, "b.h5", data, size);
         data[at] ^= 0x55;
         assert_string_not_equal(build(scene, "b.h5", &world), "");
     }
@@ -282,7 +282,7 @@ static unsigned char *prepare_organ(const char *scene, Names *names, size_t *siz
     write_organ("");
     prepare(scene, "a.h5");
     list_sets("a.h5", names);
-    return scratch_read(&scratch, "a.h5", size);
+    return scratch_read(&scratch_space, "a.h5", size);
 }
 
 TEST(data_sets_that_are_missing_are_named)
@@ -294,11 +294,11 @@ TEST(data_sets_that_are_missing_are_named)
     FREED unsigned char *whole = prepare_organ(scene, &names, &size);
     assert_int_equal(names.count, 5 + 2 * 3);
     for (int i = 0; i < names.count; i++) {
-        scratch_write(&scratch, "a.h5", whole, size);
+        scratch_write(&scratch_space, "a.h5", whole, size);
         hid_t file = view_change(scratch_at("a.h5"));
         assert_true(H5Ldelete(file, names.name[i], H5P_DEFAULT) >= 0);
         H5Fclose(file);
-        scratch_seal(&scratch, "a.h5");
+        scratch_seal(&scratch_space, "a.h5");
         const char *said = build(scene, "a.h5", &world);
         // Without file_node the nodes would be those of the file, which they are not.
         bool named =
@@ -319,7 +319,7 @@ TEST(data_sets_of_other_sizes_are_refused)
     for (int i = 0; i < names.count; i++)
         for (size_t k = 0; k < sizeof shapes / sizeof *shapes; k++) {
             // Never written: the sizes are there, the numbers are not.
-            scratch_write(&scratch, "a.h5", whole, size);
+            scratch_write(&scratch_space, "a.h5", whole, size);
             hid_t file = view_change(scratch_at("a.h5"));
             hid_t old = H5Dopen2(file, names.name[i], H5P_DEFAULT), type = H5Dget_type(old);
             H5Dclose(old);
@@ -332,7 +332,7 @@ TEST(data_sets_of_other_sizes_are_refused)
             H5Sclose(space);
             H5Tclose(type);
             H5Fclose(file);
-            scratch_seal(&scratch, "a.h5");
+            scratch_seal(&scratch_space, "a.h5");
             const char *said = build(scene, "a.h5", &world);
             if (strstr(said, "a.h5: /bodies/a") == NULL)
                 fail_msg("%s: \"%s\"", names.name[i], said);
@@ -364,12 +364,12 @@ TEST(numbers_that_do_not_fit_are_refused_behind_a_right_seal)
                 if (others[k] == right)
                     continue;
                 data[at] = others[k];
-                scratch_write(&scratch, "b.h5", whole, size);
+                scratch_write(&scratch_space, "b.h5", whole, size);
                 file = view_change(scratch_at("b.h5"));
                 view_put(file, names.name[i], H5T_NATIVE_INT, data);
                 H5Fclose(file);
                 data[at] = right;
-                scratch_seal(&scratch, "b.h5");
+                scratch_seal(&scratch_space, "b.h5");
                 const char *said = build(scene, "b.h5", &world);
                 // A node of the file that is no node of the mesh may stand for any, and a copy may
                 // be one of any node.
@@ -393,12 +393,12 @@ TEST(positions_that_do_not_fit_are_refused)
     enum { NODES = 100 + 294 };
     size_t size = 0;
     prepare(scene, "a.h5");
-    FREED unsigned char *whole = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *whole = scratch_read(&scratch_space, "a.h5", &size);
     for (int at = 0; at < 3 * NODES; at += 291)
         for (int k = 0; k < 3; k++) {
             double data[NODES][3];
             World world;
-            scratch_write(&scratch, "a.h5", whole, size);
+            scratch_write(&scratch_space, "a.h5", whole, size);
             hid_t file = view_change(scratch_at("a.h5")),
                   set = H5Dopen2(file, "/bodies/a/position", H5P_DEFAULT);
             assert_int_equal(H5Dget_storage_size(set), sizeof data);
@@ -407,7 +407,7 @@ TEST(positions_that_do_not_fit_are_refused)
             data[at / 3][at % 3] = others[k];
             view_put(file, "/bodies/a/position", H5T_NATIVE_DOUBLE, data);
             H5Fclose(file);
-            scratch_seal(&scratch, "a.h5");
+            scratch_seal(&scratch_space, "a.h5");
             assert_string_not_equal(build(scene, "a.h5", &world), "");
         }
 }

@@ -33,13 +33,13 @@ static void copy_volume(const char *name)
 {
     size_t size;
     FREED unsigned char *data = file_read("../config/liver.nrrd", &size);
-    scratch_write(&scratch, name, data, size);
+    scratch_write(&scratch_space, name, data, size);
 }
 
 static void run_block(const char *text)
 {
     START_RUN(run, text);
-    step_on(run.world.sim, EFFORT(TICKS));
+    sim_ticks(run.world.sim, EFFORT(TICKS));
     for (int b = 0; b < sim_body_count(run.world.sim); b++) {
         BodyMeasure measure;
         sim_measure(run.world.sim, b, &measure);

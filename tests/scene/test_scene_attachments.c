@@ -92,8 +92,8 @@ static const char *read_chain(const char *const model[4], const char *const more
                          "%s\n{ body = \"b%d\"; to_body = \"b%d\"; nodes = [0]; }",
                          i > 0 ? "," : "", i, i + 1);
     snprintf(text + size, sizeof text - (size_t)size, ");\n");
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    scene_read(scratch_path(&scratch, "x.cfg", path), scene, &status);
+    scratch_write(&scratch_space, "x.cfg", text, strlen(text));
+    scene_read(scratch_path(&scratch_space, "x.cfg", path), scene, &status);
     snprintf(said, sizeof said, "%s", status.text);
     const char *slash = strrchr(said, '/');
     return slash != NULL ? slash + 1 : said;

@@ -30,7 +30,7 @@ static const Cavity *cavity_of(const Run *run)
 
 static void step(Run *run, int ticks)
 {
-    step_on(run->world.sim, ticks);
+    sim_ticks(run->world.sim, ticks);
 }
 
 static Vec3 place(const Body *body, int node)
@@ -83,7 +83,7 @@ static double volume_of(const Run *run, double *opening)
     return six / 6.0;
 }
 
-static double energy_of(const Run *run, bool whole)
+static double run_energy(const Run *run, bool whole)
 {
     BodyMeasure measure;
     const Body *body = sim_body(run->world.sim, 0);
@@ -227,11 +227,11 @@ TEST(a_free_balloon_keeps_momentum_and_energy)
         stir(&run, 0.1);
         Vec3 linear[2], angular[2];
         momenta(&run, &linear[0], &angular[0]);
-        const double before = energy_of(&run, true), moved = energy_of(&run, false);
+        const double before = run_energy(&run, true), moved = run_energy(&run, false);
         double worst = 0.0;
         for (int i = 0; i < 400; i++) {
             step(&run, 5);
-            worst = fmax(worst, fabs(energy_of(&run, true) - before) / moved);
+            worst = fmax(worst, fabs(run_energy(&run, true) - before) / moved);
         }
         momenta(&run, &linear[1], &angular[1]);
         const double spin = vec3_length(angular[0]),

@@ -26,8 +26,8 @@ TEST(ties_follow_bodies_that_adapt)
                                "force = [5, 2, 1]; duration = 0.01; } );");
     Sim *sim = run.world.sim;
     int least = sim_attachment_nodes(sim, 0), most = least, changes[2] = {0, 0};
-    step_on(sim, 12);
-    Momentum before = momentum_of(&run);
+    sim_ticks(sim, 12);
+    Momentum before = run_momentum(&run);
     double size = vec3_length(before.linear);
     for (int i = 0; i < EFFORT(1500); i++) {
         int topology[2];
@@ -41,7 +41,7 @@ TEST(ties_follow_bodies_that_adapt)
             changes[b] += sim_body(sim, b)->mesh.topology != topology[b];
         assert_true(sim_check(sim));
         assert_int_equal(sim_body(sim, 0)->substeps, sim_body(sim, 1)->substeps);
-        Momentum now = momentum_of(&run);
+        Momentum now = run_momentum(&run);
         // Hundreds of changes that each round a thousand momenta.
         expect_at_most(vec3_length(vec3_sub(now.linear, before.linear)), 1e-9 * size);
     }
@@ -181,9 +181,9 @@ TEST(body_that_hangs_on_the_world_sinks_by_its_weight)
                            "to = \"world\"; stiffness = 0.02; damping_ratio = 0.7; } );");
     const Body *body = sim_body(run.world.sim, 0);
     assert_int_equal(sim_attachment_nodes(run.world.sim, 0), 162);
-    step_on(run.world.sim, 3000);
+    sim_ticks(run.world.sim, 3000);
     double sink = 9.81 / (0.02 * body->contact_lambda);
-    Momentum rest = momentum_of(&run);
+    Momentum rest = run_momentum(&run);
     expect_at_most(vec3_length(rest.linear), 1e-12);
     expect_near(middle_of(&run, 0).z, -sink, 1e-9 * sink);
 }
@@ -228,7 +228,7 @@ TEST(grasper_pulls_a_voxel_body_and_feels_it)
                                   "tools = ( { id = 3; kind = \"grasper\"; max_force = 100; "
                                   "capsules = ( { radius = 0.012; } ); } );");
     Sim *sim = run.world.sim;
-    Momentum before = momentum_of(&run);
+    Momentum before = run_momentum(&run);
     ToolPose pose = {
         .position = {0.06, 0, 0}, .orientation = {1, 0, 0, 0}, .active = true, .grip = 1.0};
     double most = 0.0;
@@ -238,7 +238,7 @@ TEST(grasper_pulls_a_voxel_body_and_feels_it)
         sim_apply_pose(sim, 0, &pose, true);
         sim_step(sim);
         const ToolWrench *wrench = sim_wrench(sim, 0);
-        Momentum now = momentum_of(&run);
+        Momentum now = run_momentum(&run);
         Vec3 rest = vec3_madd(vec3_sub(now.linear, before.linear), 1e-3, wrench->force);
         most = fmax(most, vec3_length(wrench->force));
         expect_at_most(vec3_length(rest), 1e-14); // of about 1e-3 N s

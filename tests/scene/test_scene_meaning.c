@@ -450,15 +450,15 @@ TEST(errors_in_included_files_name_the_included_file)
 {
     const Scene *scene;
     const char *include = "\n@include \"part.inc\"\n" BODY;
-    scratch_write(&scratch, "part.inc", "rate_hz = 500;\n", 15);
+    scratch_write(&scratch_space, "part.inc", "rate_hz = 500;\n", 15);
     scene = read_valid(include);
     expect_near(scene->sim.rate_hz, 500.0, 0.0);
     assert_string_equal(scene->text, include);
-    scratch_write(&scratch, "part.inc", "\nrate_hz = 0;\n", 14);
+    scratch_write(&scratch_space, "part.inc", "\nrate_hz = 0;\n", 14);
     expect_error(include, "part.inc:2: rate_hz 0 outside [1, 10000]");
-    scratch_write(&scratch, "part.inc", "rate_hz = 99999999999;\n", 23);
+    scratch_write(&scratch_space, "part.inc", "rate_hz = 99999999999;\n", 23);
     expect_error(include, "part.inc:1: integer 99999999999 does not fit 32 bits");
-    scratch_write(&scratch, "part.inc", "\n\ngravity = [0, 1.0, 0];\n", 25);
+    scratch_write(&scratch_space, "part.inc", "\n\ngravity = [0, 1.0, 0];\n", 25);
     expect_error(include, "part.inc:3: mismatched element type in array [ ]: write 0.0 for 0, or "
                           "use ( )");
 }
@@ -479,7 +479,7 @@ TEST(scene_files_that_cannot_be_read_are_named)
     status = (Status){0};
     assert_false(scene_read("/", &scene, &status));
     assert_string_equal(status.text, "/ is not a regular file");
-    scratch_write(&scratch, "zero.cfg", "a = 1;\0b", 8);
+    scratch_write(&scratch_space, "zero.cfg", "a = 1;\0b", 8);
     status = (Status){0};
     assert_false(scene_read(scratch_at("zero.cfg"), &scene, &status));
     expect_in(status.text, "holds a zero byte: it is not text");

@@ -57,7 +57,7 @@ static void cut(Run *run, Vec3 a, Vec3 b, Vec3 way)
 
 static void step(Run *run, int ticks)
 {
-    step_on(run->world.sim, ticks);
+    sim_ticks(run->world.sim, ticks);
 }
 
 static double highest_speed(Run *run)

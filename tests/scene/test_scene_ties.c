@@ -21,14 +21,14 @@ static void kicked_pair_keeps_its_momentum(const char *bodies, const char *regio
     assert_true(sim_attachment_nodes(sim, 0) >= 3);
     assert_int_equal(sim_body(sim, 0)->substeps, sim_body(sim, 1)->substeps);
     Vec3 start[2] = {middle_of(&run, 0), middle_of(&run, 1)};
-    step_on(sim, 12);
-    const Momentum before = momentum_of(&run);
+    sim_ticks(sim, 12);
+    const Momentum before = run_momentum(&run);
     double size = vec3_length(before.linear);
     expect_near(size, 0.01 * sqrt(0.25 + 4.0 + 1.0), 1e-9);
     double turn = 0.05 * size; // an arm of the ball's size
     for (int i = 0; i < EFFORT(1500); i++) {
         sim_step(sim);
-        Momentum now = momentum_of(&run);
+        Momentum now = run_momentum(&run);
         expect_at_most(vec3_length(vec3_sub(now.linear, before.linear)), 1e-12 * size);
         expect_at_most(vec3_length(vec3_sub(now.angular, before.angular)), angular * turn);
     }
@@ -64,10 +64,10 @@ TEST(joined_bodies_repeat_bit_for_bit)
     FREED void *middle = malloc(state_bytes(&run.world.state));
     assert_non_null(middle);
     uint64_t hash[2];
-    step_on(run.world.sim, 40);
+    sim_ticks(run.world.sim, 40);
     state_copy_out(&run.world.state, middle);
     for (int pass = 0; pass < 2; pass++) {
-        step_on(run.world.sim, 60);
+        sim_ticks(run.world.sim, 60);
         hash[pass] = state_hash(&run.world.state);
         state_copy_in(&run.world.state, middle);
         sim_restored(run.world.sim);
@@ -138,7 +138,7 @@ TEST(holds_and_ties_are_in_checkpoints)
     world_image_reserve(&image, &run.world.arena, &run.world);
     world_image_take(&image, &run.world);
     assert_true(
-        checkpoint_write(scratch_path(&scratch, "a.h5", path), &image, &run.world, &status));
+        checkpoint_write(scratch_path(&scratch_space, "a.h5", path), &image, &run.world, &status));
     assert_true(checkpoint_read(path, &other.world, &status));
     assert_true(attachment_is_holding(other.world.sim->attachment[0]) ||
                 attachment_is_holding(other.world.sim->attachment[1]));
@@ -174,7 +174,7 @@ static bool ties_are_stable(double stiffness, double bound_of)
     snprintf(step, sizeof step, "time_step = %.17g; unsafe_time_step = true;", limit);
     run_format(&run, format, 1.0 / limit, step, step, stiffness);
     assert_int_equal(sim_body(run.world.sim, 0)->substeps, 1);
-    step_on(run.world.sim, EFFORT(3000));
+    sim_ticks(run.world.sim, EFFORT(3000));
     BodyMeasure measure;
     const Body *body = sim_body(run.world.sim, 0);
     body->ops->measure(body->model, &measure);

@@ -65,7 +65,7 @@ typedef struct Push {
 } Push;
 
 // What both bodies and their contact have [J].
-static double energy_of(Run *run)
+static double run_energy(Run *run)
 {
     double sum = touch_of(run)->energy;
     for (int b = 0; b < 2; b++) {
@@ -123,9 +123,9 @@ static void push_once(uint64_t *seed, Push *push)
         sim_step(sim);
         push->way = fmax(push->way, touch_of(&run)->depth);
         if (i == 20)
-            had = energy_of(&run);
+            had = run_energy(&run);
         if (i > 20 && i <= 100)
-            push->gain = fmax(push->gain, energy_of(&run) / had - 1.0);
+            push->gain = fmax(push->gain, run_energy(&run) / had - 1.0);
         const Vec3 middle = middle_of(&run, 1);
         beyond |= sheet && fmax(fabs(middle.x), fabs(middle.y)) > 0.058 - OUTER[push->kind[1]];
         if (i == 100) {
@@ -325,25 +325,6 @@ TEST(forces_and_moments_cancel)
     }
 }
 
-typedef struct Momentum {
-    Vec3 linear, angular;
-} Momentum;
-
-static Momentum momentum_of(Run *run)
-{
-    Momentum sum = {0};
-    for (int b = 0; b < 2; b++) {
-        const Body *body = sim_body(run->world.sim, b);
-        for (int i = 0; i < body->surface.node_count; i++) {
-            Vec3 x, v;
-            body->ops->read_nodes(body->model, &i, 1, &x, &v);
-            sum.linear = vec3_madd(sum.linear, body->surface.node_mass[i], v);
-            sum.angular = vec3_madd(sum.angular, body->surface.node_mass[i], vec3_cross(x, v));
-        }
-    }
-    return sum;
-}
-
 // Two hollow balls, all of whose mass is in nodes that can be read, after a kick.
 TEST(colliding_balls_keep_their_momentum)
 {
@@ -353,13 +334,13 @@ TEST(colliding_balls_keep_their_momentum)
                                        "  radius = 0.1; force = [-0.2, 0.0, 0.02]; duration "
                                        "= 0.02; } );\n");
     Sim *sim = run.world.sim;
-    step_on(sim, 25);
-    const Momentum before = momentum_of(&run);
+    sim_ticks(sim, 25);
+    const Momentum before = run_momentum(&run);
     const double size = vec3_length(before.linear);
     double deepest = 0.0;
     for (int i = 0; i < EFFORT(500); i++) {
         sim_step(sim);
-        const Momentum now = momentum_of(&run);
+        const Momentum now = run_momentum(&run);
         deepest = fmax(deepest, touch_of(&run)->depth);
         expect_at_most(vec3_length(vec3_sub(now.linear, before.linear)), 1e-12 * size);
         expect_at_most(vec3_length(vec3_sub(now.angular, before.angular)), 1e-10 * 0.02 * size);
@@ -390,11 +371,11 @@ LONG_TEST(a_stack_comes_to_rest_and_stays)
                                   "touch = ( { bodies = [\"one\", \"two\"]; friction = 0.5; },\n"
                                   "  { bodies = [\"two\", \"three\"]; friction = 0.5; } );\n");
     Sim *sim = run.world.sim;
-    step_on(sim, 9000);
+    sim_ticks(sim, 9000);
     Vec3 start[3];
     for (int b = 0; b < 3; b++)
         start[b] = middle_of(&run, b);
-    step_on(sim, 1000);
+    sim_ticks(sim, 1000);
     for (int b = 0; b < 3; b++) {
         const Vec3 moved = vec3_sub(middle_of(&run, b), start[b]);
         print_message("cube %d: z %.5f m, moved by %.3g m in 1 s\n", b, start[b].z,
@@ -423,7 +404,7 @@ TEST(surfaces_rest_at_their_thickness)
                                                       "friction = 0.5; %s"),
             thick == 0 ? "" : "thickness = 0.002;");
         run_create(&run, text);
-        step_on(run.world.sim, 3000);
+        sim_ticks(run.world.sim, 3000);
         height[thick] = middle_of(&run, 1).z;
     }
     print_message("%.3f mm higher\n", 1e3 * (height[1] - height[0]));
@@ -492,7 +473,7 @@ TEST(what_is_cut_still_lies_there_and_repeats)
         SCOPED(run_destroy) Run run;
         run_format(&run, CUT_ON_CUBE, CUTTABLE[k]);
         Sim *sim = run.world.sim;
-        step_on(sim, 150);
+        sim_ticks(sim, 150);
         assert_true(touch_of(&run)->depth > 0.0);
         const TouchEnd *end = &touch_of(&run)->end[1];
         bool between = false;
@@ -512,9 +493,9 @@ TEST(what_is_cut_still_lies_there_and_repeats)
                                     .before = {{{0.0005, -0.1, -0.1}, {0.0005, -0.1, 0.1}}},
                                     .after = {{{0.0005, 0.1, -0.1}, {0.0005, 0.1, 0.1}}}};
             CutOutcome sum = {0};
-            step_on(sim, 30);
+            sim_ticks(sim, 30);
             apply_well(sim_apply_cut, sim, &cut, &sum);
-            step_on(sim, EFFORT(500));
+            sim_ticks(sim, EFFORT(500));
             assert_int_equal(sim_pieces(sim, 1), 2);
             // All nodes on top, beyond what the weight presses in.
             Shell one = shell_of(&run, 0), two = shell_of(&run, 1);

@@ -123,7 +123,7 @@ static void write_sphere(double radius)
     for (int i = 0; i < mesh.triangle_count; i++)
         to += sprintf(to, "f %d %d %d\n", mesh.triangle[i][0] + 1, mesh.triangle[i][1] + 1,
                       mesh.triangle[i][2] + 1);
-    scratch_write(&scratch, "sphere.obj", text, (size_t)(to - text));
+    scratch_write(&scratch_space, "sphere.obj", text, (size_t)(to - text));
     free(text);
 }
 
@@ -148,7 +148,7 @@ static double press_spheres(double radius, double cells, double overlap, Vec3 wa
              sphere[1]);
     Run run;
     run_create(&run, text);
-    step_on(run.world.sim, 160);
+    sim_ticks(run.world.sim, 160);
     Vec3 sum = {0, 0, 0};
     const TouchEnd *end = &touch_of(&run)->end[1];
     for (int n = 0; n < end->count; n++)
@@ -204,7 +204,7 @@ TEST(a_cut_goes_on_alike_in_another_world)
     run_create(&run, TEXT);
     Sim *sim = run.world.sim;
     apply_well(sim_apply_cut, sim, &cut, &sum);
-    step_on(sim, 1500);
+    sim_ticks(sim, 1500);
     for (int i = 0; i < 200 && touch_of(&run)->kept->holds == 0; i++)
         sim_step(sim);
     assert_true(touch_of(&run)->kept->holds != 0 && touch_of(&run)->depth > 0.0);

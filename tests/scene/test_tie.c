@@ -56,27 +56,27 @@ TEST(a_tie_acts_in_the_next_tick)
     SCOPED(run_destroy) Run tied, not_tied;
     run_create(&tied, FALLING);
     run_create(&not_tied, FALLING);
-    step_on(tied.world.sim, 20);
-    step_on(not_tied.world.sim, 20);
+    sim_ticks(tied.world.sim, 20);
+    sim_ticks(not_tied.world.sim, 20);
     assert_true(hash_of(&tied) == hash_of(&not_tied));
     const TieOptions pin = tie_at(TIE_PIN, (Vec3){0, 0, 0.05}, 0.02);
     apply(&tied, &pin);
     assert_true(figures_of(&tied, 1).nodes >= 3);
-    step_on(tied.world.sim, 1);
-    step_on(not_tied.world.sim, 1);
+    sim_ticks(tied.world.sim, 1);
+    sim_ticks(not_tied.world.sim, 1);
     // It falls with 0.2 m/s: the dampers hold it up at once.
     assert_true(figures_of(&tied, 1).pull.z > 0.0);
     assert_true(hash_of(&tied) != hash_of(&not_tied));
     // Held for a second it is where it was, the other one has fallen.
-    step_on(tied.world.sim, 1000);
-    step_on(not_tied.world.sim, 1000);
+    sim_ticks(tied.world.sim, 1000);
+    sim_ticks(not_tied.world.sim, 1000);
     assert_true(middle_of(&tied, 0).z > -0.1);
     assert_true(middle_of(&not_tied, 0).z < -3.0);
     // A second after its release it has fallen as far: g t^2 / 2, to a step's length.
     act(&tied, TIE_RELEASE, 1);
     const double before = middle_of(&tied, 0).z;
-    Momentum rest = momentum_of(&tied);
-    step_on(tied.world.sim, 1000);
+    Momentum rest = run_momentum(&tied);
+    sim_ticks(tied.world.sim, 1000);
     expect_near(middle_of(&tied, 0).z - before, -0.5 * 9.81 + rest.linear.z / rest.mass, 0.01);
 }
 
@@ -95,7 +95,7 @@ TEST(a_released_tie_leaves_nothing)
     assert_true(hash_of(&run) == before);
     // RESET releases, too.
     apply(&run, &pin);
-    step_on(run.world.sim, 5);
+    sim_ticks(run.world.sim, 5);
     sim_reset(run.world.sim);
     TieFigures none;
     assert_false(sim_find_tie(run.world.sim, 1, &none));
@@ -117,8 +117,8 @@ static void thrown_pair_keeps_its_momentum(const char *bodies, const TieOptions 
                               .force = {0.5, 2.0, 1.0},
                               .duration = 0.01};
     apply_well(sim_apply_load, sim, &kick);
-    step_on(run.world.sim, 12);
-    const Momentum before = momentum_of(&run);
+    sim_ticks(run.world.sim, 12);
+    const Momentum before = run_momentum(&run);
     const double size = vec3_length(before.linear), turn = 0.05 * size; // an arm of the ball's size
     apply(&run, tie);
     assert_true(figures_of(&run, 1).nodes >= 3);
@@ -126,7 +126,7 @@ static void thrown_pair_keeps_its_momentum(const char *bodies, const TieOptions 
     double pulled = 0.0;
     for (int i = 0; i < EFFORT(1000); i++) {
         sim_step(sim);
-        const Momentum now = momentum_of(&run);
+        const Momentum now = run_momentum(&run);
         pulled = fmax(pulled, vec3_length(figures_of(&run, 1).pull));
         expect_at_most(vec3_length(vec3_sub(now.linear, before.linear)), 1e-12 * size);
         expect_at_most(vec3_length(vec3_sub(now.angular, before.angular)), angular * turn);
@@ -245,7 +245,7 @@ static void write_tube(void)
                                    b + AROUND, a, b + AROUND, a + AROUND);
         }
     assert_true(at < sizeof text);
-    scratch_write(&scratch, "tube.obj", text, at);
+    scratch_write(&scratch_space, "tube.obj", text, at);
 }
 
 static const char TUBE[] =
@@ -305,12 +305,12 @@ TEST(a_clip_holds_a_pressed_tube_closed)
             apply(&run, &clip);
         press_tube(&run, 0.005, 0.005, 300, true);
         press_tube(&run, 0.02, 0.02, 1, false); // both are gone
-        step_on(run.world.sim, EFFORT(2000));
+        sim_ticks(run.world.sim, EFFORT(2000));
         open[clipped] = opening(&run);
         if (clipped) {
             // Released it opens again.
             act(&run, TIE_RELEASE, 1);
-            step_on(run.world.sim, 2000);
+            sim_ticks(run.world.sim, 2000);
             expect_at_least(opening(&run), 1.8 * TUBE_RADIUS);
         }
         assert_int_equal(sim_resets(run.world.sim), 0);
@@ -370,7 +370,7 @@ TEST(a_tie_follows_refinement_and_coarsening)
     const Body *body = sim_body(run.world.sim, 0);
     const int before = count_nodes(body);
     load_top(&run, 3.0);
-    step_on(run.world.sim, 100);
+    sim_ticks(run.world.sim, 100);
     assert_true(count_nodes(body) > before);
     // A node between two tied ones is tied, so a region has more of them.
     for (int k = 0; k < 2; k++)
@@ -395,7 +395,7 @@ TEST(a_tie_of_fine_nodes_alone_goes_on_at_their_parents)
         const Body *body = sim_body(run.world.sim, 0);
         const int before = count_nodes(body);
         load_top(&run, 0.3);
-        step_on(run.world.sim, 50);
+        sim_ticks(run.world.sim, 50);
         assert_true(count_nodes(body) > before);
         // The new node that is nearest to the other body.
         int node = -1;
@@ -418,7 +418,7 @@ TEST(a_tie_of_fine_nodes_alone_goes_on_at_their_parents)
         assert_int_equal(figures_of(&run, 1).nodes, 1);
         coarsen(&run, before);
         assert_int_equal(figures_of(&run, 1).nodes, 2);
-        step_on(run.world.sim, 500);
+        sim_ticks(run.world.sim, 500);
         assert_int_equal(sim_resets(run.world.sim), 0);
         assert_true(sim_check(run.world.sim));
     }
@@ -447,11 +447,11 @@ TEST(a_cut_through_a_tie_leaves_each_side_its_share)
     for (int k = 0; k < 2; k++)
         assert_true(figures_of(&run, 1 + k).nodes > before[k]);
     assert_true(sim_check(sim));
-    step_on(run.world.sim, 300);
+    sim_ticks(run.world.sim, 300);
     // Both pieces hang on the pin: neither falls, though gravity pulls.
     char whyg[WHY];
     assert_true(sim_apply_gravity(sim, (Vec3){0, 0, -1.0}, whyg, sizeof whyg));
-    step_on(run.world.sim, 1000);
+    sim_ticks(run.world.sim, 1000);
     assert_int_equal(sim_resets(sim), 0);
     assert_true(figures_of(&run, 1).pull.z > 0.0);
 }
@@ -463,7 +463,7 @@ TEST(a_tie_breaks_when_it_pulls_harder_than_it_may)
     // The ball weighs m g; a pin of twice that holds, one of half of it breaks.
     for (int k = 0; k < 2; k++) {
         START_RUN(run, FALLING);
-        const double weight = 9.81 * momentum_of(&run).mass;
+        const double weight = 9.81 * run_momentum(&run).mass;
         TieOptions pin = tie_at(TIE_PIN, (Vec3){0, 0, 0.05}, 0.02);
         pin.damping_ratio = 2.0;
         pin.break_force = k == 0 ? 4.0 * weight : 0.5 * weight;
@@ -505,14 +505,14 @@ TEST(a_tool_carries_what_is_tied_to_it)
                            "  capsules = ( { from = [0, 0, 0.02]; radius = 0.002; } ); } );");
     ToolPose pose = {.position = {0, 0, 0.06}, .orientation = {1, 0, 0, 0}, .active = true};
     sim_apply_pose(run.world.sim, 0, &pose, true);
-    step_on(run.world.sim, 2);
+    sim_ticks(run.world.sim, 2);
     TieOptions carry = tie_at(TIE_CARRY, (Vec3){0, 0, 0.05}, 0.02);
     carry.tool = 0;
     apply(&run, &carry);
     for (int i = 1; i <= 1000; i++) {
         pose.position.x = 1e-4 * i;
         sim_apply_pose(run.world.sim, 0, &pose, true);
-        step_on(run.world.sim, 1);
+        sim_ticks(run.world.sim, 1);
         // Action is reaction.
         const Vec3 pull = figures_of(&run, 1).pull, force = sim_wrench(run.world.sim, 0)->force;
         expect_at_most(vec3_length(vec3_add(pull, force)), 1e-9 * (1.0 + vec3_length(pull)));
@@ -521,7 +521,7 @@ TEST(a_tool_carries_what_is_tied_to_it)
     // A tool that is gone carries nothing.
     pose.active = false;
     sim_apply_pose(run.world.sim, 0, &pose, true);
-    step_on(run.world.sim, 2);
+    sim_ticks(run.world.sim, 2);
     expect_near(vec3_length(figures_of(&run, 1).pull), 0.0, 0.0);
 }
 
@@ -596,7 +596,7 @@ TEST(what_cannot_be_tied_is_refused_by_name)
     tie.action = TIE_CHANGE;
     tie.stiffness = 3.9;
     expect_refused(&run, &tie, "stiffness: the ties at one node would have 4.2 together");
-    step_on(run.world.sim, 10);
+    sim_ticks(run.world.sim, 10);
     run_destroy(&run);
     run_create(&run, "bodies = ( " BALL("one", "[0, 0, 0]", "") " );");
     expect_refused(&run, &tie, "no ties by message (max_ties)");
@@ -611,7 +611,7 @@ TEST(nodes_are_tied_by_their_ids)
         pin.node[i] = sim_body(run.world.sim, 0)->mesh.id[10 + i / 2]; // each of two twice
     apply(&run, &pin);
     assert_int_equal(figures_of(&run, 1).nodes, 2);
-    step_on(run.world.sim, 50);
+    sim_ticks(run.world.sim, 50);
     assert_true(figures_of(&run, 1).pull.z > 0.0);
 }
 
@@ -626,7 +626,7 @@ TEST(plane_bodies_are_pinned_and_not_clipped)
     expect_refused(&run, &tie, "no walls of body disc");
     tie = tie_at(TIE_PIN, (Vec3){0, 0.04, 0}, 0.02);
     apply(&run, &tie);
-    step_on(run.world.sim, 1000);
+    sim_ticks(run.world.sim, 1000);
     assert_true(figures_of(&run, 1).pull.y > 0.0);
     assert_true(middle_of(&run, 0).y > -0.05); // else it has fallen by half a metre
 }
@@ -640,7 +640,7 @@ TEST(a_state_that_cannot_be_is_found)
     const TieOptions pin = tie_at(TIE_PIN, (Vec3){0, 0, 0.05}, 0.02);
     apply(&run, &tie);
     apply(&run, &pin);
-    step_on(run.world.sim, 3);
+    sim_ticks(run.world.sim, 3);
     FREED void *good = malloc(state_bytes(&run.world.state));
     assert_non_null(good);
     state_copy_out(&run.world.state, good);
@@ -666,7 +666,7 @@ TEST(a_state_that_cannot_be_is_found)
         *word = WORDS[random() % 9];
         sim_restored(run.world.sim); // reads nothing beyond its arrays
         if (sim_check(run.world.sim))
-            step_on(run.world.sim, 1);
+            sim_ticks(run.world.sim, 1);
         state_copy_in(&run.world.state, good);
         sim_restored(run.world.sim);
         assert_true(sim_check(run.world.sim));

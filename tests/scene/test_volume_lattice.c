@@ -62,7 +62,7 @@ static int make_folder(void **state)
     log_set_level(LOG_ERROR);
     if (scratch_begin(state) != 0)
         return -1;
-    scratch_path(&scratch, "organ", path);
+    scratch_path(&scratch_space, "organ", path);
     return 0;
 }
 
@@ -286,7 +286,7 @@ TEST(body_of_a_volume_stands_where_it_is_put)
         "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 3 2 2\nencoding: ascii\n"
         "space: LPS\nspace directions: (2,0,0) (0,2,0) (0,0,2)\n"
         "space origin: (1,1,1)\n\n0 1 1  0 1 0  0 0 0  0 0 2\n";
-    scratch_write(&scratch, "organ", text, sizeof text - 1);
+    scratch_write(&scratch_space, "organ", text, sizeof text - 1);
     VoxelSource source = {.kind = VOXELS_FILE,
                           .file = path,
                           .label_count = 1,
@@ -319,7 +319,7 @@ TEST(body_of_a_volume_stands_where_it_is_put)
     source.label_count = 1;
     refuse_body(&source, ": measures 4e+06 m, outside [1e-06, 10000] m: its spacing is in other "
                          "units than it says, or scale is wrong");
-    scratch_write(&scratch, "organ", "NRRD", 4);
+    scratch_write(&scratch_space, "organ", "NRRD", 4);
     refuse_body(&source, ": its NRRD header has no field 'type'");
 }
 
@@ -327,7 +327,8 @@ TEST(body_of_a_volume_stands_where_it_is_put)
 
 TEST(body_of_a_mesh_stands_where_it_is_put)
 {
-    scratch_write(&scratch, "organ", TETRAHEDRON "f 2 3 4\n", strlen(TETRAHEDRON "f 2 3 4\n"));
+    scratch_write(&scratch_space, "organ", TETRAHEDRON "f 2 3 4\n",
+                  strlen(TETRAHEDRON "f 2 3 4\n"));
     VoxelSource source = {.kind = VOXELS_MESH,
                           .file = path,
                           .size = 1e-3,
@@ -349,7 +350,7 @@ TEST(body_of_a_mesh_stands_where_it_is_put)
                          "metres a unit of the file, 0.001 for millimetres");
     source.scale = 0.01;
     source.size = 1e-3;
-    scratch_write(&scratch, "organ", TETRAHEDRON, strlen(TETRAHEDRON));
+    scratch_write(&scratch_space, "organ", TETRAHEDRON, strlen(TETRAHEDRON));
     refuse_body(&source, ": the mesh is not closed: no other triangle borders the one at the edge "
                          "between nodes 2 and 1, so it has no inside");
 }

@@ -114,7 +114,7 @@ TEST(skins_are_published_in_place_of_the_cells)
     static const char SKIN[] = "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\n"
                                "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
     SCOPED(world_destroy) World world;
-    scratch_write(&scratch, "skin.obj", SKIN, sizeof SKIN - 1);
+    scratch_write(&scratch_space, "skin.obj", SKIN, sizeof SKIN - 1);
     assert_string_equal(
         build_text(BODY(BOX, "skin = { mesh = \"skin.obj\"; scale = 0.001; };"), NULL, &world), "");
     const Body *body = sim_body(world.sim, 0);
@@ -161,7 +161,7 @@ static void write_rows(const char *name, const char *set_name, int rows, const V
     char path[SCRATCH_PATH];
     const hsize_t size[2] = {(hsize_t)rows, 3};
     bool first = strcmp(set_name, "/position") == 0;
-    scratch_path(&scratch, name, path);
+    scratch_path(&scratch_space, name, path);
     hid_t file = first ? H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)
                        : H5Fopen(path, H5F_ACC_RDWR, H5P_DEFAULT);
     hid_t space = H5Screate_simple(2, size, NULL);
@@ -249,11 +249,11 @@ TEST(resumed_run_matches_the_uninterrupted_one)
     run_create(&whole, FALLING(BOX, HELD));
     run_create(&before, FALLING(BOX, HELD));
     run_create(&after, FALLING(BOX, HELD));
-    step_on(whole.world.sim, 60);
-    step_on(before.world.sim, 30);
+    sim_ticks(whole.world.sim, 60);
+    sim_ticks(before.world.sim, 30);
     world_save(&before.world, "a.h5");
     assert_string_equal(world_load(&after.world, "a.h5"), "");
-    step_on(after.world.sim, 30);
+    sim_ticks(after.world.sim, 30);
     assert_true(state_hash(&whole.world.state) == state_hash(&after.world.state));
 }
 

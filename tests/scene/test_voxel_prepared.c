@@ -19,7 +19,7 @@ static char *prepare(const char *text)
     Status status = {0};
     FILE *report = open_memstream(&printed, &size);
     read_scene(text, &scene);
-    unlink(scratch_path(&scratch, "a.h5", path)); // what was altered is not replaced
+    unlink(scratch_path(&scratch_space, "a.h5", path)); // what was altered is not replaced
     expect_ok(prepared_write(path, &scene, report, &status), status);
     fclose(report);
     return printed;
@@ -65,7 +65,7 @@ static void write_volume(const char *comment)
                           "space directions: (2,0,0) (0,2,0) (0,0,2)\nspace origin: (0,0,0)\n"
                           "encoding: ascii\n\n0 2 4 4\n",
                           comment);
-    scratch_write(&scratch, "v.nrrd", text, (size_t)length);
+    scratch_write(&scratch_space, "v.nrrd", text, (size_t)length);
 }
 
 static void expect_as_made(const char *text)
@@ -160,10 +160,10 @@ TEST(voxels_beside_their_header_are_noticed_too)
                                  "space: left-posterior-superior\n"
                                  "space directions: (2,0,0) (0,2,0) (0,0,2)\n"
                                  "encoding: raw\ndata file: v.raw\n";
-    scratch_write(&scratch, "v.nhdr", HEADER, sizeof HEADER - 1);
-    scratch_write(&scratch, "v.raw", "\0\2\4\4", 4);
+    scratch_write(&scratch_space, "v.nhdr", HEADER, sizeof HEADER - 1);
+    scratch_write(&scratch_space, "v.raw", "\0\2\4\4", 4);
     expect_as_made(SCENE("file = \"v.nhdr\"; label = [4, 2];"));
-    scratch_write(&scratch, "v.raw", "\2\2\4\4", 4);
+    scratch_write(&scratch_space, "v.raw", "\2\2\4\4", 4);
     expect_refusal(SCENE("file = \"v.nhdr\"; label = [4, 2];"), OTHER_SOURCE);
 }
 
@@ -184,15 +184,15 @@ TEST(damaged_files_are_refused_wherever_the_damage_is)
     Lattice lattice;
     size_t size = 0;
     free(prepare(SCENE(BALL)));
-    FREED unsigned char *data = scratch_read(&scratch, "a.h5", &size);
+    FREED unsigned char *data = scratch_read(&scratch_space, "a.h5", &size);
     for (size_t i = 0; i < 50; i++) {
-        scratch_write(&scratch, "a.h5", data, size * i / 50);
+        scratch_write(&scratch_space, "a.h5", data, size * i / 50);
         assert_string_not_equal(read_back(SCENE(BALL), &lattice), "");
     }
     // An odd stride meets all parts of blocks of even size.
     for (size_t at = 0; at < size; at += size / 200 | 1) {
         data[at] ^= 0x55;
-        scratch_write(&scratch, "a.h5", data, size);
+        scratch_write(&scratch_space, "a.h5", data, size);
         data[at] ^= 0x55;
         assert_string_not_equal(read_back(SCENE(BALL), &lattice), "");
     }
@@ -213,7 +213,7 @@ static void replace(const char *name, hid_t type, int rank, const hsize_t *shape
         H5Sclose(space);
     }
     H5Fclose(file);
-    scratch_seal(&scratch, "a.h5");
+    scratch_seal(&scratch_space, "a.h5");
 }
 
 #define BOX SCENE("generator = \"box\"; count = [2, 2, 1];")

@@ -21,29 +21,4 @@
     "  integrator = \"leapfrog\"; " more " }"
 #define DOUBLE "precision = \"double\";\n"
 
-typedef struct Momentum {
-    double mass;
-    Vec3 linear, angular;
-} Momentum;
-
-// Of bodies all whose vertices lie outside.
-static inline Momentum momentum_of(Run *run)
-{
-    Momentum sum = {0};
-    for (int b = 0; b < sim_body_count(run->world.sim); b++) {
-        const Body *body = sim_body(run->world.sim, b);
-        for (int i = 0; i < body->surface.node_count; i++) {
-            Vec3 x, v;
-            if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
-                continue;
-            body->ops->read_nodes(body->model, &i, 1, &x, &v);
-            double mass = body->surface.node_mass[i];
-            sum.mass += mass;
-            sum.linear = vec3_madd(sum.linear, mass, v);
-            sum.angular = vec3_madd(sum.angular, mass, vec3_cross(x, v));
-        }
-    }
-    return sum;
-}
-
 #endif

@@ -32,7 +32,7 @@ static LoadOptions load_within(double radius)
 
 static void start(ToyScene *scene, LoadOptions load)
 {
-    load_or_fail(scene->sim, &load);
+    apply_well(sim_apply_load, scene->sim, &load);
 }
 
 static Vec3 sum_of_loads(const ToyScene *scene)

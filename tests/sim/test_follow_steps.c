@@ -132,7 +132,7 @@ TEST(scales_enter_the_step_at_every_level)
         split(&scene, now == 1);
         char why[256];
         // 1/0.4 of the step, squared: 6.25; damping takes a little.
-        set_or_fail(scene.sim, "stiffness_scale", 4.0);
+        apply_well(sim_apply_set, scene.sim, "stiffness_scale", 4.0);
         assert_false(sim_apply_set(scene.sim, "wall.stiffness_scale", 7.0, why, sizeof why));
         assert_non_null(strstr(why, "time step"));
         expect_near(scene.body[0]->tuning.stiffness_scale, 4.0, 0.0);
@@ -181,9 +181,9 @@ TEST(thresholds_are_set_on_one_body_or_all)
     toy_scene_create(&scene, &options);
     char why[256], key[64];
     for (int k = 0; k < 5; k++) {
-        set_or_fail(scene.sim, keys[k].key, 3.0);
+        apply_well(sim_apply_set, scene.sim, keys[k].key, 3.0);
         snprintf(key, sizeof key, "twin.%s", keys[k].key);
-        set_or_fail(scene.sim, key, 5.0);
+        apply_well(sim_apply_set, scene.sim, key, 5.0);
         expect_near(scene.toy[0]->parameter[keys[k].parameter], 3.0, 0.0);
         expect_near(scene.toy[1]->parameter[keys[k].parameter], 5.0, 0.0);
         assert_false(sim_apply_set(scene.sim, keys[k].key, -1.0, why, sizeof why));
@@ -209,8 +209,8 @@ TEST(a_refined_body_takes_the_scales_that_its_steps_allow)
     split(&scene, true);
     assert_true(body->substeps > body->finest_substeps);
     char why[256];
-    set_or_fail(scene.sim, "wall.stiffness_scale", 0.5);
-    set_or_fail(scene.sim, "stiffness_scale", 1.0);
+    apply_well(sim_apply_set, scene.sim, "wall.stiffness_scale", 0.5);
+    apply_well(sim_apply_set, scene.sim, "stiffness_scale", 1.0);
     assert_false(sim_apply_set(scene.sim, "stiffness_scale", 3.0, why, sizeof why));
 }
 

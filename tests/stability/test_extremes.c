@@ -146,7 +146,7 @@ TEST(implicit_sheet_too_uneven_to_follow_is_refused_with_the_step_it_can_take)
                  "time_step = %s; } );",
                  steps[k]);
         scratch_write_text("x.cfg", text);
-        assert_true(scene_read(scratch_path(&scratch, "x.cfg", path), &run.scene, &status));
+        assert_true(scene_read(scratch_path(&scratch_space, "x.cfg", path), &run.scene, &status));
         const bool built = world_build(&run.world, &run.scene, &options, &status);
         assert_int_equal(built, k == 1);
         if (built) {

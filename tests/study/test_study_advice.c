@@ -283,8 +283,8 @@ static void set_keys(const char *text, const StudyCase *what, double rate_hz, Sc
     assert_string_equal(read_as_scene(text, scene), "");
     assert_true(scene_keys_of_case(scene, what, rate_hz, &keys));
     scene_destroy(scene);
-    bool ok = scene_keys_set(&keys, scratch_path(&scratch, "x.cfg", from),
-                             scratch_path(&scratch, "y.cfg", to), &status);
+    bool ok = scene_keys_set(&keys, scratch_path(&scratch_space, "x.cfg", from),
+                             scratch_path(&scratch_space, "y.cfg", to), &status);
     assert_string_equal(status.text, "");
     assert_true(ok);
     ok = scene_read(to, scene, &status);
@@ -392,8 +392,8 @@ TEST(files_keep_their_place)
     int there = mkstemp(to);
     assert_true(there >= 0);
     close(there);
-    scratch_write(&scratch, "a.off", off, sizeof off - 1);
-    scratch_write(&scratch, "x.cfg", text, sizeof text - 1);
+    scratch_write(&scratch_space, "a.off", off, sizeof off - 1);
+    scratch_write(&scratch_space, "x.cfg", text, sizeof text - 1);
     assert_true(scene_keys_set(&keys, scratch_at("x.cfg"), to, &status));
     bool ok = scene_read(to, &scene, &status);
     unlink(to);
@@ -411,9 +411,9 @@ static void expect_refused(const char *text, const char *said)
     SceneKeys keys = {.body_count = 1};
     Status status = {0};
     scratch_write_text("x.cfg", text);
-    assert_false(scene_keys_set(&keys, scratch_path(&scratch, "x.cfg", from),
-                                scratch_path(&scratch, "z.cfg", to), &status));
-    assert_string_equal(status.text + strlen(scratch.folder) + 1, said);
+    assert_false(scene_keys_set(&keys, scratch_path(&scratch_space, "x.cfg", from),
+                                scratch_path(&scratch_space, "z.cfg", to), &status));
+    assert_string_equal(status.text + strlen(scratch_space.folder) + 1, said);
     assert_int_not_equal(access(to, F_OK), 0); // nothing half done
 }
 

@@ -79,7 +79,7 @@ TEST(any_table_has_a_fit_in_range_or_a_reason)
         // Of every fifth table one byte is another.
         if (length > 0 && n % 5 == 0)
             text[pick((int)length)] = (char)pick(256);
-        scratch_write(&scratch, "any.csv", text, length);
+        scratch_write(&scratch_space, "any.csv", text, length);
         check(scratch_at("any.csv"));
     }
 }

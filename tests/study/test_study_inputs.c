@@ -160,7 +160,7 @@ TEST(a_log_drives_the_scene_at_any_rate)
     SCOPED(bench_destroy) Bench bench;
     StudyRun run;
     char path[SCRATCH_PATH];
-    write_log(scratch_path(&scratch, "x.log", path), 600);
+    write_log(scratch_path(&scratch_space, "x.log", path), 600);
     bench_create(&bench, BALL(PROBE), &(StudyOptions){.repeats = 1, .input_log = path});
     assert_int_equal(bench.context.inputs.drive, DRIVE_LOG);
     expect_near(bench.context.inputs.end_s, 0.3, 1e-9);

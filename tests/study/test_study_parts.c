@@ -33,7 +33,7 @@ static int times_run(int task)
     snprintf(name, sizeof name, "run-%d", task);
     if (access(scratch_at(name), F_OK) != 0)
         return 0;
-    free(scratch_read(&scratch, name, &size));
+    free(scratch_read(&scratch_space, name, &size));
     return (int)size;
 }
 
@@ -42,7 +42,7 @@ static void trial_run(void *user, int task, void *result)
     const Trial *trial = user;
     char name[32], path[SCRATCH_PATH];
     snprintf(name, sizeof name, "run-%d", task);
-    FILE *file = fopen(scratch_path(&scratch, name, path), "a");
+    FILE *file = fopen(scratch_path(&scratch_space, name, path), "a");
     fputc('x', file);
     fclose(file);
     if (task == trial->deadly)
@@ -79,7 +79,7 @@ static bool run_trial(Trial *trial, int jobs, bool fresh)
                        .user = trial,
                        .run = trial_run,
                        .done = trial_done};
-    bool ok = parts_open(&parts, scratch.folder, KEY, fresh, &status) &&
+    bool ok = parts_open(&parts, scratch_space.folder, KEY, fresh, &status) &&
               parts_run(&parts, "task", &pool, trial_lose, &status);
     parts_close(&parts);
     return ok;
@@ -187,17 +187,17 @@ TEST(parts_of_another_study_are_refused)
 {
     Parts parts, other;
     Status status = {0};
-    assert_true(parts_open(&parts, scratch.folder, KEY, false, &status));
-    assert_false(parts_open(&other, scratch.folder, KEY + 1, false, &status));
+    assert_true(parts_open(&parts, scratch_space.folder, KEY, false, &status));
+    assert_false(parts_open(&other, scratch_space.folder, KEY + 1, false, &status));
     assert_int_equal(status.code, STATUS_INVALID);
     expect_in(status.text, "parts: of another scene, options or program");
     // Nor is a study begun again that another process takes part in.
     status = (Status){0};
-    assert_false(parts_open(&other, scratch.folder, KEY + 1, true, &status));
+    assert_false(parts_open(&other, scratch_space.folder, KEY + 1, true, &status));
     expect_in(status.text, "another process runs this study");
     parts_close(&parts);
     status = (Status){0};
-    assert_true(parts_open(&other, scratch.folder, KEY + 1, true, &status));
+    assert_true(parts_open(&other, scratch_space.folder, KEY + 1, true, &status));
     parts_close(&other);
 }
 
@@ -207,7 +207,7 @@ TEST(a_complete_study_has_no_parts_left_and_runs_nothing)
     Parts parts;
     Status status = {0};
     assert_true(run_trial(&trial, 1, false));
-    assert_true(parts_open(&parts, scratch.folder, KEY, false, &status));
+    assert_true(parts_open(&parts, scratch_space.folder, KEY, false, &status));
     assert_false(parts_complete(&parts));
     parts_finish(&parts);
     assert_true(parts_complete(&parts));

@@ -91,7 +91,7 @@ TEST(a_step_beyond_the_bound_is_refused_with_the_reason)
     free(trace_of(&bench, INTEGRATOR_LEAPFROG, 0.01, &run));
     assert_int_equal(run.verdict, STUDY_REFUSED);
     expect_in(run.why, "stability bound");
-    assert_null(strstr(run.why, scratch.folder));
+    assert_null(strstr(run.why, scratch_space.folder));
     assert_true(isnan(run.time.patch));
 }
 

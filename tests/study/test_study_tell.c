@@ -160,7 +160,7 @@ static int columns_of(const char *line)
 static char *read_back(const char *name)
 {
     size_t size;
-    char *text = (char *)scratch_read(&scratch, name, &size);
+    char *text = (char *)scratch_read(&scratch_space, name, &size);
     text[size] = '\0';
     return text;
 }
@@ -329,8 +329,8 @@ TEST(missing_gnuplot_leaves_the_script)
     Status status = {0};
     fill();
     advice_make_total(&result, 0.01, 1000.0, &advice);
-    assert_true(plot_write(&result, scratch.folder, 0.01, &advice, &status));
-    assert_int_equal(results_draw("no-such-gnuplot", scratch.folder, "study.gp", &status),
+    assert_true(plot_write(&result, scratch_space.folder, 0.01, &advice, &status));
+    assert_int_equal(results_draw("no-such-gnuplot", scratch_space.folder, "study.gp", &status),
                      DRAW_NO_GNUPLOT);
     FREED char *script = read_back("study.gp");
     expect_in(script, "set output 'time.png'");
@@ -350,8 +350,8 @@ TEST(gnuplot_draws_all_four)
     fill();
     snprintf(result.scene, sizeof result.scene, "it's a_scene");
     advice_make_total(&result, 0.01, 1000.0, &advice);
-    assert_true(plot_write(&result, scratch.folder, 0.01, &advice, &status));
-    DrawResult drawn = results_draw("gnuplot", scratch.folder, "study.gp", &status);
+    assert_true(plot_write(&result, scratch_space.folder, 0.01, &advice, &status));
+    DrawResult drawn = results_draw("gnuplot", scratch_space.folder, "study.gp", &status);
     if (drawn == DRAW_NO_GNUPLOT)
         skip();
     assert_string_equal(status.text, "");
@@ -364,8 +364,8 @@ TEST(a_script_without_points_is_no_error)
 {
     Status status = {0};
     sample_begin(&result, 0.001, 1e-6);
-    assert_true(plot_write(&result, scratch.folder, 0.01, &advice, &status));
-    DrawResult drawn = results_draw("gnuplot", scratch.folder, "study.gp", &status);
+    assert_true(plot_write(&result, scratch_space.folder, 0.01, &advice, &status));
+    DrawResult drawn = results_draw("gnuplot", scratch_space.folder, "study.gp", &status);
     assert_true(drawn == DRAWN || drawn == DRAW_NO_GNUPLOT);
 }
 

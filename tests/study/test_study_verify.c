@@ -142,8 +142,8 @@ TEST(advised_scene_moves_as_the_case_did)
     promised();
     const StudyCase what = result.run[advice.run].what;
     assert_true(scene_keys_of_case(&scene, &what, context.options.rate_hz, &keys));
-    bool ok = scene_keys_set(&keys, scratch_path(&scratch, "x.cfg", from),
-                             scratch_path(&scratch, "advised.cfg", to), &status) &&
+    bool ok = scene_keys_set(&keys, scratch_path(&scratch_space, "x.cfg", from),
+                             scratch_path(&scratch_space, "advised.cfg", to), &status) &&
               scene_read(to, &advised, &status) &&
               study_prepare(&advised_context, &advised, &context.options, &status);
     assert_string_equal(status.text, "");

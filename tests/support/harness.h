@@ -18,7 +18,7 @@ enum { OUTPUT_MAX = 65536, PATH_TEXT = 512 };
 // forever:
 const char *program_path(const char *name);
 // Behind each test that has no AROUND_EACH the processes end that a failed one has left behind: all
-// that were started in it. For an AROUND_EACH of a test's own: ends all processes.
+// that were started in it, by harness_teardown, which an AROUND_EACH of a test's own calls.
 int harness_teardown(void **state);
 // A path in the scratch folder, valid forever.
 const char *scratch(const char *name);

@@ -158,9 +158,13 @@ void expect_attribute(hid_t object, const char *name, const char *expected)
     const hid_t type = H5Aget_type(attribute);
     assert_int_equal(H5Tget_class(type), H5T_STRING);
     const bool varies = H5Tis_variable_str(type) > 0;
-    FREED char *text = varies ? NULL : calloc(H5Tget_size(type) + 1, 1);
+    char *text = varies ? NULL : zeroed(H5Tget_size(type) + 1, 1);
     assert_true(H5Aread(attribute, type, varies ? (void *)&text : text) >= 0);
     assert_string_equal(text, expected);
+    if (varies)
+        H5free_memory(text);
+    else
+        free(text);
     H5Tclose(type);
     H5Aclose(attribute);
 }

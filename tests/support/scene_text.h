@@ -16,13 +16,13 @@ static inline const char *read_as_scene(const char *text, Scene *scene)
     static char said[512];
     char path[SCRATCH_PATH];
     Status status = {0};
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    bool ok = scene_read(scratch_path(&scratch, "x.cfg", path), scene, &status);
+    scratch_write(&scratch_space, "x.cfg", text, strlen(text));
+    bool ok = scene_read(scratch_path(&scratch_space, "x.cfg", path), scene, &status);
     assert_int_equal(ok, status.code == STATUS_OK);
     if (!ok)
         assert_int_equal(status.code, STATUS_INVALID);
-    size_t folder = strlen(scratch.folder) + 1;
-    bool own = strncmp(status.text, scratch.folder, folder - 1) == 0;
+    size_t folder = strlen(scratch_space.folder) + 1;
+    bool own = strncmp(status.text, scratch_space.folder, folder - 1) == 0;
     snprintf(said, sizeof said, "%s", status.text + (own ? folder : 0));
     assert_null(strchr(said, '\n'));
     return said;

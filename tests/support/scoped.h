@@ -7,8 +7,7 @@
 //     CLOSED FILE *out = fopen(path, "w");
 //
 // Nothing may leave the scope before what creates them. A claim that fails leaves its scopes by a
-// jump, and their memory to the end of the program. Of the C library those who include this have
-// stdio.h, stdlib.h and string.h.
+// jump, and their memory to the end of the program. Includes stdio.h, stdlib.h and string.h.
 #ifndef PLIANT_TESTS_SCOPED_H
 #define PLIANT_TESTS_SCOPED_H
 
@@ -25,7 +24,7 @@
 // Memory for so many, at least one; ends the program if there is none.
 static inline void *zeroed(size_t count, size_t size)
 {
-    void *memory = calloc(count + 1, size);
+    void *memory = calloc(count > 0 ? count : 1, size);
     if (memory == NULL)
         abort();
     return memory;

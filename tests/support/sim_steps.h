@@ -5,6 +5,7 @@
 
 #include "expect.h"
 
+#include "base/team.h"
 #include "sim/sim.h"
 
 // In the braces of ToolOptions: a ball, or a capsule of so much between its ends along x.
@@ -15,6 +16,12 @@
     .id = 1, .kind = TOOL_PROBE, .capsule_count = 1,                                               \
     .capsule = {{{-0.5 * (length), 0.0, 0.0}, {0.5 * (length), 0.0, 0.0}, (radius_m)}},            \
     .max_force = (force)
+
+// For SCOPED, above what uses the team.
+static inline void team_end(Team **team)
+{
+    team_destroy(*team);
+}
 
 static inline void fix_within(BodyOptions *body, const FixedRegion *region)
 {
@@ -42,20 +49,13 @@ static inline void withdraw_tool(Sim *sim, int tool)
     sim_apply_pose(sim, tool, &pose, true);
 }
 
-// Fail the test with the reason where it is refused.
-static inline void load_or_fail(Sim *sim, const LoadOptions *load)
-{
-    char why[256] = "";
-    if (!sim_apply_load(sim, load, why, sizeof why))
-        fail_msg("%s", why);
-}
-
-static inline void set_or_fail(Sim *sim, const char *key, double value)
-{
-    char why[256] = "";
-    if (!sim_apply_set(sim, key, value, why, sizeof why))
-        fail_msg("%s", why);
-}
+// sim_apply_...(...) with these arguments takes effect; fails with why it does not.
+#define apply_well(function, ...)                                                                  \
+    do {                                                                                           \
+        char why_[256] = "";                                                                       \
+        if (!function(__VA_ARGS__, why_, sizeof why_))                                             \
+            fail_msg("%s", why_);                                                                  \
+    } while (0)
 
 static inline BodyMeasure measure_of(const Body *body)
 {
@@ -72,17 +72,22 @@ static inline double energy_of(const Body *body)
 }
 
 typedef struct Momentum {
+    double mass;
     Vec3 linear, angular; // about the origin
 } Momentum;
+
+static inline void momentum_add(Momentum *sum, double mass, Vec3 x, Vec3 v)
+{
+    sum->mass += mass;
+    sum->linear = vec3_madd(sum->linear, mass, v);
+    sum->angular = vec3_madd(sum->angular, mass, vec3_cross(x, v));
+}
 
 static inline Momentum momentum_of(int count, const double *mass, const Vec3 *x, const Vec3 *v)
 {
     Momentum sum = {0};
-    for (int i = 0; i < count; i++) {
-        const Vec3 p = vec3_scale(mass[i], v[i]);
-        sum.linear = vec3_add(sum.linear, p);
-        sum.angular = vec3_add(sum.angular, vec3_cross(x[i], p));
-    }
+    for (int i = 0; i < count; i++)
+        momentum_add(&sum, mass[i], x[i], v[i]);
     return sum;
 }
 

@@ -4,8 +4,8 @@
 // above what they are around: AROUND_ALL(begin, end) runs them once for the TESTs below it in the
 // file, AROUND_EACH(begin, end) for each of these, until the next one.
 //
-// What a fixture puts into its `*state` is `*test_state` in a TEST. Of the C library tests have
-// math.h, stdio.h, stdlib.h and string.h from here.
+// What a fixture puts into its `*state` is `*test_state` in a TEST. Includes math.h,
+// stdio.h, stdlib.h and string.h.
 #ifndef PLIANT_TESTS_TEST_H
 #define PLIANT_TESTS_TEST_H
 

@@ -5,6 +5,7 @@
 #define PLIANT_TESTS_WORLD_RUN_H
 
 #include "scratch_folder.h"
+#include "sim_steps.h"
 
 #include "scene/build.h"
 
@@ -19,8 +20,8 @@ static inline const char *without_folder(const Status *status)
     static char said[512];
     char *folder;
     snprintf(said, sizeof said, "%s", status->text);
-    while ((folder = strstr(said, scratch.folder)) != NULL) {
-        const size_t length = strlen(scratch.folder) + 1;
+    while ((folder = strstr(said, scratch_space.folder)) != NULL) {
+        const size_t length = strlen(scratch_space.folder) + 1;
         memmove(folder, folder + length, strlen(folder + length) + 1);
     }
     assert_null(strchr(said, '\n'));
@@ -32,8 +33,8 @@ static inline void read_scene(const char *text, Scene *scene)
 {
     char path[SCRATCH_PATH];
     Status status = {0};
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    if (!scene_read(scratch_path(&scratch, "x.cfg", path), scene, &status))
+    scratch_write(&scratch_space, "x.cfg", text, strlen(text));
+    if (!scene_read(scratch_path(&scratch_space, "x.cfg", path), scene, &status))
         fail_msg("%s", status.text);
 }
 
@@ -43,8 +44,8 @@ static inline const char *try_world(World *world, const char *text, const BuildO
     char path[SCRATCH_PATH];
     Scene scene;
     Status status = {0};
-    scratch_write(&scratch, "x.cfg", text, strlen(text));
-    bool ok = scene_read(scratch_path(&scratch, "x.cfg", path), &scene, &status);
+    scratch_write(&scratch_space, "x.cfg", text, strlen(text));
+    bool ok = scene_read(scratch_path(&scratch_space, "x.cfg", path), &scene, &status);
     if (ok) {
         ok = world_build(world, &scene, options, &status);
         scene_destroy(&scene);
@@ -92,18 +93,21 @@ static inline void run_destroy(Run *run)
     SCOPED(run_destroy) Run run;                                                                   \
     run_create(&(run), text)
 
-// sim_apply_...(...) with these arguments takes effect; fails with why it does not.
-#define apply_well(function, ...)                                                                  \
-    do {                                                                                           \
-        char why_[256] = "";                                                                       \
-        if (!function(__VA_ARGS__, why_, sizeof why_))                                             \
-            fail_msg("%s", why_);                                                                  \
-    } while (0)
-
-static inline void step_on(Sim *sim, int ticks)
+// Of bodies all whose vertices lie outside.
+static inline Momentum run_momentum(Run *run)
 {
-    for (int i = 0; i < ticks; i++)
-        sim_step(sim);
+    Momentum sum = {0};
+    for (int b = 0; b < sim_body_count(run->world.sim); b++) {
+        const Body *body = sim_body(run->world.sim, b);
+        for (int i = 0; i < body->surface.node_count; i++) {
+            Vec3 x, v;
+            if (body->surface.node_face_end[i] <= body->surface.node_face_start[i])
+                continue;
+            body->ops->read_nodes(body->model, &i, 1, &x, &v);
+            momentum_add(&sum, body->surface.node_mass[i], x, v);
+        }
+    }
+    return sum;
 }
 
 // Returns where a body's outer nodes are in the mean, by mass [m].

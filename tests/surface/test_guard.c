@@ -30,7 +30,7 @@ static const LoadOptions soft = {
 
 static void apply(Fixture *fixture, const LoadOptions *load)
 {
-    load_or_fail(fixture->sim, load);
+    apply_well(sim_apply_load, fixture->sim, load);
 }
 
 static int64_t loads_in_force(const Fixture *fixture)
@@ -418,7 +418,7 @@ TEST(what_was_set_is_the_cause_for_a_while_then_the_unsafe_step)
     fixture_run(&fixture, 20);
     assert_int_equal(sim_resets(fixture.sim), 0);
     char why[128];
-    set_or_fail(fixture.sim, "stiffness_scale", 1e6);
+    apply_well(sim_apply_set, fixture.sim, "stiffness_scale", 1e6);
     const GuardCounts *counts = sim_guard_counts(fixture.sim);
     fixture_run(&fixture, 1000);
     assert_true(counts->restored[GUARD_SET] > 0);
@@ -514,7 +514,7 @@ TEST(another_body_does_not_notice)
         }
         assert_true(sim_seal(sim, 0.0, &(Status){0}));
         if (run == 1)
-            load_or_fail(sim, &huge); // body 0
+            apply_well(sim_apply_load, sim, &huge); // body 0
         sim_ticks(sim, 50);
         assert_int_equal(sim_resets(sim), run == 1 ? GUARD_MOST_BLAME : 0);
         assert_int_equal(sim_body(sim, 1)->resets, 0);

@@ -11,16 +11,16 @@ TEST(set_changes_what_it_names)
     SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
     char why[256];
-    set_or_fail(fixture.sim, "gravity_x", 2.0);
-    set_or_fail(fixture.sim, "gravity_y", -1.0);
-    set_or_fail(fixture.sim, "gravity_z", 0.5);
+    apply_well(sim_apply_set, fixture.sim, "gravity_x", 2.0);
+    apply_well(sim_apply_set, fixture.sim, "gravity_y", -1.0);
+    apply_well(sim_apply_set, fixture.sim, "gravity_z", 0.5);
     fixture_run(&fixture, 1);
     expect_near(fixture.v[4].x, 2e-3, 1e-15); // rounding
     expect_near(fixture.v[4].y, -1e-3, 1e-15);
     expect_near(fixture.v[4].z, 0.5e-3, 1e-15);
-    set_or_fail(fixture.sim, "body.friction", 0.3);
+    apply_well(sim_apply_set, fixture.sim, "body.friction", 0.3);
     expect_near(fixture.body->tuning.friction, 0.3, 0.0);
-    set_or_fail(fixture.sim, "friction", 0.4); // of every body
+    apply_well(sim_apply_set, fixture.sim, "friction", 0.4); // of every body
     expect_near(fixture.body->tuning.friction, 0.4, 0.0);
     assert_false(sim_apply_gravity(fixture.sim, (Vec3){0.0, (double)NAN, 0.0}, why, sizeof why));
 }
@@ -45,7 +45,7 @@ static double first_kick(const char *key, double value)
     options.initial_velocity = v;
     SCOPED(fixture_destroy) Fixture fixture;
     fixture_create(&fixture, &mesh, &options);
-    set_or_fail(fixture.sim, key, value);
+    apply_well(sim_apply_set, fixture.sim, key, value);
     fixture_run(&fixture, 1);
     double kick = fixture.v[9].z - v[9].z;
     return kick;
@@ -162,8 +162,8 @@ TEST(unsafe_body_takes_any_scale_in_range)
     options.unsafe_time_step = true;
     SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_sphere(&fixture, &options);
-    set_or_fail(fixture.sim, "body.stiffness_scale", 1e5);
-    load_or_fail(fixture.sim, &fixture_everywhere);
+    apply_well(sim_apply_set, fixture.sim, "body.stiffness_scale", 1e5);
+    apply_well(sim_apply_load, fixture.sim, &fixture_everywhere);
     for (int tick = 0; tick < 200; tick++) {
         fixture_run(&fixture, 1);
         assert_true(fixture_is_finite(&fixture));

@@ -87,7 +87,7 @@ TEST(every_variant_at_every_level_follows_double)
         create(&reference, make, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_DOUBLE);
         bool load = number / 12 % 2 == 1;
         if (load)
-            load_or_fail(reference.sim, &fixture_everywhere);
+            apply_well(sim_apply_load, reference.sim, &fixture_everywhere);
         fixture_run(&reference, 3);
 
         const char *const *levels = isa_available();
@@ -97,7 +97,7 @@ TEST(every_variant_at_every_level_follows_double)
             options.isa = levels[k];
             create(&single, make, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_SINGLE);
             if (load)
-                load_or_fail(single.sim, &fixture_everywhere);
+                apply_well(sim_apply_load, single.sim, &fixture_everywhere);
             fixture_run(&single, 3);
             Difference d;
             compare(&single, &reference, &d);
@@ -124,7 +124,7 @@ static Difference one_second(void (*make)(TriMesh *), Vec3 place, FixtureOptions
                             .radius = 0.02,
                             .force = {0.0, 0.01, -0.02},
                             .duration = 0.3};
-        load_or_fail(both[k]->sim, &load);
+        apply_well(sim_apply_load, both[k]->sim, &load);
         fixture_run(both[k], 1000);
     }
     Difference d;
@@ -153,7 +153,7 @@ TEST(small_motion_agrees_to_1e_5_here_and_far_from_the_origin)
                                 .radius = 0.05,
                                 .force = {0.0, 0.01, -0.02},
                                 .duration = 2.0};
-            load_or_fail(both[b]->sim, &load);
+            apply_well(sim_apply_load, both[b]->sim, &load);
             fixture_run(both[b], 1000);
         }
         Difference d;
@@ -238,7 +238,7 @@ TEST(a_copied_state_continues_with_the_same_bits)
     SCOPED(fixture_destroy) Fixture single;
     create(&single, fixture_sphere, (Vec3){0.0, 0.0, 0.0}, options, PRECISION_SINGLE);
     fixture_run(&single, 37);
-    load_or_fail(single.sim, &fixture_everywhere);
+    apply_well(sim_apply_load, single.sim, &fixture_everywhere);
     fixture_run(&single, 3);
     FREED void *block = copy_state(&single.state);
     fixture_run(&single, 50);
@@ -263,7 +263,7 @@ TEST(snapshots_are_the_rounded_state_and_nothing_more)
         push.center = (Vec3){3.0, -2.0, 0.6};
         push.radius = 0.1;
         push.duration = 1.0;
-        load_or_fail(fixture.sim, &push);
+        apply_well(sim_apply_load, fixture.sim, &push);
         fixture_run(&fixture, 200);
         fixture_read(&fixture);
         size_t values = 3 * (size_t)fixture.mesh.node_count;

@@ -52,7 +52,7 @@ static void act_busy(Fixture *fixture, int tick)
     load.center = vec3(0.05, 0.0, 0.0);
     load.duration = 0.02;
     if (tick % 50 == 10)
-        load_or_fail(fixture->sim, &load);
+        apply_well(sim_apply_load, fixture->sim, &load);
     if (tick % 10 == 0)
         press(fixture, 1e-3 + 1e-5 * tick);
     sim_step(fixture->sim);
@@ -88,7 +88,7 @@ TEST(instruction_set_level_does_not_change_a_bit)
         assert_string_equal(fixture.body->ops->isa(fixture.body->model), levels[k]);
         for (int tick = 0; tick < 200; tick++) {
             if (tick == 10)
-                load_or_fail(fixture.sim, &fixture_everywhere);
+                apply_well(sim_apply_load, fixture.sim, &fixture_everywhere);
             sim_step(fixture.sim);
         }
         expected = k == 0 ? state_hash(&fixture.state) : expected;
@@ -132,7 +132,7 @@ TEST(reset_returns_to_the_bits_of_the_start)
     create_busy(&fresh, INTEGRATOR_LEAPFROG);
     for (int tick = 0; tick < 121; tick++)
         act_busy(&fixture, tick);
-    set_or_fail(fixture.sim, "gravity_x", 3.0);
+    apply_well(sim_apply_set, fixture.sim, "gravity_x", 3.0);
     sim_reset(fixture.sim);
     assert_int_equal(sim_steps(fixture.sim), 121); // step and time go on
     expect_near(sim_time(fixture.sim), 0.121, 1e-15);
@@ -163,7 +163,7 @@ TEST(bad_numbers_restore_the_last_good_state_and_are_counted)
         SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         LoadOptions push = {.center = {0.0, 0.0, 0.05}, .radius = 0.02, .force = {1.0, 0.0, 0.0}};
-        load_or_fail(fixture.sim, &push);
+        apply_well(sim_apply_load, fixture.sim, &push);
         size_t bytes = (size_t)fixture.mesh.node_count * sizeof(Vec3);
         FREED Vec3 *before = malloc(bytes);
         bool restarted = false;

@@ -292,16 +292,16 @@ TEST(a_free_body_keeps_its_momentum)
         const char *name;
         bool relaxes, shape;
         double left;
-    } ROWS_OF[] = {{"relaxing", true, false, 0.9},
-                   {"relaxing on shape springs", true, true, 0.9},
-                   {"stiffening", false, false, HUGE_VAL}}; // nothing damps it
+    } BODIES[] = {{"relaxing", true, false, 0.9},
+                  {"relaxing on shape springs", true, true, 0.9},
+                  {"stiffening", false, false, HUGE_VAL}}; // nothing damps it
     for (int k = 0; k < 3 * PRECISION_COUNT; k++) {
         const Precision precision = (Precision)(k / 3);
-        const bool relaxes = ROWS_OF[k % 3].relaxes;
+        const bool relaxes = BODIES[k % 3].relaxes;
         FixtureOptions options = {.material = fixture_material(relaxes ? 2e-4 : 0.0),
                                   .precision = precision,
                                   .integrator = INTEGRATOR_LEAPFROG};
-        if (ROWS_OF[k % 3].shape)
+        if (BODIES[k % 3].shape)
             options.shape = fixture_shape(SHAPE_BODY);
         if (relaxes)
             set_branches(&options.material, 2, TWO);
@@ -310,8 +310,8 @@ TEST(a_free_body_keeps_its_momentum)
         SCOPED(fixture_destroy) Fixture fixture;
         fixture_create_sphere(&fixture, &options);
         throw_body(&fixture, 0.2);
-        const LawBody body = law_body(ROWS_OF[k % 3].name, &fixture, 0.05);
-        law_expect_momentum(&body, EFFORT(500), precision, 1e-3, ROWS_OF[k % 3].left);
+        const LawBody body = law_body(BODIES[k % 3].name, &fixture, 0.05);
+        law_expect_momentum(&body, EFFORT(500), precision, 1e-3, BODIES[k % 3].left);
         if (relaxes)
             expect_both_ends_alike(fixture_model(&fixture));
     }
@@ -336,27 +336,29 @@ typedef struct Release {
 
 TEST(energy_never_grows)
 {
+    // Laws in turn: the first few rows, which sanitizers try, have both.
     static const Release RELEASES[] = {{RELAXING_FROM("crumpled", 0.05, 0.05, 0.05)},
-                                       {RELAXING_FROM("shrunk", 0.3, 0.3, 0.3)},
-                                       {RELAXING_FROM("flat", 1.0, 1.0, 0.0)},
-                                       {RELAXING_FROM("stretched", 3.0, 1.0, 1.0)},
-                                       {RELAXING_FROM("inverted", 1.0, 1.0, -1.0)},
                                        {UNDAMPED(1.0)},
-                                       {UNDAMPED(10.0)},
-                                       {UNDAMPED(100.0)},
-                                       {DAMPED(1.0)},
+                                       {RELAXING_FROM("flat", 1.0, 1.0, 0.0)},
                                        {DAMPED(10.0)},
+                                       {RELAXING_FROM("inverted", 1.0, 1.0, -1.0)},
+                                       {UNDAMPED(100.0)},
+                                       {RELAXING_FROM("stretched", 3.0, 1.0, 1.0)},
+                                       {DAMPED(1.0)},
+                                       {RELAXING_FROM("shrunk", 0.3, 0.3, 0.3)},
+                                       {UNDAMPED(10.0)},
                                        {DAMPED(100.0)}};
     uint64_t random = 4;
-    for (int k = 0; k < 11 * EFFORT(2); k++) {
-        const Release *release = &RELEASES[k % 11];
-        const bool relaxes = release->cap == 0.0;
+    for (int k = 0; k < 3 * EFFORT(11); k++) {
+        const Release *release = &RELEASES[k / 3];
+        const bool relaxes = release->cap == 0.0, rk4 = k % 3 == 2;
+        if (relaxes && rk4)
+            continue; // refused
         FixtureOptions options = {.material = fixture_material(release->damping),
-                                  .precision = (Precision)(k / 11),
+                                  .precision = k % 3 == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE,
                                   .shape = fixture_shape(SHAPE_WORLD),
                                   .time_step = release->time_step,
-                                  .integrator =
-                                      relaxes || k % 2 == 0 ? INTEGRATOR_LEAPFROG : INTEGRATOR_RK4};
+                                  .integrator = rk4 ? INTEGRATOR_RK4 : INTEGRATOR_LEAPFROG};
         if (relaxes)
             set_branches(&options.material, 2, TWO);
         else
@@ -369,7 +371,7 @@ TEST(energy_never_grows)
         const LawFall fall = law_fall(&body, x, zero, release->ticks);
         print_message("%s, cap %.0f, %s, %s: energy at most %.3f of the first, grows by %.2g in a "
                       "tick, %.2g left\n",
-                      release->name, release->cap, k < 11 ? "double" : "single",
+                      release->name, release->cap, k % 3 == 0 ? "double" : "single",
                       integrator_name(options.integrator), fall.most, fall.growth, fall.left);
         expect_at_most(fall.most, release->most);
         // Rounding of an energy, in single precision of its positions.
@@ -419,7 +421,8 @@ TEST(states_repeat)
                                           .prestress = 0.1,
                                           .isa = isa[k]};
                 set_branches(&options.material, 2, TWO);
-                options.team = threads > 1 ? team_create(threads) : NULL;
+                SCOPED(team_end) Team *team = threads > 1 ? team_create(threads) : NULL;
+                options.team = team;
                 TriMesh mesh;
                 assert_true(generate_ico_sphere(&mesh, 4, 0.05, &(Status){0})); // 2562: shared
                 SCOPED(fixture_destroy) Fixture fixture;
@@ -434,8 +437,6 @@ TEST(states_repeat)
                 assert_true(state_hash(&fixture.state) == end);
                 assert_true(hash == 0 || hash == end);
                 hash = end;
-                if (options.team != NULL)
-                    team_destroy(options.team);
             }
     }
 }

@@ -64,7 +64,7 @@ static void prepare(Problem *p)
 {
     for (int k = 0; k < CLASSES; k++)
         p->classes[k] = class_of(k / 2, k % 2, p->law, p->damped);
-    p->row = zeroed((size_t)p->vertex_count, sizeof *p->row);
+    p->row = zeroed((size_t)p->vertex_count + 1, sizeof *p->row);
     p->last = zeroed((size_t)p->element_count, sizeof *p->last);
     for (int e = 0; e < p->element_count; e++)
         p->last[e] = (Quat){1.0, 0.0, 0.0, 0.0};

@@ -47,7 +47,7 @@ static void expect_measures(VoxelWorldOptions options, VoxelLaw law, double nois
     expect_near(at_rest.elastic / elastic, 0.0, 1e-20); // squares of rounding
     // Forces scaled by 3 have three times the energy.
     world.body->unsafe_time_step = true;
-    set_or_fail(world.sim, "body.stiffness_scale", 3.0);
+    apply_well(sim_apply_set, world.sim, "body.stiffness_scale", 3.0);
     expect_near(measure_of(world.body).elastic / (3.0 * elastic), 1.0, 1e-9);
 }
 
@@ -121,10 +121,10 @@ TEST(scales_and_gravity_act_from_the_next_tick)
             assert_true(sim_apply_gravity(world.sim, vec3(1.0, -2.0, -3.0), why, sizeof why));
             reference.gravity = vec3(1.0, -2.0, -3.0);
         } else if (k == 2) {
-            set_or_fail(world.sim, "stiffness_scale", 0.25);
+            apply_well(sim_apply_set, world.sim, "stiffness_scale", 0.25);
             reference.stiffness_scale = 0.25;
         } else if (k == 3) {
-            set_or_fail(world.sim, "body.damping_scale", 0.5);
+            apply_well(sim_apply_set, world.sim, "body.damping_scale", 0.5);
             reference.damping_scale = 0.5;
         }
         double apart = 0.0;
@@ -162,7 +162,7 @@ TEST(scales_beyond_the_time_step_are_refused)
     char why[128] = "";
     assert_false(sim_apply_set(world.sim, "stiffness_scale", 100.0, why, sizeof why));
     assert_true(why[0] != '\0');
-    set_or_fail(world.sim, "stiffness_scale", 0.01);
+    apply_well(sim_apply_set, world.sim, "stiffness_scale", 0.01);
 }
 
 // Without elastic forces (a moment after rest) a load shows as momentum: the total is F t, and each
@@ -176,7 +176,7 @@ TEST(a_load_is_shared_by_area)
     const VoxelModel *model = world.body->model;
     LoadOptions load = {
         .center = {0.01, 0.02, 0.05}, .radius = 0.033, .force = {0.3, -0.2, 0.5}, .duration = 2e-6};
-    load_or_fail(world.sim, &load);
+    apply_well(sim_apply_load, world.sim, &load);
     sim_step(world.sim);
     voxel_world_read(&world);
     double area = 0.0;

@@ -46,7 +46,7 @@ static void press(VoxelWorld *world)
 {
     LoadOptions load = {
         .center = {0.04, 0.02, 0.09}, .radius = 0.04, .force = {0.1, 0.0, -0.2}, .duration = 0.03};
-    load_or_fail(world->sim, &load);
+    apply_well(sim_apply_load, world->sim, &load);
 }
 
 static uint64_t run(VoxelWorld *world)
@@ -214,7 +214,7 @@ static void create_placed(VoxelWorld *world, Quat turn, Vec3 move, bool held,
                         .radius = 0.0213,
                         .force = quat_rotate(turn, vec3(0.1, 0.05, 0.1)),
                         .duration = 0.1};
-    load_or_fail(world->sim, &load);
+    apply_well(sim_apply_load, world->sim, &load);
     voxel_world_run(world, 0.3);
     voxel_world_read(world);
 }

@@ -32,7 +32,7 @@ static uint64_t run(int n, int threads, Precision precision, VoxelLaw law, bool 
                               .radius = 0.03,
                               .force = {1.0, 0.0, -2.0},
                               .duration = 10.0};
-    load_or_fail(world.sim, &load);
+    apply_well(sim_apply_load, world.sim, &load);
     voxel_world_run(&world, 0.05);
     uint64_t hash = state_hash(&world.state);
     voxel_world_read(&world);

@@ -35,7 +35,7 @@ static void load_both(VoxelWorld *world, VoxelReference *reference)
         .force = {0.05, 0.02, -0.1},
         .duration = 1.0,
     };
-    load_or_fail(world->sim, &load);
+    apply_well(sim_apply_load, world->sim, &load);
     double sum = 0.0;
     for (int i = 0; i < reference->surface_count; i++)
         if (vec3_length(vec3_sub(reference->position[i], load.center)) <= load.radius)

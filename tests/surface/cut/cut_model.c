@@ -280,15 +280,24 @@ CutVerdict cut_model_cut(CutModel *model, const BladeEdge *edge, int edges, CutC
     return verdict;
 }
 
-// Joins faces across unbroken links.
+// Joins faces across unbroken links. No border is broken, and a link is broken for both its faces.
 static void find_pieces(const CutModel *model)
 {
     for (int f = 0; f < model->faces; f++)
         model->root[f] = f;
     for (int f = 0; f < model->faces; f++)
         for (int k = 0; k < 3; k++) {
-            int beyond = levels_beyond(model->level, model->level->face_edge[f][k], f);
-            if (beyond >= 0 && !(model->broken[f] >> k & 1))
+            const int e = model->level->face_edge[f][k], beyond = levels_beyond(model->level, e, f);
+            const bool broken = model->broken[f] >> k & 1;
+            if (beyond < 0) {
+                assert_false(broken);
+                continue;
+            }
+            int j = 0;
+            while (model->level->face_edge[beyond][j] != e)
+                j++;
+            assert_int_equal(broken, model->broken[beyond] >> j & 1);
+            if (!broken)
                 join(model->root, f, beyond);
         }
 }

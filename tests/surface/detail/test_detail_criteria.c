@@ -104,7 +104,7 @@ TEST(force_refines_at_its_threshold)
                                       .radius = 0.001,
                                       .force = {0.6 * force, 0.0, -0.8 * force},
                                       .duration = 1.0};
-            load_or_fail(bench.sim, &load);
+            apply_well(sim_apply_load, bench.sim, &load);
             assert_int_equal(adapt(&bench, 0), over);
             assert_int_equal(leaves(&bench, 1), over ? 4 * HALO : 0);
         }
@@ -328,7 +328,7 @@ TEST(a_face_at_ease_is_looked_at_in_every_fourth_sweep)
                                       .radius = 0.001,
                                       .force = {0.0, 0.0, 1e-12},
                                       .duration = 1.0};
-            load_or_fail(bench.sim, &load);
+            apply_well(sim_apply_load, bench.sim, &load);
         }
         assert_true(adapt(&bench, 1 + SKIP_MOST));
         assert_int_equal(leaves(&bench, 1), 4 * HALO);
@@ -345,7 +345,7 @@ TEST(a_new_load_refines_in_its_own_tick)
     assert_int_equal(bench.detail->adapt.sweep->refined, 0);
     const LoadOptions load = {
         .center = {0.0, 0.0, 0.0}, .radius = 0.015, .force = {0.0, 0.0, -0.1}, .duration = 0.05};
-    load_or_fail(bench.sim, &load);
+    apply_well(sim_apply_load, bench.sim, &load);
     sim_step(bench.sim);
     assert_true(bench.detail->adapt.sweep->refined > 0);
     bench_expect_sound(&bench);
@@ -391,7 +391,7 @@ TEST(a_load_that_follows_a_change_asks_for_no_look_at_all_faces)
     const int roots = 72; // faces of level 0
     SCOPED(bench_destroy) DetailBench bench;
     create_sheet(&bench, &options, &ball);
-    load_or_fail(bench.sim, &load);
+    apply_well(sim_apply_load, bench.sim, &load);
     assert_int_equal(bench.detail->adapt.sweep->urgent, 2 * roots);
     sim_step(bench.sim); // levels may come one by one: as many looks as there are levels
     assert_int_equal(bench.detail->adapt.sweep->urgent, roots);

@@ -79,7 +79,7 @@ TEST(nodes_born_in_a_bad_tick_lie_between_their_parents)
     for (int precision = 0; precision < 2; precision++) {
         SCOPED(bench_destroy) DetailBench bench;
         create(&bench, (Precision)precision);
-        load_or_fail(bench.sim, &huge);
+        apply_well(sim_apply_load, bench.sim, &huge);
         int64_t resets = 0;
         bool both = false;
         for (int tick = 0; tick < 20 && !both; tick++) {

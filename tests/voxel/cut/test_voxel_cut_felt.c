@@ -200,7 +200,7 @@ static Momentum read_momentum(void *world)
 static Momentum read_cut_momentum(void *world)
 {
     const WorldMomentum sum = cut_world_momentum(world);
-    return (Momentum){sum.linear, sum.angular};
+    return (Momentum){.linear = sum.linear, .angular = sum.angular};
 }
 
 // From x = `from` [m] inwards.
