@@ -489,15 +489,20 @@ static bool check_pose(PliantClient *kit, const PliantPose *pose)
 
 bool pliant_pose(PliantClient *kit, const PliantPose *pose)
 {
+    const int64_t utime = client_utime();
+    return pliant_pose_as(kit, pose, (int32_t)(kit->pose_sequence + 1),
+                          utime > kit->pose_utime ? utime : kit->pose_utime + 1);
+}
+
+bool pliant_pose_as(PliantClient *kit, const PliantPose *pose, int32_t sequence, int64_t utime)
+{
     if (!check_pose(kit, pose))
         return false;
     if (!kit_may_send(kit))
         return pliant_bound(kit); // for a moment it is not known who would get it
-    const int64_t utime = client_utime();
-    kit->pose_utime = utime > kit->pose_utime ? utime : kit->pose_utime + 1;
-    pliant_tool_pose_t m = {.utime = kit->pose_utime,
+    pliant_tool_pose_t m = {.utime = utime,
                             .sender = kit->client.sender,
-                            .sequence = (int32_t)++kit->pose_sequence,
+                            .sequence = sequence,
                             .tool = pose->tool,
                             .twist_valid = pose->moving,
                             .grip = pose->grip,
@@ -512,7 +517,13 @@ bool pliant_pose(PliantClient *kit, const PliantPose *pose)
     }
     char channel[CLIENT_CHANNEL_MAX];
     kit_input_channel(kit, "TOOL_POSE", channel);
-    round_trip_sent(&kit->trips, m.utime, client_now_ns() / 1000); // before it can be answered
+    // What was overtaken or came before is not answered.
+    if ((int32_t)((uint32_t)sequence - kit->pose_sequence) > 0)
+        kit->pose_sequence = (uint32_t)sequence;
+    if (utime > kit->pose_utime) {
+        kit->pose_utime = utime;
+        round_trip_sent(&kit->trips, utime, client_now_ns() / 1000); // before it can be answered
+    }
     return pliant_tool_pose_t_publish(kit->client.lcm, channel, &m) >= 0 ||
            client_fail(&kit->error, "LCM cannot send on %s", channel);
 }

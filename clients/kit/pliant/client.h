@@ -136,6 +136,10 @@ typedef struct PliantPose {
 // Sends the pose of a tool, best a thousand times per second: one that falls silent is withdrawn
 // after the scene's tool_timeout_s. Returns false if it is invalid or cannot be sent.
 PLIANT_API bool pliant_pose(PliantClient *client, const PliantPose *pose);
+// The same, of what a device took as number `sequence` at `utime` [us] of one clock, above 0. It
+// may be sent late, twice or behind newer ones: by both, the server refuses what was overtaken.
+PLIANT_API bool pliant_pose_as(PliantClient *client, const PliantPose *pose, int32_t sequence,
+                               int64_t utime);
 
 // What a tool felt in one tick.
 typedef struct PliantContact {
