@@ -58,8 +58,9 @@ static const ArgumentRow ROWS[] = {
              "is usable as a wall (surface body) or as a solid (voxel body), and the time of a "
              "tick"},
     {"propose", 0, ARGUMENT_FLAG, NULL, AT(propose),
-     .help = "Write a scene with a MESH or a label volume as its body and a probe of suitable "
-             "size to a new -o FILE. At a terminal, asks for the units if they are in doubt"},
+     .help = "Write a scene with a MESH or a label volume as its body, cuttable if a tick has time "
+             "for it, and a probe, a blade and a grasper of suitable size to a new -o FILE. At a "
+             "terminal, asks for the units if they are in doubt"},
     {"repair", 0, ARGUMENT_FLAG, NULL, AT(repair),
      .help = "Write a MESH, repaired and in its own units, to a new OFF file -o FILE, for other "
              "programs"},

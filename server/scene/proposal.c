@@ -23,12 +23,21 @@ enum { FEWEST_CELLS = 20 };
 static const double LEAST_FILL = 0.25;
 // Half of the weakest contacts that stiff membranes in the table of the front page had.
 static const double LEAST_SHARE = 1e-3;
+// How much longer the tick of a cuttable body takes: 1.05 to 1.3 times in config/manual/limits.md,
+// 1.01 to 1.2 times for walls and solids as they are proposed.
+static const double CUTTABLE = 1.15;
 
 // --- the scene -----------------------------------------------------------------------------------
 
 static double diagonal_of(const Proposal *p)
 {
     return vec3_length(box_size(&p->box));
+}
+
+// The length that its tools are made by [m]: for a body without extent any.
+static double size_of(const Proposal *p)
+{
+    return diagonal_of(p) > 0.0 ? diagonal_of(p) : 1.0;
 }
 
 static void write_text(const char *text, FILE *out)
@@ -98,10 +107,28 @@ static void write_solid(const Proposal *p, const char *file, FILE *out)
     write_fixed(p, 0.35, out);
 }
 
+// Writes a tool of each kind that hands move, in proportion to the body.
+static void write_tools(const Proposal *p, FILE *out)
+{
+    const double size = size_of(p);
+    fprintf(out,
+            "tools = (\n"
+            "  { id = 1;  kind = \"probe\";  max_force = 10.0;\n"
+            "    capsules = ( { from = [0.0, 0.0, 0.0];  to = [0.0, 0.0, %.6g];  radius = %.6g; } "
+            "); }",
+            size / 2.0, size / (p->model == MODEL_SURFACE ? 50.0 : 20.0));
+    // The blade is as long as the body, so that a stroke through its middle leaves no bridge.
+    fprintf(out,
+            ",\n  { id = 2;  kind = \"blade\";  edge = ([0.0, 0.0, 0.0], [0.0, 0.0, %.6g]); },\n"
+            "  { id = 3;  kind = \"grasper\";  max_force = 10.0;\n"
+            "    capsules = ( { radius = %.6g; } ); }\n);\n",
+            size, size / 20.0);
+}
+
 void proposal_write(const Proposal *p, const char *file, FILE *out)
 {
     const bool wall = p->model == MODEL_SURFACE;
-    const double size = diagonal_of(p) > 0.0 ? diagonal_of(p) : 1.0;
+    const double size = size_of(p);
     // How to try it, in lengths of the body.
     fprintf(out, "# Proposed by pliant-prepare as a %s. Press it with\n", wall ? "wall" : "solid");
     fprintf(out, "# pliant-probe --auto --clearance %.6f --depth %.6f --speed %.6f\n",
@@ -120,13 +147,10 @@ void proposal_write(const Proposal *p, const char *file, FILE *out)
         write_wall(p, file, out);
     else
         write_solid(p, file, out);
-    // And a probe in proportion to it.
-    fprintf(out, "  }\n);\ntools = (\n  { id = 1;  kind = \"probe\";\n");
-    fprintf(out,
-            "    capsules = ( { from = [0.0, 0.0, 0.0];  to = [0.0, 0.0, %.6g];  radius = %.6g; } "
-            ");\n",
-            size / 2.0, size / (wall ? 50.0 : 20.0));
-    fprintf(out, "    max_force = 10.0; }\n);\n");
+    fprintf(out, p->whole ? "    # cuttable = true;   # needs too much time or memory\n"
+                          : "    cuttable = true;\n");
+    fprintf(out, "  }\n);\n");
+    write_tools(p, out);
 }
 
 // --- what pliantd makes of it --------------------------------------------------------------------
@@ -232,6 +256,20 @@ static bool build(const Proposal *proposal, Built *built, Status *status)
     return ok;
 }
 
+// Makes a proposal, built whole, cuttable where a tick has time for that and memory suffices.
+static void make_cuttable(Proposal *proposal, Built *built)
+{
+    Built cuttable;
+    Status ignored = {0};
+    proposal->whole = CUTTABLE * built->tick_s > COST_BUDGET;
+    if (!proposal->whole && build(proposal, &cuttable, &ignored)) {
+        *built = cuttable;
+        built->tick_s *= CUTTABLE;
+    } else {
+        proposal->whole = true;
+    }
+}
+
 // --- verdicts ------------------------------------------------------------------------------------
 
 static void say(Verdict *verdict, bool usable, const char *format, ...)
@@ -244,6 +282,12 @@ static void say(Verdict *verdict, bool usable, const char *format, ...)
     vsnprintf(verdict->text + used, sizeof verdict->text - (size_t)used, format, list);
     va_end(list);
     verdict->usable = usable;
+}
+
+// What the verdict adds about a body that cannot be cut.
+static const char *why_whole(const Proposal *proposal)
+{
+    return proposal->whole ? "; cuttable it would need too much time or memory" : "";
 }
 
 // True if implicit steps would be cheaper.
@@ -285,10 +329,11 @@ static void judge_implicit(const Proposals *all, const Built *explicit, const St
     if (can && !build(&verdict->proposal, &built, &ignored)) {
         say(verdict, false, "%s", explicit == NULL ? said->text : ignored.text);
     } else if (can && built.tick_s <= COST_BUDGET && built.contact_share >= LEAST_SHARE) {
+        make_cuttable(&verdict->proposal, &built);
         say(verdict, true,
             "with integrator = \"implicit\": about %.2g ms a tick, its contacts with %.2g %% of "
-            "their stiffness",
-            1e3 * built.tick_s, 100.0 * built.contact_share);
+            "their stiffness%s",
+            1e3 * built.tick_s, 100.0 * built.contact_share, why_whole(&verdict->proposal));
         return;
     } else {
         refuse_wall(all, explicit, verdict);
@@ -301,15 +346,17 @@ static void judge_wall(const Proposals *all, Verdict *verdict)
     Built built;
     Status said = {0};
     // Explicit steps if a tick has time for them, else implicit ones.
-    if (all->subject.volume)
+    if (all->subject.volume) {
         say(verdict, false, "labels say what is inside, not where a wall is");
-    else if (!build(&verdict->proposal, &built, &said))
+    } else if (!build(&verdict->proposal, &built, &said)) {
         judge_implicit(all, NULL, &said, verdict);
-    else if (built.tick_s > COST_BUDGET)
+    } else if (built.tick_s > COST_BUDGET) {
         judge_implicit(all, &built, &said, verdict);
-    else
-        say(verdict, true, "%d substep%s a tick, about %.2g ms", built.substeps,
-            built.substeps > 1 ? "s" : "", 1e3 * built.tick_s);
+    } else {
+        make_cuttable(&verdict->proposal, &built);
+        say(verdict, true, "%d substep%s a tick, about %.2g ms%s", built.substeps,
+            built.substeps > 1 ? "s" : "", 1e3 * built.tick_s, why_whole(&verdict->proposal));
+    }
 }
 
 // Rounds up a cell size to two digits.
@@ -350,9 +397,9 @@ static void judge_shape(const Proposals *all, const Built *built, Verdict *verdi
         verdict->proposal.piece_count = built->pieces <= PROPOSAL_PIECES ? built->pieces : 0;
         memcpy(verdict->proposal.piece, built->piece, sizeof built->piece);
     }
-    say(verdict, true, "%ld cells of %s, %d substep%s a tick, about %.2g ms%s%s",
+    say(verdict, true, "%ld cells of %s, %d substep%s a tick, about %.2g ms%s%s%s",
         built->cells.solid, cell, built->substeps, built->substeps > 1 ? "s" : "",
-        1e3 * built->tick_s, fill, pieces);
+        1e3 * built->tick_s, fill, pieces, why_whole(&verdict->proposal));
 }
 
 // Enlarges the cells until the body fits the tick.
@@ -366,7 +413,7 @@ static void judge_solid(const Proposals *all, Verdict *verdict)
         say(verdict, false, "its surface is not closed");
         return;
     }
-    // A first guess by size, then cells as small as a tick has time for.
+    // A first guess by size, then cells as small as a tick has time for if it can be cut.
     if (!p->volume)
         p->cell = round_up(FIRST_CELL * diagonal_of(p));
     for (int i = 0; i < 8; i++) {
@@ -374,22 +421,25 @@ static void judge_solid(const Proposals *all, Verdict *verdict)
             say(verdict, false, "%s", said.text);
             return;
         }
+        const double tick_s = CUTTABLE * built.tick_s;
         // A thin body takes little time: one try with smaller cells.
-        if (i == 0 && !p->volume && built.tick_s < SPARE) {
-            p->cell = round_up(p->cell * fmax(pow(built.tick_s / SPARE, 0.29), 1.0 / 3.0));
+        if (i == 0 && !p->volume && tick_s < SPARE) {
+            p->cell = round_up(p->cell * fmax(pow(tick_s / SPARE, 0.29), 1.0 / 3.0));
             continue;
         }
-        if (built.tick_s <= COST_BUDGET)
+        if (tick_s <= COST_BUDGET)
             break;
         // Cost goes with the third power by cells and the first by substeps: an exponent in between
         // never overshoots.
-        p->cell = round_up(1.02 * built.cells.size * pow(built.tick_s / COST_BUDGET, 0.29));
+        p->cell = round_up(1.02 * built.cells.size * pow(tick_s / COST_BUDGET, 0.29));
     }
-    if (built.tick_s > COST_BUDGET)
+    if (built.tick_s > COST_BUDGET) {
         say(verdict, false, "%ld cells still take about %.2g ms of a tick of 1 ms",
             built.cells.solid, 1e3 * built.tick_s);
-    else
-        judge_shape(all, &built, verdict);
+        return;
+    }
+    make_cuttable(p, &built);
+    judge_shape(all, &built, verdict);
 }
 
 // --- what is in the file -------------------------------------------------------------------------
@@ -480,7 +530,8 @@ static bool look_at_volume(Proposals *all, Status *status)
 
 bool proposal_judge(const char *path, double scale, Proposals *all, Status *status)
 {
-    *all = (Proposals){.subject = {.path = path, .scale = scale}};
+    // Whole until it fits: a cuttable body needs much more memory.
+    *all = (Proposals){.subject = {.path = path, .scale = scale, .whole = true}};
     all->subject.volume = proposal_is_volume(path);
     if (!(all->subject.volume ? look_at_volume : look_at_mesh)(all, status))
         return false;

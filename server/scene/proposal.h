@@ -12,7 +12,7 @@
 
 enum { PROPOSAL_PIECES = 64 };
 
-// A scene of one body and one probe that fits its size.
+// A scene of one body, and a probe, a blade and a grasper that fit its size.
 typedef struct Proposal {
     const char *path; // of the mesh or volume
     bool volume;
@@ -20,6 +20,7 @@ typedef struct Proposal {
     double scale;     // metres per unit of a mesh file; for a volume a factor on its own units
     SceneModel model; // MODEL_SURFACE: a wall
     bool implicit;    // the wall uses the implicit integrator
+    bool whole;       // not cuttable
     double cell;      // edge of a solid's cells [m]; 0: the volume's own
     Box box;          // of the body
     // Pieces of a solid, each of which is fixed at its lower end; 0: one piece, or too many.

@@ -49,21 +49,20 @@ TEST(a_cube_is_reported_with_its_figures)
 }
 
 // A torus of 12 x 8 quads; not closed, one ring of quads is left out.
-static void write_torus(const char *name, bool closed)
+static void write_torus(const char *name, int around, int across, bool closed)
 {
-    enum { AROUND = 12, ACROSS = 8 };
     FILE *file = fopen(scratch(name), "w");
     assert_non_null(file);
-    fprintf(file, "OFF\n%d %d 0\n", AROUND * ACROSS, (closed ? AROUND : AROUND - 1) * ACROSS);
-    for (int i = 0; i < AROUND * ACROSS; i++) {
-        double u = 6.283185307 * (i / ACROSS) / AROUND, v = 6.283185307 * (i % ACROSS) / ACROSS;
+    fprintf(file, "OFF\n%d %d 0\n", around * across, (closed ? around : around - 1) * across);
+    for (int i = 0; i < around * across; i++) {
+        double u = 6.283185307 * (i / across) / around, v = 6.283185307 * (i % across) / across;
         fprintf(file, "%.17g %.17g %.17g\n", (1.0 + 0.4 * cos(v)) * cos(u),
                 (1.0 + 0.4 * cos(v)) * sin(u), 0.4 * sin(v));
     }
-    for (int i = 0; i < (closed ? AROUND : AROUND - 1) * ACROSS; i++) {
-        int a = i / ACROSS, b = (a + 1) % AROUND, c = i % ACROSS, d = (c + 1) % ACROSS;
-        fprintf(file, "4 %d %d %d %d\n", a * ACROSS + c, b * ACROSS + c, b * ACROSS + d,
-                a * ACROSS + d);
+    for (int i = 0; i < (closed ? around : around - 1) * across; i++) {
+        int a = i / across, b = (a + 1) % around, c = i % across, d = (c + 1) % across;
+        fprintf(file, "4 %d %d %d %d\n", a * across + c, b * across + c, b * across + d,
+                a * across + d);
     }
     fclose(file);
 }
@@ -71,8 +70,8 @@ static void write_torus(const char *name, bool closed)
 TEST(handles_and_boundaries_are_counted)
 {
     Process result;
-    write_torus("torus.off", true);
-    write_torus("tube.off", false);
+    write_torus("torus.off", 12, 8, true);
+    write_torus("tube.off", 12, 8, false);
     run(&result, "--check torus.off tube.off");
 #ifdef PLIANT_WITH_SURFACE // an open tube can be a wall only
     assert_int_equal(result.code, 0);
@@ -225,11 +224,26 @@ TEST(each_model_has_its_verdict_with_reason_and_cost)
     expect_printed(&result, "  as a wall: no, edges of 0.0141 um need ");
     expect_printed(&result, "  as a solid: yes, ");
     // And the other way round.
-    write_torus("tube.off", false);
+    write_torus("tube.off", 12, 8, false);
     run(&result, "--check --scale 0.1 tube.off");
     assert_int_equal(result.code, 0);
     expect_printed(&result, "  as a wall: yes, ");
     expect_printed(&result, "  as a solid: no, its surface is not closed\n");
+}
+
+TEST(what_has_no_time_for_cuts_is_proposed_whole)
+{
+    // By the table of costs 8064 springs take 0.56 ms of the 0.6 that bodies have, without cuts.
+    static const char WHY[] = "cuttable it would need too much time or memory\n";
+    Process result;
+    write_torus("fine.off", 64, 42, true);
+    run(&result, "--propose --model surface --scale 0.02 fine.off -o fine.cfg");
+    assert_int_equal(result.code, 0);
+    expect_printed(&result, WHY);
+    FREED char *scene = file_text(scratch("fine.cfg"));
+    expect_in(scene, "\n    # cuttable = true;");
+    // With larger cells the solid has time.
+    assert_null(strstr(strstr(result.out, "as a solid: yes"), WHY));
 }
 
 TEST(what_can_be_neither_is_reported_and_exits_2)
