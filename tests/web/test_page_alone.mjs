@@ -188,23 +188,42 @@ test('page_draws_only_when_something_changed', options, async () => {
     assert((await frames()) > before);
 });
 
-test('without_grasper_pulling_sends_loads', options, async () => {
-    await open();
+// Pixels beside the ball's middle that a drag goes.
+const PULL = 60;
+
+test('pulling_sends_poses_of_closed_jaws_and_never_a_load', options, async () => {
+    await open({ what: { ...SCENE, tools: [GRASPER] } });
     const m = await middle(page);
     await page.keyboard.press('2');
-    await drag(m, 60);
-    const load = await until('a load is sent', () => session.got.findLast(({ type }) => type === 'load'));
-    // Far away it is the ball's weight, and no more.
-    const most = 0.1 * 9.81; // of the mass in statusMessage
-    await page.mouse.move(m.x + 400, m.y, { steps: 4 });
-    await until('it is the most', async () => /by a load of 0\.98 N, which is the most/.test(await hint()));
+    await drag(m, PULL);
+    await until('it says that nothing is held', async () => /^grasper 6 closed on nothing/.test(await hint()));
+    session.text({ type: 'contact', tools: [{ tool: 6, contact: true, position: [0, 0, 0.05], force: [0, 0, -1],
+        torque: [0, 0, 0], point: [0, 0, 0], normal: [0, 0, 0], depth: 0, pose_utime: 0, utime: 0 }] });
+    await session.round();
+    await until('it pulls', async () => /^Pulling by grasper 6/.test(await hint()));
     await page.mouse.up();
-    assert.equal(load.body, 'ball');
-    const forces = session.got.filter(({ type }) => type === 'load').map(({ force }) => Math.hypot(...force));
-    assert(Math.min(...forces) > 0 && Math.abs(Math.max(...forces) - most) < 1e-6, `${forces} N`);
-    // Where it takes hold the ball's surface is.
-    assert(Math.abs(Math.hypot(...load.center) - 0.05) < 5e-3);
+    const poses = await until('they open', () => session.got.at(-1)?.active === false && session.got);
+    assert(poses.every(({ type, tool }) => type === 'tool' && tool === 6), 'nothing else is sent');
+    const held = poses.slice(0, -1), [first] = held, last = held.at(-1);
+    assert(held.every(({ active, grip }) => active && grip === 1), 'closed from the first one on');
+    // Where the pointer takes hold the ball's surface is: its faces are within 0.2 mm of it, its radius is 50 mm.
+    assert(Math.abs(Math.hypot(...first.position) - 0.05) < 2e-4, `${first.position}`);
+    assert(Math.hypot(...last.position.map((x, k) => x - first.position[k])) > 5e-3, 'they follow the pointer');
     await page.keyboard.press('1');
+});
+
+test('a_scene_without_the_tool_says_which_line_adds_it', options, async () => {
+    await open();
+    const m = await middle(page);
+    // A twentieth, and for the shaft half, of the ball's diagonal of 0.17 m.
+    for (const [key, kind, shaft] of [['2', 'grasper', ''], ['1', 'probe', 'to = \\[0.0, 0.0, 0.087\\];  ']]) {
+        await page.keyboard.press(key);
+        await drag(m, PULL);
+        await page.mouse.up();
+        assert.match(await hint(), new RegExp(`^This scene has no ${kind}\\. Add to it: tools = \\( { id = 1;  ` +
+            `kind = "${kind}";  capsules = \\( { ${shaft}radius = 0.0087; } \\); } \\);$`));
+    }
+    assert.deepEqual(session.got, [], 'the drags turned the view');
 });
 
 test('pose_is_repeated_while_the_button_is_held', options, async () => {
@@ -222,6 +241,7 @@ test('pose_is_repeated_while_the_button_is_held', options, async () => {
         assert(Math.abs(Math.hypot(...orientation) - 1) < 1e-6, 'a unit quaternion');
 });
 
+const GRASPER = { id: 6, kind: 'grasper', max_force: 3.3, capsules: [{ from: [0, 0, 0], radius: 0.009 }] };
 const PROBE = { id: 4, kind: 'probe', max_force: 3.3, capsules: [{ from: [0, 0, 0], to: [0, 0, 0.1], radius: 0.005 }] };
 const hint = () => page.locator('#hint').textContent();
 
@@ -254,25 +274,6 @@ test('a_stroke_tells_what_came_of_its_cuts_not_that_they_were_sent', options, as
     await open();
     await cutAcross(() => ({ ok: true, separated: 0, text: 'the stroke met no tissue' }));
     await until('a drag beside is told', async () => /^Nothing was cut: the drag met/.test(await hint()));
-    await page.keyboard.press('1');
-});
-
-test('the_force_of_a_load_is_the_force_that_is_shown', options, async () => {
-    await open();
-    const m = await middle(page);
-    await page.keyboard.press('2');
-    await drag(m, 60);
-    const force = page.locator('#force');
-    await until('hint and figure agree', async () => {
-        const [told] = (await hint()).match(/[\d.]+ N/) ?? [];
-        return told && parseFloat(told) > 0 && (await force.textContent()) === told;
-    });
-    // One that is refused pulls nothing.
-    session.onMessage = (message) => message.type === 'load' &&
-        session.text({ type: 'reply', id: message.id, ok: false, text: 'no node there', step: 1, separated: 0 });
-    await until('a refusal is told', async () => (await hint()) === 'Not pulled: no node there' &&
-        (await force.textContent()) === '0.00 N');
-    await page.mouse.up();
     await page.keyboard.press('1');
 });
 

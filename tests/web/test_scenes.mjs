@@ -3,12 +3,13 @@
 // refused says why where it was asked for.
 
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
 import { copyFileSync, mkdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { openBrowser } from './browser.mjs';
-import { PATIENCE, setting, startDaemon, startWeb, until, untilShown } from './live.mjs';
+import { drag, figureOf, middle, newtons, onPage, PATIENCE, setting, startDaemon, startWeb, until, untilShown } from './live.mjs';
 
 const paths = setting();
 const BALL = fileURLToPath(new URL('scenes/ball.cfg', import.meta.url));
@@ -33,7 +34,9 @@ before(async () => {
     rmSync(FOLDER, { recursive: true, force: true });
     mkdirSync(FOLDER, { recursive: true });
     copyFileSync(BALL, join(FOLDER, 'ball.cfg'));
-    writeFileSync(join(FOLDER, 'other.cfg'), readFileSync(BALL, 'utf8').replace('name = "ball";', 'name = "other";'));
+    // Without tools.
+    writeFileSync(join(FOLDER, 'other.cfg'),
+        readFileSync(BALL, 'utf8').replace('name = "ball";', 'name = "other";').replace(/^tools = [^]*/m, ''));
     writeFileSync(join(FOLDER, 'wrong.cfg'), '# Not right.\nbodies = (\n  { name = "a"; meshh = 3; } );\n');
     symlinkSync('/etc/passwd', join(FOLDER, 'away.cfg'));
     web = await startWeb(paths, '--scenes', FOLDER, '--pliantd', paths.daemon);
@@ -70,6 +73,19 @@ test('a_click_starts_a_scene_and_another_click_another_one', options, async () =
     await shows('the other scene', 'scene-name', /^other$/);
     await untilShown(page);
     await shot('2-started');
+});
+
+test('the_line_that_a_scene_without_grasper_is_told_to_add_is_one', options, async () => {
+    const m = await middle(page);
+    await page.keyboard.down('Control');
+    await drag(page, m, { x: m.x + 10, y: m.y }, 2);
+    await page.mouse.up();
+    await page.keyboard.up('Control');
+    const [, line] = (await textOf('hint')).match(/^This scene has no grasper\. Add to it: (.*)$/);
+    const whole = join(paths.out, 'whole.cfg');
+    writeFileSync(whole, readFileSync(join(FOLDER, 'other.cfg'), 'utf8') + line);
+    const { stdout, stderr } = spawnSync(paths.daemon, ['--check', whole], { encoding: 'utf8' });
+    assert.match(stdout, /^tool 1: grasper, 1 capsules/m, stderr);
 });
 
 test('a_session_is_recorded_and_saved', options, async () => {
@@ -111,6 +127,26 @@ test('a_dropped_mesh_becomes_a_scene_that_is_explained_and_started', options, as
     await until('its bodies come', () => page.evaluate(() => window.pliant.bodies.length === 1));
     await untilShown(page);
     await shot('4-own');
+});
+
+test('the_proposed_scene_is_pulled_and_cut', options, async () => {
+    const events = () => textOf('events');
+    // Halfway up the corner.
+    const m = await onPage(page, [0.1, 0.05, 0.25]);
+    await page.keyboard.down('Control');
+    await drag(page, m, { x: m.x + 60, y: m.y });
+    await until('the jaws hold', async () => /grasp/.test(await events()));
+    await until('the force is shown', async () => (await newtons(page)) > 0);
+    await shot('5-pulled');
+    await page.mouse.up();
+    await page.keyboard.up('Control');
+    await until('they let go', async () => /release/.test(await events()));
+    await page.keyboard.down('Shift');
+    await drag(page, { x: m.x - 200, y: m.y }, { x: m.x + 200, y: m.y }, 30);
+    await page.mouse.up();
+    await page.keyboard.up('Shift');
+    await until('it is cut in two', async () => (await figureOf(page, 'organ', 'pieces')) > 1);
+    await shot('6-cut');
     await page.locator('#scene-end').click();
     await daemonIs('ended');
 });

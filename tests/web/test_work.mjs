@@ -127,7 +127,7 @@ test('the_mouse_has_the_tool_that_is_chosen', options, async () => {
     assert.equal(await cursor(), 'crosshair');
 });
 
-test('a_drag_with_the_grasper_approaches_grips_pulls_and_lets_go', options, async () => {
+test('a_drag_with_the_grasper_grips_pulls_and_lets_go', options, async () => {
     await page.locator('#tool').selectOption('3');
     const rest = await moved();
     const m = await middle(page);

@@ -1,21 +1,29 @@
 // SPDX-License-Identifier: MIT
-// The mouse as a hand: presses with a probe, pulls with a grasper (or with a load if the scene has none), cuts with a
-// blade (or with cut messages). Sends poses at the pointer's events, and every few milliseconds while a tool is in use,
-// independent of drawing.
+// The mouse as a hand: presses with a probe, pulls with a grasper, cuts with a blade (or with cut messages). Sends poses at
+// the pointer's events, and every few milliseconds while a tool is in use, independent of drawing.
 
 import { Plane, Vector3 } from 'three';
 import { pickTriangle } from './normals.js';
 import { Knife } from './knife.js';
 import { Ties } from './ties.js';
-import { mostLoad } from './load.js';
 import { lengthText } from './units.js';
 import { Pose, hold } from './pose.js';
 
 const TICK = 10, REPEAT = 40;     // [ms]
-const GRIP_AFTER = 40;            // [ms] jaws are open where they arrive, then close
 const APART = 0.03;               // of the scene's size: from where a tool approaches
-const LOAD_EVERY = 100;           // [ms]
+const HELD_AFTER = 300;           // [ms] until jaws that report no force are said to hold nothing
 const TELL_EVERY = 100;           // [ms]
+
+// Why nothing is pressed or pulled: the scene has no tool of that kind, and this line adds one; or the other hand has it.
+function withoutTool(kind, tools, size) {
+    if (tools.some((tool) => tool.kind === kind)) return `The other hand has the ${kind}.`;
+    let id = 1;
+    while (tools.some((tool) => tool.id === id)) id++;
+    const figure = (metres) => Number(metres.toPrecision(2));
+    const shaft = kind === 'probe' ? `to = [0.0, 0.0, ${figure(size / 2)}];  ` : '';
+    const line = `{ id = ${id};  kind = "${kind}";  capsules = ( { ${shaft}radius = ${figure(size / 20)}; } ); }`;
+    return `This scene has no ${kind}. ${tools.length ? `Add to its tools: ${line}` : `Add to it: tools = ( ${line} );`}`;
+}
 
 export class Hand {
     /**
@@ -117,14 +125,15 @@ export class Hand {
         const point = ray.at(found.distance, new Vector3());
         const direction = ray.direction.clone();
         this.plane.setFromNormalAndCoplanarPoint(stage.viewDirection(this.forward), point);
-        const base = { direction, point, started: performance.now(), sent: -Infinity, advance: 0 };
-        const probe = this.toolOf('probe'), grasper = this.toolOf('grasper');
-        if (intent === 'press' && probe) return { ...base, kind: 'press', ...hold(stage, probe, direction),
-            advance: -APART * stage.size, depth: this.world.settings.depth * stage.size };
-        if (intent === 'pull' && grasper) return { ...base, kind: 'pull', ...hold(stage, grasper, direction),
-            advance: -APART * stage.size, depth: 0 };
-        return { ...base, kind: 'load', instead: intent === 'press', body: found.body, node: nearestNode(found, point), depth: 0,
-            radius: Math.max(0.07 * stage.size, 2 * edgeOf(found)) };
+        const kind = intent === 'press' ? 'probe' : 'grasper', tool = this.toolOf(kind);
+        if (!tool) {
+            this.world.told(withoutTool(kind, this.world.tools.list, stage.size));
+            return null;
+        }
+        // Jaws are closed from the first moment: open ones would push away what they are to take.
+        return { ...hold(stage, tool, direction), kind: intent, direction, point, started: performance.now(), sent: -Infinity,
+            ...(intent === 'pull' ? { advance: 0, depth: 0, grip: 1 }
+                : { advance: -APART * stage.size, depth: this.world.settings.depth * stage.size, grip: 0 }) };
     }
 
     // A blade whose edge lies along the line of sight; beside the tissue at the depth of the scene's middle.
@@ -164,73 +173,35 @@ export class Hand {
         if (drag.tool) this.send();
     }
 
-    // Deeper with time, up to the chosen depth; repeats loads and poses before they expire.
+    // Deeper with time, up to the chosen depth; repeats poses before they expire.
     tick() {
         const { drag } = this;
         if (!drag || drag.kind === 'cut' || drag.kind === 'tie') return;
         const now = performance.now();
-        if (drag.kind === 'load') {
-            if (now - drag.sent >= LOAD_EVERY) this.sendLoad(now);
-            return;
-        }
         const { stage, settings } = this.world;
         const step = settings.speed * stage.size * TICK / 1000;
         const before = drag.advance;
         this.tell();
         drag.advance += Math.min(Math.max(drag.depth - drag.advance, -2 * step), step);
-        if (drag.advance !== before || now - drag.sent >= REPEAT || this.gripOf(drag, now) !== drag.grip)
-            this.send();
-    }
-
-    // Jaws close once they have arrived.
-    gripOf(drag, now) {
-        if (drag.kind !== 'pull' || drag.gripped) return drag.gripped ? 1 : 0;
-        if (drag.advance < drag.depth - 1e-6 * this.world.stage.size) return 0;
-        drag.arrived ??= now;
-        drag.gripped = now - drag.arrived > GRIP_AFTER;
-        return drag.gripped ? 1 : 0;
+        if (drag.advance !== before || now - drag.sent >= REPEAT) this.send();
     }
 
     send() {
         const { drag, place } = this;
-        const now = performance.now();
-        drag.grip = this.gripOf(drag, now);
-        drag.sent = now;
+        drag.sent = performance.now();
         // The surface of a probe's tip touches the point; the middle of jaws does.
         const back = drag.kind === 'press' ? drag.radius : 0;
         place.copy(this.at).addScaledVector(drag.direction, drag.advance - back).sub(drag.tip);
-        this.pose.send(drag, place, drag.grip);
-    }
-
-    // Pulls towards the pointer, harder with distance: the picked node follows.
-    sendLoad(now) {
-        const { drag } = this;
-        const { stage, link } = this.world;
-        const at = new Vector3().fromArray(drag.body.position, 3 * drag.node);
-        drag.most = mostLoad(this.world.tools.list, drag.body.mass);
-        const force = this.at.clone().addScaledVector(drag.direction, drag.advance + drag.depth).sub(at)
-            .multiplyScalar(drag.most / (0.25 * stage.size)).clampLength(0, drag.most);
-        drag.sent = now;
-        drag.newtons = drag.why ? 0 : force.length(); // a refused load has no force
-        this.tell();
-        if (force.length() < 5e-4 * drag.most) return;
-        // A little longer than until the next one, so that a delay leaves no gap.
-        drag.load = link.request({ type: 'load', center: at.toArray(), radius: drag.radius, force: force.toArray(),
-            duration: LOAD_EVERY / 1000, body: drag.body.name });
+        this.pose.send(drag, place, drag.grip ?? 0);
     }
 
     /** A reply to a request, or that none will come (`{id, ok: false, text}`). */
     answered(message) {
-        const { drag } = this;
-        if (drag?.kind === 'load' && message.id === drag.load) drag.why = message.ok ? '' : message.text;
         this.knife.answered(message);
         this.ties.answered(message);
     }
 
-    /** The force of a load that pulls now [N]: no tool feels it. */
-    get newtons() { return this.drag?.kind === 'load' ? this.drag.newtons ?? 0 : 0; }
-
-    // Describes the drag: its action, and depth or force.
+    // Describes the drag: its action, and how deep it is.
     tell() {
         const { drag } = this;
         if (!drag || drag.kind === 'cut' || drag.kind === 'tie' || drag.stick) return;
@@ -242,17 +213,11 @@ export class Hand {
             const deep = lengthText(Math.max(drag.advance, 0)), most = lengthText(Math.max(drag.depth, 0));
             this.world.told(`Pressing: ${deep} of ${most} past the first touch${drag.advance > 0 && !drag.tool.touching
                 ? ', but the probe touches nothing' : ''} · wheel: deeper, less deep (and “depth” of the panel)`);
-        } else if (drag.kind === 'load') {
-            if (drag.why) return this.world.told(`Not pulled: ${drag.why}`);
-            const most = drag.newtons >= drag.most * (1 - 1e-9) ? ', which is the most' : '';
-            this.world.told(`${drag.instead ? `${this.world.tools.of('probe')
-                ? 'The other hand has the probe' : 'This scene has no probe'}: the tissue is pulled` : 'Pulling'} by a load of ` +
-                `${(drag.newtons ?? 0).toFixed(2)} N${most}`);
         } else if (drag.kind === 'blade') {
             this.world.told(`Cutting with ${drag.tool.title}, ${lengthText(Math.max(drag.advance, 0))} deep · wheel: ` +
                 'deeper, less deep (and “depth” of the panel)');
-        } else if (!drag.gripped) {
-            this.world.told(`${drag.tool.title} approaches, and closes where it arrives`);
+        } else if (!drag.tool.touching && now - drag.started > HELD_AFTER) {
+            this.world.told(`${drag.tool.title} closed on nothing that it can hold: release it and try again`);
         } else {
             const away = lengthText(Math.abs(drag.advance));
             this.world.told(`Pulling by ${drag.tool.title}${Math.abs(drag.advance) > 1e-3 * size
@@ -285,23 +250,4 @@ export class Hand {
         if (drag.tool) this.pose.withdraw();
         this.world.told('');
     }
-}
-
-function nearestNode({ body, triangle }, point) {
-    let best = -1, least = Infinity;
-    const node = new Vector3();
-    for (let k = 0; k < 3; k++) {
-        const i = body.index[triangle + k];
-        const distance = node.fromArray(body.position, 3 * i).distanceToSquared(point);
-        if (distance < least) {
-            least = distance;
-            best = i;
-        }
-    }
-    return best;
-}
-
-function edgeOf({ body, triangle }) {
-    const a = new Vector3().fromArray(body.position, 3 * body.index[triangle]);
-    return a.distanceTo(new Vector3().fromArray(body.position, 3 * body.index[triangle + 1]));
 }

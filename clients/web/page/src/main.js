@@ -23,7 +23,7 @@ const HINTS = {
     cut: 'Drag across tissue: cut, by the scene’s blade if it has one · right button: turn',
     tie: 'Click on tissue: pin · drag to another body: tie, to the same one: clip · empty space or right button: turn',
 };
-// Our own requests, and those that the page repeats: not shown in the list.
+// What clients may send many times a second: not shown in the list.
 const QUIET = new Set(['load', 'tool']);
 
 const element = (id) => document.getElementById(id);
@@ -208,7 +208,7 @@ function beforeDraw(view) {
     else figuresLater ??= setTimeout(showFigures, FIGURES_MS - (drawnAt - figuresAt));
     tools.prepare(drawnAt, figures);
     panel.takeLevels(Math.max(0, ...bodies.map((body) => body.finest)));
-    if (figures) panel.takeForces(tools.list, hand.newtons);
+    if (figures) panel.takeForces(tools.list);
     askForMore();
 }
 
@@ -257,6 +257,7 @@ function takeScene(scene) {
     forces.takeScene(tools.list);
     settings.takeScene(scene.describe ?? '');
     panel.takeScene(scene);
+    panel.hint(HINTS[hand.mode]);
     fitted = false;
     stage.invalidate();
 }
@@ -305,6 +306,6 @@ function showLink(age = silence) {
 
 // A silent tool, or a force that is not repeated, disappears without a round.
 setInterval(() => {
-    panel.takeForces(tools.list, hand.newtons);
+    panel.takeForces(tools.list);
     if (tools.fallsSilent(performance.now())) stage.invalidate();
 }, 250);

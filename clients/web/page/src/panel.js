@@ -217,9 +217,8 @@ export class Panel {
         set('notice', notice);
     }
 
-    /** `load`: the force of a load that the hand pulls with [N], which no tool feels. */
-    takeForces(tools, load) {
-        let text = load > 0 ? `load: ${figure(load)} N` : '', newtons = load;
+    takeForces(tools) {
+        let text = '', newtons = 0;
         for (const tool of tools)
             if (tool.touching) {
                 newtons += tool.force;

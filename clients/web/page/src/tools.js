@@ -226,8 +226,6 @@ export class Tools {
         return this.list.some((tool) => (tool.kind !== 'static' && tool.group.visible && now - tool.poseAt >= STALE) ||
             (tool.touching && now - tool.contactAt >= STALE));
     }
-
-    of(kind) { return this.list.find((tool) => tool.kind === kind); }
 }
 
 // Along +y, of length one; its width is a small part of the scene, set by its scale.
