@@ -34,19 +34,20 @@ static bool run_ticks(HandRun *run, double seconds, bool moves, PliantError *err
         int64_t behind = (program_now_ns() - run->start_ns) / period_ns - tick;
         if (behind > 1) // the process was stopped: continue from now, without a burst
             tick += behind;
-        double time = (double)tick / HAND_RATE;
+        const double time = (double)tick / HAND_RATE;
+        const int64_t now_ns = run->start_ns + tick * period_ns;
         if (time > seconds)
             return true;
         // A hand at rest keeps the tool owned; one that moves sends what its model says.
         HandPose pose;
         if (!moves)
-            run->send(run->user, run->touch, still, true);
+            run->send(run->user, now_ns, run->touch, still, true);
         while (moves && hand_take_pose(&run->hand, time, &pose))
-            run->send(run->user, pose.position, pose.linear, run->hand.options.twist);
+            run->send(run->user, now_ns, pose.position, pose.linear, run->hand.options.twist);
         if (moves)
             hand_feel(&run->hand, time);
         // Forces arrive while it waits for the next tick.
-        if (!run->wait(run->user, run->start_ns + (tick + 1) * period_ns))
+        if (!run->wait(run->user, now_ns + period_ns))
             return program_fail(error, "stopped before the end");
     }
 }

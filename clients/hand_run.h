@@ -8,7 +8,9 @@
 #include "program.h"
 
 typedef struct HandRun {
-    void (*send)(void *user, const double position[3], const double linear[3], bool twist);
+    // `now_ns`: when this tick was to be
+    void (*send)(void *user, int64_t now_ns, const double position[3], const double linear[3],
+                 bool twist);
     bool (*wait)(void *user, int64_t until_ns); // handles messages; false: stopped, or broken
     void *user;
     double touch[3], direction[3];   // as in Hand

@@ -3,6 +3,7 @@
 // and shows the force on the tool. One thread, poses at absolute deadlines; withdraws the tool at
 // the end.
 #include "aim.h"
+#include "device.h"
 #include "hand_run.h"
 #include "keys.h"
 #include "program.h"
@@ -11,6 +12,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #define AUTO_BEGINS 0.05 // --auto that touches sooner begins in the body [s]
 #define AUTO_APART  1e-3 // so does one that the server leads out by more than this [m]
@@ -30,6 +32,8 @@ typedef struct Options {
     double rate_hz, depth, speed, hold; // [Hz], [m], [m/s], [s]
     double clearance, step, timeout_s;  // [m], [m], [s]
     Grip grip;
+    bool devised; // a device spoils what is sent
+    DeviceOptions device;
 } Options;
 
 typedef struct Probe {
@@ -42,6 +46,8 @@ typedef struct Probe {
     TrackPose pose;
     bool active;
     int64_t poses, missed; // missed: deadlines that had passed
+    Device device;
+    int64_t device_ns, device_utime; // time 0 of the device; 0: it has not begun [ns], [us]
     // what comes back
     double received;           // of the last contact that was taken
     PliantContact contact;     // the last one computed for a pose of ours
@@ -69,6 +75,13 @@ static bool take_grip(void *target, const char *text, Status *why)
            status_fail(why, STATUS_INVALID,
                        "is not G or T:G,T:G,... with G inside [0, 1] and seconds T that do not "
                        "fall");
+}
+
+static bool take_device(void *target, const char *text, Status *why)
+{
+    Options *options = target;
+    options->devised = true;
+    return device_parse(text, &options->device, why);
 }
 
 #define AT(member) offsetof(Options, member)
@@ -116,6 +129,11 @@ static const ArgumentRow ROWS[] = {
      .help = "of --keys, in millimetres"},
     {"grip", 'g', ARGUMENT_OTHER, "G|T:G,...", .handler = take_grip,
      .help = "of a grasper: 0 open, 1 closed (from 0.5 on), or points in seconds since the start"},
+    {"device", 0, ARGUMENT_OTHER, "ITEM,...", .handler = take_device,
+     .help = "send what arrives of a real device: noise=S (Gaussian, on each coordinate [m]), "
+             "quantum=S (encoder step [m]), rate=HZ, gap=LENGTH/EVERY (no poses [s]), "
+             "wrong=D/EVERY (one pose off by D [m]), late=S, jitter=S (|N(0, S)| later), reorder=S "
+             "(up to S later, so that poses overtake [s]), loss=SHARE, duplicate, seed=N"},
     {"frequency", 'F', ARGUMENT_NUMBER, "HZ", AT(by.frequency), 0.01, 100.0, .preset = 2.0,
      .help = "of --hand"},
     {"latency", 'L', ARGUMENT_NUMBER, "MS", AT(by.latency), 0.0, 500.0, .factor = 1e-3,
@@ -125,7 +143,7 @@ static const ArgumentRow ROWS[] = {
     {"no-stiffness", 'K', ARGUMENT_FLAG, NULL, AT(by.stiffness), .preset = 1,
      .help = "of --hand: render forces as they arrive, K = 0"},
     {"no-twist", 'W', ARGUMENT_FLAG, NULL, AT(by.twist), .preset = 1,
-     .help = "of --hand: send poses without velocity"},
+     .help = "send poses without velocity"},
     {"max-force", 'M', ARGUMENT_NUMBER, "N", AT(by.max_force), 0.0, 1e6, .preset = 3.3,
      .help = "of --hand: largest force of the device"},
     {"log", 'o', ARGUMENT_TEXT, "FILE", AT(log),
@@ -169,6 +187,8 @@ static bool check(void *target, Status *why)
         options->depth = options->hand ? 0.006 : 0.01;
     if (options->repeat == 0)
         options->repeat = options->hand ? 3 : 1;
+    // The ideal motion is known at least as often as the device asks.
+    options->rate_hz = fmax(options->rate_hz, options->device.rate_hz);
     options->by.depth = options->depth;
     options->by.rate_hz = options->rate_hz;
     // The direction as a unit vector.
@@ -247,13 +267,27 @@ static void take(Probe *probe)
     }
 }
 
-// Handles messages until then; false if it was stopped, or the connection is broken.
+// --- what is sent ---
+
+// Sends what the device has delivered by now.
+static void deliver(Probe *probe)
+{
+    DevicePose came;
+    const double now = (double)(program_now_ns() - probe->device_ns) * 1e-9;
+    for (; device_take(&probe->device, now, &came); probe->poses++)
+        pliant_pose_as(probe->client, &came.pose, came.number + 1,
+                       probe->device_utime + llround(1e6 * came.time));
+}
+
+// Handles messages, and sends, until then; false if it was stopped, or the connection is broken.
 static bool wait_until(void *user, int64_t until_ns)
 {
     Probe *probe = user;
     for (;;) {
-        const int64_t left = until_ns - program_now_ns();
-        const int news = pliant_wait_next(probe->client, 1e-9 * (double)left);
+        deliver(probe);
+        const int64_t now = program_now_ns(), left = until_ns - now;
+        const double due = device_next(&probe->device) - (double)(now - probe->device_ns) * 1e-9;
+        const int news = pliant_wait_next(probe->client, fmin(1e-9 * (double)left, due));
         if (news > 0)
             take(probe);
         if (news < 0 || left <= 0 || (news == 0 && program_now_ns() >= until_ns))
@@ -261,9 +295,7 @@ static bool wait_until(void *user, int64_t until_ns)
     }
 }
 
-// --- what is sent ---
-
-static void send_pose(Probe *probe)
+static PliantPose make_pose(const Probe *probe)
 {
     const TrackPose *pose = &probe->pose;
     PliantPose message = {
@@ -276,8 +308,35 @@ static void send_pose(Probe *probe)
     memcpy(message.orientation, pose->orientation, sizeof message.orientation);
     memcpy(message.linear, pose->linear, sizeof message.linear);
     memcpy(message.angular, pose->angular, sizeof message.angular);
-    pliant_pose(probe->client, &message);
-    probe->poses++;
+    return message;
+}
+
+// Sends the pose of this time, through the device if there is one.
+static void send_pose(Probe *probe, int64_t time_ns)
+{
+    const PliantPose pose = make_pose(probe);
+    if (!probe->options.devised) {
+        pliant_pose(probe->client, &pose);
+        probe->poses++;
+        return;
+    }
+    if (probe->device_ns == 0) {
+        struct timespec now;
+        clock_gettime(CLOCK_REALTIME, &now);
+        probe->device_ns = time_ns;
+        probe->device_utime = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+    }
+    device_send(&probe->device, (double)(time_ns - probe->device_ns) * 1e-9, &pose);
+    deliver(probe);
+}
+
+// Waits until all has arrived.
+static void drain(Probe *probe)
+{
+    for (double due; isfinite(due = device_next(&probe->device));) {
+        if (!wait_until(probe, probe->device_ns + (int64_t)ceil(1e9 * due)))
+            return;
+    }
 }
 
 // Repeats it, because a lost datagram would leave the tool in the tissue until its time-out.
@@ -286,8 +345,10 @@ static void withdraw(Probe *probe)
     probe->active = false;
     memset(probe->pose.linear, 0, sizeof probe->pose.linear);
     memset(probe->pose.angular, 0, sizeof probe->pose.angular);
+    const PliantPose pose = make_pose(probe);
     for (int k = 0; k < 3; k++)
-        send_pose(probe);
+        pliant_pose(probe->client, &pose);
+    probe->poses += 3;
 }
 
 // --- paths ---
@@ -479,11 +540,11 @@ static bool drive(Probe *probe, PliantError *error)
     const double print_every = live ? 0.1 : 1.0;
     double printed = 0.0;
     probe->active = true;
+    probe->no_twist = !options->by.twist;
     probe->start_ns = program_now_ns();
     // Poses at absolute deadlines; between them, messages.
     for (int64_t tick = 0;; tick++) {
-        int64_t now = program_now_ns();
-        int64_t behind = (now - probe->start_ns) / period_ns - tick;
+        const int64_t now = program_now_ns(), behind = (now - probe->start_ns) / period_ns - tick;
         if (behind > 1) { // the process was stopped: continue from now, without a burst
             probe->missed += behind;
             tick += behind;
@@ -491,7 +552,7 @@ static bool drive(Probe *probe, PliantError *error)
         double time = (double)tick * (double)period_ns * 1e-9;
         if (!next_pose(probe, time, period))
             break;
-        send_pose(probe);
+        send_pose(probe, probe->start_ns + tick * period_ns);
         if (time >= printed + print_every) {
             print_line(probe, time, live ? "\r" : "\n");
             printed = time;
@@ -522,6 +583,11 @@ static void print_summary(const Probe *probe)
     printf("poses sent %lld (%lld deadlines missed), contacts received %lld, touching %lld\n",
            (long long)probe->poses, (long long)probe->missed, (long long)probe->contacts,
            (long long)probe->touching);
+    const Device *device = &probe->device;
+    if (probe->options.devised)
+        printf("device: %d samples, %d in gaps; %lld messages lost, %lld arrived, %lld overtaken\n",
+               device->samples, device->silent, (long long)device->lost, (long long)device->arrived,
+               (long long)device->overtaken);
     printf("force max %.4f N, mean while touching %.4f N, depth max %.2f mm\n", probe->force_max,
            probe->touching ? probe->force_sum / (double)probe->touching : 0.0,
            1e3 * probe->depth_max);
@@ -557,13 +623,14 @@ static bool close_log(Probe *probe, PliantError *error)
     return failed ? program_fail(error, "%s: not all could be written", probe->options.log) : true;
 }
 
-static void send_hand(void *user, const double position[3], const double linear[3], bool twist)
+static void send_hand(void *user, int64_t now_ns, const double position[3], const double linear[3],
+                      bool twist)
 {
     Probe *probe = user;
     memcpy(probe->pose.position, position, sizeof probe->pose.position);
     memcpy(probe->pose.linear, linear, sizeof probe->pose.linear);
     probe->no_twist = !twist;
-    send_pose(probe);
+    send_pose(probe, now_ns);
 }
 
 // Starts the hand where the approach ended, or at --press.
@@ -587,7 +654,6 @@ static bool feel(Probe *probe, PliantError *error)
         return explain_silence(probe, error);
     if (ok && !options->hand_table)
         hand_run_print(hand);
-    probe->no_twist = false;
     return ok;
 }
 
@@ -606,6 +672,8 @@ static bool run(Probe *probe, PliantError *error)
         return false;
     const bool hand = probe->options.hand, approach = !hand || probe->options.mode == MODE_AUTO;
     bool ok = (!approach || drive(probe, error)) && (!hand || feel(probe, error));
+    if (ok)
+        drain(probe);
     // Withdraw the tool whatever happened.
     withdraw(probe);
     keys_close();
@@ -625,6 +693,7 @@ int main(int argc, char **argv)
     if (!arguments_parse(&TABLE, argc, argv, &probe.options, &status))
         return arguments_exit(&status);
     program_catch_signals();
+    device_begin(&probe.device, &probe.options.device);
 
     PliantError error = {0};
     // A path that cannot be read is bad usage.

@@ -15,6 +15,57 @@ static int start_daemon(void **state)
 
 AROUND_ALL(start_daemon, fixture_end)
 
+// What pliant-probe has sent, as a listener gets it.
+typedef struct Heard {
+    int repeated, overtaken;
+    int32_t newest; // they count from 1
+    bool withdrawn;
+} Heard;
+
+HANDLER(hear_pose, pliant_tool_pose_t, pose)
+{
+    Heard *heard = user;
+    heard->withdrawn |= !pose->active;
+    if (!pose->active)
+        return;
+    heard->repeated += pose->sequence == heard->newest;
+    heard->overtaken += pose->sequence < heard->newest;
+    heard->newest = pose->sequence > heard->newest ? pose->sequence : heard->newest;
+    for (int k = 0; k < 3; k++) {
+        const double steps = pose->position[k] / 1e-4;
+        expect_near(steps, round(steps), 1e-9); // roundings of 600 steps
+    }
+}
+
+TEST(poses_of_a_poor_device_arrive_and_what_was_overtaken_is_refused)
+{
+    Client *client = ((Fixture *)*test_state)->client;
+    Process probe;
+    Heard heard = {0};
+    pliant_tool_pose_t_subscription_t *on =
+        pliant_tool_pose_t_subscribe(client->lcm, "PLIANT_TOOL_POSE", hear_pose, &heard);
+    process_start(&probe, program_path("pliant-probe"),
+                  "--press 0,0,0.058 --depth 0.008 --hold 0.2 --device "
+                  "quantum=1e-4,reorder=0.02,duplicate,loss=0.1,gap=0.06/0.25,seed=2");
+    wait_until(client, heard.withdrawn);
+    pliant_tool_pose_t_unsubscribe(client->lcm, on);
+    process_wait(&probe);
+    expect_ended(&probe, 0, "device: ");
+    int silent, overtaken;
+    assert_int_equal(sscanf(strstr(probe.out, "device: "),
+                            "device: %*d samples, %d in gaps; %*d messages lost, %*d arrived, %d ",
+                            &silent, &overtaken),
+                     2);
+    client_fresh_status(client);
+    // A busy machine loses datagrams, so only bounds hold: what is lost overtakes nothing. It may
+    // also stop the server for a while, to which poses are then stale.
+    assert_in_range(refused(client, "overtaken"), 1, overtaken);
+    assert_in_range(heard.overtaken, 1, overtaken);
+    assert_int_equal(client->status.rejected,
+                     refused(client, "overtaken") + refused(client, "stale"));
+    assert_true(silent > 0 && heard.repeated > 0);
+}
+
 TEST(a_pressed_tool_feels_a_force_away_from_the_body)
 {
     Client *client = ((Fixture *)*test_state)->client;
