@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The law of contact (server/sim/contact/contact_force.c) against an energy written down a second
+// The law of walls (server/sim/contact/contact_wall.c) against an energy written down a second
 // time: forces are its gradient, they cancel, they are those that hold a body in equilibrium, and
 // their stiffness enters the step bound rightly.
 #include "test.h"

@@ -88,7 +88,7 @@ static void evaluate_moved(Crumpled *crumpled, double size, const Vec3 *way, Vec
     for (int i = 0; i < contact->local_count; i++)
         contact->x[i] = vec3_madd(crumpled->smooth[i], size, way[i]);
     contact->yielded = 2.0 * fabs(size);
-    contact_solid_evaluate(contact, &at);
+    contact_evaluate(contact, &at, 0.0);
 }
 
 static Vec3 force_on_tool(const Contact *contact)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A contact's stiffness and memory. Load time only.
+// The choice of a contact's law, its stiffness and memory. Load time only.
 #include "sim/contact/contact_data.h"
 
 #include "base/bits.h"
@@ -73,13 +73,16 @@ static const double ENOUGH = 0.2;
 // up to 1.7 the same drops had at most 1.3 times the energy, at any ratio.
 static const double FIRM = 2.0;
 
+static const ContactLaw *choose_law(const Body *body, bool plane)
+{
+    return plane ? &contact_plane : body->surface.solid ? &contact_solid : &contact_wall;
+}
+
 // Returns the stiffness of the contacts with a tool, relative to the body's own.
 static double share_of(const Body *body, const ToolOptions *tool)
 {
-    // A face penalty adds at most a lambda_b a capsule, implicit contact with solids nothing; a
-    // plane acts on nodes: a third of a lambda_b.
-    const double of_capsule = body->surface.solid ? 0.0 : 1.0;
-    const double count = of_capsule * tool->capsule_count + (tool->has_plane ? 1.0 / 3.0 : 0.0);
+    const double count = choose_law(body, false)->share * tool->capsule_count +
+                         (tool->has_plane ? choose_law(body, true)->share : 0.0);
     return count * body->contact_ratio;
 }
 
@@ -146,89 +149,34 @@ static int choose_face_capacity(const Contact *contact)
     return count < surface->face_count ? count : surface->face_count;
 }
 
-// Chooses the nodes of so many faces, and of these with the surrounding faces. The longest border
-// for its faces has a strip one face wide: a node per face and two, and as many around. Only
-// hollow walls list the nodes around; solids read them where they need a normal.
+// Chooses the nodes of so many faces. The longest border for its faces has a strip one face wide:
+// a node per face and two.
 static void choose_capacity(Contact *contact)
 {
     int nodes = contact->body->surface.node_count;
     contact->face_capacity = choose_face_capacity(contact);
     contact->node_capacity = contact->face_capacity + 2;
-    contact->ring_capacity = 2 * contact->face_capacity + 16;
-    contact->push_capacity =
-        contact->face_capacity < CONTACT_PUSHES ? contact->face_capacity : CONTACT_PUSHES;
     if (contact->face_capacity == contact->body->surface.face_count ||
         contact->node_capacity > nodes)
         contact->node_capacity = nodes;
-    if (contact->node_capacity == nodes || contact->ring_capacity > nodes)
-        contact->ring_capacity = nodes + 3; // never full
-    if (contact->is_solid)
-        contact->ring_capacity = contact->node_capacity;
 }
 
 // ---------------------------------------------------------------------------------------------
 // Creation
 
-static void create_for_plane(Contact *contact, const char *name, Arena *arena, StateList *state)
+void contact_create_nodes(Contact *contact, const char *name, Arena *arena, int positions,
+                          int velocities)
 {
-    int nodes = contact->body->surface.node_count;
-    contact->node_capacity = nodes;
-    contact->plane_bristle = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "plane bristles");
-    contact->plane_trial = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "plane bristles, trial");
-    state_add(state, contact->plane_bristle, (size_t)nodes * sizeof(Vec3), "%s/bristles", name);
-    contact->node = ALLOCATE(ARENA_CONTACT, nodes, int, "nodes");
-    contact->x = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "positions");
+    contact->node = ALLOCATE(ARENA_CONTACT, contact->body->surface.node_count, int, "nodes");
+    contact->x = ALLOCATE(ARENA_CONTACT, positions, Vec3, "positions");
+    contact->v = ALLOCATE(ARENA_CONTACT, velocities, Vec3, "velocities");
+    contact->f = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "forces");
 }
 
-// Allocates what following refined and merged faces needs.
-static void create_memory(Contact *contact, const char *name, Arena *arena, StateList *state)
+void contact_create_capsules(Contact *contact, const char *name, Arena *arena)
 {
-    int faces = contact->body->surface.face_count;
-    contact->old_side = ALLOCATE(ARENA_CONTACT, faces, signed char, "sides before");
-    contact->old_gap = ALLOCATE(ARENA_CONTACT, faces, float, "gaps before");
-    for (int k = 0; k < contact->tool->capsule_count; k++) {
-        contact->gap[k] = ALLOCATE(ARENA_CONTACT, faces, float, "gaps");
-        state_add(state, contact->gap[k], (size_t)faces * sizeof(float), "%s/gaps%d", name, k);
-    }
-}
-
-static void create_for_wall(Contact *contact, const char *name, Arena *arena)
-{
-    contact->distance = ALLOCATE(ARENA_CONTACT, contact->face_capacity, double, "distances");
-    contact->corners =
-        ALLOCATE(ARENA_CONTACT, contact->face_capacity, unsigned char, "nearest corners");
-    contact->seen_side = ALLOCATE(ARENA_CONTACT, contact->face_capacity, signed char, "seen sides");
-    contact->has_side = ALLOCATE(ARENA_CONTACT, contact->face_capacity, bool, "sides at all");
-    contact->side_from = ALLOCATE(ARENA_CONTACT, contact->face_capacity, int, "sides_from");
-    contact->push = ALLOCATE(ARENA_CONTACT, contact->push_capacity, Push, "pushes");
-}
-
-static int carrier_capacity(const Contact *contact)
-{
-    return contact->fit != NULL ? contact->fit->capacity : contact->node_capacity;
-}
-
-static void create_for_solid(Contact *contact, const char *name, Arena *arena, StateList *state)
-{
-    contact_solid_create(contact);
-    contact->lumped = arena_allocate(arena, ARENA_CONTACT, (size_t)contact->node_capacity,
-                                     sizeof *contact->lumped, "%s/lumped stiffness", name);
-    if (contact->body->mesh.fit.row_count > 0)
-        contact_fit_create(contact, name, arena);
-    contact->pressed = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Pressed, "pressed nodes");
-    const int carriers = carrier_capacity(contact);
-    contact->touched = ALLOCATE(ARENA_CONTACT, carriers, Touched, "touched nodes");
-    contact->touched_node = ALLOCATE(ARENA_CONTACT, carriers, int, "their numbers");
-    contact->clear = ALLOCATE(ARENA_CONTACT, 1, Clear, "clear of the body");
-    state_add(state, contact->clear, sizeof *contact->clear, "%s/clear", name);
-    contact->impulse = ALLOCATE(ARENA_CONTACT, carriers, Vec3, "impulses");
-}
-
-static void create_for_capsules(Contact *contact, const char *name, Arena *arena, StateList *state)
-{
-    int nodes = contact->body->surface.node_count, faces = contact->body->surface.face_count;
+    const int nodes = contact->body->surface.node_count, faces = contact->body->surface.face_count;
     const ToolOptions *tool = contact->tool;
-    // Dimensions of the tool, and the state of its sides.
     contact->smallest_radius = (double)INFINITY;
     for (int k = 0; k < tool->capsule_count; k++) {
         const Capsule *capsule = &tool->capsule[k];
@@ -236,63 +184,32 @@ static void create_for_capsules(Contact *contact, const char *name, Arena *arena
         contact->smallest_radius = fmin(contact->smallest_radius, capsule->radius);
         contact->lever =
             fmax(contact->lever, fmax(vec3_length(capsule->from), vec3_length(capsule->to)));
-        if (contact->is_solid)
-            continue;
-        contact->side[k] = ALLOCATE(ARENA_CONTACT, faces, signed char, "sides");
-        state_add(state, contact->side[k], (size_t)faces, "%s/sides%d", name, k);
     }
-    if (body_changes(contact->body) && !contact->is_solid)
-        create_memory(contact, name, arena, state);
-    contact->node = ALLOCATE(ARENA_CONTACT, nodes, int, "nodes");
     contact->local = ALLOCATE(ARENA_CONTACT, nodes, int, "local numbers");
     for (int i = 0; i < nodes; i++)
         contact->local[i] = -1;
     contact->mark = ALLOCATE(ARENA_CONTACT, bits_words(faces), uint64_t, "face marks");
     contact->rank = ALLOCATE(ARENA_CONTACT, bits_words(faces), int, "face ranks");
-
-    // Arrays by candidate and local node, of the chosen capacity.
     choose_capacity(contact);
     for (int k = 0; k < tool->capsule_count; k++)
         contact->gap_begin[k] =
             ALLOCATE(ARENA_CONTACT, contact->face_capacity, double, "distances before");
-    for (int k = 0; k < tool->capsule_count && !contact->is_solid; k++)
-        contact->in_front[k] =
-            ALLOCATE(ARENA_CONTACT, contact->face_capacity, double, "sides that neighbours know");
     contact->candidate = ALLOCATE(ARENA_CONTACT, contact->face_capacity, Candidate, "candidates");
-    contact->x = ALLOCATE(ARENA_CONTACT, contact->ring_capacity, Vec3, "positions");
     contact->x_begin = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "positions before");
     contact->node_normal = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "node normals");
-    if (contact->is_solid)
-        create_for_solid(contact, name, arena, state);
-    else
-        create_for_wall(contact, name, arena);
 }
 
 Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, Body *body,
                         Arena *arena, StateList *state)
 {
     Contact *contact = ALLOCATE(ARENA_CONTACT, 1, Contact, "contact");
-    contact->is_plane = plane;
-    contact->is_solid = !plane && body->surface.solid;
+    contact->law = choose_law(body, plane);
     contact->tool = tool;
     contact->body = body;
     contact->proxy = ALLOCATE(ARENA_CONTACT, 1, Proxy, "proxy");
     contact->proxy->orientation.w = 1.0;
-    if (plane)
-        create_for_plane(contact, name, arena, state);
-    else
-        create_for_capsules(contact, name, arena, state);
+    contact->law->create(contact, name, arena, state);
     state_add(state, contact->proxy, sizeof *contact->proxy, "%s/proxy", name);
-    contact->v = ALLOCATE(ARENA_CONTACT, carrier_capacity(contact), Vec3, "velocities");
-    contact->f = ALLOCATE(ARENA_CONTACT, contact->node_capacity, Vec3, "forces");
-    if (contact->is_solid && contact->fit == NULL) {
-        Carriers *carriers = &contact->carriers;
-        carriers->node = contact->node;
-        carriers->x = contact->x;
-        carriers->f = contact->f;
-        carriers->lumped = contact->lumped;
-        carriers->touched = ALLOCATE(ARENA_CONTACT, contact->node_capacity, int, "numbers");
-    }
     return contact;
 }
 

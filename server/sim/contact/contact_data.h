@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Private to the module sim: the data of a contact of one tool with one body. contact.c moves
-// the proxy, contact_find.c finds candidates and follows changes of faces, contact_side.c remembers
-// sides, contact_force.c is the law.
+// Private to the module sim: a contact of one tool with one body, and the laws of contact.
+// contact.c walks the table of laws, of which each has its own file.
 #ifndef PLIANT_SIM_CONTACT_DATA_H
 #define PLIANT_SIM_CONTACT_DATA_H
 
@@ -13,7 +12,7 @@
 typedef struct Candidate {
     int face;
     int node[3];      // local
-    double stiffness; // [N/m]; solids only
+    double stiffness; // [N/m]
     bool border[3];   // edge (k, k + 1) belongs to this face alone
 } Candidate;
 
@@ -46,6 +45,16 @@ typedef struct PushSums {
 
 // Largest step of the proxy in a substep, relative to the radius.
 #define CONTACT_STEP_CAP 0.25
+
+// Time in which the force of a tool that was inside of a solid grows [s].
+#define CONTACT_EASE_TIME 0.1
+
+// Width of the soft minimum over a capsule's pairs, relative to the radius. At 0.01 the torque of a
+// capsule that tilts over an edge changes by under 1 % per 0.005 degrees.
+#define CONTACT_SOFT 0.01
+// log 5, rounded up: how far the soft minimum of five pairs lies below them all, in widths.
+#define CONTACT_SOFT_REACH 1.61
+#define CONTACT_TOUCHING   1e-9 // [m] closer, a pair has no direction of its own
 
 // Least distance of an axis from a hollow wall, relative to the radius: there the proxy stays.
 #define CONTACT_AXIS_FLOOR 0.1
@@ -143,12 +152,46 @@ typedef struct ContactForces {
     int acting, crossed; // faces that act, and those among them that the axis has crossed
 } ContactForces;
 
+// Where a tool's hand goes in a tick: from `begin` to `end` [m].
+typedef struct ContactMotion {
+    Vec3 begin, end;
+    Quat orientation;
+    double tick; // [s]
+    int64_t step;
+} ContactMotion;
+
+// A law of contact: what a tool does to a body. Each row is in its own file; choose_law in
+// contact_create.c says which contact has it. Step thread, but for `create`.
+typedef struct ContactLaw {
+    double share;     // of a lambda_b that one shape of the tool adds to the body's bound
+    bool has_springs; // contact_springs lists its pushes
+    // Load time: allocates what the law needs, and adds its state.
+    void (*create)(Contact *contact, const char *name, Arena *arena, StateList *state);
+    // Start of a tick: finds what the tool can reach, by contact_find_candidates, which calls
+    // `find`. Returns the point about which moments are summed [m].
+    Vec3 (*begin)(Contact *contact, const ContactMotion *motion);
+    void (*find)(Contact *contact, const ToolPlacement *at, double margin);
+    // Substep: sends the proxy towards a pose; NULL for what is always static.
+    void (*move)(Contact *contact, Vec3 target, Quat orientation, double h);
+    // Reads the local nodes; computes the forces on them, in `f`, and on the tool, in `forces`,
+    // which are cleared, at a placement. `dt`: by which friction's memory advances [s].
+    void (*read)(Contact *contact);
+    void (*evaluate)(Contact *contact, const ToolPlacement *at, double dt);
+    // As contact_apply; contact_kick, NULL: nothing; contact_end_substep, before `next` is kept.
+    void (*apply)(Contact *contact, double fraction, double weight, double h);
+    void (*kick)(Contact *contact, const Evaluation *evaluation, double h);
+    void (*end)(Contact *contact);
+    // Clears the law's memory; follows a change of topology with it, NULL: it has none of faces.
+    void (*clear)(Contact *contact);
+    void (*follow)(Contact *contact, const TopologyChange *change);
+} ContactLaw;
+
+extern const ContactLaw contact_plane, contact_wall, contact_solid;
+
 struct Contact {
     const ToolOptions *tool;
     Body *body;
-    // Which of three laws: of the tool's plane, of its capsules against a solid (contact_solid.c),
-    // or of its capsules against a hollow wall.
-    bool is_plane, is_solid;
+    const ContactLaw *law;
     double smallest_radius, largest_radius; // of the capsules [m]
     double reach;                           // farthest node from its vertex, of fitted surfaces [m]
     double lever;                           // farthest point of an axis from the tool's origin [m]
@@ -225,40 +268,71 @@ struct Contact {
     ContactSums sums;
 };
 
-// A capsule without length.
+// contact_geometry.c: a capsule without length.
 bool contact_is_sphere(const Capsule *capsule);
 // Returns the capsule's axis at a placement.
 void contact_axis(const Capsule *capsule, const ToolPlacement *at, Vec3 *p, Vec3 *q);
 // Returns the unit normal of a candidate's face at the current positions; zero for a face without
 // area.
 Vec3 contact_face_normal(const Contact *contact, const Candidate *candidate);
+// Returns the sign of (c - z) . N for a pair: +1 in front of the face, -1 behind; 0 on a free
+// border, which has no sides. `weight` and `on_face` as in ClosestPair.
+int contact_sign(const Contact *contact, const Candidate *candidate, const double weight[3],
+                 Vec3 on_face, Vec3 on_axis);
+// Finds the nearest pair of a face and an axis; zero distance if the axis passes through.
+void contact_nearest_pair(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere, ClosestPair *nearest);
+// Returns how much nearer any face may be to any point of the tool's axes than at the tick's start.
+double contact_approach(const Contact *contact, const ToolPlacement *at);
 
-// contact_find.c: finds the faces within `margin` of contact at a placement (or the nodes below a
-// plane), in ascending order, their local nodes and normals; then their sides.
+// contact_find.c: finds what is within `margin` of contact at a placement, and prepares it.
 void contact_find_candidates(Contact *contact, const ToolPlacement *at, double margin);
 void contact_forget_candidates(Contact *contact);
-// Computes the normals at the nodes of a solid's candidate; those of walls are known. At the start
-// of a tick.
+// Finds the faces in reach of the capsules, in ascending order, and their local nodes, with numbers
+// until contact_forget_numbers.
+void contact_find_faces(Contact *contact, const ToolPlacement *at, double margin);
+void contact_forget_numbers(Contact *contact);
+// Computes the normals at all local nodes, and forgets their numbers; or, at any time of the tick's
+// start, those of one candidate.
+void contact_find_all_normals(Contact *contact);
 void contact_find_normals(Contact *contact, const Candidate *candidate);
 // Returns the number of a face among the known candidates, or -1.
 int contact_find_candidate(const Contact *contact, int face);
 
-// contact_side.c: finds the nearest pair of a face and an axis; zero distance if the axis passes
-// through.
-void contact_nearest_pair(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere, ClosestPair *nearest);
-// Decides the side of new candidates and forgets that of old ones; call when the candidates are
-// known.
-void contact_update_sides(Contact *contact, const ToolPlacement *at);
+// contact_create.c, load time: allocates what nodes need, with room for so many positions and
+// velocities; chooses the capacity of capsules and allocates what these need of candidates.
+void contact_create_nodes(Contact *contact, const char *name, Arena *arena, int positions,
+                          int velocities);
+void contact_create_capsules(Contact *contact, const char *name, Arena *arena);
 
-// contact_solid.c: computes the potential of a solid and a tool at a placement, its forces on the
-// nodes and what bounds their change; then the impulses of a substep, after the body's own kick.
-void contact_solid_evaluate(Contact *contact, const ToolPlacement *at);
-void contact_solid_kick(Contact *contact, const Evaluation *evaluation, double h);
-// Measures the candidates at the start of a tick. Returns true if the tool is inside of the solid,
-// or, `fresh` (it has just appeared), overlaps it: `out` leads its origin out again.
+// contact.c, the proxy: shows it, and finds candidates for the tick. Returns how far it may go if
+// there are none [m].
+double contact_search(Contact *contact, const ContactMotion *motion, double margin);
+// Moves the proxy so far, if nothing is near. Returns where it is.
+Vec3 contact_go_free(Contact *contact, const ContactMotion *motion, double cap);
+// Moves a proxy towards a pose, by at most `cap` [m] at any point of the tool.
+void contact_move_proxy(Proxy *proxy, Vec3 target, Quat orientation, double lever, double cap);
+// Returns the proxy at rest; on its way over the substep to `next`.
+ToolPlacement contact_here(const Contact *contact);
+ToolPlacement contact_placement(const Contact *contact, double fraction, double h);
+// Returns false if there was none.
+bool contact_clear_proxy(Contact *contact);
+
+// contact.c, forces: reads positions and velocities, for `read`; reads by the law, with what
+// follows.
+void contact_read_nodes(Contact *contact);
+void contact_read(Contact *contact);
+void contact_evaluate(Contact *contact, const ToolPlacement *at, double dt);
+// Adds forces of at most max_force on the tool to the nodes, for `apply`.
+void contact_apply_forces(Contact *contact, double fraction, double weight, double h);
+double contact_friction(const Contact *contact);
+// Records a spring for contact_springs, of stiffness [N/m]; `yield` and `stays` as there.
+void contact_note_spring(Contact *contact, const Candidate *candidate, const double weight[3],
+                         Vec3 normal, double stiffness, double yield, bool stays);
+
+// contact_solid.c: measures the candidates at the start of a tick. Returns true if the tool is
+// inside of the solid, or, `fresh` (it has just appeared), overlaps it: `out` leads its origin out
+// again.
 bool contact_solid_look(Contact *contact, const ToolPlacement *at, bool fresh, Vec3 *out);
-// Spreads the points over the faces. Load time.
-void contact_solid_create(Contact *contact);
 
 // contact_fit.c. Load time: creates what a contact on a fitted surface needs.
 void contact_fit_create(Contact *contact, const char *name, Arena *arena);
@@ -293,23 +367,5 @@ typedef struct ContactCarriers {
 // of a corner are scaled to a sum of its weight. Of a fitted surface.
 void contact_find_carriers(const Contact *contact, const ContactSpring *spring,
                            ContactCarriers *carriers);
-
-// contact_force.c: stiffness of the contact of a face [N/m].
-double contact_face_stiffness(const Body *body, int face);
-double contact_friction(const Contact *contact);
-// Returns how much nearer any face may be to any point of the tool's axes than at the tick's start.
-double contact_approach(const Contact *contact, const ToolPlacement *at);
-// Records a spring for contact_springs, of stiffness [N/m]; `yield` and `stays` as there.
-void contact_note_spring(Contact *contact, const Candidate *candidate, const double weight[3],
-                         Vec3 normal, double stiffness, double yield, bool stays);
-
-// contact_force.c: computes forces on the tool and, in `f`, on the local nodes, at a placement and
-// the current x and v. `dt`: time by which friction's memory advances [s].
-void contact_evaluate(Contact *contact, const ToolPlacement *at, double dt);
-
-// Returns the sign of (c - z) . N for a pair: +1 in front of the face, -1 behind; 0 on a free
-// border, which has no sides. `weight` and `on_face` as in ClosestPair.
-int contact_sign(const Contact *contact, const Candidate *candidate, const double weight[3],
-                 Vec3 on_face, Vec3 on_axis);
 
 #endif

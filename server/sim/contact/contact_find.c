@@ -105,6 +105,14 @@ static void read_corners(const Contact *contact, const int *corner, Vec3 x[3])
     }
 }
 
+// Returns the stiffness of the contact of a face [N/m].
+static double face_stiffness(const Body *body, int face)
+{
+    double stiffness = body->contact_kappa * body->surface.face_area[face];
+    const double *firmness = body->surface.face_firmness;
+    return firmness != NULL ? stiffness * firmness[face] : stiffness;
+}
+
 // Makes a face with corners at `x` the next candidate; returns false if it or its nodes exceed the
 // capacity.
 static bool add_candidate(Contact *contact, int face, const Vec3 x[3])
@@ -118,7 +126,7 @@ static bool add_candidate(Contact *contact, int face, const Vec3 x[3])
         return false;
     Candidate *candidate = &contact->candidate[contact->candidate_count++];
     candidate->face = face;
-    candidate->stiffness = contact_face_stiffness(contact->body, face);
+    candidate->stiffness = face_stiffness(contact->body, face);
     for (int k = 0; k < 3; k++) {
         candidate->border[k] = surface->face_neighbor[face][k] < 0;
         candidate->node[k] = local_number(contact, surface->face[face][k]);
@@ -160,8 +168,9 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
                 continue;
             contact->refused += reached;
             bits_remove(contact->mark, face);
-            for (int shape = 0; shape < shapes && !contact->is_solid; shape++)
-                contact->side[shape][face] = 0;
+            for (int shape = 0; shape < shapes; shape++)
+                if (contact->side[shape] != NULL)
+                    contact->side[shape][face] = 0;
         }
     }
 }
@@ -200,13 +209,13 @@ void contact_find_normals(Contact *contact, const Candidate *candidate)
             node_normal(contact, contact->node[candidate->node[c]]);
 }
 
-static void forget_local_numbers(Contact *contact)
+void contact_forget_numbers(Contact *contact)
 {
     for (int i = 0; i < contact->local_count; i++)
         contact->local[contact->node[i]] = -1;
 }
 
-static void compute_node_normals(Contact *contact)
+void contact_find_all_normals(Contact *contact)
 {
     const BodySurface *surface = &contact->body->surface;
     const Body *body = contact->body;
@@ -227,8 +236,14 @@ static void compute_node_normals(Contact *contact)
     for (int i = 0; i < own; i++) // without a ring, as on a border: the face's own normal decides
         contact->node_normal[i] =
             i < whole ? node_normal(contact, contact->node[i]) : (Vec3){0.0, 0.0, 0.0};
-    forget_local_numbers(contact);
+    contact_forget_numbers(contact);
     contact->local_count = own; // the ring was needed for the normals only
+}
+
+void contact_find_faces(Contact *contact, const ToolPlacement *at, double margin)
+{
+    mark_faces(contact, at, margin);
+    keep_candidates(contact, at, margin);
 }
 
 void contact_forget_candidates(Contact *contact)
@@ -239,80 +254,8 @@ void contact_forget_candidates(Contact *contact)
 void contact_find_candidates(Contact *contact, const ToolPlacement *at, double margin)
 {
     contact_forget_candidates(contact);
-    if (contact->is_plane) {
-        const Body *body = contact->body;
-        Region region = {.kind = REGION_BELOW_PLANE,
-                         .from = contact->tool->plane.point,
-                         .to = contact->tool->plane.normal,
-                         .radius = margin};
-        contact->local_count =
-            body->ops->find_nodes(body->model, &region, contact->node, body->surface.node_count);
-        return;
-    }
-    mark_faces(contact, at, margin);
-    if (contact->fit != NULL)
-        contact->fit->search++;
-    keep_candidates(contact, at, margin);
-    if (contact->fit != NULL)
-        contact_fit_gather(contact);
-    if (contact->is_solid)
-        forget_local_numbers(contact);
-    else
-        compute_node_normals(contact);
-    memcpy(contact->x_begin, contact->x, (size_t)contact->local_count * sizeof *contact->x);
+    contact->law->find(contact, at, margin);
     contact->begin = *at;
-    if (!contact->is_solid)
-        contact_update_sides(contact, at);
-}
-
-// --- after a change of topology ------------------------------------------------------------------
-
-// Updates a contact's memory of a body's faces and nodes after a change of topology. Step thread,
-// before the next tick's candidates are found.
-
-// Refinement must not move a tool across a wall: new faces take the side of those that they
-// replace. When several merge, the one that was nearest to the tool decides: others may have been
-// seen across a fold.
-static void follow_faces(Contact *contact, int shape, const TopologyChange *change)
-{
-    signed char *side = contact->side[shape], *old_side = contact->old_side;
-    float *gap = contact->gap[shape], *old_gap = contact->old_gap;
-    for (int i = 0; i < change->face_count; i++) {
-        int from = change->face[i].from;
-        if (from < 0)
-            continue;
-        old_side[from] = side[from];
-        old_gap[from] = gap[from];
-    }
-    for (int i = 0; i < change->face_count; i++)
-        side[change->face[i].face] = 0;
-    for (int i = 0; i < change->face_count; i++) {
-        int face = change->face[i].face, from = change->face[i].from;
-        if (from < 0 || old_side[from] == 0 || (side[face] != 0 && gap[face] <= old_gap[from]))
-            continue;
-        side[face] = old_side[from];
-        gap[face] = old_gap[from];
-    }
-}
-
-// Gives a new node on the plane the mean bristle of its parents.
-static void follow_nodes(Vec3 *bristle, const TopologyChange *change)
-{
-    for (int i = 0; i < change->gone_count; i++)
-        bristle[change->gone[i]] = (Vec3){0.0, 0.0, 0.0};
-    for (int i = 0; i < change->born_count; i++) {
-        const NodeBirth *born = &change->born[i];
-        bristle[born->node] =
-            vec3_scale(0.5, vec3_add(bristle[born->parent[0]], bristle[born->parent[1]]));
-    }
-}
-
-void contact_topology_changed(Contact *contact, const TopologyChange *change)
-{
-    if (contact->is_plane)
-        follow_nodes(contact->plane_bristle, change);
-    else if (!contact->is_solid)
-        for (int shape = 0; shape < contact->tool->capsule_count; shape++)
-            follow_faces(contact, shape, change);
-    contact_forget_candidates(contact);
+    if (contact->candidate_count > 0) // of capsules only
+        memcpy(contact->x_begin, contact->x, (size_t)contact->local_count * sizeof *contact->x);
 }

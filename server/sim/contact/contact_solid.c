@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Contact with solids (server/sim/README.md, "Contact of solids"): one potential of the tool's
-// capsules and the nodes, without memory and without branches that change a force by a jump, and
-// its implicit impulses on the nodes of each substep, with the proxy as a massless part of the same
-// solve. Step thread.
+// A law of contact: the tool's capsules against a solid (server/sim/README.md, "Contact of
+// solids"). One potential of the capsules and the nodes, without memory and without branches that
+// change a force by a jump, and its implicit impulses on the nodes of each substep, with the proxy
+// as a massless part of the same solve. Step thread.
 #include "sim/contact/contact_data.h"
 
 #include "geometry/distance.h"
@@ -19,33 +19,13 @@ static const double POINT_RATIO = 4.0;
 static const double BARRIER_RATIO = 512.0;
 
 static const double BARRIER_LEAST = 1e-3; // nearer, the barrier's force goes straight on [radius]
-static const double SOFT = 0.01; // width of the soft minimum over a capsule's pairs [radius]
-// log 5, rounded up: how far the soft minimum of five pairs lies below them all [width]
-static const double SOFT_REACH = 1.61;
-static const double TOUCHING = 1e-9; // [m] closer, a pair has no direction of its own
+static const double EASE_LAG = 0.2; // of the time left: in it the tool goes the rest of the way
 // Least pull towards the hand, as a share of the nodes' slope: where all pushes lie in a plane or
 // on a line, the slope alone cannot be inverted, and little force is as nothing.
 static const double LEAST_PULL = 1e-6;
 enum { PASSES = 4 }; // at most, to find which nodes separate
 
-// --- where a face feels the tool -----------------------------------------------------------------
-
-// Divides every face into n x n equal triangles with a point in the middle of each, such that
-// points lie closer than half a radius, where faces are not much larger than the tool.
-void contact_solid_create(Contact *contact)
-{
-    const double edges = contact->body->surface.longest_edge / contact->smallest_radius;
-    const int n = edges > 2.2 ? 4 : edges > 1.5 ? 3 : 2;
-    const double third = 1.0 / 3.0;
-    for (int i = 0; i < n; i++)
-        for (int j = 0; i + j < n; j++)
-            for (int turned = 0; turned < 2 && i + j + turned < n; turned++) {
-                double *w = contact->point_weight[contact->point_count++];
-                w[0] = (i + third * (1 + turned)) / n;
-                w[1] = (j + third * (1 + turned)) / n;
-                w[2] = 1.0 - w[0] - w[1];
-            }
-}
+// --- the start of a tick -------------------------------------------------------------------------
 
 // The way out for an axis that passes through a face, or whose nearest face shows its back; of a
 // tool that has just appeared also for one in front that is too near.
@@ -53,7 +33,8 @@ static bool leads_out(Contact *contact, const Candidate *candidate, const Closes
                       Vec3 p, Vec3 q, double radius, bool fresh, Vec3 *out)
 {
     const Vec3 normal = contact_face_normal(contact, candidate);
-    if (!(nearest->distance > TOUCHING)) { // crossed: the end behind the face leaves by its front
+    if (!(nearest->distance >
+          CONTACT_TOUCHING)) { // crossed: the end behind the face leaves by its front
         const Vec3 x = contact->x[candidate->node[0]];
         const double at_p = vec3_dot(vec3_sub(p, x), normal),
                      at_q = vec3_dot(vec3_sub(q, x), normal);
@@ -103,6 +84,54 @@ bool contact_solid_look(Contact *contact, const ToolPlacement *at, bool fresh, V
                                fresh, out);
     }
     return inside;
+}
+
+// Leads a tool that is inside of a solid out of it, where it is felt gently at first. One that was
+// outside before, and over which the body was thrown, begins again where it last was clear of the
+// body; one that appeared inside leaves by the nearest way.
+static void lead_out(Contact *contact, bool fresh, double tick)
+{
+    Proxy *proxy = contact->proxy;
+    Clear *clear = contact->clear;
+    const ToolPlacement at = contact_here(contact);
+    Vec3 out;
+    proxy->away = fmax(0.0, proxy->away - tick);
+    if (contact_solid_look(contact, &at, fresh, &out)) {
+        if (clear->touched == 0)
+            clear->position = vec3_add(proxy->position, out);
+        proxy->position = clear->position;
+        proxy->away = CONTACT_EASE_TIME;
+        contact_forget_candidates(contact);
+    } else if (!(contact->forces.depth > 0.0)) {
+        clear->position = proxy->position;
+    }
+    clear->touched = 0;
+    contact->touched_count = 0;
+    const double eased =
+        1.0 - proxy->away / CONTACT_EASE_TIME; // its cube: 3 N is 0.03 N after 20 ms
+    contact->limit = contact->tool->max_force * eased * eased * eased;
+}
+
+static Vec3 solid_begin(Contact *contact, const ContactMotion *motion)
+{
+    const bool fresh = !contact->proxy->valid;
+    if (contact->fit != NULL)
+        contact->fit->step = motion->step;
+    // Its faces approach by their own motion alone: by an edge per tick in a sound body.
+    const double margin = fmin(contact->smallest_radius, contact->body->surface.longest_edge);
+    const double cap = contact_search(contact, motion, margin);
+    lead_out(contact, fresh, motion->tick);
+    return contact_go_free(contact, motion, cap);
+}
+
+static void solid_find(Contact *contact, const ToolPlacement *at, double margin)
+{
+    if (contact->fit != NULL)
+        contact->fit->search++;
+    contact_find_faces(contact, at, margin);
+    if (contact->fit != NULL)
+        contact_fit_gather(contact);
+    contact_forget_numbers(contact);
 }
 
 // --- the potential -------------------------------------------------------------------------------
@@ -159,7 +188,7 @@ static void push_points(Contact *contact, const Candidate *candidate, const Vec3
         if (length2 > 0.0)
             away = vec3_madd(away, fmin(1.0, fmax(0.0, -vec3_dot(away, axis) / length2)), axis);
         const double distance2 = vec3_dot(away, away);
-        if (distance2 >= radius * radius || distance2 < TOUCHING * TOUCHING)
+        if (distance2 >= radius * radius || distance2 < CONTACT_TOUCHING * CONTACT_TOUCHING)
             continue;
         const double distance = sqrt(distance2), depth = radius - distance;
         ContactForces *sum = &contact->forces;
@@ -193,7 +222,7 @@ static void push_barrier(Contact *contact, const Candidate *candidate, const Vec
     double least = pair[0].distance, share[DISTANCE_PAIRS], sum = 0.0;
     for (int j = 1; j < pairs; j++)
         least = fmin(least, pair[j].distance);
-    const double eps = SOFT * radius;
+    const double eps = CONTACT_SOFT * radius;
     for (int j = 0; j < pairs; j++) {
         share[j] =
             pair[j].distance - least > 20.0 * eps ? 0.0 : exp((least - pair[j].distance) / eps);
@@ -210,7 +239,7 @@ static void push_barrier(Contact *contact, const Candidate *candidate, const Vec
     forces->depth = fmax(forces->depth, radius - least);
     forces->energy += stiffness * radius * radius * barrier_energy(s);
     for (int j = 0; j < pairs; j++) {
-        if (share[j] == 0.0 || pair[j].distance < TOUCHING)
+        if (share[j] == 0.0 || pair[j].distance < CONTACT_TOUCHING)
             continue;
         // Where two pairs are equally near, the force turns from one to the other within eps.
         const double part = share[j] / sum, turn = force * part * (1.0 - part) / eps;
@@ -238,7 +267,8 @@ static void evaluate_shape(Contact *contact, const ToolPlacement *at, int shape,
                            contact->x[candidate->node[2]]};
         const double stiffness = candidate->stiffness;
         push_points(contact, candidate, x, p, q, radius, of_points * stiffness);
-        if (contact->gap_begin[shape][i] < (BARRIER_FROM + SOFT_REACH * SOFT) * radius + approach)
+        if (contact->gap_begin[shape][i] <
+            (BARRIER_FROM + CONTACT_SOFT_REACH * CONTACT_SOFT) * radius + approach)
             push_barrier(contact, candidate, x, p, q, sphere, radius, of_barrier * stiffness);
     }
 }
@@ -264,15 +294,55 @@ static void list_touched(Contact *contact)
     }
 }
 
-void contact_solid_evaluate(Contact *contact, const ToolPlacement *at)
+static void solid_evaluate(Contact *contact, const ToolPlacement *at, double dt)
 {
-    contact->forces = (ContactForces){.floor = (double)INFINITY};
-    memset(contact->f, 0, (size_t)contact->local_count * sizeof *contact->f);
+    (void)dt; // friction is a part of the impulses
     memset(contact->lumped, 0, (size_t)contact->local_count * sizeof *contact->lumped);
     const double approach = contact_approach(contact, at);
     for (int shape = 0; shape < contact->tool->capsule_count; shape++)
         evaluate_shape(contact, at, shape, approach);
     list_touched(contact);
+}
+
+// --- the substep ---------------------------------------------------------------------------------
+
+// Returns how far a proxy is from a pose, at any point of the tool [m].
+static double way_to(const Proxy *proxy, Vec3 target, Quat orientation, double lever)
+{
+    Vec3 turn = quat_to_rotation(quat_multiply(orientation, quat_conjugate(proxy->orientation)));
+    return fmax(vec3_length(vec3_sub(target, proxy->position)), vec3_length(turn) * lever);
+}
+
+// The hand's way, as far as it is safe: how much of it the proxy goes, solid_kick decides.
+static void solid_move(Contact *contact, Vec3 target, Quat orientation, double h)
+{
+    Proxy *next = &contact->next;
+    const double lever = contact->lever;
+    // Never across a face.
+    double cap = fmin(CONTACT_STEP_CAP * contact->smallest_radius, 0.5 * contact->forces.floor);
+    if (next->away > 0.0) // rather than run into the hand with all its force
+        cap = fmin(cap, way_to(next, target, orientation, lever) * h / (EASE_LAG * next->away + h));
+    contact_move_proxy(next, target, orientation, lever, cap);
+}
+
+// Reads positions: velocities are felt after the body's own kick.
+static void solid_read(Contact *contact)
+{
+    const Body *body = contact->body;
+    if (contact->fit != NULL)
+        contact_fit_read(contact);
+    else
+        body->ops->read_nodes(body->model, contact->node, contact->local_count, contact->x, NULL);
+}
+
+// The forces at the start of the substep, of which solid_kick makes impulses.
+static void solid_apply(Contact *contact, double fraction, double weight, double h)
+{
+    (void)fraction;
+    (void)weight;
+    contact_read(contact);
+    const ToolPlacement at = contact_placement(contact, 0.0, h);
+    contact_evaluate(contact, &at, h);
 }
 
 // --- the impulses of a substep -------------------------------------------------------------------
@@ -491,7 +561,7 @@ static double follow_hand(Contact *contact, double h)
     return size > most ? most / size : 1.0;
 }
 
-void contact_solid_kick(Contact *contact, const Evaluation *evaluation, double h)
+static void solid_kick(Contact *contact, const Evaluation *evaluation, double h)
 {
     if (contact->touched_count == 0)
         return;
@@ -519,3 +589,80 @@ void contact_solid_kick(Contact *contact, const Evaluation *evaluation, double h
     sums->weight += h * contact->forces.weight;
     sums->depth = fmax(sums->depth, contact->forces.depth);
 }
+
+static void solid_end(Contact *contact)
+{
+    contact->clear->touched = contact_is_near(contact) && contact->touched_count > 0;
+}
+
+static void solid_clear(Contact *contact)
+{
+    if (contact_clear_proxy(contact))
+        *contact->clear = (Clear){.touched = 0};
+}
+
+// --- creation ------------------------------------------------------------------------------------
+
+// Divides every face into n x n equal triangles with a point in the middle of each, such that
+// points lie closer than half a radius, where faces are not much larger than the tool.
+static void spread_points(Contact *contact)
+{
+    const double edges = contact->body->surface.longest_edge / contact->smallest_radius;
+    const int n = edges > 2.2 ? 4 : edges > 1.5 ? 3 : 2;
+    const double third = 1.0 / 3.0;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; i + j < n; j++)
+            for (int turned = 0; turned < 2 && i + j + turned < n; turned++) {
+                double *w = contact->point_weight[contact->point_count++];
+                w[0] = (i + third * (1 + turned)) / n;
+                w[1] = (j + third * (1 + turned)) / n;
+                w[2] = 1.0 - w[0] - w[1];
+            }
+}
+
+// Without a fitted surface the local nodes carry themselves.
+static void carry_themselves(Contact *contact, const char *name, Arena *arena)
+{
+    Carriers *carriers = &contact->carriers;
+    carriers->node = contact->node;
+    carriers->x = contact->x;
+    carriers->f = contact->f;
+    carriers->lumped = contact->lumped;
+    carriers->touched = ALLOCATE(ARENA_CONTACT, contact->node_capacity, int, "numbers");
+}
+
+static void solid_create(Contact *contact, const char *name, Arena *arena, StateList *state)
+{
+    contact_create_capsules(contact, name, arena);
+    spread_points(contact);
+    const int nodes = contact->node_capacity;
+    contact->lumped = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes, sizeof *contact->lumped,
+                                     "%s/lumped stiffness", name);
+    if (contact->body->mesh.fit.row_count > 0)
+        contact_fit_create(contact, name, arena);
+    const int carriers = contact->fit != NULL ? contact->fit->capacity : nodes;
+    contact_create_nodes(contact, name, arena, nodes, carriers);
+    if (contact->fit == NULL)
+        carry_themselves(contact, name, arena);
+    contact->pressed = ALLOCATE(ARENA_CONTACT, nodes, Pressed, "pressed nodes");
+    contact->touched = ALLOCATE(ARENA_CONTACT, carriers, Touched, "touched nodes");
+    contact->touched_node = ALLOCATE(ARENA_CONTACT, carriers, int, "their numbers");
+    contact->clear = ALLOCATE(ARENA_CONTACT, 1, Clear, "clear of the body");
+    state_add(state, contact->clear, sizeof *contact->clear, "%s/clear", name);
+    contact->impulse = ALLOCATE(ARENA_CONTACT, carriers, Vec3, "impulses");
+}
+
+const ContactLaw contact_solid = {
+    .share = 0.0, // implicit
+    .has_springs = true,
+    .create = solid_create,
+    .begin = solid_begin,
+    .find = solid_find,
+    .move = solid_move,
+    .read = solid_read,
+    .evaluate = solid_evaluate,
+    .apply = solid_apply,
+    .kick = solid_kick,
+    .end = solid_end,
+    .clear = solid_clear,
+};

@@ -82,7 +82,7 @@ static int slots_of(const Body *body)
 
 static bool is_measurable(const Contact *contact)
 {
-    return contact->body->ops->gather_patch != NULL && !contact->is_plane &&
+    return contact->body->ops->gather_patch != NULL && contact->law->has_springs &&
            contact->tool->kind != TOOL_STATIC;
 }
 
