@@ -281,6 +281,19 @@ int contact_sign(const Contact *contact, const Candidate *candidate, const doubl
                  Vec3 on_face, Vec3 on_axis);
 // Finds the nearest pair of a face and an axis; zero distance if the axis passes through.
 void contact_nearest_pair(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere, ClosestPair *nearest);
+// Reads the corners of a candidate's face.
+void contact_corners(const Contact *contact, const Candidate *candidate, Vec3 x[3]);
+// Finds the pairs of an axis and a face, and the nearest of them. Returns their number; 0: the axis
+// passes through the face.
+int contact_find_pairs(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere,
+                       ClosestPair pair[DISTANCE_PAIRS], const ClosestPair **nearest);
+// Returns the soft minimum of the distances of pairs, of width `eps`, of which `least` is the
+// least:
+//   d_min - eps log sum exp(-(d_j - d_min) / eps).
+// Its gradient distributes a force over the pairs by share[j] / sum, the exponentials
+// (server/sim/README.md, "Capsules").
+double contact_soft_minimum(const ClosestPair *pair, int count, double least, double eps,
+                            double share[DISTANCE_PAIRS], double *sum);
 // Returns how much nearer any face may be to any point of the tool's axes than at the tick's start.
 double contact_approach(const Contact *contact, const ToolPlacement *at);
 

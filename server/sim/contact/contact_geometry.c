@@ -84,3 +84,40 @@ double contact_approach(const Contact *contact, const ToolPlacement *at)
     return contact->yielded + vec3_length(vec3_sub(at->position, begin->position)) +
            vec3_length(quat_to_rotation(turn)) * contact->lever;
 }
+
+void contact_corners(const Contact *contact, const Candidate *candidate, Vec3 x[3])
+{
+    for (int k = 0; k < 3; k++)
+        x[k] = contact->x[candidate->node[k]];
+}
+
+int contact_find_pairs(const Vec3 x[3], Vec3 p, Vec3 q, bool sphere,
+                       ClosestPair pair[DISTANCE_PAIRS], const ClosestPair **nearest)
+{
+    double along, weight[3];
+    *nearest = &pair[0];
+    if (sphere) {
+        distance_point_triangle(p, x, &pair[0]);
+        pair[0].on_segment = p;
+        return 1;
+    }
+    if (distance_segment_crosses(p, q, x, &along, weight))
+        return 0;
+    distance_segment_triangle_pairs(p, q, x, pair);
+    for (int j = 1; j < DISTANCE_PAIRS; j++)
+        if (pair[j].distance < (*nearest)->distance)
+            *nearest = &pair[j];
+    return DISTANCE_PAIRS;
+}
+
+double contact_soft_minimum(const ClosestPair *pair, int count, double least, double eps,
+                            double share[DISTANCE_PAIRS], double *sum)
+{
+    *sum = 0.0;
+    for (int j = 0; j < count; j++) {
+        const double farther = pair[j].distance - least;
+        share[j] = farther > 20.0 * eps ? 0.0 : exp(-farther / eps);
+        *sum += share[j];
+    }
+    return least - eps * log(*sum);
+}

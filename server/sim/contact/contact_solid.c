@@ -67,8 +67,8 @@ bool contact_solid_look(Contact *contact, const ToolPlacement *at, bool fresh, V
         contact_axis(capsule, at, &p, &q);
         for (int i = 0; i < contact->candidate_count; i++) {
             const Candidate *candidate = &contact->candidate[i];
-            const Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
-                               contact->x[candidate->node[2]]};
+            Vec3 x[3];
+            contact_corners(contact, candidate, x);
             nearest = (ClosestPair){0};
             contact_nearest_pair(x, p, q, contact_is_sphere(capsule), &nearest);
             contact->gap_begin[shape][i] = nearest.distance;
@@ -205,31 +205,17 @@ static void push_points(Contact *contact, const Candidate *candidate, const Vec3
 static void push_barrier(Contact *contact, const Candidate *candidate, const Vec3 x[3], Vec3 p,
                          Vec3 q, bool sphere, double radius, double stiffness)
 {
-    ClosestPair pair[DISTANCE_PAIRS];
-    int pairs = DISTANCE_PAIRS;
-    if (sphere) {
-        distance_point_triangle(p, x, &pair[0]);
-        pair[0].on_segment = p;
-        pairs = 1;
-    } else {
-        double along, weight[3];
-        if (distance_segment_crosses(p, q, x, &along, weight)) {
-            contact->forces.floor = 0.0; // inside: the next tick leads the proxy out
-            return;
-        }
-        distance_segment_triangle_pairs(p, q, x, pair);
-    }
-    double least = pair[0].distance, share[DISTANCE_PAIRS], sum = 0.0;
-    for (int j = 1; j < pairs; j++)
-        least = fmin(least, pair[j].distance);
-    const double eps = CONTACT_SOFT * radius;
-    for (int j = 0; j < pairs; j++) {
-        share[j] =
-            pair[j].distance - least > 20.0 * eps ? 0.0 : exp((least - pair[j].distance) / eps);
-        sum += share[j];
-    }
-    const double s = (least - eps * log(sum)) / radius;
     ContactForces *forces = &contact->forces;
+    ClosestPair pair[DISTANCE_PAIRS];
+    const ClosestPair *nearest;
+    const int pairs = contact_find_pairs(x, p, q, sphere, pair, &nearest);
+    if (pairs == 0) {
+        forces->floor = 0.0; // inside: the next tick leads the proxy out
+        return;
+    }
+    const double eps = CONTACT_SOFT * radius, least = nearest->distance;
+    double share[DISTANCE_PAIRS], sum;
+    const double s = contact_soft_minimum(pair, pairs, least, eps, share, &sum) / radius;
     forces->floor = fmin(forces->floor, least);
     if (s >= BARRIER_FROM)
         return;
@@ -263,8 +249,8 @@ static void evaluate_shape(Contact *contact, const ToolPlacement *at, int shape,
         if (contact->gap_begin[shape][i] >= radius + approach)
             continue;
         const Candidate *candidate = &contact->candidate[i];
-        const Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
-                           contact->x[candidate->node[2]]};
+        Vec3 x[3];
+        contact_corners(contact, candidate, x);
         const double stiffness = candidate->stiffness;
         push_points(contact, candidate, x, p, q, radius, of_points * stiffness);
         if (contact->gap_begin[shape][i] <

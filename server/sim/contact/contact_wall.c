@@ -79,12 +79,6 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
 
 // --- one face and one capsule ---
 
-static void face_corners(const Contact *contact, const Candidate *candidate, Vec3 x[3])
-{
-    for (int k = 0; k < 3; k++)
-        x[k] = contact->x[candidate->node[k]];
-}
-
 // Signed distance of a capsule's axis to a face, and the pairs that determine its gradient.
 typedef struct FaceDistance {
     double phi;      // [m]
@@ -99,7 +93,7 @@ static void measure_crossed(const Contact *contact, const Candidate *candidate, 
                             int side, FaceDistance *out)
 {
     Vec3 x[3];
-    face_corners(contact, candidate, x);
+    contact_corners(contact, candidate, x);
     Vec3 normal = contact_face_normal(contact, candidate);
     double at_p = side * vec3_dot(vec3_sub(p, x[0]), normal);
     double at_q = side * vec3_dot(vec3_sub(q, x[0]), normal);
@@ -117,25 +111,15 @@ static void measure_face(const Contact *contact, int shape, int index, Vec3 p, V
 {
     const Candidate *candidate = &contact->candidate[index];
     Vec3 x[3];
-    face_corners(contact, candidate, x);
+    contact_corners(contact, candidate, x);
     out->crossed = false;
-    if (contact_is_sphere(&contact->tool->capsule[shape])) {
-        distance_point_triangle(p, x, &out->pair[0]);
-        out->pair[0].on_segment = p;
-        out->pair_count = 1;
-    } else {
-        double along, weight[3];
-        if (distance_segment_crosses(p, q, x, &along, weight)) {
-            measure_crossed(contact, candidate, p, q, side, out);
-            return;
-        }
-        distance_segment_triangle_pairs(p, q, x, out->pair);
-        out->pair_count = DISTANCE_PAIRS;
+    const ClosestPair *nearest;
+    const bool sphere = contact_is_sphere(&contact->tool->capsule[shape]);
+    out->pair_count = contact_find_pairs(x, p, q, sphere, out->pair, &nearest);
+    if (out->pair_count == 0) {
+        measure_crossed(contact, candidate, p, q, side, out);
+        return;
     }
-    const ClosestPair *nearest = &out->pair[0];
-    for (int j = 1; j < out->pair_count; j++)
-        if (out->pair[j].distance < nearest->distance)
-            nearest = &out->pair[j];
     out->distance = nearest->distance;
     out->turn = 1;
     if (contact->in_front[shape][index] <= approach) {
@@ -146,21 +130,15 @@ static void measure_face(const Contact *contact, int shape, int index, Vec3 p, V
     out->phi = out->turn * nearest->distance;
 }
 
-// Adds the pushes of one acting face. Soft minimum of the pairs: d = d_min - eps log sum exp(-(d_j
-// - d_min)/eps); its gradient distributes the force over the pairs by their exponentials
-// (server/sim/README.md, "Capsules").
+// Adds the pushes of one acting face.
 static void push_face(Contact *contact, const ToolPlacement *at, int index,
                       const FaceDistance *face, int side, double radius)
 {
     const Candidate *candidate = &contact->candidate[index];
-    const double eps = CONTACT_SOFT * radius;
-    double share[DISTANCE_PAIRS], sum = 0.0;
-    for (int j = 0; j < face->pair_count; j++) {
-        double farther = face->pair[j].distance - face->distance;
-        share[j] = face->crossed ? 1.0 : farther > 20.0 * eps ? 0.0 : exp(-farther / eps);
-        sum += share[j];
-    }
-    double phi = face->crossed ? face->phi : face->turn * (face->distance - eps * log(sum));
+    double share[DISTANCE_PAIRS] = {1.0}, sum = 1.0, phi = face->phi;
+    if (!face->crossed)
+        phi = face->turn * contact_soft_minimum(face->pair, face->pair_count, face->distance,
+                                                CONTACT_SOFT * radius, share, &sum);
     double depth = radius - phi;
     if (!(depth > 0.0))
         return;
@@ -365,8 +343,8 @@ static void look_at(Contact *contact, int index, Vec3 p, Vec3 q, bool sphere)
 {
     const Candidate *candidate = &contact->candidate[index];
     ClosestPair nearest;
-    Vec3 x[3] = {contact->x[candidate->node[0]], contact->x[candidate->node[1]],
-                 contact->x[candidate->node[2]]};
+    Vec3 x[3];
+    contact_corners(contact, candidate, x);
     contact_nearest_pair(x, p, q, sphere, &nearest);
     int sign =
         contact_sign(contact, candidate, nearest.weight, nearest.on_triangle, nearest.on_segment);
