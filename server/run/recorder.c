@@ -44,13 +44,11 @@ static void take_tool(RecordTool *tool, Sim *sim, int index)
 {
     const ToolMotion *motion = sim_tool_motion(sim, index);
     const ToolWrench *wrench = sim_wrench(sim, index);
-    Vec3 pose;
     tool->active = motion->active;
-    tool_motion_at(motion, (double)(sim_steps(sim) - motion->pose_step) * sim_tick(sim), &pose,
-                   &tool->sample.orientation);
+    tool->sample.orientation = motion->end_orientation;
     // The position where the bodies feel the tool; the hand is elsewhere while it pushes beyond
     // max_force.
-    tool->sample.position = wrench->contact ? wrench->position : pose;
+    tool->sample.position = wrench->contact ? wrench->position : motion->end_position;
     tool->sample.force = wrench->force;
 }
 

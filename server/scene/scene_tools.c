@@ -52,6 +52,12 @@ static const Option TOOL_OPTIONS[] = {
     {"friction", OPTION_REAL, AT(tool.friction), "", 0.0, 10.0, .preset_text = "the body's",
      .physics = true, .idle = {&IDLE_TOUCHES_NOTHING},
      .about = "Friction coefficient between the tool and any body."},
+    {"lag", OPTION_REAL, AT(tool.lag), "s", 0.0, 0.1, .preset = 0.005, .physics = true,
+     .about = "Time by which the tool is behind a hand that moves evenly: a filter takes the noise "
+              "and the gaps out of its poses; 0: none."},
+    {"fastest", OPTION_REAL, AT(tool.fastest), "m/s", 0.0, 1e9, .preset = 10.0, .physics = true,
+     .about = "Speed that no hand has: a pose so far from the one before waits until a second one "
+              "confirms it; 0: none does."},
     {"grip_stiffness", OPTION_REAL, AT(tool.grip_stiffness), "", 0.0, 1e3, .open = true,
      .preset = 0.3, .physics = true,
      .feature = {.name = "graspers", has_grasper, "kind = \"grasper\" in tools"},
@@ -157,9 +163,12 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
         if (tool->kind != TOOL_GRASPER && option_given(group, GRIP[i]))
             return option_fail(source, option_find(group, GRIP[i]),
                                "%s means something for a grasper only", GRIP[i]);
-    if (!moved && option_given(group, "max_force"))
-        return option_fail(source, option_find(group, "max_force"),
-                           "max_force means nothing for a static tool: it never yields");
+    static const char *const MOVED[] = {"max_force", "lag", "fastest"};
+    for (int i = 0; i < 3; i++)
+        if (!moved && option_given(group, MOVED[i]))
+            return option_fail(source, option_find(group, MOVED[i]),
+                               "%s means nothing for a static tool: it never %s", MOVED[i],
+                               i == 0 ? "yields" : "moves");
     if (!read_edge(reader, group, raw.edge, tool))
         return false;
     // Every tool but a blade needs a shape to collide with.

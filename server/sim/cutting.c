@@ -227,7 +227,7 @@ static BladeEdge edge_now(const Sim *sim, int tool)
     Vec3 position;
     Quat orientation;
     const ToolMotion *motion = &sim->motion[tool];
-    tool_motion_at(motion, sim_pose_age(sim, motion), &position, &orientation);
+    tool_motion_at(motion, 0.0, &position, &orientation);
     BladeEdge edge;
     for (int k = 0; k < 2; k++)
         edge.end[k] = vec3_add(position, quat_rotate(orientation, sim->tool[tool].edge[k]));

@@ -5,6 +5,7 @@
 #include "sim/sim_data.h"
 #include "sim/hold/tie.h"
 #include "sim/cutting.h"
+#include "sim/events.h"
 #include "sim/guard/guard.h"
 #include "sim/time_step.h"
 
@@ -14,15 +15,33 @@
 // ---------------------------------------------------------------------------------------------
 // Poses and loads
 
+// Tells of poses that no hand can have reached. A blade does not cut on its way there.
+static void report_jump(Sim *sim, int tool, PoseVerdict verdict)
+{
+    const ToolMotion *motion = &sim->motion[tool];
+    const int id = sim->tool[tool].id;
+    if (verdict == POSE_ALONE)
+        sim_report(sim, -1, "jump", "tool %d: ignored a pose %.3g m away: no hand is so fast", id,
+                   vec3_length(vec3_sub(motion->doubted_position, motion->pose_position)));
+    if (verdict != POSE_JUMPED)
+        return;
+    cutting_lift(sim, tool);
+    guard_renew(sim, -1);
+    sim_report(sim, -1, "jump", "tool %d begins anew at a pose: no hand goes there so fast", id);
+}
+
 void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold)
 {
     if (!guard_admits(sim, tool, pose))
         return;
     if (!pose->active)
         cutting_lift(sim, tool);
-    if (pose->active && !sim->motion[tool].active)
+    ToolMotion *motion = &sim->motion[tool];
+    if (pose->active && !motion->active)
         guard_renew(sim, -1); // it may start inside tissue
-    tool_motion_apply(&sim->motion[tool], pose, sim->clock->step, sim->tick, hold);
+    const PoseVerdict verdict =
+        tool_motion_apply(motion, &sim->tool[tool], pose, sim->clock->step, sim->tick, hold);
+    report_jump(sim, tool, verdict);
 }
 
 bool sim_apply_load(Sim *sim, const LoadOptions *options, char *why, size_t why_size)

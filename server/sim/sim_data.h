@@ -101,11 +101,4 @@ static inline bool in_one_group(const Sim *sim, int a, int b)
     return sim->group[a].first == sim->group[b].first;
 }
 
-// Returns the simulated time between the application of a tool's newest pose and the start of this
-// tick [s].
-static inline double sim_pose_age(const Sim *sim, const ToolMotion *motion)
-{
-    return (double)(sim->clock->step - motion->pose_step) * sim->tick;
-}
-
 #endif

@@ -30,16 +30,19 @@ static bool has_probes(const Sim *sim)
     return false;
 }
 
-// Withdraws stale tools: a hand that went silent exerts no force.
+// Moves tools. Withdraws stale ones: a hand that went silent exerts no force.
 static void place_tools(Sim *sim)
 {
-    if (sim->clock->lockstep || sim->settling)
-        return;
+    const int64_t step = sim->clock->step;
     for (int t = 0; t < sim->tool_count; t++) {
         ToolMotion *motion = &sim->motion[t];
-        if (sim->tool[t].kind != TOOL_STATIC && motion->active &&
-            sim_pose_age(sim, motion) > sim->options.tool_timeout_s)
+        if (sim->tool[t].kind == TOOL_STATIC || !motion->active)
+            continue;
+        const bool waits = sim->clock->lockstep || sim->settling;
+        if (!waits && (double)(step - motion->pose_step) * sim->tick > sim->options.tool_timeout_s)
             tool_motion_init(motion);
+        else
+            tool_motion_step(motion, sim->tool[t].lag, step, sim->tick);
     }
 }
 
@@ -129,8 +132,8 @@ static void grasp_and_release(Sim *sim)
         bool active = motion == NULL || motion->active;
         double grip = 0.0;
         if (motion != NULL && active) {
-            tool_motion_at(motion, sim_pose_age(sim, motion), &position, &orientation);
-            grip = tool_motion_grip(motion, sim_pose_age(sim, motion));
+            tool_motion_at(motion, 0.0, &position, &orientation);
+            grip = tool_motion_grip(motion, sim->clock->step, sim->tick);
         }
         attachment_begin_tick(sim->attachment[k], active, grip, position, orientation);
     }
@@ -169,13 +172,7 @@ static void find_contacts(Sim *sim)
             contact_clear(contact);
             continue;
         }
-        // From where it is now to where it will be at the end of the tick.
-        Vec3 begin, end;
-        Quat orientation;
-        double age = sim_pose_age(sim, motion);
-        tool_motion_at(motion, age + sim->tick, &end, &orientation);
-        tool_motion_at(motion, age, &begin, &orientation);
-        contact_begin_tick(contact, begin, end, orientation, sim->tick, sim->clock->step);
+        contact_begin_tick(contact, motion, sim->tick, sim->clock->step);
     }
 }
 
@@ -234,8 +231,8 @@ static void add_contacts(Sim *sim, int b, const Evaluation *evaluation, double s
             const ToolMotion *motion = &sim->motion[sim->contact_tool[k]];
             Vec3 target;
             Quat orientation;
-            tool_motion_at(motion, sim_pose_age(sim, motion) + substep_time + target_at * h,
-                           &target, &orientation);
+            tool_motion_at(motion, (substep_time + target_at * h) / sim->tick, &target,
+                           &orientation);
             contact_begin_substep(contact, target, orientation, h);
         }
         contact_apply(contact, fraction, evaluation->weight, h);
@@ -261,9 +258,8 @@ static void add_holds(Sim *sim, int b, const Evaluation *evaluation, double subs
         // The frame: that of the tool at this time, or the world.
         ToolPlacement at = {.orientation = {1.0, 0.0, 0.0, 0.0}};
         if (tool >= 0) {
-            const ToolMotion *motion = &sim->motion[tool];
-            double begin = sim_pose_age(sim, motion) + substep_time;
-            at = tool_motion_within(motion, begin, begin + evaluation->at * h, h);
+            const double fraction = (substep_time + evaluation->at * h) / sim->tick;
+            at = tool_motion_within(&sim->motion[tool], fraction, sim->tick);
         }
         Vec3 force = attachment_evaluate(attachment, &at);
         if (tool >= 0)
@@ -432,9 +428,7 @@ static void take_wrenches(Sim *sim)
     for (int t = 0; t < sim->tool_count; t++) {
         sums[t] = (ContactSums){0};
         holds[t] = false;
-        Quat orientation;
-        tool_motion_at(&sim->motion[t], sim_pose_age(sim, &sim->motion[t]) + sim->tick,
-                       &sim->wrench[t].position, &orientation);
+        sim->wrench[t].position = sim->motion[t].end_position;
     }
     // Contacts first: they decide at which point the wrench acts.
     for (int k = 0; k < sim->contact_count; k++) {

@@ -42,6 +42,8 @@ typedef struct ToolOptions {
     double friction;       // mu, if the tool has its own; else that of the body
     double grip_stiffness; // of graspers: g, relative to the body's own stiffness (attachment.h)
     double grip_damping;   // of graspers: damping ratio
+    double lag;            // behind a steady hand [s] >= 0
+    double fastest;        // speed beyond which a pose needs a second one [m/s]; 0: none
 } ToolOptions;
 
 // One accepted tool_pose_t.
@@ -62,37 +64,63 @@ typedef struct ToolPlacement {
     Vec3 linear, angular; // [m/s], [rad/s] about `position`
 } ToolPlacement;
 
-// Position and motion of a tool. Between two poses it moves over one measured pose period (towards
-// the newest pose, or along its twist from it), never further. Plain data, part of the state.
+// Position and motion of a tool (server/sim/README.md, "Tools between poses"). A target goes to the
+// newest pose in about one measured pose period, and the tool after it by a critically damped
+// filter. All that happens in a tick is linear in it. Plain data, part of the state.
 typedef struct ToolMotion {
-    int64_t active;       // 0 or 1 (whole words: no padding in the state)
-    int64_t pose_utime;   // of the newest pose
-    int64_t pose_step;    // tick at which it was applied
-    int64_t follow_twist; // 0 or 1
-    double period;        // measured time between poses [s]; 0: take effect at once
-    double from_grip;     // when the newest pose arrived: 0 open, 1 closed
-    double to_grip;       // of the newest pose
-    Vec3 from_position;   // the tool's position when the newest pose arrived
+    int64_t active;     // 0 or 1 (whole words: no padding in the state)
+    int64_t pose_utime; // of the newest pose
+    int64_t pose_step;  // tick at which it was applied
+    int64_t held;       // 0 or 1: lockstep, the tool is at the pose at once
+    double period;      // measured time between poses [s]; 0: none yet
+    double reach;       // time from the newest pose until the target arrives [s]
+    double from_grip;   // when the newest pose arrived: 0 open, 1 closed
+    double to_grip;     // of the newest pose
+    // The target: where it was when the newest pose arrived, and where it goes.
+    Vec3 from_position;
     Quat from_orientation;
-    Vec3 to_position; // the newest pose
+    Vec3 to_position;
     Quat to_orientation;
-    Vec3 linear, angular;
+    // The tool at the begin and the end of the present tick; its velocity at the end.
+    Vec3 begin_position;
+    Quat begin_orientation;
+    Vec3 end_position;
+    Quat end_orientation;
+    Vec3 linear, angular; // [m/s], [rad/s]
+    // Its velocity without the noise of poses, which dampers feel.
+    Vec3 calm_linear, calm_angular; // [m/s], [rad/s]
+    // The newest pose that was believed, and one that waits for another to confirm it.
+    Vec3 pose_position;
+    Quat pose_orientation;
+    int64_t doubted; // 0 or 1: there is one that waits
+    int64_t doubted_utime;
+    Vec3 doubted_position;
+    Quat doubted_orientation;
 } ToolMotion;
+
+// What became of a pose.
+typedef enum PoseVerdict {
+    POSE_TAKEN,
+    POSE_DOUBTED, // no hand moves so fast: kept back until another confirms it
+    POSE_ALONE,   // taken; the one that was kept back before it stays alone
+    POSE_JUMPED,  // taken: it confirms the one kept back, and the tool begins anew there
+} PoseVerdict;
 
 void tool_motion_init(ToolMotion *motion);
 // True if the state read from a checkpoint is consistent before tick `step`.
 bool tool_motion_check(const ToolMotion *motion, int64_t step);
-// Applies a pose at the start of tick `step`; tick length [s]. `hold`: lockstep, the pose takes
-// effect at once. An inactive pose withdraws the tool.
-void tool_motion_apply(ToolMotion *motion, const ToolPose *pose, int64_t step, double tick,
-                       bool hold);
-// Computes the tool's pose `time` seconds after the start of the tick in which the newest pose was
-// applied.
-void tool_motion_at(const ToolMotion *motion, double time, Vec3 *position, Quat *orientation);
-// Returns its grip: that of a pose takes effect when the tool has reached the pose.
-double tool_motion_grip(const ToolMotion *motion, double time);
-// The same as tool_motion_at with the mean velocity over the substep [begin, begin + h] in which
-// `time` lies.
-ToolPlacement tool_motion_within(const ToolMotion *motion, double begin, double time, double h);
+// Applies a pose at the start of tick `step`, before tool_motion_step; tick length [s]. `hold`:
+// lockstep, the pose takes effect at once, believed or not. An inactive pose withdraws the tool.
+PoseVerdict tool_motion_apply(ToolMotion *motion, const ToolOptions *tool, const ToolPose *pose,
+                              int64_t step, double tick, bool hold);
+// Moves an active tool through tick `step`. Once per tick, before the functions below.
+void tool_motion_step(ToolMotion *motion, double lag, int64_t step, double tick);
+// Computes the tool's position at a fraction of the present tick; 1: its end.
+void tool_motion_at(const ToolMotion *motion, double fraction, Vec3 *position, Quat *orientation);
+// The same with the mean velocity over the tick.
+ToolPlacement tool_motion_within(const ToolMotion *motion, double fraction, double tick);
+// Returns the grip at the start of tick `step`: that of a pose takes effect when the target has
+// reached the pose.
+double tool_motion_grip(const ToolMotion *motion, int64_t step, double tick);
 
 #endif

@@ -201,6 +201,17 @@ static double distance_to_face(const Bench *bench, Vec3 p, Vec3 q, int face)
     return least;
 }
 
+// Begins a tick in which the tool moves from one place to another, to an orientation.
+static void begin_tick(Bench *bench, Vec3 from, Vec3 to, Quat orientation)
+{
+    ToolMotion motion;
+    tool_motion_init(&motion);
+    motion.begin_position = from;
+    motion.end_position = to;
+    motion.begin_orientation = motion.end_orientation = orientation;
+    contact_begin_tick(bench->sim->contact[0], &motion, sim_tick(bench->sim), 0);
+}
+
 static bool is_candidate(const Contact *contact, int face)
 {
     for (int i = 0; i < contact->candidate_count; i++)
@@ -227,7 +238,7 @@ TEST(candidates_are_all_faces_within_reach)
             Vec3 arm = quat_rotate(turn, vec3(0.025, 0.0, 0.0));
             Vec3 p = vec3_sub(place, arm), q = vec3_add(place, arm);
             contact_clear(contact);
-            contact_begin_tick(contact, place, place, turn, sim_tick(bench.sim), 0);
+            begin_tick(&bench, place, place, turn);
             for (int i = 1; i < contact->candidate_count; i++)
                 assert_true(contact->candidate[i].face > contact->candidate[i - 1].face);
             for (int f = 0; f < bench.mesh.triangle_count; f++) {
@@ -264,8 +275,8 @@ TEST(candidates_reach_as_far_as_the_proxy_may_go)
         Quat end = quat_multiply(quat_from_rotation(vec3_scale(swing, turn)), begin);
         Vec3 goal = vec3_madd(place, -cap, out);
         contact_clear(contact);
-        contact_begin_tick(contact, place, place, begin, sim_tick(bench.sim), 0);
-        contact_begin_tick(contact, place, goal, end, sim_tick(bench.sim), 0);
+        begin_tick(&bench, place, place, begin);
+        begin_tick(&bench, place, goal, end);
         if (contact->candidate_count == 0)
             continue;
         Vec3 arm = quat_rotate(end, vec3(0.025, 0.0, 0.0));

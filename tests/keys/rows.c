@@ -519,6 +519,8 @@ const KeyRow KEY_ROWS[] = {
     {MOVES(TOOL, max_force, ALL, TOOLS, PROBE(""), PROBE("max_force = 0.01;"))},
     {MOVES(TOOL, max_force, ALL, TOOLS, GRASPER(""), GRASPER("max_force = 0.01;"))},
     {MOVES(TOOL, friction, ALL, TOOLS, PROBE(""), PROBE("friction = 0.9;"))},
+    {MOVES(TOOL, lag, ALL, TOOLS, PROBE(""), PROBE("lag = 0.02;"))},
+    {MOVES(TOOL, fastest, ALL, TOOLS, PROBE(""), PROBE("fastest = 1e-3;"))},
 #define EDGED(more)                                                                                \
     "tools = ( " TOOL("2", "blade", "edge = ([0.0, 0.0, -0.1], [0.0, 0.0, 0.1]); " more) " );"
     {IS_IDLE(TOOL, max_force, ALL, TOOLS, EDGED(""), EDGED("max_force = 0.01;"),

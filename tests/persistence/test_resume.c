@@ -18,7 +18,7 @@ static void run_to_end(const char *arguments, const char *log, const char *confi
 
 TEST(a_run_goes_on_inside_its_log)
 {
-    static const double at_s[] = {0.06, 0.17}; // of 0.25 s; most sessions reset in between
+    static const double at_s[] = {0.06, 0.16}; // of 0.25 s; most sessions reset in between
     char arguments[PATH_TEXT * 3];
     const char *log = scratch("resume.log");
     const char *part = scratch("part.h5");

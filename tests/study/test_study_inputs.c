@@ -39,9 +39,7 @@ static void follow(const Bench *bench, double step, Vec3 *path, int count, doubl
             assert_true(study_play_tick(&play));
             sim_step(world.sim);
         }
-        Quat turn;
-        const ToolMotion *motion = sim_tool_motion(world.sim, 0);
-        tool_motion_at(motion, sim_tick(world.sim), &path[i], &turn);
+        path[i] = sim_tool_motion(world.sim, 0)->end_position;
     }
     study_play_end(&play);
     world_destroy(&world);
@@ -50,8 +48,9 @@ static void follow(const Bench *bench, double step, Vec3 *path, int count, doubl
 
 AROUND_ALL(scratch_begin, scratch_end)
 
-// Also between the ticks of the slower one: every 2 ms of ticks of 0.5 ms and of 1 ms. The first 2
-// ms are left out: a tool that appears has no speed yet. Rounding of 1e-12 m.
+// Also between the ticks of the slower one: every 2 ms of ticks of 0.5 ms and of 1 ms. Where the
+// way begins, turns and ends the target notices within a tick, so later by at most half of a
+// millisecond there; the filter keeps that for its lag. Elsewhere the two agree to rounding.
 TEST(the_tool_goes_the_same_way_at_any_tick_rate)
 {
     enum { COUNT = 350 };
@@ -61,11 +60,17 @@ TEST(the_tool_goes_the_same_way_at_any_tick_rate)
     assert_int_equal(bench.context.inputs.drive, DRIVE_PRESS);
     follow(&bench, 0.001, slow, COUNT, 0.002);
     follow(&bench, 0.0005, fast, COUNT, 0.002);
-    double farthest = 0.0;
+    double farthest = 0.0, fastest = 0.0;
+    int same = 0;
+    for (int i = 1; i < COUNT; i++)
+        fastest = fmax(fastest, vec3_length(vec3_sub(slow[i], slow[i - 1])) / 0.002);
     for (int i = 1; i < COUNT; i++) {
-        expect_near(vec3_length(vec3_sub(slow[i], fast[i])), 0.0, 1e-12);
+        const double apart = vec3_length(vec3_sub(slow[i], fast[i]));
+        expect_at_most(apart, 0.0005 * fastest);
+        same += apart < 1e-12;
         farthest = fmax(farthest, vec3_length(vec3_sub(slow[i], bench.context.inputs.press.start)));
     }
+    expect_at_least(same, COUNT / 2);
     // It went all the way, and came back.
     expect_near(farthest, bench.context.inputs.press.way, 1e-6);
     expect_near(vec3_length(vec3_sub(slow[COUNT - 1], bench.context.inputs.press.start)), 0.0,

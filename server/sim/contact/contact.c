@@ -50,12 +50,12 @@ double contact_search(Contact *contact, const ContactMotion *motion, double marg
     Proxy *proxy = contact->proxy;
     if (!proxy->valid) { // it appears at the hand
         proxy->valid = 1;
-        proxy->position = motion->begin;
-        proxy->orientation = motion->orientation;
+        proxy->position = motion->tool->begin_position;
+        proxy->orientation = motion->tool->begin_orientation;
     }
     const ToolPlacement at = contact_here(contact);
-    const Quat turn = quat_multiply(motion->orientation, quat_conjugate(at.orientation));
-    const double way = vec3_length(vec3_sub(motion->end, at.position));
+    const Quat turn = quat_multiply(motion->tool->end_orientation, quat_conjugate(at.orientation));
+    const double way = vec3_length(vec3_sub(motion->tool->end_position, at.position));
     const double swing = vec3_length(quat_to_rotation(turn)) * contact->lever;
     // Of translation and rotation.
     const double cap = contact->body->substeps * CONTACT_STEP_CAP * contact->smallest_radius;
@@ -73,14 +73,23 @@ Vec3 contact_go_free(Contact *contact, const ContactMotion *motion, double cap)
     // immediately, or as far as the search reached.
     Proxy *proxy = contact->proxy;
     if (contact->local_count == 0 && proxy->away < CONTACT_EASE_TIME)
-        contact_move_proxy(proxy, motion->end, motion->orientation, contact->lever, cap);
+        contact_move_proxy(proxy, motion->tool->end_position, motion->tool->end_orientation,
+                           contact->lever, cap);
     return proxy->position;
 }
 
-void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick,
-                        int64_t step)
+// What dampers feel less, or more, of the tool's motion in this tick than there is: its noise.
+static void read_calm(Contact *contact, const ToolMotion *motion, double tick)
 {
-    const ContactMotion motion = {begin, end, orientation, tick, step};
+    const ToolPlacement now = tool_motion_within(motion, 0.0, tick);
+    contact->calm = (ToolPlacement){.linear = vec3_sub(motion->calm_linear, now.linear),
+                                    .angular = vec3_sub(motion->calm_angular, now.angular)};
+}
+
+void contact_begin_tick(Contact *contact, const ToolMotion *tool, double tick, int64_t step)
+{
+    const ContactMotion motion = {tool, tick, step};
+    read_calm(contact, tool, tick);
     contact->kicked = 0.0;
     contact->sums = (ContactSums){.about = contact->law->begin(contact, &motion)};
     contact->next = *contact->proxy;

@@ -45,10 +45,9 @@ double contact_bounce_of(const Body *body, double share);
 Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, Body *body,
                         Arena *arena, StateList *state);
 
-// Clears the sums; finds the faces (or nodes) that the tool can reach as it moves from `begin` to
-// `end`, and on which side of them it is. Once per tick.
-void contact_begin_tick(Contact *contact, Vec3 begin, Vec3 end, Quat orientation, double tick,
-                        int64_t step);
+// Clears the sums; finds the faces (or nodes) that the tool can reach as it moves, and on which
+// side of them it is. Once per tick.
+void contact_begin_tick(Contact *contact, const ToolMotion *motion, double tick, int64_t step);
 // Returns false if the tool cannot reach the body in this tick: contact_apply is not needed.
 bool contact_is_near(const Contact *contact);
 // Chooses the proxy's motion in a substep, towards the tool's pose; before its first evaluation.

@@ -152,10 +152,9 @@ typedef struct ContactForces {
     int acting, crossed; // faces that act, and those among them that the axis has crossed
 } ContactForces;
 
-// Where a tool's hand goes in a tick: from `begin` to `end` [m].
+// What a tick brings.
 typedef struct ContactMotion {
-    Vec3 begin, end;
-    Quat orientation;
+    const ToolMotion *tool;
     double tick; // [s]
     int64_t step;
 } ContactMotion;
@@ -223,6 +222,7 @@ struct Contact {
     Vec3 *node_normal;    // area-weighted, not unit; zero on a border; of solids valid only for
                           // candidates that contact_find_normals was asked for in this tick
     ToolPlacement begin;  // of the proxy
+    ToolPlacement calm;   // only velocities: what dampers feel is the proxy's and these
     Vec3 *x_begin;        // [m]
     double *gap_begin[TOOL_SHAPES]; // distance per capsule [m]
     // Hollow walls, per capsule: where a nearer candidate has the tool in front of itself, and so

@@ -495,20 +495,26 @@ static void read_touched(Contact *contact, double h)
     const Carriers *carriers = &contact->carriers;
     const Proxy *from = contact->proxy, *next = &contact->next;
     const Quat turn = quat_multiply(next->orientation, quat_conjugate(from->orientation));
-    const Vec3 angular = vec3_scale(1.0 / h, quat_to_rotation(turn));
+    // Of an implicit step h, the share b / (h + b) of what acts by the velocity is damping, which
+    // feels the tool without the noise of its poses.
+    const double b = body->contact_damping, damping = b / (h + b);
+    const Vec3 angular = vec3_madd(vec3_scale(1.0 / h, quat_to_rotation(turn)), damping,
+                                   contact->calm.angular),
+               linear = vec3_scale(damping, contact->calm.linear);
     for (int t = 0; t < contact->touched_count; t++) {
         Touched *touched = &contact->touched[t];
         const int node = contact->touched_node[t];
         touched->mass =
             body->ops->is_fixed(body->model, node) ? 0.0 : body->surface.node_mass[node];
-        touched->swing =
-            vec3_cross(angular, vec3_sub(carriers->x[touched->carrier], from->position));
+        touched->swing = vec3_add(
+            linear, vec3_cross(angular, vec3_sub(carriers->x[touched->carrier], from->position)));
     }
     body->ops->read_nodes(body->model, contact->touched_node, contact->touched_count,
                           contact->impulse, contact->v); // positions are not needed
     for (int p = 0; p < contact->pressed_count; p++) {
         Pressed *pressed = &contact->pressed[p];
-        pressed->swing = vec3_cross(angular, vec3_sub(contact->x[pressed->local], from->position));
+        pressed->swing = vec3_add(
+            linear, vec3_cross(angular, vec3_sub(contact->x[pressed->local], from->position)));
         pressed->speed = vec3(0.0, 0.0, 0.0);
         int count;
         CarrierWeight own;

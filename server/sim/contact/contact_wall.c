@@ -50,9 +50,11 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
     const double stiffness = candidate->stiffness;
     Vec3 relative = vec3_sub(tool_velocity(at, point), node_velocity(contact, candidate, weight));
     double separating = vec3_dot(relative, normal);
-    // Damped, but never adhesive.
-    double force =
-        share * stiffness * fmax(0.0, depth - contact->body->contact_damping * separating);
+    // Damped, but never adhesive; without the noise of poses.
+    const Vec3 calm = vec3_add(contact->calm.linear,
+                               vec3_cross(contact->calm.angular, vec3_sub(point, at->position)));
+    const double damped = separating + vec3_dot(calm, normal);
+    double force = share * stiffness * fmax(0.0, depth - contact->body->contact_damping * damped);
     add_force(contact, candidate, weight, point, vec3_scale(force, normal));
 
     // Sums for the wrench and for the proxy's steps.
@@ -487,7 +489,7 @@ static Vec3 wall_begin(Contact *contact, const ContactMotion *motion)
 {
     const double r = contact->smallest_radius;
     if (contact->tool->kind != TOOL_STATIC && contact->proxy->valid)
-        watch_caught(contact, motion->begin, r, motion->tick);
+        watch_caught(contact, motion->tool->begin_position, r, motion->tick);
     // Search early, so that sides are known before contact.
     const double cap = contact_search(contact, motion, r);
     contact->forces.floor = least_gap(contact) - CONTACT_AXIS_FLOOR * r;

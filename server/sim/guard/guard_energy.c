@@ -86,13 +86,11 @@ static double work_of(const Sim *sim, int k)
     const ContactSums *sums = contact_sums(contact);
     const ToolMotion *motion = &sim->motion[sim->contact_tool[k]];
     // The way of the proxy in this tick.
-    Vec3 end, at;
-    Quat orientation, before, after;
+    Vec3 end;
+    Quat orientation;
     contact_proxy(contact, &end, &orientation);
     // The turn of the tool in this tick.
-    const double age = sim_pose_age(sim, motion);
-    tool_motion_at(motion, age, &at, &before);
-    tool_motion_at(motion, age + sim->tick, &at, &after);
+    const Quat before = motion->begin_orientation, after = motion->end_orientation;
     const double half = fabs(before.w * after.w + before.x * after.x + before.y * after.y +
                              before.z * after.z); // of the cosine
     // Force over way plus moment over angle, at most.
