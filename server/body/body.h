@@ -285,6 +285,8 @@ struct Body {
     // The time step, set by sim_seal and whenever the bounds change.
     double time_step_limit;  // of the stability bound, contacts included [s]
     double time_step_wanted; // of the scene; 0: none
+    double contact_barrier;  // hollow walls: stiffness that contact gains near a tool's axis, times
+                             // contact_kappa
     bool unsafe_time_step;
     int substeps;        // per tick
     int auto_substeps;   // from more on "auto" is implicit; 0: not asked

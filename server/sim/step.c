@@ -434,7 +434,10 @@ static void take_wrenches(Sim *sim)
     for (int k = 0; k < sim->contact_count; k++) {
         int t = sim->contact_tool[k];
         const ContactSums *part = contact_sums(sim->contact[k]);
-        if (!contact_is_near(sim->contact[k]) || !(part->weight > 0.0))
+        const bool pushes = contact_is_near(sim->contact[k]) && part->weight > 0.0;
+        const bool eases = contact_is_easing(sim->contact[k]);
+        holds[t] |= eases;
+        if (!pushes && !eases)
             continue;
         Quat orientation;
         if (!(sums[t].weight > 0.0)) // of several bodies the first defines the position

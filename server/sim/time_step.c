@@ -96,6 +96,28 @@ static int count_substeps(const Sim *sim, Body *body)
     return substeps < MOST_SUBSTEPS ? substeps : MOST_SUBSTEPS;
 }
 
+// Contact has the stiffness of the coarsest level, as a wall should feel the same at every level.
+// But that lets a tool deep into the small faces of a finer one, which it would only push aside:
+// near the axis contact is as much stiffer as that level, as far as the step has room for it. A
+// power of two, since the bounds change with every face.
+static void set_barrier(const Sim *sim, Body *body)
+{
+    double contacts = 0.0;
+    for (int t = 0; t < sim->tool_count; t++) {
+        double lambda, damping;
+        contact_bounds(body, &sim->tool[t], &lambda, &damping);
+        contacts += lambda;
+    }
+    const double spare = body->time_step_limit / body->h;
+    const double most = fmin(body->lambda / body->contact_lambda - 1.0,
+                             (spare * spare - 1.0) * body->lambda / contacts);
+    body->contact_barrier = 0.0;
+    if (!(contacts > 0.0) || body->integrator == INTEGRATOR_IMPLICIT || !(most >= 1.0))
+        return;
+    for (body->contact_barrier = 1.0; 2.0 * body->contact_barrier <= most;)
+        body->contact_barrier *= 2.0;
+}
+
 void time_step_follow(Sim *sim, Body *body)
 {
     const int first = sim->group[body - sim->body].first;
@@ -107,6 +129,7 @@ void time_step_follow(Sim *sim, Body *body)
     for (int b = first; b >= 0; b = sim->group[b].next) {
         sim->body[b].substeps = substeps;
         sim->body[b].h = sim->tick / substeps;
+        set_barrier(sim, &sim->body[b]);
     }
 }
 

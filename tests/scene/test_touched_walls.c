@@ -116,7 +116,8 @@ static void press(Organ *organ, int number, double depth, int *changes)
     // The shaft, +z of the tool, leaves the body along the normal.
     const Vec3 axis = vec3_cross(vec3(0.0, 0.0, 1.0), normal);
     const Quat turn = quat_from_rotation(vec3_scale(acos(normal.z), vec3_unit(axis)));
-    double peak = 0.0, step = 0.0, jump = 0.0, slip = 0.0, least = HUGE_VAL, most = 0.0;
+    double peak = 0.0, step = 0.0, jump = 0.0, slip = 0.0, grown = 0.0, least = HUGE_VAL,
+           most = 0.0;
     Vec3 before = {0.0, 0.0, 0.0};
     int touching = 0; // ticks: the pulse of the first touch is no jump of the wall
     const Vec3 across = vec3_unit(vec3_cross(normal, vec3(0.31, 0.59, 0.74)));
@@ -127,6 +128,8 @@ static void press(Organ *organ, int number, double depth, int *changes)
         const Vec3 force = step_at(organ, at, turn);
         const double change = vec3_length(vec3_sub(force, before));
         const int topology = sim_body(organ->sim, 0)->mesh.topology;
+        if (topology != organ->topology && touching > 0)
+            grown = fmax(grown, vec3_length(force) - 1.05 * vec3_length(before));
         if (topology != organ->topology && touching > 20) {
             ++*changes;
             double *worst = i < down + hold ? &jump : &slip;
@@ -143,9 +146,12 @@ static void press(Organ *organ, int number, double depth, int *changes)
         }
     }
     print_message(
-        "node %d, %.0f mm: peak %.3f N, at a change %.2f %%, dragged %.2f %%, held %.2f %%\n",
-        number, 1e3 * depth, peak, 100.0 * jump / peak, 100.0 * slip / peak,
+        "node %d, %.0f mm: peak %.3f N, at a change %.2f %% (by %.4f N more than a twentieth of "
+        "itself), dragged %.2f %%, held %.2f %%\n",
+        number, 1e3 * depth, peak, 100.0 * jump / peak, grown, 100.0 * slip / peak,
         100.0 * (most - least) / least);
+    // The rest is a thousandth of max_force, and what a tick's mean lags behind its last substep.
+    expect_at_most(grown, 0.005);
     expect_at_most(jump, 0.03 * peak);
     expect_at_most(slip, 0.1 * peak);
     expect_at_most(most, 1.015 * least);
@@ -155,8 +161,8 @@ TEST(an_adaptive_wall_is_pressed_without_jumps)
 {
     int changes = 0;
     const bool all = test_is_long();
-    for (int number = all ? 10 : 45; number < (all ? 150 : 46); number += 35)
-        for (int k = all ? 0 : 1; k < (all ? 3 : 2); k++) {
+    for (int number = all ? 10 : 80; number < (all ? 150 : 81); number += 35)
+        for (int k = 0; k < (all ? 3 : 1); k++) {
             const double depth[3] = {0.012, 0.02, 0.03};
             Organ organ;
             create(&organ, "../config/adaptive-organ.cfg");
@@ -165,4 +171,50 @@ TEST(an_adaptive_wall_is_pressed_without_jumps)
         }
     print_message("%d changes under the tool\n", changes);
     assert_true(changes >= (all ? 15 : 1));
+}
+
+// The force of a press that is held over a place for 1.3 s, and in `spread` by how much it varies
+// in the last 0.3 s.
+static double hold(int number, double depth, double *spread)
+{
+    enum { HOLD = 1300, LAST = 300 };
+    Organ organ;
+    create(&organ, "../config/adaptive-organ.cfg");
+    Vec3 normal;
+    const Vec3 place = choose_node(&organ, number, &normal);
+    const double radius = organ.sim->contact[0]->largest_radius, clearance = 0.002, speed = 5e-5;
+    const Quat turn = quat_from_rotation(
+        vec3_scale(acos(normal.z), vec3_unit(vec3_cross(vec3(0.0, 0.0, 1.0), normal))));
+    const int down = (int)((clearance + depth * radius) / speed);
+    double least = HUGE_VAL, most = 0.0;
+    for (int i = 0; i < down + HOLD; i++) {
+        const double above = radius + clearance - speed * fmin(i, down);
+        const double force = vec3_length(step_at(&organ, vec3_madd(place, above, normal), turn));
+        least = i < down + HOLD - LAST ? HUGE_VAL : fmin(least, force);
+        most = i < down + HOLD - LAST ? 0.0 : fmax(most, force);
+    }
+    destroy(&organ);
+    *spread = (most - least) / most;
+    return most;
+}
+
+// Small faces gave way sooner than the wall: contact, as soft as on the coarsest level, ended at
+// 0.2 N, and the proxy on its floor shook by 1 to 46 % for ever. 0.1 % is seven times what these
+// presses still vary; the least that shook had 0.13 %. Deeper than 4 radii the wall stretches
+// away from under the tip, at some places, and the force falls again.
+TEST(a_deep_press_of_an_adaptive_wall_is_silent_and_grows_with_depth)
+{
+    const bool all = test_is_long();
+    for (int number = all ? 10 : 45; number < (all ? 150 : 46); number += 35) {
+        double last = 0.0;
+        for (double depth = all ? 1.0 : 3.0; depth < 4.1; depth += 1.0) {
+            double spread;
+            const double force = hold(number, depth, &spread);
+            print_message("node %d, %.1f radii: %.4f N, varies by %.1e\n", number, depth, force,
+                          spread);
+            expect_at_most(spread, 1e-3);
+            expect_at_least(force, 1.05 * last);
+            last = force;
+        }
+    }
 }

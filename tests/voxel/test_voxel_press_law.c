@@ -70,7 +70,7 @@ static bool crumple(Crumpled *crumpled, uint64_t *random, double deep)
         contact->x[i] = vec3_madd(contact->x[i], 0.2 * cell, random_vec3(random));
     contact->yielded = 0.0;
     Vec3 way;
-    if (contact_solid_look(contact, &crumpled->at, false, &way))
+    if (contact_look(contact, &crumpled->at, false, &way))
         return false;
     crumpled->smooth = realloc(crumpled->smooth, (size_t)contact->local_count * sizeof(Vec3));
     assert_non_null(crumpled->smooth);

@@ -67,6 +67,93 @@ double contact_search(Contact *contact, const ContactMotion *motion, double marg
     return cap;
 }
 
+// The way out for an axis that passes through a face, or whose nearest face shows its back; of a
+// tool that has just appeared also for one in front that is too near.
+static bool leads_out(Contact *contact, const Candidate *candidate, const ClosestPair *nearest,
+                      Vec3 p, Vec3 q, double radius, bool fresh, Vec3 *out)
+{
+    const Vec3 normal = contact_face_normal(contact, candidate);
+    if (!(nearest->distance >
+          CONTACT_TOUCHING)) { // crossed: the end behind the face leaves by its front
+        const Vec3 x = contact->x[candidate->node[0]];
+        const double at_p = vec3_dot(vec3_sub(p, x), normal),
+                     at_q = vec3_dot(vec3_sub(q, x), normal);
+        *out = vec3_scale(radius - fmin(at_p, at_q), normal);
+        return true;
+    }
+    // A tool that touched the body was outside: it cannot have gone so far through in a tick, and
+    // sees the back of a fold.
+    if (contact->clear != NULL && contact->clear->touched != 0 &&
+        nearest->distance > CONTACT_CROSSED_REACH * radius)
+        return false;
+    contact_find_normals(contact, candidate);
+    const bool behind = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
+                                     nearest->on_segment) < 0;
+    const Vec3 towards = vec3_sub(nearest->on_triangle, nearest->on_segment);
+    *out =
+        vec3_scale((nearest->distance + (behind ? radius : -radius)) / nearest->distance, towards);
+    return behind || (fresh && nearest->distance < radius);
+}
+
+bool contact_look(Contact *contact, const ToolPlacement *at, bool fresh, Vec3 *out)
+{
+    bool inside = false;
+    contact->forces.depth = 0.0;
+    contact->forces.floor = (double)INFINITY;
+    for (int shape = 0; shape < contact->tool->capsule_count && !inside; shape++) {
+        const Capsule *capsule = &contact->tool->capsule[shape];
+        ClosestPair nearest, least = {.distance = (double)INFINITY};
+        int way = -1;
+        Vec3 p, q;
+        contact_axis(capsule, at, &p, &q);
+        for (int i = 0; i < contact->candidate_count; i++) {
+            const Candidate *candidate = &contact->candidate[i];
+            Vec3 x[3];
+            contact_corners(contact, candidate, x);
+            nearest = (ClosestPair){0};
+            contact_nearest_pair(x, p, q, contact_is_sphere(capsule), &nearest);
+            contact->gap_begin[shape][i] = nearest.distance;
+            if (nearest.distance < least.distance) {
+                least = nearest;
+                way = i;
+            }
+        }
+        contact->forces.depth = fmax(contact->forces.depth, capsule->radius - least.distance);
+        contact->forces.floor = fmin(contact->forces.floor, least.distance);
+        if (way >= 0 && contact->tool->kind != TOOL_STATIC) // which never leaves
+            inside = leads_out(contact, &contact->candidate[way], &least, p, q, capsule->radius,
+                               fresh, out);
+    }
+    return inside;
+}
+
+void contact_ease(Contact *contact, bool led_out, double tick)
+{
+    Proxy *proxy = contact->proxy;
+    proxy->away = led_out ? CONTACT_EASE_TIME : fmax(0.0, proxy->away - tick);
+    // Its cube: 3 N is 0.03 N after 20 ms.
+    const double eased = 1.0 - proxy->away / CONTACT_EASE_TIME;
+    contact->limit = contact->tool->max_force * eased * eased * eased;
+}
+
+// Returns how far a proxy is from a pose, at any point of the tool [m].
+static double way_to(const Proxy *proxy, Vec3 target, Quat orientation, double lever)
+{
+    Vec3 turn = quat_to_rotation(quat_multiply(orientation, quat_conjugate(proxy->orientation)));
+    return fmax(vec3_length(vec3_sub(target, proxy->position)), vec3_length(turn) * lever);
+}
+
+double contact_ease_step(const Contact *contact, Vec3 target, Quat orientation, double cap,
+                         double h)
+{
+    const Proxy *next = &contact->next;
+    if (!(next->away > 0.0))
+        return cap;
+    const double way = way_to(next, target, orientation, contact->lever);
+    const double lag = contact->law->ease_lag * next->away;
+    return fmin(cap, way * h / (lag + h));
+}
+
 Vec3 contact_go_free(Contact *contact, const ContactMotion *motion, double cap)
 {
     // Near a body the proxy moves in small steps, substep by substep; in free air it follows
@@ -93,6 +180,11 @@ void contact_begin_tick(Contact *contact, const ToolMotion *tool, double tick, i
     contact->kicked = 0.0;
     contact->sums = (ContactSums){.about = contact->law->begin(contact, &motion)};
     contact->next = *contact->proxy;
+}
+
+bool contact_is_easing(const Contact *contact)
+{
+    return contact->proxy->away > 0.0;
 }
 
 bool contact_is_near(const Contact *contact)
@@ -194,7 +286,7 @@ void contact_apply_forces(Contact *contact, double fraction, double weight, doub
     // If stepping back was not enough, scale the force on body and tool alike.
     double scale = 1.0;
     if (contact->tool->kind != TOOL_STATIC)
-        scale = limited(vec3_length(f->force), contact->tool->max_force);
+        scale = limited(vec3_length(f->force), contact->limit);
     if (scale < 1.0)
         for (int i = 0; i < contact->local_count; i++)
             contact->f[i] = vec3_scale(scale, contact->f[i]);

@@ -50,6 +50,9 @@ Contact *contact_create(const char *name, const ToolOptions *tool, bool plane, B
 void contact_begin_tick(Contact *contact, const ToolMotion *motion, double tick, int64_t step);
 // Returns false if the tool cannot reach the body in this tick: contact_apply is not needed.
 bool contact_is_near(const Contact *contact);
+// Returns true while a tool that was led out of the body is not yet felt with all its force: it is
+// where the proxy is, whether it pushes or not.
+bool contact_is_easing(const Contact *contact);
 // Chooses the proxy's motion in a substep, towards the tool's pose; before its first evaluation.
 void contact_begin_substep(Contact *contact, Vec3 target, Quat orientation, double h);
 // Adds the contact's forces to the body's nodes for this evaluation, with the proxy a `fraction` of

@@ -22,10 +22,13 @@ typedef struct Proxy {
     Vec3 position;
     Quat orientation;
     Vec3 bristle[TOOL_SHAPES]; // tangential memory of each capsule's friction [m]
-    int64_t crossed_only;      // 1: in the last substep only faces that the axis has crossed acted
-    // Hollow walls: time that only crossed faces acted while the pose was clear of the body [s].
-    // Solids: time in which the force of a tool that was inside still grows to max_force [s].
-    double away;
+    // Hollow walls: 0, or, if in the last substep only faces that the axis has crossed acted, 1 and
+    // the ticks in which the pose was clear of the body meanwhile.
+    int64_t crossed_only;
+    // Hollow walls: force of the last substep [N]; time left in which it must not grow fast, since
+    // faces have changed [s].
+    double felt, unsettled;
+    double away; // time in which the force of a tool that was inside still grows to max_force [s]
 } Proxy;
 
 // One push between a capsule and a face, kept until friction is added.
@@ -46,7 +49,7 @@ typedef struct PushSums {
 // Largest step of the proxy in a substep, relative to the radius.
 #define CONTACT_STEP_CAP 0.25
 
-// Time in which the force of a tool that was inside of a solid grows [s].
+// Time in which the force of a tool that was inside of a body grows [s].
 #define CONTACT_EASE_TIME 0.1
 
 // Width of the soft minimum over a capsule's pairs, relative to the radius. At 0.01 the torque of a
@@ -164,6 +167,7 @@ typedef struct ContactMotion {
 typedef struct ContactLaw {
     double share;     // of a lambda_b that one shape of the tool adds to the body's bound
     bool has_springs; // contact_springs lists its pushes
+    double ease_lag; // share of the time left in which a tool that was led out goes most of its way
     // Load time: allocates what the law needs, and adds its state.
     void (*create)(Contact *contact, const char *name, Arena *arena, StateList *state);
     // Start of a tick: finds what the tool can reach, by contact_find_candidates, which calls
@@ -239,6 +243,7 @@ struct Contact {
     double yielded; // largest displacement of a local node since the tick began [m]
     Proxy next;     // where the proxy goes
     bool fresh;     // `forces` and `f` are those of `next`
+    double limit;   // of the force in this tick, of a tool that is not static [N]
     ContactForces forces;
     Vec3 trial[TOOL_SHAPES]; // bristles of the current evaluation
     int push_count;
@@ -256,7 +261,6 @@ struct Contact {
     Sym3 *lumped; // of a local node: lumped stiffness [N/m]
     Carriers carriers;
     ContactFit *fit;                  // of a fitted surface, else NULL
-    double limit;                     // of the force now [N]
     Clear *clear;                     // state
     int pressed_count, touched_count; // local nodes that the tool pushes; carriers that it moves
     Pressed *pressed;
@@ -320,6 +324,14 @@ void contact_create_capsules(Contact *contact, const char *name, Arena *arena);
 // contact.c, the proxy: shows it, and finds candidates for the tick. Returns how far it may go if
 // there are none [m].
 double contact_search(Contact *contact, const ContactMotion *motion, double margin);
+// Measures the candidates at the start of a tick. Returns true if the tool is inside of the body,
+// or, `fresh` (it has just appeared), overlaps it: `out` leads its origin out again.
+bool contact_look(Contact *contact, const ToolPlacement *at, bool fresh, Vec3 *out);
+// Sets the limit of the force of this tick, which grows gently once the tool was led out; shortens
+// the longest step of a proxy meanwhile: rather than run into the hand with all its force.
+void contact_ease(Contact *contact, bool led_out, double tick);
+double contact_ease_step(const Contact *contact, Vec3 target, Quat orientation, double cap,
+                         double h);
 // Moves the proxy so far, if nothing is near. Returns where it is.
 Vec3 contact_go_free(Contact *contact, const ContactMotion *motion, double cap);
 // Moves a proxy towards a pose, by at most `cap` [m] at any point of the tool.
@@ -341,11 +353,6 @@ double contact_friction(const Contact *contact);
 // Records a spring for contact_springs, of stiffness [N/m]; `yield` and `stays` as there.
 void contact_note_spring(Contact *contact, const Candidate *candidate, const double weight[3],
                          Vec3 normal, double stiffness, double yield, bool stays);
-
-// contact_solid.c: measures the candidates at the start of a tick. Returns true if the tool is
-// inside of the solid, or, `fresh` (it has just appeared), overlaps it: `out` leads its origin out
-// again.
-bool contact_solid_look(Contact *contact, const ToolPlacement *at, bool fresh, Vec3 *out);
 
 // contact_fit.c. Load time: creates what a contact on a fitted surface needs.
 void contact_fit_create(Contact *contact, const char *name, Arena *arena);

@@ -19,72 +19,12 @@ static const double POINT_RATIO = 4.0;
 static const double BARRIER_RATIO = 512.0;
 
 static const double BARRIER_LEAST = 1e-3; // nearer, the barrier's force goes straight on [radius]
-static const double EASE_LAG = 0.2; // of the time left: in it the tool goes the rest of the way
 // Least pull towards the hand, as a share of the nodes' slope: where all pushes lie in a plane or
 // on a line, the slope alone cannot be inverted, and little force is as nothing.
 static const double LEAST_PULL = 1e-6;
 enum { PASSES = 4 }; // at most, to find which nodes separate
 
 // --- the start of a tick -------------------------------------------------------------------------
-
-// The way out for an axis that passes through a face, or whose nearest face shows its back; of a
-// tool that has just appeared also for one in front that is too near.
-static bool leads_out(Contact *contact, const Candidate *candidate, const ClosestPair *nearest,
-                      Vec3 p, Vec3 q, double radius, bool fresh, Vec3 *out)
-{
-    const Vec3 normal = contact_face_normal(contact, candidate);
-    if (!(nearest->distance >
-          CONTACT_TOUCHING)) { // crossed: the end behind the face leaves by its front
-        const Vec3 x = contact->x[candidate->node[0]];
-        const double at_p = vec3_dot(vec3_sub(p, x), normal),
-                     at_q = vec3_dot(vec3_sub(q, x), normal);
-        *out = vec3_scale(radius - fmin(at_p, at_q), normal);
-        return true;
-    }
-    // A tool that touched the body was outside: it cannot have gone so far through in a tick, and
-    // sees the back of a fold.
-    if (contact->clear->touched != 0 && nearest->distance > CONTACT_CROSSED_REACH * radius)
-        return false;
-    contact_find_normals(contact, candidate);
-    const bool behind = contact_sign(contact, candidate, nearest->weight, nearest->on_triangle,
-                                     nearest->on_segment) < 0;
-    const Vec3 towards = vec3_sub(nearest->on_triangle, nearest->on_segment);
-    *out =
-        vec3_scale((nearest->distance + (behind ? radius : -radius)) / nearest->distance, towards);
-    return behind || (fresh && nearest->distance < radius);
-}
-
-bool contact_solid_look(Contact *contact, const ToolPlacement *at, bool fresh, Vec3 *out)
-{
-    bool inside = false;
-    contact->forces.depth = 0.0;
-    contact->forces.floor = (double)INFINITY;
-    for (int shape = 0; shape < contact->tool->capsule_count && !inside; shape++) {
-        const Capsule *capsule = &contact->tool->capsule[shape];
-        ClosestPair nearest, least = {.distance = (double)INFINITY};
-        int way = -1;
-        Vec3 p, q;
-        contact_axis(capsule, at, &p, &q);
-        for (int i = 0; i < contact->candidate_count; i++) {
-            const Candidate *candidate = &contact->candidate[i];
-            Vec3 x[3];
-            contact_corners(contact, candidate, x);
-            nearest = (ClosestPair){0};
-            contact_nearest_pair(x, p, q, contact_is_sphere(capsule), &nearest);
-            contact->gap_begin[shape][i] = nearest.distance;
-            if (nearest.distance < least.distance) {
-                least = nearest;
-                way = i;
-            }
-        }
-        contact->forces.depth = fmax(contact->forces.depth, capsule->radius - least.distance);
-        contact->forces.floor = fmin(contact->forces.floor, least.distance);
-        if (way >= 0 && contact->tool->kind != TOOL_STATIC) // which never leaves
-            inside = leads_out(contact, &contact->candidate[way], &least, p, q, capsule->radius,
-                               fresh, out);
-    }
-    return inside;
-}
 
 // Leads a tool that is inside of a solid out of it, where it is felt gently at first. One that was
 // outside before, and over which the body was thrown, begins again where it last was clear of the
@@ -95,21 +35,18 @@ static void lead_out(Contact *contact, bool fresh, double tick)
     Clear *clear = contact->clear;
     const ToolPlacement at = contact_here(contact);
     Vec3 out;
-    proxy->away = fmax(0.0, proxy->away - tick);
-    if (contact_solid_look(contact, &at, fresh, &out)) {
+    const bool inside = contact_look(contact, &at, fresh, &out);
+    if (inside) {
         if (clear->touched == 0)
             clear->position = vec3_add(proxy->position, out);
         proxy->position = clear->position;
-        proxy->away = CONTACT_EASE_TIME;
         contact_forget_candidates(contact);
     } else if (!(contact->forces.depth > 0.0)) {
         clear->position = proxy->position;
     }
     clear->touched = 0;
     contact->touched_count = 0;
-    const double eased =
-        1.0 - proxy->away / CONTACT_EASE_TIME; // its cube: 3 N is 0.03 N after 20 ms
-    contact->limit = contact->tool->max_force * eased * eased * eased;
+    contact_ease(contact, inside, tick);
 }
 
 static Vec3 solid_begin(Contact *contact, const ContactMotion *motion)
@@ -292,23 +229,15 @@ static void solid_evaluate(Contact *contact, const ToolPlacement *at, double dt)
 
 // --- the substep ---------------------------------------------------------------------------------
 
-// Returns how far a proxy is from a pose, at any point of the tool [m].
-static double way_to(const Proxy *proxy, Vec3 target, Quat orientation, double lever)
-{
-    Vec3 turn = quat_to_rotation(quat_multiply(orientation, quat_conjugate(proxy->orientation)));
-    return fmax(vec3_length(vec3_sub(target, proxy->position)), vec3_length(turn) * lever);
-}
-
 // The hand's way, as far as it is safe: how much of it the proxy goes, solid_kick decides.
 static void solid_move(Contact *contact, Vec3 target, Quat orientation, double h)
 {
     Proxy *next = &contact->next;
-    const double lever = contact->lever;
     // Never across a face.
-    double cap = fmin(CONTACT_STEP_CAP * contact->smallest_radius, 0.5 * contact->forces.floor);
-    if (next->away > 0.0) // rather than run into the hand with all its force
-        cap = fmin(cap, way_to(next, target, orientation, lever) * h / (EASE_LAG * next->away + h));
-    contact_move_proxy(next, target, orientation, lever, cap);
+    const double cap =
+        fmin(CONTACT_STEP_CAP * contact->smallest_radius, 0.5 * contact->forces.floor);
+    contact_move_proxy(next, target, orientation, contact->lever,
+                       contact_ease_step(contact, target, orientation, cap, h));
 }
 
 // Reads positions: velocities are felt after the body's own kick.
@@ -647,6 +576,7 @@ static void solid_create(Contact *contact, const char *name, Arena *arena, State
 const ContactLaw contact_solid = {
     .share = 0.0, // implicit
     .has_springs = true,
+    .ease_lag = 0.2,
     .create = solid_create,
     .begin = solid_begin,
     .find = solid_find,

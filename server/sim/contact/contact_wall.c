@@ -9,7 +9,12 @@
 
 #include <string.h>
 
-enum { RETREATS = 8 };               // steps back per substep before forces are scaled instead
+static const double CREEP = 0.3; // of the floor: largest step in a substep of a proxy that is there
+enum { RETREATS = 8 };           // steps back per substep before forces are scaled instead
+static const double BARRIER_FROM = 0.25; // depth from which on contact is stiffer [radius]
+// New nodes bulge towards the tool, by a millimetre of a coarse face, until the wall has given way:
+// for a while the force grows by at most such a share of itself, and of max_force, in a tick.
+static const double UNSETTLED_TIME = 0.02, GROWTH = 0.05, LEAST_GROWTH = 0.001;
 static const double AWAY_TIME = 0.1; // [s] after which a tool caught behind a wall is released
 
 // --- pushes ---
@@ -40,10 +45,19 @@ static void add_force(Contact *contact, const Candidate *candidate, const double
             vec3_madd(contact->f[candidate->node[k]], -weight[k], force);
 }
 
-// Adds the push of one pair: `share` of the face's stiffness, along `normal`, for an overlap
-// `depth`.
+// Returns the depth of a face as its force counts it, and in `slope` its derivative: near the axis
+// it grows faster, by what the step has room for.
+static double counted_depth(const Body *body, double depth, double radius, double *slope)
+{
+    const double beyond = fmax(0.0, depth - BARRIER_FROM * radius);
+    *slope = beyond > 0.0 ? 1.0 + body->contact_barrier : 1.0;
+    return depth + body->contact_barrier * beyond;
+}
+
+// Adds the push of one pair: `share` of the face's stiffness, along `normal`, for an overlap that
+// counts as `depth`, with `slope`.
 static void add_push(Contact *contact, const ToolPlacement *at, int index, const double weight[3],
-                     Vec3 point, Vec3 normal, double depth, double share)
+                     Vec3 point, Vec3 normal, double depth, double slope, double share)
 {
     const Candidate *candidate = &contact->candidate[index];
     ContactForces *sum = &contact->forces;
@@ -58,14 +72,14 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
     add_force(contact, candidate, weight, point, vec3_scale(force, normal));
 
     // Sums for the wrench and for the proxy's steps.
-    const double k = share * stiffness;
+    const double k = share * slope * stiffness;
     sum->stiffness = sym3_madd(sum->stiffness, 1.0, sym3_outer(k, normal));
     sum->weight += force;
     sum->point = vec3_madd(sum->point, force, point);
     sum->normal = vec3_madd(sum->normal, force, normal);
     if (contact->spring != NULL)
-        contact_note_spring(contact, candidate, weight, normal, k, k * depth * contact->spring_turn,
-                            false);
+        contact_note_spring(contact, candidate, weight, normal, k,
+                            share * stiffness * depth * contact->spring_turn, false);
     // Friction needs the push again, with its slip.
     if (force > 0.0 && contact_friction(contact) > 0.0 &&
         contact->push_count < contact->push_capacity) {
@@ -149,6 +163,8 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
     forces->acting++;
     forces->crossed += face->crossed || face->turn < 0;
     forces->depth = fmax(forces->depth, depth);
+    double slope;
+    const double counted = counted_depth(contact->body, depth, radius, &slope);
     const double above = phi - CONTACT_AXIS_FLOOR * radius;
     // Each pair pushes along its own direction; without a distance, along the face's normal.
     for (int j = 0; j < face->pair_count; j++) {
@@ -167,7 +183,7 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
             forces->floor = above;
             forces->floor_normal = normal;
         }
-        add_push(contact, at, index, pair->weight, pair->on_triangle, normal, depth,
+        add_push(contact, at, index, pair->weight, pair->on_triangle, normal, counted, slope,
                  share[j] / sum);
     }
 }
@@ -451,6 +467,7 @@ static void follow_faces(Contact *contact, int shape, const TopologyChange *chan
 
 static void wall_follow(Contact *contact, const TopologyChange *change)
 {
+    contact->proxy->unsettled = UNSETTLED_TIME;
     for (int shape = 0; shape < contact->tool->capsule_count; shape++)
         follow_faces(contact, shape, change);
 }
@@ -462,16 +479,16 @@ static void wall_follow(Contact *contact, const TopologyChange *change)
 static void watch_caught(Contact *contact, Vec3 pose, double margin, double tick)
 {
     Proxy *proxy = contact->proxy;
-    bool caught = proxy->crossed_only != 0;
-    if (caught) {
+    if (proxy->crossed_only != 0) {
         Region region = {.kind = REGION_CAPSULE, .from = pose, .to = pose};
         region.radius = contact->lever + contact->largest_radius + margin +
                         CONTACT_FACE_REACH * contact->body->surface.longest_edge;
         int node; // not used, only the count is
-        caught = contact->body->ops->find_nodes(contact->body->model, &region, &node, 0) == 0;
+        const bool clear =
+            contact->body->ops->find_nodes(contact->body->model, &region, &node, 0) == 0;
+        proxy->crossed_only = clear ? proxy->crossed_only + 1 : 1;
     }
-    proxy->away = caught ? proxy->away + tick : 0.0;
-    if (proxy->away > AWAY_TIME)
+    if ((double)(proxy->crossed_only - 1) * tick > AWAY_TIME)
         contact_clear(contact);
 }
 
@@ -485,13 +502,67 @@ static double least_gap(const Contact *contact)
     return least;
 }
 
+static void forget_sides(Contact *contact)
+{
+    for (int shape = 0; shape < contact->tool->capsule_count; shape++)
+        memset(contact->side[shape], 0, (size_t)contact->body->surface.face_count);
+}
+
+// A closed wall has an inside; a sheet, or what is cut open, has none.
+static bool is_closed(const BodySurface *surface)
+{
+    for (int node = 0; node < surface->node_used; node++)
+        for (int k = surface->node_face_start[node]; k < surface->node_face_end[node]; k++) {
+            const int *across = surface->face_neighbor[surface->node_face[k]];
+            if (across[0] < 0 || across[1] < 0 || across[2] < 0)
+                return false;
+        }
+    return true;
+}
+
+// Leads a tool that has just appeared inside of a closed wall, or across it, out the nearest way,
+// before its place is seen. One far from any face stays: it may be there, and the wall holds it in.
+static bool lead_out(Contact *contact, double margin)
+{
+    enum { ROUNDS = 8 }; // out of a shaft's way through two walls, or of a corner
+    Vec3 out;
+    bool inside = false;
+    if (!is_closed(&contact->body->surface))
+        return false;
+    for (int round = 0; round < ROUNDS; round++) {
+        const ToolPlacement at = contact_here(contact);
+        if (!contact_look(contact, &at, true, &out))
+            return inside;
+        inside = true;
+        contact->proxy->position = vec3_add(contact->proxy->position, out);
+        forget_sides(contact);
+        const ToolPlacement there = contact_here(contact);
+        contact_find_candidates(contact, &there, margin);
+    }
+    return inside;
+}
+
+static void limit_growth(Contact *contact, double tick)
+{
+    Proxy *proxy = contact->proxy;
+    if (!(proxy->unsettled > 0.0))
+        return;
+    contact->limit = fmin(contact->limit,
+                          (1.0 + GROWTH) * proxy->felt + LEAST_GROWTH * contact->tool->max_force);
+    proxy->unsettled -= tick;
+}
+
 static Vec3 wall_begin(Contact *contact, const ContactMotion *motion)
 {
     const double r = contact->smallest_radius;
+    const bool fresh = !contact->proxy->valid;
     if (contact->tool->kind != TOOL_STATIC && contact->proxy->valid)
         watch_caught(contact, motion->tool->begin_position, r, motion->tick);
     // Search early, so that sides are known before contact.
     const double cap = contact_search(contact, motion, r);
+    const bool led_out = fresh && contact_is_near(contact) && lead_out(contact, r);
+    contact_ease(contact, led_out, motion->tick);
+    limit_growth(contact, motion->tick);
     contact->forces.floor = least_gap(contact) - CONTACT_AXIS_FLOOR * r;
     return contact_go_free(contact, motion, cap);
 }
@@ -509,10 +580,13 @@ static void wall_move(Contact *contact, Vec3 target, Quat orientation, double h)
 {
     const double r = contact->smallest_radius;
     Proxy *next = &contact->next;
-    // Never beyond the wall that it lies on, of which only an end of its axis would be known.
-    const double cap =
-        fmin(CONTACT_STEP_CAP * r, fmax(contact->forces.floor, 0.0) + 0.9 * CONTACT_AXIS_FLOOR * r);
-    contact_move_proxy(next, target, orientation, contact->lever, cap);
+    // Never beyond the wall that it lies on, of which only an end of its axis would be known;
+    // slowly there, or it would step back by as much each time, now along one face, now along the
+    // next.
+    const double cap = fmin(CONTACT_STEP_CAP * r,
+                            fmax(contact->forces.floor, 0.0) + CREEP * CONTACT_AXIS_FLOOR * r);
+    contact_move_proxy(next, target, orientation, contact->lever,
+                       contact_ease_step(contact, target, orientation, cap, h));
     contact_read(contact);
     for (int retreat = 0;; retreat++) {
         const ToolPlacement at = contact_placement(contact, 1.0, h);
@@ -520,7 +594,7 @@ static void wall_move(Contact *contact, Vec3 target, Quat orientation, double h)
         contact->fresh = true;
         const ContactForces *f = &contact->forces;
         double size = vec3_length(f->force);
-        double excess = size - contact->tool->max_force;
+        double excess = size - contact->limit;
         if ((excess <= 0.0 && f->floor >= 0.0) || retreat == RETREATS || !(size > 0.0))
             return;
         Vec3 n = vec3_scale(1.0 / size, f->force);
@@ -552,16 +626,16 @@ static void wall_end(Contact *contact)
         next->bristle[shape] = contact->trial[shape];
     // A tool out of reach has no recent forces; the old ones are in no state.
     const ContactForces *last = &contact->forces;
-    next->crossed_only =
+    const bool crossed =
         contact_is_near(contact) && last->acting > 0 && last->acting == last->crossed;
+    next->felt = contact_is_near(contact) ? fmin(vec3_length(last->force), contact->limit) : 0.0;
+    next->crossed_only = !crossed ? 0 : next->crossed_only > 0 ? next->crossed_only : 1;
 }
 
 static void wall_clear(Contact *contact)
 {
-    if (!contact_clear_proxy(contact))
-        return;
-    for (int shape = 0; shape < contact->tool->capsule_count; shape++)
-        memset(contact->side[shape], 0, (size_t)contact->body->surface.face_count);
+    if (contact_clear_proxy(contact))
+        forget_sides(contact);
 }
 
 // --- creation ---
@@ -612,6 +686,7 @@ static void wall_create(Contact *contact, const char *name, Arena *arena, StateL
 const ContactLaw contact_wall = {
     .share = 1.0,
     .has_springs = true,
+    .ease_lag = 0.5, // at 0.2 a thin wall was thrown, and bounced on the tip
     .create = wall_create,
     .begin = wall_begin,
     .find = wall_find,

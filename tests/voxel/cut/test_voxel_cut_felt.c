@@ -152,7 +152,7 @@ TEST(forces_on_vertices_are_the_gradient)
             contact_find_candidates(contact, &place, PROBE);
             contact->yielded = 0.0;
             Vec3 leads;
-            if (contact_solid_look(contact, &place, false, &leads))
+            if (contact_look(contact, &place, false, &leads))
                 continue;
             const Vec3 middle = place.position;
             double energy[2], slope = 0.0, scale = 0.0;
