@@ -2,7 +2,8 @@
 // The force that a haptic device shows between two contacts, and the guard that keeps it passive:
 // an observer of the energy at the hand, after Hannaford and Ryu, "Time-domain passivity control of
 // haptic interfaces", IEEE Trans. Robotics and Automation 18 (2002). Their controller adds damping
-// after energy was generated; this one limits the force before, so that no damping is felt.
+// after energy was generated; this one limits the force before, so that no damping is felt: softly,
+// since a force that is cut off is no wall, and strictly when nothing is left to give back.
 #include "pliant/client.h"
 
 #include "hand.h"
@@ -19,6 +20,23 @@ static const double PERIOD_USUAL = 1e-3; // and before the second call this far
 static const double CREDIT = 1e-3, CREDIT_SPENT = 1.0 - 1e-6; // [J], share at most
 static const double WAY_LEAST = 1e-4, WAY_FADES = 0.999;      // [m], per call
 
+// The stiffness that was felt: over this time, from this way on, and if depth explains so much of
+// the change of the force. The plane follows it within FELT_EASES, so that it does not jump.
+static const double FELT_TIME = 0.05, FELT_EASES = 0.02; // [s]
+static const double FELT_WAY = 1e-4, FELT_SHARE = 0.5;   // [m], of the variance
+// The soft limit is a spring, so much stiffer than the plane. A hand that comes in with this
+// velocity feels half of what the spring withholds. Damping with it was tried: it adds little.
+static const double STIFFER = 1.5, INWARD = 0.02, SMOOTH_TIME = 4e-3; // [m/s], of the velocity [s]
+// It holds at least this: a hand that felt nothing would never put anything in [J].
+static const double SPRING_LEAST = 2e-6;
+
+// What successive contacts have shown: means and (co)variances of late along the normal.
+typedef struct Felt {
+    double position[3], force[3];         // means [m], [N]
+    double depth_2, force_2, depth_force; // [m^2], [N^2], [N m]
+    double more;                          // stiffness beyond the published one [N/m]
+} Felt;
+
 struct PliantHaptic {
     double max_force; // [N]
     bool guard;
@@ -28,10 +46,12 @@ struct PliantHaptic {
     double time, received, damping; // server's [s], pliant_now [s], [N s/m]
     double velocity[3];             // of the tool at the contact [m/s]
     bool velocity_known;
+    Felt felt;
     // the last call
     bool called;
     double now, position[3], force[3];
-    double period; // between the last two calls [s]
+    double smooth[3]; // velocity, low-passed [m/s]
+    double period;    // between the last two calls [s]
     // Where the hand went last, mainly along each axis; 0: nowhere, or back [m].
     double recent[3][3];
     double longest; // way between two calls, fading [m]
@@ -79,6 +99,59 @@ static bool contact_is_finite(const PliantContact *contact)
            all_finite(&contact->stiffness[0][0], 9);
 }
 
+// Returns the stiffness along a force or another direction [N/m]; 0: not known.
+static double stiffness_along(const HandForce *plane, const double force[3])
+{
+    double sum = 0.0;
+    for (int i = 0; i < 3; i++)
+        sum += force[i] * dot(plane->stiffness[i], force);
+    const double size = dot(force, force);
+    return sum > 0.0 && size > 0.0 ? sum / size : 0.0;
+}
+
+// Takes the newest contact, so long after the one before, into what was felt [s].
+static void feel(Felt *felt, const HandForce *plane, double passed)
+{
+    const double fresh = passed / (FELT_TIME + passed), old = 1.0 - fresh;
+    double depth = 0.0, force = 0.0;
+    for (int k = 0; k < 3; k++) {
+        const double way = plane->position[k] - felt->position[k];
+        const double change = plane->force[k] - felt->force[k];
+        depth -= plane->normal[k] * way;
+        force += plane->normal[k] * change;
+        felt->position[k] += fresh * way;
+        felt->force[k] += fresh * change;
+    }
+    felt->depth_2 = old * (felt->depth_2 + fresh * depth * depth);
+    felt->force_2 = old * (felt->force_2 + fresh * force * force);
+    felt->depth_force = old * (felt->depth_force + fresh * depth * force);
+    // The slope of a line through them, if there is one: a body that moves by itself shows none.
+    const double both = felt->depth_force, slope = both / felt->depth_2;
+    if (felt->depth_2 > FELT_WAY * FELT_WAY && both > 0.0 && isfinite(slope) &&
+        both * slope > FELT_SHARE * felt->force_2) {
+        const double more = fmax(0.0, slope - stiffness_along(plane, plane->normal));
+        felt->more += passed / (FELT_EASES + passed) * (more - felt->more);
+    }
+}
+
+// Raises the stiffness of the newest contact along its normal to the one that was felt: a plane
+// that is softer than the body leaves the rest of it to contacts, which are late.
+static void raise_stiffness(PliantHaptic *haptic, double passed)
+{
+    HandForce *plane = &haptic->last;
+    Felt *felt = &haptic->felt;
+    if (haptic->heard && plane->contact && passed >= 0.0 && passed <= PERIOD_MOST) {
+        feel(felt, plane, passed);
+    } else {
+        *felt = (Felt){.more = 0.0};
+        memcpy(felt->position, plane->position, sizeof felt->position);
+        memcpy(felt->force, plane->force, sizeof felt->force);
+    }
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            plane->stiffness[i][k] += felt->more * plane->normal[i] * plane->normal[k];
+}
+
 void pliant_haptic_take(PliantHaptic *haptic, const PliantContact *contact)
 {
     if (contact == NULL || !contact_is_finite(contact) ||
@@ -95,6 +168,7 @@ void pliant_haptic_take(PliantHaptic *haptic, const PliantContact *contact)
     memcpy(haptic->last.force, contact->force, sizeof contact->force);
     memcpy(haptic->last.normal, contact->normal, sizeof contact->normal);
     memcpy(haptic->last.stiffness, contact->stiffness, sizeof contact->stiffness);
+    raise_stiffness(haptic, passed);
     haptic->time = contact->time;
     haptic->received = contact->received;
     haptic->damping = fmax(0.0, contact->damping);
@@ -112,16 +186,6 @@ static void show_plane(const PliantHaptic *haptic, const double position[3],
     for (int k = 0; k < 3; k++)
         plane.force[k] -= haptic->damping * faster * plane.normal[k];
     hand_show(&plane, position, true, haptic->max_force, force);
-}
-
-// Returns the stiffness along the force [N/m]; 0: not known.
-static double stiffness_along(const HandForce *plane, const double force[3])
-{
-    double sum = 0.0;
-    for (int i = 0; i < 3; i++)
-        sum += force[i] * dot(plane->stiffness[i], force);
-    const double size = dot(force, force);
-    return sum > 0.0 && size > 0.0 ? sum / size : 0.0;
 }
 
 // Remembers where the hand went since the last call, unless it rests. An encoder counts steps, one
@@ -189,6 +253,19 @@ static void scale(double force[3], const double way[3], double most)
         force[k] *= fmax(0.0, 1.0 - more / power);
 }
 
+// Limits the force to that of a spring that holds what is left: it ends no sooner than the hand
+// leaves, where a force that lasts until nothing is left would end at once. A hand on its way in
+// gives whatever it feels, and may feel more.
+static void soften(const PliantHaptic *haptic, double stiffness, double left, double force[3])
+{
+    const double stored = 0.5 * dot(force, force) / stiffness; // by the plane [J]
+    const double share = sqrt(STIFFER * fmax(SPRING_LEAST, left) / stored);
+    const double in = fmin(0.0, dot(haptic->smooth, haptic->last.normal)) / INWARD;
+    const double shown = share + (1.0 - share) * in * in / (1.0 + in * in);
+    for (int k = 0; k < 3 && share < 1.0; k++)
+        force[k] *= shown;
+}
+
 // Reduces the force to one that gives no more than is left if the hand goes on as its velocity
 // says, or as it went before. Every step makes the force smaller.
 static void limit(PliantHaptic *haptic, const double velocity[3], double force[3])
@@ -199,6 +276,8 @@ static void limit(PliantHaptic *haptic, const double velocity[3], double force[3
     if (stiffness > 0.0)
         haptic->energy = fmin(haptic->energy, dot(force, force) / stiffness);
     const double left = fmax(0.0, haptic->energy);
+    if (stiffness > 0.0)
+        soften(haptic, stiffness, left, force);
     const double *n = haptic->last.normal;
     const double inward[3] = {-n[0], -n[1], -n[2]};
     double going[4][3];
@@ -231,6 +310,9 @@ void pliant_haptic_force(PliantHaptic *haptic, const double position[3], const d
         return;
     }
     const double period = haptic->called ? now - haptic->now : 0.0;
+    for (int k = 0; k < 3 && period > 0.0; k++)
+        haptic->smooth[k] += ((position[k] - haptic->position[k]) - haptic->smooth[k] * period) /
+                             (SMOOTH_TIME + period);
     double going[3] = {0.0, 0.0, 0.0};
     for (int k = 0; k < 3 && (velocity || (period > 0.0 && period <= PERIOD_MOST)); k++)
         going[k] = velocity ? velocity[k] : (position[k] - haptic->position[k]) / period;

@@ -153,8 +153,8 @@ static double measure(const Device *device, double place)
     return device->step > 0.0 ? device->step * round(place / device->step) : place;
 }
 
-// One tick of device and tissue at `now`; then the hand goes to `next`.
-static void tick(Run *run, double now, const double next[3], const double next_velocity[3])
+// One tick of device and tissue at `now`.
+static void feel(Run *run, double now)
 {
     PliantContact message = {0};
     memcpy(message.position, run->position, sizeof message.position);
@@ -173,6 +173,11 @@ static void tick(Run *run, double now, const double next[3], const double next_v
         pliant_haptic_take(run->haptic, &run->last);
     }
     show(run, now);
+}
+
+// The hand goes to `next`.
+static void go(Run *run, const double next[3], const double next_velocity[3])
+{
     // The device holds its force until the next tick: this is its work, exactly.
     double way[3], work = 0.0;
     for (int k = 0; k < 3; k++) {
@@ -189,6 +194,12 @@ static void tick(Run *run, double now, const double next[3], const double next_v
         run->position[k] += way[k];
         run->velocity[k] = run->device.told == TRUE ? next_velocity[k] : 0.0;
     }
+}
+
+static void tick(Run *run, double now, const double next[3], const double next_velocity[3])
+{
+    feel(run, now);
+    go(run, next, next_velocity);
 }
 
 enum { CYCLES = 20 };
@@ -243,6 +254,55 @@ static Run hold(Loop loop, const Tissue *tissue, double delay, double loss)
     return run;
 }
 
+// A hand of 200 N/m and 2 N s/m presses a device of 0.1 kg, with encoders of 20 um, from 3 mm above
+// the tissue towards 10 mm below in half a second, and holds it there.
+typedef struct Press {
+    double force, shakes; // mean and standard deviation over the last second [N]
+    double depth;         // mean over the last second [m]
+    double jump;          // largest change of the force in a tick beyond what the way explains [N]
+} Press;
+
+// Compares the force with the one before, which was shown at height `was`. On the way of a tick the
+// tissue's force changes by its stiffness, and that of the guard's spring by 1.5 times the plane's,
+// which is published up to 1.3 times too stiff; its last step is up to twice as long.
+static void compare(Press *press, const Run *run, double before, double was)
+{
+    const double way = fabs(run->position[2] - was), change = fabs(run->force[2] - before);
+    if (before > 0.0)
+        press->jump = fmax(press->jump, change - 3.0 * run->tissue.stiffness * way);
+}
+
+static Press press_and_hold(const Tissue *tissue, double delay, double loss)
+{
+    static Run run;
+    const double mass = 0.1, hand = 200.0, damping = 2.0, loses = 0.1, ramp = 0.5;
+    Press press = {0};
+    run_begin(&run, GUARDED, tissue, delay, loss);
+    run.device = (Device){.step = 20e-6, .told = NOTHING};
+    double z = 0.003, speed = 0.0, square = 0.0, was = z;
+    run.position[2] = z;
+    for (int k = 0; k < 6000; k++) {
+        const double now = k * TICK, goal = 0.003 - 0.013 * fmin(1.0, now / ramp);
+        const double goes = now < ramp ? -0.013 / ramp : 0.0;
+        const double force = run.force[2];
+        feel(&run, now);
+        compare(&press, &run, force, was);
+        was = run.position[2];
+        const double pushes = run.force[2] + hand * (goal - z) + damping * goes;
+        speed = (speed + pushes / mass * TICK) / (1.0 + (damping + loses) / mass * TICK);
+        z += speed * TICK;
+        go(&run, (double[3]){0.0, 0.0, z}, (double[3]){0.0, 0.0, speed});
+        const double share = k >= 5000 ? 1e-3 : 0.0;
+        press.force += share * run.force[2];
+        square += share * run.force[2] * run.force[2];
+        press.depth -= share * z;
+    }
+    press.shakes = sqrt(fmax(0.0, square - press.force * press.force));
+    expect_at_most(run.most_given, run.bound + 1e-12);
+    pliant_haptic_destroy(run.haptic);
+    return press;
+}
+
 static const Tissue SPRING = {.stiffness = 200.0, .power = 1.0};
 static const double DELAYS[] = {0.0, 0.005, 0.02, 0.05}; // one way
 static const double LOSSES[] = {0.0, 0.01, 0.1};
@@ -290,9 +350,11 @@ TEST(guarded_loop_never_gives_more_than_it_got)
                 // Whole cycles: the hand pays, up to the bound, which is a thousandth of the work.
                 expect_at_most(run.given, 1e-3 * run.put_in);
                 // It is felt: on the way in nothing is withheld, so that only what is late is
-                // missing. The plane of a linear spring is exact.
+                // missing. The plane of a linear spring is exact. The first force that is 100 ms
+                // late comes at 4.6 of 7 mm, and 1.5 of what was put in from there is 0.93 of it;
+                // the hand does not feel all of that when it is slow.
                 if (i == 0)
-                    expect_near(run.peak, 200.0 * 0.007, 1e-9);
+                    expect_near(run.peak, 200.0 * 0.007, d < 3 ? 1e-9 : 0.15 * 200.0 * 0.007);
                 worst = fmax(worst, run.given / run.put_in);
                 leak = fmax(leak, run.most_given);
                 const Run bare = press(PLANE, &KINDS[i].tissue, DELAYS[d], LOSSES[l]);
@@ -403,6 +465,118 @@ TEST(force_stays_finite_while_a_velocity_fades)
     }
     // At last it is 0, and nothing is withheld from a hand that rests.
     expect_near(force[2], 1.0, 0.0);
+}
+
+// A body that pushes with 2 N whatever the hand does, and a hand that comes 2 mm and leaves: what
+// it put in, it gets back, and the force fades on the way of a spring, 1.5 times as stiff as
+// published.
+TEST(force_of_a_hand_that_leaves_fades)
+{
+    SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(MOST, true);
+    PliantContact contact = PUSHES_UP(.valid = 1.0, .force = {0.0, 0.0, 2.0},
+                                      .stiffness = {{0}, {0}, {0.0, 0.0, 500.0}});
+    double z = 0.0, put_in = 0.0, given = 0.0, was = 0.0, force[3];
+    for (int k = 0; k < 400; k++) {
+        contact.received = contact.time = k * TICK;
+        contact.position[2] = z;
+        pliant_haptic_take(haptic, &contact);
+        pliant_haptic_force(haptic, (double[3]){0.0, 0.0, z}, NULL, k * TICK, force);
+        // 20 um of 750 N/m are 15 mN; at the turn, what a hand on its way in feels more fades too.
+        if (k > 100)
+            expect_at_most(was - force[2], 0.05 * 2.0);
+        was = force[2];
+        const double way = k < 100 ? -20e-6 : 20e-6;
+        put_in += fmax(0.0, -force[2] * way);
+        given += fmax(0.0, force[2] * way);
+        z += way;
+    }
+    print_message("put in %.2f mJ, given %.2f mJ, %.3f N at last\n", 1e3 * put_in, 1e3 * given,
+                  was);
+    expect_at_least(put_in, 0.5 * 2.0 * 0.002); // it is felt
+    expect_at_least(given, 0.9 * put_in);
+    expect_at_most(given, put_in + 1e-3);
+    expect_at_most(was, 0.1);
+}
+
+// A hand that jumps 5 mm out of the same body owes the whole credit. It comes back slowly: a spring
+// of 750 N/m that holds 2 uJ shows it 0.055 N, which have paid 1 mJ after 18 of 24 mm.
+TEST(hand_that_owes_work_feels_the_body_again)
+{
+    SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(MOST, true);
+    PliantContact contact = PUSHES_UP(.valid = 1.0, .force = {0.0, 0.0, 2.0},
+                                      .stiffness = {{0}, {0}, {0.0, 0.0, 500.0}});
+    double z = 0.0, force[3];
+    for (int k = 0; k < 12100; k++) {
+        contact.received = contact.time = k * TICK;
+        contact.position[2] = z;
+        pliant_haptic_take(haptic, &contact);
+        pliant_haptic_force(haptic, (double[3]){0.0, 0.0, z}, NULL, k * TICK, force);
+        if (k == 100)
+            expect_at_most(pliant_haptic_energy(haptic), -0.99 * CREDIT);
+        z += k < 98 ? -20e-6 : k == 99 ? 5e-3 : -2e-6; // 20 mm/s, 2 mm/s
+    }
+    expect_at_least(force[2], 1.0);
+}
+
+// The stiffness of the plane after 0.2 s [N/m] of tissue of 1000 N/m, or of one that moves by
+// itself while the tool shakes.
+static double stiffness_shown(double published, bool alive, bool left)
+{
+    SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(100.0, false);
+    PliantContact contact = PUSHES_UP(.valid = 1.0, .stiffness = {{0}, {0}, {0.0, 0.0, published}});
+    for (int k = 1; k <= 200; k++) {
+        const double now = k * TICK, depth = alive ? 5e-4 * sin(100.0 * PI * now) : 0.02 * now;
+        contact.received = contact.time = now;
+        contact.position[2] = -depth;
+        contact.force[2] = alive ? 1.0 + 20.0 * now : 1000.0 * depth;
+        contact.contact = !left || k != 199;
+        pliant_haptic_take(haptic, &contact);
+    }
+    double at[3] = {0.0, 0.0, contact.position[2]}, force[3], deeper[3];
+    pliant_haptic_force(haptic, at, NULL, contact.received, force);
+    at[2] -= 0.001;
+    pliant_haptic_force(haptic, at, NULL, contact.received, deeper);
+    return (deeper[2] - force[2]) / 0.001;
+}
+
+TEST(plane_takes_on_the_stiffness_that_was_felt)
+{
+    // It comes with a time of 20 ms, of which 180 are left after 0.1 mm: e^-9 of at most 1000 N/m.
+    expect_near(stiffness_shown(700.0, false, false), 1000.0, 0.5);
+    expect_near(stiffness_shown(0.0, false, false), 1000.0, 0.5);
+    // Never below what is published, and nothing of another touch or of a body that moves by
+    // itself.
+    expect_near(stiffness_shown(1300.0, false, false), 1300.0, 1e-6);
+    expect_near(stiffness_shown(700.0, false, true), 700.0, 1e-6);
+    expect_near(stiffness_shown(100.0, true, false), 100.0, 1e-6);
+}
+
+// The last one is beyond what a device at 1 kHz can show calmly (it holds a force for a tick, which
+// takes 4500 N/m * 0.5 ms from its damping of 2.1 N s/m): it gives way, but does not break down.
+TEST(held_press_is_calm_and_a_wall)
+{
+    static const struct {
+        double stiffness, error, delay, loss, shakes, deeper; // at most [N], of the right depth
+    } CASES[] = {
+        {1000.0, -0.3, 0.005, 0.0, 0.03, 1.1}, {1000.0, -0.3, 0.010, 0.05, 0.03, 1.1},
+        {1000.0, -0.5, 0.005, 0.0, 0.03, 1.1}, {400.0, -0.5, 0.010, 0.0, 0.03, 1.1},
+        {1000.0, 0.3, 0.005, 0.0, 0.03, 1.1},  {4500.0, 0.0, 0.0, 0.0, 0.1, 4.0},
+    };
+    for (size_t i = 0; i < sizeof CASES / sizeof *CASES; i++) {
+        const Tissue tissue = {
+            .stiffness = CASES[i].stiffness, .power = 1.0, .error = CASES[i].error};
+        const Press press = press_and_hold(&tissue, CASES[i].delay, CASES[i].loss);
+        const double right = 0.01 * 200.0 / (200.0 + CASES[i].stiffness);
+        print_message("%4.0f N/m published %+3.0f %%, %2.0f ms, %1.0f %% lost: %.2f N +- %.3f N, "
+                      "%.2f of the right depth, %.3f N in a tick\n",
+                      CASES[i].stiffness, 1e2 * CASES[i].error, 2e3 * CASES[i].delay,
+                      1e2 * CASES[i].loss, press.force, press.shakes, press.depth / right,
+                      press.jump);
+        expect_at_most(press.shakes, CASES[i].shakes); // fingers feel 0.03 N
+        expect_at_least(press.depth, 0.9 * right);
+        expect_at_most(press.depth, CASES[i].deeper * right);
+        expect_at_most(press.jump, 0.05 * press.force);
+    }
 }
 
 // What the guard drops of a slanted force must not leave one into the body.

@@ -519,8 +519,8 @@ TEST(haptic_loop_is_passive_behind_a_network)
     expect_at_least(felt[0].given / felt[0].put_in, 0.2);
     // Whole cycles: what was counted in the first one is forgotten outside the tissue.
     expect_at_most(felt[2].given, 1e-6); // of its credit, next to nothing
-    // And it is felt: on the way in nothing is withheld.
-    expect_at_least(felt[2].put_in, 0.99 * felt[1].put_in);
+    // And it is felt: on the way in, a little is withheld of the first force, which is late (2 %).
+    expect_at_least(felt[2].put_in, 0.97 * felt[1].put_in);
     process_end(&pliantd);
 }
 

@@ -185,11 +185,16 @@ PLIANT_API double pliant_round_trip(const PliantClient *client, double share);
 // The force that a haptic device shows between two contacts: a plane through the last one with the
 // stiffness K that the server published,
 //   F = F_c - K (x - x_c) - b n n.(v - v_c),
-// x_c and F_c of the contact, b its damping, v_c from its last two positions. F is zero without
-// contact and after its `valid`, never points into the body, and is at most the limit.
+// x_c and F_c of the contact, b its damping, v_c from its last two positions. Along the normal, K
+// is raised to the slope of force over depth that the contacts of the last 50 ms have shown, if it
+// is more: a plane softer than the body is late, which shakes the hand. F is zero without contact
+// and after its `valid`, never points into the body, and is at most the limit.
 //
 // A guard keeps the device passive whatever was delayed or lost. It counts the work W of the hand,
 // exactly if the device holds F until the next call, and gives back no more than is left:
+// - Where K along F is known, |F| is at most that of a spring of 1.5 K that holds what is left, and
+//   at least 2 uJ: it fades as the hand leaves, and what the network generates makes a body softer
+//   instead of shaking the hand. A hand that comes in is shown more, at 20 mm/s half of the rest.
 // - It drops the part of F along where the hand may go until the next call: as its velocity says,
 //   over the last period (at most 50 ms), and where it went last along each axis, until it turns.
 //   So the steps of an encoder, which most calls do not see, give nothing back either.
@@ -198,10 +203,10 @@ PLIANT_API double pliant_round_trip(const PliantClient *client, double share);
 //   of the last calls (which fades by a thousandth per call, to 0.1 mm).
 // So W >= -1 mJ at any time, less 1 nJ per call, and less |F| times what a way between two calls is
 // longer than twice that longest one: 0.2 mm for a hand that rested. W is that of the positions as
-// given: encoders hide up to half a step. Where the stiffness K along F is known, what is left is
-// at most F^2 / K, twice the energy of a spring. It is forgotten without contact, so that what
-// tissue has dissipated is not given back later. The guard also withholds real work of others: a
-// body that moves against a resting hand resists, but does not push it away.
+// given: encoders hide up to half a step. Where K is known, what is left is at most F^2 / K, twice
+// the energy of a spring. It is forgotten without contact, so that what tissue has dissipated is
+// not given back later. The guard also withholds real work of others: a hand feels little of a body
+// that moves against it, until it has pushed.
 //
 // Allocated here; no client needed. One thread at a time.
 typedef struct PliantHaptic PliantHaptic;
