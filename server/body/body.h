@@ -178,7 +178,7 @@ typedef struct BodyOps {
     // Adds forces [N] for the next evaluation only.
     void (*add_forces)(void *model, const int *node, int count, const Vec3 *force);
     // Gives nodes impulses [N s] after an evaluate of kicks, as if they had been part of it: as
-    // forces over `h` [s], and positions follow by `drift` [s]. Solid bodies only, else NULL.
+    // forces over `h` [s], and positions follow by `drift` [s]. NULL: the body is implicit.
     void (*kick_nodes)(void *model, const int *node, int count, const Vec3 *impulse, double h,
                        double drift);
     // Finds the nodes of faces inside a region, in an order that depends on the topology alone.

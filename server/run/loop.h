@@ -86,14 +86,15 @@ enum { GRASP_TEXT = 64 };
 
 static inline const char *grasp_kind(const GraspEvent *event)
 {
-    return event->nodes > 0 ? "grasp" : "release";
+    return event->nodes > 0 ? "grasp" : event->slipped ? "slipped" : "release";
 }
 
 static inline void grasp_text(const Sim *sim, const GraspEvent *event, char text[GRASP_TEXT])
 {
     int id = sim_tool(sim, event->tool)->id;
     if (event->nodes == 0)
-        snprintf(text, GRASP_TEXT, "tool %d released", id);
+        snprintf(text, GRASP_TEXT, "tool %d %s", id,
+                 event->slipped ? "lost what it held" : "released");
     else
         snprintf(text, GRASP_TEXT, "tool %d grasped %d %s", id, event->nodes,
                  event->points ? "points of faces" : "nodes");

@@ -61,8 +61,8 @@ static const Option TOOL_OPTIONS[] = {
     {"grip_stiffness", OPTION_REAL, AT(tool.grip_stiffness), "", 0.0, 1e3, .open = true,
      .preset = 0.3, .physics = true,
      .feature = {.name = "graspers", has_grasper, "kind = \"grasper\" in tools"},
-     .about = "Stiffness of a grasper's springs, as a share of the body's own stiffness; stiffer "
-              "springs shorten the time step."},
+     .about = "Stiffness of a grasper's springs, as a share of 100 times the body's own stiffness; "
+              "with rk4 and implicit of once that, and stiffer springs shorten the time step."},
     {"grip_damping_ratio", OPTION_REAL, AT(tool.grip_damping), "", 0.0, 1e3, .preset = 0.5,
      .physics = true,
      .about = "Damping ratio of a grasper's springs with the grasped masses: 1 is critical."},

@@ -457,9 +457,11 @@ bool sim_next_grasp(Sim *sim, GraspEvent *event)
         GraspEvent now = {.tool = options->tool,
                           .body = options->body,
                           .taken = attachment_taken(sim->attachment[k]),
+                          .slips = attachment_slipped(sim->attachment[k]),
                           .step = sim->clock->step};
         // Has it grasped or released anything since?
         now.nodes = attachment_held(sim->attachment[k], &now.points);
+        now.slipped = now.nodes == 0 && now.slips != told->slips;
         bool same = now.taken == told->taken || (now.nodes == 0 && told->nodes == 0);
         if ((now.nodes > 0) == (told->nodes > 0) && same)
             continue;

@@ -131,6 +131,8 @@ typedef struct GraspEvent {
     int nodes;      // held now, or points of faces; 0: nothing
     bool points;
     int64_t taken; // number of grasps of that body so far
+    int64_t slips; // of these ended because the tissue slipped out
+    bool slipped;  // the last of them
     int64_t step;
 } GraspEvent;
 

@@ -135,7 +135,7 @@ static void grasp_and_release(Sim *sim)
             tool_motion_at(motion, 0.0, &position, &orientation);
             grip = tool_motion_grip(motion, sim->clock->step, sim->tick);
         }
-        attachment_begin_tick(sim->attachment[k], active, grip, position, orientation);
+        attachment_begin_tick(sim->attachment[k], active, grip, position, orientation, sim->tick);
     }
 }
 
@@ -243,11 +243,19 @@ static void add_contacts(Sim *sim, int b, const Evaluation *evaluation, double s
     sim->stage_ns[STAGE_FORCES] -= spent;
 }
 
+// Returns the share of a pull that a tool can exert.
+static double share_of(const Sim *sim, int tool, double most, double pull)
+{
+    const bool limited = tool >= 0 && sim->tool[tool].kind != TOOL_STATIC;
+    return limited && pull > most ? most / pull : 1.0;
+}
+
 // Adds the springs of attachments at one evaluation. All that a tool holds of a body together pulls
 // with at most its max_force: beyond, it slips with that force.
 static void add_holds(Sim *sim, int b, const Evaluation *evaluation, double substep_time, double h)
 {
     const int first = sim->attachment_start[b], end = sim->attachment_start[b + 1];
+    const bool ends = fraction_at(integrator_get(sim->body[b].integrator), evaluation) >= 1.0;
     // How hard each tool pulls, all that it holds together.
     Vec3 pull[SIM_TOOLS] = {{0.0, 0.0, 0.0}};
     for (int k = first; k < end; k++) {
@@ -267,15 +275,34 @@ static void add_holds(Sim *sim, int b, const Evaluation *evaluation, double subs
     }
     // Scale them down to what the tool can exert.
     for (int k = first; k < end; k++) {
-        const int tool = attachment_options(sim->attachment[k])->tool;
-        double scale = 1.0;
-        if (!attachment_is_holding(sim->attachment[k]))
+        Attachment *attachment = sim->attachment[k];
+        const int tool = attachment_options(attachment)->tool;
+        if (!attachment_is_holding(attachment) || attachment_is_implicit(attachment))
             continue;
-        if (tool >= 0 && sim->tool[tool].kind != TOOL_STATIC) {
-            double size = vec3_length(pull[tool]), most = sim->tool[tool].max_force;
-            scale = size > most ? most / size : 1.0;
-        }
-        attachment_apply(sim->attachment[k], scale, evaluation->weight * h);
+        const double scale =
+            tool < 0 ? 1.0
+                     : share_of(sim, tool, sim->tool[tool].max_force, vec3_length(pull[tool]));
+        attachment_apply(attachment, scale, evaluation->weight * h, ends);
+    }
+}
+
+// Gives nodes the impulses of jaws, which depend on the body's own kick: at most what is left of
+// max_force beside the tool's explicit springs.
+static void kick_holds(Sim *sim, int b, const Evaluation *evaluation)
+{
+    const double h = sim->body[b].h;
+    for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++) {
+        Attachment *grip = sim->attachment[k];
+        const int tool = attachment_options(grip)->tool;
+        if (!attachment_is_holding(grip) || !attachment_is_implicit(grip))
+            continue;
+        double most = sim->tool[tool].max_force;
+        for (int i = sim->attachment_start[b]; i < sim->attachment_start[b + 1]; i++)
+            if (i != k && attachment_options(sim->attachment[i])->tool == tool &&
+                attachment_is_holding(sim->attachment[i]))
+                most -= vec3_length(attachment_force(sim->attachment[i]));
+        const double pull = vec3_length(grip_impulses(grip, h));
+        grip_kick(grip, share_of(sim, tool, h * fmax(0.0, most), pull), h, evaluation->advance * h);
     }
 }
 
@@ -299,7 +326,7 @@ static void end_substep(Sim *sim, int b)
 // Gives solids the impulses of their contacts, which depend on the body's own kick.
 static void kick_contacts(Sim *sim, int b, const Evaluation *evaluation)
 {
-    if (sim->body[b].ops->kick_nodes == NULL || sim->contact_start[b] == sim->contact_start[b + 1])
+    if (!sim->body[b].surface.solid || sim->contact_start[b] == sim->contact_start[b + 1])
         return;
     int64_t begin = clock_now_ns();
     for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
@@ -308,6 +335,13 @@ static void kick_contacts(Sim *sim, int b, const Evaluation *evaluation)
     int64_t spent = clock_now_ns() - begin;
     sim->stage_ns[STAGE_CONTACT] += spent;
     sim->stage_ns[STAGE_FORCES] -= spent;
+}
+
+// Adds what depends on the body's own kick.
+static void kick_outside(Sim *sim, int b, const Evaluation *evaluation)
+{
+    kick_contacts(sim, b, evaluation);
+    kick_holds(sim, b, evaluation);
 }
 
 // What is advanced together, evaluation by evaluation.
@@ -353,7 +387,7 @@ static void advance(Sim *sim, int first, int substeps, Advance what)
             for (int b = first; b >= 0; b = next_body(sim, b, what))
                 sim->body[b].ops->evaluate(sim->body[b].model, &evaluation, part * sim->body[b].h);
             for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))
-                kick_contacts(sim, b, &evaluation);
+                kick_outside(sim, b, &evaluation);
         }
         // Contacts keep what friction remembers.
         for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))

@@ -35,7 +35,8 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
         const ToolOptions *tool = &sim->tool[t];
         double more_lambda, more_damping, held_lambda = 0.0, held_damping = 0.0;
         contact_bounds(body, tool, &more_lambda, &more_damping);
-        if (tool->kind == TOOL_GRASPER) // pushes the body or grasps it, never both
+        // It pushes the body or grasps it, never both; bodies of kicks it grasps implicitly.
+        if (tool->kind == TOOL_GRASPER && !integrator_is_symplectic(body->integrator))
             attachment_bounds(body, tool->grip_stiffness, tool->grip_damping, &held_lambda,
                               &held_damping);
         lambda += fmax(more_lambda, held_lambda);

@@ -21,7 +21,8 @@ static void add_external(SurfaceModel *model, int slot, Vec3 force)
 // Distributes a force in the world frame over the free nodes that carry a node: itself, unless it
 // hangs.
 static void spread(SurfaceModel *model, int node, Vec3 force,
-                   void (*add)(SurfaceModel *model, int slot, Vec3 force))
+                   void (*add)(SurfaceModel *model, int slot, Vec3 force, double drift),
+                   double drift)
 {
     const NodeStatus status =
         model->detail == NULL ? NODE_FREE : (NodeStatus)model->detail->set.status[node];
@@ -29,12 +30,12 @@ static void spread(SurfaceModel *model, int node, Vec3 force,
     if (status == NODE_HANGING) {
         int parent[2];
         levels_parents(&model->detail->set.levels, node, parent);
-        spread(model, parent[0], vec3_scale(0.5, force), add);
-        spread(model, parent[1], vec3_scale(0.5, force), add);
+        spread(model, parent[0], vec3_scale(0.5, force), add, drift);
+        spread(model, parent[1], vec3_scale(0.5, force), add, drift);
         return;
     }
     if (status == NODE_FREE)
-        add(model, model->slot[node], force);
+        add(model, model->slot[node], force, drift);
 }
 
 // --- contact forces ---
@@ -53,8 +54,9 @@ static void touch(SurfaceModel *model, int lane)
                   model_get(model, model->external, model_lane(lane) + c * LANES));
 }
 
-static void add_once(SurfaceModel *model, int slot, Vec3 force)
+static void add_once(SurfaceModel *model, int slot, Vec3 force, double drift)
 {
+    (void)drift;
     touch(model, model_lane_of(model, slot));
     add_external(model, slot, force);
 }
@@ -64,12 +66,42 @@ void surface_add_forces(void *self, const int *node, int count, const Vec3 *forc
     SurfaceModel *model = self;
     if (model->detail == NULL) // as spread would, but in one loop: most forces take this path
         for (int i = 0; i < count; i++)
-            add_once(model, model->slot[node[i]], force[i]);
+            add_once(model, model->slot[node[i]], force[i], 0.0);
     else
         for (int i = 0; i < count; i++) {
-            spread(model, node[i], force[i], add_once);
+            spread(model, node[i], force[i], add_once, 0.0);
             detail_feel(&model->detail->adapt, node[i], force[i]);
         }
+}
+
+// Changes the row that the evaluation has written.
+static void kick(SurfaceModel *model, int slot, Vec3 impulse, double drift)
+{
+    const double by_mass = model_get(model, model->nodes.inverse_mass, model_lane_of(model, slot));
+    const Vec3 dv = vec3_scale(by_mass, rows_turn_in(&model->basis, impulse));
+    const double part[3] = {dv.x, dv.y, dv.z};
+    void *rows = (void *)model->present;
+    for (int c = 0; c < 3; c++) {
+        const long at = (long)slot * ROW + c;
+        model_put(model, rows, at, model_get(model, rows, at) + drift * part[c]);
+        model_put(model, rows, at + 4, model_get(model, rows, at + 4) + part[c]);
+    }
+    model->bad |= !(vec3_length(dv) <= SPEED_LIMIT);
+}
+
+void surface_kick_nodes(void *self, const int *node, int count, const Vec3 *impulse, double h,
+                        double drift)
+{
+    SurfaceModel *model = self;
+    const bool last = model->present == model->rows[1 - model->current];
+    for (int i = 0; i < count; i++) {
+        spread(model, node[i], impulse[i], kick, drift);
+        // As with forces, levels follow those of the tick's last evaluation alone.
+        if (model->detail != NULL && last)
+            detail_feel(&model->detail->adapt, node[i], vec3_scale(1.0 / h, impulse[i]));
+    }
+    if (model->detail != NULL && model->detail->lists.hanging_count > 0)
+        detail_hang(&model->detail->lists, model->basis.precision, (void *)model->present);
 }
 
 void surface_reserve_forces(void *self, const char *name, int count, Arena *arena)
@@ -90,8 +122,9 @@ void surface_reserve_forces(void *self, const char *name, int count, Arena *aren
 
 // --- constant loads ---
 
-static void add_constant(SurfaceModel *model, int slot, Vec3 force)
+static void add_constant(SurfaceModel *model, int slot, Vec3 force, double drift)
 {
+    (void)drift;
     if (model->world_load != NULL) {
         model->world_load[slot][0] += force.x;
         model->world_load[slot][1] += force.y;
@@ -103,7 +136,7 @@ static void add_constant(SurfaceModel *model, int slot, Vec3 force)
 
 void surface_add_load(void *self, int node, Vec3 force)
 {
-    spread(self, node, force, add_constant);
+    spread(self, node, force, add_constant, 0.0);
 }
 
 void surface_clear_loads(void *self)

@@ -136,6 +136,8 @@ void model_turn_loads(SurfaceModel *model);
 
 // The operations on forces.
 void surface_add_forces(void *self, const int *node, int count, const Vec3 *force);
+void surface_kick_nodes(void *self, const int *node, int count, const Vec3 *impulse, double h,
+                        double drift);
 void surface_reserve_forces(void *self, const char *name, int count, Arena *arena);
 void surface_add_load(void *self, int node, Vec3 force);
 void surface_clear_loads(void *self);

@@ -405,7 +405,9 @@ static const char *surface_isa(const void *self)
 }
 
 // What every surface body does, and what depends on the scene.
-#define EXPLICIT OPERATIONS, .drift = surface_drift, .evaluate = surface_evaluate
+#define EXPLICIT                                                                                   \
+    OPERATIONS, .drift = surface_drift, .evaluate = surface_evaluate,                              \
+                .kick_nodes = surface_kick_nodes
 #define IMPLICIT OPERATIONS, .drift = implicit_drift, .evaluate = implicit_evaluate
 #define ADAPTS   .adapt = detail_adapt, .look = detail_look
 #define CUTS     .cut = detail_blade_cut, .reserve_blades = detail_blade_reserve

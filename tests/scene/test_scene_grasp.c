@@ -4,6 +4,7 @@
 #include "test.h"
 #include "effort.h"
 #include "random.h"
+#include "sim/hold/attachment_data.h"
 #include "tied_bodies.h"
 
 // --- Bodies that change ---
@@ -258,6 +259,40 @@ TEST(grasper_pulls_a_voxel_body_and_feels_it)
     assert_int_equal(event.nodes, 0);
 }
 
+// Jaws that pull the end of a held bar, below max_force: what they hold follows them within a
+// millimetre.
+TEST(jaws_keep_what_they_hold_of_a_solid_within_a_millimetre)
+{
+    START_RUN(
+        run,
+        DOUBLE "bodies = ( " BAR(
+            "bar",
+            "fixed = ( { box = ([0.13, -1, -1], [1, 1, 1]); } );") " );\n"
+                                                                   "tools = ( { id = 3; kind = "
+                                                                   "\"grasper\"; max_force = 5; "
+                                                                   "capsules = ( { radius = 0.012; "
+                                                                   "} ); } );");
+    Sim *sim = run.world.sim;
+    const Body *body = sim_body(sim, 0);
+    const Attachment *grip = sim->attachment[0];
+    ToolPose pose = {
+        .position = {0.06, 0, 0}, .orientation = {1, 0, 0, 0}, .active = true, .grip = 1.0};
+    Vec3 first[4], now[4];
+    for (int i = 0; i < 1500; i++) {
+        pose.position.x = 0.06 - fmin(3e-5 * i, 0.02);
+        sim_apply_pose(sim, 0, &pose, true);
+        sim_step(sim);
+        body->ops->read_nodes(body->model, grip->node, 4, i == 0 ? first : now, NULL);
+    }
+    const double pull = vec3_length(sim_wrench(sim, 0)->force);
+    double lag = 0.0;
+    for (int i = 0; i < 4; i++)
+        lag = fmax(lag, vec3_length(vec3_sub(vec3_sub(now[i], first[i]), vec3(-0.02, 0, 0))));
+    print_message("%.3f N, %.4f mm behind\n", pull, 1e3 * lag);
+    assert_true(pull > 0.05 && pull < 5.0);
+    expect_at_most(lag, 1e-3);
+}
+
 // A trembling grip makes ten events a second at most, and the last one is the truth.
 TEST(grasps_are_told_ten_times_a_second_at_most)
 {
@@ -271,14 +306,14 @@ TEST(grasps_are_told_ten_times_a_second_at_most)
     ToolPose pose = {.position = {0.06, 0, 0}, .orientation = {1, 0, 0, 0}, .active = true};
     GraspEvent event = {0};
     int told = 0;
-    for (int i = 0; i < 1000; i++) {
+    for (int i = 0; i < 1100; i++) { // the last release is eased over 20 ms and told later
         pose.grip = i < 900 && i % 2 == 0 ? 1.0 : 0.0;
         sim_apply_pose(sim, 0, &pose, true);
         sim_step(sim);
         while (sim_next_grasp(sim, &event))
             told++;
     }
-    assert_in_range(told, 9, 11);
+    assert_in_range(told, 10, 12);
     assert_int_equal(event.nodes, 0);
 }
 

@@ -126,7 +126,7 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
     if (!grasper)
         capacity = attachment_region_capacity(attachment->body, region_count);
     create_lists(attachment, name, capacity, arena, state);
-    // Nodes and corners of an evaluation. Only graspers hold points of faces and search.
+    // Nodes of an evaluation, or carriers. Only graspers hold points of faces and search.
     const int ends = capacity + (grasper ? 3 * HELD_POINTS : 0);
     attachment->x = ALLOCATE(ARENA_CONTACT, ends, Vec3, "positions");
     attachment->v = ALLOCATE(ARENA_CONTACT, ends, Vec3, "velocities");
@@ -135,6 +135,9 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
         attachment->point = ALLOCATE(ARENA_CONTACT, HELD_POINTS, HeldPoint, "held points");
         state_add(state, attachment->point, HELD_POINTS * sizeof(HeldPoint), "%s/points", name);
         attachment->found = ALLOCATE(ARENA_CONTACT, nodes, int, "found");
+        attachment->carrier = ALLOCATE(ARENA_CONTACT, ends, int, "carriers");
+        attachment->demand = ALLOCATE(ARENA_CONTACT, ends, double, "held masses");
+        attachment->scratch = ALLOCATE(ARENA_CONTACT, ends, Vec3, "scratch");
     }
     // Marks and places of all nodes, where they change or are searched.
     if (grasper || attachment->changes)
@@ -245,7 +248,7 @@ int attachment_node_capacity(const Attachment *attachment)
 
 // Closes and opens graspers by their grip, with hysteresis.
 static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 position,
-                        Quat orientation)
+                        Quat orientation, double tick)
 {
     // A tool that has been withdrawn holds nothing.
     HoldState *hold = attachment->hold;
@@ -261,7 +264,9 @@ static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 p
         hold->muted |= hold->holding;
     } else if (hold->closed != 0 && grip < GRIP_OPENS) {
         hold->closed = 0;
-        attachment_release(attachment);
+        grip_open(attachment, position, orientation);
+    } else if (hold->holding != 0) {
+        grip_begin_tick(attachment, position, orientation, tick);
     }
     // Contact comes back when the released nodes are out of the capsules.
     if (hold->muted != 0 && hold->holding == 0 &&
@@ -270,12 +275,12 @@ static void follow_grip(Attachment *attachment, bool active, double grip, Vec3 p
 }
 
 void attachment_begin_tick(Attachment *attachment, bool active, double grip, Vec3 position,
-                           Quat orientation)
+                           Quat orientation, double tick)
 {
     attachment->sums = (ContactSums){.about = position};
     HoldState *hold = attachment->hold;
     if (attachment->grasper)
-        follow_grip(attachment, active, grip, position, orientation);
+        follow_grip(attachment, active, grip, position, orientation, tick);
     else if (hold->holding == 0 && active)
         attachment_take(attachment, position, orientation);
     else if (hold->holding != 0 && !active)
@@ -317,49 +322,10 @@ static Vec3 pull(Attachment *attachment, const Spring *spring, double mass, Vec3
     return force;
 }
 
-// Returns the mass of which a face has a share [kg].
-static double face_mass(const Body *body, int face)
-{
-    const BodySurface *surface = &body->surface;
-    double least = (double)INFINITY; // [kg/m2]; node_area is a third of the sum
-    for (int k = 0; k < 3; k++) {
-        int node = surface->face[face][k];
-        double mass = surface->node_mass[node]; // a hanging node has none
-        least = fmin(least,
-                     mass > 0.0 ? mass / (3.0 * surface->node_area[node]) : body->contact_density);
-    }
-    return surface->face_area[face] * least;
-}
-
-static void pull_points(Attachment *attachment, const Spring *spring, const ToolPlacement *at)
-{
-    const Body *body = attachment->body;
-    const BodySurface *surface = &body->surface;
-    const int points = (int)attachment->hold->points, first = (int)attachment->hold->count;
-    // The corners of all points, read in one call.
-    for (int i = 0; i < points; i++)
-        memcpy(&attachment->corner[3 * i], surface->face[attachment->point[i].face],
-               3 * sizeof *attachment->corner);
-    Vec3 *x = &attachment->x[first], *v = &attachment->v[first], *f = &attachment->f[first];
-    body->ops->read_nodes(body->model, attachment->corner, 3 * points, x, v);
-    // Each point is pulled like a node with the mass of its face.
-    for (int i = 0; i < points; i++) {
-        const HeldPoint *point = &attachment->point[i];
-        Vec3 here = {0.0, 0.0, 0.0}, speed = {0.0, 0.0, 0.0};
-        for (int k = 0; k < 3; k++) {
-            here = vec3_madd(here, point->weight[k], x[3 * i + k]);
-            speed = vec3_madd(speed, point->weight[k], v[3 * i + k]);
-        }
-        // The force at the point is shared by the weights that made it.
-        Vec3 force = pull(attachment, spring, face_mass(body, (int)point->face), point->local, here,
-                          speed, at);
-        for (int k = 0; k < 3; k++)
-            f[3 * i + k] = vec3_scale(point->weight[k], force);
-    }
-}
-
 Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
 {
+    if (attachment->grasper)
+        return grip_evaluate(attachment, at);
     const Body *body = attachment->body;
     const int count = (int)attachment->hold->count;
     // The spring per mass: the same for all nodes.
@@ -379,27 +345,34 @@ Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
             attachment->f[i] = pull(attachment, &spring, mass, held->local, attachment->x[i],
                                     attachment->v[i], at);
     }
-    // The points of a grasper that holds no nodes.
-    if (attachment->hold->points > 0)
-        pull_points(attachment, &spring, at);
     return attachment->force;
 }
 
-void attachment_apply(Attachment *attachment, double scale, double share)
+void attachment_apply(Attachment *attachment, double scale, double share, bool ends)
 {
     const Body *body = attachment->body;
-    const int count = (int)attachment->hold->count, corners = 3 * (int)attachment->hold->points;
-    for (int i = 0; i < count + corners && scale != 1.0; i++)
+    const int count = (int)attachment->hold->count;
+    if (attachment->grasper) {
+        grip_apply(attachment, scale, share, ends ? 0.0 : -1.0);
+        body->ops->add_forces(body->model, attachment->carrier, attachment->carrier_count,
+                              attachment->f);
+        return;
+    }
+    for (int i = 0; i < count && scale != 1.0; i++)
         attachment->f[i] = vec3_scale(scale, attachment->f[i]);
     body->ops->add_forces(body->model, attachment->node, count, attachment->f);
-    if (corners > 0)
-        body->ops->add_forces(body->model, attachment->corner, corners, &attachment->f[count]);
-    share *= scale;
+    attachment->force = vec3_scale(scale, attachment->force);
     ContactSums *sums = &attachment->sums;
     sums->impulse = vec3_madd(sums->impulse, share, attachment->force);
+    share *= scale;
     sums->moment = vec3_madd(sums->moment, share, attachment->moment);
     sums->point = vec3_madd(sums->point, share, attachment->middle);
     sums->weight += share * attachment->size;
+}
+
+Vec3 attachment_force(const Attachment *attachment)
+{
+    return attachment->force;
 }
 
 const ContactSums *attachment_sums(const Attachment *attachment)
@@ -450,7 +423,10 @@ bool attachment_check(const Attachment *attachment)
         hold->muted < 0 || hold->muted > grasper || hold->count < 0 ||
         hold->count > attachment->capacity || hold->points < 0 ||
         hold->points > (grasper ? HELD_POINTS : 0) ||
-        (grasper && hold->holding == 0 && hold->count + hold->points > 0))
+        (grasper && hold->holding == 0 && hold->count + hold->points > 0) ||
+        !(hold->ease >= 0.0 && hold->ease <= GRIP_EASE_TIME) ||
+        !(hold->strength >= 0.0 && isfinite(hold->strength)) ||
+        (hold->ease > 0.0 && (!grasper || hold->holding == 0)))
         return false;
     // Nodes exist, ascend and are held wholly or not at all.
     for (int64_t i = 0; i < hold->count; i++) {
@@ -486,6 +462,11 @@ int attachment_held(const Attachment *attachment, bool *points)
 int64_t attachment_taken(const Attachment *attachment)
 {
     return attachment->taken;
+}
+
+int64_t attachment_slipped(const Attachment *attachment)
+{
+    return attachment->slipped;
 }
 
 int64_t attachment_refused(const Attachment *attachment)

@@ -5,7 +5,8 @@
 // lambda_b bounds M^-1 K of the body at its coarsest level. On their own, held nodes oscillate with
 // sqrt(g lambda_b) and the damping ratio zeta, whatever their mass. Both matrices are diagonal, so
 // one attachment adds at most g lambda_b to the bound of M^-1 K and 2 zeta sqrt(g lambda_b) to that
-// of M^-1 C. Refinement divides masses among more nodes and leaves the sum of the springs
+// of M^-1 C. Those of graspers are implicit where the body moves by kicks: stiffer, and in no bound
+// (grip.c). Refinement divides masses among more nodes and leaves the sum of the springs
 // unchanged. A grasper that finds fewer than three nodes within its capsules holds points of faces
 // instead: the point of face f nearest to its axis, with the mass A_f min_i (m_i / sum of the areas
 // at i), distributed by the weights of the point. The sum over the faces at a node is at most its
@@ -89,18 +90,26 @@ int attachment_node_capacity(const Attachment *attachment);
 // Grasps or releases as the tool requires, at its pose at the start of the tick; once per tick.
 // `active`: the tool is active (the world always is).
 void attachment_begin_tick(Attachment *attachment, bool active, double grip, Vec3 position,
-                           Quat orientation);
+                           Quat orientation, double tick);
 bool attachment_is_holding(const Attachment *attachment);
 // True if a grasper's capsules must not push the body: while it holds the body, and after the
 // release until they are clear of it, since the released nodes are inside them.
 bool attachment_mutes_contact(const Attachment *attachment);
 
-// Computes the springs' forces with the frame at `at`; returns their sum on the frame [N]. At every
-// stage.
+// True for graspers of bodies that move by kicks: their springs act after the body's own kick, by
+// grip_impulses and grip_kick in place of attachment_apply.
+bool attachment_is_implicit(const Attachment *attachment);
+// Computes the springs' forces with the frame at `at`; returns their sum [N], 0 if implicit. At
+// every stage.
 Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at);
 // Adds `scale` times these forces to the nodes, for this evaluation; `share` times a force is its
-// impulse [s].
-void attachment_apply(Attachment *attachment, double scale, double share);
+// impulse [s]. `ends`: this evaluation is the substep's last.
+void attachment_apply(Attachment *attachment, double scale, double share, bool ends);
+// Computes the impulses of a substep h [s], and returns their sum [N s]; gives `scale` times these
+// to the nodes, whose positions follow by `drift` [s].
+Vec3 grip_impulses(Attachment *attachment, double h);
+void grip_kick(Attachment *attachment, double scale, double h, double drift);
+Vec3 attachment_force(const Attachment *attachment); // applied last, on the frame
 // Returns the sums of the tick, for the wrench; normal and depth stay zero.
 const ContactSums *attachment_sums(const Attachment *attachment);
 
@@ -117,6 +126,7 @@ bool attachment_check(const Attachment *attachment);
 // nodes that exceeded the capacity.
 int attachment_held(const Attachment *attachment, bool *points);
 int64_t attachment_taken(const Attachment *attachment);
+int64_t attachment_slipped(const Attachment *attachment); // grasps that ended so
 int64_t attachment_refused(const Attachment *attachment);
 
 // --- joint.c ---

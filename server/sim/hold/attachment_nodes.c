@@ -201,7 +201,8 @@ void attachment_release(Attachment *attachment)
     memset(attachment->held, 0, (size_t)hold->count * sizeof *attachment->held);
     if (hold->points > 0)
         memset(attachment->point, 0, (size_t)hold->points * sizeof *attachment->point);
-    hold->count = hold->points = 0;
+    hold->count = hold->points = hold->slips = 0;
+    hold->ease = hold->strength = 0.0;
 }
 
 // --- changes of topology ---
