@@ -122,6 +122,16 @@ bool press_find_site(const Body *body, bool plane, PressSite *site)
     return true;
 }
 
+int press_find_tool(const Scene *scene)
+{
+    static const ToolKind order[] = {TOOL_PROBE, TOOL_GRASPER, TOOL_BLADE};
+    for (size_t k = 0; k < sizeof order / sizeof *order; k++)
+        for (int t = 0; t < scene->tool_count; t++)
+            if (scene->tool[t].kind == order[k] && scene->tool[t].capsule_count > 0)
+                return t;
+    return -1;
+}
+
 double press_depth(const PressSite *site)
 {
     return DEPTH * site->thickness;
@@ -217,16 +227,6 @@ static void use_loads(StudyContext *context)
         inputs->end_s);
 }
 
-static int find_tool(const Scene *scene)
-{
-    static const ToolKind order[] = {TOOL_PROBE, TOOL_GRASPER, TOOL_BLADE};
-    for (size_t k = 0; k < sizeof order / sizeof *order; k++)
-        for (int t = 0; t < scene->tool_count; t++)
-            if (scene->tool[t].kind == order[k] && scene->tool[t].capsule_count > 0)
-                return t;
-    return -1;
-}
-
 static bool is_moved(const StudyContext *context)
 {
     return vec3_length(context->scene.sim.gravity) > 0.0 && !(context->scene.settle_s > 0.0);
@@ -315,7 +315,7 @@ bool study_choose_inputs(StudyContext *context, World *world, Status *status)
         return true;
     }
     // Without a tool the scene's own motion is enough.
-    int tool = find_tool(&context->scene);
+    int tool = press_find_tool(&context->scene);
     if (tool < 0 && is_moved(context)) {
         inputs->drive = DRIVE_LOADS;
         inputs->radius = HUGE_VAL;

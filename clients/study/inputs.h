@@ -27,6 +27,9 @@ bool press_find_site(const Body *body, bool plane, PressSite *site);
 // [m].
 double press_extent(const Body *body, double *thickness);
 
+// Returns the index of the tool that presses: a probe, else a grasper or a blade that has a body;
+// -1: none.
+int press_find_tool(const Scene *scene);
 // Returns the depth of the press [m].
 double press_depth(const PressSite *site);
 // Plans the press: the tool starts clear of the surface and moves along `inward`, with its shaft

@@ -11,7 +11,7 @@ import re
 import sys
 
 PAGES = ['tests/accuracy/report.md', 'tests/accuracy/voxel.md', 'tests/accuracy/reality.md', 'tests/accuracy/study.md',
-         'tests/stability/matrix.md', 'tests/bench/README.md']
+         'tests/stability/matrix.md', 'tests/bench/README.md', 'tests/touch/touch.md']
 STYLE = '''body { font: 15px/1.5 sans-serif; max-width: 72em; margin: 2em auto; padding: 0 1em; }
 table { border-collapse: collapse; font-size: 12px; margin: 1em 0; } td, th { border: 1px solid #ccc; padding: 2px 6px; }
 th { background: #eee; text-align: left; } img { max-width: 100%; } pre { background: #f4f4f4; padding: 0.6em; }

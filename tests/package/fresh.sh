@@ -108,7 +108,7 @@ check_build() { # CLONE
     local program
     [ -d "$1/build/release/bin" ] || return 0
     for program in pliantd pliant-prepare pliant-probe pliant-cut pliant-tie pliant-monitor pliant-record pliant-play \
-        pliant-drake pliant-study pliant-fit pliant-web; do
+        pliant-drake pliant-study pliant-fit pliant-touch pliant-web; do
         [ -x "$1/build/release/bin/$program" ] || die "$program was not built"
     done
     [ -f "$1/build/web/index.html" ] ||
