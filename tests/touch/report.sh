@@ -9,7 +9,7 @@ mkdir -p "$folder"
 rm -f "$folder"/*.md "$folder"/*.json
 for scene in $(grep -lE 'kind = "(probe|grasper)"' "$config"/*.cfg); do
     body=
-    [ "$(basename "$scene")" != gallbladder.cfg ] || body=--body=gall
+    case $scene in */gallbladder.cfg | */rest.cfg) body=--body=gall ;; esac
     echo "$body -o $folder/$(basename "$scene" .cfg) $scene" # a blank at the end would join lines
 done | xargs -P "$jobs" -L 1 "$program"
 {
