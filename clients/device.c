@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "device.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -62,7 +63,8 @@ static bool take_number(const char **text, char end, double low, double high, do
 {
     char *after;
     *number = strtod(*text, &after);
-    const bool ok = after != *text && *number >= low && *number <= high && *after == end;
+    const bool ok = after != *text && !isspace((unsigned char)**text) && *number >= low &&
+                    *number <= high && *after == end;
     *text = after + 1;
     return ok;
 }

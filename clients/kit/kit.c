@@ -498,6 +498,9 @@ bool pliant_pose_as(PliantClient *kit, const PliantPose *pose, int32_t sequence,
 {
     if (!check_pose(kit, pose))
         return false;
+    if (utime <= 0 || utime == INT64_MAX)
+        return client_fail(&kit->error, "pose of tool %d: utime %lld is not above 0", pose->tool,
+                           (long long)utime);
     if (!kit_may_send(kit))
         return pliant_bound(kit); // for a moment it is not known who would get it
     pliant_tool_pose_t m = {.utime = utime,

@@ -27,7 +27,7 @@ typedef struct Certifier {
 
 static void set(Certifier *certifier, FigureId id, double value)
 {
-    certifier->to->value[id] = value;
+    certifier->to->value[id] = certifier->curve.whole ? value : (double)NAN;
 }
 
 // Returns `part` in percent of `whole`.
@@ -200,6 +200,8 @@ static void rise(Certifier *certifier)
     const Curve *curve = &certifier->curve;
     const Window in = window(curve, down + 0.5, HUGE_VAL);
     const int settled = (int)(0.05 * certifier->rate);
+    if (in.count <= settled)
+        return;
     const double *force = curve->push + in.first;
     const double more = figure_mean(force + in.count - settled, settled) - force[0];
     if (more > 0.0 && curve->stiffness > 0.0)

@@ -57,9 +57,10 @@ const Figure FIGURES[FIGURE_COUNT] = {
                           "largest change that this hand feels in 1 ms, of the peak"},
     [FIGURE_BARE_ENERGY] = {"bare.energy", "mJ", NO_BAR, "the same as loop.energy without guard"},
     [FIGURE_BARE_TICK] = {"bare.tick", "%", NO_BAR, "the same as loop.tick without guard"},
-    [FIGURE_WIDTH_1] = {"width.1k", "N/m", NO_BAR,
-                        "largest stiffness at which a device pushed to this depth calms down "
-                        "there, client at 1 kHz"},
+    [FIGURE_WIDTH_1] =
+        {"width.1k", "N/m", NO_BAR,
+         "stiffness up to which, by bisection, a device pushed to this depth calms down "
+         "there, client at 1 kHz"},
     [FIGURE_WIDTH_4] = {"width.4k", "N/m", NO_BAR, "the same at 4 kHz"},
     [FIGURE_WIDTH_10] = {"width.10k", "N/m", NO_BAR, "the same at 10 kHz"},
     [FIGURE_WIDTH_GUARD] = {"width.guard", "N/m", NO_BAR, "the same at 1 kHz with the guard"},

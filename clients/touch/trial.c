@@ -228,8 +228,10 @@ static void push(Run *run, double time, double against)
 static void record(const Run *run, Curve *curve, double time, const double position[3], Vec3 force)
 {
     const int i = curve->count;
-    if (i == TRIAL_SAMPLES)
+    if (i == TRIAL_SAMPLES) {
+        curve->whole = false;
         return;
+    }
     curve->time[i] = time - (run->trial->leg != NULL ? run->trial->leg[0].seconds : 0.0);
     curve->hand[i] = vec3(position[0], position[1], position[2]);
     curve->force[i] = force;
@@ -279,6 +281,7 @@ void trial_run(Bench *bench, const Trial *trial, Curve *curve)
         abort(); // the machine is out of memory
     begin(run, bench, trial);
     curve->count = 0;
+    curve->whole = true;
     const double tick = sim_tick(bench->world.sim);
     const int64_t samples = llround(seconds_of(trial) * trial->rate_hz);
     for (int64_t i = 0; i < samples; i++) {

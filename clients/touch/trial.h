@@ -57,6 +57,7 @@ typedef struct Trial {
 // What the hand did and felt, at the client's rate. `time` is 0 at the end of the first leg.
 typedef struct Curve {
     int count;
+    bool whole;                                                            // it had room
     double time[TRIAL_SAMPLES], depth[TRIAL_SAMPLES], push[TRIAL_SAMPLES]; // push: against it [N]
     Vec3 hand[TRIAL_SAMPLES], force[TRIAL_SAMPLES];
     double stiffness; // told along the press by the last contact [N/m]

@@ -431,7 +431,8 @@ static void judge_solid(const Proposals *all, Verdict *verdict)
             break;
         // Cost goes with the third power by cells and the first by substeps: an exponent in between
         // never overshoots.
-        p->cell = round_up(1.02 * built.cells.size * pow(tick_s / COST_BUDGET, 0.29));
+        if (i < 7) // what is judged was built
+            p->cell = round_up(1.02 * built.cells.size * pow(tick_s / COST_BUDGET, 0.29));
     }
     if (built.tick_s > COST_BUDGET) {
         say(verdict, false, "%ld cells still take about %.2g ms of a tick of 1 ms",

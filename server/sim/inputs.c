@@ -15,19 +15,28 @@
 // ---------------------------------------------------------------------------------------------
 // Poses and loads
 
-// Tells of poses that no hand can have reached. A blade does not cut on its way there.
+// Tells of poses that no hand can have reached, at most ten times a second. A blade does not cut on
+// its way there.
 static void report_jump(Sim *sim, int tool, PoseVerdict verdict)
 {
-    const ToolMotion *motion = &sim->motion[tool];
+    ToolMotion *motion = &sim->motion[tool];
     const int id = sim->tool[tool].id;
-    if (verdict == POSE_ALONE)
+    const int64_t now = sim->clock->step + 1;
+    if (verdict == POSE_JUMPED) {
+        cutting_lift(sim, tool);
+        guard_renew(sim, -1);
+    } else if (verdict != POSE_ALONE) {
+        return;
+    }
+    if (motion->told_step > 0 && (double)(now - motion->told_step) * sim->tick < 0.1)
+        return;
+    motion->told_step = now;
+    if (verdict == POSE_JUMPED)
+        sim_report(sim, -1, "jump", "tool %d begins anew at a pose: no hand goes there so fast",
+                   id);
+    else
         sim_report(sim, -1, "jump", "tool %d: ignored a pose %.3g m away: no hand is so fast", id,
                    vec3_length(vec3_sub(motion->doubted_position, motion->pose_position)));
-    if (verdict != POSE_JUMPED)
-        return;
-    cutting_lift(sim, tool);
-    guard_renew(sim, -1);
-    sim_report(sim, -1, "jump", "tool %d begins anew at a pose: no hand goes there so fast", id);
 }
 
 void sim_apply_pose(Sim *sim, int tool, const ToolPose *pose, bool hold)
@@ -73,6 +82,9 @@ bool sim_check(const Sim *sim)
             return false;
     for (int k = 0; k < sim->touch_count; k++)
         if (!touch_check(sim->touch[k]))
+            return false;
+    for (int k = 0; k < sim->contact_count; k++)
+        if (!contact_check(sim->contact[k]))
             return false;
     for (int t = 0; t < sim->tool_count; t++)
         if (!tool_motion_check(&sim->motion[t], sim->clock->step))

@@ -400,14 +400,15 @@ bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t wh
 typedef struct Step {
     BodyTuning tuning;
     int substeps;
-    double h, limit;
+    double h, limit, barrier;
 } Step;
 
 static void keep_steps(const Sim *sim, Step *step)
 {
     for (int b = 0; b < sim->body_count; b++) {
         const Body *body = &sim->body[b];
-        step[b] = (Step){body->tuning, body->substeps, body->h, body->time_step_limit};
+        step[b] = (Step){body->tuning, body->substeps, body->h, body->time_step_limit,
+                         body->contact_barrier};
     }
 }
 
@@ -419,6 +420,7 @@ static void restore_steps(Sim *sim, const Step *step)
         body->substeps = step[b].substeps;
         body->h = step[b].h;
         body->time_step_limit = step[b].limit;
+        body->contact_barrier = step[b].barrier;
     }
 }
 

@@ -7,6 +7,8 @@
 // How much of the time since the last pose the time to reach the newest one shrinks by. After a gap
 // the tool is behind; with a half it catches up at twice the hand's speed at most.
 static const double SHRINKS = 0.5;
+// A sender that was silent for longer, since its hand rested, is followed as if for so long [s].
+static const double LONGEST_PERIOD = 0.2;
 // Time constant of the velocity that dampers feel [s]. With a lag of 5 ms, noise of 20 um in 1 kHz
 // poses is 0.4 mm/s of speed instead of 28.
 static const double CALM_TIME = 0.015;
@@ -51,13 +53,13 @@ bool tool_motion_check(const ToolMotion *motion, int64_t step)
 {
     return is_one_of_two(motion->active) && is_one_of_two(motion->held) &&
            is_one_of_two(motion->doubted) && motion->pose_step >= 0 && motion->pose_step <= step &&
-           is_time(motion->period) && is_time(motion->reach) && is_grip(motion->from_grip) &&
-           is_grip(motion->to_grip) && is_near(motion->from_position) &&
-           is_turn(motion->from_orientation) && is_near(motion->to_position) &&
-           is_turn(motion->to_orientation) && is_near(motion->begin_position) &&
-           is_turn(motion->begin_orientation) && is_near(motion->end_position) &&
-           is_turn(motion->end_orientation) && is_near(motion->linear) &&
-           is_near(motion->angular) && is_near(motion->calm_linear) &&
+           motion->told_step >= 0 && motion->told_step <= step + 1 && is_time(motion->period) &&
+           is_time(motion->reach) && is_grip(motion->from_grip) && is_grip(motion->to_grip) &&
+           is_near(motion->from_position) && is_turn(motion->from_orientation) &&
+           is_near(motion->to_position) && is_turn(motion->to_orientation) &&
+           is_near(motion->begin_position) && is_turn(motion->begin_orientation) &&
+           is_near(motion->end_position) && is_turn(motion->end_orientation) &&
+           is_near(motion->linear) && is_near(motion->angular) && is_near(motion->calm_linear) &&
            is_near(motion->calm_angular) && is_near(motion->pose_position) &&
            is_turn(motion->pose_orientation) && is_near(motion->doubted_position) &&
            is_turn(motion->doubted_orientation);
@@ -81,6 +83,7 @@ static Quat turned(Quat from, Vec3 rotation)
 // Arrivals are counted in ticks, so that a logged run repeats exactly.
 static double measured_period(double period, double since, double tick)
 {
+    since = fmin(since, LONGEST_PERIOD);
     if (since < tick)
         return period > tick ? period : tick; // several poses in one tick
     if (period > 0.0 && since > 0.5 * period && since < 2.0 * period)
@@ -132,7 +135,9 @@ static void target_at(const ToolMotion *motion, double since, Vec3 *position, Qu
 // The tool is at a pose, and at rest.
 static void begin_at(ToolMotion *motion, const ToolPose *pose)
 {
+    const int64_t told = motion->told_step;
     tool_motion_init(motion);
+    motion->told_step = told;
     motion->active = 1;
     motion->from_grip = pose->grip;
     motion->from_position = motion->begin_position = motion->end_position = pose->position;
@@ -213,7 +218,7 @@ void tool_motion_step(ToolMotion *motion, double lag, int64_t step, double tick)
     // Seen from where the target is as the tick begins.
     const Vec3 target = vec3_scale(1.0 / tick, vec3_sub(after, before)),
                turning = vec3_scale(1.0 / tick, turn_between(turn_before, turn_after));
-    if (lag > 0.0) {
+    if (lag > 1e-9) {
         Vec3 x = vec3_sub(motion->begin_position, before),
              turn = turn_between(turn_before, motion->begin_orientation);
         follow(2.0 / lag, tick, target, &x, &motion->linear);
@@ -255,5 +260,5 @@ ToolPlacement tool_motion_within(const ToolMotion *motion, double fraction, doub
 double tool_motion_grip(const ToolMotion *motion, int64_t step, double tick)
 {
     const double since = (double)(step - motion->pose_step) * tick;
-    return since >= motion->reach ? motion->to_grip : motion->from_grip;
+    return since + 0.5 * tick >= motion->reach ? motion->to_grip : motion->from_grip;
 }

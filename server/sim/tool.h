@@ -92,7 +92,8 @@ typedef struct ToolMotion {
     // The newest pose that was believed, and one that waits for another to confirm it.
     Vec3 pose_position;
     Quat pose_orientation;
-    int64_t doubted; // 0 or 1: there is one that waits
+    int64_t told_step; // after the tick in which a jump was last told of; 0: never
+    int64_t doubted;   // 0 or 1: there is one that waits
     int64_t doubted_utime;
     Vec3 doubted_position;
     Quat doubted_orientation;

@@ -352,6 +352,24 @@ bool contact_clear_proxy(Contact *contact)
     return true;
 }
 
+bool contact_check(const Contact *contact)
+{
+    const Proxy *p = contact->proxy;
+    const Quat q = p->orientation;
+    const double size = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+    bool good = (p->valid == 0 || p->valid == 1) && vec3_length(p->position) < 1e9 &&
+                fabs(size - 1.0) < 1e-3 && p->crossed_only >= 0 &&
+                p->crossed_only < INT64_MAX / 2 && p->felt >= 0.0 && p->felt < 1e18 &&
+                p->unsettled >= 0.0 && p->unsettled < 1.0 && p->away >= 0.0 &&
+                p->away <= CONTACT_EASE_TIME;
+    for (int shape = 0; shape < TOOL_SHAPES; shape++)
+        good = good && vec3_length(p->bristle[shape]) < 1e9;
+    if (contact->clear != NULL)
+        good = good && vec3_length(contact->clear->position) < 1e9 &&
+               (contact->clear->touched == 0 || contact->clear->touched == 1);
+    return good;
+}
+
 void contact_clear(Contact *contact)
 {
     contact->law->clear(contact);

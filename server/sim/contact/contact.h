@@ -70,6 +70,8 @@ void contact_end_tick(Contact *contact);
 // same side of the tool as those that they replace; new nodes stick to the plane as their parents
 // do. The proxy and its friction stay.
 void contact_topology_changed(Contact *contact, const TopologyChange *change);
+// True if the state read from a checkpoint can have been written by a contact.
+bool contact_check(const Contact *contact);
 // Clears sides, friction and proxy, after the tool was withdrawn or the body was restored.
 void contact_clear(Contact *contact);
 

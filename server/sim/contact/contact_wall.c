@@ -467,7 +467,8 @@ static void follow_faces(Contact *contact, int shape, const TopologyChange *chan
 
 static void wall_follow(Contact *contact, const TopologyChange *change)
 {
-    contact->proxy->unsettled = UNSETTLED_TIME;
+    if (contact->proxy->valid)
+        contact->proxy->unsettled = UNSETTLED_TIME;
     for (int shape = 0; shape < contact->tool->capsule_count; shape++)
         follow_faces(contact, shape, change);
 }
@@ -527,12 +528,12 @@ static bool lead_out(Contact *contact, double margin)
     enum { ROUNDS = 8 }; // out of a shaft's way through two walls, or of a corner
     Vec3 out;
     bool inside = false;
-    if (!is_closed(&contact->body->surface))
-        return false;
     for (int round = 0; round < ROUNDS; round++) {
         const ToolPlacement at = contact_here(contact);
         if (!contact_look(contact, &at, true, &out))
             return inside;
+        if (round == 0 && !is_closed(&contact->body->surface))
+            return false;
         inside = true;
         contact->proxy->position = vec3_add(contact->proxy->position, out);
         forget_sides(contact);
@@ -549,7 +550,7 @@ static void limit_growth(Contact *contact, double tick)
         return;
     contact->limit = fmin(contact->limit,
                           (1.0 + GROWTH) * proxy->felt + LEAST_GROWTH * contact->tool->max_force);
-    proxy->unsettled -= tick;
+    proxy->unsettled = fmax(0.0, proxy->unsettled - tick);
 }
 
 static Vec3 wall_begin(Contact *contact, const ContactMotion *motion)

@@ -201,7 +201,9 @@ Vec3 grip_impulses(Attachment *attachment, double h)
         // A hanging node resists with the masses of its masters: by D alone it gets less.
         const double share = mass > 0.0 ? d / mass : 1.0;
         *f = vec3_scale(1.0 / (1.0 + s * share), vec3_madd(*f, -s * d, slide(attachment, c)));
-        attachment->v[c] = vec3_madd(attachment->v[c], 1.0 / (mass > 0.0 ? mass : d), *f);
+        const double moves = mass > 0.0 ? mass : d; // 0: a corner that carries nothing
+        if (moves > 0.0)
+            attachment->v[c] = vec3_madd(attachment->v[c], 1.0 / moves, *f);
     }
     ease(attachment, h);
     return sum_of_forces(attachment);
