@@ -14,9 +14,10 @@
 #include <string.h>
 #include <time.h>
 
-#define AUTO_BEGINS 0.05 // --auto that touches sooner begins in the body [s]
-#define AUTO_APART  1e-3 // so does one that the server leads out by more than this [m]
-#define AUTO_REACH  0.1  // how far --auto searches beyond the body's nearest node [m]
+#define AUTO_BEGINS 0.05  // --auto that touches sooner begins in the body [s]
+#define AUTO_APART  1e-3  // so does one that the server leads out by more than this [m]
+#define STALE_US    10000 // in which the server follows a step back [us]
+#define AUTO_REACH  0.1   // how far --auto searches beyond the body's nearest node [m]
 
 typedef enum Mode { MODE_NONE, MODE_POSES, MODE_PRESS, MODE_AUTO, MODE_KEYS } Mode;
 
@@ -55,6 +56,7 @@ typedef struct Probe {
     int64_t contacts, foreign; // foreign: of our tool, but for another client's pose
     double begun;              // --auto: when what is felt counts [s]
     double apart;              // of the tool from our pose [m]
+    int64_t stale;             // contacts of poses up to this utime are of before it stepped back
     bool touched, deepened;    // --auto deepens its press at the first contact
     double force_max, force_sum, depth_max;
     int64_t touching;
@@ -365,6 +367,9 @@ static void step_back(Probe *probe, double begun)
     track_press(&probe->track, options->start, options->direction,
                 options->clearance + back + AUTO_REACH, options->speed, 0.0, 1);
     probe->begun = begun;
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now); // as poses are stamped
+    probe->stale = now.tv_sec * INT64_C(1000000) + now.tv_nsec / 1000 + STALE_US;
     printf("the tool begins in the body; starting %.1f mm farther away\n", 1e3 * back);
 }
 
@@ -432,10 +437,12 @@ static bool next_pose(Probe *probe, double time, double period)
     // Since its start it has gone no farther than this, which the last contact need not know.
     const double gone = probe->options.speed * time;
     const bool led_out = probe->begun == 0.0 && probe->apart > AUTO_APART + gone;
+    // A slow server still tells of poses from before.
+    const bool stale = probe->begun > 0.0 && probe->contact.pose_utime <= probe->stale;
     if (probe->options.mode == MODE_AUTO && (probe->touched || led_out) && !probe->deepened &&
-        time < probe->begun + soon) {
+        (time < probe->begun + soon || stale)) {
         probe->touched = false;
-        if (time >= probe->begun)
+        if (time >= probe->begun && !stale)
             step_back(probe, time + soon);
     }
     if (probe->options.mode == MODE_AUTO && probe->touched && probe->options.hand)

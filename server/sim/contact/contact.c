@@ -184,7 +184,7 @@ void contact_begin_tick(Contact *contact, const ToolMotion *tool, double tick, i
 
 bool contact_is_easing(const Contact *contact)
 {
-    return contact->proxy->away > 0.0;
+    return contact->proxy->away > 0.0 && contact_is_near(contact);
 }
 
 bool contact_is_near(const Contact *contact)
