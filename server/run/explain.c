@@ -263,7 +263,9 @@ static void print_tool(const ToolOptions *tool, FILE *out)
                 tool->kind == TOOL_GRASPER ? "grasper" : "probe", tool->capsule_count,
                 tool->max_force);
     if (tool->kind == TOOL_GRASPER)
-        fprintf(out, "  grip stiffness %.6g of the body's, damping ratio %.6g\n",
+        fprintf(out,
+                "  grip stiffness %.6g of 100 times the body's (of the body's with rk4 and "
+                "implicit), damping ratio %.6g\n",
                 tool->grip_stiffness, tool->grip_damping);
     print_tool_parts(tool, out);
 }
