@@ -184,7 +184,9 @@ void contact_begin_tick(Contact *contact, const ToolMotion *tool, double tick, i
 
 bool contact_is_easing(const Contact *contact)
 {
-    return contact->proxy->away > 0.0 && contact_is_near(contact);
+    // In the tick in which it is led out, candidates are not known yet.
+    const double away = contact->proxy->away;
+    return away == CONTACT_EASE_TIME || (away > 0.0 && contact_is_near(contact));
 }
 
 bool contact_is_near(const Contact *contact)
