@@ -354,6 +354,16 @@ bool contact_clear_proxy(Contact *contact)
     return true;
 }
 
+static bool clear_is_sound(const Clear *clear)
+{
+    bool good = vec3_length(clear->position) < 1e9 && vec3_length(clear->way) < 1e9 &&
+                vec3_length(clear->press) <= 1.0 + 1e-9 &&
+                (clear->touched == 0 || clear->touched == 1);
+    for (int i = 0; i < TOOL_SHAPES; i++)
+        good = good && clear->friction[i] >= 0.0 && clear->friction[i] < 1e9;
+    return good;
+}
+
 bool contact_check(const Contact *contact)
 {
     const Proxy *p = contact->proxy;
@@ -367,8 +377,7 @@ bool contact_check(const Contact *contact)
     for (int shape = 0; shape < TOOL_SHAPES; shape++)
         good = good && vec3_length(p->bristle[shape]) < 1e9;
     if (contact->clear != NULL)
-        good = good && vec3_length(contact->clear->position) < 1e9 &&
-               (contact->clear->touched == 0 || contact->clear->touched == 1);
+        good = good && clear_is_sound(contact->clear);
     return good;
 }
 

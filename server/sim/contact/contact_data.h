@@ -77,10 +77,11 @@ enum { CONTACT_PUSHES = 2048 }; // at most, with friction; more pushes act witho
 // With solids, a carrier that a tool moves.
 typedef struct Touched {
     int carrier;
-    bool acts;   // a node that it carries is pushed
-    double mass; // [kg]; 0: it cannot move
-    Vec3 swing;  // velocity of the tool's point there by its rotation [m/s]
-    Vec3 force;  // of the nodes that do not separate [N]
+    bool acts;           // a node that it carries is pushed
+    unsigned char shape; // the capsule that does
+    double mass;         // [kg]; 0: it cannot move
+    Vec3 swing;          // velocity of the tool's point there by its rotation [m/s]
+    Vec3 force;          // of the nodes that do not separate [N]
     // Of contact_fit_solve: residual [N s] and change of velocity [m/s].
     Vec3 left, change;
 } Touched;
@@ -97,6 +98,10 @@ typedef struct Pressed {
 typedef struct Clear {
     Vec3 position;   // of the proxy where it last was clear of the body [m]
     int64_t touched; // 1: the tool touched the body in the last substep
+    // Of friction: mean velocity of the tool where it pushes [m/s], direction of its push on the
+    // nodes when it first touched the body, and the coefficient that acts under each capsule.
+    Vec3 way, press;
+    double friction[TOOL_SHAPES];
 } Clear;
 
 // The vertices that move as a tool pushes: the local nodes themselves, or with a fitted surface the
@@ -262,6 +267,8 @@ struct Contact {
     Carriers carriers;
     ContactFit *fit;                  // of a fitted surface, else NULL
     Clear *clear;                     // state
+    unsigned char shape, *pusher;     // capsule under evaluation; of a local node: that pushes it
+    double friction[TOOL_SHAPES];     // of the substep, as in Clear
     int pressed_count, touched_count; // local nodes that the tool pushes; carriers that it moves
     Pressed *pressed;
     Touched *touched;

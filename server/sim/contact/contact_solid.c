@@ -24,6 +24,17 @@ static const double BARRIER_LEAST = 1e-3; // nearer, the barrier's force goes st
 static const double LEAST_PULL = 1e-6;
 enum { PASSES = 4 }; // at most, to find which nodes separate
 
+// Of friction: speed from which on a tool moves [radius/s], and times in which its mean velocity
+// and the coefficients follow [s]. Longer ones leave friction in a fold that was let go for too
+// long.
+static const double MOVING = 0.2, WAY_TIME = 0.015, FRICTION_TIME = 0.02;
+// Cosine of the angle between a push and that of the first touch, from which on it is still a
+// press, and up to which it is not.
+static const double STRAIGHT = 0.99, TURNED = 0.95;
+// Share of the pushes on nodes that cancel each other from which on tissue is closed around a tool:
+// 0.08 for a ball pressed by 0.6 radii, 0.19 by one, 0.2 to 0.5 by more.
+static const double CLOSED = 0.12;
+
 // --- the start of a tick -------------------------------------------------------------------------
 
 // Leads a tool that is inside of a solid out of it, where it is felt gently at first. One that was
@@ -108,6 +119,7 @@ static void add_push(Contact *contact, const Candidate *candidate, const double 
         const int i = candidate->node[c];
         contact->f[i] = vec3_madd(contact->f[i], -weight[c] * force, normal);
         contact->lumped[i] = sym3_madd(contact->lumped[i], weight[c], k);
+        contact->pusher[i] = contact->shape;
     }
 }
 
@@ -178,6 +190,7 @@ static void evaluate_shape(Contact *contact, const ToolPlacement *at, int shape,
     const Capsule *capsule = &contact->tool->capsule[shape];
     const bool sphere = contact_is_sphere(capsule);
     const double radius = capsule->radius;
+    contact->shape = (unsigned char)shape;
     const double ratio = contact->body->contact_ratio;
     const double of_points = 1.0 + POINT_RATIO / ratio, of_barrier = 1.0 + BARRIER_RATIO / ratio;
     Vec3 p, q;
@@ -318,6 +331,7 @@ static void add_pressed(Contact *contact, Pressed *pressed, Vec3 u, double h, do
         Touched *to = &contact->touched[contact->carriers.touched[weight[c].carrier]];
         to->force = vec3_madd(to->force, weight[c].weight, f);
         to->acts = true;
+        to->shape = contact->pusher[pressed->local];
     }
 }
 
@@ -328,6 +342,65 @@ static double friction_share(const Contact *contact, const Touched *touched)
     const Carriers *carriers = &contact->carriers;
     const double force = vec3_length(carriers->f[touched->carrier]);
     return carriers->push == NULL ? 1.0 : fmin(1.0, carriers->push[touched->carrier] / force);
+}
+
+// What a capsule does to the carriers that it pushes.
+typedef struct CapsulePush {
+    Vec3 net;     // sum of the impulses [N s]
+    double gross; // sum of their sizes [N s]
+} CapsulePush;
+
+// Returns how much a tool slides over what it pushes along `net`: 0 for one that rests or is
+// pressed on, or back while its push is still that of the press; 1 for one that goes aside or is
+// drawn back.
+static double sliding(const Contact *contact, Vec3 net)
+{
+    const Clear *clear = contact->clear;
+    const double least = MOVING * contact->smallest_radius,
+                 speed2 = vec3_dot(clear->way, clear->way), on = vec3_dot(clear->way, clear->press),
+                 turned = vec3_dot(vec3_unit(net), clear->press),
+                 straight = fmin(1.0, fmax(0.0, (turned - TURNED) / (STRAIGHT - TURNED))),
+                 counts = on > 0.0 ? on : straight * on;
+    return fmax(0.0, speed2 - counts * counts) / (speed2 + least * least);
+}
+
+// Returns the coefficient of friction that acts on the nodes under a capsule. One that slides has
+// mu times the net push: the sides of a fold press each other for nothing. The more tissue closes
+// around it, the more the push counts as friction where it resists the motion, up to all that mu
+// allows: more would fold the tissue before the tool, and hold the fold.
+static double resisting(const Contact *contact, const CapsulePush *push, double mu)
+{
+    if (!(push->gross > 0.0))
+        return mu;
+    const Vec3 way = contact->clear->way;
+    const double along = fabs(vec3_dot(push->net, way)),
+                 across = vec3_length(vec3_cross(push->net, way)),
+                 part = along < mu * across ? along / (mu * across) : 1.0,
+                 net = fmin(1.0, vec3_length(push->net) / push->gross),
+                 closed = fmin(1.0, (1.0 - net) / CLOSED),
+                 left = net * (1.0 - closed * fmin(1.0, part * (1.0 + part)));
+    return mu * (1.0 - sliding(contact, push->net) * (1.0 - left));
+}
+
+// Lets the coefficients under the capsules follow, not at once: a tool that turns rests for a
+// moment.
+static void find_friction(Contact *contact, double h, double mu)
+{
+    CapsulePush push[TOOL_SHAPES] = {{.gross = 0.0}};
+    for (int t = 0; t < contact->touched_count; t++) {
+        const Touched *touched = &contact->touched[t];
+        CapsulePush *to = &push[touched->shape];
+        const double length = vec3_length(contact->impulse[t]);
+        if (!(length > 0.0))
+            continue;
+        to->gross += friction_share(contact, touched) * length;
+        to->net = vec3_add(to->net, contact->impulse[t]);
+    }
+    for (int i = 0; i < contact->tool->capsule_count; i++) {
+        const double before = contact->clear->friction[i];
+        contact->friction[i] =
+            before + h / (FRICTION_TIME + h) * (resisting(contact, &push[i], mu) - before);
+    }
 }
 
 // Adds Coulomb friction: as much as stops the carrier beside the tool, at most `friction` times its
@@ -388,9 +461,11 @@ static Vec3 impulses(Contact *contact, Vec3 u, double h, double friction, Sym3 *
         find_impulse(contact, t, u, h, g, slope);
     if (contact->fit != NULL)
         contact_fit_solve(contact, u, h, g, slope);
+    if (friction > 0.0)
+        find_friction(contact, h, friction);
     for (int t = 0; t < contact->touched_count; t++) {
         if (friction > 0.0)
-            add_friction(contact, t, friction,
+            add_friction(contact, t, contact->friction[contact->touched[t].shape],
                          vec3_sub(contact->v[t], vec3_add(u, contact->touched[t].swing)), slope);
         sum = vec3_add(sum, contact->impulse[t]);
     }
@@ -455,6 +530,23 @@ static void read_touched(Contact *contact, double h)
     }
 }
 
+// Remembers what friction needs: the tool's motion, at the velocity `u`, the push of the first
+// touch, and the coefficients.
+static void remember_way(Contact *contact, Vec3 u, double h)
+{
+    Clear *clear = contact->clear;
+    const ContactForces *forces = &contact->forces;
+    const Vec3 turn = quat_to_rotation(quat_multiply(contact->next.orientation,
+                                                     quat_conjugate(contact->proxy->orientation))),
+               arm = vec3_sub(vec3_scale(1.0 / forces->weight, forces->point),
+                              contact->proxy->position),
+               way = vec3_madd(u, 1.0 / h, vec3_cross(turn, arm));
+    clear->way = vec3_madd(clear->way, h / (WAY_TIME + h), vec3_sub(way, clear->way));
+    if (!(vec3_dot(clear->press, clear->press) > 0.0))
+        clear->press = vec3_scale(-1.0, vec3_unit(forces->normal));
+    memcpy(clear->friction, contact->friction, sizeof contact->friction);
+}
+
 // Moves the proxy as far towards the hand as its largest force allows, and computes the impulses of
 // that motion. Returns a factor on them: 1, less where the passes were not enough.
 static double follow_hand(Contact *contact, double h)
@@ -478,14 +570,18 @@ static double follow_hand(Contact *contact, double h)
         sum = impulses(contact, u, h, friction, &slope);
     }
     next->position = vec3_madd(from->position, h, u);
+    if (friction > 0.0)
+        remember_way(contact, u, h);
     const double size = vec3_length(sum);
     return size > most ? most / size : 1.0;
 }
 
 static void solid_kick(Contact *contact, const Evaluation *evaluation, double h)
 {
-    if (contact->touched_count == 0)
+    if (contact->touched_count == 0) {
+        contact->clear->press = vec3(0.0, 0.0, 0.0);
         return;
+    }
     const Body *body = contact->body;
     ContactSums *sums = &contact->sums;
     read_touched(contact, h);
@@ -561,6 +657,7 @@ static void solid_create(Contact *contact, const char *name, Arena *arena, State
                                      "%s/lumped stiffness", name);
     if (contact->body->mesh.fit.row_count > 0)
         contact_fit_create(contact, name, arena);
+    contact->pusher = ALLOCATE(ARENA_CONTACT, nodes, unsigned char, "pushing capsules");
     const int carriers = contact->fit != NULL ? contact->fit->capacity : nodes;
     contact_create_nodes(contact, name, arena, nodes, carriers);
     if (contact->fit == NULL)
