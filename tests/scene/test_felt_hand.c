@@ -206,3 +206,46 @@ TEST(a_late_hand_gains_no_work)
         }
     expect_at_most(lost(&WHERE[0], DEPTH[0], 0.02, false), -0.2);
 }
+
+// Presses the first tool to four radii at as many a second.
+static void press_deep(const Where *where)
+{
+    Felt felt;
+    begin(&felt, where->path, where->inwards);
+    Sim *sim = felt.world.sim;
+    const double radius = sim->contact[0]->largest_radius;
+    double most = 0.0, fall = 0.0, last = 0.0;
+    enum { TICKS = 1000 };
+    for (int i = 1; i <= TICKS; i++) {
+        const ToolPose pose = {.position =
+                                   vec3_madd(felt.touch, 4.0 * radius * i / TICKS, felt.inwards),
+                               .orientation = felt.orientation,
+                               .active = true};
+        sim_apply_pose(sim, 0, &pose, true);
+        sim_step(sim);
+        const double force = -vec3_dot(felt.inwards, sim_wrench(sim, 0)->force);
+        most = fmax(most, force);
+        fall = fmax(fall, most - force);
+        if (i % (TICKS / 4) != 0)
+            continue;
+        print_message("%s: %.3f N at %d radii, %.3f N less than before\n", where->path, force,
+                      4 * i / TICKS, fall);
+        // Measured: a quarter to the double more, radius by radius.
+        expect_at_least(force, 1.1 * last);
+        last = force;
+    }
+    // The bar of press.fall (tests/touch/touch.md); measured: none.
+    expect_at_most(fall, 0.01 * most);
+    end(&felt);
+}
+
+// Not the cube, whose tool may push no more than it does at a radius.
+TEST(solids_push_back_more_the_deeper_to_four_radii)
+{
+    static const Where DEEP[] = {{"../config/block.cfg", {0.0, 0.0, -1.0}, 0.0},
+                                 {"../config/block.cfg", {-1.0, 0.0, 0.0}, 0.0},
+                                 {"../config/cut-block.cfg", {0.0, 0.0, -1.0}, 0.0},
+                                 {"../config/organ-volume.cfg", {0.0, 1.0, 0.0}, 0.0}};
+    for (size_t k = 0; k < sizeof DEEP / sizeof *DEEP; k++)
+        press_deep(&DEEP[k]);
+}

@@ -21,8 +21,8 @@ typedef struct Press {
 
 // With two tools alike, capsules along x or balls; those that are not placed are not there. `wide`:
 // a body twice as wide along x, and upright capsules.
-static void create_with(VoxelWorld *world, const Press *press, double length, double max_force,
-                        double damping, bool wide)
+static VoxelWorldOptions options_of(const Press *press, double length, double max_force,
+                                    double damping, bool wide)
 {
     static const FixedRegion bottom = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0249}};
@@ -44,8 +44,20 @@ static void create_with(VoxelWorld *world, const Press *press, double length, do
                                        .to = {wide ? 0.0 : 0.5 * length, 0.0, wide ? length : 0.0},
                                        .radius = press->cells * CELL}},
                           .max_force = max_force};
-    voxel_world_create(world, &options);
+    return options;
+}
+
+static void create_of(VoxelWorld *world, VoxelWorldOptions *options)
+{
+    voxel_world_create(world, options);
     sim_set_lockstep(world->sim, true);
+}
+
+static void create_with(VoxelWorld *world, const Press *press, double length, double max_force,
+                        double damping, bool wide)
+{
+    VoxelWorldOptions options = options_of(press, length, max_force, damping, wide);
+    create_of(world, &options);
 }
 
 static void create(VoxelWorld *world, const Press *press, double max_force, double damping)
@@ -153,6 +165,36 @@ TEST(held_presses_rest_and_rise_with_depth)
     };
     for (int k = 0; k < EFFORT((int)(sizeof presses / sizeof *presses)); k++)
         press_and_hold(&presses[k]);
+}
+
+// A ball of 2.4 cells, of which the law alone holds less at 2.5 radii than at 2: by how much the
+// force of a press to 4 radii falls.
+static double fall_of(Stiffening stiffening)
+{
+    const Press press = {2.4, 0.5, 0.2, 4.0, PRECISION_SINGLE, false};
+    VoxelWorldOptions options = options_of(&press, 0.0, 100.0, 0.2, false);
+    options.body.stiffening = stiffening;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    create_of(&world, &options);
+    const double radius = press.cells * CELL;
+    double most = 0.0, fall = 0.0;
+    for (int i = 0; i < 1000; i++) {
+        const double deep = press.radii * radius * i / 1000.0;
+        const double force = step_at(&world, vec3(0.001, 0.0007, TOP + radius - deep));
+        most = fmax(most, force);
+        fall = fmax(fall, (most - force) / most);
+    }
+    assert_int_equal(world.body->resets, 0);
+    print_message("stiffer up to %g times: %.3f N, falls by %.2f %%\n", stiffening.cap, most,
+                  100.0 * fall);
+    return fall;
+}
+
+TEST(with_stiffening_presses_rise_on_fine_cells)
+{
+    // Measured: 16 and 0.5 %; the bar of press.fall (tests/touch/touch.md) is 1 %.
+    expect_at_least(fall_of((Stiffening){0}), 0.1);
+    expect_at_most(fall_of((Stiffening){1.0, 4.0}), 0.01);
 }
 
 // A ball of 15 mm on a block of 80 x 80 x 50 mm, cells of a sixth of its radius: F = 4/3 E / (1 -
@@ -464,7 +506,7 @@ TEST(a_dragged_tool_is_not_caught_and_is_free_again)
         Drag drag;
         press_wide(&drag, 0.2, radii[k], 0.1);
         const double pressed = drag.most;
-        go(&drag, vec3(0.04, 0.0, 0.0), 0.05);
+        go(&drag, vec3(0.03, 0.0, 0.0), 0.05);
         print_message("%g radii: pressed with %.2f N, dragged %.2f N, change in a tick %.3f N\n",
                       radii[k], pressed, drag.most, drag.change);
         expect_at_most(drag.most, 2.0 * pressed);
@@ -472,7 +514,7 @@ TEST(a_dragged_tool_is_not_caught_and_is_free_again)
         const double dragged = drag.most;
         go(&drag, vec3(0.0, 0.0, 0.03), 0.05);
         expect_at_most(drag.change, 0.06 * dragged); // 0.05 measured, as tissue slips off
-        go(&drag, vec3(0.0, 0.0, 0.01), 0.05);
+        go(&drag, vec3(0.0, 0.0, 0.01), 0.1);
         expect_near(drag.most, 0.0, 0.0); // free
         assert_int_equal(drag.world.body->resets, 0);
         voxel_world_destroy(&drag.world);
@@ -487,7 +529,7 @@ TEST(sliding_friction_is_that_of_coulomb)
     for (int k = 0; k < (int)EFFORT(2); k++) {
         Drag drag;
         press_wide(&drag, friction[k], 0.6, 0.0);
-        go(&drag, vec3(0.04, 0.0, 0.0), 0.02);
+        go(&drag, vec3(0.02, 0.0, 0.0), 0.04);
         print_message("friction %g: %.3f\n", friction[k], drag.sideways / drag.across);
         expect_near(drag.sideways / drag.across / friction[k], 1.0, 0.1);
         voxel_world_destroy(&drag.world);
