@@ -101,7 +101,7 @@ static Vec3 choose_node(const Organ *organ, int number, Vec3 *normal)
 // Down at 2 cm/s from just above, held for two seconds, and dragged along for one; at 30 mm, where
 // the wall folds over the tip and the axis lies on it, a drag slips from fold to fold anyhow, and
 // it is only pressed. Faces are divided and merged meanwhile: such a tick changes the force by 0 to
-// 2.6 % of the peak more than the one before it in a press and by 3 to 8 % in a drag: one coarse
+// 4.2 % of the peak more than the one before it in a press and by 3 to 8 % in a drag: one coarse
 // face pushes with its whole stiffness where it is touched at a corner, its parts only as far as
 // they are touched, and new nodes bulge. What is held rests to 0.2 %, to 1.2 % on folds. (When the
 // proxy could not slide along its floor, the force fell by a quarter at a time there.)
@@ -152,7 +152,7 @@ static void press(Organ *organ, int number, double depth, int *changes)
         100.0 * (most - least) / least);
     // The rest is a thousandth of max_force, and what a tick's mean lags behind its last substep.
     expect_at_most(grown, 0.005);
-    expect_at_most(jump, 0.03 * peak);
+    expect_at_most(jump, 0.05 * peak);
     expect_at_most(slip, 0.1 * peak);
     expect_at_most(most, 1.015 * least);
 }

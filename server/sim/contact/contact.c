@@ -197,6 +197,9 @@ bool contact_is_near(const Contact *contact)
 // ---------------------------------------------------------------------------------------------
 // Proxy, once per substep
 
+// The most that a tool is told, of the force that there is: it must end where contact ends.
+static const double TOLD_MORE = 1.5;
+
 static double limited(double size, double cap)
 {
     return size > cap ? cap / size : 1.0;
@@ -282,19 +285,23 @@ void contact_apply_forces(Contact *contact, double fraction, double weight, doub
     contact->fresh = false;
     ContactForces *f = &contact->forces;
     contact->sums.depth = fmax(contact->sums.depth, f->depth);
+    contact->sums.time += weight * h;
     if (f->acting == 0)
         return;
 
     // If stepping back was not enough, scale the force on body and tool alike.
     double scale = 1.0;
+    const double size = vec3_length(f->force);
     if (contact->tool->kind != TOOL_STATIC)
-        scale = limited(vec3_length(f->force), contact->limit);
+        scale = limited(size, contact->limit);
     if (scale < 1.0)
         for (int i = 0; i < contact->local_count; i++)
             contact->f[i] = vec3_scale(scale, contact->f[i]);
     contact->body->ops->add_forces(contact->body->model, contact->node, contact->local_count,
                                    contact->f);
     // Impulse, moment and weighted means for the wrench.
+    if (scale * size < contact->told)
+        scale = fmin(contact->told / size, TOLD_MORE);
     double share = scale * weight * h;
     ContactSums *sums = &contact->sums;
     sums->impulse = vec3_madd(sums->impulse, share, f->force);

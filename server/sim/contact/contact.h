@@ -21,6 +21,7 @@ typedef struct ContactSums {
     Vec3 point;    // impulse-weighted contact point, times `weight`
     Vec3 normal;   // impulse-weighted normal out of the body, times `weight`
     double weight; // [N s]
+    double time;   // that has passed [s]
     double depth;  // largest [m]
     double work;   // of the contact's springs and dampers on the body's nodes [J]
 } ContactSums;

@@ -152,6 +152,7 @@ typedef struct ContactForces {
     Vec3 point, normal;  // force-weighted sums
     double weight;       // sum of normal forces [N]
     Sym3 stiffness;      // sum k n n^T [N/m]
+    Sym3 damped;         // hollow walls: the same of what the contact's damping time counts
     double floor;        // smallest (signed distance - least allowed) of an acting face [m];
                          // solids: least distance of an axis
     Vec3 floor_normal;   // of that face, hollow walls only
@@ -249,6 +250,7 @@ struct Contact {
     Proxy next;     // where the proxy goes
     bool fresh;     // `forces` and `f` are those of `next`
     double limit;   // of the force in this tick, of a tool that is not static [N]
+    double told;    // hollow walls: the tool is told no less while faces have just changed [N]
     ContactForces forces;
     Vec3 trial[TOOL_SHAPES]; // bristles of the current evaluation
     int push_count;

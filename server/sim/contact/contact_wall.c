@@ -12,9 +12,13 @@
 static const double CREEP = 0.3; // of the floor: largest step in a substep of a proxy that is there
 enum { RETREATS = 8 };           // steps back per substep before forces are scaled instead
 static const double BARRIER_FROM = 0.25; // depth from which on contact is stiffer [radius]
-// New nodes bulge towards the tool, by a millimetre of a coarse face, until the wall has given way:
-// for a while the force grows by at most such a share of itself, and of max_force, in a tick.
-static const double UNSETTLED_TIME = 0.02, GROWTH = 0.05, LEAST_GROWTH = 0.001;
+// Depth in which a face comes to its stiffness, at most [radius; m]: a node of the wall that a slow
+// hand meets at full stiffness bounces off the tip, and the force is gone again.
+static const double ONSET = 0.1, LONGEST_ONSET = 5e-4;
+// New nodes bulge towards the tool, by a millimetre of a coarse face, or away, until the wall has
+// given way and come to rest: for a while the force changes by at most such a share of itself, and
+// of max_force, in a tick.
+static const double UNSETTLED_TIME = 0.06, CHANGE = 0.05, LEAST_CHANGE = 1e-3;
 static const double AWAY_TIME = 0.1; // [s] after which a tool caught behind a wall is released
 
 // --- pushes ---
@@ -45,13 +49,16 @@ static void add_force(Contact *contact, const Candidate *candidate, const double
             vec3_madd(contact->f[candidate->node[k]], -weight[k], force);
 }
 
-// Returns the depth of a face as its force counts it, and in `slope` its derivative: near the axis
-// it grows faster, by what the step has room for.
+// Returns the depth of a face as its force counts it, and in `slope` its derivative: grows slowly
+// at first, and near the axis faster, by what the step has room for.
 static double counted_depth(const Body *body, double depth, double radius, double *slope)
 {
+    const double onset = fmin(ONSET * radius, LONGEST_ONSET);
     const double beyond = fmax(0.0, depth - BARRIER_FROM * radius);
-    *slope = beyond > 0.0 ? 1.0 + body->contact_barrier : 1.0;
-    return depth + body->contact_barrier * beyond;
+    *slope = depth < onset ? depth / onset : beyond > 0.0 ? 1.0 + body->contact_barrier : 1.0;
+    if (depth < onset)
+        return 0.5 * depth * *slope;
+    return depth - 0.5 * onset + body->contact_barrier * beyond;
 }
 
 // Adds the push of one pair: `share` of the face's stiffness, along `normal`, for an overlap that
@@ -74,6 +81,7 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
     // Sums for the wrench and for the proxy's steps.
     const double k = share * slope * stiffness;
     sum->stiffness = sym3_madd(sum->stiffness, 1.0, sym3_outer(k, normal));
+    sum->damped = sym3_madd(sum->damped, 1.0, sym3_outer(share * stiffness, normal));
     sum->weight += force;
     sum->point = vec3_madd(sum->point, force, point);
     sum->normal = vec3_madd(sum->normal, force, normal);
@@ -543,13 +551,15 @@ static bool lead_out(Contact *contact, double margin)
     return inside;
 }
 
-static void limit_growth(Contact *contact, double tick)
+static void limit_change(Contact *contact, double tick)
 {
     Proxy *proxy = contact->proxy;
+    contact->told = 0.0;
     if (!(proxy->unsettled > 0.0))
         return;
-    contact->limit = fmin(contact->limit,
-                          (1.0 + GROWTH) * proxy->felt + LEAST_GROWTH * contact->tool->max_force);
+    const double least = LEAST_CHANGE * contact->tool->max_force;
+    contact->limit = fmin(contact->limit, (1.0 + CHANGE) * proxy->felt + least);
+    contact->told = fmin(contact->limit, (1.0 - CHANGE) * proxy->felt);
     proxy->unsettled = fmax(0.0, proxy->unsettled - tick);
 }
 
@@ -563,7 +573,7 @@ static Vec3 wall_begin(Contact *contact, const ContactMotion *motion)
     const double cap = contact_search(contact, motion, r);
     const bool led_out = fresh && contact_is_near(contact) && lead_out(contact, r);
     contact_ease(contact, led_out, motion->tick);
-    limit_growth(contact, motion->tick);
+    limit_change(contact, motion->tick);
     contact->forces.floor = least_gap(contact) - CONTACT_AXIS_FLOOR * r;
     return contact_go_free(contact, motion, cap);
 }
@@ -600,7 +610,8 @@ static void wall_move(Contact *contact, Vec3 target, Quat orientation, double h)
             return;
         Vec3 n = vec3_scale(1.0 / size, f->force);
         double along = sym3_along(f->stiffness, n);
-        along *= 1.0 + contact->body->contact_damping / h; // a step back also slows the approach
+        // A step back also slows the approach.
+        along += contact->body->contact_damping / h * sym3_along(f->damped, n);
         double back = along > 0.0 ? fmax(0.0, excess / along) : 0.0;
         next->position = vec3_madd(next->position, fmin(0.5 * r, back), n);
         if (f->floor < 0.0)
@@ -629,7 +640,8 @@ static void wall_end(Contact *contact)
     const ContactForces *last = &contact->forces;
     const bool crossed =
         contact_is_near(contact) && last->acting > 0 && last->acting == last->crossed;
-    next->felt = contact_is_near(contact) ? fmin(vec3_length(last->force), contact->limit) : 0.0;
+    const ContactSums *sums = &contact->sums;
+    next->felt = sums->time > 0.0 ? vec3_length(sums->impulse) / sums->time : 0.0;
     next->crossed_only = !crossed ? 0 : next->crossed_only > 0 ? next->crossed_only : 1;
 }
 
