@@ -97,18 +97,17 @@ static double along(Vec3 d, const double v[3])
 typedef struct Where {
     const char *path;
     Vec3 inwards;
-    double least; // share of the places where the stiffness is within 15 % of the slope
+    double least; // share of the places where the stiffness is 0.9 to 1.3 times the slope
 } Where;
 
-// Measured: 30 of 34, 32 of 32, 35 of 36, 19 of 33 and 22 of 37 places. On the organ a sixth to a
-// third too little is told to 7 mm of depth; there the slope doubles within 2 mm.
+// Measured: 29 of 34, 32 of 32, 28 of 36, 26 of 33 and 32 of 37 places; two or three fewer are
+// asked. Most that miss are higher, on the way back, where the slope falls.
 static const Where WHERE[] = {
-    {"../config/block.cfg", {0.0, 0.0, -1.0}, 0.8},
-    {"../config/cube.cfg", {0.0, 0.0, -1.0}, 0.8},
-    {"../config/stomach.cfg", {1.0, 0.0, 0.0}, 0.8},
-    {"../config/organ-volume.cfg", {0.0, 1.0, 0.0}, 0.55},
-    // Its wall swings at each change of its faces, and the force with it.
-    {"../config/adaptive-organ.cfg", {0.0, 0.0, -1.0}, 0.3},
+    {"../config/block.cfg", {0.0, 0.0, -1.0}, 0.77},
+    {"../config/cube.cfg", {0.0, 0.0, -1.0}, 0.9},
+    {"../config/stomach.cfg", {1.0, 0.0, 0.0}, 0.7},
+    {"../config/organ-volume.cfg", {0.0, 1.0, 0.0}, 0.7},
+    {"../config/adaptive-organ.cfg", {0.0, 0.0, -1.0}, 0.77},
 };
 
 enum { PLACES = sizeof WHERE / sizeof WHERE[0] };
@@ -148,9 +147,9 @@ TEST(told_stiffness_is_the_slope_of_the_force)
                 continue;
             const double slope = (force[i + HALF] - force[i - HALF]) / way;
             count++;
-            near += fabs(told[i] - slope) <= 0.15 * fabs(slope);
+            near += told[i] >= 0.9 * slope && told[i] <= 1.3 * slope;
         }
-        print_message("%s: within 15 %% at %d of %d places\n", WHERE[k].path, near, count);
+        print_message("%s: within -10 and +30 %% at %d of %d places\n", WHERE[k].path, near, count);
         assert_true(count > 20);
         expect_at_least(near, WHERE[k].least * count);
         end(&felt);
@@ -190,8 +189,7 @@ static double lost(const Where *where, double depth, double latency, bool stiffn
 }
 
 // Round trips of 0 and 20 ms. Without stiffness a delay of 20 ms gives the hand a third to two
-// thirds of what it puts in. With it, it gains in one of 15 cases, 0.9 % in the cube at 20 mm,
-// where the slope is told 20 ms late, too: 0.02 is twice that.
+// thirds of what it puts in. With it, it loses 1.9 % at least.
 TEST(a_late_hand_gains_no_work)
 {
     static const double DEPTH[] = {0.006, 0.012, 0.02};
@@ -202,7 +200,7 @@ TEST(a_late_hand_gains_no_work)
             print_message("%s, %.0f mm: lost %.3f, 20 ms late %.3f\n", WHERE[k].path,
                           1e3 * DEPTH[d], now, late);
             expect_at_least(now, 0.0);
-            expect_at_least(late, -0.02);
+            expect_at_least(late, 0.0);
         }
     expect_at_most(lost(&WHERE[0], DEPTH[0], 0.02, false), -0.2);
 }

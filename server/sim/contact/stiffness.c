@@ -17,10 +17,13 @@ static const double SHRINK = 0.8;       // factor on the radius if a patch excee
 
 // The slope of the force over ways of the tool:
 static const double WAY = 1e-4;                    // at least so long [m]
-static const double QUICKEST = 0.004, REST = 0.25; // duration of a way; longer, it begins anew [s]
-static const double STRAIGHT = 0.7;                // cosine to the normal, at least
-static const double SLOW = 0.05;                   // speed up to which a way counts wholly [m/s]
-static const double RISE = 0.5, FALL = 0.2; // of the difference, per way: too stiff is passive
+static const double QUICKEST = 0.004, REST = 0.25; // duration of a way; longer, the tool rests [s]
+static const double STRAIGHT = 0.5;                // cosine to the normal, at least
+static const double SLOW = 0.03;                   // speed up to which a way counts wholly [m/s]
+static const double MEMORY = 5e-4;                 // of ways [m]
+static const double DOUBT = 2e-4;    // way after which what is felt outweighs what is solved [m]
+static const double EVEN = 4e-3;     // changes of speed below this tell nothing of damping [m/s]
+static const double HARDENING = 1.2; // of what is felt, which is behind where the slope rises
 
 enum {
     STEPS = 30, // of conjugate gradients, at most
@@ -30,6 +33,14 @@ enum {
 
 typedef enum Phase { PHASE_IDLE, PHASE_GATHER, PHASE_SOLVE } Phase;
 
+// Least squares of force = -k x - b v over the last ways: means, and sums about them.
+typedef struct Felt {
+    double weight;     // [m]
+    Vec3 x, v, f;      // means
+    double xx, xv, vv; // sums
+    double xf, vf;     // of the opposite of the force
+} Felt;
+
 // Data of one contact. The last solution is the start of the next.
 typedef struct Estimate {
     bool valid, is_solved;
@@ -37,13 +48,15 @@ typedef struct Estimate {
     Sym3 solved;          // by the patch
     bool whole;           // the patch is as large as it should be
     Vec3 normal;          // mean
-    double felt;          // slope of the force along the normal [N/m]; negative: not known
+    Vec3 along;           // the last way that counted, unit; before the first, the normal
     double age;           // of the start of the way [s]; negative: none
     Vec3 position, force; // of the tool at the start
-    int64_t begun;        // tick of the last start, plus 1; 0: never
-    int count;            // of `node` and `moved`
-    int *node;            // [PATCH_NODES]
-    PatchColumns *moved;  // [PATCH_NODES] of a node, by the tool's direction
+    Vec3 speed;           // of the way before
+    Felt felt;
+    int64_t begun;       // tick of the last start, plus 1; 0: never
+    int count;           // of `node` and `moved`
+    int *node;           // [PATCH_NODES]
+    PatchColumns *moved; // [PATCH_NODES] of a node, by the tool's direction
 } Estimate;
 
 struct StiffnessEstimator {
@@ -474,23 +487,107 @@ static void clamp_eigenvalues(Sym3 *k, double limit)
     }
 }
 
-// Publishes the solved stiffness, of the size that was felt along the normal; one alone if the
+// Returns the slope along the ways: what is solved, until enough is felt. Damping, told by changes
+// of speed, is no part of it.
+static double find_slope(const Estimate *estimate, double solved)
+{
+    const Felt *felt = &estimate->felt;
+    const double doubt = DOUBT * DOUBT * DOUBT / 12.0; // the sum over a way of that length
+    const double share = felt->xv / (felt->vv + felt->weight * EVEN * EVEN);
+    const double prior = estimate->is_solved ? solved : felt->xf / felt->xx;
+    const double more = vec3_dot(estimate->along, estimate->normal) < 0.0 ? HARDENING : 1.0;
+    return fmax(0.0, (more * (felt->xf - share * felt->vf) + doubt * prior) /
+                         (felt->xx - share * felt->xv + doubt));
+}
+
+// Publishes the solved stiffness, of the size that was felt along the last way; one alone if the
 // other is not known. What is felt less makes all of it less. What is felt more is added along the
-// normal: where little is solved along it, a factor would have no bound, and sideways no sense.
+// way: where little is solved along it, a factor would have no bound, and sideways no sense.
 static void publish(Estimate *estimate)
 {
     Sym3 *k = &estimate->stiffness.k;
-    const Vec3 n = estimate->normal;
-    const double along = estimate->is_solved ? sym3_along(estimate->solved, n) : 0.0,
-                 felt = estimate->felt >= 0.0 ? estimate->felt : along,
-                 share = along > felt ? felt / along : 1.0;
-    estimate->valid = estimate->is_solved || estimate->felt >= 0.0;
+    const bool is_felt = estimate->felt.xx > 0.0;
+    const double along = estimate->is_solved ? sym3_along(estimate->solved, estimate->along) : 0.0,
+                 slope = is_felt ? find_slope(estimate, along) : along,
+                 share = along > slope ? slope / along : 1.0;
+    estimate->valid = estimate->is_solved || is_felt;
     *k = estimate->is_solved ? sym3_scale(share, estimate->solved) : (Sym3){0};
-    add_outer(k, felt - share * along, n);
+    add_outer(k, slope - share * along, estimate->along);
 }
 
-// Follows the slope of the force over the tool's ways along the normal: it is known sooner than
-// what is solved, which a patch too small for a wide contact makes too large, and friction too.
+static void add_place(Felt *felt, double weight, Vec3 x, Vec3 v, Vec3 f)
+{
+    const Vec3 dx = vec3_sub(x, felt->x), dv = vec3_sub(v, felt->v), df = vec3_sub(f, felt->f);
+    const double share = weight / (felt->weight + weight), pair = felt->weight * share;
+    felt->xx += pair * vec3_dot(dx, dx);
+    felt->xv += pair * vec3_dot(dx, dv);
+    felt->vv += pair * vec3_dot(dv, dv);
+    felt->xf -= pair * vec3_dot(dx, df);
+    felt->vf -= pair * vec3_dot(dv, df);
+    felt->x = vec3_madd(felt->x, share, dx);
+    felt->v = vec3_madd(felt->v, share, dv);
+    felt->f = vec3_madd(felt->f, share, df);
+    felt->weight += weight;
+}
+
+static void fade(Felt *felt, double keep)
+{
+    felt->weight *= keep;
+    felt->xx *= keep;
+    felt->xv *= keep;
+    felt->vv *= keep;
+    felt->xf *= keep;
+    felt->vf *= keep;
+}
+
+// Adds the end of a way, and of one that comes to rest, where the force of damping ends. Else, as
+// sideways, in a jump or still at rest, the force changed for another reason: all before moves
+// along.
+static void add_way(Estimate *estimate, Vec3 position, Vec3 force)
+{
+    Felt *felt = &estimate->felt;
+    const Vec3 step = vec3_sub(position, estimate->position);
+    const double way = vec3_length(step), age = estimate->age;
+    const bool rests = age > REST,
+               straight = fabs(vec3_dot(step, estimate->normal)) > STRAIGHT * way;
+    const Vec3 speed = rests ? (Vec3){0.0, 0.0, 0.0} : vec3_scale(1.0 / age, step);
+    const double jerk = vec3_length(vec3_sub(speed, estimate->speed));
+    const bool counts = rests ? jerk > 0.0 : straight && jerk < SLOW;
+    // Quickly, the tool feels the wall's mass too: such ways count less, and make less forgotten.
+    const double slow = straight && !rests ? fmin(1.0, SLOW * age / way) : 1.0;
+    const double weight = way * slow * slow;
+    fade(felt, MEMORY / (MEMORY + weight));
+    estimate->speed = speed;
+    if (!counts) {
+        felt->x = vec3_add(felt->x, step);
+        felt->f = vec3_add(felt->f, vec3_sub(force, estimate->force));
+        return;
+    }
+    if (!(felt->weight > 0.0))
+        *felt =
+            (Felt){.weight = 0.5 * WAY, .x = estimate->position, .v = speed, .f = estimate->force};
+    add_place(felt, rests ? WAY : weight, position, speed, force);
+    if (!rests)
+        estimate->along = vec3_scale(1.0 / way, step);
+}
+
+// Forgets at rest what was felt with mass and friction: more than is solved, or, unless the patch
+// is too small, quickly.
+static void rest(Estimate *estimate)
+{
+    const Felt *felt = &estimate->felt;
+    const double solved = sym3_along(estimate->solved, estimate->along);
+    if (!(felt->xx > 0.0) || !estimate->is_solved)
+        return;
+    if (find_slope(estimate, solved) > solved || (estimate->whole && vec3_length(felt->v) > SLOW)) {
+        estimate->felt = (Felt){0};
+        estimate->speed = (Vec3){0.0, 0.0, 0.0}; // its end is no beginning of others
+    }
+}
+
+// Follows the force over the tool's ways: it is known sooner than what is solved, which is too
+// stiff where a press has bent the body, where a patch is too small for a wide contact, and with
+// friction. A hand that holds still or moves sideways changes nothing of it.
 static void feel(const StiffnessEstimator *all, const Contact *contact, Estimate *estimate)
 {
     const ContactSums *sums = contact_sums(contact);
@@ -498,31 +595,19 @@ static void feel(const StiffnessEstimator *all, const Contact *contact, Estimate
     Quat orientation;
     contact_proxy(contact, &position, &orientation);
     const Vec3 force = vec3_scale(1.0 / all->tick, sums->impulse);
-    const Vec3 step = vec3_sub(position, estimate->position);
-    const double way = vec3_length(step), age = estimate->age + all->tick;
-    const bool begins = estimate->age<0.0, rests = age> REST;
-    if (!begins && !rests && (age < QUICKEST || way < WAY)) {
-        estimate->age = age;
-        return;
-    }
+    const bool begins = estimate->age < 0.0;
     if (!estimate->is_solved)
         estimate->normal = vec3_unit(sums->normal);
-    if (!begins && !rests && fabs(vec3_dot(step, estimate->normal)) > STRAIGHT * way) {
-        const double slope =
-            fmax(0.0, -vec3_dot(step, vec3_sub(force, estimate->force)) / (way * way));
-        // Quickly, the tool feels the wall's mass too.
-        const double slow = fmin(1.0, SLOW * age / way), off = slope - estimate->felt;
-        if (estimate->felt < 0.0)
-            estimate->felt = slope;
-        else
-            estimate->felt += slow * slow * (off > 0.0 ? RISE : FALL) * off;
-        publish(estimate);
-    }
-    // What was felt is forgotten at rest, for the mass and friction in it: unless the patch is too
-    // small, and more was solved than felt.
-    if (rests && estimate->is_solved &&
-        (estimate->whole || estimate->felt > sym3_along(estimate->solved, estimate->normal))) {
-        estimate->felt = -1.0;
+    if (begins)
+        estimate->along = estimate->normal;
+    estimate->age = begins ? 0.0 : estimate->age + all->tick;
+    if (!begins && estimate->age <= REST &&
+        (estimate->age < QUICKEST || vec3_length(vec3_sub(position, estimate->position)) < WAY))
+        return;
+    if (!begins) {
+        if (estimate->age > REST)
+            rest(estimate);
+        add_way(estimate, position, force);
         publish(estimate);
     }
     estimate->age = 0.0;
@@ -533,7 +618,9 @@ static void feel(const StiffnessEstimator *all, const Contact *contact, Estimate
 static void forget(Estimate *estimate)
 {
     estimate->valid = estimate->is_solved = false;
-    estimate->felt = estimate->age = -1.0;
+    estimate->age = -1.0;
+    estimate->felt = (Felt){0};
+    estimate->speed = (Vec3){0.0, 0.0, 0.0};
     estimate->stiffness.damping = 0.0;
 }
 
@@ -556,6 +643,8 @@ static void finish(StiffnessEstimator *all)
     estimate->is_solved = true;
     estimate->normal = all->normal;
     estimate->whole = all->whole;
+    if (!(estimate->felt.xx > 0.0))
+        estimate->along = all->normal;
     publish(estimate);
     estimate->stiffness.damping = find_damping(all);
     estimate->count = patch->node_count;

@@ -6,7 +6,7 @@
 // patch of the body around them (patch.h) with K_p, M and C, fixed all around, and t = 0.1 s:
 //   K = Kc - B^T A^-1 B,   A = M / t^2 + C / t + K_p + sum W^T T W,   B = sum W^T T,   T = k n n^T
 // and, without friction, what the turning of the springs adds; of the size that the force shows as
-// the tool moves along the normal. The work is spread over ticks: one contact at a time, in turn,
+// the tool moves in or out. The work is spread over ticks: one contact at a time, in turn,
 // each at most 60 times per second. The result is published and never affects the motion: it is no
 // part of the state. Step thread.
 #ifndef PLIANT_SIM_STIFFNESS_H
