@@ -143,7 +143,7 @@ static void press_and_hold(const Press *press)
     assert_int_equal(world.body->resets, 0);
 }
 
-TEST(held_presses_rest_and_rise_with_depth)
+LONG_TEST(held_presses_rest_and_rise_with_depth)
 {
     // Deeper than four radii, and firm contacts deeper than three, crush elements to an inverted
     // shape, and a node snaps past the tool: the force falls.
@@ -190,7 +190,7 @@ static double fall_of(Stiffening stiffening)
     return fall;
 }
 
-TEST(with_stiffening_presses_rise_on_fine_cells)
+LONG_TEST(with_stiffening_presses_rise_on_fine_cells)
 {
     // Measured: 16 and 0.5 %; the bar of press.fall (tests/touch/touch.md) is 1 %.
     expect_at_least(fall_of((Stiffening){0}), 0.1);
@@ -200,7 +200,7 @@ TEST(with_stiffening_presses_rise_on_fine_cells)
 // A ball of 15 mm on a block of 80 x 80 x 50 mm, cells of a sixth of its radius: F = 4/3 E / (1 -
 // nu^2) sqrt(r) d^(3/2) (Hertz 1881), and 4 % for the block's depth (bricks of finite elements: 3
 // to 5 %).
-TEST(shallow_presses_follow_hertz)
+LONG_TEST(shallow_presses_follow_hertz)
 {
     static const FixedRegion bottom = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0249}};
@@ -231,7 +231,7 @@ TEST(shallow_presses_follow_hertz)
 }
 
 // Beyond the tool's largest force: it is that, exactly, and stays so, whatever the hand does.
-TEST(a_press_ends_at_the_largest_force)
+LONG_TEST(a_press_ends_at_the_largest_force)
 {
     const Press press = {1.6, 2.0, 0.2, 3.0, PRECISION_SINGLE, false};
     SCOPED(voxel_world_destroy) VoxelWorld world;
@@ -253,7 +253,7 @@ TEST(a_press_ends_at_the_largest_force)
 
 // Pressed and released, or dragged there and back, slowly and without damping: what comes back to
 // the hand is at most what it put in.
-TEST(closed_ways_give_no_work)
+LONG_TEST(closed_ways_give_no_work)
 {
     for (int k = 0; k < 4; k++) {
         const bool drag = k >= 2;
@@ -289,7 +289,7 @@ TEST(closed_ways_give_no_work)
     }
 }
 
-TEST(fast_tools_do_not_pass)
+LONG_TEST(fast_tools_do_not_pass)
 {
     for (int k = 0; k < 4; k++) {
         const Press press = {k < 2 ? 0.5 : 1.6, 0.5, 0.2, 0.0, PRECISION_SINGLE, false};
@@ -344,7 +344,7 @@ TEST(a_drag_is_smooth)
 
 // A capsule flat on its side, and two balls that pinch the block by 12 mm from both sides: both
 // come to rest.
-TEST(flat_capsules_and_pinches_rest)
+LONG_TEST(flat_capsules_and_pinches_rest)
 {
     for (int k = 0; k < 2; k++) {
         const bool pinch = k == 1;
@@ -409,7 +409,7 @@ static Vec3 proxy_of(const VoxelWorld *world)
 
 // A capsule that appears flat on the top, hardly inside, without friction: all pushes lie in a
 // plane, and its force begins at zero. It stays where it is.
-TEST(a_tool_that_appears_flat_stays)
+LONG_TEST(a_tool_that_appears_flat_stays)
 {
     static const double deep[] = {1e-8, 3e-7, 2e-6, 1e-5, 3e-4};
     for (int k = 0; k < EFFORT(5); k++) {
@@ -502,7 +502,7 @@ static void press_wide(Drag *drag, double friction, double radii, double length)
 TEST(a_dragged_tool_is_not_caught_and_is_free_again)
 {
     static const double radii[] = {2.0, 3.0};
-    for (int k = 0; k < (int)EFFORT(2); k++) {
+    for (int k = 0; k < (int)TRIALS(1, 2); k++) {
         Drag drag;
         press_wide(&drag, 0.2, radii[k], 0.1);
         const double pressed = drag.most;
@@ -526,7 +526,7 @@ TEST(a_dragged_tool_is_not_caught_and_is_free_again)
 TEST(sliding_friction_is_that_of_coulomb)
 {
     static const double friction[] = {0.2, 0.5};
-    for (int k = 0; k < (int)EFFORT(2); k++) {
+    for (int k = 0; k < (int)TRIALS(1, 2); k++) {
         Drag drag;
         press_wide(&drag, friction[k], 0.6, 0.0);
         go(&drag, vec3(0.02, 0.0, 0.0), 0.04);
