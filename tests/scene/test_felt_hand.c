@@ -234,6 +234,7 @@ static void press_deep(const Where *where)
     }
     // The bar of press.fall (tests/touch/touch.md); measured: none.
     expect_at_most(fall, 0.01 * most);
+    expect_at_least(most, 0.05); // it has touched
     end(&felt);
 }
 

@@ -521,8 +521,7 @@ TEST(a_dragged_tool_is_not_caught_and_is_free_again)
     }
 }
 
-// A ball 2.8 mm deep: the last third of the way counts. A tenth is what a hand does not tell apart;
-// it was 1.33 and 1.42 times mu when each node had its own friction.
+// A ball 3 mm deep: the last third of the way counts. A user does not notice a tenth.
 TEST(sliding_friction_is_that_of_coulomb)
 {
     static const double friction[] = {0.2, 0.5};

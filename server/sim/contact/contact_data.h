@@ -25,8 +25,8 @@ typedef struct Proxy {
     // Hollow walls: 0, or, if in the last substep only faces that the axis has crossed acted, 1 and
     // the ticks in which the pose was clear of the body meanwhile.
     int64_t crossed_only;
-    // Hollow walls: force of the last substep [N]; time left in which it must not grow fast, since
-    // faces have changed [s].
+    // Hollow walls: mean force on the tool in the last tick [N]; time left in which it must not
+    // grow fast, since faces have changed [s].
     double felt, unsettled;
     double away; // time in which the force of a tool that was inside still grows to max_force [s]
 } Proxy;
@@ -152,7 +152,7 @@ typedef struct ContactForces {
     Vec3 point, normal;  // force-weighted sums
     double weight;       // sum of normal forces [N]
     Sym3 stiffness;      // sum k n n^T [N/m]
-    Sym3 damped;         // hollow walls: the same of what the contact's damping time counts
+    Sym3 damped;         // hollow walls: sum k n n^T at full stiffness, which dampers feel
     double floor;        // smallest (signed distance - least allowed) of an acting face [m];
                          // solids: least distance of an axis
     Vec3 floor_normal;   // of that face, hollow walls only
@@ -250,7 +250,8 @@ struct Contact {
     Proxy next;     // where the proxy goes
     bool fresh;     // `forces` and `f` are those of `next`
     double limit;   // of the force in this tick, of a tool that is not static [N]
-    double told;    // hollow walls: the tool is told no less while faces have just changed [N]
+    double told;    // hollow walls: least force reported while faces have just changed, up to 1.5
+                    // times what there is [N]
     ContactForces forces;
     Vec3 trial[TOOL_SHAPES]; // bristles of the current evaluation
     int push_count;

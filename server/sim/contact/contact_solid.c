@@ -25,8 +25,8 @@ static const double LEAST_PULL = 1e-6;
 enum { PASSES = 4 }; // at most, to find which nodes separate
 
 // Of friction: speed from which on a tool moves [radius/s], and times in which its mean velocity
-// and the coefficients follow [s]. Longer ones leave friction in a fold that was let go for too
-// long.
+// and the coefficients follow [s]. Longer ones leave friction in a fold for too
+// long after it was released.
 static const double MOVING = 0.2, WAY_TIME = 0.015, FRICTION_TIME = 0.02;
 // Cosine of the angle between a push and that of the first touch, from which on it is still a
 // press, and up to which it is not.
@@ -119,7 +119,8 @@ static void add_push(Contact *contact, const Candidate *candidate, const double 
         const int i = candidate->node[c];
         contact->f[i] = vec3_madd(contact->f[i], -weight[c] * force, normal);
         contact->lumped[i] = sym3_madd(contact->lumped[i], weight[c], k);
-        contact->pusher[i] = contact->shape;
+        if (weight[c] > 0.0)
+            contact->pusher[i] = contact->shape;
     }
 }
 
@@ -366,8 +367,8 @@ static double sliding(const Contact *contact, Vec3 net)
 
 // Returns the coefficient of friction that acts on the nodes under a capsule. One that slides has
 // mu times the net push: the sides of a fold press each other for nothing. The more tissue closes
-// around it, the more the push counts as friction where it resists the motion, up to all that mu
-// allows: more would fold the tissue before the tool, and hold the fold.
+// around it, the more the push along the way counts as friction, up to all that mu allows: more
+// would fold the tissue before the tool, and hold the fold; or behind one that is drawn out.
 static double resisting(const Contact *contact, const CapsulePush *push, double mu)
 {
     if (!(push->gross > 0.0))
@@ -397,7 +398,7 @@ static void find_friction(Contact *contact, double h, double mu)
         to->net = vec3_add(to->net, contact->impulse[t]);
     }
     for (int i = 0; i < contact->tool->capsule_count; i++) {
-        const double before = contact->clear->friction[i];
+        const double before = fmin(contact->clear->friction[i], mu); // SET may lower it
         contact->friction[i] =
             before + h / (FRICTION_TIME + h) * (resisting(contact, &push[i], mu) - before);
     }
@@ -536,6 +537,8 @@ static void remember_way(Contact *contact, Vec3 u, double h)
 {
     Clear *clear = contact->clear;
     const ContactForces *forces = &contact->forces;
+    if (!(forces->weight > 1e-300)) // pushes of no depth have no point
+        return;
     const Vec3 turn = quat_to_rotation(quat_multiply(contact->next.orientation,
                                                      quat_conjugate(contact->proxy->orientation))),
                arm = vec3_sub(vec3_scale(1.0 / forces->weight, forces->point),

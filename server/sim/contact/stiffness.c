@@ -552,7 +552,7 @@ static void add_way(Estimate *estimate, Vec3 position, Vec3 force)
                straight = fabs(vec3_dot(step, estimate->normal)) > STRAIGHT * way;
     const Vec3 speed = rests ? (Vec3){0.0, 0.0, 0.0} : vec3_scale(1.0 / age, step);
     const double jerk = vec3_length(vec3_sub(speed, estimate->speed));
-    const bool counts = rests ? jerk > 0.0 : straight && jerk < SLOW;
+    const bool counts = rests ? jerk > 0.0 && felt->weight > 0.0 : straight && jerk < SLOW;
     // Quickly, the tool feels the wall's mass too: such ways count less, and make less forgotten.
     const double slow = straight && !rests ? fmin(1.0, SLOW * age / way) : 1.0;
     const double weight = way * slow * slow;
