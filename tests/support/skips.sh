@@ -14,8 +14,9 @@ log=$1/ctest.log claims=$1/Testing/Temporary/LastTest.log
 grep -q '^Total Test time' "$log" || { echo "skips: ctest did not end: $log"; exit 1; }
 ! grep -q '^No tests were found' "$log" || { echo "skips: no test was run"; exit 1; }
 
-# ./dev test installs no browser.
+# ./dev test installs no browser and no gnuplot.
 [ -x "${CHROMIUM:-/usr/bin/chromium}" ] || allowed+=$'\n''web_work: there is no chromium'
+command -v gnuplot >/dev/null || allowed+=$'\n''study_tell gnuplot_draws_all_four: there is no gnuplot'
 
 # "NAME" or "NAME CLAIM" a line.
 skipped=$({
