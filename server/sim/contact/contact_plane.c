@@ -3,6 +3,8 @@
 // "Contact of faces"). The deepest point of a flat face is a node, so nodes are exact. Step thread.
 #include "sim/contact/contact_data.h"
 
+#include "sim/bristle.h"
+
 #include <string.h>
 
 // Returns the contact stiffness of a node against a plane [N/m].
@@ -44,22 +46,6 @@ static void plane_find(Contact *contact, const ToolPlacement *at, double margin)
         body->ops->find_nodes(body->model, &region, contact->node, body->surface.node_count);
 }
 
-// Returns the friction on a node that is pushed, as for capsules, with a bristle of its own.
-static Vec3 plane_friction(const Contact *contact, int i, double leaving, double stiffness,
-                           double cap, double dt, Vec3 *bristle)
-{
-    const Vec3 slip = vec3_madd(contact->v[i], -leaving, contact->tool->plane.normal);
-    *bristle = vec3_madd(contact->plane_bristle[contact->node[i]], dt, slip);
-    const double stretch = stiffness * vec3_length(*bristle);
-    Vec3 hold = vec3_madd(*bristle, contact->body->contact_damping, slip);
-    if (stretch > cap) {
-        *bristle = vec3_scale(cap / stretch, *bristle);
-        hold = *bristle;
-    }
-    const double size = stiffness * vec3_length(hold);
-    return vec3_scale(size > cap ? -cap / size * stiffness : -stiffness, hold);
-}
-
 // Pushes a node that is below the plane; returns its new bristle.
 static Vec3 push_node(Contact *contact, int i, double height, double dt)
 {
@@ -72,8 +58,12 @@ static Vec3 push_node(Contact *contact, int i, double height, double dt)
     const double push = stiffness * fmax(0.0, -height - body->contact_damping * leaving);
     Vec3 force = vec3_scale(push, plane->normal); // on the node
     const double cap = contact_friction(contact) * push;
-    if (cap > 0.0)
-        force = vec3_add(force, plane_friction(contact, i, leaving, stiffness, cap, dt, &bristle));
+    if (cap > 0.0) {
+        const Vec3 slip = vec3_madd(contact->v[i], -leaving, plane->normal);
+        bristle = contact->plane_bristle[contact->node[i]];
+        force = vec3_add(force, bristle_force(&bristle, slip, plane->normal, stiffness,
+                                              body->contact_damping, cap, dt));
+    }
     contact->f[i] = vec3_add(contact->f[i], force);
     // Action and reaction: the sums are those on the tool.
     const Vec3 on_tool = vec3_scale(-1.0, force);

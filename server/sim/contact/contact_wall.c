@@ -6,6 +6,7 @@
 #include "sim/contact/contact_data.h"
 
 #include "geometry/distance.h"
+#include "sim/bristle.h"
 
 #include <string.h>
 
@@ -279,24 +280,10 @@ static void add_friction(Contact *contact, int first, Vec3 *bristle, double dt)
         *bristle = (Vec3){0.0, 0.0, 0.0};
         return;
     }
-    // The bristle follows the mean slip and stays tangential.
-    Vec3 normal = vec3_unit(sums->normal), slip = vec3_scale(1.0 / normal_force, sums->slip);
-    double stiffness = sums->stiffness / normal_force;
-    Vec3 s = vec3_madd(*bristle, dt, slip);
-    s = vec3_madd(s, -vec3_dot(s, normal), normal);
-    const double cap = contact_friction(contact) * normal_force;
-    double stretch = stiffness * vec3_length(s);
-    Vec3 force;
-    if (stretch > cap) { // sliding
-        s = vec3_scale(cap / stretch, s);
-        force = vec3_scale(-stiffness, s);
-    } else {
-        force = vec3_scale(-stiffness, vec3_madd(s, contact->body->contact_damping, slip));
-        double size = vec3_length(force);
-        if (size > cap)
-            force = vec3_scale(cap / size, force);
-    }
-    *bristle = s;
+    const Vec3 slip = vec3_scale(1.0 / normal_force, sums->slip); // mean
+    const Vec3 force =
+        bristle_force(bristle, slip, vec3_unit(sums->normal), sums->stiffness / normal_force,
+                      contact->body->contact_damping, contact_friction(contact) * normal_force, dt);
     // Distribute the force over the pushes.
     for (int i = first; i < contact->push_count; i++) {
         const Push *push = &contact->push[i];

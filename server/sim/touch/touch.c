@@ -2,6 +2,7 @@
 // The law of contact between bodies (server/sim/README.md, "Contact between bodies"): points of
 // each surface against the faces of the other.
 #include "base/check.h"
+#include "sim/bristle.h"
 #include "sim/contact/contact.h"
 #include "sim/facet.h"
 #include "sim/touch/touch_data.h"
@@ -122,7 +123,7 @@ static void rub(const Touch *touch, TouchHalf *half, TouchPoint *point, const To
                 double push, double dt)
 {
     TouchEnd *points = half->points, *faces = half->faces;
-    const double cap = touch->options.friction * push, k = point->stiffness;
+    const double cap = touch->options.friction * push;
     Vec3 x[3], v[3], on[3];
     FacetPlace place;
     for (int c = 0; c < 3; c++) {
@@ -132,18 +133,11 @@ static void rub(const Touch *touch, TouchHalf *half, TouchPoint *point, const To
     const Facet facet = facet_of(x);
     if (!(cap > 0.0) || !facet_place(&facet, x[0], points->x[point->own], &place))
         return;
-    // The bristle follows the slip and stays tangential.
     Vec3 slip = vec3_sub(points->v[point->own], facet_velocity(&facet, &place, v));
     slip = vec3_madd(slip, -vec3_dot(slip, gap->out), gap->out);
-    Vec3 s = vec3_madd(half->memory[point->node].bristle, dt, slip);
-    s = vec3_madd(s, -vec3_dot(s, gap->out), gap->out);
-    Vec3 hold = vec3_madd(s, touch->damping_time, slip);
-    const double stretch = k * vec3_length(s);
-    if (stretch > cap)
-        hold = s = vec3_scale(cap / stretch, s);
-    point->trial = s;
-    const double size = k * vec3_length(hold);
-    const Vec3 force = vec3_scale(size > cap ? -k * cap / size : -k, hold);
+    point->trial = half->memory[point->node].bristle;
+    const Vec3 force = bristle_force(&point->trial, slip, gap->out, point->stiffness,
+                                     touch->damping_time, cap, dt);
     facet_distribute(&facet, &place, force, on);
     points->f[point->own] = vec3_add(points->f[point->own], force);
     for (int c = 0; c < 3; c++) {
