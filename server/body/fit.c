@@ -6,19 +6,22 @@
 int fit_weights(const FitNode *node, int vertex, int *mark, FitWeight weight[FIT_WEIGHTS])
 {
     int count = 1, kept = 0;
+    double share[FIT_CORNERS]; // of a corner, alike in all cells
+    for (int k = 0; k < FIT_CORNERS; k++) {
+        share[k] = 0.0;
+        for (int axis = 0; axis < 3; axis++)
+            share[k] += (k >> axis & 1 ? 0.25 : -0.25) * node->offset[axis];
+    }
     weight[0] = (FitWeight){vertex, 1.0};
     mark[vertex] = 0;
     for (int c = 0; c < node->cell_count; c++)
         for (int k = 0; k < FIT_CORNERS; k++) {
             int *at = &mark[node->corner[c][k]];
-            double one = 0.0;
-            for (int axis = 0; axis < 3; axis++)
-                one += (k >> axis & 1 ? 0.25 : -0.25) * node->offset[axis];
             if (*at < 0) {
                 *at = count++;
                 weight[*at] = (FitWeight){node->corner[c][k], 0.0};
             }
-            weight[*at].weight += one / node->cell_count;
+            weight[*at].weight += share[k] / node->cell_count;
         }
     for (int w = 0; w < count; w++) {
         mark[weight[w].vertex] = -1;

@@ -307,7 +307,7 @@ TEST(forces_and_moments_cancel)
             for (int e = 0; e < 2; e++) {
                 // What moves: vertices.
                 const TouchEnd *end = &touch->end[e];
-                const TouchFit *fit = end->fit;
+                const Carriers *fit = end->fit;
                 const Vec3 *f = fit != NULL ? fit->f : end->f, *x = fit != NULL ? fit->x : end->x;
                 const int count = touch->depth > 0.0 ? fit != NULL ? fit->count : end->count : 0;
                 for (int n = 0; n < count; n++) {

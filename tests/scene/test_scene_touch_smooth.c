@@ -54,7 +54,7 @@ TEST(forces_on_vertices_are_the_gradient_of_the_energy)
         plain_ops = end->body->ops;
         ops.read_nodes = read_with_one_aside;
         energy_with(&run, -1, aside);
-        touch_fit_push(end);
+        carriers_give(end->fit, end->count, end->f);
         FREED Vec3 *force = malloc((size_t)end->fit->count * sizeof *force);
         assert_non_null(force);
         memcpy(force, end->fit->f, (size_t)end->fit->count * sizeof *force);
@@ -67,10 +67,9 @@ TEST(forces_on_vertices_are_the_gradient_of_the_energy)
             for (int axis = 0; axis < 3; axis++) {
                 Vec3 way = {0.0, 0.0, 0.0};
                 shift(&way, axis, step);
-                const double slope =
-                    (energy_with(&run, end->fit->vertex[i], way) -
-                     energy_with(&run, end->fit->vertex[i], vec3_scale(-1.0, way))) /
-                    (2.0 * step);
+                const double slope = (energy_with(&run, end->fit->node[i], way) -
+                                      energy_with(&run, end->fit->node[i], vec3_scale(-1.0, way))) /
+                                     (2.0 * step);
                 expect_at_most(fabs(slope + component(&force[i], axis)), 1e-6 * largest);
             }
         }

@@ -43,10 +43,8 @@ static inline void read_still(Touch *touch)
 {
     for (int e = 0; e < 2; e++) {
         TouchEnd *end = &touch->end[e];
-        if (end->fit != NULL)
-            touch_fit_read(end, end->node, end->count, end->x, NULL);
-        else if (end->count > 0)
-            end->body->ops->read_nodes(end->body->model, end->node, end->count, end->x, NULL);
+        if (end->count > 0)
+            carriers_read(&end->carriers, end->count, end->x, NULL);
         for (int i = 0; i < end->count; i++)
             end->v[i] = (Vec3){0, 0, 0};
     }
@@ -125,16 +123,14 @@ static inline Shell shell_of(Run *run, int b)
             body->ops->read_nodes(body->model, &i, 1, &shell.x[i], NULL);
     }
     // What is felt of a smooth surface.
-    const TouchEnd *end = run->world.sim->touch_count > 0
-                              ? &touch_of(run)->end[touch_of(run)->count == 1 ? 0 : b]
-                              : NULL;
-    for (int i = 0; i < shell.nodes && end != NULL && end->fit != NULL; i++)
-        if (shell.used[i]) {
-            touch_fit_list(end, &i, 1);
-            touch_fit_read(end, &i, 1, &shell.x[i], NULL);
-        }
-    if (end != NULL && end->fit != NULL)
-        touch_fit_list(end, end->node, end->count);
+    Carriers *fit = run->world.sim->touch_count > 0
+                        ? touch_of(run)->end[touch_of(run)->count == 1 ? 0 : b].fit
+                        : NULL;
+    if (fit != NULL)
+        fit->search++;
+    for (int i = 0; i < shell.nodes && fit != NULL; i++)
+        if (shell.used[i])
+            shell.x[i] = carriers_place(fit, i);
     return shell;
 }
 

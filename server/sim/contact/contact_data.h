@@ -5,6 +5,7 @@
 #define PLIANT_SIM_CONTACT_DATA_H
 
 #include "base/sym3.h"
+#include "sim/carriers.h"
 #include "sim/contact/contact.h"
 #include "geometry/distance.h"
 
@@ -104,45 +105,6 @@ typedef struct Clear {
     double friction[TOOL_SHAPES];
 } Clear;
 
-// The vertices that move as a tool pushes: the local nodes themselves, or with a fitted surface the
-// corners of the cells around them. [count]
-typedef struct Carriers {
-    int count;
-    int *node;    // of the body
-    Vec3 *x, *f;  // position [m], force [N]
-    Sym3 *lumped; // stiffness [N/m]
-    double *push; // share of the pushes on the surface [N]; NULL: the size of `f`
-    int *touched; // number among the touched ones
-} Carriers;
-
-typedef struct CarrierWeight {
-    int carrier;
-    double weight;
-} CarrierWeight;
-
-// A local node is where its carriers put it: at the weighted sum of their positions, and `shift`.
-typedef struct Follower {
-    int first, count; // of ContactFit.weight; the node's own vertex first
-    double size;      // sum of all |weight|
-    double rest[3];   // [m]
-    Vec3 shift;       // [m]
-} Follower;
-
-// Contact on a fitted surface (contact_fit.c).
-typedef struct ContactFit {
-    int capacity, weight_capacity, weight_count; // of carriers, and of `weight`
-    int *carrier_of;                             // by vertex of the body; -1
-    int *mark;                                   // by vertex, of fit_weights; -1
-    CarrierWeight *weight;
-    Follower *follower; // [local node]
-    // Of the search for candidates, where `read` by vertex and `found` by node of the surface say
-    // the number of this search: positions of vertices, places of nodes [m].
-    int64_t search, *read, *found;
-    Vec3 *vertex, *place;
-    double density; // mean mass of the nodes per area of the faces around them [kg/m2]
-    int64_t step;   // ticks completed
-} ContactFit;
-
 enum { CONTACT_POINTS = 16 }; // of a face of a solid, at most
 
 // The result of one evaluation at one placement.
@@ -202,8 +164,10 @@ struct Contact {
     Body *body;
     const ContactLaw *law;
     double smallest_radius, largest_radius; // of the capsules [m]
-    double reach;                           // farthest node from its vertex, of fitted surfaces [m]
-    double lever;                           // farthest point of an axis from the tool's origin [m]
+    // Of fitted surfaces: the farthest node from its vertex [m]; mean mass of the nodes per area of
+    // the faces around them [kg/m2].
+    double reach, density;
+    double lever; // farthest point of an axis from the tool's origin [m]
 
     // --- part of the state ---
     Proxy *proxy;
@@ -266,9 +230,9 @@ struct Contact {
     // Points spread over a face, where it feels the tool: barycentric weights.
     int point_count;
     double point_weight[CONTACT_POINTS][3];
-    Sym3 *lumped; // of a local node: lumped stiffness [N/m]
-    Carriers carriers;
-    ContactFit *fit;                  // of a fitted surface, else NULL
+    Sym3 *lumped;                     // of a local node: lumped stiffness [N/m]
+    Carriers carriers;                // of the local nodes
+    Carriers *fit;                    // they, of a fitted surface, else NULL
     Clear *clear;                     // state
     unsigned char shape, *pusher;     // capsule under evaluation; of a local node: that pushes it
     double friction[TOOL_SHAPES];     // of the substep, as in Clear
@@ -366,14 +330,10 @@ void contact_note_spring(Contact *contact, const Candidate *candidate, const dou
 
 // contact_fit.c. Load time: creates what a contact on a fitted surface needs.
 void contact_fit_create(Contact *contact, const char *name, Arena *arena);
-// As the search for candidates began: reads the vertices of a face's corners, and returns the place
-// of a node [m].
-void contact_fit_read_vertices(const Contact *contact, const int corner[3], Vec3 x[3]);
-Vec3 contact_fit_place(const Contact *contact, int node);
-// Gathers what the local nodes follow from, and the stiffness of the candidates; then reads their
+// Lists what carries the local nodes, finds the stiffness of the candidates, and reads the nodes'
 // places. At the start of a tick.
 void contact_fit_gather(Contact *contact);
-// Reads the carriers and, in `x`, the places of the local nodes.
+// Reads the places of the local nodes.
 void contact_fit_read(Contact *contact);
 // Spreads `f` and `lumped` of the local nodes over the carriers.
 void contact_fit_spread(Contact *contact);

@@ -99,7 +99,7 @@ static void read_corners(const Contact *contact, const int *corner, Vec3 x[3])
         if (local >= 0)
             x[k] = contact->x[local];
         else if (contact->fit != NULL)
-            x[k] = contact_fit_place(contact, corner[k]);
+            x[k] = carriers_place(contact->fit, corner[k]);
         else
             body->ops->read_nodes(body->model, &corner[k], 1, &x[k], NULL);
     }
@@ -157,7 +157,8 @@ static void keep_candidates(Contact *contact, const ToolPlacement *at, double ma
             Vec3 x[3];
             bool reached = true;
             if (contact->fit != NULL) {
-                contact_fit_read_vertices(contact, surface->face[face], x);
+                for (int k = 0; k < 3; k++)
+                    x[k] = carriers_vertex(contact->fit, surface->face[face][k]);
                 reached = within_reach(wide, shapes, x);
             }
             if (reached) {

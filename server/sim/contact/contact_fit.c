@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Contact on a fitted surface (server/sim/README.md, "Contact on a smooth surface"): its nodes
-// follow linearly from the vertices of the cells around them, the carriers; forces go back to these
-// by the same weights. Step thread, except contact_fit_create.
+// Contact on a fitted surface (server/sim/README.md, "Contact on a smooth surface"): the stiffness
+// of its carriers, and the impulses on those that several nodes share. Step thread, except
+// contact_fit_create.
 #include "sim/contact/contact_data.h"
 
 #include <math.h>
@@ -25,158 +25,26 @@ static double mean_density(const Body *body)
 void contact_fit_create(Contact *contact, const char *name, Arena *arena)
 {
     const Body *body = contact->body;
-    const int vertices = body->state_capacity;
-    const int nodes = contact->node_capacity;
-    ContactFit *fit = ALLOCATE(ARENA_CONTACT, 1, ContactFit, "fit");
-    contact->fit = fit;
-    contact->reach = STRETCH * body->mesh.fit.reach;
-    fit->density = mean_density(body);
+    const int vertices = body->state_capacity, nodes = contact->node_capacity;
     // Carriers are the surface and the layer below, thrice where it is rough.
-    fit->capacity = nodes < vertices / 4 ? 4 * nodes : vertices;
-    fit->weight_capacity = nodes * (FIT_MEAN_WEIGHTS - 1); // and one for each node's own vertex
-    const int slots = body->surface.node_count;
-    fit->read = ALLOCATE(ARENA_CONTACT, vertices, int64_t, "searches of vertices");
-    fit->vertex = ALLOCATE(ARENA_CONTACT, vertices, Vec3, "vertices read");
-    fit->found = ALLOCATE(ARENA_CONTACT, slots, int64_t, "searches of nodes");
-    fit->place = ALLOCATE(ARENA_CONTACT, slots, Vec3, "places of nodes");
-    fit->carrier_of = ALLOCATE(ARENA_CONTACT, vertices, int, "carriers of vertices");
-    memset(fit->carrier_of, -1, (size_t)vertices * sizeof *fit->carrier_of);
-    fit->mark = ALLOCATE(ARENA_CONTACT, vertices, int, "weights of vertices");
-    memset(fit->mark, -1, (size_t)vertices * sizeof *fit->mark);
-    fit->weight = ALLOCATE(ARENA_CONTACT, fit->weight_capacity + nodes, CarrierWeight, "weights");
-    fit->follower = ALLOCATE(ARENA_CONTACT, nodes, Follower, "nodes that follow");
-    Carriers *carriers = &contact->carriers;
-    carriers->node = ALLOCATE(ARENA_CONTACT, fit->capacity, int, "carriers");
-    carriers->x = ALLOCATE(ARENA_CONTACT, fit->capacity, Vec3, "carrier positions");
-    carriers->f = ALLOCATE(ARENA_CONTACT, fit->capacity, Vec3, "carrier forces");
-    carriers->push = ALLOCATE(ARENA_CONTACT, fit->capacity, double, "carrier pushes");
-    carriers->touched = ALLOCATE(ARENA_CONTACT, fit->capacity, int, "numbers of carriers");
-    carriers->lumped = arena_allocate(arena, ARENA_CONTACT, (size_t)fit->capacity,
-                                      sizeof *carriers->lumped, "%s/carrier stiffness", name);
-}
-
-// ---------------------------------------------------------------------------------------------
-// Places
-
-// Computes the mean gradient of a cell with corners at `x`, times an edge: its columns by axis.
-static void find_gradient(const Vec3 x[FIT_CORNERS], Vec3 gradient[3])
-{
-    for (int axis = 0; axis < 3; axis++) {
-        gradient[axis] = vec3(0.0, 0.0, 0.0);
-        for (int k = 0; k < FIT_CORNERS; k++)
-            gradient[axis] = vec3_madd(gradient[axis], k >> axis & 1 ? 0.25 : -0.25, x[k]);
-    }
-}
-
-// Returns the position of a vertex [m]; each is read once in a search, with its neighbours.
-static void read_vertices(const Contact *contact, const int *vertex, int count, Vec3 *x)
-{
-    const ContactFit *fit = contact->fit;
-    const Body *body = contact->body;
-    bool known = true;
-    for (int k = 0; k < count; k++) {
-        known = known && fit->read[vertex[k]] == fit->search;
-        x[k] = fit->vertex[vertex[k]];
-    }
-    if (known)
-        return;
-    body->ops->read_nodes(body->model, vertex, count, x, NULL);
-    for (int k = 0; k < count; k++) {
-        fit->read[vertex[k]] = fit->search;
-        fit->vertex[vertex[k]] = x[k];
-    }
-}
-
-void contact_fit_read_vertices(const Contact *contact, const int corner[3], Vec3 x[3])
-{
-    read_vertices(contact, corner, 3, x);
-}
-
-static Vec3 find_place(const Contact *contact, int node)
-{
-    const Body *body = contact->body;
-    FitNode fit;
-    Vec3 place;
-    body->ops->fit_node(body->model, node, contact->fit->step, &fit);
-    read_vertices(contact, &node, 1, &place);
-    place = vec3_add(place, fit.shift);
-    for (int c = 0; c < fit.cell_count; c++) {
-        Vec3 x[FIT_CORNERS], gradient[3];
-        read_vertices(contact, fit.corner[c], FIT_CORNERS, x);
-        find_gradient((const Vec3 *)x, gradient);
-        for (int axis = 0; axis < 3; axis++)
-            place = vec3_madd(place, fit.offset[axis] / fit.cell_count, gradient[axis]);
-    }
-    return place;
-}
-
-Vec3 contact_fit_place(const Contact *contact, int node)
-{
-    const ContactFit *fit = contact->fit;
-    if (fit->found[node] != fit->search) {
-        fit->found[node] = fit->search;
-        fit->place[node] = find_place(contact, node);
-    }
-    return fit->place[node];
+    const int most = nodes < vertices / 4 ? 4 * nodes : vertices;
+    Carriers *carriers = contact->fit = &contact->carriers;
+    carriers_create(carriers, body, nodes, most, false, name, arena);
+    carriers->push = ALLOCATE(ARENA_CONTACT, most, double, "carrier pushes");
+    carriers->touched = ALLOCATE(ARENA_CONTACT, most, int, "numbers of carriers");
+    carriers->lumped = arena_allocate(arena, ARENA_CONTACT, (size_t)most, sizeof *carriers->lumped,
+                                      "%s/carrier stiffness", name);
+    contact->reach = STRETCH * body->mesh.fit.reach;
+    contact->density = mean_density(body);
 }
 
 void contact_fit_read(Contact *contact)
 {
-    const ContactFit *fit = contact->fit;
-    const Carriers *carriers = &contact->carriers;
-    const Body *body = contact->body;
-    body->ops->read_nodes(body->model, carriers->node, carriers->count, carriers->x, NULL);
-    for (int i = 0; i < contact->local_count; i++) {
-        const Follower *follower = &fit->follower[i];
-        const CarrierWeight *weight = fit->weight + follower->first;
-        Vec3 place = follower->shift;
-        for (int c = 0; c < follower->count; c++)
-            place = vec3_madd(place, weight[c].weight, carriers->x[weight[c].carrier]);
-        contact->x[i] = place;
-    }
+    carriers_read(contact->fit, contact->local_count, contact->x, NULL);
 }
 
 // ---------------------------------------------------------------------------------------------
 // Start of a tick
-
-static int carrier_for(Contact *contact, int vertex)
-{
-    int *carrier = &contact->fit->carrier_of[vertex];
-    if (*carrier < 0 && contact->carriers.count < contact->fit->capacity) {
-        *carrier = contact->carriers.count;
-        contact->carriers.node[contact->carriers.count++] = vertex;
-    }
-    return *carrier;
-}
-
-// Finds the carriers of a local node. Without memory for all of them it is where its vertex is, for
-// which there always is.
-static void gather_node(Contact *contact, int local)
-{
-    ContactFit *fit = contact->fit;
-    const Body *body = contact->body;
-    Follower *to = &fit->follower[local];
-    FitNode from;
-    FitWeight weight[FIT_WEIGHTS];
-    body->ops->fit_node(body->model, contact->node[local], fit->step, &from);
-    int count = fit_weights(&from, contact->node[local], fit->mark, weight);
-    *to = (Follower){.first = fit->weight_count, .shift = from.shift};
-    memcpy(to->rest, from.rest, sizeof to->rest);
-    bool fits = fit->weight_count + count <= fit->weight_capacity;
-    for (int w = 0; w < count && fits; w++)
-        fits = carrier_for(contact, weight[w].vertex) >= 0;
-    if (!fits) {
-        contact->refused++;
-        weight[0] = (FitWeight){contact->node[local], 1.0};
-        count = 1;
-    }
-    for (int w = 0; w < count; w++) {
-        fit->weight[fit->weight_count++] = (CarrierWeight){
-            .carrier = carrier_for(contact, weight[w].vertex), .weight = weight[w].weight};
-        to->size += fabs(weight[w].weight);
-    }
-    to->count = count;
-}
 
 // Returns the area of a candidate at rest [m2].
 static double rest_area(const Contact *contact, const Candidate *candidate)
@@ -191,17 +59,9 @@ static double rest_area(const Contact *contact, const Candidate *candidate)
 
 void contact_fit_gather(Contact *contact)
 {
-    ContactFit *fit = contact->fit;
     const Body *body = contact->body;
-    contact->carriers.count = fit->weight_count = 0;
-    // The local nodes' own vertices first: there is room for them.
-    for (int i = 0; i < contact->local_count; i++)
-        carrier_for(contact, contact->node[i]);
-    for (int i = 0; i < contact->local_count; i++)
-        gather_node(contact, i);
-    for (int i = 0; i < contact->carriers.count; i++)
-        fit->carrier_of[contact->carriers.node[i]] = -1;
-    const double per_area = body->contact_ratio * body->contact_lambda * fit->density;
+    contact->refused += carriers_list(contact->fit, contact->node, contact->local_count);
+    const double per_area = body->contact_ratio * body->contact_lambda * contact->density;
     for (int i = 0; i < contact->candidate_count; i++)
         contact->candidate[i].stiffness = per_area * rest_area(contact, &contact->candidate[i]);
     contact_fit_read(contact);
@@ -209,22 +69,20 @@ void contact_fit_gather(Contact *contact)
 
 void contact_fit_spread(Contact *contact)
 {
-    const ContactFit *fit = contact->fit;
-    Carriers *carriers = &contact->carriers;
+    Carriers *carriers = contact->fit;
     memset(carriers->f, 0, (size_t)carriers->count * sizeof *carriers->f);
     memset(carriers->push, 0, (size_t)carriers->count * sizeof *carriers->push);
     memset(carriers->lumped, 0, (size_t)carriers->count * sizeof *carriers->lumped);
     for (int p = 0; p < contact->pressed_count; p++) {
         const int local = contact->pressed[p].local;
-        const Follower *follower = &fit->follower[local];
-        const Vec3 f = contact->f[local];
-        const double push = vec3_length(f) / follower->size;
+        const Follower *follower = &carriers->follower[local];
+        const double push = vec3_length(contact->f[local]) / follower->size;
+        carriers_push(carriers, local, contact->f[local]);
         for (int c = 0; c < follower->count; c++) {
-            const CarrierWeight *weight = &fit->weight[follower->first + c];
+            const CarrierWeight *weight = &carriers->weight[follower->first + c];
             const int i = weight->carrier;
             // k w w^T of a spring is at most k |w| (sum of |w|) on each carrier alone.
             const double share = fabs(weight->weight);
-            carriers->f[i] = vec3_madd(carriers->f[i], weight->weight, f);
             carriers->push[i] += share * push;
             carriers->lumped[i] =
                 sym3_madd(carriers->lumped[i], share * follower->size, contact->lumped[local]);
@@ -247,9 +105,9 @@ static const double STEPS[ROUNDS] = {1.0 / 0.8828, 1.0 / 0.8828, 1.0 / 0.3172, 1
 // Finds what the present impulses leave of the right side.
 static void find_left(Contact *contact, Vec3 u, double h, double g)
 {
-    const ContactFit *fit = contact->fit;
+    const Carriers *fit = contact->fit;
     Touched *touched = contact->touched;
-    const int *number = contact->carriers.touched;
+    const int *number = fit->touched;
     for (int t = 0; t < contact->touched_count; t++) {
         const double m = touched[t].mass;
         touched[t].change =
@@ -327,7 +185,7 @@ void contact_fit_solve(Contact *contact, Vec3 u, double h, double g, Sym3 *slope
 // Adds the CONTACT_MAIN largest carriers of a node, in descending order.
 static void add_main(const Contact *contact, int local, double weight, ContactCarriers *to)
 {
-    const ContactFit *fit = contact->fit;
+    const Carriers *fit = contact->fit;
     const Follower *follower = &fit->follower[local];
     int *vertex = to->vertex + to->count, count = 0;
     float *share = to->share + to->count, sum = 0.0F;
@@ -343,7 +201,7 @@ static void add_main(const Contact *contact, int local, double weight, ContactCa
             vertex[k] = vertex[k - 1];
             share[k] = share[k - 1];
         }
-        vertex[at] = contact->carriers.node[fit->weight[w].carrier];
+        vertex[at] = fit->node[fit->weight[w].carrier];
         share[at] = own;
     }
     for (int k = 0; k < count; k++)

@@ -215,19 +215,15 @@ void touch_evaluate(Touch *touch, double dt)
 void touch_apply(Touch *touch, double dt)
 {
     for (int e = 0; e < touch->count; e++) {
-        TouchEnd *end = &touch->end[e];
-        if (end->count > 0 && end->fit != NULL)
-            touch_fit_read(end, end->node, end->count, end->x, end->v);
-        else if (end->count > 0)
-            end->body->ops->read_nodes(end->body->model, end->node, end->count, end->x, end->v);
+        const TouchEnd *end = &touch->end[e];
+        if (end->count > 0)
+            carriers_read(&end->carriers, end->count, end->x, end->v);
     }
     touch_evaluate(touch, dt);
     for (int e = 0; e < touch->count && touch->depth > 0.0; e++) {
         const TouchEnd *end = &touch->end[e];
-        if (end->count > 0 && end->fit != NULL)
-            touch_fit_push(end);
-        else if (end->count > 0)
-            end->body->ops->add_forces(end->body->model, end->node, end->count, end->f);
+        if (end->count > 0)
+            carriers_give(&end->carriers, end->count, end->f);
     }
 }
 
@@ -283,7 +279,7 @@ static void follow_fades(Touch *touch, int64_t step)
         end->fit->step = step;
         if (!fades(&end->body->mesh.fit, step))
             continue;
-        touch_fit_forget(end);
+        carriers_forget(end->fit);
         touch->kept->wait = touch->kept->holds = 0;
     }
 }
@@ -328,10 +324,7 @@ const TouchOptions *touch_options(const Touch *touch)
 
 int64_t touch_refused(const Touch *touch)
 {
-    int64_t refused = touch->refused;
-    for (int e = 0; e < touch->count; e++)
-        refused += touch->end[e].fit != NULL ? touch->end[e].fit->refused : 0;
-    return refused;
+    return touch->refused;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -442,12 +435,10 @@ void touch_restored(Touch *touch, int64_t step)
     touch->whole = is_whole(touch);
     for (int e = 0; e < touch->count; e++) {
         touch_list_nodes(&touch->end[e]);
-        if (touch->end[e].fit == NULL)
-            continue;
-        touch_fit_forget(&touch->end[e]);
+        carriers_forget(&touch->end[e].carriers);
         // That of the search: while a node fades there is one in each tick, afterwards all are
         // alike.
-        touch->end[e].fit->step = step - 1;
+        touch->end[e].carriers.step = step - 1;
     }
     // A state from elsewhere is not checked yet.
     if (touch->kept->holds != 0 && touch_check(touch) && is_sound(touch->body[0]) &&
@@ -458,8 +449,6 @@ void touch_restored(Touch *touch, int64_t step)
 void touch_topology_changed(Touch *touch, int which, const TopologyChange *change)
 {
     for (int k = 0; k < touch->count; k++) {
-        if (k == 0 && touch->end[which].fit != NULL)
-            touch_fit_forget(&touch->end[which]);
         if (touch->half[k].faces == &touch->end[which])
             follow_faces(&touch->half[k], change);
         if (touch->half[k].points == &touch->end[which])
@@ -467,6 +456,7 @@ void touch_topology_changed(Touch *touch, int which, const TopologyChange *chang
     }
     touch->kept->wait = touch->kept->holds = 0;
     clear(touch);
+    carriers_forget(&touch->end[which].carriers);
     list_nodes_anew(&touch->end[which]);
     touch->whole = is_whole(touch);
     // The time step follows at once: the next tick compares with what it was chosen by.
@@ -552,11 +542,14 @@ static void create_end(TouchEnd *end, bool itself, const char *name, Body *body,
     touch_list_nodes(end);
     state_add(state, end->place, (size_t)nodes * sizeof *end->place, "%s/places", name);
     end->start = end->place;
+    end->carriers = (Carriers){.body = body, .node = end->node};
     if (body->mesh.fit.row_count == 0)
         return;
     end->start = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "starts of vertices");
     state_add(state, end->start, (size_t)nodes * sizeof *end->start, "%s/starts", name);
-    touch_fit_create(end, name, arena);
+    end->fit = &end->carriers;
+    carriers_create(end->fit, body, nodes, body->state_capacity, true, name, arena);
+    end->fit->v = ALLOCATE(ARENA_CONTACT, body->state_capacity, Vec3, "carrier velocities");
 }
 
 // Returns the number of nodes and other vertices that forces may act on.

@@ -4,6 +4,7 @@
 #ifndef PLIANT_SIM_TOUCH_DATA_H
 #define PLIANT_SIM_TOUCH_DATA_H
 
+#include "sim/carriers.h"
 #include "sim/touch/touch.h"
 #include "geometry/box.h"
 #include "geometry/distance.h"
@@ -59,34 +60,18 @@ typedef struct TouchPoint {
     double stiffness; // [N/m]
     double thickness; // [m]
     double clear;     // distance beyond that at the search, negative inside [m]
-    int under_count;  // nodes that carried it at the search
-    int under[3 * TOUCH_PATCHES];
+    // The nodes under it at the search, by number, with the weights of the nearest points.
+    int under_count, under[3 * TOUCH_PATCHES];
+    double weight[3 * TOUCH_PATCHES];
     int side[TOUCH_PATCHES];
     Vec3 trial; // bristle of the current evaluation [m]
 } TouchPoint;
 
-// Of a body with a smooth surface (fit.h): the vertices that carry its nodes.
-typedef struct TouchFit {
-    int64_t step; // ticks completed
-    // By node of the surface: its weights from `first` on, -1 if they are not known since the last
-    // change of topology; their number, 0 if there was no memory; and its shift [m].
-    int *first, *weights;
-    Vec3 *shift;
-    int weight_count, weight_capacity;
-    FitWeight *weight;
-    int64_t refused; // nodes without memory for their weights, since the start
-    int *mark;       // by vertex, of fit_weights
-    // The carriers of the nodes that are read.
-    int count;
-    int *vertex;     // [count]
-    int *number;     // by vertex; -1
-    Vec3 *x, *v, *f; // [count]
-} TouchFit;
-
 // The nodes of one body that a touch reads and pushes.
 typedef struct TouchEnd {
     Body *body;
-    TouchFit *fit; // NULL: nodes are where their vertices are
+    Carriers carriers; // of the nodes by their numbers
+    Carriers *fit;     // they, of a smooth surface; NULL: nodes are where their vertices are
     int count;
     int *node;   // [count]
     int *number; // [node slots] of a node; -1
@@ -128,8 +113,8 @@ typedef struct TouchHalf {
     TouchPoint *point;
     int pair_count, pair_capacity;
     TouchPair *pair;
-    double *demand;     // [vertices of faces] stiffness that pushes on a carrier of corners [N/m]
-    double *own_demand; // [vertices of points] on a carrier of points; NULL: they carry themselves
+    double *demand;     // [vertices of faces] stiffness that pushes on a carrier of faces [N/m]
+    double *own_demand; // [vertices of points] on one of points; NULL: they carry themselves
     // Of the search.
     int face_count;
     TouchFace *face;
@@ -200,21 +185,6 @@ void touch_grid_build(TouchHalf *half, const Box *box, double reach);
 // Finds the faces that a point in the box can reach, by index in `face` of the half. Returns their
 // number, 0 without setting `near` if the grid is empty.
 int touch_grid_at(const TouchHalf *half, Vec3 x, const int **near);
-
-// touch_fit.c: only of ends with `fit`, unless stated.
-void touch_fit_create(TouchEnd *end, const char *name, Arena *arena);
-// Forgets what carries nodes: after a change of topology, and while nodes fade.
-void touch_fit_forget(const TouchEnd *end);
-// Returns the weights of a node; `own` is written where it carries itself. Any end.
-const FitWeight *touch_weights(const TouchEnd *end, int node, FitWeight *own, int *count);
-// Returns the sum of the sizes of a node's weights. Any end.
-double touch_size(const TouchEnd *end, int node);
-// Lists the carriers of nodes.
-void touch_fit_list(const TouchEnd *end, const int *node, int nodes);
-// Reads places and velocities of nodes whose carriers are listed; `v` may be NULL.
-void touch_fit_read(const TouchEnd *end, const int *node, int nodes, Vec3 *x, Vec3 *v);
-// Gives the forces on the numbered nodes to their carriers, which are listed.
-void touch_fit_push(const TouchEnd *end);
 
 // touch.c
 // Finds the signed distance of a point to one of its patches: negative across its side. Returns

@@ -103,22 +103,16 @@ static void place_body(TouchEnd *end)
 static void place_nodes(const Touch *touch, TouchEnd *end, const Box *box)
 {
     Box wide = *box;
-    int *near = end->node, count = 0; // free while nothing is found
+    end->fit->search++;
     // Nothing is remembered that is deeper.
     box_grow(&wide, touch->deepest + 2.0 * end->body->surface.longest_edge);
-    for (int i = 0; i < end->used_count && !touch->repeats; i++) {
-        end->place[end->used[i]] = end->packed_place[i];
-        if (box_has(&wide, end->packed_place[i]))
-            near[count++] = end->used[i];
+    for (int i = 0; i < end->used_count; i++) {
+        const int node = end->used[i];
+        const Vec3 vertex = end->packed_place[i];
+        if (!touch->repeats)
+            end->place[node] = box_has(&wide, vertex) ? carriers_place(end->fit, node) : vertex;
+        end->packed_place[i] = end->place[node];
     }
-    if (count > 0) {
-        touch_fit_list(end, near, count);
-        touch_fit_read(end, near, count, end->x, NULL);
-    }
-    for (int i = 0; i < count; i++)
-        end->place[near[i]] = end->x[i];
-    for (int i = 0; i < end->used_count; i++)
-        end->packed_place[i] = end->place[end->used[i]];
 }
 
 void touch_forget_numbers(TouchEnd *end)
@@ -383,16 +377,6 @@ static double stiffness_of(const Touch *touch, const TouchHalf *half, int node)
     return touch->options.stiffness / 6.0 * (mass > 0.0 ? fmin(from_own, from_other) : from_other);
 }
 
-// Adds what a point asks of the carriers of a node [N/m].
-static void ask(const TouchEnd *end, double *demand, int node, double stiffness)
-{
-    FitWeight own;
-    int count;
-    const FitWeight *weight = touch_weights(end, node, &own, &count);
-    for (int w = 0; w < count; w++)
-        demand[weight[w].vertex] += fabs(weight[w].weight) * stiffness;
-}
-
 // Adds a point that can meet the other surface until the next search; returns false without space.
 static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TOUCH_PATCHES],
                       const TouchPair *pair, int count, const TouchGap gap[TOUCH_PATCHES],
@@ -409,26 +393,17 @@ static bool add_point(Touch *touch, TouchHalf *half, int node, const int side[TO
                           .clear = clear - thickness};
     memcpy(point->side, side, sizeof point->side);
     point->stiffness = stiffness_of(touch, half, node);
-    // What it asks of the corners beneath it, and of its own carriers.
-    double most = 1.0;
-    for (int patch = 0; patch < TOUCH_PATCHES; patch++)
-        for (int k = 0; k < 3 && gap[patch].pair != NULL; k++)
-            most = fmax(most, touch_size(half->faces, gap[patch].pair->corner[k]));
-    const double asked = 0.5 * (touch_size(half->points, node) + most) * point->stiffness;
-    for (int patch = 0; patch < TOUCH_PATCHES; patch++)
-        for (int k = 0; k < 3 && gap[patch].pair != NULL; k++) {
-            const int corner = gap[patch].pair->corner[k];
-            point->under[point->under_count++] = corner;
-            ask(half->faces, half->demand, corner, gap[patch].weight[k] * asked);
-        }
-    if (half->own_demand != NULL)
-        ask(half->points, half->own_demand, node, asked);
     for (int i = 0; i < count; i++) {
         TouchPair *own = &half->pair[half->pair_count++];
         *own = pair[i];
         for (int k = 0; k < 3; k++)
             own->corner[k] = number_of(half->faces, pair[i].corner[k]);
     }
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++)
+        for (int k = 0; k < 3 && gap[patch].pair != NULL; k++) {
+            point->under[point->under_count] = number_of(half->faces, gap[patch].pair->corner[k]);
+            point->weight[point->under_count++] = gap[patch].weight[k];
+        }
     return true;
 }
 
@@ -500,31 +475,52 @@ static void search_half(Touch *touch, TouchHalf *half, const Box *box)
     }
 }
 
+// Adds what a point asks of the carriers of a node [N/m].
+static void ask(const TouchEnd *end, double *demand, int number, double stiffness)
+{
+    CarrierWeight own;
+    int count;
+    const CarrierWeight *weight = carriers_of(&end->carriers, number, &own, &count);
+    for (int w = 0; w < count; w++)
+        demand[weight[w].carrier] += fabs(weight[w].weight) * stiffness;
+}
+
+// Finds what all points ask of the corners beneath them, and of their own carriers.
+static void find_demand(TouchHalf *half)
+{
+    const Carriers *faces = &half->faces->carriers, *points = &half->points->carriers;
+    memset(half->demand, 0, (size_t)faces->count * sizeof *half->demand);
+    if (half->own_demand != NULL)
+        memset(half->own_demand, 0, (size_t)points->count * sizeof *half->own_demand);
+    for (int i = 0; i < half->point_count; i++) {
+        const TouchPoint *point = &half->point[i];
+        double most = 1.0;
+        for (int k = 0; k < point->under_count; k++)
+            most = fmax(most, carriers_size(faces, point->under[k]));
+        const double asked = 0.5 * (carriers_size(points, point->own) + most) * point->stiffness;
+        for (int k = 0; k < point->under_count; k++)
+            ask(half->faces, half->demand, point->under[k], point->weight[k] * asked);
+        if (half->own_demand != NULL)
+            ask(half->points, half->own_demand, point->own, asked);
+    }
+}
+
 // Returns what share of its demand the carriers of a node can bear, at most `least`. `each`: of
 // their stiffness, what they may get.
-static double bearable(const TouchEnd *end, const double *demand, int node, double each,
+static double bearable(const TouchEnd *end, const double *demand, int number, double each,
                        double least)
 {
     const Body *body = end->body;
-    FitWeight own;
+    CarrierWeight own;
     int count;
-    const FitWeight *weight = touch_weights(end, node, &own, &count);
+    const CarrierWeight *weight = carriers_of(&end->carriers, number, &own, &count);
     for (int w = 0; w < count; w++) {
-        const int v = weight[w].vertex;
-        const double mass = body->surface.node_mass[v], asked = demand[v];
+        const int v = end->carriers.node[weight[w].carrier];
+        const double mass = body->surface.node_mass[v], asked = demand[weight[w].carrier];
         if (mass > 0.0 && asked > 0.0 && !body->ops->is_fixed(body->model, v))
             least = fmin(least, each * body->contact_lambda * mass / asked);
     }
     return least;
-}
-
-static void forget_demand(const TouchEnd *end, double *demand, int node)
-{
-    FitWeight own;
-    int count;
-    const FitWeight *weight = touch_weights(end, node, &own, &count);
-    for (int w = 0; w < count; w++)
-        demand[weight[w].vertex] = 0.0;
 }
 
 // Softens points whose corners, or whose own carriers, would get more than the bound of their body
@@ -534,13 +530,14 @@ static void share_stiffness(Touch *touch, TouchHalf *half)
     const double g = touch->options.stiffness;
     // Points between two walls ask twice.
     const double share = half->faces->body->surface.solid ? 1.0 / 3.0 : 1.0 / 6.0;
+    find_demand(half);
     for (int i = 0; i < half->point_count; i++) {
         TouchPoint *point = &half->point[i];
         double least = 1.0;
         for (int k = 0; k < point->under_count; k++)
             least = bearable(half->faces, half->demand, point->under[k], share * g, least);
         if (half->own_demand != NULL)
-            least = bearable(half->points, half->own_demand, point->node, g / 6.0, least);
+            least = bearable(half->points, half->own_demand, point->own, g / 6.0, least);
         point->stiffness *= least;
         // What presses gets no stiffer by a search, which would add energy.
         double *kept = &half->memory[point->node].stiffness;
@@ -548,13 +545,6 @@ static void share_stiffness(Touch *touch, TouchHalf *half)
         if (presses && *kept > 0.0)
             point->stiffness = fmin(point->stiffness, *kept);
         *kept = presses ? point->stiffness : 0.0;
-    }
-    for (int i = 0; i < half->point_count; i++) {
-        const TouchPoint *point = &half->point[i];
-        for (int k = 0; k < point->under_count; k++)
-            forget_demand(half->faces, half->demand, point->under[k]);
-        if (half->own_demand != NULL)
-            forget_demand(half->points, half->own_demand, point->node);
     }
 }
 
@@ -596,11 +586,12 @@ static void search(Touch *touch)
     for (int k = 0; k < touch->count; k++)
         search_half(touch, &touch->half[k], &box);
     touch->refused += touch->budget <= 0;
+    for (int e = 0; e < touch->count; e++) {
+        TouchEnd *end = &touch->end[e];
+        touch->refused += carriers_list(&end->carriers, end->node, end->count);
+    }
     for (int k = 0; k < touch->count; k++)
         share_stiffness(touch, &touch->half[k]);
-    for (int e = 0; e < touch->count; e++)
-        if (touch->end[e].fit != NULL)
-            touch_fit_list(&touch->end[e], touch->end[e].node, touch->end[e].count);
 }
 
 // True if a body that touches itself needs no look at its nodes, by a bound on how they move: what
