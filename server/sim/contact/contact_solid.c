@@ -276,20 +276,6 @@ static void solid_apply(Contact *contact, double fraction, double weight, double
 
 // --- the impulses of a substep -------------------------------------------------------------------
 
-// Returns the carriers of a local node; `own` is written where the node carries itself.
-static const CarrierWeight *weights_of(const Contact *contact, int local, CarrierWeight *own,
-                                       int *count)
-{
-    if (contact->fit == NULL) {
-        *own = (CarrierWeight){local, 1.0};
-        *count = 1;
-        return own;
-    }
-    const Follower *follower = &contact->fit->follower[local];
-    *count = follower->count;
-    return contact->fit->weight + follower->first;
-}
-
 // Adds s (1 - n n^T).
 static void add_across(Sym3 *k, double s, Vec3 n)
 {
@@ -323,7 +309,7 @@ static void add_pressed(Contact *contact, Pressed *pressed, Vec3 u, double h, do
                slip = vec3_sub(pressed->speed, vec3_add(u, pressed->swing));
     int count;
     CarrierWeight own;
-    const CarrierWeight *weight = weights_of(contact, pressed->local, &own, &count);
+    const CarrierWeight *weight = carriers_of(&contact->carriers, pressed->local, &own, &count);
     const double m = mass_of(contact, weight, count);
     const Sym3 k = m > 0.0 ? sym3_scale(g / m, d) : (Sym3){0};
     const Vec3 push = sym3_solve(k, 1.0, vec3_madd(vec3_scale(h, f), -g, sym3_times(d, slip)));
@@ -523,7 +509,7 @@ static void read_touched(Contact *contact, double h)
         pressed->speed = vec3(0.0, 0.0, 0.0);
         int count;
         CarrierWeight own;
-        const CarrierWeight *weight = weights_of(contact, pressed->local, &own, &count);
+        const CarrierWeight *weight = carriers_of(&contact->carriers, pressed->local, &own, &count);
         for (int c = 0; c < count; c++) {
             const int t = carriers->touched[weight[c].carrier];
             pressed->speed = vec3_madd(pressed->speed, weight[c].weight, contact->v[t]);
