@@ -495,6 +495,27 @@ TEST(a_tie_breaks_when_it_pulls_harder_than_it_may)
     }
 }
 
+// Two pins of one body act at the same time, each on its own nodes: the body gains what they and
+// its weight give, but for the rounding of a tick's substeps.
+TEST(pins_of_one_body_pull_each_its_own_nodes)
+{
+    START_RUN(run, DOUBLE "max_ties = 2; gravity = [0.0, 0.0, -9.81];\n"
+                          "bodies = ( " BALL("one", "[0, 0, 0]", "") " );");
+    const TieOptions top = tie_at(TIE_PIN, (Vec3){0, 0, 0.05}, 0.02),
+                     side = tie_at(TIE_PIN, (Vec3){0.05, 0, 0}, 0.01);
+    apply(&run, &top);
+    apply(&run, &side);
+    for (int i = 0; i < 50; i++) {
+        const Momentum before = run_momentum(&run);
+        sim_step(run.world.sim);
+        const Momentum after = run_momentum(&run);
+        const Vec3 pull = vec3_add(figures_of(&run, 1).pull, figures_of(&run, 2).pull),
+                   force = vec3_madd(pull, before.mass, vec3(0.0, 0.0, -9.81)),
+                   gain = vec3_sub(after.linear, before.linear);
+        expect_at_most(vec3_length(vec3_madd(gain, -1e-3, force)), 1e-12 * 9.81 * before.mass);
+    }
+}
+
 // --- What a tool carries ---
 
 TEST(a_tool_carries_what_is_tied_to_it)

@@ -116,6 +116,16 @@ static void create_lists(Attachment *attachment, const char *name, int capacity,
     state_add(state, attachment->held, (size_t)capacity * sizeof(HeldNode), "%s/places", name);
 }
 
+// What is kept from an evaluation until its forces are applied, after other attachments' ones.
+static void create_evaluation(Attachment *attachment, const char *name, Arena *arena)
+{
+    const int ends = attachment_node_capacity(attachment);
+    attachment->carrier = ALLOCATE(ARENA_CONTACT, ends, int, "carriers");
+    attachment->demand = ALLOCATE(ARENA_CONTACT, ends, double, "held masses");
+    attachment->x = ALLOCATE(ARENA_CONTACT, ends, Vec3, "positions");
+    attachment->f = ALLOCATE(ARENA_CONTACT, ends, Vec3, "forces");
+}
+
 static void create_memory(Attachment *attachment, const char *name, int region_count, Arena *arena,
                           StateList *state)
 {
@@ -126,22 +136,18 @@ static void create_memory(Attachment *attachment, const char *name, int region_c
     if (!grasper)
         capacity = attachment_region_capacity(attachment->body, region_count);
     create_lists(attachment, name, capacity, arena, state);
-    // Nodes of an evaluation, or carriers. Only graspers hold points of faces and search.
-    const int ends = capacity + (grasper ? 3 * HELD_POINTS : 0);
-    attachment->x = ALLOCATE(ARENA_CONTACT, ends, Vec3, "positions");
-    attachment->v = ALLOCATE(ARENA_CONTACT, ends, Vec3, "velocities");
-    attachment->f = ALLOCATE(ARENA_CONTACT, ends, Vec3, "forces");
+    // Only graspers hold points of faces.
     if (grasper) {
         attachment->point = ALLOCATE(ARENA_CONTACT, HELD_POINTS, HeldPoint, "held points");
         state_add(state, attachment->point, HELD_POINTS * sizeof(HeldPoint), "%s/points", name);
-        attachment->found = ALLOCATE(ARENA_CONTACT, nodes, int, "found");
-        attachment->carrier = ALLOCATE(ARENA_CONTACT, ends, int, "carriers");
-        attachment->demand = ALLOCATE(ARENA_CONTACT, ends, double, "held masses");
-        attachment->scratch = ALLOCATE(ARENA_CONTACT, ends, Vec3, "scratch");
     }
-    // Marks and places of all nodes, where they change or are searched.
-    if (grasper || attachment->changes)
-        attachment->mark = ALLOCATE(ARENA_CONTACT, bits_words(nodes), uint64_t, "marks");
+    create_evaluation(attachment, name, arena);
+    const int ends = attachment_node_capacity(attachment);
+    attachment->v = ALLOCATE(ARENA_CONTACT, ends, Vec3, "velocities");
+    if (grasper)
+        attachment->unused = ALLOCATE(ARENA_CONTACT, ends, Vec3, "unused");
+    attachment->found = ALLOCATE(ARENA_CONTACT, nodes, int, "found");
+    attachment->mark = ALLOCATE(ARENA_CONTACT, bits_words(nodes), uint64_t, "marks");
     if (attachment->changes)
         attachment->given = ALLOCATE(ARENA_CONTACT, nodes, HeldNode, "held before");
 }
@@ -183,12 +189,12 @@ Attachment *attachment_reserve(const char *name, int capacity, const TieScratch 
 {
     Attachment *attachment = ALLOCATE(ARENA_CONTACT, 1, Attachment, "attachment");
     attachment->of_tie = true;
+    attachment->found = scratch->found;
     attachment->mark = scratch->mark;
     attachment->given = scratch->given;
-    attachment->x = scratch->x;
     attachment->v = scratch->v;
-    attachment->f = scratch->f;
     create_lists(attachment, name, capacity, arena, state);
+    create_evaluation(attachment, name, arena);
     return attachment;
 }
 
@@ -298,77 +304,7 @@ bool attachment_mutes_contact(const Attachment *attachment)
 }
 
 // ---------------------------------------------------------------------------------------------
-// Forces
-
-typedef struct Spring {
-    double stiffness, damping; // per unit mass [1/s2], [1/s]
-} Spring;
-
-// Returns the force on a held node and adds it to the sums.
-static Vec3 pull(Attachment *attachment, const Spring *spring, double mass, Vec3 local, Vec3 x,
-                 Vec3 v, const ToolPlacement *at)
-{
-    Vec3 arm = quat_rotate(at->orientation, local);
-    Vec3 target = vec3_add(at->position, arm);
-    Vec3 velocity = vec3_add(at->linear, vec3_cross(at->angular, arm));
-    Vec3 force = vec3_scale(mass * spring->stiffness, vec3_sub(target, x));
-    force = vec3_madd(force, mass * spring->damping, vec3_sub(velocity, v));
-    double size = vec3_length(force);
-    attachment->force = vec3_sub(attachment->force, force);
-    attachment->moment =
-        vec3_sub(attachment->moment, vec3_cross(vec3_sub(x, attachment->sums.about), force));
-    attachment->middle = vec3_madd(attachment->middle, size, x);
-    attachment->size += size;
-    return force;
-}
-
-Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
-{
-    if (attachment->grasper)
-        return grip_evaluate(attachment, at);
-    const Body *body = attachment->body;
-    const int count = (int)attachment->hold->count;
-    // The spring per mass: the same for all nodes.
-    Spring spring;
-    attachment_bounds(body, attachment->options.stiffness, attachment->options.damping_ratio,
-                      &spring.stiffness, &spring.damping);
-    // Sums on the frame start anew.
-    attachment->force = attachment->moment = attachment->middle = (Vec3){0.0, 0.0, 0.0};
-    attachment->size = 0.0;
-    // Nodes that are known but not held, and those without mass, are not pulled.
-    body->ops->read_nodes(body->model, attachment->node, count, attachment->x, attachment->v);
-    for (int i = 0; i < count; i++) {
-        const HeldNode *held = &attachment->held[i];
-        double mass = held->share * body->surface.node_mass[attachment->node[i]];
-        attachment->f[i] = (Vec3){0.0, 0.0, 0.0};
-        if (mass > 0.0)
-            attachment->f[i] = pull(attachment, &spring, mass, held->local, attachment->x[i],
-                                    attachment->v[i], at);
-    }
-    return attachment->force;
-}
-
-void attachment_apply(Attachment *attachment, double scale, double share, bool ends)
-{
-    const Body *body = attachment->body;
-    const int count = (int)attachment->hold->count;
-    if (attachment->grasper) {
-        grip_apply(attachment, scale, share, ends ? 0.0 : -1.0);
-        body->ops->add_forces(body->model, attachment->carrier, attachment->carrier_count,
-                              attachment->f);
-        return;
-    }
-    for (int i = 0; i < count && scale != 1.0; i++)
-        attachment->f[i] = vec3_scale(scale, attachment->f[i]);
-    body->ops->add_forces(body->model, attachment->node, count, attachment->f);
-    attachment->force = vec3_scale(scale, attachment->force);
-    ContactSums *sums = &attachment->sums;
-    sums->impulse = vec3_madd(sums->impulse, share, attachment->force);
-    share *= scale;
-    sums->moment = vec3_madd(sums->moment, share, attachment->moment);
-    sums->point = vec3_madd(sums->point, share, attachment->middle);
-    sums->weight += share * attachment->size;
-}
+// Queries
 
 Vec3 attachment_force(const Attachment *attachment)
 {
@@ -379,9 +315,6 @@ const ContactSums *attachment_sums(const Attachment *attachment)
 {
     return &attachment->sums;
 }
-
-// ---------------------------------------------------------------------------------------------
-// Queries
 
 void attachment_clear(Attachment *attachment)
 {

@@ -58,9 +58,10 @@ void attachment_bounds(const Body *body, double stiffness, double damping_ratio,
 Attachment *attachment_create(const char *name, const AttachmentOptions *options,
                               const ToolOptions *tool, Body *body, Arena *arena, StateList *state,
                               Status *status);
-// Memory that attachments of ties share, since one at a time uses it; sized for the largest body.
+// Memory that ties share, which one at a time uses; sized for the largest body.
 typedef struct TieScratch {
     uint64_t *mark;         // one bit per node: all 0 between calls
+    int *found;             // [nodes]
     struct HeldNode *given; // [nodes]; NULL: no body changes
     double *demand;         // [nodes]
     // Of an evaluation of one tie: its nodes, and three corners for each.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Private to the module sim: the data of an attachment. attachment.c is the law, grip.c that of
-// graspers, attachment_nodes.c knows which nodes are held.
+// Private to the module sim: the data of an attachment. grip.c is the law, attachment_nodes.c knows
+// which nodes are held.
 #ifndef PLIANT_SIM_ATTACHMENT_DATA_H
 #define PLIANT_SIM_ATTACHMENT_DATA_H
 
@@ -47,18 +47,15 @@ struct Attachment {
     HeldPoint *point; // [HELD_POINTS], graspers only
 
     // --- of an evaluation ---
-    Vec3 *x, *v, *f; // [capacity] of the nodes; of graspers [capacity + 3 HELD_POINTS] of carriers
-    Vec3 force, moment, middle; // on the frame; about sums.about; sum of |f| x
-    double size;                // sum of |f| [N]
-
-    // --- of an evaluation, graspers only (grip.c) ---
-    ToolPlacement at;
+    ToolPlacement at;            // of the frame
     int *carrier, carrier_count; // nodes on which springs act
     double *demand;              // mass that the springs of a carrier hold [kg]
-    Vec3 *scratch;
+    Vec3 *x, *v, *f;             // of the carriers
+    Vec3 force;                  // on the frame, applied last
 
     // --- scratch ---
-    int *found;               // [surface.node_count], graspers only
+    Vec3 *unused;             // [ends], of implicit springs: positions that are not needed
+    int *found;               // [surface.node_count]
     uint64_t *mark;           // one bit per node: all 0 between calls
     HeldNode *given;          // [surface.node_count] where the topology changes
     Vec3 before[HELD_POINTS]; // positions of the points before the change [m]
@@ -83,14 +80,10 @@ Vec3 attachment_point(const Attachment *attachment, const HeldPoint *point);
 // Grasps the nodes within the capsules, or those of the region, and counts the grasp.
 void attachment_take(Attachment *attachment, Vec3 position, Quat orientation);
 void attachment_release(Attachment *attachment);
-// --- grip.c: graspers ---
+
+// --- grip.c ---
 // Time in which the force of jaws that open falls to zero [s].
 #define GRIP_EASE_TIME 0.02
-// Computes the springs' forces, or what grip_impulses needs; returns their sum on the body [N].
-Vec3 grip_evaluate(Attachment *attachment, const ToolPlacement *at);
-// Adds `share` times the forces, scaled, to the sums. Places slip, by the state `ahead` [s] later;
-// negative: not in this evaluation.
-void grip_apply(Attachment *attachment, double scale, double share, double ahead);
 // Begins to release, at the tool's pose at the start of the tick.
 void grip_open(Attachment *attachment, Vec3 position, Quat orientation);
 void grip_begin_tick(Attachment *attachment, Vec3 position, Quat orientation, double tick);

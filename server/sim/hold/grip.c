@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The grip of a grasper's jaws (server/sim/README.md, "Holding"): springs from held nodes, or
-// points of faces, to their places in the tool's frame. Where the body moves by kicks they are
-// implicit and GRIP_RATIO times as stiff; elsewhere explicit. Jaws that would pull harder than they
-// can slip: the places move along. Step thread.
+// The law of attachments (server/sim/README.md, "Holding"): springs from held nodes, or points of
+// faces, to their places in the frame. Those of jaws are implicit and GRIP_RATIO times as stiff
+// where the body moves by kicks; all others explicit, since implicit ones would damp the
+// oscillation that a scene's stiffness promises. Jaws that would pull harder than they can slip:
+// the places move along. Step thread.
 #include "base/bits.h"
 #include "sim/hold/attachment_data.h"
 
@@ -148,7 +149,7 @@ static Vec3 slide(const Attachment *attachment, int c)
     return vec3_sub(attachment->v[c], vec3_add(at->linear, vec3_cross(at->angular, arm)));
 }
 
-Vec3 grip_evaluate(Attachment *attachment, const ToolPlacement *at)
+Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
 {
     const Body *body = attachment->body;
     const int held = (int)(attachment->hold->count + attachment->hold->points);
@@ -190,7 +191,7 @@ Vec3 grip_impulses(Attachment *attachment, double h)
     find_spring(attachment, &stiffness, &damping);
     const double s = h * (h * stiffness + damping);
     body->ops->read_nodes(body->model, attachment->carrier, attachment->carrier_count,
-                          attachment->scratch, attachment->v); // positions are not needed
+                          attachment->unused, attachment->v);
     for (int c = 0; c < attachment->carrier_count; c++) {
         const int node = attachment->carrier[c];
         const double d = attachment->demand[c], mass = body->surface.node_mass[node];
@@ -222,7 +223,9 @@ static void slip(Attachment *attachment, double kept, double ahead)
     attachment->hold->slips = 1;
 }
 
-void grip_apply(Attachment *attachment, double scale, double share, double ahead)
+// Adds `share` times the forces, scaled, to the sums. Jaws slip, by the state `ahead` [s] later;
+// negative: not in this evaluation.
+static void add_sums(Attachment *attachment, double scale, double share, double ahead)
 {
     ContactSums *sums = &attachment->sums;
     for (int c = 0; c < attachment->carrier_count; c++) {
@@ -235,14 +238,22 @@ void grip_apply(Attachment *attachment, double scale, double share, double ahead
         sums->weight += size;
     }
     attachment->force = vec3_scale(-1.0, sum_of_forces(attachment));
-    if (scale < 1.0 && ahead >= 0.0 && attachment->hold->ease == 0.0)
+    if (attachment->grasper && scale < 1.0 && ahead >= 0.0 && attachment->hold->ease == 0.0)
         slip(attachment, scale, ahead);
+}
+
+void attachment_apply(Attachment *attachment, double scale, double share, bool ends)
+{
+    const Body *body = attachment->body;
+    add_sums(attachment, scale, share, ends ? 0.0 : -1.0);
+    body->ops->add_forces(body->model, attachment->carrier, attachment->carrier_count,
+                          attachment->f);
 }
 
 void grip_kick(Attachment *attachment, double scale, double h, double drift)
 {
     const Body *body = attachment->body;
-    grip_apply(attachment, scale, 1.0, h);
+    add_sums(attachment, scale, 1.0, h);
     body->ops->kick_nodes(body->model, attachment->carrier, attachment->carrier_count,
                           attachment->f, h, drift);
 }
@@ -287,7 +298,7 @@ void grip_open(Attachment *attachment, Vec3 position, Quat orientation)
     if (hold->holding == 0 || hold->ease > 0.0)
         return;
     // What they pull now, whatever way the tool goes from here.
-    grip_evaluate(attachment, &at);
+    attachment_evaluate(attachment, &at);
     for (int c = 0; c < attachment->carrier_count; c++)
         hold->strength += vec3_length(attachment->f[c]);
     hold->ease = GRIP_EASE_TIME;

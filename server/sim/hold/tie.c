@@ -69,7 +69,7 @@ static void create_scratch(Sim *sim, TiePool *pool)
     shared->velocity = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' velocities");
     shared->on = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' forces");
     // To find nodes and walls.
-    pool->found = MEMORY(ARENA_CONTACT, nodes, int, "found");
+    pool->found = shared->found = MEMORY(ARENA_CONTACT, nodes, int, "found");
     pool->mark_face = MEMORY(ARENA_CONTACT, bits_words(faces), uint64_t, "marks of faces");
     pool->face = MEMORY(ARENA_CONTACT, TIE_FACES, int, "faces");
     pool->corner = MEMORY(ARENA_CONTACT, 3 * TIE_FACES, Vec3, "corners");
