@@ -11,10 +11,9 @@
 static void expect(Sim *sim, int b)
 {
     for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++)
-        attachment_remember(sim->attachment[k]);
+        attachment_remember(sim->attachment[k], &sim->body[b]);
     for (int k = 0; k < sim->joint_count; k++)
-        if (joint_options(sim->joint[k])->to_body == b)
-            joint_remember(sim->joint[k]);
+        attachment_remember(sim->joint[k], &sim->body[b]);
 }
 
 static void follow(Sim *sim, int b, const TopologyChange *change)
@@ -24,14 +23,9 @@ static void follow(Sim *sim, int b, const TopologyChange *change)
         contact_topology_changed(sim->contact[k], change);
     // What is held of the body, and what its ties hang on, on either side.
     for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++)
-        attachment_topology_changed(sim->attachment[k], change);
-    for (int k = 0; k < sim->joint_count; k++) {
-        Joint *joint = sim->joint[k];
-        if (joint_options(joint)->to_body == b)
-            joint_other_changed(joint, change);
-        if (joint_options(joint)->body == b)
-            joint_topology_changed(joint, change);
-    }
+        attachment_topology_changed(sim->attachment[k], &sim->body[b], change);
+    for (int k = 0; k < sim->joint_count; k++)
+        attachment_topology_changed(sim->joint[k], &sim->body[b], change);
     if (sim->ties != NULL)
         ties_bound(sim);
     // What touches the body, and what of it touches others.

@@ -77,8 +77,8 @@ bool sim_check(const Sim *sim)
     for (int k = 0; k < sim->attachment_count; k++)
         if (!attachment_check(sim->attachment[k]))
             return false;
-    for (int k = 0; k < sim->scene_attachment_count; k++)
-        if (sim->scene_attachment[k].joint != NULL && !joint_check(sim->scene_attachment[k].joint))
+    for (int k = 0; k < sim->joint_count; k++)
+        if (!attachment_check(sim->joint[k]))
             return false;
     for (int k = 0; k < sim->touch_count; k++)
         if (!touch_check(sim->touch[k]))

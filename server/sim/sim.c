@@ -109,8 +109,7 @@ void sim_add_load(Sim *sim, const LoadOptions *options)
 bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *status)
 {
     ASSERT(sim->scene_attachment_count < sim->capacity.attachments);
-    SimAttachment *at = &sim->scene_attachment[sim->scene_attachment_count];
-    Body *body = &sim->body[options->body];
+    Body *body = &sim->body[options->body], *other = NULL;
     char name[56];
     snprintf(name, sizeof name, "%.31s/attachment%d", body->name, sim->scene_attachment_count);
     // Joined bodies advance stage by stage, so they must have the same stages.
@@ -122,21 +121,18 @@ bool sim_add_attachment(Sim *sim, const AttachmentOptions *options, Status *stat
                            integrator_name(body->integrator), sim->body[options->to_body].name,
                            integrator_name(sim->body[options->to_body].integrator));
     // A tie joins two groups of bodies, anything else hangs on one body alone.
-    if (options->to == ATTACH_BODY) {
-        at->joint = joint_create(name, options, body, &sim->body[options->to_body], sim->arena,
-                                 sim->state, status);
-        if (at->joint == NULL)
-            return false;
+    if (options->to == ATTACH_BODY)
+        other = &sim->body[options->to_body];
+    const ToolOptions *tool = options->to == ATTACH_TOOL ? &sim->tool[options->tool] : NULL;
+    Attachment *attachment =
+        attachment_create(name, options, tool, body, other, sim->arena, sim->state, status);
+    if (attachment == NULL)
+        return false;
+    sim->scene_attachment[sim->scene_attachment_count++] = attachment;
+    if (other != NULL) {
         time_step_group(sim, options->body, options->to_body);
-        sim->joint[sim->joint_count++] = at->joint;
-    } else {
-        const ToolOptions *tool = options->to == ATTACH_TOOL ? &sim->tool[options->tool] : NULL;
-        at->attachment =
-            attachment_create(name, options, tool, body, sim->arena, sim->state, status);
-        if (at->attachment == NULL)
-            return false;
+        sim->joint[sim->joint_count++] = attachment;
     }
-    sim->scene_attachment_count++;
     return true;
 }
 
@@ -185,7 +181,8 @@ static Attachment *create_grasp(Sim *sim, int b, int t)
     char name[56];
     Status status = {0};
     snprintf(name, sizeof name, "%.31s/grasp%d", sim->body[b].name, t);
-    return attachment_create(name, &options, tool, &sim->body[b], sim->arena, sim->state, &status);
+    return attachment_create(name, &options, tool, &sim->body[b], NULL, sim->arena, sim->state,
+                             &status);
 }
 
 static void create_attachments(Sim *sim)
@@ -206,9 +203,9 @@ static void create_attachments(Sim *sim)
     // For each body the scene's own attachments, then the graspers.
     for (int b = 0; b < sim->body_count; b++) {
         for (int k = 0; k < sim->scene_attachment_count; k++) {
-            Attachment *own = sim->scene_attachment[k].attachment;
-            if (own != NULL && attachment_options(own)->body == b)
-                sim->attachment[sim->attachment_count++] = own;
+            const AttachmentOptions *own = attachment_options(sim->scene_attachment[k]);
+            if (own->to != ATTACH_BODY && own->body == b)
+                sim->attachment[sim->attachment_count++] = sim->scene_attachment[k];
         }
         for (int t = 0; t < sim->tool_count; t++)
             if (sim->tool[t].kind == TOOL_GRASPER)
@@ -273,15 +270,10 @@ static void reserve_forces(Sim *sim)
         for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
             pushed += contact_node_capacity(sim->contact[k]);
         for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++)
-            pushed += attachment_node_capacity(sim->attachment[k]);
+            pushed += attachment_node_capacity(sim->attachment[k], body);
         // Ties push at both ends.
-        for (int k = 0; k < sim->joint_count; k++) {
-            const Joint *joint = sim->joint[k];
-            if (joint_options(joint)->body == b)
-                pushed += joint_node_capacity(joint);
-            if (joint_options(joint)->to_body == b)
-                pushed += joint_other_capacity(joint);
-        }
+        for (int k = 0; k < sim->joint_count; k++)
+            pushed += attachment_node_capacity(sim->joint[k], body);
         if (sim->ties != NULL)
             pushed += ties_node_capacity(sim);
         for (int k = 0; k < sim->touch_count; k++)
@@ -305,9 +297,8 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
                   sim->body[b].name);
     }
     // Joints and steps depend on the contacts' stiffness, contacts and attachments on the steps.
-    for (int k = 0; k < sim->scene_attachment_count; k++)
-        if (sim->scene_attachment[k].joint != NULL)
-            joint_stiffen(sim->scene_attachment[k].joint);
+    for (int k = 0; k < sim->joint_count; k++)
+        joint_stiffen(sim->joint[k]);
     // Everything else that the scene needs, each when its inputs are known.
     cutting_create(sim);
     time_step_join(sim);
@@ -428,9 +419,8 @@ int64_t sim_refused_touches(const Sim *sim)
 
 int sim_attachment_nodes(const Sim *sim, int index)
 {
-    const SimAttachment *at = &sim->scene_attachment[index];
     bool points;
-    return at->joint != NULL ? joint_count(at->joint) : attachment_held(at->attachment, &points);
+    return attachment_held(sim->scene_attachment[index], &points);
 }
 
 int64_t sim_refused_holds(const Sim *sim)
@@ -438,9 +428,8 @@ int64_t sim_refused_holds(const Sim *sim)
     int64_t refused = 0;
     for (int k = 0; k < sim->attachment_count; k++)
         refused += attachment_refused(sim->attachment[k]);
-    for (int k = 0; k < sim->scene_attachment_count; k++)
-        if (sim->scene_attachment[k].joint != NULL)
-            refused += joint_refused(sim->scene_attachment[k].joint);
+    for (int k = 0; k < sim->joint_count; k++)
+        refused += attachment_refused(sim->joint[k]);
     if (sim->ties != NULL)
         refused += ties_refused(sim);
     return refused;

@@ -25,12 +25,6 @@ typedef struct SimClock {
     int64_t next_load; // first of the scene's loads not yet started
 } SimClock;
 
-// One attachment of the scene: to a frame or to another body.
-typedef struct SimAttachment {
-    Attachment *attachment; // NULL: the joint
-    Joint *joint;
-} SimAttachment;
-
 // Bodies connected by joints, or that touch, over any number of others, advance together stage by
 // stage. Other bodies are groups of one.
 typedef struct GroupMember {
@@ -70,13 +64,13 @@ struct Sim {
     int *contact_tool;  // [contact_count]
     int *contact_start; // [body_count + 1]
     LoadSet loads;
-    Cutting *cutting;                // NULL: no body can be cut
-    SimAttachment *scene_attachment; // [capacity.attachments] as given
+    Cutting *cutting;              // NULL: no body can be cut
+    Attachment **scene_attachment; // [capacity.attachments] as given
     int scene_attachment_count;
-    Joint **joint; // [joint_count] of the scene, then of ties
+    Attachment **joint; // [joint_count] those to bodies, of the scene, then of ties
     int joint_count;
-    Attachment **attachment; // [attachment_count], of the scene, then graspers, for each body;
-    int attachment_count;    // NULL: none
+    Attachment **attachment; // [attachment_count] all others, of the scene, then graspers, for each
+    int attachment_count;    // body; NULL: none
     int *attachment_start;   // [body_count + 1]
     GraspEvent *told;        // [attachment_count] grasps that sim_next_grasp has reported
     Touch **touch;           // [capacity.touches] as given

@@ -378,8 +378,8 @@ static void advance(Sim *sim, int first, int substeps, Advance what)
                 add_outer_forces(sim, b, &evaluation, substep, s == 0);
             // Ties of this group.
             for (int k = 0; k < ties; k++) {
-                Joint *joint = sim->joint[k];
-                if (sim->group[joint_options(joint)->body].first == first)
+                Attachment *joint = sim->joint[k];
+                if (sim->group[attachment_options(joint)->body].first == first)
                     joint_apply(joint, evaluation.weight * sim->body[first].h);
             }
             if (touches > 0)
@@ -407,7 +407,7 @@ void advance_alone(Sim *sim, int body, int substeps)
 static bool is_joined(const Sim *sim, int first)
 {
     for (int k = 0; k < sim->joint_count; k++)
-        if (sim->group[joint_options(sim->joint[k])->body].first == first)
+        if (sim->group[attachment_options(sim->joint[k])->body].first == first)
             return true;
     for (int k = 0; k < sim->touch_count; k++)
         if (sim->group[touch_options(sim->touch[k])->body[0]].first == first &&

@@ -44,12 +44,10 @@ static double bound(const Sim *sim, const Body *body, double lambda, double damp
     }
     // Attachments and ties of the scene, at either end.
     for (int k = 0; k < sim->scene_attachment_count; k++) {
-        const SimAttachment *at = &sim->scene_attachment[k];
-        const AttachmentOptions *options =
-            at->joint != NULL ? joint_options(at->joint) : attachment_options(at->attachment);
+        const AttachmentOptions *options = attachment_options(sim->scene_attachment[k]);
         double more_lambda, more_damping;
         if (&sim->body[options->body] != body &&
-            (at->joint == NULL || &sim->body[options->to_body] != body))
+            (options->to != ATTACH_BODY || &sim->body[options->to_body] != body))
             continue;
         attachment_bounds(body, options->stiffness, options->damping_ratio, &more_lambda,
                           &more_damping);

@@ -59,8 +59,10 @@ static int find_by_id(const Body *body, const FixedRegion *region, bool *inside)
     return missing;
 }
 
-bool attachment_find_region(const Body *body, const FixedRegion *region, int **node, int *count,
-                            Status *status)
+// Finds the free outer nodes in the region, ascending, in memory that the caller frees (also after
+// a failure). Returns false with a status if there are none, or for invalid node numbers.
+static bool find_region(const Body *body, const FixedRegion *region, int **node, int *count,
+                        Status *status)
 {
     // Nodes that the region names are marked first; a box or sphere decides by position.
     const int nodes = body->surface.node_count;
@@ -94,7 +96,8 @@ bool attachment_find_region(const Body *body, const FixedRegion *region, int **n
     return true;
 }
 
-int attachment_region_capacity(const Body *body, int count)
+// Returns the capacity for the nodes that `count` nodes may become.
+static int region_capacity(const Body *body, int count)
 {
     enum { MOST_OF_ONE = 64 }; // nodes that a node may become, by three divisions of faces
     const int nodes = body->surface.node_count;
@@ -103,107 +106,136 @@ int attachment_region_capacity(const Body *body, int count)
     return count < nodes / MOST_OF_ONE ? MOST_OF_ONE * count : nodes;
 }
 
-// Allocates what is held, which is part of the state.
-static void create_lists(Attachment *attachment, const char *name, int capacity, Arena *arena,
-                         StateList *state)
+// Allocates what is held, which is part of the state: springs to frames and to bodies.
+static void create_frames(Attachment *attachment, const char *name, Arena *arena, StateList *state)
 {
-    attachment->capacity = capacity;
-    attachment->hold = ALLOCATE(ARENA_CONTACT, 1, HoldState, "hold");
+    const int capacity = attachment->capacity;
     attachment->node = ALLOCATE(ARENA_CONTACT, capacity, int, "held");
     attachment->held = ALLOCATE(ARENA_CONTACT, capacity, HeldNode, "held at");
     state_add(state, attachment->hold, sizeof *attachment->hold, "%s/hold", name);
     state_add(state, attachment->node, (size_t)capacity * sizeof(int), "%s/nodes", name);
     state_add(state, attachment->held, (size_t)capacity * sizeof(HeldNode), "%s/places", name);
+    if (attachment->grasper) { // only these hold points of faces
+        attachment->point = ALLOCATE(ARENA_CONTACT, HELD_POINTS, HeldPoint, "held points");
+        attachment->before = ALLOCATE(ARENA_CONTACT, HELD_POINTS, Vec3, "points before");
+        state_add(state, attachment->point, HELD_POINTS * sizeof(HeldPoint), "%s/points", name);
+    }
 }
 
-// What is kept from an evaluation until its forces are applied, after other attachments' ones.
-static void create_evaluation(Attachment *attachment, const char *name, Arena *arena)
+static void create_ties(Attachment *attachment, const char *name, Arena *arena, StateList *state)
 {
-    const int ends = attachment_node_capacity(attachment);
+    const int capacity = attachment->capacity;
+    attachment->ties = ALLOCATE(ARENA_CONTACT, 1, int64_t, "count");
+    attachment->tie = ALLOCATE(ARENA_CONTACT, capacity, Tie, "ties");
+    attachment->before = ALLOCATE(ARENA_CONTACT, capacity, Vec3, "ends before");
+    state_add(state, attachment->ties, sizeof *attachment->ties, "%s/count", name);
+    state_add(state, attachment->tie, (size_t)capacity * sizeof(Tie), "%s/ties", name);
+}
+
+// Allocates what is kept from an evaluation until its forces are applied, after those of others.
+// Returns its most entries.
+static int create_evaluation(Attachment *attachment, const char *name, Arena *arena)
+{
+    const int ends = attachment_node_capacity(attachment, attachment->body);
     attachment->carrier = ALLOCATE(ARENA_CONTACT, ends, int, "carriers");
     attachment->demand = ALLOCATE(ARENA_CONTACT, ends, double, "held masses");
     attachment->x = ALLOCATE(ARENA_CONTACT, ends, Vec3, "positions");
     attachment->f = ALLOCATE(ARENA_CONTACT, ends, Vec3, "forces");
+    return ends;
 }
 
-static void create_memory(Attachment *attachment, const char *name, int region_count, Arena *arena,
-                          StateList *state)
+// Allocates what attachments of ties share.
+static void create_scratch(Attachment *attachment, const char *name, Arena *arena)
 {
-    const int nodes = attachment->body->surface.node_count;
-    // A grasper may hold any nodes, a region only its own and those that they become.
-    const bool grasper = attachment->grasper;
-    int capacity = nodes < HELD_NODES ? nodes : HELD_NODES;
-    if (!grasper)
-        capacity = attachment_region_capacity(attachment->body, region_count);
-    create_lists(attachment, name, capacity, arena, state);
-    // Only graspers hold points of faces.
-    if (grasper) {
-        attachment->point = ALLOCATE(ARENA_CONTACT, HELD_POINTS, HeldPoint, "held points");
-        state_add(state, attachment->point, HELD_POINTS * sizeof(HeldPoint), "%s/points", name);
-    }
-    create_evaluation(attachment, name, arena);
-    const int ends = attachment_node_capacity(attachment);
+    const int nodes = attachment->body->surface.node_count, corners = 3 * attachment->capacity;
+    const int ends = create_evaluation(attachment, name, arena);
     attachment->v = ALLOCATE(ARENA_CONTACT, ends, Vec3, "velocities");
-    if (grasper)
-        attachment->unused = ALLOCATE(ARENA_CONTACT, ends, Vec3, "unused");
     attachment->found = ALLOCATE(ARENA_CONTACT, nodes, int, "found");
     attachment->mark = ALLOCATE(ARENA_CONTACT, bits_words(nodes), uint64_t, "marks");
     if (attachment->changes)
-        attachment->given = ALLOCATE(ARENA_CONTACT, nodes, HeldNode, "held before");
+        attachment->given = arena_allocate(arena, ARENA_CONTACT, (size_t)nodes,
+                                           attachment->row->size, "%s/held before", name);
+    if (attachment->grasper)
+        attachment->unused = ALLOCATE(ARENA_CONTACT, ends, Vec3, "unused");
+    if (attachment->other == NULL)
+        return;
+    attachment->corner = ALLOCATE(ARENA_CONTACT, corners, int, "corners");
+    attachment->corner_x = ALLOCATE(ARENA_CONTACT, corners, Vec3, "corners' positions");
+    attachment->corner_v = ALLOCATE(ARENA_CONTACT, corners, Vec3, "corners' velocities");
+    attachment->corner_f = ALLOCATE(ARENA_CONTACT, corners, Vec3, "corners' forces");
+    attachment->pulls =
+        ALLOCATE(ARENA_CONTACT, attachment->other->surface.node_count, double, "pulls");
 }
 
 Attachment *attachment_create(const char *name, const AttachmentOptions *options,
-                              const ToolOptions *tool, Body *body, Arena *arena, StateList *state,
-                              Status *status)
+                              const ToolOptions *tool, Body *body, Body *other, Arena *arena,
+                              StateList *state, Status *status)
 {
-    // A region is searched once; a grasper searches when it closes.
+    // A region is searched once, and holds its own nodes and those that they become; a grasper
+    // searches when it closes, and may hold any.
+    const int nodes = body->surface.node_count;
     int *node = NULL, count = 0;
     if (options->to != ATTACH_GRASPER &&
-        !attachment_find_region(body, &options->region, &node, &count, status)) {
+        !find_region(body, &options->region, &node, &count, status)) {
         free(node);
         return NULL;
     }
-    // It belongs to its body for good.
+    // It belongs to its bodies for good.
     Attachment *attachment = ALLOCATE(ARENA_CONTACT, 1, Attachment, "attachment");
-    attachment->options = *options;
-    attachment->tool = tool;
-    attachment->body = body;
-    attachment->changes = body_changes(body);
-    attachment->grasper = node == NULL;
-    create_memory(attachment, name, count, arena, state);
+    attachment->hold = ALLOCATE(ARENA_CONTACT, 1, HoldState, "hold");
+    attachment_assign(attachment, options, tool, body, other);
+    attachment->capacity = node != NULL         ? region_capacity(body, count)
+                           : nodes < HELD_NODES ? nodes
+                                                : HELD_NODES;
+    (other != NULL ? create_ties : create_frames)(attachment, name, arena, state);
+    create_scratch(attachment, name, arena);
     // All nodes of a region are held from now on, or as soon as the tool is active.
-    for (int i = 0; i < count; i++) {
-        attachment->node[i] = node[i];
-        attachment->held[i].share = 1.0;
-    }
-    attachment->hold->count = count;
+    const bool ok = other == NULL || joint_tie(attachment, node, count, status);
+    if (other == NULL)
+        attachment_hold(attachment, node, count);
     free(node);
-    return attachment;
+    return ok ? attachment : NULL;
 }
 
 // ---------------------------------------------------------------------------------------------
 // Ties by message
 
+size_t attachment_row_size(void)
+{
+    return sizeof(Tie) > sizeof(HeldNode) ? sizeof(Tie) : sizeof(HeldNode);
+}
+
 Attachment *attachment_reserve(const char *name, int capacity, const TieScratch *scratch,
                                Arena *arena, StateList *state)
 {
     Attachment *attachment = ALLOCATE(ARENA_CONTACT, 1, Attachment, "attachment");
+    attachment->hold = ALLOCATE(ARENA_CONTACT, 1, HoldState, "hold");
     attachment->of_tie = true;
+    attachment->capacity = capacity;
+    create_frames(attachment, name, arena, state);
+    create_ties(attachment, name, arena, state);
+    create_evaluation(attachment, name, arena);
     attachment->found = scratch->found;
     attachment->mark = scratch->mark;
     attachment->given = scratch->given;
+    attachment->pulls = scratch->pulls;
     attachment->v = scratch->v;
-    create_lists(attachment, name, capacity, arena, state);
-    create_evaluation(attachment, name, arena);
+    attachment->corner = scratch->corner;
+    attachment->corner_x = scratch->corner_x;
+    attachment->corner_v = scratch->corner_v;
+    attachment->corner_f = scratch->corner_f;
     return attachment;
 }
 
 void attachment_assign(Attachment *attachment, const AttachmentOptions *options,
-                       const ToolOptions *tool, Body *body)
+                       const ToolOptions *tool, Body *body, Body *other)
 {
     attachment->options = *options;
     attachment->tool = tool;
     attachment->body = body;
+    attachment->other = other;
+    attachment->row = other != NULL ? &FACET_ROW : &FRAME_ROW;
+    attachment->grasper = options->to == ATTACH_GRASPER;
     attachment->changes = body_changes(body);
 }
 
@@ -223,20 +255,36 @@ void attachment_drop(Attachment *attachment)
     const size_t count = (size_t)attachment->hold->count;
     memset(attachment->node, 0, count * sizeof *attachment->node);
     memset(attachment->held, 0, count * sizeof *attachment->held);
+    memset(attachment->tie, 0, (size_t)*attachment->ties * sizeof *attachment->tie);
     *attachment->hold = (HoldState){0};
+    *attachment->ties = 0;
     attachment->sums = (ContactSums){0};
 }
 
 bool attachment_is_empty(const Attachment *attachment)
 {
     static const HoldState NOTHING = {0};
-    return memcmp(attachment->hold, &NOTHING, sizeof NOTHING) == 0;
+    return memcmp(attachment->hold, &NOTHING, sizeof NOTHING) == 0 &&
+           (attachment->ties == NULL || *attachment->ties == 0);
 }
 
-const int *attachment_nodes(const Attachment *attachment, int *count)
+void attachment_add_shares(Attachment *attachment, const Body *of, double share, double *sum)
 {
-    *count = (int)attachment->hold->count;
-    return attachment->node;
+    for (int64_t i = 0; i < attachment->hold->count && attachment->body == of; i++)
+        sum[attachment->node[i]] += share;
+    for (int64_t i = 0; i < *attachment->ties && attachment->body == of; i++)
+        sum[attachment->tie[i].node] += share;
+    if (attachment->other != of)
+        return;
+    // A corner has its share once, however many springs divide it.
+    memset(attachment->pulls, 0, (size_t)of->surface.node_count * sizeof *attachment->pulls);
+    for (int64_t i = 0; i < *attachment->ties; i++) {
+        for (int k = 0; k < 3; k++) {
+            const int corner = of->surface.face[attachment->tie[i].face][k];
+            sum[corner] += attachment->pulls[corner] == 0.0 ? share : 0.0;
+            attachment->pulls[corner] = 1.0;
+        }
+    }
 }
 
 const AttachmentOptions *attachment_options(const Attachment *attachment)
@@ -244,9 +292,11 @@ const AttachmentOptions *attachment_options(const Attachment *attachment)
     return &attachment->options;
 }
 
-int attachment_node_capacity(const Attachment *attachment)
+int attachment_node_capacity(const Attachment *attachment, const Body *of)
 {
-    return attachment->capacity + (attachment->point != NULL ? 3 * HELD_POINTS : 0);
+    const int points = attachment->point != NULL ? HELD_POINTS : 0, nodes = attachment->capacity;
+    return (of == attachment->body ? nodes + 3 * points : 0) +
+           (attachment->other != NULL && of == attachment->other ? 3 * nodes : 0);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -323,13 +373,13 @@ void attachment_clear(Attachment *attachment)
     attachment->sums = (ContactSums){.about = attachment->sums.about};
 }
 
-static bool is_used_node(const BodySurface *surface, int node)
+static bool is_used_node(const BodySurface *surface, int64_t node)
 {
     return node >= 0 && node < surface->node_count &&
            surface->node_face_end[node] > surface->node_face_start[node];
 }
 
-static bool is_used_face(const BodySurface *surface, int64_t face)
+bool attachment_is_face(const BodySurface *surface, int64_t face)
 {
     if (face < 0 || face >= surface->face_count)
         return false;
@@ -346,23 +396,27 @@ static bool is_position(Vec3 local)
     return vec3_length(local) < 1e9;
 }
 
-bool attachment_check(const Attachment *attachment)
+// True if counts are within their limits; a grasper that holds nothing knows nothing.
+static bool check_hold(const Attachment *attachment)
 {
     const HoldState *hold = attachment->hold;
-    const BodySurface *surface = &attachment->body->surface;
     const bool grasper = attachment->grasper;
-    // Counts within their limits; a grasper that holds nothing knows nothing.
-    if (hold->holding < 0 || hold->holding > 1 || hold->closed < 0 || hold->closed > grasper ||
-        hold->muted < 0 || hold->muted > grasper || hold->count < 0 ||
-        hold->count > attachment->capacity || hold->points < 0 ||
-        hold->points > (grasper ? HELD_POINTS : 0) ||
-        (grasper && hold->holding == 0 && hold->count + hold->points > 0) ||
-        !(hold->ease >= 0.0 && hold->ease <= GRIP_EASE_TIME) ||
-        !(hold->strength >= 0.0 && isfinite(hold->strength)) ||
-        (hold->ease > 0.0 && (!grasper || hold->holding == 0)))
+    return hold->holding >= 0 && hold->holding <= 1 && hold->closed >= 0 &&
+           hold->closed <= grasper && hold->muted >= 0 && hold->muted <= grasper &&
+           hold->count >= 0 && hold->count <= attachment->capacity && hold->points >= 0 &&
+           hold->points <= (grasper ? HELD_POINTS : 0) &&
+           (!grasper || hold->holding == 1 || hold->count + hold->points == 0) &&
+           hold->ease >= 0.0 && hold->ease <= GRIP_EASE_TIME && hold->strength >= 0.0 &&
+           isfinite(hold->strength) && (hold->ease == 0.0 || (grasper && hold->holding == 1));
+}
+
+static bool check_frames(const Attachment *attachment)
+{
+    const BodySurface *surface = &attachment->body->surface;
+    if (!check_hold(attachment) || (attachment->ties != NULL && *attachment->ties != 0))
         return false;
     // Nodes exist, ascend and are held wholly or not at all.
-    for (int64_t i = 0; i < hold->count; i++) {
+    for (int64_t i = 0; i < attachment->hold->count; i++) {
         const HeldNode *held = &attachment->held[i];
         if (!is_used_node(surface, attachment->node[i]) || !is_position(held->local) ||
             !(held->share == 0.0 || held->share == 1.0) ||
@@ -370,9 +424,9 @@ bool attachment_check(const Attachment *attachment)
             return false;
     }
     // Points lie in existing faces.
-    for (int64_t i = 0; i < hold->points; i++) {
+    for (int64_t i = 0; i < attachment->hold->points; i++) {
         const HeldPoint *point = &attachment->point[i];
-        if (!is_used_face(surface, point->face) || !is_position(point->local))
+        if (!attachment_is_face(surface, point->face) || !is_position(point->local))
             return false;
         for (int k = 0; k < 3; k++)
             if (!(point->weight[k] >= 0.0 && point->weight[k] <= 1.0))
@@ -381,12 +435,35 @@ bool attachment_check(const Attachment *attachment)
     return true;
 }
 
+static bool check_ties(const Attachment *attachment)
+{
+    static const HoldState NOTHING = {0};
+    const int64_t ties = *attachment->ties;
+    if (memcmp(attachment->hold, &NOTHING, sizeof NOTHING) != 0 || ties < 0 ||
+        ties > attachment->capacity)
+        return false;
+    // Nodes and faces exist, and nodes ascend.
+    for (int64_t i = 0; i < ties; i++) {
+        const Tie *tie = &attachment->tie[i];
+        if (!is_used_node(&attachment->body->surface, tie->node) ||
+            (i > 0 && tie->node <= tie[-1].node) ||
+            !attachment_is_face(&attachment->other->surface, tie->face) || !joint_is_sensible(tie))
+            return false;
+    }
+    return true;
+}
+
+bool attachment_check(const Attachment *attachment)
+{
+    return attachment->other != NULL ? check_ties(attachment) : check_frames(attachment);
+}
+
 int attachment_held(const Attachment *attachment, bool *points)
 {
     *points = attachment->hold->points > 0;
     if (*points)
         return (int)attachment->hold->points;
-    int count = 0;
+    int count = attachment->other != NULL ? (int)*attachment->ties : 0;
     for (int64_t i = 0; i < attachment->hold->count; i++)
         count += attachment->held[i].share > 0.0;
     return count;

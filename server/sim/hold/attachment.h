@@ -52,41 +52,45 @@ typedef struct Attachment Attachment;
 void attachment_bounds(const Body *body, double stiffness, double damping_ratio, double *lambda,
                        double *damping);
 
-// Creates an attachment at load time. `name` is "body/grasp7" in lists of arrays; the body and the
-// tool (NULL: none) outlive the attachment. Returns NULL with a status for a region without a free
-// node.
+// Creates an attachment at load time. `name` is "body/grasp7" in lists of arrays; the bodies and
+// the tool (NULL: none) outlive it. `other`: of ATTACH_BODY, with the integrator of the body; else
+// NULL. Returns NULL with a status for a region without a free node, or one too far from the other
+// body.
 Attachment *attachment_create(const char *name, const AttachmentOptions *options,
-                              const ToolOptions *tool, Body *body, Arena *arena, StateList *state,
-                              Status *status);
+                              const ToolOptions *tool, Body *body, Body *other, Arena *arena,
+                              StateList *state, Status *status);
 // Memory that ties share, which one at a time uses; sized for the largest body.
 typedef struct TieScratch {
-    uint64_t *mark;         // one bit per node: all 0 between calls
-    int *found;             // [nodes]
-    struct HeldNode *given; // [nodes]; NULL: no body changes
-    double *demand;         // [nodes]
+    uint64_t *mark; // one bit per node: all 0 between calls
+    int *found;     // [nodes]
+    char *given;    // [nodes] rows; NULL: no body changes
+    double *pulls;  // [nodes]
     // Of an evaluation of one tie: its nodes, and three corners for each.
-    int *node, *corner;
-    Vec3 *x, *v, *f, *at, *velocity, *on;
+    Vec3 *v, *corner_x, *corner_v, *corner_f;
+    int *corner;
 } TieScratch;
 
-// Creates an attachment that has no body yet, for ties by message, with space for `capacity` nodes.
-// Load time.
+// Creates an attachment that has no body yet, for ties by message, with space for `capacity` nodes
+// and room for the largest row of any kind. Load time.
 Attachment *attachment_reserve(const char *name, int capacity, const TieScratch *scratch,
                                Arena *arena, StateList *state);
-// Lets a reserved attachment belong to a body, as after creation; the state is not changed.
+// Returns the bytes of a row of TieScratch.
+size_t attachment_row_size(void);
+// Lets a reserved attachment belong to its bodies, as after creation; the state is not changed. One
+// of a body with itself connects two of its walls.
 void attachment_assign(Attachment *attachment, const AttachmentOptions *options,
-                       const ToolOptions *tool, Body *body);
-// Holds these nodes, ascending and at most the capacity, from the next tick on; then releases them
-// and zeroes its state.
+                       const ToolOptions *tool, Body *body, Body *other);
+// Holds these nodes, ascending and at most the capacity, in the frame from the next tick on.
 void attachment_hold(Attachment *attachment, const int *node, int count);
+// Releases all and zeroes the state.
 void attachment_drop(Attachment *attachment);
 bool attachment_is_empty(const Attachment *attachment); // as after attachment_drop
-// Returns the nodes that it holds, ascending.
-const int *attachment_nodes(const Attachment *attachment, int *count);
+// Adds `share` to the sums of those nodes of a body that it acts on, at either end.
+void attachment_add_shares(Attachment *attachment, const Body *of, double share, double *sum);
 
 const AttachmentOptions *attachment_options(const Attachment *attachment);
-// Returns the most entries that one evaluation can push, for BodyOps.reserve_forces.
-int attachment_node_capacity(const Attachment *attachment);
+// Returns the most entries that one evaluation can push on a body, for BodyOps.reserve_forces.
+int attachment_node_capacity(const Attachment *attachment, const Body *of);
 
 // Grasps or releases as the tool requires, at its pose at the start of the tick; once per tick.
 // `active`: the tool is active (the world always is).
@@ -114,74 +118,41 @@ Vec3 attachment_force(const Attachment *attachment); // applied last, on the fra
 // Returns the sums of the tick, for the wrench; normal and depth stay zero.
 const ContactSums *attachment_sums(const Attachment *attachment);
 
-// Call the first before a change of topology may happen, the second after it has.
-void attachment_remember(Attachment *attachment);
-void attachment_topology_changed(Attachment *attachment, const TopologyChange *change);
+// Call the first before a change of a body's topology may happen, the second after it has.
+void attachment_remember(Attachment *attachment, const Body *of);
+void attachment_topology_changed(Attachment *attachment, const Body *of,
+                                 const TopologyChange *change);
 // Releases everything but the scene's own attachments, after the body was restored.
 void attachment_clear(Attachment *attachment);
 
 // True if the state read from a checkpoint is consistent.
 bool attachment_check(const Attachment *attachment);
 
-// Return the nodes (or points of faces) held now; and, since the start, the number of grasps and of
-// nodes that exceeded the capacity.
+// Return the nodes (or points of faces) held now, by as many springs; and, since the start, the
+// number of grasps and of nodes that exceeded the capacity.
 int attachment_held(const Attachment *attachment, bool *points);
 int64_t attachment_taken(const Attachment *attachment);
 int64_t attachment_slipped(const Attachment *attachment); // grasps that ended so
 int64_t attachment_refused(const Attachment *attachment);
 
 // --- joint.c ---
-// Springs between nodes of one body and points carried by another: the nearest point of its surface
-// when they were tied, and the node's distance from there. Step thread.
-
-typedef struct Joint Joint;
+// Attachments to a body: springs between nodes of one and points carried by another, the nearest
+// of its surface when they were tied, at the node's distance from there.
 
 // Largest distance of a node from the other body when they are tied, in that body's longest edges:
 // farther away, a face does not define the motion of a point.
 #define JOINT_REACH 2.0
 
-// Creates a joint at load time. The bodies outlive it and have the same integrator. Returns NULL
-// with a status for a region without a free node, or one too far from the other body.
-Joint *joint_create(const char *name, const AttachmentOptions *options, Body *body, Body *other,
-                    Arena *arena, StateList *state, Status *status);
-
-// Creates a joint that has no bodies yet, for ties by message. Load time.
-Joint *joint_reserve(const char *name, int capacity, const TieScratch *scratch, Arena *arena,
-                     StateList *state);
-// Lets a reserved joint belong to its bodies, as after creation; the state is not changed. A joint
-// of a body with itself connects two of its walls.
-void joint_assign(Joint *joint, const AttachmentOptions *options, Body *body, Body *other);
 // Adds a spring from a node to the point of a face that is at the node now. Nodes ascend, up to the
 // capacity; joint_stiffen follows the last.
-void joint_add(Joint *joint, int node, int face);
-void joint_drop(Joint *joint); // ends all springs and zeroes its state
+void joint_add(Attachment *joint, int node, int face);
 // Draws the ends of the springs by `way` [m] nearer to their faces, until they lie on them.
-void joint_close(Joint *joint, double way);
-double joint_gap(const Joint *joint); // largest distance of an end from its face [m]
-// Adds `share` to the sums of those nodes of a body that the springs act on, at either end.
-void joint_add_shares(const Joint *joint, const Body *of, double share, double *sum);
-// Clear the impulse of the tick, and return it: on the nodes of `body` [N s].
-void joint_begin_tick(Joint *joint);
-Vec3 joint_impulse(const Joint *joint);
-
-const AttachmentOptions *joint_options(const Joint *joint);
-// Returns the most entries that one evaluation pushes, of the one body and the other.
-int joint_node_capacity(const Joint *joint);
-int joint_other_capacity(const Joint *joint);
+void joint_close(Attachment *joint, double way);
+double joint_gap(const Attachment *joint); // largest distance of an end from its face [m]
 // Recomputes the springs after contact_lambda of a body has changed. Load time.
-void joint_stiffen(Joint *joint);
-
+void joint_stiffen(Attachment *joint);
 // Adds the springs' forces to the nodes of both bodies, for one evaluation; `share` times a force
 // is its impulse [s].
-void joint_apply(Joint *joint, double share);
-
-// Call the first before the other body's topology may change; the others after that of either did.
-void joint_remember(Joint *joint);
-void joint_other_changed(Joint *joint, const TopologyChange *change);
-void joint_topology_changed(Joint *joint, const TopologyChange *change);
-
-bool joint_check(const Joint *joint);
-int joint_count(const Joint *joint); // springs
-int64_t joint_refused(const Joint *joint);
+void joint_apply(Attachment *joint, double share);
 
 #endif

@@ -95,7 +95,7 @@ static bool nearest_point(const Attachment *attachment, const ToolPlacement *at,
     const Body *body = attachment->body;
     Vec3 x[3];
     // The face in the world, against each capsule.
-    body->ops->read_nodes(body->model, body->surface.face[face], 3, x, NULL);
+    attachment_read_face(body, face, x);
     bool within = false;
     double deepest = 0.0;
     for (int k = 0; k < attachment->tool->capsule_count; k++) {
@@ -207,26 +207,52 @@ void attachment_release(Attachment *attachment)
 
 // --- changes of topology ---
 
-Vec3 attachment_point(const Attachment *attachment, const HeldPoint *point)
+// Returns the current position of a held point [m].
+static Vec3 find_point(const Attachment *attachment, const HeldPoint *point)
 {
-    const Body *body = attachment->body;
     Vec3 x[3], sum = {0.0, 0.0, 0.0};
-    body->ops->read_nodes(body->model, body->surface.face[point->face], 3, x, NULL);
+    attachment_read_face(attachment->body, point->face, x);
     for (int k = 0; k < 3; k++)
         sum = vec3_madd(sum, point->weight[k], x[k]);
     return sum;
 }
 
-void attachment_remember(Attachment *attachment)
+void attachment_remember(Attachment *attachment, const Body *of)
 {
     for (int64_t i = 0; i < attachment->hold->points; i++)
-        attachment->before[i] = attachment_point(attachment, &attachment->point[i]);
+        attachment->before[i] = find_point(attachment, &attachment->point[i]);
+    for (int64_t i = 0; attachment->other == of && i < *attachment->ties; i++)
+        attachment->before[i] = joint_end(attachment, &attachment->tie[i]);
 }
 
-static void give(Attachment *attachment, int node, Vec3 local, double share)
+int64_t attachment_heir(const Body *body, const TopologyChange *change, int64_t face, Vec3 at,
+                        double weight[3])
 {
-    bits_add(attachment->mark, node);
-    attachment->given[node] = (HeldNode){local, share};
+    int64_t heir = FACE_STAYS;
+    double least = (double)INFINITY;
+    for (int c = 0; c < change->face_count; c++) {
+        Vec3 x[3];
+        ClosestPair pair;
+        if (change->face[c].face == face && heir == FACE_STAYS)
+            heir = FACE_ENDS; // unless there is one
+        if (change->face[c].from != face)
+            continue;
+        attachment_read_face(body, change->face[c].face, x);
+        distance_point_triangle(at, x, &pair);
+        if (pair.distance >= least)
+            continue;
+        least = pair.distance;
+        heir = change->face[c].face;
+        memcpy(weight, pair.weight, sizeof pair.weight);
+    }
+    return heir;
+}
+
+// --- nodes that come and go ---
+
+static bool carries_share(const void *row)
+{
+    return ((const HeldNode *)row)->share > 0.0;
 }
 
 // Decides if a new node between known ones is held: by a grasper's capsules; elsewhere if both of
@@ -241,116 +267,160 @@ static double judge(const Attachment *attachment, int node, Vec3 local, double b
     return attachment_is_within(attachment, local) ? 1.0 : 0.0;
 }
 
+static bool place_between(const Attachment *attachment, const NodeBirth *born, const void *from,
+                          const void *to, void *row)
+{
+    const HeldNode *one = from, *two = to;
+    const Vec3 local = vec3_scale(0.5, vec3_add(one->local, two->local));
+    const double both = fmin(one->share, two->share);
+    // A copy of a node is held as the node is.
+    const bool copy = born->parent[0] == born->parent[1];
+    *(HeldNode *)row = (HeldNode){local, copy ? both : judge(attachment, born->node, local, both)};
+    return true;
+}
+
+static bool inherit_place(Attachment *attachment, int parent, const void *went, const void *known,
+                          void *row)
+{
+    const HeldNode *like = known != NULL ? known : went;
+    // Where a tie knows no place of the parent, that is where it is when the tick begins.
+    attachment->hold->holding &= known != NULL || !attachment->of_tie;
+    *(HeldNode *)row = (HeldNode){like->local, 1.0};
+    return !attachment->body->ops->is_fixed(attachment->body->model, parent);
+}
+
+const HoldRow FRAME_ROW = {sizeof(HeldNode), carries_share, place_between, inherit_place};
+
+// Returns how many rows there are; row number i, and that given to a node.
+static int64_t *row_count(const Attachment *attachment)
+{
+    return attachment->other != NULL ? attachment->ties : &attachment->hold->count;
+}
+
+static char *row_at(const Attachment *attachment, int64_t i)
+{
+    char *rows = attachment->other != NULL ? (char *)attachment->tie : (char *)attachment->held;
+    return rows + (size_t)i * attachment->row->size;
+}
+
+static char *given_at(const Attachment *attachment, int node)
+{
+    return attachment->given + (size_t)node * attachment->row->size;
+}
+
+static void give(Attachment *attachment, int node, const void *row)
+{
+    bits_add(attachment->mark, node);
+    memcpy(given_at(attachment, node), row, attachment->row->size);
+}
+
+// Hands the row of a node that went to its parents.
+static void hand_over(Attachment *attachment, const void *went, const int parent[2])
+{
+    union {
+        HeldNode held;
+        Tie tie;
+    } row;
+    for (int k = 0; k < 2; k++) {
+        const bool known = bits_has(attachment->mark, parent[k]);
+        if (attachment->row->inherit(attachment, parent[k], went,
+                                     known ? given_at(attachment, parent[k]) : NULL, &row))
+            give(attachment, parent[k], &row);
+    }
+}
+
 // Updates the marked nodes after a change. If no held node would be left, the parents of removed
 // ones are held instead.
 static void change_nodes(Attachment *attachment, int held, const TopologyChange *change)
 {
+    const HoldRow *kind = attachment->row;
     // How many held nodes are left without those that go.
     for (int i = 0; i < change->gone_count; i++)
         if (bits_has(attachment->mark, change->gone[i]))
-            held -= attachment->given[change->gone[i]].share > 0.0;
-    // A held node that goes hands its place to its parents, if nothing else is held.
+            held -= kind->carries(given_at(attachment, change->gone[i]));
     for (int i = 0; i < change->gone_count; i++) {
-        int node = change->gone[i];
+        const int node = change->gone[i];
         if (!bits_has(attachment->mark, node))
             continue;
         bits_remove(attachment->mark, node);
-        const HeldNode went = attachment->given[node];
-        for (int k = 0; k < 2 && held == 0 && went.share > 0.0; k++) {
-            int parent = change->gone_parent[i][k];
-            bool known = bits_has(attachment->mark, parent);
-            // Where a tie knows no place of the parent, that is where it is when the tick begins.
-            attachment->hold->holding &= known || !attachment->of_tie;
-            if (!attachment->body->ops->is_fixed(attachment->body->model, parent))
-                give(attachment, parent, known ? attachment->given[parent].local : went.local, 1.0);
-        }
+        if (held == 0 && kind->carries(given_at(attachment, node)))
+            hand_over(attachment, given_at(attachment, node), change->gone_parent[i]);
     }
     // A new node is held if both its parents are, and if it would have been within.
     for (int i = 0; i < change->born_count; i++) {
         const NodeBirth *born = &change->born[i];
-        int a = born->parent[0], b = born->parent[1];
-        if (!bits_has(attachment->mark, a) || !bits_has(attachment->mark, b))
-            continue;
-        const HeldNode *from = &attachment->given[a], *to = &attachment->given[b];
-        Vec3 local = vec3_scale(0.5, vec3_add(from->local, to->local));
-        double both = fmin(from->share, to->share);
-        // A copy of a node is held as the node is.
-        give(attachment, born->node, local,
-             a == b ? both : judge(attachment, born->node, local, both));
+        const int a = born->parent[0], b = born->parent[1];
+        if (bits_has(attachment->mark, a) && bits_has(attachment->mark, b) &&
+            kind->between(attachment, born, given_at(attachment, a), given_at(attachment, b),
+                          given_at(attachment, born->node)))
+            bits_add(attachment->mark, born->node);
     }
 }
 
-static void follow_nodes(Attachment *attachment, const TopologyChange *change)
+// Takes the marked nodes back into an ascending list, and clears the marks on the way. What exceeds
+// the capacity stays free and is counted. Returns how many rows there are.
+static int collect_rows(Attachment *attachment)
 {
-    HoldState *hold = attachment->hold;
-    const int before = (int)hold->count;
-    // Spread the list over the nodes, to find parents at once.
-    int held = 0;
-    for (int i = 0; i < before; i++) {
-        give(attachment, attachment->node[i], attachment->held[i].local, attachment->held[i].share);
-        held += attachment->held[i].share > 0.0;
-    }
-    change_nodes(attachment, held, change);
-    // Back to an ascending list, by the marks, which are cleared on the way.
     int count = 0;
     for (int word = 0; word < bits_words(attachment->body->surface.node_count); word++) {
         for (uint64_t left = attachment->mark[word]; left != 0;) {
             const int node = bits_take(&left, word);
-            // What exceeds the capacity stays free and is counted.
             if (count == attachment->capacity) {
-                attachment->refused += attachment->given[node].share > 0.0;
+                attachment->refused += attachment->row->carries(given_at(attachment, node));
                 continue;
             }
-            attachment->node[count] = node;
-            attachment->held[count++] = attachment->given[node];
+            memcpy(row_at(attachment, count), given_at(attachment, node), attachment->row->size);
+            if (attachment->other != NULL)
+                attachment->tie[count].node = node;
+            else
+                attachment->node[count] = node;
+            count++;
         }
         attachment->mark[word] = 0;
     }
+    return count;
+}
+
+static void follow_nodes(Attachment *attachment, const TopologyChange *change)
+{
+    const int before = (int)*row_count(attachment);
+    // Spread the list over the nodes, to find parents at once.
+    int held = 0;
+    for (int i = 0; i < before; i++) {
+        const int64_t node =
+            attachment->other != NULL ? attachment->tie[i].node : attachment->node[i];
+        give(attachment, (int)node, row_at(attachment, i));
+        held += attachment->row->carries(row_at(attachment, i));
+    }
+    change_nodes(attachment, held, change);
+    const int count = collect_rows(attachment);
     // The state is zero beyond what is in use.
     for (int i = count; i < before; i++) {
-        attachment->node[i] = 0;
-        memset(&attachment->held[i], 0, sizeof attachment->held[i]);
+        memset(row_at(attachment, i), 0, attachment->row->size);
+        if (attachment->other == NULL)
+            attachment->node[i] = 0;
     }
-    hold->count = count;
+    *row_count(attachment) = count;
 }
 
 // Moves each point to the nearest of the faces that replaced its own. Points that reach the same
 // face become one: its mass counts once.
 static void follow_points(Attachment *attachment, const TopologyChange *change)
 {
-    const Body *body = attachment->body;
     HoldState *hold = attachment->hold;
     int64_t kept = 0;
     for (int64_t i = 0; i < hold->points; i++) {
         HeldPoint point = attachment->point[i];
         const Vec3 before = attachment->before[i];
-        bool replaced = false, any = false;
-        double least = (double)INFINITY;
-        // Among the faces that replaced the point's own, the nearest to its old position.
-        for (int c = 0; c < change->face_count; c++) {
-            replaced |= change->face[c].face == attachment->point[i].face;
-            if (change->face[c].from != attachment->point[i].face)
-                continue;
-            Vec3 x[3];
-            ClosestPair pair;
-            int face = change->face[c].face;
-            body->ops->read_nodes(body->model, body->surface.face[face], 3, x, NULL);
-            distance_point_triangle(before, x, &pair);
-            if (pair.distance >= least)
-                continue;
-            least = pair.distance;
-            any = true;
-            point.face = face;
-            memcpy(point.weight, pair.weight, sizeof point.weight);
-        }
-        if (replaced && !any)
-            continue; // no face replaced it
-        // Each face carries one point at most.
-        bool twice = false;
+        const int64_t heir =
+            attachment_heir(attachment->body, change, point.face, before, point.weight);
+        point.face = heir >= 0 ? heir : point.face;
+        // It ends, too, if an older point has this face.
+        bool ends = heir == FACE_ENDS;
         for (int64_t k = 0; k < kept; k++)
-            twice |= attachment->point[k].face == point.face;
-        if (twice)
-            continue; // an older point has this face
+            ends |= attachment->point[k].face == point.face;
+        if (ends)
+            continue;
         attachment->before[kept] = before;
         attachment->point[kept++] = point;
     }
@@ -384,12 +454,18 @@ static void prefer_nodes(Attachment *attachment)
     hold->points = 0;
 }
 
-void attachment_topology_changed(Attachment *attachment, const TopologyChange *change)
+void attachment_topology_changed(Attachment *attachment, const Body *of,
+                                 const TopologyChange *change)
 {
     HoldState *hold = attachment->hold;
     if (attachment->grasper && hold->holding == 0)
         return;
-    follow_nodes(attachment, change);
+    if (attachment->other == of)
+        joint_other_changed(attachment, change);
+    if (attachment->body == of)
+        follow_nodes(attachment, change);
+    if (attachment->other != NULL) // corners have other shares and masses now
+        joint_stiffen(attachment);
     if (hold->points > 0) {
         follow_points(attachment, change);
         prefer_nodes(attachment);

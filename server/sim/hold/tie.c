@@ -7,7 +7,6 @@
 
 #include "base/bits.h"
 #include "base/check.h"
-#include "sim/hold/attachment_data.h"
 #include "sim/guard/guard.h"
 #include "sim/time_step.h"
 #include "sim/events.h"
@@ -56,18 +55,16 @@ static void create_scratch(Sim *sim, TiePool *pool)
     }
     pool->room = changes ? GROWTH * TIE_NODES : TIE_NODES;
     pool->shared.mark = MEMORY(ARENA_CONTACT, bits_words(nodes), uint64_t, "marks");
-    pool->shared.demand = MEMORY(ARENA_CONTACT, nodes, double, "demand");
+    pool->shared.pulls = MEMORY(ARENA_CONTACT, nodes, double, "pulls");
     if (changes)
-        pool->shared.given = MEMORY(ARENA_CONTACT, nodes, HeldNode, "held before");
+        pool->shared.given = arena_allocate(sim->arena, ARENA_CONTACT, (size_t)nodes,
+                                            attachment_row_size(), "ties/held before");
     TieScratch *shared = &pool->shared;
-    shared->node = MEMORY(ARENA_CONTACT, pool->room, int, "nodes");
-    shared->corner = MEMORY(ARENA_CONTACT, 3 * pool->room, int, "corners of faces");
-    shared->x = MEMORY(ARENA_CONTACT, pool->room, Vec3, "ends");
     shared->v = MEMORY(ARENA_CONTACT, pool->room, Vec3, "ends' velocities");
-    shared->f = MEMORY(ARENA_CONTACT, pool->room, Vec3, "ends' forces");
-    shared->at = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' positions");
-    shared->velocity = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' velocities");
-    shared->on = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' forces");
+    shared->corner = MEMORY(ARENA_CONTACT, 3 * pool->room, int, "corners of faces");
+    shared->corner_x = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' positions");
+    shared->corner_v = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' velocities");
+    shared->corner_f = MEMORY(ARENA_CONTACT, 3 * pool->room, Vec3, "corners' forces");
     // To find nodes and walls.
     pool->found = shared->found = MEMORY(ARENA_CONTACT, nodes, int, "found");
     pool->mark_face = MEMORY(ARENA_CONTACT, bits_words(faces), uint64_t, "marks of faces");
@@ -88,15 +85,12 @@ void ties_create(Sim *sim)
     // The slots, all of them free.
     pool->record = MEMORY(ARENA_CONTACT, capacity, TieRecord, "record");
     state_add(sim->state, pool->record, (size_t)capacity * sizeof *pool->record, "ties/record");
-    pool->attachment = MEMORY(ARENA_CONTACT, capacity, Attachment *, "attachments");
-    pool->joint = MEMORY(ARENA_CONTACT, capacity, Joint *, "joints");
+    pool->slot = MEMORY(ARENA_CONTACT, capacity, Attachment *, "attachments");
     pool->live = MEMORY(ARENA_CONTACT, capacity, bool, "live");
     for (int s = 0; s < capacity; s++) {
         char name[32];
         snprintf(name, sizeof name, "ties/%d", s);
-        pool->attachment[s] =
-            attachment_reserve(name, pool->room, &pool->shared, sim->arena, sim->state);
-        pool->joint[s] = joint_reserve(name, pool->room, &pool->shared, sim->arena, sim->state);
+        pool->slot[s] = attachment_reserve(name, pool->room, &pool->shared, sim->arena, sim->state);
     }
     pool->lambda = MEMORY(ARENA_CONTACT, bodies, double, "bounds of stiffness");
     pool->damping = MEMORY(ARENA_CONTACT, bodies, double, "bounds of damping");
@@ -144,7 +138,7 @@ static bool is_record(const Sim *sim, const TieRecord *tie)
            (tie->kind == TIE_PIN ? tie->tool == -1 : tie->tool >= 0 && tie->tool < sim->tool_count);
 }
 
-// Lets the slot's attachment or joint be that of its record.
+// Lets the slot's attachment be that of its record.
 static void assign(Sim *sim, int slot)
 {
     const TieRecord *tie = &sim->ties->record[slot];
@@ -156,12 +150,9 @@ static void assign(Sim *sim, int slot)
                                        .to_body = (int)tie->to_body,
                                        .stiffness = tie->stiffness,
                                        .damping_ratio = tie->damping_ratio};
-    Body *body = &sim->body[tie->body];
-    if (is_joint(tie->kind))
-        joint_assign(sim->ties->joint[slot], &options, body, &sim->body[tie->to_body]);
-    else
-        attachment_assign(sim->ties->attachment[slot], &options,
-                          tie->tool >= 0 ? &sim->tool[tie->tool] : NULL, body);
+    attachment_assign(sim->ties->slot[slot], &options,
+                      tie->tool >= 0 ? &sim->tool[tie->tool] : NULL, &sim->body[tie->body],
+                      is_joint(tie->kind) ? &sim->body[tie->to_body] : NULL);
 }
 
 // True if a slot is used and its state, which may come from any file, can be.
@@ -174,9 +165,7 @@ static bool is_live(Sim *sim, int slot)
         if (pool->record[s].number == pool->record[slot].number)
             return false;
     assign(sim, slot);
-    return is_joint(pool->record[slot].kind)
-               ? joint_check(pool->joint[slot]) && attachment_is_empty(pool->attachment[slot])
-               : attachment_check(pool->attachment[slot]) && joint_count(pool->joint[slot]) == 0;
+    return attachment_check(pool->slot[slot]);
 }
 
 // Lists the attachments of each body: its own, then those of ties.
@@ -190,7 +179,7 @@ static void list_attachments(Sim *sim)
             sim->attachment[sim->attachment_count++] = pool->own[k];
         for (int s = 0; s < pool->capacity; s++)
             if (pool->live[s] && pool->record[s].body == b && !is_joint(pool->record[s].kind))
-                sim->attachment[sim->attachment_count++] = pool->attachment[s];
+                sim->attachment[sim->attachment_count++] = pool->slot[s];
     }
     sim->attachment_start[sim->body_count] = sim->attachment_count;
 }
@@ -205,32 +194,27 @@ static void list_joints(Sim *sim)
         const TieRecord *tie = &pool->record[s];
         if (!pool->live[s] || !is_joint(tie->kind))
             continue;
-        sim->joint[sim->joint_count++] = pool->joint[s];
+        sim->joint[sim->joint_count++] = pool->slot[s];
         if (!in_one_group(sim, (int)tie->body, (int)tie->to_body))
             time_step_group(sim, (int)tie->body, (int)tie->to_body);
     }
 }
 
-// Adds one tie's shares at the nodes of a body; returns false if it does not act on it.
-static bool add_shares(const Sim *sim, int slot, int b)
+// True if a tie acts on a body.
+static bool acts_on(const TiePool *pool, int slot, int b)
+{
+    const TieRecord *tie = &pool->record[slot];
+    return pool->live[slot] && (tie->body == b || tie->to_body == b);
+}
+
+// Adds one tie's shares at the nodes of a body.
+static void add_shares(const Sim *sim, int slot, int b)
 {
     const TiePool *pool = sim->ties;
     const TieRecord *tie = &pool->record[slot];
     const double root = 2.0 * tie->damping_ratio * sqrt(tie->stiffness);
-    if (!pool->live[slot] || (tie->body != b && tie->to_body != b))
-        return false;
-    if (is_joint(tie->kind)) {
-        joint_add_shares(pool->joint[slot], &sim->body[b], tie->stiffness, pool->share);
-        joint_add_shares(pool->joint[slot], &sim->body[b], root, pool->root);
-        return true;
-    }
-    int count;
-    const int *node = attachment_nodes(pool->attachment[slot], &count);
-    for (int i = 0; i < count; i++) {
-        pool->share[node[i]] += tie->stiffness;
-        pool->root[node[i]] += root;
-    }
-    return true;
+    attachment_add_shares(pool->slot[slot], &sim->body[b], tie->stiffness, pool->share);
+    attachment_add_shares(pool->slot[slot], &sim->body[b], root, pool->root);
 }
 
 // The springs of a tie add at most g lambda_b to the rows of M^-1 K of its nodes and corners
@@ -243,13 +227,14 @@ static double find_largest_share(Sim *sim, int b, double *root)
     bool any = false;
     *root = 0.0;
     for (int s = 0; s < pool->capacity && !any; s++)
-        any = pool->live[s] && (pool->record[s].body == b || pool->record[s].to_body == b);
+        any = acts_on(pool, s, b);
     if (!any)
         return 0.0;
     memset(pool->share, 0, (size_t)nodes * sizeof *pool->share);
     memset(pool->root, 0, (size_t)nodes * sizeof *pool->root);
     for (int s = 0; s < pool->capacity; s++)
-        add_shares(sim, s, b);
+        if (acts_on(pool, s, b))
+            add_shares(sim, s, b);
     for (int i = 0; i < nodes; i++) {
         share = fmax(share, pool->share[i]);
         *root = fmax(*root, pool->root[i]);
@@ -289,9 +274,8 @@ bool ties_check(const Sim *sim)
     static const TieRecord FREE = {0};
     const TiePool *pool = sim->ties;
     for (int s = 0; s < pool->capacity; s++) {
-        const bool is_free = memcmp(&pool->record[s], &FREE, sizeof FREE) == 0 &&
-                             attachment_is_empty(pool->attachment[s]) &&
-                             joint_count(pool->joint[s]) == 0;
+        const bool is_free =
+            memcmp(&pool->record[s], &FREE, sizeof FREE) == 0 && attachment_is_empty(pool->slot[s]);
         if (!pool->live[s] && !is_free)
             return false;
     }
@@ -300,12 +284,10 @@ bool ties_check(const Sim *sim)
 
 int64_t ties_refused(const Sim *sim)
 {
-    int64_t refused = 0; // those of attachments in use are counted with the others
-    for (int s = 0; s < sim->ties->capacity; s++) {
-        const bool listed = sim->ties->live[s] && !is_joint(sim->ties->record[s].kind);
-        refused += joint_refused(sim->ties->joint[s]);
-        refused += listed ? 0 : attachment_refused(sim->ties->attachment[s]);
-    }
+    int64_t refused = 0; // those in use are counted with the other attachments
+    for (int s = 0; s < sim->ties->capacity; s++)
+        if (!sim->ties->live[s])
+            refused += attachment_refused(sim->ties->slot[s]);
     return refused;
 }
 
@@ -506,7 +488,7 @@ static bool join_nodes(Sim *sim, int slot, const TieOptions *options, const int 
     if (faces < 0)
         return REFUSE("radius %g m: more than %d faces of body %s there", options->radius,
                       TIE_FACES, search.other->name);
-    Joint *joint = pool->joint[slot];
+    Attachment *joint = pool->slot[slot];
     for (int i = 0; i < count; i++) {
         double distance;
         search.node = node[i];
@@ -521,7 +503,7 @@ static bool join_nodes(Sim *sim, int slot, const TieOptions *options, const int 
         if (face >= 0)
             joint_add(joint, node[i], face);
     }
-    if (joint_count(joint) == 0)
+    if (attachment_is_empty(joint))
         return REFUSE("center, radius: no walls of body %s%s%s face each other there",
                       search.body->name, search.body == search.other ? "" : " and ",
                       search.body == search.other ? "" : search.other->name);
@@ -545,8 +527,7 @@ static int find_slot(const TiePool *pool, int64_t number)
 static void free_slot(Sim *sim, int slot)
 {
     TiePool *pool = sim->ties;
-    attachment_drop(pool->attachment[slot]);
-    joint_drop(pool->joint[slot]);
+    attachment_drop(pool->slot[slot]);
     pool->record[slot] = (TieRecord){0};
 }
 
@@ -561,8 +542,7 @@ static int lowest_free_number(const TiePool *pool)
 static int count_nodes(const TiePool *pool, int slot)
 {
     bool points;
-    return is_joint(pool->record[slot].kind) ? joint_count(pool->joint[slot])
-                                             : attachment_held(pool->attachment[slot], &points);
+    return attachment_held(pool->slot[slot], &points);
 }
 
 static void describe(const Sim *sim, int slot, char *text, size_t size)
@@ -622,7 +602,7 @@ static bool make(Sim *sim, const TieOptions *options, char *why, size_t why_size
     if (is_joint(options->kind))
         ok = join_nodes(sim, slot, options, node, count, why, why_size);
     else
-        attachment_hold(pool->attachment[slot], node, count);
+        attachment_hold(pool->slot[slot], node, count);
     // All of it, or nothing.
     if (ok && accept(sim, why, why_size)) {
         describe(sim, slot, why, why_size);
@@ -647,7 +627,7 @@ static bool change(Sim *sim, int slot, const TieOptions *options, char *why, siz
         ties_follow(sim);
     }
     if (ok && is_joint(tie->kind))
-        joint_stiffen(sim->ties->joint[slot]);
+        joint_stiffen(sim->ties->slot[slot]);
     if (ok)
         snprintf(why, why_size, "tie %lld: stiffness %g, damping_ratio %g, break_force %g N",
                  (long long)tie->number, tie->stiffness, tie->damping_ratio, tie->break_force);
@@ -687,18 +667,15 @@ void ties_begin_tick(Sim *sim)
     for (int s = 0; s < pool->capacity; s++) {
         if (!pool->live[s] || !is_joint(pool->record[s].kind))
             continue;
-        joint_begin_tick(pool->joint[s]);
+        attachment_clear(pool->slot[s]);
         if (pool->record[s].kind == TIE_CLIP)
-            joint_close(pool->joint[s], pool->record[s].closing * sim->tick);
+            joint_close(pool->slot[s], pool->record[s].closing * sim->tick);
     }
 }
 
 static Vec3 pull_of(const Sim *sim, int slot)
 {
-    const TiePool *pool = sim->ties;
-    return is_joint(pool->record[slot].kind)
-               ? vec3_scale(1.0 / sim->tick, joint_impulse(pool->joint[slot]))
-               : vec3_scale(-1.0 / sim->tick, attachment_sums(pool->attachment[slot])->impulse);
+    return vec3_scale(-1.0 / sim->tick, attachment_sums(sim->ties->slot[slot])->impulse);
 }
 
 // True if a body's numbers in this tick were bad: what pulled on it says nothing.

@@ -15,13 +15,12 @@ typedef struct TieRecord {
     double closing;     // of a clip: how fast its gap closes [m/s]
 } TieRecord;
 
-// All memory of a scene's ties. A slot is an attachment or a joint while it is used.
+// All memory of a scene's ties. A slot is an attachment while it is used.
 typedef struct TiePool {
     int capacity; // slots
     int room;     // nodes that each may hold
     TieRecord *record;
-    Attachment **attachment; // [capacity] reserved
-    Joint **joint;           // [capacity] reserved
+    Attachment **slot; // [capacity] reserved
 
     // --- what the scene has without ties, constant ---
     GroupMember *group; // [body_count]
