@@ -415,18 +415,20 @@ static bool check_frames(const Attachment *attachment)
     const BodySurface *surface = &attachment->body->surface;
     if (!check_hold(attachment) || (attachment->ties != NULL && *attachment->ties != 0))
         return false;
-    // Nodes exist, ascend and are held wholly or not at all.
+    // Nodes exist, ascend and are held wholly or not at all, but for those that leave jaws.
     for (int64_t i = 0; i < attachment->hold->count; i++) {
         const HeldNode *held = &attachment->held[i];
         if (!is_used_node(surface, attachment->node[i]) || !is_position(held->local) ||
-            !(held->share == 0.0 || held->share == 1.0) ||
+            !(held->share >= 0.0 && held->share <= 1.0) ||
+            (!attachment->grasper && held->share != floor(held->share)) ||
             (i > 0 && attachment->node[i] <= attachment->node[i - 1]))
             return false;
     }
     // Points lie in existing faces.
     for (int64_t i = 0; i < attachment->hold->points; i++) {
         const HeldPoint *point = &attachment->point[i];
-        if (!attachment_is_face(surface, point->face) || !is_position(point->local))
+        if (!attachment_is_face(surface, point->face) || !is_position(point->local) ||
+            !(held_point_share(point) > 0.0))
             return false;
         for (int k = 0; k < 3; k++)
             if (!(point->weight[k] >= 0.0 && point->weight[k] <= 1.0))

@@ -10,13 +10,13 @@
 // A known node: held, or so near that nodes created between it and others may have to be held.
 typedef struct HeldNode {
     Vec3 local;   // in the frame [m]
-    double share; // 1: held, or 0
+    double share; // 1: held; 0: not; between: leaves jaws, pulled with so much of max_force at most
 } HeldNode;
 
 // A held point of a face; whole words: no padding in the state.
 typedef struct HeldPoint {
     int64_t face;
-    double weight[3]; // barycentric
+    double weight[3]; // barycentric; of one that leaves jaws, times its share (HeldNode)
     Vec3 local;       // in the frame [m]
 } HeldPoint;
 
@@ -93,6 +93,15 @@ struct Attachment {
     ContactSums sums;
     int64_t taken, refused, slipped;
 };
+
+// Returns the share of a point; rounding apart its weights sum up to 1, or to less than
+// LEAVES_BELOW.
+#define LEAVES_BELOW (1.0 - 1e-6)
+static inline double held_point_share(const HeldPoint *point)
+{
+    const double sum = point->weight[0] + point->weight[1] + point->weight[2];
+    return sum > LEAVES_BELOW ? 1.0 : sum;
+}
 
 static inline void attachment_read_face(const Body *body, int64_t face, Vec3 x[3])
 {

@@ -214,7 +214,7 @@ static Vec3 find_point(const Attachment *attachment, const HeldPoint *point)
     attachment_read_face(attachment->body, point->face, x);
     for (int k = 0; k < 3; k++)
         sum = vec3_madd(sum, point->weight[k], x[k]);
-    return sum;
+    return vec3_scale(1.0 / held_point_share(point), sum);
 }
 
 void attachment_remember(Attachment *attachment, const Body *of)
@@ -414,6 +414,8 @@ static void follow_points(Attachment *attachment, const TopologyChange *change)
         const Vec3 before = attachment->before[i];
         const int64_t heir =
             attachment_heir(attachment->body, change, point.face, before, point.weight);
+        for (int k = 0; k < 3 && heir >= 0; k++)
+            point.weight[k] *= held_point_share(&attachment->point[i]);
         point.face = heir >= 0 ? heir : point.face;
         // It ends, too, if an older point has this face.
         bool ends = heir == FACE_ENDS;

@@ -71,33 +71,46 @@ static void list_carriers(Attachment *attachment)
 // What a spring pulls: a node, or a point of a face.
 typedef struct Grip {
     Vec3 *local;
-    const double *weight; // of its carriers
+    double weight[3]; // of its carriers
     int carrier[3], count;
     double mass;
+    double share; // below 1: it leaves, and is pulled with so much of max_force at most
 } Grip;
+
+static bool leaves(const Grip *grip)
+{
+    return grip->share < 1.0;
+}
+
+static int count_held(const Attachment *attachment)
+{
+    return (int)(attachment->hold->count + attachment->hold->points);
+}
 
 // Returns held thing number `i` of the nodes and then the points; false: no force acts on it.
 static bool grip_at(const Attachment *attachment, int i, Grip *grip)
 {
-    static const double WHOLE[1] = {1.0};
     const BodySurface *surface = &attachment->body->surface;
     const int nodes = (int)attachment->hold->count;
     if (i < nodes) {
         const int node = attachment->node[i];
         *grip = (Grip){.local = &attachment->held[i].local,
-                       .weight = WHOLE,
+                       .weight = {1.0},
                        .carrier = {attachment->found[node]},
                        .count = 1,
-                       .mass = attachment->held[i].share * surface->node_mass[node]};
-        return grip->mass > 0.0;
+                       .mass = surface->node_mass[node],
+                       .share = attachment->held[i].share};
+        return grip->share > 0.0 && grip->mass > 0.0;
     }
     HeldPoint *point = &attachment->point[i - nodes];
     *grip = (Grip){.local = &point->local,
-                   .weight = point->weight,
                    .count = 3,
-                   .mass = face_mass(attachment->body, (int)point->face)};
-    for (int k = 0; k < 3; k++)
+                   .mass = face_mass(attachment->body, (int)point->face),
+                   .share = held_point_share(point)};
+    for (int k = 0; k < 3; k++) {
+        grip->weight[k] = point->weight[k] / grip->share;
         grip->carrier[k] = attachment->found[surface->face[point->face][k]];
+    }
     return true;
 }
 
@@ -114,6 +127,19 @@ static Vec3 stretch(const Attachment *attachment, const Grip *grip, double ahead
             vec3_madd(away, -grip->weight[k], vec3_madd(attachment->x[c], ahead, attachment->v[c]));
     }
     return away;
+}
+
+// Returns the force of a spring. One that leaves pulls no harder than its share allows.
+static Vec3 pull(const Attachment *attachment, Grip *grip, double stiffness)
+{
+    const Vec3 force = vec3_scale(stiffness * grip->mass, stretch(attachment, grip, 0.0));
+    if (!leaves(grip))
+        return force;
+    const double most = grip->share * attachment->tool->max_force,
+                 kept = most / fmax(most, vec3_length(force));
+    if (kept < 1.0) // then it pulls as hard whatever the motion: an implicit spring would add to it
+        grip->mass = 0.0;
+    return vec3_scale(kept, force);
 }
 
 // --- forces and impulses ---
@@ -152,7 +178,7 @@ static Vec3 slide(const Attachment *attachment, int c)
 Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
 {
     const Body *body = attachment->body;
-    const int held = (int)(attachment->hold->count + attachment->hold->points);
+    const int held = count_held(attachment);
     double stiffness, damping;
     find_spring(attachment, &stiffness, &damping);
     attachment->at = *at;
@@ -165,7 +191,7 @@ Vec3 attachment_evaluate(Attachment *attachment, const ToolPlacement *at)
         Grip grip;
         if (!grip_at(attachment, i, &grip))
             continue;
-        const Vec3 force = vec3_scale(stiffness * grip.mass, stretch(attachment, &grip, 0.0));
+        const Vec3 force = pull(attachment, &grip, stiffness);
         for (int k = 0; k < grip.count; k++) {
             const int c = grip.carrier[k];
             attachment->f[c] = vec3_madd(attachment->f[c], grip.weight[k], force);
@@ -213,7 +239,7 @@ Vec3 grip_impulses(Attachment *attachment, double h)
 // Moves the places after what slips, such that the springs keep a share of their stretch.
 static void slip(Attachment *attachment, double kept, double ahead)
 {
-    const int held = (int)(attachment->hold->count + attachment->hold->points);
+    const int held = count_held(attachment);
     const Quat back = quat_conjugate(attachment->at.orientation);
     Grip grip;
     for (int i = 0; i < held; i++)
@@ -260,35 +286,66 @@ void grip_kick(Attachment *attachment, double scale, double h, double drift)
 
 // --- the end of a grip ---
 
-// Releases what has slipped out of the jaws. Returns false if nothing would be left.
-static bool drop_slipped(Attachment *attachment)
+static void set_share(Attachment *attachment, int i, const Grip *grip, double share)
 {
-    HoldState *hold = attachment->hold;
+    const int nodes = (int)attachment->hold->count;
+    if (i < nodes)
+        attachment->held[i].share = share;
+    for (int k = 0; k < 3 && i >= nodes; k++)
+        attachment->point[i - nodes].weight[k] = share * grip->weight[k];
+}
+
+// Lets what has slipped out of the jaws leave, with what it is pulled with at the start of the
+// tick, at most max_force together. Returns false if nothing would be left.
+static bool drop_slipped(Attachment *attachment, const ToolPlacement *at)
+{
+    const double most = attachment->tool->max_force;
+    double stiffness, damping;
+    Grip grip;
     int within = 0;
+    find_spring(attachment, &stiffness, &damping);
+    attachment_evaluate(attachment, at);
+    const double sum = vec3_length(sum_of_forces(attachment));
     for (int pass = 0; pass < 2; pass++) {
-        int64_t points = 0;
-        for (int64_t i = 0; i < hold->count; i++) {
-            HeldNode *held = &attachment->held[i];
-            const bool in = held->share > 0.0 && attachment_is_within(attachment, held->local);
-            within += in && pass == 0;
-            held->share = pass == 0 ? held->share : in;
-        }
-        for (int64_t i = 0; i < hold->points; i++) {
-            const HeldPoint point = attachment->point[i];
-            const bool in = attachment_is_within(attachment, point.local);
-            within += in && pass == 0;
-            if (pass == 1 && in)
-                attachment->point[points++] = point;
+        for (int i = 0; i < count_held(attachment); i++) {
+            if (!grip_at(attachment, i, &grip) || leaves(&grip))
+                continue;
+            const bool in = attachment_is_within(attachment, *grip.local);
+            within += in;
+            if (pass == 1 && !in)
+                set_share(attachment, i, &grip,
+                          fmin(vec3_length(pull(attachment, &grip, stiffness)) / fmax(sum, most),
+                               LEAVES_BELOW));
         }
         if (within == 0)
             return false;
-        if (pass == 1 && hold->points > points) { // the state is zero beyond what is in use
-            memset(&attachment->point[points], 0,
-                   (size_t)(hold->points - points) * sizeof *attachment->point);
-            hold->points = points;
-        }
     }
     return true;
+}
+
+// All that leaves together is pulled with less by FADE of max_force in GRIP_EASE_TIME, until it is
+// released. Tissue that recoils unloads its neighbours, too, so that the hand feels a little more.
+static const double FADE = 0.5;
+
+static void fade(Attachment *attachment, double tick)
+{
+    HoldState *hold = attachment->hold;
+    int leaving = 0, points = 0;
+    Grip grip;
+    for (int i = 0; i < count_held(attachment); i++)
+        leaving += grip_at(attachment, i, &grip) && leaves(&grip);
+    for (int i = 0; i < count_held(attachment) && leaving > 0; i++)
+        if (grip_at(attachment, i, &grip) && leaves(&grip))
+            set_share(attachment, i, &grip,
+                      fmax(0.0, grip.share - FADE * tick / (GRIP_EASE_TIME * leaving)));
+    for (int i = 0; i < (int)hold->points; i++)
+        if (held_point_share(&attachment->point[i]) > 0.0)
+            attachment->point[points++] = attachment->point[i];
+    // The state is zero beyond what is in use.
+    if (points < hold->points)
+        memset(&attachment->point[points], 0,
+               (size_t)(hold->points - points) * sizeof *attachment->point);
+    hold->points = points;
 }
 
 void grip_open(Attachment *attachment, Vec3 position, Quat orientation)
@@ -311,9 +368,13 @@ void grip_begin_tick(Attachment *attachment, Vec3 position, Quat orientation, do
         hold->ease -= tick;
         if (!(hold->ease > 0.5 * tick)) // rounding of its ticks
             attachment_release(attachment);
-    } else if (hold->slips != 0 && !drop_slipped(attachment)) {
-        grip_open(attachment, position, orientation);
-        attachment->slipped++;
+    } else {
+        const ToolPlacement at = {.position = position, .orientation = orientation};
+        if (hold->slips != 0 && !drop_slipped(attachment, &at)) {
+            grip_open(attachment, position, orientation);
+            attachment->slipped++;
+        }
+        fade(attachment, tick);
     }
     hold->slips = 0;
 }

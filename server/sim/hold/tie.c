@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Ties that messages make, change and release while a scene runs: pins and carries are attachments,
-// ties and clips are joints, of a pool that is reserved at load. Step thread; nothing here runs in
+// Ties that messages make, change and release while a scene runs: attachments of a pool that is
+// reserved at load, ties and clips to another body, or its own. Step thread; nothing here runs in
 // a substep. Bodies that are tied together advance together while they are, with the most substeps
 // that any of them needs, and every tie shortens the steps by what it adds to the bounds.
 #include "sim/hold/tie.h"
